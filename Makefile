@@ -1,0 +1,58 @@
+# Everything that is done with a checkout. `make` alone lists the targets.
+# Kept to what GNU make 3.81 knows.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+RESULTS ?= results
+JOBS ?=
+CONFIGS := $(wildcard configs/*.yaml)
+CODE := $(shell find rigidpend -name '*.py' -o -name '*.mplstyle')
+RUN := $(BIN)/rigidpend
+
+.PHONY: help figures test lint types verify bench clean distclean
+
+help: ## list the targets
+	@grep -E '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
+
+figures: $(VENV)/.installed ## set up, run every config, draw every figure into results/
+	$(RUN) run all --out $(RESULTS) $(if $(JOBS),-j $(JOBS))
+	$(RUN) render all --out $(RESULTS)
+
+test: $(VENV)/.installed-test ## set up, check format, lint and types, run the tests
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/python -m pytest
+
+verify: $(VENV)/.installed ## compute every experiment again and compare with results/reference/
+	$(RUN) verify all
+
+bench: $(VENV)/.installed ## time the route codes on this machine
+	$(BIN)/python scripts/bench_route_codes.py
+
+clean: ## remove results and caches, keep the set-up
+	rm -rf $(RESULTS)/*.h5 $(RESULTS)/*.png $(RESULTS)/*.svg $(RESULTS)/*.pdf
+	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find rigidpend tests scripts -name __pycache__ -type d -prune -exec rm -rf {} +
+
+distclean: clean ## remove the set-up too
+	rm -rf $(VENV)
+
+# Stamps are touched last, so that a broken set-up is made again.
+
+$(VENV)/.created:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null \
+	  || { echo "rigidpend needs Python 3.11 or newer, and '$(PYTHON)' is older or absent: call make PYTHON=/path/to/python3.11" >&2; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null \
+	  || { echo "'$(PYTHON)' lacks the module venv: install your system's package for it (Debian: python3-venv) and call make again" >&2; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	@touch $@
+
+$(VENV)/.installed: $(VENV)/.created pyproject.toml constraints.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
+	@touch $@
+
+$(VENV)/.installed-test: $(VENV)/.installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test]'
+	@touch $@

@@ -1,0 +1,244 @@
+"""Exact maps between the descriptions of a state, vectorised over samples.
+
+The descriptions are (M, gamma) in principal axes, Andoyer-Deprit variables, the canonical
+(J, theta) and the separatrix-aligned components. Components come first, samples after: M and
+gamma have shape (3, ...), the fields of a record the shape (...).
+
+Small quantities are carried, never formed as differences: an :class:`Andoyer` holds cos p and
+cos q beside L and H, a :class:`Canonical` holds J2 - J1 beside J1. Round trips therefore keep
+their relative precision down to J1/J2 = 1e-300 and (J2 - J1)/J2 = 1e-300 alike.
+
+Degenerate points have values, chosen so that a round trip gives the same body state again:
+
+- M parallel to Oz (J1 = 0 or J1 = J2): l = 0 and g is the one angle that is left.
+- M parallel to gamma (|J3| = J2): g = 0.
+- M = 0: M is taken to point along Oz.
+
+Angles are in radians. :func:`dimensionless` and :func:`dimensional` change units; every
+other map holds in both.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rigidpend.equations import Numbers
+
+Array: TypeAlias = NDArray[np.float64]
+
+TURN = 2 * np.pi
+
+
+class Andoyer(NamedTuple):
+    """Andoyer-Deprit variables; L = G sin p, H = G sin q, cosp and cosq >= 0."""
+
+    G: Any
+    L: Any
+    H: Any
+    g: Any
+    l: Any
+    h: Any
+    cosp: Any
+    cosq: Any
+
+
+class Canonical(NamedTuple):
+    """The paper's canonical variables, with J2 - J1 in the place of J2."""
+
+    J1: Any
+    J2mJ1: Any
+    J3: Any
+    theta1: Any
+    theta2: Any
+    theta3: Any
+    cosq: Any
+
+    @property
+    def J2(self) -> Any:
+        return self.J1 + self.J2mJ1
+
+
+class Aligned(NamedTuple):
+    """Separatrix-aligned components (dimensionless) with gamma in principal axes."""
+
+    Qp: Any
+    Qm: Any
+    M3: Any
+    gamma1: Any
+    gamma2: Any
+    gamma3: Any
+
+
+def andoyer(G: Any, L: Any, H: Any, g: Any, l: Any, h: Any = 0.0) -> Andoyer:
+    """Andoyer variables from the six alone; cos p and cos q carry what G and L, H tell."""
+    cosp, cosq = (np.sqrt((G - x) * (G + x)) / G for x in (L, H))
+    return Andoyer(G, L, H, g, l, h, cosp, cosq)
+
+
+def canonical(J1: Any, J2: Any, J3: Any, theta1: Any, theta2: Any, theta3: Any = 0.0) -> Canonical:
+    """Canonical variables from the six alone; J2 - J1 is as precise as J1 and J2 tell."""
+    cosq = np.sqrt((J2 - J3) * (J2 + J3)) / J2
+    return Canonical(J1, J2 - J1, J3, theta1, theta2, theta3, cosq)
+
+
+def momentum(G: Any, sinp: Any, cosp: Any, sinl: Any, cosl: Any) -> tuple[Any, Any, Any]:
+    """M in principal axes from Andoyer variables (eq. depri_G)."""
+    return G * cosp * sinl, G * cosp * cosl, G * sinp
+
+
+def vertical(p: Numbers, q: Numbers, g: Numbers, l: Numbers) -> tuple[Any, Any, Any]:
+    """gamma in principal axes from Andoyer variables (eq. depri_g).
+
+    Parameters
+    ----------
+    p, q, g, l : pairs of numbers
+        (sin, cos) of each angle, of any number type.
+    """
+    (sinp, cosp), (sinq, cosq), (sing, cosg), (sinl, cosl) = p, q, g, l
+    along = sinq * cosp + sinp * cosq * cosg
+    return (
+        along * sinl + cosq * sing * cosl,
+        along * cosl - cosq * sing * sinl,
+        sinq * sinp - cosp * cosq * cosg,
+    )
+
+
+def body_from_andoyer(a: Andoyer) -> tuple[Array, Array]:
+    """M and gamma, each (3, ...), from Andoyer variables (depri_G, depri_g)."""
+    G = np.asarray(a.G, dtype=float)
+    safe = np.where(G > 0, G, 1.0)
+    sinp, sinq = np.where(G > 0, a.L / safe, 1.0), np.where(G > 0, a.H / safe, a.H)
+    sinl, cosl, sing, cosg = np.sin(a.l), np.cos(a.l), np.sin(a.g), np.cos(a.g)
+    M = momentum(G, sinp, a.cosp, sinl, cosl)
+    gamma = vertical((sinp, a.cosp), (sinq, a.cosq), (sing, cosg), (sinl, cosl))
+    return np.stack(np.broadcast_arrays(*M)), np.stack(np.broadcast_arrays(*gamma))
+
+
+def andoyer_from_body(M: ArrayLike, gamma: ArrayLike, h: ArrayLike = 0.0) -> Andoyer:
+    """Andoyer variables from M and gamma, right in every quadrant (eq. gamma_dep).
+
+    Parameters
+    ----------
+    M, gamma : (3, ...) arrays
+        Angular momentum and the vertical in principal axes, |gamma| = 1.
+    h : (...) array, optional
+        The precession angle, which M and gamma do not tell.
+
+    Notes
+    -----
+    The paper prints g as an arcsin and l as an arctan; both lose the quadrant. Here
+    l = atan2(M1, M2) and g = atan2(gamma . e2, gamma . e1), e1 and e2 spanning the plane
+    normal to M. Where M = 0, H holds sin q, so that gamma can be told again.
+    """
+    M1, M2, M3 = np.asarray(M, dtype=float)
+    gamma1, gamma2, gamma3 = np.asarray(gamma, dtype=float)
+    across = np.hypot(M1, M2)
+    G = np.hypot(across, M3)
+    upright = across == 0
+    divisor = np.where(upright, 1.0, across)
+    sinl, cosl = np.where(upright, 0.0, M1 / divisor), np.where(upright, 1.0, M2 / divisor)
+    at_rest = G == 0
+    modulus = np.where(at_rest, 1.0, G)
+    sinp, cosp = np.where(at_rest, 1.0, M3 / modulus), across / modulus
+    inward = gamma1 * sinl + gamma2 * cosl
+    e1, e2 = sinp * inward - cosp * gamma3, gamma1 * cosl - gamma2 * sinl
+    H = np.where(at_rest, gamma3, M1 * gamma1 + M2 * gamma2 + M3 * gamma3)
+    g, l = _wrap(np.atan2(e2, e1), TURN), _wrap(np.atan2(sinl, cosl), TURN)
+    return Andoyer(G, M3, H, g, l, np.asarray(h, dtype=float), cosp, np.hypot(e1, e2))
+
+
+def canonical_from_andoyer(a: Andoyer, beta0: float) -> Canonical:
+    """(J, theta) from Andoyer variables, theta1 in [0, 4 pi), theta2 in [0, 2 pi) (eq. canon).
+
+    J1 = (G + L)/2 and J2 - J1 = (G - L)/2; the smaller of the two comes from cos p.
+    """
+    G, L = np.asarray(a.G, dtype=float), np.asarray(a.L, dtype=float)
+    large = (G + np.abs(L)) / 2
+    small = np.where(large > 0, G * a.cosp * (G * a.cosp / np.where(large > 0, 4 * large, 1)), 0)
+    J1, J2mJ1 = np.where(L > 0, large, small), np.where(L > 0, small, large)
+    theta1 = _wrap(2 * a.l + beta0, 2 * TURN)
+    return Canonical(J1, J2mJ1, a.H, theta1, _wrap(a.g - a.l - beta0 / 2, TURN), a.h, a.cosq)
+
+
+def andoyer_from_canonical(c: Canonical, beta0: float) -> Andoyer:
+    """Andoyer variables from (J, theta), the inverse of :func:`canonical_from_andoyer`."""
+    J2 = np.asarray(c.J2, dtype=float)
+    across = 2 * np.sqrt(c.J1) * np.sqrt(c.J2mJ1)
+    cosp = np.where(J2 > 0, across / np.where(J2 > 0, J2, 1.0), 0.0)
+    l = _wrap((c.theta1 - beta0) / 2, TURN)
+    g = _wrap(c.theta1 / 2 + c.theta2, TURN)
+    return Andoyer(J2, c.J1 - c.J2mJ1, c.J3, g, l, c.theta3, cosp, c.cosq)
+
+
+def scale(A: Numbers, m: Any = np) -> Any:
+    """s = sqrt((A1 - A2)/(A1 A2)), by which J' = J s and t' = t s (after eq. canon)."""
+    return m.sqrt((A[0] - A[1]) / (A[0] * A[1]))
+
+
+def dimensionless(c: Canonical, A: Numbers) -> Canonical:
+    """The actions in dimensionless units, J' = J s."""
+    return _scaled(c, scale(A))
+
+
+def dimensional(c: Canonical, A: Numbers) -> Canonical:
+    """The actions in physical units, J = J'/s."""
+    return _scaled(c, 1 / scale(A))
+
+
+def aligned_from_canonical(c: Canonical, alpha0: Any, beta0: Any, m: Any = np) -> Aligned:
+    """Aligned components from dimensionless (J, theta), over generic numbers.
+
+    Qp, Qm = 2 sqrt(J1 (J2 - J1)) sin((theta1 - beta0 +- alpha0)/2), which is
+    cos(alpha0/2) M1' +- sin(alpha0/2) M2' without cancellation.
+
+    Parameters
+    ----------
+    c : Canonical
+        Dimensionless, of any number type that `m` knows.
+    alpha0, beta0 : number
+    m : namespace of sqrt, sin and cos
+    """
+    J2, lean = c.J2, c.theta1 - beta0
+    across = 2 * m.sqrt(c.J1) * m.sqrt(c.J2mJ1)
+    M3 = c.J1 - c.J2mJ1
+    g = c.theta1 / 2 + c.theta2
+    gamma = vertical(
+        (M3 / J2, across / J2),
+        (c.J3 / J2, c.cosq),
+        (m.sin(g), m.cos(g)),
+        (m.sin(lean / 2), m.cos(lean / 2)),
+    )
+    Qp, Qm = (across * m.sin((lean + side) / 2) for side in (alpha0, -alpha0))
+    return Aligned(Qp, Qm, M3, *gamma)
+
+
+def aligned_from_body(M: ArrayLike, gamma: ArrayLike, alpha0: float, s: float) -> Aligned:
+    """Aligned components from physical M and gamma, with s of :func:`scale`."""
+    M1, M2, M3 = s * np.asarray(M, dtype=float)
+    x, y = np.cos(alpha0 / 2) * M1, np.sin(alpha0 / 2) * M2
+    return Aligned(x + y, x - y, M3, *np.asarray(gamma, dtype=float))
+
+
+def body_from_aligned(a: Aligned, alpha0: float, s: float) -> tuple[Array, Array]:
+    """Physical M and gamma, each (3, ...), from aligned components."""
+    M1 = (a.Qp + a.Qm) / (2 * np.cos(alpha0 / 2))
+    M2 = (a.Qp - a.Qm) / (2 * np.sin(alpha0 / 2))
+    return np.stack((M1, M2, a.M3)) / s, np.stack((a.gamma1, a.gamma2, a.gamma3))
+
+
+def canonical_from_aligned(a: Aligned, alpha0: float, beta0: float) -> Canonical:
+    """Dimensionless (J, theta) from aligned components."""
+    return canonical_from_andoyer(andoyer_from_body(*body_from_aligned(a, alpha0, 1.0)), beta0)
+
+
+def _scaled(c: Canonical, factor: float) -> Canonical:
+    return c._replace(J1=c.J1 * factor, J2mJ1=c.J2mJ1 * factor, J3=c.J3 * factor)
+
+
+def _wrap(angle: Any, period: float) -> Any:
+    """The angle in [0, period); a tiny negative one becomes 0, not the period itself."""
+    wrapped = np.mod(angle, period)
+    return np.where(wrapped < period, wrapped, 0.0)

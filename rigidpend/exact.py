@@ -1,0 +1,257 @@
+"""Numbers taken exactly as written, and evaluated in any precision.
+
+An :class:`Exact` is an expression over rationals, ``pi`` and a few functions. It is never
+rounded when it is made: ``exact("0.1")`` is one tenth, ``exact("3*pi/40 + 1/100")`` keeps its
+``pi``, and a float is the double that it is. Rounding happens once, in :meth:`Exact.at`.
+"""
+
+from __future__ import annotations
+
+import ast
+import functools
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mpmath import MPContext
+
+GUARD_BITS = 32
+MAX_TEXT = 200
+MAX_EXPONENT = 5000
+
+_FUNCTIONS = ("sqrt", "sin", "cos", "tan", "atan")
+_OPERATORS: dict[type[ast.operator], str] = {
+    ast.Add: "+",
+    ast.Sub: "-",
+    ast.Mult: "*",
+    ast.Div: "/",
+    ast.Pow: "**",
+}
+
+
+class ExactError(ValueError):
+    """A value that is no finite real number, or a text that is no expression of one."""
+
+
+@functools.cache
+def context(bits: int) -> MPContext:
+    """The mpmath context of `bits` bits: a namespace of numbers with its own precision.
+
+    Contexts are cached and never changed afterwards, so threads may share them.
+    """
+    from mpmath import MPContext
+
+    made = MPContext()
+    made.prec = bits
+    return made
+
+
+def fraction(x: Any, bits: int) -> Fraction:
+    """An mpmath number rounded to `bits` bits, as a Fraction."""
+    from mpmath.libmp import to_rational
+
+    return Fraction(*map(int, to_rational(context(bits).mpf(x)._mpf_)))
+
+
+@dataclass(frozen=True, eq=False)
+class Exact:
+    """A real number known exactly.
+
+    Attributes
+    ----------
+    text : str
+        The number as an expression that :func:`exact` reads back.
+    fraction : Fraction or None
+        The value where it is rational and known to be, else None.
+    """
+
+    text: str
+    fraction: Fraction | None
+    _evaluate: Callable[[Any], Any]
+
+    def at(self, bits: int) -> Any:
+        """The value rounded to `bits` bits, as a number of :func:`context` ``(bits)``."""
+        with_guard = context(bits + GUARD_BITS)
+        return context(bits).mpf(self._evaluate(with_guard))
+
+    def in_context(self, m: MPContext) -> Any:
+        """The value in the precision of the context `m`."""
+        return self._evaluate(m)
+
+    def __float__(self) -> float:
+        if self.fraction is not None:
+            return self.fraction.numerator / self.fraction.denominator
+        return float(self.at(113))
+
+    def __str__(self) -> str:
+        return self.text
+
+    def __repr__(self) -> str:
+        return f"exact({self.text!r})"
+
+    def __add__(self, other: Any) -> Exact:
+        return _combine("+", self, exact(other))
+
+    def __sub__(self, other: Any) -> Exact:
+        return _combine("-", self, exact(other))
+
+    def __mul__(self, other: Any) -> Exact:
+        return _combine("*", self, exact(other))
+
+    def __truediv__(self, other: Any) -> Exact:
+        return _combine("/", self, exact(other))
+
+    def __pow__(self, other: Any) -> Exact:
+        return _combine("**", self, exact(other))
+
+    def __eq__(self, other: object) -> bool:
+        """Equality of what is written; two rationals are equal where their values are."""
+        if not isinstance(other, Exact):
+            return NotImplemented
+        if self.fraction is not None and other.fraction is not None:
+            return self.fraction == other.fraction
+        return self.text == other.text
+
+    def __hash__(self) -> int:
+        return hash(self.text if self.fraction is None else self.fraction)
+
+
+def exact(value: Any) -> Exact:
+    """Take a number exactly.
+
+    Parameters
+    ----------
+    value : Exact, int, Fraction, Decimal, float, NumPy number or str
+        A text may hold decimals (``"1e-6"``), ``pi``, ``+ - * / **``, brackets and the
+        functions sqrt, sin, cos, tan, atan.
+
+    Raises
+    ------
+    ExactError
+        The value is not finite, not real, or not readable.
+    """
+    if isinstance(value, Exact):
+        return value
+    if isinstance(value, str):
+        return _parse(value)
+    if isinstance(value, bool) or not hasattr(value, "as_integer_ratio"):
+        raise ExactError(f"{value!r} is not a real number")
+    try:
+        return _rational(Fraction(*map(int, value.as_integer_ratio())), str(value))
+    except (ValueError, OverflowError):
+        raise ExactError(f"{value!r} is not finite") from None
+
+
+def exacts(values: Iterable[Any]) -> list[Exact]:
+    """:func:`exact` of each value."""
+    return [exact(value) for value in values]
+
+
+def function(name: str, x: Exact) -> Exact:
+    """The exact number ``name(x)``, for one of sqrt, sin, cos, tan, atan."""
+    if name == "sqrt":
+        if x.fraction is not None and x.fraction < 0:
+            raise ExactError(f"sqrt({x}) is not real")
+        root = _rational_root(x.fraction)
+        if root is not None:
+            return _rational(root, f"sqrt({x})")
+    return Exact(f"{name}({x})", None, lambda m: getattr(m, name)(x.in_context(m)))
+
+
+def _rational_root(x: Fraction | None) -> Fraction | None:
+    """sqrt(x) where it is rational, else None."""
+    if x is None:
+        return None
+    numerator, denominator = math.isqrt(x.numerator), math.isqrt(x.denominator)
+    root = Fraction(numerator, denominator)
+    return root if root * root == x else None
+
+
+def _rational(value: Fraction, text: str) -> Exact:
+    p, q = value.numerator, value.denominator
+    return Exact(text, value, lambda m: m.mpf(p) / q)
+
+
+PI = Exact("pi", None, lambda m: +m.pi)
+
+
+def _combine(operator: str, a: Exact, b: Exact) -> Exact:
+    text = f"{_bracketed(a)} {operator} {_bracketed(b)}"
+    if operator == "/" and b.fraction == 0:
+        raise ExactError(f"{text}: division by zero")
+    if operator == "**":
+        _check_power(text, a, b)
+    compute = _COMPUTE[operator]
+    if a.fraction is not None and b.fraction is not None:
+        return _rational(compute(a.fraction, b.fraction), text)
+    if operator == "**":
+        assert b.fraction is not None
+        n = int(b.fraction)
+        return Exact(text, None, lambda m: a.in_context(m) ** n)
+    return Exact(text, None, lambda m: compute(a.in_context(m), b.in_context(m)))
+
+
+def _bracketed(x: Exact) -> str:
+    """The text of `x` so that it stays one operand inside a larger expression."""
+    plain = x.text.replace(".", "").isalnum()
+    return x.text if plain else f"({x.text})"
+
+
+def _check_power(text: str, a: Exact, b: Exact) -> None:
+    n = b.fraction
+    if n is None or n.denominator != 1 or abs(n) > 64:
+        raise ExactError(f"{text}: the power must be a whole number of at most 64")
+    if a.fraction == 0 and n < 0:
+        raise ExactError(f"{text}: division by zero")
+
+
+_COMPUTE: dict[str, Callable[[Any, Any], Any]] = {
+    "+": lambda x, y: x + y,
+    "-": lambda x, y: x - y,
+    "*": lambda x, y: x * y,
+    "/": lambda x, y: x / y,
+    "**": lambda x, y: x ** int(y),
+}
+
+
+def _parse(text: str) -> Exact:
+    if len(text) > MAX_TEXT:
+        raise ExactError(f"a number of {len(text)} characters: at most {MAX_TEXT} are read")
+    source = text.strip()
+    try:
+        tree = ast.parse(source, mode="eval")
+        value = _read(tree.body, source)
+    except ExactError as error:
+        raise ExactError(f"{text!r}: {error}") from None
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        raise ExactError(f"{text!r} is not a number or an expression of numbers") from None
+    return Exact(source, value.fraction, value._evaluate)
+
+
+def _read(node: ast.expr, source: str) -> Exact:
+    if isinstance(node, ast.Constant) and type(node.value) in (int, float):
+        return _read_number(ast.get_source_segment(source, node) or "")
+    if isinstance(node, ast.Name) and node.id == "pi":
+        return PI
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):
+        sign = -1 if isinstance(node.op, ast.USub) else 1
+        return _combine("*", exact(sign), _read(node.operand, source))
+    if isinstance(node, ast.BinOp) and type(node.op) in _OPERATORS:
+        left, right = _read(node.left, source), _read(node.right, source)
+        return _combine(_OPERATORS[type(node.op)], left, right)
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+        if node.func.id in _FUNCTIONS and len(node.args) == 1 and not node.keywords:
+            return function(node.func.id, _read(node.args[0], source))
+    shown = ast.get_source_segment(source, node) or source
+    known = ", ".join(_FUNCTIONS)
+    raise ExactError(f"{shown!r} is not understood (known: numbers, pi, + - * / **, {known})")
+
+
+def _read_number(digits: str) -> Exact:
+    _, _, exponent = digits.lower().partition("e")
+    if exponent and abs(int(exponent)) > MAX_EXPONENT:
+        raise ExactError(f"{digits}: exponents go to {MAX_EXPONENT}")
+    return _rational(Fraction(digits), digits)

@@ -1,0 +1,167 @@
+"""Engines behind two functions: :func:`crossings` of orbits in any precision, :func:`sample`.
+
+======== =========================================== ==================
+engine   how                                          precisions (bits)
+======== =========================================== ==================
+taylor   heyoka: batches at 53, one by one above      53, 64, 113
+scipy    DOP853, many orbits as one system            53
+bigint   Taylor series in integers, plain Python      any; serves where
+                                                      the engine ends
+======== =========================================== ==================
+
+Engines are imported when they are used, not before.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.integrate.records import Crossings, Orbits, Outcome, joined
+from rigidpend.workers import side_by_side, spread
+
+__all__ = ["ENGINES", "Crossings", "EngineError", "Orbits", "Outcome", "crossings", "sample"]
+
+Field: TypeAlias = Callable[[Any, Any], Any]
+
+ENGINES = ("taylor", "scipy")
+DEFAULT_TOLERANCE = {"taylor": 3e-14, "scipy": 1e-13}
+"""Local tolerance of each engine in double precision. The Taylor series' error is then below
+rounding: with 2.2e-16, three orders more and 12 % slower, crossing times err alike."""
+FINEST_TOLERANCE = {"taylor": 2.0**-52, "scipy": 2.5e-14}
+"""The finest local tolerance of each engine in double precision."""
+
+
+class EngineError(RuntimeError):
+    """An engine that is not known or not installed."""
+
+
+def default_engine() -> str:
+    """`taylor` where heyoka is installed, else `scipy`."""
+    return "taylor" if importlib.util.find_spec("heyoka") else "scipy"
+
+
+def check_engine(engine: str) -> str:
+    """The engine's name, if it is known and can run here.
+
+    Raises
+    ------
+    EngineError
+        It is not, with what to do about it.
+    """
+    if engine not in ENGINES:
+        raise EngineError(f"engine {engine!r} is not known; choose one of {', '.join(ENGINES)}")
+    if engine == "taylor" and not importlib.util.find_spec("heyoka"):
+        raise EngineError(
+            "engine 'taylor' needs the package heyoka, which is not installed"
+            " (it exists for Linux); choose 'scipy'"
+        )
+    return engine
+
+
+def has_own_type(engine: str, bits: int) -> bool:
+    """Whether the engine computes in `bits` bits itself, rather than through `bigint`."""
+    if engine == "taylor":
+        from rigidpend.integrate import taylor
+
+        return bits in taylor.precisions()
+    return bits == 53
+
+
+def crossings(orbits: Orbits, *, engine: str, bits: int, tolerance: float, jobs: int) -> Crossings:
+    """Integrate orbits and find their crossings of M3 = 0.
+
+    Parameters
+    ----------
+    orbits : Orbits
+        In numbers of `bits` bits: see the record.
+    engine : str
+        One of `ENGINES`.
+    bits : int
+        Working precision, 53 or more.
+    tolerance : float
+        Local tolerance at 53 bits; higher precisions use what their rounding is worth.
+    jobs : int
+        How many orbits, or batches, are integrated at a time.
+
+    Returns
+    -------
+    Crossings
+        In the time unit of the orbits. It does not depend on `jobs`.
+    """
+    work, further, holds_interpreter, parts = _plan(orbits, engine, bits, tolerance, jobs)
+    return joined(side_by_side(work, further, holds_interpreter, parts, jobs))
+
+
+def sample(
+    field: Field,
+    state: Any,
+    times: Any,
+    *,
+    engine: str | None = None,
+    tolerance: float | None = None,
+) -> NDArray[np.float64]:
+    """An orbit of any field, in double precision, at given times.
+
+    Parameters
+    ----------
+    field : callable
+        ``field(state, m)`` gives the derivatives, from the functions of the namespace `m`.
+    state : (d,) array
+        At the first of the times.
+    times : (n,) array
+        Ascending or descending, in the field's unit of time.
+    engine : {"taylor", "scipy"}, optional
+    tolerance : float, optional
+        Local tolerance; by default the engine's finest.
+
+    Returns
+    -------
+    (d, n) array
+
+    Raises
+    ------
+    ArithmeticError
+        The integration did not reach the last of the times.
+    """
+    engine = check_engine(engine or default_engine())
+    times, state = np.asarray(times, dtype=float), np.asarray(state, dtype=float)
+    tolerance = tolerance or FINEST_TOLERANCE[engine]
+    if engine == "scipy":
+        from rigidpend.integrate import dop853
+
+        return dop853.sample(field, state, times, tolerance)
+    from rigidpend.integrate import taylor
+
+    return taylor.sample(field, state, times, tolerance)
+
+
+def _plan(
+    orbits: Orbits, engine: str, bits: int, tolerance: float, jobs: int
+) -> tuple[Any, tuple[Any, ...], bool, list[Orbits]]:
+    """The function that integrates, its further arguments, whether it holds the GIL, the parts."""
+    if bits > 53:
+        parts = [orbits._replace(states=[state]) for state in orbits.states]
+    if not has_own_type(engine, bits):
+        from rigidpend.integrate import bigint
+
+        return bigint.crossings, (bits,), True, parts
+    if engine == "scipy":
+        from rigidpend.integrate import dop853
+
+        # Parts that don't depend on `jobs`: orbits of one part share their steps.
+        count = -(-orbits.states.shape[1] // dop853.SIDE_BY_SIDE)
+        return dop853.crossings, (tolerance,), True, _split(orbits, count)
+    from rigidpend.integrate import taylor
+
+    if bits == 53:
+        return taylor.crossings_batch, (tolerance,), False, _split(orbits, jobs)
+    return taylor.crossings_scalar, (bits, DEFAULT_TOLERANCE[engine]), False, parts
+
+
+def _split(orbits: Orbits, count: int) -> list[Orbits]:
+    return [orbits._replace(states=states) for states in spread(orbits.states, count, axis=1)]

@@ -1,0 +1,246 @@
+"""Engine of any precision: Taylor series in fixed-point integers, in plain Python.
+
+It needs no compiled library, so every platform has the high precisions, and it shares no
+arithmetic with heyoka, so the two check each other. A number x is the integer x 2^P. The
+field is :func:`rigidpend.equations.aligned` itself, run over series instead of numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from operator import mul
+from typing import TypeAlias
+
+from rigidpend.equations import AlignedCoefficients, aligned
+from rigidpend.exact import GUARD_BITS
+from rigidpend.integrate.records import (
+    Crossings,
+    Orbits,
+    Outcome,
+    no_crossings,
+    separatrix_beside,
+    silent_outcome,
+)
+
+MAX_STEPS = 100_000
+SHRINK = math.exp(-2)
+"""Step over radius of convergence; each order then gains two nats, the cheapest choice."""
+FINEST = 2.0**-20
+"""Below this share of a step two crossings count as a touch, which is no crossing."""
+
+Path: TypeAlias = tuple[list[tuple[float, int]], Outcome]
+
+
+def crossings(orbits: Orbits, bits: int) -> Crossings:
+    """Crossings of orbits in `bits` bits or more, one by one.
+
+    Parameters
+    ----------
+    orbits : Orbits
+        With states as lists of Fractions.
+    bits : int
+        Relative precision of the smallest initial component.
+    """
+    found = no_crossings(orbits.n_crossings, len(orbits.states))
+    for column, state in enumerate(orbits.states):
+        path, found.outcome[column] = follow(orbits, state, bits)
+        for k, (time, separatrix) in enumerate(path):
+            found.time[k, column], found.separatrix[k, column] = time, separatrix
+    return found
+
+
+def follow(orbits: Orbits, state: Sequence[Fraction], bits: int) -> Path:
+    """One orbit: its crossings as (time, separatrix), and how it ended."""
+    P = _fractional_bits(state, bits)
+    flow = _Flow([_fixed(x, P) for x in orbits.coefficients], P)
+    here = [_fixed(x, P) for x in state]
+    path: list[tuple[float, int]] = []
+    time = last = 0
+    limit = int(math.ldexp(1, 32) * orbits.passage_limit) << (P - 32)
+    for _ in range(MAX_STEPS):
+        series, step = flow.expand(here)
+        for at in _crossings_within(series[2], step, P):
+            last = time + at
+            Qp, Qm, speed = (_value(s, at, P) for s in (*series[:2], _derivative(series[2])))
+            path.append((last / (1 << P), separatrix_beside(speed > 0, Qp, Qm)))
+            if len(path) == orbits.n_crossings:
+                return path, Outcome.COMPLETE
+        here = [_value(s, step, P) for s in series]
+        time += step
+        if time - last > limit:
+            return path, silent_outcome(*here[:2])
+    return path, Outcome.FAILED
+
+
+class _Series:
+    """A power series whose coefficients are found one order at a time."""
+
+    def __init__(self, tape: list[_Series], P: int) -> None:
+        self.tape, self.P = tape, P
+        self.terms: list[int] = []
+        tape.append(self)
+
+    def extend(self) -> None:
+        """Find the next coefficient from those of the operands. Variables wait to be told."""
+
+    def __add__(self, other: _Series) -> _Series:
+        return _Sum(self, other, 1)
+
+    def __sub__(self, other: _Series) -> _Series:
+        return _Sum(self, other, -1)
+
+    def __mul__(self, other: _Series) -> _Series:
+        return _Product(self, other)
+
+
+class _Sum(_Series):
+    def __init__(self, a: _Series, b: _Series, sign: int) -> None:
+        super().__init__(a.tape, a.P)
+        self.a, self.b, self.sign = a, b, sign
+
+    def extend(self) -> None:
+        k = len(self.terms)
+        self.terms.append(self.a.terms[k] + self.sign * self.b.terms[k])
+
+
+class _Product(_Series):
+    def __init__(self, a: _Series, b: _Series) -> None:
+        super().__init__(a.tape, a.P)
+        self.a, self.b = a, b
+
+    def extend(self) -> None:
+        self.terms.append(sum(map(mul, self.a.terms, reversed(self.b.terms))) >> self.P)
+
+
+class _Scaled(_Series):
+    def __init__(self, factor: int, a: _Series) -> None:
+        super().__init__(a.tape, a.P)
+        self.factor, self.a = factor, a
+
+    def extend(self) -> None:
+        self.terms.append(self.factor * self.a.terms[len(self.terms)] >> self.P)
+
+
+class _Number:
+    """A fixed-point constant, which multiplies series."""
+
+    def __init__(self, value: int) -> None:
+        self.value = value
+
+    def __neg__(self) -> _Number:
+        return _Number(-self.value)
+
+    def __mul__(self, other: _Series) -> _Series:
+        return _Scaled(self.value, other)
+
+
+class _Flow:
+    """The aligned field as a tape of series, reused at every step."""
+
+    def __init__(self, coefficients: Sequence[int], P: int) -> None:
+        self.tape: list[_Series] = []
+        self.order = math.ceil(P * math.log(2) / 2) + 1
+        self.variables = [_Series(self.tape, P) for _ in range(6)]
+        self.P = P
+        numbers = AlignedCoefficients(*map(_Number, coefficients))
+        self.rates = aligned(self.variables, numbers)
+
+    def expand(self, state: Sequence[int]) -> tuple[list[list[int]], int]:
+        """The Taylor series of the orbit from `state`, and the step that they carry."""
+        for node in self.tape:
+            node.terms = []
+        for variable, value in zip(self.variables, state, strict=True):
+            variable.terms.append(value)
+        for k in range(1, self.order + 1):
+            for node in self.tape:
+                node.extend()
+            for variable, rate in zip(self.variables, self.rates, strict=True):
+                variable.terms.append(rate.terms[-1] // k)
+        series = [variable.terms for variable in self.variables]
+        return series, self._step(series)
+
+    def _step(self, series: list[list[int]]) -> int:
+        """A step inside the radius of convergence, which the last two orders tell."""
+        radius = min(
+            math.exp(-_log(max(abs(s[k]) for s in series), self.P) / k)
+            for k in (self.order - 1, self.order)
+        )
+        return int(radius * SHRINK * 2**40) << (self.P - 40)
+
+
+def _fractional_bits(state: Sequence[Fraction], bits: int) -> int:
+    smallest = min(abs(x) for x in state if x)
+    leading_zeros = smallest.denominator.bit_length() - smallest.numerator.bit_length()
+    return bits + GUARD_BITS + max(0, leading_zeros)
+
+
+def _fixed(x: Fraction, P: int) -> int:
+    return (x.numerator << P) // x.denominator
+
+
+def _log(x: int, P: int) -> float:
+    """ln(x 2^-P), very small for 0."""
+    return math.log(x) - P * math.log(2) if x else -math.inf
+
+
+def _value(series: Sequence[int], at: int, P: int) -> int:
+    total = 0
+    for term in reversed(series):
+        total = (total * at >> P) + term
+    return total
+
+
+def _derivative(series: Sequence[int]) -> list[int]:
+    return [k * term for k, term in enumerate(series)][1:]
+
+
+def _crossings_within(series: Sequence[int], step: int, P: int) -> Iterator[int]:
+    """The zeros of a series in (0, step], in order, to full precision."""
+    size = math.ldexp(step, -P)
+    scaled = [math.ldexp(term, -P) * size**k for k, term in enumerate(series)]
+    slopes = _derivative(series)
+    for share in _zeros(scaled, 0.0, 1.0):
+        at = int(share * 2**53) * step >> 53
+        for _ in range(P.bit_length()):
+            at -= (_value(series, at, P) << P) // _value(slopes, at, P)
+        yield at
+
+
+def _zeros(c: Sequence[float], a: float, b: float) -> Iterator[float]:
+    """The simple zeros of sum c_k x^k in (a, b], by exclusion and bisection.
+
+    A derivative's bound over (0, 1) is the sum of its coefficients' sizes.
+    """
+    middle, half = (a + b) / 2, (b - a) / 2
+    steepest = sum(k * abs(x) for k, x in enumerate(c))
+    if abs(_horner(c, middle)) > steepest * half or half < FINEST:
+        return
+    slopes = [k * x for k, x in enumerate(c)][1:]
+    bend = sum(k * abs(x) for k, x in enumerate(slopes))
+    if abs(_horner(slopes, middle)) > bend * half:
+        left, right = _horner(c, a), _horner(c, b)
+        if left * right < 0 or right == 0:
+            yield _bisect(c, a, b)
+        return
+    yield from _zeros(c, a, middle)
+    yield from _zeros(c, middle, b)
+
+
+def _bisect(c: Sequence[float], a: float, b: float) -> float:
+    rising = _horner(c, b) > _horner(c, a)
+    while b - a > 2.0**-30:
+        middle = (a + b) / 2
+        if (_horner(c, middle) > 0) == rising:
+            b = middle
+        else:
+            a = middle
+    return (a + b) / 2
+
+
+def _horner(c: Sequence[float], x: float) -> float:
+    total = 0.0
+    for term in reversed(c):
+        total = total * x + term
+    return total

@@ -1,0 +1,291 @@
+"""Engine `taylor`: heyoka's adaptive Taylor integrator on the aligned field.
+
+At 53 bits orbits run in batches as wide as the processor's vectors. A lane whose orbit is
+done takes the next one at once, so no lane waits for the slowest. At 64 bits (x87 long
+double) and at 113 bits (real128) orbits run one by one.
+
+Compiled code depends on the kind of numbers, the tolerance and the width only: the body
+enters through parameters. Integrators are reused, never shared between threads, and never
+leave this module.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import math
+import threading
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from rigidpend.equations import AlignedCoefficients, aligned
+from rigidpend.integrate import compile_cache
+from rigidpend.integrate.records import (
+    Crossings,
+    Orbits,
+    Outcome,
+    no_crossings,
+    separatrix_beside,
+    silent_outcome,
+)
+
+MAX_STEPS = 1_000_000
+"""Steps in one call after which an orbit counts as failed; a passage takes some hundred."""
+
+
+@functools.cache
+def _heyoka() -> Any:
+    compile_cache.choose()
+    import heyoka
+
+    return heyoka
+
+
+def precisions() -> tuple[int, ...]:
+    """The precisions, in bits, that this machine's number types offer."""
+    hy = _heyoka()
+    extended = (64,) if np.finfo(np.longdouble).nmant == 63 else ()
+    return (53, *extended, *((113,) if hasattr(hy, "real128") else ()))
+
+
+def crossings_batch(orbits: Orbits, tolerance: float) -> Crossings:
+    """Crossings of orbits in double precision, by SIMD batches.
+
+    Parameters
+    ----------
+    orbits : Orbits
+        With states (6, n).
+    tolerance : float
+        Of the Taylor series.
+    """
+    with _borrowed(_Batch, tolerance) as batch:
+        return batch.run(orbits)
+
+
+def crossings_scalar(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
+    """Crossings of orbits in 64 or 113 bits, one by one.
+
+    Parameters
+    ----------
+    orbits : Orbits
+        With states as lists of Fractions.
+    bits : int
+    tolerance : float
+        Of the Taylor series in 53 bits; every bit more halves it.
+    """
+    found = no_crossings(orbits.n_crossings, len(orbits.states))
+    with _borrowed(_Scalar, bits, tolerance) as scalar:
+        for column, state in enumerate(orbits.states):
+            scalar.run(orbits, state, found, column)
+    return found
+
+
+def sample(field: Any, state: Any, times: Any, tolerance: float) -> Any:
+    """An orbit of any field at given times (see `rigidpend.integrate.sample`)."""
+    hy = _heyoka()
+    names = hy.make_vars(*(f"x{i}" for i in range(len(state))))
+    system = list(zip(names, field(names, _Functions()), strict=True))
+    integrator = hy.taylor_adaptive(system, state, time=times[0], tol=tolerance)
+    ending, *_, states = integrator.propagate_grid(times)
+    if int(ending) != int(hy.taylor_outcome.time_limit):
+        raise ArithmeticError(f"the integration ended early: {ending}")
+    return states.T
+
+
+class _Functions:
+    """The namespace of a field: heyoka's functions of symbols, math's of plain numbers."""
+
+    def __getattr__(self, name: str) -> Callable[[Any], Any]:
+        hy = _heyoka()
+        of_symbol, of_number = getattr(hy, name), getattr(math, name)
+        return lambda x: (of_symbol if isinstance(x, hy.expression) else of_number)(x)
+
+
+@functools.cache
+def _failures() -> frozenset[int]:
+    """heyoka's outcomes that end an orbit without a result."""
+    outcomes = _heyoka().taylor_outcome
+    return frozenset(map(int, (outcomes.err_nf_state, outcomes.step_limit)))
+
+
+def _system(hy: Any) -> tuple[list[Any], Any]:
+    """The aligned field as heyoka's expressions, and M3, whose zeros are the crossings."""
+    names = hy.make_vars("Qp", "Qm", "M3", "gamma1", "gamma2", "gamma3")
+    parameters = AlignedCoefficients(*(hy.par[i] for i in range(9)))
+    return list(zip(names, aligned(names, parameters), strict=True)), names[2]
+
+
+class _Batch:
+    """A batch integrator with what its event callback writes to."""
+
+    def __init__(self, tolerance: float) -> None:
+        hy = _heyoka()
+        self.width = hy.recommended_simd_size()
+        self.found = no_crossings(0, 0)
+        self.column, self.count = [0] * self.width, [0] * self.width
+        field, M3 = _system(hy)
+        self.integrator = hy.taylor_adaptive_batch(
+            field,
+            np.zeros((6, self.width)),
+            pars=np.zeros((9, self.width)),
+            tol=tolerance,
+            t_events=[hy.t_event_batch(M3, callback=self._recorder())],
+        )
+        self.state, self.time = self.integrator.state, self.integrator.time
+        self.Qp, self.Qm = self.state[:2]
+
+    def _recorder(self) -> Callable[[Any, int, int], bool]:
+        """The callback at a crossing. A closure, for heyoka copies callable objects."""
+        batch, counts, columns = self, self.count, self.column
+
+        def record(_: Any, direction: int, lane: int) -> bool:
+            found, k, column = batch.found, counts[lane], columns[lane]
+            found.time[k, column] = batch.time[lane]
+            found.separatrix[k, column] = separatrix_beside(
+                direction > 0, batch.Qp[lane], batch.Qm[lane]
+            )
+            counts[lane] = k = k + 1
+            return k < len(found.time)
+
+        return record
+
+    def run(self, orbits: Orbits) -> Crossings:
+        n = orbits.states.shape[1]
+        self.found = no_crossings(orbits.n_crossings, n)
+        self.integrator.pars[:] = np.asarray(orbits.coefficients)[:, None]
+        self.state[:] = orbits.states[:, :1]
+        self.integrator.set_time(0.0)
+        waiting = iter(range(n))
+        # Where an idle lane stands and is sent to: it takes no step.
+        until = np.zeros(self.width)
+        busy = {lane for lane in range(self.width) if self._load(lane, waiting, orbits, until)}
+        while busy:
+            self.integrator.propagate_until(until, max_steps=MAX_STEPS)
+            endings = [int(result[0]) for result in self.integrator.propagate_res]
+            for lane in [
+                lane for lane in busy if self._is_done(lane, endings[lane], orbits, until)
+            ]:
+                if not self._load(lane, waiting, orbits, until):
+                    busy.discard(lane)
+        return self.found
+
+    def _load(self, lane: int, waiting: Iterator[int], orbits: Orbits, until: Any) -> bool:
+        """Put the next orbit into the lane; without one, let it idle and return False."""
+        column = next(waiting, None)
+        self._set_time(lane, 0.0)
+        self.count[lane] = 0
+        if column is None:
+            until[lane] = 0.0
+            return False
+        self.column[lane], until[lane] = column, orbits.passage_limit
+        self.state[:, lane] = orbits.states[:, column]
+        self.integrator.reset_cooldowns(lane)
+        return True
+
+    def _set_time(self, lane: int, value: float) -> None:
+        times = self.time.copy()
+        times[lane] = value
+        self.integrator.set_time(times)
+
+    def _is_done(self, lane: int, ending: int, orbits: Orbits, until: Any) -> bool:
+        """Whether the lane's orbit is done, with its outcome; if not, how far it goes next."""
+        count, column = self.count[lane], self.column[lane]
+        if count == orbits.n_crossings:
+            self.found.outcome[column] = Outcome.COMPLETE
+            return True
+        if ending in _failures():
+            return True
+        last = self.found.time[count - 1, column] if count else 0.0
+        if self.time[lane] >= last + orbits.passage_limit:
+            self.found.outcome[column] = silent_outcome(self.Qp[lane], self.Qm[lane])
+            return True
+        until[lane] = last + orbits.passage_limit
+        return False
+
+
+class _Scalar:
+    """An integrator of one orbit in an extended type."""
+
+    def __init__(self, bits: int, tolerance: float) -> None:
+        hy = _heyoka()
+        self.type = np.longdouble if bits == 64 else hy.real128
+        self.crossings: list[tuple[float, int]] = []
+        self.wanted = 0
+        field, M3 = _system(hy)
+        zero = self.type(0)
+        self.integrator = hy.taylor_adaptive(
+            field,
+            [zero] * 6,
+            time=zero,
+            pars=[zero] * 9,
+            fp_type=self.type,
+            tol=self.type(tolerance * 2.0 ** (53 - bits)),
+            compact_mode=bits > 64,
+            t_events=[hy.t_event(M3, callback=self._recorder(), fp_type=self.type)],
+        )
+
+    def _recorder(self) -> Callable[[Any, int], bool]:
+        scalar = self
+
+        def record(integrator: Any, direction: int) -> bool:
+            Qp, Qm = integrator.state[:2]
+            separatrix = separatrix_beside(direction > 0, Qp, Qm)
+            scalar.crossings.append((float(integrator.time), separatrix))
+            return len(scalar.crossings) < scalar.wanted
+
+        return record
+
+    def run(self, orbits: Orbits, state: Any, found: Crossings, column: int) -> None:
+        """Integrate one orbit and write its crossings into `found`."""
+        integrator = self.integrator
+        integrator.pars[:] = [self._typed(x) for x in orbits.coefficients]
+        integrator.state[:] = [self._typed(x) for x in state]
+        integrator.time = self.type(0)
+        integrator.reset_cooldowns()
+        self.crossings.clear()
+        self.wanted = orbits.n_crossings
+        found.outcome[column] = self._follow(orbits)
+        for k, (time, separatrix) in enumerate(self.crossings):
+            found.time[k, column], found.separatrix[k, column] = time, separatrix
+
+    def _follow(self, orbits: Orbits) -> Outcome:
+        outcomes = _heyoka().taylor_outcome
+        integrator = self.integrator
+        while True:
+            last = self.crossings[-1][0] if self.crossings else 0.0
+            until = self.type(last + orbits.passage_limit)
+            if integrator.time >= until:
+                return silent_outcome(*integrator.state[:2])
+            ended = int(integrator.propagate_until(until, max_steps=MAX_STEPS)[0])
+            if len(self.crossings) == orbits.n_crossings:
+                return Outcome.COMPLETE
+            if ended != int(outcomes.time_limit):
+                return Outcome.FAILED
+
+    def _typed(self, x: Fraction) -> Any:
+        """A number of the working type: a sum of doubles, each step exact."""
+        total, rest = self.type(0), x
+        for _ in range(3):
+            head = float(rest)
+            total, rest = total + self.type(head), rest - Fraction(head)
+        return total
+
+
+_idle: dict[tuple[Any, ...], list[Any]] = {}
+_idle_lock = threading.Lock()
+
+
+@contextlib.contextmanager
+def _borrowed(make: type[Any], *key: Any) -> Iterator[Any]:
+    """An integrator for one caller's use alone, kept afterwards for the next."""
+    with _idle_lock:
+        shelf = _idle.setdefault((make, *key), [])
+        made = shelf.pop() if shelf else None
+    if made is None:
+        made = make(*key)
+    yield made
+    with _idle_lock:
+        shelf.append(made)

@@ -1,0 +1,10 @@
+"""Binary route codes: the sides on which an orbit leaves the periodic orbits that it passes.
+
+`codes` is the way in; `problem` and `phases` hold what is asked, `start` where the orbits
+begin, `certainty` what makes a symbol certain, `cycle` the graph of Fig. 2 and its symbols.
+"""
+
+from rigidpend.routes.codes import RouteCodes, route_codes
+from rigidpend.routes.problem import ProblemError, RouteProblem
+
+__all__ = ["ProblemError", "RouteCodes", "RouteProblem", "route_codes"]

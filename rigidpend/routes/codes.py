@@ -1,0 +1,176 @@
+"""From a body and initial phases to binary route codes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend import integrate
+from rigidpend.body import Body
+from rigidpend.exact import exact
+from rigidpend.integrate.records import Crossings, Orbits
+from rigidpend.routes import certainty
+from rigidpend.routes.cycle import symbols
+from rigidpend.routes.phases import Phases
+from rigidpend.routes.problem import ProblemError, RouteProblem, passage_limit, phase_rate
+from rigidpend.routes.start import Scales, start, states_double, states_exact
+
+PRECISIONS = (53, 64, 113)
+"""Bits, in the order in which they are tried."""
+
+SHARPENING = 100
+"""How much finer the tolerance of the second computation is, while doubles allow it."""
+
+
+class RouteCodes(NamedTuple):
+    """The routes of n orbits; t' is the dimensionless time."""
+
+    theta2_0: NDArray[np.float64]
+    """(n,), radians."""
+    codes: NDArray[np.uint8]
+    """(n_symbols, n), row 0 = symbol 1: 0 left, 1 right, 255 no symbol (no return)."""
+    certain: NDArray[np.bool_]
+    """(n_symbols, n), whether two computations establish the symbol."""
+    bits: NDArray[np.uint16]
+    """(n,), the precision that decided the column."""
+    crossing_time: NDArray[np.float64]
+    """(n_symbols + 1, n), t' of the crossings of J1 = J2/2; NaN where there is none."""
+    separatrix: NDArray[np.uint8]
+    """(n_symbols + 1, n), 1..4; 0 where there is no crossing."""
+
+
+def route_codes(
+    body: Body,
+    theta2_0: Any,
+    *,
+    h0: Any,
+    J1_0: Any,
+    n_symbols: int = 15,
+    engine: str | None = None,
+    tolerance: float | None = None,
+    precisions: Sequence[int] = PRECISIONS,
+    jobs: int = 1,
+) -> RouteCodes:
+    """The binary route codes of orbits on S1-, as in Fig. 4.
+
+    Each orbit starts at theta1_0 = alpha0 + beta0, J1_0, theta2_0 and
+    J2_0 = sqrt(2 h0/kappa), with J3 = 0. Symbol i tells on which side it leaves between its
+    crossings i and i + 1 of J1 = J2/2.
+
+    Parameters
+    ----------
+    body : Body
+    theta2_0 : number or sequence of numbers
+        Initial phases in radians.
+    h0 : number
+        Energy constant, greater than mu.
+    J1_0 : number
+        Initial action, dimensionless, 0 < J1_0 < J2_0.
+    n_symbols : int, optional
+        How many symbols to find on each orbit.
+    engine : {"taylor", "scipy"}, optional
+        `taylor` where heyoka is installed.
+    tolerance : float, optional
+        Local tolerance in double precision; by default the engine's own.
+    precisions : sequence of int, optional
+        Bits, ascending, 53 or more. Columns with an uncertain symbol go to the next. 64 is
+        passed over where the engine has no such type.
+    jobs : int, optional
+        How many threads (or processes, where Python itself computes). No result depends on it.
+
+    Returns
+    -------
+    RouteCodes
+
+    Raises
+    ------
+    ProblemError, ExactError
+        A value that the problem excludes or that is no number; the message says which.
+    EngineError
+        An engine that is not known or not installed.
+
+    Notes
+    -----
+    Numbers given as text, Fraction or Decimal are exact in every precision, floats are the
+    doubles that they are. A symbol is certain where two independent computations agree on
+    all crossing times up to the one behind it: see `rigidpend.routes.certainty`, which says
+    the rule and the measurement behind its threshold.
+    """
+    problem = RouteProblem(body, exact(h0), exact(J1_0), n_symbols)
+    engine = integrate.check_engine(engine or integrate.default_engine())
+    phases = Phases(theta2_0)
+    run = _Run(problem, phases, engine, _checked_tolerance(engine, tolerance), jobs)
+    ladder = precision_ladder(engine, precisions)
+    decided = certainty.decide(run.crossings, len(phases), phase_rate(problem), ladder)
+    found = decided.crossings
+    return RouteCodes(
+        theta2_0=phases.high,
+        codes=symbols(found.separatrix),
+        certain=decided.certain,
+        bits=decided.bits,
+        crossing_time=found.time,
+        separatrix=found.separatrix,
+    )
+
+
+def precision_ladder(engine: str, precisions: Sequence[int]) -> tuple[int, ...]:
+    """The precisions to try with an engine: 64 bits only where it has such a type.
+
+    Raises
+    ------
+    ProblemError
+        They are not ascending whole numbers from 53 on.
+    """
+    ladder = tuple(precisions)
+    ascending = all(low < high for low, high in pairwise(ladder))
+    if not ladder or not all(isinstance(bits, int) for bits in ladder) or ladder[0] < 53:
+        raise ProblemError(f"precisions must be whole numbers from 53 bits on, got {precisions}")
+    if not ascending:
+        raise ProblemError(f"precisions must ascend, got {precisions}")
+    return tuple(b for b in ladder if b != 64 or integrate.has_own_type(engine, b)) or ladder
+
+
+class _Run(NamedTuple):
+    """One call's problem and means; computes any columns in any precision."""
+
+    problem: RouteProblem
+    phases: Phases
+    engine: str
+    tolerance: float
+    jobs: int
+
+    def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
+        """The crossings of those columns in `bits` bits, in t'."""
+        p = self.problem
+        begin = start(p, bits, scales)
+        if bits == 53:
+            states: Any = states_double(begin, self.phases.high[columns], self.phases.rest[columns])
+        else:
+            states = states_exact(begin, self.phases.exactly(columns), bits)
+        unit = float(begin.time_unit)
+        limit = passage_limit(p, bits) / unit
+        found = integrate.crossings(
+            Orbits(begin.coefficients, states, p.n_symbols + 1, limit),
+            engine=self.engine,
+            bits=bits,
+            tolerance=self._tolerance(scales),
+            jobs=self.jobs,
+        )
+        return found._replace(time=found.time * unit)
+
+    def _tolerance(self, scales: Scales) -> float:
+        if scales == certainty.FIRST:
+            return self.tolerance
+        return max(self.tolerance / SHARPENING, integrate.FINEST_TOLERANCE[self.engine])
+
+
+def _checked_tolerance(engine: str, tolerance: float | None) -> float:
+    if tolerance is None:
+        return integrate.DEFAULT_TOLERANCE[engine]
+    if not 0 < tolerance <= 1e-2:
+        raise ProblemError(f"tolerance must be more than 0 and at most 0.01, got {tolerance}")
+    return max(float(tolerance), integrate.FINEST_TOLERANCE[engine])

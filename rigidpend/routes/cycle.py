@@ -1,0 +1,54 @@
+"""The heteroclinic cycle of Fig. 2: vertices, separatrices and the symbols of a route."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+class Turn(NamedTuple):
+    """What an orbit does near a periodic orbit: from one separatrix to the next."""
+
+    arriving: int
+    leaving: int
+    symbol: int
+
+
+TURNS = (
+    Turn(2, 1, 0),
+    Turn(2, 3, 1),
+    Turn(4, 3, 0),
+    Turn(4, 1, 1),
+    Turn(1, 4, 0),
+    Turn(1, 2, 1),
+    Turn(3, 2, 0),
+    Turn(3, 4, 1),
+)
+"""Symbol 0 leaves towards smaller theta1 (left), 1 towards larger (right), modulo 4 pi."""
+
+NO_SYMBOL = 255
+"""The code where there is no symbol: the orbit does not cross J1 = J2/2 again."""
+
+_SYMBOL = np.full((5, 5), NO_SYMBOL, dtype=np.uint8)
+for _turn in TURNS:
+    _SYMBOL[_turn.arriving, _turn.leaving] = _turn.symbol
+
+
+def symbols(separatrix: ArrayLike) -> NDArray[np.uint8]:
+    """The symbols of a sequence of crossings.
+
+    Parameters
+    ----------
+    separatrix : (k + 1, n) array of int
+        The separatrix beside which each crossing lies, 1..4, or 0 for no crossing.
+
+    Returns
+    -------
+    (k, n) array of uint8
+        Symbol i is the side on which the orbit leaves between crossings i and i + 1;
+        `NO_SYMBOL` where there is no crossing i + 1.
+    """
+    beside = np.asarray(separatrix)
+    return _SYMBOL[beside[:-1], beside[1:]]

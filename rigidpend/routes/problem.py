@@ -1,0 +1,93 @@
+"""The problem behind Fig. 4, checked, with the scales of time that belong to it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from rigidpend.body import Body
+from rigidpend.exact import GUARD_BITS, Exact, context
+
+MAX_SYMBOLS = 100_000
+SMALLEST_RATIO = "1e-500"
+"""J1_0/J2_0 from which the components, its square root, are ordinary doubles."""
+
+
+class ProblemError(ValueError):
+    """A value that the problem excludes."""
+
+
+@dataclass(frozen=True)
+class RouteProblem:
+    """Orbits that start at theta1_0 = alpha0 + beta0, J1_0 and J2_0 = sqrt(2 h0/kappa).
+
+    Attributes
+    ----------
+    body : Body
+    h0 : Exact
+        Energy constant, h0 > mu.
+    J1_0 : Exact
+        Initial action (dimensionless), 0 < J1_0 < J2_0.
+    n_symbols : int
+        Symbols to find on each orbit.
+
+    Raises
+    ------
+    ProblemError
+        One of the conditions is broken.
+    """
+
+    body: Body
+    h0: Exact
+    J1_0: Exact
+    n_symbols: int
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.n_symbols, int) or not 1 <= self.n_symbols <= MAX_SYMBOLS:
+            raise ProblemError(f"n_symbols must be 1 to {MAX_SYMBOLS}, got {self.n_symbols!r}")
+        m = context(113)
+        if not self.h0.in_context(m) > self.body.mu.in_context(m):
+            raise ProblemError(f"h0 > mu is broken: h0 = {self.h0}, mu = {self.body.mu}")
+        J1, J2 = self.J1_0.in_context(m), self.J2_0(113)
+        if not 0 < J1 < J2:
+            shown = f"J1_0 = {self.J1_0}, J2_0 = {float(J2):.17g}"
+            raise ProblemError(f"0 < J1_0 < J2_0 is broken: {shown}")
+        if m.mpf(SMALLEST_RATIO) > J1 / J2:
+            raise ProblemError(f"J1_0 = {self.J1_0} is below {SMALLEST_RATIO} J2_0")
+
+    def J2_0(self, bits: int) -> Any:
+        """J2_0 = sqrt(2 h0/kappa), dimensionless (after eq. sol_3), in `bits` bits."""
+        m = context(bits + GUARD_BITS)
+        kappa = self.body.angles(bits + GUARD_BITS).kappa
+        return context(bits).mpf(m.sqrt(2 * self.h0.in_context(m) / kappa))
+
+
+def phase_rate(problem: RouteProblem) -> float:
+    """The fastest of the problem's rates, radians per t': rotation kappa J2 or exponent u."""
+    p, J2 = problem.body.angles(), float(problem.J2_0(53))
+    return J2 * max(p.kappa, math.sin(p.alpha0))
+
+
+def rotation_period(problem: RouteProblem) -> float:
+    """The period in t' of the pendulum rotation that the orbits pass by (eq. sol_3).
+
+    dn has period 2 K(k) in tau = t' sqrt((h0 + mu) kappa/2), k^2 = 2 mu/(h0 + mu).
+    """
+    m, p = context(53), problem.body.angles()
+    h0 = problem.h0.in_context(m)
+    complete = m.ellipk(2 * p.mu / (h0 + p.mu))
+    return float(2 * complete / m.sqrt((h0 + p.mu) * p.kappa / 2))
+
+
+def passage_limit(problem: RouteProblem, bits: int) -> float:
+    """How long in t' an orbit may take to its next crossing.
+
+    In one rotation the distance from a periodic orbit grows by exp(pi^2/nu). The limit is
+    twice the time from the smallest distance that `bits` bits resolve, relative to the
+    start's, to distance one.
+    """
+    m, p = context(53), problem.body.angles()
+    depth = m.log(problem.J2_0(53) / problem.J1_0.in_context(m)) / 2
+    nats = float(depth) + (bits + 20) * math.log(2)
+    return (2 * nats * p.nu / math.pi**2 + 4) * rotation_period(problem)

@@ -1,0 +1,102 @@
+"""Where the orbits of Fig. 4 start: on separatrix 2, near the lower periodic orbit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.coordinates import Canonical, aligned_from_canonical
+from rigidpend.equations import AlignedCoefficients, aligned_coefficients
+from rigidpend.exact import GUARD_BITS, Exact, context, fraction
+from rigidpend.routes.problem import RouteProblem
+
+
+class Scales(NamedTuple):
+    """Units in which a computation runs: the same orbit, other roundings.
+
+    M is multiplied by `momentum` (and t' divided by it), gamma by `vertical`. Every constant
+    and every initial number then has another binary expansion, so that two computations in
+    different scales round independently.
+    """
+
+    momentum: str = "1"
+    vertical: str = "1"
+
+
+class Start(NamedTuple):
+    """Initial states as functions of theta2_0: gamma is linear in its cosine and sine."""
+
+    Qp: Any
+    M3: Any
+    gamma_cos: Sequence[Any]
+    gamma_sin: Sequence[Any]
+    coefficients: AlignedCoefficients
+    time_unit: Any
+    """What a unit of the computation's time is in t'."""
+
+
+def start(problem: RouteProblem, bits: int, scales: Scales) -> Start:
+    """The start theta1_0 = alpha0 + beta0, J1_0, J2_0 = sqrt(2 h0/kappa) in `bits` bits.
+
+    All is computed with guard bits and rounded once, to floats at 53 bits and to Fractions
+    above. On separatrix 2 Qm = 0 identically, so it has no place in the record.
+    """
+    m = context(bits + GUARD_BITS)
+    p = problem.body.angles(bits + GUARD_BITS)
+    unit, tall = m.mpf(scales.momentum), m.mpf(scales.vertical)
+    J2, J1 = m.mpf(problem.J2_0(bits + GUARD_BITS)), problem.J1_0.in_context(m)
+    at = [
+        aligned_from_canonical(
+            Canonical(J1, J2 - J1, m.mpf(0), p.alpha0 + p.beta0, theta2, m.mpf(0), m.mpf(1)),
+            p.alpha0,
+            p.beta0,
+            m,
+        )
+        for theta2 in (m.mpf(0), m.pi / 2)
+    ]
+    scaled = p._replace(mu=p.mu * unit**2 / tall)
+    rounded = _rounding(bits)
+    return Start(
+        rounded(unit * at[0].Qp),
+        rounded(unit * at[0].M3),
+        [rounded(tall * x) for x in at[0][3:]],
+        [rounded(tall * x) for x in at[1][3:]],
+        AlignedCoefficients(*map(rounded, aligned_coefficients(scaled, m))),
+        rounded(unit),
+    )
+
+
+def states_double(begin: Start, theta2: NDArray[np.float64], rest: Any) -> NDArray[np.float64]:
+    """States (6, n) in double precision for the phases ``theta2 + rest``, `rest` tiny."""
+    cos, sin = np.cos(theta2), np.sin(theta2)
+    cos, sin = cos - rest * sin, sin + rest * cos
+    states = np.zeros((6, theta2.size))
+    states[0], states[2] = begin.Qp, begin.M3
+    states[3:] = np.outer(begin.gamma_cos, cos) + np.outer(begin.gamma_sin, sin)
+    return states
+
+
+def states_exact(begin: Start, theta2: Sequence[Exact], bits: int) -> list[list[Fraction]]:
+    """States in `bits` bits, each a list of 6 Fractions."""
+    m, rounded = context(bits + GUARD_BITS), _rounding(bits)
+    axes = [
+        [m.mpf(x.numerator) / x.denominator for x in axis]
+        for axis in (begin.gamma_cos, begin.gamma_sin)
+    ]
+    states = []
+    for phase in theta2:
+        cos, sin = m.cos_sin(phase.in_context(m))
+        gamma = [rounded(a * cos + b * sin) for a, b in zip(*axes, strict=True)]
+        states.append([begin.Qp, Fraction(0), begin.M3, *gamma])
+    return states
+
+
+def _rounding(bits: int) -> Callable[[Any], Any]:
+    """The rounding of an mpmath number to `bits` bits, into a plain number."""
+    if bits == 53:
+        return float
+    return lambda x: fraction(x, bits)
