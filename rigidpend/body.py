@@ -17,6 +17,11 @@ ROUNDING = 1e-15
 class BodyError(ValueError):
     """A body that the paper's conditions exclude; the message names condition and values."""
 
+    def __init__(self, field: str, message: str) -> None:
+        self.field = field
+        """The parameter that is wrong: A, r, mu or an angle."""
+        super().__init__(message)
+
 
 class Angles(NamedTuple):
     """The body as the dimensionless equations see it, in one precision.
@@ -93,7 +98,7 @@ class Body:
         alpha, beta, gamma = exacts((alpha0, beta0, gamma0))
         if not 0 < float(gamma) < float(alpha) < float(function("atan", exact(1))) * 4:
             values = f"alpha0 = {alpha}, gamma0 = {gamma}"
-            raise BodyError(f"pi > alpha0 > gamma0 > 0 is broken: {values}")
+            raise BodyError("alpha0", f"pi > alpha0 > gamma0 > 0 is broken: {values}")
         half_alpha, half_beta, half_gamma = alpha / 2, beta / 2, gamma / 2
         a1 = exact(A1)
         a3 = a1 * (function("sin", half_gamma) / function("sin", half_alpha)) ** 2
@@ -175,9 +180,9 @@ def _triple(name: str, values: Sequence[Any]) -> tuple[Exact, Exact, Exact]:
     try:
         x, y, z = exacts(values)
     except TypeError:
-        raise BodyError(f"{name} needs three numbers, got {values!r}") from None
+        raise BodyError(name, f"{name} needs three numbers, got {values!r}") from None
     except ValueError as error:
-        raise BodyError(f"{name} needs three numbers: {error}") from None
+        raise BodyError(name, f"{name} needs three numbers: {error}") from None
     return x, y, z
 
 
@@ -185,21 +190,21 @@ def _check(body: Body) -> None:
     A1, A2, A3 = body.A
     shown = f"A = {_shown(body.A)}"
     if not _sign(A2) > 0:
-        raise BodyError(f"A2 > 0 is broken: {shown}")
+        raise BodyError("A", f"A2 > 0 is broken: {shown}")
     if not (_sign(A1 - A3) > 0 and _sign(A3 - A2) > 0):
-        raise BodyError(f"A1 > A3 > A2 is broken: {shown}")
+        raise BodyError("A", f"A1 > A3 > A2 is broken: {shown}")
     if _sign(A2 + A3 - A1) < 0:
-        raise BodyError(f"A2 + A3 >= A1 (the triangle inequality) is broken: {shown}")
+        raise BodyError("A", f"A2 + A3 >= A1 (the triangle inequality) is broken: {shown}")
     r1, r2, r3 = body.r
     shown = f"r = {_shown(body.r)}"
     if r3.fraction != 0:
-        raise BodyError(f"r3 = 0 is broken: {shown}")
+        raise BodyError("r", f"r3 = 0 is broken: {shown}")
     if _sign(r1) < 0 or _sign(r2) < 0:
-        raise BodyError(f"r1, r2 >= 0 is broken: {shown}")
+        raise BodyError("r", f"r1, r2 >= 0 is broken: {shown}")
     if _sign(r1) == 0 and _sign(r2) == 0:
-        raise BodyError(f"r must have a direction: {shown}")
+        raise BodyError("r", f"r must have a direction: {shown}")
     if _sign(body.mu) < 0:
-        raise BodyError(f"mu >= 0 is broken: mu = {body.mu}")
+        raise BodyError("mu", f"mu >= 0 is broken: mu = {body.mu}")
 
 
 def _shown(values: Sequence[Exact]) -> str:

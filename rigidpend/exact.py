@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 import functools
 import math
+import numbers
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
@@ -137,7 +138,11 @@ def exact(value: Any) -> Exact:
         return value
     if isinstance(value, str):
         return _parse(value)
-    if isinstance(value, bool) or not hasattr(value, "as_integer_ratio"):
+    if isinstance(value, bool):
+        raise ExactError(f"{value!r} is not a real number")
+    if isinstance(value, numbers.Integral):
+        value = int(value)
+    if not hasattr(value, "as_integer_ratio"):
         raise ExactError(f"{value!r} is not a real number")
     try:
         return _rational(Fraction(*map(int, value.as_integer_ratio())), str(value))

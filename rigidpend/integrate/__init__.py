@@ -14,53 +14,38 @@ Engines are imported when they are used, not before.
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Callable
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.integrate.engines import (
+    DEFAULT_TOLERANCE,
+    ENGINES,
+    FINEST_TOLERANCE,
+    EngineError,
+    check_engine,
+    default_engine,
+)
 from rigidpend.integrate.records import Crossings, Orbits, Outcome, joined
 from rigidpend.workers import side_by_side, spread
 
-__all__ = ["ENGINES", "Crossings", "EngineError", "Orbits", "Outcome", "crossings", "sample"]
+__all__ = [
+    "DEFAULT_TOLERANCE",
+    "ENGINES",
+    "FINEST_TOLERANCE",
+    "Crossings",
+    "EngineError",
+    "Orbits",
+    "Outcome",
+    "check_engine",
+    "crossings",
+    "default_engine",
+    "sample",
+]
 
 Field: TypeAlias = Callable[[Any, Any], Any]
-
-ENGINES = ("taylor", "scipy")
-DEFAULT_TOLERANCE = {"taylor": 3e-14, "scipy": 1e-13}
-"""Local tolerance of each engine in double precision. The Taylor series' error is then below
-rounding: with 2.2e-16, three orders more and 12 % slower, crossing times err alike."""
-FINEST_TOLERANCE = {"taylor": 2.0**-52, "scipy": 2.5e-14}
-"""The finest local tolerance of each engine in double precision."""
-
-
-class EngineError(RuntimeError):
-    """An engine that is not known or not installed."""
-
-
-def default_engine() -> str:
-    """`taylor` where heyoka is installed, else `scipy`."""
-    return "taylor" if importlib.util.find_spec("heyoka") else "scipy"
-
-
-def check_engine(engine: str) -> str:
-    """The engine's name, if it is known and can run here.
-
-    Raises
-    ------
-    EngineError
-        It is not, with what to do about it.
-    """
-    if engine not in ENGINES:
-        raise EngineError(f"engine {engine!r} is not known; choose one of {', '.join(ENGINES)}")
-    if engine == "taylor" and not importlib.util.find_spec("heyoka"):
-        raise EngineError(
-            "engine 'taylor' needs the package heyoka, which is not installed"
-            " (it exists for Linux); choose 'scipy'"
-        )
-    return engine
 
 
 def has_own_type(engine: str, bits: int) -> bool:

@@ -128,9 +128,10 @@ def precision_ladder(engine: str, precisions: Sequence[int]) -> tuple[int, ...]:
     ladder = tuple(precisions)
     ascending = all(low < high for low, high in pairwise(ladder))
     if not ladder or not all(isinstance(bits, int) for bits in ladder) or ladder[0] < 53:
-        raise ProblemError(f"precisions must be whole numbers from 53 bits on, got {precisions}")
+        message = f"precisions must be whole numbers from 53 bits on, got {precisions}"
+        raise ProblemError("precisions", message)
     if not ascending:
-        raise ProblemError(f"precisions must ascend, got {precisions}")
+        raise ProblemError("precisions", f"precisions must ascend, got {precisions}")
     return tuple(b for b in ladder if b != 64 or integrate.has_own_type(engine, b)) or ladder
 
 
@@ -172,5 +173,6 @@ def _checked_tolerance(engine: str, tolerance: float | None) -> float:
     if tolerance is None:
         return integrate.DEFAULT_TOLERANCE[engine]
     if not 0 < tolerance <= 1e-2:
-        raise ProblemError(f"tolerance must be more than 0 and at most 0.01, got {tolerance}")
+        message = f"tolerance must be more than 0 and at most 0.01, got {tolerance}"
+        raise ProblemError("tolerance", message)
     return max(float(tolerance), integrate.FINEST_TOLERANCE[engine])

@@ -2,13 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.exact import Exact, ExactError, exact, exacts
+from rigidpend.exact import Exact, ExactError, exact
+
+
+class Grid(Sequence[Exact]):
+    """The phases start + k step, k = 0 .. count - 1, each made when it is asked for."""
+
+    def __init__(self, start: Exact, step: Exact, count: int) -> None:
+        self.start, self.step, self._length = start, step, count
+
+    def __len__(self) -> int:
+        return self._length
+
+    def __getitem__(self, k: Any) -> Any:
+        if not 0 <= k < self._length:
+            raise IndexError(k)
+        return self.start + self.step * k
 
 
 class Phases:
@@ -37,10 +53,9 @@ class Phases:
             if not np.isfinite(values).all():
                 raise ExactError(f"theta2_0 must be finite, got {values[~np.isfinite(values)][0]}")
         else:
-            given = exacts(values if _is_sequence(values) else [values])
-            self._given = given
-            self.high = np.array([float(x) for x in given])
-            self.rest = np.array([_rest(x) for x in given])
+            self._given = values if _is_sequence(values) else [values]
+            halves = [_halves(exact(x)) for x in self._given]
+            self.high, self.rest = np.array(halves, dtype=float).reshape(-1, 2).T
 
     def __len__(self) -> int:
         return self.high.size
@@ -54,8 +69,10 @@ def _is_sequence(values: Any) -> bool:
     return not isinstance(values, str) and hasattr(values, "__len__") and np.ndim(values) > 0
 
 
-def _rest(x: Exact) -> float:
-    """x minus the double nearest to it."""
+def _halves(x: Exact) -> tuple[float, float]:
+    """The double nearest to x, and the one nearest to what it leaves."""
     if x.fraction is not None:
-        return float(x - exact(float(x)))
-    return float(x.at(113) - float(x))
+        nearest = float(x)
+        return nearest, float(x.fraction - Fraction(nearest))
+    value = x.at(113)
+    return float(value), float(value - float(value))

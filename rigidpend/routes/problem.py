@@ -17,6 +17,11 @@ SMALLEST_RATIO = "1e-500"
 class ProblemError(ValueError):
     """A value that the problem excludes."""
 
+    def __init__(self, field: str, message: str) -> None:
+        self.field = field
+        """The parameter that is wrong."""
+        super().__init__(message)
+
 
 @dataclass(frozen=True)
 class RouteProblem:
@@ -45,16 +50,18 @@ class RouteProblem:
 
     def __post_init__(self) -> None:
         if not isinstance(self.n_symbols, int) or not 1 <= self.n_symbols <= MAX_SYMBOLS:
-            raise ProblemError(f"n_symbols must be 1 to {MAX_SYMBOLS}, got {self.n_symbols!r}")
+            message = f"n_symbols must be 1 to {MAX_SYMBOLS}, got {self.n_symbols!r}"
+            raise ProblemError("n_symbols", message)
         m = context(113)
         if not self.h0.in_context(m) > self.body.mu.in_context(m):
-            raise ProblemError(f"h0 > mu is broken: h0 = {self.h0}, mu = {self.body.mu}")
+            message = f"h0 > mu is broken: h0 = {self.h0}, mu = {self.body.mu}"
+            raise ProblemError("h0", message)
         J1, J2 = self.J1_0.in_context(m), self.J2_0(113)
         if not 0 < J1 < J2:
             shown = f"J1_0 = {self.J1_0}, J2_0 = {float(J2):.17g}"
-            raise ProblemError(f"0 < J1_0 < J2_0 is broken: {shown}")
+            raise ProblemError("J1_0", f"0 < J1_0 < J2_0 is broken: {shown}")
         if m.mpf(SMALLEST_RATIO) > J1 / J2:
-            raise ProblemError(f"J1_0 = {self.J1_0} is below {SMALLEST_RATIO} J2_0")
+            raise ProblemError("J1_0", f"J1_0 = {self.J1_0} is below {SMALLEST_RATIO} J2_0")
 
     def J2_0(self, bits: int) -> Any:
         """J2_0 = sqrt(2 h0/kappa), dimensionless (after eq. sol_3), in `bits` bits."""

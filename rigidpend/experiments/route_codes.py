@@ -1,0 +1,167 @@
+"""Experiment `route_codes`: arrays of binary route codes over the initial phase (Fig. 4)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from rigidpend import melnikov
+from rigidpend.body import Body
+from rigidpend.experiments import Row
+from rigidpend.routes.certainty import LINEAR
+from rigidpend.routes.codes import RouteCodes, route_codes
+from rigidpend.routes.phases import Grid
+from rigidpend.routes.problem import RouteProblem
+from rigidpend.store import Dataset, Tree
+
+ROUNDING = 1e-14
+"""By how much phases may differ, in radians, where only their rounding can."""
+
+MEANING = {
+    "theta2_0": ("rad", "initial phase of each column"),
+    "codes": ("1", "symbols, row 0 = symbol 1: 0 left, 1 right, 255 none (no return)"),
+    "certain": ("1", "whether two independent computations establish the symbol"),
+    "bits": ("bit", "precision that decided the column"),
+    "crossing_time": ("t' = t s", "times of the crossings of J1 = J2/2, NaN where there is none"),
+    "separatrix": ("1", "separatrix beside which the crossing lies, 1..4, 0 for none"),
+}
+
+
+def compute(
+    problem: Any, numerics: Any, *, engine: str, jobs: int, report: Callable[[str], None]
+) -> Tree:
+    """Compute every array of a config.
+
+    Parameters
+    ----------
+    problem : RouteCodesProblem
+    numerics : Numerics
+    engine : str
+        The engine to use, resolved.
+    jobs : int
+        Threads or processes.
+    report : callable
+        Takes a line of progress for people.
+
+    Returns
+    -------
+    Tree
+        A group for each array, with the fields of `RouteCodes` and the Melnikov zeros.
+    """
+    tolerance = None if numerics.tolerance is None else float(numerics.tolerance)
+    zeros = melnikov.zeros(_problem(problem))
+    groups: dict[str, Tree] = {}
+    for name, grid in problem.arrays.items():
+        routes = route_codes(
+            problem.body,
+            Grid(grid.start, grid.step, grid.count),
+            h0=problem.h0,
+            J1_0=problem.J1_0,
+            n_symbols=problem.n_symbols,
+            engine=engine,
+            tolerance=tolerance,
+            precisions=numerics.precisions,
+            jobs=jobs,
+        )
+        report(f"{name}: {_summary(routes)}")
+        groups[name] = _group(routes, zeros)
+    return groups
+
+
+def describe(problem: Any) -> list[Row]:
+    """What a problem is, with what follows from it: for people, units named."""
+    body, checked = problem.body, _problem(problem)
+    zeros = ", ".join(f"{x:.6f}" for x in melnikov.zeros(checked))
+    return [
+        *body_rows(body),
+        Row("h0", str(problem.h0), "energy constant, kappa J2_0^2/2"),
+        Row("J1_0", str(problem.J1_0), "initial action, dimensionless"),
+        Row("J2_0", f"{float(checked.J2_0(53)):.16g}", "initial |M|, dimensionless"),
+        Row("n_symbols", str(problem.n_symbols), "symbols on each orbit"),
+        *(_array_row(name, grid) for name, grid in problem.arrays.items()),
+        Row("Melnikov zeros", zeros, "rad, theta2_0 where the first symbol changes, to O(mu)"),
+    ]
+
+
+def differences(stored: Any, fresh: Any) -> list[str]:
+    """Where two results of the same config disagree by more than their arithmetic explains.
+
+    Symbols and separatrices must be the same where both are certain. Crossing times may differ
+    by as much as two computations that establish the same symbols: see `certainty.LINEAR`.
+
+    Parameters
+    ----------
+    stored, fresh : h5py.Group
+        ``/data`` of the two files.
+    """
+    found = [f"array {name} is in one file only" for name in set(stored) ^ set(fresh)]
+    for name in sorted(set(stored) & set(fresh)):
+        found += [f"{name}: {text}" for text in _array_differences(stored[name], fresh[name])]
+    return found
+
+
+def _array_differences(stored: Any, fresh: Any) -> Iterator[str]:
+    if stored["codes"].shape != fresh["codes"].shape:
+        yield f"{stored['codes'].shape} symbols stored, {fresh['codes'].shape} computed"
+        return
+    for field in ("theta2_0", "melnikov_zeros"):
+        yield from _far(field, stored[field][:], fresh[field][:], ROUNDING)
+    certain = stored["certain"][:] & fresh["certain"][:]
+    after = np.vstack((certain[:1], certain))
+    for field, mask in (("codes", certain), ("separatrix", after)):
+        wrong = mask & (stored[field][:] != fresh[field][:])
+        if wrong.any():
+            row, column = np.argwhere(wrong)[0]
+            yield f"{field} differ in {wrong.sum()} cells, first [{row}, {column}]"
+    old, new = (np.where(after, group["crossing_time"][:], 0.0) for group in (stored, fresh))
+    yield from _far("crossing_time", old, new, LINEAR)
+
+
+def _far(field: str, stored: Any, fresh: Any, allowed: float) -> Iterator[str]:
+    """Whether values differ by more than is allowed, with the worst of them."""
+    gap = np.abs(stored - fresh)
+    if (gap > allowed).any():
+        worst = np.unravel_index(np.nanargmax(gap), gap.shape)
+        at = ", ".join(map(str, worst))
+        yield f"{field}[{at}]: stored {stored[worst]:.17g}, computed {fresh[worst]:.17g}"
+
+
+def body_rows(body: Body) -> list[Row]:
+    """A body's parameters and what follows from them."""
+    special = ", ".join(body.special_cases) or "none"
+    return [
+        Row("A", ", ".join(map(str, body.A)), "principal moments of inertia A1, A2, A3"),
+        Row("r", ", ".join(map(str, body.r)), "direction to the centre of gravity"),
+        Row("mu", str(body.mu), "weight times distance of the centre of gravity"),
+        Row("alpha0", f"{body.alpha0:.16g}", "rad"),
+        Row("beta0", f"{body.beta0:.16g}", "rad"),
+        Row("gamma0", f"{body.gamma0:.16g}", "rad"),
+        Row("kappa", f"{body.kappa:.16g}", "A1 A2/(A3 (A1 - A2))"),
+        Row("nu", f"{body.nu:.16g}", "pi kappa/sin(alpha0)"),
+        Row("special cases", special, "Hess: alpha0 = beta0; Grioli: gamma0 = beta0"),
+    ]
+
+
+def _problem(problem: Any) -> RouteProblem:
+    return RouteProblem(problem.body, problem.h0, problem.J1_0, problem.n_symbols)
+
+
+def _array_row(name: str, grid: Any) -> Row:
+    return Row(f"array {name}", f"{grid.start} + k {grid.step}, k < {grid.count}", "rad, theta2_0")
+
+
+def _group(routes: RouteCodes, zeros: tuple[float, ...]) -> Tree:
+    fields = {name: Dataset(getattr(routes, name), *MEANING[name]) for name in MEANING}
+    melnikov_zeros = Dataset(np.array(zeros), "rad", "zeros of Melnikov's integral in theta2_0")
+    return {**fields, "melnikov_zeros": melnikov_zeros}
+
+
+def _summary(routes: RouteCodes) -> str:
+    n, uncertain = routes.bits.size, int((~routes.certain).sum())
+    counts = ", ".join(
+        f"{int((routes.bits == bits).sum())} in {bits} bits" for bits in np.unique(routes.bits)
+    )
+    doubt = f"; {uncertain} symbols uncertain" if uncertain else ""
+    return f"{n} orbits, {counts}{doubt}"

@@ -1,0 +1,39 @@
+"""Which engines there are, and which can run here. Imports none of them."""
+
+from __future__ import annotations
+
+import importlib.util
+
+ENGINES = ("taylor", "scipy")
+DEFAULT_TOLERANCE = {"taylor": 3e-14, "scipy": 1e-13}
+"""Local tolerance of each engine in double precision. The Taylor series' error is then below
+rounding: with 2.2e-16, three orders more and 12 % slower, crossing times err alike."""
+FINEST_TOLERANCE = {"taylor": 2.0**-52, "scipy": 2.5e-14}
+"""The finest local tolerance of each engine in double precision."""
+
+
+class EngineError(RuntimeError):
+    """An engine that is not known or not installed."""
+
+
+def default_engine() -> str:
+    """`taylor` where heyoka is installed, else `scipy`."""
+    return "taylor" if importlib.util.find_spec("heyoka") else "scipy"
+
+
+def check_engine(engine: str) -> str:
+    """The engine's name, if it is known and can run here.
+
+    Raises
+    ------
+    EngineError
+        It is not, with what to do about it.
+    """
+    if engine not in ENGINES:
+        raise EngineError(f"engine {engine!r} is not known; choose one of {', '.join(ENGINES)}")
+    if engine == "taylor" and not importlib.util.find_spec("heyoka"):
+        raise EngineError(
+            "engine 'taylor' needs the package heyoka, which is not installed"
+            " (it exists for Linux); choose 'scipy'"
+        )
+    return engine

@@ -1,0 +1,54 @@
+"""Figures from result files: one module an experiment. Nothing is computed here.
+
+Each has ``draw(data) -> Figure``, from the open file. No display is needed, and no
+integrator is imported.
+"""
+
+from __future__ import annotations
+
+import importlib
+import io
+from pathlib import Path
+from typing import Any
+
+from rigidpend import store
+
+FORMATS = ("png", "svg", "pdf")
+STYLE = Path(__file__).with_name("rigidpend.mplstyle")
+
+
+def render(source: Path, target: Path) -> None:
+    """Draw a result file; the suffix of `target` is the format.
+
+    Raises
+    ------
+    StoreError
+        The result cannot be read, or the figure not written.
+    """
+    import matplotlib
+
+    # What the user's shell says of a display does not matter to a figure in a file.
+    with matplotlib.rc_context(fname=STYLE), store.opened(source) as file:
+        experiment = str(file.attrs["experiment"])
+        figure = importlib.import_module(f"rigidpend.render.{experiment}").draw(file)
+        image = _image(figure, target.suffix[1:], _title(file))
+    try:
+        store.replace(target, image)
+    except OSError as error:
+        raise store.StoreError(f"{target}: cannot be written: {error.strerror}") from None
+
+
+def _image(figure: Any, suffix: str, title: str) -> bytes:
+    """The figure's bytes, with no time or version in them: equal results, equal images."""
+    plain: dict[str, dict[str, Any]] = {
+        "png": {"Software": None, "Title": title},
+        "svg": {"Date": None, "Creator": None, "Title": title},
+        "pdf": {"CreationDate": None, "Creator": None, "Producer": None, "Title": title},
+    }
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format=suffix, metadata=plain[suffix])
+    return buffer.getvalue()
+
+
+def _title(file: Any) -> str:
+    return f"rigidpend {file.attrs['name']}, config {file.attrs['config_hash']}"

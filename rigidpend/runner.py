@@ -1,0 +1,111 @@
+"""From configs to result files: what is up to date is left alone, with the reason said."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rigidpend import experiments, provenance, store
+from rigidpend.config import Config
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A config, the file that holds its result, and why it is to be run, if it is."""
+
+    config: Config
+    engine: str
+    target: Path
+    fingerprint: dict[str, str]
+    """What the result depends on: hashes of config and code, and the engine."""
+    reason: str
+    """Why it must be computed; empty where the file is up to date."""
+
+
+REASONS = {
+    "config_hash": "its config changed",
+    "code_hash": "the code that computes it changed",
+    "engine": "the engine changed",
+}
+
+
+def plan(config: Config, folder: Path, *, force: bool = False) -> Plan:
+    """Decide whether a config is to be run.
+
+    Parameters
+    ----------
+    config : Config
+    folder : Path
+        Where results are kept.
+    force : bool, optional
+        Compute even what is up to date.
+    """
+    from rigidpend.integrate.engines import check_engine, default_engine
+
+    engine = check_engine(config.content.numerics.engine or default_engine())
+    target = folder / f"{config.name}.h5"
+    fingerprint = {
+        "config_hash": provenance.config_hash(config.resolved()),
+        "code_hash": provenance.code_hash(config.experiment),
+        "engine": provenance.engine_name(engine),
+    }
+    reason = "--force" if force else _reason(target, fingerprint)
+    return Plan(config, engine, target, fingerprint, reason)
+
+
+def run(planned: Plan, *, jobs: int, report: Callable[[str], None]) -> None:
+    """Compute a planned experiment and write its result file.
+
+    Raises
+    ------
+    StoreError
+        The file cannot be written.
+    """
+    config = planned.config
+    compute: Callable[..., store.Tree] = experiments.module(config.experiment).compute
+    content = config.content
+    store.prepare(planned.target)
+    data = compute(
+        content.problem, content.numerics, engine=planned.engine, jobs=jobs, report=report
+    )
+    attributes: dict[str, Any] = {
+        "name": config.name,
+        "figure": content.figure,
+        "experiment": config.experiment,
+        **planned.fingerprint,
+    }
+    resolved = json.dumps(config.resolved(), indent=2)
+    result = store.Result(attributes, resolved, provenance.provenance(), data)
+    store.write(planned.target, result)
+
+
+def verify(config: Config, stored: Path, *, jobs: int) -> list[str]:
+    """Compute a config again and say where the stored result differs.
+
+    Raises
+    ------
+    StoreError
+        The stored result cannot be read.
+    """
+    differences = experiments.module(config.experiment).differences
+    with store.opened(stored) as old, tempfile.TemporaryDirectory() as folder:
+        planned = plan(config, Path(folder))
+        run(planned, jobs=jobs, report=lambda _: None)
+        found: list[str] = []
+        if old.attrs["config_hash"] != planned.fingerprint["config_hash"]:
+            found.append("the config is not the one that the stored result was made from")
+        with store.opened(planned.target) as new:
+            return found + list(differences(old["data"], new["data"]))
+
+
+def _reason(target: Path, fingerprint: dict[str, str]) -> str:
+    if not target.exists():
+        return "no result yet"
+    stored = store.attributes(target)
+    if stored is None:
+        return "its result file is not readable"
+    return "; ".join(said for key, said in REASONS.items() if stored.get(key) != fingerprint[key])

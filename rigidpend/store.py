@@ -1,0 +1,175 @@
+"""Results in HDF5: written whole or not at all, read with a clear word where they are unfit.
+
+Layout: root attributes say format, experiment and fingerprint; ``/config`` holds the resolved
+config, ``/provenance`` what ran where (it varies between equal results), ``/data`` the result.
+Every dataset has `units` and `description`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple, TypeAlias
+
+import h5py
+import numpy as np
+
+FORMAT, FORMAT_VERSION = "rigidpend", 1
+
+
+class StoreError(RuntimeError):
+    """A result file that cannot be read or written."""
+
+
+class Dataset(NamedTuple):
+    """An array or a text to be stored, with what it means."""
+
+    values: Any
+    units: str
+    description: str
+
+
+Tree: TypeAlias = Mapping[str, "Dataset | Tree"]
+Attributes: TypeAlias = Mapping[str, str | int | float]
+
+
+class Result(NamedTuple):
+    """A result file's content."""
+
+    attributes: Attributes
+    """Of the root; format and version are added."""
+    config: str
+    """The resolved config, JSON."""
+    provenance: Attributes
+    data: Tree
+
+
+def write(path: Path, result: Result) -> None:
+    """Write a result file: in memory first, then under its name in one step.
+
+    Raises
+    ------
+    StoreError
+        It cannot be written; what was there before is untouched.
+    """
+    prepare(path)
+    image = _image(result)
+    try:
+        replace(path, image)
+    except OSError as error:
+        raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+def prepare(path: Path) -> None:
+    """Make the folder of a file to come, so that a long computation does not end in vain.
+
+    Raises
+    ------
+    StoreError
+        The folder cannot be made, or nothing can be written to it.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+    except OSError as error:
+        reason = f"{path.parent} is not writable ({error.strerror})"
+        raise StoreError(f"{path}: {reason}; choose another folder with --out") from None
+
+
+def replace(path: Path, content: bytes) -> None:
+    """Give a file new content in one step, so that no reader sees half of it."""
+    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        # mkstemp keeps others out; a result is as readable as any file made here.
+        os.chmod(temporary, 0o666 & ~_umask())
+        os.replace(temporary, path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            os.unlink(temporary)
+        raise
+
+
+@contextlib.contextmanager
+def opened(path: Path) -> Iterator[h5py.File]:
+    """A result file, open for reading.
+
+    Raises
+    ------
+    StoreError
+        There is none, it is no HDF5, it is damaged, or of another format version.
+    """
+    try:
+        with h5py.File(path, "r") as file:
+            _check(path, file)
+            yield file
+    except FileNotFoundError:
+        raise StoreError(f"{path}: there is no such file") from None
+    except (OSError, KeyError, RuntimeError) as error:
+        if isinstance(error, StoreError):
+            raise
+        reason = str(error).splitlines()[0]
+        raise StoreError(f"{path}: not a readable HDF5 file: {reason}") from None
+
+
+def attributes(path: Path) -> dict[str, Any] | None:
+    """The root attributes of a result file; None where it is absent or unfit."""
+    try:
+        with opened(path) as file:
+            return dict(file.attrs)
+    except StoreError:
+        return None
+
+
+def _check(path: Path, file: h5py.File) -> None:
+    if file.attrs.get("format") != FORMAT:
+        raise StoreError(f"{path}: an HDF5 file, but not a result of rigidpend")
+    version = file.attrs.get("format_version")
+    if version != FORMAT_VERSION:
+        raise StoreError(
+            f"{path}: its format version is {version}, this program reads {FORMAT_VERSION};"
+            " run the experiment again"
+        )
+
+
+def _image(result: Result) -> bytes:
+    """The bytes of the HDF5 file."""
+    with h5py.File.in_memory(libver=("earliest", "v110")) as file:
+        file.attrs.update({"format": FORMAT, "format_version": FORMAT_VERSION})
+        file.attrs.update(result.attributes)
+        _put(file, "config", Dataset(result.config, "", "resolved config, JSON"))
+        file.create_group("provenance").attrs.update(result.provenance)
+        _put(file, "data", result.data)
+        file.flush()
+        return bytes(file.id.get_file_image())
+
+
+def _put(group: h5py.Group, name: str, node: Dataset | Tree) -> None:
+    if not isinstance(node, Dataset):
+        inner = group.create_group(name, track_order=True)
+        for key, value in node.items():
+            _put(inner, key, value)
+        return
+    made = group.create_dataset(name, data=node.values, **_storage(node.values))
+    made.attrs["units"] = node.units
+    made.attrs["description"] = node.description
+
+
+def _storage(values: Any) -> dict[str, Any]:
+    """Checksums and compression, which arrays can have and single values cannot."""
+    if isinstance(values, str) or np.size(values) == 0 or np.ndim(values) == 0:
+        return {}
+    return {"fletcher32": True, "shuffle": True, "compression": "gzip"}
+
+
+def _umask() -> int:
+    current = os.umask(0)
+    os.umask(current)
+    return current
