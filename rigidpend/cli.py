@@ -186,7 +186,7 @@ def describe(name: str, settings: tuple[str, ...]) -> None:
     for path in config.names.resolve((name,)):
         loaded = config.load(path, settings)
         click.echo(f"{loaded.name}: experiment {loaded.experiment}, {path}")
-        rows = experiments.module(loaded.experiment).describe(loaded.content.problem)
+        rows = experiments.module(loaded.experiment).describe(loaded.content)
         name_width = max(len(row.name) for row in rows)
         value_width = max(len(row.value) for row in rows)
         for row in rows:

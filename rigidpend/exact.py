@@ -230,7 +230,8 @@ def _parse(text: str) -> Exact:
         tree = ast.parse(source, mode="eval")
         value = _read(tree.body, source)
     except ExactError as error:
-        raise ExactError(f"{text!r}: {error}") from None
+        shown = "" if str(error).startswith(repr(source)) else f"{text!r}: "
+        raise ExactError(f"{shown}{error}") from None
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise ExactError(f"{text!r} is not a number or an expression of numbers") from None
     return Exact(source, value.fraction, value._evaluate)

@@ -14,17 +14,6 @@ from pathlib import Path
 from typing import Any
 
 PACKAGE = Path(__file__).resolve().parent
-COMPUTING = (
-    "body.py",
-    "coordinates.py",
-    "equations.py",
-    "exact.py",
-    "melnikov.py",
-    "integrate",
-    "routes",
-)
-"""The rooms on which every result depends, beside its own experiment."""
-
 LIBRARIES = ("numpy", "scipy", "mpmath", "h5py", "heyoka")
 
 
@@ -35,13 +24,13 @@ def config_hash(resolved: dict[str, Any]) -> str:
 
 def code_hash(experiment: str) -> str:
     """A hash of the code that computes an experiment: comments and docstrings don't count."""
-    rooms = [PACKAGE / name for name in (*COMPUTING, f"experiments/{experiment}.py")]
-    files = [file for room in rooms for file in _sources(room)]
-    return _digest("\n".join(_normalised(file) for file in files))
+    return _digest("\n".join(_normalised(file) for file in _needed(experiment)))
 
 
 def engine_name(engine: str) -> str:
     """An engine with the version of the library behind it."""
+    if not engine:
+        return "closed form"
     library = {"taylor": "heyoka", "scipy": "scipy"}[engine]
     return f"{engine} ({library} {_version(library)})"
 
@@ -62,8 +51,37 @@ def provenance() -> dict[str, str]:
     }
 
 
-def _sources(room: Path) -> list[Path]:
-    return sorted(room.rglob("*.py")) if room.is_dir() else [room]
+def _needed(experiment: str) -> list[Path]:
+    """The package's files that an experiment imports, itself and through others."""
+    found: set[Path] = set()
+    waiting = [PACKAGE / "experiments" / f"{experiment}.py"]
+    while waiting:
+        file = waiting.pop()
+        if file not in found:
+            found.add(file)
+            waiting += _imported(file)
+    return sorted(found)
+
+
+def _imported(file: Path) -> list[Path]:
+    """The package's files that a file imports, wherever in it."""
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(file.read_bytes())):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+        elif isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+    return [found for name in names if (found := _file(name)) is not None]
+
+
+def _file(module: str) -> Path | None:
+    """The file of a module of this package; None for other packages and for mere names."""
+    first, *inner = module.split(".")
+    if first != PACKAGE.name or not inner:
+        return None
+    place = PACKAGE.joinpath(*inner)
+    candidates = (place.with_suffix(".py"), place / "__init__.py")
+    return next((file for file in candidates if file.is_file()), None)
 
 
 def _normalised(file: Path) -> str:

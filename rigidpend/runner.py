@@ -44,9 +44,7 @@ def plan(config: Config, folder: Path, *, force: bool = False) -> Plan:
     force : bool, optional
         Compute even what is up to date.
     """
-    from rigidpend.integrate.engines import check_engine, default_engine
-
-    engine = check_engine(config.content.numerics.engine or default_engine())
+    engine = _engine(config)
     target = folder / f"{config.name}.h5"
     fingerprint = {
         "config_hash": provenance.config_hash(config.resolved()),
@@ -66,15 +64,12 @@ def run(planned: Plan, *, jobs: int, report: Callable[[str], None]) -> None:
         The file cannot be written.
     """
     config = planned.config
-    compute: Callable[..., store.Tree] = experiments.module(config.experiment).compute
-    content = config.content
     store.prepare(planned.target)
-    data = compute(
-        content.problem, content.numerics, engine=planned.engine, jobs=jobs, report=report
-    )
+    means = experiments.Means(planned.engine, jobs, report)
+    data = experiments.module(config.experiment).compute(config.content, means)
     attributes: dict[str, Any] = {
         "name": config.name,
-        "figure": content.figure,
+        "figure": config.content.figure,
         "experiment": config.experiment,
         **planned.fingerprint,
     }
@@ -100,6 +95,14 @@ def verify(config: Config, stored: Path, *, jobs: int) -> list[str]:
             found.append("the config is not the one that the stored result was made from")
         with store.opened(planned.target) as new:
             return found + list(differences(old["data"], new["data"]))
+
+
+def _engine(config: Config) -> str:
+    """The engine that a config is computed with; none for closed forms."""
+    from rigidpend.integrate.engines import check_engine, default_engine
+
+    numerics = getattr(config.content, "numerics", None)
+    return check_engine(numerics.engine or default_engine()) if numerics else ""
 
 
 def _reason(target: Path, fingerprint: dict[str, str]) -> str:

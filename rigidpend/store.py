@@ -17,6 +17,8 @@ from typing import Any, NamedTuple, TypeAlias
 import h5py
 import numpy as np
 
+from rigidpend.tree import Dataset, Tree
+
 FORMAT, FORMAT_VERSION = "rigidpend", 1
 
 
@@ -24,15 +26,6 @@ class StoreError(RuntimeError):
     """A result file that cannot be read or written."""
 
 
-class Dataset(NamedTuple):
-    """An array or a text to be stored, with what it means."""
-
-    values: Any
-    units: str
-    description: str
-
-
-Tree: TypeAlias = Mapping[str, "Dataset | Tree"]
 Attributes: TypeAlias = Mapping[str, str | int | float]
 
 

@@ -10,9 +10,8 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from rigidpend.config import names, reader
+from rigidpend.config import names, reader, schema
 from rigidpend.config.reader import ConfigError, Document, Place, Problem
-from rigidpend.config.schema import SCHEMAS
 
 __all__ = ["Config", "ConfigError", "load", "names"]
 
@@ -52,33 +51,34 @@ def load(path: Path, settings: Sequence[str] = ()) -> Config:
     for setting in settings:
         reader.override(document, setting)
     experiment = _experiment(document)
+    model = schema.of(experiment)
     try:
-        content = SCHEMAS[experiment].model_validate(document.tree)
+        content = model.model_validate(document.tree)
     except ValidationError as error:
-        problems = [_problem(document, SCHEMAS[experiment], item) for item in error.errors()]
+        problems = [_problem(document, model, item) for item in error.errors()]
         raise ConfigError(problems) from None
     return Config(path.stem, experiment, content)
 
 
 def _experiment(document: Document) -> str:
-    name = document.tree.get("experiment")
-    if isinstance(name, str) and name in SCHEMAS:
+    name, known = document.tree.get("experiment"), schema.experiments()
+    if isinstance(name, str) and name in known:
         return name
     place = ("experiment",)
-    message = (
-        "required" if name is None else f"no such experiment: {name!r}{_meant(str(name), SCHEMAS)}"
-    )
-    raise ConfigError([Problem(document.origin(place), place, f"{message} {_known(SCHEMAS)}")])
+    message = "required"
+    if name is not None:
+        message = f"no such experiment: {name!r}{_meant(str(name), known)}"
+    raise ConfigError([Problem(document.origin(place), place, f"{message} {_known(known)}")])
 
 
-def _problem(document: Document, schema: type[BaseModel], error: Any) -> Problem:
+def _problem(document: Document, model: type[BaseModel], error: Any) -> Problem:
     """A schema's complaint, with the place where the value was written."""
     place: Place = _written(error["loc"])
     if error["type"] == "physics":
         place = (*place, error["ctx"]["field"])
         return Problem(document.origin(place), place, error["ctx"]["message"])
     if error["type"] == "extra_forbidden":
-        siblings = _fields(schema, place[:-1])
+        siblings = _fields(model, place[:-1])
         message = f"unknown key{_meant(str(place[-1]), siblings)} {_known(siblings)}"
         return Problem(document.origin(place, of_key=True), place, message)
     if error["type"] == "missing":
@@ -105,14 +105,12 @@ def _got(value: Any) -> str:
     return f", got {value!r}" if isinstance(value, str | int) else ""
 
 
-def _fields(schema: Any, place: Place) -> list[str]:
-    """The keys that the schema knows at a place."""
+def _fields(kind: Any, place: Place) -> list[str]:
+    """The keys that a schema knows at a place."""
     for key in place:
-        model = getattr(schema, "model_fields", {}).get(str(key))
-        schema = model.annotation if model else next(iter(get_args(schema)[1:]), None)
-        if schema is None:
-            return []
-    return list(getattr(schema, "model_fields", ()))
+        field = getattr(kind, "model_fields", {}).get(str(key))
+        kind = field.annotation if field else next(iter(get_args(kind)[1:]), None)
+    return list(getattr(kind, "model_fields", ()))
 
 
 def _meant(word: str, known: Iterable[str]) -> str:

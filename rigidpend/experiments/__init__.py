@@ -1,13 +1,30 @@
 """What a config can ask for: one module an experiment, named as in the config.
 
-Each has ``compute(config, engine, jobs) -> Tree``, from the checked content of a config to the
-data of its result file, and ``describe(config) -> list[Table]`` for people.
+Each has
+
+- ``compute(config, means) -> Tree``: from the checked content of a config to the data of its
+  result file;
+- ``describe(config) -> list[Row]``: what a config asks for, for people;
+- ``differences(stored, fresh) -> list[str]``: where two results disagree by more than their
+  arithmetic explains, from the groups ``/data`` of two open files.
 """
 
 from __future__ import annotations
 
 import importlib
+from collections.abc import Callable
 from typing import Any, NamedTuple
+
+
+class Means(NamedTuple):
+    """What an experiment is computed with."""
+
+    engine: str
+    """One of the engines; empty for an experiment that integrates nothing."""
+    jobs: int
+    """Threads or processes at a time."""
+    report: Callable[[str], None]
+    """Takes a line of progress for people."""
 
 
 class Row(NamedTuple):

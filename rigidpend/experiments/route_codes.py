@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from rigidpend import melnikov
 from rigidpend.body import Body
-from rigidpend.experiments import Row
+from rigidpend.experiments import Means, Row
 from rigidpend.routes.certainty import LINEAR
 from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.phases import Grid
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.store import Dataset, Tree
+from rigidpend.tree import Dataset, Tree
 
 ROUNDING = 1e-14
 """By how much phases may differ, in radians, where only their rounding can."""
@@ -29,27 +29,20 @@ MEANING = {
 }
 
 
-def compute(
-    problem: Any, numerics: Any, *, engine: str, jobs: int, report: Callable[[str], None]
-) -> Tree:
+def compute(config: Any, means: Means) -> Tree:
     """Compute every array of a config.
 
     Parameters
     ----------
-    problem : RouteCodesProblem
-    numerics : Numerics
-    engine : str
-        The engine to use, resolved.
-    jobs : int
-        Threads or processes.
-    report : callable
-        Takes a line of progress for people.
+    config : rigidpend.config.schema.route_codes.Config
+    means : Means
 
     Returns
     -------
     Tree
         A group for each array, with the fields of `RouteCodes` and the Melnikov zeros.
     """
+    problem, numerics = config.problem, config.numerics
     tolerance = None if numerics.tolerance is None else float(numerics.tolerance)
     zeros = melnikov.zeros(_problem(problem))
     groups: dict[str, Tree] = {}
@@ -60,18 +53,19 @@ def compute(
             h0=problem.h0,
             J1_0=problem.J1_0,
             n_symbols=problem.n_symbols,
-            engine=engine,
+            engine=means.engine,
             tolerance=tolerance,
             precisions=numerics.precisions,
-            jobs=jobs,
+            jobs=means.jobs,
         )
-        report(f"{name}: {_summary(routes)}")
+        means.report(f"{name}: {_summary(routes)}")
         groups[name] = _group(routes, zeros)
     return groups
 
 
-def describe(problem: Any) -> list[Row]:
-    """What a problem is, with what follows from it: for people, units named."""
+def describe(config: Any) -> list[Row]:
+    """What a config asks for, with what follows from it: for people, units named."""
+    problem = config.problem
     body, checked = problem.body, _problem(problem)
     zeros = ", ".join(f"{x:.6f}" for x in melnikov.zeros(checked))
     return [

@@ -20,6 +20,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.equations import AlignedCoefficients, aligned
 from rigidpend.integrate.engines import (
     DEFAULT_TOLERANCE,
     ENGINES,
@@ -43,6 +44,7 @@ __all__ = [
     "crossings",
     "default_engine",
     "sample",
+    "sample_orbits",
 ]
 
 Field: TypeAlias = Callable[[Any, Any], Any]
@@ -123,6 +125,56 @@ def sample(
     from rigidpend.integrate import taylor
 
     return taylor.sample(field, state, times, tolerance)
+
+
+def sample_orbits(
+    coefficients: AlignedCoefficients,
+    states: Any,
+    times: Any,
+    *,
+    engine: str | None = None,
+    tolerance: float | None = None,
+) -> NDArray[np.float64]:
+    """Orbits of the aligned field of one body, in double precision, at given times.
+
+    Parameters
+    ----------
+    coefficients : AlignedCoefficients
+        Floats.
+    states : (6, n) array
+        Aligned components at the first of the times.
+    times : (k,) array
+        t', ascending or descending.
+    engine : {"taylor", "scipy"}, optional
+    tolerance : float, optional
+        Local tolerance; by default the engine's own.
+
+    Returns
+    -------
+    (6, k, n) array
+
+    Raises
+    ------
+    ArithmeticError
+        An orbit did not reach the last of the times.
+    """
+    engine = check_engine(engine or default_engine())
+    times, states = np.asarray(times, dtype=float), np.asarray(states, dtype=float)
+    tolerance = tolerance or DEFAULT_TOLERANCE[engine]
+    if engine == "scipy":
+        from rigidpend.integrate import dop853
+
+        shape = states.shape
+        flat = dop853.sample(
+            lambda flat, _: np.concatenate(aligned(flat.reshape(shape), coefficients)),
+            states.ravel(),
+            times,
+            tolerance,
+        )
+        return flat.reshape(*shape, times.size).transpose(0, 2, 1)
+    from rigidpend.integrate import taylor
+
+    return taylor.sample_batch(coefficients, states, times, tolerance)
 
 
 def _plan(

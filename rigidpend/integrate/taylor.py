@@ -95,6 +95,44 @@ def sample(field: Any, state: Any, times: Any, tolerance: float) -> Any:
     return states.T
 
 
+def sample_batch(coefficients: Any, states: Any, times: Any, tolerance: float) -> Any:
+    """Orbits of the aligned field (see `rigidpend.integrate.sample_orbits`)."""
+    n = states.shape[1]
+    found = np.empty((6, times.size, n))
+    with _borrowed(_Sampler, tolerance) as sampler:
+        for first in range(0, n, sampler.width):
+            columns = slice(first, min(first + sampler.width, n))
+            found[..., columns] = sampler.run(coefficients, states[:, columns], times)
+    return found
+
+
+class _Sampler:
+    """A batch integrator without events."""
+
+    def __init__(self, tolerance: float) -> None:
+        hy = _heyoka()
+        self.width = hy.recommended_simd_size()
+        field, _ = _system(hy)
+        self.integrator = hy.taylor_adaptive_batch(
+            field,
+            np.zeros((6, self.width)),
+            pars=np.zeros((9, self.width)),
+            tol=tolerance,
+        )
+
+    def run(self, coefficients: Any, states: Any, times: Any) -> Any:
+        """At most `width` orbits; lanes without an orbit repeat the first."""
+        n = states.shape[1]
+        lanes = np.concatenate((states, np.repeat(states[:, :1], self.width - n, axis=1)), axis=1)
+        self.integrator.pars[:] = np.asarray(coefficients)[:, None]
+        self.integrator.set_time(times[0])
+        self.integrator.state[:] = lanes
+        _, found = self.integrator.propagate_grid(np.repeat(times[:, None], self.width, axis=1))
+        if not np.isfinite(found).all():
+            raise ArithmeticError("an orbit did not reach the last of the times")
+        return found.transpose(1, 0, 2)[..., :n]
+
+
 class _Functions:
     """The namespace of a field: heyoka's functions of symbols, math's of plain numbers."""
 

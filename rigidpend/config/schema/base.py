@@ -1,13 +1,11 @@
-"""What a config may hold: every field with its meaning, default and unit.
-
-A config has two parts: `problem` says what is computed, `numerics` how well. Numbers are kept
-exact, as written. Unknown keys are errors.
-"""
+"""What the schemas of all experiments are made of."""
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
     AfterValidator,
@@ -21,7 +19,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from rigidpend.body import Body, BodyError
+from rigidpend.body import Body
 from rigidpend.exact import Exact, exact
 
 MAX_COLUMNS = 10_000_000
@@ -67,13 +65,13 @@ Word = Annotated[str, StringConstraints(pattern=r"^[A-Za-z]\w*$", max_length=40)
 Auto = BeforeValidator(_automatic)
 
 
-class _Part(BaseModel):
+class Part(BaseModel):
     """A part of a config: frozen, and nothing in it that is not known."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
 
 
-class Grid(_Part):
+class Grid(Part):
     """Phases start + k step, k = 0 .. count - 1, in radians."""
 
     start: Number
@@ -81,8 +79,18 @@ class Grid(_Part):
     count: Annotated[Whole, Field(ge=1, le=MAX_COLUMNS)]
 
 
-class RouteCodesProblem(_Part):
-    """The problem of `experiment: route_codes`: orbits on S1- and their symbols."""
+@contextlib.contextmanager
+def physics() -> Iterator[None]:
+    """Turn what the paper's conditions exclude into a complaint at the field that is wrong."""
+    try:
+        yield
+    except ValueError as error:
+        known = {"field": getattr(error, "field", ""), "message": str(error)}
+        raise PydanticCustomError("physics", "{message}", known) from None
+
+
+class HeavyBody(Part):
+    """The part of a problem that is the body."""
 
     A: tuple[Number, Number, Number]
     """Principal moments of inertia, A1 > A3 > A2 and A2 + A3 >= A1."""
@@ -90,32 +98,19 @@ class RouteCodesProblem(_Part):
     """Direction to the centre of gravity, r1, r2 >= 0, r3 = 0; normalised."""
     mu: Number
     """Weight times the distance of the centre of gravity, mu >= 0."""
-    h0: Number
-    """Energy constant, h0 > mu."""
-    J1_0: Number
-    """Initial action, dimensionless, 0 < J1_0 < J2_0."""
-    n_symbols: Whole = 15
-    """Symbols on each orbit."""
-    arrays: Annotated[dict[Word, Grid], Field(min_length=1)]
-    """Named sets of initial phases theta2_0."""
 
     @property
     def body(self) -> Body:
         return Body(self.A, self.r, self.mu)
 
     @model_validator(mode="after")
-    def _physics(self) -> RouteCodesProblem:
-        from rigidpend.routes.problem import ProblemError, RouteProblem
-
-        try:
-            RouteProblem(self.body, self.h0, self.J1_0, self.n_symbols)
-        except (BodyError, ProblemError) as error:
-            known = {"field": error.field, "message": str(error)}
-            raise PydanticCustomError("physics", "{message}", known) from None
+    def _conditions(self) -> Self:
+        with physics():
+            _ = self.body
         return self
 
 
-class Numerics(_Part):
+class Numerics(Part):
     """How well it is computed."""
 
     engine: Annotated[Literal["taylor", "scipy"] | None, Auto] = None
@@ -128,17 +123,3 @@ class Numerics(_Part):
         113,
     )
     """Bits, ascending; a column with an uncertain symbol goes to the next."""
-
-
-class RouteCodesConfig(_Part):
-    """A whole config of `experiment: route_codes`."""
-
-    figure: str
-    """Which figure it makes; 4 is the paper's Fig. 4."""
-    experiment: Literal["route_codes"]
-    problem: RouteCodesProblem
-    numerics: Numerics = Numerics()
-
-
-SCHEMAS: dict[str, type[_Part]] = {"route_codes": RouteCodesConfig}
-"""The schema of each experiment."""

@@ -1,0 +1,17 @@
+"""The data of a result: named arrays with their meaning, in groups."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple, TypeAlias
+
+
+class Dataset(NamedTuple):
+    """An array or a text to be stored, with what it means."""
+
+    values: Any
+    units: str
+    description: str
+
+
+Tree: TypeAlias = Mapping[str, "Dataset | Tree"]
