@@ -5,10 +5,9 @@ from __future__ import annotations
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any, NamedTuple
 
-from rigidpend.exact import GUARD_BITS, Exact, context, exact, exacts, function
+from rigidpend.exact import GUARD_BITS, PI, Exact, context, exact, exacts, function
 
 ROUNDING = 1e-15
 """Two angles closer than this are equal to within the rounding of doubles."""
@@ -18,9 +17,12 @@ class BodyError(ValueError):
     """A body that the paper's conditions exclude; the message names condition and values."""
 
     def __init__(self, field: str, message: str) -> None:
+        super().__init__(field, message)
         self.field = field
         """The parameter that is wrong: A, r, mu or an angle."""
-        super().__init__(message)
+
+    def __str__(self) -> str:
+        return str(self.args[1])
 
 
 class Angles(NamedTuple):
@@ -78,9 +80,10 @@ class Body:
 
     def __init__(self, A: Sequence[Any], r: Sequence[Any], mu: Any) -> None:
         object.__setattr__(self, "A", _triple("A", A))
-        object.__setattr__(self, "r", _triple("r", r))
-        object.__setattr__(self, "mu", exact(mu))
-        _check(self)
+        object.__setattr__(self, "mu", _single("mu", mu))
+        _check_moments(self.A)
+        _check_weight(self.mu)
+        object.__setattr__(self, "r", _unit(_triple("r", r)))
 
     @classmethod
     def from_angles(cls, alpha0: Any, beta0: Any, gamma0: Any, mu: Any, *, A1: Any = 2) -> Body:
@@ -95,15 +98,19 @@ class Body:
         A1 : number, optional
             The largest moment of inertia, which sets the scale.
         """
-        alpha, beta, gamma = exacts((alpha0, beta0, gamma0))
-        if not 0 < float(gamma) < float(alpha) < float(function("atan", exact(1))) * 4:
+        alpha, beta = _single("alpha0", alpha0), _single("beta0", beta0)
+        gamma = _single("gamma0", gamma0)
+        if not 0 < gamma.at(113) < alpha.at(113) < PI.at(113):
             values = f"alpha0 = {alpha}, gamma0 = {gamma}"
             raise BodyError("alpha0", f"pi > alpha0 > gamma0 > 0 is broken: {values}")
+        if not -ROUNDING <= beta.at(113) <= PI.at(113) + ROUNDING:
+            raise BodyError("beta0", f"0 <= beta0 <= pi is broken: beta0 = {_written(beta)}")
         half_alpha, half_beta, half_gamma = alpha / 2, beta / 2, gamma / 2
-        a1 = exact(A1)
+        a1 = _single("A1", A1)
         a3 = a1 * (function("sin", half_gamma) / function("sin", half_alpha)) ** 2
         a2 = a3 * (function("cos", half_alpha) / function("cos", half_gamma)) ** 2
-        return cls((a1, a2, a3), (function("cos", half_beta), function("sin", half_beta), 0), mu)
+        direction = (function("cos", half_beta), function("sin", half_beta), exact(0))
+        return cls((a1, a2, a3), direction, mu)
 
     def angles(self, bits: int = 53) -> Angles:
         """The parameters of the dimensionless equations, correctly rounded.
@@ -148,73 +155,116 @@ class Body:
         return tuple(name for name, holds in cases.items() if holds)
 
 
-def angles_from_moments(A: Sequence[Any], r: Sequence[Any], mu: Any, m: Any) -> Angles:
+def angles_from_moments(
+    A: Sequence[Any], differences: Sequence[Any], r: Sequence[Any], mu: Any, m: Any
+) -> Angles:
     """alpha0, beta0, gamma0, kappa of a body (eq. phi), with nu of (Im).
 
     Parameters
     ----------
-    A, r : 3 numbers each
-        Moments of inertia and the direction to the centre of gravity, of any length.
+    A : 3 numbers
+        Moments of inertia.
+    differences : 3 numbers
+        A1 - A2, A1 - A3, A3 - A2, which the caller forms without cancellation.
+    r : 3 numbers
+        The direction to the centre of gravity.
     mu : number
     m : namespace
         Where sqrt, atan2, sin and pi come from (an mpmath context, numpy).
     """
     A1, A2, A3 = A
-    alpha0 = 2 * m.atan2(m.sqrt(A1 * (A3 - A2)), m.sqrt(A2 * (A1 - A3)))
+    A12, A13, A32 = differences
+    alpha0 = 2 * m.atan2(m.sqrt(A1 * A32), m.sqrt(A2 * A13))
     beta0 = 2 * m.atan2(r[1], r[0])
-    gamma0 = 2 * m.atan2(m.sqrt(A3 - A2), m.sqrt(A1 - A3))
-    kappa = A1 * A2 / (A3 * (A1 - A2))
-    return Angles(alpha0, beta0, gamma0, kappa, m.pi * kappa / m.sin(alpha0), mu)
+    gamma0 = 2 * m.atan2(m.sqrt(A32), m.sqrt(A13))
+    kappa = A1 * A2 / (A3 * A12)
+    # sin(alpha0) from the moments: near alpha0 = pi the sine of a rounded angle is lost.
+    sin_alpha0 = 2 * m.sqrt(A1 * A2 * A32 * A13) / (A3 * A12)
+    return Angles(alpha0, beta0, gamma0, kappa, m.pi * kappa / sin_alpha0, mu)
 
 
 @functools.lru_cache(maxsize=256)
 def _angles(body: Body, bits: int) -> Angles:
     guard = context(bits + GUARD_BITS)
+    A1, A2, A3 = body.A
+    differences = [x.in_context(guard) for x in (A1 - A2, A1 - A3, A3 - A2)]
     A, r = ([x.in_context(guard) for x in triple] for triple in (body.A, body.r))
-    made = angles_from_moments(A, r, body.mu.in_context(guard), guard)
+    made = angles_from_moments(A, differences, r, body.mu.in_context(guard), guard)
     rounded = float if bits == 53 else context(bits).mpf
     return Angles(*map(rounded, made))
 
 
+def _single(name: str, value: Any) -> Exact:
+    try:
+        return exact(value)
+    except ValueError as error:
+        raise BodyError(name, f"{name}: {error}") from None
+
+
 def _triple(name: str, values: Sequence[Any]) -> tuple[Exact, Exact, Exact]:
+    message = f"{name} needs three numbers"
+    if isinstance(values, str):
+        raise BodyError(name, f"{message}, got {values!r}")
     try:
         x, y, z = exacts(values)
     except TypeError:
-        raise BodyError(name, f"{name} needs three numbers, got {values!r}") from None
+        raise BodyError(name, f"{message}, got {values!r}") from None
     except ValueError as error:
-        raise BodyError(name, f"{name} needs three numbers: {error}") from None
+        raise BodyError(name, f"{message}: {error}") from None
     return x, y, z
 
 
-def _check(body: Body) -> None:
-    A1, A2, A3 = body.A
-    shown = f"A = {_shown(body.A)}"
-    if not _sign(A2) > 0:
+def _unit(r: tuple[Exact, Exact, Exact]) -> tuple[Exact, Exact, Exact]:
+    """r checked and of length one."""
+    # Rationals in their shortest form: bodies are equal however their r was written.
+    r1, r2, r3 = (x if x.fraction is None else exact(x.fraction) for x in r)
+    square = r1 * r1 + r2 * r2
+    _check_direction(r, square)
+    r = (r1, r2, r3)
+    if abs(square.at(113) - 1) < context(113).mpf(2) ** -110:
+        return r
+    length = function("sqrt", square if square.fraction is None else exact(square.fraction))
+    x, y = (r_i if r_i.fraction == 0 else r_i / length for r_i in r[:2])
+    return x, y, r[2]
+
+
+def _check_moments(A: tuple[Exact, Exact, Exact]) -> None:
+    A1, A2, A3 = A
+    shown = f"A = {_shown(A)}"
+    if not A2.at(113) > 0:
         raise BodyError("A", f"A2 > 0 is broken: {shown}")
-    if not (_sign(A1 - A3) > 0 and _sign(A3 - A2) > 0):
+    if not ((A1 - A3).at(113) > 0 and (A3 - A2).at(113) > 0):
         raise BodyError("A", f"A1 > A3 > A2 is broken: {shown}")
-    if _sign(A2 + A3 - A1) < 0:
+    if _negative(A2 + A3 - A1, A1):
         raise BodyError("A", f"A2 + A3 >= A1 (the triangle inequality) is broken: {shown}")
-    r1, r2, r3 = body.r
-    shown = f"r = {_shown(body.r)}"
-    if r3.fraction != 0:
+
+
+def _check_direction(r: tuple[Exact, Exact, Exact], square: Exact) -> None:
+    shown = f"r = {_shown(r)}"
+    if r[2].fraction != 0:
         raise BodyError("r", f"r3 = 0 is broken: {shown}")
-    if _sign(r1) < 0 or _sign(r2) < 0:
-        raise BodyError("r", f"r1, r2 >= 0 is broken: {shown}")
-    if _sign(r1) == 0 and _sign(r2) == 0:
+    if not square.at(113) > 0:
         raise BodyError("r", f"r must have a direction: {shown}")
-    if _sign(body.mu) < 0:
-        raise BodyError("mu", f"mu >= 0 is broken: mu = {body.mu}")
+    if any(_negative(x, function("sqrt", square)) for x in r[:2]):
+        raise BodyError("r", f"r1, r2 >= 0 is broken: {shown}")
+
+
+def _check_weight(mu: Exact) -> None:
+    if mu.at(113) < 0:
+        raise BodyError("mu", f"mu >= 0 is broken: mu = {_written(mu)}")
+
+
+def _negative(x: Exact, scale: Exact) -> bool:
+    """Whether x < 0; an irrational x may fall short of zero by its rounding in doubles."""
+    if x.fraction is not None:
+        return x.fraction < 0
+    return bool(x.at(113) < -ROUNDING * scale.at(113))
 
 
 def _shown(values: Sequence[Exact]) -> str:
-    texts = (str(x) if x.fraction is not None else f"{float(x):.17g}" for x in values)
-    return f"({', '.join(texts)})"
+    return f"({', '.join(map(_written, values))})"
 
 
-def _sign(x: Exact) -> int:
-    """-1, 0 or 1; an irrational number within 1e-15 of zero counts as zero."""
-    value: Fraction | Any = x.fraction if x.fraction is not None else x.at(113)
-    if x.fraction is None and abs(value) <= ROUNDING:
-        return 0
-    return (value > 0) - (value < 0)
+def _written(x: Exact) -> str:
+    """A value for a message: as written where that is short, else with 17 digits."""
+    return x.text if x.fraction is not None and len(x.text) < 18 else f"{float(x):.17g}"

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import sys
+import tempfile
 import time
+import traceback
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
@@ -44,14 +47,14 @@ def _guarded(command: Command) -> Command:
     def guarded(*args: Any, **kwargs: Any) -> Any:
         try:
             return command(*args, **kwargs)
+        except (click.ClickException, click.exceptions.Exit, click.Abort):
+            raise
         except KeyboardInterrupt:
             _say("interrupted; finished results are kept")
             sys.exit(130)
         except Exception as error:
             code = _code(error)
-            if code == INTERNAL:
-                raise
-            _say(f"rigidpend: {error}")
+            _say(str(error) if code == MISUSED else f"rigidpend: {_sentence(error, code)}")
             sys.exit(code)
 
     return guarded  # type: ignore[return-value]
@@ -66,8 +69,18 @@ def _code(error: Exception) -> int:
         "ExactError": MISUSED,
         "EngineError": ABSENT,
         "StoreError": FAILED,
+        "OtherVersion": FAILED,
     }
     return kinds.get(type(error).__name__, INTERNAL)
+
+
+def _sentence(error: Exception, code: int) -> str:
+    """What to say of an error; one of ours goes to a log with its traceback."""
+    if code != INTERNAL:
+        return str(error)
+    with tempfile.NamedTemporaryFile("w", prefix="rigidpend-", suffix=".log", delete=False) as log:
+        traceback.print_exception(error, file=log)
+    return f"internal error: {error!r}; please report it with {log.name}"
 
 
 def _say(text: str) -> None:
@@ -114,7 +127,11 @@ def run(
     """
     from rigidpend import config, runner, workers
 
-    configs = [config.load(path, settings) for path in config.names.resolve(names)]
+    paths = config.names.resolve(names)
+    for path, twin in itertools.combinations(paths, 2):
+        if path.stem == twin.stem:
+            raise click.UsageError(f"{path} and {twin} would both be stored as {path.stem}.h5")
+    configs = [config.load(path, settings) for path in paths]
     for loaded in configs:
         planned = runner.plan(loaded, folder, force=force)
         if not planned.reason:
@@ -166,8 +183,11 @@ def list_() -> None:
     from rigidpend import config
 
     for name, path in config.names.known().items():
-        loaded = config.load(path)
-        click.echo(f"{name}\t{loaded.experiment}\t{path}")
+        try:
+            click.echo(f"{name}\t{config.load(path).experiment}\t{path}")
+        except config.ConfigError as error:
+            click.echo(f"{name}\tcannot be used\t{path}")
+            _say(str(error))
 
 
 @main.command()

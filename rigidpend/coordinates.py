@@ -30,6 +30,8 @@ from rigidpend.equations import Numbers
 Array: TypeAlias = NDArray[np.float64]
 
 TURN = 2 * np.pi
+PARALLEL = 2 * np.finfo(float).eps
+"""M and gamma are parallel where the sine of their angle is less: it is rounding."""
 
 
 class Andoyer(NamedTuple):
@@ -146,8 +148,10 @@ def andoyer_from_body(M: ArrayLike, gamma: ArrayLike, h: ArrayLike = 0.0) -> And
     inward = gamma1 * sinl + gamma2 * cosl
     e1, e2 = sinp * inward - cosp * gamma3, gamma1 * cosl - gamma2 * sinl
     H = np.where(at_rest, gamma3, M1 * gamma1 + M2 * gamma2 + M3 * gamma3)
-    g, l = _wrap(np.atan2(e2, e1), TURN), _wrap(np.atan2(sinl, cosl), TURN)
-    return Andoyer(G, M3, H, g, l, np.asarray(h, dtype=float), cosp, np.hypot(e1, e2))
+    cosq = np.hypot(e1, e2)
+    g = _wrap(np.where(cosq > PARALLEL, np.atan2(e2, e1), 0.0), TURN)
+    l = _wrap(np.atan2(sinl, cosl), TURN)
+    return Andoyer(G, M3, H, g, l, np.zeros_like(G) + h, cosp, cosq)
 
 
 def canonical_from_andoyer(a: Andoyer, beta0: float) -> Canonical:
@@ -197,7 +201,7 @@ def aligned_from_canonical(c: Canonical, alpha0: Any, beta0: Any, m: Any = np) -
     Parameters
     ----------
     c : Canonical
-        Dimensionless, of any number type that `m` knows.
+        Dimensionless, of any number type that `m` knows, J2 > 0.
     alpha0, beta0 : number
     m : namespace of sqrt, sin and cos
     """
@@ -235,7 +239,9 @@ def canonical_from_aligned(a: Aligned, alpha0: float, beta0: float) -> Canonical
 
 
 def _scaled(c: Canonical, factor: float) -> Canonical:
-    return c._replace(J1=c.J1 * factor, J2mJ1=c.J2mJ1 * factor, J3=c.J3 * factor)
+    # At rest J3 holds sin q, which has no unit.
+    J3 = np.where(np.asarray(c.J2) > 0, c.J3 * factor, c.J3)
+    return c._replace(J1=c.J1 * factor, J2mJ1=c.J2mJ1 * factor, J3=J3)
 
 
 def _wrap(angle: Any, period: float) -> Any:

@@ -53,7 +53,7 @@ def euler_poisson(M: Numbers, gamma: Numbers, A: Numbers, r: Numbers, mu: Any) -
 
 
 def energy(M: Numbers, gamma: Numbers, A: Numbers, r: Numbers, mu: Any) -> Any:
-    """Energy M . omega / 2 + mu r . gamma, the integral h of Euler-Poisson (eq. eq)."""
+    """Energy M . omega/2 + mu r . gamma, an integral of :func:`euler_poisson`; units alike."""
     kinetic = sum(M[i] * M[i] / A[i] for i in range(3)) / 2
     return kinetic + mu * sum(r[i] * gamma[i] for i in range(3))
 

@@ -13,6 +13,7 @@ import math
 import numbers
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -20,8 +21,12 @@ if TYPE_CHECKING:
     from mpmath import MPContext
 
 GUARD_BITS = 32
-MAX_TEXT = 200
+MOST_BITS = 10_000
+"""Where the search for enough guard bits ends: what cancels so far is zero."""
+MAX_TEXT = 4000
 MAX_EXPONENT = 5000
+MAX_SIZE = 40_000
+"""Bits in the numerator or the denominator of a rational number."""
 
 _FUNCTIONS = ("sqrt", "sin", "cos", "tan", "atan")
 _OPERATORS: dict[type[ast.operator], str] = {
@@ -74,18 +79,41 @@ class Exact:
     _evaluate: Callable[[Any], Any]
 
     def at(self, bits: int) -> Any:
-        """The value rounded to `bits` bits, as a number of :func:`context` ``(bits)``."""
-        with_guard = context(bits + GUARD_BITS)
-        return context(bits).mpf(self._evaluate(with_guard))
+        """The value rounded to `bits` bits, as a number of :func:`context` ``(bits)``.
+
+        Guard bits are added until the rounded value stands, so that what cancels inside an
+        expression takes nothing from the result.
+        """
+        guard, value = GUARD_BITS, self._rounded(bits, GUARD_BITS)
+        if self.fraction is not None:
+            return value
+        while bits + guard < MOST_BITS:
+            guard *= 3
+            finer = self._rounded(bits, guard)
+            if finer == value != 0:
+                return value
+            value = finer
+        if abs(value) < context(bits).mpf(2) ** (-MOST_BITS // 4):
+            return context(bits).mpf(0)
+        raise ExactError(f"{self.text} cannot be told from its rounding errors")
+
+    def _rounded(self, bits: int, guard: int) -> Any:
+        return context(bits).mpf(self._evaluate(context(bits + guard)))
 
     def in_context(self, m: MPContext) -> Any:
         """The value in the precision of the context `m`."""
-        return self._evaluate(m)
+        return self.at(m.prec)
 
     def __float__(self) -> float:
-        if self.fraction is not None:
+        if self.fraction is None:
+            return float(self.at(113))
+        try:
             return self.fraction.numerator / self.fraction.denominator
-        return float(self.at(113))
+        except OverflowError:
+            return math.inf if self.fraction > 0 else -math.inf
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return exact, (self.text,)
 
     def __str__(self) -> str:
         return self.text
@@ -93,17 +121,32 @@ class Exact:
     def __repr__(self) -> str:
         return f"exact({self.text!r})"
 
+    def __neg__(self) -> Exact:
+        return _combine("*", exact(-1), self)
+
     def __add__(self, other: Any) -> Exact:
         return _combine("+", self, exact(other))
+
+    def __radd__(self, other: Any) -> Exact:
+        return _combine("+", exact(other), self)
 
     def __sub__(self, other: Any) -> Exact:
         return _combine("-", self, exact(other))
 
+    def __rsub__(self, other: Any) -> Exact:
+        return _combine("-", exact(other), self)
+
     def __mul__(self, other: Any) -> Exact:
         return _combine("*", self, exact(other))
 
+    def __rmul__(self, other: Any) -> Exact:
+        return _combine("*", exact(other), self)
+
     def __truediv__(self, other: Any) -> Exact:
         return _combine("/", self, exact(other))
+
+    def __rtruediv__(self, other: Any) -> Exact:
+        return _combine("/", exact(other), self)
 
     def __pow__(self, other: Any) -> Exact:
         return _combine("**", self, exact(other))
@@ -144,10 +187,13 @@ def exact(value: Any) -> Exact:
         value = int(value)
     if not hasattr(value, "as_integer_ratio"):
         raise ExactError(f"{value!r} is not a real number")
+    if isinstance(value, Decimal) and value.is_finite() and abs(value.adjusted()) > MAX_EXPONENT:
+        raise ExactError(f"{value}: exponents go to {MAX_EXPONENT}")
     try:
-        return _rational(Fraction(*map(int, value.as_integer_ratio())), str(value))
+        taken = Fraction(*map(int, value.as_integer_ratio()))
     except (ValueError, OverflowError):
         raise ExactError(f"{value!r} is not finite") from None
+    return _rational(taken, None)
 
 
 def exacts(values: Iterable[Any]) -> list[Exact]:
@@ -163,7 +209,9 @@ def function(name: str, x: Exact) -> Exact:
         root = _rational_root(x.fraction)
         if root is not None:
             return _rational(root, f"sqrt({x})")
-    return Exact(f"{name}({x})", None, lambda m: getattr(m, name)(x.in_context(m)))
+        if x.fraction is None and x.at(53) < 0:
+            raise ExactError(f"sqrt({x}) is not real")
+    return Exact(f"{name}({x})", None, lambda m: getattr(m, name)(x._evaluate(m)))
 
 
 def _rational_root(x: Fraction | None) -> Fraction | None:
@@ -175,9 +223,25 @@ def _rational_root(x: Fraction | None) -> Fraction | None:
     return root if root * root == x else None
 
 
-def _rational(value: Fraction, text: str) -> Exact:
+def _rational(value: Fraction, text: str | None) -> Exact:
+    """A rational number, by default with the shortest text that says it exactly."""
     p, q = value.numerator, value.denominator
+    if _size(value) > MAX_SIZE:
+        raise ExactError(f"a number with more than {MAX_SIZE} bits")
+    if text is None or len(text) > MAX_TEXT:
+        text = _shortest(value)
     return Exact(text, value, lambda m: m.mpf(p) / q)
+
+
+def _shortest(value: Fraction) -> str:
+    """A decimal where a double's short one is exact, else a quotient."""
+    short = repr(float(value)) if abs(value) < 1e15 else ""
+    if short and Fraction(short) == value:
+        return short.removesuffix(".0")
+    try:
+        return str(value)
+    except ValueError:
+        raise ExactError("a number with more digits than can be written") from None
 
 
 PI = Exact("pi", None, lambda m: +m.pi)
@@ -185,18 +249,20 @@ PI = Exact("pi", None, lambda m: +m.pi)
 
 def _combine(operator: str, a: Exact, b: Exact) -> Exact:
     text = f"{_bracketed(a)} {operator} {_bracketed(b)}"
-    if operator == "/" and b.fraction == 0:
+    if operator == "/" and (b.fraction == 0 or (b.fraction is None and b.at(53) == 0)):
         raise ExactError(f"{text}: division by zero")
     if operator == "**":
         _check_power(text, a, b)
+    if operator == "*" and 0 in (a.fraction, b.fraction):
+        return _rational(Fraction(0), text)
     compute = _COMPUTE[operator]
     if a.fraction is not None and b.fraction is not None:
         return _rational(compute(a.fraction, b.fraction), text)
     if operator == "**":
         assert b.fraction is not None
         n = int(b.fraction)
-        return Exact(text, None, lambda m: a.in_context(m) ** n)
-    return Exact(text, None, lambda m: compute(a.in_context(m), b.in_context(m)))
+        return Exact(text, None, lambda m: a._evaluate(m) ** n)
+    return Exact(text, None, lambda m: compute(a._evaluate(m), b._evaluate(m)))
 
 
 def _bracketed(x: Exact) -> str:
@@ -209,8 +275,14 @@ def _check_power(text: str, a: Exact, b: Exact) -> None:
     n = b.fraction
     if n is None or n.denominator != 1 or abs(n) > 64:
         raise ExactError(f"{text}: the power must be a whole number of at most 64")
-    if a.fraction == 0 and n < 0:
+    if n < 0 and (a.fraction == 0 or (a.fraction is None and a.at(53) == 0)):
         raise ExactError(f"{text}: division by zero")
+    if a.fraction is not None and abs(n) * _size(a.fraction) > MAX_SIZE:
+        raise ExactError(f"{text}: a number with more than {MAX_SIZE} bits")
+
+
+def _size(x: Fraction) -> int:
+    return max(x.numerator.bit_length(), x.denominator.bit_length())
 
 
 _COMPUTE: dict[str, Callable[[Any, Any], Any]] = {

@@ -72,6 +72,7 @@ def run(planned: Plan, *, jobs: int, report: Callable[[str], None]) -> None:
         "figure": config.content.figure,
         "experiment": config.experiment,
         **planned.fingerprint,
+        **_numerics(planned),
     }
     resolved = json.dumps(config.resolved(), indent=2)
     result = store.Result(attributes, resolved, provenance.provenance(), data)
@@ -87,14 +88,26 @@ def verify(config: Config, stored: Path, *, jobs: int) -> list[str]:
         The stored result cannot be read.
     """
     differences = experiments.module(config.experiment).differences
-    with store.opened(stored) as old, tempfile.TemporaryDirectory() as folder:
+    old = store.load(stored)
+    with tempfile.TemporaryDirectory() as folder:
         planned = plan(config, Path(folder))
         run(planned, jobs=jobs, report=lambda _: None)
-        found: list[str] = []
-        if old.attrs["config_hash"] != planned.fingerprint["config_hash"]:
-            found.append("the config is not the one that the stored result was made from")
-        with store.opened(planned.target) as new:
-            return found + list(differences(old["data"], new["data"]))
+        new = store.load(planned.target)
+    found: list[str] = []
+    if old["attributes"]["config_hash"] != planned.fingerprint["config_hash"]:
+        found.append("the config is not the one that the stored result was made from")
+    return found + list(differences(old["data"], new["data"]))
+
+
+def _numerics(planned: Plan) -> dict[str, Any]:
+    """The tolerance and the precisions in force, what was automatic resolved."""
+    from rigidpend.integrate.engines import DEFAULT_TOLERANCE
+
+    numerics = getattr(planned.config.content, "numerics", None)
+    if numerics is None:
+        return {}
+    tolerance = numerics.tolerance or DEFAULT_TOLERANCE[planned.engine]
+    return {"tolerance": float(tolerance), "precisions": list(numerics.precisions)}
 
 
 def _engine(config: Config) -> str:
@@ -106,9 +119,20 @@ def _engine(config: Config) -> str:
 
 
 def _reason(target: Path, fingerprint: dict[str, str]) -> str:
+    """Why a target must be computed; empty where it is up to date.
+
+    Raises
+    ------
+    StoreError
+        There is a file in its place that is no result of ours, or is damaged.
+    """
     if not target.exists():
         return "no result yet"
-    stored = store.attributes(target)
-    if stored is None:
-        return "its result file is not readable"
-    return "; ".join(said for key, said in REASONS.items() if stored.get(key) != fingerprint[key])
+    try:
+        stored = store.attributes(target)
+    except store.OtherVersion:
+        return "its result has another format version"
+    except store.StoreError as error:
+        raise store.StoreError(f"{error}; move it away, or overwrite it with --force") from None
+    changed = [said for key, said in REASONS.items() if stored.get(key) != fingerprint[key]]
+    return "; ".join(changed)

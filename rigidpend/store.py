@@ -26,7 +26,11 @@ class StoreError(RuntimeError):
     """A result file that cannot be read or written."""
 
 
-Attributes: TypeAlias = Mapping[str, str | int | float]
+Attributes: TypeAlias = Mapping[str, Any]
+
+
+class OtherVersion(StoreError):
+    """A result file of another format version."""
 
 
 class Result(NamedTuple):
@@ -99,34 +103,70 @@ def opened(path: Path) -> Iterator[h5py.File]:
     StoreError
         There is none, it is no HDF5, it is damaged, or of another format version.
     """
-    try:
-        with h5py.File(path, "r") as file:
+    with _readable(path):
+        file = h5py.File(path, "r")
+    with file:
+        with _readable(path):
             _check(path, file)
-            yield file
+        yield file
+
+
+def load(path: Path) -> dict[str, Any]:
+    """A whole result file as plain data: `attributes`, `config`, `provenance`, `data`.
+
+    Raises
+    ------
+    StoreError
+        As :func:`opened`; also where a checksum says that the data changed on disk.
+    """
+    with opened(path) as file, _readable(path):
+        return {
+            "attributes": dict(file.attrs),
+            "config": _plain(file["config"]),
+            "provenance": dict(file["provenance"].attrs),
+            "data": _plain(file["data"]),
+        }
+
+
+def attributes(path: Path) -> dict[str, Any]:
+    """The root attributes of a result file.
+
+    Raises
+    ------
+    StoreError
+        As :func:`opened`.
+    """
+    with opened(path) as file, _readable(path):
+        return dict(file.attrs)
+
+
+@contextlib.contextmanager
+def _readable(path: Path) -> Iterator[None]:
+    """Say in our words what HDF5 finds wrong with a file."""
+    try:
+        yield
     except FileNotFoundError:
         raise StoreError(f"{path}: there is no such file") from None
-    except (OSError, KeyError, RuntimeError) as error:
-        if isinstance(error, StoreError):
-            raise
-        reason = str(error).splitlines()[0]
+    except StoreError:
+        raise
+    except (OSError, KeyError, RuntimeError, TypeError, ValueError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise StoreError(f"{path}: not a readable HDF5 file: {reason}") from None
 
 
-def attributes(path: Path) -> dict[str, Any] | None:
-    """The root attributes of a result file; None where it is absent or unfit."""
-    try:
-        with opened(path) as file:
-            return dict(file.attrs)
-    except StoreError:
-        return None
+def _plain(node: Any) -> Any:
+    """A dataset's values, or a group's as a dict in their order."""
+    if isinstance(node, h5py.Dataset):
+        return node.asstr()[()] if h5py.check_string_dtype(node.dtype) else node[()]
+    return {name: _plain(inner) for name, inner in node.items()}
 
 
 def _check(path: Path, file: h5py.File) -> None:
-    if file.attrs.get("format") != FORMAT:
+    if str(file.attrs.get("format")) != FORMAT:
         raise StoreError(f"{path}: an HDF5 file, but not a result of rigidpend")
     version = file.attrs.get("format_version")
-    if version != FORMAT_VERSION:
-        raise StoreError(
+    if not np.array_equal(version, FORMAT_VERSION):
+        raise OtherVersion(
             f"{path}: its format version is {version}, this program reads {FORMAT_VERSION};"
             " run the experiment again"
         )

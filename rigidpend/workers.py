@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from typing import Any, TypeVar
@@ -49,9 +50,15 @@ def side_by_side(
     workers = min(jobs, len(parts))
     if workers <= 1:
         return [work(part, *arguments) for part in parts]
-    with _pool(workers, holds_interpreter) as pool:
+    pool = _pool(workers, holds_interpreter)
+    try:
         futures = [pool.submit(work, part, *arguments) for part in parts]
         return [future.result() for future in futures]
+    except BaseException:
+        _stop(pool)
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def _pool(workers: int, holds_interpreter: bool) -> Executor:
@@ -60,4 +67,16 @@ def _pool(workers: int, holds_interpreter: bool) -> Executor:
     # Imported here: a run that needs no process does not pay for it.
     import multiprocessing
 
-    return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"))
+    spawn = multiprocessing.get_context("spawn")
+    return ProcessPoolExecutor(workers, mp_context=spawn, initializer=_ignore_interruption)
+
+
+def _ignore_interruption() -> None:
+    """Leave Ctrl-C to the parent, which ends its workers."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _stop(pool: Executor) -> None:
+    """End the processes of a pool at once: what they compute is not wanted any more."""
+    for process in list((getattr(pool, "_processes", None) or {}).values()):
+        process.terminate()

@@ -71,9 +71,14 @@ class Document:
     tree: Any = None
     keys: dict[Place, Origin] = field(default_factory=dict)
     values: dict[Place, Origin] = field(default_factory=dict)
+    settings: dict[Place, Origin] = field(default_factory=dict)
+    """What options of the command line changed, inside of what the file holds."""
 
     def origin(self, place: Place, *, of_key: bool = False) -> Origin:
         """The origin of a value, or of the nearest thing around it that was written."""
+        for changed, origin in self.settings.items():
+            if changed[: len(place)] == place:
+                return origin
         if of_key and place in self.keys:
             return self.keys[place]
         for length in range(len(place), 0, -1):
@@ -101,14 +106,14 @@ def parse(text: str, source: str) -> Document:
     document = Document(source)
     reader = _Reader(document, text.splitlines())
     try:
-        events = list(yaml.parse(text, Loader=yaml.SafeLoader))
+        document.tree = reader.document(yaml.parse(text, Loader=yaml.SafeLoader))
+    except ConfigError:
+        raise
     except yaml.MarkedYAMLError as error:
         reader.refuse(error.problem_mark, (), f"not YAML: {error.problem}")
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
+    except (yaml.YAMLError, ValueError) as error:
         reason = str(error).splitlines()[0]
         raise ConfigError([Problem(Origin(source), (), f"not YAML: {reason}")]) from None
-    else:
-        document.tree = reader.document(iter(events))
     return document
 
 
@@ -129,27 +134,32 @@ def override(document: Document, setting: str) -> None:
     holder = document.tree
     *outer, last = path.split(".")
     for word in outer:
-        holder, place = _entry(holder, word, place, origin)
+        holder, place = _entry(document, holder, word, place, origin)
     key = _key(holder, last, place, origin)
     holder[key] = value.tree
     place = (*place, key)
     for origins in (document.keys, document.values):
         for old in [old for old in origins if old[: len(place)] == place]:
             del origins[old]
-    document.keys[place] = document.values[place] = origin
+    document.keys[place] = document.values[place] = document.settings[place] = origin
 
 
-def _entry(holder: Any, text: str, place: Place, origin: Origin) -> tuple[Any, Place]:
+def _entry(
+    document: Document, holder: Any, text: str, place: Place, origin: Origin
+) -> tuple[Any, Place]:
+    """The value under a key, made if it is missing, and its place."""
     key = _key(holder, text, place, origin)
-    if isinstance(holder, dict):
-        return holder.setdefault(key, {}), (*place, key)
-    return holder[key], (*place, key)
+    inner = (*place, key)
+    if isinstance(holder, dict) and key not in holder:
+        holder[str(key)] = {}
+        document.keys[inner] = document.values[inner] = origin
+    return holder[key], inner
 
 
 def _key(holder: Any, text: str, place: Place, origin: Origin) -> str | int:
     if isinstance(holder, dict):
         return text
-    if isinstance(holder, list) and text.isdecimal() and int(text) < len(holder):
+    if isinstance(holder, list) and text in map(str, range(len(holder))):
         return int(text)
     kind = f"a list of {len(holder)}" if isinstance(holder, list) else "a single value"
     raise ConfigError([Problem(origin, place, f"has no entry {text!r}: it is {kind}")])

@@ -28,6 +28,9 @@ MEANING = {
     "separatrix": ("1", "separatrix beside which the crossing lies, 1..4, 0 for none"),
 }
 
+ROUTES = ("codes", "certain", "bits", "crossing_time", "separatrix")
+PHASES = ("theta2_0", "melnikov_zeros")
+
 
 def compute(config: Any, means: Means) -> Tree:
     """Compute every array of a config.
@@ -87,20 +90,31 @@ def differences(stored: Any, fresh: Any) -> list[str]:
 
     Parameters
     ----------
-    stored, fresh : h5py.Group
-        ``/data`` of the two files.
+    stored, fresh : dict
+        ``/data`` of the two files, loaded.
     """
-    found = [f"array {name} is in one file only" for name in set(stored) ^ set(fresh)]
+    found = [f"array {name} is in one file only" for name in sorted(set(stored) ^ set(fresh))]
     for name in sorted(set(stored) & set(fresh)):
-        found += [f"{name}: {text}" for text in _array_differences(stored[name], fresh[name])]
+        found += [
+            f"{name}: {text}" for text in array_differences(stored[name], fresh[name], PHASES)
+        ]
     return found
 
 
-def _array_differences(stored: Any, fresh: Any) -> Iterator[str]:
+def array_differences(stored: Any, fresh: Any, phases: tuple[str, ...]) -> Iterator[str]:
+    """Where two arrays of routes differ; `phases` are the fields that only round."""
+    needed = (*ROUTES, *phases)
+    absent = [field for field in needed if field not in stored or field not in fresh]
+    if absent:
+        yield f"{', '.join(absent)} is in one file only"
+        return
     if stored["codes"].shape != fresh["codes"].shape:
         yield f"{stored['codes'].shape} symbols stored, {fresh['codes'].shape} computed"
         return
-    for field in ("theta2_0", "melnikov_zeros"):
+    lost = stored["certain"][:] & ~fresh["certain"][:]
+    if lost.any():
+        yield f"{lost.sum()} symbols are no longer certain"
+    for field in phases:
         yield from _far(field, stored[field][:], fresh[field][:], ROUNDING)
     certain = stored["certain"][:] & fresh["certain"][:]
     after = np.vstack((certain[:1], certain))
@@ -115,9 +129,10 @@ def _array_differences(stored: Any, fresh: Any) -> Iterator[str]:
 
 def _far(field: str, stored: Any, fresh: Any, allowed: float) -> Iterator[str]:
     """Whether values differ by more than is allowed, with the worst of them."""
-    gap = np.abs(stored - fresh)
+    gap = np.where(np.isnan(stored) & np.isnan(fresh), 0.0, np.abs(stored - fresh))
+    gap = np.where(np.isnan(gap), np.inf, gap)
     if (gap > allowed).any():
-        worst = np.unravel_index(np.nanargmax(gap), gap.shape)
+        worst = np.unravel_index(np.argmax(gap), gap.shape)
         at = ", ".join(map(str, worst))
         yield f"{field}[{at}]: stored {stored[worst]:.17g}, computed {fresh[worst]:.17g}"
 

@@ -29,7 +29,7 @@ from rigidpend.integrate.engines import (
     check_engine,
     default_engine,
 )
-from rigidpend.integrate.records import Crossings, Orbits, Outcome, joined
+from rigidpend.integrate.records import Crossings, Orbits, Outcome, joined, no_crossings
 from rigidpend.workers import side_by_side, spread
 
 __all__ = [
@@ -80,6 +80,8 @@ def crossings(orbits: Orbits, *, engine: str, bits: int, tolerance: float, jobs:
     Crossings
         In the time unit of the orbits. It does not depend on `jobs`.
     """
+    if not len(orbits.states) or not np.size(orbits.states):
+        return no_crossings(orbits.n_crossings, 0)
     work, further, holds_interpreter, parts = _plan(orbits, engine, bits, tolerance, jobs)
     return joined(side_by_side(work, further, holds_interpreter, parts, jobs))
 
@@ -114,10 +116,14 @@ def sample(
     ------
     ArithmeticError
         The integration did not reach the last of the times.
+    ValueError
+        The times neither ascend nor descend.
     """
     engine = check_engine(engine or default_engine())
-    times, state = np.asarray(times, dtype=float), np.asarray(state, dtype=float)
+    times, state = _checked_times(times), np.asarray(state, dtype=float)
     tolerance = tolerance or FINEST_TOLERANCE[engine]
+    if times.size == 1:
+        return state[:, None]
     if engine == "scipy":
         from rigidpend.integrate import dop853
 
@@ -159,8 +165,10 @@ def sample_orbits(
         An orbit did not reach the last of the times.
     """
     engine = check_engine(engine or default_engine())
-    times, states = np.asarray(times, dtype=float), np.asarray(states, dtype=float)
+    times, states = _checked_times(times), np.asarray(states, dtype=float)
     tolerance = tolerance or DEFAULT_TOLERANCE[engine]
+    if times.size == 1:
+        return states[:, None]
     if engine == "scipy":
         from rigidpend.integrate import dop853
 
@@ -175,6 +183,15 @@ def sample_orbits(
     from rigidpend.integrate import taylor
 
     return taylor.sample_batch(coefficients, states, times, tolerance)
+
+
+def _checked_times(times: Any) -> NDArray[np.float64]:
+    """Times as an array, if they ascend or descend."""
+    checked = np.asarray(times, dtype=float)
+    steps = np.diff(checked)
+    if checked.ndim != 1 or not checked.size or not ((steps > 0).all() or (steps < 0).all()):
+        raise ValueError("times must be a list that ascends or descends, with at least one time")
+    return checked
 
 
 def _plan(

@@ -27,8 +27,13 @@ from rigidpend.integrate.records import (
 MAX_STEPS = 100_000
 SHRINK = math.exp(-2)
 """Step over radius of convergence; each order then gains two nats, the cheapest choice."""
+LONGEST = 2.0
+"""The logarithm of the largest radius that is believed: a series may end in zeros."""
 FINEST = 2.0**-20
 """Below this share of a step two crossings count as a touch, which is no crossing."""
+
+WEIGHTS = ("force_p", "force_m", "mu_r1", "mu_r2")
+"""The coefficients that are proportional to mu."""
 
 Path: TypeAlias = tuple[list[tuple[float, int]], Outcome]
 
@@ -53,18 +58,22 @@ def crossings(orbits: Orbits, bits: int) -> Crossings:
 
 def follow(orbits: Orbits, state: Sequence[Fraction], bits: int) -> Path:
     """One orbit: its crossings as (time, separatrix), and how it ended."""
-    P = _fractional_bits(state, bits)
-    flow = _Flow([_fixed(x, P) for x in orbits.coefficients], P)
+    unit = _unit(state)
+    coefficients, state = _scaled(orbits.coefficients, state, unit)
+    P = _fractional_bits((*state, *coefficients), bits)
+    flow = _Flow([_fixed(x, P) for x in coefficients], P)
     here = [_fixed(x, P) for x in state]
     path: list[tuple[float, int]] = []
     time = last = 0
-    limit = int(math.ldexp(1, 32) * orbits.passage_limit) << (P - 32)
+    limit = _fixed(Fraction(orbits.passage_limit) * unit, P)
     for _ in range(MAX_STEPS):
         series, step = flow.expand(here)
         for at in _crossings_within(series[2], step, P):
             last = time + at
             Qp, Qm, speed = (_value(s, at, P) for s in (*series[:2], _derivative(series[2])))
-            path.append((last / (1 << P), separatrix_beside(speed > 0, Qp, Qm)))
+            path.append(
+                (float(Fraction(last, 1 << P) / unit), separatrix_beside(speed > 0, Qp, Qm))
+            )
             if len(path) == orbits.n_crossings:
                 return path, Outcome.COMPLETE
         here = [_value(s, step, P) for s in series]
@@ -72,6 +81,21 @@ def follow(orbits: Orbits, state: Sequence[Fraction], bits: int) -> Path:
         if time - last > limit:
             return path, silent_outcome(*here[:2])
     return path, Outcome.FAILED
+
+
+def _unit(state: Sequence[Fraction]) -> Fraction:
+    """The power of two next to |M|, so that fixed-point numbers are of order one."""
+    largest = max(abs(x) for x in state[:3])
+    return Fraction(2) ** (largest.numerator.bit_length() - largest.denominator.bit_length())
+
+
+def _scaled(
+    coefficients: AlignedCoefficients, state: Sequence[Fraction], unit: Fraction
+) -> tuple[AlignedCoefficients, list[Fraction]]:
+    """The same orbit with M in units of `unit` and t' in units of its inverse."""
+    c = coefficients
+    weights = {name: getattr(c, name) / unit**2 for name in WEIGHTS}
+    return c._replace(**weights), [*(x / unit for x in state[:3]), *state[3:]]
 
 
 class _Series:
@@ -164,14 +188,14 @@ class _Flow:
     def _step(self, series: list[list[int]]) -> int:
         """A step inside the radius of convergence, which the last two orders tell."""
         radius = min(
-            math.exp(-_log(max(abs(s[k]) for s in series), self.P) / k)
+            math.exp(min(LONGEST, -_log(max(abs(s[k]) for s in series), self.P) / k))
             for k in (self.order - 1, self.order)
         )
         return int(radius * SHRINK * 2**40) << (self.P - 40)
 
 
-def _fractional_bits(state: Sequence[Fraction], bits: int) -> int:
-    smallest = min(abs(x) for x in state if x)
+def _fractional_bits(numbers: Sequence[Fraction], bits: int) -> int:
+    smallest = min(abs(x) for x in numbers if x)
     leading_zeros = smallest.denominator.bit_length() - smallest.numerator.bit_length()
     return bits + GUARD_BITS + max(0, leading_zeros)
 
@@ -198,8 +222,8 @@ def _derivative(series: Sequence[int]) -> list[int]:
 
 def _crossings_within(series: Sequence[int], step: int, P: int) -> Iterator[int]:
     """The zeros of a series in (0, step], in order, to full precision."""
-    size = math.ldexp(step, -P)
-    scaled = [math.ldexp(term, -P) * size**k for k, term in enumerate(series)]
+    size = step / (1 << P)
+    scaled = [term / (1 << P) * size**k for k, term in enumerate(series)]
     slopes = _derivative(series)
     for share in _zeros(scaled, 0.0, 1.0):
         at = int(share * 2**53) * step >> 53

@@ -16,7 +16,8 @@ VARIABLE = "HEYOKA_CACHE_DIR"
 
 def choose() -> None:
     """Set heyoka's cache folder, unless the user has set it. To be called before its import."""
-    os.environ.setdefault(VARIABLE, str(_user_cache() / "rigidpend" / processor_key()))
+    if VARIABLE not in os.environ:
+        os.environ[VARIABLE] = str(_user_cache() / "rigidpend" / processor_key())
 
 
 def processor_key() -> str:

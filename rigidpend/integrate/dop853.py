@@ -78,7 +78,7 @@ class _Group:
 
     def _floor(self, states: Array) -> Array:
         """Absolute tolerances (6, 1): a Q counts relative to its smallest initial size."""
-        size = np.abs(states[0]).min()
+        size = np.abs(states[:2]).max(axis=0).min() or 1.0
         return self.tolerance * np.array([size, size, 1, 1, 1, 1])[:, None]
 
     def _advance(self, time: float, states: Array) -> tuple[float, Array]:

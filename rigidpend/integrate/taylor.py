@@ -41,6 +41,8 @@ def _heyoka() -> Any:
     compile_cache.choose()
     import heyoka
 
+    # A cache that cannot be written costs a compilation, which is no news for a user.
+    heyoka.set_logger_level_error()
     return heyoka
 
 
@@ -86,7 +88,7 @@ def crossings_scalar(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
 def sample(field: Any, state: Any, times: Any, tolerance: float) -> Any:
     """An orbit of any field at given times (see `rigidpend.integrate.sample`)."""
     hy = _heyoka()
-    names = hy.make_vars(*(f"x{i}" for i in range(len(state))))
+    names = [hy.make_vars(f"x{i}") for i in range(len(state))]
     system = list(zip(names, field(names, _Functions()), strict=True))
     integrator = hy.taylor_adaptive(system, state, time=times[0], tol=tolerance)
     ending, *_, states = integrator.propagate_grid(times)
@@ -216,7 +218,8 @@ class _Batch:
         self._set_time(lane, 0.0)
         self.count[lane] = 0
         if column is None:
-            until[lane] = 0.0
+            # A number that is not finite would stop the lanes that still work.
+            self.state[:, lane], until[lane] = 0.0, 0.0
             return False
         self.column[lane], until[lane] = column, orbits.passage_limit
         self.state[:, lane] = orbits.states[:, column]
@@ -224,9 +227,10 @@ class _Batch:
         return True
 
     def _set_time(self, lane: int, value: float) -> None:
-        times = self.time.copy()
-        times[lane] = value
-        self.integrator.set_time(times)
+        """Set one lane's time; the others keep theirs to the last bit, low words included."""
+        high, low = (np.nan_to_num(part) for part in self.integrator.dtime)
+        high[lane], low[lane] = value, 0.0
+        self.integrator.set_dtime(high, low)
 
     def _is_done(self, lane: int, ending: int, orbits: Orbits, until: Any) -> bool:
         """Whether the lane's orbit is done, with its outcome; if not, how far it goes next."""
@@ -236,6 +240,10 @@ class _Batch:
             return True
         if ending in _failures():
             return True
+        if self.time[lane] < until[lane]:
+            return False
+        # The limit counts from the last crossing. It moves only when it is reached, so that
+        # no step depends on when the neighbours end.
         last = self.found.time[count - 1, column] if count else 0.0
         if self.time[lane] >= last + orbits.passage_limit:
             self.found.outcome[column] = silent_outcome(self.Qp[lane], self.Qm[lane])

@@ -1,6 +1,6 @@
 """Figures from result files: one module an experiment. Nothing is computed here.
 
-Each has ``draw(data) -> Figure``, from the open file. No display is needed, and no
+Each has ``draw(result) -> Figure``, from what `store.load` gives. No display is needed, and no
 integrator is imported.
 """
 
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib
 import io
+import os
 from pathlib import Path
 from typing import Any
 
@@ -25,13 +26,16 @@ def render(source: Path, target: Path) -> None:
     StoreError
         The result cannot be read, or the figure not written.
     """
+    # What the user's shell says of a display does not matter to a figure in a file, and an
+    # unknown backend there would stop matplotlib's import.
+    os.environ["MPLBACKEND"] = "agg"
     import matplotlib
 
-    # What the user's shell says of a display does not matter to a figure in a file.
-    with matplotlib.rc_context(fname=STYLE), store.opened(source) as file:
-        experiment = str(file.attrs["experiment"])
-        figure = importlib.import_module(f"rigidpend.render.{experiment}").draw(file)
-        image = _image(figure, target.suffix[1:], _title(file))
+    result = store.load(source)
+    with matplotlib.rc_context(fname=STYLE):
+        experiment = result["attributes"]["experiment"]
+        figure = importlib.import_module(f"rigidpend.render.{experiment}").draw(result)
+        image = _image(figure, target.suffix[1:], _title(result["attributes"]))
     try:
         store.replace(target, image)
     except OSError as error:
@@ -50,5 +54,5 @@ def _image(figure: Any, suffix: str, title: str) -> bytes:
     return buffer.getvalue()
 
 
-def _title(file: Any) -> str:
-    return f"rigidpend {file.attrs['name']}, config {file.attrs['config_hash']}"
+def _title(attributes: Any) -> str:
+    return f"rigidpend {attributes['name']}, config {attributes['config_hash']}"

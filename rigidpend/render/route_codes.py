@@ -14,10 +14,12 @@ from numpy.typing import NDArray
 
 WIDTH = 7.2
 """Inches, the width of a page."""
-CELLS = (0.02, 0.12)
-"""The smallest and the largest side of a cell, inches."""
+LARGEST = 0.12
+"""The largest side of a cell, inches."""
 LOWEST = 0.06
 """Inches: rows are not drawn lower than this, even where cells are then not square."""
+NARROWEST, ENTRY, ROW = 3.4, 1.4, 0.2
+"""Inches: the least width of a figure, and the room of an entry of its legend."""
 LEFT, RIGHT, BELOW, ABOVE, BETWEEN = 0.45, 0.12, 0.75, 0.25, 0.55
 
 ZOOM, DOUBT, ZERO, NONE = "#D55E00", "#CC79A7", "#0072B2", "0.7"
@@ -42,31 +44,48 @@ class Array(NamedTuple):
         inner = phases[:-1] + np.diff(phases) / 2
         return np.concatenate(([phases[0] - step[0] / 2], inner, [phases[-1] + step[-1] / 2]))
 
+    @property
+    def zeros_shown(self) -> list[float]:
+        """The Melnikov zeros within the array's range."""
+        first, last = sorted(self.edges[[0, -1]])
+        return [float(x) for x in self.melnikov_zeros if first <= x <= last]
 
-def draw(file: Any) -> Figure:
+
+def draw(result: Any) -> Figure:
     """Draw every array of a result side by side, with square cells.
 
     Parameters
     ----------
-    file : h5py.File
-        A result of the experiment `route_codes`.
+    result : dict
+        Of the experiment `route_codes`, as loaded.
     """
-    arrays = [_read(name, group) for name, group in file["data"].items()]
+    arrays = [_read(name, group) for name, group in result["data"].items()]
     columns = sum(array.codes.shape[1] for array in arrays)
     room = WIDTH - LEFT - RIGHT - BETWEEN * (len(arrays) - 1)
-    cell = float(np.clip(room / columns, *CELLS))
+    cell = min(room / columns, LARGEST)
     height = arrays[0].codes.shape[0] * max(cell, LOWEST)
-    wide = WIDTH - room + columns * cell
-    figure = Figure(figsize=(wide, BELOW + height + ABOVE))
+    wide = max(WIDTH - room + columns * cell, NARROWEST)
+    entries = _legend_entries(arrays)
+    across = min(len(entries), int(wide / ENTRY))
+    below = BELOW + ROW * (-(-len(entries) // across) - 1)
+    high = below + height + ABOVE
+    figure = Figure(figsize=(wide, high))
     left = LEFT
     for array in arrays:
         width = array.codes.shape[1] * cell
-        high = BELOW + height + ABOVE
-        axes = figure.add_axes((left / wide, BELOW / high, width / wide, height / high))
+        axes = figure.add_axes((left / wide, below / high, width / wide, height / high))
         _draw_array(axes, array)
         _mark_zooms(axes, array, arrays)
         left += width + BETWEEN
-    _add_legend(figure, arrays)
+    figure.legend(
+        handles=entries,
+        loc="lower center",
+        ncols=across,
+        handlelength=1.0,
+        handleheight=1.0,
+        columnspacing=1.6,
+        borderaxespad=0.1,
+    )
     return figure
 
 
@@ -84,8 +103,7 @@ def _draw_array(axes: Axes, array: Array) -> None:
     row, column = np.nonzero(~array.certain)
     if row.size:
         axes.plot(array.theta2_0[column], row + 1, "x", color=DOUBT, ms=3, mew=0.9, label="doubt")
-    first, last = array.edges[[0, -1]]
-    zeros = [x for x in array.melnikov_zeros if first <= x <= last]
+    zeros = array.zeros_shown
     axes.plot(
         zeros,
         np.full(len(zeros), -0.05),
@@ -108,7 +126,7 @@ def _mark_zooms(axes: Axes, array: Array, arrays: list[Array]) -> None:
     """Frame what another array magnifies, and frame that array alike."""
     for other in arrays:
         if _magnifies(other, array):
-            start, end = other.edges[[0, -1]]
+            start, end = sorted(other.edges[[0, -1]])
             frame = Rectangle((start, 0.5), end - start, len(array.codes), fill=False)
             frame.set(edgecolor=ZOOM, linewidth=1.4, zorder=4, label=other.name)
             axes.add_patch(frame)
@@ -118,29 +136,24 @@ def _mark_zooms(axes: Axes, array: Array, arrays: list[Array]) -> None:
 
 def _magnifies(detail: Array, whole: Array) -> bool:
     """Whether an array lies inside another one and is finer."""
-    inner, outer = detail.edges, whole.edges
+    inner, outer = np.sort(detail.edges), np.sort(whole.edges)
     finer = np.ptp(inner) / len(inner) < np.ptp(outer) / len(outer)
     return bool(finer and outer[0] <= inner[0] and inner[-1] <= outer[-1])
 
 
-def _add_legend(figure: Figure, arrays: list[Array]) -> None:
+def _legend_entries(arrays: list[Array]) -> list[Any]:
+    """What the figure shows, and no more."""
     entries: list[Any] = [
         Patch(facecolor="black", edgecolor="0.6", label=r"$z_i = 0$ (left)"),
         Patch(facecolor="white", edgecolor="0.6", label=r"$z_i = 1$ (right)"),
-        Line2D([], [], color=ZERO, marker="^", ls="", ms=5, label="zero of Melnikov's integral"),
     ]
+    if any(array.zeros_shown for array in arrays):
+        label = "zero of Melnikov's integral"
+        entries.append(Line2D([], [], color=ZERO, marker="^", ls="", ms=5, label=label))
     if any(_magnifies(a, b) for a in arrays for b in arrays):
         entries.append(Patch(fill=False, edgecolor=ZOOM, lw=1.4, label="magnified part"))
     if any((array.codes == 255).any() for array in arrays):
         entries.append(Patch(facecolor=NONE, edgecolor="0.6", label="no return"))
     if not all(array.certain.all() for array in arrays):
         entries.append(Line2D([], [], color=DOUBT, marker="x", ls="", label="uncertain"))
-    figure.legend(
-        handles=entries,
-        loc="lower center",
-        ncols=len(entries),
-        handlelength=1.0,
-        handleheight=1.0,
-        columnspacing=1.6,
-        borderaxespad=0.1,
-    )
+    return entries

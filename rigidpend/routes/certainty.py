@@ -48,7 +48,7 @@ def threshold(bits: int) -> float:
     the share of orbits with an error of a radian, so the threshold may double with it, up to
     where errors cease to grow in proportion.
     """
-    return min(LINEAR, AGREEMENT * 2.0 ** (bits - 53))
+    return min(LINEAR, AGREEMENT * 2.0 ** min(bits - 53, 60))
 
 
 def agreement(a: Crossings, b: Crossings, rate: float, limit: float) -> NDArray[np.bool_]:

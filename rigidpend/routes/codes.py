@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from rigidpend import integrate
 from rigidpend.body import Body
-from rigidpend.exact import exact
+from rigidpend.exact import Exact, ExactError, exact
 from rigidpend.integrate.records import Crossings, Orbits
 from rigidpend.routes import certainty
 from rigidpend.routes.cycle import symbols
@@ -69,7 +70,7 @@ def route_codes(
     h0 : number
         Energy constant, greater than mu.
     J1_0 : number
-        Initial action, dimensionless, 0 < J1_0 < J2_0.
+        Initial action, dimensionless, 0 < J1_0 < J2_0, not J2_0/2.
     n_symbols : int, optional
         How many symbols to find on each orbit.
     engine : {"taylor", "scipy"}, optional
@@ -100,7 +101,7 @@ def route_codes(
     all crossing times up to the one behind it: see `rigidpend.routes.certainty`, which says
     the rule and the measurement behind its threshold.
     """
-    problem = RouteProblem(body, exact(h0), exact(J1_0), n_symbols)
+    problem = RouteProblem(body, _named("h0", h0), _named("J1_0", J1_0), n_symbols)
     engine = integrate.check_engine(engine or integrate.default_engine())
     phases = Phases(theta2_0)
     run = _Run(problem, phases, engine, _checked_tolerance(engine, tolerance), jobs)
@@ -125,9 +126,12 @@ def precision_ladder(engine: str, precisions: Sequence[int]) -> tuple[int, ...]:
     ProblemError
         They are not ascending whole numbers from 53 on.
     """
-    ladder = tuple(precisions)
+    try:
+        ladder = tuple(operator.index(bits) for bits in precisions)
+    except TypeError:
+        ladder = ()
     ascending = all(low < high for low, high in pairwise(ladder))
-    if not ladder or not all(isinstance(bits, int) for bits in ladder) or ladder[0] < 53:
+    if not ladder or ladder[0] < 53:
         message = f"precisions must be whole numbers from 53 bits on, got {precisions}"
         raise ProblemError("precisions", message)
     if not ascending:
@@ -169,10 +173,19 @@ class _Run(NamedTuple):
         return max(self.tolerance / SHARPENING, integrate.FINEST_TOLERANCE[self.engine])
 
 
-def _checked_tolerance(engine: str, tolerance: float | None) -> float:
+def _named(name: str, value: Any) -> Exact:
+    """The value, exact; what is wrong with it is said with its name."""
+    try:
+        return exact(value)
+    except ExactError as error:
+        raise ProblemError(name, f"{name}: {error}") from None
+
+
+def _checked_tolerance(engine: str, tolerance: Any) -> float:
     if tolerance is None:
         return integrate.DEFAULT_TOLERANCE[engine]
+    tolerance = float(_named("tolerance", tolerance))
     if not 0 < tolerance <= 1e-2:
         message = f"tolerance must be more than 0 and at most 0.01, got {tolerance}"
         raise ProblemError("tolerance", message)
-    return max(float(tolerance), integrate.FINEST_TOLERANCE[engine])
+    return max(tolerance, integrate.FINEST_TOLERANCE[engine])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from typing import Any
@@ -48,14 +49,17 @@ class Phases:
         self._given: Any
         if isinstance(values, np.ndarray) and values.dtype == np.float64:
             # An array of doubles is exact as it is: no object for each of many phases.
-            self._given = self.high = values.ravel()
+            self._given = self.high = np.atleast_1d(values).copy()
             self.rest = np.zeros(values.size)
-            if not np.isfinite(values).all():
-                raise ExactError(f"theta2_0 must be finite, got {values[~np.isfinite(values)][0]}")
         else:
             self._given = values if _is_sequence(values) else [values]
             halves = [_halves(exact(x)) for x in self._given]
             self.high, self.rest = np.array(halves, dtype=float).reshape(-1, 2).T
+        if self.high.ndim > 1:
+            raise ExactError(f"theta2_0 must be a list of numbers, got {self.high.ndim} dimensions")
+        if not np.isfinite(self.high).all():
+            bad = self.high[~np.isfinite(self.high)][0]
+            raise ExactError(f"theta2_0 must be finite doubles, got {bad}")
 
     def __len__(self) -> int:
         return self.high.size
@@ -73,6 +77,8 @@ def _halves(x: Exact) -> tuple[float, float]:
     """The double nearest to x, and the one nearest to what it leaves."""
     if x.fraction is not None:
         nearest = float(x)
-        return nearest, float(x.fraction - Fraction(nearest))
+        rest = x.fraction - Fraction(nearest) if math.isfinite(nearest) else Fraction(0)
+        return nearest, float(rest)
     value = x.at(113)
-    return float(value), float(value - float(value))
+    nearest = float(value)
+    return nearest, float(value - nearest)

@@ -10,6 +10,8 @@ from rigidpend.body import Body
 from rigidpend.exact import GUARD_BITS, Exact, context
 
 MAX_SYMBOLS = 100_000
+LEAST = 1e-100
+"""Of h0, and of mu relative to it: what is smaller is lost in doubles."""
 SMALLEST_RATIO = "1e-500"
 """J1_0/J2_0 from which the components, its square root, are ordinary doubles."""
 
@@ -18,9 +20,12 @@ class ProblemError(ValueError):
     """A value that the problem excludes."""
 
     def __init__(self, field: str, message: str) -> None:
+        super().__init__(field, message)
         self.field = field
         """The parameter that is wrong."""
-        super().__init__(message)
+
+    def __str__(self) -> str:
+        return str(self.args[1])
 
 
 @dataclass(frozen=True)
@@ -33,7 +38,7 @@ class RouteProblem:
     h0 : Exact
         Energy constant, h0 > mu.
     J1_0 : Exact
-        Initial action (dimensionless), 0 < J1_0 < J2_0.
+        Initial action (dimensionless), 0 < J1_0 < J2_0, not on the section J1 = J2/2.
     n_symbols : int
         Symbols to find on each orbit.
 
@@ -49,17 +54,26 @@ class RouteProblem:
     n_symbols: int
 
     def __post_init__(self) -> None:
-        if not isinstance(self.n_symbols, int) or not 1 <= self.n_symbols <= MAX_SYMBOLS:
+        whole = hasattr(self.n_symbols, "__index__") and not isinstance(self.n_symbols, bool)
+        if not whole or not 1 <= self.n_symbols <= MAX_SYMBOLS:
             message = f"n_symbols must be 1 to {MAX_SYMBOLS}, got {self.n_symbols!r}"
             raise ProblemError("n_symbols", message)
         m = context(113)
         if not self.h0.in_context(m) > self.body.mu.in_context(m):
             message = f"h0 > mu is broken: h0 = {self.h0}, mu = {self.body.mu}"
             raise ProblemError("h0", message)
+        if not LEAST < self.h0.in_context(m) < 1 / m.mpf(LEAST):
+            raise ProblemError("h0", f"h0 = {self.h0} is outside of {LEAST} to {1 / LEAST}")
+        if 0 < self.body.mu.in_context(m) < LEAST * self.h0.in_context(m):
+            message = f"mu = {self.body.mu} is below {LEAST} h0, where doubles lose it; mu = 0?"
+            raise ProblemError("mu", message)
         J1, J2 = self.J1_0.in_context(m), self.J2_0(113)
+        shown = f"J1_0 = {self.J1_0}, J2_0 = {float(J2):.17g}"
         if not 0 < J1 < J2:
-            shown = f"J1_0 = {self.J1_0}, J2_0 = {float(J2):.17g}"
             raise ProblemError("J1_0", f"0 < J1_0 < J2_0 is broken: {shown}")
+        if abs(2 * J1 - J2) < m.mpf(2) ** -48 * J2:
+            message = f"the start lies on the section J1 = J2/2 that counts crossings: {shown}"
+            raise ProblemError("J1_0", message)
         if m.mpf(SMALLEST_RATIO) > J1 / J2:
             raise ProblemError("J1_0", f"J1_0 = {self.J1_0} is below {SMALLEST_RATIO} J2_0")
 

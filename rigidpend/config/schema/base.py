@@ -23,18 +23,25 @@ from rigidpend.body import Body
 from rigidpend.exact import Exact, exact
 
 MAX_COLUMNS = 10_000_000
+LARGEST = 10**15
+"""Of whole numbers, and of phases, which doubles then still tell apart."""
 
 
 def _number(value: Any) -> Exact:
     if not isinstance(value, str):
         raise ValueError("expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40")
-    return exact(value)
+    number = exact(value)
+    # What cannot be told from rounding errors, as tan(pi/2), is refused where it stands.
+    float(number)
+    return number
 
 
 def _whole(value: Any) -> int:
     number = _number(value).fraction
     if number is None or number.denominator != 1:
         raise ValueError(f"{value} is not a whole number")
+    if abs(number) > LARGEST:
+        raise ValueError(f"{value} is too large")
     return int(number)
 
 
@@ -44,7 +51,9 @@ def _automatic(value: Any) -> Any:
 
 def _canonical(x: Exact) -> str:
     """A text that is the same for the same rational number, however written."""
-    return x.text if x.fraction is None else str(x.fraction)
+    if x.fraction is None or max(map(int.bit_length, x.fraction.as_integer_ratio())) > 10_000:
+        return x.text
+    return str(x.fraction)
 
 
 def _tolerance(x: Exact) -> Exact:
@@ -54,7 +63,7 @@ def _tolerance(x: Exact) -> Exact:
 
 
 def _ladder(bits: tuple[int, ...]) -> tuple[int, ...]:
-    if bits[0] < 53 or bits[-1] > 10_000 or not all(a < b for a, b in pairwise(bits)):
+    if not bits or bits[0] < 53 or bits[-1] > 10_000 or not all(a < b for a, b in pairwise(bits)):
         raise ValueError(f"precisions must ascend from 53 bits to 10000 at most, got {bits}")
     return bits
 
@@ -77,6 +86,14 @@ class Grid(Part):
     start: Number
     step: Number
     count: Annotated[Whole, Field(ge=1, le=MAX_COLUMNS)]
+
+    @model_validator(mode="after")
+    def _range(self) -> Self:
+        for field, reach in (("start", self.start), ("step", self.step * self.count)):
+            if not abs(float(reach)) < LARGEST:
+                message = f"phases beyond {LARGEST:.0e} have no meaning left in doubles"
+                raise PydanticCustomError("physics", message, {"field": field, "message": message})
+        return self
 
 
 @contextlib.contextmanager
@@ -117,7 +134,7 @@ class Numerics(Part):
     """taylor (heyoka) or scipy; auto is taylor where it is installed."""
     tolerance: Annotated[Annotated[Number, AfterValidator(_tolerance)] | None, Auto] = None
     """Local tolerance in double precision; auto is the engine's own."""
-    precisions: Annotated[tuple[Whole, ...], Field(min_length=1), AfterValidator(_ladder)] = (
+    precisions: Annotated[tuple[Whole, ...], AfterValidator(_ladder)] = (
         53,
         64,
         113,

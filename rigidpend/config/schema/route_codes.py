@@ -24,7 +24,7 @@ class Problem(HeavyBody):
     h0: Number
     """Energy constant, h0 > mu."""
     J1_0: Number
-    """Initial action, dimensionless, 0 < J1_0 < J2_0."""
+    """Initial action, dimensionless, 0 < J1_0 < J2_0, not J2_0/2."""
     n_symbols: Whole = 15
     """Symbols on each orbit."""
     arrays: Annotated[dict[Word, Grid], Field(min_length=1)]

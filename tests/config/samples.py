@@ -1,0 +1,64 @@
+"""The config of Fig. 4 with changes, a small config, and what a complaint must look like."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from rigidpend import config
+from rigidpend.config.reader import Problem
+
+FIG4 = Path(__file__).resolve().parents[2] / "configs" / "fig4.yaml"
+TEXT = FIG4.read_text(encoding="utf-8")
+
+SMALL = """\
+figure: "4"
+experiment: route_codes
+
+problem:
+  A: [2, 1, 1.5]
+  r: [1, 1, 0]
+  mu: 0.001
+  h0: 1.3342
+  J1_0: 1e-8
+  n_symbols: 3
+  arrays:
+    only: {start: 1, step: 1/10, count: 5}
+
+numerics:
+  precisions: [53]
+"""
+"""Five orbits of the body of Fig. 4: computed in a few hundredths of a second."""
+
+
+def changed(old: str, new: str, text: str = TEXT) -> str:
+    """A config in which one thing is written otherwise."""
+    assert text.count(old) == 1, old
+    return text.replace(old, new)
+
+
+def written(folder: Path, text: str | bytes, name: str = "given.yaml") -> Path:
+    path = folder / name
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
+def complaint(path: Path, text: str, at: str | int, place: str, message: str) -> str:
+    """What must be said of the thing that is written at an index, or where `at` is first."""
+    start = text.index(at) if isinstance(at, str) else at
+    head = text[:start].rpartition("\n")[2]
+    line = head + text[start:].partition("\n")[0]
+    where = f"{path}:{text[:start].count(chr(10)) + 1}:{len(head) + 1}"
+    middle = f" {place}:" if place else ""
+    return f"{where}:{middle} {message}\n    {line}\n    {' ' * len(head)}^"
+
+
+def refused(path: Path, settings: Sequence[str] = ()) -> list[Problem]:
+    """The problems with a config, which must be some; the error's text must hold all of them."""
+    with pytest.raises(config.ConfigError) as caught:
+        config.load(path, settings)
+    assert caught.value.problems
+    assert str(caught.value) == "\n".join(map(str, caught.value.problems))
+    return caught.value.problems

@@ -1,0 +1,90 @@
+"""Whatever is in a config file: it loads, or it is refused with a ConfigError."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rigidpend import config
+from tests.config.samples import TEXT
+from tests.strategies import repeatable
+
+Load = Callable[[bytes], bool]
+
+PIECES = [
+    *"[]{}():,-.?!&*|>\"'#%@`~<=_/+eE019é٣",
+    *("nan", "inf", "pi", "null", "true", "auto", "no", "1e400", "-1", "1/0", "1e-400", "1j"),
+    *("0x1", "sqrt(", "**", "<<", "---", "...", "&a", "*a", "!!str"),
+]
+BYTES = [piece.encode() for piece in PIECES] + [b"\n", b" ", b"  ", b"\t", b"\r", b"\0", b"\xff"]
+
+
+@pytest.fixture(scope="module")
+def loads(tmp_path_factory: pytest.TempPathFactory) -> Load:
+    """Whether a content loads; whatever is raised comes through, but for a ConfigError."""
+    path = tmp_path_factory.mktemp("fuzz") / "given.yaml"
+
+    def attempt(content: bytes) -> bool:
+        path.write_bytes(content)
+        try:
+            config.load(path)
+        except config.ConfigError as error:
+            said = str(error)
+        else:
+            return True
+        assert said.startswith(str(path))
+        return False
+
+    return attempt
+
+
+@st.composite
+def mutations(draw: st.DrawFn) -> bytes:
+    """The config of Fig. 4 with one to four bytes or pieces deleted, put in or exchanged."""
+    content = bytearray(TEXT.encode())
+    for _ in range(draw(st.integers(1, 4))):
+        here, there = (draw(st.integers(0, len(content) - 1)) for _ in range(2))
+        kind = draw(st.sampled_from(["delete", "insert", "exchange", "write"]))
+        if kind == "delete":
+            del content[here : here + 1 + there % 6]
+        elif kind == "insert":
+            content[here:here] = draw(st.sampled_from(BYTES))
+        elif kind == "exchange":
+            content[here], content[there] = content[there], content[here]
+        else:
+            content[here] = there % 256
+    return bytes(content)
+
+
+@repeatable(1500)
+@given(content=mutations())
+def test_any_mutation_of_fig4_loads_or_is_refused(loads: Load, content: bytes) -> None:
+    loads(content)
+
+
+@repeatable(200)
+@given(content=st.binary(max_size=60) | st.text(max_size=60).map(str.encode))
+def test_any_content_is_refused(loads: Load, content: bytes) -> None:
+    assert not loads(content)
+
+
+VALUES = st.one_of(
+    st.text(st.characters(codec="utf-8", exclude_characters="\n\r"), max_size=12),
+    st.sampled_from(PIECES),
+    st.floats().map(repr),
+    st.integers().map(str),
+)
+
+
+@repeatable(300)
+@given(key=st.sampled_from(["mu", "h0", "J1_0", "n_symbols", "A", "r"]), value=VALUES)
+def test_any_value_of_a_number_loads_or_is_refused(loads: Load, key: str, value: str) -> None:
+    lines = [f"  {key}: {value}" if f" {key}:" in line else line for line in TEXT.splitlines()]
+    loads("\n".join(lines).encode("utf-8", "surrogatepass"))
+
+
+def test_the_unchanged_config_loads(loads: Load) -> None:
+    assert loads(TEXT.encode())

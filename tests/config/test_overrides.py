@@ -1,0 +1,159 @@
+"""Overrides: `--set a.b=VALUE` is as if it were written in the file."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rigidpend import config
+from tests.config.samples import FIG4, changed, refused, written
+
+
+def problem_with(*settings: str) -> Any:
+    return config.load(FIG4, settings).content.problem
+
+
+def test_a_value_is_replaced_and_the_rest_stays() -> None:
+    loaded = config.load(FIG4, ["problem.mu=1e-10"])
+    expected = config.load(FIG4).resolved()
+    expected["problem"]["mu"] = "1/10000000000"
+    assert loaded.resolved() == expected
+    assert loaded.name == "fig4"
+
+
+@pytest.mark.parametrize(
+    ("setting", "value"),
+    [
+        ("problem.mu=0.1", Fraction(1, 10)),
+        ("problem.mu= 1/3 ", Fraction(1, 3)),
+        ("problem.mu='2e-3'", Fraction(1, 500)),
+        ("problem.mu=1e-3 # as printed", Fraction(1, 1000)),
+    ],
+)
+def test_values_are_typed_as_in_the_file(setting: str, value: Fraction) -> None:
+    assert problem_with(setting).mu.fraction == value
+
+
+def test_one_entry_of_a_list_is_replaced() -> None:
+    assert [float(x) for x in problem_with("problem.A.2=1.75").A] == [2, 1, 1.75]
+
+
+def test_a_whole_list_is_replaced() -> None:
+    problem = problem_with("problem.A=[3, 1, 2.5]")
+    assert [float(x) for x in problem.A] == [3, 1, 2.5]
+
+
+def test_a_whole_mapping_is_replaced() -> None:
+    problem = problem_with("problem.arrays={one: {start: 0, step: 1/2, count: 3}}")
+    assert list(problem.arrays) == ["one"]
+    assert problem.arrays["one"].count == 3
+
+
+def test_an_entry_is_added() -> None:
+    problem = problem_with("problem.arrays.new={start: 0, step: 1/2, count: 3}")
+    assert list(problem.arrays) == ["left", "right", "new"]
+
+
+def test_a_part_that_the_file_leaves_out_is_made(tmp_path: Path) -> None:
+    text = FIG4.read_text(encoding="utf-8")
+    path = written(tmp_path, text[: text.index("numerics:")])
+    assert config.load(path, ["numerics.engine=scipy"]).content.numerics.engine == "scipy"
+
+
+def test_later_settings_win() -> None:
+    assert problem_with("problem.mu=0.1", "problem.mu=0.2").mu.fraction == Fraction(1, 5)
+    whole = "problem.arrays={left: {start: 0, step: 1, count: 2}}"
+    assert problem_with("problem.arrays.left.count=5", whole).arrays["left"].count == 2
+    assert problem_with(whole, "problem.arrays.left.count=5").arrays["left"].count == 5
+
+
+def test_what_is_wrong_in_the_file_can_be_set_right(tmp_path: Path) -> None:
+    path = written(tmp_path, changed("mu: 0.001", "mu: x"))
+    assert config.load(path, ["problem.mu=0"]).content.problem.mu.fraction == 0
+
+
+def test_the_file_is_not_touched(tmp_path: Path) -> None:
+    path = written(tmp_path, FIG4.read_bytes())
+    config.load(path, ["problem.mu=0.1"])
+    assert path.read_bytes() == FIG4.read_bytes()
+
+
+REFUSED = {
+    # The setting, and what is said behind it.
+    "unknown key": (
+        "problem.n_symbls=3",
+        "problem.n_symbls: unknown key; did you mean n_symbols?"
+        " (known: A, r, mu, h0, J1_0, n_symbols, arrays)",
+    ),
+    "unknown key of an array": (
+        "problem.arrays.left.cont=3",
+        "problem.arrays.left.cont: unknown key; did you mean count? (known: start, step, count)",
+    ),
+    "index behind the end": ("problem.A.3=1", "problem.A: has no entry '3': it is a list of 3"),
+    "index before the start": ("problem.A.-1=1", "problem.A: has no entry '-1': it is a list of 3"),
+    "word for an index": ("problem.A.x=1", "problem.A: has no entry 'x': it is a list of 3"),
+    "inside a number": ("problem.mu.x=1", "problem.mu: has no entry 'x': it is a single value"),
+    "no value": ("problem.mu", "expected KEY.KEY=VALUE, as in problem.mu=1e-3"),
+    "no key": ("=1", "expected KEY.KEY=VALUE, as in problem.mu=1e-3"),
+    "empty key": ("problem..mu=1", "expected KEY.KEY=VALUE, as in problem.mu=1e-3"),
+    "empty value": (
+        "problem.mu=",
+        "problem.mu: expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40",
+    ),
+    "physics": ("problem.h0=-1", "problem.h0: h0 > mu is broken: h0 = -1, mu = 0.001"),
+    "list of two": ("problem.A=[2, 1]", "problem.A.2: required"),
+    "experiment": (
+        "experiment=route_code",
+        "experiment: no such experiment: 'route_code'; did you mean route_codes?",
+    ),
+}
+
+
+@pytest.mark.parametrize(("setting", "said"), REFUSED.values(), ids=REFUSED)
+def test_a_wrong_setting_is_named_with_what_is_wrong(setting: str, said: str) -> None:
+    [problem] = refused(FIG4, [setting])
+    assert str(problem).startswith(f"--set {setting}: {said}")
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [
+        ("[1", "not YAML"),
+        ('"', "not YAML"),
+        ("a: b: c", "not YAML"),
+        ("&a 1", "anchors and aliases are not read"),
+        ("*a", "anchors and aliases are not read"),
+        ("!!float 1", "the tag tag:yaml.org,2002:float is not read"),
+        ("1\n---\n2", "a second document"),
+        ("{a: 1, a: 2}", "given twice"),
+    ],
+)
+def test_a_value_that_is_not_plain_yaml_is_refused(value: str, said: str) -> None:
+    [problem] = refused(FIG4, [f"problem.mu={value}"])
+    assert str(problem).startswith(f"--set problem.mu={value}")
+    assert said in problem.message
+
+
+def test_the_file_s_own_errors_keep_their_places(tmp_path: Path) -> None:
+    path = written(tmp_path, changed("mu: 0.001", "mu: x"))
+    in_setting, in_file = refused(path, ["problem.n_symbols=1/2"])
+    assert str(in_file).startswith(f"{path}:8:7: problem.mu: ")
+    assert str(in_setting).startswith("--set problem.n_symbols=1/2: problem.n_symbols: ")
+
+
+@pytest.mark.parametrize(
+    "setting",
+    [
+        "nope.x=1",
+        "problem.arrays.new.start=0",
+        "problem.A.0=0.5",
+        f"problem.A.{'9' * 5000}=1",
+    ],
+    ids=["unknown part", "half an array", "one moment", "huge index"],
+)
+def test_what_a_setting_breaks_is_said_of_the_setting(setting: str) -> None:
+    for problem in refused(FIG4, [setting]):
+        assert str(problem).startswith(f"--set {setting}")

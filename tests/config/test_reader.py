@@ -1,0 +1,190 @@
+"""Reading YAML: what is refused, and where, before any meaning is looked at."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rigidpend import config
+from rigidpend.config import reader
+from tests.config.samples import FIG4, TEXT, changed, complaint, refused, written
+
+REFUSED = {
+    # What is written instead of what; where the caret must be; place and message.
+    "anchor": (
+        "A: [2, 1, 1.5]",
+        "A: &a [2, 1, 1.5]",
+        "&a",
+        "problem.A",
+        "anchors and aliases are not read: write it out",
+    ),
+    "alias": (
+        "r: [1, 1, 0]",
+        "r: *a",
+        "*a",
+        "problem.r",
+        "anchors and aliases are not read: write it out",
+    ),
+    "tag": (
+        "mu: 0.001",
+        "mu: !!float 0.001",
+        "!!float",
+        "problem.mu",
+        "the tag tag:yaml.org,2002:float is not read",
+    ),
+    "tag that runs code": (
+        "mu: 0.001",
+        "mu: !!python/object/apply:os.abort []",
+        "!!python",
+        "problem.mu",
+        "the tag tag:yaml.org,2002:python/object/apply:os.abort is not read",
+    ),
+    "second document": (
+        "numerics:",
+        "--- # another\nnumerics:",
+        "---",
+        "",
+        "a second document; a config has one",
+    ),
+    "key of several parts": (
+        "numerics:",
+        "? [a, b]\n: 1\nnumerics:",
+        "[a, b]",
+        "",
+        "a key must be a plain word",
+    ),
+    "tab": (
+        "  mu: 0.001",
+        "\tmu: 0.001",
+        "\tmu",
+        "",
+        "not YAML: found character '\\t' that cannot start any token",
+    ),
+    "bracket that stays open": (
+        "count: 32}",
+        "count: 32",
+        ":\n  engine",
+        "",
+        "not YAML: expected ',' or '}', but got ':'",
+    ),
+}
+
+
+@pytest.mark.parametrize(("old", "new", "at", "place", "message"), REFUSED.values(), ids=REFUSED)
+def test_what_surprises_is_refused_where_it_stands(
+    tmp_path: Path, old: str, new: str, at: str, place: str, message: str
+) -> None:
+    text = changed(old, new)
+    path = written(tmp_path, text)
+    [problem] = refused(path)
+    assert str(problem) == complaint(path, text, at, place, message)
+
+
+def test_a_key_given_twice_is_refused_with_both_places(tmp_path: Path) -> None:
+    text = changed("n_symbols: 15", "mu: 0.002")
+    path = written(tmp_path, text)
+    [problem] = refused(path)
+    message = f"given twice, first at {path}:8:3"
+    assert str(problem) == complaint(path, text, "mu: 0.002", "problem.mu", message)
+
+
+def test_equal_keys_of_two_mappings_are_no_repetition() -> None:
+    document = reader.parse("a: {x: 1}\nb: {x: 2}\n", "given")
+    assert document.tree == {"a": {"x": "1"}, "b": {"x": "2"}}
+
+
+def test_a_merge_key_is_refused_where_it_stands(tmp_path: Path) -> None:
+    text = changed("n_symbols: 15", "<<: {n_symbols: 15}")
+    path = written(tmp_path, text)
+    [problem] = refused(path)
+    assert str(problem).startswith(f"{path}:11:3: problem")
+
+
+@pytest.mark.parametrize("opening", ["[", "{a: ", "- "])
+def test_nesting_is_bounded(tmp_path: Path, opening: str) -> None:
+    closing = {"[": "]", "{a: ": "}", "- ": "x"}[opening]
+    for depth in (reader.MAX_DEPTH + 2, 200):
+        [problem] = refused(written(tmp_path, opening * depth + closing * depth))
+        assert "deeper" in problem.message or "not YAML" in problem.message
+        assert problem.origin.line == 1
+
+
+def test_nesting_that_is_deep_but_allowed_is_read() -> None:
+    depth = reader.MAX_DEPTH
+    tree = reader.parse("[" * depth + "x" + "]" * depth, "given").tree
+    for _ in range(depth):
+        [tree] = tree
+    assert tree == "x"
+
+
+def test_a_huge_file_is_not_parsed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("yaml.parse", None)
+    path = written(tmp_path, TEXT + "#" * reader.MAX_BYTES)
+    [problem] = refused(path)
+    assert str(problem) == f"{path}: larger than {reader.MAX_BYTES} bytes, which no config is"
+
+
+@pytest.mark.parametrize(
+    ("content", "line"),
+    [
+        (b"\x89HDF\r\n\x1a\n\0\0\0", 1),
+        (bytes(range(256)), 2),
+        (TEXT.encode("utf-16"), 1),
+        (TEXT.replace("none", "öde").encode("latin-1"), 10),
+    ],
+    ids=["HDF5", "all bytes", "UTF-16", "Latin-1"],
+)
+def test_what_is_not_utf8_is_refused_with_its_line(
+    tmp_path: Path, content: bytes, line: int
+) -> None:
+    path = written(tmp_path, content)
+    [problem] = refused(path)
+    assert str(problem) == f"{path}:{line}:1: not text in UTF-8"
+
+
+@pytest.mark.parametrize("content", ["", "\n\n", "# a comment\n", "---\n"])
+def test_an_empty_file_says_what_is_expected(tmp_path: Path, content: str) -> None:
+    [problem] = refused(written(tmp_path, content))
+    assert problem.message == "expected keys: figure, experiment, problem"
+
+
+@pytest.mark.parametrize("content", ["words\n", "- a\n- b\n", "[a]\n", '"quoted"\n', "true\n"])
+def test_what_is_no_mapping_is_shown(tmp_path: Path, content: str) -> None:
+    path = written(tmp_path, content)
+    [problem] = refused(path)
+    expected = "expected keys: figure, experiment, problem"
+    assert str(problem) == complaint(path, content, 0, "", expected)
+
+
+def test_a_control_character_is_refused(tmp_path: Path) -> None:
+    [problem] = refused(written(tmp_path, changed("mu: 0.001", "mu: 0.0\x0001")))
+    assert "#x0000" in problem.message
+
+
+def test_what_cannot_be_opened_says_why(tmp_path: Path) -> None:
+    [absent] = refused(tmp_path / "none.yaml")
+    assert str(absent) == f"{tmp_path / 'none.yaml'}: cannot be read: No such file or directory"
+    [folder] = refused(tmp_path)
+    assert str(folder) == f"{tmp_path}: cannot be read: Is a directory"
+
+
+@pytest.mark.parametrize("end", ["\r\n", "\r"])
+def test_line_ends_of_other_systems_keep_the_places(tmp_path: Path, end: str) -> None:
+    text = changed("mu: 0.001", "mu: x")
+    path = written(tmp_path, text.replace("\n", end))
+    [problem] = refused(path)
+    assert str(problem) == complaint(path, text, "x ", "problem.mu", problem.message)
+
+
+def test_a_byte_order_mark_does_no_harm(tmp_path: Path) -> None:
+    path = written(tmp_path, b"\xef\xbb\xbf" + TEXT.encode())
+    assert config.load(path).content == config.load(FIG4).content
+
+
+def test_scalars_stay_text_but_for_true_false_and_null() -> None:
+    given = "[1e-10, 0.1, no, yes, True, 1:30, 0o7, 'true', \"null\", true, false, null, ~, ]"
+    assert reader.parse(given, "given").tree == [
+        *("1e-10", "0.1", "no", "yes", "True", "1:30", "0o7", "true", "null"),
+        *(True, False, None, None),
+    ]

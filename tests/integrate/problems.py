@@ -1,0 +1,93 @@
+"""Engines, bodies and orbits that the tests of the engines share."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from rigidpend import Body
+from rigidpend.coordinates import Canonical, aligned_from_canonical
+from rigidpend.equations import aligned_coefficients
+from rigidpend.integrate import Crossings, Orbits, crossings
+
+FIG4 = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu="0.001")
+FREE = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu=0)
+GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.004")
+
+needs_heyoka = pytest.mark.skipif(
+    importlib.util.find_spec("heyoka") is None, reason="heyoka is not installed"
+)
+ENGINES = [pytest.param("taylor", marks=needs_heyoka), "scipy"]
+WAYS = [
+    # What serves: batches of doubles, long double, real128; DOP853, integers.
+    pytest.param("taylor", 53, marks=needs_heyoka),
+    pytest.param("taylor", 64, marks=needs_heyoka),
+    pytest.param("taylor", 113, marks=needs_heyoka),
+    ("scipy", 53),
+    ("scipy", 113),
+]
+
+
+def theta1_on(separatrix: int, body: Body) -> float:
+    """Where (sol_1), (sol_2), (sol_12), (sol_22) place the separatrices."""
+    side = {1: -1, 2: 1, 3: -1, 4: 1}[separatrix]
+    return body.beta0 + side * body.alpha0 + (2 * math.pi if separatrix > 2 else 0)
+
+
+def on_separatrix(
+    separatrix: int, body: Body, J1: float, theta2: float, J2: float = 1.0
+) -> NDArray[np.float64]:
+    """A state (6,) in aligned components, exactly on an unperturbed separatrix."""
+    c = Canonical(J1, J2 - J1, 0.0, theta1_on(separatrix, body), theta2, 0.0, 1.0)
+    state = aligned_from_canonical(c, body.alpha0, body.beta0)
+    left_out = "Qm" if separatrix in (2, 4) else "Qp"
+    return np.array(state._replace(**{left_out: 0.0}))
+
+
+def fan(n: int, body: Body = FIG4, J1: float = 1e-4) -> NDArray[np.float64]:
+    """States (6, n) on separatrix 2 with phases spread over the circle."""
+    phases = np.linspace(0.1, 6.2, n)
+    return np.stack([on_separatrix(2, body, J1, phase) for phase in phases], axis=1)
+
+
+def task(
+    states: NDArray[np.float64],
+    bits: int = 53,
+    *,
+    body: Body = FIG4,
+    n_crossings: int = 4,
+    passage_limit: float = 200.0,
+) -> Orbits:
+    """Orbits that are the same, bit for bit, in every precision."""
+    coefficients: Any = aligned_coefficients(body.angles(), math)
+    if bits == 53:
+        return Orbits(coefficients, states, n_crossings, passage_limit)
+    exactly = [[Fraction(float(x)) for x in state] for state in states.T]
+    coefficients = type(coefficients)(*map(Fraction, coefficients))
+    return Orbits(coefficients, exactly, n_crossings, passage_limit)
+
+
+def find(
+    states: NDArray[np.float64],
+    engine: str,
+    bits: int = 53,
+    *,
+    tolerance: float = 1e-13,
+    jobs: int = 1,
+    **of_task: Any,
+) -> Crossings:
+    """The crossings of such a task."""
+    orbits = task(states, bits, **of_task)
+    return crossings(orbits, engine=engine, bits=bits, tolerance=tolerance, jobs=jobs)
+
+
+def same(a: Crossings, b: Crossings) -> bool:
+    """Whether two records are equal, bit for bit."""
+    pairs: Any = zip(a, b, strict=True)
+    return all(np.array_equal(x, y, equal_nan=x.dtype.kind == "f") for x, y in pairs)

@@ -1,0 +1,76 @@
+"""Which engine serves, what is refused, and that no result depends on `jobs`."""
+
+from __future__ import annotations
+
+import importlib.util
+
+import pytest
+
+from rigidpend import integrate
+from rigidpend.integrate import EngineError
+from tests.integrate.problems import fan, find, needs_heyoka, same
+
+
+def without_heyoka(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name: None if name == "heyoka" else found(name)
+    )
+
+
+def test_engine_falls_back_to_scipy_without_heyoka(monkeypatch: pytest.MonkeyPatch) -> None:
+    without_heyoka(monkeypatch)
+    assert integrate.default_engine() == "scipy"
+    assert integrate.check_engine("scipy") == "scipy"
+    with pytest.raises(EngineError, match=r"'taylor' needs the package heyoka.*choose 'scipy'"):
+        integrate.check_engine("taylor")
+
+
+@needs_heyoka
+def test_engine_is_taylor_with_heyoka() -> None:
+    assert integrate.default_engine() == integrate.check_engine("taylor") == "taylor"
+
+
+def test_engine_refuses_an_unknown_name() -> None:
+    with pytest.raises(EngineError, match="'euler' is not known; choose one of taylor, scipy"):
+        integrate.sample(lambda x, m: x, [1.0], [0.0, 1.0], engine="euler")
+
+
+def test_engine_scipy_has_doubles_only() -> None:
+    assert [integrate.has_own_type("scipy", bits) for bits in (53, 64, 113)] == [True, False, False]
+
+
+@needs_heyoka
+def test_engine_taylor_leaves_200_bits_to_integers() -> None:
+    assert integrate.has_own_type("taylor", 53)
+    assert not integrate.has_own_type("taylor", 200)
+
+
+@needs_heyoka
+def test_jobs_change_no_bit_of_a_batch() -> None:
+    """Orbits longer than the passage limit, in other company for each number of jobs."""
+    states = fan(21)
+    alone = find(states, "taylor", n_crossings=9, passage_limit=40)
+    for jobs in (2, 3, 50):
+        found = find(states, "taylor", n_crossings=9, passage_limit=40, jobs=jobs)
+        assert same(alone, found)
+
+
+@needs_heyoka
+def test_jobs_change_no_bit_of_real128() -> None:
+    states = fan(3)
+    alone = find(states, "taylor", 113)
+    assert all(same(alone, find(states, "taylor", 113, jobs=jobs)) for jobs in (2, 3))
+
+
+def test_jobs_change_no_bit_of_scipy() -> None:
+    """70 orbits make two parts, which go to two processes."""
+    states = fan(70)
+    alone = find(states, "scipy", n_crossings=2)
+    assert same(alone, find(states, "scipy", n_crossings=2, jobs=2))
+
+
+def test_jobs_change_no_bit_of_the_integers() -> None:
+    states = fan(3)
+    alone = find(states, "scipy", 80, n_crossings=2)
+    assert same(alone, find(states, "scipy", 80, n_crossings=2, jobs=2))

@@ -1,0 +1,124 @@
+"""Orbits at given times: tolerance, direction of time, agreement of the engines."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.special import ellipj, ellipk
+
+from rigidpend import Body
+from rigidpend.equations import aligned, aligned_coefficients
+from rigidpend.integrate import sample, sample_orbits
+from tests.integrate.problems import ENGINES, FIG4, GENERIC, fan, needs_heyoka, on_separatrix
+
+K2 = 0.9
+TIMES = np.linspace(0, 4 * ellipk(K2), 30)
+TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+
+
+def rotor(state: Any, m: Any) -> tuple[Any, Any]:
+    """x = 2 am(t, k): x'' = -k^2 sin(x), whose exact solution SciPy knows."""
+    return state[1], -K2 * m.sin(state[0])
+
+
+def error(engine: str, tolerance: float | None) -> float:
+    _, _, dn, amplitude = ellipj(TIMES, K2)
+    found = sample(rotor, [0.0, 2.0], TIMES, engine=engine, tolerance=tolerance)
+    return float(np.abs(found - [2 * amplitude, 2 * dn]).max())
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_order_error_follows_the_tolerance(engine: str) -> None:
+    errors = [error(engine, tolerance) for tolerance in TOLERANCES]
+    for tolerance, found in zip(TOLERANCES, errors, strict=True):
+        assert found < 200 * tolerance
+    # A hundredth of the tolerance leaves at most a tenth of the error; a coarse one shows.
+    assert all(finer < coarser / 10 for coarser, finer in pairwise(errors))
+    assert errors[0] > 1e-7
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_order_default_tolerance_is_the_finest(engine: str) -> None:
+    assert error(engine, None) < {"taylor": 1e-13, "scipy": 5e-12}[engine]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_invariant_return_in_time_gives_the_start_again(engine: str) -> None:
+    numbers = aligned_coefficients(GENERIC.angles(), math)
+    begin = on_separatrix(2, GENERIC, 0.2, 1.0)
+    field: Any = lambda state, m: aligned(state, numbers)  # noqa: E731
+    there = sample(field, begin, np.linspace(2, 9, 5), engine=engine)
+    back = sample(field, there[:, -1], np.linspace(9, 2, 5), engine=engine)
+    assert there.shape == back.shape == (6, 5)
+    np.testing.assert_array_equal(there[:, 0], begin)
+    np.testing.assert_allclose(back, there[:, ::-1], rtol=0, atol=1e-10)
+
+
+@needs_heyoka
+def test_agrees_engines_on_an_arc_through_all_components() -> None:
+    numbers = aligned_coefficients(GENERIC.angles(), math)
+    begin = np.array([0.5, 0.2, -0.4, 0.48, 0.6, 0.64])
+    times = np.linspace(0, 12, 25)
+    taylor, scipy = (
+        sample(lambda state, m: aligned(state, numbers), begin, times, engine=engine)
+        for engine in ("taylor", "scipy")
+    )
+    np.testing.assert_allclose(taylor, scipy, rtol=0, atol=2e-11)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_refuses_to_pass_a_singularity(engine: str) -> None:
+    """x' = x^2 from x = 1 ends at t = 1; the second equation keeps the field plural."""
+    with pytest.raises(ArithmeticError, match="ended early"):
+        sample(lambda x, m: (x[0] * x[0], x[0]), [1.0, 0.0], [0.0, 0.5, 2.0], engine=engine)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("n", [1, 3, 19])
+def test_agrees_orbits_side_by_side_with_each_alone(n: int, engine: str) -> None:
+    """More orbits than lanes and fewer; upwards and downwards in time."""
+    numbers = aligned_coefficients(GENERIC.angles(), math)
+    begin = fan(n, GENERIC, J1=0.1)
+    for times in (np.linspace(1, 9, 5), np.linspace(9, 1, 5)):
+        together = sample_orbits(numbers, begin, times, engine=engine)
+        assert together.shape == (6, 5, n)
+        np.testing.assert_array_equal(together[:, 0], begin)
+        for k in {0, n // 2, n - 1}:
+            alone = sample(lambda x, m: aligned(x, numbers), begin[:, k], times, engine="scipy")
+            np.testing.assert_allclose(together[..., k], alone, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_orbits_side_by_side_keep_nothing_of_the_body_before(engine: str) -> None:
+    times = np.linspace(0, 5, 3)
+
+    def run(body: Body) -> Any:
+        return sample_orbits(
+            aligned_coefficients(body.angles(), math), fan(2), times, engine=engine
+        )
+
+    first, other, again = run(GENERIC), run(FIG4), run(GENERIC)
+    np.testing.assert_array_equal(first, again)
+    assert np.abs(first - other).max() > 1e-3
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_sample_of_one_time_is_the_start(engine: str) -> None:
+    found = sample(lambda x, m: (x[0],), [2.0], [0.5], engine=engine)
+    assert found.tolist() == [[2.0]]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_sample_takes_a_field_of_one_component(engine: str) -> None:
+    found = sample(lambda x, m: (x[0],), [1.0], [0.0, 1.0], engine=engine)
+    assert found[0, -1] == pytest.approx(np.e, rel=1e-12)
+
+
+@pytest.mark.parametrize("times", [[], [0.0, 0.0], [0.0, 2.0, 1.0], [[0.0, 1.0]]])
+def test_sample_refuses_times_without_a_direction(times: list[float]) -> None:
+    with pytest.raises(ValueError, match="ascends or descends"):
+        sample(lambda x, m: (x[0],), [1.0], times)

@@ -1,0 +1,267 @@
+"""Route codes from the outside: what comes back, in which shapes, and what is refused."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend import Body, RouteCodes, integrate, route_codes
+from rigidpend.exact import ExactError
+from rigidpend.integrate import Crossings, EngineError, Orbits
+from rigidpend.routes import ProblemError
+from rigidpend.routes.codes import precision_ladder
+from rigidpend.routes.cycle import NO_SYMBOL, symbols
+from tests.integrate.problems import ENGINES, FIG4, FREE, needs_heyoka
+
+HESS = Body.from_angles("1.9", "1.9", "1.5", "0.001")
+GRIOLI = Body.from_angles("1.9", "1.5", "1.5", "0.001")
+FLAT = Body((2, "0.2", "1.8"), (1, 1, 0), "0.001")
+FIG5 = Body((2, "1.5", "1.8"), (0, 1, 0), "0.01")
+
+
+def codes(theta2_0: Any, body: Body = FIG4, **more: Any) -> RouteCodes:
+    return route_codes(body, theta2_0, **{"h0": "1.3342", "J1_0": "1e-8", **more})
+
+
+def equal(a: RouteCodes, b: RouteCodes) -> bool:
+    pairs: Any = zip(a, b, strict=True)
+    return all(np.array_equal(x, y, equal_nan=x.dtype.kind == "f") for x, y in pairs)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_record_has_the_shapes_and_types_it_promises(engine: str) -> None:
+    found = codes(["1/10", "2/10", 3.5], engine=engine, n_symbols=4)
+    shapes = {name: (array.shape, array.dtype) for name, array in found._asdict().items()}
+    assert shapes == {
+        "theta2_0": ((3,), np.float64),
+        "codes": ((4, 3), np.uint8),
+        "certain": ((4, 3), np.bool_),
+        "bits": ((3,), np.uint16),
+        "crossing_time": ((5, 3), np.float64),
+        "separatrix": ((5, 3), np.uint8),
+    }
+    assert found.theta2_0.tolist() == [0.1, 0.2, 3.5]
+    assert (np.diff(found.crossing_time, axis=0) > 0).all()
+    assert (found.separatrix[0] == 2).all()
+    np.testing.assert_array_equal(symbols(found.separatrix), found.codes)
+
+
+def test_phases_may_come_in_any_dress() -> None:
+    whole = codes([0.5, 1.25])
+    assert equal(codes(np.array([0.5, 1.25])), whole)
+    assert equal(codes(("1/2", "1.25")), whole)
+    alone = codes(1.25)
+    assert alone.codes.shape == (15, 1)
+    np.testing.assert_array_equal(alone.codes[:, 0], whole.codes[:, 1])
+
+
+def test_symbols_do_not_depend_on_how_many_are_asked() -> None:
+    few, many = codes(["1", "2"], n_symbols=3), codes(["1", "2"], n_symbols=20)
+    np.testing.assert_array_equal(few.codes, many.codes[:3])
+    np.testing.assert_allclose(few.crossing_time, many.crossing_time[:4], atol=1e-9)
+
+
+@pytest.mark.parametrize(("theta2_0", "code"), [("1.02", "00011"), ("1.83", "11110")])
+def test_agrees_published_routes_of_fig5(theta2_0: str, code: str) -> None:
+    """J1_0, which the paper leaves open, is one with which both routes come out."""
+    found = codes(theta2_0, FIG5, h0="10/9", J1_0="2.39205e-9", n_symbols=5)
+    assert "".join(map(str, found.codes[:, 0])) == code
+    assert found.certain.all()
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_no_weight_means_one_crossing_and_certainly_no_symbol(engine: str) -> None:
+    found = codes(["1", "2"], FREE, engine=engine)
+    assert (found.codes == NO_SYMBOL).all()
+    assert found.certain.all()
+    assert found.bits.tolist() == [53, 53]
+    assert (found.separatrix[0] == 2).all()
+    assert not found.separatrix[1:].any()
+    # v/u: where J1 = J2/2 on (sol_2).
+    J2 = np.sqrt(2.0013)
+    expected = np.log((J2 - 1e-8) / 1e-8) / (J2 * np.sin(FREE.alpha0))
+    np.testing.assert_allclose(found.crossing_time[0], expected, rtol=1e-12)
+    assert np.isnan(found.crossing_time[1:]).all()
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_hess_body_never_crosses_its_invariant_plane(engine: str) -> None:
+    """Qp = 0 is invariant for alpha0 = beta0: Qp > 0 stays, and separatrix 4 is not reached."""
+    assert HESS.special_cases == ("Hess",)
+    found = codes(["1", "2", "3"], HESS, engine=engine, n_symbols=8)
+    assert found.certain.all()
+    assert set(found.separatrix.ravel().tolist()) == {1, 2, 3}
+    # So from 1 the way back is to the right, from 3 to the left.
+    returns = [
+        (int(above), int(z))
+        for column, row in zip(found.separatrix.T, found.codes.T, strict=True)
+        for (above, below), z in zip(pairwise(column), row, strict=True)
+        if below == 2
+    ]
+    assert set(returns) == {(1, 1), (3, 0)}
+
+
+@needs_heyoka
+@pytest.mark.parametrize("body", [GRIOLI, FLAT, FIG5], ids=["Grioli", "flat", "Fig. 5"])
+def test_agrees_engines_on_special_bodies(body: Body) -> None:
+    taylor, scipy = (
+        codes(["1", "2", "3"], body, engine=engine, n_symbols=6) for engine in ("taylor", "scipy")
+    )
+    assert taylor.certain.all()
+    assert scipy.certain.all()
+    np.testing.assert_array_equal(taylor.codes, scipy.codes)
+    np.testing.assert_allclose(taylor.crossing_time, scipy.crossing_time, rtol=0, atol=1e-3)
+
+
+@needs_heyoka
+@pytest.mark.parametrize("theta2_0", ["31/10", 3.1])
+def test_agrees_hard_orbit_with_113_bits(theta2_0: Any) -> None:
+    """Its last symbols hang on the last bits of doubles."""
+    ladder = codes(theta2_0, J1_0="1e-6")
+    sure = codes(theta2_0, J1_0="1e-6", precisions=(113,))
+    assert ladder.certain.all()
+    assert sure.certain.all()
+    np.testing.assert_array_equal(ladder.codes, sure.codes)
+    assert ladder.bits[0] > 53
+    assert sure.bits.tolist() == [113]
+
+
+@needs_heyoka
+def test_agrees_deep_start_with_113_bits() -> None:
+    doubles = codes(["1", "2"], J1_0="1e-300")
+    sure = codes(["1", "2"], J1_0="1e-300", precisions=(113,))
+    assert doubles.certain.all()
+    np.testing.assert_array_equal(doubles.codes, sure.codes)
+    np.testing.assert_allclose(doubles.crossing_time, sure.crossing_time, rtol=0, atol=1e-2)
+    # Depth is time: ln(1e292)/u more than from 1e-8, where J2 and so u vary by O(mu).
+    later = doubles.crossing_time[0] - codes(["1", "2"]).crossing_time[0]
+    u = np.sqrt(2.0013) * np.sin(FIG4.alpha0)
+    np.testing.assert_allclose(later, 292 * np.log(10) / u, rtol=2e-3)
+
+
+@needs_heyoka
+def test_agrees_a_start_one_turn_deeper_on_the_same_surface() -> None:
+    """On S1- a factor exp(-2 pi sin(alpha0)/kappa) in J1_0 gives the same orbit again."""
+    one_turn = np.exp(-2 * np.pi * np.sin(FIG4.alpha0) / FIG4.kappa)
+    shallow, deep = (codes(["1", "2"], J1_0=J1_0, n_symbols=4) for J1_0 in (1e-8, 1e-8 * one_turn))
+    np.testing.assert_array_equal(shallow.codes, deep.codes)
+    later = deep.crossing_time - shallow.crossing_time
+    np.testing.assert_allclose(later, later[0, 0], rtol=0, atol=0.1)
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "told"),
+    [
+        ({"h0": "0.0005"}, ProblemError, "h0 > mu is broken"),
+        ({"J1_0": 0}, ProblemError, "0 < J1_0 < J2_0 is broken"),
+        ({"n_symbols": 0}, ProblemError, "n_symbols must be 1 to 100000, got 0"),
+        ({"tolerance": 0}, ProblemError, "tolerance must be more than 0 and at most 0.01, got 0"),
+        ({"tolerance": 0.1}, ProblemError, "at most 0.01, got 0.1"),
+        ({"tolerance": float("nan")}, ProblemError, "tolerance: nan is not finite"),
+        ({"precisions": ()}, ProblemError, "whole numbers from 53 bits on, got ()"),
+        ({"precisions": (52, 113)}, ProblemError, "whole numbers from 53 bits on, got (52, 113)"),
+        ({"precisions": (53.0,)}, ProblemError, "whole numbers from 53 bits on"),
+        ({"precisions": (113, 53)}, ProblemError, "precisions must ascend, got (113, 53)"),
+        ({"precisions": (53, 53)}, ProblemError, "precisions must ascend"),
+        ({"engine": "euler"}, EngineError, "'euler' is not known; choose one of taylor, scipy"),
+        ({"theta2_0": "abc"}, ExactError, "'abc'"),
+        ({"theta2_0": np.array([np.nan])}, ExactError, "theta2_0 must be finite"),
+        ({"h0": "one"}, ProblemError, "h0: 'one'"),
+        ({"J1_0": float("inf")}, ProblemError, "J1_0: inf is not finite"),
+        ({"h0": "2/3", "J1_0": "1/2"}, ProblemError, "the start lies on the section"),
+        ({"h0": "1e400"}, ProblemError, "h0 = 1e400 is outside of"),
+        ({"n_symbols": True}, ProblemError, "n_symbols must be 1 to 100000, got True"),
+        ({"precisions": 113}, ProblemError, "whole numbers from 53 bits on, got 113"),
+        ({"theta2_0": np.zeros((2, 2))}, ExactError, "got 2 dimensions"),
+    ],
+)
+def test_refuses_and_says_why(given: dict[str, Any], error: type[Exception], told: str) -> None:
+    with pytest.raises(error) as refused:
+        codes(**{"theta2_0": "1", **given})
+    assert told in str(refused.value)
+    if isinstance(refused.value, ProblemError):
+        assert refused.value.field in given
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_second_computation_is_sharper_while_doubles_allow_it(
+    engine: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    used: list[float] = []
+    compute = integrate.crossings
+
+    def spy(orbits: Orbits, **numerics: Any) -> Crossings:
+        used.append(numerics["tolerance"])
+        return compute(orbits, **numerics)
+
+    monkeypatch.setattr(integrate, "crossings", spy)
+    for tolerance in (1e-6, 1e-30, None):
+        codes("1", engine=engine, tolerance=tolerance, precisions=(53,), n_symbols=1)
+    finest, usual = integrate.FINEST_TOLERANCE[engine], integrate.DEFAULT_TOLERANCE[engine]
+    assert used == [1e-6, 1e-8, finest, finest, usual, max(finest, usual / 100)]
+
+
+def test_ladder_leaves_out_64_bits_where_there_is_no_such_type() -> None:
+    assert precision_ladder("scipy", (53, 64, 113)) == (53, 113)
+    assert precision_ladder("scipy", (64,)) == (64,)
+    assert precision_ladder("scipy", [53, 200]) == (53, 200)
+
+
+@needs_heyoka
+def test_jobs_change_nothing() -> None:
+    """Orbits longer than the passage limit, some of which climb to more bits."""
+    phases = np.linspace(0, 6.2, 200)
+    alone, *others = (codes(phases, J1_0="1e-6", jobs=jobs) for jobs in (1, 2, 3))
+    assert set(alone.bits.tolist()) > {53}
+    assert all(equal(alone, other) for other in others)
+
+
+def test_refuses_a_weight_that_doubles_lose() -> None:
+    """At mu = 1e-330 the force would underflow and the orbit seem to keep its plane Q = 0."""
+    with pytest.raises(ProblemError, match="mu = 1e-330 is below 1e-100 h0"):
+        codes("1", Body((2, 1, "1.5"), (1, 1, 0), "1e-330"))
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_no_phases_give_an_empty_record(engine: str) -> None:
+    nothing: tuple[Any, ...] = ([], np.array([]))
+    for none in nothing:
+        found = codes(none, engine=engine)
+        assert found.codes.shape == (15, 0)
+        assert found.crossing_time.shape == (16, 0)
+
+
+def test_numpy_integers_and_texts_are_taken_for_settings() -> None:
+    given: dict[str, Any] = {"n_symbols": np.int64(2), "precisions": np.array([53, 113])}
+    assert equal(codes("1", tolerance="1e-9", **given), codes("1", tolerance=1e-9, n_symbols=2))
+
+
+def test_the_record_keeps_its_phases_when_the_caller_changes_his() -> None:
+    phases = np.array([1.0, 2.0])
+    found = codes(phases, n_symbols=1)
+    phases[:] = 0.0
+    assert found.theta2_0.tolist() == [1.0, 2.0]
+
+
+def test_the_integers_give_the_same_route_in_other_units() -> None:
+    """M -> 2^k M, t -> t/2^k, mu -> 2^2k mu is the same motion: times scale, symbols stay."""
+    how: dict[str, Any] = {"engine": "scipy", "precisions": (113,), "n_symbols": 1}
+    usual = codes("1", **how)
+    big = codes(
+        "1",
+        Body((2, 1, "1.5"), (1, 1, 0), "0.001 * 4**10"),
+        h0="1.3342 * 4**10",
+        J1_0="1e-8 * 2**10",
+        **how,
+    )
+    assert big.codes.tolist() == usual.codes.tolist()
+    assert np.allclose(big.crossing_time * 2**10, usual.crossing_time, rtol=1e-14, atol=0)
+
+
+def test_the_integers_integrate_the_free_body() -> None:
+    found = codes("1", FREE, engine="scipy", precisions=(113,), n_symbols=2)
+    assert found.codes.tolist() == [[NO_SYMBOL], [NO_SYMBOL]]
+    assert found.crossing_time[0, 0] == pytest.approx(codes("1", FREE).crossing_time[0, 0])

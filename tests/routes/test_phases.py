@@ -1,0 +1,128 @@
+"""Initial phases stay exact, and come as numbers, lists or arrays."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rigidpend.exact import ExactError, exact
+from rigidpend.routes.phases import Grid, Phases
+from tests.strategies import numbers, repeatable
+
+TENTHS = [f"{k}/10" for k in range(63)]
+
+
+def fractions(phases: Phases) -> list[Fraction | None]:
+    return [x.fraction for x in phases.exactly(range(len(phases)))]
+
+
+def test_text_is_the_fraction_and_a_float_the_double_that_it_is() -> None:
+    phases = Phases(["31/10", 3.1])
+    assert fractions(phases) == [Fraction(31, 10), Fraction(3.1)]
+    assert phases.high.tolist() == [3.1, 3.1]
+    assert phases.rest.tolist() == [float(Fraction(31, 10) - Fraction(3.1)), 0.0]
+    assert phases.rest[0] != 0
+
+
+def test_rests_make_doubles_exact_to_twice_their_precision() -> None:
+    phases = Phases(TENTHS)
+    for k, (high, rest) in enumerate(zip(phases.high, phases.rest, strict=True)):
+        missing = Fraction(k, 10) - Fraction(float(high)) - Fraction(float(rest))
+        assert abs(missing) <= Fraction(k, 10) / 2**105
+
+
+def test_rest_of_an_irrational_phase() -> None:
+    phases = Phases("3*pi/40 + 1/100")
+    # pi to 33 digits, from tables.
+    pi = Fraction("3.14159265358979323846264338327950288")
+    missing = 3 * pi / 40 + Fraction(1, 100) - Fraction(float(phases.high[0]))
+    assert phases.rest[0] == pytest.approx(float(missing), rel=1e-14)
+    assert fractions(phases) == [None]
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        np.array([0.5, 1.25]),
+        np.array([0.5, 1.25], dtype=np.float32),
+        np.array(["1/2", "5/4"], dtype=object),
+        [0.5, 1.25],
+        (0.5, "1.25"),
+        [Fraction(1, 2), Decimal("1.25")],
+        ["1/2", "5/4"],
+    ],
+    ids=["float64", "float32", "object", "list", "tuple", "exact", "texts"],
+)
+def test_same_phases_in_any_dress(values: Any) -> None:
+    phases = Phases(values)
+    assert len(phases) == 2
+    assert phases.high.tolist() == [0.5, 1.25]
+    assert phases.rest.tolist() == [0, 0]
+    assert fractions(phases) == [Fraction(1, 2), Fraction(5, 4)]
+
+
+@pytest.mark.parametrize("value", [2, 2.0, "2", "4/2", np.float64(2), np.int64(2), np.array(2.0)])
+def test_a_number_alone_is_a_sequence_of_one(value: Any) -> None:
+    phases = Phases(value)
+    assert len(phases) == 1
+    assert fractions(phases) == [Fraction(2)]
+
+
+@given(st.lists(numbers(-1e6, 1e6), min_size=1, max_size=6))
+@repeatable(50)
+def test_arrays_and_lists_of_doubles_agree(values: list[float]) -> None:
+    array, listed = Phases(np.array(values)), Phases(values)
+    np.testing.assert_array_equal(array.high, listed.high)
+    np.testing.assert_array_equal(array.rest, listed.rest)
+    assert fractions(array) == fractions(listed) == [Fraction(x) for x in values]
+
+
+def test_columns_come_in_the_order_asked() -> None:
+    assert [str(x) for x in Phases(TENTHS).exactly([31, 0, 5])] == ["31/10", "0/10", "5/10"]
+
+
+@given(st.fractions(-5, 5), st.fractions("0.001", 1), st.integers(0, 20))
+@repeatable(50)
+def test_grid_has_the_phases_of_the_list_it_stands_for(
+    start: Fraction, step: Fraction, count: int
+) -> None:
+    grid = Phases(Grid(exact(start), exact(step), count))
+    listed = Phases([start + k * step for k in range(count)])
+    assert len(grid) == count
+    assert fractions(grid) == fractions(listed)
+    np.testing.assert_array_equal(grid.high, listed.high)
+    np.testing.assert_array_equal(grid.rest, listed.rest)
+
+
+def test_grid_is_exact_where_sums_of_doubles_are_not() -> None:
+    grid = Grid(exact("3*pi/40"), exact("1/100"), 32)
+    last = grid[31]
+    assert abs(last.at(113) - exact("3*pi/40 + 31/100").at(113)) < 2.0**-110
+    assert Grid(exact(0), exact("1/10"), 63)[31].fraction == Fraction(31, 10)
+    assert len(list(grid)) == len(grid) == 32
+    for outside in (-1, 32):
+        with pytest.raises(IndexError):
+            grid[outside]
+
+
+@pytest.mark.parametrize(
+    ("values", "told"),
+    [
+        (np.array([1.0, np.nan]), "theta2_0 must be finite.*nan"),
+        (np.array([np.inf]), "theta2_0 must be finite.*inf"),
+        ([1.0, float("inf")], "inf is not finite"),
+        (["1", "-1e400"], "theta2_0 must be finite doubles, got -inf"),
+        (["1", "one"], "'one'"),
+        (None, "None is not a real number"),
+        (1j, "not a real number"),
+    ],
+)
+def test_refuses_what_is_no_finite_number(values: Any, told: str) -> None:
+    with pytest.raises(ExactError, match=told):
+        Phases(values)

@@ -1,0 +1,112 @@
+"""What a route problem refuses, and the scales of time that belong to it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend import Body
+from rigidpend.equations import eq1
+from rigidpend.exact import exact
+from rigidpend.integrate import sample
+from rigidpend.routes.problem import (
+    MAX_SYMBOLS,
+    ProblemError,
+    RouteProblem,
+    passage_limit,
+    phase_rate,
+    rotation_period,
+)
+from tests.integrate.problems import FIG4
+from tests.routes.reference import fig4_left
+
+PENDULA = [
+    pytest.param(FIG4, "1.3342", id="k=0.04"),
+    pytest.param(Body((2, "1.2", "1.7"), (1, 3, 0), "0.9"), "1", id="k=0.97"),
+    pytest.param(Body((2, 1, "1.5"), (1, 1, 0), 0), "2", id="k=0"),
+]
+
+
+def problem(body: Body = FIG4, h0: Any = "1.3342", J1_0: Any = "1e-8", n: Any = 15) -> RouteProblem:
+    return RouteProblem(body, exact(h0), exact(J1_0), n)
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"n": 0}, "n_symbols must be 1 to 100000, got 0"),
+        ({"n": MAX_SYMBOLS + 1}, "n_symbols must be 1 to 100000, got 100001"),
+        ({"n": "15"}, "n_symbols must be 1 to 100000, got '15'"),
+        ({"n": 1.5}, "n_symbols must be 1 to 100000, got 1.5"),
+        ({"h0": "0.001"}, "h0 > mu is broken: h0 = 0.001, mu = 0.001"),
+        ({"h0": -1}, "h0 > mu is broken: h0 = -1, mu = 0.001"),
+        ({"J1_0": 0}, "0 < J1_0 < J2_0 is broken: J1_0 = 0, J2_0 = 1.41467"),
+        ({"J1_0": "-1e-9"}, "0 < J1_0 < J2_0 is broken"),
+        ({"J1_0": "1.4147"}, "0 < J1_0 < J2_0 is broken: J1_0 = 1.4147, J2_0 = 1.41467"),
+        ({"J1_0": "1e-500"}, "J1_0 = 1e-500 is below 1e-500 J2_0"),
+    ],
+)
+def test_refuses_what_the_problem_excludes(given: dict[str, Any], told: str) -> None:
+    with pytest.raises(ProblemError) as refused:
+        problem(**given)
+    assert told in str(refused.value)
+    assert [refused.value.field] == [{"n": "n_symbols"}.get(name, name) for name in given]
+
+
+def test_accepts_values_at_the_edge_of_what_it_excludes() -> None:
+    assert problem(h0="0.001 + 1e-20", J1_0="1e-3", n=1).n_symbols == 1
+    assert problem(J1_0="1.41467", n=MAX_SYMBOLS).n_symbols == MAX_SYMBOLS
+    assert problem(J1_0="1.5e-500").J2_0(53) > 1
+
+
+def test_J2_0_has_the_energy_of_the_rotation_in_every_precision() -> None:
+    """kappa J2_0^2/2 = h0, with kappa = 4/3: J2_0^2 = 2.0013."""
+    for bits in (53, 64, 113, 300):
+        J2 = problem().J2_0(bits)
+        assert abs(float(J2 * J2 - exact("2.0013").at(bits))) <= 4 * 2.0 ** (1 - bits)
+
+
+@pytest.mark.parametrize(("body", "h0"), PENDULA)
+def test_rotation_period_brings_the_integrated_pendulum_around_once(body: Body, h0: str) -> None:
+    """(eq1) at J1 = 0 and the energy h0: J2 falls and rises again while theta2 turns."""
+    p = body.angles()
+    theta2 = 0.3
+    J2 = math.sqrt(2 * (float(h0) - p.mu * math.sin(theta2)) / p.kappa)
+    period = rotation_period(problem(body, h0))
+    times = np.linspace(0, period, 20)
+    orbit = sample(lambda state, m: eq1(state, p, m), [0.4, 0.0, theta2, J2], times)
+    assert orbit[2, -1] == pytest.approx(theta2 + 2 * math.pi, abs=1e-9)
+    assert orbit[3, -1] == pytest.approx(J2, abs=1e-9)
+
+
+def test_phase_rate_is_the_faster_of_rotation_and_instability() -> None:
+    J2 = math.sqrt(2.0013)
+    assert phase_rate(problem()) == pytest.approx(4 / 3 * J2, rel=1e-15)
+    # A body with nu < pi leaves its periodic orbits faster than it turns.
+    slow = Body((2, "0.2", "1.8"), (1, 1, 0), "0.001")
+    assert slow.nu < math.pi
+    u = float(problem(slow).J2_0(53)) * math.sin(slow.alpha0)
+    assert phase_rate(problem(slow)) == pytest.approx(u, rel=1e-15)
+
+
+def test_passage_limit_grows_with_bits_and_with_depth() -> None:
+    limits = [passage_limit(problem(), bits) for bits in (53, 64, 113, 200)]
+    assert limits == sorted(set(limits))
+    deep = [passage_limit(problem(J1_0=J1_0), 53) for J1_0 in ("1e-2", "1e-8", "1e-300")]
+    assert deep == sorted(set(deep))
+
+
+def test_passage_limit_is_what_a_distance_of_one_last_bit_takes_and_more() -> None:
+    """A distance of 2^-bits grows to one within bits ln(2)/u."""
+    for bits in (53, 113):
+        u = math.sqrt(2.0013) * math.sin(FIG4.alpha0)
+        assert 1 < passage_limit(problem(), bits) / (bits * math.log(2) / u) < 10
+
+
+def test_passage_limit_covers_measured_passages() -> None:
+    times = fig4_left().crossing_time
+    longest = max(np.diff(times, axis=0).max(), times[0].max())
+    assert longest < passage_limit(problem(), 53) / 4

@@ -1,0 +1,153 @@
+"""The initial states: on separatrix 2, on J3 = 0, and the same orbit in any scales."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from mpmath import MPContext
+
+from rigidpend import Body
+from rigidpend.coordinates import Aligned, body_from_aligned, canonical_from_aligned, scale
+from rigidpend.equations import energy, hamiltonian_J3_0
+from rigidpend.exact import exact
+from rigidpend.integrate import Orbits, crossings
+from rigidpend.routes.certainty import FIRST, SECOND
+from rigidpend.routes.phases import Phases
+from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.start import Scales, start, states_double, states_exact
+from tests.integrate.problems import ENGINES, FIG4, GENERIC
+from tests.strategies import apart, floats_of
+
+PHASES = Phases(["1/10", "31/10", "2*pi - 1/7", 5.5, "1e5"])
+J1_0S = ["1e-300", "1e-8", "1/2"]
+BODIES = [pytest.param(FIG4, id="Fig. 4"), pytest.param(GENERIC, id="generic")]
+
+
+def problem(body: Body = FIG4, J1_0: str = "1e-8") -> RouteProblem:
+    return RouteProblem(body, exact("1.3342"), exact(J1_0), 3)
+
+
+def doubles(p: RouteProblem, scales: Scales = FIRST) -> Any:
+    return states_double(start(p, 53, scales), PHASES.high, PHASES.rest)
+
+
+@pytest.mark.parametrize("J1_0", J1_0S)
+@pytest.mark.parametrize("body", BODIES)
+def test_agrees_the_start_read_back_through_the_coordinates(body: Body, J1_0: str) -> None:
+    found = canonical_from_aligned(Aligned(*doubles(problem(body, J1_0))), body.alpha0, body.beta0)
+    np.testing.assert_allclose(found.J1, float(exact(J1_0)), rtol=2e-15)
+    np.testing.assert_allclose(found.J2, math.sqrt(2 * 1.3342 / body.kappa), rtol=1e-15)
+    assert apart(found.theta1, body.alpha0 + body.beta0, 4 * math.pi) < 1e-14
+    for function in (np.cos, np.sin):
+        np.testing.assert_allclose(function(found.theta2), function(PHASES.high), atol=1e-14)
+    np.testing.assert_allclose(found.J3, 0, atol=1e-15)
+
+
+@pytest.mark.parametrize("J1_0", J1_0S)
+@pytest.mark.parametrize("body", BODIES)
+def test_invariant_constraints_and_energy_of_the_start(body: Body, J1_0: str) -> None:
+    states = doubles(problem(body, J1_0))
+    A, r, mu = floats_of(body)
+    M, gamma = body_from_aligned(Aligned(*states), body.alpha0, scale(A))
+    np.testing.assert_allclose((gamma * gamma).sum(axis=0), 1, rtol=0, atol=1e-15)
+    np.testing.assert_allclose((M * gamma).sum(axis=0), 0, atol=1e-15)
+    assert (states[1] == 0).all(), "exactly on separatrix 2"
+    J1, J2 = float(exact(J1_0)), math.sqrt(2 * 1.3342 / body.kappa)
+    theta = [body.alpha0 + body.beta0, PHASES.high]
+    expected = hamiltonian_J3_0(J1, J2, theta, body.angles(), np)
+    np.testing.assert_allclose(energy(M, gamma, A, r, mu), expected, rtol=1e-14)
+    # h0 is the energy without the weight, which turns with theta2.
+    assert 0 < np.abs(expected - 1.3342).max() <= mu
+
+
+@pytest.mark.parametrize("bits", [64, 113, 200])
+def test_invariant_constraints_of_exact_states_to_their_last_bits(bits: int) -> None:
+    body = GENERIC
+    states = states_exact(start(problem(body), bits, FIRST), PHASES.exactly(range(5)), bits)
+    m = MPContext()
+    m.prec = bits + 40
+    alpha0 = body.angles(m.prec).alpha0
+    for state in states:
+        Qp, Qm, M3, *gamma = (m.mpf(x.numerator) / x.denominator for x in state)
+        assert Qm == 0
+        M = [(Qp + Qm) / (2 * m.cos(alpha0 / 2)), (Qp - Qm) / (2 * m.sin(alpha0 / 2)), M3]
+        assert abs(sum(x * x for x in gamma) - 1) < 4 * 2.0**-bits
+        assert abs(sum(x * y for x, y in zip(M, gamma, strict=True))) < 8 * 2.0**-bits
+
+
+@pytest.mark.parametrize("bits", [64, 113])
+def test_exact_states_are_numbers_of_their_precision(bits: int) -> None:
+    begin = start(problem(), bits, SECOND)
+    numbers = [*begin.coefficients, begin.Qp, begin.M3]
+    for state in states_exact(begin, PHASES.exactly([0, 2]), bits):
+        numbers += state
+    assert all(isinstance(x, Fraction) for x in numbers)
+    # Odd part of the numerator in `bits` bits, over a power of two.
+    for x in filter(None, numbers):
+        odd = abs(x.numerator) // (abs(x.numerator) & -abs(x.numerator))
+        assert odd.bit_length() <= bits
+        assert x.denominator & (x.denominator - 1) == 0
+    assert max(abs(x.numerator).bit_length() for x in numbers) > bits - 8
+
+
+@pytest.mark.parametrize("scales", [FIRST, SECOND])
+@pytest.mark.parametrize("J1_0", J1_0S)
+def test_agrees_doubles_with_exact_states(J1_0: str, scales: Scales) -> None:
+    rough = doubles(problem(J1_0=J1_0), scales)
+    begin = start(problem(J1_0=J1_0), 200, scales)
+    fine = np.array(states_exact(begin, PHASES.exactly(range(5)), 200), dtype=float).T
+    # Qp, Qm and M3 are rounded once; gamma after a rotation by theta2.
+    np.testing.assert_array_equal(rough[:3], fine[:3])
+    np.testing.assert_allclose(rough[3:], fine[3:], rtol=0, atol=4e-16)
+
+
+def test_rests_of_phases_reach_the_state() -> None:
+    """At 1e5 a double is 1e-11 coarse: its rest must count."""
+    begin = start(problem(), 53, FIRST)
+    phases = Phases(["100000 + 1/3"])
+    without = states_double(begin, phases.high, np.zeros(1))
+    whole = states_double(begin, phases.high, phases.rest)
+    fine = states_exact(start(problem(), 113, FIRST), phases.exactly([0]), 113)
+    truth = np.array(fine, dtype=float).T
+    assert np.abs(without - truth).max() > 1e-12
+    np.testing.assert_allclose(whole, truth, rtol=0, atol=4e-16)
+
+
+def scaled_times(scales: Scales, engine: str, bits: int) -> Any:
+    begin = start(problem(), bits, scales)
+    columns = [0, 1]
+    states: Any = doubles(problem(), scales)[:, columns]
+    if bits > 53:
+        states = states_exact(begin, PHASES.exactly(columns), bits)
+    unit = float(begin.time_unit)
+    orbits = Orbits(begin.coefficients, states, 4, 200 / unit)
+    return unit * crossings(orbits, engine=engine, bits=bits, tolerance=1e-13, jobs=1).time
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_scales_change_crossing_times_by_rounding_alone(engine: str) -> None:
+    first, second = (scaled_times(scales, engine, 53) for scales in (FIRST, SECOND))
+    np.testing.assert_allclose(first, second, rtol=0, atol=1e-9)
+    assert (first != second).any(), "they must round differently"
+
+
+def test_scales_change_nothing_in_many_bits() -> None:
+    first, second = (scaled_times(scales, "scipy", 113) for scales in (FIRST, SECOND))
+    np.testing.assert_allclose(first, second, rtol=3e-16)
+
+
+def test_scales_share_no_constant() -> None:
+    """Every number that is rounded differs in more than a power of two."""
+    numbers = [
+        [*begin.coefficients, begin.Qp, begin.M3, *begin.gamma_cos, *begin.gamma_sin]
+        for begin in (start(problem(GENERIC), 53, scales) for scales in (FIRST, SECOND))
+    ]
+    mantissas = [[math.frexp(x)[0] for x in column if x] for column in numbers]
+    # What only turns a direction or a ratio into another is the same in all units.
+    shared = sum(a == b for a, b in zip(*mantissas, strict=True))
+    unscaled = ("half_sigma", "twist", "omega1", "omega2", "kappa")
+    assert shared == len(unscaled)

@@ -1,0 +1,113 @@
+"""What a command imports: nothing heavy before it is needed, no drawing in a run, and so on."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from rigidpend.integrate.engines import default_engine
+from tests.config.samples import SMALL, written
+
+HEAVY = {"numpy", "scipy", "h5py", "mpmath", "pydantic", "yaml", "matplotlib", "heyoka"}
+
+COMMAND = """
+import json, sys
+from rigidpend.cli import main
+try:
+    main(json.loads(sys.argv[1]), prog_name="rigidpend")
+except SystemExit as end:
+    assert not end.code, end.code
+"""
+MODULES = "\nimport sys\nprint('modules', *sys.modules)\n"
+
+
+def modules(code: str, folder: Path, *arguments: str) -> set[str]:
+    """The names of all modules that a fresh Python has imported in the end."""
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code + MODULES, json.dumps(arguments)],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return set(done.stdout.splitlines()[-1].split()[1:])
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A working directory with a small config; its result is there after the first run."""
+    made = tmp_path_factory.mktemp("imports")
+    written(made, SMALL, "small.yaml")
+    return made
+
+
+@pytest.fixture(scope="module")
+def by_run(folder: Path) -> set[str]:
+    """The modules that a first run imports."""
+    return modules(COMMAND, folder, "run", "small.yaml", "-j", "1")
+
+
+@pytest.fixture(scope="module")
+def by_second_run(folder: Path, by_run: set[str]) -> set[str]:
+    """The modules that a run imports of which the result is up to date."""
+    return modules(COMMAND, folder, "run", "small.yaml")
+
+
+def test_the_package_alone_imports_nothing_heavy(tmp_path: Path) -> None:
+    found = modules("import rigidpend", tmp_path)
+    assert found & HEAVY == set()
+    assert {name for name in found if name.startswith("rigidpend.")} == set()
+
+
+@pytest.mark.parametrize("arguments", [("--help",), ("run", "--help"), ("--version",)])
+def test_help_imports_nothing_heavy(tmp_path: Path, arguments: tuple[str, ...]) -> None:
+    assert modules(COMMAND, tmp_path, *arguments) & HEAVY == set()
+
+
+def test_a_run_never_imports_matplotlib(by_run: set[str], by_second_run: set[str]) -> None:
+    assert "rigidpend.runner" in by_run & by_second_run
+    assert "matplotlib" not in by_run | by_second_run
+
+
+def test_an_engine_is_imported_when_it_computes_and_not_before(
+    by_run: set[str], by_second_run: set[str]
+) -> None:
+    engine = {"taylor": "rigidpend.integrate.taylor", "scipy": "rigidpend.integrate.dop853"}
+    assert engine[default_engine()] in by_run
+    engines = {"heyoka", "scipy.integrate", *engine.values(), "rigidpend.integrate.bigint"}
+    assert by_second_run & engines == set()
+
+
+def test_a_run_imports_one_engine_only(by_run: set[str]) -> None:
+    assert len(by_run & {"heyoka", "scipy.integrate"}) == 1
+
+
+def test_render_imports_nothing_that_computes(folder: Path, by_run: set[str]) -> None:
+    found = modules(COMMAND, folder, "render", "small.yaml")
+    assert (folder / "results" / "small.png").is_file()
+    assert "matplotlib" in found
+    assert "matplotlib.pyplot" not in found
+    computing = {"heyoka", "scipy.integrate", "rigidpend.routes.codes", "rigidpend.equations"}
+    rooms = ("rigidpend.integrate", "rigidpend.experiments", "rigidpend.melnikov")
+    assert found & computing == set()
+    assert {name for name in found if name.startswith(rooms)} == set()
+
+
+def test_describe_imports_no_engine_and_no_drawing(folder: Path) -> None:
+    found = modules(COMMAND, folder, "describe", "small.yaml")
+    assert found & {"heyoka", "scipy.integrate", "matplotlib", "h5py"} == set()
+
+
+def test_the_public_names_are_there_without_being_asked_for_first() -> None:
+    import rigidpend
+
+    assert set(rigidpend.__all__) <= set(dir(rigidpend))
+    assert all(callable(getattr(rigidpend, name)) for name in rigidpend.__all__)
+    with pytest.raises(AttributeError, match="module 'rigidpend' has no attribute 'bodies'"):
+        _ = rigidpend.bodies
