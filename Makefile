@@ -6,11 +6,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 RESULTS ?= results
 JOBS ?=
-CONFIGS := $(wildcard configs/*.yaml)
-CODE := $(shell find rigidpend -name '*.py' -o -name '*.mplstyle')
 RUN := $(BIN)/rigidpend
 
-.PHONY: help figures test lint types verify bench clean distclean
+.PHONY: help figures test verify bench gallery clean distclean
 
 help: ## list the targets
 	@grep -E '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -30,6 +28,10 @@ verify: $(VENV)/.installed ## compute every experiment again and compare with re
 
 bench: $(VENV)/.installed ## time the route codes on this machine
 	$(BIN)/python scripts/bench_route_codes.py
+
+gallery: figures ## draw every figure and keep it in results/gallery/, for the README
+	mkdir -p results/gallery
+	cp $(RESULTS)/*.png results/gallery/
 
 clean: ## remove results and caches, keep the set-up
 	rm -rf $(RESULTS)/*.h5 $(RESULTS)/*.png $(RESULTS)/*.svg $(RESULTS)/*.pdf

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import sys
 import tempfile
-import time
 import traceback
 from collections.abc import Callable
 from functools import wraps
@@ -70,6 +69,8 @@ def _code(error: Exception) -> int:
         "EngineError": ABSENT,
         "StoreError": FAILED,
         "OtherVersion": FAILED,
+        "NoChange": FAILED,
+        "ArithmeticError": FAILED,
     }
     return kinds.get(type(error).__name__, INTERNAL)
 
@@ -132,15 +133,13 @@ def run(
         if path.stem == twin.stem:
             raise click.UsageError(f"{path} and {twin} would both be stored as {path.stem}.h5")
     configs = [config.load(path, settings) for path in paths]
-    for loaded in configs:
-        planned = runner.plan(loaded, folder, force=force)
+    plans = [runner.plan(loaded, folder, force=force) for loaded in configs]
+    for planned in plans:
         if not planned.reason:
-            _say(f"{loaded.name}: {planned.target} is up to date")
-            continue
-        _say(f"{loaded.name}: computing ({planned.reason}), {planned.fingerprint['engine']}")
-        start = time.perf_counter()
-        runner.run(planned, jobs=jobs or workers.cores(), report=_reporter(loaded.name))
-        _say(f"{loaded.name}: {planned.target} written, {time.perf_counter() - start:.2f} s")
+            _say(f"{planned.config.name}: {planned.target} is up to date")
+    runner.run_all(
+        [planned for planned in plans if planned.reason], jobs=jobs or workers.cores(), say=_say
+    )
 
 
 @main.command()
@@ -243,7 +242,3 @@ def verify(names: tuple[str, ...], reference: Path, jobs: int | None) -> None:
         for difference in found:
             click.echo(f"  {difference}")
     sys.exit(FAILED if differing else DONE)
-
-
-def _reporter(name: str) -> Callable[[str], None]:
-    return lambda text: _say(f"{name}: {text}")

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import tempfile
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from rigidpend import experiments, provenance, store
 from rigidpend.config import Config
+from rigidpend.workers import side_by_side
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,38 @@ def plan(config: Config, folder: Path, *, force: bool = False) -> Plan:
     }
     reason = "--force" if force else _reason(target, fingerprint)
     return Plan(config, engine, target, fingerprint, reason)
+
+
+def run_all(plans: Sequence[Plan], *, jobs: int, say: Callable[[str], None]) -> None:
+    """Run planned experiments side by side.
+
+    Parameters
+    ----------
+    plans : sequence of Plan
+    jobs : int
+        How many experiments at a time, and threads or processes in each; no result depends on
+        it. Most experiments are over before the next begins, so they do not share it out.
+    say : callable
+        Takes a line for people: what begins, how it goes, what is done, the time left.
+    """
+    begun, done = time.perf_counter(), itertools.count(1)
+
+    def follow(planned: Plan) -> None:
+        name, start = planned.config.name, time.perf_counter()
+        say(f"{name}: computing ({planned.reason}), {planned.fingerprint['engine']}")
+        run(planned, jobs=jobs, report=lambda text: say(f"{name}: {text}"))
+        now = time.perf_counter()
+        left = _left(next(done), len(plans), now - begun)
+        say(f"{name}: {planned.target} written, {now - start:.2f} s{left}")
+
+    side_by_side(follow, (), False, plans, jobs)
+
+
+def _left(done: int, total: int, elapsed: float) -> str:
+    """How many of several experiments are done and about how long the others take."""
+    if done == total:
+        return ""
+    return f" ({done} of {total} done, about {elapsed / done * (total - done):.0f} s left)"
 
 
 def run(planned: Plan, *, jobs: int, report: Callable[[str], None]) -> None:

@@ -1,0 +1,113 @@
+"""Orbits that follow a certain route, sampled in double precision with theta3 and alpha."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rigidpend import hodograph, integrate
+from rigidpend.body import Body
+from rigidpend.coordinates import Aligned, body_from_aligned, canonical_from_aligned, scale
+from rigidpend.equations import aligned, aligned_coefficients
+from rigidpend.integrate.records import separatrix_beside
+from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.start import Scales, start, states_double
+
+Array = NDArray[np.float64]
+
+
+class Orbit(NamedTuple):
+    """A sampled orbit, and how it meets the crossings of its route."""
+
+    t: Array
+    """(n,), t'."""
+    states: Array
+    """(8, n): aligned components, theta3, alpha."""
+    crossing_error: Array
+    """(k,), t': how much later it crosses J1 = J2/2 than the route."""
+
+
+def follow(
+    problem: RouteProblem,
+    theta2_0: float,
+    crossing_time: Array,
+    *,
+    step: float,
+    engine: str,
+    tolerance: float,
+) -> Orbit:
+    """The orbit of a route, sampled evenly to half a passage behind its last crossing.
+
+    Parameters
+    ----------
+    problem : RouteProblem
+    theta2_0 : float
+        Initial phase in radians.
+    crossing_time : (k,) array
+        t' of the crossings of the route, k >= 2.
+    step : float
+        t' between samples.
+    engine, tolerance : as in `integrate.sample`
+    """
+    end = crossing_time[-1] + (crossing_time[-1] - crossing_time[-2]) / 2
+    t = np.arange(0.0, end, step)
+    times = np.union1d(t, crossing_time)
+    states = integrate.sample(
+        hodograph.field(problem.body),
+        initial_state(problem, theta2_0),
+        times,
+        engine=engine,
+        tolerance=tolerance,
+    )
+    at = np.searchsorted(times, crossing_time)
+    rates = aligned(states[:6, at], aligned_coefficients(problem.body.angles(), math))
+    return Orbit(t, states[:, np.searchsorted(times, t)], -states[2, at] / rates[2])
+
+
+def initial_state(problem: RouteProblem, theta2_0: float) -> Array:
+    """The state (8,) of the orbit at t' = 0, with theta3 = 0."""
+    state = states_double(start(problem, 53, Scales()), np.array([theta2_0]), 0.0)[:, 0]
+    M, gamma = physical(state, problem.body)
+    omega = hodograph.angular_velocity(M, _moments(problem.body))
+    return np.array([*state, 0.0, hodograph.alpha_ahead(M, omega, gamma)])
+
+
+def separatrices(states: Array) -> NDArray[np.uint8]:
+    """The separatrices beside which successive samples (6 or more, n) change the sign of M3."""
+    Qp, Qm, M3 = states[:3]
+    k = np.flatnonzero(np.sign(M3[:-1]) * np.sign(M3[1:]) < 0)
+    beside = map(separatrix_beside, M3[k] < 0, Qp[k], Qm[k])
+    return np.array(list(beside), dtype=np.uint8)
+
+
+def samples(body: Body, orbit: Orbit) -> dict[str, Array]:
+    """What the orbit does: t', angles in radians, omega (n, 3) in the fixed basis, physical."""
+    *state, theta3, alpha = orbit.states
+    M, gamma = physical(state, body)
+    omega = hodograph.angular_velocity(M, _moments(body))
+    c = canonical_from_aligned(Aligned(*state), body.alpha0, body.beta0)
+    return {
+        "t": orbit.t,
+        "theta1": c.theta1,
+        "J1_over_J2": c.J1 / c.J2,
+        "theta3": theta3,
+        "alpha": alpha,
+        "omega": hodograph.fixed_components(omega, gamma, alpha),
+    }
+
+
+def vertices(separatrices: ArrayLike) -> str:
+    """The vertices of the heteroclinic cycle that a route passes, as the paper writes them."""
+    return "-".join(f"{i}-{i}*" if i in (2, 4) else f"{i}*-{i}" for i in np.ravel(separatrices))
+
+
+def physical(states: Any, body: Body) -> tuple[Array, Array]:
+    """M and gamma, each (3, ...), in physical units, of states whose first 6 are aligned."""
+    return body_from_aligned(Aligned(*states[:6]), body.alpha0, scale(_moments(body), math))
+
+
+def _moments(body: Body) -> list[float]:
+    return [float(x) for x in body.A]

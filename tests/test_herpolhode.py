@@ -1,0 +1,134 @@
+"""Orbits that follow a route: the published one of Fig. 5, its plateaus, its samples."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from rigidpend import Body, route_codes
+from rigidpend.equations import eq1, theta3_rate
+from rigidpend.exact import exact
+from rigidpend.herpolhode import Orbit, follow, initial_state, samples, separatrices, vertices
+from rigidpend.precession import plateaus
+from rigidpend.routes import RouteProblem
+from tests.integrate.problems import ENGINES, needs_heyoka
+
+H0, J1_0 = "10/9", "2.39205e-9"
+TOLERANCE = {"taylor": 3e-14, "scipy": 1e-13}
+PUBLISHED = {
+    "1.02": "2-2*-1*-1-4-4*-3*-3-4-4*-1*-1",
+    "1.83": "2-2*-3*-3-4-4*-1*-1-2-2*-1*-1",
+}
+
+
+def problem(mu: str) -> RouteProblem:
+    body = Body(A=(2, "1.5", "1.8"), r=(0, 1, 0), mu=mu)
+    return RouteProblem(body, exact(H0), exact(J1_0), 5)
+
+
+def route_of(theta2_0: str, mu: str = "0.01", **how: Any) -> Any:
+    found = route_codes(problem(mu).body, [theta2_0], h0=H0, J1_0=J1_0, n_symbols=5, **how)
+    assert found.certain.all()
+    return found
+
+
+def orbit_of(theta2_0: str, route: Any, engine: str, mu: str = "0.01") -> Orbit:
+    return follow(
+        problem(mu),
+        float(theta2_0),
+        route.crossing_time[:, 0],
+        step=0.05,
+        engine=engine,
+        tolerance=TOLERANCE[engine],
+    )
+
+
+@pytest.mark.parametrize("theta2_0", PUBLISHED)
+def test_the_published_route_comes_out_in_113_bits(theta2_0: str) -> None:
+    found = route_of(theta2_0, precisions=(113,))
+    assert found.bits[0] == 113
+    assert vertices(found.separatrix[:, 0]) == PUBLISHED[theta2_0]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("theta2_0", PUBLISHED)
+def test_the_orbit_in_doubles_follows_the_certain_route(theta2_0: str, engine: str) -> None:
+    route = route_of(theta2_0)
+    orbit = orbit_of(theta2_0, route, engine)
+    np.testing.assert_array_equal(separatrices(orbit.states), route.separatrix[:, 0])
+    assert np.abs(orbit.crossing_error).max() < 1e-5
+
+
+def test_crossing_error_is_how_much_later_the_samples_cross() -> None:
+    route = route_of("1.02")
+    shift = np.array([1e-4, -2e-4, 1e-4, 0, -1e-4, 2e-4])
+    early = route._replace(crossing_time=route.crossing_time - shift[:, None])
+    found = orbit_of("1.02", early, "scipy")
+    np.testing.assert_allclose(found.crossing_error, shift, atol=1e-6)
+
+
+@needs_heyoka
+@pytest.mark.parametrize("theta2_0", PUBLISHED)
+def test_order_plateaus_differ_from_tri1_in_the_second_order(theta2_0: str) -> None:
+    """Behind k separatrices by less than 6 k mu^2; the first by a quarter at half of mu."""
+    first = []
+    for mu in ("0.01", "0.005"):
+        route = route_of(theta2_0, mu)
+        orbit = orbit_of(theta2_0, route, "taylor", mu)
+        crossing = route.crossing_time[:, 0]
+        middle = (crossing[:-1] + crossing[1:]) / 2
+        theta3 = np.interp(middle, orbit.t, orbit.states[6])
+        predicted = plateaus(route.separatrix[:, 0], problem(mu).body.angles(), 10 / 9)[1:-1]
+        error = theta3 - predicted
+        assert (np.abs(error) < 6 * np.arange(1, 6) * float(mu) ** 2).all()
+        assert np.ptp(predicted) > 20 * np.abs(error).max()
+        first.append(error[0])
+    assert first[0] / first[1] == pytest.approx(4, rel=0.06)
+
+
+def test_initial_state_is_at_theta3_0_and_alpha_along_omega() -> None:
+    state = initial_state(problem("0.01"), 1.02)
+    assert state[6] == 0
+    assert state[1] == 0
+    # Near the pendulum's rotation omega is nearly along M.
+    assert 0 < abs(state[7]) < 1e-4
+
+
+def test_agrees_with_eq1_and_th3_in_other_variables() -> None:
+    """The first passage in (theta, J), with theta3 as its quadrature."""
+    p = problem("0.01")
+    angles = p.body.angles()
+    route = route_of("1.02")
+    orbit = orbit_of("1.02", route, "scipy")
+    until = orbit.t < 45
+
+    def rates(_: float, y: Any) -> Any:
+        slow = theta3_rate(y[1], y[3], y[0], angles.mu, np)
+        return np.array([*eq1(y[:4], angles, np), slow])
+
+    J2 = float(p.J2_0(53))
+    y0 = [angles.alpha0 + angles.beta0, float(p.J1_0), 1.02, J2, 0.0]
+    t = orbit.t[until]
+    found: Any = solve_ivp(rates, (0, t[-1]), y0, "LSODA", t, rtol=1e-11, atol=1e-18)
+    theta1, J1, _, J2, theta3 = found.y
+    made = samples(p.body, orbit)
+    np.testing.assert_allclose(made["theta3"][until], theta3, atol=1e-8)
+    np.testing.assert_allclose(made["J1_over_J2"][until], J1 / J2, atol=1e-7)
+    np.testing.assert_allclose(made["theta1"][until], theta1, atol=1e-5)
+
+
+def test_omega_keeps_the_energy() -> None:
+    """M . omega/2 + mu r . gamma = const, with M horizontal of length J2 along theta3."""
+    p = problem("0.01")
+    made = samples(p.body, orbit_of("1.83", route_of("1.83"), "scipy"))
+    _, eta, zeta = made["omega"].T
+    along = eta * np.cos(made["theta3"]) + zeta * np.sin(made["theta3"])
+    # |M| is 2 and changes by mu/h0 at most, so 2 h0 = |M| omega_along changes by 2 mu at most.
+    np.testing.assert_allclose(along * 2, 2 * 10 / 9, atol=0.045)
+
+
+def test_vertices_are_written_as_in_the_paper() -> None:
+    assert vertices([2, 1, 4, 3]) == "2-2*-1*-1-4-4*-3*-3"
