@@ -228,8 +228,12 @@ class _Batch:
 
     def _set_time(self, lane: int, value: float) -> None:
         """Set one lane's time; the others keep theirs to the last bit, low words included."""
-        high, low = (np.nan_to_num(part) for part in self.integrator.dtime)
+        high, low = (part.copy() for part in self.integrator.dtime)
         high[lane], low[lane] = value, 0.0
+        if not math.isfinite(high.sum()):
+            # Another lane has failed and waits for its next orbit.
+            high[~np.isfinite(high)] = 0.0
+            low[~np.isfinite(low)] = 0.0
         self.integrator.set_dtime(high, low)
 
     def _is_done(self, lane: int, ending: int, orbits: Orbits, until: Any) -> bool:
