@@ -17,13 +17,22 @@ exact         numbers taken exactly as written
 body          the rigid body and its angles
 coordinates   maps between descriptions of a state
 equations     equations of motion and Hamiltonians
+free_body     orbits without weight, in closed form
+periodic      the periodic orbits near the pendulum motions
 melnikov      Melnikov's integral and its zeros
+surfaces      the asymptotic surfaces S1- and S2+
+precession    the increments of theta3 along the separatrices
+hodograph     the angular velocity in the fixed space
+herpolhode    an orbit along its route, with its hodograph
 integrate     engines: `taylor`, `scipy`, and integers of any precision
 routes        binary route codes, with their certainty
 config        YAML configs, read and checked
 experiments   what a config can ask for
+runner        which experiments are run, and why
 workers       threads and processes
-store         results in HDF5
+tree, store   the data of a result; its HDF5 file
+compare       where two results differ
+provenance    versions, commit, machine, and the code behind a result
 render        figures from stored results
 cli           the command line
 

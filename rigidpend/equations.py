@@ -10,12 +10,9 @@ moments; all others are dimensionless, with time t' and J' = J s (see `coordinat
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from rigidpend.body import Angles
-
-if TYPE_CHECKING:
-    from rigidpend.coordinates import Andoyer
 
 Numbers: TypeAlias = Any
 """A sequence or an array of numbers, the component first."""
@@ -129,12 +126,12 @@ def aligned(state: Numbers, c: AlignedCoefficients) -> tuple[Any, ...]:
     )
 
 
-def hamiltonian_andoyer(a: Andoyer, A: Numbers, beta0: Any, mu: Any, m: Any) -> Any:
+def hamiltonian_andoyer(a: Any, A: Numbers, beta0: Any, mu: Any, m: Any) -> Any:
     """Hamiltonian in Andoyer-Deprit variables, physical units (eq. h_d).
 
     Parameters
     ----------
-    a : Andoyer
+    a : coordinates.Andoyer
         The variables, with cos p and cos q.
     A, beta0, mu : as in `Body`
     m : namespace of sin and cos

@@ -128,9 +128,9 @@ def sample(
         from rigidpend.integrate import dop853
 
         return dop853.sample(field, state, times, tolerance)
-    from rigidpend.integrate import taylor
+    from rigidpend.integrate import taylor_samples
 
-    return taylor.sample(field, state, times, tolerance)
+    return taylor_samples.sample(field, state, times, tolerance)
 
 
 def sample_orbits(
@@ -180,9 +180,9 @@ def sample_orbits(
             tolerance,
         )
         return flat.reshape(*shape, times.size).transpose(0, 2, 1)
-    from rigidpend.integrate import taylor
+    from rigidpend.integrate import taylor_samples
 
-    return taylor.sample_batch(coefficients, states, times, tolerance)
+    return taylor_samples.sample_batch(coefficients, states, times, tolerance)
 
 
 def _checked_times(times: Any) -> NDArray[np.float64]:

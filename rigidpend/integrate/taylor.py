@@ -11,18 +11,15 @@ leave this module.
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import math
-import threading
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
-from rigidpend.equations import AlignedCoefficients, aligned
-from rigidpend.integrate import compile_cache
+from rigidpend.integrate.compiled import aligned_system, borrowed, heyoka
 from rigidpend.integrate.records import (
     Crossings,
     Orbits,
@@ -36,19 +33,9 @@ MAX_STEPS = 1_000_000
 """Steps in one call after which an orbit counts as failed; a passage takes some hundred."""
 
 
-@functools.cache
-def _heyoka() -> Any:
-    compile_cache.choose()
-    import heyoka
-
-    # A cache that cannot be written costs a compilation, which is no news for a user.
-    heyoka.set_logger_level_error()
-    return heyoka
-
-
 def precisions() -> tuple[int, ...]:
     """The precisions, in bits, that this machine's number types offer."""
-    hy = _heyoka()
+    hy = heyoka()
     extended = (64,) if np.finfo(np.longdouble).nmant == 63 else ()
     return (53, *extended, *((113,) if hasattr(hy, "real128") else ()))
 
@@ -63,7 +50,7 @@ def crossings_batch(orbits: Orbits, tolerance: float) -> Crossings:
     tolerance : float
         Of the Taylor series.
     """
-    with _borrowed(_Batch, tolerance) as batch:
+    with borrowed(_Batch, tolerance) as batch:
         return batch.run(orbits)
 
 
@@ -79,94 +66,28 @@ def crossings_scalar(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
         Of the Taylor series in 53 bits; every bit more halves it.
     """
     found = no_crossings(orbits.n_crossings, len(orbits.states))
-    with _borrowed(_Scalar, bits, tolerance) as scalar:
+    with borrowed(_Scalar, bits, tolerance) as scalar:
         for column, state in enumerate(orbits.states):
             scalar.run(orbits, state, found, column)
     return found
 
 
-def sample(field: Any, state: Any, times: Any, tolerance: float) -> Any:
-    """An orbit of any field at given times (see `rigidpend.integrate.sample`)."""
-    hy = _heyoka()
-    names = [hy.make_vars(f"x{i}") for i in range(len(state))]
-    system = list(zip(names, field(names, _Functions()), strict=True))
-    integrator = hy.taylor_adaptive(system, state, time=times[0], tol=tolerance)
-    ending, *_, states = integrator.propagate_grid(times)
-    if int(ending) != int(hy.taylor_outcome.time_limit):
-        raise ArithmeticError(f"the integration ended early: {ending}")
-    return states.T
-
-
-def sample_batch(coefficients: Any, states: Any, times: Any, tolerance: float) -> Any:
-    """Orbits of the aligned field (see `rigidpend.integrate.sample_orbits`)."""
-    n = states.shape[1]
-    found = np.empty((6, times.size, n))
-    with _borrowed(_Sampler, tolerance) as sampler:
-        for first in range(0, n, sampler.width):
-            columns = slice(first, min(first + sampler.width, n))
-            found[..., columns] = sampler.run(coefficients, states[:, columns], times)
-    return found
-
-
-class _Sampler:
-    """A batch integrator without events."""
-
-    def __init__(self, tolerance: float) -> None:
-        hy = _heyoka()
-        self.width = hy.recommended_simd_size()
-        field, _ = _system(hy)
-        self.integrator = hy.taylor_adaptive_batch(
-            field,
-            np.zeros((6, self.width)),
-            pars=np.zeros((9, self.width)),
-            tol=tolerance,
-        )
-
-    def run(self, coefficients: Any, states: Any, times: Any) -> Any:
-        """At most `width` orbits; lanes without an orbit repeat the first."""
-        n = states.shape[1]
-        lanes = np.concatenate((states, np.repeat(states[:, :1], self.width - n, axis=1)), axis=1)
-        self.integrator.pars[:] = np.asarray(coefficients)[:, None]
-        self.integrator.set_time(times[0])
-        self.integrator.state[:] = lanes
-        _, found = self.integrator.propagate_grid(np.repeat(times[:, None], self.width, axis=1))
-        if not np.isfinite(found).all():
-            raise ArithmeticError("an orbit did not reach the last of the times")
-        return found.transpose(1, 0, 2)[..., :n]
-
-
-class _Functions:
-    """The namespace of a field: heyoka's functions of symbols, math's of plain numbers."""
-
-    def __getattr__(self, name: str) -> Callable[[Any], Any]:
-        hy = _heyoka()
-        of_symbol, of_number = getattr(hy, name), getattr(math, name)
-        return lambda x: (of_symbol if isinstance(x, hy.expression) else of_number)(x)
-
-
 @functools.cache
 def _failures() -> frozenset[int]:
     """heyoka's outcomes that end an orbit without a result."""
-    outcomes = _heyoka().taylor_outcome
+    outcomes = heyoka().taylor_outcome
     return frozenset(map(int, (outcomes.err_nf_state, outcomes.step_limit)))
-
-
-def _system(hy: Any) -> tuple[list[Any], Any]:
-    """The aligned field as heyoka's expressions, and M3, whose zeros are the crossings."""
-    names = hy.make_vars("Qp", "Qm", "M3", "gamma1", "gamma2", "gamma3")
-    parameters = AlignedCoefficients(*(hy.par[i] for i in range(9)))
-    return list(zip(names, aligned(names, parameters), strict=True)), names[2]
 
 
 class _Batch:
     """A batch integrator with what its event callback writes to."""
 
     def __init__(self, tolerance: float) -> None:
-        hy = _heyoka()
+        hy = heyoka()
         self.width = hy.recommended_simd_size()
         self.found = no_crossings(0, 0)
         self.column, self.count = [0] * self.width, [0] * self.width
-        field, M3 = _system(hy)
+        field, M3 = aligned_system(hy)
         self.integrator = hy.taylor_adaptive_batch(
             field,
             np.zeros((6, self.width)),
@@ -260,11 +181,11 @@ class _Scalar:
     """An integrator of one orbit in an extended type."""
 
     def __init__(self, bits: int, tolerance: float) -> None:
-        hy = _heyoka()
+        hy = heyoka()
         self.type = np.longdouble if bits == 64 else hy.real128
         self.crossings: list[tuple[float, int]] = []
         self.wanted = 0
-        field, M3 = _system(hy)
+        field, M3 = aligned_system(hy)
         zero = self.type(0)
         self.integrator = hy.taylor_adaptive(
             field,
@@ -302,7 +223,7 @@ class _Scalar:
             found.time[k, column], found.separatrix[k, column] = time, separatrix
 
     def _follow(self, orbits: Orbits) -> Outcome:
-        outcomes = _heyoka().taylor_outcome
+        outcomes = heyoka().taylor_outcome
         integrator = self.integrator
         while True:
             last = self.crossings[-1][0] if self.crossings else 0.0
@@ -322,20 +243,3 @@ class _Scalar:
             head = float(rest)
             total, rest = total + self.type(head), rest - Fraction(head)
         return total
-
-
-_idle: dict[tuple[Any, ...], list[Any]] = {}
-_idle_lock = threading.Lock()
-
-
-@contextlib.contextmanager
-def _borrowed(make: type[Any], *key: Any) -> Iterator[Any]:
-    """An integrator for one caller's use alone, kept afterwards for the next."""
-    with _idle_lock:
-        shelf = _idle.setdefault((make, *key), [])
-        made = shelf.pop() if shelf else None
-    if made is None:
-        made = make(*key)
-    yield made
-    with _idle_lock:
-        shelf.append(made)
