@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib.util
 
 ENGINES = ("taylor", "scipy")
@@ -18,7 +19,7 @@ class EngineError(RuntimeError):
 
 def default_engine() -> str:
     """`taylor` where heyoka is installed, else `scipy`."""
-    return "taylor" if importlib.util.find_spec("heyoka") else "scipy"
+    return "taylor" if _has_heyoka() else "scipy"
 
 
 def check_engine(engine: str) -> str:
@@ -31,9 +32,15 @@ def check_engine(engine: str) -> str:
     """
     if engine not in ENGINES:
         raise EngineError(f"engine {engine!r} is not known; choose one of {', '.join(ENGINES)}")
-    if engine == "taylor" and not importlib.util.find_spec("heyoka"):
+    if engine == "taylor" and not _has_heyoka():
         raise EngineError(
             "engine 'taylor' needs the package heyoka, which is not installed"
             " (it exists for Linux); choose 'scipy'"
         )
     return engine
+
+
+@functools.cache
+def _has_heyoka() -> bool:
+    """Whether heyoka is installed; looked up once, for that takes a millisecond."""
+    return importlib.util.find_spec("heyoka") is not None

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import importlib.util
-
 import pytest
 
 from rigidpend import integrate
-from rigidpend.integrate import EngineError
+from rigidpend.integrate import EngineError, engines
 from tests.integrate.problems import fan, find, needs_heyoka, same
 
 
 def without_heyoka(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = importlib.util.find_spec
-    monkeypatch.setattr(
-        importlib.util, "find_spec", lambda name: None if name == "heyoka" else found(name)
-    )
+    monkeypatch.setattr(engines, "_has_heyoka", lambda: False)
 
 
 def test_engine_falls_back_to_scipy_without_heyoka(monkeypatch: pytest.MonkeyPatch) -> None:
