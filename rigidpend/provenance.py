@@ -6,7 +6,6 @@ import ast
 import datetime
 import hashlib
 import importlib.metadata
-import importlib.util
 import json
 import platform
 import subprocess
