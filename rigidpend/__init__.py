@@ -31,6 +31,7 @@ experiments   what a config can ask for
 runner        which experiments are run, and why
 workers       threads and processes
 tree, store   the data of a result; its HDF5 file
+parts         what an interrupted run has finished
 compare       where two results differ
 provenance    versions, commit, machine, and the code behind a result
 render        figures from stored results

@@ -13,6 +13,7 @@ from typing import Any
 
 from rigidpend import experiments, provenance, store
 from rigidpend.config import Config
+from rigidpend.parts import Parts
 from rigidpend.workers import side_by_side
 
 
@@ -100,7 +101,8 @@ def run(planned: Plan, *, jobs: int, report: Callable[[str], None]) -> None:
     """
     config = planned.config
     store.prepare(planned.target)
-    means = experiments.Means(planned.engine, jobs, report)
+    parts = Parts(planned.target, provenance.config_hash(planned.fingerprint))
+    means = experiments.Means(planned.engine, jobs, report, parts.keep)
     data = experiments.module(config.experiment).compute(config.content, means)
     attributes: dict[str, Any] = {
         "name": config.name,
@@ -112,6 +114,7 @@ def run(planned: Plan, *, jobs: int, report: Callable[[str], None]) -> None:
     resolved = json.dumps(config.resolved(), indent=2)
     result = store.Result(attributes, resolved, provenance.provenance(), data)
     store.write(planned.target, result)
+    parts.drop()
 
 
 def verify(config: Config, stored: Path, *, jobs: int) -> list[str]:

@@ -128,6 +128,18 @@ def load(path: Path) -> dict[str, Any]:
         }
 
 
+def read_tree(path: Path) -> Tree:
+    """The data of a result file as they were given to :func:`write`, units and all.
+
+    Raises
+    ------
+    StoreError
+        As :func:`opened`.
+    """
+    with opened(path) as file, _readable(path):
+        return _tree(file["data"])
+
+
 def attributes(path: Path) -> dict[str, Any]:
     """The root attributes of a result file.
 
@@ -159,6 +171,22 @@ def _plain(node: Any) -> Any:
     if isinstance(node, h5py.Dataset):
         return node.asstr()[()] if h5py.check_string_dtype(node.dtype) else node[()]
     return {name: _plain(inner) for name, inner in node.items()}
+
+
+def _tree(group: h5py.Group) -> Tree:
+    return {
+        name: _tree(node)
+        if isinstance(node, h5py.Group)
+        else Dataset(_values(node), node.attrs["units"], node.attrs["description"])
+        for name, node in group.items()
+    }
+
+
+def _values(node: h5py.Dataset) -> Any:
+    """A dataset's values in the type that they were given in."""
+    if h5py.check_string_dtype(node.dtype) and node.shape == ():
+        return node.asstr()[()]
+    return node[()]
 
 
 def _check(path: Path, file: h5py.File) -> None:

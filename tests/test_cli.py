@@ -16,6 +16,7 @@ import pytest
 from click.testing import CliRunner
 
 from rigidpend import cli, runner, store
+from rigidpend.cli import common
 from rigidpend.integrate import engines
 from tests.config.samples import SMALL, changed, written
 
@@ -225,7 +226,7 @@ def test_what_goes_wrong_is_one_sentence_and_an_exit_code(
     last = done.stderr.splitlines()[-1]
     assert last.startswith(sentence)
     # An error of a config stands alone, so that its line begins with its place.
-    assert done.stderr.count("rigidpend: ") == (0 if code == cli.MISUSED else 1)
+    assert done.stderr.count("rigidpend: ") == (0 if code == common.MISUSED else 1)
 
 
 @pytest.mark.parametrize(
@@ -279,7 +280,7 @@ def test_an_error_of_ours_is_exit_code_4_with_a_log(
 ) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     done = failing(monkeypatch, desk, ZeroDivisionError("mine"))
-    assert done.exit_code == cli.INTERNAL == 4
+    assert done.exit_code == common.INTERNAL == 4
     assert "Traceback" not in done.output
     [log] = tmp_path.iterdir()
     said = "rigidpend: internal error: ZeroDivisionError('mine'); please report it with"

@@ -7,6 +7,8 @@ from pathlib import Path
 
 from rigidpend.config.reader import ConfigError, Origin, Problem
 
+MEASURE = "measure"
+"""The folder of configs that measure this machine for minutes: `all` leaves them out."""
 _PACKAGE = Path(__file__).resolve().parent.parent
 
 
@@ -20,7 +22,7 @@ def known() -> dict[str, Path]:
     """Every name with its file; the first folder that has a name wins."""
     found: dict[str, Path] = {}
     for folder in folders():
-        for path in sorted(folder.glob("*.yaml")):
+        for path in sorted([*folder.glob("*.yaml"), *folder.glob(f"{MEASURE}/*.yaml")]):
             found.setdefault(path.stem, path)
     return dict(sorted(found.items()))
 
@@ -36,8 +38,12 @@ def resolve(names: tuple[str, ...]) -> list[Path]:
     catalogue = known()
     paths: list[Path] = []
     for name in names:
-        paths.extend(catalogue.values() if name == "all" else [_file(name, catalogue)])
+        paths.extend(_all(catalogue) if name == "all" else [_file(name, catalogue)])
     return list(dict.fromkeys(paths))
+
+
+def _all(catalogue: dict[str, Path]) -> list[Path]:
+    return [path for path in catalogue.values() if path.parent.name != MEASURE]
 
 
 def _file(name: str, catalogue: dict[str, Path]) -> Path:

@@ -15,6 +15,13 @@ import importlib
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from rigidpend.tree import Tree
+
+
+def compute_now(name: str, compute: Callable[[], Tree]) -> Tree:
+    """A part that nothing keeps."""
+    return compute()
+
 
 class Means(NamedTuple):
     """What an experiment is computed with."""
@@ -25,6 +32,8 @@ class Means(NamedTuple):
     """Threads or processes at a time."""
     report: Callable[[str], None]
     """Takes a line of progress for people."""
+    part: Callable[[str, Callable[[], Tree]], Tree] = compute_now
+    """``part(name, compute)`` is ``compute()``, kept so that an interrupted run goes on."""
 
 
 class Row(NamedTuple):
