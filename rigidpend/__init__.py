@@ -13,7 +13,7 @@ From a notebook::
 
 Rooms
 -----
-exact         numbers taken exactly as written
+exact         numbers taken exactly as written; expressions reads them from texts
 body          the rigid body and its angles
 coordinates   maps between descriptions of a state
 equations     equations of motion and Hamiltonians

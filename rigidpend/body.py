@@ -158,7 +158,7 @@ class Body:
 def angles_from_moments(
     A: Sequence[Any], differences: Sequence[Any], r: Sequence[Any], mu: Any, m: Any
 ) -> Angles:
-    """alpha0, beta0, gamma0, kappa of a body (eq. phi), with nu of (Im).
+    """alpha0, beta0, gamma0, kappa of a body, with nu of (Im) (eq. phi).
 
     Parameters
     ----------

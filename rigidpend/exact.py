@@ -7,7 +7,6 @@ rounded when it is made: ``exact("0.1")`` is one tenth, ``exact("3*pi/40 + 1/100
 
 from __future__ import annotations
 
-import ast
 import functools
 import math
 import numbers
@@ -28,14 +27,7 @@ MAX_EXPONENT = 5000
 MAX_SIZE = 40_000
 """Bits in the numerator or the denominator of a rational number."""
 
-_FUNCTIONS = ("sqrt", "sin", "cos", "tan", "atan")
-_OPERATORS: dict[type[ast.operator], str] = {
-    ast.Add: "+",
-    ast.Sub: "-",
-    ast.Mult: "*",
-    ast.Div: "/",
-    ast.Pow: "**",
-}
+FUNCTIONS = ("sqrt", "sin", "cos", "tan", "atan")
 
 
 class ExactError(ValueError):
@@ -122,34 +114,34 @@ class Exact:
         return f"exact({self.text!r})"
 
     def __neg__(self) -> Exact:
-        return _combine("*", exact(-1), self)
+        return combine("*", exact(-1), self)
 
     def __add__(self, other: Any) -> Exact:
-        return _combine("+", self, exact(other))
+        return combine("+", self, exact(other))
 
     def __radd__(self, other: Any) -> Exact:
-        return _combine("+", exact(other), self)
+        return combine("+", exact(other), self)
 
     def __sub__(self, other: Any) -> Exact:
-        return _combine("-", self, exact(other))
+        return combine("-", self, exact(other))
 
     def __rsub__(self, other: Any) -> Exact:
-        return _combine("-", exact(other), self)
+        return combine("-", exact(other), self)
 
     def __mul__(self, other: Any) -> Exact:
-        return _combine("*", self, exact(other))
+        return combine("*", self, exact(other))
 
     def __rmul__(self, other: Any) -> Exact:
-        return _combine("*", exact(other), self)
+        return combine("*", exact(other), self)
 
     def __truediv__(self, other: Any) -> Exact:
-        return _combine("/", self, exact(other))
+        return combine("/", self, exact(other))
 
     def __rtruediv__(self, other: Any) -> Exact:
-        return _combine("/", exact(other), self)
+        return combine("/", exact(other), self)
 
     def __pow__(self, other: Any) -> Exact:
-        return _combine("**", self, exact(other))
+        return combine("**", self, exact(other))
 
     def __eq__(self, other: object) -> bool:
         """Equality of what is written; two rationals are equal where their values are."""
@@ -180,7 +172,9 @@ def exact(value: Any) -> Exact:
     if isinstance(value, Exact):
         return value
     if isinstance(value, str):
-        return _parse(value)
+        from rigidpend import expressions
+
+        return expressions.parse(value)
     if isinstance(value, bool):
         raise ExactError(f"{value!r} is not a real number")
     if isinstance(value, numbers.Integral):
@@ -193,7 +187,7 @@ def exact(value: Any) -> Exact:
         taken = Fraction(*map(int, value.as_integer_ratio()))
     except (ValueError, OverflowError):
         raise ExactError(f"{value!r} is not finite") from None
-    return _rational(taken, None)
+    return rational(taken, None)
 
 
 def exacts(values: Iterable[Any]) -> list[Exact]:
@@ -208,7 +202,7 @@ def function(name: str, x: Exact) -> Exact:
             raise ExactError(f"sqrt({x}) is not real")
         root = _rational_root(x.fraction)
         if root is not None:
-            return _rational(root, f"sqrt({x})")
+            return rational(root, f"sqrt({x})")
         if x.fraction is None and x.at(53) < 0:
             raise ExactError(f"sqrt({x}) is not real")
     return Exact(f"{name}({x})", None, lambda m: getattr(m, name)(x._evaluate(m)))
@@ -223,7 +217,7 @@ def _rational_root(x: Fraction | None) -> Fraction | None:
     return root if root * root == x else None
 
 
-def _rational(value: Fraction, text: str | None) -> Exact:
+def rational(value: Fraction, text: str | None) -> Exact:
     """A rational number, by default with the shortest text that says it exactly."""
     p, q = value.numerator, value.denominator
     if _size(value) > MAX_SIZE:
@@ -247,17 +241,18 @@ def _shortest(value: Fraction) -> str:
 PI = Exact("pi", None, lambda m: +m.pi)
 
 
-def _combine(operator: str, a: Exact, b: Exact) -> Exact:
+def combine(operator: str, a: Exact, b: Exact) -> Exact:
+    """The exact number ``a operator b``, for one of + - * / **."""
     text = f"{_bracketed(a)} {operator} {_bracketed(b)}"
     if operator == "/" and (b.fraction == 0 or (b.fraction is None and b.at(53) == 0)):
         raise ExactError(f"{text}: division by zero")
     if operator == "**":
         _check_power(text, a, b)
     if operator == "*" and 0 in (a.fraction, b.fraction):
-        return _rational(Fraction(0), text)
+        return rational(Fraction(0), text)
     compute = _COMPUTE[operator]
     if a.fraction is not None and b.fraction is not None:
-        return _rational(compute(a.fraction, b.fraction), text)
+        return rational(compute(a.fraction, b.fraction), text)
     if operator == "**":
         assert b.fraction is not None
         n = int(b.fraction)
@@ -292,44 +287,3 @@ _COMPUTE: dict[str, Callable[[Any, Any], Any]] = {
     "/": lambda x, y: x / y,
     "**": lambda x, y: x ** int(y),
 }
-
-
-def _parse(text: str) -> Exact:
-    if len(text) > MAX_TEXT:
-        raise ExactError(f"a number of {len(text)} characters: at most {MAX_TEXT} are read")
-    source = text.strip()
-    try:
-        tree = ast.parse(source, mode="eval")
-        value = _read(tree.body, source)
-    except ExactError as error:
-        shown = "" if str(error).startswith(repr(source)) else f"{text!r}: "
-        raise ExactError(f"{shown}{error}") from None
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        raise ExactError(f"{text!r} is not a number or an expression of numbers") from None
-    return Exact(source, value.fraction, value._evaluate)
-
-
-def _read(node: ast.expr, source: str) -> Exact:
-    if isinstance(node, ast.Constant) and type(node.value) in (int, float):
-        return _read_number(ast.get_source_segment(source, node) or "")
-    if isinstance(node, ast.Name) and node.id == "pi":
-        return PI
-    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):
-        sign = -1 if isinstance(node.op, ast.USub) else 1
-        return _combine("*", exact(sign), _read(node.operand, source))
-    if isinstance(node, ast.BinOp) and type(node.op) in _OPERATORS:
-        left, right = _read(node.left, source), _read(node.right, source)
-        return _combine(_OPERATORS[type(node.op)], left, right)
-    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
-        if node.func.id in _FUNCTIONS and len(node.args) == 1 and not node.keywords:
-            return function(node.func.id, _read(node.args[0], source))
-    shown = ast.get_source_segment(source, node) or source
-    known = ", ".join(_FUNCTIONS)
-    raise ExactError(f"{shown!r} is not understood (known: numbers, pi, + - * / **, {known})")
-
-
-def _read_number(digits: str) -> Exact:
-    _, _, exponent = digits.lower().partition("e")
-    if exponent and abs(int(exponent)) > MAX_EXPONENT:
-        raise ExactError(f"{digits}: exponents go to {MAX_EXPONENT}")
-    return _rational(Fraction(digits), digits)
