@@ -8,6 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from rigidpend.render import separatrix_ticks
+
 WIDTH, HEIGHT = 7.2, 3.4
 """Inches, the width of a page."""
 PANEL = (0.085, 0.33, 0.845, 0.57)
@@ -27,15 +29,9 @@ LOOKS = {
     0: Look("#0072B2", "-", "turn to the left, symbol 0"),
     1: Look("#D55E00", (0, (4, 1.5)), "turn to the right, symbol 1"),
 }
+NARROW = 1.8
+"""Rectangles of less width, in radians, bear their name upright."""
 SHADES = {"left": "#D6E9F5", "right": "#FBE3D2"}
-THETA1 = (
-    r"$\beta_0-\alpha_0$",
-    r"$\beta_0+\alpha_0$",
-    r"$\beta_0-\alpha_0+2\pi$",
-    r"$\beta_0+\alpha_0+2\pi$",
-    r"$\beta_0-\alpha_0+4\pi$",
-)
-"""The places of the vertices 1, 2, 3, 4, 1."""
 
 
 def draw(result: Any) -> Figure:
@@ -63,8 +59,9 @@ def draw(result: Any) -> Figure:
 def _draw_rectangles(axes: Axes, rectangles: Any) -> None:
     for name, bounds in zip(rectangles["name"], rectangles["theta1"].T, strict=True):
         patch = axes.axvspan(*bounds, color=SHADES[name], lw=0, label=name, zorder=0)
-        said = f"{name} rectangle"
-        axes.annotate(said, (0.5, 0.5), xycoords=patch, ha="center", va="center", style="italic")
+        angle = 90 if bounds[1] - bounds[0] < NARROW else 0
+        place: dict[str, Any] = {"xycoords": patch, "ha": "center", "va": "center"}
+        axes.annotate(f"{name} rectangle", (0.5, 0.5), **place, rotation=angle, style="italic")
 
 
 def _draw_edges(axes: Axes, edges: Any) -> None:
@@ -111,9 +108,8 @@ def _draw_vertices(axes: Axes, vertices: Any) -> None:
 
 def _name_axes(axes: Axes, vertices: Any) -> None:
     places = vertices["theta1"][vertices["J1"] == 0]
-    axes.set_xlim(places[0], places[-1])
+    separatrix_ticks.put(axes, places, digits=4)
     axes.set_ylim(0, 1)
-    axes.set_xticks(places, [f"{s}\n${x:.4f}$" for s, x in zip(THETA1, places, strict=True)])
     axes.tick_params(axis="x", pad=18, length=0)
     axes.set_yticks([0, 1], ["$0$", "$1$"])
     axes.tick_params(axis="y", pad=14, length=0)

@@ -9,22 +9,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from rigidpend.render import separatrix_ticks
 from rigidpend.render.portrait_curves import FALLING, ORBITS, RISING, Curve, Look, all_curves
 
 WIDTH, HEIGHT = 7.2, 3.3
 """Inches, the width of a page."""
-SPHERE, PLANE = (0.02, 0.10, 0.43, 0.86), (0.515, 0.305, 0.445, 0.565)
+SPHERE, PLANE = (0.02, 0.10, 0.43, 0.86), (0.515, 0.305, 0.432, 0.565)
 """Left, bottom, width and height of the panels in parts of the figure."""
-
-
-THETA1 = (
-    "$\\beta_0-\\alpha_0$\n",
-    "$\\beta_0+\\alpha_0$\n",
-    "$\\beta_0-\\alpha_0$\n$+2\\pi$",
-    "$\\beta_0+\\alpha_0$\n$+2\\pi$",
-    "$\\beta_0-\\alpha_0$\n$+4\\pi$",
-)
-"""The places of the separatrices 1, 2, 3, 4, 1."""
 
 
 def draw(result: Any) -> Figure:
@@ -131,16 +122,11 @@ def _draw_plane(axes: Axes, data: Any) -> None:
         _draw_segment(axes, x, named[f"separatrix {number}"], str(number))
     centres = data["centres"]
     axes.plot(centres["theta1"], centres["J1"], "o", ms=2.5, color="black", label="centres")
-    axes.set_xlim(plane["window"])
+    separatrix_ticks.put(axes, plane["separatrix_theta1"], digits=3)
     axes.set_ylim(0, 1)
-    axes.set_xticks(plane["separatrix_theta1"], _ticks(plane["separatrix_theta1"]))
     axes.set_yticks([0, 0.5, 1])
     axes.set_xlabel(r"$\theta_1$ (rad, modulo $4\pi$)", labelpad=3)
     axes.set_ylabel(r"$J_1/J_2$", labelpad=1)
-
-
-def _ticks(places: Any) -> list[str]:
-    return [f"{name}\n${x:.3f}$" for name, x in zip(THETA1, places, strict=True)]
 
 
 def _draw_segment(axes: Axes, theta1: float, curve: Curve, number: str) -> None:

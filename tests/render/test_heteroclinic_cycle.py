@@ -123,8 +123,8 @@ def test_the_ticks_are_the_places_of_the_separatrices(figure: Figure, result: An
     v = result["data"]["vertices"]
     np.testing.assert_array_equal(axes.get_xticks(), v["theta1"][v["J1"] == 0])
     texts = [label.get_text() for label in axes.get_xticklabels()]
-    assert texts[0] == "$\\beta_0-\\alpha_0$\n$-0.3398$"
-    assert texts[3] == "$\\beta_0+\\alpha_0+2\\pi$\n$9.7646$"
+    assert texts[0] == "$\\beta_0-\\alpha_0$\n\n$-0.3398$"
+    assert texts[3] == "$\\beta_0+\\alpha_0$\n$+2\\pi$\n$9.7646$"
     assert axes.get_xlabel() == r"$\theta_1$ (rad, modulo $4\pi$)"
     assert axes.get_ylabel() == "$J_1/J_2$"
 
