@@ -35,6 +35,8 @@ parts         what an interrupted run has finished
 compare       where two results differ
 provenance    versions, commit, machine, and the code behind a result
 render        figures from stored results
+report        one HTML page of all results, beside the paper's numbers
+departures    where the paper slips, and what is computed here
 cli           the command line
 
 Names

@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 import rigidpend
-from rigidpend.cli import describe, listing, render, run, verify
+from rigidpend.cli import describe, listing, render, report, run, verify
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -22,5 +22,5 @@ def main() -> None:
     """
 
 
-for _module in (run, render, listing, describe, verify):
+for _module in (run, render, report, listing, describe, verify):
     main.add_command(_module.command)

@@ -26,20 +26,24 @@ def render(source: Path, target: Path) -> None:
     StoreError
         The result cannot be read, or the figure not written.
     """
+    drawn = image(store.load(source), target.suffix[1:])
+    try:
+        store.replace(target, drawn)
+    except OSError as error:
+        raise store.StoreError(f"{target}: cannot be written: {error.strerror}") from None
+
+
+def image(result: Any, suffix: str) -> bytes:
+    """A loaded result's figure, as the bytes of a file of that format."""
     # What the user's shell says of a display does not matter to a figure in a file, and an
     # unknown backend there would stop matplotlib's import.
     os.environ["MPLBACKEND"] = "agg"
     import matplotlib
 
-    result = store.load(source)
     with matplotlib.rc_context(fname=STYLE):
         experiment = result["attributes"]["experiment"]
         figure = importlib.import_module(f"rigidpend.render.{experiment}").draw(result)
-        image = _image(figure, target.suffix[1:], _title(result["attributes"]))
-    try:
-        store.replace(target, image)
-    except OSError as error:
-        raise store.StoreError(f"{target}: cannot be written: {error.strerror}") from None
+        return _image(figure, suffix, _title(result["attributes"]))
 
 
 def _image(figure: Any, suffix: str, title: str) -> bytes:

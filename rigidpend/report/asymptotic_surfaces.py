@@ -1,0 +1,37 @@
+"""Table 1 beside the angles computed, and how wide each surface is born."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rigidpend.report.page import Table
+
+PRINTED = {
+    "alpha0": ("2.91891", "2.23654", "1.23096", "1.61146", "1.97724", "0.79020", "0.56207"),
+    "gamma0": ("2.46192", "1.95519", "0.92730", "1.34948", "1.77215", "0.57351", "0.40272"),
+}
+"""Table 1 of the paper, bodies a to g."""
+
+
+def tables(result: Any) -> list[Table]:
+    """Table 1 and the widths Delta_1, from a loaded result."""
+    data = result["data"]
+    table, bodies = data["table"], data["bodies"]
+    header = ("body", "alpha0 printed", "computed", "gamma0 printed", "computed", "nu", "Delta_1")
+    rows = [
+        (
+            name,
+            *_pair("alpha0", table, k),
+            *_pair("gamma0", table, k),
+            f"{table['nu'][k]:.4f}",
+            f"{bodies[name]['Delta_1']:.5f}",
+        )
+        for k, name in enumerate(bodies)
+    ]
+    return [Table("Table 1, in radians, with nu and Delta_1 (dt)", header, rows)]
+
+
+def _pair(name: str, table: Any, k: int) -> tuple[str, str]:
+    """What is printed, where the paper has the body, and what is computed."""
+    printed = PRINTED[name][k] if len(table[name]) == len(PRINTED[name]) else ""
+    return printed, f"{table[name][k]:.7f}"

@@ -1,0 +1,48 @@
+"""The published routes and the published increment, beside those computed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from rigidpend.report.page import Table
+
+ROUTES = {
+    1.02: "2-2*-1*-1-4-4*-3*-3-4-4*-1*-1",
+    1.83: "2-2*-3*-3-4-4*-1*-1-2-2*-1*-1",
+}
+"""The routes that the paper prints, by theta2_0."""
+INCREMENT = "0.057715"
+"""What the paper prints for theta3's gain along separatrices 1 and 2."""
+
+
+def tables(result: Any) -> list[Table]:
+    """Routes and plateaus, from a loaded result."""
+    cases = result["data"].values()
+    return [
+        Table(
+            "Routes through the heteroclinic cycle",
+            ("theta2_0", "printed", "computed", "certain", "bits"),
+            [_route(case) for case in cases],
+        ),
+        Table(
+            "Plateaus of theta3 by (tri1), in radians",
+            ("theta2_0", "plateaus", "increment printed", "computed"),
+            [_plateaus(case) for case in cases],
+        ),
+    ]
+
+
+def _route(case: Any) -> tuple[str, ...]:
+    theta2_0 = float(case["theta2_0"])
+    certain = "all symbols" if np.all(case["certain"]) else "not all symbols"
+    printed = ROUTES.get(theta2_0, "")
+    return f"{theta2_0:g}", printed, str(case["route"]), certain, str(case["bits"])
+
+
+def _plateaus(case: Any) -> tuple[str, ...]:
+    plateaus = case["plateaus"]
+    shown = ", ".join(f"{x:.4f}" for x in plateaus)
+    printed = INCREMENT if float(case["theta2_0"]) in ROUTES else ""
+    return f"{float(case['theta2_0']):g}", shown, printed, f"{plateaus[1] - plateaus[0]:.6f}"

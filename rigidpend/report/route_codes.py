@@ -1,0 +1,25 @@
+"""How the symbols of each array were decided, and how they compare with Melnikov's sign."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from rigidpend.report.page import Table
+
+
+def tables(result: Any) -> list[Table]:
+    """Counts by precision and the first symbol against Melnikov's zeros."""
+    arrays = result["data"].items()
+    header = ("array", "columns", "symbols", "certain", "decided in", "Melnikov zeros")
+    return [Table("Symbols and what decided them", header, [_row(*pair) for pair in arrays])]
+
+
+def _row(name: str, array: Any) -> tuple[str, ...]:
+    bits, counts = np.unique(array["bits"], return_counts=True)
+    decided = ", ".join(f"{n} in {b} bits" for b, n in zip(bits, counts, strict=True))
+    zeros = ", ".join(f"{x:.6f}" for x in array["melnikov_zeros"])
+    codes = array["codes"]
+    certain = int(np.count_nonzero(array["certain"]))
+    return name, str(codes.shape[1]), str(codes.size), str(certain), decided, zeros
