@@ -17,7 +17,8 @@ exact         numbers taken exactly as written; expressions reads them from text
 body          the rigid body and its angles
 coordinates   maps between descriptions of a state
 equations     equations of motion and Hamiltonians
-free_body     orbits without weight, in closed form
+free_body     orbits without weight on the sphere of M, in closed form
+poinsot       the free body in time: ellipsoid, polhode, herpolhode, separatrix
 periodic      the periodic orbits near the pendulum motions
 melnikov      Melnikov's integral and its zeros
 surfaces      the asymptotic surfaces S1- and S2+
@@ -33,6 +34,7 @@ workers       threads and processes
 tree, store   the data of a result; its HDF5 file
 parts         what an interrupted run has finished
 compare       where two results differ
+theory        what the formulas say of a body, as a table
 provenance    versions, commit, machine, and the code behind a result
 render        figures from stored results
 report        one HTML page of all results, beside the paper's numbers

@@ -1,0 +1,56 @@
+"""The inertia ellipsoid, which rolls without sliding on a fixed plane."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rigidpend.equations import Numbers
+
+
+def ellipsoid(x: Numbers, A: Numbers) -> Any:
+    """A1 x^2 + A2 y^2 + A3 z^2, which is 1 on the inertia ellipsoid (eq. el).
+
+    Parameters
+    ----------
+    x : 3 numbers or arrays
+        Points in principal axes, in units of 1/sqrt(moment of inertia).
+    A : 3 numbers
+    """
+    return sum(A[i] * x[i] * x[i] for i in range(3))
+
+
+def pole(omega: ArrayLike, A: Numbers) -> NDArray[np.float64]:
+    """The point of contact rho = omega/sqrt(2 h0), on the ellipsoid along omega.
+
+    Parameters
+    ----------
+    omega : (3, ...) array
+        Physical, in principal axes, not zero.
+    A : 3 numbers
+    """
+    omega = np.asarray(omega, dtype=float)
+    return omega / np.sqrt(ellipsoid(omega, A))
+
+
+def tangent_plane(x: ArrayLike, A: Numbers) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The plane Pi that touches the ellipsoid at a point of it.
+
+    Parameters
+    ----------
+    x : (3, ...) array
+        Points of the ellipsoid, such as :func:`pole` gives.
+    A : 3 numbers
+
+    Returns
+    -------
+    normal : (3, ...) array
+        Of length 1, outward; at the pole it is M/|M|.
+    distance : (...) array
+        From the fixed point O; at the pole it is sqrt(2 h0)/|M|.
+    """
+    across = np.stack([a * component for a, component in zip(A, np.asarray(x), strict=True)])
+    length = np.sqrt((across**2).sum(axis=0))
+    return across / length, 1 / length
