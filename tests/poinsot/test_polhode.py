@@ -86,7 +86,9 @@ def test_aligned_components_agree_with_integration_relative_to_each(
     state = np.array(start)[:, None]
     found = sample_orbits(coefficients, state, times * scale(A), tolerance=finest)[:2, :, 0]
     expected = free.aligned_components(orbit, times)[:2]
-    assert relative(found, expected) < 1e-11
+    # Steps of DOP853 are chosen by |M| and leave about 1e-18 of that in a small component.
+    allowed = {"taylor": 1e-11, "scipy": 1e-11 + 1e-18 / coheight}
+    assert relative(found, expected) < allowed[default_engine()]
     assert np.abs(expected).min() < 2 * coheight * scale(A)
 
 
