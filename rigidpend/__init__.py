@@ -19,10 +19,16 @@ coordinates   maps between descriptions of a state
 equations     equations of motion and Hamiltonians
 free_body     orbits without weight on the sphere of M, in closed form
 poinsot       the free body in time: ellipsoid, polhode, herpolhode, separatrix
-periodic      the periodic orbits near the pendulum motions
-melnikov      Melnikov's integral and its zeros
+separatrices  the unperturbed separatrices as motions in time
+pendulum      the pendulum motions, exact
+jacobi        Jacobi's elliptic functions, precise up to k = 1
+riccati       theta1 beside a pendulum motion
+periodic      the periodic orbits to first order in mu
+floquet       the periodic orbits to rounding, with their multipliers
+variational   orbits beside a separatrix, to first order
+melnikov      Melnikov's integral on the four separatrices, its zeros
 surfaces      the asymptotic surfaces S1- and S2+
-precession    the increments of theta3 along the separatrices
+precession    increments of theta3 along the separatrices, their order
 hodograph     the angular velocity in the fixed space
 herpolhode    an orbit along its route, with its hodograph
 integrate     engines: `taylor`, `scipy`, and integers of any precision

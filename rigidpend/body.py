@@ -42,7 +42,7 @@ class Angles(NamedTuple):
 
 @dataclass(frozen=True)
 class Body:
-    """A heavy rigid body under the conditions (cond_P).
+    """A heavy rigid body, checked for the conditions of the paper (eq. cond_P).
 
     Parameters
     ----------

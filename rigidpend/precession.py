@@ -2,13 +2,58 @@
 
 from __future__ import annotations
 
+from enum import Enum
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rigidpend.body import Angles
+from rigidpend.body import ROUNDING, Angles, Body
 from rigidpend.equations import Numbers
+from rigidpend.exact import context
+
+
+class Regime(Enum):
+    """The order of theta3's increments along the separatrices, largest first.
+
+    A value holds groups of equal increments, a number 1 to 4 standing for its separatrix and 0
+    for no increment.
+    """
+
+    i = ((1, 2), (0,), (3, 4))
+    ii = ((2,), (1,), (0,), (3,), (4,))
+    iii = ((2,), (0, 1, 3), (4,))
+    iv = ((2,), (3,), (0,), (1,), (4,))
+    v = ((2, 3), (0,), (1, 4))
+
+    def __str__(self) -> str:
+        return " > ".join(" = ".join(map(str, group)) for group in self.value)
+
+
+def regime(body: Body) -> Regime:
+    """Which order the increments of theta3 are in (eq. trieq).
+
+    beta0 = pi, beta0 = 0 and alpha0 = beta0 (the Hess case) are told as `Body.special_cases`
+    tells: to within the rounding of doubles, from angles in 113 bits.
+
+    Parameters
+    ----------
+    body : Body
+
+    Returns
+    -------
+    Regime
+        i where beta0 = pi, ii where beta0 > alpha0, iii where they are equal, iv where
+        beta0 < alpha0, v where beta0 = 0.
+    """
+    p, pi = body.angles(113), context(113).pi
+    if abs(pi - p.beta0) <= ROUNDING:
+        return Regime.i
+    if abs(p.beta0) <= ROUNDING:
+        return Regime.v
+    if "Hess" in body.special_cases:
+        return Regime.iii
+    return Regime.ii if p.beta0 > p.alpha0 else Regime.iv
 
 
 def increments(p: Angles, h0: float) -> NDArray[np.float64]:

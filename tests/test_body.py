@@ -169,7 +169,9 @@ def test_agrees_special_cases_with_their_definitions(A: Any, r: Any, cases: Any)
         ({"A": None}, r"A needs three numbers, got None"),
     ],
 )
-def test_eq_cond_P_is_refused_where_broken_with_condition_and_values(change: dict[str, Any], message: str) -> None:
+def test_eq_cond_P_is_refused_where_broken_with_condition_and_values(
+    change: dict[str, Any], message: str
+) -> None:
     allowed: dict[str, Any] = {"A": (2, 1, 1.5), "r": (1, 1, 0), "mu": 0}
     with pytest.raises(BodyError, match=f"^{message}") as caught:
         Body(**(allowed | change))

@@ -1,4 +1,4 @@
-"""Melnikov's integral: its zeros against quadrature, against known digits, against orbits."""
+"""Melnikov's integral: bracket, closed form and zeros against derivatives, sums and orbits."""
 
 from __future__ import annotations
 
@@ -10,14 +10,30 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from rigidpend import Body, melnikov, route_codes
 from rigidpend.equations import hamiltonian_J3_0
-from rigidpend.exact import exact
+from rigidpend.exact import context, exact
+from rigidpend.free_body import SEPARATRICES
 from rigidpend.routes.problem import RouteProblem
-from tests.strategies import FINE, apart, bodies, fine_angles, numbers, repeatable
+from rigidpend.separatrices import Motion, direction, separatrix
+from tests.strategies import (
+    DERIVATIVE,
+    FINE,
+    ROUNDING,
+    apart,
+    bodies,
+    canonicals,
+    fine_angles,
+    gradient,
+    numbers,
+    repeatable,
+)
 
+GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.004")
+HESS = Body.from_angles("1.2", "1.2", "0.9", "0.01")
 FIG4 = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu="0.001")
 MAX_NU = 9
 """The integral is about nu exp(-nu) of its integrand: beyond, quadrature in doubles is blind."""
@@ -25,6 +41,155 @@ MAX_NU = 9
 
 def problem(body: Body = FIG4, h0: Any = "1.3342", J1_0: Any = "1e-8") -> RouteProblem:
     return RouteProblem(body, exact(h0), exact(J1_0), 1)
+
+
+def fine_motion(number: int, phase: float = 0.7) -> Motion:
+    return Motion(number, FINE.mpf("1e-8"), FINE.mpf("0.9"), FINE.mpf(phase))
+
+
+def nearly_round(nu: float) -> Body:
+    """A body of about the given nu; the nearer to a sphere, the larger it is."""
+    spread = 2 * math.pi / nu
+    return Body(A=(2, 2 - spread, 2 - spread / 2), r=(1, 3, 0), mu=0)
+
+
+def bracket_of_slopes(x: Any, p: Any) -> Any:
+    """{H0, H1/(kappa J2)} at theta1, J1, theta2, J2 from differences of the Hamiltonian."""
+
+    def slopes(mu: int) -> Any:
+        q = p._replace(mu=mu)
+        H = gradient(lambda y: hamiltonian_J3_0(y[1], y[3], (y[0], y[2]), q, FINE), x)
+        return np.array(H[:2])
+
+    free = slopes(0)
+    heavy = slopes(1) - free
+    return (free[0] * heavy[1] - free[1] * heavy[0]) / (p.kappa * x[3])
+
+
+@repeatable(30)
+@given(bodies(), canonicals())
+def test_the_bracket_is_that_of_the_hamiltonian_s_slopes(body: Body, c: Any) -> None:
+    p, x = fine_angles(body), [FINE.mpf(float(y)) for y in (c.theta1, c.J1, c.theta2, c.J2)]
+    assert abs(melnikov.bracket(x, p, FINE) - bracket_of_slopes(x, p)) < DERIVATIVE
+
+
+@pytest.mark.parametrize("number", SEPARATRICES)
+@repeatable(10)
+@given(bodies(), numbers(-30, 30))
+def test_the_integrand_is_the_bracket_on_the_separatrix(number: int, body: Body, t: float) -> None:
+    p, motion = fine_angles(body), fine_motion(number)
+    c = separatrix(FINE.mpf(t), motion, p, FINE)
+    expected = melnikov.bracket((c.theta1, c.J1, c.theta2, c.J2), p, FINE)
+    assert abs(melnikov.integrand(FINE.mpf(t), motion, p, FINE) - expected) < 1e-50
+
+
+@pytest.mark.parametrize("number", SEPARATRICES)
+def test_the_integrand_keeps_its_relative_precision_in_its_tails(number: int) -> None:
+    p, fine = GENERIC.angles(), fine_angles(GENERIC)
+    motion = fine_motion(number)
+    plain = Motion(number, *map(float, motion[1:]))
+    for t in (-200.0, -20.0, 0.0, 20.0, 200.0):
+        found = melnikov.integrand(t, plain, p)
+        expected = float(melnikov.integrand(FINE.mpf(t), motion, fine, FINE))
+        assert found == pytest.approx(expected, rel=1e-14 * (1 + abs(t)))
+        assert found != 0
+
+
+@pytest.mark.parametrize("number", SEPARATRICES)
+@pytest.mark.parametrize("nu", [8, 12, 30, 50])
+def test_eq_Im_is_the_sum_of_the_integrand_for_any_nu(number: int, nu: float) -> None:
+    """To 20 digits of the integral, where it is down to 1e-20 of what is summed."""
+    body = nearly_round(nu)
+    assert body.nu == pytest.approx(nu, rel=0.3)
+    p, motion = fine_angles(body), fine_motion(number)
+    by_sum = melnikov.quadrature(motion, p, FINE, 1e-20)
+    assert abs(by_sum / melnikov.integral(motion, p, FINE) - 1) < 1e-19
+    finer = melnikov.quadrature(motion, p, FINE, 1e-30)
+    assert abs(finer / melnikov.integral(motion, p, FINE) - 1) < 1e-29
+
+
+@pytest.mark.parametrize("number", SEPARATRICES)
+@pytest.mark.parametrize("phase", [0.0, 1.0, 4.0])
+def test_eq_Im_is_adaptive_quadrature_of_the_bracket(number: int, phase: float) -> None:
+    p, motion = FIG4.angles(), Motion(number, 0.3, 0.7, phase)
+
+    def rate(t: float) -> float:
+        c = separatrix(t, motion, p, math)
+        return float(melnikov.bracket((c.theta1, c.J1, c.theta2, c.J2), p, math))
+
+    found = quad(rate, -40, 40, epsabs=1e-14, limit=500)[0]
+    assert melnikov.integral(motion, p) == pytest.approx(found, abs=1e-12)
+    assert melnikov.quadrature(motion, p) == pytest.approx(found, abs=1e-12)
+
+
+@pytest.mark.parametrize("nu", [8, 20])
+def test_eq_Im_is_its_middle_form_with_legendre_s_integral(nu: float) -> None:
+    """The printed factor of sigma_0/u cos(delta + phase), the paper's minus sign apart."""
+    m = context(160)
+    p = nearly_round(nu).angles(160)
+
+    def legendre(x: Any) -> Any:
+        return m.sin(2 * p.nu * x) / (m.exp(2 * m.pi * x) + 1)
+
+    ends = [k * m.pi / p.nu for k in range(math.ceil(11 * nu / math.pi))]
+    middle = 1 - 4 * p.nu * m.quad(legendre, ends, method="gauss-legendre")
+    J2 = m.mpf("0.7")
+    unit = melnikov.sigma(2, p, m) / (J2 * m.sin(p.alpha0))
+    assert abs(-melnikov.amplitude(2, J2, p, m) / unit - middle) < 1e-26
+
+
+@pytest.mark.parametrize("nu", [1e-3, 4.0, 300.0, 745.0, 2000.0])
+def test_the_amplitude_neither_overflows_nor_loses_digits(nu: float) -> None:
+    p = GENERIC.angles()._replace(nu=nu)
+    fine = fine_angles(GENERIC)._replace(nu=FINE.mpf(nu))
+    lean = FINE.sin((fine.alpha0 + fine.beta0) / 2)
+    expected = float(-2 * fine.nu * lean / (fine.kappa * FINE.sinh(fine.nu)))
+    for m in (np, math):
+        assert melnikov.amplitude(2, 1.0, p, m) == pytest.approx(expected, rel=1e-14, abs=1e-320)
+
+
+@repeatable(50)
+@given(bodies())
+def test_separatrix_2_always_splits_and_1_does_not_in_the_hess_case_only(body: Body) -> None:
+    p = body.angles()
+    sizes = [abs(melnikov.amplitude(n, 1.0, p)) * math.sinh(p.nu) for n in SEPARATRICES]
+    assert sizes[1] > 0
+    assert sizes[3] == pytest.approx(sizes[1], rel=1e-12)
+    assert sizes[0] == pytest.approx(sizes[2], rel=1e-9, abs=1e-14)
+    assert (sizes[0] > 0) == (p.alpha0 != p.beta0)
+    hess = [abs(melnikov.amplitude(n, 1.0, HESS.angles())) for n in SEPARATRICES]
+    assert max(hess[0], hess[2]) < ROUNDING < 0.01 < min(hess[1], hess[3])
+
+
+@pytest.mark.parametrize("number", SEPARATRICES)
+def test_zeros_are_where_the_sum_vanishes_on_each_separatrix(number: int) -> None:
+    p, q = problem(GENERIC), fine_angles(GENERIC)
+    J1, J2 = FINE.mpf("1e-8"), p.J2_0(200)
+    found = melnikov.zeros(p, number)
+    assert len(found) == 2
+    for phase in found:
+        at, beside = (
+            melnikov.quadrature(Motion(number, J1, J2 - J1, FINE.mpf(phase) + more), q, FINE)
+            for more in (0, FINE.pi / 2)
+        )
+        assert abs(at) < 1e-14 * abs(beside)
+
+
+def test_zeros_are_none_where_nothing_splits() -> None:
+    found = [melnikov.zeros(problem(HESS, 2), number) for number in SEPARATRICES]
+    assert [len(x) for x in found] == [0, 2, 0, 2]
+    # 2 and 4 are mirrors of each other.
+    assert_same_angles(found[1], found[3], 1e-14)
+
+
+def test_deviations_are_driven_to_the_side_opposite_to_the_integral() -> None:
+    """What direction() says: the first symbol is 1 where the integral along 2 is negative."""
+    for phase, zero in ((z + 0.1, z) for z in melnikov.zeros(problem())):
+        J2 = float(problem().J2_0(53))
+        value = melnikov.integral(Motion(2, 1e-8, J2 - 1e-8, phase), FIG4.angles())
+        routes = route_codes(FIG4, [phase], h0="1.3342", J1_0="1e-8", n_symbols=1)
+        assert direction(2) == 1
+        assert int(routes.codes[0, 0]) == int(value < 0), zero
 
 
 def bracket(p: RouteProblem, J1: Any, theta2: Any) -> Any:

@@ -1,20 +1,25 @@
-"""Precession of M: the increments of (tri1) and the smooth form of (th3)."""
+"""Precession of M: the increments of (tri1), their order, and the smooth form of (th3)."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from rigidpend import Body, integrate
 from rigidpend.coordinates import aligned_from_canonical, body_from_aligned, canonical, scale
 from rigidpend.equations import theta3_rate
 from rigidpend.hodograph import field
-from rigidpend.precession import increments, plateaus, turning_rate
-from tests.integrate.problems import ENGINES, on_separatrix, theta1_on
+from rigidpend.precession import Regime, increments, plateaus, regime, turning_rate
+from rigidpend.separatrices import Motion, separatrix
+from tests.integrate.problems import ENGINES, on_separatrix
+from tests.strategies import bodies, floats_of, numbers, repeatable
 
 FIG5 = Body(A=(2, "1.5", "1.8"), r=(0, 1, 0), mu="0.01")
 BODIES = [
@@ -30,31 +35,22 @@ def h0_of(body: Body) -> float:
 
 
 @pytest.mark.parametrize("body", BODIES)
-@pytest.mark.parametrize("separatrix", [1, 2, 3, 4])
+@pytest.mark.parametrize("number", [1, 2, 3, 4])
 def test_eq_tri1_is_the_integral_of_th3_along_the_unperturbed_separatrix(
-    body: Body, separatrix: int
+    body: Body, number: int
 ) -> None:
-    theta1, u = theta1_on(separatrix, body), J2_0 * math.sin(body.alpha0)
+    p, motion = body.angles(), Motion(number, J2_0 / 2, J2_0 / 2, 0.7)
 
     def rate(t: float) -> float:
-        J1 = J2_0 / (math.exp(-u * t) + 1)
-        return float(theta3_rate(J1, J2_0, theta1, float(body.mu), math))
+        c = separatrix(t, motion, p, math)
+        return float(theta3_rate(c.J1, J2_0, c.theta1, p.mu, math))
 
-    # The other half is the same, for J1 and J2 - J1 change places.
-    half, _ = quad(rate, -70 / u, 0, epsabs=1e-15, epsrel=1e-12, limit=200)
-    found = increments(body.angles(), h0_of(body))[separatrix - 1]
-    assert found == pytest.approx(2 * half, abs=1e-12)
-
-
-def test_eq_tri1_printed_initial_value_of_separatrix_1_fails() -> None:
-    """At theta1 = alpha0 - beta0 (+ 2 pi) instead, the integrand has another value."""
-    body = BODIES[1]
-    found = increments(body.angles(), h0_of(body))[[0, 2]]
-    printed = body.alpha0 - body.beta0
-    for value, extra in zip(found, (0.0, 2 * math.pi), strict=True):
-        rate = theta3_rate(J2_0 / 2, J2_0, printed + extra, float(body.mu), math)
-        total = rate * math.pi / (J2_0 * math.sin(body.alpha0) / 2)
-        assert abs(total - value) > 0.5 * abs(value)
+    # The other half is the same, for J1 and J2 - J1 change places. Its side with J1 small is
+    # the one on which theta3_rate subtracts nothing.
+    far = 70 / (J2_0 * math.sin(p.alpha0))
+    begin, end = (-far, 0.0) if number % 2 == 0 else (0.0, far)
+    half, _ = quad(rate, begin, end, epsabs=1e-15, epsrel=1e-12, limit=200)
+    assert increments(p, h0_of(body))[number - 1] == pytest.approx(2 * half, abs=1e-12)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -85,24 +81,110 @@ def test_agrees_with_the_published_increment_of_fig_5() -> None:
     np.testing.assert_allclose(found, np.array([1, 1, -1, -1]) * 0.057715, atol=5e-7)
 
 
+def assert_ordered(body: Body) -> None:
+    """The increments are as the body's regime has them."""
+    p = body.angles()
+    unit = float(p.mu * p.nu)
+    value = dict(enumerate([0.0, *increments(p, 1.0) / unit]))
+    groups = [[value[k] for k in group] for group in regime(body).value]
+    for group in groups:
+        assert max(group) - min(group) <= 4e-15
+    for above, below in itertools.pairwise(groups):
+        assert min(above) > max(below)
+
+
+@repeatable(200)
+@given(bodies(), st.one_of(numbers(0, 3.2), st.sampled_from([0.0, math.pi, -1.0])))
+def test_eq_trieq_orders_the_increments_of_any_body(body: Body, turn: float) -> None:
+    """r drawn anew: anywhere, at both ends, and, for -1, at Hess's condition."""
+    if turn < 0:
+        A1, A2, A3 = map(float, body.A)
+        turn = 2 * math.atan2(math.sqrt(A1 * (A3 - A2)), math.sqrt(A2 * (A1 - A3)))
+    assume(turn <= math.pi)
+    assert_ordered(Body(body.A, (math.cos(turn / 2), math.sin(turn / 2), 0), "0.01"))
+
+
 @pytest.mark.parametrize(
-    ("beta0", "order"),
+    ("beta0", "found", "order"),
     [
-        ("straight", "2=1>0>3=4"),
-        ("2.5", "2>1>0>3>4"),
-        ("2", "2>1=0=3>4"),
-        ("1", "2>3>0>1>4"),
-        ("0", "2=3>0>1=4"),
+        ("pi", Regime.i, "1 = 2 > 0 > 3 = 4"),
+        ("2.5", Regime.ii, "2 > 1 > 0 > 3 > 4"),
+        ("2 + 1e-13", Regime.ii, "2 > 1 > 0 > 3 > 4"),
+        ("2", Regime.iii, "2 > 0 = 1 = 3 > 4"),
+        ("2 - 1e-13", Regime.iv, "2 > 3 > 0 > 1 > 4"),
+        ("1", Regime.iv, "2 > 3 > 0 > 1 > 4"),
+        ("0", Regime.v, "2 = 3 > 0 > 1 = 4"),
     ],
 )
-def test_increments_are_ordered_as_trieq_says(beta0: str, order: str) -> None:
-    made = Body.from_angles(2, 0 if beta0 == "straight" else beta0, "1.5", "0.01")
-    # r = (0, 1, 0) is beta0 = pi exactly.
-    body = Body(A=made.A, r=(0, 1, 0), mu="0.01") if beta0 == "straight" else made
-    value = dict(enumerate([0.0, *increments(body.angles(), h0_of(body))]))
-    for left, relation, right in zip(order[::2], order[1::2], order[2::2], strict=False):
-        gap = value[int(left)] - value[int(right)]
-        assert gap > 1e-4 if relation == ">" else abs(gap) < 1e-14
+def test_eq_trieq_has_five_regimes(beta0: str, found: Regime, order: str) -> None:
+    body = Body.from_angles(2, beta0, "1.5", "0.01")
+    assert regime(body) is found
+    assert str(regime(body)) == order
+    assert_ordered(body)
+
+
+@pytest.mark.parametrize(
+    ("r", "expected"),
+    [((0, 1, 0), Regime.i), ((1, 0, 0), Regime.v), ((1, "1e-12", 0), Regime.iv)],
+)
+def test_eq_trieq_tells_the_ends_from_what_is_near_them(r: Any, expected: Regime) -> None:
+    for mu in (0, "0.01"):
+        assert regime(Body((2, 1, "1.5"), r, mu)) is expected
+    assert expected in Regime
+
+
+def test_eq_trieq_tells_hess_s_case_from_moments_and_r_alone() -> None:
+    """tan^2(alpha0/2) = A1 (A3 - A2)/(A2 (A1 - A3)) is 4 here."""
+    A = (2, "0.75", "1.5")
+    assert regime(Body(A, (1, 2, 0), 1)) is Regime.iii
+    assert regime(Body(A, (1, "2.000000000001", 0), 1)) is Regime.ii
+
+
+@repeatable(50)
+@given(bodies(), numbers(0.5, 2))
+def test_tri1_in_the_hess_case_is_a_fraction_of_the_moments(body: Body, h0: float) -> None:
+    """mu pi A1 A2/(A3 (A1 - A2) h0) along 2, and nothing along 1 and 3."""
+    (A1, A2, A3), _, _ = floats_of(body)
+    p = body.angles()
+    p = p._replace(beta0=p.alpha0)
+    found = increments(p, h0)
+    expected = p.mu * math.pi * A1 * A2 / (A3 * (A1 - A2) * h0)
+    assert found[1] == pytest.approx(expected, rel=1e-11)
+    assert found[0] == found[2] == 0
+
+
+def grioli(alpha0: float, gamma0: float) -> Any:
+    """Increments along 1 and 2 for beta0 = gamma0, in units of mu pi/h0."""
+    body = Body.from_angles(alpha0, gamma0, gamma0, "0.01")
+    return increments(body.angles(), 0.01 * math.pi)[:2]
+
+
+def flat_gamma0(alpha0: float) -> float:
+    """Where A2 + A3 = A1: the least gamma0."""
+    return 2 * math.acos(math.sqrt(math.cos(alpha0 / 2)))
+
+
+@repeatable(100)
+@given(numbers(0.05, 3.1), numbers(0.001, 0.99))
+def test_tri1_in_the_grioli_case_has_the_printed_forms_and_bounds(
+    alpha0: float, share: float
+) -> None:
+    least = flat_gamma0(alpha0)
+    gamma0 = least + share * (alpha0 - least)
+    first, second = grioli(alpha0, gamma0)
+    unit = math.sin(alpha0) / 4
+    assert first == pytest.approx(-unit / math.sin((alpha0 + gamma0) / 2), rel=1e-9)
+    assert second == pytest.approx(unit / math.sin((alpha0 - gamma0) / 2), rel=1e-9)
+    assert (1 - math.sqrt(2)) / math.sqrt(2) < first < 0 < second
+
+
+def test_tri1_in_the_grioli_case_comes_near_to_its_bounds() -> None:
+    """-0.2929 for flat bodies at alpha0 -> 0; 0 at alpha0 -> pi; infinity near a round body."""
+    lower = (1 - math.sqrt(2)) / math.sqrt(2)
+    assert grioli(1e-3, flat_gamma0(1e-3) * (1 + 1e-9))[0] == pytest.approx(lower, rel=1e-5)
+    thin = math.pi - 1e-4
+    assert np.abs(grioli(thin, flat_gamma0(thin) * (1 + 1e-12))).max() < 0.004
+    assert grioli(1.0, 1 - 1e-6)[1] > 1e5
 
 
 def test_plateaus_add_up_the_increments_of_a_route() -> None:

@@ -42,6 +42,8 @@ class Row(NamedTuple):
     name: str
     value: str
     meaning: str
+    number: Any = None
+    """The value as a number, or a list of numbers, where it is that."""
 
 
 def module(experiment: str) -> Any:

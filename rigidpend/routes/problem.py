@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from rigidpend import pendulum
 from rigidpend.body import Body
 from rigidpend.exact import GUARD_BITS, Exact, context
 
@@ -91,14 +92,9 @@ def phase_rate(problem: RouteProblem) -> float:
 
 
 def rotation_period(problem: RouteProblem) -> float:
-    """The period in t' of the pendulum rotation that the orbits pass by (eq. sol_3).
-
-    dn has period 2 K(k) in tau = t' sqrt((h0 + mu) kappa/2), k^2 = 2 mu/(h0 + mu).
-    """
-    m, p = context(53), problem.body.angles()
-    h0 = problem.h0.in_context(m)
-    complete = m.ellipk(2 * p.mu / (h0 + p.mu))
-    return float(2 * complete / m.sqrt((h0 + p.mu) * p.kappa / 2))
+    """The period in t' of the pendulum rotation that the orbits pass by."""
+    m = context(113)
+    return float(pendulum.period(problem.body.angles(113), problem.h0.in_context(m), m))
 
 
 def passage_limit(problem: RouteProblem, bits: int) -> float:

@@ -1,0 +1,112 @@
+"""The unperturbed separatrices as motions in time, and the vertices that they join.
+
+Everything is dimensionless, over generic numbers: `m` is numpy, math or an mpmath context.
+Separatrices 2 and 4 rise from J1 = 0 to J1 = J2, 1 and 3 fall.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigidpend.body import Angles
+from rigidpend.coordinates import Canonical
+from rigidpend.equations import Numbers, eq1
+from rigidpend.free_body import SEPARATRICES, separatrix_theta1
+
+
+class Motion(NamedTuple):
+    """One motion on an unperturbed separatrix, told by where it is at t' = t0."""
+
+    number: int
+    """Of the separatrix, 1 to 4."""
+    J1_0: Any
+    J2mJ1_0: Any
+    """J2_0 - J1_0, beside J1_0 for the sake of whichever is small."""
+    theta2_0: Any
+
+    @property
+    def J2_0(self) -> Any:
+        return self.J1_0 + self.J2mJ1_0
+
+
+class Vertex(NamedTuple):
+    """A corner of the heteroclinic cycle of Fig. 2: a periodic orbit beside a separatrix."""
+
+    theta1: Any
+    J1_over_J2: int
+
+
+def unperturbed(state: Numbers, p: Angles, m: Any) -> tuple[Any, Any, Any, Any]:
+    """Hamilton's equations of the body without weight, dimensionless time t' (eq. eq1_0).
+
+    State and result are those of :func:`rigidpend.equations.eq1`, of which this is mu = 0.
+    """
+    return eq1(state, p._replace(mu=0), m)
+
+
+def separatrix(t: Any, motion: Motion, p: Angles, m: Any = np) -> Canonical:
+    """The unperturbed separatrices 1 to 4 (eq. sol_1, sol_2, sol_12, sol_22).
+
+    Parameters
+    ----------
+    t : number or (...) array
+        t' - t0, dimensionless, \\|u t\\| < 1400 in double precision.
+    motion : Motion
+    p : Angles
+    m : namespace of exp and pi
+
+    Returns
+    -------
+    Canonical
+        J3 = 0 and theta3 = 0, the former exactly, the latter to O(mu). J1 and J2 - J1 both
+        keep their relative precision, but for the rounding of u t.
+    """
+    # Half of the exponent each: neither overflows before the smaller action is lost.
+    rise = m.exp(direction(motion.number) * u(motion, p, m) * t / 2)
+    lower, upper = motion.J2mJ1_0 / rise, motion.J1_0 * rise
+    J2 = motion.J2_0
+    J1, J2mJ1 = J2 * (upper / (upper + lower)), J2 * (lower / (upper + lower))
+    theta2 = p.kappa * J2 * t + motion.theta2_0
+    return Canonical(J1, J2mJ1, 0, theta1(motion.number, p, m), theta2, 0, 1)
+
+
+def theta1(number: int, p: Angles, m: Any = np) -> Any:
+    """theta1 on separatrix `number`, radians, in the precision of `p` and `m`.
+
+    Raises
+    ------
+    ValueError
+        There is no such separatrix.
+    """
+    if number not in SEPARATRICES:
+        raise ValueError(f"separatrices are numbered 1 to 4, got {number!r}")
+    # 3 and 4 lie a turn beside 1 and 2; only `m` knows a turn to all digits.
+    side = separatrix_theta1(p.alpha0, p.beta0)[(number - 1) % 2]
+    return side + 2 * m.pi if number > 2 else side
+
+
+def direction(number: int) -> int:
+    """1 where J1 rises along the separatrix, the paper's epsilon there; -1 where it falls."""
+    return 1 if number % 2 == 0 else -1
+
+
+def u(motion: Motion, p: Angles, m: Any = np) -> Any:
+    """u = J2_0 sin(alpha0), the rate at which separatrices leave and approach, per t'."""
+    return motion.J2_0 * m.sin(p.alpha0)
+
+
+def v(motion: Motion, m: Any = np) -> Any:
+    """v = ln((J2_0 - J1_0)/J1_0); J1 = J2/2 is passed at u t = v rising, -v falling."""
+    return m.log(motion.J2mJ1_0 / motion.J1_0)
+
+
+def vertices(p: Angles, m: Any = np) -> dict[str, Vertex]:
+    """The limits of the separatrices for t' to -+ infinity: vertices 1 to 4 and 1* to 4*.
+
+    A separatrix n rises from the vertex n to n*, or falls from n* to n.
+    """
+    at = {number: theta1(number, p, m) for number in SEPARATRICES}
+    lower = {f"{number}": Vertex(x, 0) for number, x in at.items()}
+    return lower | {f"{number}*": Vertex(x, 1) for number, x in at.items()}

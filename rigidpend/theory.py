@@ -1,0 +1,102 @@
+"""What the paper's theory, and the exact periodic orbits, say of a body: a table.
+
+Rooms behind it: `body`, `periodic`, `melnikov`, `precession`, `floquet`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from rigidpend import floquet, melnikov, precession
+from rigidpend.body import Angles, Body
+from rigidpend.exact import Exact, exact
+from rigidpend.experiments import Row
+from rigidpend.experiments.rows import body_rows, number_row
+from rigidpend.free_body import SEPARATRICES
+from rigidpend.periodic import Delta_1
+from rigidpend.routes.problem import RouteProblem
+
+
+def rows(body: Body, h0: Any, J1_0: Any = None) -> list[Row]:
+    """The table of a body at an energy constant.
+
+    Parameters
+    ----------
+    body : Body
+    h0 : number
+        Energy constant, kappa J2_0^2/2, greater than mu.
+    J1_0 : number, optional
+        Initial action, dimensionless; Melnikov's zeros depend on it, nothing else does.
+
+    Returns
+    -------
+    list of Row
+
+    Raises
+    ------
+    ProblemError
+        h0 or J1_0 is out of range.
+    """
+    energy = exact(h0)
+    # A start halfway on a logarithmic scale stands in where none is given.
+    start = exact(J1_0) if J1_0 is not None else exact("1e-8")
+    problem = RouteProblem(body, energy, start, 1)
+    p, J2_0 = body.angles(), float(problem.J2_0(53))
+    regime = precession.regime(body)
+    return [
+        *body_rows(body),
+        Row("h0", str(energy), "energy constant, kappa J2_0^2/2"),
+        number_row("J2_0", "initial |M|, dimensionless", J2_0),
+        *_swings(p, float(energy)),
+        *_melnikov(p, J2_0),
+        *(_zeros(problem) if J1_0 is not None else ()),
+        Row("regime", regime.name, f"of (trieq): separatrices by increment, {regime}"),
+        *_increments(p, energy),
+        *_orbits(p, float(energy)),
+    ]
+
+
+def _swings(p: Angles, h0: float) -> Iterator[Row]:
+    for epsilon, beside in ((1, "2 and 4"), (-1, "1 and 3")):
+        meaning = f"rad, largest swing of theta1 beside separatrices {beside}, to O(mu)"
+        yield number_row(f"Delta_1({epsilon:+d})", meaning, Delta_1(p, h0, epsilon, np))
+
+
+def _melnikov(p: Angles, J2_0: float) -> Iterator[Row]:
+    amplitudes = [melnikov.amplitude(n, J2_0, p, np) for n in SEPARATRICES]
+    yield number_row(
+        "Melnikov amplitude", "of cos(delta + theta2_0), separatrices 1 to 4", *amplitudes
+    )
+
+
+def _zeros(problem: RouteProblem) -> Iterator[Row]:
+    yield Row("J1_0", str(problem.J1_0), "initial action, dimensionless")
+    meaning = "rad, theta2_0 on separatrix 2, where the first symbol changes, to O(mu)"
+    yield number_row("Melnikov zeros", meaning, *melnikov.zeros(problem))
+
+
+def _increments(p: Angles, h0: Exact) -> Iterator[Row]:
+    gained = precession.increments(p, float(h0))
+    yield number_row("Delta theta3", "rad, increments along separatrices 1 to 4, to O(mu)", *gained)
+
+
+def _orbits(p: Angles, h0: float) -> Iterator[Row]:
+    """The exact periodic orbits; both families have the same multipliers, by symmetry."""
+    meaning = "Floquet multipliers of the periodic orbits, transverse; product 1"
+    try:
+        leaving, approaching = (floquet.periodic_orbit(p, h0, 1, epsilon) for epsilon in (1, -1))
+    except floquet.NotHyperbolic as error:
+        yield Row("multipliers", "on the unit circle", str(error))
+        return
+    except (ArithmeticError, ValueError) as error:
+        # h0 - mu is within the rounding of either.
+        yield Row("multipliers", "not resolved", str(error))
+        return
+    yield number_row("period", "t', of the pendulum motions", leaving.period)
+    yield number_row("multipliers", meaning, leaving.multiplier, approaching.multiplier)
+    limit = math.exp(math.sqrt(2 * h0 / p.kappa) * math.sin(p.alpha0) / 2 * leaving.period)
+    yield number_row("multiplier, mu = 0", "exp(u T/2), u = J2_0 sin(alpha0)", limit)

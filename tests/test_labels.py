@@ -1,0 +1,109 @@
+"""Every labelled equation of the paper has one home and a test, or is prose with a reason."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+EQUATIONS = (
+    *("eq", "cond_P", "5:3", "depri_G", "depri_g", "gamma_dep", "phi", "h_d"),
+    *("canon", "h_new", "h0_new", "eq1", "th3"),
+    *("eq1_0", "sol_1", "sol_2", "sol_12", "sol_22", "sol_3", "eq_Ric1", "tt", "dt"),
+    *("eq2", "dtheta", "Im"),
+    *("tri1", "trieq", "el", "eqPV", "th_al"),
+)
+"""The labels of the equations in the paper's TeX source, a line a section."""
+
+PROSE = {
+    **dict.fromkeys(("sec1", "sec2", "sec3", "sec4", "sec5", "sec6"), "a section's heading"),
+    "p1": "Fig. 1, experiment phase_portraits",
+    "p2": "Fig. 2, experiment heteroclinic_cycle",
+    "p3": "Fig. 3, experiment asymptotic_surfaces",
+    "t1": "Table 1, in the result of asymptotic_surfaces",
+    "p4": "Fig. 4, experiment route_codes",
+    "p5": "Fig. 5, experiment herpolhodes",
+}
+"""The labels that are no equations, each with what it labels and where that is."""
+
+MARK = re.compile(r"\(eq\. ([^()]+)\)\.?$")
+
+
+def homes() -> list[tuple[str, str, str]]:
+    """(label, file, name) of every function and class whose first line ends with a label."""
+    found = []
+    for path in sorted((ROOT / "rigidpend").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.FunctionDef | ast.ClassDef):
+                first = (ast.get_docstring(node) or "").partition("\n")[0]
+                marked = MARK.search(first)
+                labels = marked[1].split(", ") if marked else []
+                found += [(label, str(path.relative_to(ROOT)), node.name) for label in labels]
+    return found
+
+
+def named_after(label: str) -> list[tuple[ast.Module, ast.FunctionDef]]:
+    """The tests that are named after a label, each with its module."""
+    prefix = f"test_eq_{re.sub(r'[^A-Za-z0-9]', '_', label)}_"
+    found = []
+    for path in sorted((ROOT / "tests").rglob("test_*.py")):
+        tree = ast.parse(path.read_text())
+        nodes = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+        found += [(tree, node) for node in nodes if node.name.startswith(prefix)]
+    return found
+
+
+def names(tree: ast.AST) -> set[str]:
+    """All names and attributes that a piece of code uses or imports."""
+    found = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Name):
+            found.add(node.id)
+        elif isinstance(node, ast.Attribute):
+            found.add(node.attr)
+        elif isinstance(node, ast.alias):
+            found.add(node.name)
+    return found
+
+
+HOMES = homes()
+
+
+def test_no_label_is_claimed_that_the_paper_does_not_have() -> None:
+    assert {label for label, *_ in HOMES} <= set(EQUATIONS)
+    assert set(EQUATIONS).isdisjoint(PROSE)
+    assert all(PROSE.values())
+
+
+@pytest.mark.parametrize("label", EQUATIONS)
+def test_each_equation_has_exactly_one_home(label: str) -> None:
+    found = [f"{file}:{name}" for known, file, name in HOMES if known == label]
+    assert len(found) == 1, found
+
+
+@pytest.mark.parametrize("label", EQUATIONS)
+def test_each_equation_has_a_test_that_imports_it(label: str) -> None:
+    [name] = {name for known, _, name in HOMES if known == label}
+    found = named_after(label)
+    assert found, f"no test is named after {label}"
+    assert any(name in names(module) for module, _ in found), f"none of them uses {name}"
+
+
+@pytest.mark.parametrize("label", EQUATIONS)
+def test_each_of_these_tests_can_fail(label: str) -> None:
+    for _, test in named_after(label):
+        asserts = any(isinstance(node, ast.Assert) for node in ast.walk(test))
+        checks = any(
+            name.startswith(("assert_", "raises", "check", "same")) for name in names(test)
+        )
+        assert asserts or checks, test.name
+
+
+@pytest.mark.parametrize("experiment", sorted(x for x in PROSE.values() if "experiment " in x))
+def test_the_experiments_behind_the_figures_exist(experiment: str) -> None:
+    name = experiment.rpartition(" ")[2]
+    assert (ROOT / "rigidpend" / "experiments" / f"{name}.py").is_file()

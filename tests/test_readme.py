@@ -1,0 +1,29 @@
+"""The README against what it speaks of."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from rigidpend.departures import DEPARTURES
+
+ROOT = Path(__file__).resolve().parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def rows_under(heading: str) -> list[tuple[str, ...]]:
+    """The rows of the first table under a heading, without its head."""
+    text = README.partition(f"## {heading}\n")[2].partition("\n## ")[0]
+    lines = [line for line in text.splitlines() if line.startswith("|")]
+    return [tuple(cell.strip() for cell in line.strip("|").split(" | ")) for line in lines[2:]]
+
+
+def test_the_departures_are_those_of_the_package() -> None:
+    assert rows_under("Departures from the paper") == [d.row for d in DEPARTURES]
+
+
+def test_every_file_that_it_points_to_is_there() -> None:
+    targets = re.findall(r"\]\(([^)#:]+)\)", README)
+    assert targets
+    for target in targets:
+        assert (ROOT / target).exists(), target
