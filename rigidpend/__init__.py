@@ -27,7 +27,8 @@ periodic      the periodic orbits to first order in mu
 floquet       the periodic orbits to rounding, with their multipliers
 variational   orbits beside a separatrix, to first order
 melnikov      Melnikov's integral on the four separatrices, its zeros
-surfaces      the asymptotic surfaces S1- and S2+
+surfaces      the asymptotic surfaces S1- and S2+ as curves
+asymptotic    the surfaces on the section J1 = J2/2: splitting, heteroclinic orbits
 precession    increments of theta3 along the separatrices, their order
 hodograph     the angular velocity in the fixed space
 herpolhode    an orbit along its route, with its hodograph

@@ -58,38 +58,38 @@ def crossings(orbits: Orbits, bits: int) -> Crossings:
 
 def follow(orbits: Orbits, state: Sequence[Fraction], bits: int) -> Path:
     """One orbit: its crossings as (time, separatrix), and how it ended."""
-    unit = _unit(state)
-    coefficients, state = _scaled(orbits.coefficients, state, unit)
-    P = _fractional_bits((*state, *coefficients), bits)
-    flow = _Flow([_fixed(x, P) for x in coefficients], P)
-    here = [_fixed(x, P) for x in state]
+    unit = unit_of(state)
+    coefficients, state = in_units(orbits.coefficients, state, unit)
+    P = fractional_bits((*state, *coefficients), bits)
+    flow = Flow([fixed(x, P) for x in coefficients], P)
+    here = [fixed(x, P) for x in state]
     path: list[tuple[float, int]] = []
     time = last = 0
-    limit = _fixed(Fraction(orbits.passage_limit) * unit, P)
+    limit = fixed(Fraction(orbits.passage_limit) * unit, P)
     for _ in range(MAX_STEPS):
         series, step = flow.expand(here)
-        for at in _crossings_within(series[2], step, P):
+        for at in crossings_within(series[2], step, P):
             last = time + at
-            Qp, Qm, speed = (_value(s, at, P) for s in (*series[:2], _derivative(series[2])))
+            Qp, Qm, speed = (value_at(s, at, P) for s in (*series[:2], _derivative(series[2])))
             path.append(
                 (float(Fraction(last, 1 << P) / unit), separatrix_beside(speed > 0, Qp, Qm))
             )
             if len(path) == orbits.n_crossings:
                 return path, Outcome.COMPLETE
-        here = [_value(s, step, P) for s in series]
+        here = [value_at(s, step, P) for s in series]
         time += step
         if time - last > limit:
             return path, silent_outcome(*here[:2])
     return path, Outcome.FAILED
 
 
-def _unit(state: Sequence[Fraction]) -> Fraction:
+def unit_of(state: Sequence[Fraction]) -> Fraction:
     """The power of two next to |M|, so that fixed-point numbers are of order one."""
     largest = max(abs(x) for x in state[:3])
     return Fraction(2) ** (largest.numerator.bit_length() - largest.denominator.bit_length())
 
 
-def _scaled(
+def in_units(
     coefficients: AlignedCoefficients, state: Sequence[Fraction], unit: Fraction
 ) -> tuple[AlignedCoefficients, list[Fraction]]:
     """The same orbit with M in units of `unit` and t' in units of its inverse."""
@@ -160,7 +160,7 @@ class _Number:
         return _Scaled(self.value, other)
 
 
-class _Flow:
+class Flow:
     """The aligned field as a tape of series, reused at every step."""
 
     def __init__(self, coefficients: Sequence[int], P: int) -> None:
@@ -194,13 +194,13 @@ class _Flow:
         return int(radius * SHRINK * 2**40) << (self.P - 40)
 
 
-def _fractional_bits(numbers: Sequence[Fraction], bits: int) -> int:
+def fractional_bits(numbers: Sequence[Fraction], bits: int) -> int:
     smallest = min(abs(x) for x in numbers if x)
     leading_zeros = smallest.denominator.bit_length() - smallest.numerator.bit_length()
     return bits + GUARD_BITS + max(0, leading_zeros)
 
 
-def _fixed(x: Fraction, P: int) -> int:
+def fixed(x: Fraction, P: int) -> int:
     return (x.numerator << P) // x.denominator
 
 
@@ -209,7 +209,7 @@ def _log(x: int, P: int) -> float:
     return math.log(x) - P * math.log(2) if x else -math.inf
 
 
-def _value(series: Sequence[int], at: int, P: int) -> int:
+def value_at(series: Sequence[int], at: int, P: int) -> int:
     total = 0
     for term in reversed(series):
         total = (total * at >> P) + term
@@ -220,7 +220,7 @@ def _derivative(series: Sequence[int]) -> list[int]:
     return [k * term for k, term in enumerate(series)][1:]
 
 
-def _crossings_within(series: Sequence[int], step: int, P: int) -> Iterator[int]:
+def crossings_within(series: Sequence[int], step: int, P: int) -> Iterator[int]:
     """The zeros of a series in (0, step], in order, to full precision."""
     size = step / (1 << P)
     scaled = [term / (1 << P) * size**k for k, term in enumerate(series)]
@@ -228,7 +228,7 @@ def _crossings_within(series: Sequence[int], step: int, P: int) -> Iterator[int]
     for share in _zeros(scaled, 0.0, 1.0):
         at = int(share * 2**53) * step >> 53
         for _ in range(P.bit_length()):
-            at -= (_value(series, at, P) << P) // _value(slopes, at, P)
+            at -= (value_at(series, at, P) << P) // value_at(slopes, at, P)
         yield at
 
 

@@ -6,6 +6,7 @@ import contextlib
 import functools
 import threading
 from collections.abc import Iterator
+from fractions import Fraction
 from typing import Any
 
 from rigidpend.equations import AlignedCoefficients, aligned
@@ -44,3 +45,12 @@ def borrowed(make: type[Any], *key: Any) -> Iterator[Any]:
     yield made
     with _idle_lock:
         shelf.append(made)
+
+
+def typed(x: Fraction, kind: Any) -> Any:
+    """A number of the working type: a sum of doubles, each step exact."""
+    total, rest = kind(0), x
+    for _ in range(3):
+        head = float(rest)
+        total, rest = total + kind(head), rest - Fraction(head)
+    return total

@@ -14,12 +14,11 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Iterator
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
-from rigidpend.integrate.compiled import aligned_system, borrowed, heyoka
+from rigidpend.integrate.compiled import aligned_system, borrowed, heyoka, typed
 from rigidpend.integrate.records import (
     Crossings,
     Orbits,
@@ -212,8 +211,8 @@ class _Scalar:
     def run(self, orbits: Orbits, state: Any, found: Crossings, column: int) -> None:
         """Integrate one orbit and write its crossings into `found`."""
         integrator = self.integrator
-        integrator.pars[:] = [self._typed(x) for x in orbits.coefficients]
-        integrator.state[:] = [self._typed(x) for x in state]
+        integrator.pars[:] = [typed(x, self.type) for x in orbits.coefficients]
+        integrator.state[:] = [typed(x, self.type) for x in state]
         integrator.time = self.type(0)
         integrator.reset_cooldowns()
         self.crossings.clear()
@@ -235,11 +234,3 @@ class _Scalar:
                 return Outcome.COMPLETE
             if ended != int(outcomes.time_limit):
                 return Outcome.FAILED
-
-    def _typed(self, x: Fraction) -> Any:
-        """A number of the working type: a sum of doubles, each step exact."""
-        total, rest = self.type(0), x
-        for _ in range(3):
-            head = float(rest)
-            total, rest = total + self.type(head), rest - Fraction(head)
-        return total

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import threading
 from fractions import Fraction
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from rigidpend.integrate import Crossings, Outcome
 from rigidpend.integrate import taylor as engine
+from rigidpend.integrate.compiled import typed
 from tests.integrate.problems import FIG4, FREE, GENERIC, fan, find, needs_heyoka, same
 
 pytestmark = needs_heyoka
@@ -77,9 +77,9 @@ def test_numbers_of_the_working_type_are_given_to_their_last_bit(bits: int) -> N
 
     made = heyoka.real128 if bits == 113 else np.longdouble
     whole = 1 + Fraction(1, 2**55) + Fraction(1, 2 ** (bits - 1))
-    typed = engine._Scalar._typed(SimpleNamespace(type=made), whole)  # type: ignore[arg-type]
+    found = typed(whole, made)
     # Taken away again exactly, what is left is the last bit.
-    left = typed - made(1) - made(2.0**-55)
+    left = found - made(1) - made(2.0**-55)
     assert float(left) == 2.0 ** (1 - bits)
 
 

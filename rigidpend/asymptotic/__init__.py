@@ -1,0 +1,19 @@
+"""The asymptotic surfaces where they meet the section J1 = J2/2, in any precision.
+
+At J3 = 0 and one energy the section has two coordinates: the phase g = theta1/2 + theta2 and
+the offset theta1 - alpha0 - beta0 from separatrix 2. S1- meets it in a closed curve,
+offset = F(g).
+
+Three exact symmetries tell the rest:
+
+- M3, gamma3 and t change sign (see `surfaces.S2_plus`): on the section g becomes pi - g and
+  the offset stays. So S2+ meets it in F(pi - g), and the two surfaces cross at g = +-pi/2
+  whatever mu is.
+- mu and gamma change sign: g moves by pi. So F(g) at -mu is F(g + pi) at mu.
+- r2, M1, M3 and gamma2 change sign, or M1, M2 and gamma3 do: what separatrix 2 is, 1 or 4
+  becomes; see `section.surface`.
+
+section       orbits of S1- up to the section
+splitting     the distance of the surfaces as a Fourier series, against Melnikov's formula
+heteroclinic  the orbits at g = +-pi/2, and what theta3 gains along them
+"""

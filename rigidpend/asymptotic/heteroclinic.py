@@ -1,0 +1,128 @@
+"""What theta3 gains along the heteroclinic orbits of each separatrix, from the full dynamics.
+
+The surfaces cross at g = +-pi/2 on the section, so that each separatrix leaves two heteroclinic
+orbits, both their own mirror images in time: theta3 gains as much before the section as after
+it. Where the surfaces coincide (Hess, separatrices 1 and 3) every orbit is heteroclinic and
+these two are two of them.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend import integrate
+from rigidpend.asymptotic.section import (
+    Means,
+    Surface,
+    coefficients,
+    launch,
+    meet,
+    numbers,
+    surface,
+    unperturbed,
+)
+from rigidpend.body import Body
+from rigidpend.coordinates import Aligned, body_from_aligned
+from rigidpend.equations import AlignedCoefficients
+from rigidpend.exact import Exact
+from rigidpend.melnikov import delta
+from rigidpend.precession import turning_rate
+from rigidpend.separatrices import u
+
+Array = NDArray[np.float64]
+
+DEPTH = 76.0
+"""-ln(J1/J2) at the start: exp(-DEPTH/2) of the increment is left out there."""
+NEAR = 1e-12
+"""How close to g = +-pi/2 orbits are brought, radians."""
+SECANTS = 60
+STEPS = 24
+"""Steps of the trapezoid rule in a time 2 pi/u, and as many more as theta2 turns in it."""
+
+
+class Increments(NamedTuple):
+    """What theta3 gains along the separatrices 1, 2, 3, 4."""
+
+    gained: Array
+    """(2, 4), radians: along the orbits at g = pi/2 and at g = -pi/2 of each separatrix."""
+    error: Array
+    """(2, 4), radians: by how much half as many steps of the quadrature differ."""
+
+
+def increments(body: Body, h0: Exact, means: Means) -> Increments:
+    """Integrate the heteroclinic orbits of all separatrices.
+
+    Parameters
+    ----------
+    body : Body
+    h0 : Exact
+        Energy of the orbits.
+    means : section.Means
+
+    Raises
+    ------
+    ArithmeticError
+        A heteroclinic orbit was not found.
+    """
+    found = np.zeros((2, 2, 4))
+    for separatrix in (1, 2):
+        s = surface(body, h0, 53, separatrix)
+        both = np.array([_gain(s, g, means) for g in (math.pi / 2, -math.pi / 2)]).T
+        # The reflection that makes 1 of 2 turns the sense of theta3, and so does 2 to 4, 1 to 3.
+        sense = {1: -1, 2: 1}[separatrix]
+        found[:, :, separatrix - 1] = sense * both
+        found[:, :, separatrix + 1] = -sense * both
+    return Increments(found[0], np.abs(found[1]))
+
+
+def phase_at_start(s: Surface, g: float, means: Means) -> tuple[float, float]:
+    """theta2_0 of the orbit of S1- that comes to the section at g, and when, by secants."""
+    m = numbers(s.bits)
+    goal, depth, slope = m.mpf(g), m.mpf(DEPTH), m.mpf(1)
+    phase = goal - delta(unperturbed(s, m.mpf(0), depth), s.p, m)
+    before: tuple[Any, Any] | None = None
+    for _ in range(SECANTS):
+        points = meet(s, [phase], depth, means)
+        if points is None:
+            break
+        gap = points.phase[0] - goal
+        if abs(gap) < NEAR:
+            return float(phase), float(points.time[0])
+        if before is not None:
+            slope = (gap - before[1]) / (phase - before[0])
+        before = phase, gap
+        phase -= gap / slope
+    raise ArithmeticError(f"no orbit of S1- was found that meets the section at g = {g:.6f}")
+
+
+def _gain(s: Surface, g: float, means: Means) -> tuple[float, float]:
+    """theta3 over both halves of an orbit, and what half as many steps make of it.
+
+    The trapezoid rule converges exponentially on the whole line. Its nodes lie evenly about the
+    section, so the mirrored half has the same values.
+    """
+    theta2_0, time = phase_at_start(s, g, means)
+    rate = float(u(unperturbed(s, theta2_0, DEPTH), s.p, numbers(s.bits)))
+    step = math.tau / (rate * (STEPS + float(s.p.nu) / math.pi))
+    before = step * np.arange(2 * int(time / (2 * step)))
+    turning = _turning(s, theta2_0, np.append(0.0, time - before[::-1]), means)[:0:-1]
+    fine, coarse = (step * every * (2 * turning[::every].sum() - turning[0]) for every in (1, 2))
+    return float(fine), float(fine - coarse)
+
+
+def _turning(s: Surface, theta2_0: float, times: Array, means: Means) -> Array:
+    """The rate of theta3 along an orbit, radians per t'."""
+    p = s.p
+    state = np.array([float(x) for x in launch(s, theta2_0, DEPTH)])
+    floats = AlignedCoefficients(*map(float, coefficients(s)))
+    orbit = integrate.sample_orbits(
+        floats, state[:, None], times, engine=means.engine, tolerance=means.tolerance
+    )[..., 0]
+    M, _ = body_from_aligned(Aligned(*orbit), float(p.alpha0), 1.0)
+    r = math.cos(float(p.beta0) / 2), math.sin(float(p.beta0) / 2), 0.0
+    # Of dimensionless M it is the rate in t'.
+    return np.asarray(turning_rate(M, r, float(p.mu)))

@@ -1,0 +1,188 @@
+"""Orbits of S1- from the lower periodic solution up to the section J1 = J2/2."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from rigidpend.body import Angles, Body
+from rigidpend.coordinates import Canonical, aligned_from_canonical
+from rigidpend.equations import AlignedCoefficients, aligned_coefficients, hamiltonian_J3_0
+from rigidpend.exact import GUARD_BITS, Exact, context, fraction
+from rigidpend.integrate.sections import first_crossings
+from rigidpend.melnikov import delta
+from rigidpend.separatrices import Motion, theta1, u
+
+PATIENCE = 4
+"""How many times longer than on the unperturbed separatrix to wait for the section."""
+NEWTON = 10
+"""Steps to the energy at most; two or three are taken."""
+
+
+class Surface(NamedTuple):
+    """S1- beside separatrix 2, at J3 = 0 and one energy."""
+
+    p: Angles
+    """In guarded precision; beta0 < 0 where the surface stands for that of separatrix 1."""
+    h0: Any
+    """The energy of all its orbits."""
+    bits: int
+    """Working precision of the integration."""
+
+
+class Means(NamedTuple):
+    """How orbits are integrated."""
+
+    engine: str
+    tolerance: float
+    """Of a compiled Taylor series at 53 bits; every bit more halves it."""
+    jobs: int = 1
+
+
+class Points(NamedTuple):
+    """Where orbits meet the section; lists of guarded numbers, an entry for each orbit."""
+
+    theta2_0: Sequence[Any]
+    """Phases at the start, radians."""
+    phase: Sequence[Any]
+    """g = theta1/2 + theta2, radians, on the branch next to that of the unperturbed motion."""
+    offset: Sequence[Any]
+    """theta1 - alpha0 - beta0, radians."""
+    time: Sequence[Any]
+    """t' from the start."""
+
+
+def surface(body: Body, h0: Exact, bits: int, separatrix: int = 2) -> Surface:
+    """S1- of a body, or the surface beside another separatrix in the place of S1-.
+
+    Parameters
+    ----------
+    body : Body
+    h0 : Exact
+        Energy constant.
+    bits : int
+        Working precision.
+    separatrix : {2, 1}, optional
+        The reflection in the plane normal to the second axis, where r2 becomes -r2, takes Qm to
+        -Qp and theta3 to -theta3. So separatrix 1 of a body is separatrix 2 of the body with
+        -beta0. The turn by pi about the third axis together with the reflection of gamma3,
+        theta1 to theta1 + 2 pi, takes 2 to 4 and 1 to 3 and theta3 to -theta3.
+    """
+    p = body.angles(bits + GUARD_BITS)
+    side = {2: 1, 1: -1}[separatrix]
+    return Surface(p._replace(beta0=side * p.beta0), h0.in_context(numbers(bits)), bits)
+
+
+def numbers(bits: int) -> Any:
+    """The namespace of the guarded numbers that belong to a working precision."""
+    return context(bits + GUARD_BITS)
+
+
+def J2_0(s: Surface) -> Any:
+    """sqrt(2 h0/kappa), dimensionless."""
+    return numbers(s.bits).sqrt(2 * s.h0 / s.p.kappa)
+
+
+def unperturbed(s: Surface, theta2_0: Any, depth: Any) -> Motion:
+    """The motion on separatrix 2 that starts at theta2_0 and J1 = exp(-depth) J2_0."""
+    J2, low = J2_0(s), numbers(s.bits).exp(-depth)
+    return Motion(2, low * J2, J2 - low * J2, theta2_0)
+
+
+def launch(s: Surface, theta2_0: Any, depth: Any) -> list[Fraction]:
+    """The start of an orbit, in aligned components of the working precision.
+
+    At theta1 = alpha0 + beta0 it lies beside S1-, not on it. What it is off by shrinks as J1
+    grows: at the section a part exp(-depth) of mu is left (dtheta).
+
+    Parameters
+    ----------
+    s : Surface
+    theta2_0 : number
+        Radians.
+    depth : number
+        -ln(J1/J2) at the start.
+    """
+    m, p = numbers(s.bits), s.p
+    low, angles = m.exp(-depth), (theta1(2, p, m), theta2_0)
+    # The pendulum has this J2, at J1 = 0.
+    J2 = m.sqrt(2 * (s.h0 - p.mu * m.sin(theta2_0)) / p.kappa)
+    for _ in range(NEWTON):
+        # So low on J1 the slope of the energy in J2 is kappa J2.
+        surplus = hamiltonian_J3_0(low * J2, J2, angles, p, m) - s.h0
+        before, J2 = J2, J2 - surplus / (p.kappa * J2)
+        if before == J2:
+            break
+    zero, one = m.mpf(0), m.mpf(1)
+    c = Canonical(low * J2, J2 - low * J2, zero, *angles, zero, one)
+    state = aligned_from_canonical(c, p.alpha0, p.beta0, m)
+    return [fraction(x, s.bits) for x in state._replace(Qm=zero)]
+
+
+def coefficients(s: Surface) -> AlignedCoefficients:
+    """The body for the engine, in the working precision."""
+    exact = aligned_coefficients(s.p, numbers(s.bits))
+    return AlignedCoefficients(*(fraction(x, s.bits) for x in exact))
+
+
+def meet(s: Surface, theta2_0: Iterable[Any], depth: Any, means: Means) -> Points | None:
+    """Follow orbits of S1- to the section.
+
+    Parameters
+    ----------
+    s : Surface
+    theta2_0 : numbers
+        Phases at the start, radians.
+    depth : number
+        See :func:`launch`.
+    means : Means
+
+    Returns
+    -------
+    Points or None
+        None if an orbit does not come to the section beside separatrix 2.
+    """
+    m, begin = numbers(s.bits), list(theta2_0)
+    reference = unperturbed(s, m.mpf(0), depth)
+    lag, rate = delta(reference, s.p, m), u(reference, s.p, m)
+    found = first_crossings(
+        coefficients(s),
+        [launch(s, phase, depth) for phase in begin],
+        PATIENCE * float((depth + math.tau) / rate),
+        engine=means.engine,
+        bits=s.bits,
+        tolerance=means.tolerance,
+        jobs=means.jobs,
+    )
+    phases, offsets, times = [], [], []
+    for start, crossing in zip(begin, found, strict=True):
+        if crossing is None or crossing.state[0] < 0:
+            return None
+        state = [m.mpf(x.numerator) / x.denominator for x in crossing.state]
+        phase, offset = section_angles(state, s.p.alpha0, m)
+        expected, turn = start + lag, 2 * m.pi
+        phases.append(phase + turn * m.nint((expected - phase) / turn))
+        offsets.append(offset)
+        times.append(m.mpf(crossing.time.numerator) / crossing.time.denominator)
+    return Points(begin, phases, offsets, times)
+
+
+def section_angles(state: Sequence[Any], alpha0: Any, m: Any) -> tuple[Any, Any]:
+    """The phase g and the offset of a state with M3 = 0, J3 = 0, beside separatrix 2.
+
+    There Qm = J2 sin(offset/2) and Qp = J2 sin(offset/2 + alpha0), so that a small offset
+    keeps the relative precision of Qm.
+
+    Parameters
+    ----------
+    state : 6 numbers
+        Aligned components.
+    alpha0 : number
+    m : namespace of sin, cos and atan2
+    """
+    Qp, Qm, _, gamma1, gamma2, gamma3 = state
+    half = m.atan2(Qm * m.sin(alpha0), Qp - Qm * m.cos(alpha0))
+    l = half + alpha0 / 2
+    return m.atan2(gamma1 * m.cos(l) - gamma2 * m.sin(l), -gamma3), 2 * half

@@ -1,0 +1,190 @@
+"""The distance of S1- and S2+ on the section J1 = J2/2, from orbits and by Melnikov.
+
+With offset = F(g) on S1- and F(pi - g) on S2+, the distance F(g) - F(pi - g) is
+
+    d1 cos g + d2 sin 2g + d3 cos 3g + d4 sin 4g + ...
+
+Melnikov's formula gives d1 to first order in mu. The change of sign of mu moves g by pi, so d1
+is odd in mu and errs by O(mu^3), while the curve errs by d2 = O(mu^2).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rigidpend import melnikov
+from rigidpend.asymptotic.section import (
+    J2_0,
+    Means,
+    Points,
+    Surface,
+    meet,
+    numbers,
+    surface,
+    unperturbed,
+)
+from rigidpend.body import Body
+from rigidpend.exact import Exact
+from rigidpend.melnikov import delta
+
+TOP = 16
+"""Harmonics that are kept."""
+FEWEST, SURE, MOST = 8, 128, 512
+"""Orbits in one computation; a curve that turns back between so many really does."""
+SHARE = 4e-3
+"""Of (mu/h0)^2, by how much relative to Melnikov's amplitude harmonics may be uncertain."""
+COARSEST = 1e-9
+"""The uncertainty that is allowed even where mu is large."""
+WORST = 1e3
+"""By how much the integration may err more than it should."""
+SHIFTS = ((0.125, 0), (0.625, 1))
+"""Of the phases at the section, in steps, and how much deeper in exp(-1) orbits start, in two
+computations. What one harmonic takes for another changes its sign with half a step."""
+CAUTION = 4
+"""Times the difference of two computations, for both may round alike by chance."""
+DEPTH_BITS = 20
+"""By how many bits more than the precision orbits start below J2, as a part of it."""
+
+Array = NDArray[np.float64]
+
+
+class Splitting(NamedTuple):
+    """The measured distance of a body at one mu, relative to Melnikov's amplitude."""
+
+    amplitude: float
+    """Melnikov's amplitude of the distance in theta1, radians."""
+    excess: Array
+    """(TOP,): d1/amplitude - 1, d2/amplitude, d3/amplitude, ...; NaN where nothing is known."""
+    error: float
+    """`CAUTION` times the largest difference of two independent computations of `excess`."""
+    allowed: float
+    """The error up to which the splitting counts as resolved."""
+    bits: int
+    """Working precision that decided."""
+    n: int
+    """Orbits in each of the two computations."""
+
+    @property
+    def resolved(self) -> bool:
+        return bool(self.error <= self.allowed)
+
+
+def distance(harmonics: ArrayLike, g: Any) -> Any:
+    """d1 cos g + d2 sin 2g + d3 cos 3g + ... for the harmonics d1, d2, ... at phases g."""
+    return sum(
+        d * (np.cos(k * g) if k % 2 else np.sin(k * g))
+        for k, d in enumerate(np.asarray(harmonics), 1)
+    )
+
+
+def amplitude(s: Surface) -> Any:
+    """The amplitude of the distance in theta1 to first order in mu, radians.
+
+    Melnikov's integral is what the energy H0 of the free body gains, in units of mu kappa J2_0;
+    on the section H0 changes with theta1 by -J2^2 sin(alpha0)/4.
+    """
+    m, p, J2 = numbers(s.bits), s.p, J2_0(s)
+    slope = -J2 * J2 * m.sin(p.alpha0) / 4
+    return p.mu * p.kappa * J2 * melnikov.amplitude(2, J2, p, m) / slope
+
+
+def measure(body: Body, h0: Exact, precisions: Sequence[int], means: Means) -> Splitting:
+    """Measure the distance in the first precision, with the fewest orbits, that resolve it.
+
+    Parameters
+    ----------
+    body : Body
+        With mu > 0.
+    h0 : Exact
+        Energy of all orbits, h0 > mu.
+    precisions : ints
+        Bits, ascending.
+    means : section.Means
+
+    Returns
+    -------
+    Splitting
+        From two computations that share neither starts nor phases.
+    """
+    allowed = min(COARSEST, SHARE * (float(body.mu) / float(h0)) ** 2)
+    for bits in precisions:
+        s, n = surface(body, h0, bits), FEWEST
+        found = _twice(s, n, means, allowed)
+        while not found.resolved and n < _most(found) and found.error > _noise(s, means):
+            n *= 2
+            coarse, found = found, _twice(s, n, means, allowed)
+            if coarse.error / 2 < found.error < WORST * _noise(s, means):
+                break
+        if found.resolved or n >= _most(found):
+            break
+    return found
+
+
+def _most(found: Splitting) -> int:
+    """How many orbits are worth while: fewer where the curve seems to turn back."""
+    return MOST if math.isfinite(found.error) else SURE
+
+
+def _noise(s: Surface, means: Means) -> float:
+    """What the integration's own error should be worth; twice as many orbits cannot help it."""
+    return means.tolerance * 2.0 ** (53 - s.bits) * float(s.p.mu / s.h0 / amplitude(s))
+
+
+def _twice(s: Surface, n: int, means: Means, allowed: float) -> Splitting:
+    """The mean of two computations, and what their difference tells of its error."""
+    m, first = numbers(s.bits), amplitude(s)
+    depth = (s.bits + DEPTH_BITS) * m.log(2)
+    found = []
+    for shift, deeper in SHIFTS:
+        lag = delta(unperturbed(s, m.mpf(0), depth + deeper), s.p, m)
+        phases = [2 * m.pi * (k + m.mpf(shift)) / n - lag for k in range(n)]
+        points = meet(s, phases, depth + deeper, means)
+        measured = None if points is None else harmonics(points, m)
+        if measured is None:
+            unknown = np.full(TOP, np.nan)
+            return Splitting(float(first), unknown, math.inf, allowed, s.bits, n)
+        found.append([d / first for d in measured])
+    mean, error = np.zeros(TOP), 0.0
+    for k, (a, b) in enumerate(zip(*found, strict=True)):
+        mean[k] = float((a + b) / 2 - (k == 0))
+        error = max(error, CAUTION * abs(float(a - b)))
+    return Splitting(float(first), mean, error, allowed, s.bits, n)
+
+
+def harmonics(points: Points, m: Any) -> list[Any] | None:
+    """d1, d2, ... of orbits whose starting phases divide the circle evenly, an even number.
+
+    The Fourier integral over g is taken over theta2_0, where the trapezoid rule and the
+    derivative of g through all points converge exponentially.
+
+    Parameters
+    ----------
+    points : Points
+        n of them.
+    m : namespace of their numbers
+
+    Returns
+    -------
+    list of min(TOP, n/2 - 1) numbers, or None
+        Radians; None where the curve turns back in g: it has no distance at a phase then.
+    """
+    n = len(points.phase)
+    advance = [g - start for g, start in zip(points.phase, points.theta2_0, strict=True)]
+    weights = [m.mpf(0)] + [(-1) ** k / m.tan(m.pi * k / n) / 2 for k in range(1, n)]
+    # The derivative of the trigonometric interpolant at its nodes.
+    slope = [1 + m.fdot((weights[(j - k) % n], advance[k]) for k in range(n)) for j in range(n)]
+    if min(slope) <= 0:
+        return None
+    turned = [m.expj(-g) for g in points.phase]
+    terms = [x * rate / n for x, rate in zip(points.offset, slope, strict=True)]
+    found = []
+    for k in range(1, min(TOP, n // 2 - 1) + 1):
+        terms = [x * e for x, e in zip(terms, turned, strict=True)]
+        total = m.fsum(terms)
+        found.append(4 * total.real if k % 2 else -4 * total.imag)
+    return found

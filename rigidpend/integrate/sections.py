@@ -1,0 +1,154 @@
+"""Where orbits first meet the section M3 = 0 (J1 = J2/2): states, in any precision.
+
+`integrate.crossings` follows many orbits through many passages and keeps times only. Here each
+orbit ends at its first crossing, and the state there is given to the last bit of the working
+precision.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigidpend.equations import AlignedCoefficients
+from rigidpend.integrate import bigint, has_own_type
+from rigidpend.workers import side_by_side
+
+MAX_STEPS = 1_000_000
+
+
+class Crossing(NamedTuple):
+    """A point of the section."""
+
+    time: Fraction
+    """t' since the start."""
+    state: tuple[Fraction, ...]
+    """The six aligned components."""
+
+
+def first_crossings(
+    coefficients: AlignedCoefficients,
+    states: Sequence[Sequence[Fraction]],
+    limit: float,
+    *,
+    engine: str,
+    bits: int,
+    tolerance: float,
+    jobs: int,
+) -> list[Crossing | None]:
+    """Follow orbits to their first crossing of M3 = 0.
+
+    Parameters
+    ----------
+    coefficients : AlignedCoefficients
+        Fractions, numbers of the working precision.
+    states : n lists of 6 Fractions
+        Aligned components at time 0.
+    limit : float
+        How long, in t', to wait for the crossing.
+    engine : str
+        One of `integrate.ENGINES`; integers serve where it has no type of `bits` bits.
+    bits : int
+        Working precision, 53 or more.
+    tolerance : float
+        Of a compiled Taylor series at 53 bits; every bit more halves it.
+    jobs : int
+        How many orbits at a time.
+
+    Returns
+    -------
+    list of n Crossing or None
+        None for an orbit that does not cross within the limit.
+    """
+    compiled = engine == "taylor" and has_own_type(engine, bits)
+    follow = _in_series if compiled else _in_integers
+    parts = [states[k::jobs] for k in range(min(jobs, len(states)))]
+    done = side_by_side(follow, (coefficients, limit, bits, tolerance), not compiled, parts, jobs)
+    found: list[Crossing | None] = [None] * len(states)
+    for k, part in enumerate(done):
+        found[k::jobs] = part
+    return found
+
+
+def _in_series(
+    states: Sequence[Any], c: AlignedCoefficients, limit: float, bits: int, tolerance: float
+) -> list[Crossing | None]:
+    """By heyoka's Taylor integrator in the type that has so many bits."""
+    from rigidpend.integrate.compiled import borrowed
+
+    with borrowed(_ToSection, bits, tolerance) as orbit:
+        return [orbit.run(c, state, limit) for state in states]
+
+
+def _in_integers(
+    states: Sequence[Any], c: AlignedCoefficients, limit: float, bits: int, _: float
+) -> list[Crossing | None]:
+    """By Taylor series in integers, of an error below their rounding."""
+    return [_integer_crossing(c, state, limit, bits) for state in states]
+
+
+def _integer_crossing(
+    c: AlignedCoefficients, state: Sequence[Fraction], limit: float, bits: int
+) -> Crossing | None:
+    unit = bigint.unit_of(state)
+    c, state = bigint.in_units(c, state, unit)
+    P = bigint.fractional_bits((*state, *c), bits)
+    flow = bigint.Flow([bigint.fixed(x, P) for x in c], P)
+    here, time = [bigint.fixed(x, P) for x in state], 0
+    while time < bigint.fixed(Fraction(limit) * unit, P):
+        series, step = flow.expand(here)
+        for at in bigint.crossings_within(series[2], step, P):
+            there = [Fraction(bigint.value_at(s, at, P), 1 << P) for s in series]
+            momenta = (x * unit for x in there[:3])
+            return Crossing(Fraction(time + at, 1 << P) / unit, (*momenta, *there[3:]))
+        here = [bigint.value_at(s, step, P) for s in series]
+        time += step
+    return None
+
+
+class _ToSection:
+    """An integrator that stops at the section."""
+
+    def __init__(self, bits: int, tolerance: float) -> None:
+        from rigidpend.integrate.compiled import aligned_system, heyoka
+
+        hy = heyoka()
+        self.type: Any = {53: float, 64: np.longdouble}.get(bits) or hy.real128
+        field, M3 = aligned_system(hy)
+        zero = self.type(0)
+        self.integrator = hy.taylor_adaptive(
+            field,
+            [zero] * 6,
+            time=zero,
+            pars=[zero] * 9,
+            fp_type=self.type,
+            tol=self.type(tolerance * 2.0 ** (53 - bits)),
+            compact_mode=bits > 64,
+            t_events=[hy.t_event(M3, fp_type=self.type)],
+        )
+
+    def run(self, c: AlignedCoefficients, state: Any, limit: float) -> Crossing | None:
+        from rigidpend.integrate.compiled import typed
+
+        integrator = self.integrator
+        integrator.pars[:] = [typed(x, self.type) for x in c]
+        integrator.state[:] = [typed(x, self.type) for x in state]
+        integrator.time = self.type(0)
+        integrator.reset_cooldowns()
+        # The outcome of a terminal event that stops is -1 less its index.
+        ended = int(integrator.propagate_until(self.type(limit), max_steps=MAX_STEPS)[0])
+        if ended != -1:
+            return None
+        return Crossing(_exact(integrator.time), tuple(map(_exact, integrator.state)))
+
+
+def _exact(x: Any) -> Fraction:
+    """The value of a number of the working type: a sum of doubles."""
+    total = Fraction(0)
+    for _ in range(3):
+        head = float(x)
+        total, x = total + Fraction(head), x - type(x)(head)
+    return total
