@@ -8,14 +8,15 @@ RESULTS ?= results
 JOBS ?=
 RUN := $(BIN)/rigidpend
 
-.PHONY: help figures test verify bench gallery clean distclean
+.PHONY: help figures test verify reference bench gallery clean distclean
 
 help: ## list the targets
 	@grep -E '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
 
-figures: $(VENV)/.installed ## set up, run every config, draw every figure into results/
+figures: $(VENV)/.installed ## set up, run every config, draw every figure and a report into results/
 	$(RUN) run all --out $(RESULTS) $(if $(JOBS),-j $(JOBS))
 	$(RUN) render all --out $(RESULTS)
+	$(RUN) report --out $(RESULTS)
 
 test: $(VENV)/.installed-test ## set up, check format, lint and types, run the tests
 	$(BIN)/ruff format --check .
@@ -24,7 +25,10 @@ test: $(VENV)/.installed-test ## set up, check format, lint and types, run the t
 	$(BIN)/python -m pytest
 
 verify: $(VENV)/.installed ## compute every experiment again and compare with results/reference/
-	$(RUN) verify all
+	$(RUN) verify all $(if $(JOBS),-j $(JOBS))
+
+reference: $(VENV)/.installed ## renew results/reference/: make reference REASON="why" [NAMES="fig4 fig5"]
+	$(RUN) reference $(or $(NAMES),all) --reason "$$REASON" $(if $(JOBS),-j $(JOBS))
 
 bench: $(VENV)/.installed ## time the route codes on this machine
 	$(BIN)/python scripts/bench_route_codes.py
@@ -34,7 +38,8 @@ gallery: figures ## draw every figure and keep it in results/gallery/, for the R
 	cp $(RESULTS)/*.png results/gallery/
 
 clean: ## remove results and caches, keep the set-up
-	rm -rf $(RESULTS)/*.h5 $(RESULTS)/*.png $(RESULTS)/*.svg $(RESULTS)/*.pdf
+	rm -rf $(RESULTS)/*.h5 $(RESULTS)/*.log $(RESULTS)/*.png $(RESULTS)/*.svg $(RESULTS)/*.pdf
+	rm -rf $(RESULTS)/.*.parts $(RESULTS)/report.html
 	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find rigidpend tests scripts -name __pycache__ -type d -prune -exec rm -rf {} +
 

@@ -34,13 +34,15 @@ hodograph     the angular velocity in the fixed space
 herpolhode    an orbit along its route, with its hodograph
 integrate     engines: `taylor`, `scipy`, and integers of any precision
 routes        binary route codes, with their certainty
-config        YAML configs, read and checked
+config        YAML configs, read and checked; catalogue names them
 experiments   what a config can ask for
 runner        which experiments are run, and why
-workers       threads and processes
+workers       threads and processes; signals end them from outside
 tree, store   the data of a result; its HDF5 file
-parts         what an interrupted run has finished
-compare       where two results differ
+files         written whole or not at all, sealed; damage tells which are safe to open
+parts         what an interrupted run has finished; locks tell who is at work
+compare       where two results differ; regression compares with references
+progress      how a run goes; logs keep it beside the results
 theory        what the formulas say of a body, as a table
 provenance    versions, commit, machine, and the code behind a result
 render        figures from stored results

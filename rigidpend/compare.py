@@ -1,13 +1,109 @@
-"""Where two results in closed form differ by more than their rounding."""
+"""Where two results differ by more than their arithmetic explains, with the worst element."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterable
+from typing import Any, Self
 
 import numpy as np
 
+ROOT, PROVENANCE = "/", "/provenance"
+VOLATILE = ("code_hash", "engine")
+"""Root attributes whose values may differ between equal results."""
+PRESENT, ABSENT = "(present)", "(absent)"
 
-def differences(stored: Any, fresh: Any, allowed: float, place: str = "") -> list[str]:
+
+class Difference(str):
+    """A sentence on where two results differ, which also knows its parts."""
+
+    place: str
+    stored: Any
+    computed: Any
+    allowed: float
+    """By how much they may differ; 0 where they must be equal."""
+    _words: str
+
+    def __new__(
+        cls, place: str, stored: Any, computed: Any, allowed: float = 0.0, words: str = ""
+    ) -> Self:
+        words = words or f": stored {shown(stored)}, computed {shown(computed)}"
+        self = super().__new__(cls, place + words)
+        self.place, self.stored, self.computed, self.allowed = place, stored, computed, allowed
+        self._words = words
+        return self
+
+    def inside(self, group: str) -> Self:
+        """The same difference, in a group."""
+        place = f"{group}/{self.place}"
+        return type(self)(place, self.stored, self.computed, self.allowed, self._words)
+
+
+def shown(value: Any) -> str:
+    """A value to its last digit, as a word."""
+    if isinstance(value, bytes):
+        return value.decode(errors="replace")
+    if isinstance(value, float | np.floating):
+        return f"{value:.17g}"
+    return str(value)
+
+
+def inside(group: str, found: Iterable[Difference]) -> list[Difference]:
+    """Differences found in a group, with its name before their places."""
+    return [difference.inside(group) for difference in found]
+
+
+def keys(stored: Any, fresh: Any, place: str = "") -> list[Difference]:
+    """What only one of two mappings has."""
+    at = f"{place}/" if place else ""
+    lost = [name for name in stored if name not in fresh]
+    new = [name for name in fresh if name not in stored]
+    return [
+        *(Difference(f"{at}{x}", PRESENT, ABSENT, words=" is only stored") for x in lost),
+        *(Difference(f"{at}{x}", ABSENT, PRESENT, words=" is only computed") for x in new),
+    ]
+
+
+def attributes(stored: Any, fresh: Any, place: str) -> list[Difference]:
+    """Where the attributes of an object differ."""
+    return [
+        Difference(f"{place}@{name}", stored.get(name, ABSENT), fresh.get(name, ABSENT))
+        for name in dict.fromkeys((*stored, *fresh))
+        if not (name in stored and name in fresh and np.array_equal(stored[name], fresh[name]))
+    ]
+
+
+def outlines(stored: Any, fresh: Any) -> list[Difference]:
+    """Where two result files differ in what they consist of: see `store.outline`.
+
+    Where, when and with what code and engine a result was made does not count, only that it
+    is said; nor do the reasons why a reference was renewed.
+    """
+    found = keys(stored, fresh)
+    for place in [place for place in stored if place in fresh and place != PROVENANCE]:
+        old, new = stored[place], fresh[place]
+        if place == ROOT:
+            engines = {str(one.get("engine")).partition(" ")[0] for one in (old, new)}
+            passed = VOLATILE if len(engines) == 1 else (*VOLATILE, "tolerance")
+            old, new = (_veiled(one, passed) for one in (old, new))
+        found += attributes(old, new, place)
+    return found
+
+
+def _veiled(given: Any, passed: tuple[str, ...]) -> dict[str, Any]:
+    return {k: PRESENT if k in passed else x for k, x in given.items() if k != "reasons"}
+
+
+def plain(stored: Any, fresh: Any, place: str) -> list[Difference]:
+    """Where two values of JSON differ."""
+    if not (isinstance(stored, dict) and isinstance(fresh, dict)):
+        return [] if stored == fresh else [Difference(place, stored, fresh)]
+    found = keys(stored, fresh, place)
+    for name in stored.keys() & fresh.keys():
+        found += plain(stored[name], fresh[name], f"{place}/{name}")
+    return sorted(found)
+
+
+def differences(stored: Any, fresh: Any, allowed: float, place: str = "") -> list[Difference]:
     """Compare two trees of arrays: floats up to `allowed`, all else exactly.
 
     Parameters
@@ -20,24 +116,54 @@ def differences(stored: Any, fresh: Any, allowed: float, place: str = "") -> lis
         The name of what is compared.
     """
     if not (isinstance(stored, dict) and isinstance(fresh, dict)):
-        return _arrays(np.asarray(stored), np.asarray(fresh), allowed, place)
-    inside = f"{place}/" if place else ""
-    found = [f"{inside}{name} is in one file only" for name in sorted(set(stored) ^ set(fresh))]
-    for name in sorted(set(stored) & set(fresh)):
-        found += differences(stored[name], fresh[name], allowed, f"{inside}{name}")
+        return arrays(place, stored, fresh, allowed)
+    found = keys(stored, fresh, place)
+    inner = f"{place}/" if place else ""
+    for name in [name for name in stored if name in fresh]:
+        found += differences(stored[name], fresh[name], allowed, f"{inner}{name}")
     return found
 
 
-def _arrays(stored: Any, fresh: Any, allowed: float, place: str) -> list[str]:
-    if stored.shape != fresh.shape:
-        return [f"{place}: shape {stored.shape} stored, {fresh.shape} computed"]
-    if stored.dtype.kind == fresh.dtype.kind == "f":
-        # Written so that NaN differs from every number.
-        wrong = ~(np.abs(stored - fresh) <= allowed) & ~(np.isnan(stored) & np.isnan(fresh))
-    else:
-        wrong = stored != fresh
-    if not wrong.any():
+def arrays(place: str, stored: Any, fresh: Any, allowed: Any = 0.0) -> list[Difference]:
+    """The worst element of two arrays, if it differs by more than is allowed.
+
+    Parameters
+    ----------
+    place : str
+        What they are.
+    stored, fresh : array or text
+        Floats are compared up to `allowed`, NaN with NaN; all else exactly.
+    allowed : float or array, optional
+        For all elements, or for each; where it is infinite nothing is compared.
+    """
+    a, b = np.asarray(stored), np.asarray(fresh)
+    if a.shape != b.shape:
+        said = f": shape {a.shape} stored, {b.shape} computed"
+        return [Difference(place, a.shape, b.shape, words=said)]
+    excess = _excess(a, b, np.broadcast_to(allowed, a.shape))
+    if not excess.any():
         return []
-    first = tuple(np.argwhere(wrong)[0])
-    at = ", ".join(map(str, first))
-    return [f"{place}[{at}]: stored {stored[first]}, computed {fresh[first]}"]
+    at = np.unravel_index(np.argmax(excess), a.shape)
+    limit = float(np.broadcast_to(allowed, a.shape)[at]) if a.dtype.kind == "f" else 0.0
+    index = f"[{', '.join(map(str, at))}]" if at else ""
+    words = f": stored {shown(a[at])}, computed {shown(b[at])}{_aside(excess, limit)}"
+    return [Difference(f"{place}{index}", a[at], b[at], limit, words)]
+
+
+def _aside(excess: Any, limit: float) -> str:
+    """What is said besides: the limit, and how many elements are beyond theirs."""
+    count = int((excess > 0).sum())
+    said = [f"may differ by {limit:.2g}"] if limit else []
+    said += [f"{count} of {excess.size} differ"] if count > 1 else []
+    return f" ({', '.join(said)})" if said else ""
+
+
+def _excess(a: Any, b: Any, allowed: Any) -> Any:
+    """How many times more elements differ than is allowed; 0 where they do not."""
+    if not a.dtype.kind == b.dtype.kind == "f":
+        return ((a != b) & np.isfinite(allowed)).astype(float)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        gap = np.abs(a - b)
+        # Written so that NaN differs from every number, and an infinity from the other.
+        same = (gap <= allowed) | (a == b) | (np.isnan(a) & np.isnan(b)) | np.isinf(allowed)
+        return np.where(same, 0.0, np.nan_to_num(gap / allowed, nan=np.inf, posinf=np.inf))

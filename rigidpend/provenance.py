@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import datetime
+import functools
 import hashlib
 import importlib.metadata
 import json
@@ -23,13 +24,16 @@ def config_hash(resolved: dict[str, Any]) -> str:
 
 def code_hash(experiment: str) -> str:
     """A hash of the code that computes an experiment: comments and docstrings don't count."""
-    return _digest("\n".join(_normalised(file) for file in _needed(experiment)))
+    found = sorted(
+        (f"{file.relative_to(PACKAGE)}", code) for file, code in _needed(experiment).items()
+    )
+    return _digest(json.dumps(found))
 
 
 def engine_name(engine: str) -> str:
     """An engine with the version of the library behind it."""
     if not engine:
-        return "closed form"
+        return "no engine"
     library = {"taylor": "heyoka", "scipy": "scipy"}[engine]
     return f"{engine} ({library} {_version(library)})"
 
@@ -50,27 +54,29 @@ def provenance() -> dict[str, str]:
     }
 
 
-def _needed(experiment: str) -> list[Path]:
-    """The package's files that an experiment imports, itself and through others."""
-    found: set[Path] = set()
+def _needed(experiment: str) -> dict[Path, str]:
+    """The package's files that an experiment imports, itself and through others: their code."""
+    found: dict[Path, str] = {}
     waiting = [PACKAGE / "experiments" / f"{experiment}.py"]
     while waiting:
         file = waiting.pop()
         if file not in found:
-            found.add(file)
-            waiting += _imported(file)
-    return sorted(found)
+            found[file], imported = _read(file.read_bytes())
+            waiting += [path for name in imported if (path := _file(name)) is not None]
+    return found
 
 
-def _imported(file: Path) -> list[Path]:
-    """The package's files that a file imports, wherever in it."""
+@functools.cache
+def _read(source: bytes) -> tuple[str, frozenset[str]]:
+    """A file's code without comments, docstrings and layout, and the names that it imports."""
+    tree = ast.parse(source)
     names: set[str] = set()
-    for node in ast.walk(ast.parse(file.read_bytes())):
+    for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module:
             names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
         elif isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
-    return [found for name in names if (found := _file(name)) is not None]
+    return _digest(_code(tree)), frozenset(names)
 
 
 def _file(module: str) -> Path | None:
@@ -83,14 +89,19 @@ def _file(module: str) -> Path | None:
     return next((file for file in candidates if file.is_file()), None)
 
 
-def _normalised(file: Path) -> str:
-    """The file's code without comments, docstrings and layout."""
-    tree = ast.parse(file.read_bytes())
-    for node in ast.walk(tree):
-        body = getattr(node, "body", None)
-        if isinstance(body, list):
-            node.body = [x for x in body if not _is_text(x)] or [ast.Pass()]  # type: ignore[attr-defined]
-    return f"{file.relative_to(PACKAGE)}\n{ast.unparse(tree)}"
+def _code(node: Any) -> str:
+    """A syntax tree as text. What is absent is left out, so that Pythons agree.
+
+    `ast.dump` and `ast.unparse` change from one version of Python to the next, also by fields
+    that are new and empty.
+    """
+    if isinstance(node, list):
+        return f"[{' '.join(_code(x) for x in node if not _is_text(x))}]"
+    if not isinstance(node, ast.AST):
+        return repr(node)
+    fields = {name: x for name, x in ast.iter_fields(node) if x is not None and x != []}
+    inner = " ".join(f"{name}={_code(x)}" for name, x in sorted(fields.items()))
+    return f"{type(node).__name__}({inner})"
 
 
 def _is_text(node: Any) -> bool:

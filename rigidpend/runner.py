@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import itertools
 import json
-import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from rigidpend import experiments, provenance, store
 from rigidpend.config import Config
-from rigidpend.parts import Parts
-from rigidpend.workers import side_by_side
+from rigidpend.parts import Parts, sweep
+from rigidpend.signals import termination
 
 
 @dataclass(frozen=True)
@@ -38,7 +36,7 @@ REASONS = {
 
 
 def plan(config: Config, folder: Path, *, force: bool = False) -> Plan:
-    """Decide whether a config is to be run.
+    """Decide whether a config is to be run; tidy up what a killed run left beside its result.
 
     Parameters
     ----------
@@ -56,43 +54,54 @@ def plan(config: Config, folder: Path, *, force: bool = False) -> Plan:
         "engine": provenance.engine_name(engine),
     }
     reason = "--force" if force else _reason(target, fingerprint)
+    if not reason:
+        sweep(target)
     return Plan(config, engine, target, fingerprint, reason)
 
 
-def run_all(plans: Sequence[Plan], *, jobs: int, say: Callable[[str], None]) -> None:
-    """Run planned experiments side by side.
+def follow(planned: Plan, *, jobs: int, say: Callable[[str], None]) -> None:
+    """Run a planned experiment and say how it goes, each line beginning with its name.
 
     Parameters
     ----------
-    plans : sequence of Plan
+    planned : Plan
     jobs : int
-        How many experiments at a time, and threads or processes in each; no result depends on
-        it. Most experiments are over before the next begins, so they do not share it out.
+        Threads or processes; no result depends on it.
     say : callable
-        Takes a line for people: what begins, how it goes, what is done, the time left.
+        Takes a line for people: that it begins and why, how it goes, that it is done.
+
+    Raises
+    ------
+    StoreError, WorkerError, ArithmeticError
+        It cannot be computed or written. Finished parts are kept.
     """
-    begun, done = time.perf_counter(), itertools.count(1)
-
-    def follow(planned: Plan) -> None:
-        name, start = planned.config.name, time.perf_counter()
-        say(f"{name}: computing ({planned.reason}), {planned.fingerprint['engine']}")
+    name, start = planned.config.name, time.perf_counter()
+    engine = planned.fingerprint["engine"]
+    say(f"{name}: computing ({planned.reason}), {engine}")
+    with termination():
         run(planned, jobs=jobs, report=lambda text: say(f"{name}: {text}"))
-        now = time.perf_counter()
-        left = _left(next(done), len(plans), now - begun)
-        say(f"{name}: {planned.target} written, {now - start:.2f} s{left}")
-
-    side_by_side(follow, (), False, plans, jobs)
+    say(f"{name}: {planned.target} written, {time.perf_counter() - start:.2f} s")
 
 
-def _left(done: int, total: int, elapsed: float) -> str:
-    """How many of several experiments are done and about how long the others take."""
-    if done == total:
-        return ""
-    return f" ({done} of {total} done, about {elapsed / done * (total - done):.0f} s left)"
-
-
-def run(planned: Plan, *, jobs: int, report: Callable[[str], None]) -> None:
+def run(
+    planned: Plan,
+    *,
+    jobs: int,
+    report: Callable[[str], None],
+    further: Mapping[str, Any] | None = None,
+) -> None:
     """Compute a planned experiment and write its result file.
+
+    What an earlier run of the same fingerprint finished is not computed again.
+
+    Parameters
+    ----------
+    planned : Plan
+    jobs : int
+    report : callable
+        Takes a line of progress.
+    further : dict, optional
+        Root attributes besides.
 
     Raises
     ------
@@ -101,40 +110,23 @@ def run(planned: Plan, *, jobs: int, report: Callable[[str], None]) -> None:
     """
     config = planned.config
     store.prepare(planned.target)
-    parts = Parts(planned.target, provenance.config_hash(planned.fingerprint))
-    means = experiments.Means(planned.engine, jobs, report, parts.keep)
-    data = experiments.module(config.experiment).compute(config.content, means)
-    attributes: dict[str, Any] = {
-        "name": config.name,
-        "figure": config.content.figure,
-        "experiment": config.experiment,
-        **planned.fingerprint,
-        **_numerics(planned),
-    }
-    resolved = json.dumps(config.resolved(), indent=2)
-    result = store.Result(attributes, resolved, provenance.provenance(), data)
-    store.write(planned.target, result)
-    parts.drop()
-
-
-def verify(config: Config, stored: Path, *, jobs: int) -> list[str]:
-    """Compute a config again and say where the stored result differs.
-
-    Raises
-    ------
-    StoreError
-        The stored result cannot be read.
-    """
-    differences = experiments.module(config.experiment).differences
-    old = store.load(stored)
-    with tempfile.TemporaryDirectory() as folder:
-        planned = plan(config, Path(folder))
-        run(planned, jobs=jobs, report=lambda _: None)
-        new = store.load(planned.target)
-    found: list[str] = []
-    if old["attributes"]["config_hash"] != planned.fingerprint["config_hash"]:
-        found.append("the config is not the one that the stored result was made from")
-    return found + list(differences(old["data"], new["data"]))
+    with Parts(planned.target, provenance.config_hash(planned.fingerprint)) as parts:
+        if len(parts):
+            report(f"goes on from {len(parts)} finished part{'s' if len(parts) > 1 else ''}")
+        means = experiments.Means(planned.engine, jobs, report, parts.keep)
+        data = experiments.module(config.experiment).compute(config.content, means)
+        attributes: dict[str, Any] = {
+            "name": config.name,
+            "figure": config.content.figure,
+            "experiment": config.experiment,
+            **planned.fingerprint,
+            **_numerics(planned),
+            **(further or {}),
+        }
+        resolved = json.dumps(config.resolved(), indent=2)
+        result = store.Result(attributes, resolved, provenance.provenance(), data)
+        store.write(planned.target, result)
+        parts.drop()
 
 
 def _numerics(planned: Plan) -> dict[str, Any]:

@@ -2,14 +2,13 @@
 
 Layout: root attributes say format, experiment and fingerprint; ``/config`` holds the resolved
 config, ``/provenance`` what ran where (it varies between equal results), ``/data`` the result.
-Every dataset has `units` and `description`.
+Every dataset has `units` and `description`. A digest of all stands behind the HDF5 file, where
+HDF5 itself does not look: its library can hang or crash on damaged metadata.
 """
 
 from __future__ import annotations
 
 import contextlib
-import os
-import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
@@ -17,14 +16,13 @@ from typing import Any, NamedTuple, TypeAlias
 import h5py
 import numpy as np
 
+from rigidpend.damage import undamaged
+from rigidpend.files import StoreError, prepare, replace, sealed
 from rigidpend.tree import Dataset, Tree
 
+__all__ = ["OtherVersion", "Result", "StoreError", "load", "prepare", "replace", "write"]
+
 FORMAT, FORMAT_VERSION = "rigidpend", 1
-
-
-class StoreError(RuntimeError):
-    """A result file that cannot be read or written."""
-
 
 Attributes: TypeAlias = Mapping[str, Any]
 
@@ -44,8 +42,15 @@ class Result(NamedTuple):
     data: Tree
 
 
-def write(path: Path, result: Result) -> None:
+def write(path: Path, result: Result, *, lasting: bool = True) -> None:
     """Write a result file: in memory first, then under its name in one step.
+
+    Parameters
+    ----------
+    path : Path
+    result : Result
+    lasting : bool, optional
+        Whether it must outlive a failure of the machine; to wait for the disk takes time.
 
     Raises
     ------
@@ -53,45 +58,11 @@ def write(path: Path, result: Result) -> None:
         It cannot be written; what was there before is untouched.
     """
     prepare(path)
-    image = _image(result)
+    image = sealed(_image(result))
     try:
-        replace(path, image)
+        replace(path, image, lasting=lasting)
     except OSError as error:
         raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from None
-
-
-def prepare(path: Path) -> None:
-    """Make the folder of a file to come, so that a long computation does not end in vain.
-
-    Raises
-    ------
-    StoreError
-        The folder cannot be made, or nothing can be written to it.
-    """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=path.parent):
-            pass
-    except OSError as error:
-        reason = f"{path.parent} is not writable ({error.strerror})"
-        raise StoreError(f"{path}: {reason}; choose another folder with --out") from None
-
-
-def replace(path: Path, content: bytes) -> None:
-    """Give a file new content in one step, so that no reader sees half of it."""
-    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        # mkstemp keeps others out; a result is as readable as any file made here.
-        os.chmod(temporary, 0o666 & ~_umask())
-        os.replace(temporary, path)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            os.unlink(temporary)
-        raise
 
 
 @contextlib.contextmanager
@@ -104,7 +75,7 @@ def opened(path: Path) -> Iterator[h5py.File]:
         There is none, it is no HDF5, it is damaged, or of another format version.
     """
     with _readable(path):
-        file = h5py.File(path, "r")
+        file = h5py.File.in_memory(undamaged(path.read_bytes()))
     with file:
         with _readable(path):
             _check(path, file)
@@ -152,6 +123,22 @@ def attributes(path: Path) -> dict[str, Any]:
         return dict(file.attrs)
 
 
+def outline(path: Path) -> dict[str, dict[str, Any]]:
+    """Every object of a result file by its place, ``/`` first, with its attributes.
+
+    Datasets have two more, ``(kind)`` of their numbers and ``(dimensions)``.
+
+    Raises
+    ------
+    StoreError
+        As :func:`opened`.
+    """
+    with opened(path) as file, _readable(path):
+        found = {"/": dict(file.attrs)}
+        file.visititems(lambda name, node: found.update({f"/{name}": _features(node)}))
+        return found
+
+
 @contextlib.contextmanager
 def _readable(path: Path) -> Iterator[None]:
     """Say in our words what HDF5 finds wrong with a file."""
@@ -187,6 +174,14 @@ def _values(node: h5py.Dataset) -> Any:
     if h5py.check_string_dtype(node.dtype) and node.shape == ():
         return node.asstr()[()]
     return node[()]
+
+
+def _features(node: Any) -> dict[str, Any]:
+    if not isinstance(node, h5py.Dataset):
+        return dict(node.attrs)
+    # Texts may be of any length.
+    kind = node.dtype.kind if node.dtype.kind in "SOU" else node.dtype.str.lstrip("<>|=")
+    return {**node.attrs, "(kind)": kind, "(dimensions)": node.ndim}
 
 
 def _check(path: Path, file: h5py.File) -> None:
@@ -228,9 +223,3 @@ def _storage(values: Any) -> dict[str, Any]:
     if isinstance(values, str) or np.size(values) == 0 or np.ndim(values) == 0:
         return {}
     return {"fletcher32": True, "shuffle": True, "compression": "gzip"}
-
-
-def _umask() -> int:
-    current = os.umask(0)
-    os.umask(current)
-    return current

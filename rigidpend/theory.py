@@ -60,6 +60,14 @@ def rows(body: Body, h0: Any, J1_0: Any = None) -> list[Row]:
     ]
 
 
+def of(problem: Any) -> list[Row]:
+    """The table of the body of a config's problem; empty where it has not one body and h0."""
+    body, h0 = getattr(problem, "body", None), getattr(problem, "h0", None)
+    if body is None or h0 is None:
+        return []
+    return rows(body, h0, getattr(problem, "J1_0", None))
+
+
 def _swings(p: Angles, h0: float) -> Iterator[Row]:
     for epsilon, beside in ((1, "2 and 4"), (-1, "1 and 3")):
         meaning = f"rad, largest swing of theta1 beside separatrices {beside}, to O(mu)"

@@ -4,13 +4,20 @@ from __future__ import annotations
 
 import os
 import signal
+import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from typing import Any, TypeVar
 
 import numpy as np
 
+from rigidpend.signals import interruption_kept_from_children
+
 Result = TypeVar("Result")
+
+
+class WorkerError(RuntimeError):
+    """A worker process ended before its work was done."""
 
 
 def cores() -> int:
@@ -46,14 +53,25 @@ def side_by_side(
     parts : sequence
     jobs : int
         How many at a time; with 1, or one part, nothing is started.
+
+    Raises
+    ------
+    WorkerError
+        A process was killed, by hand or for want of memory.
     """
     workers = min(jobs, len(parts))
     if workers <= 1:
         return [work(part, *arguments) for part in parts]
     pool = _pool(workers, holds_interpreter)
     try:
-        futures = [pool.submit(work, part, *arguments) for part in parts]
+        with interruption_kept_from_children():
+            futures = [pool.submit(work, part, *arguments) for part in parts]
         return [future.result() for future in futures]
+    except BrokenExecutor:
+        raise WorkerError(
+            "a worker process was killed, perhaps for want of memory; what is finished is kept:"
+            " the same command again continues"
+        ) from None
     except BaseException:
         _stop(pool)
         raise
@@ -68,12 +86,22 @@ def _pool(workers: int, holds_interpreter: bool) -> Executor:
     import multiprocessing
 
     spawn = multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(workers, mp_context=spawn, initializer=_ignore_interruption)
+    return ProcessPoolExecutor(workers, mp_context=spawn, initializer=_follow_parent)
 
 
-def _ignore_interruption() -> None:
-    """Leave Ctrl-C to the parent, which ends its workers."""
+def _follow_parent() -> None:
+    """Leave Ctrl-C to the parent, and end with it: else its workers would wait for ever."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_wait_for_end_of_parent, daemon=True).start()
+
+
+def _wait_for_end_of_parent() -> None:
+    from multiprocessing import connection, parent_process
+
+    parent = parent_process()
+    assert parent is not None
+    connection.wait([parent.sentinel])
+    os._exit(1)
 
 
 def _stop(pool: Executor) -> None:

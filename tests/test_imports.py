@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from rigidpend.cli import main
 from rigidpend.integrate.engines import default_engine
 from tests.config.samples import SMALL, written
 
@@ -65,9 +66,40 @@ def test_the_package_alone_imports_nothing_heavy(tmp_path: Path) -> None:
     assert {name for name in found if name.startswith("rigidpend.")} == set()
 
 
-@pytest.mark.parametrize("arguments", [("--help",), ("run", "--help"), ("--version",)])
+@pytest.mark.parametrize(
+    "arguments",
+    [("--help",), ("--version",), ("completion", "zsh")]
+    + [(name, "--help") for name in sorted(main.commands)],
+    ids=" ".join,
+)
 def test_help_imports_nothing_heavy(tmp_path: Path, arguments: tuple[str, ...]) -> None:
     assert modules(COMMAND, tmp_path, *arguments) & HEAVY == set()
+
+
+COMPLETION = """
+import json, sys
+from click.shell_completion import ShellComplete
+from rigidpend.cli import main
+*before, last = json.loads(sys.argv[1])
+offered = ShellComplete(main, {}, "rigidpend", "X").get_completions(before, last)
+print(*(item.value for item in offered))
+assert offered
+"""
+
+
+@pytest.mark.parametrize("line", [("run", "fig"), ("ru",), ("run", "fig4", "--for")])
+def test_completion_of_names_imports_nothing_heavy(tmp_path: Path, line: tuple[str, ...]) -> None:
+    assert modules(COMPLETION, tmp_path, *line) & HEAVY == set()
+
+
+def test_completion_of_keys_imports_nothing_that_computes(tmp_path: Path) -> None:
+    found = modules(COMPLETION, tmp_path, "run", "fig4", "--set", "problem.")
+    assert found & (HEAVY - {"yaml", "pydantic"}) == set()
+
+
+def test_list_imports_no_engine_and_no_drawing(folder: Path) -> None:
+    found = modules(COMMAND, folder, "list")
+    assert found & {"heyoka", "scipy.integrate", "matplotlib"} == set()
 
 
 def test_a_run_never_imports_matplotlib(by_run: set[str], by_second_run: set[str]) -> None:

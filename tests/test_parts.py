@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rigidpend import store
-from rigidpend.parts import Parts
+from rigidpend.parts import Parts, sweep
 from rigidpend.tree import Dataset, Tree
 
 PART: Tree = {
@@ -60,6 +60,40 @@ def test_a_damaged_part_is_computed_again(tmp_path: Path) -> None:
 
 def test_dropped_parts_leave_nothing(tmp_path: Path) -> None:
     for fingerprint in ("a", "b"):
-        Parts(tmp_path / "fig.h5", fingerprint).keep("first", lambda: PART)
+        with Parts(tmp_path / "fig.h5", fingerprint) as parts:
+            parts.keep("first", lambda: PART)
     Parts(tmp_path / "fig.h5", "a").drop()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_parts_that_another_run_uses_stay_until_it_drops_them(tmp_path: Path) -> None:
+    one, two = (Parts(tmp_path / "fig.h5", "a") for _ in range(2))
+    one.keep("first", lambda: PART)
+    two.keep("first", not_again)
+    one.drop()
+    assert two.keep("first", not_again).keys() == PART.keys()
+    two.drop()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_run_goes_on_though_another_removed_the_folder(tmp_path: Path) -> None:
+    one = Parts(tmp_path / "fig.h5", "a")
+    one.keep("first", lambda: PART)
+    one.drop()
+    assert one.keep("first", lambda: {"new": PART["one"]}).keys() == {"new"}
+    assert len(one) == 1
+
+
+def test_sweep_leaves_a_living_run_alone(tmp_path: Path) -> None:
+    with Parts(tmp_path / "fig.h5", "a") as parts:
+        parts.keep("first", lambda: PART)
+        sweep(tmp_path / "fig.h5")
+        assert parts.keep("first", not_again).keys() == PART.keys()
+    sweep(tmp_path / "fig.h5")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_parts_are_counted_by_fingerprint(tmp_path: Path) -> None:
+    for name in ("first", "second"):
+        Parts(tmp_path / "fig.h5", "a").keep(name, lambda: PART)
+    assert [len(Parts(tmp_path / "fig.h5", x)) for x in "ab"] == [2, 0]

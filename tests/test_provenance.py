@@ -28,7 +28,7 @@ NEEDED = (
     "routes/codes.py",
     "routes/start.py",
 )
-NOT_NEEDED = ("cli.py", "runner.py", "store.py", "config/reader.py", "render/route_codes.py")
+NOT_NEEDED = ("cli/run.py", "runner.py", "store.py", "config/reader.py", "render/route_codes.py")
 
 
 @pytest.fixture
@@ -122,6 +122,35 @@ def test_code_hash_ignores_layout(copy: Path) -> None:
         assert again != source
         (copy / name).write_text(again, encoding="utf-8")
     assert code_hash() == before
+
+
+def test_code_does_not_depend_on_fields_that_another_python_has(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As `type_params`, empty since Python 3.12 wherever nothing is generic."""
+    tree = ast.parse("def f(x: int, *, y=0.1) -> str:\n    return f'{x + y!r:>9}'")
+    before = provenance._code(tree)
+    monkeypatch.setattr(ast.FunctionDef, "_fields", (*ast.FunctionDef._fields, "novelty"))
+    for empty in (list[ast.AST](), None):
+        tree.body[0].novelty = empty  # type: ignore[attr-defined]
+        assert provenance._code(tree) == before
+    tree.body[0].novelty = [ast.Pass()]  # type: ignore[attr-defined]
+    assert provenance._code(tree) != before
+
+
+def test_each_file_is_parsed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    provenance._read.cache_clear()
+    parsed: list[bytes] = []
+    parse = ast.parse
+
+    def counted(source: bytes) -> ast.AST:
+        parsed.append(source)
+        return parse(source)
+
+    monkeypatch.setattr(ast, "parse", counted)
+    for experiment in ("route_codes", "route_zoom", "route_codes"):
+        provenance.code_hash(experiment)
+    assert len(parsed) == len(set(parsed)) > 10
 
 
 def test_code_hash_notices_text_that_is_a_value(copy: Path) -> None:

@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 import pytest
 
-from rigidpend import config, provenance, runner, store
+from rigidpend import config, provenance, regression, runner, store
 from rigidpend.experiments import route_codes
 from rigidpend.integrate import engines
 from tests.config.samples import FIG4, SMALL, changed, written
@@ -264,34 +264,40 @@ def test_a_run_that_ends_early_leaves_the_old_result(
 
 
 def test_verify_finds_no_difference_from_what_was_run(loaded: config.Config, made: Path) -> None:
-    assert runner.verify(loaded, made, jobs=1) == []
+    assert regression.verify(loaded, made, jobs=1) == []
 
 
 def test_verify_finds_a_changed_symbol(loaded: config.Config, out: Path) -> None:
     with h5py.File(out / "small.h5", "a") as file:
         codes = file["data/only/codes"]
         codes[1, 2] = 1 - codes[1, 2]
-    [found] = runner.verify(loaded, out / "small.h5", jobs=1)
-    assert found == "only: codes differ in 1 cells, first [1, 2]"
+    [found] = regression.verify(loaded, out / "small.h5", jobs=1)
+    assert found.place == "only/codes[1, 2]"
+    assert {found.stored, found.computed} == {0, 1}
 
 
 def test_verify_says_that_the_config_is_another(tmp_path: Path, made: Path) -> None:
     path = written(tmp_path, SMALL, "small.yaml")
-    found = runner.verify(config.load(path, ["problem.n_symbols=2"]), made, jobs=1)
-    assert found[0] == "the config is not the one that the stored result was made from"
-    assert found[1:] == ["only: (3, 5) symbols stored, (2, 5) computed"]
+    found = regression.verify(config.load(path, ["problem.n_symbols=2"]), made, jobs=1)
+    assert [text.partition(":")[0] for text in found] == [
+        "/@config_hash",
+        "config/problem/n_symbols",
+        "only/codes",
+    ]
+    assert found[1].endswith(": stored 3, computed 2")
+    assert found[2].endswith(": shape (3, 5) stored, (2, 5) computed")
 
 
 def test_verify_leaves_the_stored_result_alone(loaded: config.Config, out: Path) -> None:
     before = (out / "small.h5").read_bytes(), (out / "small.h5").stat().st_mtime_ns
-    runner.verify(loaded, out / "small.h5", jobs=1)
+    regression.verify(loaded, out / "small.h5", jobs=1)
     assert before == ((out / "small.h5").read_bytes(), (out / "small.h5").stat().st_mtime_ns)
     assert [path.name for path in out.iterdir()] == ["small.h5"]
 
 
 def test_verify_names_a_stored_result_that_is_absent(loaded: config.Config, tmp_path: Path) -> None:
     with pytest.raises(store.StoreError, match="there is no such file"):
-        runner.verify(loaded, tmp_path / "none.h5", jobs=1)
+        regression.verify(loaded, tmp_path / "none.h5", jobs=1)
 
 
 def test_verify_without_the_engine_says_so(
@@ -302,4 +308,4 @@ def test_verify_without_the_engine_says_so(
 
     monkeypatch.setattr(engines, "check_engine", absent)
     with pytest.raises(engines.EngineError):
-        runner.verify(loaded, made, jobs=1)
+        regression.verify(loaded, made, jobs=1)

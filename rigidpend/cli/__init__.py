@@ -5,7 +5,19 @@ from __future__ import annotations
 import click
 
 import rigidpend
-from rigidpend.cli import describe, listing, render, report, run, verify
+from rigidpend.cli import (
+    bench,
+    completion,
+    describe,
+    listing,
+    reference,
+    render,
+    report,
+    run,
+    stress,
+    theory,
+    verify,
+)
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -13,14 +25,22 @@ from rigidpend.cli import describe, listing, render, report, run, verify
 def main() -> None:
     """Perturbed pendulum-like motions of a heavy rigid body: run, look, check.
 
+    What is asked for goes to stdout, words for people to stderr. Exit codes: 0 done or up to
+    date; 1 failed or different; 2 wrong usage or config; 3 something needed is absent; 4 an
+    error of rigidpend, with a log; 130 and 143 interrupted, what is finished is kept.
+
     \b
     Examples:
       rigidpend list
       rigidpend run fig4
       rigidpend render fig4
       rigidpend run fig4 --set problem.J1_0=1e-10 --out /tmp/mine
+      eval "$(rigidpend completion bash)"
     """
 
 
-for _module in (run, render, report, listing, describe, verify):
+for _module in (
+    *(run, render, report, listing, describe, theory),
+    *(verify, reference, bench, stress, completion),
+):
     main.add_command(_module.command)

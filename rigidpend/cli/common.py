@@ -2,19 +2,44 @@
 
 from __future__ import annotations
 
+import json
+import math
 import sys
-import tempfile
-import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import wraps
 from pathlib import Path
 from typing import Any, TypeVar
 
 import click
 
+from rigidpend.cli import complete
+from rigidpend.signals import Terminated, termination
+
 DONE, FAILED, MISUSED, ABSENT, INTERNAL = 0, 1, 2, 3, 4
 """Exit codes: done or up to date, failed or different, usage or config, something needed is
-absent, an error of ours. 130 is an interruption."""
+absent, an error of ours."""
+INTERRUPTED = 130
+"""By Ctrl-C; 143 by SIGTERM."""
+
+KINDS = {
+    "ConfigError": MISUSED,
+    "BodyError": MISUSED,
+    "ProblemError": MISUSED,
+    "ExactError": MISUSED,
+    "EngineError": ABSENT,
+    "ModuleNotFoundError": ABSENT,
+    "StoreError": FAILED,
+    "WorkerError": FAILED,
+    "NoChange": FAILED,
+    "MemoryError": FAILED,
+    # The package's own kinds say that a computation failed; Python's say that a program did.
+    "ZeroDivisionError": INTERNAL,
+    "OverflowError": INTERNAL,
+    "FloatingPointError": INTERNAL,
+    "ArithmeticError": FAILED,
+}
+"""The exit code of a kind of error and of those derived from it. By name: to import them all
+would take longer than many a command."""
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -26,17 +51,25 @@ OUT = click.option(
     show_default=True,
     help="Folder of the results.",
 )
-NAMES = click.argument("names", nargs=-1, required=True, metavar="NAME|FILE.yaml...")
+NAMES = click.argument(
+    "names",
+    nargs=-1,
+    required=True,
+    metavar="NAME|FILE.yaml...",
+    shell_complete=complete.names,
+)
 SETTINGS = click.option(
     "--set",
     "settings",
     multiple=True,
     metavar="a.b=VALUE",
+    shell_complete=complete.settings,
     help="Override a value of the config; may be given again.",
 )
 JOBS = click.option(
     "-j", "--jobs", type=click.IntRange(1), help="Threads; all processors if not given."
 )
+JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 
 
 def guarded(command: Command) -> Command:
@@ -45,34 +78,44 @@ def guarded(command: Command) -> Command:
     @wraps(command)
     def run(*args: Any, **kwargs: Any) -> Any:
         try:
-            return command(*args, **kwargs)
-        except (click.ClickException, click.exceptions.Exit, click.Abort):
+            with termination():
+                return command(*args, **kwargs)
+        except (click.ClickException, click.exceptions.Exit, click.Abort, BrokenPipeError):
             raise
         except KeyboardInterrupt:
             say("interrupted; finished results are kept")
-            sys.exit(130)
+            sys.exit(INTERRUPTED)
+        except Terminated:
+            say("terminated; finished results are kept")
+            raise
         except Exception as error:
             code = exit_code(error)
-            say(str(error) if code == MISUSED else f"rigidpend: {_sentence(error, code)}")
+            say(str(error) if code == MISUSED else f"rigidpend: {sentence(error)}")
             sys.exit(code)
 
     return run  # type: ignore[return-value]
 
 
-def exit_code(error: Exception) -> int:
+def exit_code(error: BaseException) -> int:
     """The exit code that an error's kind stands for."""
-    kinds = {
-        "ConfigError": MISUSED,
-        "BodyError": MISUSED,
-        "ProblemError": MISUSED,
-        "ExactError": MISUSED,
-        "EngineError": ABSENT,
-        "StoreError": FAILED,
-        "OtherVersion": FAILED,
-        "NoChange": FAILED,
-        "ArithmeticError": FAILED,
-    }
-    return kinds.get(type(error).__name__, INTERNAL)
+    if isinstance(error, ModuleNotFoundError) and str(error.name).startswith("rigidpend"):
+        return INTERNAL
+    names = (kind.__name__ for kind in type(error).__mro__)
+    return next((KINDS[name] for name in names if name in KINDS), INTERNAL)
+
+
+def sentence(error: BaseException, log: Callable[[BaseException], Path] | None = None) -> str:
+    """What to say of an error; one of ours goes to a log with its traceback."""
+    code = exit_code(error)
+    if isinstance(error, MemoryError):
+        return "not enough memory; fewer orbits or fewer --jobs need less"
+    if isinstance(error, ModuleNotFoundError) and code == ABSENT:
+        return f"{error.name} is needed and not installed"
+    if code != INTERNAL:
+        return str(error)
+    from rigidpend.logs import elsewhere
+
+    return f"internal error: {error!r}; please report it with {(log or elsewhere)(error)}"
 
 
 def say(text: str) -> None:
@@ -80,10 +123,33 @@ def say(text: str) -> None:
     click.echo(text, err=True)
 
 
-def _sentence(error: Exception, code: int) -> str:
-    """What to say of an error; one of ours goes to a log with its traceback."""
-    if code != INTERNAL:
-        return str(error)
-    with tempfile.NamedTemporaryFile("w", prefix="rigidpend-", suffix=".log", delete=False) as log:
-        traceback.print_exception(error, file=log)
-    return f"internal error: {error!r}; please report it with {log.name}"
+def print_json(document: Any) -> None:
+    """The one document of ``--json``."""
+    click.echo(json.dumps(document, indent=2))
+
+
+def row_document(row: Any) -> dict[str, Any]:
+    """A row of a description for ``--json``; what is no finite number is null."""
+    return {**row._asdict(), "number": _json_number(row.number)}
+
+
+def _json_number(number: Any) -> Any:
+    if number is None or isinstance(number, str | bool | int):
+        return number
+    if isinstance(number, Sequence) or hasattr(number, "tolist"):
+        return [_json_number(x) for x in number]
+    value = float(number)
+    return value if math.isfinite(value) else None
+
+
+def print_rows(rows: Sequence[Any], margin: str = "") -> None:
+    """Rows of a description: name, value, meaning."""
+    print_table([(row.name, row.value, row.meaning) for row in rows], margin)
+
+
+def print_table(rows: Sequence[Sequence[str]], margin: str = "") -> None:
+    """Rows in columns as wide as they need."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        cells = [f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)]
+        click.echo(f"{margin}{'  '.join(cells).rstrip()}")

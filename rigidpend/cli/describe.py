@@ -2,29 +2,67 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import click
 
-from rigidpend.cli.common import SETTINGS, guarded
+from rigidpend.cli import complete
+from rigidpend.cli.common import JSON, SETTINGS, guarded, print_json, print_rows, row_document
 
 
 @click.command("describe")
-@click.argument("name", metavar="NAME|FILE.yaml")
+@click.argument("name", metavar="NAME|FILE.yaml", shell_complete=complete.names)
 @SETTINGS
+@click.option("--resolved", is_flag=True, help="Print the whole config as YAML, defaults too.")
+@JSON
 @guarded
-def command(name: str, settings: tuple[str, ...]) -> None:
-    """Print a config's parameters with units, and what follows from them.
+def command(name: str, settings: tuple[str, ...], resolved: bool, as_json: bool) -> None:
+    """Print what a config asks for, and what follows from it by the paper's theory.
+
+    With --resolved it is the config itself, every default and every setting in its place: a
+    file that gives the same result. NAME may be all, but not with --resolved.
 
     \b
-    Example:
+    Examples:
       rigidpend describe fig4 --set problem.mu=0.01
+      rigidpend describe fig4 --resolved > mine.yaml
+      rigidpend describe all --json
     """
-    from rigidpend import config, experiments
+    from rigidpend import config
 
-    for path in config.names.resolve((name,)):
-        loaded = config.load(path, settings)
-        click.echo(f"{loaded.name}: experiment {loaded.experiment}, {path}")
-        rows = experiments.module(loaded.experiment).describe(loaded.content)
-        name_width = max(len(row.name) for row in rows)
-        value_width = max(len(row.value) for row in rows)
-        for row in rows:
-            click.echo(f"  {row.name:<{name_width}}  {row.value:<{value_width}}  {row.meaning}")
+    paths = config.names.resolve((name,))
+    if resolved and len(paths) > 1:
+        raise click.UsageError("--resolved prints one config, not all")
+    loaded = config.load_all(paths, settings)
+    if as_json:
+        print_json([_document(each) for each in loaded])
+    elif resolved:
+        click.echo(config.resolved_yaml(loaded[0]), nl=False)
+    else:
+        for path, each in zip(paths, loaded, strict=True):
+            if path != paths[0]:
+                click.echo()
+            click.echo(f"{each.name}: experiment {each.experiment}, {path}")
+            print_rows(_rows(each), "  ")
+
+
+def _rows(loaded: Any) -> list[Any]:
+    """The experiment's own rows, then what theory says besides, if the config has one body."""
+    from rigidpend import experiments, theory
+
+    own = list(experiments.module(loaded.experiment).describe(loaded.content))
+    names = {row.name for row in own}
+    return own + [row for row in theory.of(loaded.content.problem) if row.name not in names]
+
+
+def _document(loaded: Any) -> dict[str, Any]:
+    from rigidpend import provenance
+
+    resolved = loaded.resolved()
+    return {
+        "name": loaded.name,
+        "experiment": loaded.experiment,
+        "config_hash": provenance.config_hash(resolved),
+        "config": resolved,
+        "rows": [row_document(row) for row in _rows(loaded)],
+    }

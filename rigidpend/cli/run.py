@@ -3,11 +3,55 @@
 from __future__ import annotations
 
 import itertools
+import shlex
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from rigidpend.cli.common import JOBS, NAMES, OUT, SETTINGS, guarded, say
+from rigidpend.cli.common import (
+    DONE,
+    JOBS,
+    JSON,
+    NAMES,
+    OUT,
+    SETTINGS,
+    exit_code,
+    guarded,
+    print_json,
+    say,
+    sentence,
+)
+
+if TYPE_CHECKING:
+    from rigidpend.config import Config
+    from rigidpend.logs import Logs
+    from rigidpend.progress import Progress
+    from rigidpend.runner import Plan
+
+
+@dataclass
+class Outcome:
+    """What became of a config; a part of the document of ``--json``."""
+
+    name: str
+    status: str
+    """up to date, planned, computed, failed, interrupted, not run."""
+    experiment: str
+    reason: str | None = None
+    """Why it is computed."""
+    engine: str | None = None
+    config_hash: str | None = None
+    code_hash: str | None = None
+    file: str | None = None
+    log: str | None = None
+    seconds: float | None = None
+    error: str | None = None
 
 
 @click.command("run")
@@ -16,6 +60,11 @@ from rigidpend.cli.common import JOBS, NAMES, OUT, SETTINGS, guarded, say
 @OUT
 @JOBS
 @click.option("--force", is_flag=True, help="Compute even what is up to date.")
+@click.option("-n", "--dry-run", is_flag=True, help="Only say what would be computed, and why.")
+@click.option("-k", "--keep-going", is_flag=True, help="Go on with the next when one fails.")
+@click.option("-q", "--quiet", is_flag=True, help="Say nothing but what goes wrong.")
+@click.option("-v", "--verbose", is_flag=True, help="Say more: times, hashes, files.")
+@JSON
 @guarded
 def command(
     names: tuple[str, ...],
@@ -23,27 +72,142 @@ def command(
     folder: Path,
     jobs: int | None,
     force: bool,
+    dry_run: bool,
+    keep_going: bool,
+    quiet: bool,
+    verbose: bool,
+    as_json: bool,
 ) -> None:
-    """Compute experiments and store their results as FOLDER/NAME.h5.
+    """Compute experiments and store their results.
 
-    NAME is a config's name, a file, or all. What is up to date is left alone.
+    Results are FOLDER/NAME.h5. NAME is a config's name, a file, or all. What is up to date is
+    left alone; what was interrupted goes on where it was. FOLDER/NAME.log holds what was said
+    of the last run.
+
+    With --json stdout has, for each config, its status, reason, file, seconds and error.
 
     \b
     Examples:
       rigidpend run all
+      rigidpend run all -n
       rigidpend run fig4 --set problem.n_symbols=30 --set numerics.engine=scipy
+      rigidpend run fig1 fig2 --keep-going --quiet --json
     """
-    from rigidpend import config, runner, workers
+    begun = time.perf_counter()
+    if quiet and verbose:
+        raise click.UsageError("--quiet and --verbose exclude each other")
+    from rigidpend import config, progress, workers
 
     paths = config.names.resolve(names)
+    _check_twins(paths)
+    loaded = config.load_all(paths, settings)
+    planned = [_plan(each, folder, force, keep_going) for each in loaded]
+    outcomes = [outcome for _, outcome, _ in planned]
+    code = max((code for *_, code in planned), default=DONE)
+    waiting = [(plan, outcome) for plan, outcome, _ in planned if plan and plan.reason]
+    course = progress.Course(len(waiting))
+    shown = progress.Progress(course, sys.stderr, begun, quiet=quiet, verbose=verbose)
+    with _printed(outcomes, as_json), shown:
+        shown.tell(f"planned in {time.perf_counter() - begun:.2f} s", detail=True)
+        for outcome in outcomes:
+            _tell_plan(outcome, shown, dry_run)
+        if not dry_run:
+            code = max(code, _compute(waiting, shown, jobs or workers.cores(), keep_going))
+    sys.exit(code)
+
+
+def _check_twins(paths: Sequence[Path]) -> None:
     for path, twin in itertools.combinations(paths, 2):
         if path.stem == twin.stem:
             raise click.UsageError(f"{path} and {twin} would both be stored as {path.stem}.h5")
-    configs = [config.load(path, settings) for path in paths]
-    plans = [runner.plan(loaded, folder, force=force) for loaded in configs]
-    for planned in plans:
-        if not planned.reason:
-            say(f"{planned.config.name}: {planned.target} is up to date")
-    runner.run_all(
-        [planned for planned in plans if planned.reason], jobs=jobs or workers.cores(), say=say
-    )
+
+
+def _plan(
+    loaded: Config, folder: Path, force: bool, keep_going: bool
+) -> tuple[Plan | None, Outcome, int]:
+    """Whether a config is to be run; where that cannot be said, the failure and its exit code."""
+    from rigidpend import runner
+
+    outcome = Outcome(loaded.name, "up to date", loaded.experiment)
+    try:
+        plan = runner.plan(loaded, folder, force=force)
+    except Exception as error:
+        if not keep_going:
+            raise
+        outcome.status, outcome.error = "failed", sentence(error)
+        say(f"rigidpend: {outcome.error}")
+        return None, outcome, exit_code(error)
+    outcome.file = str(plan.target)
+    outcome.engine = plan.fingerprint["engine"]
+    outcome.config_hash = plan.fingerprint["config_hash"]
+    outcome.code_hash = plan.fingerprint["code_hash"]
+    if plan.reason:
+        outcome.status, outcome.reason = "planned", plan.reason
+    return plan, outcome, DONE
+
+
+@contextmanager
+def _printed(outcomes: list[Outcome], as_json: bool) -> Iterator[None]:
+    """However it ends: one document of what became of each config, if that is asked for."""
+    try:
+        yield
+    finally:
+        if as_json:
+            print_json([asdict(outcome) for outcome in outcomes])
+
+
+def _tell_plan(outcome: Outcome, shown: Progress, dry_run: bool) -> None:
+    if outcome.status == "up to date":
+        shown.tell(f"{outcome.name}: {outcome.file} is up to date")
+    elif dry_run:
+        shown.tell(f"{outcome.name}: would compute ({outcome.reason}), {outcome.engine}")
+    if outcome.status == "failed":
+        return
+    hashes = f"config {outcome.config_hash}, code {outcome.code_hash}"
+    shown.tell(f"{outcome.name}: {outcome.experiment}, {hashes}", detail=True)
+
+
+def _compute(
+    waiting: Sequence[tuple[Plan, Outcome]], shown: Progress, jobs: int, keep_going: bool
+) -> int:
+    """Compute what is planned, one after the other; the exit code of the worst."""
+    from rigidpend.logs import Logs
+
+    codes = [DONE]
+    for _, outcome in waiting:
+        outcome.status = "not run"
+    targets = {planned.config.name: planned.target for planned, _ in waiting}
+    with Logs(targets, shlex.join(["rigidpend", *sys.argv[1:]])) as logs:
+        for planned, outcome in waiting:
+            codes.append(_follow(planned, outcome, shown, logs, jobs))
+            if codes[-1] != DONE and not keep_going:
+                break
+    return max(codes)
+
+
+def _follow(planned: Plan, outcome: Outcome, shown: Progress, logs: Logs, jobs: int) -> int:
+    """Compute one; its exit code."""
+    from rigidpend import runner
+
+    name, begun = outcome.name, time.perf_counter()
+
+    def hear(line: str) -> None:
+        logs.hear(line)
+        shown.hear(line)
+
+    outcome.status, code = "interrupted", DONE
+    try:
+        runner.follow(planned, jobs=jobs, say=hear)
+        outcome.status = "computed"
+    except Exception as error:
+        code, outcome.status = exit_code(error), "failed"
+        outcome.error = sentence(error, lambda it: logs.failure(name, it))
+        logs.hear(f"{name}: failed: {outcome.error}")
+        shown.clear()
+        say(f"rigidpend: {name}: {outcome.error}")
+    finally:
+        outcome.seconds = round(time.perf_counter() - begun, 3)
+        log = logs.path(name)
+        outcome.log = str(log) if log else None
+    shown.end(outcome.status == "computed")
+    return code

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import click
 
-from rigidpend.cli.common import DONE, FAILED, JOBS, NAMES, guarded
+from rigidpend.cli import complete
+from rigidpend.cli.common import DONE, FAILED, JOBS, JSON, guarded, print_json, say
 
 
 @click.command("verify")
-@NAMES
+@click.argument("names", nargs=-1, metavar="[NAME|FILE.yaml|all]...", shell_complete=complete.names)
 @click.option(
     "--reference",
     type=click.Path(file_okay=False, path_type=Path),
@@ -19,24 +21,89 @@ from rigidpend.cli.common import DONE, FAILED, JOBS, NAMES, guarded
     show_default=True,
     help="Folder of the stored results.",
 )
+@click.option(
+    "--results",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Read the results to be compared in this folder, rather than compute them.",
+)
+@JSON
 @JOBS
 @guarded
-def command(names: tuple[str, ...], reference: Path, jobs: int | None) -> None:
-    """Compute experiments again and compare them by value with stored results.
+def command(
+    names: tuple[str, ...],
+    reference: Path,
+    results: Path | None,
+    as_json: bool,
+    jobs: int | None,
+) -> None:
+    """Compute experiments again, all if none is named, and compare with stored results.
+
+    Values are compared, not bytes: symbols and texts exactly where they are certain, numbers
+    to what their experiment's arithmetic explains, and also what the files consist of, but not
+    where and when they were made. The exit code is 1 where something differs.
 
     \b
-    Example:
-      rigidpend verify all
+    Examples:
+      rigidpend verify
+      rigidpend verify fig4 --reference old/results
+      rigidpend verify all --results results --json
     """
-    from rigidpend import config, runner, workers
+    from rigidpend import config
 
-    differing = False
-    for path in config.names.resolve(names):
-        loaded = config.load(path)
-        stored = reference / f"{loaded.name}.h5"
-        found = runner.verify(loaded, stored, jobs=jobs or workers.cores())
-        differing |= bool(found)
-        click.echo(f"{loaded.name}: {'differs from' if found else 'the same as in'} {stored}")
-        for difference in found:
-            click.echo(f"  {difference}")
-    sys.exit(FAILED if differing else DONE)
+    everything = not names or "all" in names
+    paths = config.names.resolve(names or ("all",))
+    found = []
+    for path in paths:
+        found.append(_compared(path, reference, results, jobs))
+        if not as_json:
+            _tell(found[-1])
+    strays = _strays(reference, {path.stem for path in paths}) if everything else []
+    same = not strays and all(one["same"] for one in found)
+    if as_json:
+        print_json({"same": same, "results": found, "without_config": strays})
+    for stray in strays:
+        say(f"rigidpend: {stray}: no config has this name")
+    sys.exit(DONE if same else FAILED)
+
+
+def _compared(path: Path, reference: Path, results: Path | None, jobs: int | None) -> Any:
+    """One experiment's comparison, as plain data."""
+    from rigidpend import config, regression, store, workers
+
+    loaded = config.load(path)
+    stored = reference / f"{loaded.name}.h5"
+    read = results / stored.name if results else None
+    outcome: dict[str, Any] = {"name": loaded.name, "reference": str(stored), "same": False}
+    try:
+        found = regression.verify(loaded, stored, jobs=jobs or workers.cores(), fresh=read)
+    except store.StoreError as error:
+        return {**outcome, "error": str(error), "differences": []}
+    listed = [_parts(difference) for difference in found]
+    return {**outcome, "same": not found, "error": None, "differences": listed}
+
+
+def _parts(difference: Any) -> dict[str, Any]:
+    """A difference as plain data; values that JSON does not know as words."""
+    from rigidpend.compare import shown
+
+    told = {"said": str(difference)}
+    if hasattr(difference, "place"):
+        values = {"stored": difference.stored, "computed": difference.computed}
+        told |= {"place": difference.place, **{k: shown(x) for k, x in values.items()}}
+        told["allowed"] = difference.allowed
+    return told
+
+
+def _tell(outcome: dict[str, Any]) -> None:
+    if outcome["error"]:
+        say(f"rigidpend: {outcome['error']}")
+        return
+    verdict = "the same as in" if outcome["same"] else "differs from"
+    click.echo(f"{outcome['name']}: {verdict} {outcome['reference']}")
+    for difference in outcome["differences"]:
+        click.echo(f"  {difference['said']}")
+
+
+def _strays(reference: Path, names: set[str]) -> list[str]:
+    """Stored results that belong to no config."""
+    return [str(file) for file in sorted(reference.glob("*.h5")) if file.stem not in names]

@@ -6,7 +6,8 @@ import difflib
 from collections.abc import Iterable, Sequence
 from typing import Any, get_args
 
-from rigidpend.config.reader import ConfigError, Document, Place, Problem
+from rigidpend.config.problems import ConfigError, Place, Problem
+from rigidpend.config.reader import Document
 
 PLAIN = {
     "model_type": "expected keys with values",
@@ -22,9 +23,14 @@ PLAIN = {
 
 
 def config_error(document: Document, model: Any, errors: Iterable[Any]) -> ConfigError:
-    """All that a schema says of a document, in the order of the file."""
-    problems = [_problem(document, model, error) for error in errors]
+    """All that is wrong with a document, as read and as a schema sees it, in its order."""
+    said = [_problem(document, model, error) for error in errors]
+    problems = document.problems + [p for p in said if not _passed_over(document, p.place)]
     return ConfigError(sorted(problems, key=lambda p: (p.origin.line or 0, p.origin.column or 0)))
+
+
+def _passed_over(document: Document, place: Place) -> bool:
+    return any(place[:length] in document.unread for length in range(len(place) + 1))
 
 
 def meant(word: str, known: Iterable[str]) -> str:

@@ -1,30 +1,14 @@
-"""Where configs are found: a name stands for a file `NAME.yaml`."""
+"""What is meant by the names of configs: a name stands for a file `NAME.yaml`."""
 
 from __future__ import annotations
 
 import difflib
 from pathlib import Path
 
-from rigidpend.config.reader import ConfigError, Origin, Problem
+from rigidpend.catalogue import in_all, known
+from rigidpend.config.problems import ConfigError, Origin, Problem
 
-MEASURE = "measure"
-"""The folder of configs that measure this machine for minutes: `all` leaves them out."""
-_PACKAGE = Path(__file__).resolve().parent.parent
-
-
-def folders() -> list[Path]:
-    """Where names are looked for, in order: here, the checkout, the installed package."""
-    candidates = (Path("configs"), _PACKAGE.parent / "configs", _PACKAGE / "configs")
-    return [folder for folder in candidates if folder.is_dir()]
-
-
-def known() -> dict[str, Path]:
-    """Every name with its file; the first folder that has a name wins."""
-    found: dict[str, Path] = {}
-    for folder in folders():
-        for path in sorted([*folder.glob("*.yaml"), *folder.glob(f"{MEASURE}/*.yaml")]):
-            found.setdefault(path.stem, path)
-    return dict(sorted(found.items()))
+__all__ = ["known", "resolve"]
 
 
 def resolve(names: tuple[str, ...]) -> list[Path]:
@@ -37,13 +21,16 @@ def resolve(names: tuple[str, ...]) -> list[Path]:
     """
     catalogue = known()
     paths: list[Path] = []
+    problems: list[Problem] = []
     for name in names:
-        paths.extend(_all(catalogue) if name == "all" else [_file(name, catalogue)])
+        try:
+            everything = filter(in_all, catalogue.values())
+            paths.extend(everything if name == "all" else [_file(name, catalogue)])
+        except ConfigError as error:
+            problems += error.problems
+    if problems:
+        raise ConfigError(problems)
     return list(dict.fromkeys(paths))
-
-
-def _all(catalogue: dict[str, Path]) -> list[Path]:
-    return [path for path in catalogue.values() if path.parent.name != MEASURE]
 
 
 def _file(name: str, catalogue: dict[str, Path]) -> Path:
@@ -51,7 +38,9 @@ def _file(name: str, catalogue: dict[str, Path]) -> Path:
     if path.suffix in (".yaml", ".yml"):
         if path.is_file():
             return path
-        raise ConfigError([Problem(Origin(name), (), "there is no such file")])
+        # A device or a pipe might never end.
+        message = "not a file" if path.exists() else "there is no such file"
+        raise ConfigError([Problem(Origin(name), (), message)])
     if name in catalogue:
         return catalogue[name]
     raise ConfigError([Problem(Origin(name), (), f"no such config{_hint(name, catalogue)}")])

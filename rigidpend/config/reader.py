@@ -2,65 +2,29 @@
 
 Scalars stay the text that was written, so that 1e-10, 0.1 and 3*pi/40 reach the schema as
 they stand. What could surprise is refused: aliases, merges, tags, equal keys, several
-documents, deep nesting, huge files.
+documents, deep nesting, huge files. What can be passed over is noted and reading goes on, so
+that everything wrong is said at once.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, NoReturn
 
 import yaml
 
-MAX_BYTES = 1_000_000
+from rigidpend.config.problems import ConfigError, Origin, Place, Problem
+
+__all__ = ["ConfigError", "Document", "parse", "read"]
+
+MAX_BYTES = 200_000
+MAX_VALUES = 10_000
+"""Of a config: so that any is read and checked within about a second."""
 MAX_DEPTH = 32
-
-Place: TypeAlias = tuple[str | int, ...]
-"""Keys and indices from the root to a value."""
-
-
-@dataclass(frozen=True)
-class Origin:
-    """Where a value was written: in a file, or in an option of the command line."""
-
-    source: str
-    line: int | None = None
-    column: int | None = None
-    text: str = ""
-    """The source line, for the caret."""
-
-    def __str__(self) -> str:
-        return self.source if self.line is None else f"{self.source}:{self.line}:{self.column}"
-
-    def shown(self) -> str:
-        """The source line with a caret under the place; empty for an option."""
-        if self.line is None or self.column is None or not self.text.strip():
-            return ""
-        return f"\n    {self.text}\n    {' ' * (self.column - 1)}^"
-
-
-@dataclass(frozen=True)
-class Problem:
-    """One thing that is wrong with a config."""
-
-    origin: Origin
-    place: Place
-    message: str
-
-    def __str__(self) -> str:
-        path = ".".join(map(str, self.place))
-        middle = f" {path}:" if path else ""
-        return f"{self.origin}:{middle} {self.message}{self.origin.shown()}"
-
-
-class ConfigError(ValueError):
-    """A config that cannot be used, with all that is wrong with it."""
-
-    def __init__(self, problems: list[Problem]) -> None:
-        self.problems = problems
-        super().__init__("\n".join(map(str, problems)))
+MAX_SCALAR = 10_000
 
 
 @dataclass
@@ -73,6 +37,14 @@ class Document:
     values: dict[Place, Origin] = field(default_factory=dict)
     settings: dict[Place, Origin] = field(default_factory=dict)
     """What options of the command line changed, inside of what the file holds."""
+    problems: list[Problem] = field(default_factory=list)
+    """What was refused and passed over."""
+    unread: set[Place] = field(default_factory=set)
+    """Where something was passed over, of which nothing else is to be said."""
+
+    def refuse(self, origin: Origin, place: Place, message: str) -> None:
+        """Note what is wrong, and go on."""
+        self.problems.append(Problem(origin, place, message))
 
     def origin(self, place: Place, *, of_key: bool = False) -> Origin:
         """The origin of a value, or of the nearest thing around it that was written."""
@@ -96,73 +68,35 @@ def read(path: Path) -> Document:
     Raises
     ------
     ConfigError
-        The file cannot be read or is not the plain YAML that configs are.
+        The file cannot be read, or not to its end.
     """
     return parse(_text(path), str(path))
 
 
 def parse(text: str, source: str) -> Document:
-    """Read YAML text; `source` names it in messages."""
+    """Read YAML text; `source` names it in messages.
+
+    What is refused and can be passed over is in `Document.problems`.
+
+    Raises
+    ------
+    ConfigError
+        It is not YAML, or not the plain YAML that configs are, and cannot be read to its end.
+    """
     document = Document(source)
-    reader = _Reader(document, text.splitlines())
+    # YAML's idea of a line's end, so that marks and lines agree.
+    reader = _Reader(document, re.split("\r\n|[\n\r\x85\u2028\u2029]", text))
     try:
         document.tree = reader.document(yaml.parse(text, Loader=yaml.SafeLoader))
     except ConfigError:
         raise
     except yaml.MarkedYAMLError as error:
-        reader.refuse(error.problem_mark, (), f"not YAML: {error.problem}")
+        reader.stop(error.problem_mark, (), f"not YAML: {error.problem}")
     except (yaml.YAMLError, ValueError) as error:
         reason = str(error).splitlines()[0]
-        raise ConfigError([Problem(Origin(source), (), f"not YAML: {reason}")]) from None
+        document.refuse(Origin(source), (), f"not YAML: {reason}")
+        raise ConfigError(document.problems) from None
     return document
-
-
-def override(document: Document, setting: str) -> None:
-    """Apply a setting ``a.b=VALUE`` to a document, as if it were written there.
-
-    Raises
-    ------
-    ConfigError
-        It has no such form, or leads through something that has no entries.
-    """
-    origin = Origin(f"--set {setting}")
-    path, equals, written = setting.partition("=")
-    if not equals or not all(path.split(".")):
-        raise ConfigError([Problem(origin, (), "expected KEY.KEY=VALUE, as in problem.mu=1e-3")])
-    value = parse(written, str(origin))
-    place: Place = ()
-    holder = document.tree
-    *outer, last = path.split(".")
-    for word in outer:
-        holder, place = _entry(document, holder, word, place, origin)
-    key = _key(holder, last, place, origin)
-    holder[key] = value.tree
-    place = (*place, key)
-    for origins in (document.keys, document.values):
-        for old in [old for old in origins if old[: len(place)] == place]:
-            del origins[old]
-    document.keys[place] = document.values[place] = document.settings[place] = origin
-
-
-def _entry(
-    document: Document, holder: Any, text: str, place: Place, origin: Origin
-) -> tuple[Any, Place]:
-    """The value under a key, made if it is missing, and its place."""
-    key = _key(holder, text, place, origin)
-    inner = (*place, key)
-    if isinstance(holder, dict) and key not in holder:
-        holder[str(key)] = {}
-        document.keys[inner] = document.values[inner] = origin
-    return holder[key], inner
-
-
-def _key(holder: Any, text: str, place: Place, origin: Origin) -> str | int:
-    if isinstance(holder, dict):
-        return text
-    if isinstance(holder, list) and text in map(str, range(len(holder))):
-        return int(text)
-    kind = f"a list of {len(holder)}" if isinstance(holder, list) else "a single value"
-    raise ConfigError([Problem(origin, place, f"has no entry {text!r}: it is {kind}")])
 
 
 def _text(path: Path) -> str:
@@ -196,17 +130,19 @@ class _Reader:
             if isinstance(event, yaml.DocumentStartEvent):
                 documents += 1
                 if documents > 1:
-                    self.refuse(event.start_mark, (), "a second document; a config has one")
+                    self.stop(event.start_mark, (), "a second document; a config has one")
                 tree = self.node(next(events), events, ())
         return tree
 
     def node(self, event: Any, events: Iterator[Any], place: Place) -> Any:
-        if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None):
-            self.refuse(event.start_mark, place, "anchors and aliases are not read: write it out")
-        if getattr(event, "tag", None) is not None:
-            self.refuse(event.start_mark, place, f"the tag {event.tag} is not read")
         if len(place) > MAX_DEPTH:
-            self.refuse(event.start_mark, place[:3], f"nested deeper than {MAX_DEPTH}")
+            self.stop(event.start_mark, place[:3], f"nested deeper than {MAX_DEPTH}")
+        if len(self.target.values) >= MAX_VALUES:
+            self.stop(event.start_mark, place[:1], f"more than {MAX_VALUES} values")
+        wrong = _refused(event)
+        if wrong:
+            self.target.refuse(self.origin(event.start_mark), place, wrong)
+            self.target.unread.add(place)
         self.target.values[place] = self.origin(event.start_mark)
         if isinstance(event, yaml.MappingStartEvent):
             return self.mapping(events, place)
@@ -219,14 +155,17 @@ class _Reader:
         for event in events:
             if isinstance(event, yaml.MappingEndEvent):
                 break
-            if not isinstance(event, yaml.ScalarEvent):
-                self.refuse(event.start_mark, place, "a key must be a plain word")
-            key = event.value
-            if key in entries:
-                first = self.target.keys[(*place, key)]
-                self.refuse(event.start_mark, (*place, key), f"given twice, first at {first}")
-            self.target.keys[(*place, key)] = self.origin(event.start_mark)
-            entries[key] = self.node(next(events), events, (*place, key))
+            if not isinstance(event, yaml.ScalarEvent) or not event.value.isprintable():
+                self.stop(event.start_mark, place, "a key must be a plain word")
+            inner = (*place, event.value)
+            origin = self.origin(event.start_mark)
+            if event.value in entries:
+                message = f"given twice, first at {self.target.keys[inner]}"
+                self.target.refuse(origin, inner, message)
+                self.passed_over(events, inner)
+                continue
+            self.target.keys[inner] = origin
+            entries[event.value] = self.node(next(events), events, inner)
         return entries
 
     def sequence(self, events: Iterator[Any], place: Place) -> list[Any]:
@@ -237,17 +176,45 @@ class _Reader:
             entries.append(self.node(event, events, (*place, len(entries))))
         return entries
 
+    def passed_over(self, events: Iterator[Any], place: Place) -> None:
+        """Read a value of which only what is refused is kept."""
+        kept = self.target
+        self.target = Document(kept.source, problems=kept.problems)
+        self.node(next(events), events, place)
+        self.target = kept
+
     def origin(self, mark: Any) -> Origin:
         text = self.lines[mark.line] if mark.line < len(self.lines) else ""
         return Origin(self.target.source, mark.line + 1, mark.column + 1, text)
 
-    def refuse(self, mark: Any, place: Place, message: str) -> None:
+    def stop(self, mark: Any, place: Place, message: str) -> NoReturn:
+        """Refuse what nothing can be read behind."""
         origin = self.origin(mark) if mark else Origin(self.target.source)
-        raise ConfigError([Problem(origin, place, message)])
+        self.target.refuse(origin, place, message)
+        raise ConfigError(self.target.problems)
+
+
+def _refused(event: Any) -> str:
+    """Why a node is not read; empty where it is."""
+    if isinstance(event, yaml.AliasEvent) or event.anchor:
+        return "anchors and aliases are not read: write it out"
+    if event.tag is not None:
+        return f"the tag {event.tag} is not read"
+    value = getattr(event, "value", "")
+    if len(value) > MAX_SCALAR:
+        return f"a value of {len(value)} characters: at most {MAX_SCALAR} are read"
+    if any(
+        (x < " " and x not in "\t\n") or "\x7f" <= x < "\xa0" or "\ud800" <= x < "\ue000"
+        for x in value
+    ):
+        return f"a value with control characters: {value!r}"
+    return ""
 
 
 def _scalar(event: Any) -> str | bool | None:
     """The text as written; unquoted true, false and null are what they are in YAML 1.2."""
+    if isinstance(event, yaml.AliasEvent):
+        return None
     if event.style is None:
         return {"true": True, "false": False, "null": None, "~": None, "": None}.get(
             event.value, event.value

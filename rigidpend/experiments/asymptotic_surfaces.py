@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from rigidpend import surfaces
+from rigidpend import compare, surfaces
+from rigidpend.compare import Difference
 from rigidpend.experiments import Means, Row
 from rigidpend.periodic import Delta_1
 from rigidpend.routes.phases import Grid, Phases
@@ -55,21 +56,27 @@ def compute(config: Any, means: Means) -> Tree:
     Tree
         `table` with an array for each column; `bodies` with a group for each body.
     """
-    problem, numerics = config.problem, config.numerics
-    tolerance = None if numerics.tolerance is None else float(numerics.tolerance)
-    problems = _problems(problem)
-    grid = problem.theta2_0
-    theta2_0 = Phases(Grid(grid.start, grid.step, grid.count)).high
+    problems = _problems(config.problem)
     groups: dict[str, Tree] = {}
     for name, checked in problems.items():
-        window = _window(checked, float(problem.half_width))
-        angles, half_width = checked.body.angles(), window["window"][1] - window["centre"]
-        lower = surfaces.S1_minus(checked, theta2_0, half_width, means.engine, tolerance)
-        upper = surfaces.S2_plus(lower, angles.alpha0, angles.beta0)
-        means.report(f"{name}: {theta2_0.size} orbits, {lower.theta1.size} points")
-        both = {"S1_minus": _curves(lower), "S2_plus": _curves(upper)}
-        groups[name] = {**_datasets(window, WINDOW), **both}
+        groups[name] = means.part(name, partial(_body, config, checked, means))
+        curves: Any = groups[name]["S1_minus"]
+        sizes = curves["theta2_0"].values.size, curves["theta1"].values.size
+        means.report(f"{name}: {sizes[0]} orbits, {sizes[1]} points")
     return {"table": _table(problems), "bodies": groups}
+
+
+def _body(config: Any, checked: RouteProblem, means: Means) -> Tree:
+    """The window and the two surfaces of a body."""
+    tolerance, grid = config.numerics.tolerance, config.problem.theta2_0
+    theta2_0 = Phases(Grid(grid.start, grid.step, grid.count)).high
+    window = _window(checked, float(config.problem.half_width))
+    angles, half_width = checked.body.angles(), window["window"][1] - window["centre"]
+    exactness = None if tolerance is None else float(tolerance)
+    lower = surfaces.S1_minus(checked, theta2_0, half_width, means.engine, exactness)
+    upper = surfaces.S2_plus(lower, angles.alpha0, angles.beta0)
+    both = {"S1_minus": _curves(lower), "S2_plus": _curves(upper)}
+    return {**_datasets(window, WINDOW), **both}
 
 
 def describe(config: Any) -> list[Row]:
@@ -87,7 +94,7 @@ def describe(config: Any) -> list[Row]:
     ]
 
 
-def differences(stored: Any, fresh: Any) -> list[str]:
+def differences(stored: Any, fresh: Any) -> list[Difference]:
     """Where two results of the same config disagree by more than their arithmetic explains.
 
     Curves are compared at the times that both hold: which samples are kept may hang on the
@@ -98,46 +105,55 @@ def differences(stored: Any, fresh: Any) -> list[str]:
     stored, fresh : dict
         ``/data`` of the two files, loaded.
     """
-    found = list(_apart("table", stored["table"], fresh["table"], ANGLES))
+    found = compare.keys(stored, fresh) or _rounded(stored, fresh, "table", ANGLES)
     old, new = stored["bodies"], fresh["bodies"]
-    if list(old) != list(new):
-        return [*found, f"bodies {', '.join(old)} stored, {', '.join(new)} computed"]
-    for name in old:
-        found += _apart(name, old[name], new[name], WINDOW)
-        for surface in ("S1_minus", "S2_plus"):
-            found += _curves_apart(f"{name}/{surface}", old[name][surface], new[name][surface])
+    found += compare.keys(old, new, "bodies")
+    for name in [name for name in old if name in new]:
+        apart = [*compare.keys(old[name], new[name])]
+        apart = apart or _body_differences(old[name], new[name])
+        found += compare.inside(f"bodies/{name}", apart)
     return found
 
 
-def _apart(place: str, stored: Any, fresh: Any, fields: Any) -> Iterator[str]:
-    for field in fields:
-        a, b = np.asarray(stored[field]), np.asarray(fresh[field])
-        if a.shape != b.shape or not np.allclose(a, b, rtol=ROUNDING, atol=0):
-            yield f"{place}/{field}: stored {a}, computed {b}"
+def _body_differences(stored: Any, fresh: Any) -> list[Difference]:
+    found = _rounded(stored, fresh, "", WINDOW)
+    for surface in ("S1_minus", "S2_plus"):
+        apart = compare.keys(stored[surface], fresh[surface])
+        apart = apart or _curves_apart(stored[surface], fresh[surface])
+        found += compare.inside(surface, apart)
+    return found
 
 
-def _curves_apart(place: str, stored: Any, fresh: Any) -> Iterator[str]:
+def _rounded(stored: Any, fresh: Any, group: str, fields: Any) -> list[Difference]:
+    """Numbers of closed form, up to their rounding."""
+    if group:
+        return compare.inside(group, _rounded(stored[group], fresh[group], "", fields))
+    found = compare.keys(stored, fresh)
+    for field in [field for field in fields if field in stored and field in fresh]:
+        allowed = ROUNDING * np.abs(stored[field])
+        found += compare.arrays(field, stored[field], fresh[field], allowed)
+    return found
+
+
+def _curves_apart(stored: Any, fresh: Any) -> list[Difference]:
     old, new = (
         Curves(*(np.asarray(group[field]) for field in CURVES)) for group in (stored, fresh)
     )
     if old.theta2_0.shape != new.theta2_0.shape:
-        yield f"{place}: {old.theta2_0.size} curves stored, {new.theta2_0.size} computed"
-        return
-    turns = np.abs(np.exp(1j * old.theta2_0) - np.exp(1j * new.theta2_0))
-    if not (turns <= 1e3 * ROUNDING).all():
-        yield f"{place}/theta2_0: differ by {turns.max():.2g}"
+        return compare.arrays("theta2_0", old.theta2_0, new.theta2_0)
+    turned = np.angle(np.exp(1j * (new.theta2_0 - old.theta2_0)))
+    found = compare.arrays("theta2_0", old.theta2_0, old.theta2_0 + turned, 1e3 * ROUNDING)
     here, there = _shared(old, new)
     if here.size < 0.9 * max(old.theta1.size, new.theta1.size):
-        yield f"{place}: only {here.size} of {old.theta1.size} points are at the same times"
-        return
-    ratio = old.J1_over_J2[here]
-    gaps = {
-        "theta1": np.abs(old.theta1[here] - new.theta1[there]) * 4 * ratio * (1 - ratio),
-        "J1_over_J2": np.abs(ratio - new.J1_over_J2[there]),
-    }
-    for field, gap in gaps.items():
-        if not (gap <= DRIFT).all():
-            yield f"{place}/{field}: differ by {gap.max():.2g}, {DRIFT} is explained"
+        said = f": only {here.size} of {old.theta1.size} points are at the same times"
+        return [*found, Difference("sample", old.theta1.size, here.size, words=said)]
+    J1, at = old.J1_over_J2, np.full(old.theta1.size, -1)
+    at[here] = there
+    # Where the other result has no point, there is nothing to compare.
+    height = np.where(at < 0, np.inf, DRIFT)
+    across = height / (4 * J1 * (1 - J1))
+    found += compare.arrays("theta1", old.theta1, new.theta1[at], across)
+    return found + compare.arrays("J1_over_J2", J1, new.J1_over_J2[at], height)
 
 
 def _shared(a: Curves, b: Curves) -> tuple[Any, Any]:

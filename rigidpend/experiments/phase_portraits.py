@@ -92,7 +92,7 @@ def describe(config: Any) -> list[Row]:
     ]
 
 
-def differences(stored: Any, fresh: Any) -> list[str]:
+def differences(stored: Any, fresh: Any) -> list[compare.Difference]:
     """Where two results differ by more than the rounding of closed forms."""
     return compare.differences(_without_limb(stored), _without_limb(fresh), ROUNDING)
 

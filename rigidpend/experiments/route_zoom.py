@@ -15,9 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.exact import Exact
+from rigidpend import compare
+from rigidpend.compare import Difference
+from rigidpend.exact import Exact, exact
 from rigidpend.experiments import Means, Row
-from rigidpend.experiments.route_codes import MEANING, array_differences
+from rigidpend.experiments.route_codes import APART, MEANING, ROUNDING, array_differences
 from rigidpend.experiments.rows import body_rows
 from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.phases import Grid
@@ -55,20 +57,36 @@ def compute(config: Any, means: Means) -> Tree:
         precisions=config.numerics.precisions,
         jobs=means.jobs,
     )
-    low, high = problem.between
-    step, groups = problem.step, {}
+    (low, high), step, groups = problem.between, problem.step, {}
     for level in range(problem.levels):
-        low, high = bisect(codes, low, high, problem.symbol, float(step) / 2)
-        centre = (low + high) / 2
-        grid = Grid(centre - step * (problem.count - 1) / 2, step, problem.count)
-        routes = codes(grid, n_symbols=problem.n_symbols)
-        groups[f"level{level:02d}"] = _group(routes, centre, step)
-        means.report(f"{level + 1}/{problem.levels}: step {float(step):.0e}, {_bits(routes)} bits")
+        name, finest = f"level{level:02d}", float(step) / 2
+        narrowed = partial(_bracket, codes, low, high, problem.symbol, finest)
+        bracket: Any = means.part(f"{name}.centre", narrowed)
+        low, high = (exact(bracket[side].values) for side in ("low", "high"))
+        array: Any = means.part(name, partial(_level, codes, problem, low, high, step))
+        groups[name] = array
+        bits = " and ".join(map(str, np.unique(array["bits"].values)))
+        means.report(f"{level + 1}/{problem.levels}: step {float(step):.0e}, {bits} bits")
         step = step / problem.factor
     growth = math.exp(math.pi**2 / problem.body.nu)
     same = Dataset(growth, "1", "zoom after which the rows repeat, exp(pi^2/nu)")
     changed = Dataset(problem.symbol, "1", "the symbol that changes at the centre")
     return {"levels": groups, "repeats_after": same, "symbol": changed}
+
+
+def _bracket(codes: Codes, low: Exact, high: Exact, symbol: int, width: float) -> Tree:
+    """The two phases of :func:`bisect`, as texts that say them exactly."""
+    low, high = bisect(codes, low, high, symbol, width)
+    return {
+        "low": Dataset(low.text, "rad", "theta2_0 below the change"),
+        "high": Dataset(high.text, "rad", "theta2_0 above the change"),
+    }
+
+
+def _level(codes: Codes, problem: Any, low: Exact, high: Exact, step: Exact) -> Tree:
+    centre = (low + high) / 2
+    grid = Grid(centre - step * (problem.count - 1) / 2, step, problem.count)
+    return _group(codes(grid, n_symbols=problem.n_symbols), centre, step)
 
 
 def bisect(codes: Codes, low: Exact, high: Exact, symbol: int, width: float) -> tuple[Exact, Exact]:
@@ -116,17 +134,26 @@ def describe(config: Any) -> list[Row]:
     ]
 
 
-def differences(stored: Any, fresh: Any) -> list[str]:
-    """Where two results of the same config disagree by more than their arithmetic explains."""
+def differences(stored: Any, fresh: Any) -> list[Difference]:
+    """Where two results of the same config disagree by more than their arithmetic explains.
+
+    Beside a doubly asymptotic orbit errors grow as fast as the zoom: crossing times are held
+    to what certain symbols allow. What is given, and how it rounds, must be the same.
+    """
+    found = compare.keys(stored, fresh)
+    for name in ("repeats_after", "symbol"):
+        found += compare.arrays(name, stored[name], fresh[name], 10 * ROUNDING)
     old, new = stored["levels"], fresh["levels"]
-    found = [f"{name} is in one file only" for name in sorted(set(old) ^ set(new))]
-    for name in sorted(set(old) & set(new)):
-        if str(old[name]["centre"]) != str(new[name]["centre"]):
-            found.append(f"{name}: centre {old[name]['centre']}, computed {new[name]['centre']}")
-        found += [
-            f"{name}: {text}" for text in array_differences(old[name], new[name], ("offset",))
-        ]
+    found += compare.keys(old, new, "levels")
+    for name in [name for name in old if name in new]:
+        found += compare.inside(f"levels/{name}", _level_differences(old[name], new[name]))
     return found
+
+
+def _level_differences(stored: Any, fresh: Any) -> list[Difference]:
+    found = compare.arrays("centre", stored["centre"], fresh["centre"])
+    rounding = dict.fromkeys(("offset", "step"), ROUNDING * abs(float(stored["step"])))
+    return found + array_differences(stored, fresh, rounding, APART)
 
 
 def _prefixes(codes: Codes, phases: Sequence[Exact], symbol: int) -> list[list[int]]:
@@ -140,10 +167,6 @@ def _prefixes(codes: Codes, phases: Sequence[Exact], symbol: int) -> list[list[i
 def _plain(x: Exact) -> Exact:
     """The same number without the history of how it was found."""
     return x if x.fraction is None else Exact(str(x.fraction), x.fraction, x._evaluate)
-
-
-def _bits(routes: RouteCodes) -> str:
-    return " and ".join(map(str, np.unique(routes.bits)))
 
 
 def _group(routes: RouteCodes, centre: Exact, step: Exact) -> Tree:

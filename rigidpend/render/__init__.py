@@ -43,20 +43,40 @@ def image(result: Any, suffix: str) -> bytes:
     with matplotlib.rc_context(fname=STYLE):
         experiment = result["attributes"]["experiment"]
         figure = importlib.import_module(f"rigidpend.render.{experiment}").draw(result)
-        return _image(figure, suffix, _title(result["attributes"]))
+        return _image(figure, suffix, result["attributes"])
 
 
-def _image(figure: Any, suffix: str, title: str) -> bytes:
-    """The figure's bytes, with no time or version in them: equal results, equal images."""
-    plain: dict[str, dict[str, Any]] = {
-        "png": {"Software": None, "Title": title},
-        "svg": {"Date": None, "Creator": None, "Title": title},
-        "pdf": {"CreationDate": None, "Creator": None, "Producer": None, "Title": title},
-    }
+def _image(figure: Any, suffix: str, attributes: Any) -> bytes:
+    """The figure's bytes."""
     buffer = io.BytesIO()
-    figure.savefig(buffer, format=suffix, metadata=plain[suffix])
+    figure.savefig(buffer, format=suffix, metadata=metadata(suffix, attributes))
     return buffer.getvalue()
 
 
-def _title(attributes: Any) -> str:
-    return f"rigidpend {attributes['name']}, config {attributes['config_hash']}"
+def metadata(suffix: str, attributes: Any) -> dict[str, str | None]:
+    """What an image says of its origin: the fingerprint of the result that it shows.
+
+    Times, the commit and the machine are left out, so that equal results give equal images;
+    they are in the result file, to which the fingerprint leads.
+
+    Parameters
+    ----------
+    suffix : str
+        One of `FORMATS`.
+    attributes : mapping
+        Root attributes of the result file.
+    """
+    title = f"rigidpend {attributes['name']}, config {attributes['config_hash']}"
+    marks = {
+        "Experiment": str(attributes["experiment"]),
+        "Config-Hash": str(attributes["config_hash"]),
+        "Code-Hash": str(attributes.get("code_hash", "unknown")),
+        "Engine": str(attributes.get("engine", "unknown")),
+    }
+    text = "; ".join(f"{key}: {value}" for key, value in marks.items())
+    return {
+        "png": {"Software": None, "Title": title, **marks},
+        "svg": {"Date": None, "Creator": None, "Title": title, "Description": text},
+        "pdf": dict.fromkeys(("CreationDate", "Creator", "Producer"))
+        | {"Title": title, "Subject": text},
+    }[suffix]

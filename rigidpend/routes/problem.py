@@ -8,7 +8,7 @@ from typing import Any
 
 from rigidpend import pendulum
 from rigidpend.body import Body
-from rigidpend.exact import GUARD_BITS, Exact, context
+from rigidpend.exact import GUARD_BITS, Exact, ExactError, context, function
 
 MAX_SYMBOLS = 100_000
 LEAST = 1e-100
@@ -70,7 +70,7 @@ class RouteProblem:
             raise ProblemError("mu", message)
         J1, J2 = self.J1_0.in_context(m), self.J2_0(113)
         shown = f"J1_0 = {self.J1_0}, J2_0 = {float(J2):.17g}"
-        if not 0 < J1 < J2:
+        if not (J1 > 0 and self.J2mJ1_0(113) > 0):
             raise ProblemError("J1_0", f"0 < J1_0 < J2_0 is broken: {shown}")
         if abs(2 * J1 - J2) < m.mpf(2) ** -48 * J2:
             message = f"the start lies on the section J1 = J2/2 that counts crossings: {shown}"
@@ -83,6 +83,15 @@ class RouteProblem:
         m = context(bits + GUARD_BITS)
         kappa = self.body.angles(bits + GUARD_BITS).kappa
         return context(bits).mpf(m.sqrt(2 * self.h0.in_context(m) / kappa))
+
+    def J2mJ1_0(self, bits: int) -> Any:
+        """J2_0 - J1_0, dimensionless, correctly rounded to `bits` bits however small it is."""
+        A1, A2, A3 = self.body.A
+        J2_0 = function("sqrt", 2 * self.h0 * A3 * (A1 - A2) / (A1 * A2))
+        try:
+            return (J2_0 - self.J1_0).at(bits)
+        except ExactError:
+            return context(bits).mpf(0)
 
 
 def phase_rate(problem: RouteProblem) -> float:
@@ -102,9 +111,12 @@ def passage_limit(problem: RouteProblem, bits: int) -> float:
 
     In one rotation the distance from a periodic orbit grows by exp(pi^2/nu). The limit is
     twice the time from the smallest distance that `bits` bits resolve, relative to the
-    start's, to distance one.
+    start's and to the weight's share, to distance one.
     """
     m, p = context(53), problem.body.angles()
-    depth = m.log(problem.J2_0(53) / problem.J1_0.in_context(m)) / 2
+    smaller = min(problem.J1_0.in_context(m), problem.J2mJ1_0(53))
+    depth = m.log(problem.J2_0(53) / smaller) / 2
+    if p.mu:
+        depth += m.log(problem.h0.in_context(m) / problem.body.mu.in_context(m))
     nats = float(depth) + (bits + 20) * math.log(2)
     return (2 * nats * p.nu / math.pi**2 + 4) * rotation_period(problem)

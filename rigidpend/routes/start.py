@@ -48,10 +48,10 @@ def start(problem: RouteProblem, bits: int, scales: Scales) -> Start:
     m = context(bits + GUARD_BITS)
     p = problem.body.angles(bits + GUARD_BITS)
     unit, tall = m.mpf(scales.momentum), m.mpf(scales.vertical)
-    J2, J1 = m.mpf(problem.J2_0(bits + GUARD_BITS)), problem.J1_0.in_context(m)
+    J1, J2mJ1 = problem.J1_0.in_context(m), problem.J2mJ1_0(bits + GUARD_BITS)
     at = [
         aligned_from_canonical(
-            Canonical(J1, J2 - J1, m.mpf(0), p.alpha0 + p.beta0, theta2, m.mpf(0), m.mpf(1)),
+            Canonical(J1, J2mJ1, m.mpf(0), p.alpha0 + p.beta0, theta2, m.mpf(0), m.mpf(1)),
             p.alpha0,
             p.beta0,
             m,

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rigidpend import config
-from rigidpend.config.reader import Problem
+from rigidpend.config.problems import Problem
 
 FIG4 = Path(__file__).resolve().parents[2] / "configs" / "fig4.yaml"
 TEXT = FIG4.read_text(encoding="utf-8")

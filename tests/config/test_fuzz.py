@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import random
+import time
 from collections.abc import Callable
 
 import pytest
@@ -9,10 +11,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rigidpend import config
-from tests.config.samples import TEXT
+from rigidpend.config import reader
+from tests.config import mutations
+from tests.config.samples import FIG4, TEXT
 from tests.strategies import repeatable
 
 Load = Callable[[bytes], bool]
+
+PATIENCE = 5.0
+"""Seconds that no config may take; the slowest takes a few tenths on a busy machine."""
+MUCH = 30_000
+"""Characters that no complaint may have."""
 
 PIECES = [
     *"[]{}():,-.?!&*|>\"'#%@`~<=_/+eE019é٣",
@@ -29,20 +38,24 @@ def loads(tmp_path_factory: pytest.TempPathFactory) -> Load:
 
     def attempt(content: bytes) -> bool:
         path.write_bytes(content)
+        begun = time.perf_counter()
         try:
             config.load(path)
         except config.ConfigError as error:
             said = str(error)
         else:
-            return True
-        assert said.startswith(str(path))
-        return False
+            said = ""
+        assert time.perf_counter() - begun < PATIENCE
+        assert len(said) < MUCH
+        assert said == "" or said.startswith(str(path))
+        assert all(x.isprintable() or x in "\n\t" for x in said), said
+        return not said
 
     return attempt
 
 
 @st.composite
-def mutations(draw: st.DrawFn) -> bytes:
+def edits(draw: st.DrawFn) -> bytes:
     """The config of Fig. 4 with one to four bytes or pieces deleted, put in or exchanged."""
     content = bytearray(TEXT.encode())
     for _ in range(draw(st.integers(1, 4))):
@@ -60,7 +73,7 @@ def mutations(draw: st.DrawFn) -> bytes:
 
 
 @repeatable(1500)
-@given(content=mutations())
+@given(content=edits())
 def test_any_mutation_of_fig4_loads_or_is_refused(loads: Load, content: bytes) -> None:
     loads(content)
 
@@ -84,6 +97,36 @@ VALUES = st.one_of(
 def test_any_value_of_a_number_loads_or_is_refused(loads: Load, key: str, value: str) -> None:
     lines = [f"  {key}: {value}" if f" {key}:" in line else line for line in TEXT.splitlines()]
     loads("\n".join(lines).encode("utf-8", "surrogatepass"))
+
+
+def test_7000_mutated_trees_load_or_are_refused(loads: Load) -> None:
+    chance, trees = random.Random(1), mutations.trees()
+    loaded = 0
+    for _ in range(7000):
+        text = mutations.mutated(chance.choice(trees), chance)
+        loaded += loads(text.encode("utf-8", "surrogatepass"))
+    # Some changes do no harm: the mutations are near enough to what is right.
+    assert 50 < loaded < 4000
+
+
+def test_any_settings_load_or_are_refused() -> None:
+    chance, tree = random.Random(2), mutations.trees()[3]
+    for _ in range(1000):
+        given = mutations.settings(tree, chance)
+        said = ""
+        try:
+            config.load(FIG4, given)
+        except config.ConfigError as error:
+            said = str(error)
+        assert said == "" or said.startswith(("--set ", str(FIG4))), given
+
+
+def test_the_largest_files_are_refused_in_time(loads: Load) -> None:
+    much = reader.MAX_BYTES * 9 // 10 - len(TEXT)
+    for old, unit in (("2, 1, 1.5", "1,"), ("2, 1, 1.5", "[],"), ("53, 64, 113", "x,")):
+        assert not loads(TEXT.replace(old, unit * (much // len(unit))).encode())
+    for unit in ("k:\n", "{}\n", "--- \n", "? \n", "- \n", "[", "*a ", "&a ", "'", '"\\x'):
+        assert not loads((TEXT + unit * (much // len(unit))).encode())
 
 
 def test_the_unchanged_config_loads(loads: Load) -> None:

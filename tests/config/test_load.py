@@ -118,3 +118,20 @@ def test_no_experiment_is_an_error_at_its_key(tmp_path: Path, line: str) -> None
     [problem] = refused(written(tmp_path, changed("experiment: route_codes", line)))
     assert problem.place == ("experiment",)
     assert "route_codes" in problem.message
+
+
+def test_what_is_wrong_in_several_files_is_said_at_once(tmp_path: Path) -> None:
+    wrong = changed("mu: 0.001", "mu: x")
+    paths = [written(tmp_path, wrong, "a.yaml"), FIG4, written(tmp_path, wrong, "b.yaml")]
+    with pytest.raises(config.ConfigError) as caught:
+        config.load_all(paths, ["problem.h0=y"])
+    origins = [str(problem.origin) for problem in caught.value.problems]
+    # The setting is the same for all, and said once.
+    assert [x.rpartition("/")[2] for x in origins] == [
+        *("--set problem.h0=y", "a.yaml:8:7", "b.yaml:8:7")
+    ]
+
+
+def test_several_good_files_are_loaded_in_order(tmp_path: Path) -> None:
+    again = written(tmp_path, TEXT, "again.yaml")
+    assert [one.name for one in config.load_all([FIG4, again])] == ["fig4", "again"]

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from rigidpend import catalogue
 from rigidpend.config import ConfigError, names
 from tests.config.samples import FIG4, SMALL, TEXT, written
 
@@ -60,7 +61,7 @@ def test_the_installed_package_s_configs_come_last(
     package = here / "site" / "rigidpend"
     (package / "configs").mkdir(parents=True)
     written(package / "configs", TEXT, "fig4.yaml")
-    monkeypatch.setattr(names, "_PACKAGE", package)
+    monkeypatch.setattr(catalogue, "PACKAGE", package)
     assert names.resolve(("fig4",)) == [package / "configs" / "fig4.yaml"]
     (here / "configs").mkdir()
     written(here / "configs", TEXT, "fig4.yaml")
@@ -68,7 +69,7 @@ def test_the_installed_package_s_configs_come_last(
 
 
 def test_without_any_folder_nothing_is_known(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(names, "_PACKAGE", here / "site" / "rigidpend")
+    monkeypatch.setattr(catalogue, "PACKAGE", here / "site" / "rigidpend")
     assert names.known() == {}
     assert "fig4: no such config" in said("fig4")
 
@@ -90,7 +91,7 @@ def test_a_path_goes_before_a_name(configs: Path) -> None:
 
 def test_all_is_every_known_config_once(configs: Path) -> None:
     written(configs, SMALL, "mine.yaml")
-    everything = list(names.known().values())
+    everything = list(filter(catalogue.in_all, names.known().values()))
     assert names.resolve(("all",)) == everything
     assert names.resolve(("all", "mine", "all")) == everything
 
@@ -120,3 +121,18 @@ def test_a_suggestion_may_be_a_config_here(configs: Path) -> None:
 @pytest.mark.parametrize("name", ["absent.yaml", "absent.yml", "configs/fig4.yaml"])
 def test_a_path_that_is_not_there_is_said(here: Path, name: str) -> None:
     assert said(name) == f"{name}: there is no such file"
+
+
+def test_what_measures_the_machine_is_meant_by_its_name_only(configs: Path) -> None:
+    (configs / "measure").mkdir()
+    slow = written(configs / "measure", SMALL, "slow.yaml")
+    assert names.known()["slow"].samefile(slow)
+    assert not any(path.name == "slow.yaml" for path in names.resolve(("all",)))
+    [found] = names.resolve(("slow",))
+    assert found.samefile(slow)
+
+
+def test_a_folder_or_a_device_is_not_a_file(here: Path) -> None:
+    (here / "folder.yaml").mkdir()
+    (here / "zero.yaml").symlink_to("/dev/zero")
+    assert said("folder.yaml", "zero.yaml") == "folder.yaml: not a file\nzero.yaml: not a file"

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from rigidpend import config
+from rigidpend.config import problems
 from tests.config.samples import FIG4, changed, refused, written
 
 
@@ -133,7 +134,7 @@ def test_a_wrong_setting_is_named_with_what_is_wrong(setting: str, said: str) ->
 )
 def test_a_value_that_is_not_plain_yaml_is_refused(value: str, said: str) -> None:
     [problem] = refused(FIG4, [f"problem.mu={value}"])
-    assert str(problem).startswith(f"--set problem.mu={value}")
+    assert str(problem).startswith(f"--set problem.mu={problems.plain(value)}: ")
     assert said in problem.message
 
 
@@ -157,3 +158,9 @@ def test_the_file_s_own_errors_keep_their_places(tmp_path: Path) -> None:
 def test_what_a_setting_breaks_is_said_of_the_setting(setting: str) -> None:
     for problem in refused(FIG4, [setting]):
         assert str(problem).startswith(f"--set {setting}")
+
+
+def test_all_wrong_settings_are_said_at_once() -> None:
+    given = ["no", "problem.A.7=1", "problem.h0=[", "problem.mu=x", "problem.J1_0=1e-9"]
+    found = refused(FIG4, given)
+    assert [str(problem.origin) for problem in found] == [f"--set {x}" for x in given[:4]]

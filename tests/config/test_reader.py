@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rigidpend import config
-from rigidpend.config import reader
+from rigidpend.config import problems, reader
 from tests.config.samples import FIG4, TEXT, changed, complaint, refused, written
 
 REFUSED = {
@@ -188,3 +188,77 @@ def test_scalars_stay_text_but_for_true_false_and_null() -> None:
         *("1e-10", "0.1", "no", "yes", "True", "1:30", "0o7", "true", "null"),
         *(True, False, None, None),
     ]
+
+
+def test_what_can_be_passed_over_hides_nothing_else(tmp_path: Path) -> None:
+    text = changed("mu: 0.001", "mu: *a", changed("h0: 1.3342", "h0: !x 1.3342"))
+    text = changed("n_symbols: 15", "n_symbols: 15\n  A: &b [x]\n  A: {q: *c}", text)
+    text = changed("engine: auto", "engine: turbo", changed("count: 63", "count: x", text))
+    found = refused(written(tmp_path, text))
+    said = [(".".join(map(str, p.place)), p.message[:11]) for p in found]
+    assert said == [
+        ("problem.mu", "anchors and"),
+        ("problem.h0", "the tag !x "),
+        ("problem.A", "given twice"),
+        ("problem.A", "anchors and"),
+        ("problem.A", "given twice"),
+        ("problem.A.q", "anchors and"),
+        ("problem.arrays.left.count", "'x' is not "),
+        ("numerics.engine", "expected 't"),
+    ]
+
+
+def test_what_was_passed_over_is_refused_though_all_else_is_right(tmp_path: Path) -> None:
+    [problem] = refused(written(tmp_path, changed("mu: 0.001", "mu: 0.001\n  mu: 0.001")))
+    assert problem.message.startswith("given twice")
+
+
+def test_faults_before_the_end_of_what_is_yaml_are_said_with_it(tmp_path: Path) -> None:
+    first, last = refused(written(tmp_path, changed("mu: 0.001", "mu: *a") + "a: b: c\n"))
+    assert first.place == ("problem", "mu")
+    assert last.message.startswith("not YAML: ")
+
+
+@pytest.mark.parametrize("value", ['"\\0"', '"\\e[31m"', '"\\ud800"', '"\\x85"'])
+def test_control_characters_reach_neither_results_nor_the_terminal(
+    tmp_path: Path, value: str
+) -> None:
+    path = written(tmp_path, changed('figure: "4"', f"figure: {value}"))
+    [problem] = refused(path)
+    assert problem.message.startswith("a value with control characters: '")
+    assert str(problem).isascii()
+    [in_key] = refused(written(tmp_path, changed("  mu:", f"  {value}:")))
+    assert in_key.message == "a key must be a plain word"
+    assert "\x1b" not in str(in_key)
+
+
+def test_a_long_line_is_shown_around_the_place(tmp_path: Path) -> None:
+    text = changed("[2, 1, 1.5]", f"[{'2, ' * 300}x, {'2, ' * 300}2]")
+    path = written(tmp_path, text.replace("r: [1", "r: [" + " " * 900 + "y"))
+    last = refused(path)[-1]
+    said, line, caret = str(last).splitlines()
+    assert len(line) <= 4 + problems.MAX_LINE
+    assert line[caret.index("^")] == "y"
+    assert len(said) < 500
+
+
+def test_a_caret_stands_below_wide_characters_and_tabs() -> None:
+    [wide] = reader.parse('{"日本": *a}', "given").problems
+    assert str(wide).splitlines()[1:] == ['    {"日本": *a}', f"    {' ' * 9}^"]
+    [tab] = reader.parse('["a\tb", *a]', "given").problems
+    assert str(tab).splitlines()[1:] == ['    ["a\tb", *a]', f"{' ' * 7}\t{' ' * 4}^"]
+
+
+def test_many_faults_are_counted(tmp_path: Path) -> None:
+    text = TEXT + "".join(f"key{i}: 1\n" for i in range(100))
+    with pytest.raises(config.ConfigError) as caught:
+        config.load(written(tmp_path, text))
+    assert len(caught.value.problems) == 100
+    assert str(caught.value).endswith("\nand 80 more")
+    assert str(caught.value).count("unknown key") == problems.MAX_SHOWN
+
+
+def test_the_number_of_values_is_bounded(tmp_path: Path) -> None:
+    text = changed("[53, 64, 113]", f"[{'53, ' * reader.MAX_VALUES}]")
+    [problem] = refused(written(tmp_path, text))
+    assert problem.message == f"more than {reader.MAX_VALUES} values"

@@ -237,3 +237,9 @@ def test_errors_come_in_the_order_of_the_file(tmp_path: Path) -> None:
     said = [place[1:] for place in places if place[1:] in expected]
     assert said == expected
     assert places[-1] == ("numerics", "engine")
+
+
+def test_broken_conditions_on_the_body_are_said_at_once(tmp_path: Path) -> None:
+    text = changed("A: [2, 1, 1.5]", "A: [1, 2, 1.5]", changed("mu: 0.001", "mu: -1"))
+    found = refused(written(tmp_path, changed("r: [1, 1, 0]", "r: [1, 1, 1]", text)))
+    assert [problem.place[1:] for problem in found] == [("A",), ("r",), ("mu",)]

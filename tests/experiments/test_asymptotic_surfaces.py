@@ -108,7 +108,7 @@ def set_at(surface: str, field: str, gap: float) -> Callable[[Any], None]:
         (set_at("S2_plus", "J1_over_J2", 1e-8), "c/S2_plus/J1_over_J2"),
         (lambda d: d["bodies"]["b"]["born"].__imul__(1.001), "b/born"),
         (lambda d: d["table"]["nu"].__imul__(1.001), "table/nu"),
-        (lambda d: d["bodies"].pop("g"), "bodies a, b, c, d, e, f, g stored"),
+        (lambda d: d["bodies"].pop("g"), "bodies/g is only stored"),
         (lambda d: d["bodies"]["a"]["S1_minus"]["theta2_0"].__iadd__(1e-6), "a/S1_minus/theta2_0"),
         (lambda d: d["bodies"]["a"]["S1_minus"]["sample"].__iadd__(10000), "same times"),
         (lambda d: d["bodies"]["f"]["S1_minus"]["theta1"].fill(np.nan), "f/S1_minus/theta1"),

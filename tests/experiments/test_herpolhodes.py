@@ -123,7 +123,8 @@ def test_a_changed_sample_is_found(data: Data, field: str) -> None:
         data["case1"][field][1000] += 0.02
 
     [found] = herpolhodes.differences(data, with_change(data, change))
-    assert found.startswith(f"case1: {field} differ by up to 0.02")
+    assert found.startswith(f"case1/{field}[1000")
+    assert found.computed - found.stored == pytest.approx(0.02)
 
 
 @pytest.mark.parametrize("field", ["theta2_0", "plateaus", "crossing_time", "t"])
@@ -132,7 +133,8 @@ def test_a_changed_number_of_the_route_is_found(data: Data, field: str) -> None:
         data["case2"][field] = data["case2"][field] + 1e-3
 
     [found] = herpolhodes.differences(data, with_change(data, change))
-    assert found.startswith(f"case2: {field} differ by up to 0.001")
+    assert found.place.partition("[")[0] == f"case2/{field}"
+    assert found.computed - found.stored == pytest.approx(1e-3)
 
 
 def test_another_route_a_missing_field_and_a_missing_case_are_found(data: Data) -> None:
@@ -148,11 +150,12 @@ def test_another_route_a_missing_field_and_a_missing_case_are_found(data: Data) 
     def absent(data: Data) -> None:
         del data["case1"]
 
+    n = data["case1"]["alpha"].size
     expected = {
-        another: f"case1: route {PUBLISHED['case1']} stored, 2-2* computed",
-        without: "case1: alpha is in one file only",
-        shorter: "case1: alpha have other shapes",
-        absent: "case case1 is in one file only",
+        another: f"case1/route: stored {PUBLISHED['case1']}, computed 2-2*",
+        without: "case1/alpha is only stored",
+        shorter: f"case1/alpha: shape ({n},) stored, ({n - 1},) computed",
+        absent: "case1 is only stored",
     }
     for change, text in expected.items():
         assert herpolhodes.differences(data, with_change(data, change)) == [text]

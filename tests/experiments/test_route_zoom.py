@@ -96,7 +96,7 @@ def test_differences_find_a_changed_symbol_and_a_shifted_centre(tree: Any) -> No
     fresh["levels"]["level01"]["codes"][2, 1] ^= 1
     fresh["levels"]["level02"]["centre"] = "4.7"
     found = route_zoom.differences(stored, fresh)
-    assert [text.split(":")[0] for text in found] == ["level01", "level02"]
+    assert [text.place for text in found] == ["levels/level01/codes[2, 1]", "levels/level02/centre"]
 
 
 def test_describe_tells_the_steps(given: Any) -> None:

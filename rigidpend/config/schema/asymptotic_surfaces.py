@@ -6,12 +6,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from rigidpend.body import Body
 from rigidpend.config.schema.base import (
     Grid,
+    Moments,
     Number,
     Numerics,
     Part,
+    Weight,
     Whole,
     Word,
     physics,
@@ -43,14 +44,6 @@ def _double(bits: tuple[int, ...]) -> tuple[int, ...]:
     return bits
 
 
-def _moments(A: Any) -> Any:
-    Body(A, (1, 0, 0), 0)
-    return A
-
-
-Moments = Annotated[tuple[Number, Number, Number], AfterValidator(_moments)]
-
-
 class Problem(Part):
     """Orbits of each body, from theta1_0 = alpha0 + beta0, J1_0 and J3 = 0."""
 
@@ -58,7 +51,7 @@ class Problem(Part):
     """Principal moments of inertia of each body, A1 > A3 > A2 and A2 + A3 >= A1."""
     beta0: Annotated[Number | None, BeforeValidator(_angle)]
     """Angle of the centre of gravity, radians; gamma0 is each body's own (Grioli)."""
-    mu: Number
+    mu: Weight
     """Weight times the distance of the centre of gravity, mu >= 0."""
     M_0: Number
     """Initial \\|M\\|, physical; h0 = M_0^2/(2 A3)."""

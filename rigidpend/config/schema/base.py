@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator
+from fractions import Fraction
 from itertools import pairwise
 from typing import Annotated, Any, Literal, Self
 
@@ -22,6 +23,7 @@ from pydantic_core import PydanticCustomError
 from rigidpend.body import Body
 from rigidpend.exact import Exact, exact
 
+LADDER = (53, 64, 113)
 MAX_COLUMNS = 10_000_000
 LARGEST = 10**15
 """Of whole numbers, and of phases, which doubles then still tell apart."""
@@ -68,8 +70,28 @@ def _ladder(bits: tuple[int, ...]) -> tuple[int, ...]:
     return bits
 
 
+def _moments(A: Any) -> Any:
+    Body(A, (1, 0, 0), 0)
+    return A
+
+
+def _direction(r: Any) -> Any:
+    Body((2, 1, Fraction(3, 2)), r, 0)
+    return r
+
+
+def _weight(mu: Exact) -> Exact:
+    Body((2, 1, Fraction(3, 2)), (1, 0, 0), mu)
+    return mu
+
+
 Number = Annotated[Exact, BeforeValidator(_number), PlainSerializer(_canonical)]
 Whole = Annotated[int, BeforeValidator(_whole)]
+Triple = tuple[Number, Number, Number]
+# Conditions on one field alone are checked there, so that all that are broken are said at once.
+Moments = Annotated[Triple, AfterValidator(_moments)]
+Direction = Annotated[Triple, AfterValidator(_direction)]
+Weight = Annotated[Number, AfterValidator(_weight)]
 Word = Annotated[str, StringConstraints(pattern=r"^[A-Za-z]\w*$", max_length=40)]
 Auto = BeforeValidator(_automatic)
 
@@ -109,11 +131,11 @@ def physics() -> Iterator[None]:
 class HeavyBody(Part):
     """The part of a problem that is the body."""
 
-    A: tuple[Number, Number, Number]
+    A: Moments
     """Principal moments of inertia, A1 > A3 > A2 and A2 + A3 >= A1."""
-    r: tuple[Number, Number, Number]
+    r: Direction
     """Direction to the centre of gravity, r1, r2 >= 0, r3 = 0; normalised."""
-    mu: Number
+    mu: Weight
     """Weight times the distance of the centre of gravity, mu >= 0."""
 
     @property
@@ -134,9 +156,5 @@ class Numerics(Part):
     """taylor (heyoka) or scipy; auto is taylor where it is installed."""
     tolerance: Annotated[Annotated[Number, AfterValidator(_tolerance)] | None, Auto] = None
     """Local tolerance in double precision; auto is the engine's own."""
-    precisions: Annotated[tuple[Whole, ...], AfterValidator(_ladder)] = (
-        53,
-        64,
-        113,
-    )
+    precisions: Annotated[tuple[Whole, ...], AfterValidator(_ladder)] = LADDER
     """Bits, ascending; a column with an uncertain symbol goes to the next."""

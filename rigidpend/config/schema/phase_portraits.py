@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from rigidpend.body import Body
-from rigidpend.config.schema.base import Number, Part, Whole, physics
+from rigidpend.config.schema.base import Direction, Moments, Number, Part, Whole, physics
 from rigidpend.exact import PI, Exact
 
 
@@ -26,9 +26,9 @@ def _elevation(x: Exact) -> Exact:
 class FreeBody(Part):
     """The body without weight: mu = 0."""
 
-    A: tuple[Number, Number, Number]
+    A: Moments
     """Principal moments of inertia, A1 > A3 > A2 and A2 + A3 >= A1."""
-    r: tuple[Number, Number, Number]
+    r: Direction
     """Direction that sets beta0, r1, r2 >= 0, r3 = 0; normalised."""
 
     @property

@@ -1,0 +1,54 @@
+"""`rigidpend bench`: speed and error beside other methods."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from rigidpend.cli.common import JSON, OUT, SETTINGS, guarded, say
+
+
+@click.command("bench")
+@click.option("--quick", is_flag=True, help="In small: under a minute, for function, not for time.")
+@OUT
+@JSON
+@SETTINGS
+@click.option("--force", is_flag=True, help="Measure again what is up to date.")
+@guarded
+def command(
+    quick: bool, folder: Path, as_json: bool, settings: tuple[str, ...], force: bool
+) -> None:
+    """Measure our methods and others, on this machine, one core.
+
+    Writes FOLDER/bench.h5 and bench.png and prints the tables. An interrupted run goes on
+    where it was.
+
+    \b
+    Examples:
+      rigidpend bench --quick
+      rigidpend bench --set protocol.long_seconds=10 --json
+    """
+    import json
+
+    from rigidpend import config, render, runner, store
+    from rigidpend.benchmark import tables
+
+    [path] = config.names.resolve(("bench_quick" if quick else "bench",))
+    planned = runner.plan(config.load(path, settings), folder, force=force)
+    if planned.reason:
+        runner.follow(planned, jobs=1, say=say)
+    else:
+        say(f"{planned.config.name}: {planned.target} is up to date")
+    picture = planned.target.with_suffix(".png")
+    render.render(planned.target, picture)
+    say(f"{planned.config.name}: {picture} drawn")
+    result = store.load(planned.target)
+    if as_json:
+        found = {"machine": result["provenance"], **tables.summary(result["data"])}
+        click.echo(json.dumps(found, indent=2))
+        return
+    machine = result["provenance"]
+    click.echo(f"{machine['processor']}, {machine['system']}, one core; {machine['created']}\n")
+    for line in tables.text(result["data"]):
+        click.echo(line)

@@ -1,0 +1,39 @@
+"""What a shell offers where a name or a key is being typed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+from click.shell_completion import CompletionItem
+
+from rigidpend import catalogue
+
+
+def names(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Names of configs; files where none begins so."""
+    found = [name for name in ("all", *catalogue.known()) if name.startswith(incomplete)]
+    return [*map(CompletionItem, found)] or [CompletionItem(incomplete, type="file")]
+
+
+def settings(ctx: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Keys of the configs that are named."""
+    known = catalogue.known()
+    # While a line is being typed, click leaves its arguments here.
+    files = [known.get(name, Path(name)) for name in ctx.args]
+    keys = dict.fromkeys(key for file in files if file.is_file() for key in _keys(file))
+    return [CompletionItem(key) for key in keys if key.startswith(incomplete)]
+
+
+def _keys(file: Path) -> list[str]:
+    """``a.b=`` of each value that a file holds; none of what it holds in lists."""
+    # Imported here: only who completes a key pays for it.
+    from rigidpend.config import ConfigError, reader
+
+    try:
+        values = reader.read(file).values
+    except ConfigError:
+        return []
+    inner = {place[:-1] for place in values if place and isinstance(place[-1], str)}
+    places = [place for place in values if place not in inner]
+    return [f"{'.'.join(map(str, p))}=" for p in places if all(isinstance(x, str) for x in p)]

@@ -1,0 +1,42 @@
+"""`rigidpend reference`: renew what `verify` compares with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from rigidpend.cli import complete
+from rigidpend.cli.common import JOBS, guarded, say
+
+
+@click.command("reference")
+@click.argument("names", nargs=-1, metavar="[NAME|FILE.yaml|all]...", shell_complete=complete.names)
+@click.option("--reason", default="", help="Why; kept in the file, behind earlier reasons.")
+@click.option(
+    "--reference",
+    "folder",
+    type=click.Path(file_okay=False, path_type=Path),
+    default=Path("results/reference"),
+    show_default=True,
+    help="Folder of the references.",
+)
+@JOBS
+@guarded
+def command(names: tuple[str, ...], reason: str, folder: Path, jobs: int | None) -> None:
+    """Compute references again, all if none is named, and keep the reason in each file.
+
+    \b
+    Example:
+      rigidpend reference fig4 --reason "n_symbols = 20"
+    """
+    from rigidpend import config, regression, workers
+
+    if not reason.strip():
+        raise click.UsageError("a reference is renewed for a reason: give it with --reason")
+    paths = config.names.resolve(names or ("all",))
+    for path in paths:
+        loaded = config.load(path)
+        target = folder / f"{loaded.name}.h5"
+        regression.renew(loaded, target, reason, jobs=jobs or workers.cores())
+        say(f"{loaded.name}: {target} renewed")

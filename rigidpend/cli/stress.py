@@ -1,0 +1,59 @@
+"""`rigidpend stress`: trials at the limits, each with a stated bound."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from rigidpend.cli.common import DONE, FAILED, JOBS, OUT, SETTINGS, guarded, say
+
+
+@click.command("stress")
+@click.option("--quick", is_flag=True, help="In small: every trial, in less than a minute.")
+@OUT
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
+@SETTINGS
+@JOBS
+@click.option("--force", is_flag=True, help="Run again what is up to date.")
+@guarded
+def command(
+    quick: bool,
+    folder: Path,
+    as_json: bool,
+    settings: tuple[str, ...],
+    jobs: int | None,
+    force: bool,
+) -> None:
+    """Try long times, extreme bodies, symmetries, and whether `certain` is the truth.
+
+    Writes FOLDER/stress.h5 and stress.png and prints by how much each case passes. Ends with 1
+    where one fails. An interrupted run goes on where it was.
+
+    \b
+    Examples:
+      rigidpend stress --quick
+      rigidpend stress --set problem.honesty.orbits=1000000 --json
+    """
+    import json
+
+    from rigidpend import config, render, runner, store, workers
+    from rigidpend.stress import table
+
+    [path] = config.names.resolve(("stress_quick" if quick else "stress",))
+    planned = runner.plan(config.load(path, settings), folder, force=force)
+    if planned.reason:
+        runner.follow(planned, jobs=jobs or workers.cores(), say=say)
+    else:
+        say(f"{planned.config.name}: {planned.target} is up to date")
+    picture = planned.target.with_suffix(".png")
+    render.render(planned.target, picture)
+    say(f"{planned.config.name}: {picture} drawn")
+    machine, data = store.load(planned.target)["provenance"], store.read_tree(planned.target)
+    if as_json:
+        click.echo(json.dumps({"machine": machine, **table.summary(data)}, indent=2))
+    else:
+        click.echo(f"{machine['processor']}, {machine['system']}; {machine['created']}")
+        click.echo("\n".join(table.text(data)))
+    sys.exit(FAILED if table.counts(data)["FAILED"] else DONE)

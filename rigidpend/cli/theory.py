@@ -1,0 +1,40 @@
+"""`rigidpend theory`: what theory says of a config's body, before anything is computed."""
+
+from __future__ import annotations
+
+import click
+
+from rigidpend.cli import complete
+from rigidpend.cli.common import JSON, SETTINGS, guarded, print_json, print_rows, row_document
+
+
+@click.command("theory")
+@click.argument("name", default="fig4", metavar="[NAME|FILE.yaml]", shell_complete=complete.names)
+@SETTINGS
+@JSON
+@guarded
+def command(name: str, settings: tuple[str, ...], as_json: bool) -> None:
+    """Print what theory says of the body of a config.
+
+    Angles, Melnikov's zeros, increments of theta3, multipliers of the periodic orbits.
+
+    NAME is a config with one body and an energy constant h0; fig4 if not given.
+
+    \b
+    Examples:
+      rigidpend theory
+      rigidpend theory fig5 --json
+      rigidpend theory --set problem.mu=0.01 --set problem.h0=10/9
+    """
+    from rigidpend import config, theory
+
+    [path, *others] = config.names.resolve((name,))
+    if others:
+        raise click.UsageError("theory is about one config, not all")
+    rows = theory.of(config.load(path, settings).content.problem)
+    if not rows:
+        raise click.UsageError(f"{path} has not one body and one h0, as fig4 and fig5 have")
+    if as_json:
+        print_json([row_document(row) for row in rows])
+    else:
+        print_rows(rows)

@@ -1,0 +1,68 @@
+"""Settings of the command line: ``a.b=VALUE`` as if it were written in the file."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rigidpend.config.problems import ConfigError, Origin, Place, Problem
+from rigidpend.config.reader import Document, parse
+
+
+def override(document: Document, setting: str) -> None:
+    """Apply a setting ``a.b=VALUE`` to a document, as if it were written there.
+
+    Raises
+    ------
+    ConfigError
+        It has no such form, or leads through something that has no entries.
+    """
+    origin = Origin(f"--set {setting}")
+    path, equals, written = setting.partition("=")
+    if not equals or not all(path.split(".")):
+        raise ConfigError([Problem(origin, (), "expected KEY.KEY=VALUE, as in problem.mu=1e-3")])
+    value = _value(written, origin)
+    place: Place = ()
+    holder = document.tree
+    *outer, last = path.split(".")
+    for word in outer:
+        holder, place = _entry(document, holder, word, place, origin)
+    key = _key(holder, last, place, origin)
+    holder[key] = value
+    place = (*place, key)
+    for origins in (document.keys, document.values):
+        for old in [old for old in origins if old[: len(place)] == place]:
+            del origins[old]
+    document.keys[place] = document.values[place] = document.settings[place] = origin
+
+
+def _value(written: str, origin: Origin) -> Any:
+    """The value of a setting; what is wrong with it is wrong with the option as a whole."""
+    try:
+        document = parse(written, origin.source)
+        problems = document.problems
+    except ConfigError as error:
+        problems = error.problems
+    if problems:
+        raise ConfigError([Problem(origin, p.place, p.message) for p in problems])
+    return document.tree
+
+
+def _entry(
+    document: Document, holder: Any, text: str, place: Place, origin: Origin
+) -> tuple[Any, Place]:
+    """The value under a key, made if it is missing, and its place."""
+    key = _key(holder, text, place, origin)
+    inner = (*place, key)
+    if isinstance(holder, dict) and key not in holder:
+        holder[str(key)] = {}
+        document.keys[inner] = document.values[inner] = origin
+    return holder[key], inner
+
+
+def _key(holder: Any, text: str, place: Place, origin: Origin) -> str | int:
+    if isinstance(holder, dict):
+        return text
+    if isinstance(holder, list) and text in map(str, range(len(holder))):
+        return int(text)
+    kind = f"a list of {len(holder)}" if isinstance(holder, list) else "a single value"
+    raise ConfigError([Problem(origin, place, f"has no entry {text!r}: it is {kind}")])

@@ -1,0 +1,82 @@
+"""What is wrong with a config, shown with its place, its line and a caret."""
+
+from __future__ import annotations
+
+import unicodedata
+from dataclasses import dataclass
+from typing import TypeAlias
+
+MAX_SHOWN = 20
+"""Problems of which the text is shown; the rest are counted."""
+MAX_MESSAGE = 300
+MAX_LINE = 160
+"""Characters of a message, and of a source line, that are shown."""
+
+Place: TypeAlias = tuple[str | int, ...]
+"""Keys and indices from the root to a value."""
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where a value was written: in a file, or in an option of the command line."""
+
+    source: str
+    line: int | None = None
+    column: int | None = None
+    text: str = ""
+    """The source line, for the caret."""
+
+    def __str__(self) -> str:
+        return self.source if self.line is None else f"{self.source}:{self.line}:{self.column}"
+
+    def shown(self) -> str:
+        """The source line with a caret under the place; empty for an option."""
+        if self.line is None or self.column is None or not self.text.strip():
+            return ""
+        first = max(0, self.column - 1 - MAX_LINE // 2) if len(self.text) > MAX_LINE else 0
+        shown = plain(self.text[first : first + MAX_LINE])
+        before = shown[: self.column - 1 - first]
+        return f"\n    {shown}\n    {''.join(map(_blank, before))}^"
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is wrong with a config."""
+
+    origin: Origin
+    place: Place
+    message: str
+
+    def __str__(self) -> str:
+        path = plain(clipped(".".join(map(str, self.place))))
+        middle = f" {path}:" if path else ""
+        message = plain(clipped(self.message))
+        return f"{plain(str(self.origin))}:{middle} {message}{self.origin.shown()}"
+
+
+class ConfigError(ValueError):
+    """A config that cannot be used, with all that is wrong with it."""
+
+    def __init__(self, problems: list[Problem]) -> None:
+        self.problems = problems
+        said = [str(problem) for problem in problems[:MAX_SHOWN]]
+        if len(problems) > MAX_SHOWN:
+            said.append(f"and {len(problems) - MAX_SHOWN} more")
+        super().__init__("\n".join(said))
+
+
+def plain(text: str) -> str:
+    """A text that does nothing to a terminal: what cannot be printed is shown as ?."""
+    return "".join(x if x.isprintable() or x == "\t" else "?" for x in text)
+
+
+def clipped(text: str) -> str:
+    """A text of bearable length."""
+    return text if len(text) <= MAX_MESSAGE else f"{text[: MAX_MESSAGE - 3]}..."
+
+
+def _blank(character: str) -> str:
+    """What is as wide as a character, for the caret under the next."""
+    if character == "\t":
+        return character
+    return "  " if unicodedata.east_asian_width(character) in "WF" else " "

@@ -1,0 +1,59 @@
+"""Whether another process is at work on a file or folder: locks that end with their holder.
+
+The system keeps them with the open file, so that none outlives a killed process. Where there
+are none (`fcntl` is absent, or the file system knows no locks), nobody is taken to be gone.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+try:
+    import fcntl
+except ImportError:  # pragma: no cover
+    fcntl = None  # type: ignore[assignment]
+
+
+def share(handle: int) -> None:
+    """Wait for who holds the open file alone, then hold it together with others."""
+    if fcntl is not None:
+        _locked(handle, fcntl.LOCK_SH)
+
+
+def hold(handle: int) -> None:
+    """Wait for the others, then hold the open file alone."""
+    if fcntl is not None:
+        _locked(handle, fcntl.LOCK_EX)
+
+
+def is_at(handle: int, path: str | Path) -> bool:
+    """Whether an open file or folder is still the one of that name."""
+    try:
+        return os.path.samestat(os.fstat(handle), os.stat(path))
+    except FileNotFoundError:
+        return False
+
+
+@contextmanager
+def deserted(path: Path) -> Iterator[bool]:
+    """Whether nobody holds a file or folder; if so, it is held alone meanwhile."""
+    try:
+        handle = os.open(path, os.O_RDONLY)
+    except OSError:
+        yield False
+        return
+    try:
+        yield fcntl is not None and _locked(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    finally:
+        os.close(handle)
+
+
+def _locked(handle: int, operation: int) -> bool:
+    try:
+        fcntl.flock(handle, operation)
+    except OSError:
+        return False
+    return True

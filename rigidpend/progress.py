@@ -1,0 +1,178 @@
+"""How a run goes, for people: one changing line on a terminal, plain lines elsewhere.
+
+Neither colours nor other control sequences are written, only carriage returns on a terminal.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import threading
+import time
+from collections.abc import Callable
+from typing import Any, Self
+
+PERIOD = 0.5
+"""Seconds between changes of the line on a terminal."""
+
+PART = re.compile(r"\b(\d+)(?:/| of )(\d+)\b")
+
+
+class Course:
+    """What has been heard of several experiments, one after the other, and the time left.
+
+    A report that holds ``k/n`` or ``k of n`` says how far its experiment is.
+
+    Parameters
+    ----------
+    total : int
+        How many experiments there are.
+    """
+
+    def __init__(self, total: int) -> None:
+        self.total, self.done, self.last = total, 0, ""
+        self.begun: float | None = None
+        self._share = 0.0
+
+    def hear(self, line: str, now: float) -> None:
+        """Take a line of the experiment that is under way."""
+        self.last = line
+        self.begun = now if self.begun is None else self.begun
+        found = PART.search(line)
+        if found and 0 < int(found[1]) <= int(found[2]):
+            # The k-th of n has just begun, or is just over.
+            self._share = max(self._share, (int(found[1]) - 0.5) / int(found[2]))
+
+    def end(self) -> None:
+        """The experiment under way is over, well or not."""
+        self.done, self._share = self.done + 1, 0.0
+
+    def left(self, now: float) -> float | None:
+        """About how many seconds the rest takes; None where nothing is known of it."""
+        share = (self.done + self._share) / self.total
+        if share == 0 or self.begun is None:
+            return None
+        return (now - self.begun) / share * (1 - share)
+
+    def said(self, now: float) -> str:
+        """How many are done, and the time left where it can be said."""
+        left = self.left(now)
+        rest = "" if left is None else f", about {duration(left)} left"
+        return f"{self.done} of {self.total} done{rest}"
+
+    def status(self, now: float) -> str:
+        """The changing line."""
+        return f"[{self.said(now)}] {self.last}"
+
+
+class Progress:
+    """Says how a run goes; to be used in a ``with`` statement.
+
+    Parameters
+    ----------
+    course : Course
+    stream : text file
+        Where people look: stderr.
+    start : float
+        When the command began, by the clock.
+    quiet, verbose : bool
+        Say nothing, or everything with its time.
+    clock : callable
+        Seconds.
+    """
+
+    def __init__(
+        self,
+        course: Course,
+        stream: Any,
+        start: float,
+        *,
+        quiet: bool = False,
+        verbose: bool = False,
+        clock: Callable[[], float] = time.perf_counter,
+    ) -> None:
+        self.course, self._stream, self._clock = course, stream, clock
+        self._quiet, self._verbose = quiet, verbose
+        self._changing = not quiet and is_terminal(stream)
+        self._shown, self._start = "", start
+        self._lock, self._over = threading.Lock(), threading.Event()
+
+    def __enter__(self) -> Self:
+        if self._changing:
+            threading.Thread(target=self._tick, daemon=True).start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._over.set()
+        with self._lock:
+            self._show("")
+
+    def hear(self, line: str) -> None:
+        """Take a line of the runner."""
+        with self._lock:
+            self.course.hear(line, self._clock())
+            if self._changing and not self._verbose:
+                self._show(self.course.status(self._clock()))
+            else:
+                self._print(line)
+
+    def clear(self) -> None:
+        """Make room for what others write to the terminal."""
+        with self._lock:
+            self._show("")
+
+    def end(self, well: bool) -> None:
+        """An experiment is over: on a terminal the last that was heard of it stays, if well."""
+        with self._lock:
+            self.course.end()
+            if self._changing and not self._verbose:
+                self._show("")
+                if well:
+                    self._print(self.course.last)
+            elif (self.course.left(self._clock()) or 0.0) >= 1.0:
+                self._print(self.course.said(self._clock()))
+
+    def tell(self, line: str, *, detail: bool = False) -> None:
+        """Say a line that stays; a detail only where everything is said."""
+        if self._verbose or not detail:
+            with self._lock:
+                self._print(line)
+
+    def _print(self, line: str) -> None:
+        if self._quiet:
+            return
+        before, shown = f"{self._clock() - self._start:8.2f} s  ", self._shown
+        self._show("")
+        self._stream.write(f"{before if self._verbose else ''}{line}\n")
+        self._show(shown)
+        self._stream.flush()
+
+    def _show(self, text: str) -> None:
+        """Change the changing line; what was there longer is written over with blanks."""
+        width = shutil.get_terminal_size().columns - 1
+        text = text[:width]
+        if text != self._shown:
+            blanks = " " * (len(self._shown) - len(text))
+            self._stream.write(f"\r{text}{blanks}" if text else f"\r{blanks}\r")
+            self._stream.flush()
+        self._shown = text
+
+    def _tick(self) -> None:
+        """Show that time passes, between two lines too."""
+        while not self._over.wait(PERIOD):
+            with self._lock:
+                if self.course.begun is not None and not self._over.is_set():
+                    self._show(self.course.status(self._clock()))
+
+
+def is_terminal(stream: Any) -> bool:
+    """Whether a line can be changed there."""
+    return stream.isatty() and os.environ.get("TERM", "") != "dumb"
+
+
+def duration(seconds: float) -> str:
+    """A time for people: 8 s, 3 min, 2.5 h."""
+    if seconds < 100:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 6000 else f"{seconds / 3600:.1f} h"

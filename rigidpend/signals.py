@@ -1,0 +1,46 @@
+"""Ends from outside: SIGTERM unwinds as Ctrl-C does, so that nothing is left half done."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, NoReturn
+
+TERMINATED = 128 + signal.SIGTERM
+
+
+class Terminated(SystemExit):
+    """The process was asked to end; its exit code is 143."""
+
+
+@contextmanager
+def termination() -> Iterator[None]:
+    """Within, SIGTERM raises `Terminated`, unless the program has a handler of its own."""
+    ours = threading.current_thread() is threading.main_thread()
+    if not ours or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
+        yield
+        return
+    signal.signal(signal.SIGTERM, _terminate)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+@contextmanager
+def interruption_kept_from_children() -> Iterator[None]:
+    """Processes started within never see Ctrl-C: it is for their parent, which ends them."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _terminate(*_: Any) -> NoReturn:
+    raise Terminated(TERMINATED)

@@ -1,0 +1,161 @@
+"""What a person finds without asking: help, examples that work, completion in a shell."""
+
+from __future__ import annotations
+
+import itertools
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import click
+import pytest
+from click.shell_completion import ShellComplete
+from click.testing import CliRunner
+
+from rigidpend import catalogue, cli, runner
+from tests.cli.calls import ENVIRONMENT, call
+from tests.config.samples import FIG4, SMALL, written
+
+COMMANDS = cli.main.commands
+
+SMALLER = {
+    # What is added to an example, so that it takes seconds; it stays the same otherwise.
+    "bench": ["--quick", "--set", "problem.methods=[closed_form]", "--set", "scaling.methods=[]"],
+}
+MINUTES = ("stress",)
+"""Commands that take minutes at their smallest: their examples are run up to the computation."""
+
+
+def examples() -> Iterator[tuple[str, str]]:
+    """Every line of an example in any help text, with its command."""
+    for name, command in [("", cli.main), *COMMANDS.items()]:
+        said = command.get_help(click.Context(command, info_name=f"rigidpend {name}".strip()))
+        lines = iter(said.splitlines())
+        if any(line.strip() in ("Example:", "Examples:") for line in lines):
+            # Up to the next empty line.
+            yield from ((name, line.strip()) for line in itertools.takewhile(bool, lines))
+
+
+def test_every_command_has_examples() -> None:
+    assert {name for name, _ in examples()} == {"", *COMMANDS}
+
+
+def test_every_command_says_in_its_first_line_what_it_does() -> None:
+    for command in COMMANDS.values():
+        assert command.help
+        assert command.help.splitlines()[0].endswith(".")
+        options = [option for option in command.params if isinstance(option, click.Option)]
+        assert all(option.help for option in options)
+
+
+@pytest.fixture(scope="module")
+def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with small configs under the names of the examples, and a result of each."""
+    folder = tmp_path_factory.mktemp("template")
+    configs = folder / "configs"
+    shutil.copytree(FIG4.parent, configs / "measure")
+    for name in ("fig1", "fig2", "fig4", "fig5"):
+        shutil.move(configs / "measure" / f"{name}.yaml", configs)
+    for measuring in (configs / "measure").glob("measure/*.yaml"):
+        shutil.move(measuring, configs / "measure")
+    written(configs, SMALL, "fig4.yaml")
+    done = call(folder, "run", "fig1", "fig2", "fig4", "fig5")
+    assert done.returncode == 0, done.stderr
+    shutil.copytree(folder / "results", folder / "old" / "results")
+    shutil.copytree(folder / "old" / "results", folder / "results" / "reference")
+    return folder
+
+
+@pytest.fixture
+def place(template: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of the folder, where only its own configs are known."""
+    folder = tmp_path / "place"
+    shutil.copytree(template, folder)
+    monkeypatch.setattr(catalogue, "PACKAGE", tmp_path / "nowhere")
+    monkeypatch.chdir(folder)
+    return folder
+
+
+def interrupt(*_: Any, **__: Any) -> None:
+    raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize(("name", "line"), sorted(set(examples())))
+def test_every_example_works(
+    place: Path, monkeypatch: pytest.MonkeyPatch, name: str, line: str
+) -> None:
+    before, _, target = line.partition(" > ")
+    if before.startswith("eval"):
+        assert before == 'eval "$(rigidpend completion bash)"'
+        before = "rigidpend completion bash"
+    program, *words = shlex.split(before)
+    assert program == "rigidpend"
+    words = [word.replace("/tmp", str(place)) for word in words]
+    if words[0] in MINUTES:
+        monkeypatch.setattr(runner, "follow", interrupt)
+    done = CliRunner().invoke(cli.main, words + SMALLER.get(words[0], []))
+    assert done.exit_code == (130 if words[0] in MINUTES else 0), done.output
+    if target:
+        written(place, done.stdout, target)
+        again = CliRunner().invoke(cli.main, ["describe", target])
+        assert again.exit_code == 0, again.output
+
+
+def offered(*words: str) -> list[str]:
+    """What is offered for the last word."""
+    shell = ShellComplete(cli.main, {}, "rigidpend", "_RIGIDPEND_COMPLETE")
+    return [item.value for item in shell.get_completions(list(words[:-1]), words[-1])]
+
+
+def test_names_of_configs_are_completed() -> None:
+    assert {"fig1", "fig4"} <= set(offered("run", "fig"))
+    assert "all" in offered("verify", "a") + offered("render", "fig1", "a")
+    assert "fig5" in offered("describe", "fig5")
+    [item] = ShellComplete(cli.main, {}, "rigidpend", "X").get_completions(["run"], "./min")
+    assert item.type == "file"
+
+
+def test_keys_of_the_named_configs_are_completed() -> None:
+    assert offered("run", "fig4", "--set", "problem.m") == ["problem.mu="]
+    assert offered("run", "fig1", "fig4", "--set", "problem.v") == [
+        *("problem.view.azimuth=", "problem.view.elevation=")
+    ]
+    assert "problem.arrays.left.count=" in offered("describe", "fig4", "--set", "problem.arr")
+    assert offered("run", "none.yaml", "--set", "p") == []
+    assert offered("run", "--set", "p") == []
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_the_printed_script_asks_this_program(shell: str, tmp_path: Path) -> None:
+    done = call(tmp_path, "completion", shell)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert f"_RIGIDPEND_COMPLETE={shell}_complete" in done.stdout
+
+
+def test_a_shell_completes(tmp_path: Path) -> None:
+    """The script in bash itself, where the program stands on the path."""
+    program = tmp_path / "rigidpend"
+    program.write_text(f"#!/bin/sh\nexec '{sys.executable}' -m rigidpend \"$@\"\n")
+    program.chmod(0o755)
+    script = """
+        eval "$(rigidpend completion bash)"
+        complete -p rigidpend
+        COMP_WORDS=(rigidpend run fig); COMP_CWORD=2
+        _rigidpend_completion rigidpend
+        echo "${COMPREPLY[*]}"
+    """
+    done = subprocess.run(
+        ["bash", "-c", script],
+        env=ENVIRONMENT | {"PATH": f"{tmp_path}:{ENVIRONMENT['PATH']}"},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "-F _rigidpend_completion rigidpend" in done.stdout
+    assert "fig4" in done.stdout.split()

@@ -1,0 +1,280 @@
+"""`run`: reasons, dry runs, going on, how much is said, the JSON document, logs, a terminal."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import h5py
+import pytest
+from click.testing import CliRunner
+
+from rigidpend import cli, runner, store
+from tests.cli.calls import ENVIRONMENT, Done, call
+from tests.config.samples import SMALL, changed, written
+
+
+def state(path: Path) -> tuple[bytes, int]:
+    return path.read_bytes(), path.stat().st_mtime_ns
+
+
+def lines(path: Path) -> list[str]:
+    """A log without its times."""
+    return [line.split(maxsplit=1)[1] for line in path.read_text().splitlines()]
+
+
+def test_a_run_says_why_and_what_it_does_on_stderr(first: Done, result: Path) -> None:
+    assert first.stdout == ""
+    begin, *reports, end = first.stderr.splitlines()
+    assert begin.startswith("fig4: computing (no result yet), ")
+    assert [line.split()[:4] for line in reports] == [
+        ["fig4:", "left:", "63", "orbits,"],
+        ["fig4:", "right:", "32", "orbits,"],
+    ]
+    assert end.startswith(f"fig4: {Path('deep', 'results', 'fig4.h5')} written, ")
+
+
+def test_the_log_beside_the_result_holds_what_was_said(first: Done, result: Path) -> None:
+    opening, *said = lines(result.with_suffix(".log"))
+    assert opening.endswith("run fig4 -j 1 --out deep/results")
+    assert [f"fig4: {line}" for line in said] == first.stderr.splitlines()
+
+
+def test_what_is_up_to_date_is_left_alone(desk: Path, result: Path) -> None:
+    before, log = state(result), state(result.with_suffix(".log"))
+    done = call(desk, "run", "fig4", "--out", "deep/results")
+    assert (done.returncode, done.stdout) == (0, "")
+    assert done.stderr == f"fig4: {Path('deep', 'results', 'fig4.h5')} is up to date\n"
+    assert state(result) == before
+    assert state(result.with_suffix(".log")) == log
+
+
+@pytest.fixture(scope="module")
+def forced(desk: Path, result: Path) -> Path:
+    """The same again by --force on two processors, in another folder."""
+    (desk / "forced").mkdir()
+    shutil.copy(result, desk / "forced")
+    done = call(desk, "run", "fig4", "--force", "-j", "2", "--out", "forced")
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.startswith("fig4: computing (--force), ")
+    return desk / "forced" / "fig4.h5"
+
+
+def differing(one: Path, two: Path) -> list[str]:
+    """The datasets of fig4 that are not the same in two files."""
+    with h5py.File(one, "r") as a, h5py.File(two, "r") as b:
+        names = [f"data/{array}/{field}" for array in a["data"] for field in a["data"][array]]
+        assert len(names) == 14
+        return [name for name in names if a[name][:].tobytes() != b[name][:].tobytes()]
+
+
+def test_no_result_depends_on_the_jobs(result: Path, forced: Path) -> None:
+    assert differing(result, forced) == []
+
+
+def test_a_changed_config_is_run_again_with_the_reason(desk: Path, forced: Path) -> None:
+    setting = ("--set", "problem.n_symbols=2", "--set", "numerics.precisions=[53]")
+    done = call(desk, "run", "fig4", "--out", "forced", *setting)
+    assert done.returncode == 0
+    assert done.stderr.startswith("fig4: computing (its config changed), ")
+    with h5py.File(forced, "r") as file:
+        assert file["data/left/codes"].shape == (2, 63)
+
+
+def test_a_read_only_folder_of_configs_is_enough(tmp_path: Path) -> None:
+    (tmp_path / "configs").mkdir()
+    path = written(tmp_path / "configs", SMALL, "mine.yaml")
+    path.chmod(0o444)
+    (tmp_path / "configs").chmod(0o555)
+    done = call(tmp_path, "run", "mine")
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "results" / "mine.h5").is_file()
+    assert [x.name for x in (tmp_path / "configs").iterdir()] == ["mine.yaml"]
+
+
+def test_a_dry_run_says_what_a_run_would_do_and_does_nothing(tmp_path: Path) -> None:
+    written(tmp_path, SMALL, "small.yaml")
+    planned = call(tmp_path, "run", "small.yaml", "-n")
+    assert (planned.returncode, planned.stdout) == (0, "")
+    assert planned.stderr.startswith("small: would compute (no result yet), ")
+    assert not (tmp_path / "results").exists()
+    assert call(tmp_path, "run", "small.yaml").returncode == 0
+    again = call(tmp_path, "run", "small.yaml", "--dry-run", "--set", "problem.mu=2e-3")
+    assert again.stderr.startswith("small: would compute (its config changed), ")
+    same = call(tmp_path, "run", "small.yaml", "--dry-run")
+    assert same.stderr == f"small: {Path('results', 'small.h5')} is up to date\n"
+
+
+@pytest.fixture(scope="module")
+def failing(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three configs; the first cannot be computed, the second has a damaged result."""
+    folder = tmp_path_factory.mktemp("failing")
+    zoom = """\
+figure: none
+experiment: route_zoom
+problem: {A: [2, 1, 1.5], r: [1, 1, 0], mu: 0.001, h0: 1.3342, J1_0: 1e-8, n_symbols: 1,
+  between: [1, 1.1], step: 1/10, levels: 1, count: 3}
+numerics: {precisions: [53]}
+"""
+    written(folder, zoom, "a.yaml")
+    for name in ("b", "c"):
+        written(folder, SMALL, f"{name}.yaml")
+    (folder / "results").mkdir()
+    (folder / "results" / "b.h5").write_bytes(b"mine")
+    return folder
+
+
+def test_the_first_failure_ends_a_run(failing: Path) -> None:
+    done = call(failing, "run", "a.yaml", "c.yaml", "--out", "other", "--json")
+    assert done.returncode == 1
+    assert [entry["status"] for entry in json.loads(done.stdout)] == ["failed", "not run"]
+    assert done.stderr.splitlines()[-1].startswith("rigidpend: a: ")
+    assert not (failing / "other" / "c.h5").exists()
+    assert "failed: " in lines(failing / "other" / "a.log")[-1]
+
+
+def test_a_run_that_keeps_going_computes_the_rest(failing: Path) -> None:
+    done = call(failing, "run", "a.yaml", "b.yaml", "c.yaml", "-k", "--json")
+    assert done.returncode == 1
+    a, b, c = json.loads(done.stdout)
+    assert [x["status"] for x in (a, b, c)] == ["failed", "failed", "computed"]
+    assert a["error"] in done.stderr
+    assert b["error"].endswith("move it away, or overwrite it with --force")
+    assert (failing / "results" / "b.h5").read_bytes() == b"mine"
+    assert (c["error"], c["log"]) == (None, str(Path("results", "c.log")))
+    assert store.attributes(failing / c["file"])["config_hash"] == c["config_hash"]
+    assert 0 < c["seconds"] < 60
+
+
+def test_json_is_one_document_whatever_is_said(tmp_path: Path) -> None:
+    written(tmp_path, SMALL, "small.yaml")
+    [planned] = json.loads(call(tmp_path, "run", "small.yaml", "--json", "-n").stdout)
+    done = call(tmp_path, "run", "small.yaml", "--json", "-v")
+    [computed] = json.loads(done.stdout)
+    [same] = json.loads(call(tmp_path, "run", "small.yaml", "--json", "-q").stdout)
+    statuses = [x["status"] for x in (planned, computed, same)]
+    assert statuses == ["planned", "computed", "up to date"]
+    assert planned["reason"] == computed["reason"] == "no result yet"
+    assert {x["config_hash"] for x in (planned, computed, same)} == {planned["config_hash"]}
+    assert same["seconds"] is None
+
+
+def test_an_interrupted_run_has_its_document_too(
+    desk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupt(*_: Any, **__: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(runner, "run", interrupt)
+    paths = [str(written(tmp_path, SMALL, f"{name}.yaml")) for name in "ab"]
+    done = CliRunner().invoke(cli.main, ["run", *paths, "--json", "--out", str(tmp_path)])
+    assert done.exit_code == 130
+    assert [one["status"] for one in json.loads(done.stdout)] == ["interrupted", "not run"]
+
+
+def test_quiet_says_nothing_and_verbose_says_more(tmp_path: Path) -> None:
+    written(tmp_path, SMALL, "small.yaml")
+    quiet = call(tmp_path, "run", "small.yaml", "-q")
+    assert (quiet.returncode, quiet.stdout, quiet.stderr) == (0, "", "")
+    assert (tmp_path / "results" / "small.h5").is_file()
+    usual = call(tmp_path, "run", "small.yaml", "--force")
+    verbose = call(tmp_path, "run", "small.yaml", "--force", "-v")
+    assert len(verbose.stderr.splitlines()) > len(usual.stderr.splitlines())
+    assert all(line.split()[1] == "s" for line in verbose.stderr.splitlines())
+    assert store.attributes(tmp_path / "results" / "small.h5")["code_hash"] in verbose.stderr
+    wrong = call(tmp_path, "run", "small.yaml", "--quiet", "--set", "problem.mu=x")
+    assert (wrong.returncode, wrong.stdout) == (2, "")
+    assert wrong.stderr.startswith("--set problem.mu=x: ")
+
+
+def test_what_is_not_a_result_of_ours_is_overwritten_only_by_force(tmp_path: Path) -> None:
+    written(tmp_path, SMALL, "small.yaml")
+    (tmp_path / "results").mkdir()
+    target = tmp_path / "results" / "small.h5"
+    target.write_bytes(b"mine")
+    done = call(tmp_path, "run", "small.yaml")
+    assert done.returncode == 1
+    assert done.stderr.startswith(f"rigidpend: {target.relative_to(tmp_path)}: ")
+    assert done.stderr.endswith("; move it away, or overwrite it with --force\n")
+    assert target.read_bytes() == b"mine"
+    assert call(tmp_path, "run", "small.yaml", "--force").returncode == 0
+    assert store.attributes(target)["name"] == "small"
+
+
+def on_a_terminal(folder: Path, *arguments: str, **environment: str) -> str:
+    """What a command writes to a terminal of 80 columns."""
+    ours, theirs = pty.openpty()
+    size = {"COLUMNS": "80", "LINES": "24", "TERM": "xterm"}
+    with subprocess.Popen(
+        [sys.executable, "-m", "rigidpend", *arguments],
+        cwd=folder,
+        env=ENVIRONMENT | size | environment,
+        stdin=subprocess.DEVNULL,
+        stdout=theirs,
+        stderr=theirs,
+    ) as process:
+        os.close(theirs)
+        written = b""
+        while True:
+            try:
+                block = os.read(ours, 10_000)
+            except OSError:
+                # What Linux says when the other side is closed.
+                break
+            if not block:
+                break
+            written += block
+        os.close(ours)
+    assert process.returncode == 0, written
+    return written.decode().replace("\r\n", "\n")
+
+
+def test_a_terminal_has_one_line_that_changes_and_no_colours(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        written(tmp_path, SMALL, f"{name}.yaml")
+    shown = on_a_terminal(tmp_path, "run", "a.yaml", "b.yaml")
+    assert "\x1b" not in shown
+    assert "\r[1 of 2 done, about " in shown
+    assert all(len(text) < 80 for line in shown.split("\n") for text in line.split("\r"))
+    stay = [line.split("\r")[-1].strip() for line in shown.split("\n") if line]
+    assert [line.split()[:3] for line in stay if line] == [
+        ["a:", "results/a.h5", "written,"],
+        ["b:", "results/b.h5", "written,"],
+    ]
+
+
+def test_a_dumb_terminal_has_plain_lines(tmp_path: Path) -> None:
+    written(tmp_path, SMALL, "a.yaml")
+    shown = on_a_terminal(tmp_path, "run", "a.yaml", TERM="dumb")
+    assert "\r" not in shown
+    assert shown.startswith("a: computing (no result yet), ")
+
+
+@pytest.mark.parametrize("names", [("a.yaml", "sub/a.yaml"), ("fig4", "fig4.yaml")])
+def test_two_configs_of_one_name_are_wrong_usage(tmp_path: Path, names: tuple[str, str]) -> None:
+    (tmp_path / "sub").mkdir()
+    for name in ("a.yaml", "sub/a.yaml", "fig4.yaml"):
+        written(tmp_path, SMALL, name)
+    done = call(tmp_path, "run", *names)
+    stem = Path(names[0]).stem
+    assert (done.returncode, done.stdout) == (2, "")
+    assert f"{names[1]} would both be stored as {stem}.h5" in done.stderr
+    assert not (tmp_path / "results").exists()
+
+
+def test_all_configs_are_checked_before_the_first_is_computed(tmp_path: Path) -> None:
+    written(tmp_path, SMALL, "good.yaml")
+    for name in ("bad.yaml", "worse.yaml"):
+        written(tmp_path, changed("mu: 0.001", "mu: x", SMALL), name)
+    done = call(tmp_path, "run", "good.yaml", "bad.yaml", "worse.yaml")
+    assert done.returncode == 2
+    starts = [line for line in done.stderr.splitlines() if not line.startswith(" ")]
+    assert starts[0].startswith("bad.yaml:7:7: problem.mu: ")
+    assert starts[1].startswith("worse.yaml:7:7: problem.mu: ")
+    assert not (tmp_path / "results").exists()

@@ -1,0 +1,190 @@
+"""`list`, `describe`, `theory`, `render`, `verify`: what is shown of configs and results."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import struct
+from pathlib import Path
+
+import h5py
+import pytest
+
+from rigidpend import config, provenance, store
+from tests.cli.calls import REFERENCE, call
+from tests.config.samples import FIG4, SMALL, changed, written
+
+SHIPPED = sorted(FIG4.parent.glob("**/*.yaml"))
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Configs of our own: good and computed, not computed, bad, and one that measures."""
+    folder = tmp_path_factory.mktemp("place")
+    (folder / "configs" / "measure").mkdir(parents=True)
+    for name in ("a_done", "b_changed", "c_new", "measure/m_slow", "e_damaged"):
+        written(folder / "configs", SMALL, f"{name}.yaml")
+    written(folder / "configs", changed("mu: 0.001", "mu: x", SMALL), "d_bad.yaml")
+    assert call(folder, "run", "a_done", "b_changed").returncode == 0
+    written(folder / "configs", changed("mu: 0.001", "mu: 1e-2", SMALL), "b_changed.yaml")
+    (folder / "results" / "e_damaged.h5").write_bytes(b"\x89HDF\r\n\x1a\n")
+    return folder
+
+
+STATUS = {
+    "a_done": "up to date",
+    "b_changed": "to run: its config changed",
+    "c_new": "to run: no result yet",
+    "m_slow": "to run: no result yet (by name only)",
+}
+
+
+def test_list_names_every_config_with_its_experiment_and_status(place: Path) -> None:
+    done = call(place, "list")
+    assert (done.returncode, done.stderr) == (0, "")
+    rows = {line.split()[0]: line for line in done.stdout.splitlines()}
+    assert {FIG4.stem, "fig1", "fig2", *STATUS} <= set(rows)
+    for name, status in STATUS.items():
+        assert rows[name].split()[1] == "route_codes"
+        assert f"{name}.yaml" in rows[name].split()[2]
+        assert rows[name].endswith(f"  {status}")
+    assert " - " in rows["d_bad"]
+    assert f"cannot be used: {Path('configs', 'd_bad.yaml')}:7:7: problem.mu: " in rows["d_bad"]
+    assert f"cannot be used: {Path('results', 'e_damaged.h5')}: " in rows["e_damaged"]
+
+
+def test_list_can_look_at_other_results(place: Path) -> None:
+    done = call(place, "list", "--out", "none", "--json")
+    by_name = {entry["name"]: entry for entry in json.loads(done.stdout)}
+    assert by_name["a_done"]["status"] == "to run"
+    assert by_name["a_done"]["reason"] == "no result yet"
+    assert by_name["a_done"]["file"] == str(Path("none", "a_done.h5"))
+    assert by_name["d_bad"]["status"] == "cannot be used"
+    assert (by_name["a_done"]["in_all"], by_name["m_slow"]["in_all"]) == (True, False)
+
+
+def test_describe_prints_what_follows_from_the_parameters(tmp_path: Path) -> None:
+    done = call(tmp_path, "describe", "fig4")
+    assert (done.returncode, done.stderr) == (0, "")
+    rows = dict(line.split(maxsplit=1) for line in done.stdout.splitlines()[1:])
+    assert rows["alpha0"].split()[1] == "rad"
+    assert float(rows["alpha0"].split()[0]) == pytest.approx(1.9106332362490186, rel=1e-15)
+    assert float(rows["kappa"].split()[0]) == pytest.approx(4 / 3, rel=1e-15)
+    assert "  Melnikov zeros      1.563050, 4.704643  " in done.stdout
+    # Of the theory besides.
+    assert rows["regime"].split()[0] == "iv"
+    assert float(rows["multipliers"].split(",")[0]) == pytest.approx(9.22061, abs=1e-5)
+
+
+def test_describe_as_json_has_the_config_its_hash_and_the_rows(tmp_path: Path) -> None:
+    done = call(tmp_path, "describe", "fig4", "--json", "--set", "problem.mu=1/3")
+    [described] = json.loads(done.stdout)
+    assert described["config"]["problem"]["mu"] == "1/3"
+    assert described["config_hash"] == provenance.config_hash(described["config"])
+    assert {row["name"] for row in described["rows"]} >= {"A", "r", "mu", "alpha0", "h0"}
+    everything = json.loads(call(tmp_path, "describe", "all", "--json").stdout)
+    assert {"fig1", "fig4", "fig5"} <= {one["name"] for one in everything}
+
+
+def resolved(text: str, folder: Path) -> config.Config:
+    return config.load(written(folder, text, "again.yaml"))
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_a_resolved_config_is_read_back_as_the_same(path: Path, tmp_path: Path) -> None:
+    loaded = config.load(path)
+    text = config.resolved_yaml(loaded)
+    assert resolved(text, tmp_path).resolved() == loaded.resolved()
+    # Nothing is left to a default.
+    assert config.resolved_yaml(resolved(text, tmp_path)) == text
+
+
+@pytest.mark.parametrize(
+    "figure",
+    ["null", "true", "~", "''", "'4: a # b'", "' 4 '", "4\\n5", "öäü", "'- a'", "[x", "*a"],
+)
+def test_any_text_is_read_back_from_a_resolved_config(figure: str, tmp_path: Path) -> None:
+    quoted = json.dumps(figure, ensure_ascii=False)
+    loaded = config.load(written(tmp_path, changed('figure: "4"', f"figure: {quoted}")))
+    assert resolved(config.resolved_yaml(loaded), tmp_path).resolved() == loaded.resolved()
+
+
+def test_a_run_of_the_resolved_config_has_the_same_hash(desk: Path, tmp_path: Path) -> None:
+    setting = ("--set", "problem.mu=0.002")
+    printed = call(desk, "describe", "small.yaml", "--resolved", *setting)
+    assert (printed.returncode, printed.stderr) == (0, "")
+    written(tmp_path, printed.stdout, "small.yaml")
+    [mine] = json.loads(call(tmp_path, "run", "small.yaml", "--json").stdout)
+    [theirs] = json.loads(call(desk, "run", "small.yaml", "-n", "--json", *setting).stdout)
+    assert mine["config_hash"] == theirs["config_hash"]
+    assert store.attributes(tmp_path / mine["file"])["config_hash"] == mine["config_hash"]
+
+
+def test_theory_is_of_any_config_with_a_body_and_an_energy(desk: Path) -> None:
+    by_default, named = call(desk, "theory"), call(desk, "theory", "fig4")
+    assert by_default.returncode == 0, by_default.stderr
+    assert by_default.stdout == named.stdout
+    heavier = call(desk, "theory", "small.yaml", "--set", "problem.mu=0.01", "--json")
+    rows = {row["name"]: row for row in json.loads(heavier.stdout)}
+    assert rows["mu"]["value"] == "0.01"
+    assert rows["alpha0"]["number"] == pytest.approx(1.9106332362490186, rel=1e-15)
+    without = call(desk, "theory", "fig1")
+    assert without.returncode == 2
+    assert "has not one body and one h0" in without.stderr
+
+
+@pytest.mark.parametrize(
+    ("suffix", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")]
+)
+def test_render_draws_without_a_display(
+    desk: Path, result: Path, suffix: str, start: bytes
+) -> None:
+    given = ("--out", "deep/results", "--format", suffix)
+    done = call(desk, "render", "fig4", *given, backend="TkAgg")
+    target = Path("deep", "results", f"fig4.{suffix}")
+    assert (done.returncode, done.stdout) == (0, "")
+    assert done.stderr == f"fig4: {target} drawn\n"
+    assert (desk / target).read_bytes().startswith(start)
+
+
+def png_text(image: bytes) -> dict[str, str]:
+    """The texts in a PNG."""
+    found, at = {}, 8
+    while at < len(image):
+        length, kind = struct.unpack(">I4s", image[at : at + 8])
+        if kind == b"tEXt":
+            key, _, text = image[at + 8 : at + 8 + length].partition(b"\0")
+            found[key.decode()] = text.decode("latin-1")
+        at += 12 + length
+    return found
+
+
+def test_a_png_says_which_result_it_shows(desk: Path, result: Path) -> None:
+    done = call(desk, "render", "fig4", "--out", "deep/results", backend="nonsense")
+    assert done.returncode == 0, done.stderr
+    attributes = store.attributes(result)
+    assert png_text(result.with_suffix(".png").read_bytes()) == {
+        "Title": f"rigidpend fig4, config {attributes['config_hash']}",
+        "Experiment": "route_codes",
+        "Config-Hash": attributes["config_hash"],
+        "Code-Hash": attributes["code_hash"],
+        "Engine": attributes["engine"],
+    }
+
+
+def test_verify_passes_against_the_reference(desk: Path) -> None:
+    done = call(desk, "verify", "fig4", "--reference", str(REFERENCE))
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == f"fig4: the same as in {REFERENCE / 'fig4.h5'}\n"
+
+
+def test_verify_fails_against_a_tampered_copy(tmp_path: Path) -> None:
+    shutil.copy(REFERENCE / "fig4.h5", tmp_path)
+    with h5py.File(tmp_path / "fig4.h5", "a") as file:
+        codes = file["data/right/codes"]
+        codes[14, 31] = 1 - codes[14, 31]
+    done = call(tmp_path, "verify", "fig4", "--reference", ".")
+    assert (done.returncode, done.stderr) == (1, "")
+    verdict, difference = done.stdout.splitlines()
+    assert verdict == "fig4: differs from fig4.h5"
+    assert "right/codes[14, 31]" in difference

@@ -1,0 +1,229 @@
+"""What goes wrong is one sentence and an exit code, never a traceback."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+
+from rigidpend import cli, runner, store
+from rigidpend.cli import common
+from rigidpend.experiments.route_zoom import NoChange
+from rigidpend.integrate import engines
+from rigidpend.workers import WorkerError
+from tests.cli.calls import ENVIRONMENT, call
+from tests.config.samples import SMALL, written
+
+WRONG = {
+    # The command, the exit code, the sentence.
+    "unknown config": (("run", "fig"), 2, "fig: no such config; did you mean fig"),
+    "unknown key": (
+        ("run", "fig4", "--set", "problem.mew=1"),
+        2,
+        "--set problem.mew=1: problem.mew: unknown key",
+    ),
+    "no result to draw": (
+        ("render", "fig4", "--out", "none"),
+        1,
+        f"rigidpend: {Path('none', 'fig4.h5')} is not there; call: rigidpend run fig4",
+    ),
+    "no reference": (
+        ("verify", "fig4", "--reference", "none"),
+        1,
+        f"rigidpend: {Path('none', 'fig4.h5')}: there is no such file",
+    ),
+    "file for a folder": (
+        ("run", "small.yaml", "--out", "small.yaml/sub"),
+        1,
+        f"rigidpend: small: {Path('small.yaml', 'sub', 'small.h5')}: small.yaml/sub is not",
+    ),
+    "pipe for a config": (("describe", "pipe.yaml"), 2, "pipe.yaml: not a file"),
+    "device for a config": (("describe", "zero.yaml"), 2, "zero.yaml: not a file"),
+}
+
+
+@pytest.fixture(scope="module")
+def strange(desk: Path) -> Path:
+    """The desk, with what looks like configs and never ends."""
+    os.mkfifo(desk / "pipe.yaml")
+    (desk / "zero.yaml").symlink_to("/dev/zero")
+    return desk
+
+
+@pytest.mark.parametrize(("command", "code", "sentence"), WRONG.values(), ids=WRONG)
+def test_what_goes_wrong_is_one_sentence_and_an_exit_code(
+    strange: Path, command: tuple[str, ...], code: int, sentence: str
+) -> None:
+    done = call(strange, *command)
+    assert (done.returncode, done.stdout) == (code, "")
+    last = done.stderr.splitlines()[-1]
+    assert last.startswith(sentence)
+    # An error of a config stands alone, so that its line begins with its place.
+    assert done.stderr.count("rigidpend: ") == (0 if code == common.MISUSED else 1)
+
+
+def test_all_unknown_names_are_said_at_once(desk: Path) -> None:
+    done = call(desk, "run", "fig", "fig4", "none.yaml")
+    assert done.returncode == 2
+    assert [line.split(":")[0] for line in done.stderr.splitlines()] == ["fig", "none.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["run"], "Missing argument"),
+        (["rn", "fig4"], "No such command 'rn'. Did you mean 'run'?"),
+        (["run", "fig4", "-j", "0"], "0 is not in the range"),
+        (["run", "fig4", "-q", "-v"], "--quiet and --verbose exclude each other"),
+        (["run", "fig4", "--out", "small.yaml"], "is a file"),
+        (["describe", "all", "--resolved"], "--resolved prints one config, not all"),
+        (["theory", "all"], "theory is about one config, not all"),
+        (["completion", "csh"], "'csh' is not one of 'bash', 'zsh', 'fish'"),
+        (["render", "fig4", "--format", "gif"], "'gif' is not one of 'png', 'svg', 'pdf'"),
+    ],
+)
+def test_wrong_usage_is_exit_code_2(
+    desk: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], said: str
+) -> None:
+    monkeypatch.chdir(desk)
+    done = CliRunner().invoke(cli.main, arguments)
+    assert done.exit_code == 2
+    assert said in done.stderr
+
+
+def failing(monkeypatch: pytest.MonkeyPatch, desk: Path, error: BaseException, out: str) -> Any:
+    """A run in which the computation fails."""
+
+    def fail(*_: Any, **__: Any) -> None:
+        raise error
+
+    monkeypatch.chdir(desk)
+    monkeypatch.setattr(runner, "run", fail)
+    return CliRunner().invoke(cli.main, ["run", "small.yaml", "--out", out])
+
+
+class Ours(ArithmeticError):
+    """As a module of the package may derive one."""
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "said"),
+    [
+        (KeyboardInterrupt(), 130, "interrupted; finished results are kept"),
+        (engines.EngineError("no heyoka here"), 3, "rigidpend: small: no heyoka here"),
+        (
+            ModuleNotFoundError("No module named 'dask'", name="dask"),
+            3,
+            "rigidpend: small: dask is needed and not installed",
+        ),
+        (store.StoreError("x.h5: no room"), 1, "rigidpend: small: x.h5: no room"),
+        (store.OtherVersion("x.h5: old"), 1, "rigidpend: small: x.h5: old"),
+        (WorkerError("killed"), 1, "rigidpend: small: killed"),
+        (NoChange("nothing changes"), 1, "rigidpend: small: nothing changes"),
+        (Ours("does not converge"), 1, "rigidpend: small: does not converge"),
+        (
+            MemoryError(),
+            1,
+            "rigidpend: small: not enough memory; fewer orbits or fewer --jobs need less",
+        ),
+    ],
+)
+def test_how_a_run_ended_is_its_exit_code(
+    desk: Path, monkeypatch: pytest.MonkeyPatch, error: BaseException, code: int, said: str
+) -> None:
+    done = failing(monkeypatch, desk, error, "failing")
+    assert done.exit_code == code
+    assert done.stderr.splitlines()[-1] == said
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        ZeroDivisionError("mine"),
+        OverflowError("mine"),
+        KeyError("mine"),
+        ModuleNotFoundError("No module named 'rigidpend.x'", name="rigidpend.x"),
+    ],
+)
+def test_an_error_of_ours_is_exit_code_4_with_its_traceback_in_the_log(
+    desk: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
+) -> None:
+    done = failing(monkeypatch, desk, error, "ours")
+    assert done.exit_code == common.INTERNAL == 4
+    assert "Traceback" not in done.output
+    log = Path("ours", "small.log")
+    said = f"rigidpend: small: internal error: {error!r}; please report it with {log}"
+    assert done.stderr.splitlines()[-1] == said
+    text = (desk / log).read_text()
+    assert "Traceback (most recent call last):" in text
+    assert "in fail\n" in text
+    assert text.index("computing (no result yet)") < text.index("Traceback")
+
+
+def test_where_no_log_can_be_written_it_is_a_temporary_file(
+    desk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    done = failing(monkeypatch, desk, ZeroDivisionError("mine"), "small.yaml/sub")
+    [log] = tmp_path.iterdir()
+    assert done.stderr.splitlines()[-1].endswith(f"please report it with {log}")
+    assert log.read_text().startswith("Traceback (most recent call last):")
+    assert log.read_text().endswith("ZeroDivisionError: mine\n")
+
+
+def test_an_error_outside_of_a_run_is_logged_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: Any, **__: Any) -> None:
+        raise ZeroDivisionError("mine")
+
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(runner, "plan", fail)
+    done = CliRunner().invoke(cli.main, ["list"])
+    assert done.exit_code == 4
+    [log] = tmp_path.iterdir()
+    assert str(log) in done.stderr
+
+
+def test_a_reader_that_ends_early_is_no_error(tmp_path: Path) -> None:
+    for _ in range(3):
+        with subprocess.Popen(
+            [sys.executable, "-m", "rigidpend", "describe", "all"],
+            cwd=tmp_path,
+            env=ENVIRONMENT,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        ) as process:
+            assert process.stdout is not None
+            assert process.stderr is not None
+            process.stdout.close()
+            said = process.stderr.read()
+        assert said == b""
+
+
+def test_a_name_that_is_no_text_is_a_sentence_too(tmp_path: Path) -> None:
+    for arguments in (("run", "\udcff"), ("run", "fig4", "--set", "problem.\udcff=1")):
+        done = call(tmp_path, *arguments)
+        assert done.returncode == 2
+        assert done.stderr.count("\n") == 1
+
+
+def test_one_written_config_is_enough_to_see_every_fault(tmp_path: Path) -> None:
+    text = SMALL.replace("mu: 0.001", "mu: *a").replace("A: [2, 1, 1.5]", "A: [1, 2, 1.5]")
+    text = text.replace("r: [1, 1, 0]", "r: [1, 1, 1]\n  r: 3").replace("n_symbols", "n_symbls")
+    done = call(written(tmp_path, text, "x.yaml").parent, "run", "x.yaml", "--set", "numerics.x=1")
+    places = [line.split(": ")[:2] for line in done.stderr.splitlines() if line[:1] != " "]
+    assert places == [
+        ["--set numerics.x=1", "numerics.x"],
+        ["x.yaml:5:6", "problem.A"],
+        ["x.yaml:6:6", "problem.r"],
+        ["x.yaml:7:3", "problem.r"],
+        ["x.yaml:8:7", "problem.mu"],
+        ["x.yaml:11:3", "problem.n_symbls"],
+    ]
