@@ -48,6 +48,8 @@ provenance    versions, commit, machine, and the code behind a result
 render        figures from stored results
 report        one HTML page of all results, beside the paper's numbers
 departures    where the paper slips, and what is computed here
+stress        trials at the limits, each with a stated bound
+benchmark     speed and error beside other methods
 cli           the command line
 
 Names

@@ -11,6 +11,7 @@ import numpy as np
 from rigidpend import compare, surfaces
 from rigidpend.compare import Difference
 from rigidpend.experiments import Means, Row
+from rigidpend.integrate import DEFAULT_TOLERANCE
 from rigidpend.periodic import Delta_1
 from rigidpend.routes.phases import Grid, Phases
 from rigidpend.routes.problem import RouteProblem
@@ -68,12 +69,12 @@ def compute(config: Any, means: Means) -> Tree:
 
 def _body(config: Any, checked: RouteProblem, means: Means) -> Tree:
     """The window and the two surfaces of a body."""
-    tolerance, grid = config.numerics.tolerance, config.problem.theta2_0
+    tolerance = config.numerics.tolerance or DEFAULT_TOLERANCE[means.engine]
+    grid = config.problem.theta2_0
     theta2_0 = Phases(Grid(grid.start, grid.step, grid.count)).high
     window = _window(checked, float(config.problem.half_width))
     angles, half_width = checked.body.angles(), window["window"][1] - window["centre"]
-    exactness = None if tolerance is None else float(tolerance)
-    lower = surfaces.S1_minus(checked, theta2_0, half_width, means.engine, exactness)
+    lower = surfaces.S1_minus(checked, theta2_0, half_width, means.engine, float(tolerance))
     upper = surfaces.S2_plus(lower, angles.alpha0, angles.beta0)
     both = {"S1_minus": _curves(lower), "S2_plus": _curves(upper)}
     return {**_datasets(window, WINDOW), **both}

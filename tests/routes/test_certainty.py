@@ -10,17 +10,18 @@ import pytest
 from rigidpend.integrate import Crossings, Outcome
 from rigidpend.routes.certainty import (
     AGREEMENT,
+    CLOSE,
     FIRST,
     LINEAR,
     SECOND,
+    THIRD,
     agreement,
     decide,
-    threshold,
 )
 from rigidpend.routes.start import Scales
 
 RATE, LIMIT = 2.0, 1e-3
-CLOSE, FAR = 0.4e-3, 0.6e-3
+NEAR, FAR = 0.4e-3, 0.6e-3
 """Times apart by less and by more than LIMIT / RATE."""
 
 
@@ -51,7 +52,7 @@ def shifted(*by: float) -> Crossings:
 
 def test_agreement_wants_every_time_close() -> None:
     assert certain(record(BASE), record(BASE)) == [True] * 3
-    assert certain(record(BASE), shifted(CLOSE, -CLOSE, CLOSE, -CLOSE)) == [True] * 3
+    assert certain(record(BASE), shifted(NEAR, -NEAR, NEAR, -NEAR)) == [True] * 3
 
 
 @pytest.mark.parametrize(
@@ -95,14 +96,6 @@ def test_agreement_is_certain_that_an_asymptotic_orbit_has_no_symbol() -> None:
     assert certain(ended, record(BASE)) == [True, False, False]
     late = record([10.0, 20.0 + FAR, np.nan, np.nan], (2, 1, 0, 0), Outcome.ASYMPTOTIC)
     assert certain(ended, late) == [False] * 3
-
-
-def test_threshold_rises_with_the_precision_up_to_where_errors_are_linear() -> None:
-    found = [threshold(bits) for bits in range(53, 400)]
-    assert found == sorted(found)
-    assert found[0] == AGREEMENT
-    assert found[1] == 2 * AGREEMENT
-    assert found[-1] == max(found) == LINEAR < 1
 
 
 class Fake:
@@ -157,22 +150,65 @@ def test_decide_compares_two_computations_in_one_precision_too() -> None:
     assert decided.certain.all(axis=0).tolist() == [True, False, False]
 
 
-def test_decide_judges_by_the_finer_of_two_precisions() -> None:
-    """A difference between two thresholds is too much for 53 bits and not for 64."""
-    between = (threshold(53) * threshold(64)) ** 0.5
-    late = {(53, FIRST): 0.0, (53, SECOND): between, (64, FIRST): 0.0, (64, SECOND): 9.0}
+class Late:
+    """Computations of one column, each late by its own time; it writes down what it is asked."""
 
-    def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
+    def __init__(self, **late: float) -> None:
+        scales = {"first": FIRST, "second": SECOND, "third": THIRD}
+        self.late = {
+            (int(bits), scales[name]): by
+            for key, by in late.items()
+            for name, bits in [key.split("_")]
+        }
+        self.asked: list[tuple[int, Scales]] = []
+
+    def __call__(self, bits: int, scales: Scales, columns: Any) -> Crossings:
+        self.asked.append((bits, scales))
         found = record(BASE)
-        return found._replace(time=found.time + late[bits, scales])
+        return found._replace(time=found.time + self.late[bits, scales])
 
-    assert not decide(compute, 1, 1.0, (53,)).certain.any()
-    decided = decide(compute, 1, 1.0, (53, 64))
+
+def test_decide_wants_a_third_computation_where_two_are_not_close() -> None:
+    late = Late(first_53=0.0, second_53=CLOSE / 2)
+    assert decide(late, 1, 1.0, (53,)).certain.all()
+    assert len(late.asked) == 2
+    for third, established in ((0.0, True), (1.4 * AGREEMENT, False), (-0.6 * AGREEMENT, False)):
+        late = Late(first_53=0.0, second_53=AGREEMENT / 2, third_53=third)
+        assert decide(late, 1, 1.0, (53,)).certain.all() == established, third
+        assert late.asked == [(53, FIRST), (53, SECOND), (53, THIRD)]
+
+
+def test_decide_asks_for_no_third_computation_that_cannot_help() -> None:
+    late = Late(first_53=0.0, second_53=2 * AGREEMENT)
+    assert not decide(late, 1, 1.0, (53,)).certain.any()
+    assert len(late.asked) == 2
+
+
+def test_decide_judges_two_precisions_by_another_limit_than_one() -> None:
+    between = (AGREEMENT * LINEAR) ** 0.5
+    assert not decide(Late(first_53=0.0, second_53=between), 1, 1.0, (53,)).certain.any()
+    late = Late(first_53=0.0, second_53=between, first_64=0.0)
+    decided = decide(late, 1, 1.0, (53, 64))
     assert decided.certain.all()
     assert decided.bits.tolist() == [64]
 
 
-def test_scales_of_the_two_computations_differ_by_no_power_of_two() -> None:
-    for first, second in zip(FIRST, SECOND, strict=True):
+def test_decide_keeps_what_two_establish_and_doubts_what_comes_after() -> None:
+    """The third computation is asked for the symbols that two leave open, and no others."""
+
+    def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
+        late = {FIRST: 0.0, SECOND: AGREEMENT / 2, THIRD: 2 * AGREEMENT}[scales]
+        return shifted(0.0, 0.0, late, late)
+
+    assert decide(compute, 1, 1.0, (53,)).certain[:, 0].tolist() == [True, False, False]
+
+
+def test_limits_are_in_the_order_of_what_they_must_guard_against() -> None:
+    assert 0 < CLOSE < AGREEMENT < LINEAR < 0.1
+
+
+@pytest.mark.parametrize("pair", [(FIRST, SECOND), (FIRST, THIRD), (SECOND, THIRD)])
+def test_scales_of_the_computations_differ_by_no_power_of_two(pair: Any) -> None:
+    for first, second in zip(*pair, strict=True):
         mantissa, _ = np.frexp(float(second) / float(first))
         assert mantissa != 0.5

@@ -1,0 +1,17 @@
+"""Trials at the limits of what the package says: each case has a value and a stated bound.
+
+Rooms
+-----
+cases       what a case is, and its verdict
+truth       the same orbits in other arithmetic, and how far apart two computations are
+dual        derivatives of fields, by dual numbers
+growth      the rounding error of a crossing, predicted from the variational equations
+long_time   integrals over up to 1e6 rotations
+pendulum    the motion with J1 = 0 against its period
+extremes    bodies, energies and J1_0 at the ends of their ranges
+starts      on and beside each separatrix, with any M . gamma
+symmetries  reflection, time reversal, change of units
+passages    growth of errors a passage; how many symbols a precision decides
+honesty     flags `certain` where the tolerance is spoilt
+table       the cases of a result, for people and for programs
+"""
