@@ -8,7 +8,7 @@ RESULTS ?= results
 JOBS ?=
 RUN := $(BIN)/rigidpend
 
-.PHONY: help figures test verify reference bench gallery clean distclean
+.PHONY: help figures test verify reference bench stress gallery clean distclean
 
 help: ## list the targets
 	@grep -E '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -30,8 +30,11 @@ verify: $(VENV)/.installed ## compute every experiment again and compare with re
 reference: $(VENV)/.installed ## renew results/reference/: make reference REASON="why" [NAMES="fig4 fig5"]
 	$(RUN) reference $(or $(NAMES),all) --reason "$$REASON" $(if $(JOBS),-j $(JOBS))
 
-bench: $(VENV)/.installed ## time the route codes on this machine
-	$(BIN)/python scripts/bench_route_codes.py
+bench: $(VENV)/.installed ## run time against error, on this machine; some twenty minutes
+	$(RUN) bench --out $(RESULTS)
+
+stress: $(VENV)/.installed ## trials at the limits; some ten minutes on two cores
+	$(RUN) stress --out $(RESULTS)
 
 gallery: figures ## draw every figure and keep it in results/gallery/, for the README
 	mkdir -p results/gallery

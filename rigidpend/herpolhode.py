@@ -25,7 +25,7 @@ class Orbit(NamedTuple):
     t: Array
     """(n,), t'."""
     states: Array
-    """(8, n): aligned components, theta3, alpha."""
+    """(7, n): aligned components, theta3."""
     crossing_error: Array
     """(k,), t': how much later it crosses J1 = J2/2 than the route."""
 
@@ -56,7 +56,7 @@ def follow(
     t = np.arange(0.0, end, step)
     times = np.union1d(t, crossing_time)
     states = integrate.sample(
-        hodograph.field(problem.body),
+        hodograph.field_without_alpha(problem.body),
         initial_state(problem, theta2_0),
         times,
         engine=engine,
@@ -68,11 +68,38 @@ def follow(
 
 
 def initial_state(problem: RouteProblem, theta2_0: float) -> Array:
-    """The state (8,) of the orbit at t' = 0, with theta3 = 0."""
+    """The state (7,) of the orbit at t' = 0, with theta3 = 0."""
     state = states_double(start(problem, 53, Scales()), np.array([theta2_0]), 0.0)[:, 0]
-    M, gamma = physical(state, problem.body)
-    omega = hodograph.angular_velocity(M, _moments(problem.body))
-    return np.array([*state, 0.0, hodograph.alpha_ahead(M, omega, gamma)])
+    return np.array([*state, 0.0])
+
+
+def alpha(states: Array, body: Body) -> Array:
+    """alpha in radians of states (7, ...), whose last component is theta3, by (th_al).
+
+    It differs from theta3 by less than pi/2, so that it is continuous where theta3 is.
+    """
+    M, gamma = physical(states, body)
+    omega = hodograph.angular_velocity(M, _moments(body))
+    return np.asarray(states[6] + hodograph.alpha_ahead(M, omega, gamma))
+
+
+def alpha_at(
+    body: Body, states: Array, ends: ArrayLike, tolerance: float, engine: str | None = None
+) -> Array:
+    """alpha (n,) in radians of orbits, each at a time t' of its own.
+
+    Parameters
+    ----------
+    body : Body
+    states : (7, n) array
+        Aligned components and theta3 at t' = 0.
+    ends : (n,) array
+        t'.
+    tolerance, engine : as in `integrate.ends`
+    """
+    field = hodograph.field_without_alpha(body)
+    found = integrate.ends(field, states, ends, engine=engine, tolerance=tolerance)
+    return alpha(found, body)
 
 
 def separatrices(states: Array) -> NDArray[np.uint8]:
@@ -85,17 +112,18 @@ def separatrices(states: Array) -> NDArray[np.uint8]:
 
 def samples(body: Body, orbit: Orbit) -> dict[str, Array]:
     """What the orbit does: t', angles in radians, omega (n, 3) in the fixed basis, physical."""
-    *state, theta3, alpha = orbit.states
+    *state, theta3 = orbit.states
     M, gamma = physical(state, body)
     omega = hodograph.angular_velocity(M, _moments(body))
+    angle = alpha(orbit.states, body)
     c = canonical_from_aligned(Aligned(*state), body.alpha0, body.beta0)
     return {
         "t": orbit.t,
         "theta1": c.theta1,
         "J1_over_J2": c.J1 / c.J2,
         "theta3": theta3,
-        "alpha": alpha,
-        "omega": hodograph.fixed_components(omega, gamma, alpha),
+        "alpha": angle,
+        "omega": hodograph.fixed_components(omega, gamma, angle),
     }
 
 

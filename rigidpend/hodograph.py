@@ -76,18 +76,29 @@ def field(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
         ``field(state, m)`` for `integrate.sample`: of 8 numbers, the aligned components,
         theta3 and alpha, the derivatives in t'.
     """
+    A, without = [float(x) for x in body.A], field_without_alpha(body)
+    alpha0, s = body.alpha0, scale(A, math)
+
+    def rates(state: Any, m: Any) -> tuple[Any, ...]:
+        found = without(state[:7], m)
+        M, gamma = body_from_aligned(Aligned(*state[:6]), alpha0, s)
+        # M is linear in the aligned components, so the same map takes their rates to its own.
+        dM, _ = body_from_aligned(Aligned(*found[:6]), alpha0, s)
+        omega, domega = angular_velocity(M, A), angular_velocity(dM, A)
+        return (*found, hodograph(omega, gamma, domega)[2])
+
+    return rates
+
+
+def field_without_alpha(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
+    """The same of 7 numbers: alpha, which (th_al) gives from theta3, needs no quadrature."""
     A, r, mu = [float(x) for x in body.A], [float(x) for x in body.r], float(body.mu)
     p, s = body.angles(), scale(A, math)
     coefficients = aligned_coefficients(p, math)
 
     def rates(state: Any, _: Any) -> tuple[Any, ...]:
-        found = aligned(state[:6], coefficients)
-        M, gamma = body_from_aligned(Aligned(*state[:6]), p.alpha0, s)
-        # M is linear in the aligned components, so the same map takes their rates to its own.
-        dM, _ = body_from_aligned(Aligned(*found), p.alpha0, s)
-        turning = turning_rate(M, r, mu) / s
-        omega, domega = angular_velocity(M, A), angular_velocity(dM, A)
-        return (*found, turning, hodograph(omega, gamma, domega)[2])
+        M, _ = body_from_aligned(Aligned(*state[:6]), p.alpha0, s)
+        return (*aligned(state[:6], coefficients), turning_rate(M, r, mu) / s)
 
     return rates
 

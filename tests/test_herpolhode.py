@@ -11,7 +11,18 @@ from scipy.integrate import solve_ivp
 from rigidpend import Body, route_codes
 from rigidpend.equations import eq1, theta3_rate
 from rigidpend.exact import exact
-from rigidpend.herpolhode import Orbit, follow, initial_state, samples, separatrices, vertices
+from rigidpend.herpolhode import (
+    Orbit,
+    alpha,
+    alpha_at,
+    follow,
+    initial_state,
+    samples,
+    separatrices,
+    vertices,
+)
+from rigidpend.hodograph import field
+from rigidpend.integrate import sample
 from rigidpend.precession import plateaus
 from rigidpend.routes import RouteProblem
 from tests.integrate.problems import ENGINES, needs_heyoka
@@ -90,11 +101,41 @@ def test_order_plateaus_differ_from_tri1_in_the_second_order(theta2_0: str) -> N
 
 
 def test_initial_state_is_at_theta3_0_and_alpha_along_omega() -> None:
-    state = initial_state(problem("0.01"), 1.02)
+    p = problem("0.01")
+    state = initial_state(p, 1.02)
     assert state[6] == 0
     assert state[1] == 0
     # Near the pendulum's rotation omega is nearly along M.
-    assert 0 < abs(state[7]) < 1e-4
+    assert 0 < abs(alpha(state, p.body)) < 1e-4
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("theta2_0", PUBLISHED)
+def test_alpha_of_the_samples_is_the_quadrature_eqPV(theta2_0: str, engine: str) -> None:
+    """Along the whole route, as far as an orbit stays the same when it is computed again."""
+    p, orbit = problem("0.01"), orbit_of(theta2_0, route_of(theta2_0), engine)
+    state = initial_state(p, float(theta2_0))
+    begin = np.array([*state, alpha(state, p.body)])
+    again = sample(field(p.body), begin, orbit.t, engine=engine, tolerance=TOLERANCE[engine])
+    apart = np.abs(again[:6] - orbit.states[:6]).max(axis=0)
+    found = alpha(orbit.states, p.body)
+    assert np.ptp(found) > 0.05
+    # By (th_al) within one computation, and between two by what they are apart.
+    np.testing.assert_allclose(again[7], alpha(again[:7], p.body), rtol=0, atol=1e-9)
+    assert (np.abs(again[7] - found) < 1e-9 + 10 * np.maximum.accumulate(apart)).all()
+    # No leap where the angle passes a multiple of pi.
+    assert np.abs(np.diff(found)).max() < 0.1
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_alpha_at_is_alpha_of_the_samples_at_each_end(engine: str) -> None:
+    p, ends = problem("0.01"), [20.0, 45.0]
+    states = np.stack([initial_state(p, x) for x in (1.02, 1.83)], axis=1)
+    found = alpha_at(p.body, states, ends, TOLERANCE[engine], engine)
+    for k, theta2_0 in enumerate(PUBLISHED):
+        orbit = orbit_of(theta2_0, route_of(theta2_0), "scipy")
+        [at] = np.flatnonzero(np.isclose(orbit.t, ends[k]))
+        assert found[k] == pytest.approx(alpha(orbit.states, p.body)[at], abs=1e-9)
 
 
 def test_agrees_with_eq1_and_th3_in_other_variables() -> None:

@@ -1,4 +1,4 @@
-"""Engines behind two functions: :func:`crossings` of orbits in any precision, :func:`sample`.
+"""Engines behind :func:`crossings` of orbits in any precision, :func:`sample` and :func:`ends`.
 
 ======== =========================================== ==================
 engine   how                                          precisions (bits)
@@ -43,6 +43,7 @@ __all__ = [
     "check_engine",
     "crossings",
     "default_engine",
+    "ends",
     "sample",
     "sample_orbits",
 ]
@@ -71,7 +72,7 @@ def crossings(orbits: Orbits, *, engine: str, bits: int, tolerance: float, jobs:
     bits : int
         Working precision, 53 or more.
     tolerance : float
-        Local tolerance at 53 bits; higher precisions use what their rounding is worth.
+        Local tolerance at 53 bits; every bit more halves it. Integers err by rounding alone.
     jobs : int
         How many orbits, or batches, are integrated at a time.
 
@@ -133,6 +134,51 @@ def sample(
     return taylor_samples.sample(field, state, times, tolerance)
 
 
+def ends(
+    field: Field,
+    states: Any,
+    times: Any,
+    *,
+    engine: str | None = None,
+    tolerance: float | None = None,
+) -> NDArray[np.float64]:
+    """Orbits of any field, in double precision, each carried from time 0 to a time of its own.
+
+    Parameters
+    ----------
+    field : callable
+        As for :func:`sample`.
+    states : (d, n) array
+        At time 0.
+    times : (n,) array
+        In the field's unit of time.
+    engine : {"taylor", "scipy"}, optional
+    tolerance : float, optional
+        Local tolerance; by default the engine's finest.
+
+    Returns
+    -------
+    (d, n) array
+
+    Raises
+    ------
+    ArithmeticError
+        An orbit did not reach its time.
+    """
+    engine = check_engine(engine or default_engine())
+    times, states = np.asarray(times, dtype=float), np.asarray(states, dtype=float)
+    tolerance = tolerance or FINEST_TOLERANCE[engine]
+    if engine == "taylor" and states.size:
+        from rigidpend.integrate import taylor_samples
+
+        return taylor_samples.ends(field, states, times, tolerance)
+    found = states.copy()
+    for k in np.flatnonzero(times):
+        each = sample(field, states[:, k], [0.0, times[k]], engine=engine, tolerance=tolerance)
+        found[:, k] = each[:, -1]
+    return found
+
+
 def sample_orbits(
     coefficients: AlignedCoefficients,
     states: Any,
@@ -153,7 +199,8 @@ def sample_orbits(
         t', ascending or descending.
     engine : {"taylor", "scipy"}, optional
     tolerance : float, optional
-        Local tolerance; by default the engine's own.
+        Local tolerance; by default the engine's finest. A coarser one lets integrals drift in
+        proportion to the time, where roundings alone drift as its root.
 
     Returns
     -------
@@ -166,7 +213,7 @@ def sample_orbits(
     """
     engine = check_engine(engine or default_engine())
     times, states = _checked_times(times), np.asarray(states, dtype=float)
-    tolerance = tolerance or DEFAULT_TOLERANCE[engine]
+    tolerance = tolerance or FINEST_TOLERANCE[engine]
     if times.size == 1:
         return states[:, None]
     if engine == "scipy":
@@ -214,7 +261,7 @@ def _plan(
 
     if bits == 53:
         return taylor.crossings_batch, (tolerance,), False, _split(orbits, jobs)
-    return taylor.crossings_scalar, (bits, DEFAULT_TOLERANCE[engine]), False, parts
+    return taylor.crossings_scalar, (bits, tolerance), False, parts
 
 
 def _split(orbits: Orbits, count: int) -> list[Orbits]:

@@ -6,7 +6,6 @@ import contextlib
 import functools
 import threading
 from collections.abc import Iterator
-from fractions import Fraction
 from typing import Any
 
 from rigidpend.equations import AlignedCoefficients, aligned
@@ -30,16 +29,21 @@ def aligned_system(hy: Any) -> tuple[list[Any], Any]:
     return list(zip(names, aligned(names, parameters), strict=True)), names[2]
 
 
+KEPT = 24
+"""How many kinds of integrators are kept; the one used longest ago goes first."""
+
 _idle: dict[tuple[Any, ...], list[Any]] = {}
 _idle_lock = threading.Lock()
 
 
 @contextlib.contextmanager
 def borrowed(make: type[Any], *key: Any) -> Iterator[Any]:
-    """An integrator for one caller's use alone, kept afterwards for the next."""
+    """An integrator ``make(*key)`` for one caller's use alone, kept afterwards for the next."""
     with _idle_lock:
-        shelf = _idle.setdefault((make, *key), [])
+        shelf = _idle[make, *key] = _idle.pop((make, *key), [])
         made = shelf.pop() if shelf else None
+        if len(_idle) > KEPT:
+            del _idle[next(iter(_idle))]
     if made is None:
         made = make(*key)
     yield made
@@ -47,10 +51,13 @@ def borrowed(make: type[Any], *key: Any) -> Iterator[Any]:
         shelf.append(made)
 
 
-def typed(x: Fraction, kind: Any) -> Any:
-    """A number of the working type: a sum of doubles, each step exact."""
+def typed(x: Any, kind: Any) -> Any:
+    """A number of the working type, from a float, a Fraction or an mpmath number.
+
+    It is a sum of doubles, each step exact.
+    """
     total, rest = kind(0), x
     for _ in range(3):
         head = float(rest)
-        total, rest = total + kind(head), rest - Fraction(head)
+        total, rest = total + kind(head), rest - type(x)(head)
     return total

@@ -1,4 +1,4 @@
-"""Engine `taylor`, orbits at given times: one of any field, or batches of the aligned field."""
+"""Engine `taylor`, orbits at given times: of any field, or batches of the aligned field."""
 
 from __future__ import annotations
 
@@ -13,14 +13,25 @@ from rigidpend.integrate.compiled import aligned_system, borrowed, heyoka
 
 def sample(field: Any, state: Any, times: Any, tolerance: float) -> Any:
     """An orbit of any field at given times (see `rigidpend.integrate.sample`)."""
-    hy = heyoka()
-    names = [hy.make_vars(f"x{i}") for i in range(len(state))]
-    system = list(zip(names, field(names, _Functions()), strict=True))
-    integrator = hy.taylor_adaptive(system, state, time=times[0], tol=tolerance)
-    ending, *_, states = integrator.propagate_grid(times)
-    if int(ending) != int(hy.taylor_outcome.time_limit):
+    with borrowed(_Alone, _system(field, len(state)), tolerance) as alone:
+        ending, *_, states = alone.run(state, times)
+    if int(ending) != int(heyoka().taylor_outcome.time_limit):
         raise ArithmeticError(f"the integration ended early: {ending}")
     return states.T
+
+
+def ends(field: Any, states: Any, times: Any, tolerance: float) -> Any:
+    """Orbits of any field, each at a time of its own (see `rigidpend.integrate.ends`)."""
+    n, found = len(times), np.empty_like(states)
+    width = min(n, heyoka().recommended_simd_size())
+    with borrowed(_Abreast, _system(field, len(states)), width, tolerance) as abreast:
+        for first in range(0, n, width):
+            # The last batch is filled up with orbits that are computed again.
+            columns = slice(min(first, n - width), first + width)
+            found[:, columns] = abreast.run(states[:, columns], times[columns])
+    if not np.isfinite(found).all():
+        raise ArithmeticError("an orbit did not reach its time")
+    return found
 
 
 def sample_batch(coefficients: Any, states: Any, times: Any, tolerance: float) -> Any:
@@ -32,6 +43,41 @@ def sample_batch(coefficients: Any, states: Any, times: Any, tolerance: float) -
             columns = slice(first, min(first + sampler.width, n))
             found[..., columns] = sampler.run(coefficients, states[:, columns], times)
     return found
+
+
+def _system(field: Any, size: int) -> tuple[Any, ...]:
+    """The equations in heyoka's expressions, which can be compared: equal ones share code."""
+    names = [heyoka().make_vars(f"x{i}") for i in range(size)]
+    return tuple(zip(names, field(names, _Functions()), strict=True))
+
+
+class _Alone:
+    """An integrator of one orbit."""
+
+    def __init__(self, system: Any, tolerance: float) -> None:
+        self.integrator = heyoka().taylor_adaptive(
+            list(system), np.zeros(len(system)), tol=tolerance
+        )
+
+    def run(self, state: Any, times: Any) -> Any:
+        self.integrator.time = times[0]
+        self.integrator.state[:] = state
+        return self.integrator.propagate_grid(times)
+
+
+class _Abreast:
+    """A batch integrator, of which each lane goes as far as it is told."""
+
+    def __init__(self, system: Any, width: int, tolerance: float) -> None:
+        self.integrator = heyoka().taylor_adaptive_batch(
+            list(system), np.zeros((len(system), width)), tol=tolerance
+        )
+
+    def run(self, states: Any, times: Any) -> Any:
+        self.integrator.set_time(0.0)
+        self.integrator.state[:] = states
+        self.integrator.propagate_until(times)
+        return self.integrator.state
 
 
 class _Sampler:
@@ -55,10 +101,17 @@ class _Sampler:
         self.integrator.pars[:] = np.asarray(coefficients)[:, None]
         self.integrator.set_time(times[0])
         self.integrator.state[:] = lanes
-        _, found = self.integrator.propagate_grid(np.repeat(times[:, None], self.width, axis=1))
+        found = self._between(lanes, times)
         if not np.isfinite(found).all():
             raise ArithmeticError("an orbit did not reach the last of the times")
         return found.transpose(1, 0, 2)[..., :n]
+
+    def _between(self, lanes: Any, times: Any) -> Any:
+        if times.size > 2:
+            return self.integrator.propagate_grid(np.repeat(times[:, None], self.width, axis=1))[1]
+        # Without a grid no step needs to be kept for a look inside.
+        self.integrator.propagate_until(times[-1])
+        return np.stack((lanes, self.integrator.state))
 
 
 class _Functions:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import operator
 from collections.abc import Sequence
 from itertools import pairwise
@@ -24,7 +25,7 @@ PRECISIONS = (53, 64, 113)
 """Bits, in the order in which they are tried."""
 
 SHARPENING = 100
-"""How much finer the tolerance of the second computation is, while doubles allow it."""
+"""How much finer the tolerance of further computations is, in doubles while these allow it."""
 
 
 class RouteCodes(NamedTuple):
@@ -157,20 +158,25 @@ class _Run(NamedTuple):
         else:
             states = states_exact(begin, self.phases.exactly(columns), bits)
         unit = float(begin.time_unit)
-        limit = passage_limit(p, bits) / unit
+        limit = _limit(p, bits) / unit
         found = integrate.crossings(
             Orbits(begin.coefficients, states, p.n_symbols + 1, limit),
             engine=self.engine,
             bits=bits,
-            tolerance=self._tolerance(scales),
+            tolerance=self._tolerance(bits, scales),
             jobs=self.jobs,
         )
         return found._replace(time=found.time * unit)
 
-    def _tolerance(self, scales: Scales) -> float:
-        if scales == certainty.FIRST:
-            return self.tolerance
-        return max(self.tolerance / SHARPENING, integrate.FINEST_TOLERANCE[self.engine])
+    def _tolerance(self, bits: int, scales: Scales) -> float:
+        """The first computation has a tolerance of its own: what a series leaves out is alike."""
+        first, finest = scales == certainty.FIRST, integrate.FINEST_TOLERANCE[self.engine]
+        if bits > 53:
+            return finest if first else finest / SHARPENING
+        return self.tolerance if first else max(self.tolerance / SHARPENING, finest)
+
+
+_limit = functools.lru_cache(maxsize=32)(passage_limit)
 
 
 def _named(name: str, value: Any) -> Exact:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -39,11 +40,13 @@ class Start(NamedTuple):
     """What a unit of the computation's time is in t'."""
 
 
+@functools.lru_cache(maxsize=32)
 def start(problem: RouteProblem, bits: int, scales: Scales) -> Start:
     """The start theta1_0 = alpha0 + beta0, J1_0, J2_0 = sqrt(2 h0/kappa) in `bits` bits.
 
     All is computed with guard bits and rounded once, to floats at 53 bits and to Fractions
-    above. On separatrix 2 Qm = 0 identically, so it has no place in the record.
+    above. On separatrix 2 Qm = 0 identically, so it has no place in the record. What was found
+    last is kept, for many calls differ in their phases alone.
     """
     m = context(bits + GUARD_BITS)
     p = problem.body.angles(bits + GUARD_BITS)
@@ -63,8 +66,8 @@ def start(problem: RouteProblem, bits: int, scales: Scales) -> Start:
     return Start(
         rounded(unit * at[0].Qp),
         rounded(unit * at[0].M3),
-        [rounded(tall * x) for x in at[0][3:]],
-        [rounded(tall * x) for x in at[1][3:]],
+        tuple(rounded(tall * x) for x in at[0][3:]),
+        tuple(rounded(tall * x) for x in at[1][3:]),
         AlignedCoefficients(*map(rounded, aligned_coefficients(scaled, m))),
         rounded(unit),
     )

@@ -12,7 +12,7 @@ from scipy.special import ellipj, ellipk
 
 from rigidpend import Body
 from rigidpend.equations import aligned, aligned_coefficients
-from rigidpend.integrate import sample, sample_orbits
+from rigidpend.integrate import ends, sample, sample_orbits
 from tests.integrate.problems import ENGINES, FIG4, GENERIC, fan, needs_heyoka, on_separatrix
 
 K2 = 0.9
@@ -104,6 +104,59 @@ def test_orbits_side_by_side_keep_nothing_of_the_body_before(engine: str) -> Non
     first, other, again = run(GENERIC), run(FIG4), run(GENERIC)
     np.testing.assert_array_equal(first, again)
     assert np.abs(first - other).max() > 1e-3
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_two_times_end_as_a_grid_does(engine: str) -> None:
+    """Without a grid the end is a step's; in one it comes from inside a step."""
+    numbers = aligned_coefficients(GENERIC.angles(), math)
+    for times in (np.linspace(1, 9, 5), np.linspace(9, 1, 5)):
+        between = sample_orbits(numbers, fan(3), times, engine=engine)
+        alone = sample_orbits(numbers, fan(3), times[[0, -1]], engine=engine)
+        np.testing.assert_array_equal(alone[:, 0], between[:, 0])
+        np.testing.assert_allclose(alone[:, 1], between[:, -1], rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("n", [1, 2, 8, 19])
+def test_agrees_each_orbit_at_its_end_with_elliptic_functions(n: int, engine: str) -> None:
+    times = np.linspace(-2.0, 5.0, n)
+    found = ends(rotor, np.repeat([[0.0], [2.0]], n, axis=1), times, engine=engine)
+    _, _, dn, amplitude = ellipj(times, K2)
+    np.testing.assert_allclose(found, [2 * amplitude, 2 * dn], rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_ends_stay_where_no_time_passes_and_follow_the_tolerance(engine: str) -> None:
+    begin = np.array([[0.1, 0.3], [2.0, 1.0]])
+    found = ends(rotor, begin, [0.0, 3.0], engine=engine)
+    np.testing.assert_array_equal(found[:, 0], begin[:, 0])
+    coarse = ends(rotor, begin, [0.0, 3.0], engine=engine, tolerance=1e-3)
+    assert 1e-9 < np.abs(coarse - found).max() < 1e-1
+    assert ends(rotor, np.empty((2, 0)), [], engine=engine).shape == (2, 0)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_ends_refuse_to_pass_a_singularity(engine: str) -> None:
+    with pytest.raises(ArithmeticError):
+        ends(lambda x, m: (x[0] * x[0], x[0]), np.ones((2, 1)), [2.0], engine=engine)
+
+
+@needs_heyoka
+def test_equal_fields_share_an_integrator_and_others_do_not() -> None:
+    from rigidpend.integrate import compiled
+
+    def grows(rate: float) -> float:
+        field: Any = lambda x, m: (rate * x[0], x[1])  # noqa: E731
+        return float(sample(field, [1.0, 0.0], [0.0, 1.0], engine="taylor")[0, -1])
+
+    assert grows(0.625) == pytest.approx(math.exp(0.625))
+    kinds = len(compiled._idle)
+    assert grows(0.625) == pytest.approx(math.exp(0.625))
+    assert len(compiled._idle) == kinds
+    found = [grows(k / 64) for k in range(compiled.KEPT + 2)]
+    np.testing.assert_allclose(found, np.exp(np.arange(compiled.KEPT + 2) / 64))
+    assert len(compiled._idle) == compiled.KEPT
 
 
 @pytest.mark.parametrize("engine", ENGINES)
