@@ -25,7 +25,7 @@ SAMPLED = {
     "theta1": ("rad", "0 .. 4 pi"),
     "J1_over_J2": ("1", "0 at the lower periodic orbit, 1 at the upper one"),
     "theta3": ("rad", "precession angle of M, by (th3)"),
-    "alpha": ("rad", "angle of omega's horizontal part from eta, by (eqPV)"),
+    "alpha": ("rad", "angle of omega's horizontal part from eta, by (th_al)"),
     "omega": ("1/t", "(n, 3): omega_xi, omega_eta, omega_zeta in physical units; xi is upward"),
 }
 OF_ROUTE = {

@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 WIDTH, HEIGHT = 7.2, 8.8
 """Inches, the width of a page."""
@@ -183,9 +184,20 @@ def _draw_cases(axes: Axes, data: Any) -> None:
 
 def _name(axes: Axes, row: int, members: list[tuple[str, str, float, str]]) -> None:
     """Name the cases of a group that are beyond their bounds."""
-    beyond = [name for _, name, _, verdict in members if verdict != "passed"]
+    beyond: dict[str, list[str]] = {}
+    for _, name, _, verdict in members:
+        if verdict != "passed":
+            setting, _, rest = name.partition(", ")
+            beyond.setdefault(setting, []).append(rest)
     if beyond:
-        text = textwrap.fill("; ".join(beyond), BESIDE)
+        # Of many cases in one setting their number is enough; the table has them all.
+        named = [
+            f"{setting}: {len(rest)} cases"
+            if len(rest) > 2
+            else ", ".join(filter(None, (setting, *rest)))
+            for setting, rest in beyond.items()
+        ]
+        text = textwrap.fill("; ".join(named), BESIDE)
         axes.text(4 * CEILING, row, text, fontsize=LINES, va="center", linespacing=1.0)
 
 
@@ -203,7 +215,9 @@ def _draw_growth(axes: Axes, growth: Any) -> None:
     axes.set_ylabel("phase error, rad")
     factors = (float(growth[f"growth_{kind}"]) for kind in ("measured", "predicted"))
     said = "a passage: ×{:.2f} measured,\n×{:.2f} predicted".format(*factors)
-    axes.text(0.97, 0.05, said, transform=axes.transAxes, ha="right", fontsize=7.5)
+    paper = {"fc": "white", "lw": 0, "alpha": 0.85, "pad": 1.5}
+    axes.text(0.97, 0.05, said, transform=axes.transAxes, ha="right", fontsize=7.5, bbox=paper)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.legend(loc="upper left", fontsize=7)
 
 

@@ -7,13 +7,12 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from rigidpend.config.schema.base import (
+    DoublePrecision,
     Grid,
     Moments,
     Number,
-    Numerics,
     Part,
     Weight,
-    Whole,
     Word,
     physics,
 )
@@ -36,12 +35,6 @@ def _few(grid: Grid) -> Grid:
     if grid.count > MAX_ORBITS:
         raise ValueError(f"at most {MAX_ORBITS} orbits on each surface, got {grid.count}")
     return grid
-
-
-def _double(bits: tuple[int, ...]) -> tuple[int, ...]:
-    if bits != (53,):
-        raise ValueError(f"curves are computed in double precision, [53], got {list(bits)}")
-    return bits
 
 
 class Problem(Part):
@@ -70,13 +63,6 @@ class Problem(Part):
             with physics():
                 surface_problem(A, self.beta0, self.mu, self.M_0, self.J1_0)
         return self
-
-
-class DoublePrecision(Numerics):
-    """How well it is computed, in double precision only."""
-
-    precisions: Annotated[tuple[Whole, ...], AfterValidator(_double)] = (53,)
-    """Always 53 bits."""
 
 
 class Config(Part):

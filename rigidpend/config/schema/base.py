@@ -64,6 +64,12 @@ def _tolerance(x: Exact) -> Exact:
     return x
 
 
+def _double(bits: tuple[int, ...]) -> tuple[int, ...]:
+    if bits != (53,):
+        raise ValueError(f"this is computed in double precision, [53], got {list(bits)}")
+    return bits
+
+
 def _ladder(bits: tuple[int, ...]) -> tuple[int, ...]:
     if not bits or bits[0] < 53 or bits[-1] > 10_000 or not all(a < b for a, b in pairwise(bits)):
         raise ValueError(f"precisions must ascend from 53 bits to 10000 at most, got {bits}")
@@ -158,3 +164,10 @@ class Numerics(Part):
     """Local tolerance in double precision; auto is the engine's own."""
     precisions: Annotated[tuple[Whole, ...], AfterValidator(_ladder)] = LADDER
     """Bits, ascending; a column with an uncertain symbol goes to the next."""
+
+
+class DoublePrecision(Numerics):
+    """How well it is computed, in double precision only."""
+
+    precisions: Annotated[tuple[Whole, ...], AfterValidator(_double)] = (53,)
+    """Always 53 bits."""

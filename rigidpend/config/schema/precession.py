@@ -6,8 +6,7 @@ from typing import Literal, Self
 
 from pydantic import model_validator
 
-from rigidpend.config.schema.asymptotic_surfaces import DoublePrecision
-from rigidpend.config.schema.base import Number, Part, physics
+from rigidpend.config.schema.base import DoublePrecision, Number, Part, physics
 from rigidpend.config.schema.splitting import WeightedBodies
 
 
