@@ -73,15 +73,10 @@ def comparison(group: Any) -> tuple[str, ...]:
         if method in METHODS and METHODS[method].family not in ("ours", "splitting")
     }
     other = min(others, key=lambda label: others[label])
-    ratio = f"{others[other] / own:.2g}"
-    return (
-        str(group["title"]),
-        METHODS[name].label,
-        shown(own),
-        other,
-        shown(others[other]),
-        ratio,
-    )
+    first = (str(group["title"]), METHODS[name].label, shown(own))
+    if not math.isfinite(others[other]):
+        return (*first, "none reaches it", "", "")
+    return (*first, other, shown(others[other]), f"{others[other] / own:.2g}")
 
 
 def stress_lines(result: Any) -> Iterator[str]:
@@ -89,7 +84,7 @@ def stress_lines(result: Any) -> Iterator[str]:
     counted, *_ = trials.tables(result)
     yield f"{machine(result)}."
     yield ""
-    yield from table(counted.header, counted.rows)
+    yield from table([cell.lower() for cell in counted.header], counted.rows)
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
