@@ -43,6 +43,7 @@ def _route(case: Any) -> tuple[str, ...]:
 
 def _plateaus(case: Any) -> tuple[str, ...]:
     plateaus = case["plateaus"]
-    shown = ", ".join(f"{x:.4f}" for x in plateaus)
+    # Rounded first, so that no zero bears a sign.
+    shown = ", ".join(f"{round(x, 4) + 0.0:.4f}" for x in plateaus)
     printed = INCREMENT if float(case["theta2_0"]) in ROUTES else ""
     return f"{float(case['theta2_0']):g}", shown, printed, f"{plateaus[1] - plateaus[0]:.6f}"
