@@ -30,6 +30,26 @@ def termination() -> Iterator[None]:
 
 
 @contextmanager
+def held() -> Iterator[None]:
+    """Ctrl-C and SIGTERM wait for the end: a library in C takes them for a failure of its own."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    waiting: list[int] = []
+    before = {
+        number: signal.signal(number, lambda number, _: waiting.append(number))
+        for number in (signal.SIGINT, signal.SIGTERM)
+    }
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        for came in waiting:
+            signal.raise_signal(came)
+
+
+@contextmanager
 def interruption_kept_from_children() -> Iterator[None]:
     """Processes started within never see Ctrl-C: it is for their parent, which ends them."""
     if not hasattr(signal, "pthread_sigmask"):

@@ -10,12 +10,14 @@ from typing import Any
 
 from rigidpend.equations import AlignedCoefficients, aligned
 from rigidpend.integrate import compile_cache
+from rigidpend.signals import held
 
 
 @functools.cache
 def heyoka() -> Any:
     compile_cache.choose()
-    import heyoka as imported
+    with held():
+        import heyoka as imported
 
     # A cache that cannot be written costs a compilation, which is no news for a user.
     imported.set_logger_level_error()
