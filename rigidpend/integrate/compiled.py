@@ -8,6 +8,8 @@ import threading
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
+
 from rigidpend.equations import AlignedCoefficients, aligned
 from rigidpend.integrate import compile_cache
 from rigidpend.signals import held
@@ -51,6 +53,39 @@ def borrowed(make: type[Any], *key: Any) -> Iterator[Any]:
     yield made
     with _idle_lock:
         shelf.append(made)
+
+
+def working_type(bits: int) -> Any:
+    """The type of numbers of so many bits: 53, 64 or 113."""
+    return {53: float, 64: np.longdouble}.get(bits) or heyoka().real128
+
+
+def to_crossings(bits: int, tolerance: float, callback: Any = None) -> Any:
+    """An integrator of one orbit of the aligned field, with a terminal event where M3 = 0.
+
+    The tolerance is that at 53 bits; every bit more halves it. A callback may let it go on.
+    """
+    hy, kind = heyoka(), working_type(bits)
+    field, M3 = aligned_system(hy)
+    zero, called = kind(0), {} if callback is None else {"callback": callback}
+    return hy.taylor_adaptive(
+        field,
+        [zero] * 6,
+        time=zero,
+        pars=[zero] * 9,
+        fp_type=kind,
+        tol=kind(tolerance * 2.0 ** (53 - bits)),
+        compact_mode=bits > 64,
+        t_events=[hy.t_event(M3, fp_type=kind, **called)],
+    )
+
+
+def begin(integrator: Any, kind: Any, coefficients: Any, state: Any) -> None:
+    """Put an orbit at time 0 into such an integrator, whatever it did before."""
+    integrator.pars[:] = [typed(x, kind) for x in coefficients]
+    integrator.state[:] = [typed(x, kind) for x in state]
+    integrator.time = kind(0)
+    integrator.reset_cooldowns()
 
 
 def typed(x: Any, kind: Any) -> Any:

@@ -11,8 +11,6 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from rigidpend.equations import AlignedCoefficients
 from rigidpend.integrate import bigint, has_own_type
 from rigidpend.workers import side_by_side
@@ -113,31 +111,16 @@ class _ToSection:
     """An integrator that stops at the section."""
 
     def __init__(self, bits: int, tolerance: float) -> None:
-        from rigidpend.integrate.compiled import aligned_system, heyoka
+        from rigidpend.integrate.compiled import to_crossings, working_type
 
-        hy = heyoka()
-        self.type: Any = {53: float, 64: np.longdouble}.get(bits) or hy.real128
-        field, M3 = aligned_system(hy)
-        zero = self.type(0)
-        self.integrator = hy.taylor_adaptive(
-            field,
-            [zero] * 6,
-            time=zero,
-            pars=[zero] * 9,
-            fp_type=self.type,
-            tol=self.type(tolerance * 2.0 ** (53 - bits)),
-            compact_mode=bits > 64,
-            t_events=[hy.t_event(M3, fp_type=self.type)],
-        )
+        self.type = working_type(bits)
+        self.integrator = to_crossings(bits, tolerance)
 
     def run(self, c: AlignedCoefficients, state: Any, limit: float) -> Crossing | None:
-        from rigidpend.integrate.compiled import typed
+        from rigidpend.integrate.compiled import begin
 
         integrator = self.integrator
-        integrator.pars[:] = [typed(x, self.type) for x in c]
-        integrator.state[:] = [typed(x, self.type) for x in state]
-        integrator.time = self.type(0)
-        integrator.reset_cooldowns()
+        begin(integrator, self.type, c, state)
         # The outcome of a terminal event that stops is -1 less its index.
         ended = int(integrator.propagate_until(self.type(limit), max_steps=MAX_STEPS)[0])
         if ended != -1:

@@ -18,7 +18,14 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.integrate.compiled import aligned_system, borrowed, heyoka, typed
+from rigidpend.integrate.compiled import (
+    aligned_system,
+    begin,
+    borrowed,
+    heyoka,
+    to_crossings,
+    working_type,
+)
 from rigidpend.integrate.records import (
     Crossings,
     Orbits,
@@ -180,22 +187,10 @@ class _Scalar:
     """An integrator of one orbit in an extended type."""
 
     def __init__(self, bits: int, tolerance: float) -> None:
-        hy = heyoka()
-        self.type = np.longdouble if bits == 64 else hy.real128
+        self.type = working_type(bits)
         self.crossings: list[tuple[float, int]] = []
         self.wanted = 0
-        field, M3 = aligned_system(hy)
-        zero = self.type(0)
-        self.integrator = hy.taylor_adaptive(
-            field,
-            [zero] * 6,
-            time=zero,
-            pars=[zero] * 9,
-            fp_type=self.type,
-            tol=self.type(tolerance * 2.0 ** (53 - bits)),
-            compact_mode=bits > 64,
-            t_events=[hy.t_event(M3, callback=self._recorder(), fp_type=self.type)],
-        )
+        self.integrator = to_crossings(bits, tolerance, self._recorder())
 
     def _recorder(self) -> Callable[[Any, int], bool]:
         scalar = self
@@ -210,11 +205,7 @@ class _Scalar:
 
     def run(self, orbits: Orbits, state: Any, found: Crossings, column: int) -> None:
         """Integrate one orbit and write its crossings into `found`."""
-        integrator = self.integrator
-        integrator.pars[:] = [typed(x, self.type) for x in orbits.coefficients]
-        integrator.state[:] = [typed(x, self.type) for x in state]
-        integrator.time = self.type(0)
-        integrator.reset_cooldowns()
+        begin(self.integrator, self.type, orbits.coefficients, state)
         self.crossings.clear()
         self.wanted = orbits.n_crossings
         found.outcome[column] = self._follow(orbits)
