@@ -7,22 +7,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from rigidpend.exact import GUARD_BITS, PI, Exact, context, exact, exacts, function
+from rigidpend.numbers.exact import GUARD_BITS, PI, Exact, context, exact, exacts, function
+from rigidpend.numbers.parameters import ParameterError
 
 ROUNDING = 1e-15
 """Two angles closer than this are equal to within the rounding of doubles."""
 
 
-class BodyError(ValueError):
+class BodyError(ParameterError):
     """A body that the paper's conditions exclude; the message names condition and values."""
-
-    def __init__(self, field: str, message: str) -> None:
-        super().__init__(field, message)
-        self.field = field
-        """The parameter that is wrong: A, r, mu or an angle."""
-
-    def __str__(self) -> str:
-        return str(self.args[1])
 
 
 class Angles(NamedTuple):

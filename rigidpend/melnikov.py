@@ -13,7 +13,7 @@ import numpy as np
 
 from rigidpend.body import Angles
 from rigidpend.equations import Numbers, eq1
-from rigidpend.exact import GUARD_BITS, context
+from rigidpend.numbers.exact import GUARD_BITS, context
 from rigidpend.separatrices import Motion, direction, separatrix, theta1, u, unperturbed, v
 
 if TYPE_CHECKING:

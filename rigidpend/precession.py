@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rigidpend.body import ROUNDING, Angles, Body
 from rigidpend.equations import Numbers
-from rigidpend.exact import context
+from rigidpend.numbers.exact import context
 
 
 class Regime(Enum):

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from rigidpend.body import Body
 from rigidpend.coordinates import Aligned, canonical_from_aligned
-from rigidpend.exact import Exact, exact, function
 from rigidpend.integrate import sample_orbits
+from rigidpend.numbers.exact import Exact, exact, function
 from rigidpend.routes.problem import ProblemError, RouteProblem, phase_rate
 from rigidpend.routes.start import Scales, start, states_double
 

@@ -13,10 +13,10 @@ import numpy as np
 
 from rigidpend import floquet, melnikov, precession
 from rigidpend.body import Angles, Body
-from rigidpend.exact import Exact, exact
-from rigidpend.experiments import Row
+from rigidpend.experiments.contract import Row
 from rigidpend.experiments.rows import body_rows, number_row
 from rigidpend.free_body import SEPARATRICES
+from rigidpend.numbers.exact import Exact, exact
 from rigidpend.periodic import Delta_1
 from rigidpend.routes.problem import RouteProblem
 

@@ -14,10 +14,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from rigidpend import store
-from rigidpend.benchmark.methods import METHODS
-from rigidpend.benchmark.tables import all_right, time_to_reach
-from rigidpend.report import stress as trials
+from rigidpend.experiments.stress import report as trials
+from rigidpend.measure.benchmark.methods import METHODS
+from rigidpend.measure.benchmark.tables import all_right, time_to_reach
+from rigidpend.results import store
 
 README = Path(__file__).resolve().parents[1] / "README.md"
 LEVEL = 1e-9

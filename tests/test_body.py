@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from rigidpend import Body
 from rigidpend.body import BodyError, angles_from_moments
-from rigidpend.exact import exact
+from rigidpend.numbers.exact import exact
 from rigidpend.routes.problem import ProblemError
 from tests.strategies import FINE, bodies, fine_angles, largest_difference, numbers, repeatable
 

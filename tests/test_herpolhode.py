@@ -10,7 +10,6 @@ from scipy.integrate import solve_ivp
 
 from rigidpend import Body, route_codes
 from rigidpend.equations import eq1, theta3_rate
-from rigidpend.exact import exact
 from rigidpend.herpolhode import (
     Orbit,
     alpha,
@@ -23,6 +22,7 @@ from rigidpend.herpolhode import (
 )
 from rigidpend.hodograph import field
 from rigidpend.integrate import sample
+from rigidpend.numbers.exact import exact
 from rigidpend.precession import plateaus
 from rigidpend.routes import RouteProblem
 from tests.integrate.problems import ENGINES, needs_heyoka

@@ -106,4 +106,4 @@ def test_each_of_these_tests_can_fail(label: str) -> None:
 @pytest.mark.parametrize("experiment", sorted(x for x in PROSE.values() if "experiment " in x))
 def test_the_experiments_behind_the_figures_exist(experiment: str) -> None:
     name = experiment.rpartition(" ")[2]
-    assert (ROOT / "rigidpend" / "experiments" / f"{name}.py").is_file()
+    assert (ROOT / "rigidpend" / "experiments" / name / "compute.py").is_file()

@@ -15,8 +15,8 @@ from scipy.optimize import brentq
 
 from rigidpend import Body, melnikov, route_codes
 from rigidpend.equations import hamiltonian_J3_0
-from rigidpend.exact import context, exact
 from rigidpend.free_body import SEPARATRICES
+from rigidpend.numbers.exact import context, exact
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.separatrices import Motion, direction, separatrix
 from tests.strategies import (

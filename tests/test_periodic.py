@@ -12,12 +12,7 @@ from hypothesis import given
 from rigidpend import Body
 from rigidpend.equations import eq1
 from rigidpend.integrate import sample
-from rigidpend.periodic import (
-    Delta_1,
-    Delta_1_from_moments,
-    periodic_solution,
-    swing_coefficients,
-)
+from rigidpend.periodic import Delta_1, Delta_1_from_moments, periodic_solution, swing_coefficients
 from tests.strategies import (
     FINE,
     along,

@@ -11,9 +11,9 @@ import pytest
 
 from rigidpend.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.equations import aligned_coefficients, eq1
-from rigidpend.exact import exact, exacts
 from rigidpend.integrate import sample, sample_orbits
 from rigidpend.integrate.engines import default_engine
+from rigidpend.numbers.exact import exact, exacts
 from rigidpend.periodic import Delta_1
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.start import Scales, start, states_double

@@ -14,12 +14,7 @@ from rigidpend.equations import eq1, hamiltonian_J3_0
 from rigidpend.free_body import SEPARATRICES
 from rigidpend.integrate import sample
 from rigidpend.separatrices import Motion, direction, separatrix
-from rigidpend.variational import (
-    delta_theta1,
-    delta_theta1_by_actions,
-    first_integral,
-    linearised,
-)
+from rigidpend.variational import delta_theta1, delta_theta1_by_actions, first_integral, linearised
 from tests.strategies import (
     DERIVATIVE,
     FINE,

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from rigidpend import integrate
 from rigidpend.asymptotic.section import (
-    Means,
     Surface,
     coefficients,
     launch,
@@ -28,8 +27,9 @@ from rigidpend.asymptotic.section import (
 from rigidpend.body import Body
 from rigidpend.coordinates import Aligned, body_from_aligned
 from rigidpend.equations import AlignedCoefficients
-from rigidpend.exact import Exact
+from rigidpend.integrate.arithmetic import Arithmetic
 from rigidpend.melnikov import delta
+from rigidpend.numbers.exact import Exact
 from rigidpend.precession import turning_rate
 from rigidpend.separatrices import u
 
@@ -53,7 +53,7 @@ class Increments(NamedTuple):
     """(2, 4), radians: by how much half as many steps of the quadrature differ."""
 
 
-def increments(body: Body, h0: Exact, means: Means) -> Increments:
+def increments(body: Body, h0: Exact, arithmetic: Arithmetic) -> Increments:
     """Integrate the heteroclinic orbits of all separatrices.
 
     Parameters
@@ -61,7 +61,7 @@ def increments(body: Body, h0: Exact, means: Means) -> Increments:
     body : Body
     h0 : Exact
         Energy of the orbits.
-    means : section.Means
+    arithmetic : Arithmetic
 
     Raises
     ------
@@ -71,7 +71,7 @@ def increments(body: Body, h0: Exact, means: Means) -> Increments:
     found = np.zeros((2, 2, 4))
     for separatrix in (1, 2):
         s = surface(body, h0, 53, separatrix)
-        both = np.array([_gain(s, g, means) for g in (math.pi / 2, -math.pi / 2)]).T
+        both = np.array([_gain(s, g, arithmetic) for g in (math.pi / 2, -math.pi / 2)]).T
         # The reflection that makes 1 of 2 turns the sense of theta3, and so does 2 to 4, 1 to 3.
         sense = {1: -1, 2: 1}[separatrix]
         found[:, :, separatrix - 1] = sense * both
@@ -79,14 +79,14 @@ def increments(body: Body, h0: Exact, means: Means) -> Increments:
     return Increments(found[0], np.abs(found[1]))
 
 
-def phase_at_start(s: Surface, g: float, means: Means) -> tuple[float, float]:
+def phase_at_start(s: Surface, g: float, arithmetic: Arithmetic) -> tuple[float, float]:
     """theta2_0 of the orbit of S1- that comes to the section at g, and when, by secants."""
     m = numbers(s.bits)
     goal, depth, slope = m.mpf(g), m.mpf(DEPTH), m.mpf(1)
     phase = goal - delta(unperturbed(s, m.mpf(0), depth), s.p, m)
     before: tuple[Any, Any] | None = None
     for _ in range(SECANTS):
-        points = meet(s, [phase], depth, means)
+        points = meet(s, [phase], depth, arithmetic)
         if points is None:
             break
         gap = points.phase[0] - goal
@@ -99,28 +99,28 @@ def phase_at_start(s: Surface, g: float, means: Means) -> tuple[float, float]:
     raise ArithmeticError(f"no orbit of S1- was found that meets the section at g = {g:.6f}")
 
 
-def _gain(s: Surface, g: float, means: Means) -> tuple[float, float]:
+def _gain(s: Surface, g: float, arithmetic: Arithmetic) -> tuple[float, float]:
     """theta3 over both halves of an orbit, and what half as many steps make of it.
 
     The trapezoid rule converges exponentially on the whole line. Its nodes lie evenly about the
     section, so the mirrored half has the same values.
     """
-    theta2_0, time = phase_at_start(s, g, means)
+    theta2_0, time = phase_at_start(s, g, arithmetic)
     rate = float(u(unperturbed(s, theta2_0, DEPTH), s.p, numbers(s.bits)))
     step = math.tau / (rate * (STEPS + float(s.p.nu) / math.pi))
     before = step * np.arange(2 * int(time / (2 * step)))
-    turning = _turning(s, theta2_0, np.append(0.0, time - before[::-1]), means)[:0:-1]
+    turning = _turning(s, theta2_0, np.append(0.0, time - before[::-1]), arithmetic)[:0:-1]
     fine, coarse = (step * every * (2 * turning[::every].sum() - turning[0]) for every in (1, 2))
     return float(fine), float(fine - coarse)
 
 
-def _turning(s: Surface, theta2_0: float, times: Array, means: Means) -> Array:
+def _turning(s: Surface, theta2_0: float, times: Array, arithmetic: Arithmetic) -> Array:
     """The rate of theta3 along an orbit, radians per t'."""
     p = s.p
     state = np.array([float(x) for x in launch(s, theta2_0, DEPTH)])
     floats = AlignedCoefficients(*map(float, coefficients(s)))
     orbit = integrate.sample_orbits(
-        floats, state[:, None], times, engine=means.engine, tolerance=means.tolerance
+        floats, state[:, None], times, engine=arithmetic.engine, tolerance=arithmetic.tolerance
     )[..., 0]
     M, _ = body_from_aligned(Aligned(*orbit), float(p.alpha0), 1.0)
     r = math.cos(float(p.beta0) / 2), math.sin(float(p.beta0) / 2), 0.0

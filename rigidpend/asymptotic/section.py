@@ -10,9 +10,10 @@ from typing import Any, NamedTuple
 from rigidpend.body import Angles, Body
 from rigidpend.coordinates import Canonical, aligned_from_canonical
 from rigidpend.equations import AlignedCoefficients, aligned_coefficients, hamiltonian_J3_0
-from rigidpend.exact import GUARD_BITS, Exact, context, fraction
+from rigidpend.integrate.arithmetic import Arithmetic
 from rigidpend.integrate.sections import first_crossings
 from rigidpend.melnikov import delta
+from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
 from rigidpend.separatrices import Motion, theta1, u
 
 PATIENCE = 4
@@ -30,15 +31,6 @@ class Surface(NamedTuple):
     """The energy of all its orbits."""
     bits: int
     """Working precision of the integration."""
-
-
-class Means(NamedTuple):
-    """How orbits are integrated."""
-
-    engine: str
-    tolerance: float
-    """Of a compiled Taylor series at 53 bits; every bit more halves it."""
-    jobs: int = 1
 
 
 class Points(NamedTuple):
@@ -127,7 +119,9 @@ def coefficients(s: Surface) -> AlignedCoefficients:
     return AlignedCoefficients(*(fraction(x, s.bits) for x in exact))
 
 
-def meet(s: Surface, theta2_0: Iterable[Any], depth: Any, means: Means) -> Points | None:
+def meet(
+    s: Surface, theta2_0: Iterable[Any], depth: Any, arithmetic: Arithmetic, jobs: int = 1
+) -> Points | None:
     """Follow orbits of S1- to the section.
 
     Parameters
@@ -137,7 +131,9 @@ def meet(s: Surface, theta2_0: Iterable[Any], depth: Any, means: Means) -> Point
         Phases at the start, radians.
     depth : number
         See :func:`launch`.
-    means : Means
+    arithmetic : Arithmetic
+        Its tolerance is that at 53 bits; every bit more halves it.
+    jobs : int, optional
 
     Returns
     -------
@@ -151,10 +147,10 @@ def meet(s: Surface, theta2_0: Iterable[Any], depth: Any, means: Means) -> Point
         coefficients(s),
         [launch(s, phase, depth) for phase in begin],
         PATIENCE * float((depth + math.tau) / rate),
-        engine=means.engine,
+        engine=arithmetic.engine,
         bits=s.bits,
-        tolerance=means.tolerance,
-        jobs=means.jobs,
+        tolerance=arithmetic.tolerance,
+        jobs=jobs,
     )
     phases, offsets, times = [], [], []
     for start, crossing in zip(begin, found, strict=True):

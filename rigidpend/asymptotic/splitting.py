@@ -11,7 +11,6 @@ is odd in mu and errs by O(mu^3), while the curve errs by d2 = O(mu^2).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,7 +19,6 @@ from numpy.typing import ArrayLike, NDArray
 from rigidpend import melnikov
 from rigidpend.asymptotic.section import (
     J2_0,
-    Means,
     Points,
     Surface,
     meet,
@@ -29,8 +27,9 @@ from rigidpend.asymptotic.section import (
     unperturbed,
 )
 from rigidpend.body import Body
-from rigidpend.exact import Exact
+from rigidpend.integrate.arithmetic import Arithmetic
 from rigidpend.melnikov import delta
+from rigidpend.numbers.exact import Exact
 
 TOP = 16
 """Harmonics that are kept."""
@@ -93,7 +92,7 @@ def amplitude(s: Surface) -> Any:
     return p.mu * p.kappa * J2 * melnikov.amplitude(2, J2, p, m) / slope
 
 
-def measure(body: Body, h0: Exact, precisions: Sequence[int], means: Means) -> Splitting:
+def measure(body: Body, h0: Exact, arithmetic: Arithmetic, jobs: int = 1) -> Splitting:
     """Measure the distance in the first precision, with the fewest orbits, that resolve it.
 
     Parameters
@@ -102,9 +101,9 @@ def measure(body: Body, h0: Exact, precisions: Sequence[int], means: Means) -> S
         With mu > 0.
     h0 : Exact
         Energy of all orbits, h0 > mu.
-    precisions : ints
-        Bits, ascending.
-    means : section.Means
+    arithmetic : Arithmetic
+    jobs : int, optional
+        Threads, or processes where Python itself computes.
 
     Returns
     -------
@@ -112,13 +111,13 @@ def measure(body: Body, h0: Exact, precisions: Sequence[int], means: Means) -> S
         From two computations that share neither starts nor phases.
     """
     allowed = min(COARSEST, SHARE * (float(body.mu) / float(h0)) ** 2)
-    for bits in precisions:
+    for bits in arithmetic.precisions:
         s, n = surface(body, h0, bits), FEWEST
-        found = _twice(s, n, means, allowed)
-        while not found.resolved and n < _most(found) and found.error > _noise(s, means):
+        found = _twice(s, n, arithmetic, allowed, jobs)
+        while not found.resolved and n < _most(found) and found.error > _noise(s, arithmetic):
             n *= 2
-            coarse, found = found, _twice(s, n, means, allowed)
-            if coarse.error / 2 < found.error < WORST * _noise(s, means):
+            coarse, found = found, _twice(s, n, arithmetic, allowed, jobs)
+            if coarse.error / 2 < found.error < WORST * _noise(s, arithmetic):
                 break
         if found.resolved or n >= _most(found):
             break
@@ -130,12 +129,12 @@ def _most(found: Splitting) -> int:
     return MOST if math.isfinite(found.error) else SURE
 
 
-def _noise(s: Surface, means: Means) -> float:
+def _noise(s: Surface, arithmetic: Arithmetic) -> float:
     """What the integration's own error should be worth; twice as many orbits cannot help it."""
-    return means.tolerance * 2.0 ** (53 - s.bits) * float(s.p.mu / s.h0 / amplitude(s))
+    return arithmetic.tolerance * 2.0 ** (53 - s.bits) * float(s.p.mu / s.h0 / amplitude(s))
 
 
-def _twice(s: Surface, n: int, means: Means, allowed: float) -> Splitting:
+def _twice(s: Surface, n: int, arithmetic: Arithmetic, allowed: float, jobs: int) -> Splitting:
     """The mean of two computations, and what their difference tells of its error."""
     m, first = numbers(s.bits), amplitude(s)
     depth = (s.bits + DEPTH_BITS) * m.log(2)
@@ -143,7 +142,7 @@ def _twice(s: Surface, n: int, means: Means, allowed: float) -> Splitting:
     for shift, deeper in SHIFTS:
         lag = delta(unperturbed(s, m.mpf(0), depth + deeper), s.p, m)
         phases = [2 * m.pi * (k + m.mpf(shift)) / n - lag for k in range(n)]
-        points = meet(s, phases, depth + deeper, means)
+        points = meet(s, phases, depth + deeper, arithmetic, jobs)
         measured = None if points is None else harmonics(points, m)
         if measured is None:
             unknown = np.full(TOP, np.nan)

@@ -31,11 +31,15 @@ def command(
     """
     import json
 
-    from rigidpend import config, render, runner, store
-    from rigidpend.benchmark import tables
+    from rigidpend import render
+    from rigidpend.config import loading
+    from rigidpend.config.names import resolve
+    from rigidpend.measure.benchmark import tables
+    from rigidpend.results import store
+    from rigidpend.run import runner
 
-    [path] = config.names.resolve(("bench_quick" if quick else "bench",))
-    planned = runner.plan(config.load(path, settings), folder, force=force)
+    [path] = resolve(("bench_quick" if quick else "bench",))
+    planned = runner.plan(loading.load(path, settings), folder, force=force)
     if planned.reason:
         runner.follow(planned, jobs=1, say=say)
     else:

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import click
 
 from rigidpend.cli import complete
-from rigidpend.signals import Terminated, termination
+from rigidpend.run.signals import Terminated, termination
 
 DONE, FAILED, MISUSED, ABSENT, INTERNAL = 0, 1, 2, 3, 4
 """Exit codes: done or up to date, failed or different, usage or config, something needed is
@@ -23,13 +23,13 @@ INTERRUPTED = 130
 
 KINDS = {
     "ConfigError": MISUSED,
-    "BodyError": MISUSED,
-    "ProblemError": MISUSED,
+    "ParameterError": MISUSED,
     "ExactError": MISUSED,
     "EngineError": ABSENT,
     "ModuleNotFoundError": ABSENT,
     "StoreError": FAILED,
     "WorkerError": FAILED,
+    "UnknownExperiment": FAILED,
     "NoChange": FAILED,
     "MemoryError": FAILED,
     # The package's own kinds say that a computation failed; Python's say that a program did.
@@ -113,7 +113,7 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
         return f"{error.name} is needed and not installed"
     if code != INTERNAL:
         return str(error)
-    from rigidpend.logs import elsewhere
+    from rigidpend.run.logs import elsewhere
 
     return f"internal error: {error!r}; please report it with {(log or elsewhere)(error)}"
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 from click.shell_completion import CompletionItem
 
-from rigidpend import catalogue
+from rigidpend.config import catalogue
 
 
 def names(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
@@ -28,7 +28,8 @@ def settings(ctx: click.Context, _: click.Parameter, incomplete: str) -> list[Co
 def _keys(file: Path) -> list[str]:
     """``a.b=`` of each value that a file holds; none of what it holds in lists."""
     # Imported here: only who completes a key pays for it.
-    from rigidpend.config import ConfigError, reader
+    from rigidpend.config import reader
+    from rigidpend.config.complaints import ConfigError
 
     try:
         values = reader.read(file).values

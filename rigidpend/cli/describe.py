@@ -28,16 +28,17 @@ def command(name: str, settings: tuple[str, ...], resolved: bool, as_json: bool)
       rigidpend describe fig4 --resolved > mine.yaml
       rigidpend describe all --json
     """
-    from rigidpend import config
+    from rigidpend.config import loading
+    from rigidpend.config.names import resolve
 
-    paths = config.names.resolve((name,))
+    paths = resolve((name,))
     if resolved and len(paths) > 1:
         raise click.UsageError("--resolved prints one config, not all")
-    loaded = config.load_all(paths, settings)
+    loaded = loading.load_all(paths, settings)
     if as_json:
         print_json([_document(each) for each in loaded])
     elif resolved:
-        click.echo(config.resolved_yaml(loaded[0]), nl=False)
+        click.echo(loading.resolved_yaml(loaded[0]), nl=False)
     else:
         for path, each in zip(paths, loaded, strict=True):
             if path != paths[0]:
@@ -50,13 +51,13 @@ def _rows(loaded: Any) -> list[Any]:
     """The experiment's own rows, then what theory says besides, if the config has one body."""
     from rigidpend import experiments, theory
 
-    own = list(experiments.module(loaded.experiment).describe(loaded.content))
+    own = list(experiments.computation(loaded.experiment).describe(loaded.content))
     names = {row.name for row in own}
     return own + [row for row in theory.of(loaded.content.problem) if row.name not in names]
 
 
 def _document(loaded: Any) -> dict[str, Any]:
-    from rigidpend import provenance
+    from rigidpend.run import provenance
 
     resolved = loaded.resolved()
     return {

@@ -27,7 +27,7 @@ def command(folder: Path, as_json: bool) -> None:
       rigidpend list
       rigidpend list --json
     """
-    from rigidpend import catalogue
+    from rigidpend.config import catalogue
 
     entries = [_entry(name, path, folder) for name, path in catalogue.known().items()]
     if as_json:
@@ -37,12 +37,13 @@ def command(folder: Path, as_json: bool) -> None:
 
 
 def _entry(name: str, path: Path, folder: Path) -> dict[str, Any]:
-    from rigidpend import catalogue, config, runner
+    from rigidpend.config import catalogue, loading
+    from rigidpend.run import runner
 
     entry: dict[str, Any] = {"name": name, "experiment": None, "status": "cannot be used"}
     entry |= {"reason": None, "in_all": catalogue.in_all(path), "config": str(path), "file": None}
     try:
-        loaded = config.load(path)
+        loaded = loading.load(path)
         entry["experiment"] = loaded.experiment
         planned = runner.plan(loaded, folder)
     except Exception as error:

@@ -30,13 +30,16 @@ def command(names: tuple[str, ...], reason: str, folder: Path, jobs: int | None)
     Example:
       rigidpend reference fig4 --reason "n_symbols = 20"
     """
-    from rigidpend import config, regression, workers
+    from rigidpend.config import loading
+    from rigidpend.config.names import resolve
+    from rigidpend.results import regression
+    from rigidpend.run import workers
 
     if not reason.strip():
         raise click.UsageError("a reference is renewed for a reason: give it with --reason")
-    paths = config.names.resolve(names or ("all",))
+    paths = resolve(names or ("all",))
     for path in paths:
-        loaded = config.load(path)
+        loaded = loading.load(path)
         target = folder / f"{loaded.name}.h5"
         regression.renew(loaded, target, reason, jobs=jobs or workers.cores())
         say(f"{loaded.name}: {target} renewed")

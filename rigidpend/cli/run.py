@@ -29,10 +29,10 @@ from rigidpend.cli.common import (
 )
 
 if TYPE_CHECKING:
-    from rigidpend.config import Config
-    from rigidpend.logs import Logs
-    from rigidpend.progress import Progress
-    from rigidpend.runner import Plan
+    from rigidpend.config.loading import Config
+    from rigidpend.run.logs import Logs
+    from rigidpend.run.progress import Progress
+    from rigidpend.run.runner import Plan
 
 
 @dataclass
@@ -96,11 +96,13 @@ def command(
     begun = time.perf_counter()
     if quiet and verbose:
         raise click.UsageError("--quiet and --verbose exclude each other")
-    from rigidpend import config, progress, workers
+    from rigidpend.config import loading
+    from rigidpend.config.names import resolve
+    from rigidpend.run import progress, workers
 
-    paths = config.names.resolve(names)
+    paths = resolve(names)
     _check_twins(paths)
-    loaded = config.load_all(paths, settings)
+    loaded = loading.load_all(paths, settings)
     planned = [_plan(each, folder, force, keep_going) for each in loaded]
     outcomes = [outcome for _, outcome, _ in planned]
     code = max((code for *_, code in planned), default=DONE)
@@ -126,7 +128,7 @@ def _plan(
     loaded: Config, folder: Path, force: bool, keep_going: bool
 ) -> tuple[Plan | None, Outcome, int]:
     """Whether a config is to be run; where that cannot be said, the failure and its exit code."""
-    from rigidpend import runner
+    from rigidpend.run import runner
 
     outcome = Outcome(loaded.name, "up to date", loaded.experiment)
     try:
@@ -171,7 +173,7 @@ def _compute(
     waiting: Sequence[tuple[Plan, Outcome]], shown: Progress, jobs: int, keep_going: bool
 ) -> int:
     """Compute what is planned, one after the other; the exit code of the worst."""
-    from rigidpend.logs import Logs
+    from rigidpend.run.logs import Logs
 
     codes = [DONE]
     for _, outcome in waiting:
@@ -187,7 +189,7 @@ def _compute(
 
 def _follow(planned: Plan, outcome: Outcome, shown: Progress, logs: Logs, jobs: int) -> int:
     """Compute one; its exit code."""
-    from rigidpend import runner
+    from rigidpend.run import runner
 
     name, begun = outcome.name, time.perf_counter()
 

@@ -38,11 +38,15 @@ def command(
     """
     import json
 
-    from rigidpend import config, render, runner, store, workers
-    from rigidpend.stress import table
+    from rigidpend import render
+    from rigidpend.config import loading
+    from rigidpend.config.names import resolve
+    from rigidpend.measure.stress import table
+    from rigidpend.results import store
+    from rigidpend.run import runner, workers
 
-    [path] = config.names.resolve(("stress_quick" if quick else "stress",))
-    planned = runner.plan(config.load(path, settings), folder, force=force)
+    [path] = resolve(("stress_quick" if quick else "stress",))
+    planned = runner.plan(loading.load(path, settings), folder, force=force)
     if planned.reason:
         runner.follow(planned, jobs=jobs or workers.cores(), say=say)
     else:

@@ -48,10 +48,10 @@ def command(
       rigidpend verify fig4 --reference old/results
       rigidpend verify all --results results --json
     """
-    from rigidpend import config
+    from rigidpend.config.names import resolve
 
     everything = not names or "all" in names
-    paths = config.names.resolve(names or ("all",))
+    paths = resolve(names or ("all",))
     found = []
     for path in paths:
         found.append(_compared(path, reference, results, jobs))
@@ -68,9 +68,11 @@ def command(
 
 def _compared(path: Path, reference: Path, results: Path | None, jobs: int | None) -> Any:
     """One experiment's comparison, as plain data."""
-    from rigidpend import config, regression, store, workers
+    from rigidpend.config import loading
+    from rigidpend.results import regression, store
+    from rigidpend.run import workers
 
-    loaded = config.load(path)
+    loaded = loading.load(path)
     stored = reference / f"{loaded.name}.h5"
     read = results / stored.name if results else None
     outcome: dict[str, Any] = {"name": loaded.name, "reference": str(stored), "same": False}
@@ -84,7 +86,7 @@ def _compared(path: Path, reference: Path, results: Path | None, jobs: int | Non
 
 def _parts(difference: Any) -> dict[str, Any]:
     """A difference as plain data; values that JSON does not know as words."""
-    from rigidpend.compare import shown
+    from rigidpend.results.compare import shown
 
     told = {"said": str(difference)}
     if hasattr(difference, "place"):

@@ -1,91 +1,82 @@
-"""A schema's complaints in plain words, each at the place where the value was written."""
+"""What is wrong with a config, shown with its place, its line and a caret."""
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable, Sequence
-from typing import Any, get_args
+import unicodedata
+from dataclasses import dataclass
+from typing import TypeAlias
 
-from rigidpend.config.problems import ConfigError, Place, Problem
-from rigidpend.config.reader import Document
+MAX_SHOWN = 20
+"""Problems of which the text is shown; the rest are counted."""
+MAX_MESSAGE = 300
+MAX_LINE = 160
+"""Characters of a message, and of a source line, that are shown."""
 
-PLAIN = {
-    "model_type": "expected keys with values",
-    "dict_type": "expected keys with values",
-    "tuple_type": "expected a list",
-    "string_type": "expected a text",
-    "string_pattern_mismatch": "expected a word of letters, digits and _",
-    "string_too_long": "expected a shorter word",
-    "too_short": "expected at least {min_length}",
-    "too_long": "expected at most {max_length} values",
-    "literal_error": "expected {expected}",
-}
+Place: TypeAlias = tuple[str | int, ...]
+"""Keys and indices from the root to a value."""
 
 
-def config_error(document: Document, model: Any, errors: Iterable[Any]) -> ConfigError:
-    """All that is wrong with a document, as read and as a schema sees it, in its order."""
-    said = [_problem(document, model, error) for error in errors]
-    problems = document.problems + [p for p in said if not _passed_over(document, p.place)]
-    return ConfigError(sorted(problems, key=lambda p: (p.origin.line or 0, p.origin.column or 0)))
+@dataclass(frozen=True)
+class Origin:
+    """Where a value was written: in a file, or in an option of the command line."""
+
+    source: str
+    line: int | None = None
+    column: int | None = None
+    text: str = ""
+    """The source line, for the caret."""
+
+    def __str__(self) -> str:
+        return self.source if self.line is None else f"{self.source}:{self.line}:{self.column}"
+
+    def shown(self) -> str:
+        """The source line with a caret under the place; empty for an option."""
+        if self.line is None or self.column is None or not self.text.strip():
+            return ""
+        first = max(0, self.column - 1 - MAX_LINE // 2) if len(self.text) > MAX_LINE else 0
+        shown = plain(self.text[first : first + MAX_LINE])
+        before = shown[: self.column - 1 - first]
+        return f"\n    {shown}\n    {''.join(map(_blank, before))}^"
 
 
-def _passed_over(document: Document, place: Place) -> bool:
-    return any(place[:length] in document.unread for length in range(len(place) + 1))
+@dataclass(frozen=True)
+class Complaint:
+    """One thing that is wrong with a config."""
+
+    origin: Origin
+    place: Place
+    message: str
+
+    def __str__(self) -> str:
+        path = plain(clipped(".".join(map(str, self.place))))
+        middle = f" {path}:" if path else ""
+        message = plain(clipped(self.message))
+        return f"{plain(str(self.origin))}:{middle} {message}{self.origin.shown()}"
 
 
-def meant(word: str, known: Iterable[str]) -> str:
-    """A suggestion for a word that is not known, if one is close."""
-    close = difflib.get_close_matches(word, list(known), 1, cutoff=0.5)
-    return f"; did you mean {close[0]}?" if close else ""
+class ConfigError(ValueError):
+    """A config that cannot be used, with all that is wrong with it."""
+
+    def __init__(self, complaints: list[Complaint]) -> None:
+        self.complaints = complaints
+        said = [str(complaint) for complaint in complaints[:MAX_SHOWN]]
+        if len(complaints) > MAX_SHOWN:
+            said.append(f"and {len(complaints) - MAX_SHOWN} more")
+        super().__init__("\n".join(said))
 
 
-def among(words: Iterable[str]) -> str:
-    """What is known, for the end of a message."""
-    return f"(known: {', '.join(words)})"
+def plain(text: str) -> str:
+    """A text that does nothing to a terminal: what cannot be printed is shown as ?."""
+    return "".join(x if x.isprintable() or x == "\t" else "?" for x in text)
 
 
-def _problem(document: Document, model: Any, error: Any) -> Problem:
-    place = _written(document, error["loc"])
-    if error["type"] == "physics":
-        place = (*place, error["ctx"]["field"])
-        return Problem(document.origin(place), place, error["ctx"]["message"])
-    if error["type"] == "extra_forbidden":
-        siblings = _fields(model, place[:-1])
-        message = f"unknown key{meant(str(place[-1]), siblings)} {among(siblings)}"
-        return Problem(document.origin(place, of_key=True), place, message)
-    if error["type"] == "missing":
-        place = (*place, error["loc"][-1])
-        return Problem(document.origin(place), place, "required")
-    return Problem(document.origin(place), place, _plain(error))
+def clipped(text: str) -> str:
+    """A text of bearable length."""
+    return text if len(text) <= MAX_MESSAGE else f"{text[: MAX_MESSAGE - 3]}..."
 
 
-def _written(document: Document, location: Sequence[Any]) -> Place:
-    """The part of a schema's location that is in the file: not the branch of a union."""
-    place: Place = ()
-    for part in location:
-        if (*place, part) in document.values:
-            place = (*place, part)
-    return place
-
-
-def _plain(error: Any) -> str:
-    """A schema's message in plain words, with what was given."""
-    known, given = error.get("ctx", {}), error["input"]
-    if "error" in known:
-        return str(known["error"])
-    got = f", got {given!r}" if isinstance(given, str | int) else ""
-    if error["type"] == "literal_error" and isinstance(given, str):
-        words = [part for part in str(known["expected"]).split("'") if part.isalnum()]
-        got += meant(given, words)
-    if error["type"] in PLAIN:
-        return PLAIN[error["type"]].format(**known) + got
-    message = str(error["msg"])
-    return message[0].lower() + message[1:] + got
-
-
-def _fields(kind: Any, place: Place) -> list[str]:
-    """The keys that a schema knows at a place."""
-    for key in place:
-        field = getattr(kind, "model_fields", {}).get(str(key))
-        kind = field.annotation if field else next(iter(get_args(kind)[1:]), None)
-    return list(getattr(kind, "model_fields", ()))
+def _blank(character: str) -> str:
+    """What is as wide as a character, for the caret under the next."""
+    if character == "\t":
+        return character
+    return "  " if unicodedata.east_asian_width(character) in "WF" else " "

@@ -5,8 +5,8 @@ from __future__ import annotations
 import difflib
 from pathlib import Path
 
-from rigidpend.catalogue import in_all, known
-from rigidpend.config.problems import ConfigError, Origin, Problem
+from rigidpend.config.catalogue import in_all, known
+from rigidpend.config.complaints import Complaint, ConfigError, Origin
 
 __all__ = ["known", "resolve"]
 
@@ -21,15 +21,15 @@ def resolve(names: tuple[str, ...]) -> list[Path]:
     """
     catalogue = known()
     paths: list[Path] = []
-    problems: list[Problem] = []
+    complaints: list[Complaint] = []
     for name in names:
         try:
             everything = filter(in_all, catalogue.values())
             paths.extend(everything if name == "all" else [_file(name, catalogue)])
         except ConfigError as error:
-            problems += error.problems
-    if problems:
-        raise ConfigError(problems)
+            complaints += error.complaints
+    if complaints:
+        raise ConfigError(complaints)
     return list(dict.fromkeys(paths))
 
 
@@ -40,10 +40,10 @@ def _file(name: str, catalogue: dict[str, Path]) -> Path:
             return path
         # A device or a pipe might never end.
         message = "not a file" if path.exists() else "there is no such file"
-        raise ConfigError([Problem(Origin(name), (), message)])
+        raise ConfigError([Complaint(Origin(name), (), message)])
     if name in catalogue:
         return catalogue[name]
-    raise ConfigError([Problem(Origin(name), (), f"no such config{_hint(name, catalogue)}")])
+    raise ConfigError([Complaint(Origin(name), (), f"no such config{_hint(name, catalogue)}")])
 
 
 def _hint(name: str, catalogue: dict[str, Path]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from rigidpend.config.problems import ConfigError, Origin, Place, Problem
+from rigidpend.config.complaints import Complaint, ConfigError, Origin, Place
 from rigidpend.config.reader import Document, parse
 
 
@@ -19,7 +19,7 @@ def override(document: Document, setting: str) -> None:
     origin = Origin(f"--set {setting}")
     path, equals, written = setting.partition("=")
     if not equals or not all(path.split(".")):
-        raise ConfigError([Problem(origin, (), "expected KEY.KEY=VALUE, as in problem.mu=1e-3")])
+        raise ConfigError([Complaint(origin, (), "expected KEY.KEY=VALUE, as in problem.mu=1e-3")])
     value = _value(written, origin)
     place: Place = ()
     holder = document.tree
@@ -39,11 +39,11 @@ def _value(written: str, origin: Origin) -> Any:
     """The value of a setting; what is wrong with it is wrong with the option as a whole."""
     try:
         document = parse(written, origin.source)
-        problems = document.problems
+        complaints = document.complaints
     except ConfigError as error:
-        problems = error.problems
-    if problems:
-        raise ConfigError([Problem(origin, p.place, p.message) for p in problems])
+        complaints = error.complaints
+    if complaints:
+        raise ConfigError([Complaint(origin, p.place, p.message) for p in complaints])
     return document.tree
 
 
@@ -65,4 +65,4 @@ def _key(holder: Any, text: str, place: Place, origin: Origin) -> str | int:
     if isinstance(holder, list) and text in map(str, range(len(holder))):
         return int(text)
     kind = f"a list of {len(holder)}" if isinstance(holder, list) else "a single value"
-    raise ConfigError([Problem(origin, place, f"has no entry {text!r}: it is {kind}")])
+    raise ConfigError([Complaint(origin, place, f"has no entry {text!r}: it is {kind}")])

@@ -16,7 +16,7 @@ from typing import Any, NoReturn
 
 import yaml
 
-from rigidpend.config.problems import ConfigError, Origin, Place, Problem
+from rigidpend.config.complaints import Complaint, ConfigError, Origin, Place
 
 __all__ = ["ConfigError", "Document", "parse", "read"]
 
@@ -37,14 +37,14 @@ class Document:
     values: dict[Place, Origin] = field(default_factory=dict)
     settings: dict[Place, Origin] = field(default_factory=dict)
     """What options of the command line changed, inside of what the file holds."""
-    problems: list[Problem] = field(default_factory=list)
+    complaints: list[Complaint] = field(default_factory=list)
     """What was refused and passed over."""
     unread: set[Place] = field(default_factory=set)
     """Where something was passed over, of which nothing else is to be said."""
 
     def refuse(self, origin: Origin, place: Place, message: str) -> None:
         """Note what is wrong, and go on."""
-        self.problems.append(Problem(origin, place, message))
+        self.complaints.append(Complaint(origin, place, message))
 
     def origin(self, place: Place, *, of_key: bool = False) -> Origin:
         """The origin of a value, or of the nearest thing around it that was written."""
@@ -76,7 +76,7 @@ def read(path: Path) -> Document:
 def parse(text: str, source: str) -> Document:
     """Read YAML text; `source` names it in messages.
 
-    What is refused and can be passed over is in `Document.problems`.
+    What is refused and can be passed over is in `Document.complaints`.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def parse(text: str, source: str) -> Document:
     except (yaml.YAMLError, ValueError) as error:
         reason = str(error).splitlines()[0]
         document.refuse(Origin(source), (), f"not YAML: {reason}")
-        raise ConfigError(document.problems) from None
+        raise ConfigError(document.complaints) from None
     return document
 
 
@@ -105,16 +105,16 @@ def _text(path: Path) -> str:
             raw = file.read(MAX_BYTES + 1)
     except OSError as error:
         reason = error.strerror or str(error)
-        raise ConfigError([Problem(Origin(str(path)), (), f"cannot be read: {reason}")]) from None
+        raise ConfigError([Complaint(Origin(str(path)), (), f"cannot be read: {reason}")]) from None
     if len(raw) > MAX_BYTES:
         message = f"larger than {MAX_BYTES} bytes, which no config is"
-        raise ConfigError([Problem(Origin(str(path)), (), message)])
+        raise ConfigError([Complaint(Origin(str(path)), (), message)])
     try:
         return raw.decode("utf-8")
     except UnicodeDecodeError as error:
         line = raw[: error.start].count(b"\n") + 1
         message = "not text in UTF-8"
-        raise ConfigError([Problem(Origin(str(path), line, 1), (), message)]) from None
+        raise ConfigError([Complaint(Origin(str(path), line, 1), (), message)]) from None
 
 
 class _Reader:
@@ -179,7 +179,7 @@ class _Reader:
     def passed_over(self, events: Iterator[Any], place: Place) -> None:
         """Read a value of which only what is refused is kept."""
         kept = self.target
-        self.target = Document(kept.source, problems=kept.problems)
+        self.target = Document(kept.source, complaints=kept.complaints)
         self.node(next(events), events, place)
         self.target = kept
 
@@ -191,7 +191,7 @@ class _Reader:
         """Refuse what nothing can be read behind."""
         origin = self.origin(mark) if mark else Origin(self.target.source)
         self.target.refuse(origin, place, message)
-        raise ConfigError(self.target.problems)
+        raise ConfigError(self.target.complaints)
 
 
 def _refused(event: Any) -> str:

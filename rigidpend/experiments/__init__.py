@@ -1,51 +1,62 @@
-"""What a config can ask for: one module an experiment, named as in the config.
+"""Experiments: one folder each, with schema, computation, drawing and report.
 
-Each has
-
-- ``compute(config, means) -> Tree``: from the checked content of a config to the data of its
-  result file;
-- ``describe(config) -> list[Row]``: what a config asks for, for people;
-- ``differences(stored, fresh) -> list[str]``: where two results disagree by more than their
-  arithmetic explains, from the groups ``/data`` of two open files.
+:mod:`rigidpend.experiments.contract` says what the files of a folder offer. Each is imported
+when it is needed: a list of names imports none, drawing imports no integrator.
 """
 
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
 
-from rigidpend.tree import Tree
+if TYPE_CHECKING:
+    from rigidpend.config.schema import ExperimentConfig
+    from rigidpend.experiments.contract import Computation, Drawing, Reporting
 
-
-def compute_now(name: str, compute: Callable[[], Tree]) -> Tree:
-    """A part that nothing keeps."""
-    return compute()
-
-
-class Means(NamedTuple):
-    """What an experiment is computed with."""
-
-    engine: str
-    """One of the engines; empty for an experiment that integrates nothing."""
-    jobs: int
-    """Threads or processes at a time."""
-    report: Callable[[str], None]
-    """Takes a line of progress for people."""
-    part: Callable[[str, Callable[[], Tree]], Tree] = compute_now
-    """``part(name, compute)`` is ``compute()``, kept so that an interrupted run goes on."""
+FOLDER = Path(__file__).parent
 
 
-class Row(NamedTuple):
-    """A line of a description."""
-
-    name: str
-    value: str
-    meaning: str
-    number: Any = None
-    """The value as a number, or a list of numbers, where it is that."""
+class UnknownExperiment(ValueError):
+    """A name that no experiment has."""
 
 
-def module(experiment: str) -> Any:
-    """The module of an experiment, imported when it is needed."""
-    return importlib.import_module(f"rigidpend.experiments.{experiment}")
+def names() -> list[str]:
+    """The names of all experiments."""
+    return sorted(file.parent.name for file in FOLDER.glob("*/schema.py"))
+
+
+def schema(name: str) -> type[ExperimentConfig]:
+    """The schema of an experiment's configs.
+
+    Raises
+    ------
+    UnknownExperiment
+        As the other functions here.
+    """
+    return cast("type[ExperimentConfig]", _module(name, "schema").Config)
+
+
+def computation(name: str) -> Computation[ExperimentConfig]:
+    """The computation of an experiment."""
+    return cast("Computation[ExperimentConfig]", _module(name, "compute"))
+
+
+def drawing(name: str) -> Drawing:
+    """The drawing of an experiment."""
+    return cast("Drawing", _module(name, "draw"))
+
+
+def reporting(name: str) -> Reporting | None:
+    """The tables of an experiment's report; None where it has none."""
+    if name in names() and not (FOLDER / name / "report.py").is_file():
+        return None
+    return cast("Reporting", _module(name, "report"))
+
+
+def _module(name: str, part: str) -> Any:
+    # A name may come from a file of anybody's: only our own modules are imported.
+    if name not in names():
+        known = ", ".join(names())
+        raise UnknownExperiment(f"no such experiment: {name[:80]!r} (known: {known})")
+    return importlib.import_module(f"{__name__}.{name}.{part}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rigidpend.body import Body
-from rigidpend.experiments import Row
+from rigidpend.experiments.contract import Row
 
 
 def number_row(name: str, meaning: str, *numbers: float) -> Row:

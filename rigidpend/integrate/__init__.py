@@ -28,9 +28,10 @@ from rigidpend.integrate.engines import (
     EngineError,
     check_engine,
     default_engine,
+    has_own_type,
 )
 from rigidpend.integrate.records import Crossings, Orbits, Outcome, joined, no_crossings
-from rigidpend.workers import side_by_side, spread
+from rigidpend.run.workers import side_by_side, spread
 
 __all__ = [
     "DEFAULT_TOLERANCE",
@@ -44,20 +45,12 @@ __all__ = [
     "crossings",
     "default_engine",
     "ends",
+    "has_own_type",
     "sample",
     "sample_orbits",
 ]
 
 Field: TypeAlias = Callable[[Any, Any], Any]
-
-
-def has_own_type(engine: str, bits: int) -> bool:
-    """Whether the engine computes in `bits` bits itself, rather than through `bigint`."""
-    if engine == "taylor":
-        from rigidpend.integrate import taylor
-
-        return bits in taylor.precisions()
-    return bits == 53
 
 
 def crossings(orbits: Orbits, *, engine: str, bits: int, tolerance: float, jobs: int) -> Crossings:

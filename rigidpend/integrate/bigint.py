@@ -14,7 +14,6 @@ from operator import mul
 from typing import TypeAlias
 
 from rigidpend.equations import AlignedCoefficients, aligned
-from rigidpend.exact import GUARD_BITS
 from rigidpend.integrate.records import (
     Crossings,
     Orbits,
@@ -23,6 +22,7 @@ from rigidpend.integrate.records import (
     separatrix_beside,
     silent_outcome,
 )
+from rigidpend.numbers.exact import GUARD_BITS
 
 MAX_STEPS = 100_000
 SHRINK = math.exp(-2)

@@ -12,7 +12,7 @@ import numpy as np
 
 from rigidpend.equations import AlignedCoefficients, aligned
 from rigidpend.integrate import compile_cache
-from rigidpend.signals import held
+from rigidpend.run.signals import held
 
 
 @functools.cache

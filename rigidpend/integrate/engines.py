@@ -1,4 +1,4 @@
-"""Which engines there are, and which can run here. Imports none of them."""
+"""Engines: their names and tolerances, and which can run here. Imports none of them."""
 
 from __future__ import annotations
 
@@ -38,6 +38,15 @@ def check_engine(engine: str) -> str:
             " (it exists for Linux); choose 'scipy'"
         )
     return engine
+
+
+def has_own_type(engine: str, bits: int) -> bool:
+    """Whether the engine computes in `bits` bits itself, rather than through `bigint`."""
+    if engine == "taylor":
+        from rigidpend.integrate import taylor
+
+        return bits in taylor.precisions()
+    return bits == 53
 
 
 @functools.cache

@@ -12,8 +12,9 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from rigidpend.equations import AlignedCoefficients
-from rigidpend.integrate import bigint, has_own_type
-from rigidpend.workers import side_by_side
+from rigidpend.integrate import bigint
+from rigidpend.integrate.engines import has_own_type
+from rigidpend.run.workers import side_by_side
 
 MAX_STEPS = 1_000_000
 

@@ -6,13 +6,13 @@ integrator is imported.
 
 from __future__ import annotations
 
-import importlib
 import io
 import os
 from pathlib import Path
 from typing import Any
 
-from rigidpend import store
+from rigidpend import experiments
+from rigidpend.results import store
 
 FORMATS = ("png", "svg", "pdf")
 STYLE = Path(__file__).with_name("rigidpend.mplstyle")
@@ -42,7 +42,7 @@ def image(result: Any, suffix: str) -> bytes:
 
     with matplotlib.rc_context(fname=STYLE):
         experiment = result["attributes"]["experiment"]
-        figure = importlib.import_module(f"rigidpend.render.{experiment}").draw(result)
+        figure = experiments.drawing(experiment).draw(result)
         return _image(figure, suffix, result["attributes"])
 
 

@@ -7,13 +7,13 @@ Experiments without such a module appear with their figure and provenance.
 
 from __future__ import annotations
 
-import importlib.util
 from pathlib import Path
 from typing import Any
 
-from rigidpend import store
+from rigidpend import experiments
 from rigidpend.departures import DEPARTURES
-from rigidpend.report.page import Section, Table, html, picture
+from rigidpend.report.page import Section, html, picture
+from rigidpend.results import store
 
 __all__ = ["build", "write"]
 
@@ -57,15 +57,13 @@ def section(result: Any) -> Section:
 
     attributes = result["attributes"]
     experiment = str(attributes["experiment"])
-    name = f"{__name__}.{experiment}"
-    known = importlib.util.find_spec(name) is not None
-    tables: list[Table] = importlib.import_module(name).tables(result) if known else []
+    reporting = experiments.reporting(experiment)
     return Section(
         name=str(attributes["name"]),
         figure=str(attributes["figure"]),
         experiment=experiment,
         picture=picture(render.image(result, "png")),
-        tables=tables,
+        tables=reporting.tables(result) if reporting else [],
         provenance=_provenance(result),
     )
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import functools
-import operator
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,16 +11,14 @@ from numpy.typing import NDArray
 
 from rigidpend import integrate
 from rigidpend.body import Body
-from rigidpend.exact import Exact, ExactError, exact
+from rigidpend.integrate.arithmetic import Arithmetic, resolve
 from rigidpend.integrate.records import Crossings, Orbits
+from rigidpend.numbers.exact import PRECISIONS, Exact, ExactError, exact
 from rigidpend.routes import certainty
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem, passage_limit, phase_rate
 from rigidpend.routes.start import Scales, start, states_double, states_exact
-
-PRECISIONS = (53, 64, 113)
-"""Bits, in the order in which they are tried."""
 
 SHARPENING = 100
 """How much finer the tolerance of further computations is, in doubles while these allow it."""
@@ -53,7 +49,7 @@ def route_codes(
     J1_0: Any,
     n_symbols: int = 15,
     engine: str | None = None,
-    tolerance: float | None = None,
+    tolerance: Exact | float | str | None = None,
     precisions: Sequence[int] = PRECISIONS,
     jobs: int = 1,
 ) -> RouteCodes:
@@ -76,8 +72,8 @@ def route_codes(
         How many symbols to find on each orbit.
     engine : {"taylor", "scipy"}, optional
         `taylor` where heyoka is installed.
-    tolerance : float, optional
-        Local tolerance in double precision; by default the engine's own.
+    tolerance : number, optional
+        Local tolerance in double precision; by default the engine's own, at least its finest.
     precisions : sequence of int, optional
         Bits, ascending, 53 or more. Columns with an uncertain symbol go to the next. 64 is
         passed over where the engine has no such type.
@@ -90,8 +86,8 @@ def route_codes(
 
     Raises
     ------
-    ProblemError, ExactError
-        A value that the problem excludes or that is no number; the message says which.
+    ProblemError, NumericsError, ExactError
+        A value that is excluded or that is no number; the message says which.
     EngineError
         An engine that is not known or not installed.
 
@@ -103,11 +99,11 @@ def route_codes(
     the rule and the measurement behind its threshold.
     """
     problem = RouteProblem(body, _named("h0", h0), _named("J1_0", J1_0), n_symbols)
-    engine = integrate.check_engine(engine or integrate.default_engine())
+    arithmetic = resolve(engine, tolerance, precisions)
     phases = Phases(theta2_0)
-    run = _Run(problem, phases, engine, _checked_tolerance(engine, tolerance), jobs)
-    ladder = precision_ladder(engine, precisions)
-    decided = certainty.decide(run.crossings, len(phases), phase_rate(problem), ladder)
+    run = _Run(problem, phases, arithmetic, jobs)
+    rate = phase_rate(problem)
+    decided = certainty.decide(run.crossings, len(phases), rate, arithmetic.precisions)
     found = decided.crossings
     return RouteCodes(
         theta2_0=phases.high,
@@ -119,34 +115,12 @@ def route_codes(
     )
 
 
-def precision_ladder(engine: str, precisions: Sequence[int]) -> tuple[int, ...]:
-    """The precisions to try with an engine: 64 bits only where it has such a type.
-
-    Raises
-    ------
-    ProblemError
-        They are not ascending whole numbers from 53 on.
-    """
-    try:
-        ladder = tuple(operator.index(bits) for bits in precisions)
-    except TypeError:
-        ladder = ()
-    ascending = all(low < high for low, high in pairwise(ladder))
-    if not ladder or ladder[0] < 53:
-        message = f"precisions must be whole numbers from 53 bits on, got {precisions}"
-        raise ProblemError("precisions", message)
-    if not ascending:
-        raise ProblemError("precisions", f"precisions must ascend, got {precisions}")
-    return tuple(b for b in ladder if b != 64 or integrate.has_own_type(engine, b)) or ladder
-
-
 class _Run(NamedTuple):
     """One call's problem and means; computes any columns in any precision."""
 
     problem: RouteProblem
     phases: Phases
-    engine: str
-    tolerance: float
+    arithmetic: Arithmetic
     jobs: int
 
     def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
@@ -161,7 +135,7 @@ class _Run(NamedTuple):
         limit = _limit(p, bits) / unit
         found = integrate.crossings(
             Orbits(begin.coefficients, states, p.n_symbols + 1, limit),
-            engine=self.engine,
+            engine=self.arithmetic.engine,
             bits=bits,
             tolerance=self._tolerance(bits, scales),
             jobs=self.jobs,
@@ -170,10 +144,11 @@ class _Run(NamedTuple):
 
     def _tolerance(self, bits: int, scales: Scales) -> float:
         """The first computation has a tolerance of its own: what a series leaves out is alike."""
-        first, finest = scales == certainty.FIRST, integrate.FINEST_TOLERANCE[self.engine]
+        engine, tolerance, _ = self.arithmetic
+        first, finest = scales == certainty.FIRST, integrate.FINEST_TOLERANCE[engine]
         if bits > 53:
             return finest if first else finest / SHARPENING
-        return self.tolerance if first else max(self.tolerance / SHARPENING, finest)
+        return tolerance if first else max(tolerance / SHARPENING, finest)
 
 
 _limit = functools.lru_cache(maxsize=32)(passage_limit)
@@ -185,13 +160,3 @@ def _named(name: str, value: Any) -> Exact:
         return exact(value)
     except ExactError as error:
         raise ProblemError(name, f"{name}: {error}") from None
-
-
-def _checked_tolerance(engine: str, tolerance: Any) -> float:
-    if tolerance is None:
-        return integrate.DEFAULT_TOLERANCE[engine]
-    tolerance = float(_named("tolerance", tolerance))
-    if not 0 < tolerance <= 1e-2:
-        message = f"tolerance must be more than 0 and at most 0.01, got {tolerance}"
-        raise ProblemError("tolerance", message)
-    return max(tolerance, integrate.FINEST_TOLERANCE[engine])

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.exact import Exact, ExactError, exact
+from rigidpend.numbers.exact import Exact, ExactError, exact
 
 
 class Grid(Sequence[Exact]):

@@ -8,7 +8,8 @@ from typing import Any
 
 from rigidpend import pendulum
 from rigidpend.body import Body
-from rigidpend.exact import GUARD_BITS, Exact, ExactError, context, function
+from rigidpend.numbers.exact import GUARD_BITS, Exact, ExactError, context, function
+from rigidpend.numbers.parameters import ParameterError
 
 MAX_SYMBOLS = 100_000
 LEAST = 1e-100
@@ -17,16 +18,8 @@ SMALLEST_RATIO = "1e-500"
 """J1_0/J2_0 from which the components, its square root, are ordinary doubles."""
 
 
-class ProblemError(ValueError):
+class ProblemError(ParameterError):
     """A value that the problem excludes."""
-
-    def __init__(self, field: str, message: str) -> None:
-        super().__init__(field, message)
-        self.field = field
-        """The parameter that is wrong."""
-
-    def __str__(self) -> str:
-        return str(self.args[1])
 
 
 @dataclass(frozen=True)

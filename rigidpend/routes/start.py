@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rigidpend.coordinates import Canonical, aligned_from_canonical
 from rigidpend.equations import AlignedCoefficients, aligned_coefficients
-from rigidpend.exact import GUARD_BITS, Exact, context, fraction
+from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
 from rigidpend.routes.problem import RouteProblem
 
 

@@ -11,18 +11,18 @@ from scipy.optimize import brentq
 
 from rigidpend import Body, integrate
 from rigidpend.asymptotic.heteroclinic import increments
-from rigidpend.asymptotic.section import Means
 from rigidpend.coordinates import Canonical, aligned_from_canonical
 from rigidpend.equations import aligned_coefficients, hamiltonian_J3_0
-from rigidpend.exact import exact
 from rigidpend.hodograph import field
+from rigidpend.integrate.arithmetic import resolve
 from rigidpend.integrate.engines import default_engine
+from rigidpend.numbers.exact import exact
 from rigidpend.precession import increments as first_order
 from tests.integrate.problems import ENGINES, find, theta1_on
 
 GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.05")
 HESS = Body(A=(2, 1, "1.5"), r=(1, "sqrt(2)", 0), mu="0.05")
-MEANS = Means(default_engine(), 3e-14)
+ARITHMETIC = resolve(default_engine(), 3e-14)
 H0 = exact(1)
 LOW = math.exp(-44)
 
@@ -46,7 +46,7 @@ def beginning(separatrix: int, theta2: float) -> Any:
 def crossing(separatrix: int, theta2: float) -> tuple[float, float, Any]:
     """When the orbit crosses the section, gamma3 there, and where it began."""
     state = beginning(separatrix, theta2)
-    found = find(state[:, None], MEANS.engine, body=GENERIC, n_crossings=1)
+    found = find(state[:, None], ARITHMETIC.engine, body=GENERIC, n_crossings=1)
     assert found.separatrix[0, 0] == separatrix
     time = float(found.time[0, 0])
     numbers: Any = aligned_coefficients(GENERIC.angles(), math)
@@ -74,7 +74,7 @@ def directly(separatrix: int) -> list[float]:
 
 @pytest.mark.parametrize("separatrix", [1, 2, 3, 4])
 def test_agrees_with_each_separatrix_integrated_directly(separatrix: int) -> None:
-    found = np.sort(increments(GENERIC, H0, MEANS).gained[:, separatrix - 1])
+    found = np.sort(increments(GENERIC, H0, ARITHMETIC).gained[:, separatrix - 1])
     np.testing.assert_allclose(directly(separatrix), found, rtol=0, atol=2e-10)
     # Far more than that is between the orbits, and between them and the first order.
     first = first_order(GENERIC.angles(), 1.0)[separatrix - 1]
@@ -89,13 +89,13 @@ def test_order_tri1_errs_in_the_second_order_and_the_mean_of_both_orbits_in_the_
     gaps = []
     for mu in ("2e-3", "1e-3"):
         heavy = Body(body.A, body.r, mu)
-        gaps.append(increments(heavy, H0, MEANS).gained - first_order(heavy.angles(), 1.0))
+        gaps.append(increments(heavy, H0, ARITHMETIC).gained - first_order(heavy.angles(), 1.0))
     np.testing.assert_allclose(gaps[0] / gaps[1], 4, rtol=0.05)
     np.testing.assert_allclose(gaps[0].mean(axis=0) / gaps[1].mean(axis=0), 8, rtol=0.01)
 
 
 def test_in_the_Hess_case_nothing_is_gained_along_1_and_3() -> None:
-    found = increments(HESS, H0, MEANS).gained
+    found = increments(HESS, H0, ARITHMETIC).gained
     assert np.abs(found[:, [0, 2]]).max() < 1e-17
     assert np.abs(found[:, [1, 3]]).min() > 0.1
 
@@ -103,19 +103,19 @@ def test_in_the_Hess_case_nothing_is_gained_along_1_and_3() -> None:
 def test_the_error_told_holds_against_more_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     from rigidpend.asymptotic import heteroclinic
 
-    found = increments(GENERIC, H0, MEANS)
+    found = increments(GENERIC, H0, ARITHMETIC)
     monkeypatch.setattr(heteroclinic, "STEPS", 3 * heteroclinic.STEPS)
-    finer = increments(GENERIC, H0, MEANS)
+    finer = increments(GENERIC, H0, ARITHMETIC)
     assert np.abs(finer.gained - found.gained).max() < found.error.max() + 1e-15
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_agrees_engines(engine: str) -> None:
-    found = increments(HESS, H0, Means(engine, 3e-14)).gained
-    np.testing.assert_allclose(found, increments(HESS, H0, MEANS).gained, rtol=0, atol=1e-13)
+    found = increments(HESS, H0, resolve(engine, 3e-14)).gained
+    np.testing.assert_allclose(found, increments(HESS, H0, ARITHMETIC).gained, rtol=0, atol=1e-13)
 
 
 def test_an_orbit_that_is_not_found_is_an_error() -> None:
     body = Body(A=(2, "1.7", "1.85"), r=(2, 1, 0), mu="0.95")
     with pytest.raises(ArithmeticError, match=r"meets the section at g = -?1\.57"):
-        increments(body, H0, MEANS)
+        increments(body, H0, ARITHMETIC)

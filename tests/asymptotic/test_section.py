@@ -10,7 +10,6 @@ import pytest
 
 from rigidpend import Body
 from rigidpend.asymptotic.section import (
-    Means,
     coefficients,
     launch,
     meet,
@@ -27,13 +26,14 @@ from rigidpend.coordinates import (
     scale,
 )
 from rigidpend.equations import AlignedCoefficients, energy
-from rigidpend.exact import exact
 from rigidpend.integrate import sample_orbits
+from rigidpend.integrate.arithmetic import resolve
 from rigidpend.integrate.engines import default_engine
+from rigidpend.numbers.exact import exact
 from rigidpend.periodic import Delta_1
 
 GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.02")
-MEANS = Means(default_engine(), 3e-14)
+ARITHMETIC = resolve(default_engine(), 3e-14)
 M = numbers(53)
 
 
@@ -86,7 +86,7 @@ def test_orbits_come_from_the_lower_periodic_solution(separatrix: int) -> None:
     """Backward from the section J1 falls and theta1 stays as near as (dt) says."""
     s = surface(GENERIC, exact(1), 53, separatrix)
     phases = [2 * M.pi * k / 7 for k in range(7)]
-    points = meet(s, phases, M.mpf(30), MEANS)
+    points = meet(s, phases, M.mpf(30), ARITHMETIC)
     assert points is not None
     floats_of = AlignedCoefficients(*map(float, coefficients(s)))
     p = s.p._replace(alpha0=float(s.p.alpha0), beta0=float(s.p.beta0), gamma0=float(s.p.gamma0))
@@ -111,7 +111,7 @@ def test_the_section_is_met_at_the_same_point_from_any_depth() -> None:
     phases = [2 * M.pi * k / 32 for k in range(32)]
     found = []
     for depth in (40, 43, 60):
-        points = meet(s, phases, M.mpf(depth), MEANS)
+        points = meet(s, phases, M.mpf(depth), ARITHMETIC)
         assert points is not None
         found.append(np.array([float(x) for x in harmonics(points, M) or []]))
     assert np.abs(found[0]).max() > 1e-5

@@ -13,7 +13,6 @@ from rigidpend import Body
 from rigidpend.asymptotic.heteroclinic import phase_at_start
 from rigidpend.asymptotic.section import (
     J2_0,
-    Means,
     Points,
     coefficients,
     launch,
@@ -24,9 +23,10 @@ from rigidpend.asymptotic.section import (
 )
 from rigidpend.asymptotic.splitting import TOP, amplitude, distance, harmonics, measure
 from rigidpend.equations import AlignedCoefficients, eq1
-from rigidpend.exact import exact
 from rigidpend.integrate import sample_orbits
+from rigidpend.integrate.arithmetic import resolve
 from rigidpend.integrate.engines import default_engine
+from rigidpend.numbers.exact import exact
 from tests.integrate.problems import needs_heyoka
 
 FIG4 = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu="0.001")
@@ -34,7 +34,7 @@ GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.02")
 LARGE_NU = Body(A=(2, "1.7", "1.85"), r=(2, 1, 0), mu="0.3")
 TABLE_1A = Body(A=(2, "0.2", "1.8"), r=("sqrt(0.2)", "sqrt(1.6)", 0), mu="1e-6")
 TABLE_1G = Body(A=(2, 1, "1.04"), r=("sqrt(0.96)", "0.2", 0), mu="1e-6")
-MEANS = Means(default_engine(), 3e-14)
+ARITHMETIC = resolve(default_engine(), 3e-14)
 H0 = exact(1)
 M = numbers(53)
 
@@ -93,10 +93,10 @@ def test_agrees_with_orbits_integrated_backward_from_the_upper_periodic_solution
     """The independent truth: S2+ by real backward integration, both surfaces at one phase."""
     s = surface(GENERIC, H0, 53)
     depth = M.mpf(76)
-    forward, _ = phase_at_start(s, g, MEANS)
-    on_S1 = meet(s, [M.mpf(forward)], depth, MEANS)
+    forward, _ = phase_at_start(s, g, ARITHMETIC)
+    on_S1 = meet(s, [M.mpf(forward)], depth, ARITHMETIC)
     assert on_S1 is not None
-    mirrored, time = phase_at_start(s, math.pi - g, MEANS)
+    mirrored, time = phase_at_start(s, math.pi - g, ARITHMETIC)
     state = np.array([float(x) for x in launch(s, M.mpf(mirrored), depth)])
     start = state * [1, 1, -1, 1, 1, -1]
     numbers_of = AlignedCoefficients(*map(float, coefficients(s)))
@@ -104,7 +104,7 @@ def test_agrees_with_orbits_integrated_backward_from_the_upper_periodic_solution
     assert abs(end[2]) < 1e-12
     phase, offset = section_angles(list(end), float(s.p.alpha0), M)
     assert math.remainder(float(phase) - g, math.tau) == pytest.approx(0, abs=1e-11)
-    found = measure(GENERIC, H0, (53,), MEANS)
+    found = measure(GENERIC, H0, ARITHMETIC._replace(precisions=(53,)))
     expected = found.amplitude * (math.cos(g) + distance(found.excess, g))
     gap = float(on_S1.offset[0] - offset)
     assert gap == pytest.approx(expected, abs=1e-13)
@@ -114,7 +114,10 @@ def test_agrees_with_orbits_integrated_backward_from_the_upper_periodic_solution
 
 @pytest.mark.parametrize("body", [FIG4, GENERIC])
 def test_order_the_curve_errs_in_the_second_order_and_its_cosine_in_the_third(body: Body) -> None:
-    one, two = (measure(weighing(body, mu), H0, (53, 64, 113), MEANS) for mu in ("1e-3", "2e-3"))
+    one, two = (
+        measure(weighing(body, mu), H0, ARITHMETIC._replace(precisions=(53, 64, 113)))
+        for mu in ("1e-3", "2e-3")
+    )
     assert one.resolved
     assert two.resolved
     assert two.excess[0] / one.excess[0] == pytest.approx(4, rel=1e-3)
@@ -128,7 +131,7 @@ def test_invariant_odd_harmonics_are_odd_in_mu_and_even_ones_even() -> None:
     for sign in (1, -1):
         s = surface(GENERIC, H0, 53)
         s = s._replace(p=s.p._replace(mu=sign * s.p.mu))
-        points = meet(s, [2 * M.pi * k / 32 for k in range(32)], M.mpf(50), MEANS)
+        points = meet(s, [2 * M.pi * k / 32 for k in range(32)], M.mpf(50), ARITHMETIC)
         assert points is not None
         found.append(np.array([float(x) for x in harmonics(points, M) or []]))
     parity = (-1.0) ** np.arange(1, 16)
@@ -145,8 +148,8 @@ WAYS = [
 @needs_heyoka
 @pytest.mark.parametrize("bits", [53, 64])
 def test_agrees_precisions_with_113_bits_within_the_errors_they_tell(bits: int) -> None:
-    truth = measure(TABLE_1A, H0, (113,), Means("taylor", 3e-14))
-    found = measure(TABLE_1A, H0, (bits,), Means("taylor", 3e-14))
+    truth = measure(TABLE_1A, H0, resolve("taylor", 3e-14)._replace(precisions=(113,)))
+    found = measure(TABLE_1A, H0, resolve("taylor", 3e-14)._replace(precisions=(bits,)))
     assert found.bits == bits
     gap = np.abs(found.excess[:3] - truth.excess[:3]).max()
     # What is told of the curve is rounded to doubles.
@@ -168,21 +171,21 @@ def test_agrees_points_of_the_section_with_160_bit_integers(engine: str, bits: i
 def _met(engine: str, bits: int) -> tuple[Any, Any]:
     """Where an orbit that starts alike in any precision meets the section."""
     s = surface(TABLE_1G, H0, bits)
-    points = meet(s, [numbers(bits).mpf(2)], numbers(bits).mpf(60), Means(engine, 3e-14))
+    points = meet(s, [numbers(bits).mpf(2)], numbers(bits).mpf(60), resolve(engine, 3e-14))
     assert points is not None
     return numbers(300).mpf(points.phase[0]), numbers(300).mpf(points.offset[0])
 
 
 def test_precisions_are_tried_in_turn_until_the_splitting_is_resolved() -> None:
     light = weighing(FIG4, "1e-6")
-    found = measure(light, H0, (53, 113), MEANS)
-    assert not measure(light, H0, (53,), MEANS).resolved
+    found = measure(light, H0, ARITHMETIC._replace(precisions=(53, 113)))
+    assert not measure(light, H0, ARITHMETIC._replace(precisions=(53,))).resolved
     assert (found.resolved, found.bits) == (True, 113)
-    assert measure(FIG4, H0, (53, 113), MEANS).bits == 53
+    assert measure(FIG4, H0, ARITHMETIC._replace(precisions=(53, 113))).bits == 53
 
 
 def test_where_S1_turns_back_nothing_is_resolved_and_nothing_told() -> None:
-    found = measure(LARGE_NU, H0, (53,), MEANS)
+    found = measure(LARGE_NU, H0, ARITHMETIC._replace(precisions=(53,)))
     assert not found.resolved
     assert np.isnan(found.excess).all()
     assert found.excess.shape == (TOP,)

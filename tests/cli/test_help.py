@@ -16,7 +16,9 @@ import pytest
 from click.shell_completion import ShellComplete
 from click.testing import CliRunner
 
-from rigidpend import catalogue, cli, runner
+from rigidpend import cli
+from rigidpend.config import catalogue
+from rigidpend.run import runner
 from tests.cli.calls import ENVIRONMENT, call
 from tests.config.samples import FIG4, SMALL, written
 

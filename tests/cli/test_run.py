@@ -15,7 +15,9 @@ import h5py
 import pytest
 from click.testing import CliRunner
 
-from rigidpend import cli, runner, store
+from rigidpend import cli
+from rigidpend.results import store
+from rigidpend.run import runner
 from tests.cli.calls import ENVIRONMENT, Done, call
 from tests.config.samples import SMALL, changed, written
 

@@ -10,7 +10,9 @@ from pathlib import Path
 import h5py
 import pytest
 
-from rigidpend import config, provenance, store
+from rigidpend.config import loading
+from rigidpend.results import store
+from rigidpend.run import provenance
 from tests.cli.calls import REFERENCE, call
 from tests.config.samples import FIG4, SMALL, changed, written
 
@@ -86,17 +88,17 @@ def test_describe_as_json_has_the_config_its_hash_and_the_rows(tmp_path: Path) -
     assert {"fig1", "fig4", "fig5"} <= {one["name"] for one in everything}
 
 
-def resolved(text: str, folder: Path) -> config.Config:
-    return config.load(written(folder, text, "again.yaml"))
+def resolved(text: str, folder: Path) -> loading.Config:
+    return loading.load(written(folder, text, "again.yaml"))
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
 def test_a_resolved_config_is_read_back_as_the_same(path: Path, tmp_path: Path) -> None:
-    loaded = config.load(path)
-    text = config.resolved_yaml(loaded)
+    loaded = loading.load(path)
+    text = loading.resolved_yaml(loaded)
     assert resolved(text, tmp_path).resolved() == loaded.resolved()
     # Nothing is left to a default.
-    assert config.resolved_yaml(resolved(text, tmp_path)) == text
+    assert loading.resolved_yaml(resolved(text, tmp_path)) == text
 
 
 @pytest.mark.parametrize(
@@ -105,8 +107,8 @@ def test_a_resolved_config_is_read_back_as_the_same(path: Path, tmp_path: Path) 
 )
 def test_any_text_is_read_back_from_a_resolved_config(figure: str, tmp_path: Path) -> None:
     quoted = json.dumps(figure, ensure_ascii=False)
-    loaded = config.load(written(tmp_path, changed('figure: "4"', f"figure: {quoted}")))
-    assert resolved(config.resolved_yaml(loaded), tmp_path).resolved() == loaded.resolved()
+    loaded = loading.load(written(tmp_path, changed('figure: "4"', f"figure: {quoted}")))
+    assert resolved(loading.resolved_yaml(loaded), tmp_path).resolved() == loaded.resolved()
 
 
 def test_a_run_of_the_resolved_config_has_the_same_hash(desk: Path, tmp_path: Path) -> None:

@@ -12,11 +12,13 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from rigidpend import cli, runner, store
+from rigidpend import cli
 from rigidpend.cli import common
-from rigidpend.experiments.route_zoom import NoChange
+from rigidpend.experiments.route_zoom.compute import NoChange
 from rigidpend.integrate import engines
-from rigidpend.workers import WorkerError
+from rigidpend.results import store
+from rigidpend.run import runner
+from rigidpend.run.workers import WorkerError
 from tests.cli.calls import ENVIRONMENT, call
 from tests.config.samples import SMALL, written
 

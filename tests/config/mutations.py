@@ -6,8 +6,7 @@ import random
 from collections.abc import Iterator
 from typing import Any
 
-from rigidpend import config
-from rigidpend.config import reader
+from rigidpend.config import names, reader
 
 VALUES: list[Any] = [
     *("nan", ".nan", "inf", "-.inf", "1e400", "1e-400", "1e5000", "-1", "0", "-0.0", "1/0", "0/0"),
@@ -25,7 +24,7 @@ VALUES: list[Any] = [
 
 def trees() -> list[Any]:
     """The shipped configs, as read; of several bodies, which cost time, the first two."""
-    read = [reader.read(path).tree for path in config.names.known().values()]
+    read = [reader.read(path).tree for path in names.known().values()]
     for tree in read:
         bodies = tree["problem"].get("bodies", {})
         for name in list(bodies)[2:]:

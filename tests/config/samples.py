@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TypeVar
 
 import pytest
 
-from rigidpend import config
-from rigidpend.config.problems import Problem
+from rigidpend.config import loading
+from rigidpend.config.complaints import Complaint
+from rigidpend.config.schema import ExperimentConfig
+
+C = TypeVar("C", bound=ExperimentConfig)
 
 FIG4 = Path(__file__).resolve().parents[2] / "configs" / "fig4.yaml"
 TEXT = FIG4.read_text(encoding="utf-8")
@@ -55,10 +59,17 @@ def complaint(path: Path, text: str, at: str | int, place: str, message: str) ->
     return f"{where}:{middle} {message}\n    {line}\n    {' ' * len(head)}^"
 
 
-def refused(path: Path, settings: Sequence[str] = ()) -> list[Problem]:
-    """The problems with a config, which must be some; the error's text must hold all of them."""
-    with pytest.raises(config.ConfigError) as caught:
-        config.load(path, settings)
-    assert caught.value.problems
-    assert str(caught.value) == "\n".join(map(str, caught.value.problems))
-    return caught.value.problems
+def refused(path: Path, settings: Sequence[str] = ()) -> list[Complaint]:
+    """The complaints with a config, which must be some; the error's text must hold all of them."""
+    with pytest.raises(loading.ConfigError) as caught:
+        loading.load(path, settings)
+    assert caught.value.complaints
+    assert str(caught.value) == "\n".join(map(str, caught.value.complaints))
+    return caught.value.complaints
+
+
+def content(kind: type[C], path: Path, settings: Sequence[str] = ()) -> C:
+    """The checked content of a config of that experiment."""
+    found = loading.load(path, settings).content
+    assert isinstance(found, kind)
+    return found

@@ -10,8 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rigidpend import config
-from rigidpend.config import reader
+from rigidpend.config import loading, reader
 from tests.config import mutations
 from tests.config.samples import FIG4, TEXT
 from tests.strategies import repeatable
@@ -40,8 +39,8 @@ def loads(tmp_path_factory: pytest.TempPathFactory) -> Load:
         path.write_bytes(content)
         begun = time.perf_counter()
         try:
-            config.load(path)
-        except config.ConfigError as error:
+            loading.load(path)
+        except loading.ConfigError as error:
             said = str(error)
         else:
             said = ""
@@ -115,8 +114,8 @@ def test_any_settings_load_or_are_refused() -> None:
         given = mutations.settings(tree, chance)
         said = ""
         try:
-            config.load(FIG4, given)
-        except config.ConfigError as error:
+            loading.load(FIG4, given)
+        except loading.ConfigError as error:
             said = str(error)
         assert said == "" or said.startswith(("--set ", str(FIG4))), given
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rigidpend import catalogue
-from rigidpend.config import ConfigError, names
+from rigidpend.config import catalogue, names
+from rigidpend.config.loading import ConfigError
 from tests.config.samples import FIG4, SMALL, TEXT, written
 
 

@@ -8,18 +8,18 @@ from typing import Any
 
 import pytest
 
-from rigidpend import config
-from rigidpend.config import problems
-from tests.config.samples import FIG4, changed, refused, written
+from rigidpend.config import complaints, loading
+from rigidpend.experiments.route_codes.schema import Config
+from tests.config.samples import FIG4, changed, content, refused, written
 
 
 def problem_with(*settings: str) -> Any:
-    return config.load(FIG4, settings).content.problem
+    return loading.load(FIG4, settings).content.problem
 
 
 def test_a_value_is_replaced_and_the_rest_stays() -> None:
-    loaded = config.load(FIG4, ["problem.mu=1e-10"])
-    expected = config.load(FIG4).resolved()
+    loaded = loading.load(FIG4, ["problem.mu=1e-10"])
+    expected = loading.load(FIG4).resolved()
     expected["problem"]["mu"] = "1/10000000000"
     assert loaded.resolved() == expected
     assert loaded.name == "fig4"
@@ -61,7 +61,7 @@ def test_an_entry_is_added() -> None:
 def test_a_part_that_the_file_leaves_out_is_made(tmp_path: Path) -> None:
     text = FIG4.read_text(encoding="utf-8")
     path = written(tmp_path, text[: text.index("numerics:")])
-    assert config.load(path, ["numerics.engine=scipy"]).content.numerics.engine == "scipy"
+    assert content(Config, path, ["numerics.engine=scipy"]).numerics.engine == "scipy"
 
 
 def test_later_settings_win() -> None:
@@ -73,12 +73,12 @@ def test_later_settings_win() -> None:
 
 def test_what_is_wrong_in_the_file_can_be_set_right(tmp_path: Path) -> None:
     path = written(tmp_path, changed("mu: 0.001", "mu: x"))
-    assert config.load(path, ["problem.mu=0"]).content.problem.mu.fraction == 0
+    assert content(Config, path, ["problem.mu=0"]).problem.mu.fraction == 0
 
 
 def test_the_file_is_not_touched(tmp_path: Path) -> None:
     path = written(tmp_path, FIG4.read_bytes())
-    config.load(path, ["problem.mu=0.1"])
+    loading.load(path, ["problem.mu=0.1"])
     assert path.read_bytes() == FIG4.read_bytes()
 
 
@@ -134,7 +134,7 @@ def test_a_wrong_setting_is_named_with_what_is_wrong(setting: str, said: str) ->
 )
 def test_a_value_that_is_not_plain_yaml_is_refused(value: str, said: str) -> None:
     [problem] = refused(FIG4, [f"problem.mu={value}"])
-    assert str(problem).startswith(f"--set problem.mu={problems.plain(value)}: ")
+    assert str(problem).startswith(f"--set problem.mu={complaints.plain(value)}: ")
     assert said in problem.message
 
 

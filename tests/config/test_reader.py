@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rigidpend import config
-from rigidpend.config import problems, reader
+from rigidpend.config import complaints, loading, reader
 from tests.config.samples import FIG4, TEXT, changed, complaint, refused, written
 
 REFUSED = {
@@ -179,7 +178,7 @@ def test_line_ends_of_other_systems_keep_the_places(tmp_path: Path, end: str) ->
 
 def test_a_byte_order_mark_does_no_harm(tmp_path: Path) -> None:
     path = written(tmp_path, b"\xef\xbb\xbf" + TEXT.encode())
-    assert config.load(path).content == config.load(FIG4).content
+    assert loading.load(path).content == loading.load(FIG4).content
 
 
 def test_scalars_stay_text_but_for_true_false_and_null() -> None:
@@ -237,25 +236,25 @@ def test_a_long_line_is_shown_around_the_place(tmp_path: Path) -> None:
     path = written(tmp_path, text.replace("r: [1", "r: [" + " " * 900 + "y"))
     last = refused(path)[-1]
     said, line, caret = str(last).splitlines()
-    assert len(line) <= 4 + problems.MAX_LINE
+    assert len(line) <= 4 + complaints.MAX_LINE
     assert line[caret.index("^")] == "y"
     assert len(said) < 500
 
 
 def test_a_caret_stands_below_wide_characters_and_tabs() -> None:
-    [wide] = reader.parse('{"日本": *a}', "given").problems
+    [wide] = reader.parse('{"日本": *a}', "given").complaints
     assert str(wide).splitlines()[1:] == ['    {"日本": *a}', f"    {' ' * 9}^"]
-    [tab] = reader.parse('["a\tb", *a]', "given").problems
+    [tab] = reader.parse('["a\tb", *a]', "given").complaints
     assert str(tab).splitlines()[1:] == ['    ["a\tb", *a]', f"{' ' * 7}\t{' ' * 4}^"]
 
 
 def test_many_faults_are_counted(tmp_path: Path) -> None:
     text = TEXT + "".join(f"key{i}: 1\n" for i in range(100))
-    with pytest.raises(config.ConfigError) as caught:
-        config.load(written(tmp_path, text))
-    assert len(caught.value.problems) == 100
+    with pytest.raises(loading.ConfigError) as caught:
+        loading.load(written(tmp_path, text))
+    assert len(caught.value.complaints) == 100
     assert str(caught.value).endswith("\nand 80 more")
-    assert str(caught.value).count("unknown key") == problems.MAX_SHOWN
+    assert str(caught.value).count("unknown key") == complaints.MAX_SHOWN
 
 
 def test_the_number_of_values_is_bounded(tmp_path: Path) -> None:

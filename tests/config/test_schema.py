@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rigidpend import config
-from tests.config.samples import SMALL, changed, complaint, refused, written
+from rigidpend.experiments.route_codes.schema import Config
+from tests.config.samples import SMALL, changed, complaint, content, refused, written
 
 NUMBER = "expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40"
 PROBLEM_KEYS = "(known: A, r, mu, h0, J1_0, n_symbols, arrays)"
@@ -174,7 +174,7 @@ def test_physics_out_of_range_is_located_at_its_key(
 def test_limits_that_the_paper_admits_are_admitted(tmp_path: Path) -> None:
     flat = changed("A: [2, 1, 1.5]", "A: [2, 0.2, 1.8]")
     still = changed("mu: 0.001", "mu: 0", changed("r: [1, 1, 0]", "r: [0, 1, 0]", flat))
-    assert config.load(written(tmp_path, still)).content.problem.body.special_cases == ("flat",)
+    assert content(Config, written(tmp_path, still)).problem.body.special_cases == ("flat",)
 
 
 @pytest.mark.parametrize("name", ["'a b'", "1", "''", "../x", "x" * 41])

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from rigidpend.experiments.heteroclinic_cycle.draw import PANEL
 from rigidpend.render import separatrix_ticks
-from rigidpend.render.heteroclinic_cycle import PANEL, WIDTH
+from rigidpend.render.palette import WIDTH
 
 PLACES = ["beta_0-", "beta_0+", "beta_0-", "beta_0+", "beta_0-"]
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from rigidpend.report import bench, stress
-from tests.benchmark.data import data
+from rigidpend.experiments.bench import report as bench
+from rigidpend.experiments.stress import report as stress
+from tests.measure.benchmark.data import data
 
 
 def test_every_problem_has_a_table_with_every_method() -> None:

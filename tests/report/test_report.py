@@ -10,9 +10,13 @@ from typing import Any
 import h5py
 import pytest
 
-from rigidpend import report, store
+from rigidpend import report
 from rigidpend.departures import DEPARTURES
-from rigidpend.report import asymptotic_surfaces, herpolhodes, page, route_codes
+from rigidpend.experiments.asymptotic_surfaces import report as asymptotic_surfaces
+from rigidpend.experiments.herpolhodes import report as herpolhodes
+from rigidpend.experiments.route_codes import report as route_codes
+from rigidpend.report import page
+from rigidpend.results import store
 
 REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
 SMALL = ("fig2", "fig4", "fig5")

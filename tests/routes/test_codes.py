@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from rigidpend import Body, RouteCodes, integrate, route_codes
-from rigidpend.exact import ExactError
 from rigidpend.integrate import Crossings, EngineError, Orbits
+from rigidpend.integrate.arithmetic import NumericsError, resolve
+from rigidpend.numbers.exact import ExactError
 from rigidpend.routes import ProblemError
-from rigidpend.routes.codes import precision_ladder
 from rigidpend.routes.cycle import NO_SYMBOL, symbols
 from tests.integrate.problems import ENGINES, FIG4, FREE, needs_heyoka
 
@@ -158,14 +158,14 @@ def test_agrees_a_start_one_turn_deeper_on_the_same_surface() -> None:
         ({"h0": "0.0005"}, ProblemError, "h0 > mu is broken"),
         ({"J1_0": 0}, ProblemError, "0 < J1_0 < J2_0 is broken"),
         ({"n_symbols": 0}, ProblemError, "n_symbols must be 1 to 100000, got 0"),
-        ({"tolerance": 0}, ProblemError, "tolerance must be more than 0 and at most 0.01, got 0"),
-        ({"tolerance": 0.1}, ProblemError, "at most 0.01, got 0.1"),
-        ({"tolerance": float("nan")}, ProblemError, "tolerance: nan is not finite"),
-        ({"precisions": ()}, ProblemError, "whole numbers from 53 bits on, got ()"),
-        ({"precisions": (52, 113)}, ProblemError, "whole numbers from 53 bits on, got (52, 113)"),
-        ({"precisions": (53.0,)}, ProblemError, "whole numbers from 53 bits on"),
-        ({"precisions": (113, 53)}, ProblemError, "precisions must ascend, got (113, 53)"),
-        ({"precisions": (53, 53)}, ProblemError, "precisions must ascend"),
+        ({"tolerance": 0}, NumericsError, "tolerance must be more than 0 and at most 0.01, got 0"),
+        ({"tolerance": 0.1}, NumericsError, "at most 0.01, got 0.1"),
+        ({"tolerance": float("nan")}, NumericsError, "tolerance: nan is not finite"),
+        ({"precisions": ()}, NumericsError, "whole numbers from 53 bits on, got ()"),
+        ({"precisions": (52, 113)}, NumericsError, "whole numbers from 53 bits on, got (52, 113)"),
+        ({"precisions": (53.0,)}, NumericsError, "whole numbers from 53 bits on"),
+        ({"precisions": (113, 53)}, NumericsError, "precisions must ascend, got (113, 53)"),
+        ({"precisions": (53, 53)}, NumericsError, "precisions must ascend"),
         ({"engine": "euler"}, EngineError, "'euler' is not known; choose one of taylor, scipy"),
         ({"theta2_0": "abc"}, ExactError, "'abc'"),
         ({"theta2_0": np.array([np.nan])}, ExactError, "theta2_0 must be finite"),
@@ -174,7 +174,7 @@ def test_agrees_a_start_one_turn_deeper_on_the_same_surface() -> None:
         ({"h0": "2/3", "J1_0": "1/2"}, ProblemError, "the start lies on the section"),
         ({"h0": "1e400"}, ProblemError, "h0 = 1e400 is outside of"),
         ({"n_symbols": True}, ProblemError, "n_symbols must be 1 to 100000, got True"),
-        ({"precisions": 113}, ProblemError, "whole numbers from 53 bits on, got 113"),
+        ({"precisions": 113}, NumericsError, "whole numbers from 53 bits on, got 113"),
         ({"theta2_0": np.zeros((2, 2))}, ExactError, "got 2 dimensions"),
     ],
 )
@@ -208,9 +208,9 @@ def test_second_computation_is_sharper_while_doubles_allow_it(
 
 
 def test_ladder_leaves_out_64_bits_where_there_is_no_such_type() -> None:
-    assert precision_ladder("scipy", (53, 64, 113)) == (53, 113)
-    assert precision_ladder("scipy", (64,)) == (64,)
-    assert precision_ladder("scipy", [53, 200]) == (53, 200)
+    assert resolve("scipy", None, (53, 64, 113)).precisions == (53, 113)
+    assert resolve("scipy", None, (64,)).precisions == (64,)
+    assert resolve("scipy", None, [53, 200]).precisions == (53, 200)
 
 
 @needs_heyoka

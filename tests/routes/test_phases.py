@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rigidpend.exact import ExactError, exact
+from rigidpend.numbers.exact import ExactError, exact
 from rigidpend.routes.phases import Grid, Phases
 from tests.strategies import numbers, repeatable
 

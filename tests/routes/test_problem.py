@@ -10,8 +10,8 @@ import pytest
 
 from rigidpend import Body
 from rigidpend.equations import eq1
-from rigidpend.exact import exact
 from rigidpend.integrate import sample
+from rigidpend.numbers.exact import exact
 from rigidpend.routes.problem import (
     MAX_SYMBOLS,
     ProblemError,

@@ -13,8 +13,8 @@ from mpmath import MPContext
 from rigidpend import Body
 from rigidpend.coordinates import Aligned, body_from_aligned, canonical_from_aligned, scale
 from rigidpend.equations import energy, hamiltonian_J3_0
-from rigidpend.exact import exact
 from rigidpend.integrate import Orbits, crossings
+from rigidpend.numbers.exact import exact
 from rigidpend.routes.certainty import FIRST, SECOND
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem

@@ -1,0 +1,108 @@
+"""Bodies in configs: with a weight, without one, or with several in turn."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Annotated, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from rigidpend.body import Body
+from rigidpend.config.schema import Direction, Moments, Number, Part, Weight, Word, physics
+from rigidpend.numbers.exact import Exact
+
+
+class FreeBody(Part):
+    """The body without weight: mu = 0."""
+
+    A: Moments
+    """Principal moments of inertia, A1 > A3 > A2 and A2 + A3 >= A1."""
+    r: Direction
+    """Direction that sets beta0, r1, r2 >= 0, r3 = 0; normalised."""
+
+    @property
+    def body(self) -> Body:
+        return Body(self.A, self.r, 0)
+
+    @model_validator(mode="after")
+    def _conditions(self) -> FreeBody:
+        with physics():
+            _ = self.body
+        return self
+
+
+class HeavyBody(Part):
+    """The part of a problem that is the body."""
+
+    A: Moments
+    """Principal moments of inertia, A1 > A3 > A2 and A2 + A3 >= A1."""
+    r: Direction
+    """Direction to the centre of gravity, r1, r2 >= 0, r3 = 0; normalised."""
+    mu: Weight
+    """Weight times the distance of the centre of gravity, mu >= 0."""
+
+    @property
+    def body(self) -> Body:
+        return Body(self.A, self.r, self.mu)
+
+    @model_validator(mode="after")
+    def _conditions(self) -> Self:
+        with physics():
+            _ = self.body
+        return self
+
+
+class UnweightedBody(Part):
+    """A body without its weight."""
+
+    A: tuple[Number, Number, Number]
+    """Principal moments of inertia, A1 > A3 > A2 and A2 + A3 >= A1."""
+    r: tuple[Number, Number, Number]
+    """Direction to the centre of gravity, r1, r2 >= 0, r3 = 0; normalised."""
+
+    def heavy(self, mu: Exact) -> Body:
+        """The body with a weight."""
+        return Body(self.A, self.r, mu)
+
+    @model_validator(mode="after")
+    def _conditions(self) -> Self:
+        with physics():
+            Body(self.A, self.r, 0)
+        return self
+
+
+def _ascending(values: tuple[Exact, ...]) -> tuple[Exact, ...]:
+    if not float(values[0]) > 0:
+        raise ValueError(f"mu must be more than 0, got {values[0]}")
+    if not all(float(low) < float(high) for low, high in pairwise(values)):
+        raise ValueError(f"mu must ascend, got {', '.join(map(str, values))}")
+    return values
+
+
+Weights = Annotated[
+    tuple[Number, ...], Field(min_length=2, max_length=100), AfterValidator(_ascending)
+]
+
+
+class WeightedBodies(Part):
+    """Bodies, each with all of the weights, at one energy."""
+
+    h0: Number
+    """Energy of the orbits, h0 > mu."""
+    mu: Weights
+    """Weights times the distance of the centre of gravity, ascending from above 0."""
+    bodies: Annotated[dict[Word, UnweightedBody], Field(min_length=1, max_length=26)]
+    """Named bodies."""
+
+    @model_validator(mode="after")
+    def _energy(self) -> Self:
+        from rigidpend.routes.problem import LEAST, ProblemError
+
+        with physics():
+            if not float(self.h0) > float(self.mu[-1]):
+                message = f"h0 > mu is broken: h0 = {self.h0}, mu = {self.mu[-1]}"
+                raise ProblemError("h0", message)
+            if not (self.mu[0] / self.h0).at(53) > LEAST:
+                message = f"mu = {self.mu[0]} is below {LEAST} h0, where doubles lose it"
+                raise ProblemError("mu", message)
+        return self

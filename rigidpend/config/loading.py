@@ -1,0 +1,101 @@
+"""Configs: found by name, read with places, checked against their schema."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from rigidpend import experiments
+from rigidpend.config import overrides, reader, validation
+from rigidpend.config.complaints import Complaint, ConfigError
+from rigidpend.config.reader import Document
+from rigidpend.config.schema import ExperimentConfig
+
+__all__ = ["Config", "ConfigError", "load", "load_all", "resolved_yaml"]
+
+
+@dataclass(frozen=True)
+class Config:
+    """A checked config and the name under which its results are kept."""
+
+    name: str
+    experiment: str
+    content: ExperimentConfig
+    """An instance of the experiment's schema."""
+
+    def resolved(self) -> dict[str, Any]:
+        """All values, defaults included, as plain JSON data; numbers exact."""
+        return dict(self.content.model_dump(mode="json"))
+
+
+def resolved_yaml(config: Config) -> str:
+    """A config with all its defaults as YAML, which :func:`load` reads as the same config."""
+    from rigidpend.config import writer
+
+    return writer.to_yaml(config.resolved())
+
+
+def load(path: Path, settings: Sequence[str] = ()) -> Config:
+    """Read and check a config.
+
+    Parameters
+    ----------
+    path : Path
+    settings : sequence of str
+        Overrides ``a.b=VALUE``, applied in order.
+
+    Raises
+    ------
+    ConfigError
+        With all that is wrong, each with its place in the file.
+    """
+    document = reader.read(path)
+    if not isinstance(document.tree, dict):
+        document.refuse(document.origin(()), (), "expected keys: figure, experiment, problem")
+        raise ConfigError(document.complaints)
+    for setting in settings:
+        try:
+            overrides.override(document, setting)
+        except ConfigError as error:
+            document.complaints += error.complaints
+    experiment = _experiment(document)
+    model = experiments.schema(experiment)
+    try:
+        content = model.model_validate(document.tree)
+    except ValidationError as error:
+        raise validation.config_error(document, model, error.errors()) from None
+    if document.complaints:
+        raise ConfigError(document.complaints)
+    return Config(path.stem, experiment, content)
+
+
+def load_all(paths: Sequence[Path], settings: Sequence[str] = ()) -> list[Config]:
+    """:func:`load` of each, with what is wrong in any of them said at once."""
+    loaded: list[Config] = []
+    complaints: list[Complaint] = []
+    for path in paths:
+        try:
+            loaded.append(load(path, settings))
+        except ConfigError as error:
+            # A setting that is wrong is wrong for every config: once is enough.
+            complaints += [new for new in error.complaints if new not in complaints]
+    if complaints:
+        raise ConfigError(complaints)
+    return loaded
+
+
+def _experiment(document: Document) -> str:
+    name, known = document.tree.get("experiment"), experiments.names()
+    if isinstance(name, str) and name in known:
+        return name
+    place = ("experiment",)
+    if place not in document.unread:
+        message = "required"
+        if name is not None:
+            message = f"no such experiment: {name!r}{validation.meant(str(name), known)}"
+        document.refuse(document.origin(place), place, f"{message} {validation.among(known)}")
+    raise ConfigError(document.complaints)

@@ -1,0 +1,180 @@
+"""Shared parts of the experiments' schemas: numbers, bodies, grids of phases, numerics.
+
+A config has two parts: `problem` says what is computed, `numerics` how well. Numbers are kept
+exact, as written. Unknown keys are errors, and a schema declares only what its experiment reads.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from fractions import Fraction
+from itertools import pairwise
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    StringConstraints,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
+
+from rigidpend.body import Body
+from rigidpend.numbers.exact import PRECISIONS, Exact, exact
+
+if TYPE_CHECKING:
+    from rigidpend.routes.phases import Grid
+
+MAX_COLUMNS = 10_000_000
+LARGEST = 10**15
+"""Of whole numbers, and of phases, which doubles then still tell apart."""
+
+
+def _number(value: Any) -> Exact:
+    if not isinstance(value, str):
+        raise ValueError("expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40")
+    number = exact(value)
+    # What cannot be told from rounding errors, as tan(pi/2), is refused where it stands.
+    float(number)
+    return number
+
+
+def _whole(value: Any) -> int:
+    number = _number(value).fraction
+    if number is None or number.denominator != 1:
+        raise ValueError(f"{value} is not a whole number")
+    if abs(number) > LARGEST:
+        raise ValueError(f"{value} is too large")
+    return int(number)
+
+
+def _automatic(value: Any) -> Any:
+    return None if value == "auto" else value
+
+
+def _canonical(x: Exact) -> str:
+    """A text that is the same for the same rational number, however written."""
+    if x.fraction is None or max(map(int.bit_length, x.fraction.as_integer_ratio())) > 10_000:
+        return x.text
+    return str(x.fraction)
+
+
+def _tolerance(x: Exact) -> Exact:
+    if not 0 < float(x) <= 1e-2:
+        raise ValueError(f"tolerance must be more than 0 and at most 0.01, got {x}")
+    return x
+
+
+def _ladder(bits: tuple[int, ...]) -> tuple[int, ...]:
+    if not bits or bits[0] < 53 or bits[-1] > 10_000 or not all(a < b for a, b in pairwise(bits)):
+        raise ValueError(f"precisions must ascend from 53 bits to 10000 at most, got {bits}")
+    return bits
+
+
+def _moments(A: Any) -> Any:
+    Body(A, (1, 0, 0), 0)
+    return A
+
+
+def _direction(r: Any) -> Any:
+    Body((2, 1, Fraction(3, 2)), r, 0)
+    return r
+
+
+def _weight(mu: Exact) -> Exact:
+    Body((2, 1, Fraction(3, 2)), (1, 0, 0), mu)
+    return mu
+
+
+Number = Annotated[Exact, BeforeValidator(_number), PlainSerializer(_canonical)]
+Whole = Annotated[int, BeforeValidator(_whole)]
+Triple = tuple[Number, Number, Number]
+# Conditions on one field alone are checked there, so that all that are broken are said at once.
+Moments = Annotated[Triple, AfterValidator(_moments)]
+Direction = Annotated[Triple, AfterValidator(_direction)]
+Weight = Annotated[Number, AfterValidator(_weight)]
+Word = Annotated[str, StringConstraints(pattern=r"^[A-Za-z]\w*$", max_length=40)]
+Auto = BeforeValidator(_automatic)
+
+
+class Part(BaseModel):
+    """A part of a config: frozen, and nothing in it that is not known."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
+
+
+class PhaseGrid(Part):
+    """Phases start + k step, k = 0 .. count - 1, in radians."""
+
+    start: Number
+    step: Number
+    count: Annotated[Whole, Field(ge=1, le=MAX_COLUMNS)]
+
+    @property
+    def phases(self) -> Grid:
+        """The phases, each made when it is asked for."""
+        from rigidpend.routes.phases import Grid
+
+        return Grid(self.start, self.step, self.count)
+
+    @model_validator(mode="after")
+    def _range(self) -> Self:
+        for field, reach in (("start", self.start), ("step", self.step * self.count)):
+            if not abs(float(reach)) < LARGEST:
+                message = f"phases beyond {LARGEST:.0e} have no meaning left in doubles"
+                raise PydanticCustomError("physics", message, {"field": field, "message": message})
+        return self
+
+
+@contextlib.contextmanager
+def physics() -> Iterator[None]:
+    """Turn what the paper's conditions exclude into a complaint at the field that is wrong."""
+    try:
+        yield
+    except ValueError as error:
+        known = {"field": getattr(error, "field", ""), "message": str(error)}
+        raise PydanticCustomError("physics", "{message}", known) from None
+
+
+class EngineNumerics(Part):
+    """The engine, for experiments whose trials bring their own tolerances."""
+
+    engine: Annotated[Literal["taylor", "scipy"] | None, Auto] = None
+    """taylor (heyoka) or scipy; auto is taylor where it is installed."""
+
+
+class DoubleNumerics(EngineNumerics):
+    """The numerics of experiments in double precision only."""
+
+    tolerance: Annotated[Annotated[Number, AfterValidator(_tolerance)] | None, Auto] = None
+    """Local tolerance in double precision; auto is the engine's own."""
+
+
+class Numerics(DoubleNumerics):
+    """The numerics of experiments that go to more bits where they must."""
+
+    precisions: Annotated[tuple[Whole, ...], AfterValidator(_ladder)] = PRECISIONS
+    """Bits, ascending; a column with an uncertain symbol goes to the next."""
+
+
+class ExperimentConfig(Part):
+    """A whole config; each experiment's `Config` adds its `problem`, and `numerics` if any."""
+
+    figure: str
+    """Which figure it makes; a number is the paper's."""
+    experiment: str
+    """The name of the experiment."""
+    problem: Part
+    """What is computed."""
+
+    @property
+    def numerics_asked(self) -> dict[str, Any]:
+        """Engine, tolerance and precisions as far as the experiment has such settings."""
+        numerics = getattr(self, "numerics", None)
+        declared = Numerics.model_fields
+        return {name: getattr(numerics, name) for name in declared if hasattr(numerics, name)}

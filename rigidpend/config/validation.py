@@ -1,0 +1,91 @@
+"""A schema's complaints in plain words, each at the place where the value was written."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Sequence
+from typing import Any, get_args
+
+from rigidpend.config.complaints import Complaint, ConfigError, Place
+from rigidpend.config.reader import Document
+
+PLAIN = {
+    "model_type": "expected keys with values",
+    "dict_type": "expected keys with values",
+    "tuple_type": "expected a list",
+    "string_type": "expected a text",
+    "string_pattern_mismatch": "expected a word of letters, digits and _",
+    "string_too_long": "expected a shorter word",
+    "too_short": "expected at least {min_length}",
+    "too_long": "expected at most {max_length} values",
+    "literal_error": "expected {expected}",
+}
+
+
+def config_error(document: Document, model: Any, errors: Iterable[Any]) -> ConfigError:
+    """All that is wrong with a document, as read and as a schema sees it, in its order."""
+    said = [_problem(document, model, error) for error in errors]
+    complaints = document.complaints + [p for p in said if not _passed_over(document, p.place)]
+    return ConfigError(sorted(complaints, key=lambda p: (p.origin.line or 0, p.origin.column or 0)))
+
+
+def _passed_over(document: Document, place: Place) -> bool:
+    return any(place[:length] in document.unread for length in range(len(place) + 1))
+
+
+def meant(word: str, known: Iterable[str]) -> str:
+    """A suggestion for a word that is not known, if one is close."""
+    close = difflib.get_close_matches(word, list(known), 1, cutoff=0.5)
+    return f"; did you mean {close[0]}?" if close else ""
+
+
+def among(words: Iterable[str]) -> str:
+    """What is known, for the end of a message."""
+    return f"(known: {', '.join(words)})"
+
+
+def _problem(document: Document, model: Any, error: Any) -> Complaint:
+    place = _written(document, error["loc"])
+    if error["type"] == "physics":
+        place = (*place, error["ctx"]["field"])
+        return Complaint(document.origin(place), place, error["ctx"]["message"])
+    if error["type"] == "extra_forbidden":
+        siblings = _fields(model, place[:-1])
+        message = f"unknown key{meant(str(place[-1]), siblings)} {among(siblings)}"
+        return Complaint(document.origin(place, of_key=True), place, message)
+    if error["type"] == "missing":
+        place = (*place, error["loc"][-1])
+        return Complaint(document.origin(place), place, "required")
+    return Complaint(document.origin(place), place, _plain(error))
+
+
+def _written(document: Document, location: Sequence[Any]) -> Place:
+    """The part of a schema's location that is in the file: not the branch of a union."""
+    place: Place = ()
+    for part in location:
+        if (*place, part) in document.values:
+            place = (*place, part)
+    return place
+
+
+def _plain(error: Any) -> str:
+    """A schema's message in plain words, with what was given."""
+    known, given = error.get("ctx", {}), error["input"]
+    if "error" in known:
+        return str(known["error"])
+    got = f", got {given!r}" if isinstance(given, str | int) else ""
+    if error["type"] == "literal_error" and isinstance(given, str):
+        words = [part for part in str(known["expected"]).split("'") if part.isalnum()]
+        got += meant(given, words)
+    if error["type"] in PLAIN:
+        return PLAIN[error["type"]].format(**known) + got
+    message = str(error["msg"])
+    return message[0].lower() + message[1:] + got
+
+
+def _fields(kind: Any, place: Place) -> list[str]:
+    """The keys that a schema knows at a place."""
+    for key in place:
+        field = getattr(kind, "model_fields", {}).get(str(key))
+        kind = field.annotation if field else next(iter(get_args(kind)[1:]), None)
+    return list(getattr(kind, "model_fields", ()))

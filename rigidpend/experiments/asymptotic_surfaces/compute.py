@@ -1,0 +1,205 @@
+"""Experiment `asymptotic_surfaces`: S1- and S2+ beside separatrix 2, with Table 1 (Fig. 3)."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rigidpend import surfaces
+from rigidpend.experiments.contract import Data, Means, Row
+from rigidpend.periodic import Delta_1
+from rigidpend.results import compare
+from rigidpend.results.compare import Difference
+from rigidpend.results.tree import Dataset, Tree
+from rigidpend.routes.phases import Phases
+from rigidpend.routes.problem import RouteProblem
+from rigidpend.surfaces import Curves
+
+if TYPE_CHECKING:
+    from rigidpend.experiments.asymptotic_surfaces.schema import Config, Problem
+
+
+ROUNDING = 1e-14
+"""By how much numbers of closed form may differ, relative."""
+DRIFT = 1e-12
+"""By how much theta1 and J1/J2 may differ where orbits neither approach nor leave."""
+
+ANGLES = {
+    "alpha0": ("rad", "alpha0 of each body, in the order of the bodies"),
+    "gamma0": ("rad", "gamma0 of each body"),
+    "nu": ("1", "pi kappa/sin(alpha0) of each body"),
+}
+WINDOW = {
+    "centre": ("rad", "alpha0 + beta0, theta1 on separatrix 2"),
+    "Delta_1": ("rad", "largest |theta1 - alpha0 - beta0| near T1 and T2, eq. (dt)"),
+    "born": ("rad", "centre -+ Delta_1"),
+    "window": ("rad", "centre -+ half_width Delta_1"),
+    "time_step": ("t' = t s", "step between samples"),
+}
+CURVES = {
+    "theta1": ("rad", "all curves, one after the other"),
+    "J1_over_J2": ("1", "all curves, one after the other"),
+    "sample": ("1", "time of each point in time_step, from the start; S2+ runs backward"),
+    "offsets": ("1", "curve k is offsets[k]:offsets[k + 1]"),
+    "theta2_0": ("rad", "theta2 at the start of each orbit"),
+}
+
+
+def compute(config: Config, means: Means) -> Tree:
+    """Compute Table 1 and the two surfaces of every body.
+
+    Parameters
+    ----------
+    config : Config
+    means : Means
+
+    Returns
+    -------
+    Tree
+        `table` with an array for each column; `bodies` with a group for each body.
+    """
+    problems = _problems(config.problem)
+    groups: dict[str, Tree] = {}
+    for name, checked in problems.items():
+        groups[name] = means.part(name, partial(_body, config, checked, means))
+        curves: Any = groups[name]["S1_minus"]
+        sizes = curves["theta2_0"].values.size, curves["theta1"].values.size
+        means.report(f"{name}: {sizes[0]} orbits, {sizes[1]} points")
+    return {"table": _table(problems), "bodies": groups}
+
+
+def _body(config: Config, checked: RouteProblem, means: Means) -> Tree:
+    """The window and the two surfaces of a body."""
+    theta2_0 = Phases(config.problem.theta2_0.phases).high
+    window = _window(checked, float(config.problem.half_width))
+    angles, half_width = checked.body.angles(), window["window"][1] - window["centre"]
+    lower = surfaces.S1_minus(checked, theta2_0, half_width, *means.arithmetic[:2])
+    upper = surfaces.S2_plus(lower, angles.alpha0, angles.beta0)
+    both = {"S1_minus": _curves(lower), "S2_plus": _curves(upper)}
+    return {**_datasets(window, WINDOW), **both}
+
+
+def describe(config: Config) -> list[Row]:
+    """What a config asks for, with Table 1: for people, units named."""
+    problem, problems = config.problem, _problems(config.problem)
+    grid = problem.theta2_0
+    return [
+        *(_body_row(name, checked) for name, checked in problems.items()),
+        Row("beta0", str(problem.beta0 or "gamma0"), "rad; gamma0 is Grioli's condition"),
+        Row("mu", str(problem.mu), "weight times distance of the centre of gravity"),
+        Row("M_0", str(problem.M_0), "initial |M|, physical; h0 = M_0^2/(2 A3)"),
+        Row("J1_0", str(problem.J1_0), "initial action, dimensionless"),
+        Row("theta2_0", f"{grid.start} + k {grid.step}, k < {grid.count}", "rad, initial phases"),
+        Row("half_width", str(problem.half_width), "of the window, in Delta_1"),
+    ]
+
+
+def differences(stored: Data, fresh: Data) -> list[Difference]:
+    """Where two results of the same config disagree by more than their arithmetic explains.
+
+    Curves are compared at the times that both hold: which samples are kept may hang on the
+    last digit. By eq. (dtheta) an error of theta1 grows as J2^2/(J1 (J2 - J1)).
+
+    Parameters
+    ----------
+    stored, fresh : dict
+        ``/data`` of the two files, loaded.
+    """
+    found = compare.keys(stored, fresh) or _rounded(stored, fresh, "table", ANGLES)
+    old, new = stored["bodies"], fresh["bodies"]
+    found += compare.keys(old, new, "bodies")
+    for name in [name for name in old if name in new]:
+        apart = [*compare.keys(old[name], new[name])]
+        apart = apart or _body_differences(old[name], new[name])
+        found += compare.inside(f"bodies/{name}", apart)
+    return found
+
+
+def _body_differences(stored: Data, fresh: Data) -> list[Difference]:
+    found = _rounded(stored, fresh, "", WINDOW)
+    for surface in ("S1_minus", "S2_plus"):
+        apart = compare.keys(stored[surface], fresh[surface])
+        apart = apart or _curves_apart(stored[surface], fresh[surface])
+        found += compare.inside(surface, apart)
+    return found
+
+
+def _rounded(stored: Data, fresh: Data, group: str, fields: Any) -> list[Difference]:
+    """Numbers of closed form, up to their rounding."""
+    if group:
+        return compare.inside(group, _rounded(stored[group], fresh[group], "", fields))
+    found = compare.keys(stored, fresh)
+    for field in [field for field in fields if field in stored and field in fresh]:
+        allowed = ROUNDING * np.abs(stored[field])
+        found += compare.arrays(field, stored[field], fresh[field], allowed)
+    return found
+
+
+def _curves_apart(stored: Data, fresh: Data) -> list[Difference]:
+    old, new = (
+        Curves(*(np.asarray(group[field]) for field in CURVES)) for group in (stored, fresh)
+    )
+    if old.theta2_0.shape != new.theta2_0.shape:
+        return compare.arrays("theta2_0", old.theta2_0, new.theta2_0)
+    turned = np.angle(np.exp(1j * (new.theta2_0 - old.theta2_0)))
+    found = compare.arrays("theta2_0", old.theta2_0, old.theta2_0 + turned, 1e3 * ROUNDING)
+    here, there = _shared(old, new)
+    if here.size < 0.9 * max(old.theta1.size, new.theta1.size):
+        said = f": only {here.size} of {old.theta1.size} points are at the same times"
+        return [*found, Difference("sample", old.theta1.size, here.size, words=said)]
+    J1, at = old.J1_over_J2, np.full(old.theta1.size, -1)
+    at[here] = there
+    # Where the other result has no point, there is nothing to compare.
+    height = np.where(at < 0, np.inf, DRIFT)
+    across = height / (4 * J1 * (1 - J1))
+    found += compare.arrays("theta1", old.theta1, new.theta1[at], across)
+    return found + compare.arrays("J1_over_J2", J1, new.J1_over_J2[at], height)
+
+
+def _shared(a: Curves, b: Curves) -> tuple[Any, Any]:
+    """The points of two results that belong to the same orbit and time."""
+    first, second = (
+        np.repeat(np.arange(c.offsets.size - 1), np.diff(c.offsets)) * 2**32 + c.sample
+        for c in (a, b)
+    )
+    _, here, there = np.intersect1d(first, second, return_indices=True)
+    return here, there
+
+
+def _problems(problem: Problem) -> dict[str, RouteProblem]:
+    further = problem.beta0, problem.mu, problem.M_0, problem.J1_0
+    return {name: surfaces.surface_problem(A, *further) for name, A in problem.bodies.items()}
+
+
+def _window(checked: RouteProblem, half_width: float) -> dict[str, Any]:
+    p, h0 = checked.body.angles(), float(checked.h0)
+    centre, delta, sides = p.alpha0 + p.beta0, Delta_1(p, h0, 1, math), np.array([-1, 1])
+    step = surfaces.times(checked)[1]
+    born, window = centre + delta * sides, centre + half_width * delta * sides
+    return dict(zip(WINDOW, (centre, delta, born, window, step), strict=True))
+
+
+def _table(problems: dict[str, RouteProblem]) -> Tree:
+    columns = {
+        field: np.array([getattr(checked.body, field) for checked in problems.values()])
+        for field in ANGLES
+    }
+    return _datasets(columns, ANGLES)
+
+
+def _datasets(values: Any, meaning: Any) -> dict[str, Dataset]:
+    return {field: Dataset(values[field], *meaning[field]) for field in meaning}
+
+
+def _curves(curves: Curves) -> Tree:
+    return _datasets(curves._asdict(), CURVES)
+
+
+def _body_row(name: str, checked: RouteProblem) -> Row:
+    body = checked.body
+    A = ", ".join(map(str, body.A))
+    angles = f"alpha0 = {body.alpha0:.5f}, gamma0 = {body.gamma0:.5f}, nu = {body.nu:.3f}"
+    return Row(f"body {name}", angles, f"rad, rad, 1; A = ({A})")

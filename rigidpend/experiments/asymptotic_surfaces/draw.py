@@ -1,0 +1,94 @@
+"""The surfaces of Fig. 3: S2+ above, S1- below, a column for each body."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from rigidpend.render.palette import BLUE, RED, WIDTH
+
+COLUMN, ROW = 0.87, 2.35
+"""Inches: the width of a page, the largest width of a panel, the height of one."""
+LEFT, RIGHT, BELOW, ABOVE, BETWEEN, APART = 0.62, 0.1, 0.72, 0.42, 0.08, 0.13
+"""Inches around the panels, between columns and between rows."""
+COLOURS = {"S2_plus": BLUE, "S1_minus": RED}
+NAMES = {"S2_plus": "$S_2^{+}$", "S1_minus": "$S_1^{-}$"}
+THIN = 0.28
+"""Points, the width of an orbit."""
+
+
+def draw(result: Any) -> Figure:
+    """Draw both surfaces of every body, all panels of one height.
+
+    Parameters
+    ----------
+    result : dict
+        Of the experiment `asymptotic_surfaces`, as loaded.
+    """
+    bodies, nu = result["data"]["bodies"], result["data"]["table"]["nu"]
+    n = len(bodies)
+    column = min(COLUMN, (WIDTH - LEFT - RIGHT - BETWEEN * (n - 1)) / n)
+    wide = max(LEFT + RIGHT + n * column + (n - 1) * BETWEEN, WIDTH / 2)
+    high = BELOW + ABOVE + 2 * ROW + APART
+    figure = Figure(figsize=(wide, high))
+    for k, (name, body) in enumerate(bodies.items()):
+        for row, surface in enumerate(NAMES):
+            left, bottom = LEFT + k * (column + BETWEEN), BELOW + (1 - row) * (ROW + APART)
+            box = (left / wide, bottom / high, column / wide, ROW / high)
+            axes = figure.add_axes(box, label=f"{name} {surface}")
+            _draw_surface(axes, body, surface)
+            axes.tick_params(labelleft=k == 0, labelbottom=row == 1)
+            if k == 0:
+                axes.set_ylabel("$J_1/J_2$", labelpad=2)
+                _name_row(axes, surface)
+        figure.axes[-2].set_title(rf"$\it{{{name}}}$" + "\n" + rf"$\nu = {nu[k]:.2f}$", fontsize=8)
+        figure.axes[-1].set_xlabel(_place(body), fontsize=7, labelpad=3, linespacing=1.5)
+    figure.legend(handles=_legend_entries(), loc="lower center", ncols=3, borderaxespad=0.1)
+    return figure
+
+
+def _draw_surface(axes: Axes, body: Any, surface: str) -> None:
+    curves = body[surface]
+    points = np.column_stack((curves["theta1"], curves["J1_over_J2"]))
+    lines = np.split(points, np.asarray(curves["offsets"])[1:-1])
+    axes.add_collection(LineCollection(lines, colors=COLOURS[surface], linewidths=THIN))
+    for edge in body["born"]:
+        axes.axvline(edge, color="0.35", ls=(0, (4, 3)), lw=0.5, zorder=3)
+    axes.set_xlim(_ends(body["window"]))
+    axes.set_ylim(-0.02, 1.02)
+    axes.set_xticks(list(body["born"]), [r"$-\Delta_1$", r"$\Delta_1$"], fontsize=7)
+    axes.set_yticks([0, 0.5, 1], ["0", "0.5", "1"])
+    axes.tick_params(length=2)
+
+
+def _name_row(axes: Axes, surface: str) -> None:
+    place, colour = axes.transAxes, COLOURS[surface]
+    axes.text(-0.44, 0.75, NAMES[surface], transform=place, color=colour, fontsize=11, ha="center")
+
+
+def _ends(window: NDArray[np.float64]) -> tuple[float, float]:
+    return float(window[0]), float(window[1])
+
+
+def _place(body: Any) -> str:
+    """What the ticks of a column are measured from, and in."""
+    return (
+        rf"$\theta_1 - {body['centre']:.4f}$ rad"
+        "\n"
+        rf"$\Delta_1 = {body['Delta_1']:.5f}$ rad"
+    )
+
+
+def _legend_entries() -> list[Line2D]:
+    return [
+        *(Line2D([], [], color=COLOURS[name], label=f"orbits on {NAMES[name]}") for name in NAMES),
+        Line2D(
+            [], [], color="0.35", ls=(0, (4, 3)), lw=0.8, label=r"$\alpha_0 + \beta_0 \pm \Delta_1$"
+        ),
+    ]

@@ -1,0 +1,74 @@
+"""The config of `experiment: asymptotic_surfaces`: S1- and S2+ of several bodies (Fig. 3)."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+
+from rigidpend.config.schema import (
+    DoubleNumerics,
+    ExperimentConfig,
+    Moments,
+    Number,
+    Part,
+    PhaseGrid,
+    Weight,
+    Word,
+    physics,
+)
+from rigidpend.numbers.exact import Exact
+
+MAX_ORBITS = 10_000
+
+
+def _angle(value: Any) -> Any:
+    return None if value == "gamma0" else value
+
+
+def _wide(x: Exact) -> Exact:
+    if not 1 < float(x) <= 100:
+        raise ValueError(f"half_width must be more than 1 and at most 100, got {x}")
+    return x
+
+
+def _few(grid: PhaseGrid) -> PhaseGrid:
+    if grid.count > MAX_ORBITS:
+        raise ValueError(f"at most {MAX_ORBITS} orbits on each surface, got {grid.count}")
+    return grid
+
+
+class Problem(Part):
+    """Orbits of each body, from theta1_0 = alpha0 + beta0, J1_0 and J3 = 0."""
+
+    bodies: Annotated[dict[Word, Moments], Field(min_length=1)]
+    """Principal moments of inertia of each body, A1 > A3 > A2 and A2 + A3 >= A1."""
+    beta0: Annotated[Number | None, BeforeValidator(_angle)]
+    """Angle of the centre of gravity, radians; gamma0 is each body's own (Grioli)."""
+    mu: Weight
+    """Weight times the distance of the centre of gravity, mu >= 0."""
+    M_0: Number
+    """Initial \\|M\\|, physical; h0 = M_0^2/(2 A3)."""
+    J1_0: Number
+    """Initial action, dimensionless, 0 < J1_0 < J2_0/2."""
+    theta2_0: Annotated[PhaseGrid, AfterValidator(_few)]
+    """Initial phases."""
+    half_width: Annotated[Number, AfterValidator(_wide)]
+    """Of the window around alpha0 + beta0, in Delta_1."""
+
+    @model_validator(mode="after")
+    def _physics(self) -> Problem:
+        from rigidpend.surfaces import surface_problem
+
+        for A in self.bodies.values():
+            with physics():
+                surface_problem(A, self.beta0, self.mu, self.M_0, self.J1_0)
+        return self
+
+
+class Config(ExperimentConfig):
+    """A whole config."""
+
+    experiment: Literal["asymptotic_surfaces"]
+    problem: Problem
+    numerics: DoubleNumerics = DoubleNumerics()

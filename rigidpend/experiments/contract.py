@@ -1,0 +1,112 @@
+"""The contract of an experiment: what each of its four files offers.
+
+An experiment is a folder ``experiments/NAME/``:
+
+========== ============================================================= ==========
+schema.py  ``Config``, a subclass of :class:`rigidpend.config.schema.    required
+           ExperimentConfig`: what a config may ask for
+compute.py :class:`Computation`: from a config to the data of a result   required
+draw.py    :class:`Drawing`: a figure from a stored result               required
+report.py  :class:`Reporting`: tables beside that figure                 optional
+========== ============================================================= ==========
+
+Modules are the implementations: a module satisfies the protocol by its functions. Nothing is
+registered; a folder with a ``schema.py`` is an experiment. `schema.py` and `compute.py` import
+no matplotlib, `draw.py` and `report.py` no integrator, for each is loaded without the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, TypeVar
+
+from rigidpend.integrate.arithmetic import CLOSED_FORM, Arithmetic
+from rigidpend.results.tree import Tree
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from rigidpend.config.schema import ExperimentConfig
+    from rigidpend.report.page import Table
+    from rigidpend.results.store import Loaded
+
+    C_contra = TypeVar("C_contra", bound=ExperimentConfig, contravariant=True)
+else:
+    C_contra = TypeVar("C_contra", contravariant=True)
+
+Data: TypeAlias = Mapping[str, Any]
+"""A group of a stored result, loaded: arrays, texts and groups by name."""
+
+
+class Row(NamedTuple):
+    """A line of a description."""
+
+    name: str
+    value: str
+    meaning: str
+    number: float | Sequence[float] | None = None
+    """The value as a number, or a list of numbers, where it is that."""
+
+
+def compute_now(name: str, compute: Callable[[], Tree]) -> Tree:
+    """A part that nothing keeps, computed at once."""
+    return compute()
+
+
+def tell_nobody(text: str) -> None:
+    """A line of progress that nobody follows."""
+
+
+class Means(NamedTuple):
+    """The means of a computation: its arithmetic, workers, progress and checkpoints."""
+
+    arithmetic: Arithmetic = CLOSED_FORM
+    """The very record that the result file stores."""
+    jobs: int = 1
+    """Threads or processes at a time."""
+    report: Callable[[str], None] = tell_nobody
+    """Takes a line of progress for people."""
+    part: Callable[[str, Callable[[], Tree]], Tree] = compute_now
+    """``part(name, compute)`` is ``compute()``, kept so that an interrupted run goes on."""
+
+
+class Computation(Protocol[C_contra]):
+    """The module ``compute.py`` of an experiment."""
+
+    def compute(self, config: C_contra, means: Means) -> Tree:
+        """Compute the data of a result file.
+
+        Raises
+        ------
+        ArithmeticError
+            Something that the config asks for cannot be computed as well as it must be.
+        """
+
+    def describe(self, config: C_contra) -> list[Row]:
+        """Say what a config asks for, with what follows from it, units named."""
+
+    def differences(self, stored: Data, fresh: Data) -> Sequence[str]:
+        """Find where two results disagree by more than their arithmetic explains.
+
+        Sentences; a :class:`rigidpend.results.compare.Difference` also knows its parts.
+
+        Parameters
+        ----------
+        stored, fresh : Data
+            ``/data`` of the reference and of the result held against it. Tolerances come
+            from the reference and from bounds that the experiment declares.
+        """
+
+
+class Drawing(Protocol):
+    """The module ``draw.py`` of an experiment."""
+
+    def draw(self, result: Loaded) -> Figure:
+        """Draw a stored result."""
+
+
+class Reporting(Protocol):
+    """The module ``report.py`` of an experiment."""
+
+    def tables(self, result: Loaded) -> list[Table]:
+        """Set numbers of a stored result beside those that the paper prints."""

@@ -1,0 +1,203 @@
+"""Experiment `herpolhodes`: the angular velocity in space along a route (Fig. 5)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.experiments.contract import Data, Means, Row
+from rigidpend.experiments.route_arrays import ROUNDING, crossing_tolerance
+from rigidpend.experiments.rows import body_rows
+from rigidpend.herpolhode import Orbit, follow, samples, separatrices, vertices
+from rigidpend.precession import increments, plateaus
+from rigidpend.results import compare
+from rigidpend.results.compare import Difference
+from rigidpend.results.tree import Dataset, Tree
+from rigidpend.routes.codes import RouteCodes, route_codes
+from rigidpend.routes.problem import rotation_period
+
+if TYPE_CHECKING:
+    from rigidpend.experiments.herpolhodes.schema import Case, Config
+
+
+Array = NDArray[np.float64]
+
+SAMPLED = {
+    "t": ("t' = t s", "times of the samples, s = sqrt((A1 - A2)/(A1 A2))"),
+    "theta1": ("rad", "0 .. 4 pi"),
+    "J1_over_J2": ("1", "0 at the lower periodic orbit, 1 at the upper one"),
+    "theta3": ("rad", "precession angle of M, by (th3)"),
+    "alpha": ("rad", "angle of omega's horizontal part from eta, by (th_al)"),
+    "omega": ("1/t", "(n, 3): omega_xi, omega_eta, omega_zeta in physical units; xi is upward"),
+}
+OF_ROUTE = {
+    "theta2_0": ("rad", "initial phase"),
+    "codes": ("1", "symbols of the route: 0 left, 1 right, 255 none (no return)"),
+    "certain": ("1", "whether two independent computations establish the symbol"),
+    "bits": ("bit", "precision that decided the route"),
+    "separatrix": ("1", "separatrices of the route, 1..4"),
+    "crossing_time": ("t' = t s", "when the route crosses J1 = J2/2 beside each separatrix"),
+    "crossing_error": ("t' = t s", "how much later the sampled orbit crosses than the route"),
+    "route": ("text", "vertices of the heteroclinic cycle in their order"),
+    "plateaus": ("rad", "theta3 near each periodic orbit, predicted by (tri1) to first order"),
+    "wound": ("1", "first and last sample between the first vertex and that of n_wound"),
+}
+GROWTH = 10.0
+"""By how much more two orbits may be apart at each crossing. Between builds and engines they
+were, in t', up to 6e-15 and 4e-10 at the first two crossings and 1e-6 at the sixth."""
+
+
+def compute(config: Config, means: Means) -> Tree:
+    """Compute the orbit of every case of a config.
+
+    Parameters
+    ----------
+    config : Config
+    means : Means
+
+    Returns
+    -------
+    Tree
+        A group for each case: `SAMPLED` and `OF_ROUTE`.
+
+    Raises
+    ------
+    ArithmeticError
+        A route is not certain, or the orbit in doubles left it.
+    """
+    groups: dict[str, Tree] = {}
+    for name, case in config.problem.cases.items():
+        routes = _routes(config, case, means)
+        orbit = _orbit(config, routes, means)
+        groups[name] = _group(config, routes, orbit)
+        error = np.abs(orbit.crossing_error).max()
+        passed = vertices(routes.separatrix[:, 0])
+        means.report(f"{name}: {passed}, crossing times within {error:.1e}")
+    return groups
+
+
+def _routes(config: Config, case: Case, means: Means) -> RouteCodes:
+    problem = config.problem
+    found = route_codes(
+        problem.body,
+        [case.theta2_0],
+        h0=problem.h0,
+        J1_0=problem.J1_0,
+        n_symbols=problem.n_symbols,
+        jobs=means.jobs,
+        **means.arithmetic._asdict(),
+    )
+    if not found.certain.all() or not found.separatrix.all():
+        raise ArithmeticError(f"theta2_0 = {case.theta2_0}: the route is not certain")
+    return found
+
+
+def _orbit(config: Config, routes: RouteCodes, means: Means) -> Orbit:
+    checked, theta2_0 = config.problem.routes, float(routes.theta2_0[0])
+    orbit = follow(
+        checked,
+        theta2_0,
+        routes.crossing_time[:, 0],
+        step=rotation_period(checked) / config.numerics.points,
+        engine=means.arithmetic.engine,
+        tolerance=means.arithmetic.tolerance,
+    )
+    if not np.array_equal(separatrices(orbit.states), routes.separatrix[:, 0]):
+        raise ArithmeticError(f"theta2_0 = {theta2_0}: the orbit in doubles leaves the route")
+    return orbit
+
+
+def _group(config: Config, routes: RouteCodes, orbit: Orbit) -> Tree:
+    problem, separatrix = config.problem, routes.separatrix[:, 0]
+    sampled = samples(problem.body, orbit)
+    of_route = {
+        **{key: getattr(routes, key)[..., 0] for key in OF_ROUTE if key in routes._fields},
+        "crossing_error": orbit.crossing_error,
+        "route": vertices(separatrix),
+        "plateaus": plateaus(separatrix, problem.body.angles(), float(problem.h0)),
+        "wound": _wound(problem.n_wound, routes, sampled["J1_over_J2"], orbit.t),
+    }
+    return {
+        **{key: Dataset(sampled[key], *meaning) for key, meaning in SAMPLED.items()},
+        **{key: Dataset(of_route[key], *meaning) for key, meaning in OF_ROUTE.items()},
+    }
+
+
+def _wound(count: int, routes: RouteCodes, height: Array, t: Array) -> NDArray[np.int64]:
+    """The first sample, and the one closest to the vertex behind `count` separatrices."""
+    before, after = np.searchsorted(t, routes.crossing_time[count - 1 : count + 1, 0])
+    return np.array([0, before + np.argmax(np.abs(height[before:after] - 0.5))])
+
+
+def describe(config: Config) -> list[Row]:
+    """What a config asks for, with what follows from it: for people, units named."""
+    problem = config.problem
+    gained = increments(problem.body.angles(), float(problem.h0))
+    return [
+        *body_rows(problem.body),
+        Row("h0", str(problem.h0), "energy constant, kappa J2_0^2/2"),
+        Row("J1_0", str(problem.J1_0), "initial action, dimensionless"),
+        Row("J2_0", f"{float(problem.routes.J2_0(53)):.16g}", "initial |M|, dimensionless"),
+        Row("n_symbols", str(problem.n_symbols), "turns from a separatrix to the next"),
+        *(
+            Row(name, f"theta2_0 = {case.theta2_0}", "rad, initial phase")
+            for name, case in problem.cases.items()
+        ),
+        *(
+            Row(f"increment {i}", f"{x:+.6f}", f"rad, of theta3 along separatrix {i}, to O(mu)")
+            for i, x in enumerate(gained, 1)
+        ),
+    ]
+
+
+def differences(stored: Data, fresh: Data) -> list[Difference]:
+    """Where two results of the same config disagree by more than their arithmetic explains.
+
+    Routes must be the same. Samples may differ by what they change in the time by which two
+    orbits may be apart: little at first, and more behind each passage.
+
+    Parameters
+    ----------
+    stored, fresh : dict
+        ``/data`` of the two files, loaded.
+    """
+    found = compare.keys(stored, fresh)
+    for name in [name for name in stored if name in fresh]:
+        found += compare.inside(name, _case_differences(stored[name], fresh[name]))
+    return found
+
+
+def _case_differences(stored: Data, fresh: Data) -> list[Difference]:
+    if found := compare.keys(stored, fresh):
+        return found
+    for key in stored:
+        if np.shape(stored[key]) != np.shape(fresh[key]):
+            return compare.arrays(key, stored[key], fresh[key])
+    for key, allowed in _allowed(stored).items():
+        old, new = np.asarray(stored[key]), np.asarray(fresh[key])
+        if key == "theta1":
+            new = old + np.remainder(new - old + 2 * np.pi, 4 * np.pi) - 2 * np.pi
+        found += compare.arrays(key, old, new, allowed)
+    return found
+
+
+def _allowed(stored: Data) -> dict[str, Any]:
+    """By how much each field may differ; `bits` hangs on the last bit and is not compared."""
+    t, crossings = stored["t"], stored["crossing_time"]
+    apart = crossing_tolerance(crossings.size + 1, GROWTH)[:, 0]
+    of_sample, of_crossing = apart[np.searchsorted(crossings, t)], apart[:-1]
+    exactly = dict.fromkeys(("route", "codes", "separatrix", "certain", "wound"), 0.0)
+    rounding = {
+        key: ROUNDING * max(1.0, float(np.abs(stored[key]).max()))
+        for key in ("theta2_0", "plateaus", "t")
+    }
+    moving = {
+        key: 1e-12 + of_sample * float(np.abs(np.diff(stored[key], axis=0)).max() / t[1])
+        for key in ("theta3", "alpha", "theta1", "J1_over_J2")
+    }
+    speed = float(np.abs(np.diff(stored["omega"], axis=0)).max() / t[1])
+    moving["omega"] = (1e-12 + of_sample * speed)[:, None]
+    of_route = dict.fromkeys(("crossing_time", "crossing_error"), of_crossing)
+    return {**exactly, **rounding, **of_route, **moving}

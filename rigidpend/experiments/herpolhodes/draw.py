@@ -1,0 +1,149 @@
+"""Fig. 5: alpha(t) over the separatrices of a route, and the spiral (omega_zeta, omega_xi)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from rigidpend.render.palette import BLUE, GREEN, PINK, RED, WIDTH
+
+ROW = 2.75
+"""Inches: the height of a case."""
+COLOUR = {1: GREEN, 2: BLUE, 3: PINK, 4: RED}
+STYLE: dict[int, Any] = {1: (0, (4, 1)), 2: "-", 3: (0, (4, 1, 1, 1)), 4: (0, (1.5, 0.8))}
+"""Of the separatrices."""
+PLATEAU, PRECESSION = "black", "0.55"
+
+
+def draw(result: Any) -> Figure:
+    """Draw the cases of a result below each other.
+
+    Parameters
+    ----------
+    result : dict
+        Of the experiment `herpolhodes`, as loaded.
+    """
+    cases = result["data"]
+    figure = Figure(figsize=(WIDTH, ROW * len(cases) + 0.35))
+    figure.set_layout_engine("constrained", w_pad=0.08)
+    grid = figure.add_gridspec(len(cases), 2, width_ratios=(1.55, 1))
+    letters = iter("abcdefgh")
+    for row, case in enumerate(cases.values()):
+        angle, spiral = (figure.add_subplot(grid[row, column]) for column in range(2))
+        _draw_angle(angle, case)
+        _draw_spiral(spiral, case)
+        for axes in (angle, spiral):
+            title = rf"{next(letters)})  $\theta_2^0 = {float(case['theta2_0']):g}$"
+            axes.set_title(title, loc="left")
+    figure.legend(handles=_legend(cases), loc="outside lower center", ncols=4, columnspacing=2.0)
+    return figure
+
+
+def _bounds(case: Any) -> Any:
+    """Where the route goes from one separatrix to the next: halfway between crossings."""
+    crossing, t = case["crossing_time"], case["t"]
+    return np.concatenate((t[:1], (crossing[:-1] + crossing[1:]) / 2, t[-1:]))
+
+
+def _draw_angle(axes: Axes, case: Any) -> None:
+    t, bounds = case["t"], _bounds(case)
+    for i, start, end in zip(case["separatrix"], bounds[:-1], bounds[1:], strict=True):
+        part = (t >= start) & (t <= end)
+        axes.plot(t[part], case["alpha"][part], color=COLOUR[int(i)], lw=1.0, label=f"alpha {i}")
+    axes.plot(t, case["theta3"], color=PRECESSION, lw=2.2, zorder=1, label="theta3")
+    stays = np.concatenate((t[:1], case["crossing_time"], t[-1:]))
+    axes.hlines(case["plateaus"], stays[:-1], stays[1:], PLATEAU, "--", lw=0.8, label="plateaus")
+    low, high = case["alpha"].min(), case["alpha"].max()
+    # Room for the numbers above the curve.
+    axes.set_ylim(low - 0.05 * (high - low), high + 0.16 * (high - low))
+    _number(axes, case)
+    axes.set_xlim(t[0], t[-1])
+    axes.set_xlabel("$t'$ (dimensionless)")
+    axes.set_ylabel(r"$\alpha$ (rad)")
+
+
+def _number(axes: Axes, case: Any) -> None:
+    """The separatrices along t, at the crossings of J1 = J2/2."""
+    for i, time in zip(case["separatrix"], case["crossing_time"], strict=True):
+        axes.axvline(time, color="0.85", lw=0.6, zorder=0)
+        axes.annotate(
+            str(i),
+            (time, 1.0),
+            xycoords=axes.get_xaxis_transform(),
+            xytext=(0, -3),
+            textcoords="offset points",
+            ha="center",
+            va="top",
+            color=COLOUR[int(i)],
+            weight="bold",
+            bbox={"boxstyle": "circle,pad=0.15", "fc": "white", "ec": COLOUR[int(i)], "lw": 0.8},
+        )
+
+
+def _draw_spiral(axes: Axes, case: Any) -> None:
+    first, last = case["wound"]
+    t, omega, bounds = case["t"], case["omega"], _bounds(case)
+    for i, start, end in zip(case["separatrix"], bounds[:-1], bounds[1:], strict=True):
+        k = np.flatnonzero((t >= start) & (t <= end))
+        k = k[(k >= first) & (k <= last)]
+        if k.size > 1:
+            x, y = omega[k, 2], omega[k, 0]
+            axes.plot(x, y, color=COLOUR[int(i)], ls=STYLE[int(i)], lw=0.9, label=f"omega {i}")
+            _arrows(axes, x, y, COLOUR[int(i)])
+    _ends(axes, case)
+    axes.set_aspect("equal")
+    axes.set_xlabel(r"$\omega_\zeta$ ($1/t$)")
+    axes.set_ylabel(r"$\omega_\xi$ ($1/t$)")
+
+
+def _ends(axes: Axes, case: Any) -> None:
+    """Mark and name the vertices between which the curve runs."""
+    first, last = case["wound"]
+    passed = int((case["crossing_time"] < case["t"][last]).sum())
+    names = case["route"].split("-")
+    outward = 1 if case["omega"][last, 2] > case["omega"][first, 2] else -1
+    for k, name, marker, side in (
+        (first, names[0], "o", -outward),
+        (last, names[2 * passed - 1], "s", outward),
+    ):
+        place = (case["omega"][k, 2], case["omega"][k, 0])
+        axes.plot(*place, marker, ms=5, mfc="white", mec="black", zorder=5, label=f"vertex {name}")
+        axes.annotate(
+            f"${name.replace('*', '^*')}$",
+            place,
+            (12 * side, -14),
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            zorder=6,
+            bbox={"boxstyle": "round,pad=0.15", "fc": "white", "ec": "0.4", "lw": 0.5},
+            arrowprops={"arrowstyle": "-", "lw": 0.5},
+        )
+
+
+def _arrows(axes: Axes, x: Any, y: Any, colour: str) -> None:
+    """Arrow heads in the direction of time, where the curve is wide."""
+    length = np.hypot(np.diff(x), np.diff(y))
+    far = np.flatnonzero(length > 0.5 * length.max())
+    for k in far[len(far) // 8 :: max(1, len(far) // 4)]:
+        axes.annotate(
+            "",
+            (x[k + 1], y[k + 1]),
+            (x[k], y[k]),
+            arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 0.8, "mutation_scale": 8},
+        )
+
+
+def _legend(cases: Any) -> list[Line2D]:
+    shown = sorted({int(i) for case in cases.values() for i in case["separatrix"]})
+    return [
+        *(Line2D([], [], color=COLOUR[i], ls=STYLE[i], label=f"separatrix {i}") for i in shown),
+        Line2D([], [], color=PRECESSION, lw=2.2, label=r"$\theta_3$"),
+        Line2D([], [], color=PLATEAU, ls="--", lw=0.8, label="predicted plateau"),
+        Line2D([], [], color="black", marker="o", mfc="white", ls="", label="start"),
+        Line2D([], [], color="black", marker="s", mfc="white", ls="", label="end"),
+    ]

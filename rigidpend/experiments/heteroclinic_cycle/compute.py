@@ -1,0 +1,150 @@
+"""Experiment `heteroclinic_cycle`: the graph of periodic orbits and separatrices (Fig. 2)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.coordinates import TURN
+from rigidpend.experiments.contract import Data, Means, Row
+from rigidpend.experiments.rows import body_rows
+from rigidpend.free_body import SEPARATRICES, separatrix_theta1
+from rigidpend.results import compare
+from rigidpend.results.tree import Dataset, Tree
+from rigidpend.routes.cycle import NO_SYMBOL, TURNS, Turn
+
+if TYPE_CHECKING:
+    from rigidpend.experiments.heteroclinic_cycle.schema import Config
+
+
+ROUNDING = 1e-14
+"""By how much values may differ: a few roundings of numbers of up to 4 pi."""
+FIRST = 2
+"""The separatrix of the start; the rectangles on its two sides are called left and right."""
+
+
+class Edge(NamedTuple):
+    """An edge as it is drawn: within one window of 4 pi."""
+
+    start: str
+    end: str
+    theta1: tuple[float, float]
+    J1: tuple[float, float]
+    symbol: int
+    again: bool
+    """Whether it repeats another edge, 4 pi further."""
+
+
+def compute(config: Config, means: Means) -> Tree:
+    """The graph of a config's body: vertices, edges and the two rectangles.
+
+    Parameters
+    ----------
+    config : Config
+    means : Means
+
+    Returns
+    -------
+    Tree
+        The groups vertices, edges and rectangles.
+    """
+    body = config.problem.body
+    theta1 = separatrix_theta1(body.alpha0, body.beta0)
+    edges = [*separatrix_edges(theta1), *(turn_edge(turn, theta1) for turn in TURNS)]
+    means.report(f"{len(SEPARATRICES)} separatrices, {len(TURNS)} turns")
+    return {
+        "vertices": _vertices(theta1),
+        "edges": _edges(edges),
+        "rectangles": _rectangles(edges),
+    }
+
+
+def describe(config: Config) -> list[Row]:
+    """What a config asks for, with what follows from it: for people, units named."""
+    body = config.problem.body
+    places = zip(SEPARATRICES, separatrix_theta1(body.alpha0, body.beta0), strict=True)
+    return [
+        *(row for row in body_rows(body) if row.name != "mu"),
+        *(Row(f"separatrix {i}", f"{x:.16g}", "rad, theta1 modulo 4 pi") for i, x in places),
+    ]
+
+
+def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
+    """Where two results differ by more than the rounding of closed forms."""
+    return compare.differences(stored, fresh, ROUNDING)
+
+
+def rises(number: int) -> bool:
+    """Whether J1 rises from 0 to J2 along a separatrix: see (sol_1)-(sol_22)."""
+    return number % 2 == 0
+
+
+def vertex(number: int, J1: float) -> str:
+    """A vertex's label: starred on J1 = J2."""
+    return f"{number}*" if J1 else f"{number}"
+
+
+def separatrix_edges(theta1: NDArray[np.float64]) -> list[Edge]:
+    """The vertical edges in the flow's sense, the first once more at the window's end."""
+    edges = []
+    for number, x, again in [
+        *((number, x, False) for number, x in zip(SEPARATRICES, theta1, strict=True)),
+        (SEPARATRICES[0], theta1[0] + 2 * TURN, True),
+    ]:
+        J1 = (0.0, 1.0) if rises(number) else (1.0, 0.0)
+        ends = (vertex(number, J1[0]), vertex(number, J1[1]))
+        edges.append(Edge(*ends, (float(x), float(x)), J1, NO_SYMBOL, again))
+    return edges
+
+
+def turn_edge(turn: Turn, theta1: NDArray[np.float64]) -> Edge:
+    """The horizontal edge of a turn, to smaller theta1 for symbol 0, to larger for 1."""
+    J1 = 1.0 if rises(turn.arriving) else 0.0
+    begin, end = float(theta1[turn.arriving - 1]), float(theta1[turn.leaving - 1])
+    if (end > begin) != bool(turn.symbol):
+        # The way leads through the window's end, where the lower one is once more.
+        begin, end = (x + 2 * TURN if x == min(begin, end) else x for x in (begin, end))
+    labels = (vertex(turn.arriving, J1), vertex(turn.leaving, J1))
+    return Edge(*labels, (begin, end), (J1, J1), turn.symbol, False)
+
+
+def _vertices(theta1: NDArray[np.float64]) -> Tree:
+    numbers, x = [*SEPARATRICES, SEPARATRICES[0]], np.append(theta1, theta1[0] + 2 * TURN)
+    labels = [vertex(number, J1) for J1 in (0.0, 1.0) for number in numbers]
+    again = np.tile(np.arange(len(numbers)) >= len(SEPARATRICES), 2)
+    return {
+        "label": _texts(labels, "number of the separatrix, starred on J1 = J2"),
+        "theta1": Dataset(np.tile(x, 2), "rad", "place of the vertex"),
+        "J1": Dataset(np.repeat([0.0, 1.0], len(numbers)), "J2", "J1/J2 of the vertex"),
+        "again": Dataset(again, "1", "whether it repeats another vertex, 4 pi further"),
+    }
+
+
+def _edges(edges: list[Edge]) -> Tree:
+    start, end, theta1, J1, symbol, again = zip(*edges, strict=True)
+    return {
+        "from": _texts(start, "label of the vertex where the edge begins"),
+        "to": _texts(end, "label of the vertex where the edge ends"),
+        "theta1": Dataset(np.array(theta1).T, "rad", "of both ends as drawn, first the start"),
+        "J1": Dataset(np.array(J1).T, "J2", "J1/J2 of both ends, first the start"),
+        "symbol": Dataset(
+            np.array(symbol, dtype=np.uint8), "1", "0 left, 1 right, 255 none (a separatrix)"
+        ),
+        "again": Dataset(np.array(again), "1", "whether it repeats another edge, 4 pi further"),
+    }
+
+
+def _rectangles(edges: list[Edge]) -> Tree:
+    """The rectangles on both sides of the first separatrix."""
+    sides = sorted((e for e in edges if e.start == vertex(FIRST, 1.0)), key=lambda e: e.symbol)
+    bounds = np.array([sorted(edge.theta1) for edge in sides]).T
+    return {
+        "name": _texts(["left", "right"], f"side of separatrix {FIRST}: symbol 0, symbol 1"),
+        "theta1": Dataset(bounds, "rad", "lower and upper bound of each"),
+    }
+
+
+def _texts(values: Any, description: str) -> Dataset:
+    return Dataset(np.array(values, dtype="S"), "1", description)

@@ -1,0 +1,119 @@
+"""Fig. 2: the graph of the heteroclinic cycle in the plane (theta1, J1/J2)."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from rigidpend.render import separatrix_ticks
+from rigidpend.render.palette import BLUE, RED, WIDTH
+
+HEIGHT = 3.4
+"""Inches."""
+PANEL = (0.085, 0.33, 0.845, 0.57)
+"""Left, bottom, width and height of the panel in parts of the figure."""
+
+
+class Look(NamedTuple):
+    """How the edges of a symbol are drawn."""
+
+    colour: str
+    style: Any
+    label: str
+
+
+LOOKS = {
+    255: Look("black", "-", "separatrix 1, 3 (down), 2, 4 (up)"),
+    0: Look(BLUE, "-", "turn to the left, symbol 0"),
+    1: Look(RED, (0, (4, 1.5)), "turn to the right, symbol 1"),
+}
+NARROW = 1.8
+"""Rectangles of less width, in radians, bear their name upright."""
+SHADES = {"left": "#D6E9F5", "right": "#FBE3D2"}
+
+
+def draw(result: Any) -> Figure:
+    """Draw the graph of a result.
+
+    Parameters
+    ----------
+    result : dict
+        Of the experiment `heteroclinic_cycle`, as loaded.
+    """
+    data = result["data"]
+    figure = Figure(figsize=(WIDTH, HEIGHT))
+    axes = figure.add_axes(PANEL)
+    _draw_rectangles(axes, data["rectangles"])
+    _draw_edges(axes, data["edges"])
+    _draw_vertices(axes, data["vertices"])
+    _name_axes(axes, data["vertices"])
+    handles = [
+        Line2D([], [], color=k.colour, ls=k.style, lw=1.8, label=k.label) for k in LOOKS.values()
+    ]
+    figure.legend(handles=handles, loc="lower center", ncols=3, handlelength=2.6)
+    return figure
+
+
+def _draw_rectangles(axes: Axes, rectangles: Any) -> None:
+    for name, bounds in zip(rectangles["name"], rectangles["theta1"].T, strict=True):
+        patch = axes.axvspan(*bounds, color=SHADES[name], lw=0, label=name, zorder=0)
+        angle = 90 if bounds[1] - bounds[0] < NARROW else 0
+        place: dict[str, Any] = {"xycoords": patch, "ha": "center", "va": "center"}
+        axes.annotate(f"{name} rectangle", (0.5, 0.5), **place, rotation=angle, style="italic")
+
+
+def _draw_edges(axes: Axes, edges: Any) -> None:
+    for k, symbol in enumerate(edges["symbol"]):
+        look, x, y = LOOKS[int(symbol)], edges["theta1"][:, k], edges["J1"][:, k]
+        colour = "0.6" if edges["again"][k] else look.colour
+        arrow: dict[str, Any] = {
+            "arrowstyle": "-|>,head_width=0.3,head_length=0.6",
+            "color": colour,
+        }
+        arrow |= {"lw": 1.8, "ls": look.style, "shrinkA": 9, "shrinkB": 9, "mutation_scale": 12}
+        ends = (x[1], y[1]), (x[0], y[0])
+        label = f"{edges['from'][k]} -> {edges['to'][k]}"
+        path = axes.annotate("", *ends, arrowprops=arrow, annotation_clip=False, label=label)
+        if symbol in (0, 1):
+            _write_symbol(axes, path, int(symbol), upper=bool(y[0]))
+
+
+def _write_symbol(axes: Axes, path: Any, symbol: int, *, upper: bool) -> None:
+    """The symbol outside the graph, at the middle of its arrow."""
+    place: dict[str, Any] = {
+        "xytext": (0, 6 if upper else -6),
+        "textcoords": "offset points",
+        "ha": "center",
+    }
+    axes.annotate(
+        str(symbol),
+        (0.5, 0.5),
+        xycoords=path.arrow_patch,
+        va="bottom" if upper else "top",
+        color=LOOKS[symbol].colour,
+        weight="bold",
+        **place,
+    )
+
+
+def _draw_vertices(axes: Axes, vertices: Any) -> None:
+    rows = zip(*(vertices[name] for name in ("label", "theta1", "J1", "again")), strict=True)
+    for label, x, y, again in rows:
+        ring = {"boxstyle": "circle,pad=0.25", "fc": "white", "ec": "0.6" if again else "black"}
+        text = axes.text(x, y, label, ha="center", va="center", bbox=ring, zorder=6)
+        text.set_color("0.45" if again else "black")
+
+
+def _name_axes(axes: Axes, vertices: Any) -> None:
+    places = vertices["theta1"][vertices["J1"] == 0]
+    separatrix_ticks.put(axes, places, digits=4)
+    axes.set_ylim(0, 1)
+    axes.tick_params(axis="x", pad=18, length=0)
+    axes.set_yticks([0, 1], ["$0$", "$1$"])
+    axes.tick_params(axis="y", pad=14, length=0)
+    axes.set_xlabel(r"$\theta_1$ (rad, modulo $4\pi$)", labelpad=3)
+    axes.set_ylabel("$J_1/J_2$", labelpad=2)
+    axes.spines[:].set_visible(False)

@@ -1,0 +1,19 @@
+"""The config of `experiment: heteroclinic_cycle`: the graph of the separatrices (Fig. 2)."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from rigidpend.config.bodies import FreeBody
+from rigidpend.config.schema import ExperimentConfig
+
+
+class Problem(FreeBody):
+    """The body whose separatrices are the vertical edges; without weight they are straight."""
+
+
+class Config(ExperimentConfig):
+    """A whole config."""
+
+    experiment: Literal["heteroclinic_cycle"]
+    problem: Problem

@@ -1,0 +1,200 @@
+"""Experiment `phase_portraits`: the Euler case on the sphere and in the plane (Fig. 1)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend import free_body
+from rigidpend.body import Body
+from rigidpend.coordinates import TURN
+from rigidpend.equations import hamiltonian_J3_0
+from rigidpend.experiments.contract import Data, Means, Row
+from rigidpend.experiments.rows import body_rows
+from rigidpend.results import compare
+from rigidpend.results.tree import Dataset, Tree
+
+if TYPE_CHECKING:
+    from rigidpend.experiments.phase_portraits.schema import Config, Problem
+
+
+ROUNDING = 1e-14
+"""By how much values may differ: a few roundings of numbers of up to 4 pi."""
+AXIS = 1.4
+"""How far the axes are drawn, in units of |M|."""
+
+MEANING = {
+    "points": ("|M|", "M1, M2, M3 along the curves, one after the other, in the flow's sense"),
+    "offsets": ("1", "curve k has the points offsets[k] to offsets[k + 1]"),
+    "projected": ("|M|", "points to the right, upwards and towards the viewer"),
+    "visible": ("1", "whether the point is on the viewer's side of the sphere"),
+    "theta1": ("rad", "theta1 of the points, in the window"),
+    "J1": ("J2", "J1/J2 of the points"),
+    "arrows": ("1", "points at which the sense of the flow is shown"),
+    "energy": ("J2^2", "H of each curve at mu = 0, J3 = 0, dimensionless"),
+    "level": ("J2^2", "J1 (J2 - J1) [cos(theta1 - beta0) - cos(alpha0)] of each curve"),
+}
+
+
+class Curves(NamedTuple):
+    """Curves on the sphere and their images in the plane."""
+
+    M: list[NDArray[np.float64]]
+    theta1: list[Any]
+    J1: list[Any]
+
+
+def compute(config: Config, means: Means) -> Tree:
+    """Compute both phase portraits of a config, all in closed form.
+
+    Parameters
+    ----------
+    config : Config
+    means : Means
+
+    Returns
+    -------
+    Tree
+        The groups orbits, separatrices, centres, sphere and plane.
+    """
+    problem = config.problem
+    body, axes = problem.body, view_axes(problem.view)
+    orbits, separatrices = _orbits(problem), _separatrices(body, problem.points)
+    means.report(f"{len(orbits.M)} orbits, {len(separatrices.M)} separatrices, closed form")
+    numbers = np.array(free_body.SEPARATRICES, dtype=np.uint8)
+    heights = np.tile([float(x) for x in problem.heights], 4)
+    families = np.repeat(np.array([2, 2, 1, 1], dtype=np.uint8), len(problem.heights))
+    return {
+        "orbits": {
+            **_group(orbits, body, axes),
+            "height": Dataset(heights, "|M|", "largest |M3| of each orbit"),
+            "around": Dataset(families, "1", "axis that the orbit encircles, 1 or 2"),
+        },
+        "separatrices": {
+            **_group(separatrices, body, axes),
+            "number": Dataset(numbers, "1", "of each separatrix, 1..4"),
+        },
+        "centres": _group(_centres(body), body, axes),
+        "sphere": _sphere(axes, problem.points),
+        "plane": _plane(body),
+    }
+
+
+def describe(config: Config) -> list[Row]:
+    """What a config asks for, with what follows from it: for people, units named."""
+    problem = config.problem
+    heights = ", ".join(map(str, problem.heights))
+    places = free_body.separatrix_theta1(problem.body.alpha0, problem.body.beta0)
+    return [
+        *(row for row in body_rows(problem.body) if row.name != "mu"),
+        Row("heights", heights, "largest |M3|/|M| of the orbits"),
+        Row("points", str(problem.points), "on each curve"),
+        Row("azimuth", str(problem.view.azimuth), "rad, of the viewer, from M1 towards M2"),
+        Row("elevation", str(problem.view.elevation), "rad, of the viewer, towards M3"),
+        Row("separatrices", ", ".join(f"{x:.6f}" for x in places), "rad, theta1 of 1..4"),
+    ]
+
+
+def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
+    """Where two results differ by more than the rounding of closed forms."""
+    return compare.differences(_without_limb(stored), _without_limb(fresh), ROUNDING)
+
+
+def view_axes(view: Any) -> NDArray[np.float64]:
+    """Unit vectors to the right, upwards and towards the viewer, the rows of a rotation."""
+    azimuth, elevation = float(view.azimuth), float(view.elevation)
+    (sina, cosa), (sine, cose) = ((np.sin(x), np.cos(x)) for x in (azimuth, elevation))
+    right, up = (-sina, cosa, 0.0), (-sine * cosa, -sine * sina, cose)
+    return np.array([right, up, (cose * cosa, cose * sina, sine)])
+
+
+def _without_limb(data: Any) -> Any:
+    """The data with points on the outline taken as visible: rounding decides there."""
+    return {name: _settled(group) for name, group in data.items()}
+
+
+def _settled(group: Any) -> Any:
+    if not {"visible", "projected"} <= set(group):
+        return group
+    return {**group, "visible": group["visible"] | (np.abs(group["projected"][2]) <= ROUNDING)}
+
+
+def _orbits(problem: Problem) -> Curves:
+    body, phi = problem.body, np.linspace(0, TURN, problem.points)
+    families = [(f, side) for f in (free_body.around_M2, free_body.around_M1) for side in (1, -1)]
+    heights = [float(x) for x in problem.heights]
+    return _curves(body, [f(body.alpha0, h, side, phi) for f, side in families for h in heights])
+
+
+def _centres(body: Body) -> Curves:
+    """The rotations about the axes of M2 and M1, as curves of one point."""
+    points = [side * np.eye(3)[:, [axis]] for axis in (1, 0) for side in (1, -1)]
+    return _curves(body, points)
+
+
+def _curves(body: Body, M: list[NDArray[np.float64]]) -> Curves:
+    start = body.beta0 - body.alpha0
+    plane = [free_body.in_plane(points, body.beta0, start) for points in M]
+    return Curves(M, [x for x, _ in plane], [y for _, y in plane])
+
+
+def _separatrices(body: Body, n: int) -> Curves:
+    """The separatrices from pole to pole; theta1 is not defined there, but its limit is."""
+    phi = np.linspace(-TURN / 4, TURN / 4, n)
+    M = [free_body.separatrix(body.alpha0, number, phi) for number in free_body.SEPARATRICES]
+    places = free_body.separatrix_theta1(body.alpha0, body.beta0)
+    return Curves(M, [np.full(n, x) for x in places], [(1 + points[2]) / 2 for points in M])
+
+
+def _group(curves: Curves, body: Body, axes: NDArray[np.float64]) -> dict[str, Dataset]:
+    points = np.concatenate(curves.M, axis=1)
+    offsets = np.cumsum([0, *(M.shape[1] for M in curves.M)])
+    projected = axes @ points
+    free = body.angles()._replace(mu=0.0)
+    middle = [
+        (J1[len(J1) // 2], x[len(x) // 2]) for J1, x in zip(curves.J1, curves.theta1, strict=True)
+    ]
+    energy = np.array([hamiltonian_J3_0(J1, 1.0, (x, 0.0), free, np) for J1, x in middle])
+    values = {
+        "points": points,
+        "offsets": offsets,
+        "projected": projected,
+        "visible": projected[2] >= 0,
+        "theta1": np.concatenate(curves.theta1),
+        "J1": np.concatenate(curves.J1),
+        "arrows": _arrows(offsets),
+        "energy": energy,
+        "level": energy - free.kappa / 2,
+    }
+    return {name: Dataset(value, *MEANING[name]) for name, value in values.items()}
+
+
+def _arrows(offsets: Any) -> Any:
+    """A quarter and three quarters along each curve that has so many points."""
+    sizes = np.diff(offsets)
+    starts = offsets[:-1][sizes > 4]
+    return np.ravel([starts + part * sizes[sizes > 4] // 4 for part in (1, 3)])
+
+
+def _sphere(axes: NDArray[np.float64], n: int) -> Tree:
+    phi = np.linspace(0, TURN, n)
+    outline = np.stack((np.cos(phi), np.sin(phi)))
+    tips = "projected, then the axes M1, M2, M3"
+    return {
+        "outline": Dataset(outline, "|M|", "the sphere's outline, to the right and upwards"),
+        "axis_feet": Dataset(axes.copy(), "|M|", f"where the axes leave the sphere: {tips}"),
+        "axis_tips": Dataset(AXIS * axes, "|M|", f"where the axes are drawn to: {tips}"),
+    }
+
+
+def _plane(body: Body) -> Tree:
+    places = free_body.separatrix_theta1(body.alpha0, body.beta0)
+    places, numbers = np.append(places, places[0] + 2 * TURN), [*free_body.SEPARATRICES, 1]
+    said = "of the vertical segments; the last is the first again, 4 pi further"
+    return {
+        "window": Dataset(places[[0, -1]], "rad", "theta1 from one separatrix 1 to the next"),
+        "separatrix_theta1": Dataset(places, "rad", f"theta1 {said}"),
+        "separatrix": Dataset(np.array(numbers, dtype=np.uint8), "1", f"number {said}"),
+    }

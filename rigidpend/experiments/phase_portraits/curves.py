@@ -1,0 +1,67 @@
+"""The curves of Fig. 1 as they are in the file, each with its look."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+from rigidpend.render.palette import BLUE, GREEN, PINK, RED
+
+
+class Look(NamedTuple):
+    """How a kind of curve is drawn."""
+
+    colour: str
+    pale: str
+    width: float
+    style: Any
+    label: str
+
+
+ORBITS = {
+    1: Look(PINK, "#EFD6E4", 0.9, "-", r"orbits around $\pm M_1$"),
+    2: Look(GREEN, "#B3DDD0", 0.9, "-", r"orbits around $\pm M_2$"),
+}
+RISING = Look(BLUE, "#A3CBE3", 2.2, "-", "separatrices 2, 4 (up)")
+FALLING = Look(RED, "#F1C09C", 1.8, (0, (4, 1)), "separatrices 1, 3 (down)")
+
+FLAT = ("projected", "visible", "theta1", "J1")
+"""The fields with a value at each point."""
+
+
+class Curve(NamedTuple):
+    """One curve of the result."""
+
+    name: str
+    look: Look
+    projected: Any
+    visible: Any
+    theta1: Any
+    J1: Any
+    arrows: Any
+    """Indices of the points that bear an arrow."""
+
+
+def _curves(group: Any, names: list[str], looks: list[Look]) -> list[Curve]:
+    """The curves of a group, cut from its flat arrays."""
+    found = []
+    for (a, b), name, look in zip(pairwise(group["offsets"]), names, looks, strict=True):
+        flat = {field: group[field][..., a:b] for field in FLAT}
+        inside = (group["arrows"] >= a) & (group["arrows"] < b)
+        found.append(Curve(name, look, **flat, arrows=group["arrows"][inside] - a))
+    return found
+
+
+def all_curves(data: Any) -> list[Curve]:
+    """Every orbit, then the separatrices, which lie above."""
+    axes, numbers = data["orbits"]["around"], data["separatrices"]["number"]
+    looks = [separatrix_look(int(i)) for i in numbers]
+    return [
+        *_curves(data["orbits"], ["orbit"] * len(axes), [ORBITS[int(i)] for i in axes]),
+        *_curves(data["separatrices"], [f"separatrix {i}" for i in numbers], looks),
+    ]
+
+
+def separatrix_look(number: int) -> Look:
+    """The look of a separatrix; equal on a circle."""
+    return RISING if number % 2 == 0 else FALLING

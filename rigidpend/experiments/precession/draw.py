@@ -1,0 +1,192 @@
+"""What theta3 gains along the separatrices: the orders of (trieq), and what (tri1) leaves out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, WIDTH
+
+HEIGHT = 5.4
+"""Inches."""
+SEPARATRICES = ((GREEN, "o"), (BLUE, "s"), (PINK, "D"), (RED, "^"))
+"""Colour and marker of 1, 2, 3, 4."""
+BODIES: tuple[tuple[str, Any, str], ...] = (
+    (BLUE, "-", "o"),
+    (ORANGE, (0, (5, 1)), "s"),
+    (RED, (0, (3, 1, 1, 1)), "^"),
+    (GREEN, (0, (1, 1)), "D"),
+    (PINK, (0, (6, 1, 1, 1, 1, 1)), "v"),
+    ("black", "-", "x"),
+)
+"""Colour, line and marker of bodies, in turn."""
+
+
+def draw(result: Any) -> Figure:
+    """Draw the increments of every body, and their remainders against mu.
+
+    Parameters
+    ----------
+    result : dict
+        Of the experiment `precession`, as loaded.
+    """
+    data = result["data"]
+    figure = Figure(figsize=(WIDTH, HEIGHT))
+    figure.set_layout_engine("constrained", w_pad=0.05, h_pad=0.06, hspace=0.05)
+    rows: Any = figure.subfigures(2, 1, height_ratios=(1.12, 1))
+    above, below = rows
+    _draw_orders(above.subplots(), data)
+    panels = below.subplots(1, 3, sharey=True)
+    fields = (("remainder", 1), ("remainder", 0), ("mean_remainder", 1))
+    titles = (
+        "separatrices 2 and 4",
+        "separatrices 1 and 3",
+        "2 and 4, mean of the two orbits",
+    )
+    for axes, (field, separatrix), title, letter in zip(panels, fields, titles, "bcd", strict=True):
+        _draw_remainder(axes, data, field, separatrix)
+        axes.set_title(f"{letter})  {title}", loc="left", fontsize=8)
+    panels[0].set_ylabel(r"$|\Delta\theta_3 -$ (tri1)$|$ (rad)")
+    figure.legend(
+        handles=_bodies(data["bodies"]), loc="outside lower center", ncols=6, columnspacing=1.6
+    )
+    return figure
+
+
+def _draw_orders(axes: Axes, data: Any) -> None:
+    """The increments in units of the largest there is: bodies side by side."""
+    bodies, drawn = data["bodies"], int(data["drawn"])
+    unit = bodies["unit"][:, drawn]
+    first = bodies["first_order"][:, drawn] / unit[:, None]
+    gained = bodies["gained"][:, drawn] / unit[:, None, None]
+    for row, name in enumerate(bodies["name"]):
+        axes.hlines(first[row], row - 0.36, row + 0.36, color="0.75", lw=0.8, zorder=0)
+        for k, (colour, marker) in enumerate(SEPARATRICES):
+            x = row + 0.18 * (k - 1.5)
+            axes.plot(
+                x,
+                first[row, k],
+                marker,
+                ms=9,
+                mfc="none",
+                mec="black",
+                mew=0.7,
+                label=f"first {name} {k + 1}",
+            )
+            axes.plot(
+                [x, x],
+                gained[row, :, k],
+                marker,
+                ms=4.5,
+                color=colour,
+                lw=0,
+                label=f"gained {name} {k + 1}",
+            )
+            side = 1 if first[row, k] >= 0 else -1
+            axes.annotate(
+                str(k + 1),
+                (x, first[row, k]),
+                (0, 11 * side),
+                textcoords="offset points",
+                ha="center",
+                va="center",
+                color=colour,
+                weight="bold",
+                fontsize=8,
+            )
+        if row:
+            axes.axvline(row - 0.5, color="0.85", lw=0.6)
+    axes.axhline(0, color="0.4", lw=0.7, zorder=0)
+    axes.set_xlim(-0.5, len(unit) - 0.5)
+    axes.set_ylim(-1.45, 1.45)
+    axes.set_xticks(
+        range(len(unit)), [_about(bodies, row) for row in range(len(unit))], linespacing=1.5
+    )
+    axes.tick_params(axis="x", length=0)
+    axes.set_ylabel(r"$\Delta\theta_3$ / $(\mu\pi\varkappa/h_0\sin\alpha_0)$")
+    axes.set_title(
+        rf"a)  increments along separatrices 1 to 4, $\mu/h_0 = {data['mu_over_h0'][drawn]:g}$",
+        loc="left",
+        fontsize=8.5,
+    )
+    handles = [
+        Line2D(
+            [],
+            [],
+            color="black",
+            marker="s",
+            mfc="none",
+            ms=9,
+            mew=0.7,
+            lw=0,
+            label="(tri1), first order",
+        ),
+        Line2D(
+            [],
+            [],
+            color=BLUE,
+            marker="s",
+            ms=4.5,
+            lw=0,
+            label="full dynamics, two orbits each",
+        ),
+    ]
+    axes.legend(
+        handles=handles,
+        loc="lower right",
+        bbox_to_anchor=(1.0, 0.99),
+        ncols=2,
+        fontsize=7.5,
+        borderaxespad=0.1,
+    )
+
+
+def _about(bodies: Any, row: int) -> str:
+    """The regime of a body below its column: its angles and the order."""
+    order = str(bodies["regime"][row]).replace(" ", "").replace("=", " = ").replace(">", " > ")
+    angles = rf"$\alpha_0 = {bodies['alpha0'][row]:.2f}$, $\beta_0 = {bodies['beta0'][row]:.2f}$"
+    return f"{bodies['name'][row]})  {order}\n{angles}"
+
+
+def _draw_remainder(axes: Axes, data: Any, field: str, separatrix: int) -> None:
+    bodies, ratios = data["bodies"], data["mu_over_h0"]
+    values = bodies[field][..., separatrix]
+    for row, (colour, style, marker) in zip(range(len(values)), BODIES, strict=False):
+        axes.loglog(
+            ratios,
+            values[row],
+            color=colour,
+            ls=style,
+            marker=marker,
+            ms=3.5,
+            lw=1.0,
+            mfc="none",
+            label=f"{field} {bodies['name'][row]}",
+        )
+    low, high = ratios[0], ratios[-1]
+    slope = 3 if field == "mean_remainder" else 2
+    guide = 4 * values[:, -1].max() * (np.array([low, high]) / high) ** slope
+    axes.plot([low, high], guide, color="black", lw=0.7, label="guide")
+    axes.text(0.06, 0.94, f"slope {slope}", transform=axes.transAxes, va="top")
+    _name_zeros(axes, bodies, separatrix)
+    axes.set_xlabel(r"$\mu/h_0$")
+
+
+def _name_zeros(axes: Axes, bodies: Any, separatrix: int) -> None:
+    """Say of bodies without an increment that what is seen is rounding."""
+    gone = ~np.isfinite(bodies["slope"][:, separatrix])
+    if gone.any():
+        names = ", ".join(bodies["name"][gone])
+        said = f"{names}) no increment: rounding"
+        axes.text(0.5, 0.3, said, transform=axes.transAxes, ha="center", fontsize=7.5)
+
+
+def _bodies(bodies: Any) -> list[Line2D]:
+    return [
+        Line2D([], [], color=colour, ls=style, marker=marker, ms=3.5, mfc="none", label=f"{name})")
+        for name, (colour, style, marker) in zip(bodies["name"], BODIES, strict=False)
+    ] + [Line2D([], [], color="black", lw=0.7, label="guide")]

@@ -1,0 +1,35 @@
+"""The config of `experiment: precession`: what theta3 gains along the separatrices."""
+
+from __future__ import annotations
+
+from typing import Literal, Self
+
+from pydantic import model_validator
+
+from rigidpend.config.bodies import WeightedBodies
+from rigidpend.config.schema import DoubleNumerics, ExperimentConfig, Number, physics
+
+
+class Problem(WeightedBodies):
+    """Heteroclinic orbits of all separatrices, each integrated from end to end."""
+
+    drawn: Number
+    """The mu at which the increments are shown beside the first order, one of the list."""
+
+    @model_validator(mode="after")
+    def _known(self) -> Self:
+        from rigidpend.routes.problem import ProblemError
+
+        with physics():
+            if self.drawn not in self.mu:
+                known = ", ".join(map(str, self.mu))
+                raise ProblemError("drawn", f"no such mu: {self.drawn} (known: {known})")
+        return self
+
+
+class Config(ExperimentConfig):
+    """A whole config."""
+
+    experiment: Literal["precession"]
+    problem: Problem
+    numerics: DoubleNumerics = DoubleNumerics()

@@ -1,0 +1,131 @@
+"""Experiment `route_codes`: arrays of binary route codes over the initial phase (Fig. 4)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rigidpend import melnikov
+from rigidpend.experiments.contract import Data, Means, Row
+from rigidpend.experiments.route_arrays import MEANING, ROUNDING, array_differences
+from rigidpend.experiments.rows import body_rows
+from rigidpend.numbers.exact import Exact
+from rigidpend.results import compare
+from rigidpend.results.compare import Difference
+from rigidpend.results.tree import Dataset, Tree
+from rigidpend.routes.codes import RouteCodes, route_codes
+from rigidpend.routes.phases import Grid
+
+if TYPE_CHECKING:
+    from rigidpend.config.schema import PhaseGrid
+    from rigidpend.experiments.route_codes.schema import Config
+
+
+COLUMNS = 10_000
+"""How many columns are computed at a time, and kept if the run is interrupted."""
+
+PHASES = {"theta2_0": ROUNDING, "melnikov_zeros": ROUNDING}
+
+
+def compute(config: Config, means: Means) -> Tree:
+    """Compute every array of a config.
+
+    Parameters
+    ----------
+    config : Config
+    means : Means
+
+    Returns
+    -------
+    Tree
+        A group for each array, with the fields of `RouteCodes` and the Melnikov zeros.
+    """
+    problem = config.problem
+    zeros = np.array(melnikov.zeros(problem.routes))
+    told = Dataset(zeros, "rad", "zeros of Melnikov's integral in theta2_0")
+    groups: dict[str, Tree] = {}
+    for name, grid in problem.arrays.items():
+        routes = _in_parts(name, grid.phases, config, means)
+        means.report(f"{name}: {_summary(routes)}")
+        groups[name] = {**_group(routes), "melnikov_zeros": told}
+    return groups
+
+
+def _in_parts(name: str, phases: Grid, config: Config, means: Means) -> RouteCodes:
+    """The routes of all phases; so many at a time that each part takes some seconds at most."""
+    found = []
+    for first in range(0, len(phases), COLUMNS):
+        columns = [phases[k] for k in range(first, min(first + COLUMNS, len(phases)))]
+        if len(phases) > COLUMNS:
+            means.report(f"{name}: columns from {first} of {len(phases)}")
+        part = partial(_part, columns, config, means)
+        tree: Any = means.part(f"{name}.{first:08d}", part)
+        found.append(RouteCodes(*(tree[field].values for field in RouteCodes._fields)))
+    return RouteCodes(*(np.concatenate(x, axis=-1) for x in zip(*found, strict=True)))
+
+
+def _part(phases: Sequence[Exact], config: Config, means: Means) -> Tree:
+    problem = config.problem
+    routes = route_codes(
+        problem.body,
+        phases,
+        h0=problem.h0,
+        J1_0=problem.J1_0,
+        n_symbols=problem.n_symbols,
+        jobs=means.jobs,
+        **means.arithmetic._asdict(),
+    )
+    return _group(routes)
+
+
+def describe(config: Config) -> list[Row]:
+    """What a config asks for, with what follows from it: for people, units named."""
+    problem = config.problem
+    body, checked = problem.body, problem.routes
+    zeros = ", ".join(f"{x:.6f}" for x in melnikov.zeros(checked))
+    return [
+        *body_rows(body),
+        Row("h0", str(problem.h0), "energy constant, kappa J2_0^2/2"),
+        Row("J1_0", str(problem.J1_0), "initial action, dimensionless"),
+        Row("J2_0", f"{float(checked.J2_0(53)):.16g}", "initial |M|, dimensionless"),
+        Row("n_symbols", str(problem.n_symbols), "symbols on each orbit"),
+        *(_array_row(name, grid) for name, grid in problem.arrays.items()),
+        Row("Melnikov zeros", zeros, "rad, theta2_0 where the first symbol changes, to O(mu)"),
+    ]
+
+
+def differences(stored: Data, fresh: Data) -> list[Difference]:
+    """Where two results of the same config disagree by more than their arithmetic explains.
+
+    Symbols and separatrices must be the same where both are certain. Which precision decided
+    a column hangs on the last bit and is not compared.
+
+    Parameters
+    ----------
+    stored, fresh : dict
+        ``/data`` of the two files, loaded.
+    """
+    found = compare.keys(stored, fresh)
+    for name in [name for name in stored if name in fresh]:
+        found += compare.inside(name, array_differences(stored[name], fresh[name], PHASES))
+    return found
+
+
+def _array_row(name: str, grid: PhaseGrid) -> Row:
+    return Row(f"array {name}", f"{grid.start} + k {grid.step}, k < {grid.count}", "rad, theta2_0")
+
+
+def _group(routes: RouteCodes) -> dict[str, Dataset]:
+    return {name: Dataset(getattr(routes, name), *MEANING[name]) for name in MEANING}
+
+
+def _summary(routes: RouteCodes) -> str:
+    n, uncertain = routes.bits.size, int((~routes.certain).sum())
+    counts = ", ".join(
+        f"{int((routes.bits == bits).sum())} in {bits} bits" for bits in np.unique(routes.bits)
+    )
+    doubt = f"; {uncertain} symbols uncertain" if uncertain else ""
+    return f"{n} orbits, {counts}{doubt}"

@@ -1,0 +1,153 @@
+"""The arrays of Fig. 4: black cells are symbol 0, white ones 1, the bottom row is i = 1."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Rectangle
+from numpy.typing import NDArray
+
+from rigidpend.render.code_arrays import COLOURS, DOUBT, NONE, NORM, ZERO, ZOOM, symbol_entries
+from rigidpend.render.palette import WIDTH
+
+LARGEST = 0.12
+"""The largest side of a cell, inches."""
+LOWEST = 0.06
+"""Inches: rows are not drawn lower than this, even where cells are then not square."""
+NARROWEST, ENTRY, ROW = 3.4, 1.4, 0.2
+"""Inches: the least width of a figure, and the room of an entry of its legend."""
+LEFT, RIGHT, BELOW, ABOVE, BETWEEN = 0.45, 0.12, 0.75, 0.25, 0.55
+
+
+class Array(NamedTuple):
+    """One array of a result."""
+
+    name: str
+    theta2_0: NDArray[np.float64]
+    codes: NDArray[np.uint8]
+    certain: NDArray[np.bool_]
+    melnikov_zeros: NDArray[np.float64]
+
+    @property
+    def edges(self) -> NDArray[np.float64]:
+        """Where the columns end: halfway between phases."""
+        phases = self.theta2_0
+        step = np.diff(phases) if phases.size > 1 else np.array([1.0])
+        inner = phases[:-1] + np.diff(phases) / 2
+        return np.concatenate(([phases[0] - step[0] / 2], inner, [phases[-1] + step[-1] / 2]))
+
+    @property
+    def zeros_shown(self) -> list[float]:
+        """The Melnikov zeros within the array's range."""
+        first, last = sorted(self.edges[[0, -1]])
+        return [float(x) for x in self.melnikov_zeros if first <= x <= last]
+
+
+def draw(result: Any) -> Figure:
+    """Draw every array of a result side by side, with square cells.
+
+    Parameters
+    ----------
+    result : dict
+        Of the experiment `route_codes`, as loaded.
+    """
+    arrays = [_read(name, group) for name, group in result["data"].items()]
+    columns = sum(array.codes.shape[1] for array in arrays)
+    room = WIDTH - LEFT - RIGHT - BETWEEN * (len(arrays) - 1)
+    cell = min(room / columns, LARGEST)
+    height = arrays[0].codes.shape[0] * max(cell, LOWEST)
+    wide = max(WIDTH - room + columns * cell, NARROWEST)
+    entries = _legend_entries(arrays)
+    across = min(len(entries), int(wide / ENTRY))
+    below = BELOW + ROW * (-(-len(entries) // across) - 1)
+    high = below + height + ABOVE
+    figure = Figure(figsize=(wide, high))
+    left = LEFT
+    for array in arrays:
+        width = array.codes.shape[1] * cell
+        axes = figure.add_axes((left / wide, below / high, width / wide, height / high))
+        _draw_array(axes, array)
+        _mark_zooms(axes, array, arrays)
+        left += width + BETWEEN
+    figure.legend(
+        handles=entries,
+        loc="lower center",
+        ncols=across,
+        handlelength=1.0,
+        handleheight=1.0,
+        columnspacing=1.6,
+        borderaxespad=0.1,
+    )
+    return figure
+
+
+def _read(name: str, group: Any) -> Array:
+    return Array(name, *(np.asarray(group[field]) for field in Array._fields[1:]))
+
+
+def _draw_array(axes: Axes, array: Array) -> None:
+    rows = array.codes.shape[0]
+    line: dict[str, Any] = (
+        {"edgecolors": "0.6", "linewidth": 0.25} if array.codes.size < 5000 else {}
+    )
+    bounds = np.arange(rows + 1) + 0.5
+    axes.pcolormesh(array.edges, bounds, array.codes, cmap=COLOURS, norm=NORM, **line)
+    row, column = np.nonzero(~array.certain)
+    if row.size:
+        axes.plot(array.theta2_0[column], row + 1, "x", color=DOUBT, ms=3, mew=0.9, label="doubt")
+    zeros = array.zeros_shown
+    axes.plot(
+        zeros,
+        np.full(len(zeros), -0.05),
+        "^",
+        color=ZERO,
+        ms=4,
+        transform=axes.get_xaxis_transform(),
+        clip_on=False,
+        zorder=5,
+        label="Melnikov zeros",
+    )
+    axes.tick_params(axis="x", pad=6)
+    axes.set_yticks([1, *range(5, rows + 1, 5)] if rows <= 40 else [1, rows])
+    axes.set_xlabel(r"$\theta_2^0$ (rad)", labelpad=2)
+    axes.set_ylabel(r"$i$", rotation=0, labelpad=6, va="center")
+    axes.set_title(array.name, loc="left")
+
+
+def _mark_zooms(axes: Axes, array: Array, arrays: list[Array]) -> None:
+    """Frame what another array magnifies, and frame that array alike."""
+    for other in arrays:
+        if _magnifies(other, array):
+            start, end = sorted(other.edges[[0, -1]])
+            frame = Rectangle((start, 0.5), end - start, len(array.codes), fill=False)
+            frame.set(edgecolor=ZOOM, linewidth=1.4, zorder=4, label=other.name)
+            axes.add_patch(frame)
+        if _magnifies(array, other):
+            axes.spines[:].set(color=ZOOM, linewidth=1.4)
+
+
+def _magnifies(detail: Array, whole: Array) -> bool:
+    """Whether an array lies inside another one and is finer."""
+    inner, outer = np.sort(detail.edges), np.sort(whole.edges)
+    finer = np.ptp(inner) / len(inner) < np.ptp(outer) / len(outer)
+    return bool(finer and outer[0] <= inner[0] and inner[-1] <= outer[-1])
+
+
+def _legend_entries(arrays: list[Array]) -> list[Artist]:
+    """What the figure shows, and no more."""
+    entries: list[Artist] = [*symbol_entries()]
+    if any(array.zeros_shown for array in arrays):
+        label = "zero of Melnikov's integral"
+        entries.append(Line2D([], [], color=ZERO, marker="^", ls="", ms=5, label=label))
+    if any(_magnifies(a, b) for a in arrays for b in arrays):
+        entries.append(Patch(fill=False, edgecolor=ZOOM, lw=1.4, label="magnified part"))
+    if any((array.codes == 255).any() for array in arrays):
+        entries.append(Patch(facecolor=NONE, edgecolor="0.6", label="no return"))
+    if not all(array.certain.all() for array in arrays):
+        entries.append(Line2D([], [], color=DOUBT, marker="x", ls="", label="uncertain"))
+    return entries

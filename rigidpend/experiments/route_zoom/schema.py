@@ -1,0 +1,43 @@
+"""The config of `experiment: route_zoom`: route codes around a change of symbol."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from rigidpend.config.route_start import RouteStart
+from rigidpend.config.schema import ExperimentConfig, Number, Numerics, Whole
+
+
+class Problem(RouteStart):
+    """Arrays of ever finer phases around an orbit at which a symbol changes."""
+
+    between: tuple[Number, Number]
+    """Two phases theta2_0, rad, at which the symbol differs and those before it are equal."""
+    symbol: Annotated[Whole, Field(ge=1)] = 1
+    """Which symbol changes."""
+    step: Number
+    """Spacing of the columns at the first level, rad."""
+    factor: Annotated[Whole, Field(ge=2, le=10**6)] = 100
+    """By which each level is finer than the one before."""
+    levels: Annotated[Whole, Field(ge=1, le=60)]
+    """How many arrays."""
+    count: Annotated[Whole, Field(ge=3, le=999)]
+    """Columns of an array."""
+
+    @model_validator(mode="after")
+    def _physics(self) -> Self:
+        if self.symbol > self.n_symbols:
+            raise ValueError(f"symbol {self.symbol} is beyond n_symbols = {self.n_symbols}")
+        if not float(self.step) > 0:
+            raise ValueError(f"step must be greater than 0, got {self.step}")
+        return self
+
+
+class Config(ExperimentConfig):
+    """A whole config."""
+
+    experiment: Literal["route_zoom"]
+    problem: Problem
+    numerics: Numerics = Numerics()

@@ -1,0 +1,247 @@
+"""The splitting of S1- and S2+: how Melnikov's formula holds, and where it ends."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, WIDTH
+
+HEIGHT = 6.1
+"""Inches."""
+SHOWN = 0.03
+"""Curves are drawn at this mu/h0 and above."""
+LOOKS: tuple[tuple[str, Any], ...] = (
+    (GREEN, (0, (1, 1))),
+    (ORANGE, (0, (4, 1, 1, 1))),
+    (RED, (0, (4, 1))),
+    (BLUE, "-"),
+    (PINK, (0, (6, 1, 1, 1, 1, 1))),
+)
+"""Of the curves, weight by weight."""
+CHOSEN = ((BLUE, "o"), (RED, "s"), (GREEN, "^"))
+"""Of the bodies that stand out: least nu, the drawn one, largest nu."""
+BITS = {53: "#FFFFFF", 64: "#B9DDF1", 113: "#5FB0E0"}
+NONE = "#F2B8A0"
+"""Cells of the table: the precision that decided, or that none did."""
+
+
+def draw(result: Any) -> Figure:
+    """Draw the distance of a body, the errors of the formula, its decay, and the precisions.
+
+    Parameters
+    ----------
+    result : dict
+        Of the experiment `splitting`, as loaded.
+    """
+    data = result["data"]
+    figure = Figure(figsize=(WIDTH, HEIGHT))
+    figure.set_layout_engine("constrained", w_pad=0.06, h_pad=0.07, wspace=0.03, hspace=0.03)
+    panels = figure.subplots(2, 2).ravel()
+    for axes, drawn, letter in zip(
+        panels, (_draw_curve, _draw_error, _draw_decay, _draw_table), "abcd", strict=True
+    ):
+        title = drawn(axes, data)
+        axes.set_title(f"{letter})  {title}", loc="left", fontsize=8.5)
+    return figure
+
+
+def _name(name: str, nu: float) -> str:
+    """A body with its nu; the one of Fig. 4 in words."""
+    shown = name.replace("fig", "Fig. ") if name.startswith("fig") else rf"$\it{{{name}}}$"
+    return rf"{shown}, $\nu = {nu:.2f}$"
+
+
+def _draw_curve(axes: Axes, data: Any) -> str:
+    curve, ratios, bodies = data["curve"], data["mu_over_h0"], data["bodies"]
+    axes.plot(curve["g"], curve["melnikov"], color="black", lw=2.2, alpha=0.35, label="Melnikov")
+    shown = np.flatnonzero((ratios >= SHOWN) & np.isfinite(curve["measured"]).all(axis=1))
+    for k, (colour, style) in zip(shown[-len(LOOKS) :], LOOKS, strict=False):
+        axes.plot(
+            curve["g"],
+            curve["measured"][k],
+            color=colour,
+            ls=style,
+            lw=1.3,
+            label=f"${ratios[k]:g}$",
+        )
+    axes.axhline(0, color="0.6", lw=0.5, zorder=0)
+    axes.plot(
+        [-np.pi / 2, np.pi / 2],
+        [0, 0],
+        "o",
+        ms=5,
+        mfc="white",
+        mec="black",
+        zorder=4,
+        label="heteroclinic",
+    )
+    axes.set_xlim(-np.pi, np.pi)
+    axes.set_xticks(
+        [-np.pi, -np.pi / 2, 0, np.pi / 2, np.pi],
+        [r"$-\pi$", r"$-\pi/2$", "0", r"$\pi/2$", r"$\pi$"],
+    )
+    axes.set_xlabel(r"phase on the section, $g = \theta_1/2 + \theta_2$ (rad)")
+    axes.set_ylabel(r"$\theta_1(S_1^-) - \theta_1(S_2^+)$ in Melnikov's amplitude", fontsize=8.5)
+    axes.set_ylim(top=1.32)
+    axes.legend(
+        title=r"$\mu/h_0$",
+        loc="upper right",
+        fontsize=7,
+        title_fontsize=7.5,
+        labelspacing=0.25,
+        borderaxespad=0.2,
+    )
+    row = list(bodies["name"]).index(curve["body"])
+    return f"distance on $J_1 = J_2/2$, body {_name(curve['body'], bodies['nu'][row])}"
+
+
+def _draw_error(axes: Axes, data: Any) -> str:
+    bodies, ratios = data["bodies"], data["mu_over_h0"]
+    resolved = np.asarray(bodies["resolved"], dtype=bool)
+    kinds = (
+        ("curve_excess", bodies["curve_excess"], "full"),
+        ("excess", np.abs(bodies["excess"][..., 0]), "none"),
+    )
+    chosen = dict(zip(_chosen(data), CHOSEN, strict=False))
+    for field, values, fill in kinds:
+        for row, known in enumerate(resolved):
+            colour, marker = chosen.get(row, ("0.72", ""))
+            axes.loglog(
+                ratios[known],
+                values[row][known],
+                color=colour,
+                marker=marker,
+                fillstyle=fill,
+                ms=4,
+                lw=0.9 if marker else 0.6,
+                ls="-" if fill == "full" else (0, (4, 1.5)),
+                zorder=3 if marker else 1,
+                label=f"{field} {bodies['name'][row]}",
+            )
+    for place, said in (
+        ((0.05, 0.62), "whole curve,\nslope 1"),
+        ((0.33, 0.17), "$\\cos g$ part,\nslope 2"),
+    ):
+        axes.text(*place, said, transform=axes.transAxes, fontsize=7.5)
+    axes.axhline(1, color="black", lw=0.6, ls=":")
+    axes.set_xlabel(r"$\mu/h_0$")
+    axes.set_ylabel("relative error of Melnikov's formula", fontsize=8.5)
+    named = [
+        Line2D(
+            [],
+            [],
+            color=colour,
+            marker=marker,
+            ms=4,
+            lw=0.9,
+            label=_name(bodies["name"][row], bodies["nu"][row]),
+        )
+        for row, (colour, marker) in chosen.items()
+    ]
+    named.append(Line2D([], [], color="0.72", lw=0.6, label="the other bodies"))
+    axes.legend(handles=named, loc="lower right", fontsize=7, labelspacing=0.3, borderaxespad=0.3)
+    return r"the curve errs by $O(\mu)$, its $\cos g$ part by $O(\mu^2)$"
+
+
+def _chosen(data: Any) -> list[int]:
+    """The bodies that stand out: of least nu, the drawn one, of largest nu."""
+    bodies = data["bodies"]
+    drawn = list(bodies["name"]).index(data["curve"]["body"])
+    return list(dict.fromkeys((int(np.argmin(bodies["nu"])), drawn, int(np.argmax(bodies["nu"])))))
+
+
+def _draw_decay(axes: Axes, data: Any) -> str:
+    bodies, ratios, closed = data["bodies"], data["mu_over_h0"], data["closed_form"]
+    axes.semilogy(closed["nu"], closed["decay"], color="black", lw=1.0, label=r"$\nu/\sinh\nu$")
+    resolved = np.asarray(bodies["resolved"], dtype=bool)
+    known = np.flatnonzero(resolved.any(axis=0))
+    last = [k for k in known if ratios[k] >= 0.1]
+    for k, (marker, colour, size) in zip(
+        dict.fromkeys((known[0], *last)),
+        (("o", BLUE, 6), ("s", ORANGE, 5), ("D", RED, 4), ("v", PINK, 4)),
+        strict=False,
+    ):
+        rows = resolved[:, k]
+        axes.semilogy(
+            bodies["nu"][rows],
+            bodies["reduced"][rows, k],
+            marker,
+            ms=size,
+            mfc="none",
+            mec=colour,
+            mew=1.1,
+            label=rf"$\mu/h_0 = {_power(ratios[k])}$",
+        )
+    for name, nu, value in zip(
+        bodies["name"], bodies["nu"], bodies["reduced"][:, known[0]], strict=True
+    ):
+        said = "4" if name == "fig4" else name
+        axes.annotate(said, (nu, value), (4, 6), textcoords="offset points", fontsize=7)
+    axes.set_xlim(0, closed["nu"][-1])
+    axes.set_xlabel(r"$\nu = \pi\varkappa/\sin\alpha_0$")
+    axes.set_ylabel(r"$\cos g$ part of the distance, relative to $\nu = 0$", fontsize=8.5)
+    axes.legend(loc="lower left", fontsize=7, labelspacing=0.3)
+    return "exponentially small in $\\nu$"
+
+
+def _power(x: float) -> str:
+    exponent = round(np.log10(x))
+    return f"10^{{{exponent}}}" if x < 2e-3 and np.isclose(x, 10.0**exponent) else f"{x:g}"
+
+
+def _draw_table(axes: Axes, data: Any) -> str:
+    bodies, ratios = data["bodies"], data["mu_over_h0"]
+    n_bodies, n_weights = bodies["bits"].shape
+    for row in range(n_bodies):
+        for column in range(n_weights):
+            known = bool(bodies["resolved"][row, column])
+            colour = BITS.get(int(bodies["bits"][row, column]), BITS[113]) if known else NONE
+            axes.add_patch(
+                _cell(column, row, colour, label=f"{bodies['name'][row]} {ratios[column]:g}")
+            )
+            said = (
+                f"{np.ceil(np.log10(bodies['error'][row, column])):.0f}".replace(
+                    "-", "\N{MINUS SIGN}"
+                )
+                if known
+                else "\N{MULTIPLICATION SIGN}"
+            )
+            axes.text(column, row, said, ha="center", va="center", fontsize=6.5)
+    axes.set_xlim(-0.5, n_weights - 0.5)
+    axes.set_ylim(n_bodies - 0.5, -0.5)
+    axes.set_xticks(range(n_weights), [f"${_power(x)}$" for x in ratios], fontsize=6.5)
+    names = [
+        f"{'Fig. 4' if name == 'fig4' else name}  {nu:.1f}"
+        for name, nu in zip(bodies["name"], bodies["nu"], strict=True)
+    ]
+    axes.set_yticks(range(n_bodies), names, fontsize=7)
+    axes.tick_params(length=0)
+    axes.set_xlabel(r"$\mu/h_0$")
+    axes.set_ylabel(r"body, $\nu$")
+    keys = [
+        Patch(fc=colour, ec="0.5", lw=0.5, label=f"{bits} bits") for bits, colour in BITS.items()
+    ]
+    keys.append(Patch(fc=NONE, ec="0.5", lw=0.5, label="not resolved"))
+    axes.legend(
+        handles=keys,
+        loc="upper center",
+        bbox_to_anchor=(0.42, -0.19),
+        ncols=4,
+        fontsize=6.5,
+        handlelength=1.2,
+        columnspacing=0.9,
+        handletextpad=0.4,
+    )
+    return r"what is resolved: $\log_{10}$ of the error, precision"
+
+
+def _cell(column: int, row: int, colour: str, label: str) -> Patch:
+    from matplotlib.patches import Rectangle
+
+    return Rectangle((column - 0.5, row - 0.5), 1, 1, fc=colour, ec="0.75", lw=0.5, label=label)

@@ -1,0 +1,37 @@
+"""The config of `experiment: splitting`: the distance of S1- and S2+, true and by Melnikov."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from rigidpend.config.bodies import WeightedBodies
+from rigidpend.config.schema import ExperimentConfig, Numerics, Whole, Word, physics
+
+
+class Problem(WeightedBodies):
+    """Distances on the section J1 = J2/2, as functions of g = theta1/2 + theta2."""
+
+    drawn: Word
+    """The body whose distance is kept at all phases."""
+    phases: Annotated[Whole, Field(ge=9, le=10_000)] = 73
+    """Phases g from -pi to pi, both included."""
+
+    @model_validator(mode="after")
+    def _known(self) -> Self:
+        from rigidpend.routes.problem import ProblemError
+
+        with physics():
+            if self.drawn not in self.bodies:
+                known = ", ".join(self.bodies)
+                raise ProblemError("drawn", f"no such body: {self.drawn} (known: {known})")
+        return self
+
+
+class Config(ExperimentConfig):
+    """A whole config."""
+
+    experiment: Literal["splitting"]
+    problem: Problem
+    numerics: Numerics = Numerics()

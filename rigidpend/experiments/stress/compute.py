@@ -1,0 +1,238 @@
+"""Experiment `stress`: trials at the limits, each with a stated bound."""
+
+from __future__ import annotations
+
+import math
+import re
+import time
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from rigidpend.body import Body
+from rigidpend.experiments.contract import Data, Means, Row
+from rigidpend.experiments.rows import body_rows
+from rigidpend.integrate import DEFAULT_TOLERANCE, FINEST_TOLERANCE
+from rigidpend.integrate.lie_poisson import SCHEMES
+from rigidpend.measure.stress import (
+    extremes,
+    honesty,
+    long_time,
+    passages,
+    pendulum,
+    starts,
+    symmetries,
+)
+from rigidpend.measure.stress.cases import FAILED, tree
+from rigidpend.results.tree import Tree
+
+if TYPE_CHECKING:
+    from rigidpend.experiments.stress.schema import Config, Problem
+
+
+GROUPS = {
+    "bodies": extremes.BODIES,
+    "energies": extremes.ENERGIES,
+    "lower_starts": extremes.LOWER,
+    "upper_starts": extremes.UPPER,
+}
+SYMBOLS_PER_BIT = 1.5
+"""How many symbols are asked for, so that no precision decides all."""
+
+
+class Trial(NamedTuple):
+    """A part of the run."""
+
+    group: str
+    name: str
+    compute: Callable[[], Tree]
+
+
+def compute(config: Config, means: Means) -> Tree:
+    """Run all trials of a config; what an interrupted run finished is not run again.
+
+    Parameters
+    ----------
+    config : Config
+    means : Means
+
+    Returns
+    -------
+    Tree
+        A group for each kind of trial: `cases`, each with value, bound, ratio and verdict, and
+        the `curves` behind them.
+    """
+    trials = list(_trials(config.problem, means))
+    found: dict[str, dict[str, dict[str, Any]]] = {}
+    for number, trial in enumerate(trials, 1):
+        label, begun = _label(trial.name), time.perf_counter()
+        made: Any = means.part(f"{trial.group}.{label}", trial.compute)
+        group = found.setdefault(trial.group, {"cases": {}, "curves": {}})
+        group["cases"] |= made["cases"]
+        if made["curves"]:
+            group["curves"][label] = made["curves"]
+        verdicts = ", ".join(str(case["verdict"].values) for case in made["cases"].values())
+        taken = f"{time.perf_counter() - begun:.1f} s"
+        means.report(f"{number}/{len(trials)}: {trial.group}, {trial.name}: {verdicts}, {taken}")
+    return found
+
+
+def _trials(problem: Problem, means: Means) -> Iterator[Trial]:
+    """All trials in the order in which they are run."""
+    body, engine, jobs = problem.body, means.arithmetic.engine, means.jobs
+    J2 = math.sqrt(2 * float(problem.h0) / body.kappa)
+    yield from _symmetries(body, J2, engine, jobs)
+    yield from _extremes(body, problem.extremes, engine, jobs)
+    yield from _passages(body, J2, problem, engine, jobs)
+    yield from _honesty(body, problem, engine, jobs)
+    yield from _long_time(body, J2, problem, engine, jobs)
+
+
+def _symmetries(body: Body, J2: float, engine: str, jobs: int) -> Iterator[Trial]:
+    yield Trial("symmetries", "all", lambda: tree(symmetries.cases(body, J2, 4, engine, jobs)))
+
+
+def _extremes(body: Body, asked: Any, engine: str, jobs: int) -> Iterator[Trial]:
+    common = {"columns": asked.columns, "engine": engine, "jobs": jobs}
+    for group, members in GROUPS.items():
+        for extreme in members:
+            routes = partial(extremes.route_cases, extreme, n_symbols=asked.n_symbols, **common)
+            yield Trial(group, extreme.name, _treed(routes))
+    for place in starts.PLACES:
+        begun = partial(starts.place_cases, body, place, n_crossings=5, **common)
+        yield Trial("separatrices", place.name, _treed(begun))
+
+
+def _treed(cases: Callable[[], Any]) -> Callable[[], Tree]:
+    return lambda: tree(cases())
+
+
+def _passages(body: Body, J2: float, problem: Problem, engine: str, jobs: int) -> Iterator[Trial]:
+    asked = problem.passages
+    fan = passages.Fan(body, float(problem.J1_0), J2, problem.seed)
+    growth = partial(
+        passages.error_growth,
+        fan,
+        orbits=asked.orbits,
+        n_crossings=asked.n_crossings,
+        engine=engine,
+        jobs=jobs,
+    )
+    yield Trial("passages", "growth", growth)
+    for text, columns in asked.columns.items():
+        bits = int(text)
+        symbols = partial(
+            passages.decided_symbols,
+            fan,
+            bits,
+            h0=problem.h0,
+            columns=columns,
+            checked=asked.checked.get(text, 0),
+            n_symbols=round(SYMBOLS_PER_BIT * bits),
+            tangents=asked.orbits,
+            engine=engine,
+            jobs=jobs,
+        )
+        yield Trial("passages", f"{bits} bits", symbols)
+
+
+def _honesty(body: Body, problem: Problem, engine: str, jobs: int) -> Iterator[Trial]:
+    asked, thirds = problem.honesty, len(honesty.STARTS)
+    yield Trial("honesty", "hard orbit", partial(honesty.hard_orbit, engine))
+    for k, J1_0 in enumerate(honesty.STARTS):
+        spoilt = partial(
+            honesty.block,
+            body,
+            problem.h0,
+            J1_0,
+            list(map(str, asked.tolerances)),
+            orbits=asked.orbits // thirds + (k < asked.orbits % thirds),
+            n_symbols=asked.n_symbols,
+            seed=problem.seed,
+            engine=engine,
+            jobs=jobs,
+        )
+        yield Trial("honesty", f"J1_0 = {J1_0}", spoilt)
+
+
+def _long_time(body: Body, J2: float, problem: Problem, engine: str, jobs: int) -> Iterator[Trial]:
+    asked = problem.long_time
+    turning = partial(
+        pendulum.pendulum,
+        body,
+        problem.h0,
+        rotations=(asked.rotations if engine == "taylor" else asked.rotations_scipy) // 3,
+        engine=engine,
+    )
+    yield Trial("long_time", "pendulum", turning)
+    setting = long_time.Setting(body, J2, problem.seed)
+    ways = [("scipy", DEFAULT_TOLERANCE["scipy"], asked.rotations_scipy, 4)]
+    if engine == "taylor":
+        ways += [
+            ("taylor", tolerance["taylor"], asked.rotations, asked.orbits)
+            for tolerance in (FINEST_TOLERANCE, DEFAULT_TOLERANCE)
+        ]
+    for name, tolerance, rotations, orbits in ways:
+        drift = partial(
+            long_time.engine_drift,
+            setting,
+            engine=name,
+            tolerance=tolerance,
+            rotations=rotations,
+            orbits=orbits,
+            jobs=jobs,
+        )
+        yield Trial("long_time", f"{name} {tolerance:.1e}", drift)
+    for order in SCHEMES:
+        kept = partial(
+            long_time.splitting_drift,
+            setting,
+            order=order,
+            rotations=asked.rotations_splitting,
+            orbits=asked.orbits,
+        )
+        yield Trial("long_time", f"splitting {order}", kept)
+
+
+def _label(name: str) -> str:
+    """A name of letters, digits, points and dashes."""
+    return re.sub(r"[^A-Za-z0-9.-]+", "_", name).strip("_")
+
+
+def describe(config: Config) -> list[Row]:
+    """What a config asks for, with what follows from it: for people, units named."""
+    problem = config.problem
+    asked = problem.long_time
+    tolerances = ", ".join(map(str, problem.honesty.tolerances))
+    many = sum(map(len, GROUPS.values())) + len(starts.PLACES)
+    return [
+        *body_rows(problem.body),
+        Row("h0", str(problem.h0), "energy constant, kappa J2_0^2/2"),
+        Row("J1_0", str(problem.J1_0), "initial action, dimensionless"),
+        Row("long time", f"{asked.rotations} rotations, {asked.orbits} orbits", "Taylor engine"),
+        Row("extremes", f"{many} of {problem.extremes.columns} orbits", "bodies, energies, starts"),
+        Row("passages", f"{problem.passages.orbits} orbits", "measured and predicted errors"),
+        Row("honesty", f"{problem.honesty.orbits} orbits", f"at tolerances {tolerances}"),
+    ]
+
+
+def differences(stored: Data, fresh: Data) -> list[str]:
+    """Where two results of the same config disagree: cases, verdicts, failures.
+
+    Values are rounding errors, which differ from machine to machine; they are held against
+    their bounds, not against each other.
+    """
+    old, new = dict(_verdicts(stored)), dict(_verdicts(fresh))
+    found = [f"{name} is in one file only" for name in sorted(set(old) ^ set(new))]
+    for name in sorted(set(old) & set(new)):
+        if old[name] != new[name]:
+            found.append(f"{name}: {old[name]} stored, {new[name]} computed")
+        elif new[name] == FAILED:
+            found.append(f"{name}: {FAILED}")
+    return found
+
+
+def _verdicts(data: Any) -> Iterator[tuple[str, str]]:
+    for group, content in data.items():
+        for name, case in content["cases"].items():
+            yield f"{group}/{name}", str(case["verdict"])

@@ -1,0 +1,260 @@
+"""Trials at the limits: drift, cases against their bounds, growth of errors, symbols decided."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, WIDTH
+
+HEIGHT = 8.8
+"""Inches."""
+FLOOR, CEILING = 1e-17, 1e2
+"""Ratios beyond are drawn at the edge."""
+
+
+class Look(NamedTuple):
+    """How a verdict is drawn."""
+
+    colour: str
+    marker: str
+    label: str
+
+
+LOOKS = {
+    "passed": Look(BLUE, "o", "within its bound"),
+    "limit": Look(ORANGE, "D", "beyond, a documented limit"),
+    "FAILED": Look(RED, "X", "beyond: failed"),
+}
+INTEGRALS = (("energy", BLUE), (r"$|\gamma|$", RED), (r"$M\cdot\gamma$", GREEN))
+BESIDE, LINES = 46, 6.3
+"""Characters in a line beside the cases, and its size in points."""
+
+
+def draw(result: Any) -> Figure:
+    """Draw a result.
+
+    Parameters
+    ----------
+    result : dict
+        Of the experiment `stress`, as loaded.
+    """
+    data = result["data"]
+    figure = Figure(figsize=(WIDTH, HEIGHT))
+    grid = figure.add_gridspec(
+        3,
+        6,
+        left=0.1,
+        right=0.985,
+        top=0.965,
+        bottom=0.06,
+        hspace=0.42,
+        wspace=1.5,
+        height_ratios=(1, 1.45, 1),
+    )
+    engines, methods = _drifts(data)
+    _draw_engines(figure.add_subplot(grid[0, :3]), engines)
+    _draw_splittings(figure.add_subplot(grid[0, 3:]), methods)
+    _draw_cases(figure.add_axes((0.125, 0.355, 0.86, 0.3)), data)
+    _draw_growth(figure.add_subplot(grid[2, :3]), data["passages"]["curves"]["growth"])
+    _draw_symbols(figure.add_subplot(grid[2, 3:]), data["passages"]["curves"])
+    return figure
+
+
+def _drifts(data: Any) -> tuple[list[Any], list[Any]]:
+    """The drifts of engines, and those of splittings."""
+    curves = [x for x in data["long_time"]["curves"].values() if "drift" in x]
+    splittings = [x for x in curves if str(x["name"]).startswith("splitting")]
+    return [x for x in curves if not str(x["name"]).startswith("splitting")], splittings
+
+
+def _draw_engines(axes: Axes, engines: list[Any]) -> None:
+    """Drift against time with the predicted walk; the legend tells the fitted powers of t."""
+    axes.set_title("(a) drift of the integrals, engines", loc="left")
+    entries = [Line2D([], [], color=colour, label=name) for name, colour in INTEGRALS]
+    longest = max(engines, key=lambda x: x["rotations"][-1])
+    axes.plot(longest["rotations"], longest["walk"], color="0.75", lw=3, zorder=0)
+    entries.append(Line2D([], [], color="0.75", lw=3, label=r"predicted, $\sqrt{t}$"))
+    for curve, style in zip(engines, ("--", "-", ":"), strict=False):
+        for row, (_, colour) in zip(curve["drift"], INTEGRALS, strict=True):
+            axes.plot(curve["rotations"], row, style, color=colour, lw=0.9)
+        powers = ", ".join(f"{x:.2f}" for x in curve["power"])
+        label = f"{str(curve['name']).replace(' at', '')}: {powers}"
+        entries.append(Line2D([], [], color="0.2", ls=style, lw=0.9, label=label))
+    axes.legend(
+        handles=entries,
+        fontsize=6.5,
+        loc="upper left",
+        ncols=2,
+        labelspacing=0.25,
+        columnspacing=1,
+        title="tolerance: power of t of the three" if engines else "",
+        title_fontsize=6.5,
+    )
+    _log(axes, "rotations", "rms drift, relative")
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high * 10**3.5)
+
+
+def _draw_splittings(axes: Axes, methods: list[Any]) -> None:
+    """Energy bounded, the Casimirs kept: energies in colour, the others grey."""
+    axes.set_title("(b) Lie-Poisson splittings", loc="left")
+    looks = ((BLUE, "-"), (RED, "--"), (GREEN, "-."), (PINK, ":"))
+    entries = []
+    for curve, (colour, style) in zip(methods, looks, strict=False):
+        late = curve["rotations"] >= 1
+        energy, gamma, along = curve["drift"][:, late]
+        x = curve["rotations"][late]
+        axes.plot(x, energy, color=colour, ls=style)
+        axes.plot(x, gamma, color=colour, ls=style, lw=0.6)
+        axes.plot(x, along, color=colour, ls=style, lw=0.6)
+        label = str(curve["name"]).replace("splitting", "order")
+        entries.append(Line2D([], [], color=colour, ls=style, label=label))
+    if methods:
+        axes.text(0.97, 0.86, "energy", transform=axes.transAxes, ha="right", fontsize=7.5)
+        axes.text(
+            0.97,
+            0.24,
+            r"$|\gamma|,\ M\cdot\gamma$",
+            transform=axes.transAxes,
+            ha="right",
+            fontsize=8,
+        )
+    axes.legend(handles=entries, fontsize=6.5, loc=(0.25, 0.3), ncols=2, labelspacing=0.25)
+    _log(axes, "rotations", "rms drift, relative")
+
+
+def _cases(data: Any) -> Iterator[tuple[str, str, float, str]]:
+    for group, content in data.items():
+        for name, case in content["cases"].items():
+            yield group, name, float(case["ratio"]), str(case["verdict"])
+
+
+def _draw_cases(axes: Axes, data: Any) -> None:
+    """Value over bound of every case, a row a group; what is beyond its bound is named."""
+    groups = list(data)
+    counts = dict.fromkeys(LOOKS, 0)
+    for row, group in enumerate(groups):
+        members = [x for x in _cases(data) if x[0] == group]
+        lift = np.linspace(-0.32, 0.32, len(members)) if len(members) > 1 else [0.0]
+        for (*_, ratio, verdict), up in zip(members, lift, strict=True):
+            look, x = LOOKS[verdict], min(max(ratio, FLOOR), CEILING)
+            counts[verdict] += 1
+            axes.plot(x, row + up, look.marker, color=look.colour, ms=3.2, mew=0, clip_on=False)
+        _name(axes, row, members)
+    axes.axvline(1, color="0.3", lw=0.8)
+    total = sum(counts.values())
+    axes.set_title(f"(c) all {total} cases", loc="left")
+    axes.set_xscale("log")
+    axes.set_xlim(FLOOR / 3, 1e12)
+    ticks = [10.0**k for k in range(-16, 3, 2)]
+    axes.set_xticks([FLOOR, *ticks], ["0", *(f"$10^{{{k}}}$" for k in range(-16, 3, 2))])
+    axes.set_xticks([], minor=True)
+    axes.set_yticks(range(len(groups)), [x.replace("_", " ") for x in groups])
+    axes.set_ylim(len(groups) - 0.4, -0.6)
+    axes.set_xlabel("value / bound")
+    entries = [
+        Line2D(
+            [],
+            [],
+            ls="",
+            marker=look.marker,
+            color=look.colour,
+            ms=4,
+            label=f"{counts[key]} {look.label}",
+        )
+        for key, look in LOOKS.items()
+        if counts[key]
+    ]
+    axes.legend(
+        handles=entries,
+        loc="lower right",
+        bbox_to_anchor=(1, 1),
+        ncols=3,
+        fontsize=7,
+        borderaxespad=0.1,
+    )
+
+
+def _name(axes: Axes, row: int, members: list[tuple[str, str, float, str]]) -> None:
+    """Name the cases of a group that are beyond their bounds."""
+    beyond: dict[str, list[str]] = {}
+    for _, name, _, verdict in members:
+        if verdict != "passed":
+            setting, _, rest = name.partition(", ")
+            beyond.setdefault(setting, []).append(rest)
+    if beyond:
+        # Of many cases in one setting their number is enough; the table has them all.
+        named = [
+            f"{setting}: {len(rest)} cases"
+            if len(rest) > 2
+            else ", ".join(filter(None, (setting, *rest)))
+            for setting, rest in beyond.items()
+        ]
+        text = textwrap.fill("; ".join(named), BESIDE)
+        axes.text(4 * CEILING, row, text, fontsize=LINES, va="center", linespacing=1.0)
+
+
+def _draw_growth(axes: Axes, growth: Any) -> None:
+    """Errors at each crossing: all orbits, their mean, and the prediction."""
+    axes.set_title("(d) rounding error at each crossing", loc="left")
+    x = growth["crossing"] + 1
+    for column in growth["scatter"].T:
+        axes.plot(x, np.where(column > 0, column, np.nan), ".", color="0.75", ms=2, zorder=0)
+    axes.plot(x, growth["measured"], "o", color=BLUE, ms=4, label="measured")
+    axes.plot(x, growth["predicted"], "-", color=RED, label="predicted, nothing fitted")
+    axes.plot(x, growth["floor"], ":", color="0.4", label="last bit of the time")
+    axes.set_yscale("log")
+    axes.set_xlabel("crossing")
+    axes.set_ylabel("phase error, rad")
+    factors = (float(growth[f"growth_{kind}"]) for kind in ("measured", "predicted"))
+    said = "a passage: ×{:.2f} measured,\n×{:.2f} predicted".format(*factors)
+    paper = {"fc": "white", "lw": 0, "alpha": 0.85, "pad": 1.5}
+    axes.text(0.97, 0.05, said, transform=axes.transAxes, ha="right", fontsize=7.5, bbox=paper)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.legend(loc="upper left", fontsize=7)
+
+
+def _draw_symbols(axes: Axes, curves: Any) -> None:
+    """How many symbols each precision decides: share of orbits with at least so many."""
+    axes.set_title("(e) symbols that a precision decides", loc="left")
+    looks = {53: (BLUE, "-"), 64: (GREEN, "--"), 113: (RED, "-.")}
+    for curve in (x for x in curves.values() if "bits" in x):
+        bits = int(curve["bits"])
+        colour, style = looks[bits]
+        for values, width, faint in (
+            (curve["measured"], 1.4, 1.0),
+            (curve["predicted"], 2.6, 0.35),
+        ):
+            ordered = np.r_[0, np.sort(values)]
+            share = np.linspace(1, 0, ordered.size)
+            axes.step(
+                ordered,
+                share,
+                style if faint == 1 else "-",
+                where="post",
+                color=colour,
+                lw=width,
+                alpha=faint,
+            )
+        axes.plot([], [], style, color=colour, label=f"{bits} bits")
+    axes.plot([], [], "-", color="0.6", lw=2.6, label="predicted")
+    axes.set_xlabel("symbols")
+    axes.set_ylabel("share of orbits with more")
+    axes.set_ylim(0, 1.02)
+    axes.set_xlim(0, None)
+    axes.legend(loc="upper right", fontsize=7)
+
+
+def _log(axes: Axes, x: str, y: str) -> None:
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)

@@ -1,0 +1,96 @@
+"""The config of `experiment: stress`: trials at the limits of what the package says."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field, model_validator
+
+from rigidpend.config.bodies import HeavyBody
+from rigidpend.config.schema import EngineNumerics, ExperimentConfig, Number, Part, Whole, physics
+from rigidpend.numbers.exact import Exact
+
+
+def _spoilt(x: Exact) -> Exact:
+    if not 1e-13 <= float(x) <= 1e-2:
+        raise ValueError(f"a spoilt tolerance is from 1e-13 to 0.01, got {x}")
+    return x
+
+
+Count = Annotated[Whole, Field(ge=1, le=10**7)]
+Spoilt = Annotated[Number, AfterValidator(_spoilt)]
+
+
+class LongTime(Part):
+    """How far integrals are followed, in rotations of the pendulum."""
+
+    rotations: Annotated[Count, Field(ge=1000)] = 10**6
+    """With the Taylor engine, and of the pendulum motion (a third)."""
+    orbits: Count = 32
+    rotations_scipy: Annotated[Count, Field(ge=10)] = 2000
+    rotations_splitting: Annotated[Count, Field(ge=100)] = 5000
+    """With the Lie-Poisson splittings of order 2, 4, 6 and 8."""
+
+
+class Extremes(Part):
+    """Bodies, energies and starts at the ends of their ranges."""
+
+    columns: Annotated[Whole, Field(ge=1, le=8)] = 8
+    """Orbits of each."""
+    n_symbols: Annotated[Whole, Field(ge=1, le=15)] = 15
+    """Symbols on each orbit, fewer where a passage takes many rotations."""
+
+
+class Passages(Part):
+    """Growth of errors from passage to passage."""
+
+    orbits: Count = 64
+    """Whose errors are measured."""
+    n_crossings: Annotated[Whole, Field(ge=8, le=20)] = 16
+    """On each orbit."""
+    columns: dict[Literal["53", "64", "113"], Count]
+    """Orbits on which each precision decides what it can."""
+    checked: dict[Literal["53", "64", "113"], Count]
+    """Of them, those held against a higher precision."""
+
+
+class Honesty(Part):
+    """Flags `certain` at spoilt tolerances."""
+
+    orbits: Count = 100_000
+    """All of them at every tolerance."""
+    n_symbols: Annotated[Whole, Field(ge=1, le=30)] = 15
+    """On each orbit."""
+    tolerances: Annotated[tuple[Spoilt, ...], Field(min_length=1, max_length=10)]
+    """Local tolerances in double precision."""
+
+
+class Problem(HeavyBody):
+    """The body of the trials that do not bring their own, and how much is tried."""
+
+    h0: Number
+    """Energy constant, h0 > mu."""
+    J1_0: Number
+    """Initial action, dimensionless, 0 < J1_0 < J2_0, not J2_0/2."""
+    seed: Whole = 1
+    """Of random phases."""
+    long_time: LongTime = LongTime()
+    extremes: Extremes = Extremes()
+    passages: Passages
+    honesty: Honesty
+
+    @model_validator(mode="after")
+    def _physics(self) -> Problem:
+        from rigidpend.routes.problem import RouteProblem
+
+        with physics():
+            RouteProblem(self.body, self.h0, self.J1_0, 1)
+        return self
+
+
+class Config(ExperimentConfig):
+    """A whole config."""
+
+    experiment: Literal["stress"]
+    problem: Problem
+    numerics: EngineNumerics = EngineNumerics()

@@ -1,0 +1,37 @@
+"""The fields that the methods integrate, all composed of the package's equations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rigidpend.body import Body
+from rigidpend.equations import euler_poisson
+from rigidpend.hodograph import angular_velocity, hodograph
+from rigidpend.measure.benchmark.tasks import direction, moments
+from rigidpend.precession import turning_rate
+
+Field = Callable[[Any], tuple[Any, ...]]
+
+
+def principal(A: Any, r: Any, mu: Any) -> Field:
+    """Euler-Poisson in principal axes, of 6 numbers."""
+    return lambda y: euler_poisson(y[:3], y[3:6], A, r, mu)
+
+
+def with_angles(A: Any, r: Any, mu: Any) -> Field:
+    """The same with the rates of theta3 and alpha, of 8 numbers."""
+
+    def field(y: Any) -> tuple[Any, ...]:
+        M, gamma = y[:3], y[3:6]
+        rates = euler_poisson(M, gamma, A, r, mu)
+        omega, domega = angular_velocity(M, A), angular_velocity(rates[:3], A)
+        return (*rates, turning_rate(M, r, mu), hodograph(omega, gamma, domega)[2])
+
+    return field
+
+
+def of_body(body: Body, angles: bool = False) -> Field:
+    """The field of a body in floats."""
+    make = with_angles if angles else principal
+    return make(moments(body), direction(body), float(body.mu))

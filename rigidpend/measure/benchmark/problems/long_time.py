@@ -1,0 +1,48 @@
+"""Problem 5: drift of the integrals over very many periods, beside the separatrices."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from rigidpend.body import Body
+from rigidpend.equations import energy
+from rigidpend.measure.benchmark.problems import Sizes, codes
+from rigidpend.measure.benchmark.tasks import Array, Motion, direction, moments
+
+TITLE = "integrals over long times"
+ERROR = "largest drift of energy, |gamma| and M.gamma, relative, over the orbits and the time"
+KIND = "long"
+DEFAULT = "aligned_batch"
+
+
+def task(sizes: Sizes) -> Motion:
+    """Orbits of Fig. 4, from random phases."""
+    n = sizes.companions
+    found = codes.random_routes(np.random.default_rng(0), n, 1)
+    return Motion(codes.BODY, found.states, sizes.periods * found.period, found.period)
+
+
+def reference(task: Motion) -> dict[str, Array]:
+    """The integrals at the start, in units of what they are compared with."""
+    return dict(zip(("energy", "gamma", "area"), integrals(task.body, task.states), strict=True))
+
+
+def integrals(body: Body, states: Array) -> tuple[Array, Array, Array]:
+    """Energy, \\|gamma\\| and M . gamma, each (n,)."""
+    M, gamma = states[:3], states[3:]
+    height = energy(M, gamma, moments(body), direction(body), float(body.mu))
+    return height, np.linalg.norm(gamma, axis=0), (M * gamma).sum(axis=0)
+
+
+def error(answer: Any, reference: Any) -> dict[str, float]:
+    """See `ERROR`; `answer` is the record of a run, (3, k, n): integrals at k times."""
+    energy, gamma, area = answer
+    drift = {
+        "energy": np.abs(energy / reference["energy"] - 1).max(),
+        "gamma": np.abs(gamma / reference["gamma"] - 1).max(),
+        # M . gamma is zero; it is compared with |M|, which is sqrt(2 A E) up to a few per cent.
+        "area": (np.abs(area - reference["area"]) / np.sqrt(np.abs(reference["energy"]))).max(),
+    }
+    return {"error": float(max(drift.values())), **{k: float(v) for k, v in drift.items()}}

@@ -1,0 +1,241 @@
+"""How errors grow from passage to passage, and how many symbols a precision decides.
+
+Both are predicted first: `growth` carries roundings along the orbit by the variational
+equations; nothing is fitted.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend import integrate
+from rigidpend.body import Body
+from rigidpend.integrate import DEFAULT_TOLERANCE, Orbits
+from rigidpend.measure.stress import growth, truth
+from rigidpend.measure.stress.cases import Case, tree
+from rigidpend.measure.stress.starts import Place, state
+from rigidpend.results.tree import Dataset, Tree
+from rigidpend.routes import RouteCodes, route_codes
+from rigidpend.routes.certainty import AGREEMENT
+
+Array = NDArray[np.float64]
+
+FACTOR = 3.0
+"""How far a measured error may be from the predicted one."""
+SIGMAS = 4.0
+"""Standard errors within which two medians are equal."""
+GEOMETRIC = math.exp(-(np.euler_gamma + math.log(2)) / 2)
+"""The geometric mean of the size of a normal error over its root mean square."""
+SETTLED = 3
+"""The crossing from which on errors exceed what a time in doubles can hold."""
+LEVEL = 5
+"""The crossing up to which roundings are added up; then they grow like any error."""
+LEVEL_ERROR = 1.0
+"""Symbols by which a factor two in the size of roundings shifts the prediction."""
+
+
+class Fan(NamedTuple):
+    """Orbits of one body on separatrix 2 with random phases."""
+
+    body: Body
+    J1: float
+    J2: float
+    seed: int
+
+    @property
+    def u(self) -> float:
+        return self.J2 * math.sin(self.body.alpha0)
+
+    @property
+    def rate(self) -> float:
+        return self.J2 * max(self.body.kappa, math.sin(self.body.alpha0))
+
+    def phases(self, n: int) -> Array:
+        return np.random.default_rng(self.seed).uniform(0, 2 * np.pi, n)
+
+    def states(self, n: int) -> Array:
+        """(6, n), aligned components."""
+        place = Place("", 2, self.J1, self.J2 - self.J1)
+        return np.stack([state(place, self.body, x) for x in self.phases(n)], axis=1)
+
+
+def error_growth(fan: Fan, *, orbits: int, n_crossings: int, engine: str, jobs: int) -> Tree:
+    """Errors of doubles at each crossing, measured against 113 bits, and predicted.
+
+    Parameters
+    ----------
+    fan : Fan
+    orbits, n_crossings : int
+    engine : str
+    jobs : int
+    """
+    c, states, u, rate = truth.float_coefficients(fan.body), fan.states(orbits), fan.u, fan.rate
+    task = Orbits(c, states, n_crossings, 500 / u)
+    tolerance = DEFAULT_TOLERANCE[engine]
+    ways: Any = ((task, 53), (truth.exactly(task), truth.BITS))
+    found, true = (
+        integrate.crossings(x, engine=engine, bits=bits, tolerance=tolerance, jobs=jobs)
+        for x, bits in ways
+    )
+    measured = truth.phase_errors(found, true, rate)
+    rows = zip(states.T, true.time.T, strict=True)
+    predicted = np.array([growth.predicted_errors(c, x, t, u, rate, engine) for x, t in rows]).T
+    slopes = np.array([_slopes(x) for x in (measured, predicted)])
+    floor = rate * np.spacing(true.time).mean(axis=1)
+    cases = _growth_cases(measured / predicted, slopes[0] - slopes[1])
+    return tree(cases, _growth_curves(measured, predicted, slopes, floor, fan.body.nu))
+
+
+def _growth_cases(ratio: Array, apart: Array) -> list[Case]:
+    """From measured over predicted errors (k, n), and from slopes that should be equal (n,)."""
+    rms = np.sqrt((ratio**2).mean(axis=1))
+    return [
+        Case(
+            "size of errors",
+            "measured over predicted error, or its inverse: the largest of all crossings",
+            "1",
+            float(np.maximum(rms, 1 / rms).max()),
+            FACTOR,
+            "one rounding of each component a step is counted, and series add some more",
+        ),
+        Case(
+            "growth a passage",
+            "difference of measured and predicted ln of the growth a passage",
+            "1",
+            float(abs(apart.mean())),
+            float(SIGMAS * apart.std() / math.sqrt(apart.size)),
+            "four standard errors of the mean over the orbits",
+        ),
+    ]
+
+
+def _growth_curves(
+    measured: Array, predicted: Array, slopes: Array, floor: Array, nu: float
+) -> Tree:
+    typical = np.exp(_typical(measured)), GEOMETRIC * np.exp(_typical(predicted))
+    a_passage = np.exp(slopes.mean(axis=1))
+    whisker = growth.whisker_growth(nu)
+    return {
+        "crossing": Dataset(np.arange(len(measured)), "1", "passages behind"),
+        "measured": Dataset(typical[0], "rad", "phase error, geometric mean"),
+        "predicted": Dataset(typical[1], "rad", "the same, predicted"),
+        "floor": Dataset(floor, "rad", "the last bit of a time in doubles"),
+        "scatter": Dataset(measured, "rad", "phase error of each orbit (n_crossings, n)"),
+        "growth_measured": Dataset(a_passage[0], "1", "growth a passage"),
+        "growth_predicted": Dataset(a_passage[1], "1", "growth a passage"),
+        "growth_whisker": Dataset(whisker, "1", "growth a passage if phases were random"),
+    }
+
+
+def _slopes(errors: Array) -> Array:
+    """ln of the growth a passage of each orbit, where times in doubles can tell its errors."""
+    number = np.arange(SETTLED, len(errors))
+    return np.asarray(np.polyfit(number, np.log(np.maximum(errors[SETTLED:], 2.0**-53)), 1)[0])
+
+
+def _typical(errors: Array) -> Array:
+    """The mean logarithm; what rounds to no error counts as half a unit in the last place of 1."""
+    return np.asarray(np.log(np.maximum(errors, 2.0**-53)).mean(axis=1))
+
+
+def decided_symbols(
+    fan: Fan,
+    bits: int,
+    *,
+    h0: Any,
+    columns: int,
+    checked: int,
+    n_symbols: int,
+    tangents: int,
+    engine: str,
+    jobs: int,
+) -> Tree:
+    """How many symbols one precision decides alone, predicted and measured.
+
+    Parameters
+    ----------
+    fan : Fan
+    bits : int
+    h0 : number
+        Energy constant that belongs to the fan's J2.
+    columns, checked : int
+        Orbits, and how many of them are held against a higher precision.
+    n_symbols : int
+        More than the precision can decide.
+    tangents : int
+        Orbits of which the growth is taken.
+    engine : str
+    jobs : int
+    """
+    predicted = predicted_symbols(fan, bits, n_symbols, tangents, engine)
+    common: dict[str, Any] = {"h0": h0, "J1_0": fan.J1, "n_symbols": n_symbols, "jobs": jobs}
+    phases = fan.phases(columns)
+    found = route_codes(fan.body, phases, precisions=(bits,), engine=engine, **common)
+    measured = found.certain.sum(axis=0)
+    cases = [_agreement(bits, measured, predicted)]
+    if checked:
+        cases.append(_checked(fan, found, phases[:checked], engine, common))
+    curves = {
+        "bits": Dataset(bits, "1", "precision"),
+        "measured": Dataset(measured, "1", "symbols decided on each orbit"),
+        "predicted": Dataset(predicted, "1", "the same on orbits of the prediction"),
+        "asked": Dataset(n_symbols, "1", "symbols asked for"),
+    }
+    return tree(cases, curves)
+
+
+def _checked(fan: Fan, found: RouteCodes, phases: Array, engine: str, common: Any) -> Case:
+    """What one precision decided, against a higher one; integers above 113 bits."""
+    bits, n = int(found.bits[0]), phases.size
+    finer, arithmetic = (truth.BITS, engine) if bits < truth.BITS else (2 * bits, "scipy")
+    known = route_codes(fan.body, phases, precisions=(finer,), engine=arithmetic, **common)
+    wrong = found.certain[:, :n] & known.certain & (found.codes[:, :n] != known.codes)
+    return Case(
+        f"decided by {bits} bits, wrong",
+        f"symbols that {finer} bits contradict, on {n} orbits",
+        "1",
+        float(wrong.sum()),
+        0,
+        "what two computations establish is right",
+    )
+
+
+def predicted_symbols(
+    fan: Fan, bits: int, n_symbols: int, tangents: int, engine: str
+) -> NDArray[np.int64]:
+    """Symbols that a precision decides on each of some orbits, from the variational equations.
+
+    The error at crossing `LEVEL` is carried on by a tangent vector. Two computations that round
+    independently differ by sqrt(2) times it.
+    """
+    c, u = truth.float_coefficients(fan.body), fan.u
+    until = n_symbols * passage(fan.body.angles().mu / (fan.body.kappa * fan.J2**2 / 2)) / u
+    numbers = []
+    for x in fan.states(tangents).T:
+        times, grown = growth.growths(c, x, until, u, engine)
+        there = growth.predicted_errors(c, x, times[: LEVEL + 1], u, fan.rate, "taylor")[-1]
+        difference = math.sqrt(2) * there * np.exp(grown - grown[LEVEL]) * 2.0 ** (53 - bits)
+        numbers.append(growth.decided(difference[: n_symbols + 1], AGREEMENT))
+    return np.array(numbers)
+
+
+def passage(weight: float) -> float:
+    """A mean passage in units of 1/u, at most: from a distance mu/h0 to one and back, and more."""
+    return 2 * math.log(1 / weight) + 8
+
+
+def _agreement(bits: int, measured: NDArray[Any], predicted: NDArray[Any]) -> Case:
+    medians = np.median(measured), np.median(predicted)
+    variance = sum(math.pi / 2 * x.var() / x.size for x in (measured, predicted))
+    return Case(
+        f"decided by {bits} bits",
+        f"difference of the median numbers, {medians[0]:g} measured, {medians[1]:g} predicted",
+        "symbols",
+        float(abs(medians[0] - medians[1])),
+        float(SIGMAS * math.sqrt(variance) + LEVEL_ERROR),
+        "four standard errors of two medians, and one symbol for a factor two of the level",
+    )

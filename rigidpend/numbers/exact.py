@@ -1,0 +1,291 @@
+"""Numbers taken exactly as written, and evaluated in any precision.
+
+An :class:`Exact` is an expression over rationals, ``pi`` and a few functions. It is never
+rounded when it is made: ``exact("0.1")`` is one tenth, ``exact("3*pi/40 + 1/100")`` keeps its
+``pi``, and a float is the double that it is. Rounding happens once, in :meth:`Exact.at`.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import numbers
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mpmath import MPContext
+
+PRECISIONS = (53, 64, 113)
+"""Working precisions in bits, in the order in which they are tried."""
+GUARD_BITS = 32
+MOST_BITS = 10_000
+"""Where the search for enough guard bits ends: what cancels so far is zero."""
+MAX_TEXT = 4000
+MAX_EXPONENT = 5000
+MAX_SIZE = 40_000
+"""Bits in the numerator or the denominator of a rational number."""
+
+FUNCTIONS = ("sqrt", "sin", "cos", "tan", "atan")
+
+
+class ExactError(ValueError):
+    """A value that is no finite real number, or a text that is no expression of one."""
+
+
+@functools.cache
+def context(bits: int) -> MPContext:
+    """The mpmath context of `bits` bits: a namespace of numbers with its own precision.
+
+    Contexts are cached and never changed afterwards, so threads may share them.
+    """
+    from mpmath import MPContext
+
+    made = MPContext()
+    made.prec = bits
+    return made
+
+
+def fraction(x: Any, bits: int) -> Fraction:
+    """An mpmath number rounded to `bits` bits, as a Fraction."""
+    from mpmath.libmp import to_rational
+
+    return Fraction(*map(int, to_rational(context(bits).mpf(x)._mpf_)))
+
+
+@dataclass(frozen=True, eq=False)
+class Exact:
+    """A real number known exactly.
+
+    Attributes
+    ----------
+    text : str
+        The number as an expression that :func:`exact` reads back.
+    fraction : Fraction or None
+        The value where it is rational and known to be, else None.
+    """
+
+    text: str
+    fraction: Fraction | None
+    _evaluate: Callable[[Any], Any]
+
+    def at(self, bits: int) -> Any:
+        """The value rounded to `bits` bits, as a number of :func:`context` ``(bits)``.
+
+        Guard bits are added until the rounded value stands, so that what cancels inside an
+        expression takes nothing from the result.
+        """
+        guard, value = GUARD_BITS, self._rounded(bits, GUARD_BITS)
+        if self.fraction is not None:
+            return value
+        while bits + guard < MOST_BITS:
+            guard *= 3
+            finer = self._rounded(bits, guard)
+            if finer == value != 0:
+                return value
+            value = finer
+        if abs(value) < context(bits).mpf(2) ** (-MOST_BITS // 4):
+            return context(bits).mpf(0)
+        raise ExactError(f"{self.text} cannot be told from its rounding errors")
+
+    def _rounded(self, bits: int, guard: int) -> Any:
+        return context(bits).mpf(self._evaluate(context(bits + guard)))
+
+    def in_context(self, m: MPContext) -> Any:
+        """The value in the precision of the context `m`."""
+        return self.at(m.prec)
+
+    def __float__(self) -> float:
+        if self.fraction is None:
+            return float(self.at(113))
+        try:
+            return self.fraction.numerator / self.fraction.denominator
+        except OverflowError:
+            return math.inf if self.fraction > 0 else -math.inf
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return exact, (self.text,)
+
+    def __str__(self) -> str:
+        return self.text
+
+    def __repr__(self) -> str:
+        return f"exact({self.text!r})"
+
+    def __neg__(self) -> Exact:
+        return combine("*", exact(-1), self)
+
+    def __add__(self, other: Any) -> Exact:
+        return combine("+", self, exact(other))
+
+    def __radd__(self, other: Any) -> Exact:
+        return combine("+", exact(other), self)
+
+    def __sub__(self, other: Any) -> Exact:
+        return combine("-", self, exact(other))
+
+    def __rsub__(self, other: Any) -> Exact:
+        return combine("-", exact(other), self)
+
+    def __mul__(self, other: Any) -> Exact:
+        return combine("*", self, exact(other))
+
+    def __rmul__(self, other: Any) -> Exact:
+        return combine("*", exact(other), self)
+
+    def __truediv__(self, other: Any) -> Exact:
+        return combine("/", self, exact(other))
+
+    def __rtruediv__(self, other: Any) -> Exact:
+        return combine("/", exact(other), self)
+
+    def __pow__(self, other: Any) -> Exact:
+        return combine("**", self, exact(other))
+
+    def __eq__(self, other: object) -> bool:
+        """Equality of what is written; two rationals are equal where their values are."""
+        if not isinstance(other, Exact):
+            return NotImplemented
+        if self.fraction is not None and other.fraction is not None:
+            return self.fraction == other.fraction
+        return self.text == other.text
+
+    def __hash__(self) -> int:
+        return hash(self.text if self.fraction is None else self.fraction)
+
+
+def exact(value: Any) -> Exact:
+    """Take a number exactly.
+
+    Parameters
+    ----------
+    value : Exact, int, Fraction, Decimal, float, NumPy number or str
+        A text may hold decimals (``"1e-6"``), ``pi``, ``+ - * / **``, brackets and the
+        functions sqrt, sin, cos, tan, atan.
+
+    Raises
+    ------
+    ExactError
+        The value is not finite, not real, or not readable.
+    """
+    if isinstance(value, Exact):
+        return value
+    if isinstance(value, str):
+        from rigidpend.numbers import expressions
+
+        return expressions.parse(value)
+    if isinstance(value, bool):
+        raise ExactError(f"{value!r} is not a real number")
+    if isinstance(value, numbers.Integral):
+        value = int(value)
+    if not hasattr(value, "as_integer_ratio"):
+        raise ExactError(f"{value!r} is not a real number")
+    if isinstance(value, Decimal) and value.is_finite() and abs(value.adjusted()) > MAX_EXPONENT:
+        raise ExactError(f"{value}: exponents go to {MAX_EXPONENT}")
+    try:
+        taken = Fraction(*map(int, value.as_integer_ratio()))
+    except (ValueError, OverflowError):
+        raise ExactError(f"{value!r} is not finite") from None
+    return rational(taken, None)
+
+
+def exacts(values: Iterable[Any]) -> list[Exact]:
+    """:func:`exact` of each value."""
+    return [exact(value) for value in values]
+
+
+def function(name: str, x: Exact) -> Exact:
+    """The exact number ``name(x)``, for one of sqrt, sin, cos, tan, atan."""
+    if name == "sqrt":
+        if x.fraction is not None and x.fraction < 0:
+            raise ExactError(f"sqrt({x}) is not real")
+        root = _rational_root(x.fraction)
+        if root is not None:
+            return rational(root, f"sqrt({x})")
+        if x.fraction is None and x.at(53) < 0:
+            raise ExactError(f"sqrt({x}) is not real")
+    return Exact(f"{name}({x})", None, lambda m: getattr(m, name)(x._evaluate(m)))
+
+
+def _rational_root(x: Fraction | None) -> Fraction | None:
+    """sqrt(x) where it is rational, else None."""
+    if x is None:
+        return None
+    numerator, denominator = math.isqrt(x.numerator), math.isqrt(x.denominator)
+    root = Fraction(numerator, denominator)
+    return root if root * root == x else None
+
+
+def rational(value: Fraction, text: str | None) -> Exact:
+    """A rational number, by default with the shortest text that says it exactly."""
+    p, q = value.numerator, value.denominator
+    if _size(value) > MAX_SIZE:
+        raise ExactError(f"a number with more than {MAX_SIZE} bits")
+    if text is None or len(text) > MAX_TEXT:
+        text = _shortest(value)
+    return Exact(text, value, lambda m: m.mpf(p) / q)
+
+
+def _shortest(value: Fraction) -> str:
+    """A decimal where a double's short one is exact, else a quotient."""
+    short = repr(float(value)) if abs(value) < 1e15 else ""
+    if short and Fraction(short) == value:
+        return short.removesuffix(".0")
+    try:
+        return str(value)
+    except ValueError:
+        raise ExactError("a number with more digits than can be written") from None
+
+
+PI = Exact("pi", None, lambda m: +m.pi)
+
+
+def combine(operator: str, a: Exact, b: Exact) -> Exact:
+    """The exact number ``a operator b``, for one of + - * / **."""
+    text = f"{_bracketed(a)} {operator} {_bracketed(b)}"
+    if operator == "/" and (b.fraction == 0 or (b.fraction is None and b.at(53) == 0)):
+        raise ExactError(f"{text}: division by zero")
+    if operator == "**":
+        _check_power(text, a, b)
+    if operator == "*" and 0 in (a.fraction, b.fraction):
+        return rational(Fraction(0), text)
+    compute = _COMPUTE[operator]
+    if a.fraction is not None and b.fraction is not None:
+        return rational(compute(a.fraction, b.fraction), text)
+    if operator == "**":
+        assert b.fraction is not None
+        n = int(b.fraction)
+        return Exact(text, None, lambda m: a._evaluate(m) ** n)
+    return Exact(text, None, lambda m: compute(a._evaluate(m), b._evaluate(m)))
+
+
+def _bracketed(x: Exact) -> str:
+    """The text of `x` so that it stays one operand inside a larger expression."""
+    plain = x.text.replace(".", "").isalnum()
+    return x.text if plain else f"({x.text})"
+
+
+def _check_power(text: str, a: Exact, b: Exact) -> None:
+    n = b.fraction
+    if n is None or n.denominator != 1 or abs(n) > 64:
+        raise ExactError(f"{text}: the power must be a whole number of at most 64")
+    if n < 0 and (a.fraction == 0 or (a.fraction is None and a.at(53) == 0)):
+        raise ExactError(f"{text}: division by zero")
+    if a.fraction is not None and abs(n) * _size(a.fraction) > MAX_SIZE:
+        raise ExactError(f"{text}: a number with more than {MAX_SIZE} bits")
+
+
+def _size(x: Fraction) -> int:
+    return max(x.numerator.bit_length(), x.denominator.bit_length())
+
+
+_COMPUTE: dict[str, Callable[[Any, Any], Any]] = {
+    "+": lambda x, y: x + y,
+    "-": lambda x, y: x - y,
+    "*": lambda x, y: x * y,
+    "/": lambda x, y: x / y,
+    "**": lambda x, y: x ** int(y),
+}

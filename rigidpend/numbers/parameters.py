@@ -1,0 +1,15 @@
+"""The error of a parameter that its conditions exclude."""
+
+from __future__ import annotations
+
+
+class ParameterError(ValueError):
+    """A parameter that its conditions exclude; the message names condition and values."""
+
+    def __init__(self, field: str, message: str) -> None:
+        super().__init__(field, message)
+        self.field = field
+        """The name of the parameter that is wrong."""
+
+    def __str__(self) -> str:
+        return str(self.args[1])

@@ -1,0 +1,21 @@
+"""Arrays of symbols as cells: black is 0, white is 1, grey is no symbol."""
+
+from __future__ import annotations
+
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.patches import Patch
+
+from rigidpend.render.palette import BLUE, PINK, RED
+
+ZOOM, DOUBT, ZERO, NONE = RED, PINK, BLUE, "0.7"
+"""Colours of a magnified part, an uncertain symbol, a zero of Melnikov's integral, no return."""
+COLOURS = ListedColormap(["black", "white", NONE])
+NORM = BoundaryNorm([-0.5, 0.5, 1.5, 255.5], 3)
+
+
+def symbol_entries(zero: str = r"$z_i = 0$ (left)", one: str = r"$z_i = 1$ (right)") -> list[Patch]:
+    """The legend's entries of the two symbols."""
+    return [
+        Patch(facecolor="black", edgecolor="0.6", label=zero),
+        Patch(facecolor="white", edgecolor="0.6", label=one),
+    ]

@@ -1,0 +1,236 @@
+"""Results in HDF5: written whole or not at all, read with a clear word where they are unfit.
+
+Layout: root attributes say format, experiment and fingerprint; ``/config`` holds the resolved
+config, ``/provenance`` what ran where (it varies between equal results), ``/data`` the result.
+Every dataset has `units` and `description`. A digest of all stands behind the HDF5 file, where
+HDF5 itself does not look: its library can hang or crash on damaged metadata.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple, TypeAlias, TypedDict
+
+import h5py
+import numpy as np
+
+from rigidpend.results.damage import undamaged
+from rigidpend.results.files import StoreError, prepare, replace, sealed
+from rigidpend.results.tree import Dataset, Tree
+
+__all__ = ["OtherVersion", "Result", "StoreError", "load", "prepare", "replace", "write"]
+
+FORMAT, FORMAT_VERSION = "rigidpend", 1
+
+Attributes: TypeAlias = Mapping[str, Any]
+
+
+class OtherVersion(StoreError):
+    """A result file of another format version."""
+
+
+class Result(NamedTuple):
+    """A result file's content."""
+
+    attributes: Attributes
+    """Of the root; format and version are added."""
+    config: str
+    """The resolved config, JSON."""
+    provenance: Attributes
+    data: Tree
+
+
+class Loaded(TypedDict):
+    """A result file as plain data."""
+
+    attributes: dict[str, Any]
+    config: str
+    """The resolved config, JSON."""
+    provenance: dict[str, Any]
+    data: dict[str, Any]
+    """Arrays, texts and groups by name."""
+
+
+def write(path: Path, result: Result, *, lasting: bool = True) -> None:
+    """Write a result file: in memory first, then under its name in one step.
+
+    Parameters
+    ----------
+    path : Path
+    result : Result
+    lasting : bool, optional
+        Whether it must outlive a failure of the machine; to wait for the disk takes time.
+
+    Raises
+    ------
+    StoreError
+        It cannot be written; what was there before is untouched.
+    """
+    prepare(path)
+    image = sealed(_image(result))
+    try:
+        replace(path, image, lasting=lasting)
+    except OSError as error:
+        raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+@contextlib.contextmanager
+def opened(path: Path) -> Iterator[h5py.File]:
+    """A result file, open for reading.
+
+    Raises
+    ------
+    StoreError
+        There is none, it is no HDF5, it is damaged, or of another format version.
+    """
+    with _readable(path):
+        file = h5py.File.in_memory(undamaged(path.read_bytes()))
+    with file:
+        with _readable(path):
+            _check(path, file)
+        yield file
+
+
+def load(path: Path) -> Loaded:
+    """A whole result file as plain data: `attributes`, `config`, `provenance`, `data`.
+
+    Raises
+    ------
+    StoreError
+        As :func:`opened`; also where a checksum says that the data changed on disk.
+    """
+    with opened(path) as file, _readable(path):
+        return {
+            "attributes": dict(file.attrs),
+            "config": _plain(file["config"]),
+            "provenance": dict(file["provenance"].attrs),
+            "data": _plain(file["data"]),
+        }
+
+
+def read_tree(path: Path) -> Tree:
+    """The data of a result file as they were given to :func:`write`, units and all.
+
+    Raises
+    ------
+    StoreError
+        As :func:`opened`.
+    """
+    with opened(path) as file, _readable(path):
+        return _tree(file["data"])
+
+
+def attributes(path: Path) -> dict[str, Any]:
+    """The root attributes of a result file.
+
+    Raises
+    ------
+    StoreError
+        As :func:`opened`.
+    """
+    with opened(path) as file, _readable(path):
+        return dict(file.attrs)
+
+
+def outline(path: Path) -> dict[str, dict[str, Any]]:
+    """Every object of a result file by its place, ``/`` first, with its attributes.
+
+    Datasets have two more, ``(kind)`` of their numbers and ``(dimensions)``.
+
+    Raises
+    ------
+    StoreError
+        As :func:`opened`.
+    """
+    with opened(path) as file, _readable(path):
+        found = {"/": dict(file.attrs)}
+        file.visititems(lambda name, node: found.update({f"/{name}": _features(node)}))
+        return found
+
+
+@contextlib.contextmanager
+def _readable(path: Path) -> Iterator[None]:
+    """Say in our words what HDF5 finds wrong with a file."""
+    try:
+        yield
+    except FileNotFoundError:
+        raise StoreError(f"{path}: there is no such file") from None
+    except StoreError:
+        raise
+    except (OSError, KeyError, RuntimeError, TypeError, ValueError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise StoreError(f"{path}: not a readable HDF5 file: {reason}") from None
+
+
+def _plain(node: Any) -> Any:
+    """A dataset's values, or a group's as a dict in their order."""
+    if isinstance(node, h5py.Dataset):
+        return node.asstr()[()] if h5py.check_string_dtype(node.dtype) else node[()]
+    return {name: _plain(inner) for name, inner in node.items()}
+
+
+def _tree(group: h5py.Group) -> Tree:
+    return {
+        name: _tree(node)
+        if isinstance(node, h5py.Group)
+        else Dataset(_values(node), node.attrs["units"], node.attrs["description"])
+        for name, node in group.items()
+    }
+
+
+def _values(node: h5py.Dataset) -> Any:
+    """A dataset's values in the type that they were given in."""
+    if h5py.check_string_dtype(node.dtype) and node.shape == ():
+        return node.asstr()[()]
+    return node[()]
+
+
+def _features(node: Any) -> dict[str, Any]:
+    if not isinstance(node, h5py.Dataset):
+        return dict(node.attrs)
+    # Texts may be of any length.
+    kind = node.dtype.kind if node.dtype.kind in "SOU" else node.dtype.str.lstrip("<>|=")
+    return {**node.attrs, "(kind)": kind, "(dimensions)": node.ndim}
+
+
+def _check(path: Path, file: h5py.File) -> None:
+    if str(file.attrs.get("format")) != FORMAT:
+        raise StoreError(f"{path}: an HDF5 file, but not a result of rigidpend")
+    version = file.attrs.get("format_version")
+    if not np.array_equal(version, FORMAT_VERSION):
+        raise OtherVersion(
+            f"{path}: its format version is {version}, this program reads {FORMAT_VERSION};"
+            " run the experiment again"
+        )
+
+
+def _image(result: Result) -> bytes:
+    """The bytes of the HDF5 file."""
+    with h5py.File.in_memory(libver=("earliest", "v110")) as file:
+        file.attrs.update({"format": FORMAT, "format_version": FORMAT_VERSION})
+        file.attrs.update(result.attributes)
+        _put(file, "config", Dataset(result.config, "", "resolved config, JSON"))
+        file.create_group("provenance").attrs.update(result.provenance)
+        _put(file, "data", result.data)
+        file.flush()
+        return bytes(file.id.get_file_image())
+
+
+def _put(group: h5py.Group, name: str, node: Dataset | Tree) -> None:
+    if not isinstance(node, Dataset):
+        inner = group.create_group(name, track_order=True)
+        for key, value in node.items():
+            _put(inner, key, value)
+        return
+    made = group.create_dataset(name, data=node.values, **_storage(node.values))
+    made.attrs["units"] = node.units
+    made.attrs["description"] = node.description
+
+
+def _storage(values: Any) -> dict[str, Any]:
+    """Checksums and compression, which arrays can have and single values cannot."""
+    if isinstance(values, str) or np.size(values) == 0 or np.ndim(values) == 0:
+        return {}
+    return {"fletcher32": True, "shuffle": True, "compression": "gzip"}

@@ -1,0 +1,12 @@
+"""Running experiments: what is run and why, on how many workers, and what is told of it.
+
+Modules
+-------
+runner      from configs to result files; what is up to date is left alone
+parts       checkpoints: an interrupted run goes on from its finished parts
+provenance  what a result was made from: versions, commit, machine, code
+progress    progress display on a terminal
+logs        progress and errors kept beside the results
+workers     threads and processes side by side
+signals     signal handling (SIGTERM, SIGINT)
+"""

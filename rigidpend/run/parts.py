@@ -1,0 +1,110 @@
+"""Finished parts of a long run, kept until its result is written: a run goes on where it was."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Self
+
+from rigidpend.results import files, locks, store
+from rigidpend.results.tree import Tree
+
+
+class Parts:
+    """The parts of one run, in a folder of their own beside the result.
+
+    Runs of the same name at the same time share the folder; the last one removes it. To be
+    used in a ``with`` statement, at whose end the folder is left to others.
+
+    Parameters
+    ----------
+    target : Path
+        The result file.
+    fingerprint : str
+        What the result depends on. Parts of another fingerprint are not used.
+    """
+
+    def __init__(self, target: Path, fingerprint: str) -> None:
+        self._whole = _folder(target)
+        self._folder = self._whole / fingerprint
+        self._handle: int | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._leave()
+
+    def __len__(self) -> int:
+        return len(list(self._folder.glob("[!.]*.h5")))
+
+    def keep(self, name: str, compute: Callable[[], Tree]) -> Tree:
+        """The part of that name: as kept by an earlier run, or computed and kept.
+
+        Parameters
+        ----------
+        name : str
+            Of letters, digits, ``_``, ``.`` and ``-``.
+        compute : callable
+            Makes the part where there is none.
+
+        Raises
+        ------
+        StoreError
+            It cannot be written.
+        """
+        self._join()
+        path = self._folder / f"{name}.h5"
+        if path.is_file():
+            # A damaged part is none: it is computed again.
+            with contextlib.suppress(store.StoreError):
+                return store.read_tree(path)
+        made = compute()
+        store.write(path, store.Result({"part": name}, "", {}, made), lasting=False)
+        return made
+
+    def drop(self) -> None:
+        """Remove all parts, those of other fingerprints too, unless another run needs them."""
+        self._leave()
+        _remove(self._whole)
+
+    def _join(self) -> None:
+        """Hold the folder together with other runs, so that none removes it."""
+        while self._handle is None:
+            try:
+                self._whole.mkdir(parents=True, exist_ok=True)
+                handle = os.open(self._whole, os.O_RDONLY)
+            except FileNotFoundError:
+                # Another run has just removed it.
+                continue
+            except OSError as error:
+                raise store.StoreError(f"{self._whole}: {error.strerror}") from None
+            locks.share(handle)
+            if locks.is_at(handle, self._whole):
+                self._handle = handle
+            else:
+                os.close(handle)
+
+    def _leave(self) -> None:
+        if self._handle is not None:
+            os.close(self._handle)
+        self._handle = None
+
+
+def sweep(target: Path) -> None:
+    """Remove what killed runs left beside a finished result; not what a living one needs."""
+    files.sweep(target)
+    _remove(_folder(target))
+
+
+def _folder(target: Path) -> Path:
+    return target.with_name(f".{target.stem}.parts")
+
+
+def _remove(folder: Path) -> None:
+    with locks.deserted(folder) as free:
+        if free:
+            shutil.rmtree(folder, ignore_errors=True)

@@ -1,0 +1,152 @@
+"""What a result was made from: versions, commit, machine, and the code that computes it."""
+
+from __future__ import annotations
+
+import ast
+import datetime
+import functools
+import hashlib
+import importlib.metadata
+import json
+import platform
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+PACKAGE = Path(__file__).resolve().parents[1]
+LIBRARIES = ("numpy", "scipy", "mpmath", "h5py", "heyoka")
+
+
+def config_hash(resolved: dict[str, Any]) -> str:
+    """A hash of a resolved config: comments and layout don't count."""
+    return _digest(json.dumps(resolved, sort_keys=True))
+
+
+def code_hash(experiment: str) -> str:
+    """A hash of the code that computes an experiment: comments and docstrings don't count."""
+    found = sorted(
+        (f"{file.relative_to(PACKAGE)}", code) for file, code in _needed(experiment).items()
+    )
+    return _digest(json.dumps(found))
+
+
+def engine_name(engine: str) -> str:
+    """An engine with the version of the library behind it."""
+    if not engine:
+        return "no engine"
+    library = {"taylor": "heyoka", "scipy": "scipy"}[engine]
+    return f"{engine} ({library} {_version(library)})"
+
+
+def provenance() -> dict[str, str]:
+    """What ran where and when."""
+    from rigidpend.integrate.compile_cache import processor_model
+
+    versions = {f"version_{name}": _version(name) for name in ("rigidpend", *LIBRARIES)}
+    now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+    return {
+        **versions,
+        "version_python": platform.python_version(),
+        "commit": _commit(),
+        "processor": processor_model(),
+        "system": f"{platform.system()} {platform.machine()}",
+        "created": now,
+    }
+
+
+def _needed(experiment: str) -> dict[Path, str]:
+    """The package's files that an experiment imports, itself and through others: their code."""
+    found: dict[Path, str] = {}
+    waiting = [PACKAGE / "experiments" / experiment / "compute.py"]
+    while waiting:
+        file = waiting.pop()
+        if file not in found:
+            found[file], imported = _read(file.read_bytes())
+            waiting += [path for name in imported if (path := _file(name)) is not None]
+    return found
+
+
+@functools.cache
+def _read(source: bytes) -> tuple[str, frozenset[str]]:
+    """A file's code without comments, docstrings and layout, and the names that it imports."""
+    tree = ast.parse(source)
+    names: set[str] = set()
+    for node in _running(tree):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+        elif isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+    return _digest(_code(tree)), frozenset(names)
+
+
+def _running(tree: ast.AST) -> Iterator[ast.AST]:
+    """The nodes of a syntax tree but those for type checkers only, which compute nothing."""
+    waiting = [tree]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            waiting += node.orelse
+            continue
+        yield node
+        waiting += ast.iter_child_nodes(node)
+
+
+def _file(module: str) -> Path | None:
+    """The file of a module of this package; None for other packages and for mere names."""
+    first, *inner = module.split(".")
+    if first != PACKAGE.name or not inner:
+        return None
+    place = PACKAGE.joinpath(*inner)
+    candidates = (place.with_suffix(".py"), place / "__init__.py")
+    return next((file for file in candidates if file.is_file()), None)
+
+
+def _code(node: Any) -> str:
+    """A syntax tree as text. What is absent is left out, so that Pythons agree.
+
+    `ast.dump` and `ast.unparse` change from one version of Python to the next, also by fields
+    that are new and empty.
+    """
+    if isinstance(node, list):
+        return f"[{' '.join(_code(x) for x in node if not _is_text(x))}]"
+    if not isinstance(node, ast.AST):
+        return repr(node)
+    fields = {name: x for name, x in ast.iter_fields(node) if x is not None and x != []}
+    inner = " ".join(f"{name}={_code(x)}" for name, x in sorted(fields.items()))
+    return f"{type(node).__name__}({inner})"
+
+
+def _is_text(node: Any) -> bool:
+    """Whether a statement is a mere text: a docstring, of a module, a function, a name."""
+    return (
+        isinstance(node, ast.Expr)
+        and isinstance(node.value, ast.Constant)
+        and isinstance(node.value.value, str)
+    )
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _version(library: str) -> str:
+    try:
+        return importlib.metadata.version(library)
+    except importlib.metadata.PackageNotFoundError:
+        return "absent"
+
+
+def _commit() -> str:
+    """The commit of the checkout that the code runs from, with + where it was changed."""
+    try:
+        found = subprocess.run(
+            ["git", "-C", str(PACKAGE), "describe", "--always", "--dirty=+", "--abbrev=12"],
+            capture_output=True,
+            text=True,
+            timeout=5,
+            check=True,
+        )
+    except (OSError, subprocess.SubprocessError):
+        return "unknown"
+    return found.stdout.strip()

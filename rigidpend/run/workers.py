@@ -1,0 +1,110 @@
+"""Work side by side: threads where the work releases the interpreter, processes where not."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Callable, Sequence
+from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from typing import Any, TypeVar
+
+import numpy as np
+
+from rigidpend.run.signals import interruption_kept_from_children
+
+Result = TypeVar("Result")
+
+
+class WorkerError(RuntimeError):
+    """A worker process ended before its work was done."""
+
+
+def cores() -> int:
+    """How many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def spread(array: Any, parts: int, axis: int) -> list[Any]:
+    """The array in at most `parts` successive pieces of nearly equal length, none empty."""
+    pieces = max(1, min(parts, array.shape[axis]))
+    return list(np.array_split(array, pieces, axis=axis))
+
+
+def side_by_side(
+    work: Callable[..., Result],
+    arguments: tuple[Any, ...],
+    holds_interpreter: bool,
+    parts: Sequence[Any],
+    jobs: int,
+) -> list[Result]:
+    """``work(part, *arguments)`` for each part, results in the order of the parts.
+
+    Parameters
+    ----------
+    work : callable
+        A function of a module, for a process must find it by name.
+    arguments : tuple
+        Its further arguments.
+    holds_interpreter : bool
+        Whether it is Python itself that works: then processes, else threads.
+    parts : sequence
+    jobs : int
+        How many at a time; with 1, or one part, nothing is started.
+
+    Raises
+    ------
+    WorkerError
+        A process was killed, by hand or for want of memory.
+    """
+    workers = min(jobs, len(parts))
+    if workers <= 1:
+        return [work(part, *arguments) for part in parts]
+    pool = _pool(workers, holds_interpreter)
+    try:
+        with interruption_kept_from_children():
+            futures = [pool.submit(work, part, *arguments) for part in parts]
+        return [future.result() for future in futures]
+    except BrokenExecutor:
+        raise WorkerError(
+            "a worker process was killed, perhaps for want of memory; what is finished is kept:"
+            " the same command again continues"
+        ) from None
+    except BaseException:
+        _stop(pool)
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _pool(workers: int, holds_interpreter: bool) -> Executor:
+    if not holds_interpreter:
+        return ThreadPoolExecutor(workers)
+    # Imported here: a run that needs no process does not pay for it.
+    import multiprocessing
+
+    spawn = multiprocessing.get_context("spawn")
+    return ProcessPoolExecutor(workers, mp_context=spawn, initializer=_follow_parent)
+
+
+def _follow_parent() -> None:
+    """Leave Ctrl-C to the parent, and end with it: else its workers would wait for ever."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_wait_for_end_of_parent, daemon=True).start()
+
+
+def _wait_for_end_of_parent() -> None:
+    from multiprocessing import connection, parent_process
+
+    parent = parent_process()
+    assert parent is not None
+    connection.wait([parent.sentinel])
+    os._exit(1)
+
+
+def _stop(pool: Executor) -> None:
+    """End the processes of a pool at once: what they compute is not wanted any more."""
+    for process in list((getattr(pool, "_processes", None) or {}).values()):
+        process.terminate()

@@ -1,0 +1,154 @@
+"""The experiment `asymptotic_surfaces`: Table 1 as published, and results told apart."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend.config import loading
+from rigidpend.config.reader import ConfigError
+from rigidpend.experiments.asymptotic_surfaces import compute as asymptotic_surfaces
+from rigidpend.experiments.contract import Means
+from rigidpend.integrate.arithmetic import resolve
+from rigidpend.integrate.engines import default_engine
+from rigidpend.results import store
+from tests.integrate.problems import needs_heyoka
+
+CONFIG = Path(__file__).parents[3] / "configs" / "fig3.yaml"
+TABLE_1 = {
+    "alpha0": "2.91891 2.23654 1.23096 1.61146 1.97724 0.79020 0.56207",
+    "gamma0": "2.46192 1.95519 0.92730 1.34948 1.77215 0.57351 0.40272",
+}
+SURFACES = ("S1_minus", "S2_plus")
+
+
+@pytest.fixture(scope="module")
+def content() -> Any:
+    return loading.load(CONFIG, []).content
+
+
+def computed(content: Any, engine: str) -> Any:
+    tree = asymptotic_surfaces.compute(content, Means(resolve(engine), 1, lambda _: None))
+    return plain(tree)
+
+
+def plain(tree: Any) -> Any:
+    """The arrays of a tree, as `store.load` gives them."""
+    return {k: plain(x) if isinstance(x, dict) else np.array(x.values) for k, x in tree.items()}
+
+
+@pytest.fixture(scope="module")
+def data(content: Any) -> Any:
+    return computed(content, default_engine())
+
+
+@pytest.mark.parametrize("column", TABLE_1)
+def test_table_1_is_the_published_one_to_the_printed_digit(data: Any, column: str) -> None:
+    assert " ".join(f"{x:.5f}" for x in data["table"][column]) == TABLE_1[column]
+
+
+def test_panels_are_ordered_by_nu(data: Any) -> None:
+    assert list(data["bodies"]) == list("abcdefg")
+    assert (np.diff(data["table"]["nu"]) > 0).all()
+    np.testing.assert_allclose(data["table"]["nu"][[0, -1]], [1.756, 11.34], atol=5e-3)
+
+
+def test_describe_prints_table_1(content: Any) -> None:
+    rows = {row.name: row.value for row in asymptotic_surfaces.describe(content)}
+    columns = zip(*(values.split() for values in TABLE_1.values()), strict=True)
+    for name, (alpha0, gamma0) in zip("abcdefg", columns, strict=True):
+        assert rows[f"body {name}"].startswith(f"alpha0 = {alpha0}, gamma0 = {gamma0}, nu = ")
+    assert rows["beta0"] == "gamma0"
+
+
+def test_windows_are_around_separatrix_2_in_units_of_the_swing(data: Any) -> None:
+    """beta0 = gamma0, so the separatrix is at alpha0 + gamma0."""
+    table = data["table"]
+    for k, body in enumerate(data["bodies"].values()):
+        assert body["centre"] == pytest.approx(table["alpha0"][k] + table["gamma0"][k])
+        np.testing.assert_allclose(body["born"].mean(), body["centre"])
+        np.testing.assert_allclose(np.ptp(body["born"]), 2 * body["Delta_1"])
+        np.testing.assert_allclose(np.ptp(body["window"]), 5 * body["Delta_1"])
+    swings = [body["Delta_1"] for body in data["bodies"].values()]
+    np.testing.assert_allclose([min(swings), max(swings)], [0.0019, 0.0076], atol=5e-5)
+
+
+def test_every_phase_has_its_curve_on_both_surfaces(content: Any, data: Any) -> None:
+    for body in data["bodies"].values():
+        for surface in SURFACES:
+            curves = body[surface]
+            assert curves["offsets"].size == curves["theta2_0"].size + 1 == 37
+            assert curves["offsets"][-1] == curves["theta1"].size == curves["J1_over_J2"].size
+        np.testing.assert_allclose(np.diff(body["S1_minus"]["theta2_0"]), np.pi / 18)
+
+
+def test_a_result_does_not_differ_from_itself(data: Any) -> None:
+    assert asymptotic_surfaces.differences(data, copy.deepcopy(data)) == []
+
+
+@needs_heyoka
+def test_agrees_engines(content: Any) -> None:
+    scipy, taylor = (computed(content, engine) for engine in ("scipy", "taylor"))
+    assert asymptotic_surfaces.differences(scipy, taylor) == []
+
+
+def set_at(surface: str, field: str, gap: float) -> Callable[[Any], None]:
+    def change(data: Any) -> None:
+        data["bodies"]["c"][surface][field][100] += gap
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (set_at("S1_minus", "theta1", 1e-6), "c/S1_minus/theta1"),
+        (set_at("S2_plus", "J1_over_J2", 1e-8), "c/S2_plus/J1_over_J2"),
+        (lambda d: d["bodies"]["b"]["born"].__imul__(1.001), "b/born"),
+        (lambda d: d["table"]["nu"].__imul__(1.001), "table/nu"),
+        (lambda d: d["bodies"].pop("g"), "bodies/g is only stored"),
+        (lambda d: d["bodies"]["a"]["S1_minus"]["theta2_0"].__iadd__(1e-6), "a/S1_minus/theta2_0"),
+        (lambda d: d["bodies"]["a"]["S1_minus"]["sample"].__iadd__(10000), "same times"),
+        (lambda d: d["bodies"]["f"]["S1_minus"]["theta1"].fill(np.nan), "f/S1_minus/theta1"),
+    ],
+)
+def test_tells_results_apart(data: Any, change: Callable[[Any], Any], told: str) -> None:
+    other = copy.deepcopy(data)
+    change(other)
+    found = asymptotic_surfaces.differences(data, other)
+    assert len(found) == 1
+    assert told in found[0]
+
+
+@pytest.mark.parametrize(
+    ("setting", "place"),
+    [
+        ("problem.bodies.b=[2, 3, 1]", "problem.bodies.b: A1 > A3 > A2 is broken"),
+        ("problem.beta0=4", "problem.beta0: 0 <= beta0 <= pi is broken"),
+        ("problem.beta0=alpha", "problem.beta0: 'alpha' is not understood"),
+        ("problem.mu=-1", "problem.mu: mu >= 0 is broken"),
+        ("problem.M_0=0.01", "problem.M_0: h0 = M_0^2/(2 A3) > mu is broken"),
+        ("problem.J1_0=0.9", "problem.J1_0: J1_0 < J2_0/2 is broken"),
+        ("problem.half_width=1", "problem.half_width: half_width must be more than 1"),
+        ("problem.theta2_0.count=20000", "problem.theta2_0: at most 10000 orbits"),
+        ("numerics.precisions=[53, 64]", "numerics.precisions: this is computed in double"),
+    ],
+)
+def test_refuses_what_has_no_meaning_where_it_is_written(setting: str, place: str) -> None:
+    with pytest.raises(ConfigError) as refused:
+        loading.load(CONFIG, [setting])
+    assert place in str(refused.value)
+
+
+def test_the_file_holds_what_was_computed(content: Any, data: Any, tmp_path: Path) -> None:
+    tree = asymptotic_surfaces.compute(content, Means(resolve(default_engine()), 1, lambda _: None))
+    target = tmp_path / "fig3.h5"
+    store.write(target, store.Result({"name": "fig3"}, "{}", {}, tree))
+    loaded = store.load(target)["data"]
+    assert asymptotic_surfaces.differences(data, loaded) == []
+    assert list(loaded["bodies"]) == list("abcdefg")

@@ -1,0 +1,205 @@
+"""The experiment `herpolhodes`: routes, groups, and how two results are told apart."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend.config import loading
+from rigidpend.config.loading import ConfigError
+from rigidpend.experiments.contract import Means
+from rigidpend.experiments.herpolhodes import compute as herpolhodes
+from rigidpend.integrate.arithmetic import resolve
+from rigidpend.integrate.engines import default_engine
+from rigidpend.precession import plateaus
+
+FIG5 = Path(__file__).resolve().parents[3] / "configs" / "fig5.yaml"
+PUBLISHED = {
+    "case1": "2-2*-1*-1-4-4*-3*-3-4-4*-1*-1",
+    "case2": "2-2*-3*-3-4-4*-1*-1-2-2*-1*-1",
+}
+
+Data = dict[str, dict[str, Any]]
+
+
+@pytest.fixture(scope="module")
+def content() -> Any:
+    return loading.load(FIG5, []).content
+
+
+@pytest.fixture(scope="module")
+def reported() -> list[str]:
+    return []
+
+
+@pytest.fixture(scope="module")
+def tree(content: Any, reported: list[str]) -> Any:
+    return herpolhodes.compute(content, Means(resolve(default_engine()), 1, reported.append))
+
+
+@pytest.fixture
+def data(tree: Any) -> Data:
+    """The cases of a result, each test's own."""
+    return {
+        name: {field: plain(dataset.values) for field, dataset in group.items()}
+        for name, group in tree.items()
+    }
+
+
+def plain(values: Any) -> Any:
+    return values if isinstance(values, str) else np.array(values)
+
+
+def with_change(data: Data, change: Callable[[Data], None]) -> Data:
+    other = {name: {k: plain(x) for k, x in group.items()} for name, group in data.items()}
+    change(other)
+    return other
+
+
+def test_the_routes_are_the_published_ones(data: Data, reported: list[str]) -> None:
+    assert {name: group["route"] for name, group in data.items()} == PUBLISHED
+    assert all(group["certain"].all() for group in data.values())
+    starts = [f"{name}: {route}, crossing times within " for name, route in PUBLISHED.items()]
+    assert all(map(str.startswith, reported, starts))
+
+
+def test_plateaus_are_those_of_the_route_and_theta3_and_alpha_stay_near(
+    content: Any, data: Data
+) -> None:
+    for group in data.values():
+        expected = plateaus(group["separatrix"], content.problem.body.angles(), 10 / 9)
+        np.testing.assert_array_equal(group["plateaus"], expected)
+        crossing = group["crossing_time"]
+        for i in range(1, 6):
+            near = np.abs(group["t"] - (crossing[i - 1] + crossing[i]) / 2) < 1
+            for angle in ("theta3", "alpha"):
+                assert np.abs(group[angle][near] - expected[i]).max() < 2e-3
+
+
+def test_the_curve_runs_between_the_vertices_2_and_4_star(data: Data) -> None:
+    for group in data.values():
+        first, last = group["wound"]
+        assert group["J1_over_J2"][first] < 1e-8
+        assert group["J1_over_J2"][last] > 1 - 1e-3
+        assert (group["crossing_time"] < group["t"][last]).sum() == 3
+        assert group["separatrix"][2] == 4
+        np.testing.assert_allclose(group["omega"][[first, last], 0], 0, atol=5e-3)
+
+
+def test_samples_are_few_and_yet_smooth(data: Data) -> None:
+    for group in data.values():
+        assert 1000 < group["t"].size < 8000
+        step = np.diff(group["omega"][:, [2, 0]], axis=0)
+        long = np.linalg.norm(step, axis=1) > 0.2 * np.linalg.norm(step, axis=1).max()
+        heading = np.unwrap(np.atan2(step[:, 1], step[:, 0]))
+        assert np.abs(np.diff(heading))[long[1:] & long[:-1]].max() < 0.3
+
+
+def test_every_dataset_has_a_unit_and_a_description(tree: Any) -> None:
+    for group in tree.values():
+        assert set(group) == {*herpolhodes.SAMPLED, *herpolhodes.OF_ROUTE}
+        assert all(dataset.units and dataset.description for dataset in group.values())
+
+
+def test_a_result_does_not_differ_from_itself_or_from_the_other_engine(
+    content: Any, data: Data
+) -> None:
+    assert herpolhodes.differences(data, data) == []
+    fewer = content.numerics.model_copy(update={"points": 20})
+    asked = content.model_copy(update={"numerics": fewer})
+    made: list[Any] = [
+        herpolhodes.compute(asked, Means(resolve(engine), 1, lambda _: None))
+        for engine in {default_engine(), "scipy"}
+    ]
+    both = [{n: {k: plain(x.values) for k, x in g.items()} for n, g in t.items()} for t in made]
+    assert herpolhodes.differences(both[0], both[-1]) == []
+
+
+@pytest.mark.parametrize("field", ["theta3", "alpha", "omega", "J1_over_J2", "theta1"])
+def test_a_changed_sample_is_found(data: Data, field: str) -> None:
+    def change(data: Data) -> None:
+        data["case1"][field][1000] += 0.02
+
+    [found] = herpolhodes.differences(data, with_change(data, change))
+    assert found.startswith(f"case1/{field}[1000")
+    assert found.computed - found.stored == pytest.approx(0.02)
+
+
+@pytest.mark.parametrize("field", ["theta2_0", "plateaus", "crossing_time", "t"])
+def test_a_changed_number_of_the_route_is_found(data: Data, field: str) -> None:
+    def change(data: Data) -> None:
+        data["case2"][field] = data["case2"][field] + 1e-3
+
+    [found] = herpolhodes.differences(data, with_change(data, change))
+    assert found.place.partition("[")[0] == f"case2/{field}"
+    assert found.computed - found.stored == pytest.approx(1e-3)
+
+
+def test_another_route_a_missing_field_and_a_missing_case_are_found(data: Data) -> None:
+    def another(data: Data) -> None:
+        data["case1"]["route"] = "2-2*"
+
+    def without(data: Data) -> None:
+        del data["case1"]["alpha"]
+
+    def shorter(data: Data) -> None:
+        data["case1"]["alpha"] = data["case1"]["alpha"][:-1]
+
+    def absent(data: Data) -> None:
+        del data["case1"]
+
+    n = data["case1"]["alpha"].size
+    expected = {
+        another: f"case1/route: stored {PUBLISHED['case1']}, computed 2-2*",
+        without: "case1/alpha is only stored",
+        shorter: f"case1/alpha: shape ({n},) stored, ({n - 1},) computed",
+        absent: "case1 is only stored",
+    }
+    for change, text in expected.items():
+        assert herpolhodes.differences(data, with_change(data, change)) == [text]
+
+
+def test_not_a_number_is_a_difference(data: Data) -> None:
+    def change(data: Data) -> None:
+        data["case1"]["alpha"][5] = np.nan
+
+    assert herpolhodes.differences(data, with_change(data, change))
+
+
+def test_an_orbit_that_leaves_its_route_is_no_result(
+    content: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(herpolhodes, "separatrices", lambda _: np.array([2, 1, 4, 3, 4, 3]))
+    with pytest.raises(ArithmeticError, match=r"theta2_0 = 1\.02: .* leaves the route"):
+        herpolhodes.compute(content, Means(resolve(default_engine()), 1, print))
+
+
+def test_describe_names_the_increments(content: Any) -> None:
+    rows = {row.name: row for row in herpolhodes.describe(content)}
+    assert rows["case2"].value == "theta2_0 = 1.83"
+    assert [rows[f"increment {i}"].value for i in range(1, 5)] == ["+0.057715"] * 2 + [
+        "-0.057715"
+    ] * 2
+    assert all(row.meaning for row in rows.values())
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ("problem.h0=0.001", "h0 > mu is broken"),
+        ("problem.J1_0=2", "0 < J1_0 < J2_0 is broken"),
+        ("problem.n_wound=6", "n_wound = 6 is more than n_symbols = 5"),
+        ("problem.A=[1, 2, 3]", "A1 > A3 > A2 is broken"),
+    ],
+)
+def test_what_the_problem_excludes_is_a_complaint(setting: str, message: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        loading.load(FIG5, [setting])
+    [complaint] = caught.value.complaints
+    assert message in str(complaint)
+    field = setting.partition("=")[0]
+    assert field in str(complaint)

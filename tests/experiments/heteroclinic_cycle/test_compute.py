@@ -1,0 +1,159 @@
+"""The experiment `heteroclinic_cycle`: the graph is the one of the flow."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend.equations import eq1
+from rigidpend.experiments.contract import Means
+from rigidpend.experiments.heteroclinic_cycle import compute as heteroclinic_cycle
+from rigidpend.experiments.heteroclinic_cycle.schema import Config
+from rigidpend.results import store
+from rigidpend.routes.cycle import symbols
+from tests.config.samples import content as typed
+from tests.config.samples import refused
+from tests.experiments.phase_portraits.test_compute import modules_of
+
+FIG2 = Path(__file__).resolve().parents[3] / "configs" / "fig2.yaml"
+MEANS = Means()
+OTHER = ["problem.A=[2, 1, 1.2]", "problem.r=[3, 1, 0]"]
+
+PUBLISHED = {
+    **dict.fromkeys([("2", "2*"), ("4", "4*"), ("1*", "1"), ("3*", "3")], 255),
+    ("1", "2"): 1,
+    ("1", "4"): 0,
+    ("3", "4"): 1,
+    ("3", "2"): 0,
+    ("2*", "1*"): 0,
+    ("2*", "3*"): 1,
+    ("4*", "3*"): 0,
+    ("4*", "1*"): 1,
+}
+"""The edges of Fig. 2 and what the text says of their sides."""
+
+
+@pytest.fixture(scope="module", params=[[], OTHER], ids=["paper", "another body"])
+def content(request: pytest.FixtureRequest) -> Any:
+    return typed(Config, FIG2, request.param)
+
+
+@pytest.fixture(scope="module")
+def tree(content: Any) -> Any:
+    return heteroclinic_cycle.compute(content, MEANS)
+
+
+@pytest.fixture
+def data(tree: Any, tmp_path: Path) -> Any:
+    """The result as it comes back from a file."""
+    store.write(tmp_path / "a.h5", store.Result({}, "{}", {}, tree))
+    return store.load(tmp_path / "a.h5")["data"]
+
+
+def test_nothing_is_integrated_to_compute_it() -> None:
+    found = modules_of("heteroclinic_cycle", FIG2)
+    assert "rigidpend.routes.cycle" in found
+    assert found & {"scipy.integrate", "heyoka", "matplotlib"} == set()
+
+
+def test_every_dataset_has_a_unit_and_a_description(tree: Any) -> None:
+    for group in tree.values():
+        assert all(dataset.units and dataset.description for dataset in group.values())
+
+
+def test_the_edges_are_those_of_the_paper_each_once(data: Any) -> None:
+    edges, once = data["edges"], ~data["edges"]["again"]
+    pairs = zip(edges["from"][once], edges["to"][once], strict=True)
+    found = list(zip(pairs, edges["symbol"][once].tolist(), strict=True))
+    assert len(found) == len(PUBLISHED)
+    assert dict(found) == PUBLISHED
+
+
+def test_only_the_first_separatrix_is_there_again(data: Any) -> None:
+    edges, vertices = data["edges"], data["vertices"]
+    assert edges["from"][edges["again"]].tolist() == ["1*"]
+    assert vertices["label"][vertices["again"]].tolist() == ["1", "1*"]
+
+
+def test_the_vertices_are_eight_at_the_separatrices_of_the_body(content: Any, data: Any) -> None:
+    body, v = content.problem.body, data["vertices"]
+    assert sorted(v["label"][~v["again"]]) == ["1", "1*", "2", "2*", "3", "3*", "4", "4*"]
+    for label, x, J1, again in zip(v["label"], v["theta1"], v["J1"], v["again"], strict=True):
+        number = int(label[0])
+        side = -1 if number in (1, 3) else 1
+        turns = (2 if number > 2 else 0) + (4 if again else 0)
+        assert x == pytest.approx(body.beta0 + side * body.alpha0 + turns * np.pi, abs=1e-14)
+        assert label.endswith("*") == J1
+
+
+def test_every_edge_ends_at_vertices_within_the_window(data: Any) -> None:
+    edges, v = data["edges"], data["vertices"]
+    places = {
+        (label, round(x, 12), J1)
+        for label, x, J1 in zip(v["label"], v["theta1"], v["J1"], strict=True)
+    }
+    for end, labels in ((0, edges["from"]), (1, edges["to"])):
+        for k, label in enumerate(labels):
+            assert (label, round(edges["theta1"][end, k], 12), edges["J1"][end, k]) in places
+
+
+def test_no_vertex_lies_inside_an_edge(data: Any) -> None:
+    inner = np.sort(data["edges"]["theta1"], axis=0)[..., None] - data["vertices"]["theta1"]
+    assert not ((inner[0] < -1e-9) & (inner[1] > 1e-9)).any()
+
+
+def test_the_arrows_go_as_the_flow_does(content: Any, data: Any) -> None:
+    p, edges = content.problem.body.angles(), data["edges"]
+    for x, y in zip(edges["theta1"].T, edges["J1"].T, strict=True):
+        free = p._replace(mu=0.0)
+        theta1_rate, J1_rate, _, _ = eq1((x.mean(), y.mean(), 0.0, 1.0), free, np)
+        assert (x[1] - x[0]) * theta1_rate + (y[1] - y[0]) * J1_rate > 0
+        assert np.sign(np.diff(y)[0]) == np.sign(J1_rate) or y[0] == y[1]
+
+
+def test_symbols_are_the_sides_and_those_of_the_routes(data: Any) -> None:
+    edges = data["edges"]
+    for k in np.flatnonzero(edges["symbol"] != 255):
+        right = edges["theta1"][1, k] > edges["theta1"][0, k]
+        assert edges["symbol"][k] == right
+        pair = np.array([[int(edges["from"][k][0])], [int(edges["to"][k][0])]])
+        assert symbols(pair)[0, 0] == right
+
+
+def test_the_rectangles_are_on_the_two_sides_of_separatrix_2(content: Any, data: Any) -> None:
+    body, rectangles = content.problem.body, data["rectangles"]
+    middle = body.beta0 + body.alpha0
+    assert rectangles["name"].tolist() == ["left", "right"]
+    expected = [[body.beta0 - body.alpha0, middle], [middle, body.beta0 - body.alpha0 + 2 * np.pi]]
+    np.testing.assert_allclose(rectangles["theta1"].T, expected, atol=1e-14)
+
+
+def test_a_result_does_not_differ_from_itself_but_from_another_body_s(data: Any) -> None:
+    assert heteroclinic_cycle.differences(data, data) == []
+    x = data["vertices"]["theta1"]
+    for step, count in ((1e-15, 0), (1e-12, 1)):
+        fresh = {**data, "vertices": {**data["vertices"], "theta1": x + step}}
+        assert len(heteroclinic_cycle.differences(data, fresh)) == count
+
+
+def test_describe_names_the_places_of_the_separatrices() -> None:
+    rows = {row.name: row for row in heteroclinic_cycle.describe(typed(Config, FIG2))}
+    assert float(rows["separatrix 2"].value) == pytest.approx(3.4814295630439, abs=1e-12)
+    assert "mu" not in rows
+    assert all(row.meaning for row in rows.values())
+
+
+@pytest.mark.parametrize(
+    ("setting", "place", "message"),
+    [
+        ("problem.r=[0, 0, 0]", "problem.r", "r must have a direction"),
+        ("problem.mu=0", "problem.mu", "unknown key"),
+    ],
+)
+def test_a_config_that_cannot_be_is_refused(setting: str, place: str, message: str) -> None:
+    [found] = refused(FIG2, [setting])
+    assert ".".join(map(str, found.place)) == place
+    assert found.message.startswith(message)

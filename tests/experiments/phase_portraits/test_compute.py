@@ -1,0 +1,262 @@
+"""The experiment `phase_portraits`: curves of the Euler case, in closed form and no other way."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend.config import loading
+from rigidpend.equations import aligned, aligned_coefficients, energy, eq1
+from rigidpend.experiments.contract import Means
+from rigidpend.experiments.phase_portraits import compute as phase_portraits
+from rigidpend.integrate import sample
+from rigidpend.results import store
+from tests.config.samples import refused
+
+FIG1 = Path(__file__).resolve().parents[3] / "configs" / "fig1.yaml"
+MEANS = Means()
+
+IN_PROCESS = """
+import sys
+from pathlib import Path
+from rigidpend.config import loading
+from rigidpend.experiments.contract import Means
+import rigidpend.experiments.{name} as experiment
+content = loading.load(Path(sys.argv[1])).content
+assert experiment.compute(content, Means(report=print))
+print("modules", *sys.modules)
+"""
+
+
+def modules_of(name: str, path: Path) -> set[str]:
+    """What a fresh Python has imported when it has computed an experiment."""
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", IN_PROCESS.format(name=name), str(path)],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return set(done.stdout.splitlines()[-1].split()[1:])
+
+
+@pytest.fixture(scope="module")
+def content() -> Any:
+    return loading.load(FIG1).content
+
+
+@pytest.fixture(scope="module")
+def tree(content: Any) -> Any:
+    return phase_portraits.compute(content, MEANS)
+
+
+@pytest.fixture
+def data(tree: Any, tmp_path: Path) -> Any:
+    """The result as it comes back from a file."""
+    store.write(tmp_path / "a.h5", store.Result({}, "{}", {}, tree))
+    return store.load(tmp_path / "a.h5")["data"]
+
+
+def curves(group: Any, field: str) -> list[Any]:
+    return [group[field][..., a:b] for a, b in pairwise(group["offsets"])]
+
+
+def test_nothing_is_integrated_to_compute_it() -> None:
+    found = modules_of("phase_portraits", FIG1)
+    assert "rigidpend.free_body" in found
+    assert found & {"scipy.integrate", "heyoka", "matplotlib"} == set()
+
+
+def test_the_body_is_the_paper_s(content: Any) -> None:
+    body = content.problem.body
+    assert body.alpha0 == pytest.approx(1.9106332362490186, rel=1e-15)
+    assert float(body.mu) == 0
+
+
+def test_every_dataset_has_a_unit_and_a_description(tree: Any) -> None:
+    for group in tree.values():
+        assert all(dataset.units and dataset.description for dataset in group.values())
+
+
+@pytest.mark.parametrize("name", ["orbits", "separatrices", "centres"])
+def test_every_curve_has_its_energy_on_the_sphere_and_in_the_plane(
+    content: Any, data: Any, name: str
+) -> None:
+    body, group = content.problem.body, data[name]
+    A = [float(x) for x in body.A]
+    for M, energy_, level in zip(
+        curves(group, "points"), group["energy"], group["level"], strict=True
+    ):
+        # H in physical units at |M| = 1, then in units of J2'^2: J2'^2 = |M|^2 s^2.
+        kinetic = energy(M, (0, 0, 0), A, (0, 0, 0), 0.0) / (1 / A[1] - 1 / A[0])
+        np.testing.assert_allclose(kinetic, energy_, rtol=1e-14)
+        np.testing.assert_allclose(kinetic - body.kappa / 2, level, atol=1e-14)
+
+
+def test_the_signs_of_the_levels_tell_the_families(data: Any) -> None:
+    around, level = data["orbits"]["around"], data["orbits"]["level"]
+    assert (level[around == 2] > 0).all()
+    assert (level[around == 1] < 0).all()
+    assert np.abs(data["separatrices"]["level"]).max() < 1e-15
+
+
+def test_all_orbits_of_the_config_are_there(content: Any, data: Any) -> None:
+    heights = [float(x) for x in content.problem.heights]
+    orbits = data["orbits"]
+    np.testing.assert_array_equal(orbits["height"].reshape(4, -1), [heights] * 4)
+    for M, height in zip(curves(orbits, "points"), orbits["height"], strict=True):
+        assert M.shape == (3, content.problem.points)
+        assert M[2].max() == pytest.approx(height, rel=1e-3)
+
+
+def test_the_separatrices_are_two_great_circles_through_the_poles(data: Any) -> None:
+    halves = curves(data["separatrices"], "points")
+    for pair in ((0, 2), (1, 3)):
+        circle = np.concatenate([halves[i] for i in pair], axis=1)
+        sizes = np.linalg.svd(circle, compute_uv=False)
+        # In a plane, and all around in it.
+        assert sizes[2] < 1e-13
+        assert sizes[1] > 5
+        np.testing.assert_allclose(circle.sum(axis=1)[:2], 0, atol=1e-12)
+    assert np.linalg.svd(np.concatenate(halves, axis=1), compute_uv=False)[2] > 5
+
+
+@pytest.mark.parametrize("name", ["orbits", "separatrices"])
+def test_the_curves_in_the_plane_satisfy_the_unperturbed_equations(
+    content: Any, data: Any, name: str
+) -> None:
+    p, group = content.problem.body.angles(), data[name]
+    for x, y in zip(curves(group, "theta1"), curves(group, "J1"), strict=True):
+        middle = ((x[1:] + x[:-1]) / 2, (y[1:] + y[:-1]) / 2, 0.0, 1.0)
+        theta1_rate, J1_rate, _, _ = eq1(middle, p, np)
+        dx, dy = np.diff(x), np.diff(y)
+        along = dx * theta1_rate + dy * J1_rate
+        across = dx * J1_rate - dy * theta1_rate
+        # In the flow's sense, and along it but for the curvature within a step.
+        assert (along >= 0).all()
+        length = np.hypot(dx, dy) * np.hypot(theta1_rate, J1_rate)
+        assert np.abs(across).max() < 2e-3 * length.max()
+
+
+def test_agrees_with_an_integrated_orbit_in_projection(content: Any, data: Any) -> None:
+    p, orbits = content.problem.body.angles(), data["orbits"]
+    k = int(np.argmax(orbits["height"]))
+    points = curves(orbits, "points")[k]
+    c, s = np.cos(p.alpha0 / 2), np.sin(p.alpha0 / 2)
+    M1, M2, M3 = points[:, 0]
+    start = [c * M1 + s * M2, c * M1 - s * M2, M3, 0.0, 0.0, 1.0]
+    coefficients = aligned_coefficients(p, np)
+    state = sample(lambda y, _: aligned(y, coefficients), start, np.linspace(0, 15, 301))
+    found = np.array([(state[0] + state[1]) / (2 * c), (state[0] - state[1]) / (2 * s), state[2]])
+    seen = phase_portraits.view_axes(content.problem.view) @ found
+    drawn = curves(orbits, "projected")[k]
+    gaps = np.hypot(*(seen[:2, :, None] - drawn[:2, None, :])).min(axis=1)
+    # The points are at most half a step apart from the curve's.
+    assert gaps.max() < 0.6 * np.hypot(*np.diff(drawn[:2], axis=1)).max()
+    assert np.ptp(seen[1]) > 1
+
+
+def test_the_projection_is_a_rotation_with_M3_upright(content: Any) -> None:
+    axes = phase_portraits.view_axes(content.problem.view)
+    np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-15)
+    assert np.linalg.det(axes) == pytest.approx(1)
+    assert axes[0, 2] == 0
+    assert axes[1, 2] > 0
+    azimuth, elevation = (float(getattr(content.problem.view, x)) for x in ("azimuth", "elevation"))
+    assert np.atan2(axes[2, 1], axes[2, 0]) == pytest.approx(azimuth)
+    assert np.arcsin(axes[2, 2]) == pytest.approx(elevation)
+
+
+@pytest.mark.parametrize("name", ["orbits", "separatrices", "centres"])
+def test_what_is_visible_is_nearer_than_what_it_hides(content: Any, data: Any, name: str) -> None:
+    group = data[name]
+    towards = phase_portraits.view_axes(content.problem.view)[2]
+    # A point of the sphere is hidden where the sphere goes on towards the viewer.
+    nearer = np.linalg.norm(group["points"] + 1e-3 * towards[:, None], axis=0)
+    np.testing.assert_array_equal(group["visible"], nearer >= np.sqrt(1 + 1e-6))
+    assert 0 < group["visible"].mean() < 1
+    np.testing.assert_allclose(np.hypot(*group["projected"][:2]) <= 1 + 1e-12, True)
+
+
+def test_the_window_is_a_whole_period_between_two_separatrices_1(content: Any, data: Any) -> None:
+    body, plane = content.problem.body, data["plane"]
+    assert np.ptp(plane["window"]) == pytest.approx(4 * np.pi, rel=1e-15)
+    assert plane["window"][0] == pytest.approx(body.beta0 - body.alpha0, abs=1e-15)
+    assert plane["separatrix"].tolist() == [1, 2, 3, 4, 1]
+    for field in ("orbits", "centres"):
+        x = data[field]["theta1"]
+        assert ((x > plane["window"][0]) & (x < plane["window"][1])).all()
+    # No orbit crosses a separatrix.
+    for x in curves(data["orbits"], "theta1"):
+        assert np.ptp(np.searchsorted(plane["separatrix_theta1"], x)) == 0
+
+
+def test_the_centres_are_equilibria(content: Any, data: Any) -> None:
+    p, centres = content.problem.body.angles(), data["centres"]
+    rates = eq1((centres["theta1"], centres["J1"], 0.0, 1.0), p, np)
+    np.testing.assert_allclose([rates[0], rates[1]], 0, atol=1e-14)
+    np.testing.assert_allclose(np.diff(np.sort(centres["theta1"])), np.pi)
+
+
+def test_a_result_does_not_differ_from_itself(data: Any) -> None:
+    assert phase_portraits.differences(data, data) == []
+
+
+@pytest.mark.parametrize(
+    ("group", "field"), [("orbits", "theta1"), ("separatrices", "points"), ("plane", "window")]
+)
+def test_a_changed_curve_is_found_and_its_rounding_is_not(
+    data: Any, group: str, field: str
+) -> None:
+    for step, count in ((1e-15, 0), (1e-12, 1)):
+        values = data[group][field].copy()
+        values.flat[1] += step
+        fresh = {**data, group: {**data[group], field: values}}
+        assert len(phase_portraits.differences(data, fresh)) == count
+
+
+def test_visibility_may_change_on_the_outline_only(data: Any) -> None:
+    orbits = data["orbits"]
+    depth = orbits["projected"].copy()
+    depth[2, 7] = 5e-15
+    stored = {**data, "orbits": {**orbits, "projected": depth}}
+    for index, count in ((7, 0), (8, 1)):
+        visible = orbits["visible"].copy()
+        visible[index] ^= True
+        fresh = {**stored, "orbits": {**stored["orbits"], "visible": visible}}
+        changed = {**stored, "orbits": {**stored["orbits"], "visible": orbits["visible"]}}
+        assert len(phase_portraits.differences(changed, fresh)) == count
+
+
+def test_describe_names_every_parameter_but_not_mu(content: Any) -> None:
+    rows = {row.name: row for row in phase_portraits.describe(content)}
+    assert rows["alpha0"].value == "1.9106332362490186"
+    assert rows["separatrices"].value == "-0.339837, 3.481430, 5.943348, 9.764615"
+    assert rows["azimuth"].value == "pi/8"
+    assert "mu" not in rows
+    assert all(row.meaning for row in rows.values())
+
+
+@pytest.mark.parametrize(
+    ("setting", "place", "message"),
+    [
+        ("problem.A=[1, 2, 1.5]", "problem.A", "A1 > A3 > A2 is broken"),
+        ("problem.mu=0", "problem.mu", "unknown key"),
+        ("problem.heights=[0.5, 1]", "problem.heights", "a height |M3|/|M| is more than 0"),
+        ("problem.heights=[]", "problem.heights", "expected at least"),
+        ("problem.view.elevation=2", "problem.view.elevation", "an elevation is from -pi/2"),
+        ("problem.points=3", "problem.points", "input should be greater than or equal to 9"),
+        ("numerics.engine=scipy", "numerics", "unknown key"),
+    ],
+)
+def test_a_config_that_cannot_be_is_refused(setting: str, place: str, message: str) -> None:
+    [found] = refused(FIG1, [setting])
+    assert ".".join(map(str, found.place)) == place
+    assert found.message.startswith(message)

@@ -1,0 +1,240 @@
+"""The experiment `route_codes`: it is the function of that name, and it knows two results apart."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend import melnikov
+from rigidpend.config import loading
+from rigidpend.experiments.contract import Means
+from rigidpend.experiments.route_arrays import crossing_tolerance
+from rigidpend.experiments.route_codes import compute as route_codes
+from rigidpend.integrate.arithmetic import resolve
+from rigidpend.integrate.engines import default_engine
+from rigidpend.routes import RouteProblem
+from rigidpend.routes import route_codes as compute_codes
+from tests.config.samples import SMALL, written
+
+SECOND = "problem.arrays.second={start: 3*pi/40, step: 1/100, count: 2}"
+
+Data = dict[str, dict[str, Any]]
+
+
+@pytest.fixture(scope="module")
+def content(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """A checked config of two arrays."""
+    path = written(tmp_path_factory.mktemp("config"), SMALL)
+    return loading.load(path, [SECOND, "problem.n_symbols=5"]).content
+
+
+@pytest.fixture(scope="module")
+def reported() -> list[str]:
+    return []
+
+
+@pytest.fixture(scope="module")
+def tree(content: Any, reported: list[str]) -> Any:
+    return route_codes.compute(content, Means(resolve(default_engine()), 1, reported.append))
+
+
+@pytest.fixture
+def data(tree: Any) -> Data:
+    """The arrays of a result, each test's own."""
+    return {
+        name: {field: np.array(dataset.values) for field, dataset in group.items()}
+        for name, group in tree.items()
+    }
+
+
+def with_change(data: Data, change: Callable[[Data], None]) -> Data:
+    other = {name: {k: x.copy() for k, x in group.items()} for name, group in data.items()}
+    change(other)
+    return other
+
+
+def test_compute_is_route_codes_of_each_array(content: Any, tree: Any) -> None:
+    assert list(tree) == ["only", "second"]
+    p = content.problem
+    phases = {
+        "only": [f"1 + {k}/10" for k in range(5)],
+        "second": [f"3*pi/40 + {k}/100" for k in range(2)],
+    }
+    for name, group in tree.items():
+        routes = compute_codes(
+            p.body, phases[name], h0="1.3342", J1_0="1e-8", n_symbols=5, precisions=(53,)
+        )
+        for field, expected in routes._asdict().items():
+            np.testing.assert_array_equal(group[field].values, expected, err_msg=field)
+            assert group[field].values.dtype == expected.dtype
+        assert routes.certain.all()
+
+
+def test_compute_adds_the_melnikov_zeros_to_each_array(content: Any, tree: Any) -> None:
+    p = content.problem
+    zeros = melnikov.zeros(RouteProblem(p.body, p.h0, p.J1_0, 5))
+    for group in tree.values():
+        np.testing.assert_array_equal(group["melnikov_zeros"].values, zeros)
+
+
+def test_every_dataset_has_a_unit_and_a_description(tree: Any) -> None:
+    for group in tree.values():
+        assert all(dataset.units and dataset.description for dataset in group.values())
+
+
+def test_compute_reports_each_array(tree: Any, reported: list[str]) -> None:
+    assert reported == ["only: 5 orbits, 5 in 53 bits", "second: 2 orbits, 2 in 53 bits"]
+
+
+def test_numerics_reach_the_computation(content: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[Any] = []
+
+    def stop(*_: Any, **keywords: Any) -> Any:
+        seen.append(keywords)
+        raise InterruptedError
+
+    monkeypatch.setattr(route_codes, "route_codes", stop)
+    arithmetic = resolve("scipy", 1e-9, (60, 70))
+    with pytest.raises(InterruptedError):
+        route_codes.compute(content, Means(arithmetic, 3, print))
+    [keywords] = seen
+    assert keywords["tolerance"] == 1e-9
+    assert keywords["precisions"] == (60, 70)
+    assert (keywords["engine"], keywords["jobs"]) == ("scipy", 3)
+
+
+def test_a_result_does_not_differ_from_itself(data: Data) -> None:
+    assert route_codes.differences(data, data) == []
+
+
+def flip(data: Data) -> None:
+    data["only"]["codes"][2, 1] ^= 1
+
+
+def doubt(data: Data) -> None:
+    flip(data)
+    data["only"]["certain"][2:, 1] = False
+
+
+def test_a_certain_symbol_that_changed_is_found(data: Data) -> None:
+    [found] = route_codes.differences(data, with_change(data, flip))
+    assert found == f"only/codes[2, 1]: stored {1 - found.computed}, computed {found.computed}"
+
+
+LOST = "only/certain[2, 1]: stored True, computed False (3 of 25 differ)"
+
+
+def test_a_symbol_that_was_uncertain_may_differ(data: Data) -> None:
+    assert route_codes.differences(with_change(data, doubt), data) == []
+
+
+def test_symbols_that_are_no_longer_certain_are_found_and_no_more_of_them(data: Data) -> None:
+    assert route_codes.differences(data, with_change(data, doubt)) == [LOST]
+
+
+@pytest.mark.parametrize("field", ["crossing_time", "separatrix"])
+def test_what_is_compared_ends_before_the_first_uncertain_symbol(data: Data, field: str) -> None:
+    def change(row: int) -> Callable[[Data], None]:
+        def changed(data: Data) -> None:
+            doubt(data)
+            data["only"][field][row, 1] += 1
+
+        return changed
+
+    # Symbol 3, in row 2, is what happens between the crossings 2 and 3 of rows 2 and 3.
+    for row, count in ((2, 1), (3, 0)):
+        assert len(route_codes.differences(with_change(data, change(row)), data)) == count
+        lost, *found = route_codes.differences(data, with_change(data, change(row)))
+        assert lost == LOST
+        assert len(found) == count
+        assert all(field in text for text in found)
+
+
+def test_a_separatrix_that_changed_is_found(data: Data) -> None:
+    def change(data: Data) -> None:
+        data["second"]["separatrix"][0, 1] = 3
+
+    [found] = route_codes.differences(data, with_change(data, change))
+    assert found == "second/separatrix[0, 1]: stored 2, computed 3"
+
+
+@pytest.mark.parametrize("row", [0, 5])
+def test_a_shifted_crossing_time_is_found(data: Data, row: int) -> None:
+    def change(data: Data) -> None:
+        data["only"]["crossing_time"][row, 3] += 0.01
+
+    [found] = route_codes.differences(data, with_change(data, change))
+    assert found.startswith(f"only/crossing_time[{row}, 3]: stored ")
+
+
+def test_a_crossing_time_may_differ_by_what_its_arithmetic_explains(data: Data) -> None:
+    def change(data: Data) -> None:
+        data["only"]["crossing_time"] += 0.5 * crossing_tolerance(6)
+
+    assert route_codes.differences(data, with_change(data, change)) == []
+
+
+@pytest.mark.parametrize("field", ["theta2_0", "melnikov_zeros"])
+def test_another_phase_is_found(data: Data, field: str) -> None:
+    def change(data: Data) -> None:
+        data["only"][field][1] += 1e-12
+
+    [found] = route_codes.differences(data, with_change(data, change))
+    assert found.startswith(f"only/{field}[1]: stored ")
+
+
+@pytest.mark.parametrize("absent_first", [True, False])
+def test_a_missing_array_is_found(data: Data, absent_first: bool) -> None:
+    fewer = {"only": data["only"]}
+    pair = (fewer, data) if absent_first else (data, fewer)
+    where = "computed" if absent_first else "stored"
+    assert route_codes.differences(*pair) == [f"second is only {where}"]
+
+
+def test_other_numbers_of_symbols_or_columns_are_found(data: Data) -> None:
+    def change(data: Data) -> None:
+        for field in data["only"]:
+            data["only"][field] = data["only"][field][..., :2]
+
+    [found] = route_codes.differences(data, with_change(data, change))
+    assert found == "only/codes: shape (5, 5) stored, (5, 2) computed"
+
+
+@pytest.mark.parametrize("absent_first", [True, False])
+def test_a_certain_crossing_without_a_time_is_found(data: Data, absent_first: bool) -> None:
+    def change(data: Data) -> None:
+        data["only"]["crossing_time"][0, 0] = np.nan
+
+    pair = [with_change(data, change), data]
+    if not absent_first:
+        pair.reverse()
+    [found] = route_codes.differences(*pair)
+    assert found.startswith("only/crossing_time[0, 0]: stored ")
+    assert "nan" in found
+    assert route_codes.differences(with_change(data, change), with_change(data, change)) == []
+
+
+@pytest.mark.parametrize("absent_first", [True, False])
+@pytest.mark.parametrize("field", ["theta2_0", "codes", "certain", "bits", "melnikov_zeros"])
+def test_a_missing_dataset_is_found(data: Data, field: str, absent_first: bool) -> None:
+    def change(data: Data) -> None:
+        del data["second"][field]
+
+    pair = [with_change(data, change), data]
+    if not absent_first:
+        pair.reverse()
+    where = "computed" if absent_first else "stored"
+    assert route_codes.differences(*pair) == [f"second/{field} is only {where}"]
+
+
+def test_describe_names_every_parameter_with_what_follows(content: Any) -> None:
+    rows = {row.name: row for row in route_codes.describe(content)}
+    assert rows["alpha0"].value == "1.9106332362490186"
+    assert rows["J1_0"].value == "1e-8"
+    assert rows["Melnikov zeros"].value == "1.563050, 4.704643"
+    assert rows["array second"].value == "3*pi/40 + k 1/100, k < 2"
+    assert rows["special cases"].value == "Grioli"
+    assert all(row.meaning for row in rows.values())

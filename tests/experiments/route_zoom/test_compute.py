@@ -1,0 +1,107 @@
+"""Zooms into Fig. 4: the change of symbol is found, and its surroundings repeat."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from functools import partial
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend import melnikov, route_codes
+from rigidpend.config import loading
+from rigidpend.experiments.contract import Means
+from rigidpend.experiments.route_zoom import compute as route_zoom
+from rigidpend.integrate import default_engine
+from rigidpend.integrate.arithmetic import resolve
+from rigidpend.numbers.exact import exact
+from rigidpend.routes.problem import RouteProblem
+
+SHIPPED = Path(__file__).parents[3] / "configs" / "fig4_zoom.yaml"
+SMALL = ("problem.levels=3", "problem.count=5", "problem.n_symbols=4")
+WHERE: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8"}
+
+
+@pytest.fixture(scope="module")
+def given() -> Any:
+    return loading.load(SHIPPED, SMALL).content
+
+
+@pytest.fixture(scope="module")
+def tree(given: Any) -> Any:
+    lines: list[str] = []
+    found = route_zoom.compute(given, Means(resolve(default_engine()), 1, lines.append))
+    assert len(lines) == 3
+    return found
+
+
+def codes(given: Any) -> Any:
+    return partial(route_codes, given.problem.body, **WHERE)
+
+
+def test_the_symbol_changes_in_the_middle_of_every_level(tree: Any) -> None:
+    for level in tree["levels"].values():
+        first = level["codes"].values[0]
+        changes = np.flatnonzero(np.diff(first))
+        assert changes.size == 1
+        assert changes[0] in (1, 2)
+
+
+def test_each_level_is_finer_by_the_factor_and_lies_inside_the_one_before(tree: Any) -> None:
+    levels = list(tree["levels"].values())
+    steps = [level["step"].values for level in levels]
+    assert np.allclose(np.divide(steps[:-1], steps[1:]), 100, rtol=1e-12)
+    centres = [Fraction(level["centre"].values) for level in levels]
+    for (a, b), step in zip(pairwise(centres), steps, strict=False):
+        assert abs(a - b) < step
+
+
+def test_the_change_lies_at_melnikov_s_zero_to_first_order(tree: Any, given: Any) -> None:
+    """NOTES: the true change differs from the zero by 1.05 mu."""
+    p = given.problem
+    zero = melnikov.zeros(RouteProblem(p.body, p.h0, p.J1_0, 1))[1]
+    last = list(tree["levels"].values())[-1]
+    assert float(last["centre"].values) - zero == pytest.approx(1.05e-3, rel=0.02)
+
+
+def test_rows_repeat_after_the_zoom_that_is_said(tree: Any, given: Any) -> None:
+    """Symbols 2 and 3 at a distance d and at d/exp(pi^2/nu) agree, at others they do not."""
+    low, high = route_zoom.bisect(codes(given), exact("4.7"), exact("4.8"), 1, 1e-13)
+    centre, growth = float(low), float(tree["repeats_after"].values)
+    distances = 1e-5 * growth ** np.linspace(0, 1, 24, endpoint=False)
+    assert float(high) - centre < 2e-13
+
+    def rows(scale: float) -> Any:
+        phases = [exact(str(centre)) + exact(float(d * scale)) for d in distances]
+        return codes(given)(phases, n_symbols=3).codes[1:]
+
+    reference = rows(1.0)
+    assert (rows(1 / growth) == reference).mean() > 0.9
+    assert (rows(growth**-0.5) == reference).mean() < 0.7
+
+
+def test_bisection_refuses_phases_without_a_change(given: Any) -> None:
+    with pytest.raises(route_zoom.NoChange, match="symbol 1 must change"):
+        route_zoom.bisect(codes(given), exact("1"), exact("1.1"), 1, 1e-3)
+
+
+def test_differences_find_a_changed_symbol_and_a_shifted_centre(tree: Any) -> None:
+    def plain(node: Any) -> Any:
+        if hasattr(node, "items"):
+            return {key: plain(value) for key, value in node.items()}
+        return np.array(node.values) if not isinstance(node.values, str) else node.values
+
+    stored, fresh = plain(tree), plain(tree)
+    assert route_zoom.differences(stored, fresh) == []
+    fresh["levels"]["level01"]["codes"][2, 1] ^= 1
+    fresh["levels"]["level02"]["centre"] = "4.7"
+    found = route_zoom.differences(stored, fresh)
+    assert [text.place for text in found] == ["levels/level01/codes[2, 1]", "levels/level02/centre"]
+
+
+def test_describe_tells_the_steps(given: Any) -> None:
+    rows = {row.name: row.value for row in route_zoom.describe(given)}
+    assert rows["steps"] == "0.1 to 1e-05"

@@ -1,0 +1,141 @@
+"""The contract of experiments: every folder keeps it, as mypy and the import rules see it."""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from mypy import api
+
+from rigidpend import experiments, render
+
+ROOT = Path(__file__).resolve().parents[2]
+NAMES = experiments.names()
+COMPUTING = ("compute.py", "schema.py")
+FILES = sorted(experiments.FOLDER.glob("*/*.py"))
+DRAWING = [file for file in FILES if file.name not in COMPUTING]
+
+SEAM = """
+import rigidpend.experiments.{name}.compute as compute
+import rigidpend.experiments.{name}.draw as draw
+from rigidpend.config.schema import ExperimentConfig
+from rigidpend.experiments.contract import Computation, Drawing, Reporting
+from rigidpend.experiments.{name}.schema import Config
+
+schema: type[ExperimentConfig] = Config
+computation: Computation[Config] = compute
+drawing: Drawing = draw
+"""
+REPORT = """
+import rigidpend.experiments.{name}.report as report
+
+reporting: Reporting = report
+"""
+
+
+def seam(name: str) -> str:
+    """Assignments that only type-check where an experiment keeps the contract."""
+    has_report = (experiments.FOLDER / name / "report.py").is_file()
+    return (SEAM + REPORT if has_report else SEAM).format(name=name)
+
+
+def checked(folder: Path, monkeypatch: pytest.MonkeyPatch, **sources: str) -> str:
+    """The words of mypy on some modules, under the project's own settings."""
+    for name, source in sources.items():
+        (folder / f"{name}.py").write_text(source, encoding="utf-8")
+    monkeypatch.setenv("MYPYPATH", str(ROOT))
+    files = [str(folder / f"{name}.py") for name in sources]
+    said, error, _ = api.run(["--config-file", str(ROOT / "pyproject.toml"), *files])
+    assert not error
+    return said
+
+
+def test_every_experiment_keeps_the_contract(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sources = {f"seam_{name}": seam(name) for name in NAMES}
+    assert checked(tmp_path, monkeypatch, **sources).startswith("Success")
+
+
+def test_an_experiment_with_another_config_does_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wrong = seam("route_codes").replace("route_codes.schema", "precession.schema")
+    said = checked(tmp_path, monkeypatch, wrong=wrong)
+    assert "incompatible type" in said or "Incompatible types" in said
+
+
+def imported(file: Path) -> Iterator[str]:
+    """The modules that a file imports when it runs, by full name."""
+    waiting: list[ast.AST] = [ast.parse(file.read_bytes())]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            continue
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        waiting += ast.iter_child_nodes(node)
+
+
+SHARED = ("rigidpend.render", "rigidpend.report.page", "rigidpend.results.")
+VERDICTS = (
+    "rigidpend.measure.benchmark.methods.METHODS",
+    "rigidpend.measure.benchmark.tables",
+    "rigidpend.measure.stress.cases",
+)
+"""Words and levels of measurements, which import nothing that computes either."""
+
+
+@pytest.mark.parametrize("file", DRAWING, ids=lambda file: f"{file.parent.name}/{file.name}")
+def test_drawing_imports_nothing_that_computes(file: Path) -> None:
+    """Arrays, drawing, stored results, and of its own folder what draws."""
+    own = f"rigidpend.experiments.{file.parent.name}."
+    for name in imported(file):
+        first = name.partition(".")[0]
+        if first == "rigidpend":
+            ours = name.startswith(own) and not name.startswith((f"{own}compute", f"{own}schema"))
+            assert ours or name.startswith((*SHARED, *VERDICTS)), name
+        else:
+            assert first in {"numpy", "matplotlib", *sys.stdlib_module_names}, name
+
+
+@pytest.mark.parametrize("file", sorted(Path(render.__file__).parent.glob("*.py")))
+def test_what_drawings_share_imports_nothing_that_computes(file: Path) -> None:
+    for name in imported(file):
+        first = name.partition(".")[0]
+        if first == "rigidpend":
+            assert name.startswith(("rigidpend.experiments", *SHARED)), name
+        else:
+            assert first in {"numpy", "matplotlib", *sys.stdlib_module_names}, name
+
+
+@pytest.mark.parametrize(
+    "file",
+    [file for file in FILES if file.name in COMPUTING],
+    ids=lambda file: f"{file.parent.name}/{file.name}",
+)
+def test_computing_imports_nothing_that_draws(file: Path) -> None:
+    own = f"rigidpend.experiments.{file.parent.name}"
+    forbidden = ("matplotlib", "rigidpend.render", "rigidpend.report", f"{own}.draw")
+    assert not [name for name in imported(file) if name.startswith(forbidden)]
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: f"{file.parent.name}/{file.name}")
+def test_no_experiment_imports_another(file: Path) -> None:
+    own = f"rigidpend.experiments.{file.parent.name}"
+    for name in imported(file):
+        if name.startswith("rigidpend.experiments.") and not name.startswith(f"{own}."):
+            module = name.split(".")[2]
+            assert module not in NAMES, name
+
+
+@pytest.mark.parametrize("name", ["nonesuch", "..run", "route_codes.compute", ""])
+def test_a_name_from_a_file_imports_no_other_module(name: str) -> None:
+    for part in (experiments.schema, experiments.computation, experiments.drawing):
+        with pytest.raises(experiments.UnknownExperiment, match="no such experiment"):
+            part(name)

@@ -1,0 +1,28 @@
+"""The pendulum keeps its period, and another period is noticed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from rigidpend.measure.stress import pendulum
+from rigidpend.routes.problem import RouteProblem, rotation_period
+from tests.integrate.problems import FIG4, needs_heyoka
+
+
+@needs_heyoka
+def test_the_pendulum_keeps_its_period_and_another_is_noticed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def run() -> list[str]:
+        made: Any = pendulum.pendulum(FIG4, "1.3342", rotations=300, engine="taylor")
+        return [str(case["verdict"].values) for case in made["cases"].values()]
+
+    assert run() == ["passed"]
+
+    def longer(problem: RouteProblem) -> float:
+        return rotation_period(problem) * (1 + 1e-12)
+
+    monkeypatch.setattr(pendulum, "rotation_period", longer)
+    assert run() == ["FAILED"]

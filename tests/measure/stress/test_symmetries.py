@@ -1,0 +1,43 @@
+"""The symmetries hold, and a broken one is noticed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rigidpend import integrate
+from rigidpend.equations import aligned
+from rigidpend.measure.stress import symmetries
+from rigidpend.measure.stress.truth import float_coefficients
+from tests.integrate.problems import GENERIC
+
+ENGINE = integrate.default_engine()
+C = float_coefficients(GENERIC)
+X = np.array([0.4, -0.2, 0.9, 0.3, -0.5, 0.8])
+
+
+def test_the_field_has_the_symmetries() -> None:
+    rates = np.array(aligned(X, C))
+    assert np.array_equal(aligned(symmetries.MIRROR * X, C), symmetries.MIRROR * rates)
+    assert np.array_equal(aligned(symmetries.REVERSAL * X, C), -symmetries.REVERSAL * rates)
+
+
+def test_other_units_are_the_same_field() -> None:
+    states, coefficients = symmetries._in_units(X[:, None], C, 1.37, 0.73)
+    units = np.array([1.37] * 3 + [0.73] * 3)
+    found = np.array(aligned(states[:, 0], coefficients))
+    assert np.allclose(found, 1.37 * units * np.array(aligned(X, C)), rtol=1e-14)
+
+
+def test_all_hold_and_a_wrong_mirror_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    def verdicts() -> dict[str, str]:
+        made = symmetries.cases(GENERIC, 1.3, 2, ENGINE, 1)
+        return {case.name: case.verdict for case in made}
+
+    right = verdicts()
+    assert set(right.values()) == {"passed"}
+    assert len(right) == 6
+    monkeypatch.setattr(symmetries, "MIRRORED", np.arange(5))
+    monkeypatch.setattr(symmetries, "REVERSAL", -symmetries.REVERSAL)
+    wrong = {name for name, verdict in verdicts().items() if verdict == "FAILED"}
+    assert wrong == {"reflection", "time reversal"}

@@ -1,0 +1,404 @@
+"""Numbers are kept as written, rounded once, and nothing else is read as a number."""
+
+from __future__ import annotations
+
+import math
+import pickle
+import threading
+import time
+from decimal import Decimal
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from mpmath.libmp import to_rational
+
+from rigidpend.numbers.exact import (
+    MAX_TEXT,
+    PI,
+    Exact,
+    ExactError,
+    context,
+    exact,
+    exacts,
+    fraction,
+    function,
+)
+from tests.strategies import repeatable
+
+MANY = 1000
+"""Bits of the references."""
+
+
+def as_fraction(x: Any) -> Fraction:
+    """An mpmath number, unrounded."""
+    return Fraction(*map(int, to_rational(x._mpf_)))
+
+
+def same(a: Exact, b: Exact) -> bool:
+    return a.fraction == b.fraction and as_fraction(a.at(MANY)) == as_fraction(b.at(MANY))
+
+
+RATIONAL = {
+    "1e-6": Fraction(1, 10**6),
+    "0.1": Fraction(1, 10),
+    " 1.3342 ": Fraction(13342, 10**4),
+    "1/3": Fraction(1, 3),
+    "-(1/3)**2": Fraction(-1, 9),
+    "-2**2": Fraction(-4),
+    "2**-3": Fraction(1, 8),
+    "1 - 2 - 3": Fraction(-4),
+    "2/3/4": Fraction(1, 6),
+    "2**3**2": Fraction(512),
+    "sqrt(9/16)": Fraction(3, 4),
+    "+7": Fraction(7),
+    "1e-5000": Fraction(1, 10**5000),
+    "(" * 99 + "1" + ")" * 99: Fraction(1),
+}
+
+
+@pytest.mark.parametrize(("text", "value"), RATIONAL.items())
+def test_agrees_a_rational_text_with_its_fraction(text: str, value: Fraction) -> None:
+    assert exact(text).fraction == value
+
+
+@pytest.mark.parametrize("bits", [53, 113, 300])
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("3*pi/40 + 1/100", lambda m: 3 * m.pi / 40 + m.mpf(1) / 100),
+        ("sqrt(2)", lambda m: m.mpf(2) ** m.mpf("0.5")),
+        ("-pi**3", lambda m: -m.exp(3 * m.log(m.pi))),
+        ("sin(1/3) - cos(0.1)", lambda m: m.sin(m.mpf(1) / 3) - m.cos(m.mpf(1) / 10)),
+        ("4*atan(1/5) - atan(1/239)", lambda m: m.pi / 4),
+        ("tan(1)/1e-300", lambda m: m.tan(1) * m.mpf(10) ** 300),
+        ("1/3", lambda m: 1 / m.mpf(3)),
+    ],
+)
+def test_agrees_at_with_mpmath_to_the_last_bit(text: str, value: Any, bits: int) -> None:
+    with mpmath.workprec(MANY):
+        expected = as_fraction(value(mpmath.mp))
+    found = exact(text).at(bits)
+    assert abs(as_fraction(found) - expected) <= abs(expected) / 2**bits
+    assert as_fraction(found) == fraction(found, bits)
+    assert float(exact(text)) == expected.numerator / expected.denominator
+
+
+def test_agrees_a_float_with_the_double_that_it_is() -> None:
+    for x in (0.1, -1e-6, 5e-324, 1.7976931348623157e308, np.float64(0.1)):
+        assert exact(x).fraction == Fraction(float(x))
+        assert float(exact(x)) == x
+    assert exact(0.1).fraction != exact("0.1").fraction
+    assert exact(0.1) != exact("0.1")
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        (Decimal("0.1"), Fraction(1, 10)),
+        (Decimal("1E+2"), Fraction(100)),
+        (Fraction(-2, 6), Fraction(-1, 3)),
+        (10**40, Fraction(10**40)),
+        (np.int64(-3), Fraction(-3)),
+        (np.uint8(200), Fraction(200)),
+        (np.float32(0.1), Fraction(13421773, 2**27)),
+        (np.float16(0.5), Fraction(1, 2)),
+        (context(300).mpf(2) ** -200, Fraction(1, 2**200)),
+    ],
+)
+def test_agrees_other_numbers_with_their_fractions(value: Any, expected: Fraction) -> None:
+    assert exact(value).fraction == expected
+
+
+def test_agrees_a_list_with_its_numbers() -> None:
+    assert [x.fraction for x in exacts([1, "1/2", 0.25])] == [1, Fraction(1, 2), Fraction(1, 4)]
+
+
+REFUSED_VALUES = [math.nan, math.inf, -math.inf, True, np.True_, None, 1j, b"1", [1]]
+REFUSED_VALUES += [np.float32("nan"), Decimal("NaN"), Decimal("-Infinity"), np.array([1.5])]
+
+
+@pytest.mark.parametrize("value", REFUSED_VALUES, ids=repr)
+def test_refused_what_is_no_finite_real_number(value: Any) -> None:
+    with pytest.raises(ExactError, match=r"is not (finite|a real number)"):
+        exact(value)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("", "is not a number"),
+        ("1e", "is not a number"),
+        ("0x10", "is not a number"),
+        ("1\x002", "is not a number"),
+        ("1;2", "is not a number"),
+        ("(" * 150 + "1", "is not a number"),
+        ("nan", "not understood"),
+        ("inf", "not understood"),
+        ("True", "not understood"),
+        ("1j", "not understood"),
+        ("exp(1)", "not understood"),
+        ("sin(1, 2)", "not understood"),
+        ("sin(x=1)", "not understood"),
+        ("(1, 2)", "not understood"),
+        ("7 // 2", "not understood"),
+        ("__import__('os')", "not understood"),
+        ("pi.real", "not understood"),
+        ("(lambda: 1)()", "not understood"),
+        ("1/0", "division by zero"),
+        ("1/(3 - 3)", "division by zero"),
+        ("0**-1", "division by zero"),
+        ("sin(1)/0", "division by zero"),
+        ("sqrt(-1)", "not real"),
+        ("2**0.5", "whole number"),
+        ("2**65", "at most 64"),
+        ("9**9**9", "at most 64"),
+        ("1e5001", "exponents go to 5000"),
+        ("1e-99999999999", "exponents go to 5000"),
+        ("1" * 4001, "4001 characters"),
+        ("sqrt(3 - pi)", "not real"),
+        ("sqrt(-sqrt(2))", "not real"),
+        ("1/(pi - pi)", "division by zero"),
+        ("1/(sqrt(2)**2 - 2)", "division by zero"),
+        ("(pi - pi)**-1", "division by zero"),
+        ("((9**64)**64)**64", "more than 40000 bits"),
+        ("(((2**64)**64)**64)**64", "more than 40000 bits"),
+        ("9**64**64", "at most 64"),
+        ("1e5000*1e5000*1e5000", "more than 40000 bits"),
+        ("(" * 100_000, "100000 characters"),
+    ],
+)
+def test_refused_texts_name_their_reason(text: str, reason: str) -> None:
+    with pytest.raises(ExactError, match=reason):
+        exact(text)
+
+
+def test_refused_text_is_shown_whole() -> None:
+    with pytest.raises(ExactError) as caught:
+        exact("1 + cot(2)")
+    assert "'1 + cot(2)'" in str(caught.value)
+    assert "'cot(2)' is not understood" in str(caught.value)
+
+
+@repeatable(200)
+@given(st.one_of(st.text(), st.text("0123456789.eE+-*/() pisqrtanco_,", max_size=12)))
+def test_refused_garbage_raises_nothing_but_exact_errors(text: str) -> None:
+    try:
+        read = exact(text)
+    except ExactError:
+        return
+    assert str(read) == text.strip()
+
+
+LEAVES: st.SearchStrategy[Exact] = st.one_of(
+    st.integers(-(10**6), 10**6).map(exact),
+    st.fractions(-9, 9, max_denominator=99).map(exact),
+    st.decimals(-99, 99, places=4).map(exact),
+    st.sampled_from(["pi", "1e-6", "0.50", "sqrt(2)", "-(1/3)**2", "2*pi - 1"]).map(exact),
+)
+
+
+def _larger(parts: st.SearchStrategy[Exact]) -> st.SearchStrategy[Exact]:
+    return st.one_of(
+        st.tuples(parts, parts).map(lambda pair: pair[0] + pair[1]),
+        st.tuples(parts, parts).map(lambda pair: pair[0] - pair[1]),
+        st.tuples(parts, parts).map(lambda pair: pair[0] * pair[1]),
+        st.tuples(parts, st.integers(1, 99)).map(lambda pair: pair[0] / -pair[1]),
+        st.tuples(parts, st.integers(0, 3)).map(lambda pair: pair[0] ** pair[1]),
+        st.tuples(st.sampled_from(["sin", "cos", "atan"]), parts).map(lambda f: function(*f)),
+    )
+
+
+@repeatable(150)
+@given(st.recursive(LEAVES, _larger, max_leaves=6))
+def test_agrees_the_text_of_an_exact_with_its_value(x: Exact) -> None:
+    assume(len(str(x)) <= MAX_TEXT)
+    assert same(exact(str(x)), x)
+    assert repr(x) == f"exact({str(x)!r})"
+
+
+NUMBERS = st.one_of(
+    st.floats(allow_nan=False, allow_infinity=False),
+    st.floats(width=32, allow_nan=False, allow_infinity=False).map(np.float32),
+    st.integers(),
+    st.integers(0, 10**4000 - 1),
+    st.integers(0, 3999).map(lambda n: 10**n),
+    st.fractions(),
+)
+
+
+@repeatable(300)
+@given(NUMBERS)
+def test_agrees_the_text_of_a_number_with_the_number(value: Any) -> None:
+    x = exact(value)
+    assert x.fraction == Fraction(*map(int, value.as_integer_ratio()))
+    assert exact(str(x)) == x
+    assert exact(str(x)).fraction == x.fraction
+    assert pickle.loads(pickle.dumps(x)) == x
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.5, "0.5"),
+        (2.0, "2"),
+        (-1.5, "-1.5"),
+        (0.1, "3602879701896397/36028797018963968"),
+        (np.float32(0.1), "13421773/134217728"),
+        (1e22, "10000000000000000000000"),
+    ],
+)
+def test_agrees_a_float_s_text_with_the_decimal_or_quotient(value: Any, text: str) -> None:
+    assert str(exact(value)) == text
+
+
+@pytest.mark.parametrize("value", ["1E+5001", "1E-5001", "-1E+99999999", "9E-999999"])
+def test_refused_decimals_of_huge_exponents(value: str) -> None:
+    with pytest.raises(ExactError, match="exponents go to 5000"):
+        exact(Decimal(value))
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: Fraction(1, 2**40_001),
+        lambda: 2**40_001,
+        lambda: Decimal("1E+99999999"),
+        lambda: "(((9**64)**64)**64)**64",
+        lambda: "1e5000**64",
+        lambda: "9**9**9**9",
+    ],
+    ids=["denominator", "integer", "decimal", "nested", "exponent", "tower"],
+)
+def test_refused_what_is_huge_at_once(make: Any) -> None:
+    value, begin = make(), time.perf_counter()
+    with pytest.raises(ExactError):
+        exact(value)
+    assert time.perf_counter() - begin < 1
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("pi - 3.14159265358979323846", lambda m: m.pi - m.mpf("3.14159265358979323846")),
+        ("sin(1e40)", lambda m: m.sin(m.mpf(10) ** 40)),
+        ("cos(pi*1e30)", lambda m: m.cos(m.pi * m.mpf(10) ** 30)),
+        ("sqrt(2) - 1.41421356237309504880", lambda m: m.sqrt(2) - m.mpf("1.4142135623730950488")),
+    ],
+)
+@pytest.mark.parametrize("bits", [53, 113])
+def test_agrees_what_cancels_with_mpmath_to_the_last_bit(text: str, value: Any, bits: int) -> None:
+    with mpmath.workprec(MANY):
+        expected = as_fraction(value(mpmath.mp))
+    assert as_fraction(exact(text).at(bits)) == nearest(expected, bits)
+
+
+def nearest(x: Fraction, bits: int) -> Fraction:
+    """A fraction rounded to that many bits; ties do not occur."""
+    size = abs(x.numerator).bit_length() - x.denominator.bit_length()
+    unit = Fraction(2) ** (size - bits)
+    while abs(x) / unit >= 2**bits:
+        unit *= 2
+    while abs(x) / unit < 2 ** (bits - 1):
+        unit /= 2
+    return round(x / unit) * unit
+
+
+def test_agrees_what_cancels_further_than_the_first_guard_bits() -> None:
+    assert float(exact("pi - (pi + 1e-100)")) == -1e-100
+
+
+def test_agrees_a_deep_expression() -> None:
+    """Forty levels: were each to ask the one below it twice, this would not end."""
+    x = mpmath.mpf(1)
+    with mpmath.workprec(200):
+        for _ in range(40):
+            x = mpmath.atan(x)
+    assert float(exact("atan(" * 40 + "1" + ")" * 40)) == float(x)
+
+
+def test_agrees_a_double_too_large_with_infinity() -> None:
+    assert float(exact("1e400")) == math.inf
+    assert float(exact("-1e400")) == -math.inf
+    assert float(exact("pi*1e400")) == math.inf
+    assert float(exact("1e-400")) == 0
+
+
+def test_agrees_operators_with_a_number_on_either_side() -> None:
+    x = exact("pi/3")
+    third = math.pi / 3
+    found = [-x, 1 + x, 2 * x, 1 / x, 3 - x, x + 1, x * 2, x / 2, x - 3, x**2]
+    expected = [-third, 1 + third, 2 * third, 1 / third, 3 - third]
+    expected += [third + 1, third * 2, third / 2, third - 3, third**2]
+    assert [float(y) for y in found] == pytest.approx(expected, rel=1e-15)
+    half = exact("1/2")
+    rational = [-half, 1 + half, 2 * half, 1 / half, 3 - half]
+    assert [y.fraction for y in rational] == [Fraction(n, 2) for n in (-1, 3, 2, 4, 5)]
+
+
+@pytest.mark.parametrize("text", ["0.1", "pi", "3*pi/40 + 1/100", "sqrt(2)*sin(1)"])
+def test_agrees_a_pickled_exact_with_itself(text: str) -> None:
+    x = exact(text)
+    again = pickle.loads(pickle.dumps(x))
+    assert type(again) is Exact
+    assert again == x
+    assert str(again) == text
+    assert same(again, x)
+
+
+@repeatable(100)
+@given(
+    st.sampled_from("+-*"),
+    st.fractions(max_denominator=10**6),
+    st.fractions(max_denominator=10**6),
+)
+def test_agrees_rational_arithmetic_with_fractions(operator: str, a: Fraction, b: Fraction) -> None:
+    def results(x: Any, y: Any) -> Any:
+        return {"+": x + y, "-": x - y, "*": x * y}[operator]
+
+    assert results(exact(a), exact(b)).fraction == results(a, b)
+
+
+def test_agrees_equality_with_value_and_writing() -> None:
+    assert exact("2/4") == exact(0.5) == exact(Decimal("0.50"))
+    assert len({exact("2/4"), exact(0.5), exact("pi"), PI}) == 2
+    assert exact("pi") != exact(math.pi)
+    assert exact("pi") != "pi"
+
+
+def test_invariant_a_context_keeps_its_precision() -> None:
+    before = {bits: context(bits).prec for bits in (53, 85, 113, 300)}
+    outside = mpmath.mp.prec
+    with mpmath.workprec(20):
+        third, root = exact("1/3").at(300), exact("sqrt(2)").at(113)
+    assert 3 * as_fraction(third) != 1
+    assert abs(3 * as_fraction(third) - 1) < Fraction(1, 2**299)
+    assert abs(as_fraction(root) ** 2 - 2) < Fraction(1, 2**110)
+    assert {bits: context(bits).prec for bits in before} == before == {b: b for b in before}
+    assert mpmath.mp.prec == outside
+
+
+def test_invariant_values_do_not_depend_on_other_threads() -> None:
+    texts = ["3*pi/40 + 1/100", "sqrt(2)*sin(1)", "atan(1/7)**3"]
+    tasks = [(text, bits) for text in texts for bits in (53, 64, 113, 300, 1000)]
+    alone = {task: as_fraction(exact(task[0]).at(task[1])) for task in tasks}
+    wrong: list[tuple[str, int]] = []
+    ready = threading.Barrier(4)
+
+    def work(shift: int) -> None:
+        ready.wait()
+        for k in range(20 * len(tasks)):
+            text, bits = tasks[(k + 4 * shift) % len(tasks)]
+            if as_fraction(exact(text).at(bits)) != alone[text, bits]:
+                wrong.append((text, bits))
+
+    threads = [threading.Thread(target=work, args=(i,)) for i in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert wrong == []

@@ -1,0 +1,72 @@
+"""Comparing trees of arrays: floats to within what is allowed, all else exactly."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend.results.compare import differences
+
+
+def tree() -> dict[str, Any]:
+    return {
+        "a": {"x": np.array([[1.0, 2.0], [np.nan, 4.0]]), "n": np.array([1, 2])},
+        "b": np.array(["p", "q"], dtype=object),
+    }
+
+
+def test_a_tree_does_not_differ_from_itself() -> None:
+    assert differences(tree(), tree(), 0.0) == []
+
+
+@pytest.mark.parametrize(
+    ("group", "index", "value", "said"),
+    [
+        ("x", (0, 1), 2.5, "a/x[0, 1]: stored 2, computed 2.5 (may differ by 0.4)"),
+        ("x", (1, 1), np.nan, "a/x[1, 1]: stored 4, computed nan (may differ by 0.4)"),
+        ("x", (1, 0), 0.0, "a/x[1, 0]: stored nan, computed 0 (may differ by 0.4)"),
+        ("n", (1,), 3, "a/n[1]: stored 2, computed 3"),
+    ],
+)
+def test_what_differs_is_named(group: str, index: Any, value: Any, said: str) -> None:
+    fresh = tree()
+    fresh["a"][group][index] = value
+    assert differences(tree(), fresh, 0.4) == [said]
+
+
+def test_a_float_may_differ_by_what_is_allowed_and_no_more() -> None:
+    fresh = tree()
+    fresh["a"]["x"][0, 0] = 1.25
+    assert differences(tree(), fresh, 0.25) == []
+    assert differences(tree(), fresh, 0.24) != []
+
+
+def test_a_text_that_changed_is_found() -> None:
+    fresh = tree()
+    fresh["b"][1] = "r"
+    assert differences(tree(), fresh, 1.0) == ["b[1]: stored q, computed r"]
+
+
+@pytest.mark.parametrize("missing_first", [True, False])
+def test_a_missing_array_or_group_is_found(missing_first: bool) -> None:
+    for remove, said in ((("a",), "a"), (("a", "n"), "a/n")):
+        fewer = tree()
+        holder: Any = fewer
+        for name in remove[:-1]:
+            holder = holder[name]
+        del holder[remove[-1]]
+        pair = (fewer, tree()) if missing_first else (tree(), fewer)
+        where = "computed" if missing_first else "stored"
+        assert differences(*pair, 0.0) == [f"{said} is only {where}"]
+
+
+def test_another_shape_is_found() -> None:
+    fresh = tree()
+    fresh["b"] = fresh["b"][:1]
+    assert differences(tree(), fresh, 0.0) == ["b: shape (2,) stored, (1,) computed"]
+
+
+def test_a_group_for_an_array_is_found() -> None:
+    assert differences(tree(), {**tree(), "b": {"c": np.array([1])}}, 0.0) != []

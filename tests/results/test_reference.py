@@ -1,0 +1,204 @@
+"""References: other builds and engines pass, as on another processor; and how they are renewed."""
+
+from __future__ import annotations
+
+import copy
+import datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from rigidpend import experiments
+from rigidpend.cli import reference
+from rigidpend.config import loading
+from rigidpend.experiments.contract import Means
+from rigidpend.integrate import compiled, taylor, taylor_samples
+from rigidpend.integrate.arithmetic import resolve
+from rigidpend.results import regression, store
+from tests.config.samples import SMALL, written
+from tests.integrate.problems import needs_heyoka
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDER = ROOT / "results" / "reference"
+SETTINGS = {
+    # What makes it quicker; of the reference is then taken what belongs to it.
+    "fig3": (),
+    "fig4": (),
+    "fig5": (),
+    "fig4_zoom": ("problem.levels=2",),
+}
+SCIPY = {
+    "fig3": ("problem.bodies={a: [2, 0.2, 1.8]}",),
+    "fig4": (
+        "problem.n_symbols=8",
+        "problem.arrays.left.count=4",
+        "problem.arrays.right.count=4",
+    ),
+}
+NOT_COMPARED = ("bits", "sample", "offsets")
+"""Which precision decided a column, and which points of a curve are kept, hangs on the last bit."""
+
+
+class Build:
+    """heyoka, but for the width of its batches and how it compiles."""
+
+    def __init__(self, lanes: int, compact: bool) -> None:
+        self.real, self.lanes, self.compact = compiled.heyoka(), lanes, compact
+        self.made: list[dict[str, Any]] = []
+
+    def __getattr__(self, name: str) -> Any:
+        if name == "recommended_simd_size":
+            return lambda *_: self.lanes
+        found = getattr(self.real, name)
+        if name not in ("taylor_adaptive", "taylor_adaptive_batch"):
+            return found
+        return lambda *args, **how: self._integrator(found, args, how)
+
+    def _integrator(self, make: Any, args: Any, how: dict[str, Any]) -> Any:
+        self.made.append({**how, "compact_mode": self.compact})
+        return make(*args, **self.made[-1])
+
+
+def computed(name: str, engine: str, settings: tuple[str, ...] = ()) -> Any:
+    loaded = loading.load(ROOT / "configs" / f"{name}.yaml", settings or SETTINGS[name])
+    means = Means(resolve(engine), 2, lambda _: None)
+    return plain(experiments.computation(loaded.experiment).compute(loaded.content, means))
+
+
+def plain(node: Any) -> Any:
+    """The values of a tree, as `store.load` gives them."""
+    if hasattr(node, "items"):
+        return {key: plain(value) for key, value in node.items()}
+    return node.values if isinstance(node.values, str) else np.array(node.values)
+
+
+def held(name: str) -> Any:
+    return store.load(FOLDER / f"{name}.h5")["data"]
+
+
+def part(stored: Any, fresh: Any) -> Any:
+    """Of a reference what belongs to a smaller computation: first groups, rows and columns."""
+    if isinstance(fresh, dict):
+        return {name: part(stored[name], fresh[name]) for name in fresh}
+    return stored if isinstance(fresh, str) else stored[tuple(map(slice, np.shape(fresh)))]
+
+
+def differences(name: str, stored: Any, fresh: Any) -> list[str]:
+    loaded = loading.load(ROOT / "configs" / f"{name}.yaml")
+    return list(experiments.computation(loaded.experiment).differences(stored, fresh))
+
+
+@needs_heyoka
+@pytest.mark.parametrize("compact", [False, True])
+@pytest.mark.parametrize("lanes", [1, 4, 8])
+def test_every_build_agrees_with_the_same_references(
+    monkeypatch: pytest.MonkeyPatch, lanes: int, compact: bool
+) -> None:
+    build = Build(lanes, compact)
+    for module in (compiled, taylor, taylor_samples):
+        monkeypatch.setattr(module, "heyoka", lambda: build)
+    monkeypatch.setattr(compiled, "_idle", {})
+    for name in SETTINGS:
+        fresh = computed(name, "taylor")
+        assert differences(name, part(held(name), fresh), fresh) == []
+    assert build.made
+
+
+@pytest.mark.parametrize("name", SCIPY)
+def test_the_scipy_engine_agrees_with_the_same_references(name: str) -> None:
+    fresh = computed(name, "scipy", SCIPY[name])
+    assert differences(name, part(held(name), fresh), fresh) == []
+
+
+@needs_heyoka
+def test_builds_do_differ_in_their_last_bits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else the tests above would say nothing."""
+    first = computed("fig4", "taylor")
+    build = Build(1, True)
+    monkeypatch.setattr(taylor, "heyoka", lambda: build)
+    monkeypatch.setattr(compiled, "_idle", {})
+    second = computed("fig4", "taylor")
+    gaps = [np.abs(first[x]["crossing_time"] - second[x]["crossing_time"]) for x in first]
+    assert 1e-8 < max(gap.max() for gap in gaps) < 1e-3
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_every_number_of_a_reference_is_compared(name: str) -> None:
+    """A change anywhere is found, but for the precision that decided a column."""
+    stored = held(name)
+    for place in places(stored):
+        fresh = copy.deepcopy(stored)
+        group, key = fresh, place[-1]
+        for step in place[:-1]:
+            group = group[step]
+        group[key] = altered(group[key])
+        found = differences(name, stored, fresh)
+        assert bool(found) is (key not in NOT_COMPARED), place
+
+
+def places(node: Any) -> Any:
+    for name, inner in node.items():
+        if isinstance(inner, dict):
+            yield from ((name, *rest) for rest in places(inner))
+        else:
+            yield (name,)
+
+
+def altered(value: Any) -> Any:
+    """The same with its middle element changed by a thousandth, or by one."""
+    if isinstance(value, str):
+        return value + "0"
+    changed = np.array(value)
+    middle = np.unravel_index(changed.size // 2, changed.shape)
+    change: Any = 1 if changed.dtype.kind in "iu" else abs(changed[middle]) * 1e-3 + 1e-3
+    changed[middle] = ~changed[middle] if changed.dtype.kind == "b" else changed[middle] + change
+    return changed
+
+
+def called(folder: Path, *arguments: str) -> Any:
+    config_file = written(folder, SMALL, "small.yaml")
+    given = (str(config_file), "--reference", str(folder / "reference"), "-j", "1", *arguments)
+    return CliRunner().invoke(reference.command, given)
+
+
+@pytest.mark.parametrize("reason", [(), ("--reason", ""), ("--reason", "  ")])
+def test_a_reference_is_not_renewed_without_a_reason(
+    tmp_path: Path, reason: tuple[str, ...]
+) -> None:
+    done = called(tmp_path, *reason)
+    assert done.exit_code == 2
+    assert "give it with --reason" in done.stderr
+    assert not (tmp_path / "reference").exists()
+
+
+def test_reasons_are_kept_with_those_before(tmp_path: Path) -> None:
+    for reason in ("the first", "a better\n tolerance"):
+        done = called(tmp_path, "--reason", reason)
+        assert done.exit_code == 0, done.stderr
+    target = tmp_path / "reference" / "small.h5"
+    assert done.stderr == f"small: {target} renewed\n"
+    reasons = list(store.attributes(target)["reasons"])
+    assert [text.partition(" ")[2] for text in reasons] == ["the first", "a better tolerance"]
+    for text in reasons:
+        datetime.date.fromisoformat(text.partition(" ")[0])
+    loaded = loading.load(tmp_path / "small.yaml")
+    assert regression.verify(loaded, target, jobs=1) == []
+
+
+def test_a_damaged_reference_can_be_renewed(tmp_path: Path) -> None:
+    target = tmp_path / "reference" / "small.h5"
+    target.parent.mkdir()
+    target.write_bytes(b"mine")
+    assert called(tmp_path, "--reason", "it was damaged").exit_code == 0
+    assert [x.partition(" ")[2] for x in store.attributes(target)["reasons"]] == ["it was damaged"]
+
+
+def test_every_shipped_reference_keeps_its_reason() -> None:
+    shipped = sorted(FOLDER.glob("*.h5"))
+    assert shipped
+    for path in shipped:
+        assert len(store.attributes(path)["reasons"]) > 0, path.name
+        assert path.stat().st_size < 2_000_000, path.name

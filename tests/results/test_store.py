@@ -1,0 +1,424 @@
+"""Result files: read back as written, whole or not at all, and damage is noticed."""
+
+from __future__ import annotations
+
+import errno
+import os
+import random
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from rigidpend.results import damage, files, locks, store
+from rigidpend.results.store import OtherVersion, Result, StoreError
+from rigidpend.results.tree import Dataset, Tree
+
+CODES = np.arange(60, dtype=np.uint8).reshape(6, 10) % 2
+TIMES = np.linspace(0.0, 1.0, 70).reshape(7, 10)
+TREE: Tree = {
+    "zebra": {
+        "codes": Dataset(CODES, "1", "symbols"),
+        "certain": Dataset(CODES == 0, "1", "whether they are"),
+        "times": Dataset(np.where(CODES == 0, np.nan, TIMES[1:]), "t'", "of crossings"),
+    },
+    "ant": {"inner": {"none": Dataset(np.zeros((0, 3)), "rad", "no row")}},
+    "count": Dataset(np.int64(7), "1", "a single number"),
+}
+RESULT = Result({"name": "x", "experiment": "route_codes"}, '{"ä": 1}', {"created": "now"}, TREE)
+OTHER = RESULT._replace(data={"count": Dataset(8, "1", "another")})
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    """A result file."""
+    store.write(tmp_path / "x.h5", RESULT)
+    return tmp_path / "x.h5"
+
+
+def leaves(group: Any, node: Tree) -> Iterator[tuple[Any, Dataset]]:
+    """Each stored dataset with what was to be stored."""
+    assert list(group) == list(node)
+    for name, value in node.items():
+        if isinstance(value, Dataset):
+            yield group[name], value
+        else:
+            yield from leaves(group[name], value)
+
+
+def test_data_come_back_as_written_in_order(path: Path) -> None:
+    with store.opened(path) as file:
+        pairs = list(leaves(file["data"], TREE))
+        assert len(pairs) == 5
+        for stored, given in pairs:
+            assert stored.dtype == np.asarray(given.values).dtype
+            np.testing.assert_array_equal(stored[()], given.values)
+            assert stored.attrs["units"] == given.units
+            assert stored.attrs["description"] == given.description
+
+
+def test_config_attributes_and_provenance_come_back_as_written(path: Path) -> None:
+    with store.opened(path) as file:
+        assert file["config"].asstr()[()] == '{"ä": 1}'
+        assert dict(file["provenance"].attrs) == {"created": "now"}
+    assert store.attributes(path) == {
+        "format": "rigidpend",
+        "format_version": 1,
+        "name": "x",
+        "experiment": "route_codes",
+    }
+
+
+def test_missing_folders_are_made(tmp_path: Path) -> None:
+    store.write(tmp_path / "a" / "b" / "x.h5", RESULT)
+    assert store.attributes(tmp_path / "a" / "b" / "x.h5")["name"] == "x"
+
+
+def test_the_same_content_gives_the_same_bytes(tmp_path: Path) -> None:
+    for name in ("a.h5", "b.h5"):
+        store.write(tmp_path / name, RESULT)
+    assert (tmp_path / "a.h5").read_bytes() == (tmp_path / "b.h5").read_bytes()
+
+
+def test_others_may_read_a_result_as_any_file(tmp_path: Path) -> None:
+    store.write(tmp_path / "x.h5", RESULT)
+    (tmp_path / "plain").touch()
+    assert (tmp_path / "x.h5").stat().st_mode == (tmp_path / "plain").stat().st_mode
+
+
+def test_who_reads_the_old_file_is_not_disturbed_by_a_new_one(path: Path) -> None:
+    with store.opened(path) as file:
+        store.write(path, OTHER)
+        np.testing.assert_array_equal(file["data/zebra/codes"][:], CODES)
+    with store.opened(path) as file:
+        assert file["data/count"][()] == 8
+
+
+@pytest.mark.parametrize("function", ["fsync", "replace", "chmod"])
+def test_a_failed_write_leaves_the_old_file_and_nothing_else(
+    path: Path, monkeypatch: pytest.MonkeyPatch, function: str
+) -> None:
+    before = path.read_bytes()
+
+    def fail(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, function, fail)
+    with pytest.raises(StoreError) as caught:
+        store.write(path, OTHER)
+    assert str(caught.value) == f"{path}: cannot be written: No space left on device"
+    assert path.read_bytes() == before
+    assert os.listdir(path.parent) == ["x.h5"]
+
+
+def test_an_interrupted_write_leaves_the_old_file_and_nothing_else(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = path.read_bytes()
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "fsync", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        store.write(path, OTHER)
+    assert path.read_bytes() == before
+    assert os.listdir(path.parent) == ["x.h5"]
+
+
+@pytest.mark.parametrize("act", [store.prepare, lambda path: store.write(path, RESULT)])
+def test_a_file_in_the_place_of_a_folder_is_named(tmp_path: Path, act: Any) -> None:
+    (tmp_path / "file").write_text("mine")
+    target = tmp_path / "file" / "x.h5"
+    with pytest.raises(StoreError) as caught:
+        act(target)
+    assert str(caught.value).startswith(f"{target}: {target.parent} is not writable (")
+    assert str(caught.value).endswith("choose another folder with --out")
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_a_read_only_folder_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(**_: object) -> None:
+        raise OSError(errno.EROFS, "Read-only file system")
+
+    monkeypatch.setattr(tempfile, "mkstemp", refuse)
+    with pytest.raises(StoreError) as caught:
+        store.prepare(tmp_path / "x.h5")
+    assert f"{tmp_path} is not writable (Read-only file system)" in str(caught.value)
+
+
+def test_prepare_leaves_nothing_behind(tmp_path: Path) -> None:
+    store.prepare(tmp_path / "new" / "x.h5")
+    assert os.listdir(tmp_path / "new") == []
+
+
+def opening(path: Path) -> None:
+    with store.opened(path):
+        pass
+
+
+def refusal(path: Path) -> str:
+    """What is said of a file that is unfit, the same by all that read it."""
+    said = set()
+    for read in (opening, store.attributes, store.load):
+        with pytest.raises(StoreError) as caught:
+            read(path)
+        said.add((type(caught.value), str(caught.value)))
+    [(kind, text)] = said
+    assert kind is (OtherVersion if "format version" in text else StoreError)
+    assert text.startswith(f"{path}: ")
+    assert "\n" not in text
+    return text
+
+
+def test_an_absent_file_is_named(tmp_path: Path) -> None:
+    assert refusal(tmp_path / "none.h5").endswith("there is no such file")
+
+
+@pytest.mark.parametrize("content", [b"", b"words", b"\x89HDF\r\n\x1a\n", bytes(5000)])
+def test_what_is_no_hdf5_is_refused(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "x.h5").write_bytes(content)
+    assert "not a readable HDF5 file" in refusal(tmp_path / "x.h5")
+
+
+def test_a_folder_is_no_result(tmp_path: Path) -> None:
+    assert "not a readable HDF5 file" in refusal(tmp_path)
+
+
+def test_a_cut_file_is_refused_wherever_it_was_cut(path: Path) -> None:
+    content = path.read_bytes()
+    for length in [*range(0, len(content) - 1, 509), len(content) - 1]:
+        path.write_bytes(content[:length])
+        assert "not a readable HDF5 file" in refusal(path)
+
+
+def test_another_program_s_file_is_refused(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "x.h5", "w") as file:
+        file["data"] = [1, 2]
+    assert "an HDF5 file, but not a result of rigidpend" in refusal(tmp_path / "x.h5")
+
+
+@pytest.mark.parametrize(
+    "version",
+    [
+        0,
+        2,
+        "one",
+        None,
+        "1",
+    ],
+)
+def test_another_format_version_is_refused(path: Path, version: Any) -> None:
+    with h5py.File(path, "a") as file:
+        del file.attrs["format_version"]
+        if version is not None:
+            file.attrs["format_version"] = version
+    text = refusal(path)
+    assert f"its format version is {version}, this program reads 1" in text
+    assert "run the experiment again" in text
+
+
+@pytest.mark.parametrize("attribute", ["format", "format_version"])
+def test_a_root_attribute_of_many_values_is_refused(path: Path, attribute: str) -> None:
+    with h5py.File(path, "a") as file:
+        file.attrs[attribute] = [1, 1]
+    refusal(path)
+
+
+@pytest.mark.parametrize("error", [RuntimeError("mine"), OSError("mine"), KeyError("mine")])
+def test_an_error_of_who_reads_is_not_laid_to_the_file(path: Path, error: Exception) -> None:
+    with pytest.raises(type(error)) as caught, store.opened(path):
+        raise error
+    assert caught.value is error
+
+
+def same(found: Any, node: Dataset | Tree) -> None:
+    """Plain data are what was to be stored: keys, order, types and values."""
+    if isinstance(node, Dataset):
+        assert np.asarray(found).dtype == np.asarray(node.values).dtype
+        np.testing.assert_array_equal(found, node.values)
+        return
+    assert type(found) is dict
+    assert list(found) == list(node)
+    for name, inner in node.items():
+        same(found[name], inner)
+
+
+def test_load_gives_the_whole_file_as_it_was_written(path: Path) -> None:
+    loaded = store.load(path)
+    assert list(loaded) == ["attributes", "config", "provenance", "data"]
+    assert loaded["attributes"] == store.attributes(path)
+    assert loaded["config"] == RESULT.config
+    assert loaded["provenance"] == RESULT.provenance
+    same(loaded["data"], TREE)
+
+
+def test_what_was_loaded_needs_the_file_no_more(path: Path) -> None:
+    loaded = store.load(path)
+    path.unlink()
+    same(loaded["data"], TREE)
+
+
+@pytest.mark.parametrize("group", ["config", "provenance", "data"])
+def test_load_refuses_a_file_without_one_of_its_parts(path: Path, group: str) -> None:
+    with h5py.File(path, "a") as file:
+        del file[group]
+    with pytest.raises(StoreError) as caught:
+        store.load(path)
+    assert str(caught.value).startswith(f"{path}: not a readable HDF5 file: ")
+
+
+def damaged(content: bytes, chance: random.Random) -> bytes:
+    """The content with one bit turned over, some bytes written over, or its end cut off."""
+    place = chance.randrange(len(content))
+    kind = chance.randrange(4)
+    if kind == 0:
+        return content[:place]
+    changed = bytearray(content)
+    if kind == 1:
+        changed[place : place + 8] = chance.randbytes(len(changed[place : place + 8]))
+    else:
+        changed[place] ^= 1 << chance.randrange(8)
+    return bytes(changed)
+
+
+def complaint(path: Path) -> str:
+    """What is said of a file; nothing if it is read."""
+    try:
+        store.load(path)
+    except StoreError as error:
+        return str(error)
+    return ""
+
+
+def test_no_damage_goes_unnoticed_hangs_or_crashes(path: Path) -> None:
+    """10,000 times; where HDF5 itself is asked, 4 and 11 in 8,000 crash it or make it hang."""
+    content, chance = path.read_bytes(), random.Random(20)
+    with path.open("r+b", buffering=0) as file:
+        for _ in range(10_000):
+            broken = damaged(content, chance)
+            file.seek(0)
+            file.write(broken)
+            file.truncate()
+            said = complaint(path)
+            # Cut exactly between the HDF5 file and its digest, nothing is lost.
+            whole = len(broken) == len(content) - files.SEAL_LENGTH or broken == content
+            assert bool(said) is not whole
+            assert whole or said.startswith(f"{path}: not a readable HDF5 file: ")
+
+
+def edited(path: Path) -> None:
+    """Change a file with another program, which drops what is behind the HDF5 file."""
+    with h5py.File(path, "a") as file:
+        file["data/count"][()] = 8
+
+
+def test_what_another_program_changed_is_read(path: Path) -> None:
+    edited(path)
+    assert files.unsealed(path.read_bytes()) is None
+    assert store.load(path)["data"]["count"] == 8
+
+
+def test_damage_to_what_another_program_changed_is_noticed_too(path: Path) -> None:
+    """Of these some crash HDF5: they are read in another process first."""
+    edited(path)
+    content, chance = path.read_bytes(), random.Random(21)
+    with h5py.File(path, "r") as file:
+        start = file["data/zebra/codes"].id.get_chunk_info(0).byte_offset
+    for place in (9, start, *(chance.randrange(16, 2000) for _ in range(3))):
+        changed = bytearray(content)
+        changed[place] ^= 0xFF
+        path.write_bytes(changed)
+        said = complaint(path)
+        assert said.startswith(f"{path}: ") or (not said and place != start)
+
+
+@pytest.mark.parametrize(
+    "ending",
+    ["import os; os.abort()", "import os; os.kill(os.getpid(), 9)", "import time; time.sleep(60)"],
+)
+def test_a_file_that_crashes_or_hangs_its_reader_is_refused(
+    path: Path, monkeypatch: pytest.MonkeyPatch, ending: str
+) -> None:
+    edited(path)
+    run = subprocess.run
+
+    def other(command: list[str], **how: Any) -> Any:
+        return run([*command[:-1], ending], **how)
+
+    monkeypatch.setattr(subprocess, "run", other)
+    monkeypatch.setattr(damage, "PATIENCE", 1)
+    damage._survived.cache_clear()
+    assert refusal(path).endswith("damaged: HDF5 cannot cope with it")
+
+
+def test_an_outline_names_every_object_with_its_attributes(path: Path) -> None:
+    found = store.outline(path)
+    assert found["/"] == store.attributes(path)
+    assert found["/provenance"] == {"created": "now"}
+    assert found["/data/zebra/codes"] == {
+        "units": "1",
+        "description": "symbols",
+        "(kind)": "u1",
+        "(dimensions)": 2,
+    }
+    assert {"/config", "/data", "/data/ant/inner/none", "/data/count"} <= set(found)
+
+
+def left_behind(path: Path) -> Path:
+    """What a killed writer of a file leaves."""
+    left = path.with_name(f".{path.name}.abc.part")
+    left.write_bytes(b"half")
+    return left
+
+
+def test_the_next_writer_removes_what_a_killed_one_left(path: Path) -> None:
+    left = left_behind(path)
+    other = left_behind(path.with_name("y.h5"))
+    store.write(path, OTHER)
+    assert not left.exists()
+    assert other.exists()
+
+
+def test_the_next_writer_leaves_a_living_one_alone(path: Path) -> None:
+    left = left_behind(path)
+    with left.open("rb") as file:
+        locks.hold(file.fileno())
+        store.write(path, OTHER)
+        assert left.exists()
+    store.write(path, OTHER)
+    assert not left.exists()
+
+
+def test_a_writer_whose_file_was_taken_for_a_left_one_makes_another(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hold = locks.hold
+    taken: list[Path] = []
+
+    def late(handle: int) -> None:
+        """As if another run had tidied up before the lock."""
+        if not taken:
+            taken.extend(path.parent.glob(".x.h5.*.part"))
+            taken[0].unlink()
+        hold(handle)
+
+    monkeypatch.setattr(locks, "hold", late)
+    store.write(path, OTHER)
+    assert len(taken) == 1
+    assert store.load(path)["data"].keys() == {"count"}
+    assert os.listdir(path.parent) == ["x.h5"]
+
+
+def test_without_locks_nothing_is_taken_to_be_left(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(locks, "fcntl", None)
+    left = left_behind(path)
+    store.write(path, OTHER)
+    assert left.exists()

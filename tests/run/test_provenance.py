@@ -1,0 +1,231 @@
+"""What a result was made from: which changes of code and config count, and which do not."""
+
+from __future__ import annotations
+
+import ast
+import datetime
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+import scipy
+
+from rigidpend.config import loading
+from rigidpend.run import provenance
+from tests.config.samples import FIG4, TEXT, changed, written
+
+NEEDED = (
+    "body.py",
+    "equations.py",
+    "numbers/exact.py",
+    "experiments/route_codes/compute.py",
+    "integrate/__init__.py",
+    "integrate/bigint.py",
+    "integrate/dop853.py",
+    "integrate/taylor.py",
+    "melnikov.py",
+    "routes/certainty.py",
+    "routes/codes.py",
+    "routes/start.py",
+)
+NOT_NEEDED = (
+    "cli/run.py",
+    "run/runner.py",
+    "results/store.py",
+    "config/reader.py",
+    "experiments/route_codes/draw.py",
+)
+
+
+@pytest.fixture
+def copy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of the package, the one whose code is hashed."""
+    target = tmp_path / "rigidpend"
+    ignored = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(provenance.PACKAGE, target, ignore=ignored)
+    monkeypatch.setattr(provenance, "PACKAGE", target)
+    return target
+
+
+def code_hash() -> str:
+    return provenance.code_hash("route_codes")
+
+
+def config_hash(path: Path, *settings: str) -> str:
+    return provenance.config_hash(loading.load(path, settings).resolved())
+
+
+def test_code_hash_does_not_depend_on_where_the_package_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here = code_hash()
+    target = tmp_path / "deep" / "rigidpend"
+    shutil.copytree(provenance.PACKAGE, target)
+    monkeypatch.setattr(provenance, "PACKAGE", target)
+    assert code_hash() == here
+
+
+@pytest.mark.parametrize("name", NEEDED)
+def test_code_hash_notices_a_constant_in_what_computes(copy: Path, name: str) -> None:
+    source = (copy / name).read_text(encoding="utf-8")
+    found = []
+    for value in ("1", "2"):
+        (copy / name).write_text(f"{source}\nTHRESHOLD = {value}\n", encoding="utf-8")
+        found.append(code_hash())
+    assert found[0] != found[1]
+
+
+def test_code_hash_notices_a_changed_digit(copy: Path) -> None:
+    before = code_hash()
+    file = copy / "routes" / "certainty.py"
+    source = file.read_text(encoding="utf-8")
+    other, times = re.subn(r"(?m)^([A-Z]+ = [\d.]+)", r"\g<1>1", source, count=1)
+    assert times == 1
+    file.write_text(other, encoding="utf-8")
+    assert code_hash() != before
+
+
+@pytest.mark.parametrize("name", NOT_NEEDED)
+def test_code_hash_leaves_out_what_does_not_compute(copy: Path, name: str) -> None:
+    before = code_hash()
+    with (copy / name).open("a", encoding="utf-8") as file:
+        file.write("\nTHRESHOLD = 1\n")
+    assert code_hash() == before
+
+
+def test_code_hash_follows_a_new_import(copy: Path) -> None:
+    (copy / "extra.py").write_text("X = 1\n")
+    file = copy / "routes" / "start.py"
+    file.write_text(file.read_text(encoding="utf-8") + "\nfrom rigidpend import extra\n")
+    before = code_hash()
+    (copy / "extra.py").write_text("X = 2\n")
+    assert code_hash() != before
+
+
+def test_code_hash_ignores_comments_and_docstrings(copy: Path) -> None:
+    before = code_hash()
+    for name in NEEDED:
+        source = (copy / name).read_text(encoding="utf-8")
+        text = f'"""Other words."""\n# A comment.\n{source}\n# The end.\n"""Of a name."""\n'
+        (copy / name).write_text(text, encoding="utf-8")
+    assert code_hash() == before
+
+
+def test_code_hash_ignores_a_function_s_docstring(copy: Path) -> None:
+    file = copy / "melnikov.py"
+    source = file.read_text(encoding="utf-8")
+    file.write_text(f"{source}\n\ndef f(x):\n    return x\n", encoding="utf-8")
+    before = code_hash()
+    file.write_text(f'{source}\n\ndef f(x):\n    """The same."""\n    return x\n', encoding="utf-8")
+    assert code_hash() == before
+
+
+def test_code_hash_ignores_layout(copy: Path) -> None:
+    before = code_hash()
+    for name in NEEDED:
+        source = (copy / name).read_text(encoding="utf-8")
+        again = ast.unparse(ast.parse(source)).replace("\n", "\n\n")
+        assert again != source
+        (copy / name).write_text(again, encoding="utf-8")
+    assert code_hash() == before
+
+
+def test_code_does_not_depend_on_fields_that_another_python_has(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As `type_params`, empty since Python 3.12 wherever nothing is generic."""
+    tree = ast.parse("def f(x: int, *, y=0.1) -> str:\n    return f'{x + y!r:>9}'")
+    before = provenance._code(tree)
+    monkeypatch.setattr(ast.FunctionDef, "_fields", (*ast.FunctionDef._fields, "novelty"))
+    for empty in (list[ast.AST](), None):
+        tree.body[0].novelty = empty  # type: ignore[attr-defined]
+        assert provenance._code(tree) == before
+    tree.body[0].novelty = [ast.Pass()]  # type: ignore[attr-defined]
+    assert provenance._code(tree) != before
+
+
+def test_each_file_is_parsed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    provenance._read.cache_clear()
+    parsed: list[bytes] = []
+    parse = ast.parse
+
+    def counted(source: bytes) -> ast.AST:
+        parsed.append(source)
+        return parse(source)
+
+    monkeypatch.setattr(ast, "parse", counted)
+    for experiment in ("route_codes", "route_zoom", "route_codes"):
+        provenance.code_hash(experiment)
+    assert len(parsed) == len(set(parsed)) > 10
+
+
+def test_code_hash_notices_text_that_is_a_value(copy: Path) -> None:
+    file = copy / "melnikov.py"
+    source = file.read_text(encoding="utf-8")
+    found = set()
+    for word in ("one", "two"):
+        file.write_text(f'{source}\nWORD = "{word}"\n', encoding="utf-8")
+        found.add(code_hash())
+    assert len(found) == 2
+
+
+def test_config_hash_ignores_comments_layout_and_order(tmp_path: Path) -> None:
+    bare = "\n".join(line.partition("#")[0].rstrip() for line in TEXT.splitlines())
+    lines = bare.replace("  mu: 0.001\n", "").replace("  h0:", "  mu: 0.001\n\n  h0:")
+    moved = lines.replace("[2, 1, 1.5]", "\n    - 2\n    - 1\n    - 1.5")
+    assert moved != TEXT
+    assert config_hash(written(tmp_path, moved)) == config_hash(FIG4)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("mu: 0.001", "mu: 1e-3"),
+        ("mu: 0.001", "mu: 1/1000"),
+        ("mu: 0.001", "mu: '0.00100'"),
+        ("[2, 1, 1.5]", "[2.0, 1, 3/2]"),
+        ("n_symbols: 15", "n_symbols: 30/2"),
+        ("n_symbols: 15\n", "\n"),
+        ("engine: auto ", ""),
+    ],
+)
+def test_config_hash_is_the_same_for_the_same_values(tmp_path: Path, old: str, new: str) -> None:
+    assert config_hash(written(tmp_path, changed(old, new))) == config_hash(FIG4)
+
+
+def test_config_hash_does_not_depend_on_the_file_s_name(tmp_path: Path) -> None:
+    assert config_hash(written(tmp_path, TEXT, "other.yaml")) == config_hash(FIG4)
+
+
+@pytest.mark.parametrize(
+    "setting",
+    [
+        "problem.mu=0.0010000000000000000000000001",
+        "problem.n_symbols=16",
+        "problem.arrays.left.count=64",
+        "problem.arrays.right.start=0.23561944901923448",
+        "numerics.engine=scipy",
+        "numerics.precisions=[53]",
+    ],
+)
+def test_config_hash_notices_every_value(setting: str) -> None:
+    assert config_hash(FIG4, setting) != config_hash(FIG4)
+
+
+def test_provenance_says_what_ran_where_and_when() -> None:
+    found = provenance.provenance()
+    for library in ("rigidpend", "numpy", "scipy", "mpmath", "h5py", "python"):
+        assert found[f"version_{library}"][0].isdigit()
+    made = datetime.datetime.fromisoformat(found["created"])
+    assert abs(datetime.datetime.now(datetime.UTC) - made) < datetime.timedelta(minutes=1)
+    assert all(isinstance(value, str) and value for value in found.values())
+
+
+def test_without_git_the_commit_is_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "")
+    assert provenance.provenance()["commit"] == "unknown"
+
+
+def test_an_engine_is_named_with_its_version() -> None:
+    assert provenance.engine_name("scipy") == f"scipy (scipy {scipy.__version__})"

@@ -1,0 +1,51 @@
+"""Signals that are held: they wait, then do what they do otherwise."""
+
+from __future__ import annotations
+
+import signal
+import threading
+
+import pytest
+
+from rigidpend.run.signals import Terminated, held, termination
+
+
+def test_an_interruption_waits_for_the_end_of_what_must_not_be_disturbed() -> None:
+    done = []
+
+    def disturbed() -> None:
+        with held():
+            signal.raise_signal(signal.SIGINT)
+            done.append("all")
+
+    with pytest.raises(KeyboardInterrupt):
+        disturbed()
+    assert done == ["all"]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_sigterm_waits_too_and_then_unwinds() -> None:
+    done = []
+
+    def disturbed() -> None:
+        with termination(), held():
+            signal.raise_signal(signal.SIGTERM)
+            done.append("all")
+
+    with pytest.raises(Terminated):
+        disturbed()
+    assert done == ["all"]
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+def test_other_threads_are_let_alone() -> None:
+    found = []
+
+    def work() -> None:
+        with held():
+            found.append(signal.getsignal(signal.SIGINT))
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    assert found == [signal.default_int_handler]
