@@ -19,7 +19,7 @@ from rigidpend.routes.start import Scales, start, states_double
 Array = NDArray[np.float64]
 
 
-class Orbit(NamedTuple):
+class RouteOrbit(NamedTuple):
     """A sampled orbit, and how it meets the crossings of its route."""
 
     t: Array
@@ -38,7 +38,7 @@ def follow(
     step: float,
     engine: str,
     tolerance: float,
-) -> Orbit:
+) -> RouteOrbit:
     """The orbit of a route, sampled evenly to half a passage behind its last crossing.
 
     Parameters
@@ -64,7 +64,7 @@ def follow(
     )
     at = np.searchsorted(times, crossing_time)
     rates = aligned(states[:6, at], aligned_coefficients(problem.body.angles(), math))
-    return Orbit(t, states[:, np.searchsorted(times, t)], -states[2, at] / rates[2])
+    return RouteOrbit(t, states[:, np.searchsorted(times, t)], -states[2, at] / rates[2])
 
 
 def initial_state(problem: RouteProblem, theta2_0: float) -> Array:
@@ -110,7 +110,7 @@ def separatrices(states: Array) -> NDArray[np.uint8]:
     return np.array(list(beside), dtype=np.uint8)
 
 
-def samples(body: Body, orbit: Orbit) -> dict[str, Array]:
+def samples(body: Body, orbit: RouteOrbit) -> dict[str, Array]:
     """What the orbit does: t', angles in radians, omega (n, 3) in the fixed basis, physical."""
     *state, theta3 = orbit.states
     M, gamma = physical(state, body)

@@ -14,7 +14,15 @@ import numpy as np
 from rigidpend.body import Angles
 from rigidpend.equations import Numbers, eq1
 from rigidpend.numbers.exact import GUARD_BITS, context
-from rigidpend.separatrices import Motion, direction, separatrix, theta1, u, unperturbed, v
+from rigidpend.separatrices import (
+    SeparatrixMotion,
+    direction,
+    separatrix,
+    theta1,
+    u,
+    unperturbed,
+    v,
+)
 
 if TYPE_CHECKING:
     from rigidpend.routes.problem import RouteProblem
@@ -39,7 +47,7 @@ def bracket(state: Numbers, p: Angles, m: Any = np) -> Any:
     return (H0_theta1 * H1_J1 - H0_J1 * H1_theta1) / (p.kappa * state[3])
 
 
-def integrand(t: Any, motion: Motion, p: Angles, m: Any = np) -> Any:
+def integrand(t: Any, motion: SeparatrixMotion, p: Angles, m: Any = np) -> Any:
     """:func:`bracket` at t' - t0 = t on a separatrix, where it keeps its relative precision.
 
     It falls off like exp(-u \\|t\\|), as J1 (J2 - J1) does.
@@ -50,12 +58,12 @@ def integrand(t: Any, motion: Motion, p: Angles, m: Any = np) -> Any:
     return -direction(motion.number) * sigma(motion.number, p, m) * share * swing
 
 
-def quadrature(motion: Motion, p: Angles, m: Any = math, eps: float = 1e-15) -> Any:
+def quadrature(motion: SeparatrixMotion, p: Angles, m: Any = math, eps: float = 1e-15) -> Any:
     """Melnikov's integral by the trapezoid rule, in any precision.
 
     Parameters
     ----------
-    motion : Motion
+    motion : SeparatrixMotion
         Numbers that `m` knows, as `p`.
     p : Angles
     m : namespace of exp, log, sin, cos and pi
@@ -80,12 +88,12 @@ def quadrature(motion: Motion, p: Angles, m: Any = math, eps: float = 1e-15) -> 
     return sum(integrand(t, motion, p, m) for t in times) * step / rate
 
 
-def integral(motion: Motion, p: Angles, m: Any = np) -> Any:
+def integral(motion: SeparatrixMotion, p: Angles, m: Any = np) -> Any:
     """Melnikov's integral in closed form, at the phase `motion.theta2_0` (eq. Im).
 
     Parameters
     ----------
-    motion : Motion
+    motion : SeparatrixMotion
         The separatrix (the paper has number 2), where it is at t0, and the phase there.
     p : Angles
     m : namespace of exp, expm1, log, sin and pi
@@ -119,7 +127,7 @@ def amplitude(number: int, J2_0: Any, p: Angles, m: Any = np) -> Any:
     return -direction(number) * 2 * p.nu / (p.kappa * J2_0) * lean * decay
 
 
-def delta(motion: Motion, p: Angles, m: Any = np) -> Any:
+def delta(motion: SeparatrixMotion, p: Angles, m: Any = np) -> Any:
     """delta = theta1/2 +- kappa v/sin(alpha0), by which the phase lags; + on 2 and 4, radians."""
     lag = p.nu / m.pi * v(motion, m)
     return theta1(motion.number, p, m) / 2 + direction(motion.number) * lag
@@ -157,6 +165,6 @@ def zeros(problem: RouteProblem, number: int = 2) -> tuple[float, ...]:
     bits = 113 + GUARD_BITS
     m, p = context(bits), problem.body.angles(bits)
     J1, J2 = problem.J1_0.in_context(m), problem.J2_0(bits)
-    lag = delta(Motion(number, J1, J2 - J1, 0), p, m)
+    lag = delta(SeparatrixMotion(number, J1, J2 - J1, 0), p, m)
     found = sorted(float((quarter * m.pi / 2 - lag) % (2 * m.pi)) for quarter in (1, 3))
     return tuple(x if x < math.tau else 0.0 for x in found)

@@ -16,7 +16,7 @@ from rigidpend.equations import Numbers, eq1
 from rigidpend.free_body import SEPARATRICES, separatrix_theta1
 
 
-class Motion(NamedTuple):
+class SeparatrixMotion(NamedTuple):
     """One motion on an unperturbed separatrix, told by where it is at t' = t0."""
 
     number: int
@@ -46,14 +46,14 @@ def unperturbed(state: Numbers, p: Angles, m: Any) -> tuple[Any, Any, Any, Any]:
     return eq1(state, p._replace(mu=0), m)
 
 
-def separatrix(t: Any, motion: Motion, p: Angles, m: Any = np) -> Canonical:
+def separatrix(t: Any, motion: SeparatrixMotion, p: Angles, m: Any = np) -> Canonical:
     """The unperturbed separatrices 1 to 4 (eq. sol_1, sol_2, sol_12, sol_22).
 
     Parameters
     ----------
     t : number or (...) array
         t' - t0, dimensionless, \\|u t\\| < 1400 in double precision.
-    motion : Motion
+    motion : SeparatrixMotion
     p : Angles
     m : namespace of exp and pi
 
@@ -92,12 +92,12 @@ def direction(number: int) -> int:
     return 1 if number % 2 == 0 else -1
 
 
-def u(motion: Motion, p: Angles, m: Any = np) -> Any:
+def u(motion: SeparatrixMotion, p: Angles, m: Any = np) -> Any:
     """u = J2_0 sin(alpha0), the rate at which separatrices leave and approach, per t'."""
     return motion.J2_0 * m.sin(p.alpha0)
 
 
-def v(motion: Motion, m: Any = np) -> Any:
+def v(motion: SeparatrixMotion, m: Any = np) -> Any:
     """v = ln((J2_0 - J1_0)/J1_0); J1 = J2/2 is passed at u t = v rising, -v falling."""
     return m.log(motion.J2mJ1_0 / motion.J1_0)
 

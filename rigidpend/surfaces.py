@@ -26,7 +26,7 @@ CHORD = 4e-4
 """How far a chord may lie from its curve, in heights and half widths of the window."""
 
 
-class Curves(NamedTuple):
+class SurfaceCurves(NamedTuple):
     """Curves of different lengths, one after the other."""
 
     theta1: Array
@@ -86,7 +86,7 @@ def _direction(A: Sequence[Exact], beta0: Exact | None) -> tuple[Any, Any, Any]:
 
 def S1_minus(
     problem: RouteProblem, theta2_0: Array, half_width: float, engine: str, tolerance: Any = None
-) -> Curves:
+) -> SurfaceCurves:
     """Orbits that leave the lower periodic solution beside separatrix 2, forward in time.
 
     Parameters
@@ -121,7 +121,7 @@ def S1_minus(
     return _joined(theta1, ratio, kept, np.mod(theta2_0, math.tau))
 
 
-def S2_plus(lower: Curves, alpha0: float, beta0: float) -> Curves:
+def S2_plus(lower: SurfaceCurves, alpha0: float, beta0: float) -> SurfaceCurves:
     """Orbits that end at the upper periodic solution, backward in time: S1- mirrored.
 
     With r3 = 0 and J3 = 0 an orbit becomes another one where M3, gamma3 and t change sign.
@@ -168,9 +168,9 @@ def points(x: Array, y: Array) -> NDArray[np.intp]:
     return np.concatenate(([0], inner, [n - 1]))
 
 
-def _joined(theta1: Array, ratio: Array, kept: Any, theta2_0: Array) -> Curves:
+def _joined(theta1: Array, ratio: Array, kept: Any, theta2_0: Array) -> SurfaceCurves:
     column = np.repeat(np.arange(len(kept)), [rows.size for rows in kept])
     row = np.concatenate(kept)
     offsets = np.concatenate(([0], np.cumsum([rows.size for rows in kept])))
     cells = row, column
-    return Curves(theta1[cells], ratio[cells], row.astype(np.int32), offsets, theta2_0)
+    return SurfaceCurves(theta1[cells], ratio[cells], row.astype(np.int32), offsets, theta2_0)

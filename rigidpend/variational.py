@@ -1,6 +1,6 @@
 """Orbits beside an unperturbed separatrix, to first order in mu and in their distance.
 
-The paper writes this for separatrix 2; here `Motion.number` says which. Deviations are
+The paper writes this for separatrix 2; here `SeparatrixMotion.number` says which. Deviations are
 (delta theta1, delta J1, delta theta2, delta J2) from :func:`separatrices.separatrix`, in the
 order of :func:`equations.eq1`. Dimensionless, t' counted from t0.
 """
@@ -16,11 +16,11 @@ import numpy as np
 
 from rigidpend.body import Angles
 from rigidpend.equations import Numbers
-from rigidpend.separatrices import Motion, direction, separatrix, theta1, u, v
+from rigidpend.separatrices import SeparatrixMotion, direction, separatrix, theta1, u, v
 
 
 def linearised(
-    t: Any, delta: Numbers, motion: Motion, p: Angles, m: Any = np
+    t: Any, delta: Numbers, motion: SeparatrixMotion, p: Angles, m: Any = np
 ) -> tuple[Any, Any, Any, Any]:
     """The linearised equations of the perturbed motion, dimensionless time t' (eq. eq2).
 
@@ -30,7 +30,7 @@ def linearised(
         t' - t0.
     delta : 4 numbers
         delta theta1, delta J1, delta theta2, delta J2.
-    motion : Motion
+    motion : SeparatrixMotion
         The separatrix; the paper has number 2.
     p : Angles
     m : namespace of exp, sin, cos and pi
@@ -57,7 +57,7 @@ def linearised(
     )
 
 
-def first_integral(t: Any, delta: Numbers, motion: Motion, p: Angles, m: Any = np) -> Any:
+def first_integral(t: Any, delta: Numbers, motion: SeparatrixMotion, p: Angles, m: Any = np) -> Any:
     """The integral J of :func:`linearised`: what the energy exceeds kappa J2_0^2/2 by.
 
     Parameters are those of :func:`linearised`.
@@ -69,7 +69,7 @@ def first_integral(t: Any, delta: Numbers, motion: Motion, p: Angles, m: Any = n
     return -at.J1 * at.J2mJ1 * steep * by_theta1 + p.kappa * J2 * by_J2 + p.mu * height
 
 
-def delta_theta1(t: float, begin: float, motion: Motion, p: Angles) -> float:
+def delta_theta1(t: float, begin: float, motion: SeparatrixMotion, p: Angles) -> float:
     """delta theta1 after a time t, by quadrature over exponentials (eq. dtheta).
 
     Parameters
@@ -78,7 +78,7 @@ def delta_theta1(t: float, begin: float, motion: Motion, p: Angles) -> float:
         t' - t0, of either sign.
     begin : float
         delta theta1 at t0, radians.
-    motion : Motion
+    motion : SeparatrixMotion
         Floats, \\|v\\| and \\|u t\\| below 1400.
     p : Angles
         Floats.
@@ -103,7 +103,7 @@ def delta_theta1(t: float, begin: float, motion: Motion, p: Angles) -> float:
     return (now / width(0)) ** 2 * begin + forced
 
 
-def delta_theta1_by_actions(t: float, begin: float, motion: Motion, p: Angles) -> float:
+def delta_theta1_by_actions(t: float, begin: float, motion: SeparatrixMotion, p: Angles) -> float:
     """The same by the first of the printed forms, a quadrature over J1 (J2 - J1).
 
     Parameters and result are those of :func:`delta_theta1`.
@@ -117,7 +117,9 @@ def delta_theta1_by_actions(t: float, begin: float, motion: Motion, p: Angles) -
     return across(0) / now * begin + _forced(t, lambda tau: across(tau) / now, motion, p)
 
 
-def _forced(t: float, weight: Callable[[float], float], motion: Motion, p: Angles) -> float:
+def _forced(
+    t: float, weight: Callable[[float], float], motion: SeparatrixMotion, p: Angles
+) -> float:
     """What mu adds to delta theta1, the weight being J1 (J2 - J1) at tau relative to t."""
     from scipy.integrate import quad
 

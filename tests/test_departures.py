@@ -27,26 +27,26 @@ from rigidpend.coordinates import Canonical, aligned_from_canonical
 from rigidpend.equations import aligned, aligned_coefficients, hamiltonian_J3_0, theta3_rate
 from rigidpend.integrate import sample
 from rigidpend.precession import increments, regime
-from rigidpend.separatrices import Motion, separatrix, theta1, u
+from rigidpend.separatrices import SeparatrixMotion, separatrix, theta1, u
 from tests.strategies import FINE, fine_angles
 
 GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.004")
 J2_0 = 0.8
-MIDDLE = Motion(2, J2_0 / 2, J2_0 / 2, 0.0)
+MIDDLE = SeparatrixMotion(2, J2_0 / 2, J2_0 / 2, 0.0)
 
 
-def bracket_on(motion: Motion, t: float, phase: float) -> float:
+def bracket_on(motion: SeparatrixMotion, t: float, phase: float) -> float:
     """The bracket above (Im) at theta2* + phase, theta2* holding the motion's own theta2_0."""
     p = GENERIC.angles()
     c = separatrix(t, motion, p, math)
     return float(melnikov.bracket((c.theta1, c.J1, c.theta2 + phase, c.J2), p, math))
 
 
-def summed(motion: Motion, phase: float) -> float:
+def summed(motion: SeparatrixMotion, phase: float) -> float:
     return quad(lambda t: bracket_on(motion, t, phase), -60, 60, epsabs=1e-13, limit=500)[0]
 
 
-def printed_Im(motion: Motion, phase: float) -> float:
+def printed_Im(motion: SeparatrixMotion, phase: float) -> float:
     """The right end of (Im)."""
     p, v = GENERIC.angles(), math.log(motion.J2mJ1_0 / motion.J1_0)
     delta = (p.alpha0 + p.beta0) / 2 + p.kappa * v / math.sin(p.alpha0)
@@ -56,7 +56,7 @@ def printed_Im(motion: Motion, phase: float) -> float:
 
 @pytest.mark.parametrize("phase", [0.0, 0.9, 2.5, 5.0])
 def test_Im_has_the_opposite_sign(phase: float) -> None:
-    motion = Motion(2, 0.3, 0.5, 0.0)
+    motion = SeparatrixMotion(2, 0.3, 0.5, 0.0)
     found, printed = summed(motion, phase), printed_Im(motion, phase)
     assert melnikov.integral(motion._replace(theta2_0=phase), GENERIC.angles()) == pytest.approx(
         found, abs=1e-11
@@ -82,7 +82,7 @@ def test_Im_converges_absolutely() -> None:
 def test_Im_leaves_nothing_for_a_principal_value_to_exclude() -> None:
     """The whole integral, no part of it left out, is the closed form."""
     p = fine_angles(GENERIC)
-    motion = Motion(2, FINE.mpf("0.4"), FINE.mpf("0.4"), FINE.mpf("0.9"))
+    motion = SeparatrixMotion(2, FINE.mpf("0.4"), FINE.mpf("0.4"), FINE.mpf("0.9"))
     errors = []
     for reach in (40, 80):
         ends = range(-reach, reach + 1, 8)
@@ -96,7 +96,7 @@ def test_Im_leaves_nothing_for_a_principal_value_to_exclude() -> None:
 @pytest.mark.parametrize("theta2_0", [0.4, 1.0, 3.0])
 def test_Im_counts_theta2_0_twice(theta2_0: float) -> None:
     """With theta2* = kappa J2_0 (t - t0) + theta2_0 as in (sol_2), delta lacks theta2_0."""
-    phase, motion = 0.9, Motion(2, 0.3, 0.5, theta2_0)
+    phase, motion = 0.9, SeparatrixMotion(2, 0.3, 0.5, theta2_0)
     found = summed(motion, phase)
     whole = motion._replace(theta2_0=theta2_0 + phase)
     assert melnikov.integral(whole, GENERIC.angles()) == pytest.approx(found, abs=1e-11)

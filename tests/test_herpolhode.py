@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from rigidpend import Body, route_codes
 from rigidpend.equations import eq1, theta3_rate
 from rigidpend.herpolhode import (
-    Orbit,
+    RouteOrbit,
     alpha,
     alpha_at,
     follow,
@@ -46,7 +46,7 @@ def route_of(theta2_0: str, mu: str = "0.01", **how: Any) -> Any:
     return found
 
 
-def orbit_of(theta2_0: str, route: Any, engine: str, mu: str = "0.01") -> Orbit:
+def orbit_of(theta2_0: str, route: Any, engine: str, mu: str = "0.01") -> RouteOrbit:
     return follow(
         problem(mu),
         float(theta2_0),

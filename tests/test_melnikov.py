@@ -18,7 +18,7 @@ from rigidpend.equations import hamiltonian_J3_0
 from rigidpend.free_body import SEPARATRICES
 from rigidpend.numbers.exact import context, exact
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.separatrices import Motion, direction, separatrix
+from rigidpend.separatrices import SeparatrixMotion, direction, separatrix
 from tests.strategies import (
     DERIVATIVE,
     FINE,
@@ -43,8 +43,8 @@ def problem(body: Body = FIG4, h0: Any = "1.3342", J1_0: Any = "1e-8") -> RouteP
     return RouteProblem(body, exact(h0), exact(J1_0), 1)
 
 
-def fine_motion(number: int, phase: float = 0.7) -> Motion:
-    return Motion(number, FINE.mpf("1e-8"), FINE.mpf("0.9"), FINE.mpf(phase))
+def fine_motion(number: int, phase: float = 0.7) -> SeparatrixMotion:
+    return SeparatrixMotion(number, FINE.mpf("1e-8"), FINE.mpf("0.9"), FINE.mpf(phase))
 
 
 def nearly_round(nu: float) -> Body:
@@ -87,7 +87,7 @@ def test_the_integrand_is_the_bracket_on_the_separatrix(number: int, body: Body,
 def test_the_integrand_keeps_its_relative_precision_in_its_tails(number: int) -> None:
     p, fine = GENERIC.angles(), fine_angles(GENERIC)
     motion = fine_motion(number)
-    plain = Motion(number, *map(float, motion[1:]))
+    plain = SeparatrixMotion(number, *map(float, motion[1:]))
     for t in (-200.0, -20.0, 0.0, 20.0, 200.0):
         found = melnikov.integrand(t, plain, p)
         expected = float(melnikov.integrand(FINE.mpf(t), motion, fine, FINE))
@@ -111,7 +111,7 @@ def test_eq_Im_is_the_sum_of_the_integrand_for_any_nu(number: int, nu: float) ->
 @pytest.mark.parametrize("number", SEPARATRICES)
 @pytest.mark.parametrize("phase", [0.0, 1.0, 4.0])
 def test_eq_Im_is_adaptive_quadrature_of_the_bracket(number: int, phase: float) -> None:
-    p, motion = FIG4.angles(), Motion(number, 0.3, 0.7, phase)
+    p, motion = FIG4.angles(), SeparatrixMotion(number, 0.3, 0.7, phase)
 
     def rate(t: float) -> float:
         c = separatrix(t, motion, p, math)
@@ -169,7 +169,9 @@ def test_zeros_are_where_the_sum_vanishes_on_each_separatrix(number: int) -> Non
     assert len(found) == 2
     for phase in found:
         at, beside = (
-            melnikov.quadrature(Motion(number, J1, J2 - J1, FINE.mpf(phase) + more), q, FINE)
+            melnikov.quadrature(
+                SeparatrixMotion(number, J1, J2 - J1, FINE.mpf(phase) + more), q, FINE
+            )
             for more in (0, FINE.pi / 2)
         )
         assert abs(at) < 1e-14 * abs(beside)
@@ -186,7 +188,7 @@ def test_deviations_are_driven_to_the_side_opposite_to_the_integral() -> None:
     """What direction() says: the first symbol is 1 where the integral along 2 is negative."""
     for phase, zero in ((z + 0.1, z) for z in melnikov.zeros(problem())):
         J2 = float(problem().J2_0(53))
-        value = melnikov.integral(Motion(2, 1e-8, J2 - 1e-8, phase), FIG4.angles())
+        value = melnikov.integral(SeparatrixMotion(2, 1e-8, J2 - 1e-8, phase), FIG4.angles())
         routes = route_codes(FIG4, [phase], h0="1.3342", J1_0="1e-8", n_symbols=1)
         assert direction(2) == 1
         assert int(routes.codes[0, 0]) == int(value < 0), zero

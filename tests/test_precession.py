@@ -17,7 +17,7 @@ from rigidpend.coordinates import aligned_from_canonical, body_from_aligned, can
 from rigidpend.equations import theta3_rate
 from rigidpend.hodograph import field
 from rigidpend.precession import Regime, increments, plateaus, regime, turning_rate
-from rigidpend.separatrices import Motion, separatrix
+from rigidpend.separatrices import SeparatrixMotion, separatrix
 from tests.integrate.problems import ENGINES, on_separatrix
 from tests.strategies import bodies, floats_of, numbers, repeatable
 
@@ -39,7 +39,7 @@ def h0_of(body: Body) -> float:
 def test_eq_tri1_is_the_integral_of_th3_along_the_unperturbed_separatrix(
     body: Body, number: int
 ) -> None:
-    p, motion = body.angles(), Motion(number, J2_0 / 2, J2_0 / 2, 0.7)
+    p, motion = body.angles(), SeparatrixMotion(number, J2_0 / 2, J2_0 / 2, 0.7)
 
     def rate(t: float) -> float:
         c = separatrix(t, motion, p, math)

@@ -13,7 +13,7 @@ from rigidpend.coordinates import aligned_from_canonical, momentum, scale
 from rigidpend.equations import euler_poisson
 from rigidpend.free_body import SEPARATRICES
 from rigidpend.integrate import sample
-from rigidpend.separatrices import Motion, separatrix, unperturbed
+from rigidpend.separatrices import SeparatrixMotion, separatrix, unperturbed
 from tests.strategies import (
     DERIVATIVE,
     FINE,
@@ -34,9 +34,11 @@ HALF_PLANES = {1: (0, -1), 2: (1, 0), 3: (0, 1), 4: (-1, 0)}
 """The signs of Qp and Qm on each separatrix (`equations.aligned`)."""
 
 
-def fine_motion(number: int, share: float, theta2: float = 0.3, J2: Any = "0.8") -> Motion:
+def fine_motion(
+    number: int, share: float, theta2: float = 0.3, J2: Any = "0.8"
+) -> SeparatrixMotion:
     J1 = FINE.mpf(share) * FINE.mpf(J2)
-    return Motion(number, J1, FINE.mpf(J2) - J1, FINE.mpf(theta2))
+    return SeparatrixMotion(number, J1, FINE.mpf(J2) - J1, FINE.mpf(theta2))
 
 
 def assert_solves(number: int) -> None:
@@ -45,7 +47,7 @@ def assert_solves(number: int) -> None:
     for share, t in ((1e-9, 3.0), (0.3, -1.0), (1 - 1e-9, 0.5)):
         motion = fine_motion(number, share)
 
-        def state(x: Any, motion: Motion = motion) -> list[Any]:
+        def state(x: Any, motion: SeparatrixMotion = motion) -> list[Any]:
             c = separatrix(x[0], motion, p, FINE)
             return [c.theta1, c.J1, c.theta2, c.J2]
 
@@ -117,7 +119,11 @@ def test_eq_eq1_0_turns_theta2_by_the_free_hamiltonian_s_slope(body: Body, c: An
 @pytest.mark.parametrize("number", SEPARATRICES)
 def test_agrees_with_integration_of_the_free_body(number: int) -> None:
     p = GENERIC.angles()
-    begin = Motion(number, 0.05, 0.75, 0.3) if number % 2 == 0 else Motion(number, 0.75, 0.05, 0.3)
+    begin = (
+        SeparatrixMotion(number, 0.05, 0.75, 0.3)
+        if number % 2 == 0
+        else SeparatrixMotion(number, 0.75, 0.05, 0.3)
+    )
     times = np.linspace(0, 5, 11)
     expected = separatrix(times, begin, p)
     state = [separatrices.theta1(number, p), begin.J1_0, begin.theta2_0, begin.J2_0]
@@ -138,8 +144,8 @@ def test_both_actions_keep_their_relative_precision(
     p, fine = GENERIC.angles(), fine_angles(GENERIC)
     low, high = map(FINE.mpf, pair)
     for t in (0.0, 2.0, -300.0, 500.0):
-        found = separatrix(t, Motion(number, *pair, 0.3), p)
-        expected = separatrix(FINE.mpf(t), Motion(number, low, high, 0), fine, FINE)
+        found = separatrix(t, SeparatrixMotion(number, *pair, 0.3), p)
+        expected = separatrix(FINE.mpf(t), SeparatrixMotion(number, low, high, 0), fine, FINE)
         # exp(u t) is known as well as u t.
         allowed = ROUNDING + 4e-16 * abs(t)
         if expected.J1 > 1e-300:
@@ -152,7 +158,7 @@ def test_both_actions_keep_their_relative_precision(
 @pytest.mark.parametrize("number", SEPARATRICES)
 def test_the_limits_in_time_are_the_vertices(number: int) -> None:
     p = GENERIC.angles()
-    motion, corners = Motion(number, 0.3, 0.5, 0.0), separatrices.vertices(p)
+    motion, corners = SeparatrixMotion(number, 0.3, 0.5, 0.0), separatrices.vertices(p)
     assert sorted(corners) == ["1", "1*", "2", "2*", "3", "3*", "4", "4*"]
     ends = {1: (f"{number}*", f"{number}"), 2: (f"{number}", f"{number}*")}[2 - number % 2]
     for t, name in zip((-1500.0, 1500.0), ends, strict=True):

@@ -19,9 +19,9 @@ from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.start import Scales, start, states_double
 from rigidpend.surfaces import (
     CHORD,
-    Curves,
     S1_minus,
     S2_plus,
+    SurfaceCurves,
     exponent,
     points,
     projected,
@@ -44,16 +44,18 @@ def delta(problem: RouteProblem) -> float:
     return float(Delta_1(problem.body.angles(), float(problem.h0), 1, math))
 
 
-def lower(problem: RouteProblem, theta2_0: Any = THETA2_0, half_width: float = 2.5) -> Curves:
+def lower(
+    problem: RouteProblem, theta2_0: Any = THETA2_0, half_width: float = 2.5
+) -> SurfaceCurves:
     return S1_minus(problem, theta2_0, half_width * delta(problem), default_engine())
 
 
-def curve(curves: Curves, k: int) -> tuple[Any, Any, Any]:
+def curve(curves: SurfaceCurves, k: int) -> tuple[Any, Any, Any]:
     part = slice(*curves.offsets[k : k + 2])
     return curves.theta1[part], curves.J1_over_J2[part], curves.sample[part]
 
 
-def width(curves: Curves, problem: RouteProblem, low: float, high: float) -> float:
+def width(curves: SurfaceCurves, problem: RouteProblem, low: float, high: float) -> float:
     """The largest |theta1 - alpha0 - beta0|/Delta_1 between two heights."""
     off = np.abs(curves.theta1 - problem.body.alpha0 - problem.body.beta0) / delta(problem)
     return float(off[(curves.J1_over_J2 > low) & (curves.J1_over_J2 < high)].max())

@@ -13,7 +13,7 @@ from rigidpend import Body, melnikov
 from rigidpend.equations import eq1, hamiltonian_J3_0
 from rigidpend.free_body import SEPARATRICES
 from rigidpend.integrate import sample
-from rigidpend.separatrices import Motion, direction, separatrix
+from rigidpend.separatrices import SeparatrixMotion, direction, separatrix
 from rigidpend.variational import delta_theta1, delta_theta1_by_actions, first_integral, linearised
 from tests.strategies import (
     DERIVATIVE,
@@ -31,13 +31,13 @@ DELTA = (0.7, -0.4, 1.1, 0.3)
 FORMS = [delta_theta1, delta_theta1_by_actions]
 
 
-def beginning(number: int, J1_0: float = 1e-3) -> Motion:
+def beginning(number: int, J1_0: float = 1e-3) -> SeparatrixMotion:
     """A motion that begins near the periodic orbit from which the separatrix comes."""
     pair = (J1_0, 0.8) if direction(number) == 1 else (0.8, J1_0)
-    return Motion(number, *pair, 0.7)
+    return SeparatrixMotion(number, *pair, 0.7)
 
 
-def fine(motion: Motion) -> Motion:
+def fine(motion: SeparatrixMotion) -> SeparatrixMotion:
     return motion._replace(
         **{name: FINE.mpf(getattr(motion, name)) for name in ("J1_0", "J2mJ1_0", "theta2_0")}
     )
@@ -47,7 +47,7 @@ def flat(c: Any) -> list[Any]:
     return [c.theta1, c.J1, c.theta2, c.J2]
 
 
-def beside(motion: Motion, t: Any, p: Any, s: Any) -> list[Any]:
+def beside(motion: SeparatrixMotion, t: Any, p: Any, s: Any) -> list[Any]:
     """The separatrix's state, displaced by s DELTA."""
     at = flat(separatrix(t, motion, p, FINE))
     return [x + s * y for x, y in zip(at, DELTA, strict=True)]
@@ -88,7 +88,7 @@ def full_orbit(p: Any, begin: Any, times: Any) -> Any:
     return sample(lambda x, m: eq1(x, p, m), begin, times)
 
 
-def linear_orbit(motion: Motion, p: Any, begin: Any, times: Any) -> Any:
+def linear_orbit(motion: SeparatrixMotion, p: Any, begin: Any, times: Any) -> Any:
     """(eq2) integrated, its time being a fifth variable."""
 
     def field(x: Any, _: Any) -> tuple[Any, ...]:

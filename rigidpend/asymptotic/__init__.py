@@ -11,9 +11,9 @@ Three exact symmetries tell the rest:
   whatever mu is.
 - mu and gamma change sign: g moves by pi. So F(g) at -mu is F(g + pi) at mu.
 - r2, M1, M3 and gamma2 change sign, or M1, M2 and gamma3 do: what separatrix 2 is, 1 or 4
-  becomes; see `section.surface`.
+  becomes; see `surface_orbits.surface`.
 
-section       orbits of S1- up to the section
-splitting     the distance of the surfaces as a Fourier series, against Melnikov's formula
-heteroclinic  the orbits at g = +-pi/2, and what theta3 gains along them
+surface_orbits  orbits of S1- up to the section
+splitting       the distance of the surfaces as a Fourier series, against Melnikov's formula
+heteroclinic    the orbits at g = +-pi/2, and what theta3 gains along them
 """

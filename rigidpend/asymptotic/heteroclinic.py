@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend import integrate
-from rigidpend.asymptotic.section import (
-    Surface,
+from rigidpend.asymptotic.surface_orbits import (
+    UnstableSurface,
     coefficients,
     launch,
     meet,
@@ -79,7 +79,7 @@ def increments(body: Body, h0: Exact, arithmetic: Arithmetic) -> Increments:
     return Increments(found[0], np.abs(found[1]))
 
 
-def phase_at_start(s: Surface, g: float, arithmetic: Arithmetic) -> tuple[float, float]:
+def phase_at_start(s: UnstableSurface, g: float, arithmetic: Arithmetic) -> tuple[float, float]:
     """theta2_0 of the orbit of S1- that comes to the section at g, and when, by secants."""
     m = numbers(s.bits)
     goal, depth, slope = m.mpf(g), m.mpf(DEPTH), m.mpf(1)
@@ -99,7 +99,7 @@ def phase_at_start(s: Surface, g: float, arithmetic: Arithmetic) -> tuple[float,
     raise ArithmeticError(f"no orbit of S1- was found that meets the section at g = {g:.6f}")
 
 
-def _gain(s: Surface, g: float, arithmetic: Arithmetic) -> tuple[float, float]:
+def _gain(s: UnstableSurface, g: float, arithmetic: Arithmetic) -> tuple[float, float]:
     """theta3 over both halves of an orbit, and what half as many steps make of it.
 
     The trapezoid rule converges exponentially on the whole line. Its nodes lie evenly about the
@@ -114,7 +114,7 @@ def _gain(s: Surface, g: float, arithmetic: Arithmetic) -> tuple[float, float]:
     return float(fine), float(fine - coarse)
 
 
-def _turning(s: Surface, theta2_0: float, times: Array, arithmetic: Arithmetic) -> Array:
+def _turning(s: UnstableSurface, theta2_0: float, times: Array, arithmetic: Arithmetic) -> Array:
     """The rate of theta3 along an orbit, radians per t'."""
     p = s.p
     state = np.array([float(x) for x in launch(s, theta2_0, DEPTH)])

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rigidpend import melnikov
-from rigidpend.asymptotic.section import (
+from rigidpend.asymptotic.surface_orbits import (
     J2_0,
     Points,
-    Surface,
+    UnstableSurface,
     meet,
     numbers,
     surface,
@@ -52,7 +52,7 @@ DEPTH_BITS = 20
 Array = NDArray[np.float64]
 
 
-class Splitting(NamedTuple):
+class SurfaceSplitting(NamedTuple):
     """The measured distance of a body at one mu, relative to Melnikov's amplitude."""
 
     amplitude: float
@@ -81,7 +81,7 @@ def distance(harmonics: ArrayLike, g: Any) -> Any:
     )
 
 
-def amplitude(s: Surface) -> Any:
+def amplitude(s: UnstableSurface) -> Any:
     """The amplitude of the distance in theta1 to first order in mu, radians.
 
     Melnikov's integral is what the energy H0 of the free body gains, in units of mu kappa J2_0;
@@ -92,7 +92,7 @@ def amplitude(s: Surface) -> Any:
     return p.mu * p.kappa * J2 * melnikov.amplitude(2, J2, p, m) / slope
 
 
-def measure(body: Body, h0: Exact, arithmetic: Arithmetic, jobs: int = 1) -> Splitting:
+def measure(body: Body, h0: Exact, arithmetic: Arithmetic, jobs: int = 1) -> SurfaceSplitting:
     """Measure the distance in the first precision, with the fewest orbits, that resolve it.
 
     Parameters
@@ -107,7 +107,7 @@ def measure(body: Body, h0: Exact, arithmetic: Arithmetic, jobs: int = 1) -> Spl
 
     Returns
     -------
-    Splitting
+    SurfaceSplitting
         From two computations that share neither starts nor phases.
     """
     allowed = min(COARSEST, SHARE * (float(body.mu) / float(h0)) ** 2)
@@ -124,17 +124,19 @@ def measure(body: Body, h0: Exact, arithmetic: Arithmetic, jobs: int = 1) -> Spl
     return found
 
 
-def _most(found: Splitting) -> int:
+def _most(found: SurfaceSplitting) -> int:
     """How many orbits are worth while: fewer where the curve seems to turn back."""
     return MOST if math.isfinite(found.error) else SURE
 
 
-def _noise(s: Surface, arithmetic: Arithmetic) -> float:
+def _noise(s: UnstableSurface, arithmetic: Arithmetic) -> float:
     """What the integration's own error should be worth; twice as many orbits cannot help it."""
     return arithmetic.tolerance * 2.0 ** (53 - s.bits) * float(s.p.mu / s.h0 / amplitude(s))
 
 
-def _twice(s: Surface, n: int, arithmetic: Arithmetic, allowed: float, jobs: int) -> Splitting:
+def _twice(
+    s: UnstableSurface, n: int, arithmetic: Arithmetic, allowed: float, jobs: int
+) -> SurfaceSplitting:
     """The mean of two computations, and what their difference tells of its error."""
     m, first = numbers(s.bits), amplitude(s)
     depth = (s.bits + DEPTH_BITS) * m.log(2)
@@ -146,13 +148,13 @@ def _twice(s: Surface, n: int, arithmetic: Arithmetic, allowed: float, jobs: int
         measured = None if points is None else harmonics(points, m)
         if measured is None:
             unknown = np.full(TOP, np.nan)
-            return Splitting(float(first), unknown, math.inf, allowed, s.bits, n)
+            return SurfaceSplitting(float(first), unknown, math.inf, allowed, s.bits, n)
         found.append([d / first for d in measured])
     mean, error = np.zeros(TOP), 0.0
     for k, (a, b) in enumerate(zip(*found, strict=True)):
         mean[k] = float((a + b) / 2 - (k == 0))
         error = max(error, CAUTION * abs(float(a - b)))
-    return Splitting(float(first), mean, error, allowed, s.bits, n)
+    return SurfaceSplitting(float(first), mean, error, allowed, s.bits, n)
 
 
 def harmonics(points: Points, m: Any) -> list[Any] | None:

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 @dataclass
-class Outcome:
+class RunOutcome:
     """What became of a config; a part of the document of ``--json``."""
 
     name: str
@@ -126,11 +126,11 @@ def _check_twins(paths: Sequence[Path]) -> None:
 
 def _plan(
     loaded: Config, folder: Path, force: bool, keep_going: bool
-) -> tuple[Plan | None, Outcome, int]:
+) -> tuple[Plan | None, RunOutcome, int]:
     """Whether a config is to be run; where that cannot be said, the failure and its exit code."""
     from rigidpend.run import runner
 
-    outcome = Outcome(loaded.name, "up to date", loaded.experiment)
+    outcome = RunOutcome(loaded.name, "up to date", loaded.experiment)
     try:
         plan = runner.plan(loaded, folder, force=force)
     except Exception as error:
@@ -149,7 +149,7 @@ def _plan(
 
 
 @contextmanager
-def _printed(outcomes: list[Outcome], as_json: bool) -> Iterator[None]:
+def _printed(outcomes: list[RunOutcome], as_json: bool) -> Iterator[None]:
     """However it ends: one document of what became of each config, if that is asked for."""
     try:
         yield
@@ -158,7 +158,7 @@ def _printed(outcomes: list[Outcome], as_json: bool) -> Iterator[None]:
             print_json([asdict(outcome) for outcome in outcomes])
 
 
-def _tell_plan(outcome: Outcome, shown: Progress, dry_run: bool) -> None:
+def _tell_plan(outcome: RunOutcome, shown: Progress, dry_run: bool) -> None:
     if outcome.status == "up to date":
         shown.tell(f"{outcome.name}: {outcome.file} is up to date")
     elif dry_run:
@@ -170,7 +170,7 @@ def _tell_plan(outcome: Outcome, shown: Progress, dry_run: bool) -> None:
 
 
 def _compute(
-    waiting: Sequence[tuple[Plan, Outcome]], shown: Progress, jobs: int, keep_going: bool
+    waiting: Sequence[tuple[Plan, RunOutcome]], shown: Progress, jobs: int, keep_going: bool
 ) -> int:
     """Compute what is planned, one after the other; the exit code of the worst."""
     from rigidpend.run.logs import Logs
@@ -187,7 +187,7 @@ def _compute(
     return max(codes)
 
 
-def _follow(planned: Plan, outcome: Outcome, shown: Progress, logs: Logs, jobs: int) -> int:
+def _follow(planned: Plan, outcome: RunOutcome, shown: Progress, logs: Logs, jobs: int) -> int:
     """Compute one; its exit code."""
     from rigidpend.run import runner
 

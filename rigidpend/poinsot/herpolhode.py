@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rigidpend.equations import Numbers, cross, euler_poisson
 from rigidpend.hodograph import angular_velocity
-from rigidpend.poinsot.jacobi import reduced, sncndn
+from rigidpend.poinsot.modulus import reduced, sncndn
 from rigidpend.poinsot.orbit import Orbit
 
 Array = NDArray[np.float64]

@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 from rigidpend.body import Body
 from rigidpend.coordinates import Aligned
-from rigidpend.poinsot.jacobi import Modulus, modulus
+from rigidpend.poinsot.modulus import Modulus, modulus
 
 
-class Shape(NamedTuple):
+class FreeBodyShape(NamedTuple):
     """What the motion of a free body depends on, correctly rounded but for a root."""
 
     A: tuple[float, float, float]
@@ -25,7 +25,7 @@ class Shape(NamedTuple):
 class Orbit(NamedTuple):
     """An orbit of the free body; at t = 0 its M3 vanishes and rises on side 1, falls on -1."""
 
-    shape: Shape
+    shape: FreeBodyShape
     G: float
     """|M|."""
     axis: int
@@ -65,13 +65,13 @@ class Orbit(NamedTuple):
         return self.G**2 * (1 / self.shape.A[2] + self.energy_excess) / 2
 
 
-def shape(body: Body) -> Shape:
+def shape(body: Body) -> FreeBodyShape:
     """The numbers of a body, whatever its r and mu."""
     A1, A2, A3 = body.A
     whole = A3 * (A1 - A2)
     sin2, cos2 = float(A1 * (A3 - A2) / whole), float(A2 * (A1 - A3) / whole)
     s2 = float((A1 - A2) / (A1 * A2))
-    return Shape((float(A1), float(A2), float(A3)), s2, math.sqrt(sin2), math.sqrt(cos2))
+    return FreeBodyShape((float(A1), float(A2), float(A3)), s2, math.sqrt(sin2), math.sqrt(cos2))
 
 
 def encircling(
@@ -103,7 +103,7 @@ def encircling(
     Raises
     ------
     ValueError
-        No such orbit; on the separatrix (coheight 0) see `separatrix`.
+        No such orbit; on the separatrix (coheight 0) see `spiral`.
     """
     if (height is None) == (coheight is None):
         raise ValueError("give height or coheight, one of the two")
@@ -178,7 +178,9 @@ def through(body: Body, a: Aligned) -> tuple[Orbit, float]:
     return found, _argument(sn, cn, dn, found.modulus) / found.rate
 
 
-def _orbit(number: Shape, axis: int, side: int, G: float, height: float, coheight: float) -> Orbit:
+def _orbit(
+    number: FreeBodyShape, axis: int, side: int, G: float, height: float, coheight: float
+) -> Orbit:
     if axis not in (1, 2) or side not in (1, -1) or not G > 0:
         raise ValueError(f"axis {axis} is not 1 or 2, side {side} not 1 or -1, or G = {G} not > 0")
     p, q = (number.cos, number.sin) if axis == 1 else (number.sin, number.cos)

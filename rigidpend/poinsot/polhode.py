@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rigidpend.hodograph import angular_velocity
-from rigidpend.poinsot.jacobi import sncndn
+from rigidpend.poinsot.modulus import sncndn
 from rigidpend.poinsot.orbit import Orbit
 
 Array = NDArray[np.float64]

@@ -12,7 +12,7 @@ from typing import Any
 
 from rigidpend import experiments
 from rigidpend.departures import DEPARTURES
-from rigidpend.report.page import Section, html, picture
+from rigidpend.report.page import ResultSection, html, picture
 from rigidpend.results import store
 
 __all__ = ["build", "write"]
@@ -51,14 +51,14 @@ def build(folder: Path) -> str:
     return html(sorted(sections, key=lambda found: found.order), DEPARTURES)
 
 
-def section(result: Any) -> Section:
+def section(result: Any) -> ResultSection:
     """A result's part of the page."""
     from rigidpend import render
 
     attributes = result["attributes"]
     experiment = str(attributes["experiment"])
     reporting = experiments.reporting(experiment)
-    return Section(
+    return ResultSection(
         name=str(attributes["name"]),
         figure=str(attributes["figure"]),
         experiment=experiment,

@@ -19,7 +19,7 @@ class Table(NamedTuple):
     note: str = ""
 
 
-class Section(NamedTuple):
+class ResultSection(NamedTuple):
     """A result's part of the page."""
 
     name: str
@@ -51,12 +51,12 @@ def picture(png: bytes) -> str:
     return f"data:image/png;base64,{base64.b64encode(png).decode('ascii')}"
 
 
-def html(sections: Sequence[Section], departures: Sequence[Any]) -> str:
+def html(sections: Sequence[ResultSection], departures: Sequence[Any]) -> str:
     """The whole page.
 
     Parameters
     ----------
-    sections : sequence of Section
+    sections : sequence of ResultSection
     departures : sequence of Departure
     """
     from jinja2 import Environment, FileSystemLoader, StrictUndefined

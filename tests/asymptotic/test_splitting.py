@@ -11,7 +11,8 @@ from scipy.integrate import quad
 
 from rigidpend import Body
 from rigidpend.asymptotic.heteroclinic import phase_at_start
-from rigidpend.asymptotic.section import (
+from rigidpend.asymptotic.splitting import TOP, amplitude, distance, harmonics, measure
+from rigidpend.asymptotic.surface_orbits import (
     J2_0,
     Points,
     coefficients,
@@ -21,7 +22,6 @@ from rigidpend.asymptotic.section import (
     section_angles,
     surface,
 )
-from rigidpend.asymptotic.splitting import TOP, amplitude, distance, harmonics, measure
 from rigidpend.equations import AlignedCoefficients, eq1
 from rigidpend.integrate import sample_orbits
 from rigidpend.integrate.arithmetic import resolve

@@ -16,7 +16,7 @@ from rigidpend.results.compare import Difference
 from rigidpend.results.tree import Dataset, Tree
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.surfaces import Curves
+from rigidpend.surfaces import SurfaceCurves
 
 if TYPE_CHECKING:
     from rigidpend.experiments.asymptotic_surfaces.schema import Config, Problem
@@ -140,7 +140,7 @@ def _rounded(stored: Data, fresh: Data, group: str, fields: Any) -> list[Differe
 
 def _curves_apart(stored: Data, fresh: Data) -> list[Difference]:
     old, new = (
-        Curves(*(np.asarray(group[field]) for field in CURVES)) for group in (stored, fresh)
+        SurfaceCurves(*(np.asarray(group[field]) for field in CURVES)) for group in (stored, fresh)
     )
     if old.theta2_0.shape != new.theta2_0.shape:
         return compare.arrays("theta2_0", old.theta2_0, new.theta2_0)
@@ -159,7 +159,7 @@ def _curves_apart(stored: Data, fresh: Data) -> list[Difference]:
     return found + compare.arrays("J1_over_J2", J1, new.J1_over_J2[at], height)
 
 
-def _shared(a: Curves, b: Curves) -> tuple[Any, Any]:
+def _shared(a: SurfaceCurves, b: SurfaceCurves) -> tuple[Any, Any]:
     """The points of two results that belong to the same orbit and time."""
     first, second = (
         np.repeat(np.arange(c.offsets.size - 1), np.diff(c.offsets)) * 2**32 + c.sample
@@ -194,7 +194,7 @@ def _datasets(values: Any, meaning: Any) -> dict[str, Dataset]:
     return {field: Dataset(values[field], *meaning[field]) for field in meaning}
 
 
-def _curves(curves: Curves) -> Tree:
+def _curves(curves: SurfaceCurves) -> Tree:
     return _datasets(curves._asdict(), CURVES)
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rigidpend.experiments.contract import Data, Means, Row
 from rigidpend.experiments.route_arrays import ROUNDING, crossing_tolerance
 from rigidpend.experiments.rows import body_rows
-from rigidpend.herpolhode import Orbit, follow, samples, separatrices, vertices
+from rigidpend.herpolhode import RouteOrbit, follow, samples, separatrices, vertices
 from rigidpend.precession import increments, plateaus
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference
@@ -19,7 +19,7 @@ from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.problem import rotation_period
 
 if TYPE_CHECKING:
-    from rigidpend.experiments.herpolhodes.schema import Case, Config
+    from rigidpend.experiments.herpolhodes.schema import Config, HerpolhodeCase
 
 
 Array = NDArray[np.float64]
@@ -78,7 +78,7 @@ def compute(config: Config, means: Means) -> Tree:
     return groups
 
 
-def _routes(config: Config, case: Case, means: Means) -> RouteCodes:
+def _routes(config: Config, case: HerpolhodeCase, means: Means) -> RouteCodes:
     problem = config.problem
     found = route_codes(
         problem.body,
@@ -94,7 +94,7 @@ def _routes(config: Config, case: Case, means: Means) -> RouteCodes:
     return found
 
 
-def _orbit(config: Config, routes: RouteCodes, means: Means) -> Orbit:
+def _orbit(config: Config, routes: RouteCodes, means: Means) -> RouteOrbit:
     checked, theta2_0 = config.problem.routes, float(routes.theta2_0[0])
     orbit = follow(
         checked,
@@ -109,7 +109,7 @@ def _orbit(config: Config, routes: RouteCodes, means: Means) -> Orbit:
     return orbit
 
 
-def _group(config: Config, routes: RouteCodes, orbit: Orbit) -> Tree:
+def _group(config: Config, routes: RouteCodes, orbit: RouteOrbit) -> Tree:
     problem, separatrix = config.problem, routes.separatrix[:, 0]
     sampled = samples(problem.body, orbit)
     of_route = {

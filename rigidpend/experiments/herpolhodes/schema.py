@@ -10,7 +10,7 @@ from rigidpend.config.route_start import RouteStart
 from rigidpend.config.schema import ExperimentConfig, Number, Numerics, Part, Whole, Word, physics
 
 
-class Case(Part):
+class HerpolhodeCase(Part):
     """An orbit."""
 
     theta2_0: Number
@@ -24,7 +24,7 @@ class Problem(RouteStart):
     """Turns from a separatrix to the next on each route, at most 50."""
     n_wound: Annotated[Whole, Field(ge=1)] = 3
     """Separatrices that the curve (omega_zeta, omega_xi) runs along, n_symbols at most."""
-    cases: Annotated[dict[Word, Case], Field(min_length=1, max_length=4)]
+    cases: Annotated[dict[Word, HerpolhodeCase], Field(min_length=1, max_length=4)]
     """Named orbits."""
 
     @model_validator(mode="after")

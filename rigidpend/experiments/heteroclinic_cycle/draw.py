@@ -17,7 +17,7 @@ PANEL = (0.085, 0.33, 0.845, 0.57)
 """Left, bottom, width and height of the panel in parts of the figure."""
 
 
-class Look(NamedTuple):
+class EdgeLook(NamedTuple):
     """How the edges of a symbol are drawn."""
 
     colour: str
@@ -26,9 +26,9 @@ class Look(NamedTuple):
 
 
 LOOKS = {
-    255: Look("black", "-", "separatrix 1, 3 (down), 2, 4 (up)"),
-    0: Look(BLUE, "-", "turn to the left, symbol 0"),
-    1: Look(RED, (0, (4, 1.5)), "turn to the right, symbol 1"),
+    255: EdgeLook("black", "-", "separatrix 1, 3 (down), 2, 4 (up)"),
+    0: EdgeLook(BLUE, "-", "turn to the left, symbol 0"),
+    1: EdgeLook(RED, (0, (4, 1.5)), "turn to the right, symbol 1"),
 }
 NARROW = 1.8
 """Rectangles of less width, in radians, bear their name upright."""

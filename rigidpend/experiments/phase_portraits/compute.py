@@ -38,7 +38,7 @@ MEANING = {
 }
 
 
-class Curves(NamedTuple):
+class PortraitCurves(NamedTuple):
     """Curves on the sphere and their images in the plane."""
 
     M: list[NDArray[np.float64]]
@@ -121,34 +121,34 @@ def _settled(group: Any) -> Any:
     return {**group, "visible": group["visible"] | (np.abs(group["projected"][2]) <= ROUNDING)}
 
 
-def _orbits(problem: Problem) -> Curves:
+def _orbits(problem: Problem) -> PortraitCurves:
     body, phi = problem.body, np.linspace(0, TURN, problem.points)
     families = [(f, side) for f in (free_body.around_M2, free_body.around_M1) for side in (1, -1)]
     heights = [float(x) for x in problem.heights]
     return _curves(body, [f(body.alpha0, h, side, phi) for f, side in families for h in heights])
 
 
-def _centres(body: Body) -> Curves:
+def _centres(body: Body) -> PortraitCurves:
     """The rotations about the axes of M2 and M1, as curves of one point."""
     points = [side * np.eye(3)[:, [axis]] for axis in (1, 0) for side in (1, -1)]
     return _curves(body, points)
 
 
-def _curves(body: Body, M: list[NDArray[np.float64]]) -> Curves:
+def _curves(body: Body, M: list[NDArray[np.float64]]) -> PortraitCurves:
     start = body.beta0 - body.alpha0
     plane = [free_body.in_plane(points, body.beta0, start) for points in M]
-    return Curves(M, [x for x, _ in plane], [y for _, y in plane])
+    return PortraitCurves(M, [x for x, _ in plane], [y for _, y in plane])
 
 
-def _separatrices(body: Body, n: int) -> Curves:
+def _separatrices(body: Body, n: int) -> PortraitCurves:
     """The separatrices from pole to pole; theta1 is not defined there, but its limit is."""
     phi = np.linspace(-TURN / 4, TURN / 4, n)
     M = [free_body.separatrix(body.alpha0, number, phi) for number in free_body.SEPARATRICES]
     places = free_body.separatrix_theta1(body.alpha0, body.beta0)
-    return Curves(M, [np.full(n, x) for x in places], [(1 + points[2]) / 2 for points in M])
+    return PortraitCurves(M, [np.full(n, x) for x in places], [(1 + points[2]) / 2 for points in M])
 
 
-def _group(curves: Curves, body: Body, axes: NDArray[np.float64]) -> dict[str, Dataset]:
+def _group(curves: PortraitCurves, body: Body, axes: NDArray[np.float64]) -> dict[str, Dataset]:
     points = np.concatenate(curves.M, axis=1)
     offsets = np.cumsum([0, *(M.shape[1] for M in curves.M)])
     projected = axes @ points

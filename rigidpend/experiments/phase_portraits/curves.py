@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from rigidpend.render.palette import BLUE, GREEN, PINK, RED
 
 
-class Look(NamedTuple):
+class CurveLook(NamedTuple):
     """How a kind of curve is drawn."""
 
     colour: str
@@ -19,11 +19,11 @@ class Look(NamedTuple):
 
 
 ORBITS = {
-    1: Look(PINK, "#EFD6E4", 0.9, "-", r"orbits around $\pm M_1$"),
-    2: Look(GREEN, "#B3DDD0", 0.9, "-", r"orbits around $\pm M_2$"),
+    1: CurveLook(PINK, "#EFD6E4", 0.9, "-", r"orbits around $\pm M_1$"),
+    2: CurveLook(GREEN, "#B3DDD0", 0.9, "-", r"orbits around $\pm M_2$"),
 }
-RISING = Look(BLUE, "#A3CBE3", 2.2, "-", "separatrices 2, 4 (up)")
-FALLING = Look(RED, "#F1C09C", 1.8, (0, (4, 1)), "separatrices 1, 3 (down)")
+RISING = CurveLook(BLUE, "#A3CBE3", 2.2, "-", "separatrices 2, 4 (up)")
+FALLING = CurveLook(RED, "#F1C09C", 1.8, (0, (4, 1)), "separatrices 1, 3 (down)")
 
 FLAT = ("projected", "visible", "theta1", "J1")
 """The fields with a value at each point."""
@@ -33,7 +33,7 @@ class Curve(NamedTuple):
     """One curve of the result."""
 
     name: str
-    look: Look
+    look: CurveLook
     projected: Any
     visible: Any
     theta1: Any
@@ -42,7 +42,7 @@ class Curve(NamedTuple):
     """Indices of the points that bear an arrow."""
 
 
-def _curves(group: Any, names: list[str], looks: list[Look]) -> list[Curve]:
+def _curves(group: Any, names: list[str], looks: list[CurveLook]) -> list[Curve]:
     """The curves of a group, cut from its flat arrays."""
     found = []
     for (a, b), name, look in zip(pairwise(group["offsets"]), names, looks, strict=True):
@@ -62,6 +62,6 @@ def all_curves(data: Any) -> list[Curve]:
     ]
 
 
-def separatrix_look(number: int) -> Look:
+def separatrix_look(number: int) -> CurveLook:
     """The look of a separatrix; equal on a circle."""
     return RISING if number % 2 == 0 else FALLING

@@ -14,7 +14,7 @@ from rigidpend.experiments.phase_portraits.curves import (
     ORBITS,
     RISING,
     Curve,
-    Look,
+    CurveLook,
     all_curves,
 )
 from rigidpend.render import separatrix_ticks
@@ -152,7 +152,7 @@ def _draw_segment(axes: Axes, theta1: float, curve: Curve, number: str) -> None:
     axes.annotate(number, (theta1, 1), **above, color=look.colour, weight="bold")
 
 
-def _draw_arrows(axes: Axes, x: Any, y: Any, indices: Any, look: Look) -> None:
+def _draw_arrows(axes: Axes, x: Any, y: Any, indices: Any, look: CurveLook) -> None:
     """Heads that point from each marked point to the next."""
     for i in indices:
         head: dict[str, Any] = {

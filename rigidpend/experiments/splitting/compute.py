@@ -9,8 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.asymptotic import section
-from rigidpend.asymptotic.splitting import COARSEST, TOP, Splitting, amplitude, distance, measure
+from rigidpend.asymptotic import surface_orbits
+from rigidpend.asymptotic.splitting import (
+    COARSEST,
+    TOP,
+    SurfaceSplitting,
+    amplitude,
+    distance,
+    measure,
+)
 from rigidpend.body import Body
 from rigidpend.experiments.contract import Data, Means, Row
 from rigidpend.results import compare
@@ -102,7 +109,7 @@ def _body(config: Config, name: str, means: Means) -> Tree:
     return {key: Dataset(values[key], *meaning) for key, meaning in OF_BODY.items()}
 
 
-def _told(body: Body, found: list[Splitting], mu_over_h0: Array) -> dict[str, Any]:
+def _told(body: Body, found: list[SurfaceSplitting], mu_over_h0: Array) -> dict[str, Any]:
     excess, amplitude = (
         np.array([getattr(x, key) for x in found]) for key in ("excess", "amplitude")
     )
@@ -179,7 +186,7 @@ def _values(dataset: Any) -> Any:
     return getattr(dataset, "values", dataset)
 
 
-def _summary(found: list[Splitting]) -> str:
+def _summary(found: list[SurfaceSplitting]) -> str:
     counts = [
         f"{sum(x.resolved and x.bits == bits for x in found)} in {bits} bits"
         for bits in sorted({x.bits for x in found if x.resolved})
@@ -203,7 +210,7 @@ def describe(config: Config) -> list[Row]:
 
 
 def _body_row(name: str, body: Body, problem: Problem) -> Row:
-    unit = float(amplitude(section.surface(body, problem.h0, 53))) / float(body.mu)
+    unit = float(amplitude(surface_orbits.surface(body, problem.h0, 53))) / float(body.mu)
     said = f"nu = {body.nu:.3f}, distance = {unit:.4g} mu cos g"
     return Row(f"body {name}", said, f"1, rad, by Melnikov; A = ({', '.join(map(str, body.A))})")
 

@@ -14,7 +14,7 @@ from rigidpend.integrate.arithmetic import Arithmetic
 from rigidpend.integrate.sections import first_crossings
 from rigidpend.melnikov import delta
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
-from rigidpend.separatrices import Motion, theta1, u
+from rigidpend.separatrices import SeparatrixMotion, theta1, u
 
 PATIENCE = 4
 """How many times longer than on the unperturbed separatrix to wait for the section."""
@@ -22,7 +22,7 @@ NEWTON = 10
 """Steps to the energy at most; two or three are taken."""
 
 
-class Surface(NamedTuple):
+class UnstableSurface(NamedTuple):
     """S1- beside separatrix 2, at J3 = 0 and one energy."""
 
     p: Angles
@@ -46,7 +46,7 @@ class Points(NamedTuple):
     """t' from the start."""
 
 
-def surface(body: Body, h0: Exact, bits: int, separatrix: int = 2) -> Surface:
+def surface(body: Body, h0: Exact, bits: int, separatrix: int = 2) -> UnstableSurface:
     """S1- of a body, or the surface beside another separatrix in the place of S1-.
 
     Parameters
@@ -64,7 +64,7 @@ def surface(body: Body, h0: Exact, bits: int, separatrix: int = 2) -> Surface:
     """
     p = body.angles(bits + GUARD_BITS)
     side = {2: 1, 1: -1}[separatrix]
-    return Surface(p._replace(beta0=side * p.beta0), h0.in_context(numbers(bits)), bits)
+    return UnstableSurface(p._replace(beta0=side * p.beta0), h0.in_context(numbers(bits)), bits)
 
 
 def numbers(bits: int) -> Any:
@@ -72,18 +72,18 @@ def numbers(bits: int) -> Any:
     return context(bits + GUARD_BITS)
 
 
-def J2_0(s: Surface) -> Any:
+def J2_0(s: UnstableSurface) -> Any:
     """sqrt(2 h0/kappa), dimensionless."""
     return numbers(s.bits).sqrt(2 * s.h0 / s.p.kappa)
 
 
-def unperturbed(s: Surface, theta2_0: Any, depth: Any) -> Motion:
+def unperturbed(s: UnstableSurface, theta2_0: Any, depth: Any) -> SeparatrixMotion:
     """The motion on separatrix 2 that starts at theta2_0 and J1 = exp(-depth) J2_0."""
     J2, low = J2_0(s), numbers(s.bits).exp(-depth)
-    return Motion(2, low * J2, J2 - low * J2, theta2_0)
+    return SeparatrixMotion(2, low * J2, J2 - low * J2, theta2_0)
 
 
-def launch(s: Surface, theta2_0: Any, depth: Any) -> list[Fraction]:
+def launch(s: UnstableSurface, theta2_0: Any, depth: Any) -> list[Fraction]:
     """The start of an orbit, in aligned components of the working precision.
 
     At theta1 = alpha0 + beta0 it lies beside S1-, not on it. What it is off by shrinks as J1
@@ -113,14 +113,14 @@ def launch(s: Surface, theta2_0: Any, depth: Any) -> list[Fraction]:
     return [fraction(x, s.bits) for x in state._replace(Qm=zero)]
 
 
-def coefficients(s: Surface) -> AlignedCoefficients:
+def coefficients(s: UnstableSurface) -> AlignedCoefficients:
     """The body for the engine, in the working precision."""
     exact = aligned_coefficients(s.p, numbers(s.bits))
     return AlignedCoefficients(*(fraction(x, s.bits) for x in exact))
 
 
 def meet(
-    s: Surface, theta2_0: Iterable[Any], depth: Any, arithmetic: Arithmetic, jobs: int = 1
+    s: UnstableSurface, theta2_0: Iterable[Any], depth: Any, arithmetic: Arithmetic, jobs: int = 1
 ) -> Points | None:
     """Follow orbits of S1- to the section.
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mpmath import MPContext
 
-from rigidpend.poinsot.jacobi import modulus, sncndn
+from rigidpend.poinsot.modulus import modulus, sncndn
 from tests.poinsot.reference import EPS
 
 KC = [1.0, 1 - 1e-9, 0.999, 0.7, 0.1, 1e-3, 1e-10, 1e-40]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
-from rigidpend.asymptotic.section import (
+from rigidpend.asymptotic.surface_orbits import (
     coefficients,
     launch,
     meet,
