@@ -13,8 +13,7 @@ import numpy as np
 
 from rigidpend import floquet, melnikov, precession
 from rigidpend.body import Angles, Body
-from rigidpend.experiments.contract import Row
-from rigidpend.experiments.rows import body_rows, number_row
+from rigidpend.description import Row, body_rows, number_row
 from rigidpend.free_body import SEPARATRICES
 from rigidpend.numbers.exact import Exact, exact
 from rigidpend.periodic import Delta_1

@@ -20,6 +20,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, TypeVar
 
+from rigidpend.description import Row as Row
 from rigidpend.integrate.arithmetic import CLOSED_FORM, Arithmetic
 from rigidpend.results.tree import Tree
 
@@ -36,16 +37,6 @@ else:
 
 Data: TypeAlias = Mapping[str, Any]
 """A group of a stored result, loaded: arrays, texts and groups by name."""
-
-
-class Row(NamedTuple):
-    """A line of a description."""
-
-    name: str
-    value: str
-    meaning: str
-    number: float | Sequence[float] | None = None
-    """The value as a number, or a list of numbers, where it is that."""
 
 
 def compute_now(name: str, compute: Callable[[], Tree]) -> Tree:

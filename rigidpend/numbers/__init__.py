@@ -3,6 +3,6 @@
 Modules
 -------
 exact        rational numbers and pi, kept exact; functions of them in any precision
-expressions  numbers read from texts such as 3*pi/40
-parameters   the error of a parameter that its conditions exclude
+expressions  texts such as 3*pi/40, read for any kind of number
+parameters   the errors of values
 """

@@ -16,6 +16,10 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from rigidpend.numbers import expressions
+from rigidpend.numbers.expressions import MAX_EXPONENT, MAX_TEXT
+from rigidpend.numbers.parameters import ExactError as ExactError
+
 if TYPE_CHECKING:
     from mpmath import MPContext
 
@@ -24,16 +28,8 @@ PRECISIONS = (53, 64, 113)
 GUARD_BITS = 32
 MOST_BITS = 10_000
 """Where the search for enough guard bits ends: what cancels so far is zero."""
-MAX_TEXT = 4000
-MAX_EXPONENT = 5000
 MAX_SIZE = 40_000
 """Bits in the numerator or the denominator of a rational number."""
-
-FUNCTIONS = ("sqrt", "sin", "cos", "tan", "atan")
-
-
-class ExactError(ValueError):
-    """A value that is no finite real number, or a text that is no expression of one."""
 
 
 @functools.cache
@@ -174,9 +170,8 @@ def exact(value: Any) -> Exact:
     if isinstance(value, Exact):
         return value
     if isinstance(value, str):
-        from rigidpend.numbers import expressions
-
-        return expressions.parse(value)
+        read = expressions.read(value, _READER)
+        return Exact(value.strip(), read.fraction, read._evaluate)
     if isinstance(value, bool):
         raise ExactError(f"{value!r} is not a real number")
     if isinstance(value, numbers.Integral):
@@ -289,3 +284,6 @@ _COMPUTE: dict[str, Callable[[Any, Any], Any]] = {
     "/": lambda x, y: x / y,
     "**": lambda x, y: x ** int(y),
 }
+_READER = expressions.Reader(
+    number=lambda digits: rational(Fraction(digits), digits), pi=PI, combine=combine, apply=function
+)

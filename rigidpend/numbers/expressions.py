@@ -1,22 +1,25 @@
-"""Texts read as exact numbers: decimals, pi, arithmetic and a few functions."""
+"""Texts read as expressions of numbers: decimals, pi, arithmetic and a few functions.
+
+The kind of number is the caller's: a :class:`Reader` says how one is made and combined. So this
+module knows nothing of :class:`rigidpend.numbers.exact.Exact`, which builds on it.
+"""
 
 from __future__ import annotations
 
 import ast
-from fractions import Fraction
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, TypeVar
 
-from rigidpend.numbers.exact import (
-    FUNCTIONS,
-    MAX_EXPONENT,
-    MAX_TEXT,
-    PI,
-    Exact,
-    ExactError,
-    combine,
-    exact,
-    function,
-    rational,
-)
+from rigidpend.numbers.parameters import ExactError
+
+# Whoever writes a number by hand needs far less; what is longer would take seconds to evaluate.
+MAX_TEXT = 4000
+"""Characters of a text at most."""
+MAX_EXPONENT = 5000
+"""Largest decimal exponent, of either sign."""
+
+FUNCTIONS = ("sqrt", "sin", "cos", "tan", "atan")
 
 _OPERATORS: dict[type[ast.operator], str] = {
     ast.Add: "+",
@@ -26,9 +29,24 @@ _OPERATORS: dict[type[ast.operator], str] = {
     ast.Pow: "**",
 }
 
+Number = TypeVar("Number")
 
-def parse(text: str) -> Exact:
-    """The number that a text says: see :func:`rigidpend.numbers.exact.exact`.
+
+@dataclass(frozen=True)
+class Reader(Generic[Number]):
+    """Making and combining numbers of one kind."""
+
+    number: Callable[[str], Number]
+    """Takes decimal digits, as written."""
+    pi: Number
+    combine: Callable[[str, Number, Number], Number]
+    """Takes one of + - * / ** and the two operands."""
+    apply: Callable[[str, Number], Number]
+    """Takes one of `FUNCTIONS` and its argument."""
+
+
+def read(text: str, reader: Reader[Number]) -> Number:
+    """Read the number that a text says.
 
     Raises
     ------
@@ -40,36 +58,36 @@ def parse(text: str) -> Exact:
     source = text.strip()
     try:
         tree = ast.parse(source, mode="eval")
-        value = _read(tree.body, source)
+        return _read(tree.body, source, reader)
     except ExactError as error:
         shown = "" if str(error).startswith(repr(source)) else f"{text!r}: "
         raise ExactError(f"{shown}{error}") from None
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise ExactError(f"{text!r} is not a number or an expression of numbers") from None
-    return Exact(source, value.fraction, value._evaluate)
 
 
-def _read(node: ast.expr, source: str) -> Exact:
+def _read(node: ast.expr, source: str, reader: Reader[Number]) -> Number:
     if isinstance(node, ast.Constant) and type(node.value) in (int, float):
-        return _read_number(ast.get_source_segment(source, node) or "")
+        return _read_number(ast.get_source_segment(source, node) or "", reader)
     if isinstance(node, ast.Name) and node.id == "pi":
-        return PI
+        return reader.pi
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):
-        sign = -1 if isinstance(node.op, ast.USub) else 1
-        return combine("*", exact(sign), _read(node.operand, source))
+        sign = "-1" if isinstance(node.op, ast.USub) else "1"
+        return reader.combine("*", reader.number(sign), _read(node.operand, source, reader))
     if isinstance(node, ast.BinOp) and type(node.op) in _OPERATORS:
-        left, right = _read(node.left, source), _read(node.right, source)
-        return combine(_OPERATORS[type(node.op)], left, right)
+        left, right = _read(node.left, source, reader), _read(node.right, source, reader)
+        return reader.combine(_OPERATORS[type(node.op)], left, right)
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
         if node.func.id in FUNCTIONS and len(node.args) == 1 and not node.keywords:
-            return function(node.func.id, _read(node.args[0], source))
+            return reader.apply(node.func.id, _read(node.args[0], source, reader))
     shown = ast.get_source_segment(source, node) or source
     known = ", ".join(FUNCTIONS)
     raise ExactError(f"{shown!r} is not understood (known: numbers, pi, + - * / **, {known})")
 
 
-def _read_number(digits: str) -> Exact:
+def _read_number(digits: str, reader: Reader[Number]) -> Number:
     _, _, exponent = digits.lower().partition("e")
+    # Python's own parser allows 1e999999999, of which the exact value would fill the memory.
     if exponent and abs(int(exponent)) > MAX_EXPONENT:
         raise ExactError(f"{digits}: exponents go to {MAX_EXPONENT}")
-    return rational(Fraction(digits), digits)
+    return reader.number(digits)

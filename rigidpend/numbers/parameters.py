@@ -1,6 +1,10 @@
-"""The error of a parameter that its conditions exclude."""
+"""Errors of values: a number that cannot be read, a parameter that its conditions exclude."""
 
 from __future__ import annotations
+
+
+class ExactError(ValueError):
+    """A value that is no finite real number, or a text that is no expression of one."""
 
 
 class ParameterError(ValueError):

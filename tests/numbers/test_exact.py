@@ -18,7 +18,6 @@ from hypothesis import strategies as st
 from mpmath.libmp import to_rational
 
 from rigidpend.numbers.exact import (
-    MAX_TEXT,
     PI,
     Exact,
     ExactError,
@@ -28,6 +27,7 @@ from rigidpend.numbers.exact import (
     fraction,
     function,
 )
+from rigidpend.numbers.expressions import MAX_TEXT
 from tests.strategies import repeatable
 
 MANY = 1000

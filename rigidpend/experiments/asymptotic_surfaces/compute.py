@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidpend import surfaces
-from rigidpend.experiments.contract import Data, Means, Row
+from rigidpend.description import Row
+from rigidpend.experiments.contract import Data, Means
 from rigidpend.periodic import Delta_1
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.experiments.contract import Data, Means, Row
+from rigidpend.description import Row, body_rows
+from rigidpend.experiments.contract import Data, Means
 from rigidpend.experiments.route_arrays import ROUNDING, crossing_tolerance
-from rigidpend.experiments.rows import body_rows
 from rigidpend.herpolhode import RouteOrbit, follow, samples, separatrices, vertices
 from rigidpend.precession import increments, plateaus
 from rigidpend.results import compare

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.coordinates import TURN
-from rigidpend.experiments.contract import Data, Means, Row
-from rigidpend.experiments.rows import body_rows
+from rigidpend.description import Row, body_rows
+from rigidpend.experiments.contract import Data, Means
 from rigidpend.free_body import SEPARATRICES, separatrix_theta1
 from rigidpend.results import compare
 from rigidpend.results.tree import Dataset, Tree

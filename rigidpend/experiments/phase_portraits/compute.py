@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from rigidpend import free_body
 from rigidpend.body import Body
 from rigidpend.coordinates import TURN
+from rigidpend.description import Row, body_rows
 from rigidpend.equations import hamiltonian_J3_0
-from rigidpend.experiments.contract import Data, Means, Row
-from rigidpend.experiments.rows import body_rows
+from rigidpend.experiments.contract import Data, Means
 from rigidpend.results import compare
 from rigidpend.results.tree import Dataset, Tree
 

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from rigidpend.asymptotic import heteroclinic
 from rigidpend.body import Body
-from rigidpend.experiments.contract import Data, Means, Row
+from rigidpend.description import Row
+from rigidpend.experiments.contract import Data, Means
 from rigidpend.precession import increments, regime
 from rigidpend.results import compare
 from rigidpend.results.tree import Dataset, Tree

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.experiments.contract import Data, Means, Row
+from rigidpend.description import Row, body_rows
+from rigidpend.experiments.contract import Data, Means
 from rigidpend.experiments.route_arrays import APART, MEANING, ROUNDING, array_differences
-from rigidpend.experiments.rows import body_rows
 from rigidpend.numbers.exact import Exact, exact
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference

@@ -19,7 +19,8 @@ from rigidpend.asymptotic.splitting import (
     measure,
 )
 from rigidpend.body import Body
-from rigidpend.experiments.contract import Data, Means, Row
+from rigidpend.description import Row
+from rigidpend.experiments.contract import Data, Means
 from rigidpend.results import compare
 from rigidpend.results.tree import Dataset, Tree
 
