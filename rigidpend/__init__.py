@@ -99,7 +99,7 @@ _HOME = {
 
 
 def __getattr__(name: str) -> Any:
-    """The public names, imported when first used: the command line starts without numpy."""
+    """Import a public name when it is first used, so that the command line starts without numpy."""
     if name not in _HOME:
         raise AttributeError(f"module 'rigidpend' has no attribute {name!r}")
     import importlib

@@ -1,4 +1,4 @@
-"""``python -m rigidpend`` is the command line."""
+"""Entry point of ``python -m rigidpend``: the command line."""
 
 from rigidpend.cli import main
 

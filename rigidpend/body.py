@@ -1,4 +1,4 @@
-"""The heavy rigid body: its parameters, the angles of (phi), and what the paper excludes."""
+"""The heavy rigid body: its parameters, the angles of (phi), and the conditions on both."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from rigidpend.numbers.exact import GUARD_BITS, PI, Exact, context, exact, exact
 from rigidpend.numbers.parameters import ParameterError
 
 ROUNDING = 1e-15
-"""Two angles closer than this are equal to within the rounding of doubles."""
+"""Distance below which two angles are equal to within the rounding of doubles, radians."""
 
 
 class BodyError(ParameterError):
-    """A body that the paper's conditions exclude; the message names condition and values."""
+    """Error: a body that the paper's conditions exclude; names the condition and the values."""
 
 
 class Angles(NamedTuple):
-    """The body as the dimensionless equations see it, in one precision.
+    """Parameters of a body in the dimensionless equations, in one precision.
 
     All of them are dimensionless: `alpha0`, `beta0`, `gamma0` in radians, `kappa`, `nu`
     and the perturbation `mu` pure numbers.
@@ -80,7 +80,7 @@ class Body:
 
     @classmethod
     def from_angles(cls, alpha0: Any, beta0: Any, gamma0: Any, mu: Any, *, A1: Any = 2) -> Body:
-        """The body of given angles, by the relations that follow (phi).
+        """Make the body of given angles, by the relations that follow (phi).
 
         Parameters
         ----------
@@ -106,7 +106,7 @@ class Body:
         return cls((a1, a2, a3), direction, mu)
 
     def angles(self, bits: int = 53) -> Angles:
-        """The parameters of the dimensionless equations, correctly rounded.
+        """Parameters of the dimensionless equations, correctly rounded.
 
         Floats at 53 bits, mpmath numbers of `bits` bits above.
         """
@@ -134,7 +134,7 @@ class Body:
 
     @property
     def special_cases(self) -> tuple[str, ...]:
-        """Which special cases the body satisfies, to within the rounding of doubles.
+        """Special cases that the body satisfies, to within the rounding of doubles.
 
         Hess: alpha0 = beta0. Grioli: gamma0 = beta0. Flat: A2 + A3 = A1.
         """
@@ -151,7 +151,7 @@ class Body:
 def angles_from_moments(
     A: Sequence[Any], differences: Sequence[Any], r: Sequence[Any], mu: Any, m: Any
 ) -> Angles:
-    """alpha0, beta0, gamma0, kappa of a body, with nu of (Im) (eq. phi).
+    """Compute alpha0, beta0, gamma0, kappa of a body, with nu of (Im) (eq. phi).
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ def _triple(name: str, values: Sequence[Any]) -> tuple[Exact, Exact, Exact]:
 
 
 def _unit(r: tuple[Exact, Exact, Exact]) -> tuple[Exact, Exact, Exact]:
-    """r checked and of length one."""
+    """Check r and scale it to length one."""
     # Rationals in their shortest form: bodies are equal however their r was written.
     r1, r2, r3 = (x if x.fraction is None else exact(x.fraction) for x in r)
     square = r1 * r1 + r2 * r2
@@ -248,7 +248,7 @@ def _check_weight(mu: Exact) -> None:
 
 
 def _negative(x: Exact, scale: Exact) -> bool:
-    """Whether x < 0; an irrational x may fall short of zero by its rounding in doubles."""
+    """True if x < 0; an irrational x may fall short of zero by its rounding in doubles."""
     if x.fraction is not None:
         return x.fraction < 0
     return bool(x.at(113) < -ROUNDING * scale.at(113))
@@ -259,5 +259,5 @@ def _shown(values: Sequence[Exact]) -> str:
 
 
 def _written(x: Exact) -> str:
-    """A value for a message: as written where that is short, else with 17 digits."""
+    """Format a value for a message: as written where that is short, else with 17 digits."""
     return x.text if x.fraction is not None and len(x.text) < 18 else f"{float(x):.17g}"

@@ -31,7 +31,7 @@ Array: TypeAlias = NDArray[np.float64]
 
 TURN = 2 * np.pi
 PARALLEL = 2 * np.finfo(float).eps
-"""M and gamma are parallel where the sine of their angle is less: it is rounding."""
+"""Sine of the angle of M and gamma below which they are parallel: it is rounding."""
 
 
 class Andoyer(NamedTuple):
@@ -75,13 +75,13 @@ class Aligned(NamedTuple):
 
 
 def andoyer(G: Any, L: Any, H: Any, g: Any, l: Any, h: Any = 0.0) -> Andoyer:
-    """Andoyer variables from the six alone; cos p and cos q carry what G and L, H tell."""
+    """Make Andoyer variables from the six alone; cos p and cos q carry what G and L, H tell."""
     cosp, cosq = (np.sqrt((G - x) * (G + x)) / G for x in (L, H))
     return Andoyer(G, L, H, g, l, h, cosp, cosq)
 
 
 def canonical(J1: Any, J2: Any, J3: Any, theta1: Any, theta2: Any, theta3: Any = 0.0) -> Canonical:
-    """Canonical variables from the six alone; J2 - J1 is as precise as J1 and J2 tell."""
+    """Make canonical variables from the six alone; J2 - J1 is as precise as J1 and J2 tell."""
     cosq = np.sqrt((J2 - J3) * (J2 + J3)) / J2
     return Canonical(J1, J2 - J1, J3, theta1, theta2, theta3, cosq)
 
@@ -178,17 +178,17 @@ def andoyer_from_canonical(c: Canonical, beta0: float) -> Andoyer:
 
 
 def scale(A: Numbers, m: Any = np) -> Any:
-    """s = sqrt((A1 - A2)/(A1 A2)), by which J' = J s and t' = t s (after eq. canon)."""
+    """Scale s = sqrt((A1 - A2)/(A1 A2)), by which J' = J s and t' = t s (after eq. canon)."""
     return m.sqrt((A[0] - A[1]) / (A[0] * A[1]))
 
 
 def dimensionless(c: Canonical, A: Numbers) -> Canonical:
-    """The actions in dimensionless units, J' = J s."""
+    """Convert actions to dimensionless units, J' = J s."""
     return _scaled(c, scale(A))
 
 
 def dimensional(c: Canonical, A: Numbers) -> Canonical:
-    """The actions in physical units, J = J'/s."""
+    """Convert actions to physical units, J = J'/s."""
     return _scaled(c, 1 / scale(A))
 
 
@@ -245,6 +245,6 @@ def _scaled(c: Canonical, factor: float) -> Canonical:
 
 
 def _wrap(angle: Any, period: float) -> Any:
-    """The angle in [0, period); a tiny negative one becomes 0, not the period itself."""
+    """Reduce an angle to [0, period); a tiny negative one becomes 0, not the period itself."""
     wrapped = np.mod(angle, period)
     return np.where(wrapped < period, wrapped, 0.0)

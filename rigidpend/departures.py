@@ -1,4 +1,4 @@
-"""Where the paper slips, or leaves a value open, and what is computed here instead."""
+"""Departures from the paper: its slips and open values, with what is computed here instead."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 
 class Departure(NamedTuple):
-    """One place of the paper."""
+    """One departure: its place in the paper, what is printed there and what is computed here."""
 
     place: str
-    """A label of its TeX source, or a figure."""
+    """Label in the paper's TeX source, or a figure."""
     printed: str
     here: str
 
@@ -75,4 +75,4 @@ DEPARTURES = (
         "10/9 and 2.39205e-9, at which both published routes come out",
     ),
 )
-"""In the paper's order. `tests/test_departures.py` says which test shows each slip."""
+"""All departures, in the paper's order; `tests/test_departures.py` has a test for each."""

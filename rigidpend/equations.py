@@ -19,7 +19,7 @@ Numbers: TypeAlias = Any
 
 
 def cross(a: Numbers, b: Numbers) -> tuple[Any, Any, Any]:
-    """The vector product a x b of two triples."""
+    """Vector product a x b of two triples."""
     return (
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
@@ -56,27 +56,27 @@ def energy(M: Numbers, gamma: Numbers, A: Numbers, r: Numbers, mu: Any) -> Any:
 
 
 class AlignedCoefficients(NamedTuple):
-    """The numbers in the aligned equations: what a body is to the integrator."""
+    """Coefficients of the aligned equations: all that the integrator knows of a body."""
 
     half_sigma: Any
-    """sin(alpha0)/2, the exponent of a Q per unit of M3."""
+    """Rate sin(alpha0)/2: the exponent of Qp and Qm per unit of M3."""
     force_p: Any
-    """mu sin((alpha0-beta0)/2), which drives Qp."""
+    """Force mu sin((alpha0-beta0)/2), which drives Qp."""
     force_m: Any
-    """mu sin((alpha0+beta0)/2), which drives -Qm."""
+    """Force mu sin((alpha0+beta0)/2), which drives -Qm."""
     twist: Any
-    """1/(2 sin(alpha0)), from (Qp^2 - Qm^2) to M3'."""
+    """Factor 1/(2 sin(alpha0)), from (Qp^2 - Qm^2) to M3'."""
     mu_r1: Any
     mu_r2: Any
     omega1: Any
-    """(kappa - cos^2(alpha0/2))/(2 cos(alpha0/2)), from Qp + Qm to omega_1."""
+    """Factor (kappa - cos^2(alpha0/2))/(2 cos(alpha0/2)), from Qp + Qm to omega_1."""
     omega2: Any
-    """(kappa + sin^2(alpha0/2))/(2 sin(alpha0/2)), from Qp - Qm to omega_2."""
+    """Factor (kappa + sin^2(alpha0/2))/(2 sin(alpha0/2)), from Qp - Qm to omega_2."""
     kappa: Any
 
 
 def aligned_coefficients(p: Angles, m: Any) -> AlignedCoefficients:
-    """The coefficients of :func:`aligned` from the body's angles, in the namespace `m`."""
+    """Coefficients of :func:`aligned` from the body's angles, in the namespace `m`."""
     ca, sa = m.cos(p.alpha0 / 2), m.sin(p.alpha0 / 2)
     return AlignedCoefficients(
         half_sigma=m.sin(p.alpha0) / 2,
@@ -171,7 +171,7 @@ def _free_part(J1: Any, J2: Any, theta1: Any, p: Angles, m: Any) -> Any:
 
 
 def _height(J1: Any, J2: Any, theta: Numbers, m: Any) -> Any:
-    """r . gamma at J3 = 0."""
+    """Height of the centre of gravity, r . gamma, at J3 = 0."""
     return (J1 * m.sin(theta[0] + theta[1]) + (J2 - J1) * m.sin(theta[1])) / J2
 
 

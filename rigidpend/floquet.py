@@ -1,4 +1,4 @@
-"""The periodic orbits of (eq1) at J1 = 0 and J1 = J2 to rounding, with their multipliers.
+"""Periodic orbits of (eq1) at J1 = 0 and J1 = J2 to rounding, with their Floquet multipliers.
 
 In (M, gamma) they are the pendulum motions; theta1 on them is the direction in which orbits
 leave or approach. Hyperbolic motions have two such directions, each a periodic solution of the
@@ -29,37 +29,40 @@ from rigidpend.equations import aligned, aligned_coefficients
 Array = NDArray[np.float64]
 
 STAGES = 10
-"""Gauss points in a step."""
+"""Number of Gauss points in a step."""
 FEWEST, MOST = 32, 1 << 9
-"""Steps of a period at first, and at most."""
+"""Number of steps of a period, at first and at most."""
 SETTLED = 1e-11
 """Change of theta1 under halved steps, radians, of which 2^-(2 `STAGES`) is left: rounding."""
 
 
 class NotHyperbolic(ArithmeticError):
-    """The pendulum motion is elliptic or parabolic: it has no stable and unstable direction."""
+    """Error: the pendulum motion is not hyperbolic: it has no stable and unstable direction."""
 
 
 class PeriodicOrbit(NamedTuple):
     """A periodic orbit at J1 = 0 or J1 = J2, dimensionless."""
 
     family: int
-    """1 at J1 = 0, 2 at J1 = J2."""
+    """Family: 1 at J1 = 0, 2 at J1 = J2."""
     epsilon: int
-    """1 beside separatrices 2 and 4, -1 beside 1 and 3."""
+    """Sign: 1 beside separatrices 2 and 4, -1 beside 1 and 3."""
     tau: Array
-    """(n,) theta2 (family 1) or theta1 + theta2 (family 2), radians, from -pi/2, the lowest
-    point, over a turn; at equal steps of t'."""
+    """Phase theta2 (family 1) or theta1 + theta2 (family 2), radians, (n,).
+
+    It runs from -pi/2, the lowest point, over a turn, at equal steps of t'."""
     theta1: Array
-    """(n,) radians, within pi of beta0 + epsilon alpha0 at first."""
+    """Angle theta1, radians, (n,); within pi of beta0 + epsilon alpha0 at first."""
     period: float
-    """t'."""
+    """Period, t'."""
     exponent: float
-    """Floquet exponent along the direction theta1, per t': u/2 + O(mu) with
-    u = J2_0 sin(alpha0) where orbits leave, -u/2 + O(mu) where they approach. The small action
-    J1 or J2 - J1 is a square of components of M: it grows at twice this rate."""
+    """Floquet exponent along the direction theta1, per t'.
+
+    It is u/2 + O(mu) with u = J2_0 sin(alpha0) where orbits leave, -u/2 + O(mu) where they
+    approach. The small action J1 or J2 - J1 is a square of components of M: it grows at twice
+    this rate."""
     turns: int
-    """By how many 2 pi theta1 grows in a period; 0 near mu = 0."""
+    """Number of turns by which theta1 grows in a period; 0 near mu = 0."""
 
     @property
     def exponent_per_period(self) -> float:
@@ -72,12 +75,12 @@ class PeriodicOrbit(NamedTuple):
 
     @property
     def action_multiplier(self) -> float:
-        """What J1 or J2 - J1 is multiplied by in a period: exp(u T) in the limit mu = 0."""
+        """Growth of J1 or J2 - J1 in a period, as a factor: exp(u T) in the limit mu = 0."""
         return math.exp(2 * self.exponent_per_period)
 
 
 def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> PeriodicOrbit:
-    """A hyperbolic periodic orbit to rounding, wherever mu < h0 and it is one.
+    """Compute a hyperbolic periodic orbit to rounding, wherever mu < h0 and it is hyperbolic.
 
     Parameters
     ----------
@@ -128,7 +131,7 @@ def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> P
 
 @functools.lru_cache(maxsize=16)
 def _steps(p: Angles, h0: float, family: int, n: int) -> tuple[Array, Array]:
-    """tau at the start of n equal steps of time, and the matrices (n, 2, 2) of the steps.
+    """Compute tau at the start of n equal steps of time, and the steps' matrices (n, 2, 2).
 
     Without weight the components Qp and Qm are uncoupled: the bases of other directions would
     lose what is left of sin(alpha0) near 0 and pi.
@@ -148,7 +151,7 @@ def _steps(p: Angles, h0: float, family: int, n: int) -> tuple[Array, Array]:
 
 
 def _linearised(turn: NDArray[Any], p: Angles, h0: float, family: int) -> NDArray[Any]:
-    """The linear system of Qp and Qm per period, (2, 2, ...), at times in periods."""
+    """Matrix of the linear system of Qp and Qm per period, (2, 2, ...), at times in periods."""
     period, r = pendulum.period(p, h0, math), (math.cos(p.beta0 / 2), math.sin(p.beta0 / 2), 0)
     # The dimensionless equations are those of a body with A3 = 1/kappa.
     sign = -pendulum.side_of(family)
@@ -179,7 +182,7 @@ def _gauss() -> tuple[Array, Array, Array]:
 
 
 def _direction(steps: Array, leaving: bool, p: Angles, epsilon: int) -> tuple[Array, float]:
-    """theta1 between steps, (n + 1,), and ln of the growth of M along it in a period.
+    """Find theta1 between steps, (n + 1,), and ln of the growth of M along it in a period.
 
     Solutions are carried in the sense in which they grow, so that errors shrink.
     """
@@ -200,7 +203,7 @@ def _direction(steps: Array, leaving: bool, p: Angles, epsilon: int) -> tuple[Ar
 
 
 def _eigenvector(whole: Array, leaving: bool) -> Array:
-    """The direction, of length 1, that grows or shrinks under a period."""
+    """Eigenvector, of length 1, that grows or shrinks under a period."""
     trace = float(np.trace(whole))
     if not abs(trace) > 2:
         raise NotHyperbolic(

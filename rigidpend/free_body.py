@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from rigidpend.coordinates import TURN, andoyer_from_body, canonical_from_andoyer
 
 SEPARATRICES = (1, 2, 3, 4)
-"""Their numbers; 2 and 4 are the halves of one circle, 1 and 3 of the other."""
+"""Numbers of the separatrices; 2 and 4 are the halves of one circle, 1 and 3 of the other."""
 
 
 def around_M2(alpha0: float, height: float, side: int, phi: ArrayLike) -> NDArray[np.float64]:
@@ -76,12 +76,12 @@ def separatrix(alpha0: float, number: int, phi: ArrayLike) -> NDArray[np.float64
 
 
 def separatrix_theta1(alpha0: float, beta0: float) -> NDArray[np.float64]:
-    """theta1 of the separatrices 1..4, radians, as in (sol_1)-(sol_22): all within 4 pi."""
+    """Angle theta1 of the separatrices 1..4, radians, as in (sol_1)-(sol_22): all within 4 pi."""
     return np.array([2 * _separatrix_l(alpha0, number) + beta0 for number in SEPARATRICES])
 
 
 def in_plane(M: ArrayLike, beta0: float, start: float) -> tuple[Any, Any]:
-    """theta1 and J1/J2 of points M, with start <= theta1 < start + 4 pi.
+    """Map points M to theta1 and J1/J2, with start <= theta1 < start + 4 pi.
 
     Parameters
     ----------
@@ -100,6 +100,6 @@ def in_plane(M: ArrayLike, beta0: float, start: float) -> tuple[Any, Any]:
 
 
 def _separatrix_l(alpha0: float, number: int) -> float:
-    """The angle l = (theta1 - beta0)/2 of a separatrix."""
+    """Angle l = (theta1 - beta0)/2 of a separatrix."""
     side = 1 if number % 2 == 0 else -1
     return side * alpha0 / 2 + (TURN / 2 if number > 2 else 0.0)

@@ -20,14 +20,14 @@ Array = NDArray[np.float64]
 
 
 class RouteOrbit(NamedTuple):
-    """A sampled orbit, and how it meets the crossings of its route."""
+    """A sampled orbit of a route, with the errors of its crossings."""
 
     t: Array
-    """(n,), t'."""
+    """Times t' of the samples, (n,)."""
     states: Array
-    """(7, n): aligned components, theta3."""
+    """States of the samples, (7, n): six aligned components and theta3."""
     crossing_error: Array
-    """(k,), t': how much later it crosses J1 = J2/2 than the route."""
+    """Delay of the crossings of J1 = J2/2 behind those of the route, t', (k,)."""
 
 
 def follow(
@@ -39,7 +39,7 @@ def follow(
     engine: str,
     tolerance: float,
 ) -> RouteOrbit:
-    """The orbit of a route, sampled evenly to half a passage behind its last crossing.
+    """Integrate the orbit of a route, sampled evenly to half a passage behind its last crossing.
 
     Parameters
     ----------
@@ -68,13 +68,13 @@ def follow(
 
 
 def initial_state(problem: RouteProblem, theta2_0: float) -> Array:
-    """The state (7,) of the orbit at t' = 0, with theta3 = 0."""
+    """State (7,) of the orbit at t' = 0, with theta3 = 0."""
     state = states_double(start(problem, 53, Scales()), np.array([theta2_0]), 0.0)[:, 0]
     return np.array([*state, 0.0])
 
 
 def alpha(states: Array, body: Body) -> Array:
-    """alpha in radians of states (7, ...), whose last component is theta3, by (th_al).
+    """Angle alpha in radians of states (7, ...), whose last component is theta3, by (th_al).
 
     It differs from theta3 by less than pi/2, so that it is continuous where theta3 is.
     """
@@ -86,7 +86,7 @@ def alpha(states: Array, body: Body) -> Array:
 def alpha_at(
     body: Body, states: Array, ends: ArrayLike, tolerance: float, engine: str | None = None
 ) -> Array:
-    """alpha (n,) in radians of orbits, each at a time t' of its own.
+    """Angle alpha (n,) in radians of orbits, each at a time t' of its own.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def alpha_at(
 
 
 def separatrices(states: Array) -> NDArray[np.uint8]:
-    """The separatrices beside which successive samples (6 or more, n) change the sign of M3."""
+    """Separatrices beside which successive samples (6 or more, n) change the sign of M3."""
     Qp, Qm, M3 = states[:3]
     k = np.flatnonzero(np.sign(M3[:-1]) * np.sign(M3[1:]) < 0)
     beside = map(separatrix_beside, M3[k] < 0, Qp[k], Qm[k])
@@ -111,7 +111,7 @@ def separatrices(states: Array) -> NDArray[np.uint8]:
 
 
 def samples(body: Body, orbit: RouteOrbit) -> dict[str, Array]:
-    """What the orbit does: t', angles in radians, omega (n, 3) in the fixed basis, physical."""
+    """Samples as fields: t', angles in radians, omega (n, 3) in the fixed basis, physical."""
     *state, theta3 = orbit.states
     M, gamma = physical(state, body)
     omega = hodograph.angular_velocity(M, _moments(body))
@@ -128,12 +128,12 @@ def samples(body: Body, orbit: RouteOrbit) -> dict[str, Array]:
 
 
 def vertices(separatrices: ArrayLike) -> str:
-    """The vertices of the heteroclinic cycle that a route passes, as the paper writes them."""
+    """Vertices of the heteroclinic cycle that a route passes, as the paper writes them."""
     return "-".join(f"{i}-{i}*" if i in (2, 4) else f"{i}*-{i}" for i in np.ravel(separatrices))
 
 
 def physical(states: Any, body: Body) -> tuple[Array, Array]:
-    """M and gamma, each (3, ...), in physical units, of states whose first 6 are aligned."""
+    """Convert states, aligned in six components, to physical M and gamma, each (3, ...)."""
     return body_from_aligned(Aligned(*states[:6]), body.alpha0, scale(_moments(body), math))
 
 

@@ -20,7 +20,7 @@ from rigidpend.precession import turning_rate
 
 
 def hodograph(omega: Numbers, gamma: Numbers, domega: Numbers) -> tuple[Any, Any, Any]:
-    """omega_xi, omega_rho^2 and the rate of alpha (eq. eqPV).
+    """Compute omega_xi, omega_rho^2 and the rate of alpha (eq. eqPV).
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def hodograph(omega: Numbers, gamma: Numbers, domega: Numbers) -> tuple[Any, Any
 
 
 def alpha_ahead(M: Numbers, omega: Numbers, gamma: Numbers) -> Any:
-    """alpha - theta3, the angle from M to the horizontal part of omega at J3 = 0 (eq. th_al).
+    """Angle alpha - theta3 from M to the horizontal part of omega at J3 = 0 (eq. th_al).
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def alpha_ahead(M: Numbers, omega: Numbers, gamma: Numbers) -> Any:
 
 
 def fixed_components(omega: Numbers, gamma: Numbers, alpha: Any) -> NDArray[np.float64]:
-    """omega in the fixed basis, (n, 3): xi, eta, zeta, from omega_rho and alpha of (eqPV).
+    """Compute omega in the fixed basis, (n, 3): xi, eta, zeta, from omega_rho and alpha of (eqPV).
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def fixed_components(omega: Numbers, gamma: Numbers, alpha: Any) -> NDArray[np.f
 
 
 def field(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
-    """The aligned equations with the quadratures of theta3 and alpha, time t'.
+    """Field of the aligned equations with the quadratures of theta3 and alpha, time t'.
 
     Returns
     -------
@@ -91,7 +91,7 @@ def field(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
 
 
 def field_without_alpha(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
-    """The same of 7 numbers: alpha, which (th_al) gives from theta3, needs no quadrature."""
+    """Field of 7 numbers, without alpha, which (th_al) gives from theta3 without quadrature."""
     A, r, mu = [float(x) for x in body.A], [float(x) for x in body.r], float(body.mu)
     p, s = body.angles(), scale(A, math)
     coefficients = aligned_coefficients(p, math)
@@ -104,7 +104,7 @@ def field_without_alpha(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
 
 
 def angular_velocity(M: Numbers, A: Numbers) -> list[Any]:
-    """omega, three numbers or arrays, from M = A omega; physical units."""
+    """Solve M = A omega for omega, three numbers or arrays; physical units."""
     return [M[i] / A[i] for i in range(3)]
 
 

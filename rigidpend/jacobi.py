@@ -12,7 +12,7 @@ from typing import Any
 
 
 def sncndn(u: Any, k: Any, kc: Any, m: Any) -> tuple[Any, Any, Any]:
-    """sn, cn and dn of u.
+    """Compute sn, cn and dn of u.
 
     Gauss's transformation to smaller moduli, written without differences, so that dn is
     right where it is as small as kc.
@@ -31,12 +31,12 @@ def sncndn(u: Any, k: Any, kc: Any, m: Any) -> tuple[Any, Any, Any]:
 
 
 def K(k: Any, kc: Any, m: Any) -> Any:
-    """K(k), a quarter of the period of sn."""
+    """Complete integral K(k), a quarter of the period of sn."""
     return m.pi / 2 * _stretch(_moduli(k, kc, m))
 
 
 def _moduli(k: Any, kc: Any, m: Any) -> list[tuple[Any, Any]]:
-    """The moduli below k, (1 - kc)/(1 + kc) each, until they are rounding; with 1 less each."""
+    """Moduli below k, (1 - kc)/(1 + kc) each, until they are rounding; with 1 less each."""
     found = []
     while 1 + k * k != 1:
         # Only 1 + lower counts, so a difference does no harm.
@@ -47,7 +47,7 @@ def _moduli(k: Any, kc: Any, m: Any) -> list[tuple[Any, Any]]:
 
 
 def _stretch(moduli: list[tuple[Any, Any]]) -> Any:
-    """K in units of pi/2."""
+    """Complete integral K in units of pi/2."""
     product = 1
     for lower, _ in moduli:
         product = product * (1 + lower)

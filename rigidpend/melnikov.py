@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 def bracket(state: Numbers, p: Angles, m: Any = np) -> Any:
-    """{H0, H1/(kappa J2)}, the Poisson bracket in (theta1, J1) that Melnikov's integral sums.
+    """Poisson bracket {H0, H1/(kappa J2)} in (theta1, J1), which Melnikov's integral sums.
 
     The derivatives of H = H0 + mu H1 are those in Hamilton's equations.
 
@@ -48,7 +48,7 @@ def bracket(state: Numbers, p: Angles, m: Any = np) -> Any:
 
 
 def integrand(t: Any, motion: SeparatrixMotion, p: Angles, m: Any = np) -> Any:
-    """:func:`bracket` at t' - t0 = t on a separatrix, where it keeps its relative precision.
+    """Integrand: :func:`bracket` at t' - t0 = t on a separatrix, to relative precision.
 
     It falls off like exp(-u \\|t\\|), as J1 (J2 - J1) does.
     """
@@ -116,7 +116,7 @@ def integral(motion: SeparatrixMotion, p: Angles, m: Any = np) -> Any:
 
 
 def amplitude(number: int, J2_0: Any, p: Angles, m: Any = np) -> Any:
-    """The factor of cos(delta + theta2_0) in Melnikov's integral, zero where nothing splits.
+    """Factor of cos(delta + theta2_0) in Melnikov's integral, zero where nothing splits.
 
     On 2 and 4 it is never zero, for 0 < alpha0 + beta0 < 2 pi; on 1 and 3 it is in the Hess
     case alpha0 = beta0.
@@ -128,18 +128,18 @@ def amplitude(number: int, J2_0: Any, p: Angles, m: Any = np) -> Any:
 
 
 def delta(motion: SeparatrixMotion, p: Angles, m: Any = np) -> Any:
-    """delta = theta1/2 +- kappa v/sin(alpha0), by which the phase lags; + on 2 and 4, radians."""
+    """Phase lag delta = theta1/2 +- kappa v/sin(alpha0), radians; + on separatrices 2 and 4."""
     lag = p.nu / m.pi * v(motion, m)
     return theta1(motion.number, p, m) / 2 + direction(motion.number) * lag
 
 
 def sigma(number: int, p: Angles, m: Any = np) -> Any:
-    """sigma_0 = 2 sin(alpha0) sin(theta1/2)/kappa; theta1 = alpha0 + beta0 on separatrix 2."""
+    """Factor sigma_0 = 2 sin(alpha0) sin(theta1/2)/kappa; theta1 as on the separatrix."""
     return 2 * m.sin(p.alpha0) * m.sin(theta1(number, p, m) / 2) / p.kappa
 
 
 def zeros(problem: RouteProblem, number: int = 2) -> tuple[float, ...]:
-    """The phases theta2_0 in [0, 2 pi) at which Melnikov's integral vanishes.
+    """Phases theta2_0 in [0, 2 pi) at which Melnikov's integral vanishes.
 
     They are +-k pi/2 - delta, k = 1, 3, ..., with :func:`delta` for the orbit that has the
     problem's J1_0 and J2_0 at theta2_0.

@@ -22,7 +22,7 @@ from rigidpend.equations import Numbers
 def body_motion(
     t: Any, sign: int, A3: Any, r: Numbers, h0: Any, mu: Any, m: Any
 ) -> tuple[tuple[Any, Any, Any], tuple[Any, Any, Any]]:
-    """M and gamma of a pendulum motion in principal axes (eq. 5:3).
+    """Compute M and gamma of a pendulum motion in principal axes (eq. 5:3).
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def body_motion(
 
 
 def canonical_motion(t: Any, p: Angles, h0: Any, family: int, m: Any) -> tuple[Any, Any, Any]:
-    """J1, J2 and the phase of a pendulum motion (eq. sol_3).
+    """Compute J1, J2 and the phase of a pendulum motion (eq. sol_3).
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def canonical_motion(t: Any, p: Angles, h0: Any, family: int, m: Any) -> tuple[A
 
 
 def period(p: Angles, h0: Any, m: Any) -> Any:
-    """The period in t', 2 K(k)/rate; divided by `coordinates.scale` that in t.
+    """Period in t', 2 K(k)/rate; divided by `coordinates.scale` that in t.
 
     Raises ValueError where h0 > mu is broken.
     """
@@ -95,25 +95,25 @@ def period(p: Angles, h0: Any, m: Any) -> Any:
 
 
 def rate(p: Angles, h0: Any, m: Any) -> Any:
-    """What the argument of sn, cn, dn grows by in a unit of t'."""
+    """Rate of the argument of sn, cn, dn, per t'."""
     return m.sqrt((h0 + p.mu) * p.kappa / 2)
 
 
 def side_of(family: int) -> int:
-    """1 for family 1, -1 for family 2; ValueError for others."""
+    """Sign of a family: 1 for family 1, -1 for family 2; ValueError for others."""
     if family not in (1, 2):
         raise ValueError(f"a family is 1 (J1 = 0) or 2 (J1 = J2), not {family!r}")
     return 3 - 2 * family
 
 
 def swing(u: Any, h0: Any, mu: Any, m: Any) -> tuple[Any, Any, Any]:
-    """2 sn^2 - 1, 2 sn cn and dn of u: the sine and cosine of the phase, and its speed."""
+    """Sine and cosine of the phase, and its speed: 2 sn^2 - 1, 2 sn cn and dn of u."""
     sn, cn, dn = jacobi.sncndn(u, *modulus(h0, mu, m), m)
     return (sn - cn) * (sn + cn), 2 * sn * cn, dn
 
 
 def modulus(h0: Any, mu: Any, m: Any) -> tuple[Any, Any]:
-    """The modulus k and its complement sqrt(1 - k^2), each to its last digit.
+    """Modulus k and its complement sqrt(1 - k^2), each to its last digit.
 
     Raises ValueError where h0 > mu is broken.
     """

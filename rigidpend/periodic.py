@@ -1,4 +1,4 @@
-"""The hyperbolic periodic solutions to first order in mu, and how far orbits swing there."""
+"""Hyperbolic periodic solutions to first order in mu, and their largest swing."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rigidpend.pendulum import side_of
 def periodic_solution(
     theta2: Any, p: Angles, h0: Any, family: int, epsilon: int, m: Any
 ) -> tuple[Any, Any, Any, Any]:
-    """The family T1 or T2 of periodic solutions of (eq1), to first order in mu (eq. tt).
+    """Family T1 or T2 of periodic solutions of (eq1), to first order in mu (eq. tt).
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def periodic_solution(
 
 
 def swing_coefficients(p: Angles, h0: Any, family: int, epsilon: int, m: Any) -> tuple[Any, Any]:
-    """d_i1 and d_i2 of family i in (tt), per unit of mu; arguments of :func:`periodic_solution`."""
+    """Coefficients d_i1 and d_i2 of (tt), per mu; arguments of :func:`periodic_solution`."""
     half = _centre(p, epsilon) / 2
     lean, turn = m.sin(half), side_of(family) * epsilon * m.sin(p.alpha0)
     size = 2 * lean / (2 * h0 / p.kappa * (p.kappa**2 + m.sin(p.alpha0) ** 2))
@@ -86,7 +86,7 @@ def Delta_1(p: Angles, h0: Any, epsilon: int, m: Any) -> Any:
 
 
 def Delta_1_from_moments(A: Numbers, r: Numbers, mu: Any, h0: Any, epsilon: int, m: Any) -> Any:
-    """:func:`Delta_1` in its second form, from the body's own numbers.
+    """Second form of :func:`Delta_1`, from the body's own numbers.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def Delta_1_from_moments(A: Numbers, r: Numbers, mu: Any, h0: Any, epsilon: int,
 
 
 def _centre(p: Angles, epsilon: int) -> Any:
-    """beta0 + epsilon alpha0, theta1 of the separatrices."""
+    """Angle theta1 of the separatrices, beta0 + epsilon alpha0."""
     if epsilon not in (1, -1):
         raise ValueError(f"epsilon is 1 or -1, not {epsilon!r}")
     return p.beta0 + epsilon * p.alpha0

@@ -14,7 +14,7 @@ from rigidpend.numbers.exact import context
 
 
 class Regime(Enum):
-    """The order of theta3's increments along the separatrices, largest first.
+    """Order of theta3's increments along the separatrices, largest first.
 
     A value holds groups of equal increments, a number 1 to 4 standing for its separatrix and 0
     for no increment.
@@ -31,7 +31,7 @@ class Regime(Enum):
 
 
 def regime(body: Body) -> Regime:
-    """Which order the increments of theta3 are in (eq. trieq).
+    """Order of the increments of theta3, by the body's angles (eq. trieq).
 
     beta0 = pi, beta0 = 0 and alpha0 = beta0 (the Hess case) are told as `Body.special_cases`
     tells: to within the rounding of doubles, from angles in 113 bits.
@@ -57,7 +57,7 @@ def regime(body: Body) -> Regime:
 
 
 def increments(p: Angles, h0: float) -> NDArray[np.float64]:
-    """What theta3 gains along each of the separatrices, to first order in mu (eq. tri1).
+    """Increments of theta3 along the separatrices, to first order in mu (eq. tri1).
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def increments(p: Angles, h0: float) -> NDArray[np.float64]:
 
 
 def plateaus(separatrices: ArrayLike, p: Angles, h0: float) -> NDArray[np.float64]:
-    """theta3 near the periodic orbits that a route passes, to first order in mu.
+    """Plateaus of theta3 near the periodic orbits that a route passes, to first order in mu.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Motions beside a pendulum motion, to first order: where they lie, theta1 against the phase.
+"""Motions beside a pendulum motion, to first order: theta1 as a function of the phase.
 
 Beside a pendulum motion the phase tau, theta2 where J1 = 0 and theta1 + theta2 where
 J1 = J2, grows at the rate kappa J2, and J2 is known from the energy. What is left of (eq1) is
@@ -15,7 +15,7 @@ from rigidpend.pendulum import side_of
 
 
 def coefficients(tau: Any, p: Angles, h: Any, family: int, m: Any) -> tuple[Any, Any, Any]:
-    """a0, a1, a2 of y' + a0 y^2 + a1 y + a2 = 0, y = cot(theta1/2) (eq. eq_Ric1).
+    """Coefficients a0, a1, a2 of y' + a0 y^2 + a1 y + a2 = 0, y = cot(theta1/2) (eq. eq_Ric1).
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def coefficients(tau: Any, p: Angles, h: Any, family: int, m: Any) -> tuple[Any,
 
 
 def theta1_rate(theta1: Any, a: tuple[Any, Any, Any], m: Any) -> Any:
-    """dtheta1/dtau from the coefficients: (eq_Ric1) without the poles of y.
+    """Rate dtheta1/dtau from the coefficients: (eq_Ric1) without the poles of y.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def theta1_rate(theta1: Any, a: tuple[Any, Any, Any], m: Any) -> Any:
 
 
 def theta1_slope(theta1: Any, a: tuple[Any, Any, Any], m: Any) -> Any:
-    """The derivative of :func:`theta1_rate` by theta1.
+    """Derivative of :func:`theta1_rate` by theta1.
 
     It is minus the rate in tau of ln J1, or of ln(J2 - J1) in family 2: near the motion
     theta1 and the small action are conjugate.

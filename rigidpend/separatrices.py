@@ -1,4 +1,4 @@
-"""The unperturbed separatrices as motions in time, and the vertices that they join.
+"""Unperturbed separatrices as motions in time, and the vertices that they join.
 
 Everything is dimensionless, over generic numbers: `m` is numpy, math or an mpmath context.
 Separatrices 2 and 4 rise from J1 = 0 to J1 = J2, 1 and 3 fall.
@@ -17,13 +17,13 @@ from rigidpend.free_body import SEPARATRICES, separatrix_theta1
 
 
 class SeparatrixMotion(NamedTuple):
-    """One motion on an unperturbed separatrix, told by where it is at t' = t0."""
+    """A motion on an unperturbed separatrix, given by its place at t' = t0."""
 
     number: int
-    """Of the separatrix, 1 to 4."""
+    """Number of the separatrix, 1 to 4."""
     J1_0: Any
     J2mJ1_0: Any
-    """J2_0 - J1_0, beside J1_0 for the sake of whichever is small."""
+    """Action J2_0 - J1_0, held beside J1_0 so that the smaller of both keeps its digits."""
     theta2_0: Any
 
     @property
@@ -73,7 +73,7 @@ def separatrix(t: Any, motion: SeparatrixMotion, p: Angles, m: Any = np) -> Cano
 
 
 def theta1(number: int, p: Angles, m: Any = np) -> Any:
-    """theta1 on separatrix `number`, radians, in the precision of `p` and `m`.
+    """Angle theta1 on separatrix `number`, radians, in the precision of `p` and `m`.
 
     Raises
     ------
@@ -88,22 +88,22 @@ def theta1(number: int, p: Angles, m: Any = np) -> Any:
 
 
 def direction(number: int) -> int:
-    """1 where J1 rises along the separatrix, the paper's epsilon there; -1 where it falls."""
+    """Sign: 1 where J1 rises along the separatrix, the paper's epsilon there; -1 where it falls."""
     return 1 if number % 2 == 0 else -1
 
 
 def u(motion: SeparatrixMotion, p: Angles, m: Any = np) -> Any:
-    """u = J2_0 sin(alpha0), the rate at which separatrices leave and approach, per t'."""
+    """Rate u = J2_0 sin(alpha0) at which separatrices leave and approach, per t'."""
     return motion.J2_0 * m.sin(p.alpha0)
 
 
 def v(motion: SeparatrixMotion, m: Any = np) -> Any:
-    """v = ln((J2_0 - J1_0)/J1_0); J1 = J2/2 is passed at u t = v rising, -v falling."""
+    """Logarithm v = ln((J2_0 - J1_0)/J1_0); J1 = J2/2 is passed at u t = v rising, -v falling."""
     return m.log(motion.J2mJ1_0 / motion.J1_0)
 
 
 def vertices(p: Angles, m: Any = np) -> dict[str, Vertex]:
-    """The limits of the separatrices for t' to -+ infinity: vertices 1 to 4 and 1* to 4*.
+    """Limits of the separatrices for t' to -+ infinity: vertices 1 to 4 and 1* to 4*.
 
     A separatrix n rises from the vertex n to n*, or falls from n* to n.
     """

@@ -19,23 +19,23 @@ from rigidpend.routes.start import Scales, start, states_double
 Array = NDArray[np.float64]
 
 PER_TURN = 96
-"""Times of integration in a turn of theta2, or in a time 2 pi/u where that is shorter."""
+"""Number of samples in a turn of theta2, or in a time 2 pi/u where that is shorter."""
 SETTLED = 1e-3
-"""What the first point of a curve keeps of its start's distance from the surface."""
+"""Distance from the surface at a curve's first point, relative to that at its orbit's start."""
 CHORD = 4e-4
-"""How far a chord may lie from its curve, in heights and half widths of the window."""
+"""Allowed distance of a chord from its curve, in heights and half widths of the window."""
 
 
 class SurfaceCurves(NamedTuple):
     """Curves of different lengths, one after the other."""
 
     theta1: Array
-    """Radians, beside alpha0 + beta0."""
+    """Angle theta1, radians, beside alpha0 + beta0."""
     J1_over_J2: Array
     sample: NDArray[np.int32]
-    """The time of each point, in steps of :func:`times`."""
+    """Time of each point, in steps of :func:`times`."""
     offsets: NDArray[np.int64]
-    """Curve k is ``offsets[k]:offsets[k + 1]``."""
+    """Bounds of the curves: curve k is ``offsets[k]:offsets[k + 1]``."""
     theta2_0: Array
     """Phase at the start of each orbit, radians in [0, 2 pi)."""
 
@@ -43,7 +43,7 @@ class SurfaceCurves(NamedTuple):
 def surface_problem(
     A: Sequence[Exact], beta0: Exact | None, mu: Exact, M_0: Exact, J1_0: Exact
 ) -> RouteProblem:
-    """The start of orbits of a body with |M| = M_0, that is h0 = M_0^2/(2 A3).
+    """Start of orbits of a body with |M| = M_0, that is h0 = M_0^2/(2 A3).
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def surface_problem(
 
 
 def _direction(A: Sequence[Exact], beta0: Exact | None) -> tuple[Any, Any, Any]:
-    """The direction r of the centre of gravity under (phi)."""
+    """Direction r of the centre of gravity under (phi)."""
     if beta0 is None:
         # What is no body here is refused, in better words, by Body.
         first, second = (x if x.at(113) > 0 else exact(1) for x in (A[0] - A[2], A[2] - A[1]))
@@ -87,7 +87,7 @@ def _direction(A: Sequence[Exact], beta0: Exact | None) -> tuple[Any, Any, Any]:
 def S1_minus(
     problem: RouteProblem, theta2_0: Array, half_width: float, engine: str, tolerance: Any = None
 ) -> SurfaceCurves:
-    """Orbits that leave the lower periodic solution beside separatrix 2, forward in time.
+    """Orbits on S1-, which leave the lower periodic solution beside separatrix 2, forward in time.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def S1_minus(
 
 
 def S2_plus(lower: SurfaceCurves, alpha0: float, beta0: float) -> SurfaceCurves:
-    """Orbits that end at the upper periodic solution, backward in time: S1- mirrored.
+    """Orbits on S2+, which end at the upper periodic solution, backward in time: S1- mirrored.
 
     With r3 = 0 and J3 = 0 an orbit becomes another one where M3, gamma3 and t change sign.
     That keeps theta1, exchanges J1 and J2 - J1 and takes theta2 to pi - theta1 - theta2.
@@ -140,19 +140,19 @@ def times(problem: RouteProblem) -> Array:
 
 
 def exponent(problem: RouteProblem) -> float:
-    """u = J2_0 sin(alpha0), the rate per t' at which orbits approach and leave."""
+    """Rate u = J2_0 sin(alpha0) at which orbits approach and leave, per t'."""
     return float(problem.J2_0(53)) * math.sin(problem.body.alpha0)
 
 
 def projected(orbits: Array, alpha0: float, beta0: float) -> tuple[Array, Array]:
-    """theta1, its sheet the one of alpha0 + beta0, and J1/J2 of aligned states (6, ...)."""
+    """Map aligned states (6, ...) to theta1, on the sheet of alpha0 + beta0, and J1/J2."""
     c = canonical_from_aligned(Aligned(*orbits), alpha0, beta0)
     centre, sheet = alpha0 + beta0, 4 * math.pi
     return centre + np.mod(c.theta1 - centre + sheet / 2, sheet) - sheet / 2, c.J1 / c.J2
 
 
 def points(x: Array, y: Array) -> NDArray[np.intp]:
-    """Which points of a polygon with |x| < 1 to keep: many where it bends, few where straight.
+    """Choose points of a polygon with |x| < 1: many where it bends, few where it is straight.
 
     A chord h of a curve with curvature c is at most c h^2/8 away. So the curve needs as many
     points as the integral of sqrt(c/(8 CHORD)) over its length says; in a polygon c is the

@@ -1,4 +1,4 @@
-"""What the paper's theory, and the exact periodic orbits, say of a body: a table.
+"""Table of a body by the paper's theory and the exact periodic orbits.
 
 Rooms behind it: `body`, `periodic`, `melnikov`, `precession`, `floquet`.
 """
@@ -21,7 +21,7 @@ from rigidpend.routes.problem import RouteProblem
 
 
 def rows(body: Body, h0: Any, J1_0: Any = None) -> list[Row]:
-    """The table of a body at an energy constant.
+    """Make the table of a body at an energy constant.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def rows(body: Body, h0: Any, J1_0: Any = None) -> list[Row]:
 
 
 def of(problem: Any) -> list[Row]:
-    """The table of the body of a config's problem; empty where it has not one body and h0."""
+    """Make the table of a config's body; empty where the config has not one body and h0."""
     body, h0 = getattr(problem, "body", None), getattr(problem, "h0", None)
     if body is None or h0 is None:
         return []
@@ -92,7 +92,7 @@ def _increments(p: Angles, h0: Exact) -> Iterator[Row]:
 
 
 def _orbits(p: Angles, h0: float) -> Iterator[Row]:
-    """The exact periodic orbits; both families have the same multipliers, by symmetry."""
+    """Rows of the exact periodic orbits; both families have the same multipliers, by symmetry."""
     meaning = "Floquet multipliers of the periodic orbits, transverse; product 1"
     try:
         leaving, approaching = (floquet.periodic_orbit(p, h0, 1, epsilon) for epsilon in (1, -1))

@@ -58,7 +58,7 @@ def linearised(
 
 
 def first_integral(t: Any, delta: Numbers, motion: SeparatrixMotion, p: Angles, m: Any = np) -> Any:
-    """The integral J of :func:`linearised`: what the energy exceeds kappa J2_0^2/2 by.
+    """Integral J of :func:`linearised`: the excess of the energy over kappa J2_0^2/2.
 
     Parameters are those of :func:`linearised`.
     """
@@ -70,7 +70,7 @@ def first_integral(t: Any, delta: Numbers, motion: SeparatrixMotion, p: Angles, 
 
 
 def delta_theta1(t: float, begin: float, motion: SeparatrixMotion, p: Angles) -> float:
-    """delta theta1 after a time t, by quadrature over exponentials (eq. dtheta).
+    """Deviation delta theta1 after a time t, by quadrature over exponentials (eq. dtheta).
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def delta_theta1(t: float, begin: float, motion: SeparatrixMotion, p: Angles) ->
 
 
 def delta_theta1_by_actions(t: float, begin: float, motion: SeparatrixMotion, p: Angles) -> float:
-    """The same by the first of the printed forms, a quadrature over J1 (J2 - J1).
+    """Deviation delta theta1 by the first of the printed forms, a quadrature over J1 (J2 - J1).
 
     Parameters and result are those of :func:`delta_theta1`.
     """
@@ -120,7 +120,7 @@ def delta_theta1_by_actions(t: float, begin: float, motion: SeparatrixMotion, p:
 def _forced(
     t: float, weight: Callable[[float], float], motion: SeparatrixMotion, p: Angles
 ) -> float:
-    """What mu adds to delta theta1, the weight being J1 (J2 - J1) at tau relative to t."""
+    """Contribution of mu to delta theta1, with J1 (J2 - J1) at tau relative to t as weight."""
     from scipy.integrate import quad
 
     half, J2 = float(theta1(motion.number, p, math)) / 2, motion.J2_0

@@ -1,4 +1,4 @@
-"""What theta3 gains along the heteroclinic orbits of each separatrix, from the full dynamics.
+"""Increments of theta3 along the heteroclinic orbits of each separatrix, by the full dynamics.
 
 The surfaces cross at g = +-pi/2 on the section, so that each separatrix leaves two heteroclinic
 orbits, both their own mirror images in time: theta3 gains as much before the section as after
@@ -36,21 +36,21 @@ from rigidpend.separatrices import u
 Array = NDArray[np.float64]
 
 DEPTH = 76.0
-"""-ln(J1/J2) at the start: exp(-DEPTH/2) of the increment is left out there."""
+"""Depth of the start, -ln(J1/J2): exp(-DEPTH/2) of the increment is left out there."""
 NEAR = 1e-12
-"""How close to g = +-pi/2 orbits are brought, radians."""
+"""Allowed distance of g from +-pi/2 at the section, radians."""
 SECANTS = 60
 STEPS = 24
 """Steps of the trapezoid rule in a time 2 pi/u, and as many more as theta2 turns in it."""
 
 
 class Increments(NamedTuple):
-    """What theta3 gains along the separatrices 1, 2, 3, 4."""
+    """Increments of theta3 along the separatrices 1, 2, 3, 4."""
 
     gained: Array
-    """(2, 4), radians: along the orbits at g = pi/2 and at g = -pi/2 of each separatrix."""
+    """Increments along the orbits at g = pi/2 and g = -pi/2 of each separatrix, radians, (2, 4)."""
     error: Array
-    """(2, 4), radians: by how much half as many steps of the quadrature differ."""
+    """Change of the increments under half as many quadrature steps, radians, (2, 4)."""
 
 
 def increments(body: Body, h0: Exact, arithmetic: Arithmetic) -> Increments:
@@ -80,7 +80,7 @@ def increments(body: Body, h0: Exact, arithmetic: Arithmetic) -> Increments:
 
 
 def phase_at_start(s: UnstableSurface, g: float, arithmetic: Arithmetic) -> tuple[float, float]:
-    """theta2_0 of the orbit of S1- that comes to the section at g, and when, by secants."""
+    """Find theta2_0 of the orbit of S1- that meets the section at g, and its time, by secants."""
     m = numbers(s.bits)
     goal, depth, slope = m.mpf(g), m.mpf(DEPTH), m.mpf(1)
     phase = goal - delta(unperturbed(s, m.mpf(0), depth), s.p, m)
@@ -100,7 +100,7 @@ def phase_at_start(s: UnstableSurface, g: float, arithmetic: Arithmetic) -> tupl
 
 
 def _gain(s: UnstableSurface, g: float, arithmetic: Arithmetic) -> tuple[float, float]:
-    """theta3 over both halves of an orbit, and what half as many steps make of it.
+    """Increment of theta3 over both halves of an orbit, and the same with half as many steps.
 
     The trapezoid rule converges exponentially on the whole line. Its nodes lie evenly about the
     section, so the mirrored half has the same values.
@@ -115,7 +115,7 @@ def _gain(s: UnstableSurface, g: float, arithmetic: Arithmetic) -> tuple[float, 
 
 
 def _turning(s: UnstableSurface, theta2_0: float, times: Array, arithmetic: Arithmetic) -> Array:
-    """The rate of theta3 along an orbit, radians per t'."""
+    """Rate of theta3 along an orbit, radians per t'."""
     p = s.p
     state = np.array([float(x) for x in launch(s, theta2_0, DEPTH)])
     floats = AlignedCoefficients(*map(float, coefficients(s)))

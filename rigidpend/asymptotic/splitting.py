@@ -1,4 +1,4 @@
-"""The distance of S1- and S2+ on the section J1 = J2/2, from orbits and by Melnikov.
+"""Splitting: the distance of S1- and S2+ on J1 = J2/2, from orbits and by Melnikov's integral.
 
 With offset = F(g) on S1- and F(pi - g) on S2+, the distance F(g) - F(pi - g) is
 
@@ -32,35 +32,36 @@ from rigidpend.melnikov import delta
 from rigidpend.numbers.exact import Exact
 
 TOP = 16
-"""Harmonics that are kept."""
+"""Number of harmonics that are kept."""
 FEWEST, SURE, MOST = 8, 128, 512
-"""Orbits in one computation; a curve that turns back between so many really does."""
+"""Numbers of orbits in one computation; a curve that turns back between `SURE` really does."""
 SHARE = 4e-3
-"""Of (mu/h0)^2, by how much relative to Melnikov's amplitude harmonics may be uncertain."""
+"""Allowed uncertainty of harmonics relative to Melnikov's amplitude, in units of (mu/h0)^2."""
 COARSEST = 1e-9
-"""The uncertainty that is allowed even where mu is large."""
+"""Largest relative uncertainty that counts as resolved, however large mu is."""
 WORST = 1e3
-"""By how much the integration may err more than it should."""
+"""Factor by which the integration's error may exceed the expected one (`_noise`)."""
 SHIFTS = ((0.125, 0), (0.625, 1))
-"""Of the phases at the section, in steps, and how much deeper in exp(-1) orbits start, in two
-computations. What one harmonic takes for another changes its sign with half a step."""
+"""Shift of the phases (in steps) and extra depth of the starts, in each of two computations.
+
+Where one harmonic is taken for another, half a step changes the sign of the error."""
 CAUTION = 4
-"""Times the difference of two computations, for both may round alike by chance."""
+"""Factor on the difference of two computations, for both may round alike by chance."""
 DEPTH_BITS = 20
-"""By how many bits more than the precision orbits start below J2, as a part of it."""
+"""Depth of the starts beyond the precision, in bits: J1/J2 = 2^-(bits + DEPTH_BITS)."""
 
 Array = NDArray[np.float64]
 
 
 class SurfaceSplitting(NamedTuple):
-    """The measured distance of a body at one mu, relative to Melnikov's amplitude."""
+    """Measured splitting of a body at one mu, relative to Melnikov's amplitude."""
 
     amplitude: float
     """Melnikov's amplitude of the distance in theta1, radians."""
     excess: Array
-    """(TOP,): d1/amplitude - 1, d2/amplitude, d3/amplitude, ...; NaN where nothing is known."""
+    """d1/amplitude - 1, d2/amplitude, d3/amplitude, ..., (TOP,); NaN where nothing is known."""
     error: float
-    """`CAUTION` times the largest difference of two independent computations of `excess`."""
+    """Uncertainty: `CAUTION` times the largest difference of two computations of `excess`."""
     allowed: float
     """The error up to which the splitting counts as resolved."""
     bits: int
@@ -74,7 +75,7 @@ class SurfaceSplitting(NamedTuple):
 
 
 def distance(harmonics: ArrayLike, g: Any) -> Any:
-    """d1 cos g + d2 sin 2g + d3 cos 3g + ... for the harmonics d1, d2, ... at phases g."""
+    """Fourier series d1 cos g + d2 sin 2g + d3 cos 3g + ... at phases g."""
     return sum(
         d * (np.cos(k * g) if k % 2 else np.sin(k * g))
         for k, d in enumerate(np.asarray(harmonics), 1)
@@ -82,7 +83,7 @@ def distance(harmonics: ArrayLike, g: Any) -> Any:
 
 
 def amplitude(s: UnstableSurface) -> Any:
-    """The amplitude of the distance in theta1 to first order in mu, radians.
+    """Melnikov's amplitude of the distance in theta1, to first order in mu, radians.
 
     Melnikov's integral is what the energy H0 of the free body gains, in units of mu kappa J2_0;
     on the section H0 changes with theta1 by -J2^2 sin(alpha0)/4.
@@ -93,7 +94,7 @@ def amplitude(s: UnstableSurface) -> Any:
 
 
 def measure(body: Body, h0: Exact, arithmetic: Arithmetic, jobs: int = 1) -> SurfaceSplitting:
-    """Measure the distance in the first precision, with the fewest orbits, that resolve it.
+    """Measure the splitting in the first precision, with the fewest orbits, that resolve it.
 
     Parameters
     ----------
@@ -125,19 +126,19 @@ def measure(body: Body, h0: Exact, arithmetic: Arithmetic, jobs: int = 1) -> Sur
 
 
 def _most(found: SurfaceSplitting) -> int:
-    """How many orbits are worth while: fewer where the curve seems to turn back."""
+    """Largest useful number of orbits: fewer where the curve seems to turn back."""
     return MOST if math.isfinite(found.error) else SURE
 
 
 def _noise(s: UnstableSurface, arithmetic: Arithmetic) -> float:
-    """What the integration's own error should be worth; twice as many orbits cannot help it."""
+    """Expected error of the integration itself, which more orbits cannot lessen."""
     return arithmetic.tolerance * 2.0 ** (53 - s.bits) * float(s.p.mu / s.h0 / amplitude(s))
 
 
 def _twice(
     s: UnstableSurface, n: int, arithmetic: Arithmetic, allowed: float, jobs: int
 ) -> SurfaceSplitting:
-    """The mean of two computations, and what their difference tells of its error."""
+    """Mean of two computations, with an error from their difference."""
     m, first = numbers(s.bits), amplitude(s)
     depth = (s.bits + DEPTH_BITS) * m.log(2)
     found = []
@@ -158,7 +159,7 @@ def _twice(
 
 
 def harmonics(points: Points, m: Any) -> list[Any] | None:
-    """d1, d2, ... of orbits whose starting phases divide the circle evenly, an even number.
+    """Harmonics d1, d2, ... from an even number of orbits, their phases evenly around the circle.
 
     The Fourier integral over g is taken over theta2_0, where the trapezoid rule and the
     derivative of g through all points converge exponentially.

@@ -17,24 +17,24 @@ from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
 from rigidpend.separatrices import SeparatrixMotion, theta1, u
 
 PATIENCE = 4
-"""How many times longer than on the unperturbed separatrix to wait for the section."""
+"""Longest wait for the section, in times of the unperturbed motion up to it."""
 NEWTON = 10
-"""Steps to the energy at most; two or three are taken."""
+"""Newton steps onto the energy surface at most; two or three are taken."""
 
 
 class UnstableSurface(NamedTuple):
     """S1- beside separatrix 2, at J3 = 0 and one energy."""
 
     p: Angles
-    """In guarded precision; beta0 < 0 where the surface stands for that of separatrix 1."""
+    """Angles in guarded precision; beta0 < 0 where the surface stands for that of separatrix 1."""
     h0: Any
-    """The energy of all its orbits."""
+    """Energy constant of all its orbits."""
     bits: int
     """Working precision of the integration."""
 
 
 class Points(NamedTuple):
-    """Where orbits meet the section; lists of guarded numbers, an entry for each orbit."""
+    """Points of orbits on the section: lists of guarded numbers, an entry for each orbit."""
 
     theta2_0: Sequence[Any]
     """Phases at the start, radians."""
@@ -43,11 +43,11 @@ class Points(NamedTuple):
     offset: Sequence[Any]
     """theta1 - alpha0 - beta0, radians."""
     time: Sequence[Any]
-    """t' from the start."""
+    """Time t' from the start to the section."""
 
 
 def surface(body: Body, h0: Exact, bits: int, separatrix: int = 2) -> UnstableSurface:
-    """S1- of a body, or the surface beside another separatrix in the place of S1-.
+    """Make S1- of a body, or the surface beside another separatrix in the place of S1-.
 
     Parameters
     ----------
@@ -68,23 +68,23 @@ def surface(body: Body, h0: Exact, bits: int, separatrix: int = 2) -> UnstableSu
 
 
 def numbers(bits: int) -> Any:
-    """The namespace of the guarded numbers that belong to a working precision."""
+    """Namespace of the guarded numbers that belong to a working precision."""
     return context(bits + GUARD_BITS)
 
 
 def J2_0(s: UnstableSurface) -> Any:
-    """sqrt(2 h0/kappa), dimensionless."""
+    """J2 of the unperturbed motion, sqrt(2 h0/kappa), dimensionless."""
     return numbers(s.bits).sqrt(2 * s.h0 / s.p.kappa)
 
 
 def unperturbed(s: UnstableSurface, theta2_0: Any, depth: Any) -> SeparatrixMotion:
-    """The motion on separatrix 2 that starts at theta2_0 and J1 = exp(-depth) J2_0."""
+    """Unperturbed motion on separatrix 2 that starts at theta2_0 and J1 = exp(-depth) J2_0."""
     J2, low = J2_0(s), numbers(s.bits).exp(-depth)
     return SeparatrixMotion(2, low * J2, J2 - low * J2, theta2_0)
 
 
 def launch(s: UnstableSurface, theta2_0: Any, depth: Any) -> list[Fraction]:
-    """The start of an orbit, in aligned components of the working precision.
+    """Start of an orbit, in aligned components of the working precision.
 
     At theta1 = alpha0 + beta0 it lies beside S1-, not on it. What it is off by shrinks as J1
     grows: at the section a part exp(-depth) of mu is left (dtheta).
@@ -114,7 +114,7 @@ def launch(s: UnstableSurface, theta2_0: Any, depth: Any) -> list[Fraction]:
 
 
 def coefficients(s: UnstableSurface) -> AlignedCoefficients:
-    """The body for the engine, in the working precision."""
+    """Coefficients of the aligned equations, in the working precision."""
     exact = aligned_coefficients(s.p, numbers(s.bits))
     return AlignedCoefficients(*(fraction(x, s.bits) for x in exact))
 
@@ -166,7 +166,7 @@ def meet(
 
 
 def section_angles(state: Sequence[Any], alpha0: Any, m: Any) -> tuple[Any, Any]:
-    """The phase g and the offset of a state with M3 = 0, J3 = 0, beside separatrix 2.
+    """Phase g and offset of a state with M3 = 0, J3 = 0, beside separatrix 2.
 
     There Qm = J2 sin(offset/2) and Qp = J2 sin(offset/2 + alpha0), so that a small offset
     keeps the relative precision of Qm.

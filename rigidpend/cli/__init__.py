@@ -1,4 +1,4 @@
-"""The command line: a module a command, thin; what is heavy is imported where it is used."""
+"""Command line: one thin module for each command, which imports what is heavy when it is used."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from rigidpend.cli import (
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(rigidpend.__version__, prog_name="rigidpend")
 def main() -> None:
-    """Perturbed pendulum-like motions of a heavy rigid body: run, look, check.
+    """Perturbed pendulum-like motions of a heavy rigid body: compute, draw, verify.
 
     What is asked for goes to stdout, words for people to stderr. Exit codes: 0 done or up to
     date; 1 failed or different; 2 wrong usage or config; 3 something needed is absent; 4 an

@@ -1,4 +1,4 @@
-"""What the commands share: exit codes, options, and how what goes wrong is said."""
+"""Shared pieces of the commands: exit codes, options, error messages, tables."""
 
 from __future__ import annotations
 
@@ -16,10 +16,12 @@ from rigidpend.cli import complete
 from rigidpend.run.signals import Terminated, termination
 
 DONE, FAILED, MISUSED, ABSENT, INTERNAL = 0, 1, 2, 3, 4
-"""Exit codes: done or up to date, failed or different, usage or config, something needed is
-absent, an error of ours."""
+"""Exit codes of the commands.
+
+In this order: done or up to date; failed or different; wrong usage or config; something needed is
+absent; an internal error."""
 INTERRUPTED = 130
-"""By Ctrl-C; 143 by SIGTERM."""
+"""Exit code after Ctrl-C; after SIGTERM it is 143."""
 
 KINDS = {
     "ConfigError": MISUSED,
@@ -38,8 +40,9 @@ KINDS = {
     "FloatingPointError": INTERNAL,
     "ArithmeticError": FAILED,
 }
-"""The exit code of a kind of error and of those derived from it. By name: to import them all
-would take longer than many a command."""
+"""Exit code of a class of errors and of those derived from it.
+
+Classes are given by name, for to import them all would take longer than many a command."""
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -73,7 +76,7 @@ JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON docu
 
 
 def guarded(command: Command) -> Command:
-    """Turn what can go wrong into a sentence and an exit code."""
+    """Turn an exception of a command into a sentence and an exit code."""
 
     @wraps(command)
     def run(*args: Any, **kwargs: Any) -> Any:
@@ -97,7 +100,7 @@ def guarded(command: Command) -> Command:
 
 
 def exit_code(error: BaseException) -> int:
-    """The exit code that an error's kind stands for."""
+    """Exit code of an error, by its class."""
     if isinstance(error, ModuleNotFoundError) and str(error.name).startswith("rigidpend"):
         return INTERNAL
     names = (kind.__name__ for kind in type(error).__mro__)
@@ -105,7 +108,7 @@ def exit_code(error: BaseException) -> int:
 
 
 def sentence(error: BaseException, log: Callable[[BaseException], Path] | None = None) -> str:
-    """What to say of an error; one of ours goes to a log with its traceback."""
+    """Sentence that tells of an error; an internal one goes to a log with its traceback."""
     code = exit_code(error)
     if isinstance(error, MemoryError):
         return "not enough memory; fewer orbits or fewer --jobs need less"
@@ -119,17 +122,17 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
 
 
 def say(text: str) -> None:
-    """Words for people: on stderr, so that stdout holds data."""
+    """Write a message on stderr, so that stdout holds data only."""
     click.echo(text, err=True)
 
 
 def print_json(document: Any) -> None:
-    """The one document of ``--json``."""
+    """Write the one document of ``--json`` on stdout."""
     click.echo(json.dumps(document, indent=2))
 
 
 def row_document(row: Any) -> dict[str, Any]:
-    """A row of a description for ``--json``; what is no finite number is null."""
+    """Convert a row of a description for ``--json``; what is no finite number is null."""
     return {**row._asdict(), "number": _json_number(row.number)}
 
 
@@ -143,12 +146,12 @@ def _json_number(number: Any) -> Any:
 
 
 def print_rows(rows: Sequence[Any], margin: str = "") -> None:
-    """Rows of a description: name, value, meaning."""
+    """Print the rows of a description: name, value, meaning."""
     print_table([(row.name, row.value, row.meaning) for row in rows], margin)
 
 
 def print_table(rows: Sequence[Sequence[str]], margin: str = "") -> None:
-    """Rows in columns as wide as they need."""
+    """Print rows in columns as wide as they need."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         cells = [f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)]

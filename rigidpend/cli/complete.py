@@ -1,4 +1,4 @@
-"""What a shell offers where a name or a key is being typed."""
+"""Shell completion of names of configs and of their keys."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from rigidpend.config import catalogue
 
 
 def names(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """Names of configs; files where none begins so."""
+    """Offer names of configs, or files where no name begins so."""
     found = [name for name in ("all", *catalogue.known()) if name.startswith(incomplete)]
     return [*map(CompletionItem, found)] or [CompletionItem(incomplete, type="file")]
 
 
 def settings(ctx: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """Keys of the configs that are named."""
+    """Offer the keys of the configs that are named."""
     known = catalogue.known()
     # While a line is being typed, click leaves its arguments here.
     files = [known.get(name, Path(name)) for name in ctx.args]
@@ -26,7 +26,7 @@ def settings(ctx: click.Context, _: click.Parameter, incomplete: str) -> list[Co
 
 
 def _keys(file: Path) -> list[str]:
-    """``a.b=`` of each value that a file holds; none of what it holds in lists."""
+    """List ``a.b=`` for each value of a file, except those inside lists."""
     # Imported here: only who completes a key pays for it.
     from rigidpend.config import reader
     from rigidpend.config.complaints import ConfigError

@@ -1,4 +1,4 @@
-"""`rigidpend completion`: what a shell needs to complete commands, names and keys."""
+"""`rigidpend completion`: the script by which a shell completes commands, names and keys."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rigidpend.cli.common import guarded
 @click.pass_context
 @guarded
 def command(context: click.Context, shell: str) -> None:
-    """Print what a shell needs to complete commands.
+    """Print the script by which a shell completes commands, names and keys.
 
     Commands, options, names of configs and keys of --set.
 

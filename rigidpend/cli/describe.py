@@ -1,4 +1,4 @@
-"""`rigidpend describe`: what a config asks for."""
+"""`rigidpend describe`: a config's parameters, and the theory's values for its body."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rigidpend.cli.common import JSON, SETTINGS, guarded, print_json, print_rows
 @JSON
 @guarded
 def command(name: str, settings: tuple[str, ...], resolved: bool, as_json: bool) -> None:
-    """Print what a config asks for, and what follows from it by the paper's theory.
+    """Print the parameters of a config, and what follows from them by the paper's theory.
 
     With --resolved it is the config itself, every default and every setting in its place: a
     file that gives the same result. NAME may be all, but not with --resolved.
@@ -48,7 +48,7 @@ def command(name: str, settings: tuple[str, ...], resolved: bool, as_json: bool)
 
 
 def _rows(loaded: Any) -> list[Any]:
-    """The experiment's own rows, then what theory says besides, if the config has one body."""
+    """Rows of the experiment, then those that theory adds, if the config has one body."""
     from rigidpend import experiments, theory
 
     own = list(experiments.computation(loaded.experiment).describe(loaded.content))

@@ -1,4 +1,4 @@
-"""`rigidpend list`: the configs that can be named, and how their results stand."""
+"""`rigidpend list`: the configs that can be named, with the state of their results."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rigidpend.cli.common import INTERNAL, JSON, OUT, exit_code, guarded, print_
 @JSON
 @guarded
 def command(folder: Path, as_json: bool) -> None:
-    """List the configs that can be named, and their results.
+    """List the configs that can be named, with the state of their results.
 
     Experiment, file of the config, status of the result.
 

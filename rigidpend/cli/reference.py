@@ -1,4 +1,4 @@
-"""`rigidpend reference`: renew what `verify` compares with."""
+"""`rigidpend reference`: renew the stored references that `verify` compares with."""
 
 from __future__ import annotations
 

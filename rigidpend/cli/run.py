@@ -37,14 +37,14 @@ if TYPE_CHECKING:
 
 @dataclass
 class RunOutcome:
-    """What became of a config; a part of the document of ``--json``."""
+    """Outcome of one config in a run; a part of the document of ``--json``."""
 
     name: str
     status: str
-    """up to date, planned, computed, failed, interrupted, not run."""
+    """One of: up to date, planned, computed, failed, interrupted, not run."""
     experiment: str
     reason: str | None = None
-    """Why it is computed."""
+    """The reason for which it is computed."""
     engine: str | None = None
     config_hash: str | None = None
     code_hash: str | None = None
@@ -127,7 +127,7 @@ def _check_twins(paths: Sequence[Path]) -> None:
 def _plan(
     loaded: Config, folder: Path, force: bool, keep_going: bool
 ) -> tuple[Plan | None, RunOutcome, int]:
-    """Whether a config is to be run; where that cannot be said, the failure and its exit code."""
+    """Decide whether a config is to be run; failing that, return the failure and its exit code."""
     from rigidpend.run import runner
 
     outcome = RunOutcome(loaded.name, "up to date", loaded.experiment)
@@ -150,7 +150,7 @@ def _plan(
 
 @contextmanager
 def _printed(outcomes: list[RunOutcome], as_json: bool) -> Iterator[None]:
-    """However it ends: one document of what became of each config, if that is asked for."""
+    """Print one document with the outcome of each config at the end, if that is asked for."""
     try:
         yield
     finally:
@@ -172,7 +172,7 @@ def _tell_plan(outcome: RunOutcome, shown: Progress, dry_run: bool) -> None:
 def _compute(
     waiting: Sequence[tuple[Plan, RunOutcome]], shown: Progress, jobs: int, keep_going: bool
 ) -> int:
-    """Compute what is planned, one after the other; the exit code of the worst."""
+    """Compute the planned configs one after the other; return the worst exit code."""
     from rigidpend.run.logs import Logs
 
     codes = [DONE]
@@ -188,7 +188,7 @@ def _compute(
 
 
 def _follow(planned: Plan, outcome: RunOutcome, shown: Progress, logs: Logs, jobs: int) -> int:
-    """Compute one; its exit code."""
+    """Compute one config; return its exit code."""
     from rigidpend.run import runner
 
     name, begun = outcome.name, time.perf_counter()

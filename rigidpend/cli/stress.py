@@ -26,7 +26,7 @@ def command(
     jobs: int | None,
     force: bool,
 ) -> None:
-    """Try long times, extreme bodies, symmetries, and whether `certain` is the truth.
+    """Test long times, extreme bodies, symmetries, and whether certain symbols are true.
 
     Writes FOLDER/stress.h5 and stress.png and prints by how much each case passes. Ends with 1
     where one fails. An interrupted run goes on where it was.

@@ -1,4 +1,4 @@
-"""`rigidpend theory`: what theory says of a config's body, before anything is computed."""
+"""`rigidpend theory`: the theory's values for a config's body, before anything is computed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rigidpend.cli.common import JSON, SETTINGS, guarded, print_json, print_rows
 @JSON
 @guarded
 def command(name: str, settings: tuple[str, ...], as_json: bool) -> None:
-    """Print what theory says of the body of a config.
+    """Print the theory's values for the body of a config.
 
     Angles, Melnikov's zeros, increments of theta3, multipliers of the periodic orbits.
 

@@ -1,4 +1,4 @@
-"""`rigidpend verify`: stored results against fresh ones."""
+"""`rigidpend verify`: compare stored results with fresh ones."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def command(
 
 
 def _compared(path: Path, reference: Path, results: Path | None, jobs: int | None) -> Any:
-    """One experiment's comparison, as plain data."""
+    """Compute one experiment and compare it, as plain data."""
     from rigidpend.config import loading
     from rigidpend.results import regression, store
     from rigidpend.run import workers
@@ -85,7 +85,7 @@ def _compared(path: Path, reference: Path, results: Path | None, jobs: int | Non
 
 
 def _parts(difference: Any) -> dict[str, Any]:
-    """A difference as plain data; values that JSON does not know as words."""
+    """Convert a difference to plain data; values that JSON does not know become words."""
     from rigidpend.results.compare import shown
 
     told = {"said": str(difference)}
@@ -107,5 +107,5 @@ def _tell(outcome: dict[str, Any]) -> None:
 
 
 def _strays(reference: Path, names: set[str]) -> list[str]:
-    """Stored results that belong to no config."""
+    """Names of stored results that belong to no config."""
     return [str(file) for file in sorted(reference.glob("*.h5")) if file.stem not in names]

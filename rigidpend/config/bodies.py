@@ -13,7 +13,7 @@ from rigidpend.numbers.exact import Exact
 
 
 class FreeBody(Part):
-    """The body without weight: mu = 0."""
+    """A body without weight: mu = 0."""
 
     A: Moments
     """Principal moments of inertia, A1 > A3 > A2 and A2 + A3 >= A1."""
@@ -32,7 +32,7 @@ class FreeBody(Part):
 
 
 class HeavyBody(Part):
-    """The part of a problem that is the body."""
+    """A heavy body with its weight."""
 
     A: Moments
     """Principal moments of inertia, A1 > A3 > A2 and A2 + A3 >= A1."""
@@ -53,7 +53,7 @@ class HeavyBody(Part):
 
 
 class UnweightedBody(Part):
-    """A body without its weight."""
+    """A body whose weight is given elsewhere."""
 
     A: tuple[Number, Number, Number]
     """Principal moments of inertia, A1 > A3 > A2 and A2 + A3 >= A1."""
@@ -61,7 +61,7 @@ class UnweightedBody(Part):
     """Direction to the centre of gravity, r1, r2 >= 0, r3 = 0; normalised."""
 
     def heavy(self, mu: Exact) -> Body:
-        """The body with a weight."""
+        """Make the body with a weight."""
         return Body(self.A, self.r, mu)
 
     @model_validator(mode="after")

@@ -1,22 +1,22 @@
-"""The configs that can be named. Nothing heavy is imported: a shell completes names with this."""
+"""Catalogue of the configs that can be named; imports nothing heavy, for shells complete by it."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 MEASURE = "measure"
-"""The folder of configs that measure this machine for minutes: `all` leaves them out."""
+"""Folder of configs that measure this machine for minutes; `all` leaves them out."""
 PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def folders() -> list[Path]:
-    """Where names are looked for, in order: here, the checkout, the installed package."""
+    """Folders in which names are looked up, in order: here, the checkout, the installed package."""
     candidates = (Path("configs"), PACKAGE.parent / "configs", PACKAGE / "configs")
     return [folder for folder in candidates if folder.is_dir()]
 
 
 def known() -> dict[str, Path]:
-    """Every name with its file; the first folder that has a name wins."""
+    """Map every name to its file; the first folder that has a name wins."""
     found: dict[str, Path] = {}
     for folder in folders():
         for path in sorted([*folder.glob("*.yaml"), *folder.glob(f"{MEASURE}/*.yaml")]):
@@ -25,5 +25,5 @@ def known() -> dict[str, Path]:
 
 
 def in_all(path: Path) -> bool:
-    """Whether `all` means this config too."""
+    """True if `all` includes this config."""
     return path.parent.name != MEASURE

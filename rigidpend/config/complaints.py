@@ -1,4 +1,4 @@
-"""What is wrong with a config, shown with its place, its line and a caret."""
+"""Complaints about a config, each with its place, its line and a caret."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 MAX_SHOWN = 20
-"""Problems of which the text is shown; the rest are counted."""
+"""Number of complaints that are shown; the rest are counted."""
 MAX_MESSAGE = 300
 MAX_LINE = 160
-"""Characters of a message, and of a source line, that are shown."""
+"""Number of characters of a message, and of a source line, that are shown."""
 
 Place: TypeAlias = tuple[str | int, ...]
 """Keys and indices from the root to a value."""
@@ -18,7 +18,7 @@ Place: TypeAlias = tuple[str | int, ...]
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a value was written: in a file, or in an option of the command line."""
+    """Origin of a value: a place in a file, or an option of the command line."""
 
     source: str
     line: int | None = None
@@ -41,7 +41,7 @@ class Origin:
 
 @dataclass(frozen=True)
 class Complaint:
-    """One thing that is wrong with a config."""
+    """One error in a config."""
 
     origin: Origin
     place: Place
@@ -55,7 +55,7 @@ class Complaint:
 
 
 class ConfigError(ValueError):
-    """A config that cannot be used, with all that is wrong with it."""
+    """Error: a config that cannot be used, with all its complaints."""
 
     def __init__(self, complaints: list[Complaint]) -> None:
         self.complaints = complaints
@@ -66,17 +66,17 @@ class ConfigError(ValueError):
 
 
 def plain(text: str) -> str:
-    """A text that does nothing to a terminal: what cannot be printed is shown as ?."""
+    """Make a text safe for a terminal: what cannot be printed is shown as ?."""
     return "".join(x if x.isprintable() or x == "\t" else "?" for x in text)
 
 
 def clipped(text: str) -> str:
-    """A text of bearable length."""
+    """Shorten a text to at most `MAX_LINE` characters."""
     return text if len(text) <= MAX_MESSAGE else f"{text[: MAX_MESSAGE - 3]}..."
 
 
 def _blank(character: str) -> str:
-    """What is as wide as a character, for the caret under the next."""
+    """Blank as wide as a character, to place the caret under the next."""
     if character == "\t":
         return character
     return "  " if unicodedata.east_asian_width(character) in "WF" else " "

@@ -1,4 +1,4 @@
-"""Configs: found by name, read with places, checked against their schema."""
+"""Loading of configs: found by name, read with places, checked against their schema."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Config:
 
 
 def resolved_yaml(config: Config) -> str:
-    """A config with all its defaults as YAML, which :func:`load` reads as the same config."""
+    """Write a config with all its defaults as YAML, which :func:`load` reads as the same config."""
     from rigidpend.config import writer
 
     return writer.to_yaml(config.resolved())
@@ -74,7 +74,7 @@ def load(path: Path, settings: Sequence[str] = ()) -> Config:
 
 
 def load_all(paths: Sequence[Path], settings: Sequence[str] = ()) -> list[Config]:
-    """:func:`load` of each, with what is wrong in any of them said at once."""
+    """Load several configs; the complaints about all of them are raised together."""
     loaded: list[Config] = []
     complaints: list[Complaint] = []
     for path in paths:

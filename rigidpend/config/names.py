@@ -1,4 +1,4 @@
-"""What is meant by the names of configs: a name stands for a file `NAME.yaml`."""
+"""Names of configs: each stands for a file `NAME.yaml`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["known", "resolve"]
 
 
 def resolve(names: tuple[str, ...]) -> list[Path]:
-    """The files that are meant by names, by paths, or by `all`; each once, in order.
+    """Find the files that are meant by names, by paths, or by `all`; each once, in order.
 
     Raises
     ------

@@ -36,7 +36,7 @@ def override(document: Document, setting: str) -> None:
 
 
 def _value(written: str, origin: Origin) -> Any:
-    """The value of a setting; what is wrong with it is wrong with the option as a whole."""
+    """Read the value of a setting; complaints about it name the option as a whole."""
     try:
         document = parse(written, origin.source)
         complaints = document.complaints
@@ -50,7 +50,7 @@ def _value(written: str, origin: Origin) -> Any:
 def _entry(
     document: Document, holder: Any, text: str, place: Place, origin: Origin
 ) -> tuple[Any, Place]:
-    """The value under a key, made if it is missing, and its place."""
+    """Value under a key, made if it is missing, and its place."""
     key = _key(holder, text, place, origin)
     inner = (*place, key)
     if isinstance(holder, dict) and key not in holder:

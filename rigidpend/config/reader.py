@@ -1,4 +1,4 @@
-"""YAML as text with places: every key and value knows its line and column.
+"""YAML reader that keeps numbers as text, and the line and column of every key and value.
 
 Scalars stay the text that was written, so that 1e-10, 0.1 and 3*pi/40 reach the schema as
 they stand. What could surprise is refused: aliases, merges, tags, equal keys, several
@@ -22,7 +22,7 @@ __all__ = ["ConfigError", "Document", "parse", "read"]
 
 MAX_BYTES = 200_000
 MAX_VALUES = 10_000
-"""Of a config: so that any is read and checked within about a second."""
+"""Most values in a config, so that any is read and checked within about a second."""
 MAX_DEPTH = 32
 MAX_SCALAR = 10_000
 
@@ -36,18 +36,18 @@ class Document:
     keys: dict[Place, Origin] = field(default_factory=dict)
     values: dict[Place, Origin] = field(default_factory=dict)
     settings: dict[Place, Origin] = field(default_factory=dict)
-    """What options of the command line changed, inside of what the file holds."""
+    """Places that options of the command line changed."""
     complaints: list[Complaint] = field(default_factory=list)
-    """What was refused and passed over."""
+    """Complaints about what was refused and passed over."""
     unread: set[Place] = field(default_factory=set)
-    """Where something was passed over, of which nothing else is to be said."""
+    """Places of what was passed over, about which nothing else is said."""
 
     def refuse(self, origin: Origin, place: Place, message: str) -> None:
-        """Note what is wrong, and go on."""
+        """Note a complaint, and go on."""
         self.complaints.append(Complaint(origin, place, message))
 
     def origin(self, place: Place, *, of_key: bool = False) -> Origin:
-        """The origin of a value, or of the nearest thing around it that was written."""
+        """Origin of a value, or of the nearest thing around it that was written."""
         for changed, origin in self.settings.items():
             if changed[: len(place)] == place:
                 return origin
@@ -118,7 +118,7 @@ def _text(path: Path) -> str:
 
 
 class _Reader:
-    """Builds a document's tree from YAML events."""
+    """Builder of a document's tree from YAML events."""
 
     def __init__(self, document: Document, lines: list[str]) -> None:
         self.target, self.lines = document, lines
@@ -177,7 +177,7 @@ class _Reader:
         return entries
 
     def passed_over(self, events: Iterator[Any], place: Place) -> None:
-        """Read a value of which only what is refused is kept."""
+        """Read a value and keep only its complaints."""
         kept = self.target
         self.target = Document(kept.source, complaints=kept.complaints)
         self.node(next(events), events, place)
@@ -188,14 +188,14 @@ class _Reader:
         return Origin(self.target.source, mark.line + 1, mark.column + 1, text)
 
     def stop(self, mark: Any, place: Place, message: str) -> NoReturn:
-        """Refuse what nothing can be read behind."""
+        """Refuse something behind which nothing can be read."""
         origin = self.origin(mark) if mark else Origin(self.target.source)
         self.target.refuse(origin, place, message)
         raise ConfigError(self.target.complaints)
 
 
 def _refused(event: Any) -> str:
-    """Why a node is not read; empty where it is."""
+    """Reason for which a node is refused; empty where it is read."""
     if isinstance(event, yaml.AliasEvent) or event.anchor:
         return "anchors and aliases are not read: write it out"
     if event.tag is not None:
@@ -212,7 +212,7 @@ def _refused(event: Any) -> str:
 
 
 def _scalar(event: Any) -> str | bool | None:
-    """The text as written; unquoted true, false and null are what they are in YAML 1.2."""
+    """Text of a scalar as written; unquoted true, false and null have their meaning in YAML 1.2."""
     if isinstance(event, yaml.AliasEvent):
         return None
     if event.style is None:

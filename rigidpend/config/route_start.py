@@ -26,7 +26,7 @@ class RouteStart(HeavyBody):
 
     @functools.cached_property
     def routes(self) -> RouteProblem:
-        """The start as the route codes take it, checked."""
+        """Checked start, as the route codes take it."""
         from rigidpend.routes.problem import RouteProblem
 
         return RouteProblem(self.body, self.h0, self.J1_0, self.n_symbols)

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 MAX_COLUMNS = 10_000_000
 LARGEST = 10**15
-"""Of whole numbers, and of phases, which doubles then still tell apart."""
+"""Largest magnitude of whole numbers and of phases: doubles still tell neighbours apart."""
 
 
 def _number(value: Any) -> Exact:
@@ -58,7 +58,7 @@ def _automatic(value: Any) -> Any:
 
 
 def _canonical(x: Exact) -> str:
-    """A text that is the same for the same rational number, however written."""
+    """Text of a number: the same for the same rational number, however written."""
     if x.fraction is None or max(map(int.bit_length, x.fraction.as_integer_ratio())) > 10_000:
         return x.text
     return str(x.fraction)
@@ -103,7 +103,7 @@ Auto = BeforeValidator(_automatic)
 
 
 class Part(BaseModel):
-    """A part of a config: frozen, and nothing in it that is not known."""
+    """A part of a config: frozen, unknown keys refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
 
@@ -117,7 +117,7 @@ class PhaseGrid(Part):
 
     @property
     def phases(self) -> Grid:
-        """The phases, each made when it is asked for."""
+        """Phases of the grid, each made when it is asked for."""
         from rigidpend.routes.phases import Grid
 
         return Grid(self.start, self.step, self.count)
@@ -133,7 +133,7 @@ class PhaseGrid(Part):
 
 @contextlib.contextmanager
 def physics() -> Iterator[None]:
-    """Turn what the paper's conditions exclude into a complaint at the field that is wrong."""
+    """Turn an excluded parameter into a complaint at the field that is wrong."""
     try:
         yield
     except ValueError as error:
@@ -142,39 +142,39 @@ def physics() -> Iterator[None]:
 
 
 class EngineNumerics(Part):
-    """The engine, for experiments whose trials bring their own tolerances."""
+    """Choice of the engine, for experiments whose trials bring their own tolerances."""
 
     engine: Annotated[Literal["taylor", "scipy"] | None, Auto] = None
     """taylor (heyoka) or scipy; auto is taylor where it is installed."""
 
 
 class DoubleNumerics(EngineNumerics):
-    """The numerics of experiments in double precision only."""
+    """Numerics of experiments in double precision only."""
 
     tolerance: Annotated[Annotated[Number, AfterValidator(_tolerance)] | None, Auto] = None
     """Local tolerance in double precision; auto is the engine's own."""
 
 
 class Numerics(DoubleNumerics):
-    """The numerics of experiments that go to more bits where they must."""
+    """Numerics of experiments that go to more bits where they must."""
 
     precisions: Annotated[tuple[Whole, ...], AfterValidator(_ladder)] = PRECISIONS
-    """Bits, ascending; a column with an uncertain symbol goes to the next."""
+    """Working precisions in bits, ascending; a column with an uncertain symbol goes to the next."""
 
 
 class ExperimentConfig(Part):
     """A whole config; each experiment's `Config` adds its `problem`, and `numerics` if any."""
 
     figure: str
-    """Which figure it makes; a number is the paper's."""
+    """Name of the figure it makes; a number is the paper's."""
     experiment: str
     """The name of the experiment."""
     problem: Part
-    """What is computed."""
+    """Parameters of the computation."""
 
     @property
     def numerics_asked(self) -> dict[str, Any]:
-        """Engine, tolerance and precisions as far as the experiment has such settings."""
+        """Numerics asked for: engine, tolerance and precisions as far as the experiment has any."""
         numerics = getattr(self, "numerics", None)
         declared = Numerics.model_fields
         return {name: getattr(numerics, name) for name in declared if hasattr(numerics, name)}

@@ -1,4 +1,4 @@
-"""A schema's complaints in plain words, each at the place where the value was written."""
+"""Validation messages in plain words, each at the place where the value was written."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ PLAIN = {
 
 
 def config_error(document: Document, model: Any, errors: Iterable[Any]) -> ConfigError:
-    """All that is wrong with a document, as read and as a schema sees it, in its order."""
+    """Collect all complaints about a document, by the reader and by the schema, in its order."""
     said = [_problem(document, model, error) for error in errors]
     complaints = document.complaints + [p for p in said if not _passed_over(document, p.place)]
     return ConfigError(sorted(complaints, key=lambda p: (p.origin.line or 0, p.origin.column or 0)))
@@ -34,13 +34,13 @@ def _passed_over(document: Document, place: Place) -> bool:
 
 
 def meant(word: str, known: Iterable[str]) -> str:
-    """A suggestion for a word that is not known, if one is close."""
+    """Suggest a known word for one that is not known, if one is close."""
     close = difflib.get_close_matches(word, list(known), 1, cutoff=0.5)
     return f"; did you mean {close[0]}?" if close else ""
 
 
 def among(words: Iterable[str]) -> str:
-    """What is known, for the end of a message."""
+    """List of the known words, for the end of a message."""
     return f"(known: {', '.join(words)})"
 
 
@@ -60,7 +60,7 @@ def _problem(document: Document, model: Any, error: Any) -> Complaint:
 
 
 def _written(document: Document, location: Sequence[Any]) -> Place:
-    """The part of a schema's location that is in the file: not the branch of a union."""
+    """Part of a schema's location that is in the file: not the branch of a union."""
     place: Place = ()
     for part in location:
         if (*place, part) in document.values:
@@ -69,7 +69,7 @@ def _written(document: Document, location: Sequence[Any]) -> Place:
 
 
 def _plain(error: Any) -> str:
-    """A schema's message in plain words, with what was given."""
+    """Message of a schema in plain words, with the value given."""
     known, given = error.get("ctx", {}), error["input"]
     if "error" in known:
         return str(known["error"])
@@ -84,7 +84,7 @@ def _plain(error: Any) -> str:
 
 
 def _fields(kind: Any, place: Place) -> list[str]:
-    """The keys that a schema knows at a place."""
+    """Keys that a schema knows at a place."""
     for key in place:
         field = getattr(kind, "model_fields", {}).get(str(key))
         kind = field.annotation if field else next(iter(get_args(kind)[1:]), None)

@@ -1,4 +1,4 @@
-"""A config as YAML text that is read back as the same config."""
+"""Writer of configs as YAML text that is read back as the same config."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import yaml
 
 
 class _Dumper(yaml.SafeDumper):
-    """Writes texts plainly, as `reader` takes them; quotes only what it would not take as text."""
+    """YAML dumper that quotes only what `reader` would not take as text."""
 
     # Without PyYAML's own: to them a number is something else than its text.
     yaml_implicit_resolvers: dict[str, list[Any]] = {}  # noqa: RUF012
@@ -23,7 +23,7 @@ _Dumper.add_implicit_resolver("tag:yaml.org,2002:bool", re.compile("^(true|false
 
 
 def to_yaml(resolved: dict[str, Any]) -> str:
-    """A resolved config as YAML.
+    """Write a resolved config as YAML.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def to_yaml(resolved: dict[str, Any]) -> str:
 
 
 def _as_text(node: Any) -> Any:
-    """The same with every number as its text."""
+    """Copy of the data with every number as its text."""
     if isinstance(node, dict):
         return {key: _as_text(value) for key, value in node.items()}
     if isinstance(node, list):

@@ -18,16 +18,16 @@ FOLDER = Path(__file__).parent
 
 
 class UnknownExperiment(ValueError):
-    """A name that no experiment has."""
+    """Error: a name that no experiment has."""
 
 
 def names() -> list[str]:
-    """The names of all experiments."""
+    """Names of all experiments, in alphabetical order."""
     return sorted(file.parent.name for file in FOLDER.glob("*/schema.py"))
 
 
 def schema(name: str) -> type[ExperimentConfig]:
-    """The schema of an experiment's configs.
+    """Schema of an experiment's configs.
 
     Raises
     ------
@@ -38,17 +38,17 @@ def schema(name: str) -> type[ExperimentConfig]:
 
 
 def computation(name: str) -> Computation[ExperimentConfig]:
-    """The computation of an experiment."""
+    """Module that computes an experiment."""
     return cast("Computation[ExperimentConfig]", _module(name, "compute"))
 
 
 def drawing(name: str) -> Drawing:
-    """The drawing of an experiment."""
+    """Module that draws an experiment."""
     return cast("Drawing", _module(name, "draw"))
 
 
 def reporting(name: str) -> Reporting | None:
-    """The tables of an experiment's report; None where it has none."""
+    """Module that makes the tables of an experiment's report; None where it has none."""
     if name in names() and not (FOLDER / name / "report.py").is_file():
         return None
     return cast("Reporting", _module(name, "report"))

@@ -40,25 +40,25 @@ Data: TypeAlias = Mapping[str, Any]
 
 
 def compute_now(name: str, compute: Callable[[], Tree]) -> Tree:
-    """A part that nothing keeps, computed at once."""
+    """Compute a part at once, without a checkpoint."""
     return compute()
 
 
 def tell_nobody(text: str) -> None:
-    """A line of progress that nobody follows."""
+    """Drop a line of progress."""
 
 
 class Means(NamedTuple):
     """The means of a computation: its arithmetic, workers, progress and checkpoints."""
 
     arithmetic: Arithmetic = CLOSED_FORM
-    """The very record that the result file stores."""
+    """Arithmetic, resolved once: the record that the result file stores."""
     jobs: int = 1
-    """Threads or processes at a time."""
+    """Number of threads or processes at a time."""
     report: Callable[[str], None] = tell_nobody
-    """Takes a line of progress for people."""
+    """Receiver of lines of progress."""
     part: Callable[[str, Callable[[], Tree]], Tree] = compute_now
-    """``part(name, compute)`` is ``compute()``, kept so that an interrupted run goes on."""
+    """Checkpoint: ``part(name, compute)`` is ``compute()``, kept for an interrupted run."""
 
 
 class Computation(Protocol[C_contra]):
@@ -74,7 +74,7 @@ class Computation(Protocol[C_contra]):
         """
 
     def describe(self, config: C_contra) -> list[Row]:
-        """Say what a config asks for, with what follows from it, units named."""
+        """Describe a config in rows, with what follows from it, units named."""
 
     def differences(self, stored: Data, fresh: Data) -> Sequence[str]:
         """Find where two results disagree by more than their arithmetic explains.

@@ -16,11 +16,11 @@ from rigidpend.results.compare import Difference
 from rigidpend.routes import certainty
 
 ROUNDING = 1e-14
-"""By how much phases may differ, in radians, where only their rounding can."""
+"""Allowed difference of phases, radians: their rounding."""
 FIRST, SECOND, GROWTH = 1e-12, 1e-8, 3.5
-"""By how much times of the first crossing and of the second may differ, and how that grows."""
+"""Allowed difference of the times of crossings 1 and 2, t', and its growth from there on."""
 APART = 20 * certainty.AGREEMENT
-"""By how much times of certain crossings may differ: each errs by ten times its threshold."""
+"""Allowed difference of the times of certain crossings: each errs by ten times its threshold."""
 
 MEANING = {
     "theta2_0": ("rad", "initial phase of each column"),
@@ -38,7 +38,7 @@ def array_differences(
     rounding: Mapping[str, float],
     times: float | NDArray[np.float64] | None = None,
 ) -> list[Difference]:
-    """Where two arrays of routes differ.
+    """Find where two arrays of routes differ.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def array_differences(
 
 
 def crossing_tolerance(crossings: int, growth: float = GROWTH) -> NDArray[np.float64]:
-    """By how much the times of each of so many crossings may differ: (crossings, 1), t'.
+    """Allowed difference of the times of each of so many crossings, t', (crossings, 1).
 
     Notes
     -----

@@ -27,14 +27,14 @@ PRECISIONS = (53, 64, 113)
 """Working precisions in bits, in the order in which they are tried."""
 GUARD_BITS = 32
 MOST_BITS = 10_000
-"""Where the search for enough guard bits ends: what cancels so far is zero."""
+"""Largest number of guard bits that is tried: what cancels so far is zero."""
 MAX_SIZE = 40_000
-"""Bits in the numerator or the denominator of a rational number."""
+"""Largest number of bits in the numerator or the denominator of a rational number."""
 
 
 @functools.cache
 def context(bits: int) -> MPContext:
-    """The mpmath context of `bits` bits: a namespace of numbers with its own precision.
+    """Context of mpmath with `bits` bits: a namespace of numbers with its own precision.
 
     Contexts are cached and never changed afterwards, so threads may share them.
     """
@@ -46,7 +46,7 @@ def context(bits: int) -> MPContext:
 
 
 def fraction(x: Any, bits: int) -> Fraction:
-    """An mpmath number rounded to `bits` bits, as a Fraction."""
+    """Round an mpmath number to `bits` bits, as a Fraction."""
     from mpmath.libmp import to_rational
 
     return Fraction(*map(int, to_rational(context(bits).mpf(x)._mpf_)))
@@ -188,12 +188,12 @@ def exact(value: Any) -> Exact:
 
 
 def exacts(values: Iterable[Any]) -> list[Exact]:
-    """:func:`exact` of each value."""
+    """Take several numbers exactly: :func:`exact` of each."""
     return [exact(value) for value in values]
 
 
 def function(name: str, x: Exact) -> Exact:
-    """The exact number ``name(x)``, for one of sqrt, sin, cos, tan, atan."""
+    """Make the exact number ``name(x)``, for one of sqrt, sin, cos, tan, atan."""
     if name == "sqrt":
         if x.fraction is not None and x.fraction < 0:
             raise ExactError(f"sqrt({x}) is not real")
@@ -206,7 +206,7 @@ def function(name: str, x: Exact) -> Exact:
 
 
 def _rational_root(x: Fraction | None) -> Fraction | None:
-    """sqrt(x) where it is rational, else None."""
+    """Square root of x where it is rational, else None."""
     if x is None:
         return None
     numerator, denominator = math.isqrt(x.numerator), math.isqrt(x.denominator)
@@ -215,7 +215,7 @@ def _rational_root(x: Fraction | None) -> Fraction | None:
 
 
 def rational(value: Fraction, text: str | None) -> Exact:
-    """A rational number, by default with the shortest text that says it exactly."""
+    """Make a rational number, by default with the shortest text that says it exactly."""
     p, q = value.numerator, value.denominator
     if _size(value) > MAX_SIZE:
         raise ExactError(f"a number with more than {MAX_SIZE} bits")
@@ -225,7 +225,7 @@ def rational(value: Fraction, text: str | None) -> Exact:
 
 
 def _shortest(value: Fraction) -> str:
-    """A decimal where a double's short one is exact, else a quotient."""
+    """Shortest text of a rational: a decimal where a double's is exact, else a quotient."""
     short = repr(float(value)) if abs(value) < 1e15 else ""
     if short and Fraction(short) == value:
         return short.removesuffix(".0")
@@ -239,7 +239,7 @@ PI = Exact("pi", None, lambda m: +m.pi)
 
 
 def combine(operator: str, a: Exact, b: Exact) -> Exact:
-    """The exact number ``a operator b``, for one of + - * / **."""
+    """Make the exact number ``a operator b``, for one of + - * / **."""
     text = f"{_bracketed(a)} {operator} {_bracketed(b)}"
     if operator == "/" and (b.fraction == 0 or (b.fraction is None and b.at(53) == 0)):
         raise ExactError(f"{text}: division by zero")
@@ -258,7 +258,7 @@ def combine(operator: str, a: Exact, b: Exact) -> Exact:
 
 
 def _bracketed(x: Exact) -> str:
-    """The text of `x` so that it stays one operand inside a larger expression."""
+    """Text of `x`, bracketed where it must be to stay one operand of a larger expression."""
     plain = x.text.replace(".", "").isalnum()
     return x.text if plain else f"({x.text})"
 

@@ -1,4 +1,4 @@
-"""The inertia ellipsoid, which rolls without sliding on a fixed plane."""
+"""Inertia ellipsoid, which rolls without sliding on a fixed plane."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rigidpend.equations import Numbers
 
 
 def ellipsoid(x: Numbers, A: Numbers) -> Any:
-    """A1 x^2 + A2 y^2 + A3 z^2, which is 1 on the inertia ellipsoid (eq. el).
+    """Quadratic form A1 x^2 + A2 y^2 + A3 z^2, which is 1 on the inertia ellipsoid (eq. el).
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ def ellipsoid(x: Numbers, A: Numbers) -> Any:
 
 
 def pole(omega: ArrayLike, A: Numbers) -> NDArray[np.float64]:
-    """The point of contact rho = omega/sqrt(2 h0), on the ellipsoid along omega.
+    """Point of contact rho = omega/sqrt(2 h0), on the ellipsoid along omega.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def pole(omega: ArrayLike, A: Numbers) -> NDArray[np.float64]:
 
 
 def tangent_plane(x: ArrayLike, A: Numbers) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The plane Pi that touches the ellipsoid at a point of it.
+    """Plane Pi that touches the ellipsoid at a point of it.
 
     Parameters
     ----------

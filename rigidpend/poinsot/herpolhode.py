@@ -1,4 +1,4 @@
-"""The angular velocity of the free body in space: Poinsot's herpolhode, in closed form.
+"""Angular velocity of the free body in space: Poinsot's herpolhode, in closed form.
 
 The polar coordinates of omega about M are rho = |M x omega|/|M| and psi, 0 at t = 0. The angle
 of Andoyer's e1, normal to M in the plane of M and the middle axis, has the rate
@@ -21,11 +21,11 @@ from rigidpend.poinsot.orbit import Orbit
 Array = NDArray[np.float64]
 
 ELEMENTARY = 1e-30
-"""Below this coheight the third integral is elementary; its square is far beneath rounding."""
+"""Coheight below which the third integral is elementary: its square is far beneath rounding."""
 
 
 def herpolhode(orbit: Orbit, t: ArrayLike) -> Array:
-    """omega in the fixed basis at times t, (3, ...).
+    """Compute omega in the fixed basis at times t, (3, ...).
 
     Components along M, along the radius at t = 0 (a largest one), and along the product of both.
     """
@@ -35,7 +35,7 @@ def herpolhode(orbit: Orbit, t: ArrayLike) -> Array:
 
 
 def radius(orbit: Orbit, t: ArrayLike) -> Array:
-    """rho, the component of omega across M, at times t.
+    """Radius rho, the component of omega across M, at times t.
 
     Notes
     -----
@@ -49,12 +49,12 @@ def radius(orbit: Orbit, t: ArrayLike) -> Array:
 
 
 def radii(orbit: Orbit) -> tuple[float, float]:
-    """The least and the largest rho: the annulus that the herpolhode fills or closes in."""
+    """Least and largest rho: the annulus that the herpolhode fills or closes in."""
     return _unit(orbit) * orbit.p * orbit.coheight, _unit(orbit) * orbit.reach
 
 
 def angle(orbit: Orbit, t: ArrayLike) -> Array:
-    """psi in radians, continuous, 0 at t = 0, at times t.
+    """Angle psi in radians, continuous, 0 at t = 0, at times t.
 
     Notes
     -----
@@ -69,7 +69,7 @@ def angle(orbit: Orbit, t: ArrayLike) -> Array:
 
 
 def angle_per_period(orbit: Orbit) -> float:
-    """The angle psi that is gained from one largest rho to the next, in radians.
+    """Angle psi that is gained from one largest rho to the next, in radians.
 
     Notes
     -----
@@ -79,7 +79,7 @@ def angle_per_period(orbit: Orbit) -> float:
 
 
 def mean_rate(orbit: Orbit) -> float:
-    """The mean of dpsi/dt."""
+    """Mean rate dpsi/dt, radians per t."""
     return 2 * angle_per_period(orbit) / orbit.period
 
 
@@ -113,13 +113,13 @@ def _unit(orbit: Orbit) -> float:
 
 
 def _gain(orbit: Orbit) -> float:
-    """What psi - G t/A3 gains in half a period, around axis 2."""
+    """Gain of psi - G t/A3 in half a period, around axis 2."""
     K, kc = orbit.modulus.K, orbit.modulus.kc
     return float(2 * _third(orbit, K, 1.0, 0.0, kc) - np.pi)
 
 
 def _third(orbit: Orbit, u: Any, sn: Any, cn: Any, dn: Any) -> Any:
-    """p coheight^2/reach times Legendre's integral Pi(height^2; am u), |u| <= K."""
+    """Legendre's integral Pi(height^2; am u) times p coheight^2/reach, |u| <= K."""
     from scipy.special import elliprj
 
     p, reach, beside = orbit.p, orbit.reach, np.hypot(orbit.coheight, orbit.height * cn)

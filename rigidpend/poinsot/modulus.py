@@ -1,4 +1,4 @@
-"""Jacobi's functions over many turns, in double precision, from the complementary modulus."""
+"""Jacobi's functions over many turns in double precision, by modulus and complement."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ class Modulus(NamedTuple):
 
     k: float
     kc: float
-    """The complementary modulus k' = sqrt(1 - k^2), which has the relative precision."""
+    """Complementary modulus k' = sqrt(1 - k^2), which has the relative precision."""
     K: float
-    """The complete integral of the first kind."""
+    """Complete integral of the first kind."""
 
 
 def modulus(kc: float) -> Modulus:
-    """The modulus with complementary modulus `kc`, 0 < kc <= 1.
+    """Make the modulus with complementary modulus `kc`, 0 < kc <= 1.
 
     Notes
     -----
@@ -33,14 +33,14 @@ def modulus(kc: float) -> Modulus:
 
 
 def reduced(u: ArrayLike, modulus: Modulus) -> tuple[Any, Any]:
-    """N and v with u = 2 N K + v and |v| <= K."""
+    """Reduce u to N and v with u = 2 N K + v and |v| <= K."""
     u = np.asarray(u, dtype=float)
     turns = np.rint(u / (2 * modulus.K))
     return turns, np.clip(u - 2 * modulus.K * turns, -modulus.K, modulus.K)
 
 
 def sncndn(u: ArrayLike, modulus: Modulus) -> NDArray[np.float64]:
-    """sn, cn and dn, stacked: (3, ...).
+    """Compute sn, cn and dn, stacked: (3, ...).
 
     Notes
     -----

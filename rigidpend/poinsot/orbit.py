@@ -1,4 +1,4 @@
-"""Orbits of the free body: how one is told, and its numbers."""
+"""Orbits of the free body: their parameters, from a height, an energy or a state."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from rigidpend.poinsot.modulus import Modulus, modulus
 
 
 class FreeBodyShape(NamedTuple):
-    """What the motion of a free body depends on, correctly rounded but for a root."""
+    """Numbers on which the motion of a free body depends, correctly rounded but for a root."""
 
     A: tuple[float, float, float]
     s2: float
-    """1/A2 - 1/A1, the square of `coordinates.scale`."""
+    """Square of `coordinates.scale`, 1/A2 - 1/A1."""
     sin: float
-    """sin(alpha0/2), without cancellation for any body."""
+    """Sine of alpha0/2, without cancellation for any body."""
     cos: float
-    """cos(alpha0/2), likewise."""
+    """Cosine of alpha0/2, without cancellation for any body."""
 
 
 class Orbit(NamedTuple):
@@ -27,36 +27,36 @@ class Orbit(NamedTuple):
 
     shape: FreeBodyShape
     G: float
-    """|M|."""
+    """Length of the angular momentum, |M|, physical."""
     axis: int
-    """The axis that it encircles, 1 or 2."""
+    """Axis that the orbit encircles, 1 or 2."""
     side: int
-    """The sign of M on that axis."""
+    """Sign of M on that axis."""
     height: float
-    """The largest |M3|/G."""
+    """Largest |M3|/G."""
     coheight: float
-    """sqrt(1 - height^2), the distance from the separatrix."""
+    """Distance from the separatrix, sqrt(1 - height^2)."""
     p: float
-    """sin(alpha0/2) around axis 2, cos(alpha0/2) around axis 1."""
+    """Factor sin(alpha0/2) around axis 2, cos(alpha0/2) around axis 1."""
     reach: float
-    """The largest |M_axis|/G."""
+    """Largest |M_axis|/G."""
     rate: float
-    """du/dt of the argument of Jacobi's functions."""
+    """Rate du/dt of the argument of Jacobi's functions."""
     modulus: Modulus
 
     @property
     def sigma(self) -> int:
-        """1 around axis 2, -1 around axis 1: the sign of G^2's distance below 2 A3 h0."""
+        """Sign of 2 A3 h0 - G^2: 1 around axis 2, -1 around axis 1."""
         return 1 if self.axis == 2 else -1
 
     @property
     def period(self) -> float:
-        """Of M, in t."""
+        """Period of M, in t."""
         return 4 * self.modulus.K / self.rate
 
     @property
     def energy_excess(self) -> float:
-        """2 h0/G^2 - 1/A3, with relative precision: sigma s^2 (p coheight)^2."""
+        """Energy excess 2 h0/G^2 - 1/A3, with relative precision: sigma s^2 (p coheight)^2."""
         return self.sigma * self.shape.s2 * (self.p * self.coheight) ** 2
 
     @property
@@ -66,7 +66,7 @@ class Orbit(NamedTuple):
 
 
 def shape(body: Body) -> FreeBodyShape:
-    """The numbers of a body, whatever its r and mu."""
+    """Compute the numbers of a body, whatever its r and mu."""
     A1, A2, A3 = body.A
     whole = A3 * (A1 - A2)
     sin2, cos2 = float(A1 * (A3 - A2) / whole), float(A2 * (A1 - A3) / whole)
@@ -83,7 +83,7 @@ def encircling(
     height: float | None = None,
     coheight: float | None = None,
 ) -> Orbit:
-    """An orbit of given height or coheight, whichever is small.
+    """Make the orbit of given height or coheight, whichever is small.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def encircling(
 
 
 def from_energy(body: Body, excess: float, side: int = 1, *, G: float = 1.0) -> Orbit:
-    """The orbit of given energy, relative to that of the separatrix.
+    """Make the orbit of given energy, relative to that of the separatrix.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def from_energy(body: Body, excess: float, side: int = 1, *, G: float = 1.0) -> 
 
 
 def through(body: Body, a: Aligned) -> tuple[Orbit, float]:
-    """The orbit through a state and the time t of it.
+    """Find the orbit through a state, and the state's time t on it.
 
     Parameters
     ----------
@@ -191,7 +191,7 @@ def _orbit(
 
 
 def _argument(sn: float, cn: float, dn: float, modulus: Modulus) -> float:
-    """u, |u| <= 2 K, of given sn, cn and dn."""
+    """Argument u, |u| <= 2 K, of given sn, cn and dn."""
     from scipy.special import elliprf
 
     first = float(sn * elliprf(cn * cn, dn * dn, 1.0))

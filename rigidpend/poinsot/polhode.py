@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 
 def momentum(orbit: Orbit, t: ArrayLike) -> Array:
-    """M in principal axes at times t, (3, ...).
+    """Compute M in principal axes at times t, (3, ...).
 
     Notes
     -----
@@ -37,12 +37,12 @@ def momentum(orbit: Orbit, t: ArrayLike) -> Array:
 
 
 def polhode(orbit: Orbit, t: ArrayLike) -> Array:
-    """omega in principal axes at times t, (3, ...); see :func:`momentum`."""
+    """Compute omega in principal axes at times t, (3, ...); see :func:`momentum`."""
     return np.stack(angular_velocity(momentum(orbit, t), orbit.shape.A))
 
 
 def aligned_components(orbit: Orbit, t: ArrayLike) -> Array:
-    """Qp, Qm and M3, dimensionless (`equations.aligned`), at times t: (3, ...).
+    """Compute Qp, Qm and M3, dimensionless (`equations.aligned`), at times t: (3, ...).
 
     Notes
     -----

@@ -1,4 +1,4 @@
-"""The separatrix of the free body, |M|^2 = 2 A3 h0: half an ellipse, and a spiral around Q.
+"""Separatrix of the free body, |M|^2 = 2 A3 h0: half an ellipse, and a spiral around Q.
 
 At t = 0 the pole is as far from the middle axis as it comes. Physical units, time t.
 """
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 
 def momentum(body: Body, number: int, t: ArrayLike, *, G: float = 1.0) -> Array:
-    """M on a separatrix at times t, (3, ...).
+    """Compute M on a separatrix at times t, (3, ...).
 
     Parameters
     ----------
@@ -37,13 +37,13 @@ def momentum(body: Body, number: int, t: ArrayLike, *, G: float = 1.0) -> Array:
 
 
 def polhode(body: Body, number: int, t: ArrayLike, *, G: float = 1.0) -> Array:
-    """omega in principal axes at times t, (3, ...); see :func:`momentum`."""
+    """Compute omega in principal axes at times t, (3, ...); see :func:`momentum`."""
     A = [float(x) for x in body.A]
     return np.stack(angular_velocity(momentum(body, number, t, G=G), A))
 
 
 def herpolhode(body: Body, t: ArrayLike, *, G: float = 1.0) -> Array:
-    """omega in the fixed basis at times t, (3, ...), the same on all four separatrices.
+    """Compute omega in the fixed basis at times t, (3, ...), the same on all four separatrices.
 
     Components along M, along the radius at t = 0, and along the product of both. The spiral has
     radius G s^2 sin(alpha0)/2 sech u and angle G t/A3: it is symmetric about its second axis.
@@ -55,13 +55,13 @@ def herpolhode(body: Body, t: ArrayLike, *, G: float = 1.0) -> Array:
 
 
 def rate(body: Body, G: float = 1.0) -> float:
-    """du/dt, G s^2 sin(alpha0)/2; it is also the largest radius of the spiral."""
+    """Rate du/dt = G s^2 sin(alpha0)/2; it is also the largest radius of the spiral."""
     number = shape(body)
     return G * number.s2 * number.sin * number.cos
 
 
 def arc(body: Body, t: ArrayLike, *, G: float = 1.0) -> Array:
-    """The length of polhode and herpolhode alike from 0 to t, negative before."""
+    """Arc length of polhode and herpolhode alike from 0 to t, negative before."""
     from scipy.special import ellipeinc
 
     # The ellipse has semiaxes G/A3 along axis 3 and hypot(G/A3, rate) across.
@@ -71,7 +71,7 @@ def arc(body: Body, t: ArrayLike, *, G: float = 1.0) -> Array:
 
 
 def length(body: Body, *, G: float = 1.0) -> float:
-    """The length of the whole polhode or herpolhode, half the perimeter of an ellipse."""
+    """Length of the whole polhode or herpolhode, half the perimeter of an ellipse."""
     from scipy.special import elliprg
 
     short = G / float(body.A[2])
@@ -79,6 +79,6 @@ def length(body: Body, *, G: float = 1.0) -> float:
 
 
 def sech(u: ArrayLike) -> Array:
-    """1/cosh(u), for any u: no overflow, no cancellation."""
+    """Hyperbolic secant 1/cosh(u), for any u: no overflow, no cancellation."""
     fallen = np.exp(-np.abs(np.asarray(u, dtype=float)))
     return 2 * fallen / (1 + fallen * fallen)

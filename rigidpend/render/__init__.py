@@ -34,7 +34,7 @@ def render(source: Path, target: Path) -> None:
 
 
 def image(result: Any, suffix: str) -> bytes:
-    """A loaded result's figure, as the bytes of a file of that format."""
+    """Draw a loaded result, as the bytes of a file of that format."""
     # What the user's shell says of a display does not matter to a figure in a file, and an
     # unknown backend there would stop matplotlib's import.
     os.environ["MPLBACKEND"] = "agg"
@@ -47,14 +47,14 @@ def image(result: Any, suffix: str) -> bytes:
 
 
 def _image(figure: Any, suffix: str, attributes: Any) -> bytes:
-    """The figure's bytes."""
+    """Write a figure, as bytes."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format=suffix, metadata=metadata(suffix, attributes))
     return buffer.getvalue()
 
 
 def metadata(suffix: str, attributes: Any) -> dict[str, str | None]:
-    """What an image says of its origin: the fingerprint of the result that it shows.
+    """Metadata of an image: the fingerprint of the result that it shows.
 
     Times, the commit and the machine are left out, so that equal results give equal images;
     they are in the result file, to which the fingerprint leads.

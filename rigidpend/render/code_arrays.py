@@ -14,7 +14,7 @@ NORM = BoundaryNorm([-0.5, 0.5, 1.5, 255.5], 3)
 
 
 def symbol_entries(zero: str = r"$z_i = 0$ (left)", one: str = r"$z_i = 1$ (right)") -> list[Patch]:
-    """The legend's entries of the two symbols."""
+    """Legend entries of the two symbols."""
     return [
         Patch(facecolor="black", edgecolor="0.6", label=zero),
         Patch(facecolor="white", edgecolor="0.6", label=one),

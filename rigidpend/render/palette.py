@@ -6,10 +6,10 @@ Source of the palette: M. Okabe and K. Ito, Color Universal Design, 2008.
 from __future__ import annotations
 
 WIDTH = 7.2
-"""Inches, the width of a page."""
+"""Width of a page, inches."""
 
 BLUE, RED, GREEN = "#0072B2", "#D55E00", "#009E73"
 PINK, ORANGE, SKY = "#CC79A7", "#E69F00", "#56B4E9"
 
 SEPARATRIX = {1: GREEN, 2: BLUE, 3: PINK, 4: RED}
-"""The colour of each separatrix."""
+"""Colour of each separatrix."""

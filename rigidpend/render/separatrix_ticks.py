@@ -1,4 +1,4 @@
-"""The ticks of a theta1 axis at the separatrices 1, 2, 3, 4 and, 4 pi further, 1."""
+"""Ticks of a theta1 axis at the separatrices 1, 2, 3, 4 and, 4 pi further, 1."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NAMES = (
     "$\\beta_0-\\alpha_0$\n$+4\\pi$",
 )
 CLOSE = 0.14
-"""Labels of places closer than this, in parts of the axis, would touch: they turn away."""
+"""Distance of places, in parts of the axis, below which their labels turn away not to touch."""
 
 
 def put(axes: Axes, places: ArrayLike, digits: int) -> None:

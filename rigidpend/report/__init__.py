@@ -32,7 +32,7 @@ def write(folder: Path, target: Path) -> None:
 
 
 def build(folder: Path) -> str:
-    """The page for all results in a folder, as HTML.
+    """Build the page for all results in a folder, as HTML.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def build(folder: Path) -> str:
 
 
 def section(result: Any) -> ResultSection:
-    """A result's part of the page."""
+    """Make a result's part of the page."""
     from rigidpend import render
 
     attributes = result["attributes"]
@@ -69,7 +69,7 @@ def section(result: Any) -> ResultSection:
 
 
 def _provenance(result: Any) -> list[tuple[str, str]]:
-    """What a result was made from, for its foot."""
+    """Provenance of a result, for the foot of its part."""
     fingerprint = ("engine", "config_hash", "code_hash")
     rows = [(key, str(result["attributes"].get(key, ""))) for key in fingerprint]
     rows += [(key, str(value)) for key, value in result["provenance"].items()]

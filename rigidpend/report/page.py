@@ -1,4 +1,4 @@
-"""The page: its parts as plain records, and how they become HTML."""
+"""Page of the report: its parts as plain records, and their HTML."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class ResultSection(NamedTuple):
     figure: str
     experiment: str
     picture: str
-    """A data URI."""
+    """Image as a data URI."""
     tables: Sequence[Table]
     provenance: Sequence[tuple[str, str]]
 
@@ -37,22 +37,22 @@ class ResultSection(NamedTuple):
 
     @property
     def of_the_paper(self) -> bool:
-        """Whether the paper has this figure: its number begins with a digit."""
+        """True if the paper has this figure: its number begins with a digit."""
         return self.figure[:1].isdigit()
 
     @property
     def order(self) -> tuple[bool, str]:
-        """The paper's figures first, in their order."""
+        """Sorting key: the paper's figures first, in their order."""
         return not self.of_the_paper, f"{self.figure} {self.name}"
 
 
 def picture(png: bytes) -> str:
-    """An image as a data URI, so that the page needs no other file."""
+    """Encode an image as a data URI, so that the page needs no other file."""
     return f"data:image/png;base64,{base64.b64encode(png).decode('ascii')}"
 
 
 def html(sections: Sequence[ResultSection], departures: Sequence[Any]) -> str:
-    """The whole page.
+    """Write the whole page as HTML.
 
     Parameters
     ----------

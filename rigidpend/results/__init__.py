@@ -1,4 +1,4 @@
-"""Results: trees of named arrays in HDF5 files, and how two of them compare.
+"""Results: trees of named arrays in HDF5 files, their safety and their comparison.
 
 Modules
 -------

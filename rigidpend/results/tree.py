@@ -1,4 +1,4 @@
-"""The data of a result: named arrays with their meaning, in groups."""
+"""Data of a result: named arrays with their meaning, in groups."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Running experiments: what is run and why, on how many workers, and what is told of it.
+"""Runs of experiments: plans, workers, progress, logs, checkpoints, provenance.
 
 Modules
 -------

@@ -1,4 +1,4 @@
-"""How a run goes, for people: one changing line on a terminal, plain lines elsewhere.
+"""Progress display on stderr: one changing line on a terminal, plain lines elsewhere.
 
 Neither colours nor other control sequences are written, only carriage returns on a terminal.
 """
@@ -20,7 +20,7 @@ PART = re.compile(r"\b(\d+)(?:/| of )(\d+)\b")
 
 
 class Course:
-    """What has been heard of several experiments, one after the other, and the time left.
+    """Progress of several experiments, one after the other, with an estimate of the time left.
 
     A report that holds ``k/n`` or ``k of n`` says how far its experiment is.
 
@@ -45,29 +45,29 @@ class Course:
             self._share = max(self._share, (int(found[1]) - 0.5) / int(found[2]))
 
     def end(self) -> None:
-        """The experiment under way is over, well or not."""
+        """Note that the experiment under way is over, well or not."""
         self.done, self._share = self.done + 1, 0.0
 
     def left(self, now: float) -> float | None:
-        """About how many seconds the rest takes; None where nothing is known of it."""
+        """Estimate the seconds that the rest takes; None where nothing is known of it."""
         share = (self.done + self._share) / self.total
         if share == 0 or self.begun is None:
             return None
         return (now - self.begun) / share * (1 - share)
 
     def said(self, now: float) -> str:
-        """How many are done, and the time left where it can be said."""
+        """Count of finished experiments, and the time left where it can be estimated."""
         left = self.left(now)
         rest = "" if left is None else f", about {duration(left)} left"
         return f"{self.done} of {self.total} done{rest}"
 
     def status(self, now: float) -> str:
-        """The changing line."""
+        """Text of the changing line."""
         return f"[{self.said(now)}] {self.last}"
 
 
 class Progress:
-    """Says how a run goes; to be used in a ``with`` statement.
+    """Display of a run's progress, used in a ``with`` statement.
 
     Parameters
     ----------
@@ -118,12 +118,12 @@ class Progress:
                 self._print(line)
 
     def clear(self) -> None:
-        """Make room for what others write to the terminal."""
+        """Clear the changing line, for others write to the terminal."""
         with self._lock:
             self._show("")
 
     def end(self, well: bool) -> None:
-        """An experiment is over: on a terminal the last that was heard of it stays, if well."""
+        """Note that an experiment is over: on a terminal its last line stays, if it ended well."""
         with self._lock:
             self.course.end()
             if self._changing and not self._verbose:
@@ -134,7 +134,7 @@ class Progress:
                 self._print(self.course.said(self._clock()))
 
     def tell(self, line: str, *, detail: bool = False) -> None:
-        """Say a line that stays; a detail only where everything is said."""
+        """Write a line that stays; a detail only where everything is said."""
         if self._verbose or not detail:
             with self._lock:
                 self._print(line)
@@ -149,7 +149,7 @@ class Progress:
         self._stream.flush()
 
     def _show(self, text: str) -> None:
-        """Change the changing line; what was there longer is written over with blanks."""
+        """Change the changing line; the rest of a longer one is written over with blanks."""
         width = shutil.get_terminal_size().columns - 1
         text = text[:width]
         if text != self._shown:
@@ -159,7 +159,7 @@ class Progress:
         self._shown = text
 
     def _tick(self) -> None:
-        """Show that time passes, between two lines too."""
+        """Refresh the time left, between two lines too."""
         while not self._over.wait(PERIOD):
             with self._lock:
                 if self.course.begun is not None and not self._over.is_set():
@@ -167,12 +167,12 @@ class Progress:
 
 
 def is_terminal(stream: Any) -> bool:
-    """Whether a line can be changed there."""
+    """True if a stream is a terminal, on which a line can be changed."""
     return stream.isatty() and os.environ.get("TERM", "") != "dumb"
 
 
 def duration(seconds: float) -> str:
-    """A time for people: 8 s, 3 min, 2.5 h."""
+    """Write a duration briefly: 8 s, 3 min, 2.5 h."""
     if seconds < 100:
         return f"{seconds:.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 6000 else f"{seconds / 3600:.1f} h"

@@ -1,4 +1,4 @@
-"""What a result was made from: versions, commit, machine, and the code that computes it."""
+"""Provenance of a result: versions, commit, machine, and the code that computes it."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ LIBRARIES = ("numpy", "scipy", "mpmath", "h5py", "heyoka")
 
 
 def config_hash(resolved: dict[str, Any]) -> str:
-    """A hash of a resolved config: comments and layout don't count."""
+    """Hash a resolved config: comments and layout don't count."""
     return _digest(json.dumps(resolved, sort_keys=True))
 
 
 def code_hash(experiment: str) -> str:
-    """A hash of the code that computes an experiment: comments and docstrings don't count."""
+    """Hash the code that computes an experiment: comments and docstrings don't count."""
     found = sorted(
         (f"{file.relative_to(PACKAGE)}", code) for file, code in _needed(experiment).items()
     )
@@ -32,7 +32,7 @@ def code_hash(experiment: str) -> str:
 
 
 def engine_name(engine: str) -> str:
-    """An engine with the version of the library behind it."""
+    """Name of an engine with the version of the library behind it."""
     if not engine:
         return "no engine"
     library = {"taylor": "heyoka", "scipy": "scipy"}[engine]
@@ -40,7 +40,7 @@ def engine_name(engine: str) -> str:
 
 
 def provenance() -> dict[str, str]:
-    """What ran where and when."""
+    """Provenance of a run: versions, commit, processor, system and time."""
     from rigidpend.integrate.compile_cache import processor_model
 
     versions = {f"version_{name}": _version(name) for name in ("rigidpend", *LIBRARIES)}
@@ -56,7 +56,7 @@ def provenance() -> dict[str, str]:
 
 
 def _needed(experiment: str) -> dict[Path, str]:
-    """The package's files that an experiment imports, itself and through others: their code."""
+    """Collect the code of the package's files that an experiment imports, directly or not."""
     found: dict[Path, str] = {}
     waiting = [PACKAGE / "experiments" / experiment / "compute.py"]
     while waiting:
@@ -69,7 +69,7 @@ def _needed(experiment: str) -> dict[Path, str]:
 
 @functools.cache
 def _read(source: bytes) -> tuple[str, frozenset[str]]:
-    """A file's code without comments, docstrings and layout, and the names that it imports."""
+    """Read a file's code without comments, docstrings and layout, and the names that it imports."""
     tree = ast.parse(source)
     names: set[str] = set()
     for node in _running(tree):
@@ -81,7 +81,7 @@ def _read(source: bytes) -> tuple[str, frozenset[str]]:
 
 
 def _running(tree: ast.AST) -> Iterator[ast.AST]:
-    """The nodes of a syntax tree but those for type checkers only, which compute nothing."""
+    """Nodes of a syntax tree but those for type checkers only, which compute nothing."""
     waiting = [tree]
     while waiting:
         node = waiting.pop()
@@ -93,7 +93,7 @@ def _running(tree: ast.AST) -> Iterator[ast.AST]:
 
 
 def _file(module: str) -> Path | None:
-    """The file of a module of this package; None for other packages and for mere names."""
+    """File of a module of this package; None for other packages and for mere names."""
     first, *inner = module.split(".")
     if first != PACKAGE.name or not inner:
         return None
@@ -103,7 +103,7 @@ def _file(module: str) -> Path | None:
 
 
 def _code(node: Any) -> str:
-    """A syntax tree as text. What is absent is left out, so that Pythons agree.
+    """Text of a syntax tree, absent fields left out, so that versions of Python agree.
 
     `ast.dump` and `ast.unparse` change from one version of Python to the next, also by fields
     that are new and empty.
@@ -118,7 +118,7 @@ def _code(node: Any) -> str:
 
 
 def _is_text(node: Any) -> bool:
-    """Whether a statement is a mere text: a docstring, of a module, a function, a name."""
+    """True if a statement is a mere text: a docstring of a module, a function or a name."""
     return (
         isinstance(node, ast.Expr)
         and isinstance(node.value, ast.Constant)
@@ -138,7 +138,7 @@ def _version(library: str) -> str:
 
 
 def _commit() -> str:
-    """The commit of the checkout that the code runs from, with + where it was changed."""
+    """Commit of the checkout that the code runs from, with + where it was changed."""
     try:
         found = subprocess.run(
             ["git", "-C", str(PACKAGE), "describe", "--always", "--dirty=+", "--abbrev=12"],

@@ -1,4 +1,4 @@
-"""From configs to result files: what is up to date is left alone, with the reason said."""
+"""Runner: from configs to result files; what is up to date is left alone."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Plan:
-    """A config, the file that holds its result, and why it is to be run, if it is."""
+    """Plan of a run: a config, the file of its result, and the reason to compute it, if any."""
 
     config: Config
     engine: str
     target: Path
     fingerprint: dict[str, str]
-    """What the result depends on: hashes of config and code, and the engine."""
+    """Hashes of config and code, and the engine: all on which the result depends."""
     reason: str
-    """Why it must be computed; empty where the file is up to date."""
+    """Reason to compute the result; empty where the file is up to date."""
 
 
 REASONS = {
@@ -65,7 +65,7 @@ def plan(config: Config, folder: Path, *, force: bool = False) -> Plan:
 
 
 def follow(planned: Plan, *, jobs: int, say: Callable[[str], None]) -> None:
-    """Run a planned experiment and say how it goes, each line beginning with its name.
+    """Run a planned experiment and report its progress, each line beginning with its name.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def run(
 
 
 def _arithmetic(planned: Plan) -> Arithmetic:
-    """The arithmetic that a planned experiment is computed with, resolved once."""
+    """Arithmetic of a planned experiment, resolved once."""
     from rigidpend.integrate.arithmetic import CLOSED_FORM, resolve
 
     if not planned.engine:
@@ -147,13 +147,13 @@ def _arithmetic(planned: Plan) -> Arithmetic:
 
 
 def _stored(arithmetic: Arithmetic, config: Config) -> dict[str, Any]:
-    """The part of the arithmetic that a config can choose, as root attributes."""
+    """Part of the arithmetic that a config can choose, as root attributes."""
     chosen = set(config.content.numerics_asked) - {"engine"}
     return {name: value for name, value in arithmetic._asdict().items() if name in chosen}
 
 
 def _engine(config: Config) -> str:
-    """The engine that a config is computed with; empty for closed forms."""
+    """Engine that a config is computed with; empty for closed forms."""
     from rigidpend.integrate.engines import check_engine, default_engine
 
     asked = config.content.numerics_asked
@@ -161,7 +161,7 @@ def _engine(config: Config) -> str:
 
 
 def _reason(target: Path, fingerprint: dict[str, str]) -> str:
-    """Why a target must be computed; empty where it is up to date.
+    """Reason to compute a target; empty where it is up to date.
 
     Raises
     ------

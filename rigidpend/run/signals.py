@@ -1,4 +1,4 @@
-"""Ends from outside: SIGTERM unwinds as Ctrl-C does, so that nothing is left half done."""
+"""Signal handling (SIGTERM, SIGINT): both unwind the program, so that nothing is left half done."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ TERMINATED = 128 + signal.SIGTERM
 
 
 class Terminated(SystemExit):
-    """The process was asked to end; its exit code is 143."""
+    """Exit on SIGTERM, with exit code 143."""
 
 
 @contextmanager
 def termination() -> Iterator[None]:
-    """Within, SIGTERM raises `Terminated`, unless the program has a handler of its own."""
+    """Raise `Terminated` on SIGTERM within, unless the program has a handler of its own."""
     ours = threading.current_thread() is threading.main_thread()
     if not ours or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
         yield
@@ -31,7 +31,7 @@ def termination() -> Iterator[None]:
 
 @contextmanager
 def held() -> Iterator[None]:
-    """Ctrl-C and SIGTERM wait for the end: a library in C takes them for a failure of its own."""
+    """Hold Ctrl-C and SIGTERM until the end: a library in C takes them for a failure of its own."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -51,7 +51,7 @@ def held() -> Iterator[None]:
 
 @contextmanager
 def interruption_kept_from_children() -> Iterator[None]:
-    """Processes started within never see Ctrl-C: it is for their parent, which ends them."""
+    """Hide Ctrl-C from processes started within: it is for their parent, which ends them."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return

@@ -1,4 +1,4 @@
-"""Work side by side: threads where the work releases the interpreter, processes where not."""
+"""Parallel workers: threads where the work releases the interpreter, processes where not."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ Result = TypeVar("Result")
 
 
 class WorkerError(RuntimeError):
-    """A worker process ended before its work was done."""
+    """Error: a worker process ended before its work was done."""
 
 
 def cores() -> int:
-    """How many processors this process may use."""
+    """Number of processors that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def spread(array: Any, parts: int, axis: int) -> list[Any]:
-    """The array in at most `parts` successive pieces of nearly equal length, none empty."""
+    """Split an array into at most `parts` successive pieces of nearly equal length, none empty."""
     pieces = max(1, min(parts, array.shape[axis]))
     return list(np.array_split(array, pieces, axis=axis))
 
@@ -40,7 +40,7 @@ def side_by_side(
     parts: Sequence[Any],
     jobs: int,
 ) -> list[Result]:
-    """``work(part, *arguments)`` for each part, results in the order of the parts.
+    """Compute ``work(part, *arguments)`` for each part, results in the order of the parts.
 
     Parameters
     ----------

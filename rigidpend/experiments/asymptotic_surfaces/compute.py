@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
 
 ROUNDING = 1e-14
-"""By how much numbers of closed form may differ, relative."""
+"""Allowed relative difference of numbers of closed form."""
 DRIFT = 1e-12
-"""By how much theta1 and J1/J2 may differ where orbits neither approach nor leave."""
+"""Allowed difference of theta1 (radians) and J1/J2 where orbits neither approach nor leave."""
 
 ANGLES = {
     "alpha0": ("rad", "alpha0 of each body, in the order of the bodies"),
@@ -73,7 +73,7 @@ def compute(config: Config, means: Means) -> Tree:
 
 
 def _body(config: Config, checked: RouteProblem, means: Means) -> Tree:
-    """The window and the two surfaces of a body."""
+    """Compute the window and the two surfaces of a body."""
     theta2_0 = Phases(config.problem.theta2_0.phases).high
     window = _window(checked, float(config.problem.half_width))
     angles, half_width = checked.body.angles(), window["window"][1] - window["centre"]
@@ -84,7 +84,7 @@ def _body(config: Config, checked: RouteProblem, means: Means) -> Tree:
 
 
 def describe(config: Config) -> list[Row]:
-    """What a config asks for, with Table 1: for people, units named."""
+    """Describe a config in rows, with Table 1, units named."""
     problem, problems = config.problem, _problems(config.problem)
     grid = problem.theta2_0
     return [
@@ -99,7 +99,7 @@ def describe(config: Config) -> list[Row]:
 
 
 def differences(stored: Data, fresh: Data) -> list[Difference]:
-    """Where two results of the same config disagree by more than their arithmetic explains.
+    """Find where two results of a config disagree by more than their arithmetic explains.
 
     Curves are compared at the times that both hold: which samples are kept may hang on the
     last digit. By eq. (dtheta) an error of theta1 grows as J2^2/(J1 (J2 - J1)).
@@ -129,7 +129,7 @@ def _body_differences(stored: Data, fresh: Data) -> list[Difference]:
 
 
 def _rounded(stored: Data, fresh: Data, group: str, fields: Any) -> list[Difference]:
-    """Numbers of closed form, up to their rounding."""
+    """Compare numbers of closed form, up to their rounding."""
     if group:
         return compare.inside(group, _rounded(stored[group], fresh[group], "", fields))
     found = compare.keys(stored, fresh)
@@ -161,7 +161,7 @@ def _curves_apart(stored: Data, fresh: Data) -> list[Difference]:
 
 
 def _shared(a: SurfaceCurves, b: SurfaceCurves) -> tuple[Any, Any]:
-    """The points of two results that belong to the same orbit and time."""
+    """Find the points of two results that belong to the same orbit and time."""
     first, second = (
         np.repeat(np.arange(c.offsets.size - 1), np.diff(c.offsets)) * 2**32 + c.sample
         for c in (a, b)

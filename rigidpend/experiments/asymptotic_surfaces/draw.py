@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from rigidpend.render.palette import BLUE, RED, WIDTH
 
 COLUMN, ROW = 0.87, 2.35
-"""Inches: the width of a page, the largest width of a panel, the height of one."""
+"""Largest width and the height of a panel, inches."""
 LEFT, RIGHT, BELOW, ABOVE, BETWEEN, APART = 0.62, 0.1, 0.72, 0.42, 0.08, 0.13
-"""Inches around the panels, between columns and between rows."""
+"""Margins around the panels, between columns and between rows, inches."""
 COLOURS = {"S2_plus": BLUE, "S1_minus": RED}
 NAMES = {"S2_plus": "$S_2^{+}$", "S1_minus": "$S_1^{-}$"}
 THIN = 0.28
-"""Points, the width of an orbit."""
+"""Line width of an orbit, points."""
 
 
 def draw(result: Any) -> Figure:
@@ -77,7 +77,7 @@ def _ends(window: NDArray[np.float64]) -> tuple[float, float]:
 
 
 def _place(body: Any) -> str:
-    """What the ticks of a column are measured from, and in."""
+    """Origin and unit of the ticks of a column."""
     return (
         rf"$\theta_1 - {body['centre']:.4f}$ rad"
         "\n"

@@ -1,4 +1,4 @@
-"""Table 1 beside the angles computed, and how wide each surface is born."""
+"""Table 1 beside the angles computed, and the initial width of each surface."""
 
 from __future__ import annotations
 
@@ -32,6 +32,6 @@ def tables(result: Any) -> list[Table]:
 
 
 def _pair(name: str, table: Any, k: int) -> tuple[str, str]:
-    """What is printed, where the paper has the body, and what is computed."""
+    """Printed value, where the paper has the body, beside the computed one."""
     printed = PRINTED[name][k] if len(table[name]) == len(PRINTED[name]) else ""
     return printed, f"{table[name][k]:.7f}"

@@ -52,9 +52,9 @@ class Problem(Part):
     J1_0: Number
     """Initial action, dimensionless, 0 < J1_0 < J2_0/2."""
     theta2_0: Annotated[PhaseGrid, AfterValidator(_few)]
-    """Initial phases."""
+    """Initial phases theta2_0."""
     half_width: Annotated[Number, AfterValidator(_wide)]
-    """Of the window around alpha0 + beta0, in Delta_1."""
+    """Half width of the window around alpha0 + beta0, in Delta_1."""
 
     @model_validator(mode="after")
     def _physics(self) -> Problem:
@@ -67,7 +67,7 @@ class Problem(Part):
 
 
 class Config(ExperimentConfig):
-    """A whole config."""
+    """A whole config of this experiment."""
 
     experiment: Literal["asymptotic_surfaces"]
     problem: Problem

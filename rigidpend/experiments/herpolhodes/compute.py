@@ -45,8 +45,10 @@ OF_ROUTE = {
     "wound": ("1", "first and last sample between the first vertex and that of n_wound"),
 }
 GROWTH = 10.0
-"""By how much more two orbits may be apart at each crossing. Between builds and engines they
-were, in t', up to 6e-15 and 4e-10 at the first two crossings and 1e-6 at the sixth."""
+"""Allowed growth of the distance of two orbits from one crossing to the next.
+
+Between builds and engines they were, in t', up to 6e-15 and 4e-10 apart at the first two
+crossings and 1e-6 at the sixth."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -126,13 +128,13 @@ def _group(config: Config, routes: RouteCodes, orbit: RouteOrbit) -> Tree:
 
 
 def _wound(count: int, routes: RouteCodes, height: Array, t: Array) -> NDArray[np.int64]:
-    """The first sample, and the one closest to the vertex behind `count` separatrices."""
+    """Find the first sample, and the one closest to the vertex behind `count` separatrices."""
     before, after = np.searchsorted(t, routes.crossing_time[count - 1 : count + 1, 0])
     return np.array([0, before + np.argmax(np.abs(height[before:after] - 0.5))])
 
 
 def describe(config: Config) -> list[Row]:
-    """What a config asks for, with what follows from it: for people, units named."""
+    """Describe a config in rows, with what follows from it, units named."""
     problem = config.problem
     gained = increments(problem.body.angles(), float(problem.h0))
     return [
@@ -153,7 +155,7 @@ def describe(config: Config) -> list[Row]:
 
 
 def differences(stored: Data, fresh: Data) -> list[Difference]:
-    """Where two results of the same config disagree by more than their arithmetic explains.
+    """Find where two results of a config disagree by more than their arithmetic explains.
 
     Routes must be the same. Samples may differ by what they change in the time by which two
     orbits may be apart: little at first, and more behind each passage.
@@ -184,7 +186,7 @@ def _case_differences(stored: Data, fresh: Data) -> list[Difference]:
 
 
 def _allowed(stored: Data) -> dict[str, Any]:
-    """By how much each field may differ; `bits` hangs on the last bit and is not compared."""
+    """Allowed difference of each field; `bits` hangs on the last bit and is not compared."""
     t, crossings = stored["t"], stored["crossing_time"]
     apart = crossing_tolerance(crossings.size + 1, GROWTH)[:, 0]
     of_sample, of_crossing = apart[np.searchsorted(crossings, t)], apart[:-1]

@@ -12,10 +12,10 @@ from matplotlib.lines import Line2D
 from rigidpend.render.palette import BLUE, GREEN, PINK, RED, WIDTH
 
 ROW = 2.75
-"""Inches: the height of a case."""
+"""Height of a case, inches."""
 COLOUR = {1: GREEN, 2: BLUE, 3: PINK, 4: RED}
 STYLE: dict[int, Any] = {1: (0, (4, 1)), 2: "-", 3: (0, (4, 1, 1, 1)), 4: (0, (1.5, 0.8))}
-"""Of the separatrices."""
+"""Line style of each separatrix."""
 PLATEAU, PRECESSION = "black", "0.55"
 
 
@@ -44,7 +44,7 @@ def draw(result: Any) -> Figure:
 
 
 def _bounds(case: Any) -> Any:
-    """Where the route goes from one separatrix to the next: halfway between crossings."""
+    """Times at which the route goes from one separatrix to the next: halfway between crossings."""
     crossing, t = case["crossing_time"], case["t"]
     return np.concatenate((t[:1], (crossing[:-1] + crossing[1:]) / 2, t[-1:]))
 
@@ -67,7 +67,7 @@ def _draw_angle(axes: Axes, case: Any) -> None:
 
 
 def _number(axes: Axes, case: Any) -> None:
-    """The separatrices along t, at the crossings of J1 = J2/2."""
+    """Number the separatrices along t, at the crossings of J1 = J2/2."""
     for i, time in zip(case["separatrix"], case["crossing_time"], strict=True):
         axes.axvline(time, color="0.85", lw=0.6, zorder=0)
         axes.annotate(
@@ -126,7 +126,7 @@ def _ends(axes: Axes, case: Any) -> None:
 
 
 def _arrows(axes: Axes, x: Any, y: Any, colour: str) -> None:
-    """Arrow heads in the direction of time, where the curve is wide."""
+    """Draw arrow heads in the direction of time, where the curve is wide."""
     length = np.hypot(np.diff(x), np.diff(y))
     far = np.flatnonzero(length > 0.5 * length.max())
     for k in far[len(far) // 8 :: max(1, len(far) // 4)]:

@@ -12,13 +12,13 @@ ROUTES = {
     1.02: "2-2*-1*-1-4-4*-3*-3-4-4*-1*-1",
     1.83: "2-2*-3*-3-4-4*-1*-1-2-2*-1*-1",
 }
-"""The routes that the paper prints, by theta2_0."""
+"""Routes that the paper prints, by theta2_0."""
 INCREMENT = "0.057715"
-"""What the paper prints for theta3's gain along separatrices 1 and 2."""
+"""Increment of theta3 along separatrices 1 and 2, as the paper prints it."""
 
 
 def tables(result: Any) -> list[Table]:
-    """Routes and plateaus, from a loaded result."""
+    """Tables of routes and plateaus, from a loaded result."""
     cases = result["data"].values()
     return [
         Table(

@@ -11,7 +11,7 @@ from rigidpend.config.schema import ExperimentConfig, Number, Numerics, Part, Wh
 
 
 class HerpolhodeCase(Part):
-    """An orbit."""
+    """An orbit of the figure."""
 
     theta2_0: Number
     """Initial phase in radians."""
@@ -21,9 +21,9 @@ class Problem(RouteStart):
     """Named orbits with theta3_0 = 0."""
 
     n_symbols: Annotated[Whole, Field(ge=1, le=50)] = 5
-    """Turns from a separatrix to the next on each route, at most 50."""
+    """Number of symbols: turns from a separatrix to the next on each route, at most 50."""
     n_wound: Annotated[Whole, Field(ge=1)] = 3
-    """Separatrices that the curve (omega_zeta, omega_xi) runs along, n_symbols at most."""
+    """Number of separatrices along the curve (omega_zeta, omega_xi), n_symbols at most."""
     cases: Annotated[dict[Word, HerpolhodeCase], Field(min_length=1, max_length=4)]
     """Named orbits."""
 
@@ -39,14 +39,14 @@ class Problem(RouteStart):
 
 
 class HerpolhodeNumerics(Numerics):
-    """How well it is computed, and how densely sampled."""
+    """Numerics with the density of the samples."""
 
     points: Annotated[Whole, Field(ge=8, le=1000)] = 60
-    """Samples in a rotation of the pendulum."""
+    """Number of samples in a rotation of the pendulum."""
 
 
 class Config(ExperimentConfig):
-    """A whole config."""
+    """A whole config of this experiment."""
 
     experiment: Literal["herpolhodes"]
     problem: Problem

@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 
 
 ROUNDING = 1e-14
-"""By how much values may differ: a few roundings of numbers of up to 4 pi."""
+"""Allowed difference of values: a few roundings of numbers of up to 4 pi."""
 FIRST = 2
-"""The separatrix of the start; the rectangles on its two sides are called left and right."""
+"""Separatrix of the start; the rectangles on its two sides are called left and right."""
 
 
 class Edge(NamedTuple):
-    """An edge as it is drawn: within one window of 4 pi."""
+    """An edge of the graph as it is drawn: within one window of 4 pi."""
 
     start: str
     end: str
@@ -34,11 +34,11 @@ class Edge(NamedTuple):
     J1: tuple[float, float]
     symbol: int
     again: bool
-    """Whether it repeats another edge, 4 pi further."""
+    """True if the edge repeats another one, 4 pi further."""
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """The graph of a config's body: vertices, edges and the two rectangles.
+    """Compute the graph of a config's body: vertices, edges and the two rectangles.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def compute(config: Config, means: Means) -> Tree:
 
 
 def describe(config: Config) -> list[Row]:
-    """What a config asks for, with what follows from it: for people, units named."""
+    """Describe a config in rows, with what follows from it, units named."""
     body = config.problem.body
     places = zip(SEPARATRICES, separatrix_theta1(body.alpha0, body.beta0), strict=True)
     return [
@@ -72,22 +72,22 @@ def describe(config: Config) -> list[Row]:
 
 
 def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
-    """Where two results differ by more than the rounding of closed forms."""
+    """Find where two results differ by more than the rounding of closed forms."""
     return compare.differences(stored, fresh, ROUNDING)
 
 
 def rises(number: int) -> bool:
-    """Whether J1 rises from 0 to J2 along a separatrix: see (sol_1)-(sol_22)."""
+    """True if J1 rises from 0 to J2 along a separatrix: see (sol_1)-(sol_22)."""
     return number % 2 == 0
 
 
 def vertex(number: int, J1: float) -> str:
-    """A vertex's label: starred on J1 = J2."""
+    """Label of a vertex: starred on J1 = J2."""
     return f"{number}*" if J1 else f"{number}"
 
 
 def separatrix_edges(theta1: NDArray[np.float64]) -> list[Edge]:
-    """The vertical edges in the flow's sense, the first once more at the window's end."""
+    """Vertical edges in the flow's sense, the first once more at the window's end."""
     edges = []
     for number, x, again in [
         *((number, x, False) for number, x in zip(SEPARATRICES, theta1, strict=True)),
@@ -100,7 +100,7 @@ def separatrix_edges(theta1: NDArray[np.float64]) -> list[Edge]:
 
 
 def turn_edge(turn: Turn, theta1: NDArray[np.float64]) -> Edge:
-    """The horizontal edge of a turn, to smaller theta1 for symbol 0, to larger for 1."""
+    """Horizontal edge of a turn, to smaller theta1 for symbol 0, to larger for 1."""
     J1 = 1.0 if rises(turn.arriving) else 0.0
     begin, end = float(theta1[turn.arriving - 1]), float(theta1[turn.leaving - 1])
     if (end > begin) != bool(turn.symbol):
@@ -137,7 +137,7 @@ def _edges(edges: list[Edge]) -> Tree:
 
 
 def _rectangles(edges: list[Edge]) -> Tree:
-    """The rectangles on both sides of the first separatrix."""
+    """Rectangles on both sides of the first separatrix."""
     sides = sorted((e for e in edges if e.start == vertex(FIRST, 1.0)), key=lambda e: e.symbol)
     bounds = np.array([sorted(edge.theta1) for edge in sides]).T
     return {

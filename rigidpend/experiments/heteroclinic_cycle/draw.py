@@ -12,13 +12,13 @@ from rigidpend.render import separatrix_ticks
 from rigidpend.render.palette import BLUE, RED, WIDTH
 
 HEIGHT = 3.4
-"""Inches."""
+"""Height of the figure, inches."""
 PANEL = (0.085, 0.33, 0.845, 0.57)
-"""Left, bottom, width and height of the panel in parts of the figure."""
+"""Left, bottom, width and height of the panel, in parts of the figure."""
 
 
 class EdgeLook(NamedTuple):
-    """How the edges of a symbol are drawn."""
+    """Look of the edges of a symbol."""
 
     colour: str
     style: Any
@@ -31,7 +31,7 @@ LOOKS = {
     1: EdgeLook(RED, (0, (4, 1.5)), "turn to the right, symbol 1"),
 }
 NARROW = 1.8
-"""Rectangles of less width, in radians, bear their name upright."""
+"""Width, in radians, below which a rectangle bears its name upright."""
 SHADES = {"left": "#D6E9F5", "right": "#FBE3D2"}
 
 
@@ -82,7 +82,7 @@ def _draw_edges(axes: Axes, edges: Any) -> None:
 
 
 def _write_symbol(axes: Axes, path: Any, symbol: int, *, upper: bool) -> None:
-    """The symbol outside the graph, at the middle of its arrow."""
+    """Write a symbol outside the graph, at the middle of its arrow."""
     place: dict[str, Any] = {
         "xytext": (0, 6 if upper else -6),
         "textcoords": "offset points",

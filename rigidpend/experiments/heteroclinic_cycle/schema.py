@@ -9,11 +9,11 @@ from rigidpend.config.schema import ExperimentConfig
 
 
 class Problem(FreeBody):
-    """The body whose separatrices are the vertical edges; without weight they are straight."""
+    """Body whose separatrices are the vertical edges; without weight they are straight."""
 
 
 class Config(ExperimentConfig):
-    """A whole config."""
+    """A whole config of this experiment."""
 
     experiment: Literal["heteroclinic_cycle"]
     problem: Problem

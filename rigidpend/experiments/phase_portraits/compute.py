@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 
 ROUNDING = 1e-14
-"""By how much values may differ: a few roundings of numbers of up to 4 pi."""
+"""Allowed difference of values: a few roundings of numbers of up to 4 pi."""
 AXIS = 1.4
-"""How far the axes are drawn, in units of |M|."""
+"""Length of the axes as drawn, in units of |M|."""
 
 MEANING = {
     "points": ("|M|", "M1, M2, M3 along the curves, one after the other, in the flow's sense"),
@@ -83,7 +83,7 @@ def compute(config: Config, means: Means) -> Tree:
 
 
 def describe(config: Config) -> list[Row]:
-    """What a config asks for, with what follows from it: for people, units named."""
+    """Describe a config in rows, with what follows from it, units named."""
     problem = config.problem
     heights = ", ".join(map(str, problem.heights))
     places = free_body.separatrix_theta1(problem.body.alpha0, problem.body.beta0)
@@ -98,7 +98,7 @@ def describe(config: Config) -> list[Row]:
 
 
 def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
-    """Where two results differ by more than the rounding of closed forms."""
+    """Find where two results differ by more than the rounding of closed forms."""
     return compare.differences(_without_limb(stored), _without_limb(fresh), ROUNDING)
 
 
@@ -111,7 +111,7 @@ def view_axes(view: Any) -> NDArray[np.float64]:
 
 
 def _without_limb(data: Any) -> Any:
-    """The data with points on the outline taken as visible: rounding decides there."""
+    """Take points on the outline as visible: rounding decides there."""
     return {name: _settled(group) for name, group in data.items()}
 
 
@@ -129,7 +129,7 @@ def _orbits(problem: Problem) -> PortraitCurves:
 
 
 def _centres(body: Body) -> PortraitCurves:
-    """The rotations about the axes of M2 and M1, as curves of one point."""
+    """Rotations about the axes of M2 and M1, as curves of one point."""
     points = [side * np.eye(3)[:, [axis]] for axis in (1, 0) for side in (1, -1)]
     return _curves(body, points)
 
@@ -141,7 +141,7 @@ def _curves(body: Body, M: list[NDArray[np.float64]]) -> PortraitCurves:
 
 
 def _separatrices(body: Body, n: int) -> PortraitCurves:
-    """The separatrices from pole to pole; theta1 is not defined there, but its limit is."""
+    """Separatrices from pole to pole; theta1 is not defined there, but its limit is."""
     phi = np.linspace(-TURN / 4, TURN / 4, n)
     M = [free_body.separatrix(body.alpha0, number, phi) for number in free_body.SEPARATRICES]
     places = free_body.separatrix_theta1(body.alpha0, body.beta0)
@@ -172,7 +172,7 @@ def _group(curves: PortraitCurves, body: Body, axes: NDArray[np.float64]) -> dic
 
 
 def _arrows(offsets: Any) -> Any:
-    """A quarter and three quarters along each curve that has so many points."""
+    """Indices of the arrows: a quarter and three quarters along each curve."""
     sizes = np.diff(offsets)
     starts = offsets[:-1][sizes > 4]
     return np.ravel([starts + part * sizes[sizes > 4] // 4 for part in (1, 3)])

@@ -1,4 +1,4 @@
-"""The curves of Fig. 1 as they are in the file, each with its look."""
+"""Curves of Fig. 1 as the file holds them, each with its look."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from rigidpend.render.palette import BLUE, GREEN, PINK, RED
 
 
 class CurveLook(NamedTuple):
-    """How a kind of curve is drawn."""
+    """Look of a kind of curve."""
 
     colour: str
     pale: str
@@ -26,7 +26,7 @@ RISING = CurveLook(BLUE, "#A3CBE3", 2.2, "-", "separatrices 2, 4 (up)")
 FALLING = CurveLook(RED, "#F1C09C", 1.8, (0, (4, 1)), "separatrices 1, 3 (down)")
 
 FLAT = ("projected", "visible", "theta1", "J1")
-"""The fields with a value at each point."""
+"""Fields with a value at each point."""
 
 
 class Curve(NamedTuple):
@@ -43,7 +43,7 @@ class Curve(NamedTuple):
 
 
 def _curves(group: Any, names: list[str], looks: list[CurveLook]) -> list[Curve]:
-    """The curves of a group, cut from its flat arrays."""
+    """Cut the curves of a group from its flat arrays."""
     found = []
     for (a, b), name, look in zip(pairwise(group["offsets"]), names, looks, strict=True):
         flat = {field: group[field][..., a:b] for field in FLAT}
@@ -53,7 +53,7 @@ def _curves(group: Any, names: list[str], looks: list[CurveLook]) -> list[Curve]
 
 
 def all_curves(data: Any) -> list[Curve]:
-    """Every orbit, then the separatrices, which lie above."""
+    """List every orbit, then the separatrices, which lie above."""
     axes, numbers = data["orbits"]["around"], data["separatrices"]["number"]
     looks = [separatrix_look(int(i)) for i in numbers]
     return [
@@ -63,5 +63,5 @@ def all_curves(data: Any) -> list[Curve]:
 
 
 def separatrix_look(number: int) -> CurveLook:
-    """The look of a separatrix; equal on a circle."""
+    """Look of a separatrix; equal on a circle."""
     return RISING if number % 2 == 0 else FALLING

@@ -21,9 +21,9 @@ from rigidpend.render import separatrix_ticks
 from rigidpend.render.palette import WIDTH
 
 HEIGHT = 3.3
-"""Inches."""
+"""Height of the figure, inches."""
 SPHERE, PLANE = (0.02, 0.10, 0.43, 0.86), (0.515, 0.305, 0.432, 0.565)
-"""Left, bottom, width and height of the panels in parts of the figure."""
+"""Left, bottom, width and height of the panels, in parts of the figure."""
 
 
 def draw(result: Any) -> Figure:
@@ -76,7 +76,7 @@ def _draw_sphere(axes: Axes, data: Any) -> None:
 
 
 def _name_separatrix(axes: Axes, curve: Curve) -> None:
-    """The number at the middle of a separatrix, pale where that is hidden."""
+    """Write the number at the middle of a separatrix, pale where that is hidden."""
     middle = len(curve.visible) // 2
     seen, (x, y, _) = curve.visible[middle], curve.projected[:, middle]
     axes.text(
@@ -100,7 +100,7 @@ def _draw_centres(axes: Axes, centres: Any) -> None:
 
 
 def _draw_axes(axes: Axes, sphere: Any) -> None:
-    """The axes outside the sphere; those away from the viewer lie behind it."""
+    """Draw the axes outside the sphere; those away from the viewer lie behind it."""
     for i in range(3):
         foot, tip = sphere["axis_feet"][:, i], sphere["axis_tips"][:2, i]
         arrow: dict[str, Any] = {
@@ -138,7 +138,7 @@ def _draw_plane(axes: Axes, data: Any) -> None:
 
 
 def _draw_segment(axes: Axes, theta1: float, curve: Curve, number: str) -> None:
-    """A separatrix at its place, or 4 pi further."""
+    """Draw a separatrix at its place, or 4 pi further."""
     look, x = curve.look, np.full_like(curve.J1, theta1)
     line: dict[str, Any] = {
         "color": look.colour,
@@ -153,7 +153,7 @@ def _draw_segment(axes: Axes, theta1: float, curve: Curve, number: str) -> None:
 
 
 def _draw_arrows(axes: Axes, x: Any, y: Any, indices: Any, look: CurveLook) -> None:
-    """Heads that point from each marked point to the next."""
+    """Draw arrow heads that point from each marked point to the next."""
     for i in indices:
         head: dict[str, Any] = {
             "arrowstyle": "-|>",

@@ -29,12 +29,12 @@ def _elevation(x: Exact) -> Exact:
 
 
 class View(Part):
-    """Where the sphere is seen from; M3 points upwards."""
+    """Direction from which the sphere is seen; M3 points upwards."""
 
     azimuth: Number
-    """Radians, from the axis of M1 towards that of M2."""
+    """Azimuth of the viewer, radians, from the axis of M1 towards that of M2."""
     elevation: Annotated[Number, AfterValidator(_elevation)]
-    """Radians, from the plane of M1 and M2 towards M3."""
+    """Elevation of the viewer, radians, from the plane of M1 and M2 towards M3."""
 
 
 class Problem(FreeBody):
@@ -43,14 +43,14 @@ class Problem(FreeBody):
     heights: Annotated[
         tuple[Annotated[Number, AfterValidator(_height)], ...], Field(min_length=1, max_length=100)
     ]
-    """The largest |M3|/|M| of each orbit, between 0 (centre) and 1 (separatrix)."""
+    """Largest |M3|/|M| of each orbit, between 0 (centre) and 1 (separatrix)."""
     points: Annotated[Whole, Field(ge=9, le=10_000)] = 241
-    """On each orbit and on each separatrix."""
+    """Number of points on each orbit and on each separatrix."""
     view: View
 
 
 class Config(ExperimentConfig):
-    """A whole config."""
+    """A whole config of this experiment."""
 
     experiment: Literal["phase_portraits"]
     problem: Problem

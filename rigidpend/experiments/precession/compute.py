@@ -1,4 +1,4 @@
-"""Experiment `precession`: what theta3 gains along the separatrices, true and by (tri1)."""
+"""Experiment `precession`: increments of theta3 along the separatrices, true and by (tri1)."""
 
 from __future__ import annotations
 
@@ -25,12 +25,13 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 SMALL = 1e-2
-"""Slopes are fitted where mu/h0 is at most this."""
+"""Largest mu/h0 at which slopes are fitted."""
 ROUNDING = 1e-13
-"""By how much an increment may be uncertain, relative to the largest of its body: the
-integration's rounding, some hundred steps of it."""
+"""Allowed uncertainty of an increment, relative to the largest of its body.
+
+It is the integration's rounding over some hundred steps."""
 SLOPE = 1e-3
-"""By how much fitted slopes may differ."""
+"""Allowed difference of fitted slopes."""
 
 OF_BODY = {
     "alpha0": ("rad", "(bodies,): angle of each body"),
@@ -53,7 +54,7 @@ OF_BODY = {
     "mean_slope": ("1", "(bodies, separatrices): of mean_remainder in mu, as well"),
     "ordered": ("1", "(bodies, mu): whether the means of the two orbits are in that order"),
 }
-"""What is told of the bodies; separatrices are 1, 2, 3, 4."""
+"""Fields of all bodies, with unit and meaning; separatrices are 1, 2, 3, 4."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -87,7 +88,7 @@ def compute(config: Config, means: Means) -> Tree:
 
 
 def _body(config: Config, name: str, means: Means) -> Tree:
-    """What is told of one body."""
+    """Compute the fields of one body."""
     problem = config.problem
     bodies = [problem.bodies[name].heavy(mu) for mu in problem.mu]
     found = [heteroclinic.increments(body, problem.h0, means.arithmetic) for body in bodies]
@@ -124,13 +125,13 @@ def _told(bodies: list[Body], h0: float, found: list[heteroclinic.Increments]) -
 
 
 def _unit(body: Body, h0: float) -> float:
-    """The increment of (tri1) where its sine is one."""
+    """Increment of (tri1) where its sine is one."""
     p = body.angles()
     return float(increments(p._replace(beta0=np.pi - p.alpha0), h0)[1])
 
 
 def in_order(gained: Array, groups: Iterable[Iterable[int]], error: float) -> bool:
-    """Whether the increments of 1, 2, 3, 4 stand in the order of a regime.
+    """True if the increments of 1, 2, 3, 4 stand in the order of a regime.
 
     Parameters
     ----------
@@ -148,7 +149,7 @@ def in_order(gained: Array, groups: Iterable[Iterable[int]], error: float) -> bo
 
 
 def _slopes(mu_over_h0: Array, remainder: Array, error: Array) -> Array:
-    """Slopes in mu of (n, 4) values, both logarithmic, from those that are well known."""
+    """Fit slopes in mu of (n, 4) values, both logarithmic, to those that are well known."""
     slopes = np.full(remainder.shape[1], np.nan)
     for k, values in enumerate(remainder.T):
         kept = (mu_over_h0 <= SMALL) & (values > 1 / SLOPE * error)
@@ -159,7 +160,7 @@ def _slopes(mu_over_h0: Array, remainder: Array, error: Array) -> Array:
 
 
 def _together(key: str, bodies: Iterable[Tree]) -> Dataset:
-    """A field of all bodies, one after the other."""
+    """Join a field of all bodies, one after the other."""
     values = [getattr(body[key], "values", body[key]) for body in bodies]
     return Dataset(_texts(values) if key == "regime" else np.array(values), *OF_BODY[key])
 
@@ -173,7 +174,7 @@ def _mu_over_h0(problem: Problem) -> Array:
 
 
 def describe(config: Config) -> list[Row]:
-    """What a config asks for, with what follows from it: for people, units named."""
+    """Describe a config in rows, with what follows from it, units named."""
     problem = config.problem
     return [
         *(
@@ -193,7 +194,7 @@ def _body_row(name: str, body: Body, h0: float) -> Row:
 
 
 def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
-    """Where two results of the same config disagree by more than their arithmetic explains.
+    """Find where two results of a config disagree by more than their arithmetic explains.
 
     Increments may differ by what is uncertain of both, and remainders by as much.
 

@@ -1,4 +1,4 @@
-"""What theta3 gains along the separatrices: the orders of (trieq), and what (tri1) leaves out."""
+"""Increments of theta3 along the separatrices: the orders of (trieq), the remainders of (tri1)."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from matplotlib.lines import Line2D
 from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, WIDTH
 
 HEIGHT = 5.4
-"""Inches."""
+"""Height of the figure, inches."""
 SEPARATRICES = ((GREEN, "o"), (BLUE, "s"), (PINK, "D"), (RED, "^"))
-"""Colour and marker of 1, 2, 3, 4."""
+"""Colour and marker of the separatrices 1, 2, 3, 4."""
 BODIES: tuple[tuple[str, Any, str], ...] = (
     (BLUE, "-", "o"),
     (ORANGE, (0, (5, 1)), "s"),
@@ -23,7 +23,7 @@ BODIES: tuple[tuple[str, Any, str], ...] = (
     (PINK, (0, (6, 1, 1, 1, 1, 1)), "v"),
     ("black", "-", "x"),
 )
-"""Colour, line and marker of bodies, in turn."""
+"""Colour, line and marker of the bodies, in turn."""
 
 
 def draw(result: Any) -> Figure:
@@ -58,7 +58,7 @@ def draw(result: Any) -> Figure:
 
 
 def _draw_orders(axes: Axes, data: Any) -> None:
-    """The increments in units of the largest there is: bodies side by side."""
+    """Draw the increments in units of the largest there is: bodies side by side."""
     bodies, drawn = data["bodies"], int(data["drawn"])
     unit = bodies["unit"][:, drawn]
     first = bodies["first_order"][:, drawn] / unit[:, None]
@@ -146,7 +146,7 @@ def _draw_orders(axes: Axes, data: Any) -> None:
 
 
 def _about(bodies: Any, row: int) -> str:
-    """The regime of a body below its column: its angles and the order."""
+    """Write the regime of a body below its column: its angles and the order."""
     order = str(bodies["regime"][row]).replace(" ", "").replace("=", " = ").replace(">", " > ")
     angles = rf"$\alpha_0 = {bodies['alpha0'][row]:.2f}$, $\beta_0 = {bodies['beta0'][row]:.2f}$"
     return f"{bodies['name'][row]})  {order}\n{angles}"
@@ -177,7 +177,7 @@ def _draw_remainder(axes: Axes, data: Any, field: str, separatrix: int) -> None:
 
 
 def _name_zeros(axes: Axes, bodies: Any, separatrix: int) -> None:
-    """Say of bodies without an increment that what is seen is rounding."""
+    """Note at bodies without an increment that what is seen is rounding."""
     gone = ~np.isfinite(bodies["slope"][:, separatrix])
     if gone.any():
         names = ", ".join(bodies["name"][gone])

@@ -1,4 +1,4 @@
-"""The config of `experiment: precession`: what theta3 gains along the separatrices."""
+"""The config of `experiment: precession`: increments of theta3 along the separatrices."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Problem(WeightedBodies):
     """Heteroclinic orbits of all separatrices, each integrated from end to end."""
 
     drawn: Number
-    """The mu at which the increments are shown beside the first order, one of the list."""
+    """Weight mu at which the increments are shown beside the first order, one of the list."""
 
     @model_validator(mode="after")
     def _known(self) -> Self:
@@ -28,7 +28,7 @@ class Problem(WeightedBodies):
 
 
 class Config(ExperimentConfig):
-    """A whole config."""
+    """A whole config of this experiment."""
 
     experiment: Literal["precession"]
     problem: Problem

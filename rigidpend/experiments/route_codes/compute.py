@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 COLUMNS = 10_000
-"""How many columns are computed at a time, and kept if the run is interrupted."""
+"""Number of columns that are computed at a time, and kept if the run is interrupted."""
 
 PHASES = {"theta2_0": ROUNDING, "melnikov_zeros": ROUNDING}
 
@@ -55,7 +55,7 @@ def compute(config: Config, means: Means) -> Tree:
 
 
 def _in_parts(name: str, phases: Grid, config: Config, means: Means) -> RouteCodes:
-    """The routes of all phases; so many at a time that each part takes some seconds at most."""
+    """Compute the routes of all phases in parts of some seconds at most."""
     found = []
     for first in range(0, len(phases), COLUMNS):
         columns = [phases[k] for k in range(first, min(first + COLUMNS, len(phases)))]
@@ -82,7 +82,7 @@ def _part(phases: Sequence[Exact], config: Config, means: Means) -> Tree:
 
 
 def describe(config: Config) -> list[Row]:
-    """What a config asks for, with what follows from it: for people, units named."""
+    """Describe a config in rows, with what follows from it, units named."""
     problem = config.problem
     body, checked = problem.body, problem.routes
     zeros = ", ".join(f"{x:.6f}" for x in melnikov.zeros(checked))
@@ -98,7 +98,7 @@ def describe(config: Config) -> list[Row]:
 
 
 def differences(stored: Data, fresh: Data) -> list[Difference]:
-    """Where two results of the same config disagree by more than their arithmetic explains.
+    """Find where two results of a config disagree by more than their arithmetic explains.
 
     Symbols and separatrices must be the same where both are certain. Which precision decided
     a column hangs on the last bit and is not compared.

@@ -1,4 +1,4 @@
-"""The arrays of Fig. 4: black cells are symbol 0, white ones 1, the bottom row is i = 1."""
+"""Arrays of Fig. 4: black cells are symbol 0, white ones 1, the bottom row is i = 1."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from rigidpend.render.code_arrays import COLOURS, DOUBT, NONE, NORM, ZERO, ZOOM,
 from rigidpend.render.palette import WIDTH
 
 LARGEST = 0.12
-"""The largest side of a cell, inches."""
+"""Largest side of a cell, inches."""
 LOWEST = 0.06
-"""Inches: rows are not drawn lower than this, even where cells are then not square."""
+"""Least height of a row, inches, even where cells are then not square."""
 NARROWEST, ENTRY, ROW = 3.4, 1.4, 0.2
-"""Inches: the least width of a figure, and the room of an entry of its legend."""
+"""Least width of a figure, width and height of an entry of its legend, inches."""
 LEFT, RIGHT, BELOW, ABOVE, BETWEEN = 0.45, 0.12, 0.75, 0.25, 0.55
 
 
@@ -35,7 +35,7 @@ class Array(NamedTuple):
 
     @property
     def edges(self) -> NDArray[np.float64]:
-        """Where the columns end: halfway between phases."""
+        """Edges of the columns: halfway between phases."""
         phases = self.theta2_0
         step = np.diff(phases) if phases.size > 1 else np.array([1.0])
         inner = phases[:-1] + np.diff(phases) / 2
@@ -43,7 +43,7 @@ class Array(NamedTuple):
 
     @property
     def zeros_shown(self) -> list[float]:
-        """The Melnikov zeros within the array's range."""
+        """Melnikov zeros within the array's range."""
         first, last = sorted(self.edges[[0, -1]])
         return [float(x) for x in self.melnikov_zeros if first <= x <= last]
 
@@ -132,14 +132,14 @@ def _mark_zooms(axes: Axes, array: Array, arrays: list[Array]) -> None:
 
 
 def _magnifies(detail: Array, whole: Array) -> bool:
-    """Whether an array lies inside another one and is finer."""
+    """True if an array lies inside another one and is finer."""
     inner, outer = np.sort(detail.edges), np.sort(whole.edges)
     finer = np.ptp(inner) / len(inner) < np.ptp(outer) / len(outer)
     return bool(finer and outer[0] <= inner[0] and inner[-1] <= outer[-1])
 
 
 def _legend_entries(arrays: list[Array]) -> list[Artist]:
-    """What the figure shows, and no more."""
+    """Entries of the legend: those of what the figure shows, and no more."""
     entries: list[Artist] = [*symbol_entries()]
     if any(array.zeros_shown for array in arrays):
         label = "zero of Melnikov's integral"

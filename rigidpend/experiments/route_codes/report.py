@@ -1,4 +1,4 @@
-"""How the symbols of each array were decided, and how they compare with Melnikov's sign."""
+"""Precision that decided the symbols of each array, and their agreement with Melnikov's sign."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rigidpend.report.page import Table
 
 
 def tables(result: Any) -> list[Table]:
-    """Counts by precision and the first symbol against Melnikov's zeros."""
+    """Table of counts by precision, and of the first symbol against Melnikov's zeros."""
     arrays = result["data"].items()
     header = ("array", "columns", "symbols", "certain", "decided in", "Melnikov zeros")
     return [Table("Symbols and what decided them", header, [_row(*pair) for pair in arrays])]

@@ -18,7 +18,7 @@ class Problem(RouteStart):
 
 
 class Config(ExperimentConfig):
-    """A whole config."""
+    """A whole config of this experiment."""
 
     experiment: Literal["route_codes"]
     problem: Problem

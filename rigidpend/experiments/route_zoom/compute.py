@@ -33,7 +33,7 @@ Codes = Callable[..., RouteCodes]
 
 
 class NoChange(ValueError):
-    """The symbol does not change between two phases, or one before it does."""
+    """Error: the symbol does not change between two phases, or one before it does."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -77,7 +77,7 @@ def compute(config: Config, means: Means) -> Tree:
 
 
 def _bracket(codes: Codes, low: Exact, high: Exact, symbol: int, width: float) -> Tree:
-    """The two phases of :func:`bisect`, as texts that say them exactly."""
+    """Keep the two phases of :func:`bisect`, as texts that say them exactly."""
     low, high = bisect(codes, low, high, symbol, width)
     return {
         "low": Dataset(low.text, "rad", "theta2_0 below the change"),
@@ -122,7 +122,7 @@ def bisect(codes: Codes, low: Exact, high: Exact, symbol: int, width: float) -> 
 
 
 def describe(config: Config) -> list[Row]:
-    """What a config asks for, with what follows from it: for people, units named."""
+    """Describe a config in rows, with what follows from it, units named."""
     problem = config.problem
     finest = float(problem.step) / problem.factor ** (problem.levels - 1)
     return [
@@ -137,7 +137,7 @@ def describe(config: Config) -> list[Row]:
 
 
 def differences(stored: Data, fresh: Data) -> list[Difference]:
-    """Where two results of the same config disagree by more than their arithmetic explains.
+    """Find where two results of a config disagree by more than their arithmetic explains.
 
     Beside a doubly asymptotic orbit errors grow as fast as the zoom: crossing times are held
     to what certain symbols allow. What is given, and how it rounds, must be the same.
@@ -159,7 +159,7 @@ def _level_differences(stored: Data, fresh: Data) -> list[Difference]:
 
 
 def _prefixes(codes: Codes, phases: Sequence[Exact], symbol: int) -> list[list[int]]:
-    """The first symbols of each phase, all of them certain."""
+    """Compute the first symbols of each phase, all of them certain."""
     routes = codes(phases, n_symbols=symbol)
     if not routes.certain.all():
         raise NoChange(f"symbol {symbol} is not certain at {phases[0]}: add a higher precision")
@@ -167,7 +167,7 @@ def _prefixes(codes: Codes, phases: Sequence[Exact], symbol: int) -> list[list[i
 
 
 def _plain(x: Exact) -> Exact:
-    """The same number without the history of how it was found."""
+    """Shorten a number's text: the same value without the history of how it was found."""
     return x if x.fraction is None else Exact(str(x.fraction), x.fraction, x._evaluate)
 
 

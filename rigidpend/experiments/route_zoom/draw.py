@@ -14,9 +14,9 @@ from rigidpend.render.code_arrays import COLOURS, DOUBT, NORM, ZOOM, symbol_entr
 from rigidpend.render.palette import WIDTH
 
 ACROSS = 3
-"""Levels side by side."""
+"""Number of levels side by side."""
 HIGH, TOP, BOTTOM, LEFT, GAP = 0.95, 0.3, 1.25, 0.4, 0.42
-"""Inches: height of an array, margins, and the room between rows."""
+"""Height of an array, margins, and the space between rows, inches."""
 
 
 def draw(result: Any) -> Figure:
@@ -52,7 +52,7 @@ def draw(result: Any) -> Figure:
 
 
 def _draw_level(axes: Axes, level: Any, symbol: int) -> None:
-    """One array, columns counted in steps from the centre."""
+    """Draw one array, its columns counted in steps from the centre."""
     step, codes = float(level["step"]), level["codes"]
     columns = level["offset"] / step
     axes.pcolormesh(columns, np.arange(1, len(codes) + 1), codes, cmap=COLOURS, norm=NORM)
@@ -73,7 +73,7 @@ def _power(step: float) -> str:
 
 
 def _explain(figure: Figure, data: Any, high: float) -> None:
-    """Below the arrays: axis, legend, and what repeats and why."""
+    """Write below the arrays: axis, legend, and what repeats and why."""
     label = r"columns: $\theta_2^0$ less that of the centre, in steps"
     figure.text(0.5, (BOTTOM - 0.32) / high, label, ha="center", va="top", fontsize=8)
     said = (

@@ -16,15 +16,15 @@ class Problem(RouteStart):
     between: tuple[Number, Number]
     """Two phases theta2_0, rad, at which the symbol differs and those before it are equal."""
     symbol: Annotated[Whole, Field(ge=1)] = 1
-    """Which symbol changes."""
+    """Number of the symbol that changes."""
     step: Number
     """Spacing of the columns at the first level, rad."""
     factor: Annotated[Whole, Field(ge=2, le=10**6)] = 100
-    """By which each level is finer than the one before."""
+    """Factor by which each level is finer than the one before."""
     levels: Annotated[Whole, Field(ge=1, le=60)]
-    """How many arrays."""
+    """Number of arrays."""
     count: Annotated[Whole, Field(ge=3, le=999)]
-    """Columns of an array."""
+    """Number of columns of an array."""
 
     @model_validator(mode="after")
     def _physics(self) -> Self:
@@ -36,7 +36,7 @@ class Problem(RouteStart):
 
 
 class Config(ExperimentConfig):
-    """A whole config."""
+    """A whole config of this experiment."""
 
     experiment: Literal["route_zoom"]
     problem: Problem

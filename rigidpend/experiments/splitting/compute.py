@@ -31,11 +31,11 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 ROUNDING = 1e-13
-"""By how much numbers of closed form may differ, relative."""
+"""Allowed relative difference of numbers of closed form."""
 MARGIN = 2
-"""Two results may differ by this many times the larger of their errors."""
+"""Allowed difference of two results, in units of the larger of their errors."""
 SMALL = 1e-2
-"""Slopes are fitted where mu/h0 is at most this."""
+"""Largest mu/h0 at which slopes are fitted."""
 GRID = np.linspace(-np.pi, np.pi, 721)
 """Phases among which the largest distances are looked for."""
 
@@ -65,7 +65,7 @@ OF_BODY = {
         " sin 2g, cos 3g, ...; NaN where S1- turns back in g",
     ),
 }
-"""What is told of the bodies."""
+"""Fields of all bodies, with unit and meaning."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -101,7 +101,7 @@ def compute(config: Config, means: Means) -> Tree:
 
 
 def _body(config: Config, name: str, means: Means) -> Tree:
-    """What is told of one body."""
+    """Compute the fields of one body."""
     problem = config.problem
     bodies = [problem.bodies[name].heavy(mu) for mu in problem.mu]
     found = [measure(body, problem.h0, means.arithmetic, means.jobs) for body in bodies]
@@ -133,22 +133,22 @@ def _told(body: Body, found: list[SurfaceSplitting], mu_over_h0: Array) -> dict[
 
 
 def _together(key: str, bodies: Iterable[Tree]) -> Dataset:
-    """A field of all bodies, one after the other."""
+    """Join a field of all bodies, one after the other."""
     return Dataset(np.array([_values(body[key]) for body in bodies]), *OF_BODY[key])
 
 
 def _largest(harmonics: Array) -> Array:
-    """The largest |distance| over all phases, for harmonics (n, k)."""
+    """Largest |distance| over all phases, for harmonics (n, k)."""
     return np.array([np.abs(distance(row, GRID)).max() for row in harmonics])
 
 
 def _decay(nu: Any) -> Any:
-    """nu/sinh(nu), by which Melnikov's amplitude is exponentially small."""
+    """Factor nu/sinh(nu), by which Melnikov's amplitude is exponentially small."""
     return nu / np.sinh(nu)
 
 
 def _slope(mu_over_h0: Array, values: Array) -> float:
-    """The slope of values in mu, both logarithmic, where mu is small; NaN for less than two."""
+    """Fit the slope of values in mu, both logarithmic, where mu is small; NaN for less than two."""
     kept = (mu_over_h0 <= SMALL) & (values > 0)
     if kept.sum() < 2:
         return float("nan")
@@ -197,7 +197,7 @@ def _summary(found: list[SurfaceSplitting]) -> str:
 
 
 def describe(config: Config) -> list[Row]:
-    """What a config asks for, with what follows from it: for people, units named."""
+    """Describe a config in rows, with what follows from it, units named."""
     problem = config.problem
     return [
         *(
@@ -217,7 +217,7 @@ def _body_row(name: str, body: Body, problem: Problem) -> Row:
 
 
 def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
-    """Where two results of the same config disagree by more than their arithmetic explains.
+    """Find where two results of a config disagree by more than their arithmetic explains.
 
     What is resolved may differ by the errors that belong to it, what follows from it as well.
 
@@ -241,7 +241,7 @@ def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
 
 
 def _allowed(stored: Data, fresh: Data) -> dict[str, Any]:
-    """By how much fields may differ; infinite for what is not resolved, or how it was found."""
+    """Allowed difference of fields; infinite for what is not resolved, or how it was found."""
     error = MARGIN * np.maximum(stored["error"], fresh["error"])
     error = np.where(fresh["resolved"], error, np.inf)
     first = np.abs(fresh["excess"][..., 0])

@@ -1,4 +1,4 @@
-"""The splitting of S1- and S2+: how Melnikov's formula holds, and where it ends."""
+"""Figure of the splitting of S1- and S2+: the range and the errors of Melnikov's formula."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from matplotlib.patches import Patch
 from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, WIDTH
 
 HEIGHT = 6.1
-"""Inches."""
+"""Height of the figure, inches."""
 SHOWN = 0.03
-"""Curves are drawn at this mu/h0 and above."""
+"""Least mu/h0 at which curves are drawn."""
 LOOKS: tuple[tuple[str, Any], ...] = (
     (GREEN, (0, (1, 1))),
     (ORANGE, (0, (4, 1, 1, 1))),
@@ -23,12 +23,13 @@ LOOKS: tuple[tuple[str, Any], ...] = (
     (BLUE, "-"),
     (PINK, (0, (6, 1, 1, 1, 1, 1))),
 )
-"""Of the curves, weight by weight."""
+"""Colour and line of the curves, weight by weight."""
 CHOSEN = ((BLUE, "o"), (RED, "s"), (GREEN, "^"))
-"""Of the bodies that stand out: least nu, the drawn one, largest nu."""
+"""Colour and marker of the bodies that stand out: least nu, the drawn one, largest nu."""
 BITS = {53: "#FFFFFF", 64: "#B9DDF1", 113: "#5FB0E0"}
+"""Colour of a cell of the table, by the precision that decided."""
 NONE = "#F2B8A0"
-"""Cells of the table: the precision that decided, or that none did."""
+"""Colour of a cell of the table that no precision decided."""
 
 
 def draw(result: Any) -> Figure:
@@ -52,7 +53,7 @@ def draw(result: Any) -> Figure:
 
 
 def _name(name: str, nu: float) -> str:
-    """A body with its nu; the one of Fig. 4 in words."""
+    """Name a body by its nu; the one of Fig. 4 in words."""
     shown = name.replace("fig", "Fig. ") if name.startswith("fig") else rf"$\it{{{name}}}$"
     return rf"{shown}, $\nu = {nu:.2f}$"
 
@@ -150,7 +151,7 @@ def _draw_error(axes: Axes, data: Any) -> str:
 
 
 def _chosen(data: Any) -> list[int]:
-    """The bodies that stand out: of least nu, the drawn one, of largest nu."""
+    """Choose the bodies that stand out: of least nu, the drawn one, of largest nu."""
     bodies = data["bodies"]
     drawn = list(bodies["name"]).index(data["curve"]["body"])
     return list(dict.fromkeys((int(np.argmin(bodies["nu"])), drawn, int(np.argmax(bodies["nu"])))))

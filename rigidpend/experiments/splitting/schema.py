@@ -14,9 +14,9 @@ class Problem(WeightedBodies):
     """Distances on the section J1 = J2/2, as functions of g = theta1/2 + theta2."""
 
     drawn: Word
-    """The body whose distance is kept at all phases."""
+    """Name of the body whose distance is kept at all phases."""
     phases: Annotated[Whole, Field(ge=9, le=10_000)] = 73
-    """Phases g from -pi to pi, both included."""
+    """Number of phases g from -pi to pi, both included."""
 
     @model_validator(mode="after")
     def _known(self) -> Self:
@@ -30,7 +30,7 @@ class Problem(WeightedBodies):
 
 
 class Config(ExperimentConfig):
-    """A whole config."""
+    """A whole config of this experiment."""
 
     experiment: Literal["splitting"]
     problem: Problem

@@ -1,0 +1,130 @@
+"""The package's own prose: docstrings begin with a phrase that stands alone; names mean one thing."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parents[1] / "rigidpend"
+
+BEGINNINGS = frozenset(
+    ("What", "How", "By", "Which", "Where", "Whether", "Why", "Of", "In", "So", "With")
+)
+"""Words with which no docstring begins: they open half a sentence."""
+
+WIDTH = 100
+"""Characters of a line at most, as in the code."""
+
+NOT_YET: dict[str, str] = {}
+"""Files whose docstrings are still to be written so, each with the reason."""
+
+COMMON = {
+    "Config": "the whole config of an experiment, in the schema of each",
+    "Problem": "the part `problem` of a config, in the schema of each",
+}
+"""Names of classes that are given more than once on purpose, always with one meaning."""
+
+
+class Docstring(NamedTuple):
+    """A docstring, of a module, a class, a function or an attribute."""
+
+    line: int
+    text: str
+
+    @property
+    def first(self) -> str:
+        return self.text.strip().partition("\n")[0]
+
+
+def docstrings(source: str) -> Iterator[Docstring]:
+    """Every docstring of a file: texts that stand alone, wherever they are."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            if isinstance(node.value.value, str):
+                yield Docstring(node.lineno, node.value.value)
+
+
+def complaint(docstring: Docstring) -> str:
+    """The rule that a docstring breaks; empty where it keeps all of them."""
+    word = re.match(r"\W*(\w+)", docstring.first)
+    if word is None:
+        return "it says nothing"
+    if word[1] in BEGINNINGS:
+        return f"it begins with {word[1]}"
+    if not docstring.first.endswith("."):
+        return "its first line is no sentence or phrase that ends with a full stop"
+    if max(map(len, docstring.text.splitlines())) > WIDTH:
+        return f"a line is longer than {WIDTH} characters"
+    return ""
+
+
+def files() -> list[str]:
+    return sorted(str(path.relative_to(PACKAGE)) for path in PACKAGE.rglob("*.py"))
+
+
+@pytest.mark.parametrize("file", [file for file in files() if file not in NOT_YET])
+def test_docstrings_begin_with_a_phrase_that_stands_alone(file: str) -> None:
+    source = (PACKAGE / file).read_text()
+    broken = {d.line: (complaint(d), d.first) for d in docstrings(source) if complaint(d)}
+    assert broken == {}
+
+
+@pytest.mark.parametrize(
+    ("text", "rule"),
+    [
+        ("What a killed run has finished.", "begins with What"),
+        ("\n    By how much x may differ.", "begins with By"),
+        ("`Of` the separatrices.", "begins with Of"),
+        ("Checkpoints: resume an interrupted run", "full stop"),
+        ("Checkpoints: resume a run that was\ninterrupted.", "full stop"),
+        ("Checkpoints.\n\n" + WIDTH * "x" + "x", "longer than 100"),
+        (" ", "says nothing"),
+    ],
+)
+def test_each_rule_can_be_broken(text: str, rule: str) -> None:
+    assert rule in complaint(Docstring(1, text))
+    assert complaint(Docstring(1, "Checkpoints: resume an interrupted run.")) == ""
+
+
+def test_attributes_and_inner_functions_are_read_too() -> None:
+    source = '''
+"""Module."""
+x = 1
+"""Of the module."""
+class A:
+    y: int
+    """Of the class."""
+    def f(self):
+        def g():
+            """Of the function."""
+'''
+    found = [d.text for d in docstrings(source)]
+    assert found == ["Module.", "Of the module.", "Of the class.", "Of the function."]
+
+
+def test_every_file_that_is_left_out_exists() -> None:
+    assert set(NOT_YET) <= set(files())
+
+
+def homes() -> dict[str, list[str]]:
+    """The files in which a class of each name is defined."""
+    found: dict[str, list[str]] = defaultdict(list)
+    for file in files():
+        for node in ast.walk(ast.parse((PACKAGE / file).read_text())):
+            if isinstance(node, ast.ClassDef):
+                found[node.name].append(file)
+    return found
+
+
+def test_no_two_classes_share_a_name() -> None:
+    shared = {name: where for name, where in homes().items() if len(where) > 1}
+    assert {name: where for name, where in shared.items() if name not in COMMON} == {}
+    assert set(COMMON) <= set(shared)
+    for name in COMMON:
+        assert {Path(file).name for file in shared[name]} == {"schema.py"}
