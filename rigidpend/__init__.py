@@ -11,46 +11,81 @@ From a notebook::
     routes = rigidpend.route_codes(body, ["1/10", "2/10"], h0="1.3342", J1_0="1e-8")
     routes.codes, routes.certain
 
-Rooms
------
-exact         numbers taken exactly as written; expressions reads them from texts
-body          the rigid body and its angles
-coordinates   maps between descriptions of a state
+Modules
+-------
+In the order of the subject; each folder's own docstring lists its modules.
+
+The body and its equations:
+
+body          the rigid body, its angles, the conditions on both
+coordinates   maps between the descriptions of a state
 equations     equations of motion and Hamiltonians
-free_body     orbits without weight on the sphere of M, in closed form
-poinsot       the free body in time: ellipsoid, polhode, herpolhode, separatrix
-separatrices  the unperturbed separatrices as motions in time
-pendulum      the pendulum motions, exact
 jacobi        Jacobi's elliptic functions, precise up to k = 1
-riccati       theta1 beside a pendulum motion
-periodic      the periodic orbits to first order in mu
-floquet       the periodic orbits to rounding, with their multipliers
+
+The free body, mu = 0 (Euler case):
+
+free_body     orbits on the sphere of M, in closed form
+poinsot/      the free body in time: ellipsoid, polhode, herpolhode, separatrix
+separatrices  unperturbed separatrices as motions in time
+
+Pendulum motions and periodic orbits:
+
+pendulum      pendulum motions, exact at any mu
+riccati       motions beside a pendulum motion, to first order
+periodic      hyperbolic periodic orbits to first order in mu
+floquet       the same orbits to rounding, with their Floquet multipliers
+
+Asymptotic surfaces and chaos:
+
 variational   orbits beside a separatrix, to first order
 melnikov      Melnikov's integral on the four separatrices, its zeros
-surfaces      the asymptotic surfaces S1- and S2+ as curves
-asymptotic    the surfaces on the section J1 = J2/2: splitting, heteroclinic orbits
+surfaces      asymptotic surfaces S1- and S2+ as curves
+asymptotic/   the surfaces on the section J1 = J2/2: splitting, heteroclinic orbits
+integrate/    integration up to the section: engines `taylor`, `scipy`, arbitrary precision
+routes/       route codes, with the certainty of every symbol
+
+The motion in space:
+
 precession    increments of theta3 along the separatrices, their order
 hodograph     the angular velocity in the fixed space
 herpolhode    an orbit along its route, with its hodograph
-integrate     engines: `taylor`, `scipy`, and integers of any precision
-routes        binary route codes, with their certainty
-config        YAML configs, read and checked; catalogue names them
-experiments   what a config can ask for
-runner        which experiments are run, and why
-workers       threads and processes; signals end them from outside
-tree, store   the data of a result; its HDF5 file
-files         written whole or not at all, sealed; damage tells which are safe to open
-parts         what an interrupted run has finished; locks tell who is at work
-compare       where two results differ; regression compares with references
-progress      how a run goes; logs keep it beside the results
-theory        what the formulas say of a body, as a table
-provenance    versions, commit, machine, and the code behind a result
-render        figures from stored results
-report        one HTML page of all results, beside the paper's numbers
-departures    where the paper slips, and what is computed here
-stress        trials at the limits, each with a stated bound
-benchmark     speed and error beside other methods
-cli           the command line
+
+The runner:
+
+numbers/      numbers taken exactly as written
+config/       YAML configs, read and checked with the place of every value
+experiments/  one folder each: schema, computation, drawing, report
+run/          plans, workers, progress, logs, checkpoints, provenance
+results/      HDF5 files of results, their safety and comparison
+render/       figures from stored results
+report/       one HTML page of all results, beside the paper's numbers
+description   rows of name, value and meaning
+theory        the theory's values for a body, as such rows
+departures    departures from the paper
+measure/      benchmark beside other methods, and stress trials
+cli/          the command line
+
+Words
+-----
+The paper's words, or this package's, beside those of dynamical systems.
+
+========================= =========================================================
+here                      in the field
+========================= =========================================================
+asymptotic surface        stable or unstable manifold of a periodic orbit: S1- is
+                          unstable, of the lower orbit; S2+ is stable, of the upper
+J1 = J2/2, M3 = 0         Poincare section
+passage                   one step of the return map, from crossing to crossing
+route                     order in which an orbit follows separatrices
+route code                itinerary, symbol sequence: 0 left, 1 right
+certain symbol            symbol that two independent computations establish
+multiplier                Floquet multiplier, eigenvalue of the monodromy matrix
+heteroclinic cycle        periodic orbits (vertices) joined by separatrices (edges)
+splitting                 distance of stable and unstable manifold on the section
+Melnikov's integral       first order in mu of the splitting
+pendulum motion           periodic rotation about the axis Oz, which stays horizontal
+plateau                   nearly constant theta3 while an orbit stays at a vertex
+========================= =========================================================
 
 Names
 -----
