@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import itertools
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
@@ -13,19 +12,18 @@ from numpy.typing import NDArray
 from rigidpend.asymptotic import heteroclinic
 from rigidpend.body import Body
 from rigidpend.description import Row
+from rigidpend.experiments import weight_series
 from rigidpend.experiments.contract import Data, Means
 from rigidpend.precession import increments, regime
 from rigidpend.results import compare
 from rigidpend.results.tree import Dataset, Tree
 
 if TYPE_CHECKING:
-    from rigidpend.experiments.precession.schema import Config, Problem
+    from rigidpend.experiments.precession.schema import Config
 
 
 Array = NDArray[np.float64]
 
-SMALL = 1e-2
-"""Largest mu/h0 at which slopes are fitted."""
 ROUNDING = 1e-13
 """Allowed uncertainty of an increment, relative to the largest of its body.
 
@@ -72,18 +70,12 @@ def compute(config: Config, means: Means) -> Tree:
         names and `OF_BODY`.
     """
     problem = config.problem
-    found = {
-        name: means.part(name, functools.partial(_body, config, name, means))
-        for name in problem.bodies
-    }
+    found = weight_series.each(problem, lambda name: _body(config, name, means), means)
     drawn = problem.mu.index(problem.drawn)
     return {
-        "mu_over_h0": Dataset(_mu_over_h0(problem), "1", "weight over energy"),
+        "mu_over_h0": Dataset(weight_series.mu_over_h0(problem), "1", "weight over energy"),
         "drawn": Dataset(drawn, "1", "place of the mu whose increments are shown"),
-        "bodies": {
-            "name": Dataset(_texts(found), "text", "(bodies,): as in the config"),
-            **{key: _together(key, found.values()) for key in OF_BODY},
-        },
+        "bodies": weight_series.joined(found, OF_BODY),
     }
 
 
@@ -150,27 +142,9 @@ def in_order(gained: Array, groups: Iterable[Iterable[int]], error: float) -> bo
 
 def _slopes(mu_over_h0: Array, remainder: Array, error: Array) -> Array:
     """Fit slopes in mu of (n, 4) values, both logarithmic, to those that are well known."""
-    slopes = np.full(remainder.shape[1], np.nan)
-    for k, values in enumerate(remainder.T):
-        kept = (mu_over_h0 <= SMALL) & (values > 1 / SLOPE * error)
-        if kept.sum() >= 2:
-            x, y = np.log(mu_over_h0[kept]), np.log(values[kept])
-            slopes[k] = np.polyfit(x, y, 1)[0]
-    return slopes
-
-
-def _together(key: str, bodies: Iterable[Tree]) -> Dataset:
-    """Join a field of all bodies, one after the other."""
-    values = [getattr(body[key], "values", body[key]) for body in bodies]
-    return Dataset(_texts(values) if key == "regime" else np.array(values), *OF_BODY[key])
-
-
-def _texts(values: Iterable[Any]) -> Any:
-    return np.array([str(x) for x in values], dtype="S")
-
-
-def _mu_over_h0(problem: Problem) -> Array:
-    return np.array([float(mu / problem.h0) for mu in problem.mu])
+    # A remainder known to SLOPE of itself leaves the slope about as uncertain.
+    floor = 1 / SLOPE * error
+    return np.array([weight_series.slope(mu_over_h0, values, floor) for values in remainder.T])
 
 
 def describe(config: Config) -> list[Row]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,7 +18,9 @@ from rigidpend.asymptotic.splitting import (
 )
 from rigidpend.body import Body
 from rigidpend.description import Row
+from rigidpend.experiments import weight_series
 from rigidpend.experiments.contract import Data, Means
+from rigidpend.experiments.weight_series import mu_over_h0, plain, slope
 from rigidpend.results import compare
 from rigidpend.results.tree import Dataset, Tree
 
@@ -34,8 +34,6 @@ ROUNDING = 1e-13
 """Allowed relative difference of numbers of closed form."""
 MARGIN = 2
 """Allowed difference of two results, in units of the larger of their errors."""
-SMALL = 1e-2
-"""Largest mu/h0 at which slopes are fitted."""
 GRID = np.linspace(-np.pi, np.pi, 721)
 """Phases among which the largest distances are looked for."""
 
@@ -83,20 +81,12 @@ def compute(config: Config, means: Means) -> Tree:
         body; `closed_form`, nu/sinh(nu) along nu.
     """
     problem = config.problem
-    found = {
-        name: means.part(name, functools.partial(_body, config, name, means))
-        for name in problem.bodies
-    }
+    found = weight_series.each(problem, lambda name: _body(config, name, means), means)
     return {
-        "mu_over_h0": Dataset(_mu_over_h0(problem), "1", "weight over energy"),
-        "bodies": {
-            "name": Dataset(
-                np.array(list(found), dtype="S"), "text", "(bodies,): as in the config"
-            ),
-            **{key: _together(key, found.values()) for key in OF_BODY},
-        },
+        "mu_over_h0": Dataset(mu_over_h0(problem), "1", "weight over energy"),
+        "bodies": weight_series.joined(found, OF_BODY),
         "curve": _curve(problem, found[problem.drawn]),
-        "closed_form": _closed_form(max(_values(body["nu"]) for body in found.values())),
+        "closed_form": _closed_form(max(plain(body["nu"]) for body in found.values())),
     }
 
 
@@ -106,11 +96,11 @@ def _body(config: Config, name: str, means: Means) -> Tree:
     bodies = [problem.bodies[name].heavy(mu) for mu in problem.mu]
     found = [measure(body, problem.h0, means.arithmetic, means.jobs) for body in bodies]
     means.report(f"{name}: nu = {bodies[0].nu:.2f}, {_summary(found)}")
-    values = _told(bodies[0], found, _mu_over_h0(problem))
+    values = _told(bodies[0], found, mu_over_h0(problem))
     return {key: Dataset(values[key], *meaning) for key, meaning in OF_BODY.items()}
 
 
-def _told(body: Body, found: list[SurfaceSplitting], mu_over_h0: Array) -> dict[str, Any]:
+def _told(body: Body, found: list[SurfaceSplitting], ratio: Array) -> dict[str, Any]:
     excess, amplitude = (
         np.array([getattr(x, key) for x in found]) for key in ("excess", "amplitude")
     )
@@ -127,14 +117,9 @@ def _told(body: Body, found: list[SurfaceSplitting], mu_over_h0: Array) -> dict[
         "reduced": whole[:, 0] * _decay(body.nu),
         "largest": amplitude * _largest(whole),
         "curve_excess": curve_excess,
-        "slope_amplitude": _slope(mu_over_h0, np.abs(excess[:, 0])),
-        "slope_curve": _slope(mu_over_h0, curve_excess),
+        "slope_amplitude": slope(ratio, np.abs(excess[:, 0])),
+        "slope_curve": slope(ratio, curve_excess),
     }
-
-
-def _together(key: str, bodies: Iterable[Tree]) -> Dataset:
-    """Join a field of all bodies, one after the other."""
-    return Dataset(np.array([_values(body[key]) for body in bodies]), *OF_BODY[key])
 
 
 def _largest(harmonics: Array) -> Array:
@@ -147,17 +132,9 @@ def _decay(nu: Any) -> Any:
     return nu / np.sinh(nu)
 
 
-def _slope(mu_over_h0: Array, values: Array) -> float:
-    """Fit the slope of values in mu, both logarithmic, where mu is small; NaN for less than two."""
-    kept = (mu_over_h0 <= SMALL) & (values > 0)
-    if kept.sum() < 2:
-        return float("nan")
-    return float(np.polyfit(np.log(mu_over_h0[kept]), np.log(values[kept]), 1)[0])
-
-
 def _curve(problem: Problem, body: Tree) -> Tree:
     g = np.linspace(-np.pi, np.pi, problem.phases)
-    excess = np.where(_values(body["resolved"])[:, None], _values(body["excess"]), np.nan)
+    excess = np.where(plain(body["resolved"])[:, None], plain(body["excess"]), np.nan)
     measured = [np.cos(g) + distance(row, g) for row in excess]
     return {
         "body": Dataset(problem.drawn, "text", "whose distance it is"),
@@ -177,14 +154,6 @@ def _closed_form(most: float) -> Tree:
         "nu": Dataset(nu, "1", "pi kappa/sin(alpha0)"),
         "decay": Dataset(_decay(nu), "1", "nu/sinh(nu)"),
     }
-
-
-def _mu_over_h0(problem: Problem) -> Array:
-    return np.array([float(mu / problem.h0) for mu in problem.mu])
-
-
-def _values(dataset: Any) -> Any:
-    return getattr(dataset, "values", dataset)
 
 
 def _summary(found: list[SurfaceSplitting]) -> str:

@@ -1,0 +1,78 @@
+"""Series of several bodies over the weight mu, as `precession` and `splitting` compute them."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.results.tree import Dataset, Tree
+
+if TYPE_CHECKING:
+    from rigidpend.config.bodies import WeightedBodies
+    from rigidpend.experiments.contract import Means
+
+Array = NDArray[np.float64]
+
+SMALL = 1e-2
+"""Largest mu/h0 at which slopes are fitted: above it the next order in mu shows."""
+
+
+def each(problem: WeightedBodies, compute: Callable[[str], Tree], means: Means) -> dict[str, Tree]:
+    """Compute the fields of every body, each as a part that an interrupted run keeps."""
+    return {name: means.part(name, functools.partial(compute, name)) for name in problem.bodies}
+
+
+def joined(found: Mapping[str, Tree], meanings: Mapping[str, tuple[str, str]]) -> Tree:
+    """Join the fields of all bodies, one after the other, with the bodies' names.
+
+    Parameters
+    ----------
+    found : mapping of trees
+        The fields of each body, by its name.
+    meanings : mapping of (unit, meaning)
+        By the name of the field.
+    """
+    return {
+        "name": Dataset(_texts(list(found)), "text", "(bodies,): as in the config"),
+        **{key: _field(key, found, meanings[key]) for key in meanings},
+    }
+
+
+def _field(key: str, found: Mapping[str, Tree], meaning: tuple[str, str]) -> Dataset:
+    values = [plain(body[key]) for body in found.values()]
+    return Dataset(_texts(values) if meaning[0] == "text" else np.array(values), *meaning)
+
+
+def plain(dataset: Any) -> Any:
+    """Values of a dataset; those of a part that was kept come without their meaning."""
+    return getattr(dataset, "values", dataset)
+
+
+def mu_over_h0(problem: WeightedBodies) -> Array:
+    """Weights over the energy, the perturbation parameter of the series."""
+    return np.array([float(mu / problem.h0) for mu in problem.mu])
+
+
+def slope(ratio: Array, values: Array, floor: Array | float = 0.0) -> float:
+    """Fit the slope of values in mu, both logarithmic; NaN for less than two points.
+
+    Parameters
+    ----------
+    ratio : (n,) array
+        mu/h0; points above `SMALL` are left out.
+    values : (n,) array
+    floor : (n,) array or float, optional
+        Values that are not above it are left out: they are rounding.
+    """
+    kept = (ratio <= SMALL) & (values > floor)
+    if kept.sum() < 2:
+        return float("nan")
+    return float(np.polyfit(np.log(ratio[kept]), np.log(values[kept]), 1)[0])
+
+
+def _texts(values: list[Any]) -> Any:
+    return np.array([str(x) for x in values], dtype="S")
