@@ -139,6 +139,7 @@ def andoyer_from_body(M: ArrayLike, gamma: ArrayLike, h: ArrayLike = 0.0) -> And
     gamma1, gamma2, gamma3 = np.asarray(gamma, dtype=float)
     across = np.hypot(M1, M2)
     G = np.hypot(across, M3)
+    # On the third axis g and l are not separate: l = 0 is chosen, and any choice maps back.
     upright = across == 0
     divisor = np.where(upright, 1.0, across)
     sinl, cosl = np.where(upright, 0.0, M1 / divisor), np.where(upright, 1.0, M2 / divisor)
@@ -149,6 +150,7 @@ def andoyer_from_body(M: ArrayLike, gamma: ArrayLike, h: ArrayLike = 0.0) -> And
     e1, e2 = sinp * inward - cosp * gamma3, gamma1 * cosl - gamma2 * sinl
     H = np.where(at_rest, gamma3, M1 * gamma1 + M2 * gamma2 + M3 * gamma3)
     cosq = np.hypot(e1, e2)
+    # Where M is vertical the angle between e1 and gamma is noise.
     g = _wrap(np.where(cosq > PARALLEL, np.atan2(e2, e1), 0.0), TURN)
     l = _wrap(np.atan2(sinl, cosl), TURN)
     return Andoyer(G, M3, H, g, l, np.zeros_like(G) + h, cosp, cosq)
@@ -170,6 +172,7 @@ def canonical_from_andoyer(a: Andoyer, beta0: float) -> Canonical:
 def andoyer_from_canonical(c: Canonical, beta0: float) -> Andoyer:
     """Andoyer variables from (J, theta), the inverse of :func:`canonical_from_andoyer`."""
     J2 = np.asarray(c.J2, dtype=float)
+    # Roots apart: the product of tiny actions would underflow.
     across = 2 * np.sqrt(c.J1) * np.sqrt(c.J2mJ1)
     cosp = np.where(J2 > 0, across / np.where(J2 > 0, J2, 1.0), 0.0)
     l = _wrap((c.theta1 - beta0) / 2, TURN)

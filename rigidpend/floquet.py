@@ -29,7 +29,7 @@ from rigidpend.equations import aligned, aligned_coefficients
 Array = NDArray[np.float64]
 
 STAGES = 10
-"""Number of Gauss points in a step."""
+"""Number of Gauss points in a step, which make a method of order 20."""
 FEWEST, MOST = 32, 1 << 9
 """Number of steps of a period, at first and at most."""
 SETTLED = 1e-11
@@ -191,6 +191,7 @@ def _direction(steps: Array, leaving: bool, p: Angles, epsilon: int) -> tuple[Ar
     found, growth = [vector], 0.0
     for step in ordered:
         vector = step @ vector
+        # Lengths are taken out step by step, for over a period they may overflow.
         length = math.hypot(*vector)
         vector, growth = vector / length, growth + math.log(length)
         found.append(vector)
@@ -210,6 +211,7 @@ def _eigenvector(whole: Array, leaving: bool) -> Array:
             f"the pendulum motion is not hyperbolic: its multipliers have the sum {trace:.6g}, "
             "between -2 and 2"
         )
+    # The determinant is 1: the product of the eigenvalues, so only the larger one is formed.
     root = math.sqrt((abs(trace) - 2) * (abs(trace) + 2))
     large = math.copysign((abs(trace) + root) / 2, trace)
     # By Cayley and Hamilton the columns of M - (the other eigenvalue) are eigenvectors.

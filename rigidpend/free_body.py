@@ -2,7 +2,7 @@
 
 On the sphere 2 J1 (J2 - J1) [cos(theta1 - beta0) - cos(alpha0)] is the quadratic form
 sin^2(alpha0/2) M2^2 - cos^2(alpha0/2) M1^2. It is positive on the orbits around the axes +-M2,
-negative around +-M1, zero on the separatrix. An orbit is told by its largest |M3|, its height.
+negative around +-M1, zero on the separatrix. An orbit is given by its largest |M3|, its height.
 
 M is in units of |M|; components come first, samples after.
 """

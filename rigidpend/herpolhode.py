@@ -64,6 +64,7 @@ def follow(
     )
     at = np.searchsorted(times, crossing_time)
     rates = aligned(states[:6, at], aligned_coefficients(problem.body.angles(), math))
+    # One Newton step: M3 at the route's crossing over its rate is the delay.
     return RouteOrbit(t, states[:, np.searchsorted(times, t)], -states[2, at] / rates[2])
 
 

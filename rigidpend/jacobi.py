@@ -1,7 +1,7 @@
 """Jacobi's elliptic functions and K, given a modulus k together with its complement k'.
 
 Libraries take the parameter k^2 alone, which beside k = 1 has lost what distinguishes orbits:
-k' drowns in its rounding. Here kc = k' > 0 is given too, and all sums have positive terms, so
+k' is lost in its rounding. Here kc = k' > 0 is given too, and all sums have positive terms, so
 that functions keep their relative precision down to k' = 1e-150. Over generic numbers: `m` is
 numpy, math or an mpmath context.
 """

@@ -84,6 +84,7 @@ def quadrature(motion: SeparatrixMotion, p: Angles, m: Any = math, eps: float = 
     step = 2 * m.pi**2 / (2 * p.nu + nats)
     reach = math.ceil((nats + p.nu) / step)
     middle = direction(motion.number) * v(motion, m) / rate
+    # The integrand is largest at the section, half the way; the nodes lie evenly about it.
     times = (middle + k * step / rate for k in range(-reach, reach + 1))
     return sum(integrand(t, motion, p, m) for t in times) * step / rate
 

@@ -109,6 +109,7 @@ def side_of(family: int) -> int:
 def swing(u: Any, h0: Any, mu: Any, m: Any) -> tuple[Any, Any, Any]:
     """Sine and cosine of the phase, and its speed: 2 sn^2 - 1, 2 sn cn and dn of u."""
     sn, cn, dn = jacobi.sncndn(u, *modulus(h0, mu, m), m)
+    # A product of sum and difference keeps the sine near its zeros.
     return (sn - cn) * (sn + cn), 2 * sn * cn, dn
 
 

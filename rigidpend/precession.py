@@ -33,7 +33,7 @@ class Regime(Enum):
 def regime(body: Body) -> Regime:
     """Order of the increments of theta3, by the body's angles (eq. trieq).
 
-    beta0 = pi, beta0 = 0 and alpha0 = beta0 (the Hess case) are told as `Body.special_cases`
+    beta0 = pi, beta0 = 0 and alpha0 = beta0 (the Hess case) are recognised as `Body.special_cases`
     tells: to within the rounding of doubles, from angles in 113 bits.
 
     Parameters

@@ -2,8 +2,8 @@
 
 Beside a pendulum motion the phase tau, theta2 where J1 = 0 and theta1 + theta2 where
 J1 = J2, grows at the rate kappa J2, and J2 is known from the energy. What is left of (eq1) is
-one equation for theta1. It is linear in disguise: y = cot(theta1/2) is the quotient of two
-components of a linear system. All is dimensionless.
+one equation for theta1. It comes from a linear system: y = cot(theta1/2) is the quotient of two
+of its components. All is dimensionless.
 """
 
 from __future__ import annotations

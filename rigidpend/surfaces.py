@@ -23,7 +23,9 @@ PER_TURN = 96
 SETTLED = 1e-3
 """Distance from the surface at a curve's first point, relative to that at its orbit's start."""
 CHORD = 4e-4
-"""Allowed distance of a chord from its curve, in heights and half widths of the window."""
+"""Allowed distance of a chord from its curve, in heights and half widths of the window.
+
+In a panel 2.35 inches high that is a quarter of the width of the line that draws it."""
 
 
 class SurfaceCurves(NamedTuple):
@@ -116,6 +118,7 @@ def S1_minus(
     )
     theta1, ratio = projected(orbits, p.alpha0, p.beta0)
     across = (theta1 - p.alpha0 - p.beta0) / half_width
+    # J1 grows as exp(u t) beside the lower periodic orbit.
     first = int(np.argmax(times(problem) > -math.log(SETTLED) / exponent(problem)))
     kept = [first + points(across[first:, k], ratio[first:, k]) for k in range(theta2_0.size)]
     return _joined(theta1, ratio, kept, np.mod(theta2_0, math.tau))
@@ -164,6 +167,7 @@ def points(x: Array, y: Array) -> NDArray[np.intp]:
     turn = np.abs(np.angle(step[1:] * step[:-1].conj()))
     length = (np.abs(step[1:]) + np.abs(step[:-1])) / 2
     needed = np.cumsum(np.sqrt(turn * length / (8 * CHORD)))
+    # A point is kept wherever the count of needed points passes a whole number.
     inner = 1 + np.flatnonzero(np.diff(np.floor(needed), prepend=0.0))
     return np.concatenate(([0], inner, [n - 1]))
 

@@ -1,6 +1,6 @@
 """Table of a body by the paper's theory and the exact periodic orbits.
 
-Rooms behind it: `body`, `periodic`, `melnikov`, `precession`, `floquet`.
+Its values come from `body`, `periodic`, `melnikov`, `precession` and `floquet`.
 """
 
 from __future__ import annotations

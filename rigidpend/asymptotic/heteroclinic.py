@@ -36,12 +36,15 @@ from rigidpend.separatrices import u
 Array = NDArray[np.float64]
 
 DEPTH = 76.0
-"""Depth of the start, -ln(J1/J2): exp(-DEPTH/2) of the increment is left out there."""
+"""Depth of the start, -ln(J1/J2).
+
+What is left out before the start is exp(-DEPTH/2) = 3e-17 of the increment, below rounding."""
 NEAR = 1e-12
 """Allowed distance of g from +-pi/2 at the section, radians."""
 SECANTS = 60
+"""Secant steps at most."""
 STEPS = 24
-"""Steps of the trapezoid rule in a time 2 pi/u, and as many more as theta2 turns in it."""
+"""Steps of the trapezoid rule in a time 2 pi/u, plus one for each turn of theta2 in it."""
 
 
 class Increments(NamedTuple):
@@ -82,6 +85,7 @@ def increments(body: Body, h0: Exact, arithmetic: Arithmetic) -> Increments:
 def phase_at_start(s: UnstableSurface, g: float, arithmetic: Arithmetic) -> tuple[float, float]:
     """Find theta2_0 of the orbit of S1- that meets the section at g, and its time, by secants."""
     m = numbers(s.bits)
+    # Without weight g is the phase at the start plus a constant: the first slope is 1.
     goal, depth, slope = m.mpf(g), m.mpf(DEPTH), m.mpf(1)
     phase = goal - delta(unperturbed(s, m.mpf(0), depth), s.p, m)
     before: tuple[Any, Any] | None = None

@@ -17,7 +17,9 @@ from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
 from rigidpend.separatrices import SeparatrixMotion, theta1, u
 
 PATIENCE = 4
-"""Longest wait for the section, in times of the unperturbed motion up to it."""
+"""Longest wait for the section, in times of the unperturbed motion up to it.
+
+Orbits close to the unperturbed motion need about one of them."""
 NEWTON = 10
 """Newton steps onto the energy surface at most; two or three are taken."""
 
@@ -91,7 +93,7 @@ def launch(s: UnstableSurface, theta2_0: Any, depth: Any) -> list[Fraction]:
 
     Parameters
     ----------
-    s : Surface
+    s : UnstableSurface
     theta2_0 : number
         Radians.
     depth : number
@@ -110,6 +112,7 @@ def launch(s: UnstableSurface, theta2_0: Any, depth: Any) -> list[Fraction]:
     zero, one = m.mpf(0), m.mpf(1)
     c = Canonical(low * J2, J2 - low * J2, zero, *angles, zero, one)
     state = aligned_from_canonical(c, p.alpha0, p.beta0, m)
+    # Qm is zero on separatrix 2; what the sines leave of it is their rounding.
     return [fraction(x, s.bits) for x in state._replace(Qm=zero)]
 
 
@@ -126,7 +129,7 @@ def meet(
 
     Parameters
     ----------
-    s : Surface
+    s : UnstableSurface
     theta2_0 : numbers
         Phases at the start, radians.
     depth : number
@@ -154,10 +157,12 @@ def meet(
     )
     phases, offsets, times = [], [], []
     for start, crossing in zip(begin, found, strict=True):
+        # Beside separatrix 2 the orbit crosses with Qp > 0.
         if crossing is None or crossing.state[0] < 0:
             return None
         state = [m.mpf(x.numerator) / x.denominator for x in crossing.state]
         phase, offset = section_angles(state, s.p.alpha0, m)
+        # The branch of the unperturbed motion makes g continuous in the phase at the start.
         expected, turn = start + lag, 2 * m.pi
         phases.append(phase + turn * m.nint((expected - phase) / turn))
         offsets.append(offset)

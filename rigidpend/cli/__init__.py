@@ -25,7 +25,7 @@ from rigidpend.cli import (
 def main() -> None:
     """Perturbed pendulum-like motions of a heavy rigid body: compute, draw, verify.
 
-    What is asked for goes to stdout, words for people to stderr. Exit codes: 0 done or up to
+    Output goes to stdout, messages to stderr. Exit codes: 0 done or up to
     date; 1 failed or different; 2 wrong usage or config; 3 something needed is absent; 4 an
     error of rigidpend, with a log; 130 and 143 interrupted, what is finished is kept.
 

@@ -10,11 +10,13 @@ from rigidpend.cli.common import JSON, OUT, SETTINGS, guarded, say
 
 
 @click.command("bench")
-@click.option("--quick", is_flag=True, help="In small: under a minute, for function, not for time.")
+@click.option(
+    "--quick", is_flag=True, help="Small version, under a minute: a trial run, no timing."
+)
 @OUT
 @JSON
 @SETTINGS
-@click.option("--force", is_flag=True, help="Measure again what is up to date.")
+@click.option("--force", is_flag=True, help="Measure even what is up to date.")
 @guarded
 def command(
     quick: bool, folder: Path, as_json: bool, settings: tuple[str, ...], force: bool

@@ -13,7 +13,7 @@ from rigidpend.cli.common import JSON, SETTINGS, guarded, print_json, print_rows
 @click.command("describe")
 @click.argument("name", metavar="NAME|FILE.yaml", shell_complete=complete.names)
 @SETTINGS
-@click.option("--resolved", is_flag=True, help="Print the whole config as YAML, defaults too.")
+@click.option("--resolved", is_flag=True, help="Print the whole config as YAML, defaults included.")
 @JSON
 @guarded
 def command(name: str, settings: tuple[str, ...], resolved: bool, as_json: bool) -> None:

@@ -12,7 +12,9 @@ from rigidpend.cli.common import JOBS, guarded, say
 
 @click.command("reference")
 @click.argument("names", nargs=-1, metavar="[NAME|FILE.yaml|all]...", shell_complete=complete.names)
-@click.option("--reason", default="", help="Why; kept in the file, behind earlier reasons.")
+@click.option(
+    "--reason", default="", help="Reason for the renewal; kept in the file, after earlier ones."
+)
 @click.option(
     "--reference",
     "folder",

@@ -60,10 +60,12 @@ class RunOutcome:
 @OUT
 @JOBS
 @click.option("--force", is_flag=True, help="Compute even what is up to date.")
-@click.option("-n", "--dry-run", is_flag=True, help="Only say what would be computed, and why.")
-@click.option("-k", "--keep-going", is_flag=True, help="Go on with the next when one fails.")
-@click.option("-q", "--quiet", is_flag=True, help="Say nothing but what goes wrong.")
-@click.option("-v", "--verbose", is_flag=True, help="Say more: times, hashes, files.")
+@click.option(
+    "-n", "--dry-run", is_flag=True, help="Only print what would be computed, and the reason."
+)
+@click.option("-k", "--keep-going", is_flag=True, help="Go on with the next config when one fails.")
+@click.option("-q", "--quiet", is_flag=True, help="Print errors only.")
+@click.option("-v", "--verbose", is_flag=True, help="Print more: times, hashes, files.")
 @JSON
 @guarded
 def command(
@@ -80,8 +82,8 @@ def command(
 ) -> None:
     """Compute experiments and store their results.
 
-    Results are FOLDER/NAME.h5. NAME is a config's name, a file, or all. What is up to date is
-    left alone; what was interrupted goes on where it was. FOLDER/NAME.log holds what was said
+    Results are FOLDER/NAME.h5. NAME is a config's name, a file, or all. A result that is
+    up to date is left alone; an interrupted run is resumed. FOLDER/NAME.log holds the messages
     of the last run.
 
     With --json stdout has, for each config, its status, reason, file, seconds and error.

@@ -11,12 +11,12 @@ from rigidpend.cli.common import DONE, FAILED, JOBS, OUT, SETTINGS, guarded, say
 
 
 @click.command("stress")
-@click.option("--quick", is_flag=True, help="In small: every trial, in less than a minute.")
+@click.option("--quick", is_flag=True, help="Small version of every trial, under a minute.")
 @OUT
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 @SETTINGS
 @JOBS
-@click.option("--force", is_flag=True, help="Run again what is up to date.")
+@click.option("--force", is_flag=True, help="Run even what is up to date.")
 @guarded
 def command(
     quick: bool,

@@ -9,8 +9,9 @@ from typing import TypeAlias
 MAX_SHOWN = 20
 """Number of complaints that are shown; the rest are counted."""
 MAX_MESSAGE = 300
+"""Number of characters of a message that are shown."""
 MAX_LINE = 160
-"""Number of characters of a message, and of a source line, that are shown."""
+"""Number of characters of a source line that are shown."""
 
 Place: TypeAlias = tuple[str | int, ...]
 """Keys and indices from the root to a value."""
@@ -71,7 +72,7 @@ def plain(text: str) -> str:
 
 
 def clipped(text: str) -> str:
-    """Shorten a text to at most `MAX_LINE` characters."""
+    """Shorten a text to at most `MAX_MESSAGE` characters."""
     return text if len(text) <= MAX_MESSAGE else f"{text[: MAX_MESSAGE - 3]}..."
 
 

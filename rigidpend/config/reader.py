@@ -21,10 +21,13 @@ from rigidpend.config.complaints import Complaint, ConfigError, Origin, Place
 __all__ = ["ConfigError", "Document", "parse", "read"]
 
 MAX_BYTES = 200_000
+"""Size of a file at most; the largest shipped config has under two thousand."""
 MAX_VALUES = 10_000
 """Most values in a config, so that any is read and checked within about a second."""
 MAX_DEPTH = 32
+"""Deepest nesting: configs need five levels, and recursion stays far from Python's limit."""
 MAX_SCALAR = 10_000
+"""Characters of a value at most, beyond any number that `numbers` reads."""
 
 
 @dataclass

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from rigidpend.routes.phases import Grid
 
 MAX_COLUMNS = 10_000_000
+"""Phases in a grid at most."""
 LARGEST = 10**15
 """Largest magnitude of whole numbers and of phases: doubles still tell neighbours apart."""
 

@@ -26,8 +26,9 @@ if TYPE_CHECKING:
 PRECISIONS = (53, 64, 113)
 """Working precisions in bits, in the order in which they are tried."""
 GUARD_BITS = 32
+"""Bits beyond those asked for, which take up the rounding of intermediate results."""
 MOST_BITS = 10_000
-"""Largest number of guard bits that is tried: what cancels so far is zero."""
+"""Largest number of bits, guard bits included, that is tried: what cancels so far is zero."""
 MAX_SIZE = 40_000
 """Largest number of bits in the numerator or the denominator of a rational number."""
 

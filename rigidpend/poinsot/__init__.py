@@ -9,7 +9,7 @@ spiral     the separatrix: half an ellipse and a spiral, elementary, with their 
 modulus    elliptic modulus, sn, cn, dn and K from k', precise up to k = 1
 ========== ===================================================================
 
-An orbit is told by its height, the largest |M3|/|M|, together with its coheight
+An orbit is given by its height, the largest |M3|/|M|, together with its coheight
 sqrt(1 - height^2): what is small of the two is given, not formed. The energy is
 2 h0/|M|^2 = 1/A3 +- (const coheight)^2, so that orbits at any distance from the separatrix, or
 from the permanent rotations (height 0), keep their relative precision.

@@ -122,6 +122,7 @@ def _third(orbit: Orbit, u: Any, sn: Any, cn: Any, dn: Any) -> Any:
     """Legendre's integral Pi(height^2; am u) times p coheight^2/reach, |u| <= K."""
     from scipy.special import elliprj
 
+    # The square of the last is 1 - height^2 sn^2, without cancellation.
     p, reach, beside = orbit.p, orbit.reach, np.hypot(orbit.coheight, orbit.height * cn)
     if orbit.coheight < ELEMENTARY:
         # All is gained beside the middle axis, where the orbit is a hyperbola.

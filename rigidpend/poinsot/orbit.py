@@ -161,9 +161,11 @@ def through(body: Body, a: Aligned) -> tuple[Orbit, float]:
     Qp, Qm, M3 = (float(x) for x in a[:3])
     M1, M2 = (Qp + Qm) / (2 * number.cos), (Qp - Qm) / (2 * number.sin)
     G = math.hypot(M1, M2, M3)
+    # Roots apart: the product of tiny Qp and Qm would underflow.
     form = math.sqrt(abs(Qp)) * math.sqrt(abs(Qm))
     if not form > 0:
         raise ValueError("M is zero or on a separatrix")
+    # The planes Qp = 0 and Qm = 0 hold the separatrices; they part the orbits around both axes.
     sides = Qp > 0, Qm > 0
     axis, p, along, across = (
         (1, number.cos, M1, M2) if sides[0] == sides[1] else (2, number.sin, M2, M1)

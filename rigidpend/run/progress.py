@@ -73,7 +73,7 @@ class Progress:
     ----------
     course : Course
     stream : text file
-        Where people look: stderr.
+        Stream of the messages: stderr.
     start : float
         When the command began, by the clock.
     quiet, verbose : bool
@@ -130,6 +130,7 @@ class Progress:
                 self._show("")
                 if well:
                     self._print(self.course.last)
+            # A log needs no word on what ends at once.
             elif (self.course.left(self._clock()) or 0.0) >= 1.0:
                 self._print(self.course.said(self._clock()))
 
@@ -150,6 +151,7 @@ class Progress:
 
     def _show(self, text: str) -> None:
         """Change the changing line; the rest of a longer one is written over with blanks."""
+        # A line as wide as the terminal would wrap, and the next one not write over it.
         width = shutil.get_terminal_size().columns - 1
         text = text[:width]
         if text != self._shown:

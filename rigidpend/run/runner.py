@@ -73,7 +73,7 @@ def follow(planned: Plan, *, jobs: int, say: Callable[[str], None]) -> None:
     jobs : int
         Threads or processes; no result depends on it.
     say : callable
-        Takes a line for people: that it begins and why, how it goes, that it is done.
+        Takes lines of progress: the beginning with its reason, the parts, the end.
 
     Raises
     ------
@@ -118,6 +118,7 @@ def run(
     with Parts(planned.target, provenance.config_hash(planned.fingerprint)) as parts:
         if len(parts):
             report(f"goes on from {len(parts)} finished part{'s' if len(parts) > 1 else ''}")
+        # Imported here: a plan, which may find nothing to do, loads no arithmetic.
         from rigidpend.experiments.contract import Means
 
         arithmetic = _arithmetic(planned)
@@ -134,6 +135,7 @@ def run(
         resolved = json.dumps(config.resolved(), indent=2)
         result = store.Result(attributes, resolved, provenance.provenance(), data)
         store.write(planned.target, result)
+        # Only now: a failure before this line leaves the parts for the next run.
         parts.drop()
 
 

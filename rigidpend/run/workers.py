@@ -85,6 +85,7 @@ def _pool(workers: int, holds_interpreter: bool) -> Executor:
     # Imported here: a run that needs no process does not pay for it.
     import multiprocessing
 
+    # A fork would copy the locks of threads that do not run in the child.
     spawn = multiprocessing.get_context("spawn")
     return ProcessPoolExecutor(workers, mp_context=spawn, initializer=_follow_parent)
 
@@ -100,6 +101,7 @@ def _wait_for_end_of_parent() -> None:
 
     parent = parent_process()
     assert parent is not None
+    # The sentinel is ready when the parent has ended, however it did.
     connection.wait([parent.sentinel])
     os._exit(1)
 

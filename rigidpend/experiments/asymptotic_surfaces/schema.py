@@ -20,6 +20,7 @@ from rigidpend.config.schema import (
 from rigidpend.numbers.exact import Exact
 
 MAX_ORBITS = 10_000
+"""Orbits on a surface at most; all their samples are held in memory."""
 
 
 def _angle(value: Any) -> Any:
