@@ -31,6 +31,7 @@ def written(node: Any, place: str = "") -> Iterator[str]:
             yield from written(value, f"{here}.")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(config.names.known()))
 def test_every_key_of_a_shipped_config_is_on_the_page(name: str) -> None:
     loaded = config.load(config.names.known()[name])

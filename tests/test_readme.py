@@ -50,7 +50,7 @@ def test_every_command_shown_is_understood(arguments: list[str], tmp_path: Path)
     names = given.get("names") or [given.get("name") or "fig4"]
     for name in names:
         path = "fig4" if str(name).endswith(".yaml") else str(name)
-        config.load_all(config.names.resolve([path]), given.get("settings", ()))
+        config.load_all(config.names.resolve((path,)), given.get("settings", ()))
 
 
 TARGETS = sorted(set(re.findall(r"(?:^|`)make ([a-z-]+)", "\n".join(TEXTS.values()), re.MULTILINE)))

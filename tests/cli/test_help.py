@@ -86,6 +86,7 @@ def interrupt(*_: Any, **__: Any) -> None:
     raise KeyboardInterrupt
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "line"), sorted(set(examples())))
 def test_every_example_works(
     place: Path, monkeypatch: pytest.MonkeyPatch, name: str, line: str

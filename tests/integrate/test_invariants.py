@@ -30,6 +30,7 @@ def drift(M: Any, gamma: Any, body: Any) -> float:
     return max(float(np.abs(values - values[0]).max()) for values in integrals)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("body", [FIG4, GENERIC], ids=["Fig. 4", "generic"])
 def test_invariant_integrals_of_the_aligned_field(body: Any, engine: str) -> None:

@@ -66,6 +66,7 @@ def test_code_hash_does_not_depend_on_where_the_package_is(
     assert code_hash() == here
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NEEDED)
 def test_code_hash_notices_a_constant_in_what_computes(copy: Path, name: str) -> None:
     source = (copy / name).read_text(encoding="utf-8")

@@ -70,6 +70,7 @@ def fine(method: str) -> Any:
     return {"steps": steps.get(method), "none": None, "tolerance": tolerance}[METHODS[method].knob]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("problem", "method"), PAIRS)
 def test_agrees_with_the_truth(problem: str, method: str) -> None:
     if problem == "long_time":
