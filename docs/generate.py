@@ -20,10 +20,10 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 import rigidpend
+from rigidpend import experiments
 from rigidpend.cli import main
-from rigidpend.config import schema
 from rigidpend.departures import DEPARTURES
-from rigidpend.exact import Exact
+from rigidpend.numbers.exact import Exact
 
 UNITS = {
     **dict.fromkeys(("A", "bodies", "mu", "M_0", "drawn"), "physical units"),
@@ -98,8 +98,8 @@ def plain_text(text: str) -> str:
 def settings() -> str:
     """Every experiment's keys."""
     parts = []
-    for experiment in schema.experiments():
-        config = schema.of(experiment)
+    for experiment in experiments.names():
+        config = experiments.schema(experiment)
         rows = list(keys(config))
         title = inspect.getdoc(inspect.getmodule(config)) or ""
         head = title.partition("\n")[0].partition(": ")[2].partition(": ")[2]
@@ -162,7 +162,6 @@ def meanings(part: type[BaseModel]) -> dict[str, str]:
         assert isinstance(node, ast.ClassDef)
         for field, text in zip(node.body, node.body[1:], strict=False):
             if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name):
-                found.pop(field.target.id, None)
                 if isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant):
                     found[field.target.id] = inspect.cleandoc(str(text.value.value))
     return found

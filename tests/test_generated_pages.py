@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from typing import Any
 
 import click
-import generate
 import pytest
 from pydantic import BaseModel, Field
 
-from rigidpend import config
+from docs import generate
+from rigidpend import experiments
 from rigidpend.cli import main
-from rigidpend.config import schema
-from rigidpend.config.schema.base import Number
+from rigidpend.config import catalogue, loading
+from rigidpend.config.schema import Number
 from rigidpend.departures import DEPARTURES
 
 NAMED = {"problem.bodies", "problem.arrays", "problem.cases"}
@@ -32,10 +32,10 @@ def written(node: Any, place: str = "") -> Iterator[str]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(config.names.known()))
+@pytest.mark.parametrize("name", sorted(catalogue.known()))
 def test_every_key_of_a_shipped_config_is_on_the_page(name: str) -> None:
-    loaded = config.load(config.names.known()[name])
-    told = {setting.key for setting in generate.keys(schema.of(loaded.experiment))}
+    loaded = loading.load(catalogue.known()[name])
+    told = {setting.key for setting in generate.keys(experiments.schema(loaded.experiment))}
     free = {f"{section}.NAME" for section in NAMED}
     asked = {key for key in written(loaded.resolved()) if "." in key} - free
     by_name = ("protocol.code_seconds.", "problem.passages.columns.", "problem.passages.checked.")
@@ -44,7 +44,7 @@ def test_every_key_of_a_shipped_config_is_on_the_page(name: str) -> None:
 
 
 def test_a_key_is_told_with_type_unit_default_and_meaning() -> None:
-    told = {setting.key: setting for setting in generate.keys(schema.of("route_codes"))}
+    told = {setting.key: setting for setting in generate.keys(experiments.schema("route_codes"))}
     assert told["problem.arrays.NAME.step"].unit == "radians"
     assert told["problem.arrays.NAME.step"].default == "required"
     assert told["problem.n_symbols"].kind == "whole number"
@@ -56,10 +56,11 @@ def test_a_key_is_told_with_type_unit_default_and_meaning() -> None:
     assert told["problem.A"].meaning.startswith("Principal moments of inertia")
 
 
-def test_a_part_overrides_the_meaning_that_it_inherits() -> None:
-    told = {setting.key: setting for setting in generate.keys(schema.of("precession"))}
-    assert told["numerics.precisions"].meaning == "Always 53 bits."
-    assert told["numerics.tolerance"].meaning.startswith("Local tolerance")
+def test_a_part_inherits_what_it_does_not_tell_itself() -> None:
+    told = generate.meanings(experiments.schema("heteroclinic_cycle"))
+    assert told["figure"].startswith("Which figure")
+    assert told["experiment"] == "The name of the experiment."
+    assert set(told) == {"figure", "experiment", "problem"}
 
 
 class Silent(BaseModel):

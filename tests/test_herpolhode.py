@@ -23,10 +23,9 @@ from rigidpend.herpolhode import (
 )
 from rigidpend.hodograph import field
 from rigidpend.integrate import sample
-from rigidpend.numbers.exact import exact
+from rigidpend.numbers.exact import PRECISIONS, exact
 from rigidpend.precession import plateaus
 from rigidpend.routes import RouteProblem
-from rigidpend.routes.codes import PRECISIONS
 from tests.integrate.problems import ENGINES, needs_heyoka
 
 H0, J1_0 = "10/9", "2.39205e-9"

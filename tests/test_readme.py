@@ -12,8 +12,8 @@ import click
 import pytest
 
 import rigidpend
-from rigidpend import config
 from rigidpend.cli import main
+from rigidpend.config import loading, names
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -47,10 +47,9 @@ def test_every_command_shown_is_understood(arguments: list[str], tmp_path: Path)
     command = main.commands[arguments[0]]
     given = command.make_context(arguments[0], arguments[1:]).params
     assert isinstance(command, click.Command)
-    names = given.get("names") or [given.get("name") or "fig4"]
-    for name in names:
+    for name in given.get("names") or [given.get("name") or "fig4"]:
         path = "fig4" if str(name).endswith(".yaml") else str(name)
-        config.load_all(config.names.resolve((path,)), given.get("settings", ()))
+        loading.load_all(names.resolve((path,)), given.get("settings", ()))
 
 
 TARGETS = sorted(set(re.findall(r"(?:^|`)make ([a-z-]+)", "\n".join(TEXTS.values()), re.MULTILINE)))
@@ -65,12 +64,12 @@ def test_every_target_of_make_is_there(target: str) -> None:
 @pytest.mark.parametrize("page", ["README.md", "docs/python.md"])
 def test_the_example_in_python_has_the_shapes_that_are_said(page: str) -> None:
     [code] = [block for where, block in blocks("python") if where == page]
-    names: dict[str, Any] = {}
-    exec(code, names)
+    made: dict[str, Any] = {}
+    exec(code, made)
     said = re.findall(r"^routes\.(\w+)  # (\([\d, ]+\))", code, re.MULTILINE)
     assert len(said) >= 2
     for name, shape in said:
-        assert str(getattr(names["routes"], name).shape) == shape, name
+        assert str(getattr(made["routes"], name).shape) == shape, name
 
 
 @pytest.mark.parametrize("page", TEXTS)
