@@ -19,7 +19,7 @@ from click.testing import CliRunner
 from rigidpend import cli
 from rigidpend.config import catalogue
 from rigidpend.run import runner
-from tests.cli.calls import ENVIRONMENT, call
+from tests.cli.calls import ENVIRONMENT, call, called
 from tests.config.samples import FIG4, SMALL, written
 
 COMMANDS = cli.main.commands
@@ -134,7 +134,7 @@ def test_keys_of_the_named_configs_are_completed() -> None:
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_the_printed_script_asks_this_program(shell: str, tmp_path: Path) -> None:
-    done = call(tmp_path, "completion", shell)
+    done = called(tmp_path, "completion", shell)
     assert (done.returncode, done.stderr) == (0, "")
     assert f"_RIGIDPEND_COMPLETE={shell}_complete" in done.stdout
 
