@@ -75,6 +75,13 @@ def finished(folder: Path, *arguments: str) -> Done:
     )
 
 
+def once_more(folder: Path) -> None:
+    """What the same command does again, in this process, which has imported everything."""
+    planned = runner.plan(loading.load(folder.parent / "zoom.yaml"), folder)
+    if planned.reason:
+        runner.follow(planned, jobs=1, say=lambda _: None)
+
+
 def content(folder: Path) -> list[str]:
     """What is in a folder of results; a log belongs to a run, not to its result."""
     return sorted(path.name for path in folder.iterdir() if path.suffix != ".log")
@@ -127,7 +134,7 @@ def test_a_killed_run_goes_on_whenever_it_was_killed(
         how = list(CODES)[index % 3]
         code, _ = disturb(desk / "out", moments[index], how)
         assert code in {0, *CODES[how]}
-        assert finished(desk / "out").returncode == 0
+        once_more(desk / "out")
         same(desk / "out", result)
 
     moments = [chance.uniform(0.2, 1.1) * duration for _ in range(KILLS // 2)]
