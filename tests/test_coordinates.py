@@ -211,6 +211,7 @@ def test_agrees_aligned_from_canonical_with_aligned_from_body(body: Body, c: Can
     assert largest_difference(found[2:], expected[2:]) <= ROUNDING * max(1, c.J2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("separatrix", "side", "turn", "Qp_sign", "Qm_sign"),
     [(1, -1, 0, 0, -1), (2, 1, 0, 1, 0), (3, -1, 1, 0, 1), (4, 1, 1, -1, 0)],

@@ -130,6 +130,7 @@ def test_agrees_where_the_direction_comes_back_turned(family: int) -> None:
         np.testing.assert_allclose(integrated(orbit, p, 1.0), orbit.theta1, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", [1, 2])
 @pytest.mark.parametrize("share", [0.6, 0.7, 0.86])
 def test_an_elliptic_motion_is_told_from_a_hyperbolic_one(share: float, family: int) -> None:

@@ -149,6 +149,7 @@ def test_the_amplitude_neither_overflows_nor_loses_digits(nu: float) -> None:
         assert melnikov.amplitude(2, 1.0, p, m) == pytest.approx(expected, rel=1e-14, abs=1e-320)
 
 
+@pytest.mark.slow
 @repeatable(50)
 @given(bodies())
 def test_separatrix_2_always_splits_and_1_does_not_in_the_hess_case_only(body: Body) -> None:

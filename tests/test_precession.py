@@ -142,6 +142,7 @@ def test_eq_trieq_tells_hess_s_case_from_moments_and_r_alone() -> None:
     assert regime(Body(A, (1, "2.000000000001", 0), 1)) is Regime.ii
 
 
+@pytest.mark.slow
 @repeatable(50)
 @given(bodies(), numbers(0.5, 2))
 def test_tri1_in_the_hess_case_is_a_fraction_of_the_moments(body: Body, h0: float) -> None:

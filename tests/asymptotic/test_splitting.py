@@ -88,6 +88,7 @@ def test_distance_vanishes_at_the_quarters_whatever_its_harmonics() -> None:
     np.testing.assert_allclose(found, 0, atol=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("g", [0.0, 1.1, 2.9, -0.7])
 def test_agrees_with_orbits_integrated_backward_from_the_upper_periodic_solution(g: float) -> None:
     """The independent truth: S2+ by real backward integration, both surfaces at one phase."""

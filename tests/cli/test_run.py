@@ -285,6 +285,7 @@ def test_two_configs_of_one_name_are_wrong_usage(tmp_path: Path, names: tuple[st
     assert not (tmp_path / "results").exists()
 
 
+@pytest.mark.slow
 def test_all_configs_are_checked_before_the_first_is_computed(tmp_path: Path) -> None:
     written(tmp_path, SMALL, "good.yaml")
     for name in ("bad.yaml", "worse.yaml"):

@@ -58,6 +58,7 @@ def test_invariant_M3_vanishes_and_gamma_keeps_its_length(engine: str, bits: int
         assert abs(after - before) < Fraction(200, 2**bits)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("engine", "bits"), WAYS)
 def test_agrees_with_the_first_of_all_crossings(engine: str, bits: int) -> None:
     times = find(fan(5), engine, bits, n_crossings=1).time[0]

@@ -94,6 +94,7 @@ def test_every_departure_is_in_the_page(parsed: Parsed) -> None:
         assert set(departure.row) <= set(parsed.words)
 
 
+@pytest.mark.slow
 def test_what_results_say_of_themselves_is_text_not_markup(tmp_path: Path) -> None:
     path = tmp_path / "fig2.h5"
     shutil.copyfile(REFERENCE / "fig2.h5", path)

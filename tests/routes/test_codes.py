@@ -220,6 +220,7 @@ def test_ladder_leaves_out_64_bits_where_there_is_no_such_type() -> None:
     assert resolve("scipy", None, [53, 200]).precisions == (53, 200)
 
 
+@pytest.mark.slow
 @needs_heyoka
 def test_jobs_change_nothing() -> None:
     """Orbits longer than the passage limit, some of which climb to more bits."""
@@ -256,6 +257,7 @@ def test_the_record_keeps_its_phases_when_the_caller_changes_his() -> None:
     assert found.theta2_0.tolist() == [1.0, 2.0]
 
 
+@pytest.mark.slow
 def test_the_integers_give_the_same_route_in_other_units() -> None:
     """M -> 2^k M, t -> t/2^k, mu -> 2^2k mu is the same motion: times scale, symbols stay."""
     how: dict[str, Any] = {"engine": "scipy", "precisions": (113,), "n_symbols": 1}

@@ -343,6 +343,7 @@ def test_a_killed_worker_leaves_the_finished_parts(
     assert kept == {f"level0{i}{x}" for i in range(3) for x in ("", ".centre")} - {"level02"}
 
 
+@pytest.mark.slow
 def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path) -> None:
     """Else each killed run would leave processes that wait for ever."""
     code = (

@@ -87,6 +87,7 @@ def test_code_hash_notices_a_changed_digit(copy: Path) -> None:
     assert code_hash() != before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NOT_NEEDED)
 def test_code_hash_leaves_out_what_does_not_compute(copy: Path, name: str) -> None:
     before = code_hash()

@@ -90,6 +90,7 @@ def names(parts: dict[int, Any]) -> set[str]:
     return {f"alpha {i}" for i in parts}
 
 
+@pytest.mark.slow
 def test_theta3_is_drawn_whole(figure: Figure, data: Data) -> None:
     for axes, group in zip(figure.axes[::2], data.values(), strict=True):
         [line] = [line for line in axes.lines if line.get_label() == "theta3"]

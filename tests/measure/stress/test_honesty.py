@@ -39,6 +39,7 @@ def test_wrong_symbols_come_and_none_is_called_certain() -> None:
     assert verdicts(made) == ["passed"] * 3
 
 
+@pytest.mark.slow
 def test_a_computation_that_is_always_sure_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     def sure(*given: Any, **named: Any) -> RouteCodes:
         made = route_codes(*given, **named)
