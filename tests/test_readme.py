@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+import h5py
 import pytest
 
 import rigidpend
@@ -70,6 +71,16 @@ def test_the_example_in_python_has_the_shapes_that_are_said(page: str) -> None:
     assert len(said) >= 2
     for name, shape in said:
         assert str(getattr(made["routes"], name).shape) == shape, name
+
+
+def test_the_result_that_the_tour_reads_is_there(tmp_path: Path, monkeypatch: Any) -> None:
+    [code] = [block for where, block in blocks("python") if where == "docs/tour.md"]
+    (tmp_path / "results").symlink_to(ROOT / "results" / "reference")
+    monkeypatch.chdir(tmp_path)
+    exec(code, {})
+    assert "theta2_0 = 1/10" in code
+    with h5py.File("results/fig4.h5") as file:
+        assert file["data/left/theta2_0"][1] == 0.1
 
 
 @pytest.mark.parametrize("page", TEXTS)
