@@ -122,13 +122,15 @@ def test_names_of_configs_are_completed() -> None:
     assert item.type == "file"
 
 
-def test_keys_of_the_named_configs_are_completed() -> None:
+def test_keys_of_the_named_configs_are_completed(tmp_path: Path) -> None:
     assert offered("run", "fig4", "--set", "problem.m") == ["problem.mu="]
     assert offered("run", "fig1", "fig4", "--set", "problem.v") == [
         *("problem.view.azimuth=", "problem.view.elevation=")
     ]
     assert "problem.arrays.left.count=" in offered("describe", "fig4", "--set", "problem.arr")
     assert offered("run", "none.yaml", "--set", "p") == []
+    torn = written(tmp_path, "problem: {mu: [", "torn.yaml")
+    assert offered("run", str(torn), "--set", "p") == []
     assert offered("run", "--set", "p") == []
 
 
