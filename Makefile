@@ -7,22 +7,37 @@ BIN := $(VENV)/bin
 RESULTS ?= results
 JOBS ?=
 RUN := $(BIN)/rigidpend
+PYTEST := $(BIN)/python -m pytest -n $(or $(JOBS),auto) --dist loadfile
 
-.PHONY: help figures test verify reference bench stress gallery clean distclean
+.PHONY: help figures check test test-fast coverage docs verify reference bench stress gallery clean distclean
 
 help: ## list the targets
-	@grep -E '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
+	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
 
 figures: $(VENV)/.installed ## set up, run every config, draw every figure and a report into results/
 	$(RUN) run all --out $(RESULTS) $(if $(JOBS),-j $(JOBS))
 	$(RUN) render all --out $(RESULTS)
 	$(RUN) report --out $(RESULTS)
 
-test: $(VENV)/.installed-test ## set up, check format, lint and types, run the tests
+check: $(VENV)/.installed-test ## check format, lint and types
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
-	$(BIN)/python -m pytest
+
+test: check ## check, then run every test, on all cores
+	$(PYTEST)
+
+test-fast: $(VENV)/.installed-test ## run the tests that are not marked slow: the inner loop
+	$(PYTEST) -m "not slow"
+
+coverage: $(VENV)/.installed-test ## run every test and say which lines and branches they leave out
+	$(PYTEST) --cov --cov-report=term:skip-covered --cov-report=html:build/coverage
+
+docs: $(VENV)/.installed-docs ## build the documentation into build/docs/; needs no network
+	rm -rf build/docs
+	$(BIN)/python -m sphinx -b html -d build/doctrees -W --keep-going -q docs build/docs
+	@! grep -rlE '<(script|link|img)[^>]*(src|href)="(https?:)?//' --include='*.html' build/docs \
+	  || { echo "the pages above would fetch something from elsewhere" >&2; exit 1; }
 
 verify: $(VENV)/.installed ## compute every experiment again and compare with results/reference/
 	$(RUN) verify all $(if $(JOBS),-j $(JOBS))
@@ -43,8 +58,9 @@ gallery: figures ## draw every figure and keep it in results/gallery/, for the R
 clean: ## remove results and caches, keep the set-up
 	rm -rf $(RESULTS)/*.h5 $(RESULTS)/*.log $(RESULTS)/*.png $(RESULTS)/*.svg $(RESULTS)/*.pdf
 	rm -rf $(RESULTS)/.*.parts $(RESULTS)/report.html
-	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis
-	find rigidpend tests scripts -name __pycache__ -type d -prune -exec rm -rf {} +
+	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage .coverage.*
+	rm -rf build/coverage build/docs build/doctrees docs/generated
+	find rigidpend tests scripts docs -name __pycache__ -type d -prune -exec rm -rf {} +
 
 distclean: clean ## remove the set-up too
 	rm -rf $(VENV)
@@ -65,4 +81,8 @@ $(VENV)/.installed: $(VENV)/.created pyproject.toml constraints.txt
 
 $(VENV)/.installed-test: $(VENV)/.installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test]'
+	@touch $@
+
+$(VENV)/.installed-docs: $(VENV)/.installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
 	@touch $@

@@ -123,7 +123,7 @@ if TYPE_CHECKING:
     from rigidpend.routes import RouteCodes as RouteCodes
     from rigidpend.routes import route_codes as route_codes
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 __all__ = ["Body", "RouteCodes", "route_codes"]
 
 _HOME = {

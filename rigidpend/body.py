@@ -37,6 +37,9 @@ class Angles(NamedTuple):
 class Body:
     """A heavy rigid body, checked for the conditions of the paper (eq. cond_P).
 
+    Numbers may be int, float, Fraction, Decimal or text such as ``"1e-3"``; all are taken
+    exactly, a float as the double that it is.
+
     Parameters
     ----------
     A : sequence of 3 numbers
@@ -46,9 +49,6 @@ class Body:
         It is normalised.
     mu : number
         Weight times the distance of the centre of gravity, mu >= 0.
-
-    Numbers may be int, float, Fraction, Decimal or text such as ``"1e-3"``; all are taken
-    exactly, a float as the double that it is.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Write the summaries of the stored bench and stress results into README.md, between marks.
+"""Write the summaries of the stored bench and stress results into docs/measured.md, between marks.
 
     .venv/bin/python scripts/readme_tables.py [FOLDER]
 
@@ -19,18 +19,18 @@ from rigidpend.measure.benchmark.methods import METHODS
 from rigidpend.measure.benchmark.tables import all_right, time_to_reach
 from rigidpend.results import store
 
-README = Path(__file__).resolve().parents[1] / "README.md"
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "measured.md"
 LEVEL = 1e-9
-"""The error at which methods are compared in the README."""
+"""The error at which methods are compared on the page."""
 
 
 def main(folder: Path) -> None:
     """Replace both blocks."""
-    text = README.read_text(encoding="utf-8")
+    text = PAGE.read_text(encoding="utf-8")
     for name, lines in (("bench", bench_lines), ("stress", stress_lines)):
         block = "\n".join(lines(store.load(folder / f"{name}.h5")))
         text = replaced(text, name, block)
-    README.write_text(text, encoding="utf-8")
+    PAGE.write_text(text, encoding="utf-8")
 
 
 def replaced(text: str, name: str, block: str) -> str:
@@ -38,7 +38,7 @@ def replaced(text: str, name: str, block: str) -> str:
     before, begin, rest = text.partition(f"<!-- {name} -->\n")
     _, end, after = rest.partition(f"<!-- /{name} -->")
     if not (begin and end):
-        raise SystemExit(f"{README}: no block {name}")
+        raise SystemExit(f"{PAGE}: no block {name}")
     return f"{before}{begin}{block}\n{end}{after}"
 
 

@@ -81,6 +81,7 @@ def test_eq_phi_keeps_the_paper_s_inequalities_and_kappa(body: Body) -> None:
     assert largest_difference(p.nu * FINE.sin(p.alpha0) / p.kappa, FINE.pi) < 1e-50
 
 
+@pytest.mark.slow
 @repeatable(50)
 @given(bodies())
 def test_agrees_every_precision_with_the_finest(body: Body) -> None:
@@ -98,6 +99,7 @@ def test_agrees_every_precision_with_the_finest(body: Body) -> None:
     ]
 
 
+@pytest.mark.slow
 @repeatable(50)
 @given(bodies(), st.fractions("1e-6", "1e6"), st.fractions("1e-6", "1e6"))
 def test_invariant_the_angles_do_not_depend_on_units(body: Body, unit: Any, length: Any) -> None:

@@ -140,6 +140,7 @@ def test_agrees_canonical_to_andoyer_and_back(c: Canonical, beta0: float) -> Non
     assert 0 <= found.theta2 < 2 * np.pi
 
 
+@pytest.mark.slow
 @repeatable(100)
 @given(slight(), bodies())
 def test_agrees_canonical_to_aligned_and_back(c: Canonical, body: Body) -> None:
@@ -197,6 +198,7 @@ def test_agrees_arrays_with_one_by_one(body: Body, several: list[Canonical]) -> 
             assert np.allclose(field, [one[k][i] for one in alone], rtol=ROUNDING, atol=0)
 
 
+@pytest.mark.slow
 @repeatable(50)
 @given(bodies(), slight())
 def test_agrees_aligned_from_canonical_with_aligned_from_body(body: Body, c: Canonical) -> None:
@@ -209,6 +211,7 @@ def test_agrees_aligned_from_canonical_with_aligned_from_body(body: Body, c: Can
     assert largest_difference(found[2:], expected[2:]) <= ROUNDING * max(1, c.J2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("separatrix", "side", "turn", "Qp_sign", "Qm_sign"),
     [(1, -1, 0, 0, -1), (2, 1, 0, 1, 0), (3, -1, 1, 0, 1), (4, 1, 1, -1, 0)],

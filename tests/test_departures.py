@@ -79,6 +79,7 @@ def test_Im_converges_absolutely() -> None:
     assert abs(tails[1]) < 1e-7 * sums[-1]
 
 
+@pytest.mark.slow
 def test_Im_leaves_nothing_for_a_principal_value_to_exclude() -> None:
     """The whole integral, no part of it left out, is the closed form."""
     p = fine_angles(GENERIC)

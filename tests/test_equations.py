@@ -44,6 +44,7 @@ def on_both_sides(f: Any, x: Any, v: Any) -> Any:
     return (f(ahead) - f(behind)) / 2
 
 
+@pytest.mark.slow
 @repeatable(100)
 @given(rational_vectors(), rational_vectors(), MOMENTS, rational_vectors(), WEIGHTS)
 def test_invariant_euler_poisson_keeps_its_three_integrals(
@@ -58,6 +59,7 @@ def test_invariant_euler_poisson_keeps_its_three_integrals(
     assert [on_both_sides(f, [*M, *gamma], rate) for f in integrals] == [0, 0, 0]
 
 
+@pytest.mark.slow
 @repeatable(100)
 @given(rational_vectors(), rational_vectors(), MOMENTS, rational_vectors(), WEIGHTS)
 def test_eq_eq_is_the_bracket_with_the_energy(
@@ -73,6 +75,7 @@ def test_eq_eq_is_the_bracket_with_the_energy(
     assert list(eq.euler_poisson(M, gamma, A, r, mu)) == expected
 
 
+@pytest.mark.slow
 @repeatable(50)
 @given(rational_vectors(), rational_vectors(), MOMENTS, rational_vectors(), WEIGHTS)
 def test_invariant_euler_poisson_runs_backwards_in_the_mirror_when_r3_is_0(
@@ -161,6 +164,7 @@ def andoyer_and_energy(body: Body, c: Canonical) -> tuple[co.Andoyer, Any]:
     return a, eq.energy(*co.body_from_andoyer(a), A, r, mu)
 
 
+@pytest.mark.slow
 @repeatable(100)
 @given(bodies(), canonicals())
 def test_eq_h_d_is_the_energy_of_the_body(body: Body, c: Canonical) -> None:
@@ -169,6 +173,7 @@ def test_eq_h_d_is_the_energy_of_the_body(body: Body, c: Canonical) -> None:
     assert found == pytest.approx(energy, rel=1e-13, abs=1e-13)
 
 
+@pytest.mark.slow
 @repeatable(100)
 @given(bodies(), canonicals())
 def test_eq_h_new_is_the_energy_of_the_body(body: Body, c: Canonical) -> None:
@@ -229,6 +234,7 @@ def test_agrees_aligned_with_hamilton_s_equations_at_any_J3(body: Body, c: Canon
     assert largest_difference(eq.aligned(onto_aligned(flat(c)), coefficients), expected) < 1e-28
 
 
+@pytest.mark.slow
 @repeatable(100)
 @given(bodies(), momenta(), verticals())
 def test_agrees_aligned_with_euler_poisson(body: Body, M: Any, gamma: Any) -> None:

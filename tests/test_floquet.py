@@ -99,6 +99,7 @@ def monodromy(p: Angles, h0: float, family: int) -> Any:
     return flat[6:].reshape(6, 6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", [1, 2])
 @pytest.mark.parametrize("p", SPECIAL)
 def test_agrees_with_the_linearised_field(p: Angles, family: int) -> None:
@@ -129,6 +130,7 @@ def test_agrees_where_the_direction_comes_back_turned(family: int) -> None:
         np.testing.assert_allclose(integrated(orbit, p, 1.0), orbit.theta1, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", [1, 2])
 @pytest.mark.parametrize("share", [0.6, 0.7, 0.86])
 def test_an_elliptic_motion_is_told_from_a_hyperbolic_one(share: float, family: int) -> None:
@@ -141,6 +143,7 @@ def test_an_elliptic_motion_is_told_from_a_hyperbolic_one(share: float, family: 
         periodic_orbit(p, 1.0, family)
 
 
+@pytest.mark.slow
 @repeatable(60)
 @given(bodies(), numbers(0, 0.999))
 def test_invariant_the_exponents_of_a_pair_are_opposite(body: Body, share: float) -> None:

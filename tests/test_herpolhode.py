@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from rigidpend.herpolhode import (
 )
 from rigidpend.hodograph import field
 from rigidpend.integrate import sample
-from rigidpend.numbers.exact import exact
+from rigidpend.numbers.exact import PRECISIONS, exact
 from rigidpend.precession import plateaus
 from rigidpend.routes import RouteProblem
 from tests.integrate.problems import ENGINES, needs_heyoka
@@ -40,13 +41,18 @@ def problem(mu: str) -> RouteProblem:
     return RouteProblem(body, exact(H0), exact(J1_0), 5)
 
 
-def route_of(theta2_0: str, mu: str = "0.01", **how: Any) -> Any:
-    found = route_codes(problem(mu).body, [theta2_0], h0=H0, J1_0=J1_0, n_symbols=5, **how)
+@functools.cache
+def route_of(theta2_0: str, mu: str = "0.01", precisions: tuple[int, ...] = PRECISIONS) -> Any:
+    found = route_codes(
+        problem(mu).body, [theta2_0], h0=H0, J1_0=J1_0, n_symbols=5, precisions=precisions
+    )
     assert found.certain.all()
+    for values in found:
+        values.flags.writeable = False
     return found
 
 
-def orbit_of(theta2_0: str, route: Any, engine: str, mu: str = "0.01") -> RouteOrbit:
+def followed(theta2_0: str, route: Any, engine: str, mu: str) -> RouteOrbit:
     return follow(
         problem(mu),
         float(theta2_0),
@@ -57,6 +63,16 @@ def orbit_of(theta2_0: str, route: Any, engine: str, mu: str = "0.01") -> RouteO
     )
 
 
+@functools.cache
+def orbit_of(theta2_0: str, engine: str, mu: str = "0.01") -> RouteOrbit:
+    """The orbit along its certain route, integrated once for all tests."""
+    found = followed(theta2_0, route_of(theta2_0, mu), engine, mu)
+    for values in found:
+        values.flags.writeable = False
+    return found
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("theta2_0", PUBLISHED)
 def test_the_published_route_comes_out_in_113_bits(theta2_0: str) -> None:
     found = route_of(theta2_0, precisions=(113,))
@@ -64,20 +80,21 @@ def test_the_published_route_comes_out_in_113_bits(theta2_0: str) -> None:
     assert vertices(found.separatrix[:, 0]) == PUBLISHED[theta2_0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("theta2_0", PUBLISHED)
 def test_the_orbit_in_doubles_follows_the_certain_route(theta2_0: str, engine: str) -> None:
-    route = route_of(theta2_0)
-    orbit = orbit_of(theta2_0, route, engine)
+    route, orbit = route_of(theta2_0), orbit_of(theta2_0, engine)
     np.testing.assert_array_equal(separatrices(orbit.states), route.separatrix[:, 0])
     assert np.abs(orbit.crossing_error).max() < 1e-5
 
 
+@pytest.mark.slow
 def test_crossing_error_is_how_much_later_the_samples_cross() -> None:
     route = route_of("1.02")
     shift = np.array([1e-4, -2e-4, 1e-4, 0, -1e-4, 2e-4])
     early = route._replace(crossing_time=route.crossing_time - shift[:, None])
-    found = orbit_of("1.02", early, "scipy")
+    found = followed("1.02", early, "scipy", "0.01")
     np.testing.assert_allclose(found.crossing_error, shift, atol=1e-6)
 
 
@@ -88,7 +105,7 @@ def test_order_plateaus_differ_from_tri1_in_the_second_order(theta2_0: str) -> N
     first = []
     for mu in ("0.01", "0.005"):
         route = route_of(theta2_0, mu)
-        orbit = orbit_of(theta2_0, route, "taylor", mu)
+        orbit = orbit_of(theta2_0, "taylor", mu)
         crossing = route.crossing_time[:, 0]
         middle = (crossing[:-1] + crossing[1:]) / 2
         theta3 = np.interp(middle, orbit.t, orbit.states[6])
@@ -109,11 +126,12 @@ def test_initial_state_is_at_theta3_0_and_alpha_along_omega() -> None:
     assert 0 < abs(alpha(state, p.body)) < 1e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("theta2_0", PUBLISHED)
 def test_alpha_of_the_samples_is_the_quadrature_eqPV(theta2_0: str, engine: str) -> None:
     """Along the whole route, as far as an orbit stays the same when it is computed again."""
-    p, orbit = problem("0.01"), orbit_of(theta2_0, route_of(theta2_0), engine)
+    p, orbit = problem("0.01"), orbit_of(theta2_0, engine)
     state = initial_state(p, float(theta2_0))
     begin = np.array([*state, alpha(state, p.body)])
     again = sample(field(p.body), begin, orbit.t, engine=engine, tolerance=TOLERANCE[engine])
@@ -127,23 +145,24 @@ def test_alpha_of_the_samples_is_the_quadrature_eqPV(theta2_0: str, engine: str)
     assert np.abs(np.diff(found)).max() < 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_alpha_at_is_alpha_of_the_samples_at_each_end(engine: str) -> None:
     p, ends = problem("0.01"), [20.0, 45.0]
     states = np.stack([initial_state(p, x) for x in (1.02, 1.83)], axis=1)
     found = alpha_at(p.body, states, ends, TOLERANCE[engine], engine)
     for k, theta2_0 in enumerate(PUBLISHED):
-        orbit = orbit_of(theta2_0, route_of(theta2_0), "scipy")
+        orbit = orbit_of(theta2_0, "scipy")
         [at] = np.flatnonzero(np.isclose(orbit.t, ends[k]))
         assert found[k] == pytest.approx(alpha(orbit.states, p.body)[at], abs=1e-9)
 
 
+@pytest.mark.slow
 def test_agrees_with_eq1_and_th3_in_other_variables() -> None:
     """The first passage in (theta, J), with theta3 as its quadrature."""
     p = problem("0.01")
     angles = p.body.angles()
-    route = route_of("1.02")
-    orbit = orbit_of("1.02", route, "scipy")
+    orbit = orbit_of("1.02", "scipy")
     until = orbit.t < 45
 
     def rates(_: float, y: Any) -> Any:
@@ -161,10 +180,11 @@ def test_agrees_with_eq1_and_th3_in_other_variables() -> None:
     np.testing.assert_allclose(made["theta1"][until], theta1, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_omega_keeps_the_energy() -> None:
     """M . omega/2 + mu r . gamma = const, with M horizontal of length J2 along theta3."""
     p = problem("0.01")
-    made = samples(p.body, orbit_of("1.83", route_of("1.83"), "scipy"))
+    made = samples(p.body, orbit_of("1.83", "scipy"))
     _, eta, zeta = made["omega"].T
     along = eta * np.cos(made["theta3"]) + zeta * np.sin(made["theta3"])
     # |M| is 2 and changes by mu/h0 at most, so 2 h0 = |M| omega_along changes by 2 mu at most.

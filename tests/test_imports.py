@@ -66,6 +66,7 @@ def test_the_package_alone_imports_nothing_heavy(tmp_path: Path) -> None:
     assert {name for name in found if name.startswith("rigidpend.")} == set()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments",
     [("--help",), ("--version",), ("completion", "zsh")]
@@ -97,16 +98,19 @@ def test_completion_of_keys_imports_nothing_that_computes(tmp_path: Path) -> Non
     assert found & (HEAVY - {"yaml", "pydantic"}) == set()
 
 
+@pytest.mark.slow
 def test_list_imports_no_engine_and_no_drawing(folder: Path) -> None:
     found = modules(COMMAND, folder, "list")
     assert found & {"heyoka", "scipy.integrate", "matplotlib"} == set()
 
 
+@pytest.mark.slow
 def test_a_run_never_imports_matplotlib(by_run: set[str], by_second_run: set[str]) -> None:
     assert "rigidpend.run.runner" in by_run & by_second_run
     assert "matplotlib" not in by_run | by_second_run
 
 
+@pytest.mark.slow
 def test_an_engine_is_imported_when_it_computes_and_not_before(
     by_run: set[str], by_second_run: set[str]
 ) -> None:
@@ -120,6 +124,7 @@ def test_a_run_imports_one_engine_only(by_run: set[str]) -> None:
     assert len(by_run & {"heyoka", "scipy.integrate"}) == 1
 
 
+@pytest.mark.slow
 def test_render_imports_nothing_that_computes(folder: Path, by_run: set[str]) -> None:
     found = modules(COMMAND, folder, "render", "small.yaml")
     assert (folder / "results" / "small.png").is_file()
@@ -131,6 +136,7 @@ def test_render_imports_nothing_that_computes(folder: Path, by_run: set[str]) ->
     assert {name for name in found if name.startswith("rigidpend.integrate")} == set()
 
 
+@pytest.mark.slow
 def test_describe_imports_no_engine_and_no_drawing(folder: Path) -> None:
     found = modules(COMMAND, folder, "describe", "small.yaml")
     assert found & {"heyoka", "scipy.integrate", "matplotlib", "h5py"} == set()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import re
 from pathlib import Path
 
@@ -46,15 +47,20 @@ def homes() -> list[tuple[str, str, str]]:
     return found
 
 
-def named_after(label: str) -> list[tuple[ast.Module, ast.FunctionDef]]:
-    """The tests that are named after a label, each with its module."""
-    prefix = f"test_eq_{re.sub(r'[^A-Za-z0-9]', '_', label)}_"
+@functools.cache
+def all_tests() -> list[tuple[ast.Module, ast.FunctionDef]]:
+    """Every function in a file of tests, each with its module; read once for all labels."""
     found = []
     for path in sorted((ROOT / "tests").rglob("test_*.py")):
         tree = ast.parse(path.read_text())
-        nodes = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
-        found += [(tree, node) for node in nodes if node.name.startswith(prefix)]
+        found += [(tree, node) for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
     return found
+
+
+def named_after(label: str) -> list[tuple[ast.Module, ast.FunctionDef]]:
+    """The tests that are named after a label, each with its module."""
+    prefix = f"test_eq_{re.sub(r'[^A-Za-z0-9]', '_', label)}_"
+    return [(tree, node) for tree, node in all_tests() if node.name.startswith(prefix)]
 
 
 def names(tree: ast.AST) -> set[str]:

@@ -95,6 +95,7 @@ def test_the_integrand_keeps_its_relative_precision_in_its_tails(number: int) ->
         assert found != 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", SEPARATRICES)
 @pytest.mark.parametrize("nu", [8, 12, 30, 50])
 def test_eq_Im_is_the_sum_of_the_integrand_for_any_nu(number: int, nu: float) -> None:
@@ -148,6 +149,7 @@ def test_the_amplitude_neither_overflows_nor_loses_digits(nu: float) -> None:
         assert melnikov.amplitude(2, 1.0, p, m) == pytest.approx(expected, rel=1e-14, abs=1e-320)
 
 
+@pytest.mark.slow
 @repeatable(50)
 @given(bodies())
 def test_separatrix_2_always_splits_and_1_does_not_in_the_hess_case_only(body: Body) -> None:
@@ -161,6 +163,7 @@ def test_separatrix_2_always_splits_and_1_does_not_in_the_hess_case_only(body: B
     assert max(hess[0], hess[2]) < ROUNDING < 0.01 < min(hess[1], hess[3])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", SEPARATRICES)
 def test_zeros_are_where_the_sum_vanishes_on_each_separatrix(number: int) -> None:
     p, q = problem(GENERIC), fine_angles(GENERIC)
@@ -275,6 +278,7 @@ def test_eq_Im_vanishes_at_the_zeros_of_any_body(body: Body, h0: float, digits: 
     assert max(abs(f(first)), abs(f(second))) < 1e-7 * largest
 
 
+@pytest.mark.slow
 @repeatable(100)
 @given(bodies(), numbers(1, 5), st.integers(3, 400))
 def test_the_zeros_ascend_in_a_turn_and_are_half_a_turn_apart(

@@ -43,6 +43,7 @@ ANGLES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("epsilon", [1, -1])
 @repeatable(50)
 @given(bodies())
@@ -53,6 +54,7 @@ def test_eq_dt_the_two_printed_forms_are_equal(epsilon: int, body: Body) -> None
     assert Delta_1(body.angles(), H0, epsilon, math) == pytest.approx(printed, rel=1e-12, abs=1e-15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("family", "epsilon"), SIGNS)
 @repeatable(50)
 @given(bodies())
@@ -82,6 +84,7 @@ def slope(sizes: list[float]) -> float:
     return float(np.polyfit(np.log([float(mu) for mu in MUS]), np.log(sizes), 1)[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angles", ANGLES)
 @pytest.mark.parametrize(("family", "epsilon"), SIGNS)
 def test_eq_tt_leaves_a_residual_of_second_order(angles: Any, family: int, epsilon: int) -> None:
@@ -95,6 +98,7 @@ def T2_as_printed(theta2: Any, p: Any, h0: Any, family: int, epsilon: int, m: An
     return theta1, J1, angle + p.mu / (2 * h0) * (printed - right), J2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angles", ANGLES)
 def test_eq_tt_as_printed_leaves_a_residual_of_first_order_at_J1_J2(angles: Any) -> None:
     left = [residual(angles, 2, 1, mu, T2_as_printed) for mu in MUS]

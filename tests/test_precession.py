@@ -53,6 +53,7 @@ def test_eq_tri1_is_the_integral_of_th3_along_the_unperturbed_separatrix(
     assert increments(p, h0_of(body))[number - 1] == pytest.approx(2 * half, abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("separatrix", [1, 2, 3, 4])
 def test_order_eq_tri1_errs_in_the_second_order_along_perturbed_orbits(
@@ -93,6 +94,7 @@ def assert_ordered(body: Body) -> None:
         assert min(above) > max(below)
 
 
+@pytest.mark.slow
 @repeatable(200)
 @given(bodies(), st.one_of(numbers(0, 3.2), st.sampled_from([0.0, math.pi, -1.0])))
 def test_eq_trieq_orders_the_increments_of_any_body(body: Body, turn: float) -> None:
@@ -140,6 +142,7 @@ def test_eq_trieq_tells_hess_s_case_from_moments_and_r_alone() -> None:
     assert regime(Body(A, (1, "2.000000000001", 0), 1)) is Regime.ii
 
 
+@pytest.mark.slow
 @repeatable(50)
 @given(bodies(), numbers(0.5, 2))
 def test_tri1_in_the_hess_case_is_a_fraction_of_the_moments(body: Body, h0: float) -> None:

@@ -1,29 +1,105 @@
-"""The README against what it speaks of."""
+"""The README, the guide for contributors and the pages of the documentation against the code."""
 
 from __future__ import annotations
 
 import re
+import shlex
+import tomllib
 from pathlib import Path
+from typing import Any
 
-from rigidpend.departures import DEPARTURES
+import click
+import h5py
+import pytest
+
+import rigidpend
+from rigidpend.cli import main
+from rigidpend.config import loading, names
 
 ROOT = Path(__file__).resolve().parents[1]
-README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+TEXTS = {path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8") for path in PAGES}
 
 
-def rows_under(heading: str) -> list[tuple[str, ...]]:
-    """The rows of the first table under a heading, without its head."""
-    text = README.partition(f"## {heading}\n")[2].partition("\n## ")[0]
-    lines = [line for line in text.splitlines() if line.startswith("|")]
-    return [tuple(cell.strip() for cell in line.strip("|").split(" | ")) for line in lines[2:]]
+def blocks(language: str) -> list[tuple[str, str]]:
+    """(page, content) of every block of code of a language."""
+    mark = re.compile(rf"^```{language}\n(.*?)^```", re.MULTILINE | re.DOTALL)
+    return [(page, block) for page, text in TEXTS.items() for block in mark.findall(text)]
 
 
-def test_the_departures_are_those_of_the_package() -> None:
-    assert rows_under("Departures from the paper") == [d.row for d in DEPARTURES]
+def commands() -> list[list[str]]:
+    """The arguments of every call of `rigidpend` in a block of shell commands."""
+    found = []
+    for _, block in blocks("sh"):
+        for line in block.splitlines():
+            words = shlex.split(line, comments=True)
+            if words and Path(words[0]).name == "rigidpend":
+                found.append(words[1 : words.index(">") if ">" in words else None])
+    return found
 
 
-def test_every_file_that_it_points_to_is_there() -> None:
-    targets = re.findall(r"\]\(([^)#:]+)\)", README)
-    assert targets
-    for target in targets:
-        assert (ROOT / target).exists(), target
+def test_the_pages_show_commands() -> None:
+    assert {arguments[0] for arguments in commands()} > {"run", "render", "describe", "verify"}
+
+
+@pytest.mark.parametrize("arguments", commands(), ids=" ".join)
+def test_every_command_shown_is_understood(arguments: list[str], tmp_path: Path) -> None:
+    """Its options exist, its configs do, and its settings fit them; nothing is run."""
+    command = main.commands[arguments[0]]
+    given = command.make_context(arguments[0], arguments[1:]).params
+    assert isinstance(command, click.Command)
+    for name in given.get("names") or [given.get("name") or "fig4"]:
+        path = "fig4" if str(name).endswith(".yaml") else str(name)
+        loading.load_all(names.resolve((path,)), given.get("settings", ()))
+
+
+TARGETS = sorted(set(re.findall(r"(?:^|`)make ([a-z-]+)", "\n".join(TEXTS.values()), re.MULTILINE)))
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_every_target_of_make_is_there(target: str) -> None:
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/python.md"])
+def test_the_example_in_python_has_the_shapes_that_are_said(page: str) -> None:
+    [code] = [block for where, block in blocks("python") if where == page]
+    made: dict[str, Any] = {}
+    exec(code, made)
+    said = re.findall(r"^routes\.(\w+)  # (\([\d, ]+\))", code, re.MULTILINE)
+    assert len(said) >= 2
+    for name, shape in said:
+        assert str(getattr(made["routes"], name).shape) == shape, name
+
+
+def test_the_result_that_the_tour_reads_is_there(tmp_path: Path, monkeypatch: Any) -> None:
+    [code] = [block for where, block in blocks("python") if where == "docs/tour.md"]
+    (tmp_path / "results").symlink_to(ROOT / "results" / "reference")
+    monkeypatch.chdir(tmp_path)
+    exec(code, {})
+    assert "theta2_0 = 1/10" in code
+    with h5py.File("results/fig4.h5") as file:
+        assert file["data/left/theta2_0"][1] == 0.1
+
+
+@pytest.mark.parametrize("page", TEXTS)
+def test_every_file_that_a_page_points_to_is_there(page: str) -> None:
+    targets = re.findall(r"\]\(([^)#:]+)\)|\{figure\} (\S+)", TEXTS[page])
+    for target in ("".join(either) for either in targets):
+        assert ((ROOT / page).parent / target).exists(), target
+
+
+def test_the_gallery_has_every_figure_once() -> None:
+    shown = re.findall(r"\{figure\} \.\./results/gallery/(\S+)", TEXTS["docs/gallery.md"])
+    assert sorted(shown) == sorted(x.name for x in (ROOT / "results/gallery").glob("*.png"))
+
+
+def test_the_version_is_one() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    [version] = re.findall(r"^version: (.+)$", citation, re.MULTILINE)
+    [date] = re.findall(r"^date-released: (.+)$", citation, re.MULTILINE)
+    assert project["version"] == rigidpend.__version__ == version
+    assert f"## {version} - {date}\n" in changes

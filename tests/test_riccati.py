@@ -75,6 +75,7 @@ def test_invariant_the_reversal_takes_one_family_to_the_other(body: Body, tau: f
     assert max(abs(a + b) for a, b in zip(lower, upper, strict=True)) < 1e-55
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
 @repeatable(30)
 @given(bodies(), numbers(1.001, 3), numbers(-6.3, 12.6), numbers(0, 6.3))

@@ -75,6 +75,7 @@ def test_agrees_with_hamilton_s_equations(name: str) -> None:
         np.testing.assert_allclose(ratio, orbit[1, 1:] / orbit[3, 1:], rtol=0, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("name", MOMENTS)
 def test_invariant_mirrored_orbits_are_those_integrated_backward(name: str, engine: str) -> None:

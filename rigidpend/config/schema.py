@@ -113,8 +113,11 @@ class PhaseGrid(Part):
     """Phases start + k step, k = 0 .. count - 1, in radians."""
 
     start: Number
+    """The first phase, radians."""
     step: Number
+    """From each phase to the next, radians."""
     count: Annotated[Whole, Field(ge=1, le=MAX_COLUMNS)]
+    """Number of phases."""
 
     @property
     def phases(self) -> Grid:

@@ -109,6 +109,7 @@ def test_the_error_told_holds_against_more_steps(monkeypatch: pytest.MonkeyPatch
     assert np.abs(finer.gained - found.gained).max() < found.error.max() + 1e-15
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_agrees_engines(engine: str) -> None:
     found = increments(HESS, H0, resolve(engine, 3e-14)).gained

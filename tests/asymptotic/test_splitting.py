@@ -88,6 +88,7 @@ def test_distance_vanishes_at_the_quarters_whatever_its_harmonics() -> None:
     np.testing.assert_allclose(found, 0, atol=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("g", [0.0, 1.1, 2.9, -0.7])
 def test_agrees_with_orbits_integrated_backward_from_the_upper_periodic_solution(g: float) -> None:
     """The independent truth: S2+ by real backward integration, both surfaces at one phase."""
@@ -145,6 +146,7 @@ WAYS = [
 ]
 
 
+@pytest.mark.slow
 @needs_heyoka
 @pytest.mark.parametrize("bits", [53, 64])
 def test_agrees_precisions_with_113_bits_within_the_errors_they_tell(bits: int) -> None:
@@ -158,6 +160,7 @@ def test_agrees_precisions_with_113_bits_within_the_errors_they_tell(bits: int) 
     assert truth.error < 1e-6 * abs(truth.excess[0]) < 1e-15
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("engine", "bits"), WAYS)
 def test_agrees_points_of_the_section_with_160_bit_integers(engine: str, bits: int) -> None:
     """At nu = 11.3, where the distance is 1e-3 of what each surface swings."""
@@ -176,6 +179,7 @@ def _met(engine: str, bits: int) -> tuple[Any, Any]:
     return numbers(300).mpf(points.phase[0]), numbers(300).mpf(points.offset[0])
 
 
+@pytest.mark.slow
 def test_precisions_are_tried_in_turn_until_the_splitting_is_resolved() -> None:
     light = weighing(FIG4, "1e-6")
     found = measure(light, H0, ARITHMETIC._replace(precisions=(53, 113)))

@@ -1,4 +1,4 @@
-"""`python -m rigidpend` in processes of its own, in another folder, without a display."""
+"""Commands in another folder: in this process, or as `python -m rigidpend` in one of its own."""
 
 from __future__ import annotations
 
@@ -7,14 +7,30 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+from click.testing import CliRunner
+
+from rigidpend import cli
+
 REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
 ENVIRONMENT = {name: x for name, x in os.environ.items() if name != "DISPLAY"}
 
 Done = subprocess.CompletedProcess[str]
 
 
-def call(folder: Path, *arguments: str, backend: str = "nonsense") -> Done:
-    """A command in a folder, in an environment without a display."""
+def call(folder: Path, *arguments: str) -> Done:
+    """A command in a folder, in this process: Python and its libraries start once for all."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setattr(sys, "argv", ["rigidpend", *arguments])
+        done = CliRunner().invoke(cli.main, arguments, prog_name="rigidpend")
+    if done.exception and not isinstance(done.exception, SystemExit):
+        raise done.exception
+    return plain(Done(arguments, done.exit_code, done.stdout, done.stderr))
+
+
+def called(folder: Path, *arguments: str, backend: str = "nonsense") -> Done:
+    """A command in a folder, in a process of its own, in an environment without a display."""
     done = subprocess.run(
         [sys.executable, "-W", "error", "-m", "rigidpend", *arguments],
         cwd=folder,
@@ -24,6 +40,11 @@ def call(folder: Path, *arguments: str, backend: str = "nonsense") -> Done:
         timeout=120,
         check=False,
     )
+    return plain(done)
+
+
+def plain(done: Done) -> Done:
+    """The same, where nothing in it is for programmers or for terminals."""
     assert "Traceback" not in done.stderr, done.stderr
     assert "\x1b" not in done.stdout + done.stderr
     return done

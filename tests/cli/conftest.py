@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.calls import Done, call
+from tests.cli.calls import Done, called
 from tests.config.samples import SMALL, written
 
 
@@ -21,7 +21,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="package")
 def first(desk: Path) -> Done:
     """The first run of fig4, on one processor."""
-    return call(desk, "run", "fig4", "-j", "1", "--out", "deep/results")
+    return called(desk, "run", "fig4", "-j", "1", "--out", "deep/results")
 
 
 @pytest.fixture(scope="package")

@@ -19,7 +19,7 @@ from click.testing import CliRunner
 from rigidpend import cli
 from rigidpend.config import catalogue
 from rigidpend.run import runner
-from tests.cli.calls import ENVIRONMENT, call
+from tests.cli.calls import ENVIRONMENT, call, called
 from tests.config.samples import FIG4, SMALL, written
 
 COMMANDS = cli.main.commands
@@ -86,6 +86,7 @@ def interrupt(*_: Any, **__: Any) -> None:
     raise KeyboardInterrupt
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "line"), sorted(set(examples())))
 def test_every_example_works(
     place: Path, monkeypatch: pytest.MonkeyPatch, name: str, line: str
@@ -121,19 +122,21 @@ def test_names_of_configs_are_completed() -> None:
     assert item.type == "file"
 
 
-def test_keys_of_the_named_configs_are_completed() -> None:
+def test_keys_of_the_named_configs_are_completed(tmp_path: Path) -> None:
     assert offered("run", "fig4", "--set", "problem.m") == ["problem.mu="]
     assert offered("run", "fig1", "fig4", "--set", "problem.v") == [
         *("problem.view.azimuth=", "problem.view.elevation=")
     ]
     assert "problem.arrays.left.count=" in offered("describe", "fig4", "--set", "problem.arr")
     assert offered("run", "none.yaml", "--set", "p") == []
+    torn = written(tmp_path, "problem: {mu: [", "torn.yaml")
+    assert offered("run", str(torn), "--set", "p") == []
     assert offered("run", "--set", "p") == []
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_the_printed_script_asks_this_program(shell: str, tmp_path: Path) -> None:
-    done = call(tmp_path, "completion", shell)
+    done = called(tmp_path, "completion", shell)
     assert (done.returncode, done.stderr) == (0, "")
     assert f"_RIGIDPEND_COMPLETE={shell}_complete" in done.stdout
 

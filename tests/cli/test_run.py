@@ -31,6 +31,7 @@ def lines(path: Path) -> list[str]:
     return [line.split(maxsplit=1)[1] for line in path.read_text().splitlines()]
 
 
+@pytest.mark.slow
 def test_a_run_says_why_and_what_it_does_on_stderr(first: Done, result: Path) -> None:
     assert first.stdout == ""
     begin, *reports, end = first.stderr.splitlines()
@@ -42,12 +43,14 @@ def test_a_run_says_why_and_what_it_does_on_stderr(first: Done, result: Path) ->
     assert end.startswith(f"fig4: {Path('deep', 'results', 'fig4.h5')} written, ")
 
 
+@pytest.mark.slow
 def test_the_log_beside_the_result_holds_what_was_said(first: Done, result: Path) -> None:
     opening, *said = lines(result.with_suffix(".log"))
     assert opening.endswith("run fig4 -j 1 --out deep/results")
     assert [f"fig4: {line}" for line in said] == first.stderr.splitlines()
 
 
+@pytest.mark.slow
 def test_what_is_up_to_date_is_left_alone(desk: Path, result: Path) -> None:
     before, log = state(result), state(result.with_suffix(".log"))
     done = call(desk, "run", "fig4", "--out", "deep/results")
@@ -76,10 +79,12 @@ def differing(one: Path, two: Path) -> list[str]:
         return [name for name in names if a[name][:].tobytes() != b[name][:].tobytes()]
 
 
+@pytest.mark.slow
 def test_no_result_depends_on_the_jobs(result: Path, forced: Path) -> None:
     assert differing(result, forced) == []
 
 
+@pytest.mark.slow
 def test_a_changed_config_is_run_again_with_the_reason(desk: Path, forced: Path) -> None:
     setting = ("--set", "problem.n_symbols=2", "--set", "numerics.precisions=[53]")
     done = call(desk, "run", "fig4", "--out", "forced", *setting)
@@ -89,6 +94,7 @@ def test_a_changed_config_is_run_again_with_the_reason(desk: Path, forced: Path)
         assert file["data/left/codes"].shape == (2, 63)
 
 
+@pytest.mark.slow
 def test_a_read_only_folder_of_configs_is_enough(tmp_path: Path) -> None:
     (tmp_path / "configs").mkdir()
     path = written(tmp_path / "configs", SMALL, "mine.yaml")
@@ -100,6 +106,7 @@ def test_a_read_only_folder_of_configs_is_enough(tmp_path: Path) -> None:
     assert [x.name for x in (tmp_path / "configs").iterdir()] == ["mine.yaml"]
 
 
+@pytest.mark.slow
 def test_a_dry_run_says_what_a_run_would_do_and_does_nothing(tmp_path: Path) -> None:
     written(tmp_path, SMALL, "small.yaml")
     planned = call(tmp_path, "run", "small.yaml", "-n")
@@ -132,6 +139,7 @@ numerics: {precisions: [53]}
     return folder
 
 
+@pytest.mark.slow
 def test_the_first_failure_ends_a_run(failing: Path) -> None:
     done = call(failing, "run", "a.yaml", "c.yaml", "--out", "other", "--json")
     assert done.returncode == 1
@@ -141,6 +149,7 @@ def test_the_first_failure_ends_a_run(failing: Path) -> None:
     assert "failed: " in lines(failing / "other" / "a.log")[-1]
 
 
+@pytest.mark.slow
 def test_a_run_that_keeps_going_computes_the_rest(failing: Path) -> None:
     done = call(failing, "run", "a.yaml", "b.yaml", "c.yaml", "-k", "--json")
     assert done.returncode == 1
@@ -154,6 +163,7 @@ def test_a_run_that_keeps_going_computes_the_rest(failing: Path) -> None:
     assert 0 < c["seconds"] < 60
 
 
+@pytest.mark.slow
 def test_json_is_one_document_whatever_is_said(tmp_path: Path) -> None:
     written(tmp_path, SMALL, "small.yaml")
     [planned] = json.loads(call(tmp_path, "run", "small.yaml", "--json", "-n").stdout)
@@ -180,6 +190,7 @@ def test_an_interrupted_run_has_its_document_too(
     assert [one["status"] for one in json.loads(done.stdout)] == ["interrupted", "not run"]
 
 
+@pytest.mark.slow
 def test_quiet_says_nothing_and_verbose_says_more(tmp_path: Path) -> None:
     written(tmp_path, SMALL, "small.yaml")
     quiet = call(tmp_path, "run", "small.yaml", "-q")
@@ -195,6 +206,7 @@ def test_quiet_says_nothing_and_verbose_says_more(tmp_path: Path) -> None:
     assert wrong.stderr.startswith("--set problem.mu=x: ")
 
 
+@pytest.mark.slow
 def test_what_is_not_a_result_of_ours_is_overwritten_only_by_force(tmp_path: Path) -> None:
     written(tmp_path, SMALL, "small.yaml")
     (tmp_path / "results").mkdir()
@@ -237,6 +249,7 @@ def on_a_terminal(folder: Path, *arguments: str, **environment: str) -> str:
     return written.decode().replace("\r\n", "\n")
 
 
+@pytest.mark.slow
 def test_a_terminal_has_one_line_that_changes_and_no_colours(tmp_path: Path) -> None:
     for name in ("a", "b"):
         written(tmp_path, SMALL, f"{name}.yaml")
@@ -251,6 +264,7 @@ def test_a_terminal_has_one_line_that_changes_and_no_colours(tmp_path: Path) -> 
     ]
 
 
+@pytest.mark.slow
 def test_a_dumb_terminal_has_plain_lines(tmp_path: Path) -> None:
     written(tmp_path, SMALL, "a.yaml")
     shown = on_a_terminal(tmp_path, "run", "a.yaml", TERM="dumb")
@@ -258,6 +272,7 @@ def test_a_dumb_terminal_has_plain_lines(tmp_path: Path) -> None:
     assert shown.startswith("a: computing (no result yet), ")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("names", [("a.yaml", "sub/a.yaml"), ("fig4", "fig4.yaml")])
 def test_two_configs_of_one_name_are_wrong_usage(tmp_path: Path, names: tuple[str, str]) -> None:
     (tmp_path / "sub").mkdir()
@@ -270,6 +285,7 @@ def test_two_configs_of_one_name_are_wrong_usage(tmp_path: Path, names: tuple[st
     assert not (tmp_path / "results").exists()
 
 
+@pytest.mark.slow
 def test_all_configs_are_checked_before_the_first_is_computed(tmp_path: Path) -> None:
     written(tmp_path, SMALL, "good.yaml")
     for name in ("bad.yaml", "worse.yaml"):

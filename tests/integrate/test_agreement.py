@@ -34,6 +34,7 @@ def truth(name: str) -> Crossings:
     return find(fan(2, BODIES[name]), "scipy", 200, body=BODIES[name])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("engine", "bits"), WAYS)
 @pytest.mark.parametrize("name", BODIES)
 def test_agrees_every_engine_with_integers_of_200_bits(name: str, engine: str, bits: int) -> None:
@@ -65,6 +66,7 @@ def test_outcome_too_short_a_limit_is_no_crossing(engine: str, bits: int) -> Non
     assert found.separatrix.tolist() == [[2, 2], [0, 0], [0, 0], [0, 0]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("engine", "bits"), WAYS)
 def test_outcome_orbits_that_end_differently_share_a_call(engine: str, bits: int) -> None:
     """gamma = 0 takes the weight away: such an orbit is asymptotic beside others that go on."""

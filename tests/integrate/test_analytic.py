@@ -69,6 +69,7 @@ def test_agrees_eq1_with_the_unperturbed_separatrices(separatrix: int, engine: s
     np.testing.assert_allclose(modulus, J2, rtol=1e-15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("engine", "bits"), WAYS)
 @pytest.mark.parametrize("separatrix", [2, 4])
 def test_agrees_the_one_crossing_of_an_unperturbed_separatrix(

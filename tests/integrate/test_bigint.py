@@ -14,6 +14,7 @@ from tests.strategies import numbers, repeatable
 APART = 0.02
 
 
+@pytest.mark.slow
 @given(
     inside=st.lists(numbers(0.01, 0.99), max_size=3),
     outside=st.lists(st.one_of(numbers(-9, -2), numbers(2, 9)), max_size=4),
@@ -46,6 +47,7 @@ def test_zeros_skip_a_touch() -> None:
     assert list(bigint._zeros([1.0, 0.0, 1.0], 0.0, 1.0)) == []  # x^2 + 1
 
 
+@pytest.mark.slow
 def test_precision_113_bits_give_the_doubles_of_200() -> None:
     begin = fan(1, J1=1e-6)
     assert same(find(begin, "scipy", 113), find(begin, "scipy", 200))

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from rigidpend.integrate import Outcome
 from tests.integrate.problems import fan, find
 
 
+@pytest.mark.slow
 def test_group_finds_each_orbit_whatever_the_company() -> None:
     """Steps are shared, so times differ by the tolerance; the separatrices do not."""
     states = fan(7)

@@ -58,6 +58,7 @@ def test_jobs_change_no_bit_of_real128() -> None:
     assert all(same(alone, find(states, "taylor", 113, jobs=jobs)) for jobs in (2, 3))
 
 
+@pytest.mark.slow
 def test_jobs_change_no_bit_of_scipy() -> None:
     """70 orbits make two parts, which go to two processes."""
     states = fan(70)
@@ -65,6 +66,7 @@ def test_jobs_change_no_bit_of_scipy() -> None:
     assert same(alone, find(states, "scipy", n_crossings=2, jobs=2))
 
 
+@pytest.mark.slow
 def test_jobs_change_no_bit_of_the_integers() -> None:
     states = fan(3)
     alone = find(states, "scipy", 80, n_crossings=2)

@@ -30,6 +30,7 @@ def drift(M: Any, gamma: Any, body: Any) -> float:
     return max(float(np.abs(values - values[0]).max()) for values in integrals)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("body", [FIG4, GENERIC], ids=["Fig. 4", "generic"])
 def test_invariant_integrals_of_the_aligned_field(body: Any, engine: str) -> None:
@@ -45,6 +46,7 @@ def test_invariant_integrals_of_the_aligned_field(body: Any, engine: str) -> Non
     assert np.abs((M * gamma).sum(axis=0)).max() < BOUND[engine]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("body", [FIG4, GENERIC], ids=["Fig. 4", "generic"])
 def test_invariant_integrals_of_euler_poisson_off_the_level_zero(body: Any, engine: str) -> None:

@@ -49,6 +49,7 @@ def truth() -> Any:
     return in_many_digits(8, 160)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", ORDERS)
 def test_order_is_the_one_that_is_said(order: int, truth: Any) -> None:
     errors = [max(abs(x) for x in in_many_digits(order, n) - truth) for n in (8, 16, 32)]
@@ -101,6 +102,7 @@ def test_invariant_casimirs_whatever_the_step(order: int) -> None:
         assert (np.abs(change) / size).max() < 200 * stages(order) * 1e-15
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", ORDERS)
 def test_invariant_energy_stays_within_a_bound(order: int) -> None:
     A, r, mu = numbers()

@@ -77,6 +77,7 @@ def test_refuses_to_pass_a_singularity(engine: str) -> None:
         sample(lambda x, m: (x[0] * x[0], x[0]), [1.0, 0.0], [0.0, 0.5, 2.0], engine=engine)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("n", [1, 3, 19])
 def test_agrees_orbits_side_by_side_with_each_alone(n: int, engine: str) -> None:

@@ -28,6 +28,7 @@ def truth() -> list[Crossing]:
     return crossed("scipy", 160)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("engine", "bits"), WAYS)
 def test_agrees_with_160_bit_integers_to_the_precision_asked_for(
     truth: list[Crossing], engine: str, bits: int
@@ -38,6 +39,7 @@ def test_agrees_with_160_bit_integers_to_the_precision_asked_for(
         assert abs(found.time - expected.time) < 100 * Fraction(200, 2**bits)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("engine", "bits"), WAYS)
 def test_the_distance_from_the_separatrix_keeps_its_relative_precision(
     truth: list[Crossing], engine: str, bits: int
@@ -56,6 +58,7 @@ def test_invariant_M3_vanishes_and_gamma_keeps_its_length(engine: str, bits: int
         assert abs(after - before) < Fraction(200, 2**bits)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("engine", "bits"), WAYS)
 def test_agrees_with_the_first_of_all_crossings(engine: str, bits: int) -> None:
     times = find(fan(5), engine, bits, n_crossings=1).time[0]
@@ -63,6 +66,7 @@ def test_agrees_with_the_first_of_all_crossings(engine: str, bits: int) -> None:
     assert found == pytest.approx(list(times), rel=1e-13)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", [pytest.param("taylor", marks=needs_heyoka), "scipy"])
 def test_the_number_of_jobs_changes_nothing(engine: str) -> None:
     assert crossed(engine, 53, jobs=3) == crossed(engine, 53, jobs=1)

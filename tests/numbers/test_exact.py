@@ -213,6 +213,7 @@ def _larger(parts: st.SearchStrategy[Exact]) -> st.SearchStrategy[Exact]:
     )
 
 
+@pytest.mark.slow
 @repeatable(150)
 @given(st.recursive(LEAVES, _larger, max_leaves=6))
 def test_agrees_the_text_of_an_exact_with_its_value(x: Exact) -> None:
@@ -231,6 +232,7 @@ NUMBERS = st.one_of(
 )
 
 
+@pytest.mark.slow
 @repeatable(300)
 @given(NUMBERS)
 def test_agrees_the_text_of_a_number_with_the_number(value: Any) -> None:

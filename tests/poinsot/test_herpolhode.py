@@ -65,6 +65,7 @@ def test_agrees_with_the_quadrature_of_eqPV(orbit: Orbit) -> None:
         assert space.angle(orbit, t) == pytest.approx(expected, rel=1e-12 + lost)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axis", [1, 2])
 @pytest.mark.parametrize("coheight", [0.5, 1e-3, 1e-10])
 def test_agrees_with_the_quadrature_of_eqPV_in_60_digits(axis: int, coheight: float) -> None:

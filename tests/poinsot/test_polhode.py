@@ -34,6 +34,7 @@ def error(found: Any, expected: list[Any], u: float) -> float:
     return max(errors) / (EPS * (1 + abs(u)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("body", [BODY, OTHER])
 @pytest.mark.parametrize(("axis", "side"), FAMILIES)
 @pytest.mark.parametrize("coheight", SMALL)

@@ -48,6 +48,7 @@ def test_agrees_with_integration_in_body_and_space(number: int) -> None:
     assert (np.abs(spiral.herpolhode(BODY, times, G=1.5) - omega) <= bound).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", NUMBERS)
 @given(body=bodies())
 @repeatable(15)

@@ -26,6 +26,7 @@ def axes_with(alpha0: float, width: float) -> Figure:
     return figure
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [3.1, WIDTH * PANEL[2]])
 @pytest.mark.parametrize("alpha0", [0.05, 0.3, 0.8, 1.2, np.pi / 2, 1.9, 2.4, 2.8, 3.1])
 def test_no_two_labels_overlap_for_any_body(alpha0: float, width: float) -> None:

@@ -31,6 +31,7 @@ document.querySelector("iframe").onload = e => {{
 }};</script>"""
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium: the report's layout is not tested")
 def test_the_page_fits_a_phone_and_a_desk_and_prints(tmp_path: Path) -> None:
     for name in ("fig2", "fig3", "fig4", "fig5"):

@@ -63,6 +63,7 @@ def parsed(text: str) -> Parsed:
     return Parsed(text)
 
 
+@pytest.mark.slow
 def test_every_result_has_a_section_with_its_figure_and_provenance(parsed: Parsed) -> None:
     ids = [attributes.get("id") for tag, attributes in parsed.tags if tag == "section"]
     assert ids == [*SMALL, "departures"]
@@ -77,6 +78,7 @@ def test_every_result_has_a_section_with_its_figure_and_provenance(parsed: Parse
         assert stored["code_hash"] in words
 
 
+@pytest.mark.slow
 def test_the_page_is_well_formed_and_needs_nothing_else(parsed: Parsed, text: str) -> None:
     assert parsed.open == []
     assert {tag for tag, _ in parsed.tags} & {"script", "link", "iframe", "object"} == set()
@@ -92,6 +94,7 @@ def test_every_departure_is_in_the_page(parsed: Parsed) -> None:
         assert set(departure.row) <= set(parsed.words)
 
 
+@pytest.mark.slow
 def test_what_results_say_of_themselves_is_text_not_markup(tmp_path: Path) -> None:
     path = tmp_path / "fig2.h5"
     shutil.copyfile(REFERENCE / "fig2.h5", path)

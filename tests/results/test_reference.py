@@ -91,6 +91,7 @@ def differences(name: str, stored: Any, fresh: Any) -> list[str]:
     return list(experiments.computation(loaded.experiment).differences(stored, fresh))
 
 
+@pytest.mark.slow
 @needs_heyoka
 @pytest.mark.parametrize("compact", [False, True])
 @pytest.mark.parametrize("lanes", [1, 4, 8])
@@ -107,6 +108,7 @@ def test_every_build_agrees_with_the_same_references(
     assert build.made
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCIPY)
 def test_the_scipy_engine_agrees_with_the_same_references(name: str) -> None:
     fresh = computed(name, "scipy", SCIPY[name])
@@ -125,6 +127,7 @@ def test_builds_do_differ_in_their_last_bits(monkeypatch: pytest.MonkeyPatch) ->
     assert 1e-8 < max(gap.max() for gap in gaps) < 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SETTINGS)
 def test_every_number_of_a_reference_is_compared(name: str) -> None:
     """A change anywhere is found, but for the precision that decided a column."""

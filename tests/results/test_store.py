@@ -203,6 +203,7 @@ def test_another_program_s_file_is_refused(tmp_path: Path) -> None:
     assert "an HDF5 file, but not a result of rigidpend" in refusal(tmp_path / "x.h5")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "version",
     [
@@ -264,6 +265,7 @@ def test_what_was_loaded_needs_the_file_no_more(path: Path) -> None:
     same(loaded["data"], TREE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("group", ["config", "provenance", "data"])
 def test_load_refuses_a_file_without_one_of_its_parts(path: Path, group: str) -> None:
     with h5py.File(path, "a") as file:
@@ -324,6 +326,7 @@ def test_what_another_program_changed_is_read(path: Path) -> None:
     assert store.load(path)["data"]["count"] == 8
 
 
+@pytest.mark.slow
 def test_damage_to_what_another_program_changed_is_noticed_too(path: Path) -> None:
     """Of these some crash HDF5: they are read in another process first."""
     edited(path)

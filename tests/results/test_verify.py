@@ -124,6 +124,7 @@ CHANGES: dict[str, Any] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("said", "change"), CHANGES.items(), ids=CHANGES)
 def test_every_change_is_found_and_only_that(copy: Path, said: str, change: Any) -> None:
     with h5py.File(copy / "results" / "reference" / "small.h5", "a") as file:
@@ -135,6 +136,7 @@ def test_every_change_is_found_and_only_that(copy: Path, said: str, change: Any)
     assert found.startswith(f"  {said}")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["code_hash", "engine", "reasons"])
 def test_what_made_a_result_is_not_compared(copy: Path, name: str) -> None:
     with h5py.File(copy / "results" / "reference" / "small.h5", "a") as file:

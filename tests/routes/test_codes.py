@@ -31,6 +31,7 @@ def equal(a: RouteCodes, b: RouteCodes) -> bool:
     return all(np.array_equal(x, y, equal_nan=x.dtype.kind == "f") for x, y in pairs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_record_has_the_shapes_and_types_it_promises(engine: str) -> None:
     found = codes(["1/10", "2/10", 3.5], engine=engine, n_symbols=4)
@@ -72,6 +73,7 @@ def test_agrees_published_routes_of_fig5(theta2_0: str, code: str) -> None:
     assert found.certain.all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_no_weight_means_one_crossing_and_certainly_no_symbol(engine: str) -> None:
     found = codes(["1", "2"], FREE, engine=engine)
@@ -87,6 +89,7 @@ def test_no_weight_means_one_crossing_and_certainly_no_symbol(engine: str) -> No
     assert np.isnan(found.crossing_time[1:]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_hess_body_never_crosses_its_invariant_plane(engine: str) -> None:
     """Qp = 0 is invariant for alpha0 = beta0: Qp > 0 stays, and separatrix 4 is not reached."""
@@ -104,6 +107,7 @@ def test_hess_body_never_crosses_its_invariant_plane(engine: str) -> None:
     assert set(returns) == {(1, 1), (3, 0)}
 
 
+@pytest.mark.slow
 @needs_heyoka
 @pytest.mark.parametrize("body", [GRIOLI, FLAT, FIG5], ids=["Grioli", "flat", "Fig. 5"])
 def test_agrees_engines_on_special_bodies(body: Body) -> None:
@@ -116,6 +120,7 @@ def test_agrees_engines_on_special_bodies(body: Body) -> None:
     np.testing.assert_allclose(taylor.crossing_time, scipy.crossing_time, rtol=0, atol=1e-3)
 
 
+@pytest.mark.slow
 @needs_heyoka
 @pytest.mark.parametrize("theta2_0", ["31/10", 3.1])
 def test_agrees_hard_orbit_with_113_bits(theta2_0: Any) -> None:
@@ -129,6 +134,7 @@ def test_agrees_hard_orbit_with_113_bits(theta2_0: Any) -> None:
     assert sure.bits.tolist() == [113]
 
 
+@pytest.mark.slow
 @needs_heyoka
 def test_agrees_deep_start_with_113_bits() -> None:
     doubles = codes(["1", "2"], J1_0="1e-300")
@@ -186,6 +192,7 @@ def test_refuses_and_says_why(given: dict[str, Any], error: type[Exception], tol
         assert refused.value.field in given
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_second_computation_is_sharper_while_doubles_allow_it(
     engine: str, monkeypatch: pytest.MonkeyPatch
@@ -213,6 +220,7 @@ def test_ladder_leaves_out_64_bits_where_there_is_no_such_type() -> None:
     assert resolve("scipy", None, [53, 200]).precisions == (53, 200)
 
 
+@pytest.mark.slow
 @needs_heyoka
 def test_jobs_change_nothing() -> None:
     """Orbits longer than the passage limit, some of which climb to more bits."""
@@ -249,6 +257,7 @@ def test_the_record_keeps_its_phases_when_the_caller_changes_his() -> None:
     assert found.theta2_0.tolist() == [1.0, 2.0]
 
 
+@pytest.mark.slow
 def test_the_integers_give_the_same_route_in_other_units() -> None:
     """M -> 2^k M, t -> t/2^k, mu -> 2^2k mu is the same motion: times scale, symbols stay."""
     how: dict[str, Any] = {"engine": "scipy", "precisions": (113,), "n_symbols": 1}
@@ -264,6 +273,7 @@ def test_the_integers_give_the_same_route_in_other_units() -> None:
     assert np.allclose(big.crossing_time * 2**10, usual.crossing_time, rtol=1e-14, atol=0)
 
 
+@pytest.mark.slow
 def test_the_integers_integrate_the_free_body() -> None:
     found = codes("1", FREE, engine="scipy", precisions=(113,), n_symbols=2)
     assert found.codes.tolist() == [[NO_SYMBOL], [NO_SYMBOL]]

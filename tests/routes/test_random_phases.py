@@ -34,6 +34,7 @@ def wrong(found: RouteCodes, J1_0: str) -> Any:
     return found.codes != random_phases(J1_0).codes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("J1_0", J1_0S)
 def test_certain_is_every_symbol_and_right(J1_0: str) -> None:
     found = computed(J1_0)
@@ -43,6 +44,7 @@ def test_certain_is_every_symbol_and_right(J1_0: str) -> None:
     assert (found.bits == 53).mean() > 0.9, "doubles are enough for most"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("J1_0", J1_0S)
 def test_certain_in_doubles_alone_is_never_wrong(J1_0: str) -> None:
     found = computed(J1_0, precisions=(53,))
@@ -53,6 +55,7 @@ def test_certain_in_doubles_alone_is_never_wrong(J1_0: str) -> None:
     assert error[found.certain[-1]].max() < LINEAR / 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [1e-10, 1e-8, 1e-6])
 def test_certain_is_never_wrong_though_the_tolerance_is_coarse(tolerance: float) -> None:
     mistakes = 0

@@ -66,6 +66,7 @@ def test_code_hash_does_not_depend_on_where_the_package_is(
     assert code_hash() == here
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NEEDED)
 def test_code_hash_notices_a_constant_in_what_computes(copy: Path, name: str) -> None:
     source = (copy / name).read_text(encoding="utf-8")
@@ -86,6 +87,7 @@ def test_code_hash_notices_a_changed_digit(copy: Path) -> None:
     assert code_hash() != before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NOT_NEEDED)
 def test_code_hash_leaves_out_what_does_not_compute(copy: Path, name: str) -> None:
     before = code_hash()

@@ -40,6 +40,7 @@ def test_threads_share_the_process_and_keep_the_order() -> None:
     assert threading.get_ident() not in threads
 
 
+@pytest.mark.slow
 def test_processes_serve_work_that_holds_the_interpreter() -> None:
     found = side_by_side(place, (0.2,), True, [0, 1, 2, 3], 2)
     parts, processes, _ = zip(*found, strict=True)
@@ -47,6 +48,7 @@ def test_processes_serve_work_that_holds_the_interpreter() -> None:
     assert os.getpid() not in processes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jobs", [1, 2])
 @pytest.mark.parametrize("holds_interpreter", [True, False])
 def test_errors_of_the_work_come_through(jobs: int, holds_interpreter: bool) -> None:

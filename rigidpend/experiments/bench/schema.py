@@ -46,7 +46,9 @@ class Problem(Part):
     """Which problems, how large, and by which methods."""
 
     problems: Annotated[tuple[str, ...], _of("problem", NAMES)] = NAMES
+    """Names of the problems to be solved."""
     methods: Methods = tuple(METHODS)
+    """Names of the methods that solve them."""
     orbits: Count = 16
     """Orbits of the free body and of the pendulum, carried at once."""
     turns: Count = 25
@@ -54,6 +56,7 @@ class Problem(Part):
     columns: Count = 63
     """Phases k/10 of Fig. 4."""
     n_symbols: Annotated[Whole, Field(ge=1, le=1000)] = 15
+    """Symbols on each orbit of Fig. 4."""
     companions: Count = 8
     """Orbits over long times, carried at once."""
     periods: Count = 10**5
@@ -64,6 +67,7 @@ class Scaling(Part):
     """The cost of codes against their number."""
 
     methods: Methods
+    """Names of the methods whose cost is measured."""
     orbits: Counts
     """Numbers of orbits, from random phases."""
     symbols: Counts
@@ -84,10 +88,13 @@ class Protocol(Part):
     long_seconds: Seconds
     """The same over long times, shared out evenly; what is expected within it is carried on."""
     tolerances: Annotated[tuple[Number, ...], AfterValidator(_descending)]
+    """Local tolerances that a method with an adaptive step tries; descending."""
     steps: Counts
     """In a period, of methods with a fixed step; ascending."""
     long_tolerances: Annotated[tuple[Number, ...], AfterValidator(_descending)]
+    """The same over long times; descending."""
     long_steps: Counts
+    """Steps in a period over long times, of methods with a fixed step; ascending."""
 
 
 class Config(ExperimentConfig):

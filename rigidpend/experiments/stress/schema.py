@@ -27,7 +27,9 @@ class LongTime(Part):
     rotations: Annotated[Count, Field(ge=1000)] = 10**6
     """With the Taylor engine, and of the pendulum motion (a third)."""
     orbits: Count = 32
+    """Orbits that are carried at once."""
     rotations_scipy: Annotated[Count, Field(ge=10)] = 2000
+    """With the engine `scipy`."""
     rotations_splitting: Annotated[Count, Field(ge=100)] = 5000
     """With the Lie-Poisson splittings of order 2, 4, 6 and 8."""
 

@@ -91,6 +91,7 @@ def test_a_result_does_not_differ_from_itself(data: Any) -> None:
     assert asymptotic_surfaces.differences(data, copy.deepcopy(data)) == []
 
 
+@pytest.mark.slow
 @needs_heyoka
 def test_agrees_engines(content: Any) -> None:
     scipy, taylor = (computed(content, engine) for engine in ("scipy", "taylor"))

@@ -62,6 +62,7 @@ def panel(figure: Figure, name: str, surface: str) -> Axes:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("surface", SURFACES)
 @pytest.mark.parametrize("name", NAMES)
 def test_a_panel_draws_the_file_s_curves_in_the_file_s_window(
@@ -109,6 +110,7 @@ def test_panels_say_their_letter_nu_place_and_scale(data: Any) -> None:
         assert [text.get_text() for text in first.texts] == [said]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [1, 3, 7, 12])
 def test_any_number_of_bodies_fits_the_page(n: int) -> None:
     data = {
@@ -121,6 +123,7 @@ def test_any_number_of_bodies_fits_the_page(n: int) -> None:
     assert all(axes.get_position().x1 < 1 for axes in figure.axes)
 
 
+@pytest.mark.slow
 def test_the_figure_is_drawn_without_an_integrator_or_pyplot() -> None:
     code = (
         "import sys, rigidpend.experiments.asymptotic_surfaces.draw\n"

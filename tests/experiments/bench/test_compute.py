@@ -26,6 +26,9 @@ from tests.config.samples import content as typed
 from tests.config.samples import refused
 from tests.integrate.problems import needs_heyoka
 
+pytestmark = pytest.mark.slow
+"""Most tests look at the one result of a small run, which takes ten seconds."""
+
 CONFIGS = Path(__file__).resolve().parents[3] / "configs" / "measure"
 FULL, QUICK = (CONFIGS / f"{name}.yaml" for name in ("bench", "bench_quick"))
 SMALL = [

@@ -41,6 +41,7 @@ def test_every_method_has_a_look_of_its_own() -> None:
     )
 
 
+@pytest.mark.slow
 def test_lines_are_time_against_error(figure: Figure) -> None:
     axes, record = figure.axes[0], data()["free_body"]["scipy_dop853"]
     np.testing.assert_array_equal(
@@ -51,6 +52,7 @@ def test_lines_are_time_against_error(figure: Figure) -> None:
     assert left > right, "smaller errors are to the right"
 
 
+@pytest.mark.slow
 def test_an_error_that_is_none_is_not_drawn(figure: Figure) -> None:
     assert len(xy(figure.axes[0], "heyoka_eq1")) == 2
     assert not [x for x in figure.axes[0].lines if x.get_label() == "diffrax"]

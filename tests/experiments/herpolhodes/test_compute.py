@@ -105,6 +105,7 @@ def test_every_dataset_has_a_unit_and_a_description(tree: Any) -> None:
         assert all(dataset.units and dataset.description for dataset in group.values())
 
 
+@pytest.mark.slow
 def test_a_result_does_not_differ_from_itself_or_from_the_other_engine(
     content: Any, data: Data
 ) -> None:

@@ -71,6 +71,7 @@ def test_four_panels_are_lettered_and_named(figure: Figure) -> None:
         assert spiral.get_aspect() == 1
 
 
+@pytest.mark.slow
 def test_alpha_is_drawn_whole_each_part_in_its_separatrix_s_colour(
     figure: Figure, data: Data
 ) -> None:
@@ -89,6 +90,7 @@ def names(parts: dict[int, Any]) -> set[str]:
     return {f"alpha {i}" for i in parts}
 
 
+@pytest.mark.slow
 def test_theta3_is_drawn_whole(figure: Figure, data: Data) -> None:
     for axes, group in zip(figure.axes[::2], data.values(), strict=True):
         [line] = [line for line in axes.lines if line.get_label() == "theta3"]
@@ -116,6 +118,7 @@ def test_separatrices_are_numbered_at_their_crossings(figure: Figure, data: Data
         assert found == list(expected)
 
 
+@pytest.mark.slow
 def test_the_numbers_stand_above_the_curve(figure: Figure, data: Data) -> None:
     for axes, group in zip(figure.axes[::2], data.values(), strict=True):
         lowest = min(text.get_window_extent().y0 for text in axes.texts)
@@ -123,6 +126,7 @@ def test_the_numbers_stand_above_the_curve(figure: Figure, data: Data) -> None:
         assert lowest > top
 
 
+@pytest.mark.slow
 def test_the_curve_is_omega_between_its_ends_with_arrows(figure: Figure, data: Data) -> None:
     for axes, group in zip(figure.axes[1::2], data.values(), strict=True):
         first, last = group["wound"]

@@ -68,6 +68,7 @@ def curves(group: Any, field: str) -> list[Any]:
     return [group[field][..., a:b] for a, b in pairwise(group["offsets"])]
 
 
+@pytest.mark.slow
 def test_nothing_is_integrated_to_compute_it() -> None:
     found = modules_of("phase_portraits", FIG1)
     assert "rigidpend.free_body" in found

@@ -54,6 +54,7 @@ def heads(axes: Axes) -> list[Any]:
     return [(np.array(t.xyann), np.array(t.xy) - t.xyann) for t in found]  # type: ignore[attr-defined]
 
 
+@pytest.mark.slow
 def test_the_orbits_in_the_plane_are_the_file_s(figure: Figure, result: Any) -> None:
     orbits, drawn = result["data"]["orbits"], lines(figure.axes[1], "orbit")
     for line, x, y in zip(drawn, curves(orbits, "theta1"), curves(orbits, "J1"), strict=True):

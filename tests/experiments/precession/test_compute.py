@@ -46,6 +46,7 @@ def data(tree: Any) -> Any:
     return plain(tree)
 
 
+@pytest.mark.slow
 def test_the_bodies_are_one_of_each_regime_and_measured_in_its_order(data: Any) -> None:
     bodies = data["bodies"]
     assert [name.decode() for name in bodies["name"]] == list(BODIES)

@@ -56,6 +56,7 @@ def heights(axes: Axes, label: str) -> Any:
     return np.asarray(found.get_ydata())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("row", [0, 1])
 @pytest.mark.parametrize("separatrix", [1, 2, 3, 4])
 def test_increments_are_those_at_the_drawn_mu_in_the_largest_there_is(
@@ -102,6 +103,7 @@ def test_a_body_without_an_increment_is_named_as_rounding(data: Any) -> None:
     assert panel(figure, "b").texts[1:] == []
 
 
+@pytest.mark.slow
 def test_axes_are_named_and_the_page_holds_them(data: Any) -> None:
     figure = drawn(data)
     assert figure.get_size_inches()[0] <= 7.2 + 1e-9

@@ -196,6 +196,7 @@ def test_the_legend_tells_of_doubt_and_of_no_return_only_where_there_are(data: D
     assert legend(drawn(data))[4:] == ["no return"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("columns", "rows"), [(1, 15), (2, 1), (63, 30), (1000, 15), (40, 300)])
 def test_any_number_of_cells_is_drawn_inside_the_figure(columns: int, rows: int) -> None:
     group = array(np.arange(columns) / 1000, rows)
@@ -243,6 +244,7 @@ def test_the_legend_is_inside_the_figure_and_below_the_axes(columns: int) -> Non
     assert 0 <= box.y0 < box.y1 <= axes.get_window_extent().y0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
 def test_equal_results_give_equal_images_whenever_drawn(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str
@@ -266,6 +268,7 @@ def test_render_leaves_matplotlib_s_settings_as_they_were(tmp_path: Path) -> Non
         assert dict(matplotlib.rcParams) == before
 
 
+@pytest.mark.slow
 def test_the_reader_s_settings_leave_the_figure_as_it_is(tmp_path: Path) -> None:
     render.render(REFERENCE, tmp_path / "a.png")
     with matplotlib.rc_context({"font.size": 17, "savefig.dpi": 51, "savefig.bbox": "tight"}):

@@ -12,13 +12,14 @@ import numpy as np
 import pytest
 
 from rigidpend import melnikov, route_codes
-from rigidpend.config import loading
+from rigidpend.config import catalogue, loading
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_zoom import compute as route_zoom
 from rigidpend.integrate import default_engine
 from rigidpend.integrate.arithmetic import resolve
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.problem import RouteProblem
+from tests.config.samples import refused
 
 SHIPPED = Path(__file__).parents[3] / "configs" / "fig4_zoom.yaml"
 SMALL = ("problem.levels=3", "problem.count=5", "problem.n_symbols=4")
@@ -105,3 +106,15 @@ def test_differences_find_a_changed_symbol_and_a_shifted_centre(tree: Any) -> No
 def test_describe_tells_the_steps(given: Any) -> None:
     rows = {row.name: row.value for row in route_zoom.describe(given)}
     assert rows["steps"] == "0.1 to 1e-05"
+
+
+@pytest.mark.parametrize(
+    ("setting", "said"),
+    [
+        ("problem.symbol=16", "symbol 16 is beyond n_symbols = 15"),
+        ("problem.step=0", "step must be greater than 0, got 0"),
+    ],
+)
+def test_a_zoom_that_cannot_be_is_refused(setting: str, said: str) -> None:
+    [found] = refused(catalogue.known()["fig4_zoom"], [setting])
+    assert said in str(found)

@@ -77,6 +77,7 @@ def test_a_curve_that_is_not_known_is_not_drawn(data: Any) -> None:
     assert "$0.3$" not in labels
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("row", range(4))
 def test_errors_are_the_file_s_where_they_are_resolved(data: Any, row: int) -> None:
     axes, bodies = drawn(data).axes[1], data["bodies"]
@@ -116,6 +117,7 @@ def test_the_table_tells_precision_and_error_of_every_cell(data: Any) -> None:
     ]
 
 
+@pytest.mark.slow
 def test_axes_are_named_and_the_page_holds_them(data: Any) -> None:
     figure = drawn(data)
     assert figure.get_size_inches()[0] <= 7.2 + 1e-9
@@ -141,6 +143,7 @@ def test_one_body_alone_can_be_drawn(data: Any) -> None:
     assert len(figure.axes[3].patches) == 5
 
 
+@pytest.mark.slow
 def test_the_figure_is_drawn_without_an_integrator_or_pyplot() -> None:
     code = (
         "import sys, rigidpend.experiments.splitting.draw, rigidpend.experiments.precession.draw\n"

@@ -11,6 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from rigidpend.cli.stress import command
+from rigidpend.config import catalogue
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.stress import compute as stress
 from rigidpend.experiments.stress.schema import Config
@@ -18,6 +19,7 @@ from rigidpend.integrate.arithmetic import resolve
 from rigidpend.measure.stress.cases import Case, tree
 from rigidpend.results import store
 from tests.config.samples import content as typed
+from tests.config.samples import refused
 
 CONFIGS = Path(__file__).parents[3] / "configs" / "measure"
 
@@ -123,3 +125,9 @@ def test_command_draws_tells_and_ends_as_the_cases_do(
     again = CliRunner().invoke(command, ["--quick", "--out", str(tmp_path)])
     assert "is up to date" in again.stderr
     assert f"{code} FAILED" in again.stdout
+
+
+@pytest.mark.parametrize("tolerance", ["1e-14", "0.1"])
+def test_a_spoilt_tolerance_is_neither_fine_nor_meaningless(tolerance: str) -> None:
+    found, *_ = refused(catalogue.known()["stress"], [f"problem.honesty.tolerances=[{tolerance}]"])
+    assert f"a spoilt tolerance is from 1e-13 to 0.01, got {tolerance}" in str(found)

@@ -54,7 +54,7 @@ def test_the_budget_cuts_the_knobs_that_are_left() -> None:
 
 def test_what_is_decisive_is_repeated_whatever_the_budget() -> None:
     wrong = iter([3.0, 0.0])
-    naps = {1.0: 0.01, 2.0: 0.08}
+    naps = {1.0: 0.01, 2.0: 0.15}
 
     def make(_: Any, knob: Any) -> Solver:
         return Solver(lambda: time.sleep(naps[knob]), lambda found: found)
@@ -62,7 +62,7 @@ def test_what_is_decisive_is_repeated_whatever_the_budget() -> None:
     def error(_: Any) -> dict[str, float]:
         return {"wrong_symbols": next(wrong)}
 
-    found = list(measure(None, make, [1.0, 2.0], Protocol(4, 0.1), error))
+    found = list(measure(None, make, [1.0, 2.0], Protocol(4, 0.4), error))
     assert found[0]["repeats"] >= 4
     assert found[1]["repeats"] == 4
 
@@ -101,6 +101,7 @@ def test_drift_is_told_for_each_integral() -> None:
     assert found["energy"] == 0
 
 
+@pytest.mark.slow
 @needs_heyoka
 @pytest.mark.parametrize(
     ("problem", "method", "fields"),
@@ -126,6 +127,7 @@ def test_a_worker_measures_in_its_own_process(
     assert rows[1]["error"] < rows[0]["error"] / 2 or problem == "long_time"
 
 
+@pytest.mark.slow
 @needs_heyoka
 def test_a_worker_measures_the_cost_at_each_size_until_it_costs_too_much() -> None:
     sizes = [SIZES._replace(columns=n)._asdict() for n in (1, 4, 10**6)]
@@ -135,6 +137,7 @@ def test_a_worker_measures_the_cost_at_each_size_until_it_costs_too_much() -> No
     assert [row["columns"] for row in rows] == [1, 4]
 
 
+@pytest.mark.slow
 def test_a_worker_that_is_too_slow_is_ended_and_what_it_had_is_kept() -> None:
     order = worker.Order("codes", "splitting_8", [Sizes()._asdict()], [1e5], 1, 50.0, "")
     lines, ended = worker.measured(order, 3.0)

@@ -46,6 +46,7 @@ def test_growths_agree_with_two_orbits_side_by_side() -> None:
     assert grown[6] - grown[1] > 3
 
 
+@pytest.mark.slow
 @needs_heyoka
 def test_predicted_errors_are_those_that_are_made() -> None:
     states = FAN.states(12)

@@ -31,6 +31,7 @@ def verdicts(tree: Any) -> list[str]:
     return [str(case["verdict"].values) for case in tree["cases"].values()]
 
 
+@pytest.mark.slow
 def test_wrong_symbols_come_and_none_is_called_certain() -> None:
     made = run(300)
     assert (made["curves"]["wrong"].values > 0).all()
@@ -38,6 +39,7 @@ def test_wrong_symbols_come_and_none_is_called_certain() -> None:
     assert verdicts(made) == ["passed"] * 3
 
 
+@pytest.mark.slow
 def test_a_computation_that_is_always_sure_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     def sure(*given: Any, **named: Any) -> RouteCodes:
         made = route_codes(*given, **named)
@@ -49,6 +51,7 @@ def test_a_computation_that_is_always_sure_fails(monkeypatch: pytest.MonkeyPatch
     assert np.array_equal(made["curves"]["lies"].values, made["curves"]["wrong"].values)
 
 
+@pytest.mark.slow
 @needs_heyoka
 def test_the_hard_orbit_tells_where_a_computation_is_compared_with_itself(
     monkeypatch: pytest.MonkeyPatch,

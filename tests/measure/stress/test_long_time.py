@@ -64,6 +64,7 @@ def test_scipy_keeps_its_tolerance() -> None:
     assert made["curves"]["drift"].values.max() > 1e-13
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [2, 8])
 def test_splittings_keep_energy_and_casimirs(order: int) -> None:
     made: Any = long_time.splitting_drift(SETTING, order=order, rotations=100, orbits=4)

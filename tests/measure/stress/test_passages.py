@@ -25,6 +25,7 @@ def test_geometric_mean_of_a_normal_error() -> None:
     assert np.exp(np.log(sample).mean()) == pytest.approx(passages.GEOMETRIC, rel=0.01)
 
 
+@pytest.mark.slow
 @needs_heyoka
 def test_errors_are_as_predicted_and_others_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     def run() -> Any:
@@ -37,6 +38,7 @@ def test_errors_are_as_predicted_and_others_are_noticed(monkeypatch: pytest.Monk
     assert verdicts(run())["size of errors"] == "FAILED"
 
 
+@pytest.mark.slow
 @needs_heyoka
 def test_decided_symbols_are_as_predicted_and_right() -> None:
     made: Any = passages.decided_symbols(

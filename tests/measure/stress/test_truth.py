@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from rigidpend.integrate import Crossings
 from rigidpend.measure.stress import truth
@@ -11,6 +12,7 @@ from rigidpend.routes import RouteProblem
 from tests.integrate.problems import FIG4, needs_heyoka
 
 
+@pytest.mark.slow
 @needs_heyoka
 def test_integers_agree_with_heyoka_in_113_bits() -> None:
     problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-6"), 3)

@@ -1,0 +1,1 @@
+"""The documentation: pages, and what writes those that the code dictates."""

@@ -1,0 +1,74 @@
+"""Sphinx: how the documentation is built. Nothing is fetched: `make docs` needs no network."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent))
+
+from sphinx.application import Sphinx  # noqa: E402
+from sphinx.ext.napoleon import Config, NumpyDocstring  # noqa: E402
+
+import rigidpend  # noqa: E402
+from docs import generate  # noqa: E402
+
+generate.write(HERE / "generated")
+
+project = "rigidpend"
+author = "The rigidpend developers"
+project_copyright = "2026, the rigidpend developers"
+version = release = rigidpend.__version__
+
+extensions = ["myst_parser", "sphinx.ext.autodoc"]
+exclude_patterns = ["generated/*"]  # included by the pages, no pages themselves
+smartquotes_action = "D"  # dashes; quotes stay as they are typed
+
+myst_enable_extensions = ["deflist", "attrs_block"]
+myst_heading_anchors = 3
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "description"
+autodoc_typehints_description_target = "documented"
+autodoc_preserve_defaults = True
+
+html_theme = "furo"
+html_title = f"rigidpend {release}"
+html_static_path = ["static"]
+html_css_files = ["rigidpend.css"]
+html_show_sourcelink = False
+html_copy_source = False
+
+OUTSIDE_LITERALS = re.compile(r"(``.*?``)")
+SECTIONS = Config(napoleon_google_docstring=False, napoleon_use_rtype=False)
+
+
+def setup(app: Sphinx) -> None:
+    """Take the docstrings as they are written, for a reader of the source."""
+    app.connect("autodoc-process-docstring", docstring)
+    app.connect("autodoc-skip-member", without_meaning)
+
+
+def docstring(
+    app: Sphinx, what: str, name: str, it: object, options: object, lines: list[str]
+) -> None:
+    """Read the sections of a function or class, and ``|M|`` as a length anywhere.
+
+    reStructuredText would take the bars for a substitution; the other character is as wide, so
+    that tables keep their columns. What is said of an attribute has no sections.
+    """
+    if what not in ("attribute", "data", "property"):
+        lines[:] = NumpyDocstring(lines, SECTIONS, app, what, name, it, options).lines()
+    for number, line in enumerate(lines):
+        parts = OUTSIDE_LITERALS.split(line)
+        parts[::2] = [part.replace("|", "\N{DIVIDES}") for part in parts[::2]]
+        lines[number] = "".join(parts)
+
+
+def without_meaning(
+    app: Sphinx, what: str, name: str, it: object, skip: bool, options: object
+) -> bool | None:
+    """Leave out the fields of a named tuple about which nothing is said but their number."""
+    return True if str(getattr(it, "__doc__", "")).startswith("Alias for field number") else None

@@ -1,0 +1,271 @@
+"""Write the pages that the package itself dictates: settings, departures, names, modules.
+
+Markdown for MyST, one function a page, called by `conf.py` before Sphinx reads the sources.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import pkgutil
+import re
+import textwrap
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
+
+import click
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+import rigidpend
+from rigidpend import experiments
+from rigidpend.cli import main
+from rigidpend.departures import DEPARTURES
+from rigidpend.numbers.exact import Exact
+
+UNITS = {
+    **dict.fromkeys(("A", "bodies", "mu", "M_0", "drawn"), "physical units"),
+    **dict.fromkeys(("h0", "J1_0", "half_width", "heights", "tolerance"), "dimensionless"),
+    **dict.fromkeys(("tolerances", "long_tolerances"), "dimensionless"),
+    **dict.fromkeys(("theta2_0", "between", "start", "step", "beta0"), "radians"),
+    **dict.fromkeys(("azimuth", "elevation"), "radians"),
+    **dict.fromkeys(("seconds", "code_seconds", "long_seconds"), "seconds"),
+    "r": "a direction",
+}
+"""The units of settings that are numbers, by their last name. Whole numbers and words have none."""
+
+COMMON = ("figure", "experiment")
+"""The first two keys of every config, of which the page itself tells."""
+
+OPTION = re.compile(r"(?<!\S)--[a-z][a-z-]*")
+
+
+class Setting(NamedTuple):
+    """A key of a config."""
+
+    key: str
+    kind: str
+    default: str
+    meaning: str
+    unit: str
+
+
+def write(folder: Path) -> None:
+    """Write every generated page into a folder."""
+    folder.mkdir(exist_ok=True)
+    pages: dict[str, Callable[[], str]] = {
+        "commands": commands,
+        "settings": settings,
+        "departures": departures,
+        "names": names,
+        "modules": modules,
+    }
+    for name, page in pages.items():
+        (folder / f"{name}.md").write_text(page(), encoding="utf-8")
+
+
+def commands() -> str:
+    """Every command with its usage, text and options, as its --help has them."""
+    context = main.make_context("rigidpend", [], resilient_parsing=True)
+    parts = [_command(main, context)]
+    for name in main.list_commands(context):
+        command = main.commands[name]
+        inner = command.make_context(name, [], parent=context, resilient_parsing=True)
+        parts.append(_command(command, inner))
+    return "\n\n".join(parts) + "\n"
+
+
+def _command(command: click.Command, context: click.Context) -> str:
+    """A section: usage, text, examples and options."""
+    usage = " ".join([context.command_path, *command.collect_usage_pieces(context)])
+    text, _, examples = inspect.cleandoc(command.help or "").partition("\b\n")
+    parts = [f"## {context.command_path}", f"```text\n{usage}\n```", plain_text(text)]
+    records = [x for x in (p.get_help_record(context) for p in command.get_params(context)) if x]
+    parts += [f"`{names}`\n: {plain(said)}" for names, said in records]
+    if examples:
+        lines = textwrap.dedent(examples.partition("\n")[2]).strip()
+        parts.append(f"Examples:\n\n```sh\n{lines}\n```")
+    return "\n\n".join(parts)
+
+
+def plain_text(text: str) -> str:
+    """Paragraphs, with nothing in them that Markdown would read as its own."""
+    return "\n\n".join(plain(paragraph) for paragraph in text.strip().split("\n\n"))
+
+
+def settings() -> str:
+    """Every experiment's keys."""
+    parts = []
+    for experiment in experiments.names():
+        config = experiments.schema(experiment)
+        rows = list(keys(config))
+        title = inspect.getdoc(inspect.getmodule(config)) or ""
+        head = title.partition("\n")[0].partition(": ")[2].partition(": ")[2]
+        parts.append(f"## {experiment}\n\n{head[:1].upper()}{head[1:]}\n\n{_settings(rows)}")
+    return "\n\n".join(parts) + "\n"
+
+
+def _settings(rows: Sequence[Setting]) -> str:
+    """A definition list, which a narrow page holds too."""
+    return "\n\n".join(f"`{x.key}`\n: {facts(x)} {x.meaning}" for x in rows)
+
+
+def facts(setting: Setting) -> str:
+    """Type, unit and default of a setting, in italics as far as they are words."""
+    kind = ", ".join(filter(None, (setting.kind, setting.unit)))
+    default = setting.default if setting.default == "required" else f"default {setting.default}"
+    return f"{kind}; {default}."
+
+
+def keys(part: type[BaseModel], prefix: str = "") -> Iterator[Setting]:
+    """The settings of a part of a config and of the parts in it, each with its full key.
+
+    Raises
+    ------
+    ValueError
+        A setting without a meaning, or a number without a unit.
+    """
+    told = meanings(part)
+    for name, field in part.model_fields.items():
+        if name in COMMON and not prefix:
+            continue
+        key = f"{prefix}{name}"
+        inner, named = nested(field.annotation)
+        meaning = told.get(name, "")
+        if inner is not None:
+            below = f"{key}.NAME." if named else f"{key}."
+            if not meaning:
+                meaning = (inspect.getdoc(inner) or "").partition("\n")[0]
+        if not meaning:
+            raise ValueError(
+                f"{part.__module__}.{part.__name__}.{name}: a setting without a meaning"
+            )
+        kind, default = described(field.annotation), shown_default(field)
+        is_number = "number" in kind.replace("whole number", "")
+        unit = UNITS.get(name, "") if is_number else ""
+        if is_number and not unit:
+            raise ValueError(f"{part.__module__}.{part.__name__}.{name}: a number without a unit")
+        yield Setting(key, kind, default, plain(meaning), unit)
+        if inner is not None:
+            yield from keys(inner, below)
+
+
+def meanings(part: type[BaseModel]) -> dict[str, str]:
+    """The texts under the fields of a model and of those that it derives from."""
+    found: dict[str, str] = {}
+    for base in reversed(part.__mro__):
+        if not issubclass(base, BaseModel) or not base.__module__.startswith("rigidpend"):
+            continue
+        [node] = ast.parse(textwrap.dedent(inspect.getsource(base))).body
+        assert isinstance(node, ast.ClassDef)
+        for field, text in zip(node.body, node.body[1:], strict=False):
+            if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name):
+                if isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant):
+                    found[field.target.id] = inspect.cleandoc(str(text.value.value))
+    return found
+
+
+def nested(annotation: Any) -> tuple[type[BaseModel] | None, bool]:
+    """The part of a config behind an annotation, and whether it is one of several by name."""
+    origin = get_origin(annotation)
+    if origin is Annotated:
+        return nested(get_args(annotation)[0])
+    if origin is dict:
+        return nested(get_args(annotation)[1])[0], True
+    if inspect.isclass(annotation) and issubclass(annotation, BaseModel):
+        return annotation, False
+    return None, False
+
+
+def described(annotation: Any) -> str:
+    """A type in words."""
+    simple = {Exact: "number", int: "whole number", str: "text", bool: "true or false"}
+    if annotation in simple:
+        return simple[annotation]
+    origin, inside = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        return described(inside[0])
+    if origin is Literal:
+        return " or ".join(f"`{value}`" for value in inside)
+    if origin in (Union, UnionType):
+        return " or ".join(described(x) for x in inside if x is not NoneType)
+    if origin is tuple:
+        many = inside[-1] is Ellipsis
+        return (
+            f"list of {described(inside[0])}s" if many else f"{len(inside)} {described(inside[0])}s"
+        )
+    if origin is dict:
+        return f"{described(inside[1])} for each name"
+    return "section"
+
+
+def shown_default(field: FieldInfo) -> str:
+    """A default as one would write it; what must be given is said to be required."""
+    if field.is_required():
+        return "required"
+    default = field.get_default(call_default_factory=True)
+    if isinstance(default, BaseModel):
+        return "as below"
+    if default is None:
+        return "`auto`"
+    if isinstance(default, tuple):
+        shown = ", ".join(map(str, default))
+        return f"`[{shown}]`" if len(default) < 5 else "all"
+    return f"`{default or '{}'}`"
+
+
+def departures() -> str:
+    """The places where the paper slips."""
+    rows = [tuple(map(plain, departure.row)) for departure in DEPARTURES]
+    return "\n".join(table(("place", "as printed", "here"), rows)) + "\n"
+
+
+def names() -> str:
+    """The table of letters in the package's docstring."""
+    text = inspect.cleandoc(rigidpend.__doc__ or "").partition("\nNames\n")[2].partition("\n")[2]
+    return f"```{{eval-rst}}\n{text.strip()}\n```\n"
+
+
+PHYSICS = (
+    *("body", "coordinates", "equations", "free_body", "poinsot", "separatrices", "pendulum"),
+    *("jacobi", "riccati", "periodic", "floquet", "variational", "melnikov", "surfaces"),
+    *("asymptotic", "precession", "hodograph", "herpolhode", "integrate", "routes", "return_map"),
+)
+"""The modules that hold the mathematics, in the order in which they build upon each other."""
+
+
+def modules() -> str:
+    """The physics modules with what is public in them."""
+    return "\n".join(_module(f"rigidpend.{name}") for name in PHYSICS if _present(name))
+
+
+def _present(name: str) -> bool:
+    return any(module.name == name for module in pkgutil.iter_modules(rigidpend.__path__))
+
+
+def _module(name: str) -> str:
+    """A section for a module, and one for each in it."""
+    module = __import__(name, fromlist=["_"])
+    level = "##" if name.count(".") == 1 else "###"
+    lines = [f"{level} {name.partition('.')[2]}", "", "```{eval-rst}", f".. automodule:: {name}"]
+    inside = sorted(found.name for found in pkgutil.iter_modules(getattr(module, "__path__", [])))
+    if not inside:
+        lines.append("   :members:")
+    lines += ["```", ""]
+    return "\n".join([*lines, *(_module(f"{name}.{part}") for part in inside)])
+
+
+def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
+    """A Markdown table."""
+    for cells in (header, ["---"] * len(header), *rows):
+        yield f"| {' | '.join(cells)} |"
+
+
+def plain(text: str) -> str:
+    """A text on one line, with nothing in it that Markdown would read as its own."""
+    joined = " ".join(text.replace("\\|", "|").split())
+    for mark in "|*_<[":
+        joined = joined.replace(mark, f"\\{mark}")
+    return OPTION.sub(r"`\g<0>`", joined)
