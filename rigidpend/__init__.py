@@ -46,10 +46,11 @@ progress      how a run goes; logs keep it beside the results
 theory        what the formulas say of a body, as a table
 provenance    versions, commit, machine, and the code behind a result
 render        figures from stored results
+tables        one table, for a terminal, in Markdown or HTML
 report        one HTML page of all results, beside the paper's numbers
 departures    where the paper slips, and what is computed here
 stress        trials at the limits, each with a stated bound
-benchmark     speed and error beside other methods
+benchmark     speed, error and trust beside other methods
 cli           the command line
 
 Names

@@ -1,36 +1,48 @@
-"""Write the summaries of the stored bench and stress results into README.md, between marks.
+"""Write the tables of the stored measurements into README.md, between marks.
 
-    .venv/bin/python scripts/readme_tables.py [FOLDER]
+    .venv/bin/python scripts/readme_tables.py [--check]
 
-FOLDER holds bench.h5 and stress.h5; results if not given. A block begins with a comment
-``<!-- NAME -->`` and ends with ``<!-- /NAME -->``; what is between is replaced.
+The measurements are results/measured/bench.h5 and stress.h5; one that is not there leaves its
+block as it is. A block begins with a comment ``<!-- NAME -->`` and ends with ``<!-- /NAME -->``;
+what is between is replaced. With ``--check`` nothing is written: it fails where README differs.
 """
 
 from __future__ import annotations
 
-import math
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 from rigidpend.experiments.stress import report as trials
+from rigidpend.measure.benchmark import reading
 from rigidpend.measure.benchmark.methods import METHODS
-from rigidpend.measure.benchmark.tables import all_right, time_to_reach
+from rigidpend.measure.benchmark.problems import NAMES
 from rigidpend.results import store
+from rigidpend.tables import Table, markdown, seconds, times
 
-README = Path(__file__).resolve().parents[1] / "README.md"
-LEVEL = 1e-9
-"""The error at which methods are compared in the README."""
+ROOT = Path(__file__).resolve().parents[1]
+README = ROOT / "README.md"
+MEASURED = ROOT / "results" / "measured"
 
 
-def main(folder: Path) -> None:
-    """Replace both blocks."""
-    text = README.read_text(encoding="utf-8")
-    for name, lines in (("bench", bench_lines), ("stress", stress_lines)):
-        block = "\n".join(lines(store.load(folder / f"{name}.h5")))
-        text = replaced(text, name, block)
-    README.write_text(text, encoding="utf-8")
+def main() -> None:
+    """Replace the blocks, or check them."""
+    before = README.read_text(encoding="utf-8")
+    after = renewed(before)
+    if "--check" not in sys.argv[1:]:
+        README.write_text(after, encoding="utf-8")
+    elif after != before:
+        raise SystemExit(f"{README} is not what {MEASURED} says: call make tables")
+
+
+def renewed(text: str, folder: Path = MEASURED) -> str:
+    """The text with the blocks of all measurements that are stored."""
+    for name, lines in BLOCKS.items():
+        stored = folder / f"{name}.h5"
+        if stored.is_file():
+            text = replaced(text, name, "\n".join(lines(store.load(stored))))
+    return text
 
 
 def replaced(text: str, name: str, block: str) -> str:
@@ -43,40 +55,41 @@ def replaced(text: str, name: str, block: str) -> str:
 
 
 def bench_lines(result: Any) -> Iterator[str]:
-    """All symbols right, then the error level of each other problem."""
+    """Losses, the codes of Fig. 4, the other problems in short, certificates, random phases."""
     data = result["data"]
-    yield f"{machine(result)}, one core, warm, medians. All 945 symbols of Fig. 4, left, right:"
-    yield ""
-    default = all_right(data["codes"][str(data["codes"]["default"])]).seconds
-    rows = [
-        (METHODS[name].label, shown(right.seconds), f"{right.seconds / default:.3g}")
-        for name, record in data["codes"].items()
-        if name in METHODS and math.isfinite((right := all_right(record)).seconds)
-    ]
-    rows.sort(key=lambda row: float(row[2]))
-    yield from table(("method", "time", "times ours in one batch"), rows)
-    yield ""
-    yield f"Time to an error of {LEVEL:.0e}, by default and by the fastest method of others:"
-    yield ""
-    problems = [name for name in data if name not in ("codes", "scaling")]
-    header = ("problem", "ours, default", "", "fastest other", "", "ratio")
-    yield from table(header, [comparison(data[name]) for name in problems])
+    yield f"{machine(result)}; medians over rounds in which methods take turns."
+    for table in (
+        reading.losses_table(data),
+        reading.meeting_table(data, "codes"),
+        shortest(data),
+        reading.certificates_table(data),
+        reading.phases_table(data),
+        reading.cost_table(data),
+    ):
+        yield ""
+        yield from markdown(table)
 
 
-def comparison(group: Any) -> tuple[str, ...]:
-    """The default and the fastest method of others at a problem."""
-    name = str(group["default"])
-    own = time_to_reach(group[name], LEVEL)
-    others = {
-        METHODS[method].label: time_to_reach(group[method], LEVEL)
-        for method in group
-        if method in METHODS and METHODS[method].family not in ("ours", "splitting")
-    }
-    other = min(others, key=lambda label: others[label])
-    first = (str(group["title"]), METHODS[name].label, shown(own))
-    if not math.isfinite(others[other]):
-        return (*first, "none reaches it", "", "")
-    return (*first, other, shown(others[other]), f"{others[other] / own:.2g}")
+def shortest(data: Any) -> Table:
+    """Ours and the fastest peer at every problem, with one thread."""
+    rows = [row for problem in data if problem in NAMES for row in _pair(data, problem)]
+    header = ("problem", "ours", "time", "fastest peer", "time", "times ours")
+    return Table("Ours and the fastest peer that reaches the level, one thread:", header, rows)
+
+
+def _pair(data: Any, problem: str) -> Iterator[tuple[str, ...]]:
+    results = reading.met(data, problem, 1)
+    own = next((r for r in results if r.method == str(data[problem]["default"])), None)
+    if own is None:
+        return
+    peers = [r for r in results if r.reached and METHODS[r.method].family not in reading.OWN]
+    first = (reading.level_text(data, problem), METHODS[own.method].label)
+    if not peers:
+        yield (*first, seconds(own.seconds), "none reaches it", "-", "-")
+        return
+    label = METHODS[peers[0].method].label
+    ratio = times(peers[0].ratio)
+    yield (*first, seconds(own.seconds), label, seconds(peers[0].seconds), ratio)
 
 
 def stress_lines(result: Any) -> Iterator[str]:
@@ -84,13 +97,8 @@ def stress_lines(result: Any) -> Iterator[str]:
     counted, *_ = trials.tables(result)
     yield f"{machine(result)}."
     yield ""
-    yield from table([cell.lower() for cell in counted.header], counted.rows)
-
-
-def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
-    """Markdown."""
-    for cells in (header, ["---"] * len(header), *rows):
-        yield f"| {' | '.join(cells)} |"
+    header = [cell.lower() for cell in counted.header]
+    yield from markdown(counted._replace(caption="", header=header))
 
 
 def machine(result: Any) -> str:
@@ -99,12 +107,8 @@ def machine(result: Any) -> str:
     return f"{found['processor']}, {found['system']}, {str(found['created'])[:10]}"
 
 
-def shown(seconds: float) -> str:
-    """A time for people."""
-    if not math.isfinite(seconds):
-        return "not reached"
-    return f"{1e3 * seconds:.3g} ms" if seconds < 1 else f"{seconds:.3g} s"
+BLOCKS: dict[str, Callable[[Any], Iterator[str]]] = {"bench": bench_lines, "stress": stress_lines}
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1] if len(sys.argv) > 1 else "results"))
+    main()
