@@ -33,8 +33,8 @@ GROWTH = 2.0
 """By how much the next knob is expected to cost more than the last one."""
 
 
-class Trial(NamedTuple):
-    """A method as it is tried at a problem."""
+class Attempt(NamedTuple):
+    """A method with all that is chosen for it at a problem."""
 
     method: Method
     answer: Answer
@@ -124,7 +124,7 @@ def search(
     for number, variant in enumerate(method.variants):
         spent, share = 0.0, seconds / len(method.variants)
         for knob in knobs:
-            trial = Trial(method, answer, {**form, **variant}, knob)
+            trial = Attempt(method, answer, {**form, **variant}, knob)
             line, taken = _measured(stage, trial, repeats, share)
             yield {**line, "setting": float(number)}
             spent += taken
@@ -140,14 +140,14 @@ def _best_form(
         return 0, ""
     taken = []
     for form in method.forms:
-        line, _ = _measured(stage, Trial(method, answer, form, knob), repeats, 1.0)
+        line, _ = _measured(stage, Attempt(method, answer, form, knob), repeats, 1.0)
         taken.append(line["seconds"])
     best = taken.index(min(taken))
     said = (f"{spelt(f)}: {1e3 * s:.3g} ms" for f, s in zip(method.forms, taken, strict=True))
     return best, f"{'; '.join(said)}; chosen: {spelt(method.forms[best])}"
 
 
-def _measured(stage: Stage, trial: Trial, repeats: int, share: float) -> tuple[Measured, float]:
+def _measured(stage: Stage, trial: Attempt, repeats: int, share: float) -> tuple[Measured, float]:
     """One measurement, and the seconds that went into solving."""
     task, truth, scaled = stage.part(trial.abreast)
     prepared, made = timed(lambda: trial.make(task))
@@ -197,13 +197,13 @@ class Guest(NamedTuple):
 
 
 def meeting(
-    stage: Stage, trials: dict[str, Trial], parts: dict[str, float], rounds: int, seconds: float
+    stage: Stage, trials: dict[str, Attempt], parts: dict[str, float], rounds: int, seconds: float
 ) -> dict[str, Measured]:
     """Time methods in turn, round by round; the order turns too.
 
     Parameters
     ----------
-    trials : dict of Trial
+    trials : dict of Attempt
         By the name of the method.
     parts : dict of float
         How far each goes, over long times: a part of the way.

@@ -23,8 +23,8 @@ OWN = ("ours", "lie_poisson")
 """Families that are ours, or in this package: they are no peers."""
 
 
-class Result(NamedTuple):
-    """How a method did at a meeting."""
+class Standing(NamedTuple):
+    """The outcome of a meeting for one method."""
 
     method: str
     seconds: float
@@ -39,7 +39,7 @@ class Result(NamedTuple):
     record: Any
 
 
-def met(data: Any, problem: str, threads: int) -> list[Result]:
+def met(data: Any, problem: str, threads: int) -> list[Standing]:
     """How the methods did at a meeting, the fastest first; empty where there was none."""
     group = data.get("meetings", {}).get(f"threads_{threads}", {}).get(problem, {})
     default = group.get(str(data[problem]["default"]))
@@ -55,11 +55,13 @@ def met(data: Any, problem: str, threads: int) -> list[Result]:
         low, middle, high = np.quantile(ratios, (0.25, 0.5, 0.75))
         reached = bool(choice.good_enough(problem, record))
         median = float(np.nanmedian(record["rounds"]))
-        found.append(Result(name, median, float(middle), float(low), float(high), reached, record))
+        found.append(
+            Standing(name, median, float(middle), float(low), float(high), reached, record)
+        )
     return sorted(found, key=lambda result: result.ratio)
 
 
-def losses(data: Any) -> list[tuple[str, int, Result]]:
+def losses(data: Any) -> list[tuple[str, int, Standing]]:
     """Where a peer needs less time than the default, at the level of the problem."""
     return [
         (problem, threads, result)
@@ -257,19 +259,19 @@ def _per_million(record: Any) -> list[str]:
     ]
 
 
-def _marks(data: Any, problem: str, result: Result) -> str:
+def _marks(data: Any, problem: str, result: Standing) -> str:
     marks = " *" if result.method == str(data[problem]["default"]) else ""
     most = max(float(r.record["orbits"]) for r in met(data, problem, 1))
     return f"{marks}{' +' * (not result.reached)}{' ~' * (float(result.record['orbits']) < most)}"
 
 
-def _spread(result: Result) -> str:
+def _spread(result: Standing) -> str:
     if result.low == result.high == 1:
         return "1"
     return f"{times(result.ratio)} ({times(result.low)} to {times(result.high)})"
 
 
-def _error(result: Result) -> str:
+def _error(result: Standing) -> str:
     wrong = float(result.record["wrong_symbols"]) if "wrong_symbols" in result.record else 0.0
     return f"{wrong:.0f} symbols wrong" if wrong else f"{float(result.record['error']):.1e}"
 
@@ -290,7 +292,7 @@ def _measured(group: Any) -> list[str]:
     return [name for name in METHODS if name in group]
 
 
-def _plain_result(result: Result) -> dict[str, Any]:
+def _plain_result(result: Standing) -> dict[str, Any]:
     return {**result._asdict(), "record": _plain(result.record)}
 
 

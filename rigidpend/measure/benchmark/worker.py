@@ -131,7 +131,7 @@ def met(order: Order) -> Iterator[dict[str, Any]]:
         method = methods.METHODS[name]
         answer = method.answer(problem, stage.module.KIND)
         assert answer is not None
-        trials[name] = protocol.Trial(
+        trials[name] = protocol.Attempt(
             method, answer, entry["setting"], entry["knob"], order.threads
         )
         parts[name] = entry.get("part", 1.0)

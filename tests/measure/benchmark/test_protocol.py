@@ -11,7 +11,7 @@ import pytest
 
 from rigidpend.measure.benchmark import problems, protocol, worker
 from rigidpend.measure.benchmark.methods import METHODS, Answer, Method
-from rigidpend.measure.benchmark.protocol import Stage, Trial
+from rigidpend.measure.benchmark.protocol import Stage, Attempt
 from rigidpend.measure.benchmark.tasks import Carrier, MotionTask, Sizes, Solver
 from rigidpend.measure.benchmark.threads import shared_out
 from tests.integrate.problems import FIG4, needs_heyoka
@@ -125,7 +125,7 @@ def test_methods_meet_in_turn_and_the_order_turns(monkeypatch: pytest.MonkeyPatc
         return lambda task, knob: Solver(lambda: calls.append(name), lambda found: found)
 
     monkeypatch.setattr(protocol, "function", function)
-    trials = {name: Trial(method(), ANSWER, {"name": name}, None) for name in "abc"}
+    trials = {name: Attempt(method(), ANSWER, {"name": name}, None) for name in "abc"}
     found = protocol.meeting(stage(), trials, {}, 3, 9.0)
     assert calls == list("abc") + list("abc") + list("bca") + list("cab"), "first all warm up"
     assert all(len(found[name]["rounds"]) == 3 for name in "abc")
@@ -133,8 +133,8 @@ def test_methods_meet_in_turn_and_the_order_turns(monkeypatch: pytest.MonkeyPatc
 
 def test_who_has_spent_his_time_misses_the_rounds_that_are_left(napping: Any) -> None:
     trials = {
-        "slow": Trial(method(), ANSWER, {"nap": 0.03}, None),
-        "quick": Trial(method(abreast=False), ANSWER, {"nap": 0.001}, None),
+        "slow": Attempt(method(), ANSWER, {"nap": 0.03}, None),
+        "quick": Attempt(method(abreast=False), ANSWER, {"nap": 0.001}, None),
     }
     found = protocol.meeting(stage(), trials, {"quick": 0.5}, 4, 0.05)
     assert np.isnan(found["slow"]["rounds"]).tolist() == [False, False, True, True]
