@@ -11,7 +11,7 @@ import pytest
 
 from rigidpend.measure.benchmark import problems, protocol, worker
 from rigidpend.measure.benchmark.methods import METHODS, Answer, Method
-from rigidpend.measure.benchmark.protocol import Stage, Attempt
+from rigidpend.measure.benchmark.protocol import Attempt, Stage
 from rigidpend.measure.benchmark.tasks import Carrier, MotionTask, Sizes, Solver
 from rigidpend.measure.benchmark.threads import shared_out
 from tests.integrate.problems import FIG4, needs_heyoka

@@ -120,6 +120,7 @@ def test_wrong_symbols_are_per_million() -> None:
     assert row(table, "heyoka, Euler")[1:] == ("2,000", "0", "200 us")
     assert row(table, "route_codes")[1] == "0"
     assert table.header[1] == "wrong, J1_0 = 1e-10"
+    assert "fewer than 2,000, for 1,500 symbols" in table.note
 
 
 def test_what_is_absent_or_cut_is_said() -> None:
