@@ -27,7 +27,7 @@ Measured = dict[str, Any]
 
 LOOKS = 20
 """How many times the integrals are looked at on the way, over long times."""
-WARM = 2.0
+WARM = 8.0
 """Seconds: a first solve that took less, compilation and all, is always followed by a second."""
 GROWTH = 2.0
 """By how much the next knob is expected to cost more than the last one."""
