@@ -149,8 +149,8 @@ def certificates_table(data: Any) -> Table:
     for result in results.values():
         if not METHODS[result.method].certificate:
             continue
-        ratio = result.seconds / own.seconds if own else math.inf
         record = result.record
+        ratio = math.nan if own is None else _middle_ratio(record, own.record)
         rows.append(
             (
                 METHODS[result.method].label,
@@ -252,6 +252,12 @@ def level_text(data: Any, problem: str) -> str:
     level = choice.LEVELS.get(problem)
     goal = "every symbol right" if level is None else f"to an error of {level:.0e}"
     return f"{data[problem]['title']}, {goal}"
+
+
+def _middle_ratio(record: Any, other: Any) -> float:
+    """The median over the rounds that both were timed in; NaN where there is none."""
+    ratios = record["rounds"] / other["rounds"]
+    return float(np.nanmedian(ratios)) if np.isfinite(ratios).any() else math.nan
 
 
 def _per_million(record: Any) -> list[str]:
