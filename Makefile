@@ -9,7 +9,7 @@ JOBS ?=
 RUN := $(BIN)/rigidpend
 PYTEST := $(BIN)/python -m pytest -n $(or $(JOBS),auto) --dist loadfile
 
-.PHONY: help figures check test test-fast coverage docs verify reference bench stress gallery clean distclean
+.PHONY: help figures check test test-fast coverage docs verify reference bench stress tables gallery clean distclean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -45,11 +45,22 @@ verify: $(VENV)/.installed ## compute every experiment again and compare with re
 reference: $(VENV)/.installed ## renew results/reference/: make reference REASON="why" [NAMES="fig4 fig5"]
 	$(RUN) reference $(or $(NAMES),all) --reason "$$REASON" $(if $(JOBS),-j $(JOBS))
 
-bench: $(VENV)/.installed ## run time against error, on this machine; some twenty minutes
+bench: $(VENV)/.installed-bench ## measure against other methods, store, renew README; a quarter of an hour, alone
 	$(RUN) bench --out $(RESULTS)
+	mkdir -p results/measured results/gallery
+	cp $(RESULTS)/bench.h5 results/measured/
+	cp $(RESULTS)/bench.png results/gallery/
+	$(BIN)/python scripts/readme_tables.py
 
-stress: $(VENV)/.installed ## trials at the limits; some ten minutes on two cores
+stress: $(VENV)/.installed ## trials at the limits, store, renew README; some ten minutes on two cores
 	$(RUN) stress --out $(RESULTS)
+	mkdir -p results/measured results/gallery
+	cp $(RESULTS)/stress.h5 results/measured/
+	cp $(RESULTS)/stress.png results/gallery/
+	$(BIN)/python scripts/readme_tables.py
+
+tables: $(VENV)/.installed ## write README's tables from results/measured/
+	$(BIN)/python scripts/readme_tables.py
 
 gallery: figures ## draw every figure and keep it in results/gallery/, for the README
 	mkdir -p results/gallery
@@ -85,4 +96,8 @@ $(VENV)/.installed-test: $(VENV)/.installed
 
 $(VENV)/.installed-docs: $(VENV)/.installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
+	@touch $@
+
+$(VENV)/.installed-bench: $(VENV)/.installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[bench]'
 	@touch $@

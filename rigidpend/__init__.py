@@ -59,6 +59,7 @@ run/          plans, workers, progress, logs, checkpoints, provenance
 results/      HDF5 files of results, their safety and comparison
 render/       figures from stored results
 report/       one HTML page of all results, beside the paper's numbers
+tables        one table, for a terminal, in Markdown or HTML
 description   rows of name, value and meaning
 theory        the theory's values for a body, as such rows
 departures    departures from the paper
@@ -69,24 +70,7 @@ Words
 -----
 The paper's words, or this package's, beside those of dynamical systems.
 
-========================= =========================================================
-here                      in the field
-========================= =========================================================
-asymptotic surface        stable or unstable manifold of a periodic orbit: S1- is
-                          unstable, of the lower orbit; S2+ is stable, of the upper
-J1 = J2/2, M3 = 0         Poincare section
-passage                   one step of the return map, from crossing to crossing
-route                     order in which an orbit follows separatrices
-route code                itinerary, symbol sequence: 0 left, 1 right
-certain symbol            symbol that two independent computations establish
-multiplier                Floquet multiplier, eigenvalue of the monodromy matrix
-heteroclinic cycle        periodic orbits (vertices) joined by separatrices (edges)
-splitting                 distance of stable and unstable manifold on the section
-Melnikov's integral       first order in mu of the splitting
-pendulum motion           periodic rotation about the axis Oz, which stays horizontal
-plateau                   nearly constant theta3 while an orbit stays at a vertex
-========================= =========================================================
-
+========================= ==================================================
 Names
 -----
 Letters are the paper's, in ASCII.

@@ -1,110 +1,137 @@
-"""Write the summaries of the stored bench and stress results into docs/measured.md, between marks.
+"""Write the tables of the stored measurements into README.md and docs/measured.md, between marks.
 
-    .venv/bin/python scripts/readme_tables.py [FOLDER]
+    .venv/bin/python scripts/readme_tables.py [--check]
 
-FOLDER holds bench.h5 and stress.h5; results if not given. A block begins with a comment
-``<!-- NAME -->`` and ends with ``<!-- /NAME -->``; what is between is replaced.
+The measurements are results/measured/bench.h5 and stress.h5; one that is not there leaves its
+block as it is. A block begins with a comment ``<!-- NAME -->`` and ends with ``<!-- /NAME -->``;
+what is between is replaced. With ``--check`` nothing is written: it fails where a page differs.
 """
 
 from __future__ import annotations
 
-import math
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
+from rigidpend.experiments.contract import Data
 from rigidpend.experiments.stress import report as trials
+from rigidpend.measure.benchmark import reading
 from rigidpend.measure.benchmark.methods import METHODS
-from rigidpend.measure.benchmark.tables import all_right, time_to_reach
+from rigidpend.measure.benchmark.problems import NAMES
 from rigidpend.results import store
+from rigidpend.results.store import Loaded
+from rigidpend.tables import Table, markdown, seconds, times
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "measured.md"
-LEVEL = 1e-9
-"""The error at which methods are compared on the page."""
-
-
-def main(folder: Path) -> None:
-    """Replace both blocks."""
-    text = PAGE.read_text(encoding="utf-8")
-    for name, lines in (("bench", bench_lines), ("stress", stress_lines)):
-        block = "\n".join(lines(store.load(folder / f"{name}.h5")))
-        text = replaced(text, name, block)
-    PAGE.write_text(text, encoding="utf-8")
+ROOT = Path(__file__).resolve().parents[1]
+MEASURED = ROOT / "results" / "measured"
 
 
-def replaced(text: str, name: str, block: str) -> str:
+def main() -> None:
+    """Replace the blocks of all pages, or check them."""
+    for page in PAGES:
+        path = ROOT / page
+        before = path.read_text(encoding="utf-8")
+        after = renewed(page, before)
+        if "--check" not in sys.argv[1:]:
+            path.write_text(after, encoding="utf-8")
+        elif after != before:
+            raise SystemExit(f"{page} is not what {MEASURED} says: call make tables")
+
+
+def renewed(page: str, text: str, folder: Path = MEASURED) -> str:
+    """The text of a page with the blocks of all measurements that are stored."""
+    for block, (name, lines) in PAGES[page].items():
+        stored = folder / f"{name}.h5"
+        if stored.is_file():
+            written = "\n".join(lines(store.load(stored)))
+            text = replaced(page, text, block, written)
+    return text
+
+
+def replaced(page: str, text: str, name: str, block: str) -> str:
     """The text with another block of that name."""
     before, begin, rest = text.partition(f"<!-- {name} -->\n")
     _, end, after = rest.partition(f"<!-- /{name} -->")
     if not (begin and end):
-        raise SystemExit(f"{PAGE}: no block {name}")
+        raise SystemExit(f"{page}: no block {name}")
     return f"{before}{begin}{block}\n{end}{after}"
 
 
-def bench_lines(result: Any) -> Iterator[str]:
-    """All symbols right, then the error level of each other problem."""
+def speed_lines(result: Loaded) -> Iterator[str]:
+    """Ours and the fastest peer at every problem, for the README."""
+    yield from provisional(result)
+    yield from markdown(shortest(result["data"]))
+    yield ""
+    yield f"{machine(result)}."
+
+
+def provisional(result: Loaded) -> Iterator[str]:
+    """A word of warning where the measurement is the quick one."""
+    if str(result["attributes"]["name"]) != "bench":
+        yield "Measured in small, for function, not for time: `make bench` is for the record."
+        yield ""
+
+
+def bench_lines(result: Loaded) -> Iterator[str]:
+    """Losses, the codes of Fig. 4, the other problems in short, certificates, random phases."""
     data = result["data"]
-    yield f"{machine(result)}, one core, warm, medians. All 945 symbols of Fig. 4, left, right:"
-    yield ""
-    default = all_right(data["codes"][str(data["codes"]["default"])]).seconds
-    rows = [
-        (METHODS[name].label, shown(right.seconds), f"{right.seconds / default:.3g}")
-        for name, record in data["codes"].items()
-        if name in METHODS and math.isfinite((right := all_right(record)).seconds)
-    ]
-    rows.sort(key=lambda row: float(row[2]))
-    yield from table(("method", "time", "times ours in one batch"), rows)
-    yield ""
-    yield f"Time to an error of {LEVEL:.0e}, by default and by the fastest method of others:"
-    yield ""
-    problems = [name for name in data if name not in ("codes", "scaling")]
-    header = ("problem", "ours, default", "", "fastest other", "", "ratio")
-    yield from table(header, [comparison(data[name]) for name in problems])
+    yield from provisional(result)
+    yield f"{machine(result)}; medians over rounds in which methods take turns."
+    for table in (
+        reading.losses_table(data),
+        reading.meeting_table(data, "codes"),
+        shortest(data),
+        reading.certificates_table(data),
+        reading.phases_table(data),
+        reading.cost_table(data),
+    ):
+        yield ""
+        yield from markdown(table)
 
 
-def comparison(group: Any) -> tuple[str, ...]:
-    """The default and the fastest method of others at a problem."""
-    name = str(group["default"])
-    own = time_to_reach(group[name], LEVEL)
-    others = {
-        METHODS[method].label: time_to_reach(group[method], LEVEL)
-        for method in group
-        if method in METHODS and METHODS[method].family not in ("ours", "splitting")
-    }
-    other = min(others, key=lambda label: others[label])
-    first = (str(group["title"]), METHODS[name].label, shown(own))
-    if not math.isfinite(others[other]):
-        return (*first, "none reaches it", "", "")
-    return (*first, other, shown(others[other]), f"{others[other] / own:.2g}")
+def shortest(data: Data) -> Table:
+    """Ours and the fastest peer at every problem, with one thread."""
+    rows = [row for problem in data if problem in NAMES for row in _pair(data, problem)]
+    header = ("problem", "ours", "time", "fastest peer", "time", "times ours")
+    return Table("Ours and the fastest peer that reaches the level, one thread:", header, rows)
 
 
-def stress_lines(result: Any) -> Iterator[str]:
+def _pair(data: Data, problem: str) -> Iterator[tuple[str, ...]]:
+    results = reading.met(data, problem, 1)
+    own = next((r for r in results if r.method == str(data[problem]["default"])), None)
+    if own is None:
+        return
+    peers = [r for r in results if r.reached and METHODS[r.method].family not in reading.OWN]
+    first = (reading.level_text(data, problem), METHODS[own.method].label)
+    if not peers:
+        yield (*first, seconds(own.seconds), "none reaches it", "-", "-")
+        return
+    label = METHODS[peers[0].method].label
+    ratio = times(peers[0].ratio)
+    yield (*first, seconds(own.seconds), label, seconds(peers[0].seconds), ratio)
+
+
+def stress_lines(result: Loaded) -> Iterator[str]:
     """The trials by kind."""
     counted, *_ = trials.tables(result)
     yield f"{machine(result)}."
     yield ""
-    yield from table([cell.lower() for cell in counted.header], counted.rows)
+    header = [cell.lower() for cell in counted.header]
+    yield from markdown(counted._replace(caption="", header=header))
 
 
-def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
-    """Markdown."""
-    for cells in (header, ["---"] * len(header), *rows):
-        yield f"| {' | '.join(cells)} |"
-
-
-def machine(result: Any) -> str:
+def machine(result: Loaded) -> str:
     """What it ran on."""
     found = result["provenance"]
     return f"{found['processor']}, {found['system']}, {str(found['created'])[:10]}"
 
 
-def shown(seconds: float) -> str:
-    """A time for people."""
-    if not math.isfinite(seconds):
-        return "not reached"
-    return f"{1e3 * seconds:.3g} ms" if seconds < 1 else f"{seconds:.3g} s"
+PAGES: dict[str, dict[str, tuple[str, Callable[[Loaded], Iterator[str]]]]] = {
+    "README.md": {"speed": ("bench", speed_lines)},
+    "docs/measured.md": {"bench": ("bench", bench_lines), "stress": ("stress", stress_lines)},
+}
+"""Per page its blocks, each with the measurement and what is told of it."""
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1] if len(sys.argv) > 1 else "results"))
+    main()

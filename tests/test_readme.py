@@ -15,6 +15,7 @@ import pytest
 import rigidpend
 from rigidpend.cli import main
 from rigidpend.config import loading, names
+from scripts import readme_tables
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -103,3 +104,25 @@ def test_the_version_is_one() -> None:
     [date] = re.findall(r"^date-released: (.+)$", citation, re.MULTILINE)
     assert project["version"] == rigidpend.__version__ == version
     assert f"## {version} - {date}\n" in changes
+
+
+@pytest.mark.parametrize("page", readme_tables.PAGES)
+def test_the_tables_are_those_of_the_stored_measurement(page: str) -> None:
+    assert (readme_tables.MEASURED / "bench.h5").is_file()
+    assert readme_tables.renewed(page, TEXTS[page]) == TEXTS[page]
+
+
+@pytest.mark.parametrize(("page", "block"), [("README.md", "speed"), ("docs/measured.md", "bench")])
+def test_a_figure_that_is_not_the_measured_one_is_noticed(page: str, block: str) -> None:
+    text = TEXTS[page]
+    shown = text.partition(f"<!-- {block} -->")[2].partition(f"<!-- /{block} -->")[0]
+    number = re.search(r"\d(\.\d+)? [mu]s", shown)
+    assert number
+    slipped = text.replace(number[0], f"9{number[0]}", 1)
+    assert slipped != readme_tables.renewed(page, slipped) == text
+
+
+def test_a_block_that_is_not_there_is_missed() -> None:
+    page = "docs/measured.md"
+    with pytest.raises(SystemExit, match="no block bench"):
+        readme_tables.renewed(page, TEXTS[page].replace("<!-- bench -->", ""))

@@ -1,4 +1,4 @@
-"""`rigidpend bench`: speed and error beside other methods."""
+"""`rigidpend bench`: speed, error and trust beside other methods."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from rigidpend.cli.common import JSON, OUT, SETTINGS, guarded, say
 def command(
     quick: bool, folder: Path, as_json: bool, settings: tuple[str, ...], force: bool
 ) -> None:
-    """Measure our methods and others, on this machine, one core.
+    """Measure our methods and others, on this machine, with one thread and with two.
 
     Writes FOLDER/bench.h5 and bench.png and prints the tables. An interrupted run goes on
     where it was.
@@ -29,14 +29,14 @@ def command(
     \b
     Examples:
       rigidpend bench --quick
-      rigidpend bench --set protocol.long_seconds=10 --json
+      rigidpend bench --set search.seconds=1 --json
     """
     import json
 
-    from rigidpend import render
+    from rigidpend import render, tables
     from rigidpend.config import loading
     from rigidpend.config.names import resolve
-    from rigidpend.measure.benchmark import tables
+    from rigidpend.measure.benchmark import reading
     from rigidpend.results import store
     from rigidpend.run import runner
 
@@ -51,10 +51,11 @@ def command(
     say(f"{planned.config.name}: {picture} drawn")
     result = store.load(planned.target)
     if as_json:
-        found = {"machine": result["provenance"], **tables.summary(result["data"])}
+        found = {"machine": result["provenance"], **reading.summary(result["data"])}
         click.echo(json.dumps(found, indent=2))
         return
     machine = result["provenance"]
-    click.echo(f"{machine['processor']}, {machine['system']}, one core; {machine['created']}\n")
-    for line in tables.text(result["data"]):
-        click.echo(line)
+    click.echo(f"{machine['processor']}, {machine['system']}; {machine['created']}\n")
+    for table in reading.tables(result["data"]):
+        for line in tables.terminal(table):
+            click.echo(line)

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from rigidpend.config.schema import ExperimentConfig
-    from rigidpend.report.page import Table
     from rigidpend.results.store import Loaded
+    from rigidpend.tables import Table
 
     C_contra = TypeVar("C_contra", bound=ExperimentConfig, contravariant=True)
 else:

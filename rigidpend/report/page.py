@@ -7,16 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from rigidpend import tables
+from rigidpend.tables import Table
+
 HERE = Path(__file__).parent
-
-
-class Table(NamedTuple):
-    """Rows of text under a caption."""
-
-    caption: str
-    header: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    note: str = ""
 
 
 class ResultSection(NamedTuple):
@@ -68,6 +62,12 @@ def html(sections: Sequence[ResultSection], departures: Sequence[Any]) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["sheet"] = tables.html
     style = (HERE / "page.css").read_text(encoding="utf-8")
     template = environment.get_template("page.html")
-    return template.render(sections=sections, departures=departures, style=style)
+    slips = Table(
+        "Where the paper slips, or leaves a value open, and what is computed here",
+        ("place", "as printed", "here"),
+        [departure.row for departure in departures],
+    )
+    return template.render(sections=sections, departures=slips, style=style)

@@ -82,10 +82,11 @@ def imported(file: Path) -> Iterator[str]:
         waiting += ast.iter_child_nodes(node)
 
 
-SHARED = ("rigidpend.render", "rigidpend.report.page", "rigidpend.results.")
+SHARED = ("rigidpend.render", "rigidpend.tables", "rigidpend.results.")
 VERDICTS = (
     "rigidpend.measure.benchmark.methods.METHODS",
-    "rigidpend.measure.benchmark.tables",
+    "rigidpend.measure.benchmark.reading",
+    "rigidpend.measure.benchmark.problems.NAMES",
     "rigidpend.measure.stress.cases",
 )
 """Words and levels of measurements, which import nothing that computes either."""

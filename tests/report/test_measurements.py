@@ -9,34 +9,19 @@ from rigidpend.experiments.stress import report as stress
 from tests.measure.benchmark.data import data
 
 
-def test_every_problem_has_a_table_with_every_method() -> None:
-    free, codes, long_time = bench.tables({"data": data()})
-    assert [table.caption.split(":")[0] for table in (free, codes, long_time)] == [
-        "free body",
-        "route codes",
-        "integrals over long times",
+def test_losses_come_first_and_every_problem_has_its_tables() -> None:
+    found = [table.caption for table in bench.tables({"data": data()})]
+    assert found == [
+        "Where another method is faster than ours",
+        "free body, to an error of 1e-09",
+        "route codes, every symbol right",
+        "Certificate against certificate, codes of Fig. 4, one thread",
+        "Random phases",
+        "Median error of the crossing times (t') at equal cost",
+        "free body: time to reach an error, each method alone",
+        "route codes: time to reach an error, each method alone",
+        "integrals over long times: time to reach an error, each method alone",
     ]
-    assert [len(table.rows) for table in (free, codes, long_time)] == [4, 3, 2]
-    assert {len(row) for row in codes.rows} == {6}
-
-
-def test_times_are_beside_their_ratio_to_the_default() -> None:
-    free, codes, _ = bench.tables({"data": data()})
-    rows = {row[0].split(",")[0]: row for row in free.rows}
-    default, scipy = rows["aligned Taylor"], rows["SciPy DOP853"]
-    # Errors of 1e-3 and 1e-6 are reached with the first and second knob, 1e-12 not by SciPy.
-    assert default[0].endswith(" *")
-    assert default[1] == "1 ms (1)"
-    assert scipy[1:3] == ("200 ms (2e+02)", "200 ms (1e+02)")
-    assert scipy[4] == "not reached"
-    right = {row[0].split(",")[0]: row[5] for row in codes.rows}
-    assert right["SciPy DOP853"] == "16 s (2.3e+03)"
-
-
-def test_an_absent_method_reaches_nothing() -> None:
-    free, *_ = bench.tables({"data": data()})
-    [absent] = [row for row in free.rows if row[0].startswith("diffrax")]
-    assert absent[1:] == ("not reached",) * 4
 
 
 def case(verdict: str, ratio: float, limit: str = "") -> dict[str, object]:

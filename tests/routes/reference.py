@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend import Body
+from rigidpend.measure.benchmark import phases
 
 DATA = Path(__file__).parent.parent / "data"
 
@@ -43,11 +44,11 @@ def fig4_left() -> Reference:
 @functools.cache
 def random_phases(J1_0: str) -> Reference:
     """2000 phases drawn at random, for J1_0 = "1e-6" or "1e-10"."""
-    read = _read("random_phases_113bit.json")
-    phases, codes, times = zip(*read["orbits"][J1_0], strict=True)
+    read = json.loads(phases.STORED.read_text())
+    starts, codes, times = zip(*read["orbits"][J1_0], strict=True)
     last = np.array([times])
     return Reference(
-        _body(read), read["h0"], J1_0, list(phases), _bits(codes), last, np.empty((0, len(phases)))
+        _body(read), read["h0"], J1_0, list(starts), _bits(codes), last, np.empty((0, len(starts)))
     )
 
 

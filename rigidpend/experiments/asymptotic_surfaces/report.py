@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from rigidpend.report.page import Table
+from rigidpend.tables import Table
 
 PRINTED = {
     "alpha0": ("2.91891", "2.23654", "1.23096", "1.61146", "1.97724", "0.79020", "0.56207"),

@@ -1,9 +1,9 @@
-"""Experiment `bench`: time, error and memory of our methods and of others."""
+"""Experiment `bench`: time, error and trust of our methods and of others."""
 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,14 +11,14 @@ import numpy as np
 
 from rigidpend.experiments.contract import Data, Means, Row
 from rigidpend.integrate.engines import EngineError, default_engine
-from rigidpend.measure.benchmark import problems, records
-from rigidpend.measure.benchmark.methods import METHODS, Method
+from rigidpend.measure.benchmark import choice, problems, records
+from rigidpend.measure.benchmark.methods import METHODS
+from rigidpend.measure.benchmark.tasks import Sizes
 from rigidpend.measure.benchmark.worker import Order, measured
 from rigidpend.results.tree import Dataset, Tree
 
 if TYPE_CHECKING:
-    from rigidpend.experiments.bench.schema import Config, Problem
-
+    from rigidpend.experiments.bench.schema import Config
 
 PATIENCE, GRACE = 4, 120
 """A worker is ended after so many budgets, and so many seconds more."""
@@ -27,7 +27,7 @@ SAME, CHAOTIC = 30, 1e-3
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """Measure every method on every problem, each in a process of its own.
+    """Search for the best setting of each method, let them meet, and count wrong symbols.
 
     Parameters
     ----------
@@ -37,8 +37,8 @@ def compute(config: Config, means: Means) -> Tree:
     Returns
     -------
     Tree
-        A group for each problem, with a record for each method; then `scaling`, with one for
-        each method against the number of orbits and of symbols.
+        A group for each problem, with a record of the search for each method; `meetings`, by
+        the number of threads, then by problem; `random_phases`, by J1_0.
 
     Raises
     ------
@@ -47,19 +47,28 @@ def compute(config: Config, means: Means) -> Tree:
     """
     if default_engine() != "taylor":
         raise EngineError("the references need the package heyoka, which is not installed")
-    groups = {name: _problem(config, name, means) for name in config.problem.problems}
-    return {**groups, "scaling": _scaling(config, groups.get("codes", {}), means)}
+    with tempfile.TemporaryDirectory() as folder:
+        reference = Path(folder) / "reference.npz"
+        np.savez(reference, **_references(config, means))
+        groups = _searched(config, str(reference), means)
+        met = {
+            f"threads_{count}": _met(config, groups, str(reference), count, means)
+            for count in config.meeting.threads
+        }
+    return {**groups, "meetings": met, "random_phases": _random_phases(config, means)}
 
 
 def describe(config: Config) -> list[Row]:
     """What a config asks for: for people, units named."""
-    p, how = config.problem, config.protocol
+    p, search, meeting = config.problem, config.search, config.meeting
     asked = {name: problems.module(name) for name in p.problems}
     return [
         *(Row(name, problem.TITLE, problem.ERROR) for name, problem in asked.items()),
         *(Row(name, METHODS[name].family, METHODS[name].label) for name in p.methods),
-        Row("repeats", str(how.repeats), "the median counts"),
-        Row("seconds", f"{how.seconds}, {how.long_seconds}", "a method's budget; over long times"),
+        Row("search", f"{search.seconds} s", "a method's budget at a problem, every setting"),
+        Row("rounds", str(meeting.rounds), "of the meeting; the median of their ratios counts"),
+        Row("threads", ", ".join(map(str, meeting.threads)), "of the meetings"),
+        Row("phases", str(config.phases.orbits), "random ones for each J1_0, against 113 bits"),
     ]
 
 
@@ -75,7 +84,7 @@ def differences(stored: Data, fresh: Data) -> list[str]:
         ``/data`` of the two files, loaded.
     """
     found = [f"problem {name} is in one file only" for name in sorted(set(stored) ^ set(fresh))]
-    for problem in sorted(set(stored) & set(fresh) - {"scaling"}):
+    for problem in sorted(set(stored) & set(fresh) & set(problems.NAMES)):
         for method in METHODS:
             pair = [data[problem].get(method, {}) for data in (stored, fresh)]
             if all("error" in record for record in pair):
@@ -83,11 +92,11 @@ def differences(stored: Data, fresh: Data) -> list[str]:
     return found
 
 
-def _other_errors(stored: Data, fresh: Data) -> Iterator[str]:
-    fresh_at = {_key(knob): k for k, knob in enumerate(fresh["knob"])}
+def _other_errors(stored: Any, fresh: Any) -> Iterator[str]:
+    fresh_at = {_key(fresh, k): k for k in range(len(fresh["knob"]))}
     for i, knob in enumerate(stored["knob"]):
-        k = fresh_at.get(_key(knob))
-        if k is None or not stored["error"][i] < CHAOTIC:
+        k = fresh_at.get(_key(stored, i))
+        if k is None or not stored["error"][i] < CHAOTIC or stored["part"][i] != fresh["part"][k]:
             continue
         old, new = stored["error"][i], fresh["error"][k]
         if not new <= SAME * max(old, np.finfo(float).eps):
@@ -96,112 +105,157 @@ def _other_errors(stored: Data, fresh: Data) -> Iterator[str]:
             yield f"at {knob:g} {fresh['wrong_symbols'][k]:g} symbols are wrong"
 
 
-def _key(knob: float) -> str:
-    return f"{knob:.6g}"
+def _key(record: Any, k: int) -> str:
+    return f"{record['knob'][k]:.6g} {record['setting'][k]:g}"
 
 
-def _problem(config: Config, name: str, means: Means) -> Tree:
-    """The records of a problem."""
-    problem, sizes = problems.module(name), _sizes(config.problem)
-    task = problem.task(sizes)
-    truth = means.part(f"{name}.reference", lambda: _arrays(problem.reference(task)))
-    means.report(f"{problem.TITLE}: reference")
-    group: dict[str, Any] = {
+def _references(config: Config, means: Means) -> dict[str, Any]:
+    """The truth of every problem, as arrays named PROBLEM.NAME."""
+    arrays: dict[str, Any] = {}
+    for name in config.problem.problems:
+        problem = problems.module(name)
+        task = problem.task(_sizes(config))
+        truth = means.part(
+            f"reference.{name}",
+            lambda: {k: Dataset(v, "", "the truth") for k, v in problem.reference(task).items()},  # noqa: B023
+        )
+        means.report(f"{problem.TITLE}: reference")
+        for key, node in truth.items():
+            arrays[f"{name}.{key}"] = node[0]  # type: ignore[index]
+    return arrays
+
+
+def _searched(config: Config, reference: str, means: Means) -> dict[str, dict[str, Any]]:
+    """The records of every problem; a worker for each method."""
+    groups: dict[str, dict[str, Any]] = {name: _titles(name) for name in config.problem.problems}
+    for key in config.problem.methods:
+        found = means.part(f"search.{key}", lambda: _search(config, key, reference))  # noqa: B023
+        for name, record in found.items():
+            groups[name][key] = record
+        means.report(f"{METHODS[key].label}: {_said(found)}")
+    return groups
+
+
+def _titles(name: str) -> dict[str, Any]:
+    problem = problems.module(name)
+    return {
         "title": Dataset(problem.TITLE, "text", "the problem"),
         "error": Dataset(problem.ERROR, "text", "what its error is"),
         "default": Dataset(problem.DEFAULT, "text", "the method that rigidpend picks"),
     }
-    with tempfile.TemporaryDirectory() as folder:
-        reference = Path(folder) / "reference.npz"
-        arrays: dict[str, Any] = {key: node[0] for key, node in truth.items()}  # type: ignore[index]
-        np.savez(reference, **arrays)
-        for key in config.problem.methods:
-            method = METHODS[key]
-            if method.answer(name, problem.KIND) is None:
-                continue
-            knobs = _knobs(method, config.protocol, problem.KIND == "long")
-            seconds = _budget(config.protocol, name, key)
-            order = Order(
-                name,
-                key,
-                [sizes._asdict()],
-                knobs,
-                config.protocol.repeats,
-                seconds,
-                str(reference),
-            )
-            group[key] = means.part(f"{name}.{key}", lambda: _record(order))  # noqa: B023
-            means.report(f"{problem.TITLE}: {method.label}: {_said(group[key])}")
-    return group
 
 
-def _scaling(config: Config, codes: Tree, means: Means) -> Tree:
-    """The records of codes against the number of orbits, and of symbols."""
-    fixed = _sizes(config.problem)
+def _search(config: Config, key: str, reference: str) -> Tree:
+    """The records of a method, by problem."""
+    method = METHODS[key]
     asked = {
-        "orbits": [fixed._replace(columns=n) for n in config.scaling.orbits],
-        "symbols": [fixed._replace(n_symbols=n) for n in config.scaling.symbols],
+        name: choice.knobs(method, config.search, problems.module(name).KIND == "long")
+        for name in config.problem.problems
+        if method.answer(name, problems.module(name).KIND)
     }
-    groups: dict[str, dict[str, Any]] = {name: {} for name in asked}
-    for name, sizes in asked.items():
-        for key in config.scaling.methods:
-            order = Order(
-                "codes",
-                key,
-                [each._asdict() for each in sizes],
-                [_good(codes.get(key), METHODS[key], config.protocol)],
-                config.protocol.repeats,
-                float(config.scaling.seconds),
-                "",
-            )
-            groups[name][key] = means.part(f"{name}.{key}", lambda: _record(order))  # noqa: B023
-            means.report(f"against {name}: {METHODS[key].label}: {_said(groups[name][key])}")
+    if method.absent():
+        return {name: records.absent(method.absent()) for name in asked}
+    seconds = float(config.search.seconds)
+    order = Order(
+        "search",
+        list(asked),
+        {key: [{"knobs": knobs} for knobs in asked.values()]},
+        _sizes(config)._asdict(),
+        config.problem.few,
+        config.search.repeats,
+        seconds,
+        reference,
+    )
+    lines, ended = measured(order, PATIENCE * seconds * len(asked) + GRACE)
+    return {
+        name: records.searched(lines, ended, name, len(knobs) * len(method.variants))
+        for name, knobs in asked.items()
+    }
+
+
+def _met(config: Config, groups: Any, reference: str, threads: int, means: Means) -> Tree:
+    """The meetings of all problems with so many threads."""
+    found = {}
+    for name in config.problem.problems:
+        plain = {key: _plain(groups[name][key]) for key in METHODS if key in groups[name]}
+        chosen = choice.guests(name, plain, config, threads)
+        if len(chosen) < 2:
+            continue
+        order = Order(
+            "meeting",
+            [name],
+            {key: [entry] for key, entry in chosen.items()},
+            _sizes(config)._asdict(),
+            config.problem.few,
+            config.meeting.rounds,
+            float(config.meeting.seconds),
+            reference,
+            threads,
+        )
+        found[name] = means.part(f"meeting.{threads}.{name}", lambda: _meeting(order))  # noqa: B023
+        title = problems.module(name).TITLE
+        means.report(f"{title}, {threads} thread{'s' * (threads > 1)}: {_ended(found[name])}")
+    return found
+
+
+def _meeting(order: Order) -> Tree:
+    limit = PATIENCE * order.seconds * len(order.methods) + GRACE
+    lines, ended = measured(order, limit)
+    found: dict[str, Any] = {
+        line["method"]: records.met(line, choice.spelt(order.methods[line["method"]][0]))
+        for line in lines
+    }
+    missing = ", ".join(sorted(set(order.methods) - set(found)))
+    said = f"{ended or 'no answer'}: {missing}" if missing else records.COMPLETE
+    return {**found, "ended": records.ENDED._replace(values=said)}
+
+
+def _plain(record: Any) -> dict[str, Any]:
+    """The arrays of a record, without their meanings."""
+    return {name: node[0] for name, node in record.items()}
+
+
+def _random_phases(config: Config, means: Means) -> Tree:
+    """Wrong symbols, by J1_0 and method."""
+    groups: dict[str, dict[str, Any]] = {}
+    for key in config.phases.methods:
+        if METHODS[key].absent():
+            continue
+        found = means.part(f"phases.{key}", lambda: _phases(config, key))  # noqa: B023
+        for start, record in found.items():
+            groups.setdefault(start, {})[key] = record
+        means.report(f"random phases: {METHODS[key].label}")
     return groups
 
 
-def _record(order: Order) -> Tree:
-    lacking = METHODS[order.method].absent()
-    if lacking:
-        return records.absent(lacking)
-    lines, ended = measured(order, PATIENCE * order.seconds + GRACE)
-    return records.record(lines, ended, len(order.knobs) * len(order.sizes))
+def _phases(config: Config, key: str) -> Tree:
+    seconds = float(config.phases.seconds)
+    order = Order(
+        "phases",
+        [],
+        {key: [choice.finest(METHODS[key], config.search)]},
+        {},
+        config.problem.few,
+        config.phases.orbits,
+        seconds,
+    )
+    lines, ended = measured(order, PATIENCE * 2 * seconds + GRACE)
+    if ended:
+        raise RuntimeError(f"random phases, {METHODS[key].label}: {ended}")
+    return {f"J1_0_{line['J1_0']}": records.counted(line) for line in lines}
 
 
-def _good(record: Any, method: Method, protocol: Any) -> Any:
-    """The loosest knob with which every symbol came out right; without one, the finest."""
-    knobs = _knobs(method, protocol, False)
-    if record and "wrong_symbols" in record:
-        right = np.flatnonzero(record["wrong_symbols"].values == 0)
-        if right.size:
-            return knobs[right[0]]
-    return knobs[-1]
+def _sizes(config: Config) -> Sizes:
+    return Sizes(*(getattr(config.problem, name) for name in Sizes._fields))
 
 
-def _knobs(method: Method, protocol: Any, long: bool) -> list[Any]:
-    """What a method is tried with, loosest first."""
-    if method.knob == "none":
-        return [None]
-    if method.knob == "steps":
-        return list(protocol.long_steps if long else protocol.steps)
-    tolerances = protocol.long_tolerances if long else protocol.tolerances
-    return [float(x) for x in tolerances if float(x) >= method.finest]
+def _said(found: Any) -> str:
+    """How the measurements of a method ended, those alike together."""
+    said = {name: str(record["ended"].values) for name, record in found.items()}
+    if len(set(said.values())) == 1:
+        return next(iter(said.values()))
+    return "; ".join(f"{name} {text}" for name, text in said.items())
 
 
-def _budget(protocol: Any, problem: str, method: str) -> float:
-    """What a method may take at a problem, seconds."""
-    if problem == "long_time":
-        return float(protocol.long_seconds)
-    given = protocol.code_seconds if problem == "codes" else {}
-    return float(given.get(method, protocol.seconds))
-
-
-def _sizes(problem: Problem) -> problems.Sizes:
-    return problems.Sizes(*(getattr(problem, name) for name in problems.Sizes._fields))
-
-
-def _arrays(reference: Mapping[str, Any]) -> Tree:
-    return {key: Dataset(value, "", "the truth") for key, value in reference.items()}
-
-
-def _said(record: Any) -> str:
-    return str(record["ended"].values)
+def _ended(found: Any) -> str:
+    return str(found["ended"].values)

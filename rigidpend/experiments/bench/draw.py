@@ -1,53 +1,63 @@
-"""Work-precision diagrams: time against error, a panel a problem; then cost against size."""
+"""Figure of the benchmark: ratios of time, diagrams of work and error, wrong symbols."""
 
 from __future__ import annotations
 
-from itertools import chain
+from collections.abc import Sequence
+from itertools import count
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import NullFormatter
 
-from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, WIDTH
+from rigidpend.measure.benchmark import reading
+from rigidpend.measure.benchmark.methods import METHODS
+from rigidpend.measure.benchmark.problems import NAMES
+from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, SKY, WIDTH
 
-ROW, FOOT = 2.35, 1.25
-"""Inches: the height of a row of panels, the room of the legend."""
+BASE, ROW, PLOT, FOOT = 0.75, 0.155, 2.6, 1.0
+"""Inches: a panel of ratios without rows, a row, a diagram, the legend."""
 LARGEST = 3.0
 """Errors beyond, which are of the size of the answer, are not drawn."""
+LOSS, TINT = RED, "#FBEFE6"
+"""Where ours is slower: the colour of its ratios and of the ground."""
 
-OURS, SPLITTING, HEYOKA, SCIPY, JAX = BLUE, GREEN, ORANGE, RED, PINK
 
-
-class Look(NamedTuple):
-    """How a method is drawn."""
+class Appearance(NamedTuple):
+    """The drawn form of a method."""
 
     label: str
     colour: str
     marker: str
-    line: Any = "-"
-    width: float = 0.8
+    line: str = "-"
+    width: float = 0.9
 
 
-LOOKS = {
-    "scipy_rk45": Look("SciPy RK45", SCIPY, "o", ":"),
-    "scipy_dop853": Look("SciPy DOP853", SCIPY, "s"),
-    "scipy_radau": Look("SciPy Radau", SCIPY, "^", "-."),
-    "scipy_lsoda": Look("SciPy LSODA", SCIPY, "v", "--"),
-    "splitting_2": Look("splitting, order 2", SPLITTING, "o", ":"),
-    "splitting_4": Look("splitting, order 4", SPLITTING, "s", "-."),
-    "splitting_6": Look("splitting, order 6", SPLITTING, "^", "--"),
-    "splitting_8": Look("splitting, order 8", SPLITTING, "D"),
-    "diffrax": Look("diffrax Dopri8, vmapped", JAX, "P"),
-    "heyoka_eq1": Look("heyoka, plain, (eq1)", HEYOKA, "o", "--"),
-    "heyoka_principal": Look("heyoka, plain, Euler-Poisson", HEYOKA, "s"),
-    "aligned_113": Look("ours, 113 bits", OURS, "X", ""),
-    "aligned_64": Look("ours, 64 bits", OURS, "P", ""),
-    "aligned_scalar": Look("ours, scalar", OURS, "o", "--", 1.2),
-    "aligned_batch": Look("ours, batch", OURS, "s", "-", 2.0),
-    "route_codes": Look("ours, every symbol certain", "black", "o", "-", 2.0),
-    "closed_form": Look("ours, closed form", "black", "*", ""),
+OURS, HEYOKA, CYRK, JAX, SCIPY, GREY = BLUE, ORANGE, GREEN, PINK, RED, "#666666"
+APPEARANCES = {
+    "scipy_dop853": Appearance("SciPy DOP853", SCIPY, "s"),
+    "scipy_radau": Appearance("SciPy Radau", SCIPY, "^", ":"),
+    "scipy_lsoda": Appearance("SciPy LSODA", SCIPY, "v", "--"),
+    "scipy_two_tolerances": Appearance("SciPy, compared", SCIPY, "X", ""),
+    "cvode": Appearance("SUNDIALS CVODE", GREY, "D", "--"),
+    "rebound": Appearance("REBOUND", GREY, "o"),
+    "diffrax": Appearance("diffrax, vmapped", JAX, "P"),
+    "diffrax_two_tolerances": Appearance("diffrax, compared", JAX, "X", ""),
+    "lie_poisson": Appearance("operator splitting", SKY, "D"),
+    "cyrk": Appearance("CyRK, compiled", CYRK, "o"),
+    "cyrk_two_methods": Appearance("CyRK, compared", CYRK, "X", ""),
+    "heyoka_ensemble": Appearance("heyoka, ensemble", HEYOKA, "^", ":"),
+    "heyoka_eq1": Appearance("heyoka, (eq1)", HEYOKA, "o", "--"),
+    "heyoka_principal": Appearance("heyoka, Euler-Poisson", HEYOKA, "s"),
+    "heyoka_two_tolerances": Appearance("heyoka, 2 tolerances", HEYOKA, "X", ""),
+    "heyoka_two_forms": Appearance("heyoka, both forms", HEYOKA, "P", ""),
+    "aligned_113": Appearance("ours, 113 bits", OURS, "v", ""),
+    "aligned_64": Appearance("ours, 64 bits", OURS, "^", ""),
+    "aligned_batch": Appearance("ours, batches", OURS, "s", "-", 2.0),
+    "route_codes": Appearance("ours, certain", "black", "P", ""),
+    "closed_form": Appearance("ours, closed form", "black", "*", ""),
 }
 """In the order in which they are drawn: ours lies above."""
 
@@ -61,136 +71,158 @@ def draw(result: Any) -> Figure:
         Of the experiment `bench`, as loaded.
     """
     data = result["data"]
-    problems = [group for name, group in data.items() if name != "scaling"]
-    has_codes = "wrong_symbols" in data.get("codes", {}).get("route_codes", {})
-    panels = len(problems) + len(data["scaling"]) + has_codes
-    rows = -(-panels // 2)
-    figure = Figure(figsize=(WIDTH, ROW * rows + FOOT))
-    figure.set_layout_engine("constrained", w_pad=0.06, h_pad=0.06)
-    grid = figure.subplots(rows, 2, squeeze=False).ravel()
-    letters = iter("abcdefghij")
-    for axes, group in zip(grid, problems, strict=False):
-        _draw_problem(axes, group)
-        axes.set_title(f"{next(letters)})  {group['title']}", loc="left")
-    for axes, (name, group) in zip(grid[len(problems) :], data["scaling"].items(), strict=False):
-        _draw_scaling(axes, name, group)
-        axes.set_title(f"{next(letters)})  route codes, against {name}", loc="left")
-    if has_codes:
-        _draw_right(grid[panels - 1], data["codes"])
-        grid[panels - 1].set_title(f"{next(letters)})  every symbol right", loc="left")
-    for axes in grid[panels:]:
+    met = [name for name in NAMES if name in data and reading.met(data, name, 1)]
+    searched = [name for name in ("codes", "free_body") if name in data]
+    phases = list(data.get("random_phases", {}))
+    heights = [_height(data, pair) for pair in _pairs(met)]
+    further = [("search", name) for name in searched] + [("phases", name) for name in phases]
+    heights += [PLOT] * -(-len(further) // 2)
+    figure = Figure(figsize=(WIDTH, sum(heights) + FOOT))
+    figure.set_layout_engine("constrained", w_pad=0.05, h_pad=0.05)
+    grid = figure.subplots(len(heights), 2, squeeze=False, height_ratios=heights)
+    letters = iter("abcdefghijkl")
+    free = [*grid[: len(_pairs(met))].ravel()]
+    for axes, name in zip(free, met, strict=False):
+        _draw_ratios(axes, data, name)
+        _title(axes, letters, str(data[name]["title"]))
+    for axes in free[len(met) :]:
+        _explain(axes)
+    rest = grid[len(_pairs(met)) :].ravel()
+    for axes, (kind, name) in zip(rest, further, strict=False):
+        if kind == "search":
+            _draw_work(axes, data[name])
+            _title(axes, letters, f"{data[name]['title']}: each alone")
+        else:
+            _draw_wrong(axes, data["random_phases"][name])
+            _title(axes, letters, f"random phases, J1_0 = {name.removeprefix('J1_0_')}")
+    for axes in rest[len(further) :]:
         axes.set_axis_off()
-    shown = set(chain.from_iterable(problems)) & set(LOOKS)
-    figure.legend(handles=_legend(shown), loc="outside lower center", ncols=3, columnspacing=1.5)
+    shown = {x for name in searched for x in data[name]} | {
+        x for name in phases for x in data["random_phases"][name]
+    }
+    handles = _legend(shown & set(APPEARANCES))
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, columnspacing=1.2)
     return figure
 
 
-def _draw_problem(axes: Axes, group: Any) -> None:
-    """Time against error; a hollow mark was extrapolated or measured fewer times than asked."""
-    for name, look in LOOKS.items():
+def _pairs(names: Sequence[str]) -> list[Sequence[str]]:
+    return [names[k : k + 2] for k in range(0, len(names), 2)]
+
+
+def _height(data: Any, names: Sequence[str]) -> float:
+    return BASE + ROW * max(len(reading.met(data, name, 1)) for name in names)
+
+
+def _title(axes: Axes, letters: Any, text: str) -> None:
+    axes.set_title(f"{next(letters)})  {text}", loc="left")
+
+
+def _draw_ratios(axes: Axes, data: Any, problem: str) -> None:
+    """Times a method needs in units of ours, the fastest on top; hollow: two threads, both."""
+    results = reading.met(data, problem, 1)
+    more = {result.method: result for result in reading.met(data, problem, 2)}
+    default = str(data[problem]["default"])
+    for row, result in zip(count(), reversed(results)):
+        look = APPEARANCES[result.method]
+        axes.plot([result.low, result.high], [row, row], color=look.colour, lw=1.0, zorder=3)
+        axes.plot(result.ratio, row, "o", color=look.colour, ms=4.2, zorder=4, label=result.method)
+        if result.method in more:
+            ratio = more[result.method].ratio
+            axes.plot(ratio, row, "o", color=look.colour, mfc="white", ms=6.5, mew=0.8, zorder=3)
+    axes.axvline(1.0, color="black", lw=0.8, zorder=2)
+    axes.set_xscale("log")
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    low, high = axes.get_xlim()
+    axes.set_xlim(min(low, 0.4), max(high, 2.5))
+    axes.axvspan(axes.get_xlim()[0], 1.0, color=TINT, zorder=0)
+    axes.set_yticks(
+        range(len(results)),
+        [APPEARANCES[r.method].label + ("" if r.reached else " $^+$") for r in reversed(results)],
+        fontsize=7,
+    )
+    for tick, result in zip(axes.get_yticklabels(), reversed(results), strict=True):
+        tick.set_fontweight("bold" if result.method == default else "normal")
+        if result.ratio < 1 and result.reached and METHODS[result.method].family != "ours":
+            tick.set_color(LOSS)
+    axes.set_ylim(-0.7, len(results) - 0.3)
+    axes.tick_params(axis="y", length=0)
+    axes.set_xlabel("time, in units of ours (bold)")
+    axes.grid(axis="x", alpha=0.25, lw=0.4)
+
+
+def _explain(axes: Axes) -> None:
+    """Say in the room that is left how to read the ratios."""
+    axes.set_axis_off()
+    text = (
+        "dot: one thread, and the quartiles\n"
+        "ring: two threads, ours with two too\n"
+        "tinted, name in red: faster than ours\n"
+        "$^+$ did not reach the error asked for"
+    )
+    axes.text(0.0, 0.95, text, transform=axes.transAxes, va="top", fontsize=7.5, linespacing=1.5)
+
+
+def _draw_work(axes: Axes, group: Any) -> None:
+    """Time against error, the best of the settings; a hollow mark went only a part of the way."""
+    for name, look in APPEARANCES.items():
         record = group.get(name, {})
         if "error" not in record:
             continue
         error = np.maximum(record["error"], np.finfo(float).eps)
-        kept = np.isfinite(error) & (error <= LARGEST)
-        x, y = error[kept], record["seconds"][kept]
-        style = "-" if look.line == "" else look.line
-        axes.plot(x, y, color=look.colour, ls=style, lw=look.width, zorder=_order(name), label=name)
-        _mark(axes, x, y, look, name, _whole(record)[kept])
+        kept = _front(error, record["seconds"]) & np.isfinite(error) & (error <= LARGEST)
+        order = np.argsort(-error[kept])
+        x, y = error[kept][order], record["seconds"][kept][order]
+        style = look.line or "none"
+        face = look.colour if record["part"][kept].all() else "white"
+        axes.plot(
+            x, y, look.marker, color=look.colour, ls=style, lw=look.width, ms=_size(look), mfc=face,
+            mew=0.7, zorder=_order(name), label=name,
+        )  # fmt: skip
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.invert_xaxis()
-    axes.set_xlabel(_axis(str(group["title"])))
+    codes = "wrong_symbols" in group.get("aligned_batch", {})
+    axes.set_xlabel("error of the crossing times ($t'$)" if codes else "error (relative)")
     axes.set_ylabel("time (s)")
     axes.grid(alpha=0.25, lw=0.4)
 
 
-def _draw_scaling(axes: Axes, name: str, group: Any) -> None:
-    field = {"orbits": "columns", "symbols": "n_symbols"}[name]
-    for method, look in LOOKS.items():
-        record = group.get(method, {})
-        if field not in record:
+def _front(error: Any, seconds: Any) -> Any:
+    """Which settings no other beats in both error and time; a mask."""
+    better = (error[:, None] <= error) & (seconds[:, None] <= seconds)
+    strictly = better & ((error[:, None] < error) | (seconds[:, None] < seconds))
+    return ~strictly.any(axis=0)
+
+
+def _draw_wrong(axes: Axes, group: Any) -> None:
+    """Wrong symbols per million against the time of an orbit; none at all lies on the floor."""
+    for name, look in APPEARANCES.items():
+        if name not in group:
             continue
-        x, y = record[field], record["seconds"]
+        record = group[name]
+        wrong = 1e6 * float(record["wrong_trusted"]) / float(record["symbols"])
+        cost = 1e3 * float(record["seconds"]) / float(record["orbits"])
         axes.plot(
-            x,
-            y,
-            color=look.colour,
-            ls=look.line,
-            lw=look.width,
-            zorder=_order(method),
-            label=method,
-        )
-        _mark(axes, x, y, look, method, np.ones(len(x), dtype=bool))
+            cost, wrong, look.marker, color=look.colour, ms=_size(look) + 2, zorder=_order(name),
+            label=name, clip_on=False,
+        )  # fmt: skip
     axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlabel({"orbits": "number of orbits", "symbols": "number of symbols"}[name])
-    axes.set_ylabel("time (s)")
+    axes.set_yscale("symlog", linthresh=10, linscale=0.5)
+    axes.set_ylim(0, max(100.0, axes.get_ylim()[1]))
+    low, high = axes.get_xlim()
+    axes.set_xlim(low / 1.5, high * 1.5)
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.set_xlabel("time of an orbit (ms)")
+    axes.set_ylabel("wrong, trusted, per million")
     axes.grid(alpha=0.25, lw=0.4)
 
 
-def _draw_right(axes: Axes, group: Any) -> None:
-    """The time to have every symbol right, at the loosest tolerance of each method that does."""
-    times = {}
-    for name in LOOKS:
-        right = group.get(name, {}).get("wrong_symbols", np.ones(1)) == 0
-        if right.any():
-            times[name] = float(group[name]["seconds"][np.flatnonzero(right)[0]])
-    middle = np.sqrt(min(times.values()) * max(times.values()))
-    for row, name in enumerate(sorted(times, key=lambda name: -times[name])):
-        look, seconds = LOOKS[name], times[name]
-        axes.plot(seconds, row, look.marker, color=look.colour, ms=5, label=name)
-        fast = seconds <= middle
-        axes.annotate(
-            look.label.removesuffix(", vmapped"),
-            (seconds, row),
-            (7 if fast else -7, 0),
-            textcoords="offset points",
-            ha="left" if fast else "right",
-            va="center",
-            fontsize=7,
-        )
-    axes.set_xscale("log")
-    axes.set_xlim(min(times.values()) / 3, max(times.values()) * 3)
-    axes.set_ylim(-0.7, len(times) - 0.3)
-    axes.set_yticks([])
-    axes.set_xlabel("time (s)")
-    axes.grid(axis="x", alpha=0.25, lw=0.4)
-
-
-def _mark(axes: Axes, x: Any, y: Any, look: Look, name: str, whole: Any) -> None:
-    size = 9.0 if look.marker == "*" else 3.4
-    for mask, face in ((whole, look.colour), (~whole, "white")):
-        axes.plot(
-            x[mask],
-            y[mask],
-            look.marker,
-            color=look.colour,
-            mfc=face,
-            ms=size,
-            mew=0.7,
-            zorder=_order(name) + 0.5,
-            label=f"{name}, marks",
-        )
-
-
-def _whole(record: Any) -> Any:
-    """Which points were followed to the end, where that is told."""
-    if "reach" not in record:
-        return np.ones(len(record["error"]), dtype=bool)
-    return record["reach"] >= (1 - 1e-9) * record["asked"]
+def _size(look: Appearance) -> float:
+    return 8.0 if look.marker == "*" else 3.6 if look.line else 5.0
 
 
 def _order(name: str) -> float:
-    return 3.0 + list(LOOKS).index(name)
-
-
-def _axis(title: str) -> str:
-    if "integrals" in title:
-        return "largest relative drift"
-    if "codes" in title:
-        return "median error of the crossing times ($t'$)"
-    return "error of alpha (rad)" if "alpha" in title else "error (relative)"
+    return 3.0 + list(APPEARANCES).index(name)
 
 
 def _legend(shown: set[str]) -> list[Line2D]:
@@ -202,9 +234,9 @@ def _legend(shown: set[str]) -> list[Line2D]:
             ls=look.line or "none",
             lw=look.width,
             marker=look.marker,
-            ms=7 if look.marker == "*" else 3.8,
+            ms=_size(look),
             label=look.label,
         )
-        for name, look in reversed(LOOKS.items())
+        for name, look in reversed(APPEARANCES.items())
         if name in shown
     ]

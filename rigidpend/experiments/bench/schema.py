@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
-from rigidpend.config.schema import ExperimentConfig, Number, Part, Whole, Word
+from rigidpend.config.schema import ExperimentConfig, Number, Part, Whole
 from rigidpend.measure.benchmark.methods import METHODS
 from rigidpend.measure.benchmark.problems import NAMES
 
@@ -40,9 +40,10 @@ Methods = Annotated[tuple[str, ...], _of("method", tuple(METHODS))]
 Seconds = Annotated[Number, AfterValidator(_positive)]
 Count = Annotated[Whole, Field(ge=1, le=10**7)]
 Counts = Annotated[tuple[Count, ...], Field(min_length=1)]
+Tolerances = Annotated[tuple[Number, ...], AfterValidator(_descending)]
 
 
-class Problem(Part):
+class Workload(Part):
     """Which problems, how large, and by which methods."""
 
     problems: Annotated[tuple[str, ...], _of("problem", NAMES)] = NAMES
@@ -59,48 +60,52 @@ class Problem(Part):
     """Symbols on each orbit of Fig. 4."""
     companions: Count = 8
     """Orbits over long times, carried at once."""
-    periods: Count = 10**5
+    periods: Count = 2 * 10**4
     """How long these are followed."""
+    few: Count = 3
+    """Orbits of a problem for methods that take one after the other; their time is scaled."""
 
 
-class Scaling(Part):
-    """The cost of codes against their number."""
+class Search(Part):
+    """How settings are searched for, each method alone."""
 
-    methods: Methods
-    """Names of the methods whose cost is measured."""
-    orbits: Counts
-    """Numbers of orbits, from random phases."""
-    symbols: Counts
-    """Numbers of symbols, of as many orbits as there are columns."""
+    repeats: Annotated[Whole, Field(ge=1, le=100)] = 3
     seconds: Seconds
-    """For the repetitions at each number."""
-
-
-class Protocol(Part):
-    """How well it is measured."""
-
-    repeats: Annotated[Whole, Field(ge=1, le=100)] = 5
-    """Of a solve; the median counts."""
-    seconds: Seconds
-    """Of solving, after which a method tries no further tolerance at a problem."""
-    code_seconds: dict[Word, Seconds] = {}  # noqa: RUF012
-    """The same at the codes, of methods that need another budget there."""
-    long_seconds: Seconds
-    """The same over long times, shared out evenly; what is expected within it is carried on."""
-    tolerances: Annotated[tuple[Number, ...], AfterValidator(_descending)]
-    """Local tolerances that a method with an adaptive step tries; descending."""
+    """Of solving, a method's budget at a problem: after it no further knob is tried."""
+    tolerances: Tolerances
     steps: Counts
     """In a period, of methods with a fixed step; ascending."""
-    long_tolerances: Annotated[tuple[Number, ...], AfterValidator(_descending)]
-    """The same over long times; descending."""
+    long_tolerances: Tolerances
     long_steps: Counts
     """Steps in a period over long times, of methods with a fixed step; ascending."""
+
+
+class Meeting(Part):
+    """How the chosen settings are timed in turn."""
+
+    rounds: Annotated[Whole, Field(ge=1, le=100)] = 11
+    seconds: Seconds
+    """What one method may take at a problem in all; then it misses the rounds that are left."""
+    slowest: Seconds
+    """A method that takes longer for the whole problem is not asked."""
+    threads: Counts = (1, 2)
+
+
+class RandomPhases(Part):
+    """On how many random phases symbols are compared with 113-bit arithmetic."""
+
+    methods: Methods
+    orbits: Count
+    """At most, for each J1_0."""
+    seconds: Seconds
+    """After which a method gets no further phases."""
 
 
 class Config(ExperimentConfig):
     """A whole config."""
 
     experiment: Literal["bench"]
-    problem: Problem = Problem()
-    scaling: Scaling
-    protocol: Protocol
+    problem: Workload = Workload()
+    search: Search
+    meeting: Meeting
+    phases: RandomPhases

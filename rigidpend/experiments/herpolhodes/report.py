@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.report.page import Table
+from rigidpend.tables import Table
 
 ROUTES = {
     1.02: "2-2*-1*-1-4-4*-3*-3-4-4*-1*-1",

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.report.page import Table
+from rigidpend.tables import Table
 
 
 def tables(result: Any) -> list[Table]:

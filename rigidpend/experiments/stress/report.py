@@ -6,7 +6,7 @@ from collections import Counter
 from typing import Any
 
 from rigidpend.measure.stress.cases import FAILED, LIMIT, PASSED
-from rigidpend.report.page import Table
+from rigidpend.tables import Table
 
 
 def tables(result: Any) -> list[Table]:

@@ -70,7 +70,7 @@ class _Symbol:
 
 
 def source(field: Callable[[Any], Any], size: int) -> str:
-    """The text of a function ``rates(t, y)`` that does what `field` does.
+    """Write a function ``rates(t, y)`` that does what `field` does.
 
     Parameters
     ----------
@@ -79,19 +79,45 @@ def source(field: Callable[[Any], Any], size: int) -> str:
     size : int
         The number of components.
     """
+    script, found = _written(field, size)
+    head = ["def rates(t, y):", f"    {', '.join(f'y{i}' for i in range(size))} = y"]
+    return "\n".join([*head, *script.lines, f"    return [{', '.join(found)}]"])
+
+
+def source_into(field: Callable[[Any], Any], size: int, arguments: str) -> str:
+    """Write a function that puts the derivatives into an array, for compilers and C interfaces.
+
+    Parameters
+    ----------
+    field, size
+        As for :func:`source`.
+    arguments : str
+        The names of its arguments in their order; ``y`` and ``dy`` are the arrays.
+    """
+    script, found = _written(field, size)
+    lines = [f"def rates({arguments}):"]
+    lines += [f"    y{i} = y[{i}]" for i in range(size)] + script.lines
+    return "\n".join([*lines, *(f"    dy[{i}] = {x}" for i, x in enumerate(found))])
+
+
+def _written(field: Callable[[Any], Any], size: int) -> tuple[_Script, list[str]]:
+    """The lines, and the names of the results."""
     script = _Script()
-    names = [f"y{i}" for i in range(size)]
-    found = field([_Symbol(script, name) for name in names])
-    head = ["def rates(t, y):", f"    {', '.join(names)} = y"]
-    return "\n".join([*head, *script.lines, f"    return [{', '.join(map(_text, found))}]"])
+    found = field([_Symbol(script, f"y{i}") for i in range(size)])
+    return script, [_text(x) for x in found]
 
 
 def flat(field: Callable[[Any], Any], size: int) -> Callable[[float, Any], list[Any]]:
     """The function ``rates(t, y)`` of :func:`source`: of 6 floats, or of 6 arrays."""
-    room: dict[str, Any] = {}
-    exec(compile(source(field, size), "<field>", "exec"), room)
-    made: Callable[[float, Any], list[Any]] = room["rates"]
+    made: Callable[[float, Any], list[Any]] = executed(source(field, size))
     return made
+
+
+def executed(text: str) -> Any:
+    """The function ``rates`` of a text."""
+    room: dict[str, Any] = {}
+    exec(compile(text, "<field>", "exec"), room)
+    return room["rates"]
 
 
 def _is(x: Any, value: int) -> bool:

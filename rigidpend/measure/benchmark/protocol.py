@@ -1,7 +1,9 @@
-"""How a method is measured: warm, medians, preparation apart, within a budget of time.
+"""The protocol: what is timed, in which order, within which budget.
 
-A measurement is a dict of plain numbers. `prepare` is what making ready and the first solve
-took beyond a warm solve: compilation, mostly.
+Two passes. The search takes each method alone, at every setting and knob of its grid, and keeps
+error and time: the material of the diagrams, and of the choice of a setting. The meeting then
+brings the chosen ones together in one process and times them in turn, round by round, so that
+what slows the machine slows all of them: ratios come from it and from nothing else.
 """
 
 from __future__ import annotations
@@ -18,27 +20,55 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.measure.benchmark.problems.long_time import integrals
-from rigidpend.measure.benchmark.tasks import Flow, Motion
+from rigidpend.measure.benchmark.methods import Answer, Method, Setting, function, spelt
+from rigidpend.measure.benchmark.tasks import Carrier, Solver, orbits_of
 
-Measured = dict[str, float]
-Make = Callable[[Any, Any], Any]
+Measured = dict[str, Any]
 
-SHORT, MANY = 0.05, 25
-"""Seconds up to which a quick solve is repeated on, at most so many times."""
-WARM = 2.0
+LOOKS = 20
+"""How many times the integrals are looked at on the way, over long times."""
+WARM = 8.0
 """Seconds: a first solve that took less, compilation and all, is always followed by a second."""
-STRIDE = 500.0
-"""Periods between looks at the clock and at the integrals, over long times."""
+GROWTH = 2.0
+"""By how much the next knob is expected to cost more than the last one."""
 
 
-class Protocol(NamedTuple):
-    """How well it is measured."""
+class Attempt(NamedTuple):
+    """A method with all that is chosen for it at a problem."""
 
-    repeats: int
-    """Of each solve, where the budget allows; the median counts."""
-    seconds: float
-    """Of solving, preparation apart: after them no further knob is tried."""
+    method: Method
+    answer: Answer
+    setting: Setting
+    knob: Any
+    threads: int = 1
+
+    def make(self, task: Any) -> Any:
+        """Make it ready for a task."""
+        return function(self.answer, self.threads, self.setting)(task, self.knob)
+
+    @property
+    def abreast(self) -> bool:
+        """Whether it carries all orbits at once."""
+        return bool(self.setting.get("abreast", self.method.abreast))
+
+
+class Stage(NamedTuple):
+    """A problem made ready: the task, its truth, and how many orbits a slow method gets."""
+
+    module: Any
+    task: Any
+    reference: dict[str, Any]
+    few: int
+
+    def part(self, abreast: bool) -> tuple[Any, dict[str, Any], float]:
+        """The task of a method, its truth, and the factor that scales its time to all orbits."""
+        n = self.task.states.shape[1]
+        if abreast or n <= self.few:
+            return self.task, self.reference, 1.0
+        # Spread evenly: no orbit is chosen for what it is.
+        columns = np.linspace(0, n - 1, self.few).round().astype(int)
+        truth = {name: values[..., columns] for name, values in self.reference.items()}
+        return orbits_of(self.task, columns), truth, n / self.few
 
 
 class Clock:
@@ -52,129 +82,164 @@ class Clock:
 
 
 def timed(work: Callable[[], Any]) -> tuple[float, Any]:
-    """How long it takes, and what it gives."""
+    """Time some work; give the seconds and what it returned."""
     clock = Clock()
     found = work()
     return clock.read(), found
 
 
-def measure(
-    task: Any,
-    make: Make,
-    knobs: list[Any],
-    protocol: Protocol,
-    error: Callable[[Any], Measured],
-) -> Iterator[Measured]:
-    """Measure a method knob by knob, loosest first, until the budget is spent.
+def solver_of(stage: Stage, task: Any, made: Any, part: float = 1.0) -> Solver:
+    """Give what is timed: a solver, or carrying orbits to the end (or a part of the way)."""
+    if not isinstance(made, Carrier):
+        return Solver(made.solve, made.read)
+    looks = LOOKS if stage.module.KIND == "long" else 1
+    times = task.end * part * np.arange(1, looks + 1) / looks
 
-    A knob that is the first to get every symbol right is decisive: it is repeated as often
-    as asked for, whatever the budget.
+    def carry() -> list[Any]:
+        made.start()
+        found = []
+        for moment in times:
+            made.to(moment)
+            found.append(made.states())
+        return found
+
+    return Solver(carry, lambda found: found if looks > 1 else found[-1])
+
+
+def search(
+    stage: Stage, method: Method, answer: Answer, knobs: list[Any], seconds: float, repeats: int
+) -> Iterator[Measured]:
+    """Try every setting of a method: forms at the middle knob, then each variant at each knob.
+
+    A variant ends where its share of the budget is spent, or would be by the next knob.
+
+    Yields
+    ------
+    dict
+        First ``forms``, what each form took; then a measurement a setting and a knob.
     """
-    spent, decided = 0.0, False
-    for knob in knobs:
-        if spent > protocol.seconds:
-            return
-        prepared, answer = timed(lambda: make(task, knob))  # noqa: B023
-        first, found, work, read = _first(task, answer)
-        errors = error(read(found))
-        decisive = errors.get("wrong_symbols") == 0 and not decided
-        decided |= decisive
-        # An even share of the budget, so that every knob has its turn.
-        left = math.inf if decisive else protocol.seconds / len(knobs)
-        taken: list[float] = []
-        while _go_on(taken, first, protocol.repeats, left):
-            taken.append(timed(work)[0])
-        # Where there is no time for a second, the first counts, preparation and all.
-        kept = taken or [first]
-        middle = statistics.median(kept)
-        spent += middle * (len(taken) + 1)
-        yield {
-            "knob": float(knob or np.nan),
+    index, told = _best_form(stage, method, answer, knobs[len(knobs) // 2], repeats)
+    yield {"form": index, "forms": told}
+    form = method.forms[index]
+    for number, variant in enumerate(method.variants):
+        spent, share = 0.0, seconds / len(method.variants)
+        for knob in knobs:
+            trial = Attempt(method, answer, {**form, **variant}, knob)
+            line, taken = _measured(stage, trial, repeats, share)
+            yield {**line, "setting": float(number)}
+            spent += taken
+            if spent + GROWTH * line["once"] > share:
+                break
+
+
+def _best_form(
+    stage: Stage, method: Method, answer: Answer, knob: Any, repeats: int
+) -> tuple[int, str]:
+    """The index of the form that took least time at a knob, and what all of them took."""
+    if len(method.forms) == 1:
+        return 0, ""
+    taken = []
+    for form in method.forms:
+        line, _ = _measured(stage, Attempt(method, answer, form, knob), repeats, 1.0)
+        taken.append(line["seconds"])
+    best = taken.index(min(taken))
+    said = (f"{spelt(f)}: {1e3 * s:.3g} ms" for f, s in zip(method.forms, taken, strict=True))
+    return best, f"{'; '.join(said)}; chosen: {spelt(method.forms[best])}"
+
+
+def _measured(stage: Stage, trial: Attempt, repeats: int, share: float) -> tuple[Measured, float]:
+    """One measurement, and the seconds that went into solving."""
+    task, truth, scaled = stage.part(trial.abreast)
+    prepared, made = timed(lambda: trial.make(task))
+    part, tried = _part_of_the_way(stage, task, made, share)
+    solver = solver_of(stage, task, made, part)
+    first, found = timed(solver.solve)
+    errors = stage.module.error(solver.read(found), truth)
+    taken: list[float] = []
+    while len(taken) < repeats and (sum(taken) + first < share or (not taken and first < WARM)):
+        taken.append(timed(solver.solve)[0])
+    kept = taken or [first]
+    middle = statistics.median(kept)
+    line = {
+        "knob": float(trial.knob or np.nan),
+        **errors,
+        "seconds": middle * scaled / part,
+        "repeats": float(len(kept)),
+        "orbits": float(task.states.shape[1]),
+        "part": part,
+        "prepare": prepared + max(0.0, first - middle),
+        "memory": memory(),
+        "once": middle,
+    }
+    # Preparation is told apart, and no budget pays for it.
+    return line, tried + middle * (1 + len(taken))
+
+
+def _part_of_the_way(stage: Stage, task: Any, made: Any, share: float) -> tuple[float, float]:
+    """How far to follow orbits over long times: all the way, or what the budget has room for."""
+    if stage.module.KIND != "long":
+        return 1.0, 0.0
+    little = 1e-3
+    solver_of(stage, task, made, little).solve()
+    taken, _ = timed(solver_of(stage, task, made, little).solve)
+    whole = taken / little
+    return (1.0 if whole <= share else max(little, 0.5 * share / whole)), taken
+
+
+class Guest(NamedTuple):
+    """A method at the meeting."""
+
+    name: str
+    solver: Solver
+    truth: dict[str, Any]
+    factor: float
+    """That scales its time to the whole task."""
+
+
+def meeting(
+    stage: Stage, trials: dict[str, Attempt], parts: dict[str, float], rounds: int, seconds: float
+) -> dict[str, Measured]:
+    """Time methods in turn, round by round; the order turns too.
+
+    Parameters
+    ----------
+    trials : dict of Attempt
+        By the name of the method.
+    parts : dict of float
+        How far each goes, over long times: a part of the way.
+    rounds : int
+    seconds : float
+        What one method may take in all: where it is spent, it misses the rounds that are left.
+
+    Returns
+    -------
+    dict
+        By method: errors, and ``rounds``, the seconds of each, NaN where it was not timed.
+    """
+    guests, found = [], {}
+    for name, trial in trials.items():
+        task, truth, scaled = stage.part(trial.abreast)
+        part = parts.get(name, 1.0)
+        solver = solver_of(stage, task, trial.make(task), part)
+        errors = stage.module.error(solver.read(solver.solve()), truth)
+        guests.append(Guest(name, solver, truth, scaled / part))
+        found[name] = {
+            "knob": float(trial.knob or np.nan),
             **errors,
-            "seconds": middle,
-            "fastest": min(kept),
-            "slowest": max(kept),
-            "repeats": float(len(kept)),
-            "prepare": prepared + max(0.0, first - middle),
-            "memory": memory(),
+            "orbits": float(task.states.shape[1]),
+            "part": part,
+            "rounds": [math.nan] * rounds,
         }
-
-
-def _go_on(taken: list[float], first: float, repeats: int, left: float) -> bool:
-    """Whether there is time to solve once more, and need to."""
-    if len(taken) < repeats:
-        return sum(taken) + (taken[-1] if taken else first) <= left or (not taken and first < WARM)
-    return sum(taken) < SHORT and len(taken) < MANY
-
-
-def _first(task: Any, answer: Any) -> tuple[float, Any, Callable[[], Any], Any]:
-    """The first solve: its time, what it gives, how to repeat it and how to read it."""
-    if not isinstance(answer, Flow):
-        taken, found = timed(answer.solve)
-        return taken, found, answer.solve, answer.read
-
-    def carry() -> None:
-        answer.start()
-        answer.to(task.end)
-
-    taken, _ = timed(carry)
-    return taken, answer.states(), carry, lambda states: states
-
-
-def measure_long(
-    task: Motion,
-    make: Make,
-    knobs: list[Any],
-    protocol: Protocol,
-    error: Callable[[Any], Measured],
-) -> Iterator[Measured]:
-    """Follow orbits as far as the task goes, or as far as an even share of the budget carries.
-
-    A knob with which the whole task is expected within the budget is carried through. `seconds`
-    is what the whole task takes: extrapolated from `reach`, in periods, where it
-    was not reached.
-    """
-    share = protocol.seconds / len(knobs)
-    for knob in knobs:
-        prepared, flow = timed(lambda: make(task, knob))  # noqa: B023
-        flow.start()
-        first, _ = timed(lambda: flow.to(task.period))  # noqa: B023
-        taken, reach, drift = _followed(task, flow, share, protocol.seconds)
-        rates = [taken / reach]
-        clock = Clock()
-        while len(rates) < protocol.repeats and clock.read() + taken < share:
-            again, as_far, _ = _followed(task, flow, share, share)
-            rates.append(again / as_far)
-        whole = task.end / task.period
-        yield {
-            "knob": float(knob or np.nan),
-            **error(drift),
-            "seconds": statistics.median(rates) * whole,
-            "fastest": min(rates) * whole,
-            "slowest": max(rates) * whole,
-            "repeats": float(len(rates)),
-            "reach": reach,
-            "asked": whole,
-            "prepare": prepared + first,
-            "memory": memory(),
-        }
-
-
-def _followed(task: Motion, flow: Flow, limit: float, most: float) -> tuple[float, float, Any]:
-    """Time taken, periods reached, and the integrals (3, k, n) on the way.
-
-    It ends at the limit, unless the rest is expected within `most`.
-    """
-    flow.start()
-    seconds, reached, stride, found = 0.0, 0.0, 1.0, []
-    whole = task.end / task.period
-    while reached < whole and (seconds < limit or seconds / reached * whole < most):
-        # The first strides are short, for methods that are slow.
-        reached, stride = min(whole, reached + stride), min(STRIDE, 2 * stride)
-        taken, _ = timed(lambda: flow.to(reached * task.period))  # noqa: B023
-        seconds += taken
-        found.append(integrals(task.body, flow.states()))
-    return seconds, reached, np.array(found).transpose(1, 0, 2)
+    spent = dict.fromkeys(trials, 0.0)
+    for k in range(rounds):
+        turned = guests[k % len(guests) :] + guests[: k % len(guests)]
+        for guest in turned:
+            if spent[guest.name] > seconds:
+                continue
+            taken, _ = timed(guest.solver.solve)
+            spent[guest.name] += taken
+            found[guest.name]["rounds"][k] = taken * guest.factor
+    return found
 
 
 def memory() -> float:

@@ -10,31 +10,39 @@ from rigidpend.results.tree import Dataset, Tree
 
 MEANING = {
     "knob": ("1", "tolerance, or steps in a period; NaN where there is none"),
+    "setting": ("1", "index of the variant, in the order of `variants`"),
     "error": ("1", "of the answer, as the problem defines it"),
-    "worst": ("t' = t s", "largest error of a crossing time, over all columns"),
+    "worst": ("t' = t s", "largest error of a crossing time, over the columns"),
     "wrong": ("1", "share of wrong symbols"),
     "wrong_symbols": ("1", "number of wrong symbols"),
+    "wrong_trusted": ("1", "number of wrong symbols that the method vouches for"),
+    "undecided": ("1", "number of symbols that it does not vouch for"),
     "energy": ("1", "largest drift of the energy, relative"),
     "gamma": ("1", "largest drift of |gamma|, relative"),
     "area": ("1", "largest drift of M . gamma, in |M|"),
-    "reach": ("period", "how far the orbits were followed"),
-    "asked": ("period", "how far they were to be followed"),
-    "columns": ("1", "number of orbits"),
-    "n_symbols": ("1", "symbols on each orbit"),
-    "seconds": ("s", "warm, one core: the median"),
-    "fastest": ("s", "the fastest repetition"),
-    "slowest": ("s", "the slowest repetition"),
+    "part": ("1", "how far the orbits were followed, of the whole way"),
+    "orbits": ("1", "orbits that were measured; the time is scaled to all of the problem's"),
+    "seconds": ("s", "warm, the median, scaled to the whole problem"),
+    "once": ("s", "the same, of what was solved"),
     "repeats": ("1", "how many repetitions the median is of"),
     "prepare": ("s", "made ready and solved first, beyond a warm solve: compilation, mostly"),
     "memory": ("MB", "peak of the process so far"),
+    "rounds": ("s", "each round of the meeting, scaled to the whole problem; NaN: not timed"),
 }
 ONCE = {
     "import": ("s", "time to import its libraries, NumPy apart"),
     "memory_before": ("MB", "peak of the process before that import"),
 }
-ENDED = Dataset(
-    "", "text", "how the measurement ended: complete, cut at the budget, absent, failed"
-)
+PHASES = {
+    "orbits": ("1", "random phases that were tried"),
+    "symbols": ("1", "symbols compared with 113-bit arithmetic"),
+    "wrong": ("1", "of them wrong"),
+    "wrong_trusted": ("1", "of them wrong and vouched for; without a certificate, all wrong ones"),
+    "undecided": ("1", "of them not vouched for"),
+    "seconds": ("s", "warm, one thread, for all these orbits"),
+    "last_crossing": ("t' = t s", "median error of the last crossing; the truth has 7 decimals"),
+}
+ENDED = Dataset("", "text", "how the measurement ended: complete, cut at the budget, or why not")
 COMPLETE = "complete"
 
 
@@ -43,25 +51,50 @@ def absent(library: str) -> Tree:
     return {"ended": ENDED._replace(values=f"absent: {library} is not installed")}
 
 
-def record(lines: list[dict[str, Any]], ended: str, planned: int) -> Tree:
-    """The record of a worker's lines.
+def searched(lines: list[dict[str, Any]], ended: str, problem: str, planned: int) -> Tree:
+    """The record of a method at a problem, of what a worker told.
 
     Parameters
     ----------
     lines : list of dict
-        What it told: first what is told once, then the measurements.
+        All that it told: first the costs of its import.
     ended : str
-        What went wrong; empty where nothing did.
+        What went wrong with the worker; empty where nothing did.
+    problem : str
     planned : int
         How many measurements were asked for.
     """
-    once, rows = lines[:1], lines[1:]
-    cut = f"cut at the budget: {len(rows)} of {planned}" if len(rows) < planned else COMPLETE
-    said = f"{ended}: {len(rows)} of {planned}" if ended else cut
-    found: dict[str, Dataset] = {"ended": ENDED._replace(values=said)}
-    for told in once:
+    own = [line for line in lines[1:] if line["problem"] == problem]
+    rows = [line for line in own if "knob" in line]
+    failed = next((line["failed"] for line in own if "failed" in line), "")
+    found: dict[str, Any] = {"ended": ENDED._replace(values=_said(failed or ended, rows, planned))}
+    for line in (line for line in own if "forms" in line):
+        found["form"] = Dataset(float(line["form"]), "1", "index of the form that was chosen")
+        found["forms"] = Dataset(line["forms"], "text", "what each form took at the middle knob")
+    for told in lines[:1]:
         found |= {name: Dataset(float(told[name]), *meaning) for name, meaning in ONCE.items()}
     for name, meaning in MEANING.items():
         if rows and name in rows[0]:
             found[name] = Dataset(np.array([float(row[name]) for row in rows]), *meaning)
     return found
+
+
+def met(line: dict[str, Any], setting: str) -> Tree:
+    """The record of a method at a meeting."""
+    found = {
+        name: Dataset(np.array(line[name], dtype=float), *meaning)
+        for name, meaning in MEANING.items()
+        if name in line
+    }
+    return {**found, "chosen": Dataset(setting, "text", "the setting that the search chose")}
+
+
+def counted(line: dict[str, Any]) -> Tree:
+    """The record of a method on random phases."""
+    return {name: Dataset(float(line[name]), *meaning) for name, meaning in PHASES.items()}
+
+
+def _said(wrong: str, rows: list[Any], planned: int) -> str:
+    if wrong:
+        return f"{wrong}: {len(rows)} of {planned}"
+    return f"cut at the budget: {len(rows)} of {planned}" if len(rows) < planned else COMPLETE

@@ -15,12 +15,29 @@ from numpy.typing import NDArray
 from rigidpend.body import Body
 from rigidpend.coordinates import momentum, scale, vertical
 from rigidpend.numbers.exact import GUARD_BITS, context
+from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import RouteProblem
 
 Array = NDArray[np.float64]
 
 
-class Motion(NamedTuple):
+class Sizes(NamedTuple):
+    """How large the problems are."""
+
+    orbits: int = 16
+    """Orbits of the free body and of the pendulum, carried at once."""
+    turns: float = 25
+    """How long these are followed, in turns about the third axis."""
+    columns: int = 63
+    """Phases k/10 of Fig. 4."""
+    n_symbols: int = 15
+    companions: int = 8
+    """Orbits of the problem over long times, carried at once."""
+    periods: float = 2e4
+    """Over which their integrals may drift."""
+
+
+class MotionTask(NamedTuple):
     """Orbits to be carried from time 0 to `end`."""
 
     body: Body
@@ -33,7 +50,7 @@ class Motion(NamedTuple):
     """Of pendulum motions, exact: their energies, from which closed forms start."""
 
 
-class Routes(NamedTuple):
+class RouteTask(NamedTuple):
     """Orbits of which the symbols are sought."""
 
     problem: RouteProblem
@@ -46,7 +63,7 @@ class Routes(NamedTuple):
     period: float
 
 
-class Angle(NamedTuple):
+class AngleTask(NamedTuple):
     """Orbits of which alpha, the angle of omega's horizontal part, is sought."""
 
     problem: RouteProblem
@@ -58,8 +75,8 @@ class Angle(NamedTuple):
     period: float
 
 
-class Flow(NamedTuple):
-    """A method's answer to a :class:`Motion`: orbits that it carries on."""
+class Carrier(NamedTuple):
+    """A method's answer to a :class:`MotionTask`: orbits that it carries on."""
 
     start: Callable[[], Any]
     """Go back to time 0."""
@@ -70,7 +87,7 @@ class Flow(NamedTuple):
 
 
 class Solver(NamedTuple):
-    """A method's answer to :class:`Routes` or :class:`Angle`."""
+    """A method's answer to :class:`RouteTask` or :class:`AngleTask`."""
 
     solve: Callable[[], Any]
     """All the work that is timed."""
@@ -79,12 +96,54 @@ class Solver(NamedTuple):
 
 
 class Crossed(NamedTuple):
-    """The answer to :class:`Routes`."""
+    """The answer to :class:`RouteTask`."""
 
     codes: NDArray[np.uint8]
     """(n_symbols, n)."""
     time: Array
     """(n_symbols + 1, n), t'."""
+    certain: Any = None
+    """(n_symbols, n), of a method that says which symbols it vouches for."""
+
+
+def orbits_of(task: Any, columns: Any) -> Any:
+    """The same task for some of its orbits.
+
+    Parameters
+    ----------
+    task : MotionTask, RouteTask or AngleTask
+    columns : array of int
+    """
+    changes: dict[str, Any] = {"states": np.ascontiguousarray(task.states[:, columns])}
+    if isinstance(task, MotionTask):
+        changes["h0"] = None if task.h0 is None else task.h0[columns]
+    else:
+        phases = task.theta2_0
+        plain = isinstance(phases, np.ndarray)
+        changes["theta2_0"] = phases[columns] if plain else tuple(phases[k] for k in columns)
+    if isinstance(task, AngleTask):
+        changes["ends"] = task.ends[columns]
+    return task._replace(**changes)
+
+
+def crossed(time: Any, M: Any, rising: Any, body: Body) -> Crossed:
+    """The answer from what was found at crossings of M3 = 0.
+
+    Parameters
+    ----------
+    time : (n_symbols + 1, n) array
+        Physical; NaN where there is no crossing.
+    M : (2 or more, n_symbols + 1, n) array
+        M1 and M2 there, or near enough to have the signs of Qp and Qm.
+    rising : (n_symbols + 1, n) or (n_symbols + 1, 1) array of bool
+        Whether M3 grows there.
+    """
+    half = body.alpha0 / 2
+    along, across = math.cos(half) * M[0], math.sin(half) * M[1]
+    beside = np.where(rising, np.where(along + across > 0, 2, 4), np.where(along < across, 1, 3))
+    return Crossed(
+        symbols(np.where(np.isnan(time), 0, beside)).astype(np.uint8), time_unit(body) * time
+    )
 
 
 def moments(body: Body) -> list[float]:

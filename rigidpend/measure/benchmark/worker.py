@@ -1,4 +1,4 @@
-"""One method on one problem, in a process of its own: one core, fresh memory, cold caches.
+"""Measurements in a process of their own: one core or two, fresh memory, cold caches.
 
 Started as ``python -m rigidpend.measure.benchmark.worker``; an :class:`Order` comes on stdin,
 as JSON, and a line of JSON goes to stdout for each measurement, as soon as it is there.
@@ -13,35 +13,27 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
-
-ONE_THREAD = {
-    "OMP_NUM_THREADS": "1",
-    "OPENBLAS_NUM_THREADS": "1",
-    "MKL_NUM_THREADS": "1",
-    "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1",
-    "JAX_PLATFORMS": "cpu",
-}
-
-
-REACH = 6
-"""How many budgets a size may take: it is measured once, and the last."""
 
 
 class Order(NamedTuple):
     """What to measure."""
 
-    problem: str
-    method: str
-    sizes: list[dict[str, Any]]
-    """Of the problem; more than one where the cost is measured against them."""
-    knobs: list[Any]
+    work: str
+    """``search``, ``meeting`` or ``phases``."""
+    problems: list[str]
+    methods: dict[str, list[dict[str, Any]]]
+    """By method: one entry a problem, of `knobs`, or of `knob`, `setting` and `part`."""
+    sizes: dict[str, Any]
+    few: int
+    """Orbits of a problem that a method gets which takes one after the other."""
     repeats: int
     seconds: float
-    reference: str
-    """A file of NumPy's arrays; empty where only the cost counts."""
+    reference: str = ""
+    """A file of NumPy's arrays, named PROBLEM.NAME."""
+    threads: int = 1
 
 
 def measured(order: Order, limit: float) -> tuple[list[dict[str, Any]], str]:
@@ -55,7 +47,7 @@ def measured(order: Order, limit: float) -> tuple[list[dict[str, Any]], str]:
     """
     with tempfile.TemporaryDirectory() as cache:
         # heyoka's cache is empty: what is compiled is compiled here.
-        environment = {**os.environ, **ONE_THREAD, "HEYOKA_CACHE_DIR": cache}
+        environment = {**os.environ, **limited_to(order.threads), "HEYOKA_CACHE_DIR": cache}
         command = [sys.executable, "-m", "rigidpend.measure.benchmark.worker"]
         given = json.dumps(order._asdict())
         try:
@@ -72,6 +64,15 @@ def measured(order: Order, limit: float) -> tuple[list[dict[str, Any]], str]:
     return _lines(done.stdout), ended
 
 
+def limited_to(threads: int) -> dict[str, str]:
+    """The environment that keeps libraries to so many threads."""
+    count = str(threads)
+    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+    flags = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
+    one = {"XLA_FLAGS": flags} if threads == 1 else {}
+    return {**dict.fromkeys(names, count), **one, "JAX_PLATFORMS": "cpu"}
+
+
 def _lines(text: str) -> list[dict[str, Any]]:
     """The whole lines of an output."""
     found = []
@@ -83,53 +84,88 @@ def _lines(text: str) -> list[dict[str, Any]]:
 
 def main() -> None:
     order = Order(**json.load(sys.stdin))
-    keep_to_one_core()
+    keep_to(order.threads)
+    work = {"search": searched, "meeting": met, "phases": random_phases}[order.work]
     for line in work(order):
         print(json.dumps(line), flush=True)
 
 
-def keep_to_one_core() -> None:
-    """Stay on one processor, where the system lets a process choose."""
+def keep_to(cores: int) -> None:
+    """Stay on so many processors, where the system lets a process choose."""
     if hasattr(os, "sched_setaffinity"):
-        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+        os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[-cores:])
 
 
-def work(order: Order) -> Iterator[dict[str, Any]]:
-    """The costs of import, then a measurement a knob (or a size)."""
-    import numpy as np
+def searched(order: Order) -> Iterator[dict[str, Any]]:
+    """One method at each problem; first what its import cost."""
+    from rigidpend.measure.benchmark import methods, protocol
 
-    from rigidpend.measure.benchmark import methods, problems, protocol
-
-    method, problem = methods.METHODS[order.method], problems.module(order.problem)
-    answer = method.answer(order.problem, problem.KIND)
-    assert answer is not None
+    [(name, tried)] = order.methods.items()
+    method = methods.METHODS[name]
     before = protocol.memory()
     imported, _ = protocol.timed(lambda: [importlib.import_module(x) for x in method.libraries])
     yield {"import": imported, "memory_before": before}
-    make = methods.function(answer)
-    how = protocol.Protocol(order.repeats, order.seconds)
-    measure = protocol.measure_long if problem.KIND == "long" else protocol.measure
-    if order.reference:
-        task = problem.task(problems.Sizes(**order.sizes[0]))
-        reference = dict(np.load(Path(order.reference)))
-        error: Callable[[Any], Any] = lambda found: problem.error(found, reference)  # noqa: E731
-        yield from measure(task, make, order.knobs, how, error)
-        return
-    yield from _scaled(order, lambda sizes: problem.scaled(problems.Sizes(**sizes)), make, how)
+    for problem, entry in zip(order.problems, tried, strict=True):
+        stage, answer = _stage(order, problem), None
+        answer = method.answer(problem, stage.module.KIND)
+        assert answer is not None
+        share = order.seconds
+        try:
+            for line in protocol.search(
+                stage, method, answer, entry["knobs"], share, order.repeats
+            ):
+                yield {"problem": problem, **line}
+        except Exception as error:
+            # The other problems are still to be measured.
+            yield {"problem": problem, "failed": f"{type(error).__name__}: {error}"}
 
 
-def _scaled(order: Order, task: Any, make: Any, how: Any) -> Iterator[dict[str, Any]]:
-    """The cost at each size, as long as the next is expected within a few budgets."""
-    from rigidpend.measure.benchmark import protocol
+def met(order: Order) -> Iterator[dict[str, Any]]:
+    """Several methods in turn at one problem; a line each."""
+    from rigidpend.measure.benchmark import methods, protocol
 
-    last, done = 0.0, 1.0
-    for sizes in order.sizes:
-        size = float(sizes["columns"] * (sizes["n_symbols"] + 1))
-        if last * size / done > REACH * order.seconds:
-            return
-        for line in protocol.measure(task(sizes), make, order.knobs, how, lambda _: {}):
-            last, done = line["seconds"], size
-            yield {**sizes, **line}
+    [problem] = order.problems
+    stage = _stage(order, problem)
+    trials, parts = {}, {}
+    for name, [entry] in order.methods.items():
+        method = methods.METHODS[name]
+        answer = method.answer(problem, stage.module.KIND)
+        assert answer is not None
+        trials[name] = protocol.Attempt(
+            method, answer, entry["setting"], entry["knob"], order.threads
+        )
+        parts[name] = entry.get("part", 1.0)
+    found = protocol.meeting(stage, trials, parts, order.repeats, order.seconds)
+    for name, line in found.items():
+        yield {"method": name, **line}
+
+
+def random_phases(order: Order) -> Iterator[dict[str, Any]]:
+    """Wrong symbols of each method on random phases; a line a method and a start."""
+    from rigidpend.measure.benchmark import methods, phases
+
+    for J1_0 in phases.starts():
+        for name, [entry] in order.methods.items():
+            method = methods.METHODS[name]
+            make = methods.function(method.answers["routes"], 1, entry["setting"])
+            counted = phases.counted(J1_0, make, entry["knob"], order.repeats, order.seconds)
+            yield {"method": name, "J1_0": J1_0, **counted}
+
+
+def _stage(order: Order, problem: str) -> Any:
+    import numpy as np
+
+    from rigidpend.measure.benchmark import problems, protocol
+    from rigidpend.measure.benchmark.tasks import Sizes
+
+    module = problems.module(problem)
+    with np.load(Path(order.reference)) as stored:
+        truth = {
+            name.removeprefix(f"{problem}."): stored[name]
+            for name in stored.files
+            if name.startswith(f"{problem}.")
+        }
+    return protocol.Stage(module, module.task(Sizes(**order.sizes)), truth, order.few)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -16,9 +15,11 @@ from rigidpend.config import loading
 from rigidpend.experiments.bench import compute as bench
 from rigidpend.experiments.bench.schema import Config
 from rigidpend.experiments.contract import Means
+from rigidpend.integrate.arithmetic import CLOSED_FORM
 from rigidpend.integrate.engines import EngineError
-from rigidpend.measure.benchmark import methods, problems, tables
+from rigidpend.measure.benchmark import problems, reading
 from rigidpend.measure.benchmark.methods import METHODS
+from rigidpend.measure.benchmark.tasks import Sizes
 from rigidpend.measure.benchmark.worker import measured
 from rigidpend.results import store
 from rigidpend.run import runner
@@ -33,17 +34,18 @@ CONFIGS = Path(__file__).resolve().parents[3] / "configs" / "measure"
 FULL, QUICK = (CONFIGS / f"{name}.yaml" for name in ("bench", "bench_quick"))
 SMALL = [
     "problem.problems=[pendulum, codes, long_time]",
-    "problem.methods=[closed_form, route_codes, aligned_batch, splitting_2, diffrax]",
+    "problem.methods=[closed_form, route_codes, aligned_batch, lie_poisson, diffrax]",
     "problem.columns=2",
     "problem.n_symbols=2",
     "problem.periods=5",
-    "scaling.methods=[route_codes]",
-    "scaling.orbits=[1, 2]",
-    "scaling.symbols=[1]",
-    "scaling.seconds=5",
-    "protocol.repeats=2",
-    "protocol.tolerances=[1e-4, 1e-9]",
-    "protocol.long_tolerances=[1e-9]",
+    "search.repeats=2",
+    "search.seconds=5",
+    "search.tolerances=[1e-4, 1e-9]",
+    "search.steps=[8]",
+    "search.long_tolerances=[1e-9]",
+    "meeting.rounds=2",
+    "phases.methods=[route_codes, diffrax]",
+    "phases.orbits=20",
 ]
 
 
@@ -75,7 +77,7 @@ def data(said: Any, folder: Path) -> Any:
 @needs_heyoka
 def test_the_command_prints_one_json_document_and_draws(said: Any, folder: Path) -> None:
     found = json.loads(said.stdout)
-    assert set(found) >= {"machine", "pendulum", "codes", "long_time", "against_orbits"}
+    assert set(found) >= {"machine", "losses", "pendulum", "codes", "long_time", "random_phases"}
     assert found["machine"]["processor"]
     assert (folder / "bench_quick.png").stat().st_size > 10_000
     assert "reference" in said.stderr
@@ -84,18 +86,34 @@ def test_the_command_prints_one_json_document_and_draws(said: Any, folder: Path)
 @needs_heyoka
 def test_every_method_that_answers_has_a_record(data: Any) -> None:
     assert set(data["pendulum"]) & set(METHODS) == {
-        "closed_form", "aligned_batch", "splitting_2", "diffrax"
+        "closed_form", "aligned_batch", "lie_poisson", "diffrax"
     }  # fmt: skip
     assert data["codes"]["route_codes"]["wrong_symbols"].tolist() == [0]
     assert data["codes"]["aligned_batch"]["error"][-1] < 1e-3
     assert data["pendulum"]["closed_form"]["error"][0] < 1e-12
-    assert data["long_time"]["aligned_batch"]["reach"][-1] == pytest.approx(5)
+    assert data["pendulum"]["lie_poisson"]["setting"].tolist() == [0, 1, 2, 3]
     for record in (data["pendulum"]["closed_form"], data["codes"]["route_codes"]):
-        assert (record["fastest"] <= record["seconds"]).all()
-        assert (record["seconds"] <= record["slowest"]).all()
-        assert (record["repeats"] >= 2).all()
+        assert (record["repeats"] >= 1).all()
         assert 0 < record["memory_before"] <= record["memory"].min()
-    assert data["scaling"]["orbits"]["route_codes"]["columns"].tolist() == [1, 2]
+
+
+@needs_heyoka
+def test_methods_meet_with_one_thread_and_with_two(data: Any) -> None:
+    one, two = data["meetings"]["threads_1"]["codes"], data["meetings"]["threads_2"]["codes"]
+    assert set(one) - {"ended"} == {"route_codes", "aligned_batch", "lie_poisson"}
+    assert set(two) - {"ended"} == {"route_codes", "aligned_batch"}
+    assert one["route_codes"]["rounds"].shape == (2,)
+    assert one["ended"] == two["ended"] == "complete"
+    assert [r.method for r in reading.met(data, "codes", 1)][-1] in one
+
+
+@needs_heyoka
+def test_symbols_on_random_phases_are_counted(data: Any) -> None:
+    for group in data["random_phases"].values():
+        assert set(group) == {"route_codes"}, "what is absent is left out"
+        assert group["route_codes"]["symbols"] == 20 * 15
+        assert group["route_codes"]["wrong"] == group["route_codes"]["undecided"] == 0
+        assert group["route_codes"]["last_crossing"] < 1e-6
 
 
 @needs_heyoka
@@ -104,7 +122,7 @@ def test_an_absent_method_is_said_to_be_absent(data: Any, said: Any) -> None:
         record = data[problem]["diffrax"]
         assert record == {"ended": "absent: no_such_library is not installed"}
     assert "absent: no_such_library is not installed" in said.stderr
-    assert any("absent" in line for line in tables.text(data))
+    assert any("absent" in row[-1] for row in reading.search_table(data, "codes").rows)
 
 
 @needs_heyoka
@@ -113,20 +131,20 @@ def test_a_result_that_is_up_to_date_is_not_measured_again(said: Any, folder: Pa
     again = CliRunner().invoke(command.command, ["--quick", "--out", str(folder), *settings])
     assert again.exit_code == 0, again.output
     assert "is up to date" in again.stderr
-    assert "time to reach an error" in again.stdout
+    assert again.stdout.index("faster than ours") < again.stdout.index("time to reach an error")
 
 
 @needs_heyoka
 def test_an_interrupted_run_goes_on_where_it_was(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    small = [*SMALL, "problem.problems=[pendulum]", "problem.methods=[closed_form, splitting_2]"]
+    small = [*SMALL, "problem.problems=[pendulum]", "problem.methods=[closed_form, lie_poisson]"]
     planned = runner.plan(loading.load(QUICK, small), tmp_path)
     asked: list[str] = []
 
     def breaking(order: Any, limit: float) -> Any:
-        asked.append(order.method)
-        if asked.count("splitting_2") == 1 and order.method == "splitting_2":
+        asked.append(" ".join(order.methods))
+        if asked == ["closed_form", "lie_poisson"]:
             raise KeyboardInterrupt
         return measured(order, limit)
 
@@ -134,13 +152,14 @@ def test_an_interrupted_run_goes_on_where_it_was(
     with pytest.raises(KeyboardInterrupt):
         runner.run(planned, jobs=1, report=lambda _: None)
     runner.run(planned, jobs=1, report=lambda _: None)
-    assert asked[:3] == ["closed_form", "splitting_2", "splitting_2"]
+    assert asked[:3] == ["closed_form", "lie_poisson", "lie_poisson"]
 
 
 @needs_heyoka
 def test_a_result_does_not_differ_from_itself_nor_by_its_times(data: Any) -> None:
     fresh = copy.deepcopy(data)
     fresh["codes"]["aligned_batch"]["seconds"] *= 100
+    fresh["meetings"]["threads_1"]["codes"]["aligned_batch"]["rounds"] *= 100
     assert bench.differences(data, fresh) == []
 
 
@@ -158,7 +177,7 @@ def test_a_larger_error_and_a_wrong_symbol_are_found(data: Any) -> None:
 
 def test_without_heyoka_there_is_no_reference(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bench, "default_engine", lambda: "scipy")
-    means = Means()
+    means = Means(CLOSED_FORM, 1, lambda _: None)
     with pytest.raises(EngineError, match="heyoka"):
         bench.compute(typed(Config, QUICK), means)
 
@@ -173,27 +192,11 @@ def test_describe_names_problems_and_methods(path: Path) -> None:
 
 def test_the_full_config_asks_for_everything() -> None:
     content = typed(Config, FULL)
-    assert content.problem.methods == tuple(methods.METHODS)
-    assert content.protocol.repeats >= 5
-    assert bench._sizes(content.problem) == problems.Sizes()
-    assert float(content.protocol.long_seconds) == 60
-    for key, method in METHODS.items():
-        knobs = bench._knobs(method, content.protocol, False)
-        assert method.knob == "none" or len(knobs) > 8, key
-        assert all(x is None or x >= method.finest for x in knobs)
-
-
-def test_the_cost_is_measured_at_the_loosest_knob_that_gets_all_symbols_right() -> None:
-    protocol = typed(Config, FULL).protocol
-    knobs = bench._knobs(METHODS["scipy_dop853"], protocol, False)
-    wrong = np.ones(len(knobs))
-    wrong[9:] = 0
-    from rigidpend.results.tree import Dataset
-
-    record = {"wrong_symbols": Dataset(wrong, "1", "")}
-    assert bench._good(record, METHODS["scipy_dop853"], protocol) == knobs[9]
-    assert bench._good(None, METHODS["scipy_dop853"], protocol) == knobs[-1]
-    assert bench._good(None, METHODS["route_codes"], protocol) is None
+    assert content.problem.methods == tuple(METHODS)
+    assert content.meeting.rounds >= 11
+    assert content.meeting.threads == (1, 2)
+    assert content.phases.orbits == 2000
+    assert bench._sizes(content) == Sizes()
 
 
 @pytest.mark.parametrize(
@@ -201,11 +204,11 @@ def test_the_cost_is_measured_at_the_loosest_knob_that_gets_all_symbols_right() 
     [
         ("problem.methods=[scipy_dop854]", "problem.methods", "no such method: 'scipy_dop854'"),
         ("problem.problems=[code]", "problem.problems", "no such problem: 'code'"),
-        ("protocol.tolerances=[1e-9, 1e-3]", "protocol.tolerances", "expected tolerances that"),
-        ("protocol.tolerances=[1]", "protocol.tolerances", "a tolerance is at most 0.1"),
-        ("protocol.seconds=0", "protocol.seconds", "expected seconds, more than 0"),
-        ("protocol.repeats=0", "protocol.repeats", "input should be greater"),
-        ("scaling.orbits=[]", "scaling.orbits", "expected at least"),
+        ("search.tolerances=[1e-9, 1e-3]", "search.tolerances", "expected tolerances that"),
+        ("search.tolerances=[1]", "search.tolerances", "a tolerance is at most 0.1"),
+        ("search.seconds=0", "search.seconds", "expected seconds, more than 0"),
+        ("search.repeats=0", "search.repeats", "input should be greater"),
+        ("search.steps=[]", "search.steps", "expected at least"),
         ("numerics.engine=scipy", "numerics", "unknown key"),
     ],
 )

@@ -1,4 +1,4 @@
-"""The figure of `bench`: its lines are the file's. Artists, never pixels."""
+"""The figure of the benchmark: what wins and loses is where the numbers are."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import matplotlib
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
-from rigidpend.experiments.bench.draw import LOOKS, draw
+from rigidpend.experiments.bench.draw import APPEARANCES, LOSS, draw
 from rigidpend.measure.benchmark.methods import METHODS
 from rigidpend.render import STYLE
 from tests.measure.benchmark.data import data
@@ -25,81 +25,73 @@ def figure() -> Figure:
     return made
 
 
-def line(axes: Axes, label: str) -> Line2D:
-    [found] = [line for line in axes.lines if line.get_label() == label]
+def panel(figure: Figure, title: str) -> Axes:
+    [found] = [axes for axes in figure.axes if title in axes.get_title(loc="left")]
     return found
 
 
 def xy(axes: Axes, label: str) -> Any:
-    return np.asarray(line(axes, label).get_xydata())
+    [found] = [line for line in axes.lines if line.get_label() == label]
+    return np.asarray(found.get_xydata())
 
 
-def test_every_method_has_a_look_of_its_own() -> None:
-    assert set(LOOKS) == set(METHODS)
-    assert len({(look.colour, look.marker, str(look.line)) for look in LOOKS.values()}) == len(
-        LOOKS
-    )
+def test_every_method_has_an_appearance_of_its_own() -> None:
+    assert set(APPEARANCES) == set(METHODS)
+    looks = {(look.colour, look.marker, look.line) for look in APPEARANCES.values()}
+    assert len(looks) == len(APPEARANCES)
 
 
-@pytest.mark.slow
-def test_lines_are_time_against_error(figure: Figure) -> None:
-    axes, record = figure.axes[0], data()["free_body"]["scipy_dop853"]
-    np.testing.assert_array_equal(
-        xy(axes, "scipy_dop853"), np.stack((record["error"], record["seconds"]), axis=1)
-    )
-    assert axes.get_xscale() == axes.get_yscale() == "log"
+def test_ratios_are_those_of_the_meeting_with_the_fastest_on_top(figure: Figure) -> None:
+    axes = panel(figure, "a)  free body")
+    names = [text.get_text() for text in axes.get_yticklabels()]
+    assert names == ["SciPy DOP853", "ours, batches", "heyoka, (eq1) $^+$"]
+    assert xy(axes, "heyoka_eq1")[0].tolist() == pytest.approx([0.5, 2])
+    assert xy(axes, "aligned_batch")[0].tolist() == [1, 1]
+    left, right = axes.get_xlim()
+    assert left < 1 < right
+    assert axes.get_xscale() == "log"
+
+
+def test_two_threads_are_a_ring_beside_the_dot(figure: Figure) -> None:
+    axes = panel(figure, "b)  route codes")
+    rings = [line for line in axes.lines if line.get_markerfacecolor() == "white"]
+    assert sorted(float(np.asarray(x.get_xydata())[0, 0]) for x in rings) == pytest.approx([1, 2])
+
+
+def test_only_a_peer_that_is_faster_and_good_enough_is_named_in_red(figure: Figure) -> None:
+    for title, expected in (("a)  free", set()), ("b)  route", {"heyoka, Euler-Poisson"})):
+        labels = panel(figure, title).get_yticklabels()
+        red = {x.get_text() for x in labels if to_rgba(x.get_color()) == to_rgba(LOSS)}
+        assert red == expected
+        bold = {x.get_text() for x in labels if x.get_fontweight() == "bold"}
+        assert bold == {"ours, batches"}
+
+
+def test_work_is_time_against_error_and_only_the_front(figure: Figure) -> None:
+    axes = panel(figure, "route codes: each alone")
+    np.testing.assert_array_equal(xy(axes, "aligned_batch"), [[1e-2, 0.006], [1e-7, 0.007]])
+    # An error of the size of the answer is not drawn.
+    np.testing.assert_array_equal(xy(axes, "scipy_dop853"), [[1e-3, 12], [1e-6, 16]])
     left, right = axes.get_xlim()
     assert left > right, "smaller errors are to the right"
+    assert not [x for x in panel(figure, "body: each").lines if x.get_label() == "diffrax"]
 
 
-@pytest.mark.slow
-def test_an_error_that_is_none_is_not_drawn(figure: Figure) -> None:
-    assert len(xy(figure.axes[0], "heyoka_eq1")) == 2
-    assert not [x for x in figure.axes[0].lines if x.get_label() == "diffrax"]
-    assert len(xy(figure.axes[1], "scipy_dop853")) == 2
-
-
-def test_what_did_not_go_all_the_way_is_hollow(figure: Figure) -> None:
-    axes = figure.axes[2]
-    marks = [x for x in axes.lines if x.get_label() == "scipy_dop853, marks"]
-    assert [x.get_markerfacecolor() for x in marks if len(np.asarray(x.get_xydata()))] == ["white"]
-    marks = [x for x in axes.lines if x.get_label() == "aligned_batch, marks"]
-    assert [x.get_markerfacecolor() for x in marks if len(np.asarray(x.get_xydata()))] != ["white"]
-
-
-def test_ours_lies_above_and_is_widest(figure: Figure) -> None:
-    axes = figure.axes[0]
-    ours, others = (
-        line(axes, "aligned_batch"),
-        [line(axes, "scipy_dop853"), line(axes, "heyoka_eq1")],
-    )
-    assert ours.get_linewidth() > max(other.get_linewidth() for other in others)
-    assert ours.get_zorder() > max(other.get_zorder() for other in others)
-
-
-def test_the_cost_is_drawn_against_both_numbers(figure: Figure) -> None:
-    for axes, n in zip(figure.axes[3:5], (10.0, 5.0), strict=True):
-        assert xy(axes, "route_codes")[1, 0] == n
-
-
-def test_who_has_every_symbol_right_is_ranked_by_time(figure: Figure) -> None:
-    axes = figure.axes[5]
-    at = {str(x.get_label()): np.asarray(x.get_xydata())[0].tolist() for x in axes.lines}
-    assert at == {"scipy_dop853": [16, 0], "route_codes": [0.02, 1], "aligned_batch": [0.007, 2]}
-    assert {text.get_text() for text in axes.texts} == {LOOKS[name].label for name in at}
+def test_wrong_symbols_are_per_million_and_none_lies_on_the_floor(figure: Figure) -> None:
+    axes = panel(figure, "random phases, J1_0 = 1e-10")
+    assert xy(axes, "heyoka_principal")[0].tolist() == pytest.approx([0.2, 2000])
+    assert xy(axes, "route_codes")[0, 1] == 0
+    assert axes.get_ylim()[0] == 0
 
 
 def test_axes_name_what_they_show_with_units(figure: Figure) -> None:
-    for axes in figure.axes:
-        assert axes.get_xlabel()
-    assert all("(s)" in axes.get_ylabel() for axes in figure.axes[:5])
+    drawn = [axes for axes in figure.axes if axes.axison]
+    assert all(axes.get_xlabel() for axes in drawn)
     assert figure.get_figwidth() == 7.2
 
 
 def test_the_legend_holds_what_is_shown(figure: Figure) -> None:
     [legend] = figure.legends
     shown = {text.get_text() for text in legend.get_texts()}
-    assert shown == {
-        LOOKS[name].label
-        for name in ("route_codes", "aligned_batch", "heyoka_eq1", "scipy_dop853", "diffrax")
-    }
+    names = {"route_codes", "aligned_batch", "heyoka_eq1", "heyoka_principal", "scipy_dop853"}
+    assert shown == {APPEARANCES[name].label for name in names | {"diffrax"}}

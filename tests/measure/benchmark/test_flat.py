@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rigidpend.measure.benchmark import fields
-from rigidpend.measure.benchmark.flat import flat, source
+from rigidpend.measure.benchmark.flat import executed, flat, source, source_into
 from tests.integrate.problems import FIG4, GENERIC
 
 STATE = [0.5, 0.4, 1.2, 0.48, 0.6, 0.64]
@@ -47,3 +47,11 @@ def test_simple_rules() -> None:
 def test_a_number_that_is_none_is_refused() -> None:
     with pytest.raises(ValueError, match="no number inf"):
         source(lambda y: (y[0] * float("inf"),), 1)
+
+
+def test_derivatives_can_be_put_into_an_array() -> None:
+    """The form that compilers and C take, its arguments in any order."""
+    field = fields.of_body(GENERIC, angles=True)
+    state, found = [*STATE, 0.1, -0.2], [0.0] * 8
+    executed(source_into(field, 8, "first, dy, y, t"))(None, found, state, 0.0)
+    assert found == list(field(state))

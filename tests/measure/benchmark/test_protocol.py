@@ -1,164 +1,220 @@
-"""How it is measured: medians, budgets, what is decisive, and the worker's own process."""
+"""How it is measured: the search within its budget, the meeting in turn, the worker's process."""
 
 from __future__ import annotations
 
 import os
-import time
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from rigidpend.measure.benchmark import problems, protocol, worker
-from rigidpend.measure.benchmark.problems import Sizes
-from rigidpend.measure.benchmark.protocol import Protocol, measure, measure_long
-from rigidpend.measure.benchmark.tasks import Flow, Solver
-from tests.integrate.problems import needs_heyoka
+from rigidpend.measure.benchmark.methods import METHODS, Answer, Method
+from rigidpend.measure.benchmark.protocol import Attempt, Stage
+from rigidpend.measure.benchmark.tasks import Carrier, MotionTask, Sizes, Solver
+from rigidpend.measure.benchmark.threads import shared_out
+from tests.integrate.problems import FIG4, needs_heyoka
 
 SIZES = Sizes(orbits=2, turns=1, columns=2, n_symbols=2, companions=1, periods=4)
+ANSWER = Answer("", "")
 
 
-def sleeper(naps: list[float]) -> Any:
-    """A method of which solves take as long as is said, one after the other."""
-    calls = iter(naps)
-
-    def make(_: Any, knob: Any) -> Solver:
-        return Solver(lambda: time.sleep(next(calls)), lambda found: found)
-
-    return make
-
-
-def test_the_median_of_warm_solves_counts_and_the_first_is_preparation() -> None:
-    naps = [0.2, 0.03, 0.09, 0.03]
-    [found] = measure(None, sleeper(naps), [1.0], Protocol(3, 10.0), lambda _: {"error": 0.5})
-    assert found["repeats"] == 3
-    assert 0.03 <= found["seconds"] < 0.08 < found["slowest"]
-    assert 0.1 < found["prepare"] < 0.2
-    assert found["error"] == 0.5
-    assert found["memory"] > 1
-
-
-def test_a_quick_solve_is_repeated_on() -> None:
-    naps = [0.0] * 100
-    [found] = measure(None, sleeper(naps), [1.0], Protocol(3, 10.0), lambda _: {})
-    assert 3 < found["repeats"] <= protocol.MANY
-
-
-def test_the_budget_cuts_the_knobs_that_are_left() -> None:
-    found = list(
-        measure(None, sleeper([0.1] * 9), [1.0, 2.0, 3.0], Protocol(3, 0.15), lambda _: {})
+def stage(kind: str = "motion", orbits: int = 6, few: int = 2) -> Stage:
+    """A problem of which the error is what the method says."""
+    module: Any = SimpleNamespace(
+        KIND=kind, error=lambda found, truth: {"error": float(np.size(truth["x"]))}
     )
-    assert [line["knob"] for line in found] == [1.0]
-    assert found[0]["repeats"] == 1
+    task = MotionTask(FIG4, np.arange(6.0 * orbits).reshape(6, orbits), 10.0, 1.0)
+    return Stage(module, task, {"x": np.arange(orbits)}, few)
 
 
-def test_what_is_decisive_is_repeated_whatever_the_budget() -> None:
-    wrong = iter([3.0, 0.0])
-    naps = {1.0: 0.01, 2.0: 0.15}
-
-    def make(_: Any, knob: Any) -> Solver:
-        return Solver(lambda: time.sleep(naps[knob]), lambda found: found)
-
-    def error(_: Any) -> dict[str, float]:
-        return {"wrong_symbols": next(wrong)}
-
-    found = list(measure(None, make, [1.0, 2.0], Protocol(4, 0.4), error))
-    assert found[0]["repeats"] >= 4
-    assert found[1]["repeats"] == 4
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """A clock that goes on only when it is told to."""
+    now = [0.0]
+    monkeypatch.setattr(protocol, "time", SimpleNamespace(perf_counter=lambda: now[0]))
+    return now
 
 
-def test_long_times_go_as_far_as_the_budget_carries() -> None:
-    task = problems.module("long_time").task(SIZES._replace(periods=1e6))
+@pytest.fixture
+def napping(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Any:
+    """Methods that take as long as setting and knob say; what was made is kept."""
+    made: list[Any] = []
 
-    def make(_: Any, knob: Any) -> Flow:
-        return Flow(lambda: None, lambda t: time.sleep(0.01), lambda: task.states)
+    def function(answer: Any, threads: int, setting: Any) -> Any:
+        def make(task: Any, knob: Any) -> Solver:
+            made.append((setting, knob, task.states.shape[1]))
+            nap = setting.get("nap", 0.0) + (knob or 0.0)
 
-    reference = problems.module("long_time").reference(task)
-    [found] = measure_long(
-        task,
-        make,
-        [1.0],
-        Protocol(2, 0.3),
-        lambda x: problems.module("long_time").error(x, reference),
-    )
-    assert found["error"] < 1e-15
-    assert 1 < found["reach"] < found["asked"] == pytest.approx(1e6)
-    # What was not reached is extrapolated.
-    assert found["seconds"] == pytest.approx(0.3 * 1e6 / found["reach"], rel=0.3)
+            def solve() -> None:
+                clock[0] += nap
 
+            return Solver(solve, lambda found: found)
 
-def test_drift_is_told_for_each_integral() -> None:
-    long_time = problems.module("long_time")
-    task = long_time.task(SIZES)
-    reference = long_time.reference(task)
-    begin = np.array(list(reference.values()))
-    answer = np.stack((begin, begin), axis=1)
-    answer[1, 1] *= 1 + 1e-5
-    answer[2, 1] += 1e-7
-    found = long_time.error(answer, reference)
-    assert found["error"] == found["gamma"] == pytest.approx(1e-5)
-    assert 0 < found["area"] < 1e-6
-    assert found["energy"] == 0
+        return make
+
+    monkeypatch.setattr(protocol, "function", function)
+    return made
 
 
-@pytest.mark.slow
+def method(**more: Any) -> Method:
+    return Method("napping", "others", {}, **more)
+
+
+def test_the_fastest_form_is_kept_for_every_knob(napping: Any) -> None:
+    forms = ({"nap": 0.03}, {"nap": 0.002}, {"nap": 0.02})
+    head, *rows = protocol.search(stage(), method(forms=forms), ANSWER, [0.0, 0.001], 9.0, 2)
+    assert head["form"] == 1
+    assert head["forms"].endswith("chosen: nap 0.002")
+    assert [setting for setting, *_ in napping[3:]] == [{"nap": 0.002}] * 2
+    assert [row["knob"] for row in rows][1] == 0.001
+
+
+def test_every_variant_is_tried_at_every_knob_and_medians_count(napping: Any) -> None:
+    variants = ({"nap": 0.002}, {"nap": 0.01})
+    _, *rows = protocol.search(stage(), method(variants=variants), ANSWER, [0.0, 0.001], 9.0, 3)
+    assert [row["setting"] for row in rows] == [0, 0, 1, 1]
+    assert all(row["repeats"] == 3 for row in rows)
+    assert [row["seconds"] for row in rows] == pytest.approx([0.002, 0.003, 0.01, 0.011])
+
+
+def test_the_budget_cuts_the_knobs_that_are_left(napping: Any) -> None:
+    _, *rows = protocol.search(stage(), method(), ANSWER, [0.06, 0.07, 0.08], 0.1, 1)
+    assert [row["knob"] for row in rows] == [0.06]
+
+
+def test_one_after_the_other_gets_few_orbits_and_is_scaled_openly(napping: Any) -> None:
+    _, row = protocol.search(stage(), method(abreast=False), ANSWER, [0.01], 9.0, 1)
+    assert row["orbits"] == 2
+    assert row["error"] == 2, "the truth is that of the same orbits"
+    assert row["seconds"] == pytest.approx(0.03), "2 of 6 orbits, times 3"
+    assert row["once"] == pytest.approx(0.01)
+    task, truth, _ = stage().part(False)
+    np.testing.assert_array_equal(truth["x"], [0, 5])
+    np.testing.assert_array_equal(task.states[0], [0, 5])
+
+
+def test_over_long_times_a_slow_method_goes_a_part_of_the_way(clock: list[float]) -> None:
+    long = stage("long", orbits=1)
+
+    def walk(t: float) -> None:
+        clock[0] += t
+
+    walker = Carrier(lambda: None, walk, lambda: long.task.states)
+    # Each look goes from the start: the whole way takes 10 * (1 + ... + 20)/20 = 105 s.
+    assert protocol._part_of_the_way(long, long.task, walker, 21.0)[0] == pytest.approx(0.1)
+    assert protocol._part_of_the_way(long, long.task, walker, 0.01)[0] == 1e-3
+    assert protocol._part_of_the_way(long, long.task, walker, 106.0)[0] == 1
+
+
+def test_over_long_times_the_way_is_looked_at() -> None:
+    long, moments = stage("long"), [0.0]
+    walker = Carrier(lambda: moments.clear(), moments.append, lambda: long.task.states)
+    found = protocol.solver_of(long, long.task, walker, 0.5).solve()
+    assert len(found) == protocol.LOOKS
+    assert moments[-1] == pytest.approx(5.0)
+    assert moments == sorted(moments)
+
+
+def test_methods_meet_in_turn_and_the_order_turns(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls: list[str] = []
+
+    def function(answer: Any, threads: int, setting: Any) -> Any:
+        name = setting["name"]
+        return lambda task, knob: Solver(lambda: calls.append(name), lambda found: found)
+
+    monkeypatch.setattr(protocol, "function", function)
+    trials = {name: Attempt(method(), ANSWER, {"name": name}, None) for name in "abc"}
+    found = protocol.meeting(stage(), trials, {}, 3, 9.0)
+    assert calls == list("abc") + list("abc") + list("bca") + list("cab"), "first all warm up"
+    assert all(len(found[name]["rounds"]) == 3 for name in "abc")
+
+
+def test_who_has_spent_his_time_misses_the_rounds_that_are_left(napping: Any) -> None:
+    trials = {
+        "slow": Attempt(method(), ANSWER, {"nap": 0.03}, None),
+        "quick": Attempt(method(abreast=False), ANSWER, {"nap": 0.001}, None),
+    }
+    found = protocol.meeting(stage(), trials, {"quick": 0.5}, 4, 0.05)
+    assert np.isnan(found["slow"]["rounds"]).tolist() == [False, False, True, True]
+    assert np.isfinite(found["quick"]["rounds"]).all()
+    # 2 of 6 orbits, half the way: six times as long.
+    assert found["quick"]["rounds"] == pytest.approx([0.006] * 4)
+
+
+def test_threads_share_the_orbits_and_give_the_same() -> None:
+    states = np.arange(14.0).reshape(2, 7)
+    solve = shared_out(lambda part: lambda: part * 2, states, 2)
+    np.testing.assert_array_equal(solve(), states * 2)
+
+    def carrier(part: Any) -> Carrier:
+        now = [part]
+        return Carrier(lambda: now.append(part), lambda t: now.append(part + t), lambda: now[-1])
+
+    made = shared_out(carrier, states, 3)
+    made.start()
+    made.to(1.0)
+    np.testing.assert_array_equal(made.states(), states + 1)
+
+
 @needs_heyoka
 @pytest.mark.parametrize(
-    ("problem", "method", "fields"),
+    ("problem", "name", "knobs", "fields"),
     [
-        ("pendulum", "aligned_batch", {"error", "seconds", "prepare"}),
-        ("codes", "scipy_dop853", {"error", "wrong_symbols", "worst"}),
-        ("long_time", "splitting_2", {"error", "reach", "asked", "energy"}),
+        ("pendulum", "aligned_batch", [1e-4, 1e-10], {"error", "seconds", "prepare", "setting"}),
+        ("codes", "scipy_dop853", [1e-4, 1e-10], {"error", "wrong_symbols", "undecided"}),
+        ("long_time", "lie_poisson", [8, 16], {"error", "part", "energy"}),
     ],
 )
-def test_a_worker_measures_in_its_own_process(
-    tmp_path: Any, problem: str, method: str, fields: set[str]
+def test_a_worker_searches_in_its_own_process(
+    tmp_path: Any, problem: str, name: str, knobs: list[float], fields: set[str]
 ) -> None:
     module = problems.module(problem)
     reference = tmp_path / "reference.npz"
-    np.savez(reference, **module.reference(module.task(SIZES)))
-    knobs = [8.0, 16.0] if method == "splitting_2" else [1e-4, 1e-10]
-    order = worker.Order(problem, method, [SIZES._asdict()], knobs, 2, 20.0, str(reference))
-    (once, *rows), ended = worker.measured(order, 100)
+    truth = module.reference(module.task(SIZES))
+    np.savez(reference, **{f"{problem}.{key}": value for key, value in truth.items()})
+    order = worker.Order(
+        "search", [problem], {name: [{"knobs": knobs}]}, SIZES._asdict(), 1, 1, 20.0, str(reference)
+    )
+    (once, head, *rows), ended = worker.measured(order, 100)
     assert ended == ""
     assert once["import"] >= 0
-    assert [row["knob"] for row in rows] == knobs
+    assert head["form"] in range(len(METHODS[name].forms))
+    assert len(rows) == len(knobs) * len(METHODS[name].variants)
     assert all(fields <= set(row) for row in rows)
     assert rows[1]["error"] < rows[0]["error"] / 2 or problem == "long_time"
 
 
-@pytest.mark.slow
-@needs_heyoka
-def test_a_worker_measures_the_cost_at_each_size_until_it_costs_too_much() -> None:
-    sizes = [SIZES._replace(columns=n)._asdict() for n in (1, 4, 10**6)]
-    order = worker.Order("codes", "aligned_batch", sizes, [1e-10], 1, 0.1, "")
-    (_, *rows), ended = worker.measured(order, 100)
-    assert ended == ""
-    assert [row["columns"] for row in rows] == [1, 4]
-
-
-@pytest.mark.slow
 def test_a_worker_that_is_too_slow_is_ended_and_what_it_had_is_kept() -> None:
-    order = worker.Order("codes", "splitting_8", [Sizes()._asdict()], [1e5], 1, 50.0, "")
+    order = worker.Order("phases", [], {"lie_poisson": [SLOW]}, {}, 1, 250, 50.0)
     lines, ended = worker.measured(order, 3.0)
     assert "ended at 3 s" in ended
-    assert len(lines) == 1
+    assert lines == []
 
 
-def test_a_worker_that_fails_says_how() -> None:
-    order = worker.Order("codes", "splitting_8", [{"no": 1}], [8], 1, 1.0, "")
+SLOW = {"knob": 1e5, "setting": {"order": 8}}
+
+
+def test_a_worker_that_fails_says_how(tmp_path: Any) -> None:
+    order = worker.Order(
+        "search", ["codes"], {"lie_poisson": [{"knobs": [8]}]}, {}, 1, 1, 1.0, "nowhere.npz"
+    )
     lines, ended = worker.measured(order, 100)
     assert ended.startswith("failed: ")
-    assert "KeyError" in ended
+    assert "nowhere.npz" in ended
     assert lines[0]["import"] >= 0
 
 
-def test_one_core_is_kept_to() -> None:
+def test_a_process_keeps_to_its_cores() -> None:
+    assert worker.limited_to(2)["OMP_NUM_THREADS"] == "2"
+    assert "XLA_FLAGS" in worker.limited_to(1)
+    assert "XLA_FLAGS" not in worker.limited_to(2)
     if not hasattr(os, "sched_getaffinity"):
         return
     before = os.sched_getaffinity(0)
     try:
-        worker.keep_to_one_core()
+        worker.keep_to(1)
         assert len(os.sched_getaffinity(0)) == 1
     finally:
         os.sched_setaffinity(0, before)

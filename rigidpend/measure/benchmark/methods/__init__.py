@@ -1,7 +1,7 @@
-"""The methods: ours and the others, each a few lines that its users would write.
+"""The methods: ours and the others, each at its best; what is tried for each stands here.
 
-A module has functions ``f(task, knob, ...)`` that make ready and give a `tasks.Flow` or a
-`tasks.Solver`; the knob is a tolerance or the number of steps in a period.
+A module has functions ``f(task, knob, threads, **setting)`` that make ready and give a
+`tasks.Carrier` or a `tasks.Solver`; the knob is a tolerance or the number of steps in a period.
 """
 
 from __future__ import annotations
@@ -10,13 +10,15 @@ import importlib.util
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+Setting = dict[str, Any]
+
 
 class Answer(NamedTuple):
-    """A function of a method's module, with what it is told beyond task and knob."""
+    """A function of a method's module, with what it is told beyond task, knob and threads."""
 
     module: str
     function: str
-    told: dict[str, Any] = {}  # noqa: RUF012
+    told: Setting = {}  # noqa: RUF012
 
 
 class Method(NamedTuple):
@@ -33,30 +35,50 @@ class Method(NamedTuple):
     """The finest tolerance that it takes."""
     libraries: tuple[str, ...] = ()
     """What it needs beyond NumPy; imported, and timed, before anything else."""
+    forms: tuple[Setting, ...] = ({},)
+    """Settings that change the cost and not the error: tried at one knob, the fastest counts."""
+    variants: tuple[Setting, ...] = ({},)
+    """Settings that change the error too: each is tried at every knob."""
+    abreast: bool = True
+    """Whether it carries orbits side by side; one after the other, a few of them are measured."""
+    threads: bool = True
+    """Whether a second thread can serve it: it leaves Python's lock while it computes."""
+    certificate: bool = False
+    """Whether it says which of its symbols can be trusted."""
 
     def answer(self, problem: str, kind: str) -> Answer | None:
-        """How it answers a problem, if it does."""
+        """Give how it answers a problem, if it does."""
         return self.answers.get(problem) or self.answers.get(kind)
 
     def absent(self) -> str:
-        """The first of its libraries that is not installed; empty where all are."""
+        """Name the first of its libraries that is not installed; empty where all are."""
         missing = [name for name in self.libraries if importlib.util.find_spec(name) is None]
         return missing[0] if missing else ""
 
 
-def _flow_like(module: str, *kinds: str, **told: Any) -> dict[str, Answer]:
-    """The answers of a module whose functions are called flow, codes and angle."""
-    functions = {"motion": "flow", "long": "flow", "routes": "codes", "angle": "angle"}
-    return {kind: Answer(module, functions[kind], told) for kind in kinds or functions}
+def _answers(module: str, prefix: str = "", kinds: str = "motion long routes angle") -> Any:
+    """The answers of a module whose functions are called motion, codes and angle."""
+    functions = {"motion": "motion", "long": "motion", "routes": "codes", "angle": "angle"}
+    return {kind: Answer(module, prefix + functions[kind]) for kind in kinds.split()}
 
 
-def _ours(**answers: Answer) -> dict[str, Answer]:
-    """Ours; long times are a motion."""
-    return {**answers, **({"long": answers["motion"]} if "motion" in answers else {})}
+def _certificate(label: str, family: str, function: str, *libraries: str) -> Method:
+    return Method(
+        label,
+        family,
+        {"routes": Answer("certificates", function)},
+        knob="none",
+        libraries=libraries,
+        threads=family != "scipy",
+        certificate=True,
+    )
 
 
 HEYOKA, SCIPY, JAX = ("heyoka",), ("scipy.integrate",), ("jax", "diffrax")
-T = "aligned_taylor"
+BUILDS = tuple(
+    {"lanes": lanes, "compact": compact} for lanes in (1, 4, 8, 16) for compact in (False, True)
+)
+"""Of heyoka: lanes, and whether its code is compact."""
 
 METHODS = {
     "closed_form": Method(
@@ -68,111 +90,163 @@ METHODS = {
         },
         knob="none",
         libraries=("scipy.special",),
+        threads=False,
     ),
     "route_codes": Method(
-        "route_codes (certain)",
+        "route_codes, every symbol certain",
         "ours",
-        {"routes": Answer(T, "route_codes")},
+        {"routes": Answer("aligned_taylor", "route_codes")},
         knob="none",
         libraries=HEYOKA,
+        certificate=True,
     ),
     "aligned_batch": Method(
-        "aligned Taylor, batch",
-        "ours",
-        _ours(
-            motion=Answer(T, "batch"), routes=Answer(T, "crossings"), angle=Answer(T, "angle_batch")
-        ),
-        libraries=HEYOKA,
-    ),
-    "aligned_scalar": Method(
-        "aligned Taylor, scalar",
-        "ours",
-        _ours(
-            motion=Answer(T, "scalar"),
-            routes=Answer(T, "crossings_scalar"),
-            angle=Answer(T, "angle"),
-        ),
-        libraries=HEYOKA,
-    ),
-    "aligned_64": Method(
-        "aligned Taylor, 64 bits",
+        "aligned Taylor, batches",
         "ours",
         {
-            "motion": Answer(T, "scalar", {"bits": 64}),
-            "routes": Answer(T, "crossings", {"bits": 64}),
+            **_answers("aligned_taylor", kinds="motion long angle"),
+            "routes": Answer("aligned_taylor", "crossings"),
         },
-        knob="none",
-        libraries=HEYOKA,
-    ),
-    "aligned_113": Method(
-        "aligned Taylor, 113 bits",
-        "ours",
-        {
-            "motion": Answer(T, "scalar", {"bits": 113}),
-            "routes": Answer(T, "crossings", {"bits": 113}),
-        },
-        knob="none",
         libraries=HEYOKA,
     ),
     **{
-        f"splitting_{order}": Method(
-            f"Lie-Poisson splitting, order {order}",
-            "splitting",
-            _flow_like("splitting", order=order),
-            knob="steps",
+        f"aligned_{bits}": Method(
+            f"aligned Taylor, {bits} bits",
+            "ours",
+            {"routes": Answer("aligned_taylor", "crossings", {"bits": bits})},
+            knob="none",
+            libraries=HEYOKA,
+            abreast=False,
         )
-        for order in (2, 4, 6, 8)
+        for bits in (64, 113)
     },
-    "heyoka_eq1": Method(
-        "heyoka, plain, (eq1)",
-        "heyoka",
-        {
-            "motion": Answer("plain_heyoka", "eq1_flow"),
-            "long": Answer("plain_heyoka", "eq1_flow"),
-            "routes": Answer("plain_heyoka", "eq1_codes"),
-        },
-        libraries=HEYOKA,
+    "lie_poisson": Method(
+        "Lie-Poisson operator splitting",
+        "lie_poisson",
+        _answers("operator_splitting"),
+        knob="steps",
+        variants=tuple({"order": order} for order in (2, 4, 6, 8)),
+        threads=False,
     ),
     "heyoka_principal": Method(
-        "heyoka, plain, Euler-Poisson",
+        "heyoka, Euler-Poisson, batches",
         "heyoka",
-        {
-            "motion": Answer("plain_heyoka", "principal_flow"),
-            "long": Answer("plain_heyoka", "principal_flow"),
-            "routes": Answer("plain_heyoka", "principal_codes"),
-            "angle": Answer("plain_heyoka", "principal_angle"),
-        },
+        _answers("plain_heyoka", "principal_"),
         libraries=HEYOKA,
+        forms=BUILDS,
+    ),
+    "heyoka_eq1": Method(
+        "heyoka, (eq1), batches",
+        "heyoka",
+        _answers("plain_heyoka", "eq1_", "motion long routes"),
+        libraries=HEYOKA,
+        forms=BUILDS,
+    ),
+    "heyoka_ensemble": Method(
+        "heyoka, Euler-Poisson, ensemble",
+        "heyoka",
+        {"motion": Answer("plain_heyoka", "ensemble_motion")},
+        libraries=HEYOKA,
+        forms=({"lanes": 4}, {"lanes": 8}, {"lanes": 16}),
+    ),
+    "cyrk": Method(
+        "CyRK, compiled by numba",
+        "cyrk",
+        _answers("cyrk_compiled"),
+        finest=2.3e-14,
+        libraries=("CyRK", "numba"),
+        variants=tuple({"method": name} for name in ("DOP853", "Vern8", "LSODA")),
+    ),
+    "diffrax": Method(
+        "diffrax, jitted and vmapped",
+        "diffrax",
+        _answers("diffrax_vmapped"),
+        # Tighter, steps are refused for ever.
+        finest=2e-14,
+        libraries=JAX,
+        variants=({"solver": "Dopri8"}, {"solver": "Tsit5"}),
+    ),
+    "rebound": Method(
+        "REBOUND, Bulirsch-Stoer",
+        "rebound",
+        _answers("rebound_ode"),
+        finest=1e-15,
+        libraries=("rebound", "numba"),
+        abreast=False,
+    ),
+    "cvode": Method(
+        "SUNDIALS CVODE",
+        "sundials",
+        _answers("sundials_cvode"),
+        finest=1e-14,
+        libraries=("sksundae", "numba"),
+        variants=({"method": "Adams"}, {"method": "BDF"}),
+        abreast=False,
+        threads=False,
+    ),
+    "scipy_dop853": Method(
+        "SciPy DOP853",
+        "scipy",
+        {
+            kind: answer._replace(told={"method": "DOP853"})
+            for kind, answer in _answers("scipy_ivp").items()
+        },
+        finest=2.3e-14,
+        libraries=SCIPY,
+        forms=({"abreast": True}, {"abreast": False}),
+        threads=False,
     ),
     **{
         f"scipy_{method.lower()}": Method(
             f"SciPy {method}",
             "scipy",
-            _flow_like("scipy_ivp", method=method),
+            {
+                kind: answer._replace(told={"method": method})
+                for kind, answer in _answers("scipy_ivp").items()
+            },
             finest=2.3e-14,
             libraries=SCIPY,
+            abreast=False,
+            threads=False,
         )
-        for method in ("RK45", "DOP853", "Radau", "LSODA")
+        for method in ("LSODA", "Radau")
     },
-    "diffrax": Method(
-        "diffrax Dopri8, vmapped",
-        "diffrax",
-        _flow_like("diffrax_vmapped"),
-        # Tighter, steps are refused for ever.
-        finest=2e-14,
-        libraries=JAX,
+    "heyoka_two_forms": _certificate(
+        "heyoka, both forms compared", "heyoka", "heyoka_two_forms", "heyoka"
+    ),
+    "heyoka_two_tolerances": _certificate(
+        "heyoka, two tolerances compared", "heyoka", "heyoka_two_tolerances", "heyoka"
+    ),
+    "cyrk_two_methods": _certificate(
+        "CyRK, two methods compared", "cyrk", "cyrk_two_methods", "CyRK", "numba"
+    ),
+    "diffrax_two_tolerances": _certificate(
+        "diffrax, two tolerances compared", "diffrax", "diffrax_two_tolerances", *JAX
+    ),
+    "scipy_two_tolerances": _certificate(
+        "SciPy DOP853, two tolerances compared", "scipy", "scipy_two_tolerances", *SCIPY
     ),
 }
 
 
-def function(answer: Answer) -> Callable[[Any, Any], Any]:
-    """The function of an answer: of a task and a knob. Imports what it needs."""
-    module = _MODULES[answer.module]()
+def spelt(setting: Setting) -> str:
+    """A setting in words."""
+    return ", ".join(f"{name} {value}" for name, value in setting.items())
+
+
+def function(answer: Answer, threads: int, setting: Setting) -> Callable[[Any, Any], Any]:
+    """Give the function of an answer: of a task and a knob. Imports what it needs."""
+    module = _module(answer.module)
 
     def make(task: Any, knob: Any) -> Any:
-        return getattr(module, answer.function)(task, knob, **answer.told)
+        return getattr(module, answer.function)(task, knob, threads, **answer.told, **setting)
 
     return make
+
+
+def _module(name: str) -> Any:
+    """A module of methods; each is imported alone, for it may need what is not installed."""
+    return _MODULES[name]()
 
 
 def _aligned_taylor() -> Any:
@@ -181,28 +255,22 @@ def _aligned_taylor() -> Any:
     return aligned_taylor
 
 
+def _certificates() -> Any:
+    from rigidpend.measure.benchmark.methods import certificates
+
+    return certificates
+
+
 def _closed_form() -> Any:
     from rigidpend.measure.benchmark.methods import closed_form
 
     return closed_form
 
 
-def _plain_heyoka() -> Any:
-    from rigidpend.measure.benchmark.methods import plain_heyoka
+def _cyrk_compiled() -> Any:
+    from rigidpend.measure.benchmark.methods import cyrk_compiled
 
-    return plain_heyoka
-
-
-def _scipy_ivp() -> Any:
-    from rigidpend.measure.benchmark.methods import scipy_ivp
-
-    return scipy_ivp
-
-
-def _splitting() -> Any:
-    from rigidpend.measure.benchmark.methods import splitting
-
-    return splitting
+    return cyrk_compiled
 
 
 def _diffrax_vmapped() -> Any:
@@ -211,12 +279,46 @@ def _diffrax_vmapped() -> Any:
     return diffrax_vmapped
 
 
+def _operator_splitting() -> Any:
+    from rigidpend.measure.benchmark.methods import operator_splitting
+
+    return operator_splitting
+
+
+def _plain_heyoka() -> Any:
+    from rigidpend.measure.benchmark.methods import plain_heyoka
+
+    return plain_heyoka
+
+
+def _rebound_ode() -> Any:
+    from rigidpend.measure.benchmark.methods import rebound_ode
+
+    return rebound_ode
+
+
+def _scipy_ivp() -> Any:
+    from rigidpend.measure.benchmark.methods import scipy_ivp
+
+    return scipy_ivp
+
+
+def _sundials_cvode() -> Any:
+    from rigidpend.measure.benchmark.methods import sundials_cvode
+
+    return sundials_cvode
+
+
 # Spelt out, so that the hash of the code that computes finds them.
 _MODULES: dict[str, Callable[[], Any]] = {
     "aligned_taylor": _aligned_taylor,
+    "certificates": _certificates,
     "closed_form": _closed_form,
-    "plain_heyoka": _plain_heyoka,
-    "scipy_ivp": _scipy_ivp,
-    "splitting": _splitting,
+    "cyrk_compiled": _cyrk_compiled,
     "diffrax_vmapped": _diffrax_vmapped,
+    "operator_splitting": _operator_splitting,
+    "plain_heyoka": _plain_heyoka,
+    "rebound_ode": _rebound_ode,
+    "scipy_ivp": _scipy_ivp,
+    "sundials_cvode": _sundials_cvode,
 }

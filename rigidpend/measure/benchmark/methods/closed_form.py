@@ -12,8 +12,8 @@ from rigidpend.equations import cross
 from rigidpend.hodograph import angular_velocity
 from rigidpend.measure.benchmark.tasks import (
     Array,
-    Flow,
-    Motion,
+    Carrier,
+    MotionTask,
     aligned_states,
     direction,
     moments,
@@ -24,7 +24,7 @@ from rigidpend.poinsot.orbit import Orbit, through
 from rigidpend.poinsot.polhode import momentum
 
 
-def pendulum(task: Motion, _: float) -> Flow:
+def pendulum(task: MotionTask, _: float, threads: int) -> Carrier:
     """The pendulum motions (5:3), one after the other, in Python's floats."""
     A3, r, mu = moments(task.body)[2], direction(task.body), float(task.body.mu)
     assert task.h0 is not None
@@ -35,10 +35,10 @@ def pendulum(task: Motion, _: float) -> Flow:
         ends = [body_motion(time, -1, A3, r, h0, mu, math) for h0 in energies]
         found[:] = [np.array([(*M, *gamma) for M, gamma in ends]).T]
 
-    return Flow(found.clear, to, lambda: found[0])
+    return Carrier(found.clear, to, lambda: found[0])
 
 
-def free_body(task: Motion, _: float) -> Flow:
+def free_body(task: MotionTask, _: float, threads: int) -> Carrier:
     """The free body by Jacobi's functions, one orbit after the other."""
     orbits, now = [_orbit(task, state) for state in task.states.T], [task.states]
 
@@ -48,10 +48,10 @@ def free_body(task: Motion, _: float) -> Flow:
     def to(time: float) -> None:
         now[:] = [np.stack([_ended(*orbit, time) for orbit in orbits], axis=1)]
 
-    return Flow(begin, to, lambda: now[0])
+    return Carrier(begin, to, lambda: now[0])
 
 
-def _orbit(task: Motion, state: Array) -> tuple[Orbit, float, float]:
+def _orbit(task: MotionTask, state: Array) -> tuple[Orbit, float, float]:
     """The orbit through a state, the time on it, and the angle of gamma in space."""
     M, gamma = state[:3], state[3:]
     [aligned] = aligned_states(task.body, state[:, None]).T

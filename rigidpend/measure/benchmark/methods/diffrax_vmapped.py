@@ -1,4 +1,4 @@
-"""diffrax (JAX): Dopri8 in double precision, vmapped over the orbits and compiled."""
+"""diffrax (JAX) in double precision, vmapped over the orbits and compiled as a whole."""
 
 from __future__ import annotations
 
@@ -12,19 +12,17 @@ import numpy as np
 import optimistix
 
 from rigidpend.body import Body
-from rigidpend.coordinates import aligned_from_body
 from rigidpend.measure.benchmark import fields
 from rigidpend.measure.benchmark.tasks import (
-    Angle,
+    AngleTask,
     Array,
-    Crossed,
-    Flow,
-    Motion,
-    Routes,
+    Carrier,
+    MotionTask,
+    RouteTask,
     Solver,
-    time_unit,
+    crossed,
 )
-from rigidpend.routes.cycle import symbols
+from rigidpend.measure.benchmark.threads import shared_out
 
 settings: Any = jax.config
 settings.update("jax_enable_x64", True)
@@ -36,26 +34,31 @@ SMALLER = 1e-2
 """The absolute tolerance, of the relative one, as for SciPy."""
 
 
-def flow(task: Motion, tolerance: float) -> Flow:
+def motion(task: MotionTask, tolerance: float, threads: int, solver: str) -> Carrier:
     """Orbits in M and gamma."""
-    solve = _to(task.body, False)
-    first = jnp.asarray(task.states.T)
-    now: list[Any] = [0.0, first]
+    solve = _to(task.body, False, solver)
 
-    def begin() -> None:
-        now[:] = [0.0, first]
+    def part(states: Array) -> Carrier:
+        first = jnp.asarray(states.T)
+        now: list[Any] = [0.0, first]
 
-    def to(time: float) -> None:
-        ends = jnp.asarray(np.full(len(first), time))
-        now[:] = [time, ready(solve(now[1], now[0], ends, tolerance))]
+        def begin() -> None:
+            now[:] = [0.0, first]
 
-    to(AT_ONCE)
-    return Flow(begin, to, lambda: np.asarray(now[1]).T)
+        def to(time: float) -> None:
+            ends = jnp.asarray(np.full(len(first), time))
+            now[:] = [time, ready(solve(now[1], now[0], ends, tolerance))]
+
+        to(AT_ONCE)
+        return Carrier(begin, to, lambda: np.asarray(now[1]).T)
+
+    made: Carrier = shared_out(part, task.states, threads)
+    return made
 
 
-def angle(task: Angle, tolerance: float) -> Solver:
+def angle(task: AngleTask, tolerance: float, threads: int, solver: str) -> Solver:
     """alpha(T), with the quadratures of theta3 and alpha."""
-    solve, states = _to(task.problem.body, True), jnp.asarray(task.states.T)
+    solve, states = _to(task.problem.body, True, solver), jnp.asarray(task.states.T)
     ready(solve(states, 0.0, jnp.asarray(np.full(len(states), AT_ONCE)), tolerance))
     ends = jnp.asarray(task.ends)
     return Solver(
@@ -64,27 +67,38 @@ def angle(task: Angle, tolerance: float) -> Solver:
     )
 
 
-def codes(task: Routes, tolerance: float) -> Solver:
+def codes(task: RouteTask, tolerance: float, threads: int, solver: str) -> Solver:
     """From crossing to crossing of M3 = 0, by `Event` with a root finder, in a scan."""
-    body = task.problem.body
-    solve, states = _crossings(body, task.problem.n_symbols + 1), jnp.asarray(task.states.T)
-    ready(solve(states, tolerance, AT_ONCE))
-    s = time_unit(body)
+    body, wanted = task.problem.body, task.problem.n_symbols + 1
+    solve = _crossings(body, wanted, solver)
+
+    def part(states: Array) -> Any:
+        first = jnp.asarray(states.T)
+        ready(solve(first, tolerance, AT_ONCE))
+
+        def run() -> Array:
+            times, there = ready(solve(first, tolerance, task.horizon))
+            M = np.asarray(there).transpose(2, 1, 0)[:2]
+            return np.concatenate((np.asarray(times).T[None], M))
+
+        return run
+
+    rising = np.arange(wanted)[:, None] % 2 == 0
     return Solver(
-        lambda: ready(solve(states, tolerance, task.horizon)),
-        lambda found: _crossed(np.asarray(found[0]), np.asarray(found[1]), body.alpha0, s),
+        shared_out(part, task.states, threads),
+        lambda found: crossed(found[0], found[1:], rising, body),
     )
 
 
 @functools.cache
-def _to(body: Body, angles: bool) -> Any:
+def _to(body: Body, angles: bool, solver: str) -> Any:
     """The ends of orbits, compiled: of states, start, ends and tolerance."""
     term = _term(fields.of_body(body, angles=angles))
 
     def end(state: Any, start: Any, stop: Any, tolerance: Any) -> Any:
         return diffrax.diffeqsolve(
             term,
-            diffrax.Dopri8(),
+            getattr(diffrax, solver)(),
             start,
             stop,
             None,
@@ -97,7 +111,7 @@ def _to(body: Body, angles: bool) -> Any:
 
 
 @functools.cache
-def _crossings(body: Body, wanted: int) -> Any:
+def _crossings(body: Body, wanted: int, solver: str) -> Any:
     """Times (n, wanted) and states of the crossings, compiled: of states, tolerance and horizon."""
     term = _term(fields.of_body(body))
     event = diffrax.Event(
@@ -112,7 +126,7 @@ def _crossings(body: Body, wanted: int) -> Any:
             time, state = carried
             found = diffrax.diffeqsolve(
                 term,
-                diffrax.Dopri8(),
+                getattr(diffrax, solver)(),
                 time,
                 horizon,
                 None,
@@ -130,15 +144,6 @@ def _crossings(body: Body, wanted: int) -> Any:
         return jax.lax.scan(passage, (jnp.zeros(()), state), turns)[1]
 
     return jax.jit(jax.vmap(route, in_axes=(0, None, None)))
-
-
-def _crossed(time: Array, states: Array, alpha0: float, s: float) -> Crossed:
-    """The answer, from times (n, k) and states (n, k, 6) of the crossings."""
-    M, gamma = states.T[:3], states.T[3:]
-    a = aligned_from_body(M, gamma, alpha0, s)
-    rising = np.arange(time.shape[1])[:, None] % 2 == 0
-    beside = np.where(rising, np.where(a.Qp > 0, 2, 4), np.where(a.Qm < 0, 1, 3))
-    return Crossed(symbols(beside), s * time.T)
 
 
 def _term(field: Any) -> Any:

@@ -1,7 +1,8 @@
-"""SciPy's `solve_ivp`, with a right-hand side as fast as Python has it.
+"""SciPy's integrators, with a right-hand side as fast as Python has it.
 
-Orbits without events advance as one system, which serves explicit methods best; LSODA and
-Radau, whose Jacobian would be one of all orbits, and events take one orbit after the other.
+Explicit methods can advance all orbits as one system, with one step for all; LSODA and Radau,
+whose Jacobian would be one of all orbits, take one orbit after the other. Which is the better
+form of DOP853 the benchmark tries.
 """
 
 from __future__ import annotations
@@ -10,23 +11,31 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from scipy.integrate import solve_ivp
+from scipy.integrate import DOP853, solve_ivp
 
-from rigidpend.coordinates import aligned_from_body
-from rigidpend.integrate.records import separatrix_beside
 from rigidpend.measure.benchmark import fields
 from rigidpend.measure.benchmark.flat import flat
-from rigidpend.measure.benchmark.methods.heyoka_scripts import read_crossings
-from rigidpend.measure.benchmark.tasks import Angle, Array, Flow, Motion, Routes, Solver, time_unit
+from rigidpend.measure.benchmark.tasks import (
+    AngleTask,
+    Array,
+    Carrier,
+    MotionTask,
+    RouteTask,
+    Solver,
+    crossed,
+)
 
 SMALLER = 1e-2
 """The absolute tolerance, of the relative one: for components that pass through zero."""
+FALSE_POSITIONS = 12
+"""Steps from the ends of a step to the crossings in it."""
 
 
-def flow(task: Motion, tolerance: float, method: str) -> Flow:
+def motion(
+    task: MotionTask, tolerance: float, threads: int, method: str, abreast: bool = False
+) -> Carrier:
     """Orbits in M and gamma."""
     rates = flat(fields.of_body(task.body), 6)
-    together = method in ("RK45", "DOP853")
     now: list[Any] = [0.0, task.states]
 
     def begin() -> None:
@@ -34,39 +43,39 @@ def flow(task: Motion, tolerance: float, method: str) -> Flow:
 
     def to(time: float) -> None:
         span = (now[0], time)
-        if together:
+        if abreast:
             now[1] = _system(rates, now[1], span, method, tolerance)
         else:
             ends = [_end(rates, y, span, method, tolerance) for y in now[1].T]
             now[1] = np.array(ends).T
         now[0] = time
 
-    return Flow(begin, to, lambda: now[1])
+    return Carrier(begin, to, lambda: now[1])
 
 
-def codes(task: Routes, tolerance: float, method: str) -> Solver:
-    """Crossings of M3 = 0, by `events`; the integration ends at the last one wanted."""
+def codes(
+    task: RouteTask, tolerance: float, threads: int, method: str, abreast: bool = False
+) -> Solver:
+    """Crossings of M3 = 0: by `events`, or abreast by the dense output of each step."""
     rates, body = flat(fields.of_body(task.problem.body), 6), task.problem.body
-    wanted, s = task.problem.n_symbols + 1, time_unit(task.problem.body)
+    wanted = task.problem.n_symbols + 1
+    rising = np.arange(wanted)[:, None] % 2 == 0
 
-    def section(_: float, y: Array) -> float:
-        return float(y[2])
-
-    section.terminal = wanted  # type: ignore[attr-defined]
-
-    def one(state: Array) -> list[tuple[float, int]]:
-        span = (0.0, task.horizon)
-        found = _solved(rates, state, span, method, tolerance, events=section)
-        return [
-            (s * t, _beside(y, -1.0 if (k % 2) else 1.0, body.alpha0, s))
-            for k, (t, y) in enumerate(zip(found.t_events[0], found.y_events[0], strict=True))
+    def solve() -> Array:
+        if abreast:
+            return _crossings_abreast(rates, task.states, wanted, task.horizon, tolerance)
+        each = [
+            _crossings(rates, y, wanted, task.horizon, method, tolerance) for y in task.states.T
         ]
+        return np.stack(each, axis=-1)
 
-    return Solver(lambda: [one(state) for state in task.states.T], read_crossings)
+    return Solver(solve, lambda found: crossed(found[0], found[1:], rising, body))
 
 
-def angle(task: Angle, tolerance: float, method: str) -> Solver:
-    """alpha(T), with the quadratures of theta3 and alpha."""
+def angle(
+    task: AngleTask, tolerance: float, threads: int, method: str, abreast: bool = False
+) -> Solver:
+    """alpha(T), with the quadratures of theta3 and alpha; never abreast, for the ends differ."""
     rates = flat(fields.of_body(task.problem.body, angles=True), 8)
 
     def solve() -> list[Array]:
@@ -76,10 +85,63 @@ def angle(task: Angle, tolerance: float, method: str) -> Solver:
     return Solver(solve, lambda found: np.array(found)[:, 7])
 
 
-def _beside(y: Array, rising: float, alpha0: float, s: float) -> int:
-    """The separatrix: M3 rises at the first crossing and falls at the next, in turn."""
-    a = aligned_from_body(y[:3], y[3:], alpha0, s)
-    return separatrix_beside(rising > 0, a.Qp, a.Qm)
+def _crossings(
+    rates: Any, state: Array, wanted: int, horizon: float, method: str, tolerance: float
+) -> Array:
+    """Time, M1 and M2 at the crossings of one orbit, (3, wanted)."""
+
+    def section(_: float, y: Array) -> float:
+        return float(y[2])
+
+    section.terminal = wanted  # type: ignore[attr-defined]
+    found = _solved(rates, state, (0.0, horizon), method, tolerance, events=section)
+    at = np.full((3, wanted), np.nan)
+    times, states = found.t_events[0][:wanted], found.y_events[0][:wanted]
+    if len(times):
+        at[:, : len(times)] = times, states[:, 0], states[:, 1]
+    return at
+
+
+def _crossings_abreast(
+    rates: Any, states: Array, wanted: int, horizon: float, tolerance: float
+) -> Array:
+    """Time, M1 and M2 at the crossings of all orbits as one system, (3, wanted, n)."""
+    n, shape = states.shape[1], states.shape
+
+    def side_by_side(t: float, y: Array) -> Array:
+        return np.concatenate(rates(t, y.reshape(shape)))
+
+    solver = DOP853(
+        side_by_side, 0.0, states.ravel(), horizon, rtol=tolerance, atol=SMALLER * tolerance
+    )
+    at, count = np.full((3, wanted, n), np.nan), np.zeros(n, dtype=int)
+    while solver.status == "running" and (count < wanted).any():
+        before = solver.y.reshape(shape)[2]
+        solver.step()
+        after = solver.y.reshape(shape)[2]
+        columns = np.flatnonzero((before < 0) != (after < 0))
+        columns = columns[count[columns] < wanted]
+        if columns.size:
+            dense = solver.dense_output()
+            ends = [before[columns], after[columns]]
+            times = _zeros(dense, columns, shape, solver.t_old, solver.t, ends)
+            there = dense(times).reshape(*shape, columns.size)[:, columns, np.arange(columns.size)]
+            at[:, count[columns], columns] = times, there[0], there[1]
+            count[columns] += 1
+    return at
+
+
+def _zeros(dense: Any, columns: Any, shape: Any, start: Any, end: Any, ends: list[Array]) -> Array:
+    """The zeros of M3 of each of those orbits between two times, by false positions."""
+    (fa, fb), m = ends, columns.size
+    a, b = np.full(m, start), np.full(m, end)
+    for _ in range(FALSE_POSITIONS):
+        c = b - fb * (b - a) / np.where(fb == fa, 1.0, fb - fa)
+        fc = dense(c).reshape(*shape, m)[2, columns, np.arange(m)]
+        changes = (fc < 0) != (fb < 0)
+        a, fa = np.where(changes, b, a), np.where(changes, fb, fa / 2)
+        b, fb = c, fc
+    return b
 
 
 def _solved(

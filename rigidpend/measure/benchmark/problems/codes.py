@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend.body import Body
-from rigidpend.measure.benchmark.problems import Sizes
-from rigidpend.measure.benchmark.tasks import Array, Crossed, Routes, initial, time_unit
+from rigidpend.measure.benchmark.tasks import Array, Crossed, RouteTask, Sizes, initial, time_unit
 from rigidpend.numbers.exact import PI, exact
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.problem import RouteProblem, rotation_period
@@ -30,7 +29,7 @@ PASSAGE = 26.0
 """t' by which any passage of these orbits is over; the mean is 16."""
 
 
-def task(sizes: Sizes) -> Routes:
+def task(sizes: Sizes) -> RouteTask:
     """The first columns of the left array."""
     phases = tuple(f"{k}/10" for k in range(sizes.columns))
     problem = _problem(sizes.n_symbols)
@@ -38,32 +37,33 @@ def task(sizes: Sizes) -> Routes:
     return _routes(problem, phases, states)
 
 
-def scaled(sizes: Sizes) -> Routes:
-    """As many orbits as there are columns, from random phases; for the cost alone."""
-    return random_routes(np.random.default_rng(0), sizes.columns, sizes.n_symbols)
-
-
-def random_routes(random: np.random.Generator, n: int, n_symbols: int) -> Routes:
+def random_task(n: int, n_symbols: int) -> RouteTask:
     """Orbits from random phases, doubles."""
-    phases, problem = random.uniform(0, 2 * np.pi, n), _problem(n_symbols)
+    phases = np.random.default_rng(0).uniform(0, 2 * np.pi, n)
+    return from_phases(phases, J1_0, n_symbols)
+
+
+def from_phases(phases: Array, J1_0: str, n_symbols: int) -> RouteTask:
+    """Orbits from phases in doubles, and another J1_0."""
+    problem = _problem(n_symbols, J1_0)
     # gamma is linear in the cosine and the sine of the phase.
     along, across = np.array(initial(problem, [exact(0), PI / 2]), dtype=float)
     gamma = np.outer(along[3:], np.cos(phases)) + np.outer(across[3:], np.sin(phases))
-    M = np.repeat(along[:3, None], n, axis=1)
+    M = np.repeat(along[:3, None], len(phases), axis=1)
     return _routes(problem, phases, np.concatenate((M, gamma)))
 
 
-def _problem(n_symbols: int) -> RouteProblem:
+def _problem(n_symbols: int, J1_0: str = J1_0) -> RouteProblem:
     return RouteProblem(BODY, exact(H0), exact(J1_0), n_symbols)
 
 
-def _routes(problem: RouteProblem, phases: Any, states: Array) -> Routes:
+def _routes(problem: RouteProblem, phases: Any, states: Array) -> RouteTask:
     s = time_unit(BODY)
     horizon, period = PASSAGE * (problem.n_symbols + 1), rotation_period(problem)
-    return Routes(problem, phases, states, horizon / s, period / s)
+    return RouteTask(problem, phases, states, horizon / s, period / s)
 
 
-def reference(task: Routes) -> dict[str, Any]:
+def reference(task: RouteTask) -> dict[str, Any]:
     """Symbols and crossing times in 113 bits, each established twice."""
     p = task.problem
     found = route_codes(
@@ -75,13 +75,16 @@ def reference(task: Routes) -> dict[str, Any]:
 
 
 def error(answer: Crossed, reference: Any) -> dict[str, float]:
-    """See `ERROR`; also the worst column, and the share of wrong symbols."""
+    """See `ERROR`; also the worst column, the wrong symbols, and which of them are trusted."""
     gap = np.abs(answer.time - reference["time"])
     worst = np.where(np.isnan(gap), np.inf, gap).max(axis=0)
     wrong = answer.codes != reference["codes"]
+    trusted = np.ones_like(wrong) if answer.certain is None else answer.certain
     return {
         "error": float(np.median(worst)),
         "worst": float(worst.max()),
         "wrong": float(wrong.mean()),
         "wrong_symbols": float(wrong.sum()),
+        "undecided": float((~trusted).sum()),
+        "wrong_trusted": float((wrong & trusted).sum()),
     }

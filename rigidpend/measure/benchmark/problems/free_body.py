@@ -14,9 +14,8 @@ import numpy as np
 from rigidpend.body import Body
 from rigidpend.equations import cross
 from rigidpend.free_body import around_M1, around_M2
-from rigidpend.measure.benchmark.methods.real128 import carried
-from rigidpend.measure.benchmark.problems import Sizes
-from rigidpend.measure.benchmark.tasks import Array, Motion
+from rigidpend.measure.benchmark.tasks import Array, MotionTask, Sizes
+from rigidpend.measure.benchmark.truth import carried
 
 TITLE = "free body"
 ERROR = "largest distance of (M/|M|, gamma) from the truth at the end, over the orbits"
@@ -28,7 +27,7 @@ MOMENTUM = 2.0
 """|M|, physical, that of Fig. 3 and Fig. 5."""
 
 
-def task(sizes: Sizes) -> Motion:
+def task(sizes: Sizes) -> MotionTask:
     """Orbits around both axes, from near the centres to near the separatrix."""
     heights = 1 - np.geomspace(0.9, 1e-3, sizes.orbits)
     phases = np.linspace(0.0, 6.0, sizes.orbits)
@@ -43,10 +42,10 @@ def task(sizes: Sizes) -> Motion:
     gamma = np.stack(cross(M, (0.6, 0.0, 0.8)))
     states = np.concatenate((MOMENTUM * M, gamma / np.linalg.norm(gamma, axis=0)))
     period = 2 * math.pi * float(BODY.A[2]) / MOMENTUM
-    return Motion(BODY, states, sizes.turns * period, period)
+    return MotionTask(BODY, states, sizes.turns * period, period)
 
 
-def reference(task: Motion) -> dict[str, Array]:
+def reference(task: MotionTask) -> dict[str, Array]:
     """The states at the end."""
     return {"states": carried(task.body, task.states, task.end)}
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from rigidpend.body import Body
 from rigidpend.equations import energy
-from rigidpend.measure.benchmark.problems import Sizes, codes
-from rigidpend.measure.benchmark.tasks import Array, Motion, direction, moments
+from rigidpend.measure.benchmark.problems import codes
+from rigidpend.measure.benchmark.tasks import Array, MotionTask, Sizes, direction, moments
 
 TITLE = "integrals over long times"
 ERROR = "largest drift of energy, |gamma| and M.gamma, relative, over the orbits and the time"
@@ -17,14 +17,13 @@ KIND = "long"
 DEFAULT = "aligned_batch"
 
 
-def task(sizes: Sizes) -> Motion:
+def task(sizes: Sizes) -> MotionTask:
     """Orbits of Fig. 4, from random phases."""
-    n = sizes.companions
-    found = codes.random_routes(np.random.default_rng(0), n, 1)
-    return Motion(codes.BODY, found.states, sizes.periods * found.period, found.period)
+    found = codes.random_task(sizes.companions, 1)
+    return MotionTask(codes.BODY, found.states, sizes.periods * found.period, found.period)
 
 
-def reference(task: Motion) -> dict[str, Array]:
+def reference(task: MotionTask) -> dict[str, Array]:
     """The integrals at the start, in units of what they are compared with."""
     return dict(zip(("energy", "gamma", "area"), integrals(task.body, task.states), strict=True))
 
@@ -37,8 +36,9 @@ def integrals(body: Body, states: Array) -> tuple[Array, Array, Array]:
 
 
 def error(answer: Any, reference: Any) -> dict[str, float]:
-    """See `ERROR`; `answer` is the record of a run, (3, k, n): integrals at k times."""
-    energy, gamma, area = answer
+    """See `ERROR`; `answer` is a list of states (6, n), on the way and at the end."""
+    found = [integrals(codes.BODY, states) for states in answer]
+    energy, gamma, area = np.array(found).transpose(1, 0, 2)
     drift = {
         "energy": np.abs(energy / reference["energy"] - 1).max(),
         "gamma": np.abs(gamma / reference["gamma"] - 1).max(),

@@ -7,9 +7,8 @@ import math
 import numpy as np
 
 from rigidpend.body import Body
-from rigidpend.measure.benchmark.problems import Sizes
 from rigidpend.measure.benchmark.problems.free_body import error as error
-from rigidpend.measure.benchmark.tasks import Array, Motion, direction, moments
+from rigidpend.measure.benchmark.tasks import Array, MotionTask, Sizes, direction, moments
 from rigidpend.numbers.exact import context
 from rigidpend.pendulum import body_motion
 
@@ -21,7 +20,7 @@ DEFAULT = "closed_form"
 BODY = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu="0.1")
 
 
-def task(sizes: Sizes) -> Motion:
+def task(sizes: Sizes) -> MotionTask:
     """Rotations from the lowest point, tau = 0, of energies h0 from 1.1 mu to 20 mu.
 
     M3 < 0: then J1 = 0 exactly, which spares (eq1) the rounding of J2 - J1.
@@ -32,10 +31,10 @@ def task(sizes: Sizes) -> Motion:
     states[2] = -np.sqrt(2 * A3 * (h0 + mu))
     states[3], states[4] = -r[0], -r[1]
     period = 2 * math.pi * math.sqrt(A3 / (2 * mu))
-    return Motion(BODY, states, sizes.turns * period, period, h0)
+    return MotionTask(BODY, states, sizes.turns * period, period, h0)
 
 
-def reference(task: Motion) -> dict[str, Array]:
+def reference(task: MotionTask) -> dict[str, Array]:
     """The states at the end, by (5:3) in 113 bits."""
     m = context(113)
     A3, mu = (x.in_context(m) for x in (task.body.A[2], task.body.mu))

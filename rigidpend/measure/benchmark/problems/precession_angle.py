@@ -9,9 +9,8 @@ import numpy as np
 
 from rigidpend.body import Body
 from rigidpend.hodograph import alpha_ahead, angular_velocity
-from rigidpend.measure.benchmark.methods.real128 import alpha
-from rigidpend.measure.benchmark.problems import Sizes
-from rigidpend.measure.benchmark.tasks import Angle, Array, initial, moments, time_unit
+from rigidpend.measure.benchmark.tasks import AngleTask, Array, Sizes, initial, moments, time_unit
+from rigidpend.measure.benchmark.truth import alpha
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.problem import RouteProblem, rotation_period
@@ -26,7 +25,7 @@ H0, J1_0, THETA2_0 = "10/9", "2.39205e-9", ("1.02", "1.83")
 N_SYMBOLS = 5
 
 
-def task(sizes: Sizes) -> Angle:
+def task(sizes: Sizes) -> AngleTask:
     """The two orbits of the figure; alpha - theta3 at the start is that of (th_al)."""
     problem = RouteProblem(BODY, exact(H0), exact(J1_0), N_SYMBOLS)
     states = np.array(initial(problem, [exact(x) for x in THETA2_0]), dtype=float).T
@@ -36,10 +35,10 @@ def task(sizes: Sizes) -> Angle:
     ends = route[-1] + (route[-1] - route[-2]) / 2
     s = time_unit(BODY)
     full = np.concatenate((states, np.zeros((1, len(THETA2_0))), ahead[None]))
-    return Angle(problem, THETA2_0, full, np.round(ends) / s, rotation_period(problem) / s)
+    return AngleTask(problem, THETA2_0, full, np.round(ends) / s, rotation_period(problem) / s)
 
 
-def reference(task: Angle) -> dict[str, Array]:
+def reference(task: AngleTask) -> dict[str, Array]:
     """alpha(T) in 113 bits."""
     return {"alpha": alpha(task)}
 

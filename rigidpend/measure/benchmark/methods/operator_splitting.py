@@ -1,4 +1,4 @@
-"""Lie-Poisson splittings, vectorised over the orbits; the knob is the steps in a period."""
+"""Operator splittings of Lie-Poisson type, vectorised; the knob is the steps in a period."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from rigidpend.equations import cross, euler_poisson
 from rigidpend.hodograph import angular_velocity
 from rigidpend.integrate.lie_poisson import Splitting, splitting
 from rigidpend.measure.benchmark.tasks import (
-    Angle,
+    AngleTask,
     Array,
+    Carrier,
     Crossed,
-    Flow,
-    Motion,
-    Routes,
+    MotionTask,
+    RouteTask,
     Solver,
     direction,
     moments,
@@ -30,7 +30,7 @@ REFINEMENTS = 4
 """Newton's steps to a crossing; each doubles the digits."""
 
 
-def flow(task: Motion, steps: float, order: int) -> Flow:
+def motion(task: MotionTask, steps: float, threads: int, order: int) -> Carrier:
     """Orbits in M and gamma."""
     made, h = _made(task.body, order), task.period / steps
     first = _vectors(task.states)
@@ -43,10 +43,10 @@ def flow(task: Motion, steps: float, order: int) -> Flow:
         count = math.ceil((time - now[0]) / h)
         now[:] = [time, made.advance(now[1], (time - now[0]) / count, count)]
 
-    return Flow(begin, to, lambda: _states(now[1]))
+    return Carrier(begin, to, lambda: _states(now[1]))
 
 
-def codes(task: Routes, steps: float, order: int) -> Solver:
+def codes(task: RouteTask, steps: float, threads: int, order: int) -> Solver:
     """Crossings of M3 = 0: the step in which it changes sign, cut short by Newton's method."""
     body = task.problem.body
     made, h = _made(body, order), task.period / steps
@@ -58,21 +58,21 @@ def codes(task: Routes, steps: float, order: int) -> Solver:
         beside = np.zeros((wanted, n), dtype=int)
         while time < task.horizon and (count < wanted).any():
             after = made.advance(v, h)
-            crossed = np.flatnonzero((v[2][0] * after[2][0] < 0) & (count < wanted))
-            if crossed.size:
-                k = count[crossed]
-                before = [x[:, crossed] for x in v]
-                part, at = _crossing(made, body, before, [x[:, crossed] for x in after], h)
-                found[k, crossed] = s * (time + part)
-                beside[k, crossed] = _beside(at, before[2][0] < 0, body.alpha0, s)
-                count[crossed] += 1
+            now = np.flatnonzero((v[2][0] * after[2][0] < 0) & (count < wanted))
+            if now.size:
+                k = count[now]
+                before = [x[:, now] for x in v]
+                part, at = _crossing(made, body, before, [x[:, now] for x in after], h)
+                found[k, now] = s * (time + part)
+                beside[k, now] = _beside(at, before[2][0] < 0, body.alpha0, s)
+                count[now] += 1
             v, time = after, time + h
         return found, beside
 
     return Solver(solve, lambda found: Crossed(symbols(found[1]), found[0]))
 
 
-def angle(task: Angle, steps: float, order: int) -> Solver:
+def angle(task: AngleTask, steps: float, threads: int, order: int) -> Solver:
     """alpha(T) without a quadrature: the fixed axis eta is turned like gamma."""
     body, A = task.problem.body, moments(task.problem.body)
     made = _made(body, order)
@@ -94,7 +94,7 @@ def angle(task: Angle, steps: float, order: int) -> Solver:
     return Solver(solve, read)
 
 
-def _horizontal(task: Angle) -> tuple[Any, Any, Any]:
+def _horizontal(task: AngleTask) -> tuple[Any, Any, Any]:
     """The axis eta, along M at theta3 = 0, with M and gamma."""
     M, gamma = task.states[:3], task.states[3:6]
     return M / np.linalg.norm(M, axis=0), M, gamma

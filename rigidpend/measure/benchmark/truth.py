@@ -11,7 +11,7 @@ from rigidpend.hodograph import alpha_ahead, angular_velocity
 from rigidpend.integrate.compiled import heyoka
 from rigidpend.integrate.compiled import typed as typed_in
 from rigidpend.measure.benchmark import fields
-from rigidpend.measure.benchmark.tasks import Angle, Array, initial
+from rigidpend.measure.benchmark.tasks import AngleTask, Array, initial
 from rigidpend.numbers.exact import context
 
 BITS = 113
@@ -23,7 +23,7 @@ def carried(body: Body, states: Array, end: float) -> Array:
     return np.stack([_propagated(integrator, state, end)[:6] for state in states.T], axis=1)
 
 
-def alpha(task: Angle) -> Array:
+def alpha(task: AngleTask) -> Array:
     """alpha at the ends, of the exact initial states."""
     from rigidpend.numbers.exact import exact
 

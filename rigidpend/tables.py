@@ -1,0 +1,73 @@
+"""Tables of text: one record, written for a terminal, in Markdown or in HTML."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
+
+
+class Table(NamedTuple):
+    """Rows of text under a caption."""
+
+    caption: str
+    header: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    note: str = ""
+
+
+def terminal(table: Table) -> Iterator[str]:
+    """Write a table line by line, in columns of equal width; all but the first to the right."""
+    cells = [list(map(str, row)) for row in (table.header, *table.rows)]
+    widths = [max(len(row[k]) for row in cells) for k in range(len(table.header))]
+    yield table.caption
+    for row in cells:
+        rest = [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
+        yield "  " + "  ".join([row[0].ljust(widths[0]), *rest]).rstrip()
+    if table.note:
+        yield f"  {table.note}"
+    yield ""
+
+
+def markdown(table: Table) -> Iterator[str]:
+    """Write a table line by line in Markdown, its caption above it as a paragraph."""
+    yield from (table.caption, "") if table.caption else ()
+    for cells in (table.header, ["---"] * len(table.header), *table.rows):
+        yield f"| {' | '.join(str(cell).replace('|', '&#124;') for cell in cells)} |"
+    yield from ("", table.note) if table.note else ()
+
+
+def html(table: Table) -> str:
+    """Write a table in HTML, everything escaped."""
+    from markupsafe import Markup
+
+    head = Markup("").join(Markup('<th scope="col">{}</th>').format(x) for x in table.header)
+    body = Markup("\n").join(
+        Markup("<tr>{}</tr>").format(Markup("").join(Markup("<td>{}</td>").format(x) for x in row))
+        for row in table.rows
+    )
+    note = Markup('<p class="note">{}</p>').format(table.note) if table.note else Markup("")
+    return Markup(
+        '<div class="sheet">\n<table>\n<caption>{}</caption>\n<thead><tr>{}</tr></thead>\n'
+        "<tbody>\n{}\n</tbody>\n</table>\n{}\n</div>"
+    ).format(table.caption, head, body, note)
+
+
+def seconds(value: float) -> str:
+    """Write a time with three digits and its unit; ``-`` where it is not finite."""
+    if not math.isfinite(value):
+        return "-"
+    unit, name = next((u for u in UNITS if value >= u[0]), UNITS[-1])
+    return f"{_digits(value / unit)} {name}"
+
+
+def times(ratio: float) -> str:
+    """Write a ratio with three digits; ``-`` where it is not finite."""
+    return _digits(ratio) if math.isfinite(ratio) else "-"
+
+
+def _digits(value: float) -> str:
+    """Three digits, without an exponent up to a million."""
+    return f"{value:,.0f}" if 1000 <= value < 1e6 else f"{value:.3g}"
