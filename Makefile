@@ -8,7 +8,7 @@ RESULTS ?= results
 JOBS ?=
 RUN := $(BIN)/rigidpend
 
-.PHONY: help figures test verify reference bench stress gallery clean distclean
+.PHONY: help figures test mutants verify reference bench stress gallery clean distclean
 
 help: ## list the targets
 	@grep -E '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -23,6 +23,9 @@ test: $(VENV)/.installed-test ## set up, check format, lint and types, run the t
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/python -m pytest
+
+mutants: $(VENV)/.installed-test ## change the code in places drawn by lot: do tests fail? half an hour; COUNT= SEED=
+	$(BIN)/python scripts/mutants.py $(if $(COUNT),--count $(COUNT)) $(if $(SEED),--seed $(SEED)) $(if $(JOBS),--processes $(JOBS))
 
 verify: $(VENV)/.installed ## compute every experiment again and compare with results/reference/
 	$(RUN) verify all $(if $(JOBS),-j $(JOBS))

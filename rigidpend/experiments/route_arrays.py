@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 from rigidpend.experiments.contract import Data
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference
-from rigidpend.routes import certainty
 
 ROUNDING = 1e-14
 """By how much phases may differ, in radians, where only their rounding can."""
 FIRST, SECOND, GROWTH = 1e-12, 1e-8, 3.5
 """By how much times of the first crossing and of the second may differ, and how that grows."""
-APART = 20 * certainty.AGREEMENT
-"""By how much times of certain crossings may differ: each errs by ten times its threshold."""
+APART = 0.02
+"""By how much times of certain crossings may differ, in t': of two results each may err by a
+hundredth, which is far from the radian of the phase at which a symbol turns over."""
 
 MEANING = {
     "theta2_0": ("rad", "initial phase of each column"),

@@ -86,7 +86,7 @@ SHARED = ("rigidpend.render", "rigidpend.report.page", "rigidpend.results.")
 VERDICTS = (
     "rigidpend.measure.benchmark.methods.METHODS",
     "rigidpend.measure.benchmark.tables",
-    "rigidpend.measure.stress.cases",
+    "rigidpend.measure.stress.claims",
 )
 """Words and levels of measurements, which import nothing that computes either."""
 

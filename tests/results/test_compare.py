@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.results.compare import differences
+from rigidpend.results.compare import beyond, differences
 
 
 def tree() -> dict[str, Any]:
@@ -70,3 +70,21 @@ def test_another_shape_is_found() -> None:
 
 def test_a_group_for_an_array_is_found() -> None:
     assert differences(tree(), {**tree(), "b": {"c": np.array([1])}}, 0.0) != []
+
+
+@pytest.mark.parametrize(
+    ("stated", "said"),
+    [
+        ([0.1, 0.2], None),
+        ([0.1, 0.3], "e[1]: 0.29999999999999999 is stated, at most 0.2 is declared"),
+        ([0.5, 0.9], "e[0]: 0.5 is stated, at most 0.1 is declared"),
+        ([np.nan, 0.9], "e[0]: nan is stated, at most 0.1 is declared"),
+    ],
+)
+def test_an_error_beyond_what_is_declared_is_told(stated: list[float], said: str | None) -> None:
+    found = beyond("e", np.array(stated), np.array([0.1, 0.2]))
+    assert found == ([said] if said else [])
+
+
+def test_where_nothing_is_declared_any_error_may_be_stated() -> None:
+    assert beyond("e", np.array([np.nan, np.inf]), np.inf) == []

@@ -101,3 +101,28 @@ def test_the_legend_holds_what_is_shown(figure: Figure) -> None:
         LOOKS[name].label
         for name in ("route_codes", "aligned_batch", "heyoka_eq1", "scipy_dop853", "diffrax")
     }
+
+
+def test_who_is_fast_is_named_on_the_right_and_who_is_slow_on_the_left(figure: Figure) -> None:
+    """Inside the panel, beside the mark and not upon it."""
+    [axes] = [x for x in figure.axes if x.get_xlabel() == "time (s)" and not len(x.get_yticks())]
+    points = [np.asarray(x.get_xydata()) for x in axes.lines]
+    marks = [x[0] for x in points if len(x) == 1]
+    middle = np.sqrt(np.prod([min(x for x, _ in marks), max(x for x, _ in marks)]))
+    assert len(axes.texts) == len(marks) > 1
+    for text, (seconds, row) in zip(axes.texts, marks, strict=True):
+        box, at = text.get_window_extent(), axes.transData.transform((seconds, row))
+        if seconds <= middle:
+            assert box.x0 > at[0] + 3
+        else:
+            assert box.x1 < at[0] - 3
+
+
+def test_times_are_medians_and_not_the_fastest(figure: Figure) -> None:
+    record = data()["free_body"]["scipy_dop853"]
+    assert (record["fastest"] < record["seconds"]).all()
+    np.testing.assert_array_equal(xy(figure.axes[0], "scipy_dop853")[:, 1], record["seconds"])
+    [axes] = [x for x in figure.axes if x.get_xlabel() == "time (s)" and not len(x.get_yticks())]
+    shown = {str(x.get_label()): float(x.get_xdata()[0]) for x in axes.lines}  # type: ignore[arg-type, index]
+    for name, seconds in shown.items():
+        assert seconds in data()["codes"][name]["seconds"]

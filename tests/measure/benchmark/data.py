@@ -15,6 +15,9 @@ def record(error: Any, seconds: Any, **more: Any) -> dict[str, Any]:
         "knob": np.logspace(-2, -1 - n, n),
         "error": np.array(error),
         "seconds": np.array(seconds),
+        # Half and twice the median, to be told from it.
+        "fastest": np.array(seconds) / 2,
+        "slowest": np.array(seconds) * 2,
         "repeats": np.full(n, 5.0),
         "memory": np.full(n, 50.0),
         **{name: np.array(values) for name, values in more.items()},

@@ -159,3 +159,27 @@ def test_one_core_is_kept_to() -> None:
         assert len(os.sched_getaffinity(0)) == 1
     finally:
         os.sched_setaffinity(0, before)
+
+
+def test_the_median_of_several_walks_counts_for_long_times(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither the quickest nor the slowest of three: 1, 5 and 2 seconds for as far."""
+    task = problems.module("long_time").task(SIZES._replace(periods=1e6))
+    walks = iter([(1.0, 10.0), (5.0, 10.0), (2.0, 10.0)])
+    monkeypatch.setattr(protocol, "_followed", lambda *_: (*next(walks), None))
+
+    def make(_: Any, knob: Any) -> Flow:
+        return Flow(lambda: None, lambda t: None, lambda: task.states)
+
+    [found] = measure_long(task, make, [1.0], Protocol(3, 1e9), lambda _: {})
+    assert (found["fastest"], found["slowest"]) == pytest.approx((1e5, 5e5))
+    assert found["seconds"] == pytest.approx(2e5)
+
+
+def test_the_median_of_several_solves_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Preparation, the first solve, then three of 1, 5 and 2 seconds by the clock."""
+    durations = iter([0.5, 7.0, 1.0, 5.0, 2.0])
+    monkeypatch.setattr(protocol, "timed", lambda work: (next(durations), work()))
+    made = measure(None, sleeper([0.0] * 9), [1.0], Protocol(3, 1e9), lambda _: {})
+    [found] = made
+    assert (found["fastest"], found["seconds"], found["slowest"]) == (1.0, 2.0, 5.0)
+    assert found["prepare"] == 0.5 + 7.0 - 2.0
