@@ -40,23 +40,26 @@ SLOW = (
     "tests/routes/test_fig4.py::test_agrees_every_cell_of_the_left_array_and_all_are_certain[scipy]",
     "tests/routes/test_random_phases.py",
     "tests/test_equations.py::test_agrees_eq1_with_aligned_along_an_orbit",
-    "tests/test_reference.py::test_every_dataset_altered_by_more_than_its_allowance_is_noticed",
-    "tests/test_reference.py::test_every_build_agrees_with_the_same_references",
+    "tests/results/test_reference.py::test_every_dataset_altered_by_more_than_its_allowance_is_noticed",
+    "tests/results/test_reference.py::test_every_build_agrees_with_the_same_references",
 )
 """Left out: each takes seconds, and a mutant that lives has to sit through all of them."""
 TESTS = {
     "rigidpend/results/compare.py": (
         "tests/results/test_compare.py",
-        "tests/test_verify.py",
+        "tests/results/test_verify.py",
     ),
-    "rigidpend/results/regression.py": ("tests/test_verify.py", "tests/test_reference.py"),
+    "rigidpend/results/regression.py": (
+        "tests/results/test_verify.py",
+        "tests/results/test_reference.py",
+    ),
     "rigidpend/coordinates.py": (
         "tests/test_coordinates.py",
         "tests/test_coordinates_limits.py",
         "tests/routes/test_start.py",
     ),
     "rigidpend/equations.py": ("tests/test_equations.py", "tests/integrate/test_analytic.py"),
-    "rigidpend/routes": ("tests/routes", "tests/experiments/test_heteroclinic_cycle.py"),
+    "rigidpend/routes": ("tests/routes", "tests/experiments/heteroclinic_cycle/test_compute.py"),
     "rigidpend/integrate": ("tests/integrate", "tests/routes/test_codes.py"),
 }
 """The tests of each module, or of each folder of modules; the quickest to tell come first."""
@@ -220,16 +223,21 @@ def passes(folder: Path, tests: Sequence[str], limit: float | None = None) -> bo
         timeout=limit,
         check=False,
     )
+    if done.returncode >= 4:
+        raise SystemExit(f"pytest could not run {' '.join(tests)}:\n{done.stdout.decode()}")
     return done.returncode == 0
 
 
-def run(chosen: list[Mutant], processes: int) -> list[tuple[Mutant, str]]:
+def run(chosen: list[Mutant], processes: int, limit: float) -> list[tuple[Mutant, str]]:
     """The verdicts of mutants, each said as it comes."""
     with tempfile.TemporaryDirectory() as desk:
         folders: queue.Queue[Path] = queue.Queue()
         for k in range(processes):
             folders.put(copied(Path(desk) / str(k)))
-        limits = {room: limit_of(room, Path(desk) / "0") for room in map(room_of, rooms(chosen))}
+        limits = {
+            room: limit or limit_of(room, Path(desk) / "0")
+            for room in {room_of(mutant.path) for mutant in chosen}
+        }
 
         def judged(mutant: Mutant) -> tuple[Mutant, str]:
             folder, begun = folders.get(), time.monotonic()
@@ -242,11 +250,6 @@ def run(chosen: list[Mutant], processes: int) -> list[tuple[Mutant, str]]:
 
         with ThreadPoolExecutor(processes) as pool:
             return list(pool.map(judged, chosen))
-
-
-def rooms(chosen: list[Mutant]) -> list[str]:
-    """A path in each room that some mutant belongs to."""
-    return list({room_of(mutant.path): mutant.path for mutant in chosen}.values())
 
 
 def copied(folder: Path) -> Path:
@@ -273,6 +276,7 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=150, help="mutants in the sample")
     parser.add_argument("--seed", type=int, default=1, help="of the sample")
     parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--limit", type=float, default=0, help="seconds; measured if not given")
     parser.add_argument("--only", default="", help="PATH or PATH:LINE, all mutants there")
     parser.add_argument("--least", type=float, default=90.0, help="share to be killed, in %%")
     asked = parser.parse_args()
@@ -282,7 +286,7 @@ def main() -> int:
         chosen = [x for x in every if x.path == path and (not line or x.line == int(line))]
     else:
         chosen = random.Random(asked.seed).sample(every, min(asked.count, len(every)))
-    found = run(chosen, asked.processes)
+    found = run(chosen, asked.processes, asked.limit)
     counts = Counter(verdict for _, verdict in found)
     share = 100 * (1 - counts["survived"] / max(1, len(found)))
     print(f"{len(found)} of {len(every)} mutants, seed {asked.seed}: {dict(counts)}")

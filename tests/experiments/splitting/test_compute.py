@@ -28,7 +28,8 @@ SMALL = [f"problem.bodies={BODIES}", "problem.mu=[1e-3, 3e-3, 1e-2, 0.1]", "prob
 
 def computed(settings: list[str]) -> Any:
     content = typed(Config, CONFIG, settings)
-    return splitting.compute(content, Means(resolve(default_engine()), 2, lambda _: None))
+    arithmetic = resolve(**{**content.numerics_asked, "engine": default_engine()})
+    return splitting.compute(content, Means(arithmetic, 2, lambda _: None))
 
 
 def plain(tree: Any) -> Any:
