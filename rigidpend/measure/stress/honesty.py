@@ -33,7 +33,7 @@ SPOILT_RIGHT = 0.999
 1,500 other orbits at 1e-6 it was 0.993 to 0.995."""
 
 
-class Count(NamedTuple):
+class Tally(NamedTuple):
     """Symbols held against the truth."""
 
     symbols: int
@@ -127,7 +127,7 @@ def _claims(J1_0: str, tolerances: Sequence[str]) -> tuple[Claim, ...]:
     )
 
 
-def _curves(tolerances: Sequence[str], counts: Sequence[Count]) -> dict[str, Dataset]:
+def _curves(tolerances: Sequence[str], counts: Sequence[Tally]) -> dict[str, Dataset]:
     compared, wrong, lies = np.array(counts, dtype=np.int64).T
     return {
         "tolerance": Dataset(np.array(list(map(float, tolerances))), "1", "local, spoilt"),
@@ -208,9 +208,9 @@ def hard_trial(engine: str) -> Trial:
     return Trial("hard orbit", (HARD_CLAIM,), measure)
 
 
-def counted(found: RouteCodes, true: Codes, known: NDArray[np.bool_]) -> Count:
+def counted(found: RouteCodes, true: Codes, known: NDArray[np.bool_]) -> Tally:
     """Symbols of the orbits whose truth is known, wrong ones, and wrong ones called certain."""
     differ = (found.codes != true) & known
-    return Count(
+    return Tally(
         int(known.sum()) * len(true), int(differ.sum()), int((differ & found.certain).sum())
     )

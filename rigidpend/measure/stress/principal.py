@@ -27,7 +27,7 @@ TOLERANCES = {53: 2.0**-52, 64: 2.0**-63, 113: 2.0**-112}
 """Local, of the Taylor series: the roundings of each precision."""
 
 
-class Task(NamedTuple):
+class PrincipalTask(NamedTuple):
     """A body's numbers and what is sought on each of its orbits: plain, for worker processes."""
 
     parameters: tuple[Any, ...]
@@ -56,7 +56,7 @@ def codes(
     body, m = problem.body, context(bits + GUARD_BITS)
     numbers = [fraction(x.in_context(m), bits) for x in (*body.A, *body.r, body.mu)]
     limit = passage_limit(problem, bits) / float(scale([float(x) for x in body.A]))
-    task = Task(tuple(numbers), problem.n_symbols + 1, limit, bits)
+    task = PrincipalTask(tuple(numbers), problem.n_symbols + 1, limit, bits)
     states = _states(problem, phases, bits)
     share = -(-len(states) // jobs)
     parts = [states[k : k + share] for k in range(0, len(states), share)]
@@ -80,7 +80,7 @@ def _states(problem: RouteProblem, phases: Sequence[Any], bits: int) -> list[lis
     return made
 
 
-def _angles(states: Sequence[Sequence[Any]], task: Task) -> NDArray[np.float64]:
+def _angles(states: Sequence[Sequence[Any]], task: PrincipalTask) -> NDArray[np.float64]:
     """2 l, with l = atan2(M1, M2), at the crossings of M3 = 0: (n_crossings, n), NaN for none."""
     hy, kind = heyoka(), working_type(task.bits)
     names, par = hy.make_vars("M1", "M2", "M3", "g1", "g2", "g3"), [hy.par[i] for i in range(7)]

@@ -151,4 +151,4 @@ def test_counts() -> None:
     spoilt = record([0, 1, 1, 0, 1], [1, 1, 0, 0, 1])
     known = np.array([True, True, True, True, False])
     true = np.zeros((1, 5), dtype=np.uint8)
-    assert honesty.counted(spoilt, true, known) == honesty.Count(4, 2, 1)
+    assert honesty.counted(spoilt, true, known) == honesty.Tally(4, 2, 1)
