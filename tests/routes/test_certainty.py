@@ -242,3 +242,9 @@ def test_a_hundredth_of_a_radian_is_the_most_that_two_precisions_settle(
     decided = decide(late, 1, 1.0, (53, 64))
     assert decided.certain.all() == settled
     assert len(late.asked) == 3 + (not settled)
+
+
+def test_two_asymptotic_ends_after_different_crossings_establish_nothing_more() -> None:
+    early = record([10.0, 20.0, np.nan, np.nan], (2, 1, 0, 0), Outcome.ASYMPTOTIC)
+    late = record([10.0, 20.0, 30.0, np.nan], (2, 1, 4, 0), Outcome.ASYMPTOTIC)
+    assert certain(early, late) == [True, False, False]
