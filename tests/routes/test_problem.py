@@ -129,3 +129,12 @@ def test_passage_limit_is_twice_the_time_from_the_smallest_distance(
     rotations = -math.log(distance) / (math.pi**2 / FIG4.nu)
     found = passage_limit(problem(J1_0=J1_0), bits) / rotation_period(problem())
     assert found == pytest.approx(2 * rotations + 4, rel=1e-9)
+
+
+@pytest.mark.parametrize("sign", ["+", "-"])
+def test_a_start_closer_to_the_section_than_2_to_the_minus_48_is_refused(sign: str) -> None:
+    """3.55e-15 relative to J2: what doubles tell apart with room to spare."""
+    middle = "sqrt(2*1.3342*3/4)/2"
+    with pytest.raises(ProblemError, match="lies on the section"):
+        problem(J1_0=f"{middle}*(1 {sign} 3.4e-15)")
+    assert problem(J1_0=f"{middle}*(1 {sign} 3.7e-15)").n_symbols == 15
