@@ -9,7 +9,7 @@ JOBS ?=
 RUN := $(BIN)/rigidpend
 PYTEST := $(BIN)/python -m pytest -n $(or $(JOBS),auto) --dist loadfile
 
-.PHONY: help figures check test test-fast coverage docs verify reference bench stress tables gallery clean distclean
+.PHONY: help figures check test test-fast coverage docs mutants verify reference bench stress tables gallery clean distclean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -38,6 +38,9 @@ docs: $(VENV)/.installed-docs ## build the documentation into build/docs/; needs
 	$(BIN)/python -m sphinx -b html -d build/doctrees -W --keep-going -q docs build/docs
 	@! grep -rlE '<(script|link|img)[^>]*(src|href)="(https?:)?//' --include='*.html' build/docs \
 	  || { echo "the pages above would fetch something from elsewhere" >&2; exit 1; }
+
+mutants: $(VENV)/.installed-test ## change the code in places drawn by lot: do tests fail? half an hour; COUNT= SEED=
+	$(BIN)/python scripts/mutants.py $(if $(COUNT),--count $(COUNT)) $(if $(SEED),--seed $(SEED)) $(if $(JOBS),--processes $(JOBS))
 
 verify: $(VENV)/.installed ## compute every experiment again and compare with results/reference/
 	$(RUN) verify all $(if $(JOBS),-j $(JOBS))

@@ -10,13 +10,15 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from rigidpend import Body, route_codes
-from rigidpend.equations import eq1, theta3_rate
+from rigidpend.coordinates import scale
+from rigidpend.equations import eq1, euler_poisson, theta3_rate
 from rigidpend.herpolhode import (
     RouteOrbit,
     alpha,
     alpha_at,
     follow,
     initial_state,
+    physical,
     samples,
     separatrices,
     vertices,
@@ -193,3 +195,38 @@ def test_omega_keeps_the_energy() -> None:
 
 def test_vertices_are_written_as_in_the_paper() -> None:
     assert vertices([2, 1, 4, 3]) == "2-2*-1*-1-4-4*-3*-3"
+
+
+def test_agrees_omega_with_axes_carried_along_as_vectors_fixed_in_space() -> None:
+    """Two vectors at rest, seen from the body, turn as gamma does: no angle is needed.
+
+    What omega has along them tells its azimuth alpha from that of M, theta3.
+    """
+    body = problem("0.01").body
+    orbit = orbit_of("1.02", route_of("1.02"), "scipy")
+    kept = np.flatnonzero(orbit.t < 45)[::10]
+    made = samples(body, orbit)
+    A, r = ([float(x) for x in triple] for triple in (body.A, body.r))
+    M, gamma = physical(orbit.states[:, 0], body)
+    omega = M / A
+    level = omega - (omega @ gamma) * gamma
+    level /= np.linalg.norm(level)
+    ahead = made["alpha"][0]
+    eta = np.cos(ahead) * level - np.sin(ahead) * np.cross(gamma, level)
+
+    def rates(_: float, y: Any) -> Any:
+        turning = y[:3] / A
+        still = np.cross(y[6:], turning)
+        return [*euler_poisson(y[:3], y[3:6], A, r, float(body.mu)), *still]
+
+    times = orbit.t[kept] / scale(A)
+    found = solve_ivp(
+        rates, times[[0, -1]], [*M, *gamma, *eta], "DOP853", times, rtol=1e-12, atol=1e-14
+    ).y
+    omega, gamma, eta = found[:3] / np.array(A)[:, None], found[3:6], found[6:]
+    zeta = np.cross(gamma, eta, axis=0)
+    expected = np.stack([(omega * axis).sum(axis=0) for axis in (gamma, eta, zeta)], axis=1)
+    np.testing.assert_allclose(made["omega"][kept], expected, rtol=0, atol=1e-7)
+    # theta3 in the place of alpha would be noticed.
+    across = np.linalg.norm(expected[:, 1:], axis=1)
+    assert (across * np.abs(made["alpha"] - made["theta3"])[kept]).max() > 1e-4

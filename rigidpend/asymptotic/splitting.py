@@ -116,7 +116,7 @@ def measure(body: Body, h0: Exact, arithmetic: Arithmetic, jobs: int = 1) -> Sur
     SurfaceSplitting
         From two computations that share neither starts nor phases.
     """
-    allowed = min(COARSEST, SHARE * (float(body.mu) / float(h0)) ** 2)
+    allowed = float(admitted(float(body.mu) / float(h0)))
     for bits in arithmetic.precisions:
         s, n = surface(body, h0, bits), FEWEST
         found = _twice(s, n, arithmetic, allowed, jobs)
@@ -128,6 +128,11 @@ def measure(body: Body, h0: Exact, arithmetic: Arithmetic, jobs: int = 1) -> Sur
         if found.resolved or n >= _most(found):
             break
     return found
+
+
+def admitted(mu_over_h0: ArrayLike) -> Any:
+    """The largest error of `excess` that counts as resolved, at each weight over energy."""
+    return np.minimum(COARSEST, SHARE * np.square(mu_over_h0))
 
 
 def _most(found: SurfaceSplitting) -> int:

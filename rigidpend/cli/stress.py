@@ -1,4 +1,4 @@
-"""`rigidpend stress`: trials at the limits, each with a stated bound."""
+"""`rigidpend stress`: trials at the limits, each with a bound declared before."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def command(
 ) -> None:
     """Test long times, extreme bodies, symmetries, and whether certain symbols are true.
 
-    Writes FOLDER/stress.h5 and stress.png and prints by how much each case passes. Ends with 1
+    Writes FOLDER/stress.h5 and stress.png and prints by how much each claim passes. Ends with 1
     where one fails. An interrupted run goes on where it was.
 
     \b

@@ -13,14 +13,16 @@ from numpy.typing import NDArray
 from rigidpend.experiments.contract import Data
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference
-from rigidpend.routes import certainty
 
 ROUNDING = 1e-14
 """Allowed difference of phases, radians: their rounding."""
 FIRST, SECOND, GROWTH = 1e-12, 1e-8, 3.5
 """Allowed difference of the times of crossings 1 and 2, t', and its growth from there on."""
-APART = 20 * certainty.AGREEMENT
-"""Allowed difference of the times of certain crossings: each errs by ten times its threshold."""
+APART = 0.02
+"""Allowed difference of the times of certain crossings, t'.
+
+Of two results each may err by a hundredth, far from the radian of the phase at which a symbol
+turns over."""
 
 MEANING = {
     "theta2_0": ("rad", "initial phase of each column"),

@@ -150,6 +150,30 @@ def arrays(place: str, stored: Any, fresh: Any, allowed: Any = 0.0) -> list[Diff
     return [Difference(f"{place}{index}", a[at], b[at], limit, words)]
 
 
+def beyond(place: str, stated: Any, declared: Any) -> list[Difference]:
+    """The worst element of errors that a result states of itself, if it is more than declared.
+
+    Parameters
+    ----------
+    place : str
+        What they are.
+    stated : array
+        Errors, NaN for one that is not known.
+    declared : float or array
+        The largest that is admitted of each; where it is infinite, any.
+    """
+    errors, most = np.asarray(stated), np.broadcast_to(declared, np.shape(stated))
+    # Written so that NaN is more than any bound but an infinite one.
+    over = ~(errors <= most) & ~np.isinf(most)
+    if not over.any():
+        return []
+    ratio = np.divide(errors, most, out=np.zeros(errors.shape), where=over)
+    at = np.unravel_index(np.argmax(np.nan_to_num(ratio, nan=np.inf)), errors.shape)
+    index, limit = f"[{', '.join(map(str, at))}]" if at else "", float(most[at])
+    words = f": {shown(errors[at])} is stated, at most {limit:.2g} is declared"
+    return [Difference(f"{place}{index}", limit, errors[at], limit, words)]
+
+
 def _aside(excess: Any, limit: float) -> str:
     """What is said besides: the limit, and how many elements are beyond theirs."""
     count = int((excess > 0).sum())

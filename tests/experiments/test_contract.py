@@ -87,7 +87,7 @@ VERDICTS = (
     "rigidpend.measure.benchmark.methods.METHODS",
     "rigidpend.measure.benchmark.reading",
     "rigidpend.measure.benchmark.problems.NAMES",
-    "rigidpend.measure.stress.cases",
+    "rigidpend.measure.stress.claims",
 )
 """Words and levels of measurements, which import nothing that computes either."""
 

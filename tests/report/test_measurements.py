@@ -30,8 +30,8 @@ def case(verdict: str, ratio: float, limit: str = "") -> dict[str, object]:
 
 def test_trials_are_counted_by_kind_and_those_beyond_are_named() -> None:
     content = {
-        "long_time": {"cases": {"a": case("passed", 0.25), "b": case("limit", 3.0, "known why")}},
-        "honesty": {"cases": {"c": case("FAILED", 7.0)}},
+        "long_time": {"claims": {"a": case("passed", 0.25), "b": case("limit", 3.0, "known why")}},
+        "honesty": {"claims": {"c": case("FAILED", 7.0)}},
     }
     counted, beyond = stress.tables({"data": content})
     assert counted.rows == [("long time", "1", "1", "0", "0.25"), ("honesty", "0", "0", "1", "0")]
@@ -39,5 +39,5 @@ def test_trials_are_counted_by_kind_and_those_beyond_are_named() -> None:
 
 
 def test_without_any_beyond_there_is_one_table() -> None:
-    content = {"honesty": {"cases": {"c": case("passed", 0.5)}}}
+    content = {"honesty": {"claims": {"c": case("passed", 0.5)}}}
     assert len(stress.tables({"data": content})) == 1

@@ -7,7 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.results.compare import differences
+from rigidpend.results.compare import (
+    Difference,
+    attributes,
+    beyond,
+    differences,
+    inside,
+    outlines,
+    plain,
+)
 
 
 def tree() -> dict[str, Any]:
@@ -70,3 +78,75 @@ def test_another_shape_is_found() -> None:
 
 def test_a_group_for_an_array_is_found() -> None:
     assert differences(tree(), {**tree(), "b": {"c": np.array([1])}}, 0.0) != []
+
+
+@pytest.mark.parametrize(
+    ("stated", "said"),
+    [
+        ([0.1, 0.2], None),
+        ([0.1, 0.3], "e[1]: 0.29999999999999999 is stated, at most 0.2 is declared"),
+        ([0.5, 0.9], "e[0]: 0.5 is stated, at most 0.1 is declared"),
+        ([np.nan, 0.9], "e[0]: nan is stated, at most 0.1 is declared"),
+    ],
+)
+def test_an_error_beyond_what_is_declared_is_told(stated: list[float], said: str | None) -> None:
+    found = beyond("e", np.array(stated), np.array([0.1, 0.2]))
+    assert found == ([said] if said else [])
+
+
+def test_where_nothing_is_declared_any_error_may_be_stated() -> None:
+    assert beyond("e", np.array([np.nan, np.inf]), np.inf) == []
+
+
+def test_a_difference_inside_a_group_keeps_its_parts() -> None:
+    [found] = inside("g", [Difference("a", 1.5, 2.5, 0.25)])
+    assert found == "g/a: stored 1.5, computed 2.5"
+    assert (found.place, found.stored, found.computed, found.allowed) == ("g/a", 1.5, 2.5, 0.25)
+
+
+def test_attributes_that_changed_came_or_went_are_told() -> None:
+    found = attributes({"x": 1, "y": 2, "z": [1, 2]}, {"x": 1, "w": 3, "z": [1, 3]}, "p")
+    assert found == [
+        "p@y: stored 2, computed (absent)",
+        "p@z: stored [1, 2], computed [1, 3]",
+        "p@w: stored (absent), computed 3",
+    ]
+
+
+def outline(**root: Any) -> dict[str, Any]:
+    given = {"engine": "taylor 1", "code_hash": "a", "tolerance": 1.0, **root}
+    return {"/": given, "/data": {"units": "rad"}, "/provenance": {"processor": root}}
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({}, []),
+        ({"engine": "taylor 2", "code_hash": "b", "reasons": ["new"]}, []),
+        ({"tolerance": 2.0}, ["/@tolerance: stored 1, computed 2"]),
+        ({"engine": "scipy 1", "tolerance": 2.0}, []),
+        ({"figure": "4"}, ["/@figure: stored (absent), computed 4"]),
+    ],
+)
+def test_an_outline_differs_in_what_a_result_consists_of(changed: Any, said: list[str]) -> None:
+    assert outlines(outline(), outline(**changed)) == said
+
+
+def test_an_outline_with_another_attribute_or_object_differs() -> None:
+    other = {**outline(), "/data": {"units": "1"}, "/more": {}}
+    assert outlines(outline(), other) == [
+        "/more is only computed",
+        "/data@units: stored rad, computed 1",
+    ]
+
+
+def test_plain_values_differ_where_they_do_in_order() -> None:
+    stored = {"b": {"x": 1, "y": [1, 2]}, "a": 1, "c": 0}
+    fresh = {"b": {"x": 2, "y": [1, 2]}, "a": 3}
+    assert plain(stored, fresh, "config") == [
+        "config/a: stored 1, computed 3",
+        "config/b/x: stored 1, computed 2",
+        "config/c is only stored",
+    ]
+    assert plain(stored, stored, "config") == []
+    assert plain({"x": 1}, 1, "config") == ["config: stored {'x': 1}, computed 1"]

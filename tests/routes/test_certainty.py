@@ -212,3 +212,39 @@ def test_scales_of_the_computations_differ_by_no_power_of_two(pair: Any) -> None
     for first, second in zip(*pair, strict=True):
         mantissa, _ = np.frexp(float(second) / float(first))
         assert mantissa != 0.5
+
+
+@pytest.mark.parametrize(("apart", "computations"), [(0.9e-6, 2), (1.1e-6, 3)])
+def test_a_millionth_of_a_radian_is_the_most_that_two_computations_settle(
+    apart: float, computations: int
+) -> None:
+    late = Late(first_53=0.0, second_53=apart, third_53=0.0)
+    assert decide(late, 1, 1.0, (53,)).certain.all()
+    assert len(late.asked) == computations
+
+
+@pytest.mark.parametrize(("apart", "settled"), [(0.9e-3, True), (1.1e-3, False)])
+def test_a_thousandth_of_a_radian_is_the_most_that_three_settle(
+    apart: float, settled: bool
+) -> None:
+    for late in (
+        Late(first_53=0.0, second_53=apart, third_53=apart / 2),
+        Late(first_53=0.0, second_53=apart / 2, third_53=apart),
+    ):
+        assert decide(late, 1, 1.0, (53,)).certain.all() == settled
+
+
+@pytest.mark.parametrize(("apart", "settled"), [(0.9e-2, True), (1.1e-2, False)])
+def test_a_hundredth_of_a_radian_is_the_most_that_two_precisions_settle(
+    apart: float, settled: bool
+) -> None:
+    late = Late(first_53=0.0, second_53=2e-3, first_64=2e-3 + apart, second_64=1.0)
+    decided = decide(late, 1, 1.0, (53, 64))
+    assert decided.certain.all() == settled
+    assert len(late.asked) == 3 + (not settled)
+
+
+def test_two_asymptotic_ends_after_different_crossings_establish_nothing_more() -> None:
+    early = record([10.0, 20.0, np.nan, np.nan], (2, 1, 0, 0), Outcome.ASYMPTOTIC)
+    late = record([10.0, 20.0, 30.0, np.nan], (2, 1, 4, 0), Outcome.ASYMPTOTIC)
+    assert certain(early, late) == [True, False, False]

@@ -278,3 +278,24 @@ def test_the_integers_integrate_the_free_body() -> None:
     found = codes("1", FREE, engine="scipy", precisions=(113,), n_symbols=2)
     assert found.codes.tolist() == [[NO_SYMBOL], [NO_SYMBOL]]
     assert found.crossing_time[0, 0] == pytest.approx(codes("1", FREE).crossing_time[0, 0])
+
+
+@needs_heyoka
+@pytest.mark.parametrize("bits", [64, 113])
+def test_computations_in_more_bits_have_two_tolerances_too(
+    bits: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Series cut at one place leave out the same: the second is cut a hundred times finer."""
+    used: list[float] = []
+    compute = integrate.crossings
+
+    def spy(orbits: Orbits, **numerics: Any) -> Crossings:
+        used.append(numerics["tolerance"])
+        return compute(orbits, **numerics)
+
+    monkeypatch.setattr(integrate, "crossings", spy)
+    codes("1", engine="taylor", precisions=(bits,), n_symbols=1)
+    first, *others = used
+    assert first == 2.0**-52
+    assert others
+    assert set(others) == {first / 100}

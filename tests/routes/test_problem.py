@@ -110,3 +110,31 @@ def test_passage_limit_covers_measured_passages() -> None:
     times = fig4_left().crossing_time
     longest = max(np.diff(times, axis=0).max(), times[0].max())
     assert longest < passage_limit(problem(), 53) / 4
+
+
+@pytest.mark.parametrize("bits", [53, 113])
+@pytest.mark.parametrize(
+    ("J1_0", "smaller"), [("1e-8", 1e-8), ("sqrt(2*1.3342*3/4) - 1e-20", 1e-20)]
+)
+def test_passage_limit_is_twice_the_time_from_the_smallest_distance(
+    J1_0: str, smaller: float, bits: int
+) -> None:
+    """From 20 bits below rounding, relative to the start's distance and to the weight's share.
+
+    The start's distance from a periodic orbit is the root of J1 or of J2 - J1, of the smaller.
+    One rotation multiplies a distance by exp(pi^2/nu); four rotations are given besides.
+    """
+    start = math.sqrt(smaller / math.sqrt(2.0013))
+    distance = start * (0.001 / 1.3342) * 2.0 ** -(bits + 20)
+    rotations = -math.log(distance) / (math.pi**2 / FIG4.nu)
+    found = passage_limit(problem(J1_0=J1_0), bits) / rotation_period(problem())
+    assert found == pytest.approx(2 * rotations + 4, rel=1e-9)
+
+
+@pytest.mark.parametrize("sign", ["+", "-"])
+def test_a_start_closer_to_the_section_than_2_to_the_minus_48_is_refused(sign: str) -> None:
+    """3.55e-15 relative to J2: what doubles tell apart with room to spare."""
+    middle = "sqrt(2*1.3342*3/4)/2"
+    with pytest.raises(ProblemError, match="lies on the section"):
+        problem(J1_0=f"{middle}*(1 {sign} 3.4e-15)")
+    assert problem(J1_0=f"{middle}*(1 {sign} 3.7e-15)").n_symbols == 15

@@ -59,10 +59,18 @@ def command(folder: Path, *arguments: str) -> list[str]:
     return [sys.executable, "-W", "error", "-m", "rigidpend", *given]
 
 
+AS_FROM_A_SHELL = (
+    "import os, signal, sys; signal.signal(signal.SIGINT, signal.SIG_DFL);"
+    " os.execv(sys.argv[1], sys.argv[1:])"
+)
+"""A process started in the background of a shell ignores Ctrl-C, and so do its children: the
+tests may be started there, but what they start is to be interrupted."""
+
+
 def started(folder: Path, *arguments: str) -> subprocess.Popen[str]:
-    """The run of the zoom, in a session of its own, as from a shell."""
+    """The run of the zoom, in a session of its own, as from a shell that waits for it."""
     return subprocess.Popen(
-        command(folder, *arguments),
+        [sys.executable, "-I", "-S", "-c", AS_FROM_A_SHELL, *command(folder, *arguments)],
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,

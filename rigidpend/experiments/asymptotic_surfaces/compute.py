@@ -147,6 +147,9 @@ def _curves_apart(stored: Data, fresh: Data) -> list[Difference]:
         return compare.arrays("theta2_0", old.theta2_0, new.theta2_0)
     turned = np.angle(np.exp(1j * (new.theta2_0 - old.theta2_0)))
     found = compare.arrays("theta2_0", old.theta2_0, old.theta2_0 + turned, 1e3 * ROUNDING)
+    ends = compare.arrays("offsets", [0, new.theta1.size], new.offsets[[0, -1]])
+    if ends:
+        return found + ends
     here, there = _shared(old, new)
     if here.size < 0.9 * max(old.theta1.size, new.theta1.size):
         said = f": only {here.size} of {old.theta1.size} points are at the same times"

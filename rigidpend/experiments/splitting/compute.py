@@ -12,6 +12,7 @@ from rigidpend.asymptotic.splitting import (
     COARSEST,
     TOP,
     SurfaceSplitting,
+    admitted,
     amplitude,
     distance,
     measure,
@@ -33,7 +34,7 @@ Array = NDArray[np.float64]
 ROUNDING = 1e-13
 """Allowed relative difference of numbers of closed form."""
 MARGIN = 2
-"""Allowed difference of two results, in units of the larger of their errors."""
+"""Allowed difference of two results, in units of the error that is admitted of each."""
 GRID = np.linspace(-np.pi, np.pi, 721)
 """Phases among which the largest distances are looked for."""
 
@@ -188,7 +189,8 @@ def _body_row(name: str, body: Body, problem: Problem) -> Row:
 def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
     """Find where two results of a config disagree by more than their arithmetic explains.
 
-    What is resolved may differ by the errors that belong to it, what follows from it as well.
+    What is resolved may differ by the errors that are admitted of it, what follows from it as
+    well. Those that the fresh result states open nothing: they must be as small as admitted.
 
     Parameters
     ----------
@@ -203,20 +205,21 @@ def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
     old, new = stored["bodies"], fresh["bodies"]
     if np.shape(old["error"]) != np.shape(new["error"]):
         return found + compare.arrays("bodies/error", old["error"], new["error"])
-    allowed = _allowed(old, new)
+    # Errors of what is not resolved are told, and nothing more is claimed of it.
+    within = np.where(old["resolved"], admitted(stored["mu_over_h0"]), np.inf)
+    found += compare.beyond("bodies/error", new["error"], within)
+    allowed = _allowed(old, within)
     for key in ("name", *OF_BODY):
         found += compare.arrays(f"bodies/{key}", old[key], new[key], allowed.get(key, 0.0))
     return found
 
 
-def _allowed(stored: Data, fresh: Data) -> dict[str, Any]:
+def _allowed(stored: Data, within: Array) -> dict[str, Any]:
     """Allowed difference of fields; infinite for what is not resolved, or how it was found."""
-    error = MARGIN * np.maximum(stored["error"], fresh["error"])
-    error = np.where(fresh["resolved"], error, np.inf)
-    first = np.abs(fresh["excess"][..., 0])
+    error, first = MARGIN * within, np.abs(stored["excess"][..., 0])
     # Of a slope: what the error does to the logarithms it is fitted to.
     slope = np.where(np.isfinite(error), error / first, 0.0).max(axis=1) + ROUNDING
-    rounding = {key: ROUNDING * np.abs(fresh[key]) for key in ("nu", "amplitude", "largest")}
+    rounding = {key: ROUNDING * np.abs(stored[key]) for key in ("nu", "amplitude", "largest")}
     return {
         **dict.fromkeys(("error", "bits", "orbits"), np.inf),
         **dict.fromkeys(("alpha0", "beta0"), ROUNDING),
@@ -224,7 +227,7 @@ def _allowed(stored: Data, fresh: Data) -> dict[str, Any]:
         "amplitude": rounding["amplitude"],
         "slope_amplitude": slope,
         "slope_curve": slope,
-        "largest": TOP * error * fresh["amplitude"] + np.nan_to_num(rounding["largest"]),
+        "largest": TOP * error * stored["amplitude"] + np.nan_to_num(rounding["largest"]),
         "reduced": error + ROUNDING,
         "curve_excess": TOP * error,
         "excess": error[..., None],

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 import re
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from rigidpend.body import Body
 from rigidpend.experiments.contract import Data, Means, Row
@@ -23,7 +23,7 @@ from rigidpend.measure.stress import (
     starts,
     symmetries,
 )
-from rigidpend.measure.stress.cases import FAILED, tree
+from rigidpend.measure.stress.claims import FAILED, Trial, tried
 from rigidpend.results.tree import Tree
 
 if TYPE_CHECKING:
@@ -40,14 +40,6 @@ SYMBOLS_PER_BIT = 1.5
 """How many symbols are asked for, so that no precision decides all."""
 
 
-class Trial(NamedTuple):
-    """A part of the run."""
-
-    group: str
-    name: str
-    compute: Callable[[], Tree]
-
-
 def compute(config: Config, means: Means) -> Tree:
     """Run all trials of a config; what an interrupted run finished is not run again.
 
@@ -59,26 +51,26 @@ def compute(config: Config, means: Means) -> Tree:
     Returns
     -------
     Tree
-        A group for each kind of trial: `cases`, each with value, bound, ratio and verdict, and
+        A group for each kind of trial: `claims`, each with value, bound, ratio and verdict, and
         the `curves` behind them.
     """
     trials = list(_trials(config.problem, means))
     found: dict[str, dict[str, dict[str, Any]]] = {}
-    for number, trial in enumerate(trials, 1):
+    for number, (kind, trial) in enumerate(trials, 1):
         label, begun = _label(trial.name), time.perf_counter()
-        made: Any = means.part(f"{trial.group}.{label}", trial.compute)
-        group = found.setdefault(trial.group, {"cases": {}, "curves": {}})
-        group["cases"] |= made["cases"]
+        made: Any = means.part(f"{kind}.{label}", partial(tried, trial))
+        group = found.setdefault(kind, {"claims": {}, "curves": {}})
+        group["claims"] |= made["claims"]
         if made["curves"]:
             group["curves"][label] = made["curves"]
-        verdicts = ", ".join(str(case["verdict"].values) for case in made["cases"].values())
+        verdicts = ", ".join(str(claim["verdict"].values) for claim in made["claims"].values())
         taken = f"{time.perf_counter() - begun:.1f} s"
-        means.report(f"{number}/{len(trials)}: {trial.group}, {trial.name}: {verdicts}, {taken}")
+        means.report(f"{number}/{len(trials)}: {kind}, {trial.name}: {verdicts}, {taken}")
     return found
 
 
-def _trials(problem: Problem, means: Means) -> Iterator[Trial]:
-    """All trials in the order in which they are run."""
+def _trials(problem: Problem, means: Means) -> Iterator[tuple[str, Trial]]:
+    """All trials, each with its group, in the order in which they are run."""
     body, engine, jobs = problem.body, means.arithmetic.engine, means.jobs
     J2 = math.sqrt(2 * float(problem.h0) / body.kappa)
     yield from _symmetries(body, J2, engine, jobs)
@@ -88,41 +80,33 @@ def _trials(problem: Problem, means: Means) -> Iterator[Trial]:
     yield from _long_time(body, J2, problem, engine, jobs)
 
 
-def _symmetries(body: Body, J2: float, engine: str, jobs: int) -> Iterator[Trial]:
-    yield Trial("symmetries", "all", lambda: tree(symmetries.cases(body, J2, 4, engine, jobs)))
+def _symmetries(body: Body, J2: float, engine: str, jobs: int) -> Iterator[tuple[str, Trial]]:
+    yield "symmetries", symmetries.trial(body, J2, 4, engine, jobs)
 
 
-def _extremes(body: Body, asked: Any, engine: str, jobs: int) -> Iterator[Trial]:
+def _extremes(body: Body, asked: Any, engine: str, jobs: int) -> Iterator[tuple[str, Trial]]:
     common = {"columns": asked.columns, "engine": engine, "jobs": jobs}
     for group, members in GROUPS.items():
         for extreme in members:
-            routes = partial(extremes.route_cases, extreme, n_symbols=asked.n_symbols, **common)
-            yield Trial(group, extreme.name, _treed(routes))
+            yield group, extremes.trial(extreme, n_symbols=asked.n_symbols, **common)
     for place in starts.PLACES:
-        begun = partial(starts.place_cases, body, place, n_crossings=5, **common)
-        yield Trial("separatrices", place.name, _treed(begun))
+        yield "separatrices", starts.trial(body, place, n_crossings=5, **common)
 
 
-def _treed(cases: Callable[[], Any]) -> Callable[[], Tree]:
-    return lambda: tree(cases())
-
-
-def _passages(body: Body, J2: float, problem: Problem, engine: str, jobs: int) -> Iterator[Trial]:
+def _passages(
+    body: Body, J2: float, problem: Problem, engine: str, jobs: int
+) -> Iterator[tuple[str, Trial]]:
     asked = problem.passages
     fan = passages.Fan(body, float(problem.J1_0), J2, problem.seed)
-    growth = partial(
-        passages.error_growth,
-        fan,
-        orbits=asked.orbits,
-        n_crossings=asked.n_crossings,
-        engine=engine,
-        jobs=jobs,
+    yield (
+        "passages",
+        passages.growth_trial(
+            fan, orbits=asked.orbits, n_crossings=asked.n_crossings, engine=engine, jobs=jobs
+        ),
     )
-    yield Trial("passages", "growth", growth)
     for text, columns in asked.columns.items():
         bits = int(text)
-        symbols = partial(
-            passages.decided_symbols,
+        trial = passages.decided_trial(
             fan,
             bits,
             h0=problem.h0,
@@ -133,38 +117,34 @@ def _passages(body: Body, J2: float, problem: Problem, engine: str, jobs: int) -
             engine=engine,
             jobs=jobs,
         )
-        yield Trial("passages", f"{bits} bits", symbols)
+        yield "passages", trial
 
 
-def _honesty(body: Body, problem: Problem, engine: str, jobs: int) -> Iterator[Trial]:
+def _honesty(body: Body, problem: Problem, engine: str, jobs: int) -> Iterator[tuple[str, Trial]]:
     asked, thirds = problem.honesty, len(honesty.STARTS)
-    yield Trial("honesty", "hard orbit", partial(honesty.hard_orbit, engine))
+    yield "honesty", honesty.hard_trial(engine)
     for k, J1_0 in enumerate(honesty.STARTS):
-        spoilt = partial(
-            honesty.block,
+        trial = honesty.trial(
             body,
             problem.h0,
             J1_0,
             list(map(str, asked.tolerances)),
             orbits=asked.orbits // thirds + (k < asked.orbits % thirds),
+            checked=asked.checked // thirds + (k < asked.checked % thirds),
             n_symbols=asked.n_symbols,
             seed=problem.seed,
             engine=engine,
             jobs=jobs,
         )
-        yield Trial("honesty", f"J1_0 = {J1_0}", spoilt)
+        yield "honesty", trial
 
 
-def _long_time(body: Body, J2: float, problem: Problem, engine: str, jobs: int) -> Iterator[Trial]:
+def _long_time(
+    body: Body, J2: float, problem: Problem, engine: str, jobs: int
+) -> Iterator[tuple[str, Trial]]:
     asked = problem.long_time
-    turning = partial(
-        pendulum.pendulum,
-        body,
-        problem.h0,
-        rotations=(asked.rotations if engine == "taylor" else asked.rotations_scipy) // 3,
-        engine=engine,
-    )
-    yield Trial("long_time", "pendulum", turning)
+    turns = (asked.rotations if engine == "taylor" else asked.rotations_scipy) // 3
+    yield "long_time", pendulum.trial(body, problem.h0, rotations=turns, engine=engine)
     setting = long_time.Setting(body, J2, problem.seed)
     ways = [("scipy", DEFAULT_TOLERANCE["scipy"], asked.rotations_scipy, 4)]
     if engine == "taylor":
@@ -173,8 +153,7 @@ def _long_time(body: Body, J2: float, problem: Problem, engine: str, jobs: int) 
             for tolerance in (FINEST_TOLERANCE, DEFAULT_TOLERANCE)
         ]
     for name, tolerance, rotations, orbits in ways:
-        drift = partial(
-            long_time.engine_drift,
+        trial = long_time.engine_trial(
             setting,
             engine=name,
             tolerance=tolerance,
@@ -182,16 +161,15 @@ def _long_time(body: Body, J2: float, problem: Problem, engine: str, jobs: int) 
             orbits=orbits,
             jobs=jobs,
         )
-        yield Trial("long_time", f"{name} {tolerance:.1e}", drift)
+        yield "long_time", trial
     for order in SCHEMES:
-        kept = partial(
-            long_time.splitting_drift,
-            setting,
-            order=order,
-            rotations=asked.rotations_splitting,
-            orbits=asked.orbits,
+        rotations = asked.rotations_splitting
+        yield (
+            "long_time",
+            long_time.splitting_trial(
+                setting, order=order, rotations=rotations, orbits=asked.orbits
+            ),
         )
-        yield Trial("long_time", f"splitting {order}", kept)
 
 
 def _label(name: str) -> str:
@@ -213,11 +191,12 @@ def describe(config: Config) -> list[Row]:
         Row("extremes", f"{many} of {problem.extremes.columns} orbits", "bodies, energies, starts"),
         Row("passages", f"{problem.passages.orbits} orbits", "measured and predicted errors"),
         Row("honesty", f"{problem.honesty.orbits} orbits", f"at tolerances {tolerances}"),
+        Row("checked", f"{problem.honesty.checked} of them", "in principal axes, 113 bits"),
     ]
 
 
 def differences(stored: Data, fresh: Data) -> list[str]:
-    """Where two results of the same config disagree: cases, verdicts, failures.
+    """Where two results of the same config disagree: claims, verdicts, failures.
 
     Values are rounding errors, which differ from machine to machine; they are held against
     their bounds, not against each other.
@@ -234,5 +213,5 @@ def differences(stored: Data, fresh: Data) -> list[str]:
 
 def _verdicts(data: Any) -> Iterator[tuple[str, str]]:
     for group, content in data.items():
-        for name, case in content["cases"].items():
-            yield f"{group}/{name}", str(case["verdict"])
+        for name, claim in content["claims"].items():
+            yield f"{group}/{name}", str(claim["verdict"])

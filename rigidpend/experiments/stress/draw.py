@@ -1,4 +1,4 @@
-"""Trials at the limits: drift, cases against their bounds, growth of errors, symbols decided."""
+"""Trials at the limits: drift, claims against their bounds, growth of errors, symbols decided."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ LOOKS = {
 }
 INTEGRALS = (("energy", BLUE), (r"$|\gamma|$", RED), (r"$M\cdot\gamma$", GREEN))
 BESIDE, LINES = 46, 6.3
-"""Characters in a line beside the cases, and its size in points."""
+"""Characters in a line beside the claims, and its size in points."""
 
 
 def draw(result: Any) -> Figure:
@@ -62,7 +62,7 @@ def draw(result: Any) -> Figure:
     engines, methods = _drifts(data)
     _draw_engines(figure.add_subplot(grid[0, :3]), engines)
     _draw_splittings(figure.add_subplot(grid[0, 3:]), methods)
-    _draw_cases(figure.add_axes((0.125, 0.355, 0.86, 0.3)), data)
+    _draw_claims(figure.add_axes((0.125, 0.355, 0.86, 0.3)), data)
     _draw_growth(figure.add_subplot(grid[2, :3]), data["passages"]["curves"]["growth"])
     _draw_symbols(figure.add_subplot(grid[2, 3:]), data["passages"]["curves"])
     return figure
@@ -131,18 +131,18 @@ def _draw_splittings(axes: Axes, methods: list[Any]) -> None:
     _log(axes, "rotations", "rms drift, relative")
 
 
-def _cases(data: Any) -> Iterator[tuple[str, str, float, str]]:
+def _claims(data: Any) -> Iterator[tuple[str, str, float, str]]:
     for group, content in data.items():
-        for name, case in content["cases"].items():
-            yield group, name, float(case["ratio"]), str(case["verdict"])
+        for name, claim in content["claims"].items():
+            yield group, name, float(claim["ratio"]), str(claim["verdict"])
 
 
-def _draw_cases(axes: Axes, data: Any) -> None:
-    """Value over bound of every case, a row a group; what is beyond its bound is named."""
+def _draw_claims(axes: Axes, data: Any) -> None:
+    """Value over bound of every claim, a row a group; what is beyond its bound is named."""
     groups = list(data)
     counts = dict.fromkeys(LOOKS, 0)
     for row, group in enumerate(groups):
-        members = [x for x in _cases(data) if x[0] == group]
+        members = [x for x in _claims(data) if x[0] == group]
         lift = np.linspace(-0.32, 0.32, len(members)) if len(members) > 1 else [0.0]
         for (*_, ratio, verdict), up in zip(members, lift, strict=True):
             look, x = LOOKS[verdict], min(max(ratio, FLOOR), CEILING)
@@ -151,7 +151,7 @@ def _draw_cases(axes: Axes, data: Any) -> None:
         _name(axes, row, members)
     axes.axvline(1, color="0.3", lw=0.8)
     total = sum(counts.values())
-    axes.set_title(f"(c) all {total} cases", loc="left")
+    axes.set_title(f"(c) all {total} claims", loc="left")
     axes.set_xscale("log")
     axes.set_xlim(FLOOR / 3, 1e12)
     ticks = [10.0**k for k in range(-16, 3, 2)]
@@ -184,16 +184,16 @@ def _draw_cases(axes: Axes, data: Any) -> None:
 
 
 def _name(axes: Axes, row: int, members: list[tuple[str, str, float, str]]) -> None:
-    """Name the cases of a group that are beyond their bounds."""
+    """Name the claims of a group that are beyond their bounds."""
     beyond: dict[str, list[str]] = {}
     for _, name, _, verdict in members:
         if verdict != "passed":
             setting, _, rest = name.partition(", ")
             beyond.setdefault(setting, []).append(rest)
     if beyond:
-        # Of many cases in one setting their number is enough; the table has them all.
+        # Of many claims in one setting their number is enough; the table has them all.
         named = [
-            f"{setting}: {len(rest)} cases"
+            f"{setting}: {len(rest)} claims"
             if len(rest) > 2
             else ", ".join(filter(None, (setting, *rest)))
             for setting, rest in beyond.items()

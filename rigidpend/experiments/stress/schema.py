@@ -63,6 +63,8 @@ class Honesty(Part):
     """All of them at every tolerance."""
     n_symbols: Annotated[Whole, Field(ge=1, le=30)] = 15
     """On each orbit."""
+    checked: Annotated[Whole, Field(ge=3, le=10**5)] = 150
+    """Of them, those followed in principal axes in 113 bits in any case."""
     tolerances: Annotated[tuple[Spoilt, ...], Field(min_length=1, max_length=10)]
     """Local tolerances in double precision."""
 

@@ -1,8 +1,9 @@
-"""Trials at the limits of what the package says: each case has a value and a stated bound.
+"""Trials at the limits of what the package says: each claim has a bound, declared before.
 
 Rooms
 -----
-cases       what a case is, and its verdict
+claims      claims that a run may refute, their limits and verdicts
+principal   orbits in principal axes, another formulation
 truth       the same orbits in other arithmetic, and how far apart two computations are
 dual        derivatives of fields, by dual numbers
 growth      the rounding error of a crossing, predicted from the variational equations
@@ -13,5 +14,5 @@ starts      on and beside each separatrix, with any M . gamma
 symmetries  reflection, time reversal, change of units
 passages    growth of errors a passage; how many symbols a precision decides
 honesty     flags `certain` where the tolerance is spoilt
-table       the cases of a result, for people and for programs
+table       the claims of a result, for people and for programs
 """

@@ -1,6 +1,6 @@
 """Bodies, energies and starts at the ends of their ranges, against higher precision.
 
-Two cases each: the largest phase error of a certain symbol, and the share of symbols that are
+Two claims each: the largest phase error of a certain symbol, and the share of symbols that are
 left uncertain. The first is the promise of the package, the second its reach.
 """
 
@@ -14,12 +14,14 @@ from numpy.typing import NDArray
 from rigidpend.body import Body
 from rigidpend.integrate import Crossings
 from rigidpend.measure.stress import truth
-from rigidpend.measure.stress.cases import Case
+from rigidpend.measure.stress.claims import Claim, Findings, Limit, Trial
 from rigidpend.measure.stress.starts import PHASES
 from rigidpend.numbers.exact import exact
-from rigidpend.routes import ProblemError, RouteCodes, RouteProblem, route_codes
-from rigidpend.routes.certainty import LINEAR
+from rigidpend.routes import RouteCodes, RouteProblem, route_codes
 from rigidpend.routes.problem import phase_rate
+
+ERROR = 1e-2
+"""Radians: a symbol turns over at about one, so a hundredth leaves room for the worst orbit."""
 
 
 class Extreme(NamedTuple):
@@ -33,8 +35,8 @@ class Extreme(NamedTuple):
     J1_0: str = "1e-8"
     most: int = 15
     """Symbols at most: fewer where a passage takes many rotations. Then two orbits at most."""
-    limit: str = ""
-    """Why it is beyond a bound, where it is known to be."""
+    out_of_reach: str = ""
+    """Why its symbols stay uncertain, where they are known to."""
 
 
 NEAR_SPHERE = ("1.01", "0.99", "1")
@@ -52,7 +54,11 @@ BODIES = (
     Extreme("flat", A=("2", "1/2", "3/2")),
     Extreme("near-spherical, 2 %", A=NEAR_SPHERE, most=2),
     Extreme(
-        "near-spherical, J1_0 = 1e-80", ("1.02", "0.98", "1"), J1_0="1e-80", most=1, limit=DEEP
+        "near-spherical, J1_0 = 1e-80",
+        ("1.02", "0.98", "1"),
+        J1_0="1e-80",
+        most=1,
+        out_of_reach=DEEP,
     ),
     Extreme("beta0 = 0", r=("1", "0", "0")),
     Extreme("beta0 = pi", r=("0", "1", "0")),
@@ -81,10 +87,8 @@ UPPER = tuple(
 )
 
 
-def route_cases(
-    extreme: Extreme, *, columns: int, n_symbols: int, engine: str, jobs: int
-) -> list[Case]:
-    """The two cases of a route problem.
+def trial(extreme: Extreme, *, columns: int, n_symbols: int, engine: str, jobs: int) -> Trial:
+    """Both claims of a route problem, and their measurement.
 
     Parameters
     ----------
@@ -94,43 +98,45 @@ def route_cases(
     engine : str
     jobs : int
     """
-    body, n = Body(extreme.A, extreme.r, extreme.mu), min(n_symbols, extreme.most)
-    h0, J1, phases = (
-        exact(extreme.h0),
-        exact(extreme.J1_0),
-        PHASES[: columns if extreme.most > 2 else min(columns, 2)],
-    )
-    try:
+    error, uncertain = claims = _claims(extreme)
+    n = min(n_symbols, extreme.most)
+    phases = PHASES[: columns if extreme.most > 2 else min(columns, 2)]
+
+    def measure() -> Findings:
+        body, h0, J1 = (
+            Body(extreme.A, extreme.r, extreme.mu),
+            exact(extreme.h0),
+            exact(extreme.J1_0),
+        )
         problem = RouteProblem(body, h0, J1, n)
         routes = route_codes(body, phases, h0=h0, J1_0=J1, n_symbols=n, engine=engine, jobs=jobs)
-    except ProblemError as refused:
-        return _judged(extreme, 0.0, 1.0, f"refused: {refused}")
-    wrong = _errors(problem, routes, phases, engine, jobs)
-    worst = float(np.max(wrong, where=routes.certain, initial=0.0))
-    return _judged(extreme, worst, float(1 - routes.certain.mean()), extreme.limit)
+        wrong = _errors(problem, routes, phases, engine, jobs)
+        worst = float(np.max(wrong, where=routes.certain, initial=0.0))
+        left = float(1 - routes.certain.mean())
+        return Findings({error.name: worst, uncertain.name: left})
+
+    return Trial(extreme.name, claims, measure)
 
 
-def _judged(extreme: Extreme, worst: float, uncertain: float, why: str) -> list[Case]:
-    return [
-        Case(
+def _claims(extreme: Extreme) -> tuple[Claim, Claim]:
+    why = extreme.out_of_reach
+    return (
+        Claim(
             f"{extreme.name}: error",
             "largest phase error at a certain symbol, against 113 or 160 bits",
             "rad",
-            worst,
-            LINEAR,
-            "a symbol turns over at about a radian; below a tenth errors are in proportion",
-            why,
+            ERROR,
+            "a symbol turns over at about a radian; a hundredth is far from it",
         ),
-        Case(
+        Claim(
             f"{extreme.name}: uncertain",
             "share of symbols that stay uncertain after 113 bits",
             "1",
-            uncertain,
             0.0,
             "113 bits outlast 15 passages, each of which triples an error",
-            why,
+            Limit(why, 1.0) if why else None,
         ),
-    ]
+    )
 
 
 def _errors(

@@ -16,18 +16,24 @@ from rigidpend import integrate
 from rigidpend.body import Body
 from rigidpend.integrate import DEFAULT_TOLERANCE, Orbits
 from rigidpend.measure.stress import growth, truth
-from rigidpend.measure.stress.cases import Case, tree
+from rigidpend.measure.stress.claims import Claim, Findings, Trial
 from rigidpend.measure.stress.starts import Place, state
-from rigidpend.results.tree import Dataset, Tree
+from rigidpend.results.tree import Dataset
 from rigidpend.routes import RouteCodes, route_codes
-from rigidpend.routes.certainty import AGREEMENT
 
 Array = NDArray[np.float64]
 
 FACTOR = 3.0
 """How far a measured error may be from the predicted one."""
 SIGMAS = 4.0
-"""Standard errors within which two medians are equal."""
+"""Standard errors within which two means, or two medians, are equal."""
+LOG_NORMAL = math.pi / math.sqrt(8)
+"""Standard deviation of the logarithm of the size of a normal error."""
+LOG_PASSAGE = math.pi / 2
+"""Standard deviation of ln of the growth a passage, if phases were random: the logarithm of
+the size of a Cauchy variable, see `growth.whisker_growth`."""
+UNDECIDED = 1e-3
+"""Radians by which two computations differ where a symbol is no longer decided by them."""
 GEOMETRIC = math.exp(-(np.euler_gamma + math.log(2)) / 2)
 """The geometric mean of the size of a normal error over its root mean square."""
 SETTLED = 3
@@ -63,7 +69,7 @@ class Fan(NamedTuple):
         return np.stack([state(place, self.body, x) for x in self.phases(n)], axis=1)
 
 
-def error_growth(fan: Fan, *, orbits: int, n_crossings: int, engine: str, jobs: int) -> Tree:
+def growth_trial(fan: Fan, *, orbits: int, n_crossings: int, engine: str, jobs: int) -> Trial:
     """Errors of doubles at each crossing, measured against 113 bits, and predicted.
 
     Parameters
@@ -73,6 +79,25 @@ def error_growth(fan: Fan, *, orbits: int, n_crossings: int, engine: str, jobs: 
     engine : str
     jobs : int
     """
+    size, growing = claims = _growth_claims(orbits, n_crossings)
+
+    def measure() -> Findings:
+        measured, predicted, floor = _errors(fan, orbits, n_crossings, engine, jobs)
+        slopes = np.array([_slopes(x) for x in (measured, predicted)])
+        rms = np.sqrt(((measured / predicted) ** 2).mean(axis=1))
+        values = {
+            size.name: float(np.maximum(rms, 1 / rms).max()),
+            growing.name: float(abs((slopes[0] - slopes[1]).mean())),
+        }
+        return Findings(values, _growth_curves(measured, predicted, slopes, floor, fan.body.nu))
+
+    return Trial("growth", claims, measure)
+
+
+def _errors(
+    fan: Fan, orbits: int, n_crossings: int, engine: str, jobs: int
+) -> tuple[Array, Array, Array]:
+    """Phase errors measured and predicted, (n_crossings, n), and the last bit of the times."""
     c, states, u, rate = truth.float_coefficients(fan.body), fan.states(orbits), fan.u, fan.rate
     task = Orbits(c, states, n_crossings, 500 / u)
     tolerance = DEFAULT_TOLERANCE[engine]
@@ -81,41 +106,41 @@ def error_growth(fan: Fan, *, orbits: int, n_crossings: int, engine: str, jobs: 
         integrate.crossings(x, engine=engine, bits=bits, tolerance=tolerance, jobs=jobs)
         for x, bits in ways
     )
-    measured = truth.phase_errors(found, true, rate)
     rows = zip(states.T, true.time.T, strict=True)
     predicted = np.array([growth.predicted_errors(c, x, t, u, rate, engine) for x, t in rows]).T
-    slopes = np.array([_slopes(x) for x in (measured, predicted)])
     floor = rate * np.spacing(true.time).mean(axis=1)
-    cases = _growth_cases(measured / predicted, slopes[0] - slopes[1])
-    return tree(cases, _growth_curves(measured, predicted, slopes, floor, fan.body.nu))
+    return truth.phase_errors(found, true, rate), predicted, floor
 
 
-def _growth_cases(ratio: Array, apart: Array) -> list[Case]:
-    """From measured over predicted errors (k, n), and from slopes that should be equal (n,)."""
-    rms = np.sqrt((ratio**2).mean(axis=1))
-    return [
-        Case(
+def _growth_claims(orbits: int, n_crossings: int) -> tuple[Claim, Claim]:
+    return (
+        Claim(
             "size of errors",
             "measured over predicted error, or its inverse: the largest of all crossings",
             "1",
-            float(np.maximum(rms, 1 / rms).max()),
             FACTOR,
             "one rounding of each component a step is counted, and series add some more",
         ),
-        Case(
+        Claim(
             "growth a passage",
             "difference of measured and predicted ln of the growth a passage",
             "1",
-            float(abs(apart.mean())),
-            float(SIGMAS * apart.std() / math.sqrt(apart.size)),
-            "four standard errors of the mean over the orbits",
+            slope_spread(orbits, n_crossings),
+            "four standard errors of the mean slope, were each orbit's errors normal ones that"
+            " know nothing of each other",
         ),
-    ]
+    )
+
+
+def slope_spread(orbits: int, n_crossings: int) -> float:
+    """`SIGMAS` standard errors of the mean slope of so many orbits' logarithms of errors."""
+    number = np.arange(SETTLED, n_crossings)
+    return float(SIGMAS * LOG_NORMAL / math.sqrt(orbits * number.size * number.var()))
 
 
 def _growth_curves(
     measured: Array, predicted: Array, slopes: Array, floor: Array, nu: float
-) -> Tree:
+) -> dict[str, Dataset]:
     typical = np.exp(_typical(measured)), GEOMETRIC * np.exp(_typical(predicted))
     a_passage = np.exp(slopes.mean(axis=1))
     whisker = growth.whisker_growth(nu)
@@ -142,7 +167,7 @@ def _typical(errors: Array) -> Array:
     return np.asarray(np.log(np.maximum(errors, 2.0**-53)).mean(axis=1))
 
 
-def decided_symbols(
+def decided_trial(
     fan: Fan,
     bits: int,
     *,
@@ -153,7 +178,7 @@ def decided_symbols(
     tangents: int,
     engine: str,
     jobs: int,
-) -> Tree:
+) -> Trial:
     """How many symbols one precision decides alone, predicted and measured.
 
     Parameters
@@ -171,37 +196,45 @@ def decided_symbols(
     engine : str
     jobs : int
     """
-    predicted = predicted_symbols(fan, bits, n_symbols, tangents, engine)
-    common: dict[str, Any] = {"h0": h0, "J1_0": fan.J1, "n_symbols": n_symbols, "jobs": jobs}
-    phases = fan.phases(columns)
-    found = route_codes(fan.body, phases, precisions=(bits,), engine=engine, **common)
-    measured = found.certain.sum(axis=0)
-    cases = [_agreement(bits, measured, predicted)]
-    if checked:
-        cases.append(_checked(fan, found, phases[:checked], engine, common))
-    curves = {
-        "bits": Dataset(bits, "1", "precision"),
-        "measured": Dataset(measured, "1", "symbols decided on each orbit"),
-        "predicted": Dataset(predicted, "1", "the same on orbits of the prediction"),
-        "asked": Dataset(n_symbols, "1", "symbols asked for"),
-    }
-    return tree(cases, curves)
+    claims = [_agreement(bits, columns, tangents, fan.body.nu)]
+    claims += [_contradicted(bits, checked)] if checked else []
+
+    def measure() -> Findings:
+        predicted = predicted_symbols(fan, bits, n_symbols, tangents, engine)
+        common: dict[str, Any] = {"h0": h0, "J1_0": fan.J1, "n_symbols": n_symbols, "jobs": jobs}
+        phases = fan.phases(columns)
+        found = route_codes(fan.body, phases, precisions=(bits,), engine=engine, **common)
+        decided = found.certain.sum(axis=0)
+        middle = [float(np.median(x)) for x in (decided, predicted)]
+        values = [abs(middle[0] - middle[1])]
+        if checked:
+            values.append(_wrong(fan, found, phases[:checked], engine, common))
+        said = f"{middle[0]:g} measured, {middle[1]:g} predicted"
+        curves = {
+            "bits": Dataset(bits, "1", "precision"),
+            "measured": Dataset(decided, "1", "symbols decided on each orbit"),
+            "predicted": Dataset(predicted, "1", "the same on orbits of the prediction"),
+            "asked": Dataset(n_symbols, "1", "symbols asked for"),
+        }
+        names = [claim.name for claim in claims]
+        return Findings(dict(zip(names, values, strict=True)), curves, {names[0]: said})
+
+    return Trial(f"{bits} bits", tuple(claims), measure)
 
 
-def _checked(fan: Fan, found: RouteCodes, phases: Array, engine: str, common: Any) -> Case:
-    """What one precision decided, against a higher one; integers above 113 bits."""
-    bits, n = int(found.bits[0]), phases.size
-    finer, arithmetic = (truth.BITS, engine) if bits < truth.BITS else (2 * bits, "scipy")
-    known = route_codes(fan.body, phases, precisions=(finer,), engine=arithmetic, **common)
-    wrong = found.certain[:, :n] & known.certain & (found.codes[:, :n] != known.codes)
-    return Case(
-        f"decided by {bits} bits, wrong",
-        f"symbols that {finer} bits contradict, on {n} orbits",
-        "1",
-        float(wrong.sum()),
-        0,
-        "what two computations establish is right",
-    )
+def finer(bits: int) -> int:
+    """The precision that judges what `bits` bits decide."""
+    return truth.BITS if bits < truth.BITS else 2 * bits
+
+
+def _wrong(fan: Fan, found: RouteCodes, phases: Array, engine: str, common: Any) -> float:
+    """Symbols that are called certain and that a higher precision contradicts."""
+    bits = finer(int(found.bits[0]))
+    # Above 113 bits integers compute: they share no arithmetic with what they judge.
+    arithmetic = engine if bits == truth.BITS else "scipy"
+    known = route_codes(fan.body, phases, precisions=(bits,), engine=arithmetic, **common)
+    differ = found.codes[:, : phases.size] != known.codes
+    return float((found.certain[:, : phases.size] & differ).sum())
 
 
 def predicted_symbols(
@@ -219,7 +252,7 @@ def predicted_symbols(
         times, grown = growth.growths(c, x, until, u, engine)
         there = growth.predicted_errors(c, x, times[: LEVEL + 1], u, fan.rate, "taylor")[-1]
         difference = math.sqrt(2) * there * np.exp(grown - grown[LEVEL]) * 2.0 ** (53 - bits)
-        numbers.append(growth.decided(difference[: n_symbols + 1], AGREEMENT))
+        numbers.append(growth.decided(difference[: n_symbols + 1], UNDECIDED))
     return np.array(numbers)
 
 
@@ -228,14 +261,33 @@ def passage(weight: float) -> float:
     return 2 * math.log(1 / weight) + 8
 
 
-def _agreement(bits: int, measured: NDArray[Any], predicted: NDArray[Any]) -> Case:
-    medians = np.median(measured), np.median(predicted)
-    variance = sum(math.pi / 2 * x.var() / x.size for x in (measured, predicted))
-    return Case(
+def _agreement(bits: int, columns: int, tangents: int, nu: float) -> Claim:
+    return Claim(
         f"decided by {bits} bits",
-        f"difference of the median numbers, {medians[0]:g} measured, {medians[1]:g} predicted",
+        "difference of the median numbers of symbols decided, measured and predicted",
         "symbols",
-        float(abs(medians[0] - medians[1])),
-        float(SIGMAS * math.sqrt(variance) + LEVEL_ERROR),
-        "four standard errors of two medians, and one symbol for a factor two of the level",
+        median_spread(bits, columns, tangents, nu) + LEVEL_ERROR,
+        "four standard errors of two medians of first passages of a random walk, whose step is"
+        " the growth a passage, and one symbol for a factor two of the level",
+    )
+
+
+def median_spread(bits: int, columns: int, tangents: int, nu: float) -> float:
+    """`SIGMAS` standard errors of the difference of two medians of numbers decided.
+
+    An error grows from 2^-bits to one as a random walk of its logarithm, of mean step g and
+    deviation `LOG_PASSAGE`; it takes n = bits ln 2/g passages, give or take LOG_PASSAGE sqrt(n)/g.
+    """
+    g = math.log(growth.whisker_growth(nu))
+    deviation = LOG_PASSAGE * math.sqrt(bits * math.log(2) / g) / g
+    return SIGMAS * deviation * math.sqrt(math.pi / 2 * (1 / columns + 1 / tangents))
+
+
+def _contradicted(bits: int, checked: int) -> Claim:
+    return Claim(
+        f"decided by {bits} bits, wrong",
+        f"symbols that {finer(bits)} bits contradict, on {checked} orbits",
+        "1",
+        0,
+        "what two computations establish is right",
     )

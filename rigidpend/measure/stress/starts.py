@@ -17,7 +17,7 @@ from rigidpend.body import Body
 from rigidpend.coordinates import Canonical, aligned_from_canonical
 from rigidpend.integrate import DEFAULT_TOLERANCE, Orbits
 from rigidpend.measure.stress import truth
-from rigidpend.measure.stress.cases import Case
+from rigidpend.measure.stress.claims import Claim, Findings, Trial
 from rigidpend.measure.stress.growth import predicted_errors
 from rigidpend.numbers.exact import exact
 from rigidpend.separatrices import theta1
@@ -66,10 +66,10 @@ def state(place: Place, body: Body, theta2: float) -> NDArray[np.float64]:
     return np.array(made)
 
 
-def place_cases(
+def trial(
     body: Body, place: Place, *, columns: int, n_crossings: int, engine: str, jobs: int
-) -> list[Case]:
-    """The case of a start: doubles against the same numbers in 113 bits.
+) -> Trial:
+    """The claim of a start: doubles err as predicted against the same numbers in 113 bits.
 
     Parameters
     ----------
@@ -80,6 +80,26 @@ def place_cases(
     engine : str
     jobs : int
     """
+    claim = Claim(
+        place.name,
+        "largest phase error of a crossing over its predicted root mean square",
+        "1",
+        DEVIATIONS,
+        "a sum of independent roundings, carried by the variational equations, stays within"
+        " ten standard deviations; an error of method would not",
+    )
+
+    def measure() -> Findings:
+        ratio = _over_predicted(body, place, columns, n_crossings, engine, jobs)
+        return Findings({claim.name: float(np.max(ratio))})
+
+    return Trial(place.name, (claim,), measure)
+
+
+def _over_predicted(
+    body: Body, place: Place, columns: int, n_crossings: int, engine: str, jobs: int
+) -> NDArray[np.float64]:
+    """Phase errors of crossings over their predicted root mean squares, (n_crossings, columns)."""
     phases = np.array([float(exact(x)) for x in PHASES[:columns]])
     states = np.stack([state(place, body, x) for x in phases], axis=1)
     p, c = body.angles(), truth.float_coefficients(body)
@@ -96,15 +116,4 @@ def place_cases(
     predicted = [
         predicted_errors(c, states[:, k], true.time[:, k], u, rate, engine) for k in range(columns)
     ]
-    ratio = np.max(errors / (np.array(predicted).T + rate * np.spacing(true.time)))
-    return [
-        Case(
-            place.name,
-            "largest phase error of a crossing over its predicted root mean square",
-            "1",
-            float(ratio),
-            DEVIATIONS,
-            "a sum of independent roundings, carried by the variational equations, stays within"
-            " ten standard deviations; an error of method would not",
-        )
-    ]
+    return np.asarray(errors / (np.array(predicted).T + rate * np.spacing(true.time)))

@@ -1,4 +1,4 @@
-"""The cases of a stored result as a table, and as plain data."""
+"""The claims of a stored result as a table, and as plain data."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from rigidpend.measure.stress.cases import FAILED, LIMIT, PASSED
+from rigidpend.measure.stress.claims import FAILED, LIMIT, PASSED
 
 
 class Line(NamedTuple):
-    """A case as it was stored."""
+    """A claim as it was stored."""
 
     group: str
     name: str
@@ -22,40 +22,42 @@ class Line(NamedTuple):
     verdict: str
     reason: str
     limit: str
+    note: str
 
 
 def lines(data: Any) -> Iterator[Line]:
-    """All cases of a result's data, a tree with its meanings (see `store.read_tree`)."""
+    """All claims of a result's data, a tree with its meanings (see `store.read_tree`)."""
     for group, content in data.items():
-        for name, case in content["cases"].items():
+        for name, claim in content["claims"].items():
             yield Line(
                 group,
                 name,
-                str(case["value"].description),
-                str(case["value"].units),
-                float(case["value"].values),
-                float(case["bound"].values),
-                float(case["ratio"].values),
-                str(case["verdict"].values),
-                str(case["bound"].description),
-                str(case["limit"].values),
+                str(claim["value"].description),
+                str(claim["value"].units),
+                float(claim["value"].values),
+                float(claim["bound"].values),
+                float(claim["ratio"].values),
+                str(claim["verdict"].values),
+                str(claim["bound"].description),
+                str(claim["limit"].values),
+                str(claim["note"].values),
             )
 
 
 def summary(data: Any) -> dict[str, Any]:
-    """Counts and cases as JSON can hold them: what is not finite is a text."""
-    cases = [{key: _plain(value) for key, value in line._asdict().items()} for line in lines(data)]
-    return {"counts": counts(data), "cases": cases}
+    """Counts and claims as JSON can hold them: what is not finite is a text."""
+    told = [{key: _plain(value) for key, value in line._asdict().items()} for line in lines(data)]
+    return {"counts": counts(data), "claims": told}
 
 
 def counts(data: Any) -> dict[str, int]:
-    """How many cases have each verdict."""
+    """The number of claims of each verdict."""
     counted = Counter(line.verdict for line in lines(data))
     return {verdict: counted[verdict] for verdict in (PASSED, LIMIT, FAILED)}
 
 
 def text(data: Any) -> Iterator[str]:
-    """The table for people: by how much each case passes, then what does not and why."""
+    """The table for people: by how much each claim passes, then what does not and why."""
     found = list(lines(data))
     width = max(len(line.name) for line in found)
     group = ""
@@ -68,8 +70,8 @@ def text(data: Any) -> Iterator[str]:
     yield ""
     for line in found:
         if line.verdict != PASSED:
-            why = f"; {line.limit}" if line.limit else ""
-            yield f"{line.verdict}: {line.group}, {line.name}: {line.measured}{why}"
+            why = "; ".join(filter(None, (line.measured, line.note, line.limit)))
+            yield f"{line.verdict}: {line.group}, {line.name}: {why}"
     yield ", ".join(f"{number} {verdict}" for verdict, number in counts(data).items())
 
 

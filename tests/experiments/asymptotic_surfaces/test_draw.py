@@ -139,3 +139,14 @@ def test_the_figure_is_drawn_without_an_integrator_or_pyplot() -> None:
         check=True,
     )
     assert done.stdout.strip() == "[]"
+
+
+def test_a_surface_s_name_stands_left_of_its_row_in_the_upper_half(data: Any) -> None:
+    figure = drawn(data)
+    figure.draw_without_rendering()
+    for surface in SURFACES:
+        axes = panel(figure, "a", surface)
+        [text] = axes.texts
+        box = text.get_window_extent()
+        assert 0 < box.x0 < box.x1 < axes.bbox.x0
+        assert (box.y0 + box.y1) / 2 > (axes.bbox.y0 + axes.bbox.y1) / 2

@@ -16,6 +16,7 @@ from rigidpend.experiments.herpolhodes import compute as herpolhodes
 from rigidpend.integrate.arithmetic import resolve
 from rigidpend.integrate.engines import default_engine
 from rigidpend.precession import plateaus
+from rigidpend.routes import route_codes
 
 FIG5 = Path(__file__).resolve().parents[3] / "configs" / "fig5.yaml"
 PUBLISHED = {
@@ -204,3 +205,35 @@ def test_what_the_problem_excludes_is_a_complaint(setting: str, message: str) ->
     assert message in str(complaint)
     field = setting.partition("=")[0]
     assert field in str(complaint)
+
+
+def test_a_route_that_is_not_certain_is_no_result(
+    content: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Neither one uncertain symbol, nor one that is missing."""
+
+    def spoilt(field: str) -> Any:
+        def compute(*given: Any, **named: Any) -> Any:
+            made = route_codes(*given, **named)
+            getattr(made, field)[-1] = 0
+            return made
+
+        return compute
+
+    for field in ("certain", "separatrix"):
+        monkeypatch.setattr(herpolhodes, "route_codes", spoilt(field))
+        with pytest.raises(ArithmeticError, match=r"theta2_0 = 1\.02: the route is not certain"):
+            herpolhodes.compute(content, Means(resolve(default_engine()), 1, print))
+
+
+@pytest.mark.parametrize(("part", "noticed"), [(0.9, False), (1.1, True)])
+def test_orbits_may_be_apart_ten_times_more_at_each_crossing(
+    data: Data, part: float, noticed: bool
+) -> None:
+    """Times of crossings, in t'."""
+    for k, allowed in enumerate((1e-12, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4)):
+
+        def change(data: Data, k: int = k, by: float = part * allowed) -> None:
+            data["case1"]["crossing_error"][k] += by
+
+        assert bool(herpolhodes.differences(data, with_change(data, change))) is noticed, k

@@ -172,3 +172,23 @@ def test_the_legend_names_what_is_drawn(figure: Figure) -> None:
 def test_one_case_is_a_figure_too(data: Data) -> None:
     del data["case2"]
     assert len(draw({"data": data}).axes) == 2
+
+
+def test_the_names_of_the_ends_stand_outside_and_below(figure: Figure, data: Data) -> None:
+    """Away from the curve, which runs between the ends: the left one's name is on the left."""
+    for axes, group in zip(figure.axes[1::2], data.values(), strict=True):
+        named = [text for text in axes.texts if text.get_text()]
+        ends = group["omega"][group["wound"]][:, [2, 0]]
+        order = np.argsort(ends[:, 0])
+        for k, outward in zip(order, (-1, 1), strict=True):
+            box, end = named[k].get_window_extent(), axes.transData.transform(ends[k])
+            middle = (box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2
+            assert outward * (middle[0] - end[0]) > 5
+            assert middle[1] < end[1] - 5
+
+
+def test_the_numbers_of_the_separatrices_stand_inside_at_the_top(figure: Figure) -> None:
+    for axes in figure.axes[::2]:
+        for text in axes.texts:
+            box = text.get_window_extent()
+            assert axes.bbox.y0 < box.y0 < box.y1 <= axes.bbox.y1 + 1

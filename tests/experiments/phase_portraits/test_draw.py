@@ -185,3 +185,23 @@ def test_the_legend_says_what_the_colours_are(figure: Figure) -> None:
     colours = [line.get_color() for line in lines(figure.axes[1], "orbit")]
     assert said[r"orbits around $\pm M_2$"].get_color() == colours[0]
     assert said[r"orbits around $\pm M_1$"].get_color() == colours[-1]
+
+
+def test_the_names_of_the_axes_stand_beyond_their_tips(figure: Figure, result: Any) -> None:
+    """The arrow ends before the name: on the side of the tip that is away from the centre."""
+    axes, sphere = figure.axes[0], result["data"]["sphere"]
+    for i in range(3):
+        [text] = [t for t in axes.texts if t.get_text() == f"$M_{i + 1}$"]
+        box = text.get_window_extent()
+        tip, foot = (
+            axes.transData.transform(sphere[name][:2, i]) for name in ("axis_tips", "axis_feet")
+        )
+        middle = np.array([(box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2])
+        assert ((middle - tip) * (tip - foot) >= 0).all()
+        assert (middle - tip) @ (tip - foot) > 0
+
+
+def test_the_numbers_of_the_separatrices_stand_above_the_plane(figure: Figure) -> None:
+    axes = figure.axes[1]
+    for text in (t for t in axes.texts if t.get_text()):
+        assert text.get_window_extent().y0 > axes.bbox.y1

@@ -178,3 +178,25 @@ def test_refuses_what_has_no_meaning_where_it_is_written(setting: str, place: st
     with pytest.raises(ConfigError) as refused:
         loading.load(CONFIG, [setting])
     assert place in str(refused.value)
+
+
+def test_a_stated_error_opens_no_tolerance_and_fails_if_it_is_more_than_declared(
+    data: Any,
+) -> None:
+    other = copy.deepcopy(data)
+    other["bodies"]["error"] += 1
+    [found] = precession.differences(data, other)
+    assert found.startswith("bodies/error[")
+    assert "is declared" in found
+    other["bodies"]["gained"] += 1e-6
+    assert any("bodies/gained" in x for x in precession.differences(data, other))
+
+
+@pytest.mark.parametrize(("part", "noticed"), [(0.9, False), (1.1, True)])
+def test_an_error_of_a_million_millionth_of_the_largest_increment_is_the_most(
+    data: Any, part: float, noticed: bool
+) -> None:
+    other = copy.deepcopy(data)
+    other["bodies"]["error"] = part * 1e-12 * data["bodies"]["unit"]
+    found = precession.differences(data, other)
+    assert any("bodies/error" in x for x in found) is noticed

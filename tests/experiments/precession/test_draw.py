@@ -124,3 +124,19 @@ def test_axes_are_named_and_the_page_holds_them(data: Any) -> None:
 def test_the_legend_names_the_bodies(data: Any) -> None:
     [legend] = drawn(data).legends
     assert [text.get_text() for text in legend.get_texts()] == ["i)", "iii)", "guide"]
+
+
+def test_a_separatrix_s_number_stands_on_the_far_side_of_its_increment_from_zero(
+    data: Any,
+) -> None:
+    figure = drawn(data)
+    figure.draw_without_rendering()
+    axes, first = panel(figure, "a"), data["bodies"]["first_order"][:, 1]
+    first = first / data["bodies"]["unit"][:, 1:2]
+    numbers = [text for text in axes.texts if text.get_text() in ("1", "2", "3", "4")]
+    assert len(numbers) == first.size
+    for text, value in zip(numbers, first.ravel(), strict=True):
+        box, at = text.get_window_extent(), axes.transData.transform((0, value))[1]
+        middle = (box.y0 + box.y1) / 2
+        assert (middle > at) == (value >= 0)
+        assert abs(middle - at) > 5

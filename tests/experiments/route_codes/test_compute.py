@@ -238,3 +238,33 @@ def test_describe_names_every_parameter_with_what_follows(content: Any) -> None:
     assert rows["array second"].value == "3*pi/40 + k 1/100, k < 2"
     assert rows["special cases"].value == "Grioli"
     assert all(row.meaning for row in rows.values())
+
+
+def test_an_array_in_parts_is_the_array_at_once(
+    content: Any, tree: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each part has columns of its own: of five columns in parts of two, and one alone."""
+    monkeypatch.setattr(route_codes, "COLUMNS", 2)
+    kept: list[str] = []
+
+    def part(name: str, compute: Callable[[], Any]) -> Any:
+        kept.append(name)
+        return compute()
+
+    means = Means(resolve(default_engine()), 1, lambda _: None, part)
+    made: Any = route_codes.compute(content, means)
+    assert kept == ["only.00000000", "only.00000002", "only.00000004", "second.00000000"]
+    for name, group in tree.items():
+        for field in ("theta2_0", "codes", "certain", "separatrix"):
+            found = made[name][field].values
+            np.testing.assert_array_equal(found, group[field].values, err_msg=field)
+    assert len(set(made["only"]["theta2_0"].values)) == 5
+
+
+def test_crossing_times_may_differ_by_a_declared_bound_that_no_setting_moves() -> None:
+    """In t', from the differences measured between builds: see `crossing_tolerance`."""
+    allowed = crossing_tolerance(16)[:, 0]
+    assert allowed[:4].tolist() == pytest.approx([1e-12, 1e-8, 3.5e-8, 1.225e-7])
+    assert allowed[-1] == 0.02
+    # The largest difference measured at the sixteenth crossing.
+    assert 5e-4 < allowed[15] < 100 * 5e-4

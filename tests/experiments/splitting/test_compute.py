@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend.asymptotic.splitting import admitted
 from rigidpend.config import loading
 from rigidpend.config.reader import ConfigError
 from rigidpend.experiments.contract import Means
@@ -168,6 +169,31 @@ def test_tells_results_apart(data: Any, change: Callable[[Any], Any], told: str)
     change(other)
     found = splitting.differences(data, other)
     assert [told in text for text in found] == [True], found
+
+
+def test_a_stated_error_opens_no_tolerance_and_fails_if_it_is_more_than_admitted(
+    data: Any,
+) -> None:
+    other = copy.deepcopy(data)
+    other["bodies"]["error"] += 1
+    [found] = splitting.differences(data, other)
+    assert found.startswith("bodies/error[")
+    assert "at most 1e-09 is declared" in found
+    other["bodies"]["excess"] += 1e-6
+    assert any("bodies/excess" in x for x in splitting.differences(data, other))
+
+
+@pytest.mark.parametrize(("part", "noticed"), [(0.9, False), (1.1, True)])
+def test_two_results_may_differ_by_twice_what_is_admitted_of_each(
+    data: Any, part: float, noticed: bool
+) -> None:
+    """At mu/h0 = 1e-3 that is 1e-9, and no more at any mu; at 1e-6 it is 4e-15."""
+    for column in (0, 3):
+        other = copy.deepcopy(data)
+        other["bodies"]["excess"][0, column, 1] += part * 2e-9
+        found = splitting.differences(data, other)
+        assert any("bodies/excess" in x for x in found) is noticed
+    assert admitted(1e-6) == pytest.approx(4e-15)
 
 
 @pytest.mark.parametrize(

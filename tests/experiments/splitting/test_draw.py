@@ -159,3 +159,31 @@ def test_the_figure_is_drawn_without_an_integrator_or_pyplot() -> None:
         check=True,
     )
     assert done.stdout.strip() == "[]"
+
+
+def test_labels_of_the_slopes_stand_beside_their_own_curves(data: Any) -> None:
+    """The whole curve's errors are the larger: their label is on the upper left."""
+    figure = drawn(data)
+    places = {
+        text.get_text().partition(" ")[0].partition(",")[0]: text.get_position()
+        for axes in figure.axes
+        for text in axes.texts
+        if "slope" in text.get_text()
+    }
+    whole, cosine = places["whole"], places["$\\cos"]
+    assert whole[1] > cosine[1] + 0.2
+    assert whole[0] < cosine[0]
+
+
+def test_a_body_s_name_stands_above_and_right_of_its_mark(data: Any) -> None:
+    figure = drawn(data)
+    figure.draw_without_rendering()
+    found = 0
+    for axes in figure.axes:
+        for text in axes.texts:
+            if text.get_text() in ("a", "4", "b", "c") and hasattr(text, "xyann"):
+                box, at = text.get_window_extent(), axes.transData.transform(text.xy)  # type: ignore[attr-defined]
+                assert box.x0 > at[0]
+                assert box.y0 > at[1]
+                found += 1
+    assert found == 4

@@ -11,21 +11,26 @@ import pytest
 from click.testing import CliRunner
 
 from rigidpend.cli.stress import command
-from rigidpend.config import catalogue
+from rigidpend.config import catalogue, loading
+from rigidpend.config.complaints import ConfigError
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.stress import compute as stress
 from rigidpend.experiments.stress.schema import Config
 from rigidpend.integrate.arithmetic import resolve
-from rigidpend.measure.stress.cases import Case, tree
+from rigidpend.measure.stress import claims, extremes, honesty, passages, symmetries
+from rigidpend.measure.stress.claims import Claim, Findings, Limit, Trial
 from rigidpend.results import store
+from rigidpend.routes import ProblemError
 from tests.config.samples import content as typed
 from tests.config.samples import refused
 
 CONFIGS = Path(__file__).parents[3] / "configs" / "measure"
 
 
-def case(name: str, value: float, bound: float = 1.0, limit: str = "") -> Case:
-    return Case(name, "what is measured", "rad", value, bound, "why", limit)
+def trial(name: str, claim: str, value: float, limit: Limit | None = None, **curves: Any) -> Trial:
+    """A trial of one claim, of bound 1."""
+    declared = Claim(claim, "what is measured", "rad", 1.0, "why", limit)
+    return Trial(name, (declared,), lambda: Findings({claim: value}, curves))
 
 
 @pytest.fixture
@@ -41,9 +46,9 @@ def means(**replaced: Any) -> Means:
 def test_configs_ask_for_every_trial_under_its_own_name(name: str) -> None:
     asked = typed(Config, CONFIGS / f"{name}.yaml")
     trials = list(stress._trials(asked.problem, means()))
-    labels = [f"{x.group}.{stress._label(x.name)}" for x in trials]
+    labels = [f"{group}.{stress._label(x.name)}" for group, x in trials]
     assert len(set(labels)) == len(labels) > 75
-    assert {x.group for x in trials} == {
+    assert {group for group, _ in trials} == {
         "symmetries",
         *stress.GROUPS,
         "separatrices",
@@ -54,16 +59,16 @@ def test_configs_ask_for_every_trial_under_its_own_name(name: str) -> None:
 
 
 def test_without_heyoka_the_other_engine_is_tried(given: Any) -> None:
-    names = [x.name for x in stress._trials(given.problem, means(engine="scipy"))]
+    names = [x.name for _, x in stress._trials(given.problem, means(arithmetic=resolve("scipy")))]
     assert not any("taylor" in x for x in names)
     assert any("scipy" in x for x in names)
 
 
-def test_cases_of_one_group_come_together(given: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_claims_of_one_group_come_together(given: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     def trials(*_: Any) -> Any:
-        yield stress.Trial("a", "first = 1", lambda: tree([case("x", 0.5)]))
-        yield stress.Trial("a", "second", lambda: tree([case("y", 2.0)], {"c": tree([])}))
-        yield stress.Trial("b", "third", lambda: tree([case("z", 2.0, limit="known")]))
+        yield "a", trial("first = 1", "x", 0.5)
+        yield "a", trial("second", "y", 2.0, c={})
+        yield "b", trial("third", "z", 2.0, Limit("known", 2.0))
 
     monkeypatch.setattr(stress, "_trials", trials)
     said: list[str] = []
@@ -75,21 +80,21 @@ def test_cases_of_one_group_come_together(given: Any, monkeypatch: pytest.Monkey
 
     made: Any = stress.compute(given, means(report=said.append, part=part))
     assert kept == ["a.first_1", "a.second", "b.third"]
-    assert list(made["a"]["cases"]) == ["x", "y"]
+    assert list(made["a"]["claims"]) == ["x", "y"]
     assert list(made["a"]["curves"]) == ["second"]
     told = ["2/3: a, second: FAILED", "3/3: b, third: limit"]
     assert [x.rpartition(", ")[0] for x in said[1:]] == told
 
 
-def test_differences_are_in_cases_and_verdicts_not_in_values() -> None:
+def test_differences_are_in_claims_and_verdicts_not_in_values() -> None:
     stored: Any = {
-        "a": {"cases": {"x": {"verdict": "passed", "value": 1}, "y": {"verdict": "limit"}}}
+        "a": {"claims": {"x": {"verdict": "passed", "value": 1}, "y": {"verdict": "limit"}}}
     }
     fresh = copy.deepcopy(stored)
-    fresh["a"]["cases"]["x"]["value"] = 2
+    fresh["a"]["claims"]["x"]["value"] = 2
     assert stress.differences(stored, fresh) == []
-    fresh["a"]["cases"]["x"]["verdict"] = "FAILED"
-    del fresh["a"]["cases"]["y"]
+    fresh["a"]["claims"]["x"]["verdict"] = "FAILED"
+    del fresh["a"]["claims"]["y"]
     found = stress.differences(stored, fresh)
     assert found == ["a/y is in one file only", "a/x: passed stored, FAILED computed"]
     assert stress.differences(fresh, fresh) == ["a/x: FAILED"]
@@ -102,13 +107,13 @@ def test_describe_tells_how_much_is_tried(given: Any) -> None:
 
 
 @pytest.mark.parametrize(("value", "code"), [(0.5, 0), (2.0, 1)])
-def test_command_draws_tells_and_ends_as_the_cases_do(
+def test_command_draws_tells_and_ends_as_the_claims_do(
     value: float, code: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     from rigidpend import render
 
     def trials(*_: Any) -> Any:
-        yield stress.Trial("a", "first", lambda: tree([case("x", value)]))
+        yield "a", trial("first", "x", value)
 
     def drawn(source: Path, target: Path) -> None:
         store.replace(target, store.load(source)["attributes"]["experiment"].encode())
@@ -118,7 +123,7 @@ def test_command_draws_tells_and_ends_as_the_cases_do(
     result = CliRunner().invoke(command, ["--quick", "--json", "--out", str(tmp_path)])
     assert result.exit_code == code, result.output
     found = json.loads(result.stdout)
-    assert found["cases"][0]["value"] == value
+    assert found["claims"][0]["value"] == value
     assert found["counts"]["FAILED"] == code
     assert "1/1: a, first" in result.stderr
     assert (tmp_path / "stress_quick.png").read_bytes() == b"stress"
@@ -131,3 +136,83 @@ def test_command_draws_tells_and_ends_as_the_cases_do(
 def test_a_spoilt_tolerance_is_neither_fine_nor_meaningless(tolerance: str) -> None:
     found, *_ = refused(catalogue.known()["stress"], [f"problem.honesty.tolerances=[{tolerance}]"])
     assert f"a spoilt tolerance is from 1e-13 to 0.01, got {tolerance}" in str(found)
+
+
+def test_a_route_codes_that_always_refuses_fails_everything_that_needs_it(
+    given: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No limit is written by the case itself: what refuses has refuted what was claimed."""
+
+    def refuse(*_: Any, **__: Any) -> Any:
+        raise ProblemError("J1_0", "not today")
+
+    for module in (extremes, honesty, passages, symmetries):
+        monkeypatch.setattr(module, "route_codes", refuse)
+    needed = {*stress.GROUPS, "honesty", "symmetries"}
+    tried = [x for group, x in stress._trials(given.problem, means()) if group in needed]
+    assert len(tried) > 40
+    for each in tried:
+        made: Any = claims.tried(each)
+        verdicts = {str(claim["verdict"].values) for claim in made["claims"].values()}
+        assert verdicts == {"FAILED"}, each.name
+
+
+def test_limits_are_declared_before_anything_is_measured(given: Any) -> None:
+    limited = {
+        claim.name: claim.limit.up_to
+        for _, each in stress._trials(given.problem, means())
+        for claim in each.claims
+        if claim.limit
+    }
+    assert limited.pop("near-spherical, J1_0 = 1e-80: uncertain") == 1.0
+    assert len(limited) == 6
+    assert all(name.startswith("taylor at 3.0e-14, ") for name in limited)
+    assert all(up_to < 1 for up_to in limited.values())
+
+
+@pytest.mark.parametrize("setting", ["tolerance=1e-10", "precisions=[53]"])
+def test_what_no_trial_reads_is_refused(setting: str) -> None:
+    with pytest.raises(ConfigError, match="unknown key"):
+        loading.load(CONFIGS / "stress_quick.yaml", (f"numerics.{setting}",))
+
+
+BOUNDS: dict[str, dict[str, float]] = {
+    "symmetries": {"reflection": 0, "time reversal": 0, "2 pi": 1e-5, "": 14.2},
+    "routes": {": error": 0.01, ": uncertain": 0},
+    "separatrices": {"": 10},
+    "passages": {
+        "size of errors": 3,
+        "growth a passage": 0.042,
+        "wrong": 0,
+        "53 bits": 6.6,
+        "64 bits": 9.1,
+        "113 bits": 18,
+    },
+    "honesty": {"right at": 0.999, "": 0},
+    "long_time": {
+        "pendulum": 4,
+        "scipy": 1,
+        ": power": 0.077,
+        ": size": 6.2e-13,
+        "splitting 2, energy": 1.6e-3,
+        "splitting 4, energy": 5e-6,
+        "splitting 6, energy": 9e-7,
+        "splitting 8, energy": 4e-8,
+        "splitting": 4.3e-13,
+    },
+}
+"""The most that any claim of the whole run may allow, by the first words found in its name."""
+
+
+def test_no_bound_is_looser_than_what_is_said_here() -> None:
+    """Nor is one so much tighter that a bound here would hold nothing."""
+    asked = typed(Config, CONFIGS / "stress.yaml")
+    nearest = dict.fromkeys(BOUNDS, 0.0)
+    for group, each in stress._trials(asked.problem, means()):
+        kind = "routes" if group in stress.GROUPS else group
+        for claim in each.claims:
+            most = next(most for words, most in BOUNDS[kind].items() if words in claim.name)
+            assert claim.bound <= most, claim.name
+            assert claim.bound >= 0.5 * most, claim.name
+            nearest[kind] = max(nearest[kind], claim.bound / most if most else 0.0)
+    assert min(nearest.values()) > 0.9

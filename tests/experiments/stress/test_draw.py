@@ -25,9 +25,9 @@ def drift(name: str, power: float) -> dict[str, Any]:
     }
 
 
-def group(*cases: tuple[str, float, str], **curves: Any) -> dict[str, Any]:
-    made = {name: {"ratio": ratio, "verdict": verdict} for name, ratio, verdict in cases}
-    return {"cases": made, "curves": curves}
+def group(*claims: tuple[str, float, str], **curves: Any) -> dict[str, Any]:
+    made = {name: {"ratio": ratio, "verdict": verdict} for name, ratio, verdict in claims}
+    return {"claims": made, "curves": curves}
 
 
 @pytest.fixture
@@ -116,3 +116,18 @@ def test_shares_fall_from_one_to_zero(figure: Any) -> None:
     for line in steps:
         assert line.get_ydata()[[0, -1]].tolist() == [1, 0]
     assert steps[0].get_xdata().tolist() == [0, 20, 30, 40]
+
+
+def test_the_labels_of_the_splittings_stand_beside_their_own_curves(figure: Any) -> None:
+    """Errors of the energy are the larger, so their label is the upper one, both on the right."""
+    places = {x.get_text(): x.get_position() for x in panel(figure, "b").texts}
+    energy, casimirs = places["energy"], places[r"$|\gamma|,\ M\cdot\gamma$"]
+    assert energy[1] > 0.5 > casimirs[1]
+    assert min(energy[0], casimirs[0]) > 0.9
+
+
+def test_what_is_beyond_its_bound_is_named_on_the_right_of_all_marks(figure: Any) -> None:
+    axes = panel(figure, "c")
+    for text in axes.texts:
+        assert text.get_position()[0] > CEILING
+        assert text.get_horizontalalignment() == "left"

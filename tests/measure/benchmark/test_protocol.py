@@ -218,3 +218,22 @@ def test_a_process_keeps_to_its_cores() -> None:
         assert len(os.sched_getaffinity(0)) == 1
     finally:
         os.sched_setaffinity(0, before)
+
+
+def test_the_median_of_several_solves_counts_and_not_the_fastest(
+    monkeypatch: pytest.MonkeyPatch, clock: list[float]
+) -> None:
+    """Solves of 1, 5 and 2 seconds by the clock, behind one that warms up."""
+    naps = iter([7.0, 1.0, 5.0, 2.0])
+
+    def function(answer: Any, threads: int, setting: Any) -> Any:
+        def solve() -> None:
+            clock[0] += next(naps)
+
+        return lambda task, knob: Solver(solve, lambda found: found)
+
+    monkeypatch.setattr(protocol, "function", function)
+    attempt = Attempt(method(), ANSWER, {}, 0.0)
+    line, _ = protocol._measured(stage(), attempt, 3, 1e9)
+    assert line["repeats"] == 3
+    assert line["seconds"] == 2.0

@@ -9,15 +9,20 @@ import pytest
 
 from rigidpend import Body, integrate
 from rigidpend.measure.stress import extremes, starts
-from rigidpend.measure.stress.cases import FAILED, LIMIT, PASSED
-from rigidpend.routes import route_codes
+from rigidpend.measure.stress.claims import FAILED, LIMIT, PASSED, tried
+from rigidpend.numbers.exact import exact
+from rigidpend.routes import RouteProblem, route_codes
+from rigidpend.routes.problem import phase_rate
 
 ENGINE = integrate.default_engine()
+ORDINARY = extremes.Extreme("x", J1_0="1e-3")
 EVERY = (*extremes.BODIES, *extremes.ENERGIES, *extremes.LOWER, *extremes.UPPER)
 
 
-def run(extreme: extremes.Extreme) -> Any:
-    return extremes.route_cases(extreme, columns=1, n_symbols=1, engine=ENGINE, jobs=1)
+def run(extreme: extremes.Extreme) -> list[str]:
+    """The verdicts on the error and on what is uncertain."""
+    made: Any = tried(extremes.trial(extreme, columns=1, n_symbols=1, engine=ENGINE, jobs=1))
+    return [str(claim["verdict"].values) for claim in made["claims"].values()]
 
 
 def test_names_are_unique() -> None:
@@ -39,19 +44,46 @@ def test_every_body_is_one() -> None:
 
 
 def test_an_ordinary_route_passes() -> None:
-    assert [x.verdict for x in run(extremes.Extreme("x", J1_0="1e-3"))] == [PASSED, PASSED]
+    assert run(ORDINARY) == [PASSED, PASSED]
+
+
+def replaced(monkeypatch: pytest.MonkeyPatch, change: Any) -> None:
+    def other(*given: Any, **named: Any) -> Any:
+        return change(route_codes(*given, **named))
+
+    monkeypatch.setattr(extremes, "route_codes", other)
 
 
 def test_a_wrong_certain_symbol_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    def wrong(*given: Any, **named: Any) -> Any:
-        made = route_codes(*given, **named)
-        return made._replace(separatrix=made.separatrix % 4 + 1)
-
-    monkeypatch.setattr(extremes, "route_codes", wrong)
-    assert [x.verdict for x in run(extremes.Extreme("x", J1_0="1e-3"))] == [FAILED, PASSED]
+    replaced(monkeypatch, lambda x: x._replace(separatrix=x.separatrix % 4 + 1))
+    assert run(ORDINARY) == [FAILED, PASSED]
 
 
-def test_a_refusal_is_a_limit_with_its_words() -> None:
-    error, uncertain = run(extremes.Extreme("x", J1_0="5"))
-    assert (error.verdict, uncertain.verdict) == (PASSED, LIMIT)
-    assert "0 < J1_0 < J2_0 is broken" in uncertain.limit
+@pytest.mark.parametrize(("shift", "verdict"), [(0.8, PASSED), (1.2, FAILED)])
+def test_a_phase_error_of_a_hundredth_of_a_radian_is_the_most_that_passes(
+    monkeypatch: pytest.MonkeyPatch, shift: float, verdict: str
+) -> None:
+    problem = RouteProblem(
+        Body(ORDINARY.A, ORDINARY.r, ORDINARY.mu), exact("1.3342"), exact(1e-3), 1
+    )
+    late = 0.01 * shift / phase_rate(problem)
+    replaced(monkeypatch, lambda x: x._replace(crossing_time=x.crossing_time + late))
+    assert run(ORDINARY) == [verdict, PASSED]
+
+
+def test_an_uncertain_symbol_fails_where_no_limit_is_declared(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    replaced(monkeypatch, lambda x: x._replace(certain=np.zeros_like(x.certain)))
+    assert run(ORDINARY) == [PASSED, FAILED]
+    assert run(ORDINARY._replace(out_of_reach="known")) == [PASSED, LIMIT]
+
+
+@pytest.mark.parametrize("out_of_reach", ["", "known"])
+def test_a_refusal_fails_whatever_is_declared(out_of_reach: str) -> None:
+    refused = extremes.Extreme("x", J1_0="5", out_of_reach=out_of_reach)
+    assert run(refused) == [FAILED, FAILED]
+
+
+def test_one_extreme_alone_is_declared_to_be_out_of_reach() -> None:
+    assert [x.name for x in EVERY if x.out_of_reach] == ["near-spherical, J1_0 = 1e-80"]

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from rigidpend.measure.stress import pendulum
+from rigidpend.measure.stress.claims import tried
 from rigidpend.routes.problem import RouteProblem, rotation_period
 from tests.integrate.problems import FIG4, needs_heyoka
 
@@ -16,8 +17,8 @@ def test_the_pendulum_keeps_its_period_and_another_is_noticed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def run() -> list[str]:
-        made: Any = pendulum.pendulum(FIG4, "1.3342", rotations=300, engine="taylor")
-        return [str(case["verdict"].values) for case in made["cases"].values()]
+        made: Any = tried(pendulum.trial(FIG4, "1.3342", rotations=300, engine="taylor"))
+        return [str(claim["verdict"].values) for claim in made["claims"].values()]
 
     assert run() == ["passed"]
 
@@ -26,3 +27,8 @@ def test_the_pendulum_keeps_its_period_and_another_is_noticed(
 
     monkeypatch.setattr(pendulum, "rotation_period", longer)
     assert run() == ["FAILED"]
+
+
+def test_four_times_the_predicted_error_is_the_most_that_passes() -> None:
+    assert pendulum.CLAIM.verdict(3.9) == "passed"
+    assert pendulum.CLAIM.verdict(4.1) == "FAILED"

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from rigidpend import integrate
 from rigidpend.coordinates import Aligned, body_from_aligned, canonical_from_aligned
 from rigidpend.measure.stress import starts
-from rigidpend.measure.stress.cases import FAILED, PASSED
+from rigidpend.measure.stress.claims import FAILED, PASSED, tried
 from tests.integrate.problems import FIG4, GENERIC
 
 ENGINE = integrate.default_engine()
@@ -31,9 +33,17 @@ def test_a_start_passes_and_a_spoilt_tolerance_does_not(monkeypatch: pytest.Monk
     place = starts.Place("x", 3, 1e-3, 1.4, 1e-4, 0.2)
 
     def verdict() -> str:
-        [case] = starts.place_cases(GENERIC, place, columns=1, n_crossings=2, engine=ENGINE, jobs=1)
-        return case.verdict
+        trial = starts.trial(GENERIC, place, columns=1, n_crossings=2, engine=ENGINE, jobs=1)
+        made: Any = tried(trial)
+        [found] = made["claims"].values()
+        return str(found["verdict"].values)
 
     assert verdict() == PASSED
     monkeypatch.setattr(starts, "DEFAULT_TOLERANCE", {ENGINE: 1e-6})
     assert verdict() == FAILED
+
+
+def test_ten_standard_deviations_are_the_most_that_passes() -> None:
+    trial = starts.trial(FIG4, starts.PLACES[0], columns=1, n_crossings=1, engine=ENGINE, jobs=1)
+    [claim] = trial.claims
+    assert (claim.verdict(9.9), claim.verdict(10.1)) == (PASSED, FAILED)
