@@ -1,4 +1,4 @@
-"""Orbits on the asymptotic surfaces beside separatrix 2, as curves (theta1, J1/J2) (Fig. 3)."""
+"""Curves of orbits on the asymptotic surfaces (stable, unstable manifolds) (Fig. 3)."""
 
 from __future__ import annotations
 

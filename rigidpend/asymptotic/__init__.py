@@ -1,4 +1,4 @@
-"""Asymptotic surfaces on the Poincare section J1 = J2/2, in any precision.
+"""Asymptotic surfaces (stable, unstable manifolds) on the Poincare section J1 = J2/2.
 
 At J3 = 0 and one energy the section has two coordinates: the phase g = theta1/2 + theta2 and
 the offset theta1 - alpha0 - beta0 from separatrix 2. S1- meets it in a closed curve,

@@ -1,4 +1,4 @@
-"""Orbits of S1- from the lower periodic solution up to the section J1 = J2/2."""
+"""Orbits of S1-, the unstable manifold of the lower periodic orbit, up to the section J1 = J2/2."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ class Points(NamedTuple):
     theta2_0: Sequence[Any]
     """Phases at the start, radians."""
     phase: Sequence[Any]
-    """g = theta1/2 + theta2, radians, on the branch next to that of the unperturbed motion."""
+    """Phase g = theta1/2 + theta2, radians, on the branch next to the unperturbed motion's."""
     offset: Sequence[Any]
-    """theta1 - alpha0 - beta0, radians."""
+    """Offset theta1 - alpha0 - beta0 from the separatrix, radians."""
     time: Sequence[Any]
     """Time t' from the start to the section."""
 

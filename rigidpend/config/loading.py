@@ -25,7 +25,7 @@ class Config:
     name: str
     experiment: str
     content: ExperimentConfig
-    """An instance of the experiment's schema."""
+    """Instance of the experiment's schema."""
 
     def resolved(self) -> dict[str, Any]:
         """All values, defaults included, as plain JSON data; numbers exact."""

@@ -1,4 +1,4 @@
-"""The contract of an experiment: what each of its four files offers.
+"""Contract of an experiment: the functions that each of its four files offers.
 
 An experiment is a folder ``experiments/NAME/``:
 
@@ -36,7 +36,7 @@ else:
     C_contra = TypeVar("C_contra", contravariant=True)
 
 Data: TypeAlias = Mapping[str, Any]
-"""A group of a stored result, loaded: arrays, texts and groups by name."""
+"""Group of a stored result, loaded: arrays, texts and groups by name."""
 
 
 def compute_now(name: str, compute: Callable[[], Tree]) -> Tree:

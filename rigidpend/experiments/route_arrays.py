@@ -1,4 +1,4 @@
-"""Arrays of route codes as results: their fields, and how two of them compare.
+"""Arrays of route codes (itineraries) as results: their fields, and their comparison.
 
 Shared by the experiments that store routes: `route_codes`, `route_zoom`, `herpolhodes`.
 """

@@ -53,7 +53,7 @@ def plain(dataset: Any) -> Any:
 
 
 def mu_over_h0(problem: WeightedBodies) -> Array:
-    """Weights over the energy, the perturbation parameter of the series."""
+    """Ratio of weight and energy, the small parameter of the series, for every weight."""
     return np.array([float(mu / problem.h0) for mu in problem.mu])
 
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 
 class Dataset(NamedTuple):
-    """An array or a text to be stored, with what it means."""
+    """An array or a text to be stored, with its unit and meaning."""
 
     values: Any
     units: str
