@@ -16,6 +16,27 @@ from rigidpend.signals import interruption_kept_from_children
 Result = TypeVar("Result")
 
 
+class Stopped(BaseException):
+    """Work that is not wanted any more ends, between two calls of what cannot be interrupted."""
+
+
+_of_thread = threading.local()
+
+
+def check_stop() -> None:
+    """End the work of this thread if it is not wanted any more; engines ask some times a second.
+
+    Raises
+    ------
+    Stopped
+        In a thread of a pool that is being stopped, never in the main thread, which signals
+        interrupt themselves.
+    """
+    stop = getattr(_of_thread, "stop", None)
+    if stop is not None and stop.is_set():
+        raise Stopped
+
+
 class WorkerError(RuntimeError):
     """A worker process ended before its work was done."""
 

@@ -3,7 +3,7 @@
 ======== =========================================== ==================
 engine   how                                          precisions (bits)
 ======== =========================================== ==================
-taylor   heyoka: batches at 53, one by one above      53, 64, 113
+taylor   heyoka: batches at 53, one by one above      53, 64, 113, more
 scipy    DOP853, many orbits as one system            53
 bigint   Taylor series in integers, plain Python      any; serves where
                                                       the engine ends
@@ -56,7 +56,7 @@ def has_own_type(engine: str, bits: int) -> bool:
     if engine == "taylor":
         from rigidpend.integrate import taylor
 
-        return bits in taylor.precisions()
+        return taylor.offers(bits)
     return bits == 53
 
 
@@ -257,10 +257,12 @@ def _plan(
         # Parts that don't depend on `jobs`: orbits of one part share their steps.
         count = -(-orbits.states.shape[1] // dop853.SIDE_BY_SIDE)
         return dop853.crossings, (tolerance,), True, _split(orbits, count)
+    if bits == 53:
+        from rigidpend.integrate import batch
+
+        return batch.crossings_batch, (tolerance,), False, _split(orbits, jobs)
     from rigidpend.integrate import taylor
 
-    if bits == 53:
-        return taylor.crossings_batch, (tolerance,), False, _split(orbits, jobs)
     return taylor.crossings_scalar, (bits, tolerance), False, parts
 
 
