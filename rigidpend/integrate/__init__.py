@@ -44,6 +44,8 @@ __all__ = [
     "crossings",
     "default_engine",
     "ends",
+    "has_own_type",
+    "runs_in_threads",
     "sample",
     "sample_orbits",
 ]
@@ -58,6 +60,11 @@ def has_own_type(engine: str, bits: int) -> bool:
 
         return taylor.offers(bits)
     return bits == 53
+
+
+def runs_in_threads(engine: str, bits: int) -> bool:
+    """Whether the engine's arithmetic of `bits` bits leaves the interpreter to other threads."""
+    return engine == "taylor" and has_own_type(engine, bits)
 
 
 def crossings(orbits: Orbits, *, engine: str, bits: int, tolerance: float, jobs: int) -> Crossings:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import operator
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -16,14 +16,18 @@ from rigidpend.body import Body
 from rigidpend.exact import Exact, ExactError, exact
 from rigidpend.integrate.records import Crossings, Orbits
 from rigidpend.routes import certainty
+from rigidpend.routes.certainty import Decided
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem, passage_limit, phase_rate
 from rigidpend.routes.start import Scales, start, states_double, states_exact
+from rigidpend.workers import side_by_side
 
 PRECISIONS = (53, 64, 113)
 """Bits, in the order in which they are tried."""
 
+FEWEST, MOST, PIECES = 32, 1024, 8
+"""Columns of a piece at least and at most, and pieces that each thread gets."""
 SHARPENING = 100
 """How much finer the tolerance of further computations is, in doubles while these allow it."""
 
@@ -104,10 +108,15 @@ def route_codes(
     """
     problem = RouteProblem(body, _named("h0", h0), _named("J1_0", J1_0), n_symbols)
     engine = integrate.check_engine(engine or integrate.default_engine())
-    phases = Phases(theta2_0)
-    run = _Run(problem, phases, engine, _checked_tolerance(engine, tolerance), jobs)
+    phases, jobs = Phases(theta2_0), checked_jobs(jobs)
     ladder = precision_ladder(engine, precisions)
-    decided = certainty.decide(run.crossings, len(phases), phase_rate(problem), ladder)
+    # Where all is compiled, threads share the columns and decide their own to the end; else
+    # processes share the orbits of each computation.
+    threads = all(integrate.runs_in_threads(engine, bits) for bits in ladder)
+    tolerance = _checked_tolerance(engine, tolerance)
+    run = _Run(problem, phases, engine, tolerance, 1 if threads else jobs)
+    share = functools.partial(_shared, jobs) if threads else None
+    decided = certainty.decide(run.crossings, len(phases), phase_rate(problem), ladder, share)
     found = decided.crossings
     return RouteCodes(
         theta2_0=phases.high,
@@ -138,6 +147,29 @@ def precision_ladder(engine: str, precisions: Sequence[int]) -> tuple[int, ...]:
     if not ascending:
         raise ProblemError("precisions", f"precisions must ascend, got {precisions}")
     return tuple(b for b in ladder if b != 64 or integrate.has_own_type(engine, b)) or ladder
+
+
+def checked_jobs(jobs: Any) -> int:
+    """The number of jobs as an int.
+
+    Raises
+    ------
+    ProblemError
+        It is no whole number from 1 on.
+    """
+    whole = hasattr(jobs, "__index__") and not isinstance(jobs, bool | np.bool_)
+    if not whole or operator.index(jobs) < 1:
+        raise ProblemError("jobs", f"jobs must be a whole number from 1 on, got {jobs!r}")
+    return operator.index(jobs)
+
+
+def _shared(
+    jobs: int, work: Callable[[Any], Decided], columns: Any, alone: bool
+) -> list[tuple[Any, Decided]]:
+    """Let threads decide columns, in pieces that are small beside a thread's share."""
+    size = 1 if alone else min(MOST, max(FEWEST, -(-len(columns) // (PIECES * jobs))))
+    parts = [columns[k : k + size] for k in range(0, len(columns), size)] or [columns]
+    return list(zip(parts, side_by_side(work, (), False, parts, jobs), strict=True))
 
 
 class _Run(NamedTuple):
