@@ -213,6 +213,8 @@ _limit = functools.lru_cache(maxsize=32)(passage_limit)
 
 def _named(name: str, value: Any) -> Exact:
     """The value, exact; what is wrong with it is said with its name."""
+    if np.ma.is_masked(value):
+        raise ProblemError(name, f"{name} is masked")
     try:
         return exact(value)
     except ExactError as error:
