@@ -26,8 +26,10 @@ FIRST, SECOND, GROWTH = 1e-12, 1e-8, 3.5
 APART = 20 * certainty.AGREEMENT
 """By how much times of certain crossings may differ: each errs by ten times its threshold."""
 
-COLUMNS = 10_000
-"""How many columns are computed at a time, and kept if the run is interrupted."""
+SYMBOLS = 15_000
+"""How many symbols are computed at a time, and kept if the run is interrupted: some 0.5 s."""
+SLOWER = 100
+"""How many times fewer where the first precision is higher than that of doubles."""
 
 MEANING = {
     "theta2_0": ("rad", "initial phase of each column"),
@@ -69,9 +71,11 @@ def compute(config: Any, means: Means) -> Tree:
 def _in_parts(name: str, phases: Grid, config: Any, means: Means) -> RouteCodes:
     """The routes of all phases; so many at a time that each part takes some seconds at most."""
     found = []
-    for first in range(0, len(phases), COLUMNS):
-        columns = [phases[k] for k in range(first, min(first + COLUMNS, len(phases)))]
-        if len(phases) > COLUMNS:
+    slower = SLOWER if config.numerics.precisions[0] > 53 else 1
+    at_once = max(1, SYMBOLS // (slower * config.problem.n_symbols))
+    for first in range(0, len(phases), at_once):
+        columns = [phases[k] for k in range(first, min(first + at_once, len(phases)))]
+        if len(phases) > at_once:
             means.report(f"{name}: columns from {first} of {len(phases)}")
         part = partial(_part, columns, config, means)
         tree: Any = means.part(f"{name}.{first:08d}", part)

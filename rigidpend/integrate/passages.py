@@ -85,6 +85,8 @@ class Found(NamedTuple):
                 undecided = separatrix[k] == UNDECIDED
                 found.outcome[columns[k]] = Outcome.FAILED if undecided else Outcome.NO_CROSSING
                 kept &= ~((columns == columns[k]) & (row >= row[k]))
+        # A pair beside a touch may complete an orbit that seemed to have been silent.
+        found.outcome[columns[kept & (row == len(found.time) - 1)]] = Outcome.COMPLETE
         found.time[row[kept], columns[kept]] = times[kept]
         found.separatrix[row[kept], columns[kept]] = separatrix[kept]
 
