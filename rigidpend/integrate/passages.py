@@ -50,7 +50,8 @@ class Stretches(NamedTuple):
 
     def chosen(self, where: Any) -> Stretches:
         """Some of the stretches."""
-        return Stretches(*(x[..., where] for x in self))
+        every: Any = self
+        return Stretches(*(x[..., where] for x in every))
 
 
 class Found(NamedTuple):
@@ -140,7 +141,7 @@ class Refiner:
             b = bounds(before, durations, self.coefficients)
             whole = (durations > 0) & np.isfinite(after.sum(axis=0))
             wanted = (columns >= 0) & whole & ~without_zero(b, before[2], after[2], durations)
-        every = before, after, times[:-1], durations, columns
+        every: Any = before, after, times[:-1], durations, columns
         return Stretches(*(x[..., wanted] for x in every)), Bounds(*(x[wanted] for x in b))
 
     def _by_jump(self, s: Stretches, b: Bounds) -> tuple[Found, NDArray[np.bool_]]:
@@ -198,8 +199,9 @@ class Refiner:
                 seen.append((part.columns[lane], part.times[lane] + time, separatrix))
         if not seen:
             return no_crossing_found()
-        columns, times, separatrix = zip(*seen, strict=True)
-        return Found(np.array(columns), np.array(times, dtype=float), np.array(separatrix))
+        told: Any = zip(*seen, strict=True)
+        columns, times, beside = told
+        return Found(np.array(columns), np.array(times, dtype=float), np.array(beside))
 
     def _stepped(self, s: Stretches) -> Iterator[tuple[int, float, int]]:
         """(lane, time, separatrix) of each crossing of at most a batch of stretches."""

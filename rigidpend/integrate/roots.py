@@ -41,7 +41,7 @@ def zeros(
     yield from _Polynomial(c, depth, exactly).between(0.0, 1.0)
 
 
-def value_at(c: Sequence[Any], x: Any) -> Any:
+def value_at(c: Any, x: Any) -> Any:
     """The polynomial sum c_k x^k by Horner's rule, in any arithmetic."""
     total = c[-1]
     for term in c[-2::-1]:

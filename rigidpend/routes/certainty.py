@@ -191,7 +191,8 @@ def _part(decided: Decided, columns: Columns) -> Decided:
 
 
 def _put(target: Decided, columns: Columns, source: Decided) -> None:
-    for into, array in zip(target.crossings, source.crossings, strict=True):
+    pairs: Any = zip(target.crossings, source.crossings, strict=True)
+    for into, array in pairs:
         into[..., columns] = array
     target.certain[:, columns] = source.certain
     target.bits[columns] = source.bits
