@@ -3,7 +3,7 @@
 ======== =========================================== ==================
 engine   how                                          precisions (bits)
 ======== =========================================== ==================
-taylor   heyoka: batches at 53, one by one above      53, 64, 113
+taylor   heyoka: batches at 53, one by one above      53, 64, 113, more
 scipy    DOP853, many orbits as one system            53
 bigint   Taylor series in integers, plain Python      any; serves where
                                                       the engine ends
@@ -29,6 +29,7 @@ from rigidpend.integrate.engines import (
     check_engine,
     default_engine,
     has_own_type,
+    runs_in_threads,
 )
 from rigidpend.integrate.records import Crossings, Orbits, Outcome, joined, no_crossings
 from rigidpend.run.workers import side_by_side, spread
@@ -46,6 +47,7 @@ __all__ = [
     "default_engine",
     "ends",
     "has_own_type",
+    "runs_in_threads",
     "sample",
     "sample_orbits",
 ]
@@ -250,10 +252,12 @@ def _plan(
         # Parts that don't depend on `jobs`: orbits of one part share their steps.
         count = -(-orbits.states.shape[1] // dop853.SIDE_BY_SIDE)
         return dop853.crossings, (tolerance,), True, _split(orbits, count)
+    if bits == 53:
+        from rigidpend.integrate import batch
+
+        return batch.crossings_batch, (tolerance,), False, _split(orbits, jobs)
     from rigidpend.integrate import taylor
 
-    if bits == 53:
-        return taylor.crossings_batch, (tolerance,), False, _split(orbits, jobs)
     return taylor.crossings_scalar, (bits, tolerance), False, parts
 
 

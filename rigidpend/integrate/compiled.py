@@ -56,28 +56,54 @@ def borrowed(make: type[Any], *key: Any) -> Iterator[Any]:
 
 
 def working_type(bits: int) -> Any:
-    """The type of numbers of so many bits: 53, 64 or 113."""
-    return {53: float, 64: np.longdouble}.get(bits) or heyoka().real128
+    """What makes numbers of so many bits: 53, 64 or 113, or any above."""
+    hy = heyoka()
+    kinds = {53: float, 64: np.longdouble, 113: getattr(hy, "real128", None)}
+    return kinds.get(bits) or functools.partial(_real, bits)
 
 
-def to_crossings(bits: int, tolerance: float, callback: Any = None) -> Any:
-    """An integrator of one orbit of the aligned field, with a terminal event where M3 = 0.
+def _real(bits: int, x: Any) -> Any:
+    """A number of heyoka's arbitrary precision; a whole number counts as a double."""
+    hy = heyoka()
+    return x if isinstance(x, hy.real) else hy.real(float(x), bits)
 
-    The tolerance is that at 53 bits; every bit more halves it. A callback may let it go on.
+
+def stepper(bits: int, tolerance: float, **events: Any) -> Any:
+    """An integrator of one orbit of the aligned field.
+
+    The tolerance is that at 53 bits; every bit more halves it.
     """
     hy, kind = heyoka(), working_type(bits)
-    field, M3 = aligned_system(hy)
-    zero, called = kind(0), {} if callback is None else {"callback": callback}
+    field, _ = aligned_system(hy)
+    zero, finer = kind(0), kind(tolerance)
+    for _ in range(bits - 53):
+        finer = finer * kind(0.5)
     return hy.taylor_adaptive(
         field,
         [zero] * 6,
         time=zero,
         pars=[zero] * 9,
-        fp_type=kind,
-        tol=kind(tolerance * 2.0 ** (53 - bits)),
+        **_of_type(bits),
+        tol=finer,
         compact_mode=bits > 64,
-        t_events=[hy.t_event(M3, fp_type=kind, **called)],
+        **events,
     )
+
+
+def to_crossings(bits: int, tolerance: float) -> Any:
+    """An integrator of one orbit of the aligned field that stops where M3 = 0."""
+    hy = heyoka()
+    _, M3 = aligned_system(hy)
+    fp_type = _of_type(bits)["fp_type"]
+    return stepper(bits, tolerance, t_events=[hy.t_event(M3, fp_type=fp_type)])
+
+
+def _of_type(bits: int) -> dict[str, Any]:
+    """heyoka's arguments for a type of so many bits."""
+    hy = heyoka()
+    if bits in (53, 64, 113):
+        return {"fp_type": working_type(bits)}
+    return {"fp_type": hy.real, "prec": bits}
 
 
 def begin(integrator: Any, kind: Any, coefficients: Any, state: Any) -> None:
@@ -85,7 +111,8 @@ def begin(integrator: Any, kind: Any, coefficients: Any, state: Any) -> None:
     integrator.pars[:] = [typed(x, kind) for x in coefficients]
     integrator.state[:] = [typed(x, kind) for x in state]
     integrator.time = kind(0)
-    integrator.reset_cooldowns()
+    if integrator.with_events:
+        integrator.reset_cooldowns()
 
 
 def typed(x: Any, kind: Any) -> Any:
@@ -94,7 +121,9 @@ def typed(x: Any, kind: Any) -> Any:
     It is a sum of doubles, each step exact.
     """
     total, rest = kind(0), x
-    for _ in range(3):
+    while rest:
         head = float(rest)
+        if not head:
+            break
         total, rest = total + kind(head), rest - type(x)(head)
     return total

@@ -45,8 +45,13 @@ def has_own_type(engine: str, bits: int) -> bool:
     if engine == "taylor":
         from rigidpend.integrate import taylor
 
-        return bits in taylor.precisions()
+        return taylor.offers(bits)
     return bits == 53
+
+
+def runs_in_threads(engine: str, bits: int) -> bool:
+    """True if the engine's arithmetic of `bits` bits leaves the interpreter to other threads."""
+    return engine == "taylor" and has_own_type(engine, bits)
 
 
 @functools.cache

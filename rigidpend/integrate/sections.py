@@ -14,9 +14,10 @@ from typing import Any, NamedTuple
 from rigidpend.equations import AlignedCoefficients
 from rigidpend.integrate import bigint
 from rigidpend.integrate.engines import has_own_type
-from rigidpend.run.workers import side_by_side
+from rigidpend.run.workers import check_stop, side_by_side
 
-MAX_STEPS = 1_000_000
+AT_ONCE = 100
+"""Steps in a call, which cannot be interrupted; in 113 bits they take 50 ms."""
 
 
 class Crossing(NamedTuple):
@@ -118,21 +119,26 @@ class _ToSection:
         self.integrator = to_crossings(bits, tolerance)
 
     def run(self, c: AlignedCoefficients, state: Any, limit: float) -> Crossing | None:
-        from rigidpend.integrate.compiled import begin
+        from rigidpend.integrate.compiled import begin, heyoka
 
         integrator = self.integrator
         begin(integrator, self.type, c, state)
+        end = self.type(limit)
         # The outcome of a terminal event that stops is -1 less its index.
-        ended = int(integrator.propagate_until(self.type(limit), max_steps=MAX_STEPS)[0])
-        if ended != -1:
-            return None
-        return Crossing(_exact(integrator.time), tuple(map(_exact, integrator.state)))
+        while (ended := int(integrator.propagate_until(end, max_steps=AT_ONCE)[0])) != -1:
+            check_stop()
+            if ended != int(heyoka().taylor_outcome.step_limit):
+                return None
+        return Crossing(
+            _exact(integrator.time, self.type),
+            tuple(_exact(x, self.type) for x in integrator.state),
+        )
 
 
-def _exact(x: Any) -> Fraction:
+def _exact(x: Any, kind: Any) -> Fraction:
     """The value of a number of the working type: a sum of doubles."""
-    total = Fraction(0)
-    for _ in range(3):
+    total, head = Fraction(0), float(x)
+    while head:
+        total, x = total + Fraction(head), x - kind(head)
         head = float(x)
-        total, x = total + Fraction(head), x - type(x)(head)
     return total

@@ -1,42 +1,35 @@
-"""Engine `taylor`: heyoka's adaptive Taylor integrator on the aligned field.
+"""Engine `taylor` above 53 bits: heyoka's adaptive Taylor integrator, one orbit at a time.
 
-At 53 bits orbits run in batches as wide as the processor's vectors. A lane whose orbit is
-done takes the next one at once, so no lane waits for the slowest. At 64 bits (x87 long
-double) and at 113 bits (real128) orbits run one by one.
+64 bits are x87's long double, 113 are real128, more are MPFR's numbers. As in `batch`, an
+orbit goes some steps at a time, without events, for these lose a double zero of M3; what the
+bounds of `bounds` do not exclude is integrated again with every step's series.
 
-Compiled code depends on the kind of numbers, the tolerance and the width only: the body
-enters through parameters. Integrators are reused, never shared between threads, and never
-leave this module.
+Compiled code depends on the kind of numbers and the tolerance only: the body enters through
+parameters. Integrators are reused, never shared between threads, and never leave this package.
 """
 
 from __future__ import annotations
 
-import functools
-import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from rigidpend.integrate.compiled import (
-    aligned_system,
-    begin,
-    borrowed,
-    heyoka,
-    to_crossings,
-    working_type,
-)
-from rigidpend.integrate.records import (
-    Crossings,
-    Orbits,
-    Outcome,
-    no_crossings,
-    separatrix_beside,
-    silent_outcome,
-)
+from rigidpend.integrate.bounds import bounds, leaving_zero, slopes, touch, without_zero
+from rigidpend.integrate.compiled import begin, borrowed, heyoka, stepper, working_type
+from rigidpend.integrate.passages import UNDECIDED, Found, crossings_of_series
+from rigidpend.integrate.records import Crossings, Orbits, Outcome, no_crossings, silent_outcome
+from rigidpend.integrate.roots import value_at
+from rigidpend.run.workers import check_stop
 
 MAX_STEPS = 1_000_000
-"""Steps in one call after which an orbit counts as failed; a passage takes some hundred."""
+"""Steps without a crossing after which an orbit counts as failed; a passage takes some hundred."""
+STRIDE = 4
+"""Steps in a call, of which those with a crossing are made twice: a tenth of the time."""
+KEPT = 4096
+"""Calls whose ends are kept until they are looked at."""
+POLISH = 3
+"""Newton's iterations from a double, of which each doubles the digits, as long as they are few."""
 
 
 def precisions() -> tuple[int, ...]:
@@ -46,22 +39,13 @@ def precisions() -> tuple[int, ...]:
     return (53, *extended, *((113,) if hasattr(hy, "real128") else ()))
 
 
-def crossings_batch(orbits: Orbits, tolerance: float) -> Crossings:
-    """Crossings of orbits in double precision, by SIMD batches.
-
-    Parameters
-    ----------
-    orbits : Orbits
-        With states (6, n).
-    tolerance : float
-        Of the Taylor series.
-    """
-    with borrowed(_Batch, tolerance) as batch:
-        return batch.run(orbits)
+def offers(bits: int) -> bool:
+    """Whether there is a compiled type of so many bits."""
+    return bits in precisions() or (bits > 113 and hasattr(heyoka(), "real"))
 
 
 def crossings_scalar(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
-    """Crossings of orbits in 64 or 113 bits, one by one.
+    """Crossings of orbits in more than 53 bits, one by one.
 
     Parameters
     ----------
@@ -74,154 +58,111 @@ def crossings_scalar(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
     found = no_crossings(orbits.n_crossings, len(orbits.states))
     with borrowed(_Scalar, bits, tolerance) as scalar:
         for column, state in enumerate(orbits.states):
-            scalar.run(orbits, state, found, column)
+            found.outcome[column], crossed = scalar.run(orbits, state)
+            columns = np.full(len(crossed), column)
+            times, separatrix = np.array(crossed, dtype=float).reshape(-1, 2).T
+            Found(columns, times, separatrix.astype(int)).write(found, orbits.passage_limit)
     return found
-
-
-@functools.cache
-def _failures() -> frozenset[int]:
-    """heyoka's outcomes that end an orbit without a result."""
-    outcomes = heyoka().taylor_outcome
-    return frozenset(map(int, (outcomes.err_nf_state, outcomes.step_limit)))
-
-
-class _Batch:
-    """A batch integrator with what its event callback writes to."""
-
-    def __init__(self, tolerance: float) -> None:
-        hy = heyoka()
-        self.width = hy.recommended_simd_size()
-        self.found = no_crossings(0, 0)
-        self.column, self.count = [0] * self.width, [0] * self.width
-        field, M3 = aligned_system(hy)
-        self.integrator = hy.taylor_adaptive_batch(
-            field,
-            np.zeros((6, self.width)),
-            pars=np.zeros((9, self.width)),
-            tol=tolerance,
-            t_events=[hy.t_event_batch(M3, callback=self._recorder())],
-        )
-        self.state, self.time = self.integrator.state, self.integrator.time
-        self.Qp, self.Qm = self.state[:2]
-
-    def _recorder(self) -> Callable[[Any, int, int], bool]:
-        """The callback at a crossing. A closure, for heyoka copies callable objects."""
-        batch, counts, columns = self, self.count, self.column
-
-        def record(_: Any, direction: int, lane: int) -> bool:
-            found, k, column = batch.found, counts[lane], columns[lane]
-            found.time[k, column] = batch.time[lane]
-            found.separatrix[k, column] = separatrix_beside(
-                direction > 0, batch.Qp[lane], batch.Qm[lane]
-            )
-            counts[lane] = k = k + 1
-            return k < len(found.time)
-
-        return record
-
-    def run(self, orbits: Orbits) -> Crossings:
-        n = orbits.states.shape[1]
-        self.found = no_crossings(orbits.n_crossings, n)
-        self.integrator.pars[:] = np.asarray(orbits.coefficients)[:, None]
-        self.state[:] = orbits.states[:, :1]
-        self.integrator.set_time(0.0)
-        waiting = iter(range(n))
-        # Where an idle lane stands and is sent to: it takes no step.
-        until = np.zeros(self.width)
-        busy = {lane for lane in range(self.width) if self._load(lane, waiting, orbits, until)}
-        while busy:
-            self.integrator.propagate_until(until, max_steps=MAX_STEPS)
-            endings = [int(result[0]) for result in self.integrator.propagate_res]
-            for lane in [
-                lane for lane in busy if self._is_done(lane, endings[lane], orbits, until)
-            ]:
-                if not self._load(lane, waiting, orbits, until):
-                    busy.discard(lane)
-        return self.found
-
-    def _load(self, lane: int, waiting: Iterator[int], orbits: Orbits, until: Any) -> bool:
-        """Put the next orbit into the lane; without one, let it idle and return False."""
-        column = next(waiting, None)
-        self._set_time(lane, 0.0)
-        self.count[lane] = 0
-        if column is None:
-            # A number that is not finite would stop the lanes that still work.
-            self.state[:, lane], until[lane] = 0.0, 0.0
-            return False
-        self.column[lane], until[lane] = column, orbits.passage_limit
-        self.state[:, lane] = orbits.states[:, column]
-        self.integrator.reset_cooldowns(lane)
-        return True
-
-    def _set_time(self, lane: int, value: float) -> None:
-        """Set one lane's time; the others keep theirs to the last bit, low words included."""
-        high, low = (part.copy() for part in self.integrator.dtime)
-        high[lane], low[lane] = value, 0.0
-        if not math.isfinite(high.sum()):
-            # Another lane has failed and waits for its next orbit.
-            high[~np.isfinite(high)] = 0.0
-            low[~np.isfinite(low)] = 0.0
-        self.integrator.set_dtime(high, low)
-
-    def _is_done(self, lane: int, ending: int, orbits: Orbits, until: Any) -> bool:
-        """Whether the lane's orbit is done, with its outcome; if not, how far it goes next."""
-        count, column = self.count[lane], self.column[lane]
-        if count == orbits.n_crossings:
-            self.found.outcome[column] = Outcome.COMPLETE
-            return True
-        if ending in _failures():
-            return True
-        if self.time[lane] < until[lane]:
-            return False
-        # The limit counts from the last crossing. It moves only when it is reached, so that
-        # no step depends on when the neighbours end.
-        last = self.found.time[count - 1, column] if count else 0.0
-        if self.time[lane] >= last + orbits.passage_limit:
-            self.found.outcome[column] = silent_outcome(self.Qp[lane], self.Qm[lane])
-            return True
-        until[lane] = last + orbits.passage_limit
-        return False
 
 
 class _Scalar:
     """An integrator of one orbit in an extended type."""
 
     def __init__(self, bits: int, tolerance: float) -> None:
-        self.type = working_type(bits)
-        self.crossings: list[tuple[float, int]] = []
-        self.wanted = 0
-        self.integrator = to_crossings(bits, tolerance, self._recorder())
+        self.bits, self.type = bits, working_type(bits)
+        self.integrator = stepper(bits, tolerance)
+        self.far = self.type(1e300)
 
-    def _recorder(self) -> Callable[[Any, int], bool]:
-        scalar = self
-
-        def record(integrator: Any, direction: int) -> bool:
-            Qp, Qm = integrator.state[:2]
-            separatrix = separatrix_beside(direction > 0, Qp, Qm)
-            scalar.crossings.append((float(integrator.time), separatrix))
-            return len(scalar.crossings) < scalar.wanted
-
-        return record
-
-    def run(self, orbits: Orbits, state: Any, found: Crossings, column: int) -> None:
-        """Integrate one orbit and write its crossings into `found`."""
+    def run(self, orbits: Orbits, state: Any) -> tuple[Outcome, list[tuple[float, int]]]:
+        """How one orbit ended, and its crossings as (time, separatrix)."""
         begin(self.integrator, self.type, orbits.coefficients, state)
-        self.crossings.clear()
-        self.wanted = orbits.n_crossings
-        found.outcome[column] = self._follow(orbits)
-        for k, (time, separatrix) in enumerate(self.crossings):
-            found.time[k, column], found.separatrix[k, column] = time, separatrix
+        self.floats = type(orbits.coefficients)(*map(float, orbits.coefficients))
+        crossed: list[tuple[float, int]] = []
+        count, last, outcome = 0, 0.0, None
+        stride = min(STRIDE, MAX_STEPS)
+        patience = MAX_STEPS // stride
+        while outcome is None:
+            rows = [self._here()]
+            while outcome is None and len(rows) < KEPT:
+                check_stop()
+                self.integrator.propagate_until(self.far, max_steps=stride)
+                rows.append(self._here())
+                patience -= 1
+                if (rows[-1][2][2] < 0) != (rows[-2][2][2] < 0):
+                    count, last, patience = count + 1, float(rows[-1][0]), MAX_STEPS // stride
+                outcome = self._ending(orbits, rows[-1], count, last, patience)
+            crossed += self._crossings(rows, stride)
+        return outcome, crossed
 
-    def _follow(self, orbits: Orbits) -> Outcome:
-        outcomes = heyoka().taylor_outcome
+    def _here(self) -> tuple[Any, Any, list[float]]:
+        """The time, the state, and the state in doubles."""
+        state = self.integrator.state.copy()
+        return self.integrator.time, state, [float(x) for x in state]
+
+    def _ending(
+        self, orbits: Orbits, row: Any, count: int, last: float, patience: int
+    ) -> Outcome | None:
+        """How the orbit has ended, if it has."""
+        if count >= orbits.n_crossings:
+            return Outcome.COMPLETE
+        if patience <= 0 or not np.isfinite(row[2]).all():
+            return Outcome.FAILED
+        if float(row[0]) > last + orbits.passage_limit:
+            return silent_outcome(*(x for x in row[2][:2]))
+        return None
+
+    def _crossings(self, rows: Any, stride: int) -> Iterator[tuple[float, int]]:
+        """The crossings between the rows; the integrator is put back where it was."""
+        times, states, doubles = zip(*rows, strict=True)
+        for k in self._open(np.array(doubles).T, np.array(times, dtype=float)):
+            depth = touch(self.bits) * float(np.linalg.norm(doubles[k][:3]))
+            self._to(self.type(0), states[k])
+            for time, separatrix in self._stepped(stride, depth):
+                yield float(times[k] + time), separatrix
+        self._to(times[-1], states[-1])
+
+    def _open(self, states: Any, times: Any) -> list[int]:
+        """The stretches from row to row that the bounds leave open."""
+        before, after, durations = states[:, :-1], states[:, 1:], np.diff(times)
+        with np.errstate(all="ignore"):
+            b = bounds(before, durations, self.floats)
+            ends = before[2], after[2]
+            steep = slopes(before, self.floats), slopes(after, self.floats)
+            closed = without_zero(b, *ends, durations) | leaving_zero(b, ends, steep, durations)
+        whole = np.isfinite(after).all(axis=0)
+        return [int(k) for k in np.flatnonzero(~closed & whole)]
+
+    def _to(self, time: Any, state: Any) -> None:
+        self.integrator.time = time
+        self.integrator.state[:] = state
+
+    def _stepped(self, stride: int, depth: float) -> Iterator[tuple[Any, int]]:
+        """(time, separatrix) of each crossing on the next steps, times in the working type."""
         integrator = self.integrator
-        while True:
-            last = self.crossings[-1][0] if self.crossings else 0.0
-            until = self.type(last + orbits.passage_limit)
-            if integrator.time >= until:
-                return silent_outcome(*integrator.state[:2])
-            ended = int(integrator.propagate_until(until, max_steps=MAX_STEPS)[0])
-            if len(self.crossings) == orbits.n_crossings:
-                return Outcome.COMPLETE
-            if ended != int(outcomes.time_limit):
-                return Outcome.FAILED
+        for _ in range(stride):
+            start = integrator.time
+            integrator.propagate_until(self.far, max_steps=1, write_tc=True)
+            step, M3 = integrator.last_h, list(integrator.tc[2])
+            scaled = _scaled(integrator.tc[:3], float(step))
+
+            def exactly(share: float, step: Any = step, M3: Any = M3) -> float:
+                return float(value_at(M3, self.type(share) * step))
+
+            for share, separatrix in crossings_of_series(scaled, depth, exactly):
+                at = self.type(share) * step
+                if separatrix != UNDECIDED:
+                    at = self._polished(M3, at)
+                yield start + at, separatrix
+
+    def _polished(self, M3: list[Any], at: Any) -> Any:
+        """The zero of the series beside `at`, to the working precision."""
+        rates = [self.type(float(k)) * x for k, x in enumerate(M3)][1:]
+        for _ in range(max(POLISH, (self.bits // 32).bit_length())):
+            at = at - value_at(M3, at) / value_at(rates, at)
+        return at
+
+
+def _scaled(series: Any, step: float) -> Any:
+    """Series of the working type in doubles, with the step as the unit of time."""
+    doubles = np.array([[float(x) for x in row] for row in series])
+    return doubles * step ** np.arange(doubles.shape[1])

@@ -9,6 +9,14 @@ from typing import Any
 import numpy as np
 
 from rigidpend.integrate.compiled import aligned_system, borrowed, heyoka
+from rigidpend.run.workers import check_stop
+
+AT_ONCE = 20_000
+"""Steps in a call, which cannot be interrupted; of a batch they take some 30 ms."""
+FEW = 64
+"""Up to so many times are reached one by one, for they may lie far apart."""
+PIECE = 1024
+"""Times in a call, if they are more."""
 
 
 def sample(field: Any, state: Any, times: Any, tolerance: float) -> Any:
@@ -76,7 +84,7 @@ class _Abreast:
     def run(self, states: Any, times: Any) -> Any:
         self.integrator.set_time(0.0)
         self.integrator.state[:] = states
-        self.integrator.propagate_until(times)
+        _advance(self.integrator, times)
         return self.integrator.state
 
 
@@ -107,11 +115,30 @@ class _Sampler:
         return found.transpose(1, 0, 2)[..., :n]
 
     def _between(self, lanes: Any, times: Any) -> Any:
-        if times.size > 2:
-            return self.integrator.propagate_grid(np.repeat(times[:, None], self.width, axis=1))[1]
-        # Without a grid no step needs to be kept for a look inside.
-        self.integrator.propagate_until(times[-1])
-        return np.stack((lanes, self.integrator.state))
+        if times.size > FEW:
+            grid = np.repeat(times[:, None], self.width, axis=1)
+            pieces = [grid[k : k + PIECE] for k in range(0, len(grid), PIECE)]
+            return np.concatenate([self._on_grid(piece) for piece in pieces])
+        found = [lanes]
+        for time in times[1:]:
+            _advance(self.integrator, time)
+            found.append(self.integrator.state.copy())
+        return np.stack(found)
+
+    def _on_grid(self, grid: Any) -> Any:
+        check_stop()
+        return self.integrator.propagate_grid(grid)[1]
+
+
+def _advance(integrator: Any, until: Any) -> None:
+    """Carry the lanes to a time, in calls that are short enough to wait for."""
+    outcomes = heyoka().taylor_outcome
+    while True:
+        check_stop()
+        integrator.propagate_until(until, max_steps=AT_ONCE)
+        endings = {int(result[0]) for result in integrator.propagate_res}
+        if int(outcomes.err_nf_state) in endings or int(outcomes.step_limit) not in endings:
+            return
 
 
 class _Functions:

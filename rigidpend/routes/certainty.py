@@ -18,13 +18,13 @@ and up to three times the spread in 64, where the chances are some ten times lar
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.integrate.records import Crossings, Outcome
+from rigidpend.integrate.records import Crossings, Outcome, joined
 from rigidpend.routes.start import Scales
 
 FIRST, SECOND, THIRD = Scales(), Scales("1.37", "0.73"), Scales("0.61", "1.43")
@@ -46,6 +46,13 @@ class Decided(NamedTuple):
     """(n_symbols, n)."""
     bits: NDArray[np.uint16]
     """(n,), the precision that decided."""
+
+
+Columns: TypeAlias = NDArray[np.intp]
+Compute: TypeAlias = Callable[[int, Scales, Any], Crossings]
+Share: TypeAlias = Callable[
+    [Callable[[Columns], Decided], Columns, bool], list[tuple[Columns, Decided]]
+]
 
 
 def agreement(a: Crossings, b: Crossings, rate: float, limit: float) -> NDArray[np.bool_]:
@@ -77,10 +84,11 @@ def agreement(a: Crossings, b: Crossings, rate: float, limit: float) -> NDArray[
 
 
 def decide(
-    compute: Callable[[int, Scales, Any], Crossings],
+    compute: Compute,
     n: int,
     rate: float,
     precisions: tuple[int, ...],
+    share: Share | None = None,
 ) -> Decided:
     """Compute `n` columns, and those with an uncertain symbol again in higher precision.
 
@@ -98,24 +106,63 @@ def decide(
         Radians per unit of t', for :func:`agreement`.
     precisions : tuple of int
         Bits, ascending.
+    share : callable, optional
+        ``share(work, columns, alone)`` lets `work` decide the columns, some at a time, or each
+        alone: a list of the columns of each piece with what was decided. By default all at once.
     """
-    best = compute(precisions[0], FIRST, np.arange(n))
-    certain = np.zeros((len(best.time) - 1, n), dtype=bool)
-    bits = np.full(n, precisions[0], dtype=np.uint16)
-    climb = [(precision, scales) for precision in precisions for scales in (FIRST, SECOND)]
-    for precision, scales in climb[1:]:
-        columns = np.flatnonzero(~certain.all(axis=0))
-        if not columns.size:
+    share = share or _undivided
+    steps = [(precision, scales) for precision in precisions for scales in (FIRST, SECOND)]
+
+    def settle(columns: Columns) -> Decided:
+        first = compute(*steps[0], columns)
+        unknown = np.zeros((len(first.time) - 1, columns.size), dtype=bool)
+        bits = np.full(columns.size, precisions[0], dtype=np.uint16)
+        return _climb(compute, Decided(first, unknown, bits), columns, rate, steps[1:2])
+
+    def climb(columns: Columns) -> Decided:
+        return _climb(compute, _part(found, columns), columns, rate, steps[2:])
+
+    pieces = share(settle, np.arange(n), False)
+    found = Decided(
+        joined([piece.crossings for _, piece in pieces]),
+        np.concatenate([piece.certain for _, piece in pieces], axis=1),
+        np.concatenate([piece.bits for _, piece in pieces]),
+    )
+    left = np.flatnonzero(~found.certain.all(axis=0))
+    if left.size and steps[2:]:
+        for columns, piece in share(climb, left, True):
+            _put(found, columns, piece)
+    return found
+
+
+def _undivided(
+    work: Callable[[Columns], Decided], columns: Columns, _: bool
+) -> list[tuple[Columns, Decided]]:
+    return [(columns, work(columns))]
+
+
+def _climb(
+    compute: Compute,
+    found: Decided,
+    columns: Columns,
+    rate: float,
+    steps: Sequence[tuple[int, Scales]],
+) -> Decided:
+    """What further computations decide of columns, each compared with the last one before."""
+    for precision, scales in steps:
+        open_ = np.flatnonzero(~found.certain.all(axis=0))
+        if not open_.size:
             break
-        before, sharper = _columns(best, columns), compute(precision, scales, columns)
+        before = _columns(found.crossings, open_)
+        sharper = compute(precision, scales, columns[open_])
         if scales == FIRST:
-            certain[:, columns] = agreement(before, sharper, rate, LINEAR)
+            certain = agreement(before, sharper, rate, LINEAR)
         else:
             third = functools.partial(compute, precision, THIRD)
-            certain[:, columns] = _established(before, sharper, rate, third, columns)
-        _put(best, columns, sharper)
-        bits[columns] = precision
-    return Decided(best, certain, bits)
+            certain = _established(before, sharper, rate, third, columns[open_])
+        bits = np.full(open_.size, precision, dtype=np.uint16)
+        _put(found, open_, Decided(sharper, certain, bits))
+    return found
 
 
 def _established(
@@ -137,7 +184,15 @@ def _columns(crossings: Crossings, columns: Any) -> Crossings:
     return Crossings(time[:, columns], separatrix[:, columns], outcome[columns])
 
 
-def _put(target: Crossings, columns: Any, source: Crossings) -> None:
-    target.time[:, columns] = source.time
-    target.separatrix[:, columns] = source.separatrix
-    target.outcome[columns] = source.outcome
+def _part(decided: Decided, columns: Columns) -> Decided:
+    """A copy of some columns."""
+    crossings = _columns(decided.crossings, columns)
+    return Decided(crossings, decided.certain[:, columns], decided.bits[columns])
+
+
+def _put(target: Decided, columns: Columns, source: Decided) -> None:
+    pairs: Any = zip(target.crossings, source.crossings, strict=True)
+    for into, array in pairs:
+        into[..., columns] = array
+    target.certain[:, columns] = source.certain
+    target.bits[columns] = source.bits

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+import operator
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,11 +16,15 @@ from rigidpend.integrate.arithmetic import Arithmetic, resolve
 from rigidpend.integrate.records import Crossings, Orbits
 from rigidpend.numbers.exact import PRECISIONS, Exact, ExactError, exact
 from rigidpend.routes import certainty
+from rigidpend.routes.certainty import Decided
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem, passage_limit, phase_rate
 from rigidpend.routes.start import Scales, start, states_double, states_exact
+from rigidpend.run.workers import side_by_side
 
+FEWEST, MOST, PIECES = 32, 1024, 8
+"""Columns of a piece at least and at most, and pieces that each thread gets."""
 SHARPENING = 100
 """How much finer the tolerance of further computations is, in doubles while these allow it."""
 
@@ -100,10 +105,14 @@ def route_codes(
     """
     problem = RouteProblem(body, _named("h0", h0), _named("J1_0", J1_0), n_symbols)
     arithmetic = resolve(engine, tolerance, precisions)
-    phases = Phases(theta2_0)
-    run = _Run(problem, phases, arithmetic, jobs)
+    phases, jobs = Phases(theta2_0), checked_jobs(jobs)
+    # Where all is compiled, threads share the columns and decide their own to the end; else
+    # processes share the orbits of each computation.
+    threads = all(integrate.runs_in_threads(arithmetic.engine, b) for b in arithmetic.precisions)
+    run = _Run(problem, phases, arithmetic, 1 if threads else jobs)
+    share = functools.partial(_shared, jobs) if threads else None
     rate = phase_rate(problem)
-    decided = certainty.decide(run.crossings, len(phases), rate, arithmetic.precisions)
+    decided = certainty.decide(run.crossings, len(phases), rate, arithmetic.precisions, share)
     found = decided.crossings
     return RouteCodes(
         theta2_0=phases.high,
@@ -113,6 +122,29 @@ def route_codes(
         crossing_time=found.time,
         separatrix=found.separatrix,
     )
+
+
+def checked_jobs(jobs: Any) -> int:
+    """The number of jobs as an int.
+
+    Raises
+    ------
+    ProblemError
+        It is no whole number from 1 on.
+    """
+    whole = hasattr(jobs, "__index__") and not isinstance(jobs, bool | np.bool_)
+    if not whole or operator.index(jobs) < 1:
+        raise ProblemError("jobs", f"jobs must be a whole number from 1 on, got {jobs!r}")
+    return operator.index(jobs)
+
+
+def _shared(
+    jobs: int, work: Callable[[Any], Decided], columns: Any, alone: bool
+) -> list[tuple[Any, Decided]]:
+    """Let threads decide columns, in pieces that are small beside a thread's share."""
+    size = 1 if alone else min(MOST, max(FEWEST, -(-len(columns) // (PIECES * jobs))))
+    parts = [columns[k : k + size] for k in range(0, len(columns), size)] or [columns]
+    return list(zip(parts, side_by_side(work, (), False, parts, jobs), strict=True))
 
 
 class _Run(NamedTuple):
@@ -156,6 +188,8 @@ _limit = functools.lru_cache(maxsize=32)(passage_limit)
 
 def _named(name: str, value: Any) -> Exact:
     """The value, exact; what is wrong with it is said with its name."""
+    if np.ma.is_masked(value):
+        raise ProblemError(name, f"{name} is masked")
     try:
         return exact(value)
     except ExactError as error:

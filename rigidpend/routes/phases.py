@@ -47,6 +47,10 @@ class Phases:
 
     def __init__(self, values: Any) -> None:
         self._given: Any
+        if np.ma.is_masked(values):
+            raise ExactError("theta2_0 has masked values; give those that are to be computed")
+        if isinstance(values, np.ma.MaskedArray):
+            values = values.data
         if isinstance(values, np.ndarray) and values.dtype == np.float64:
             # An array of doubles is exact as it is: no object for each of many phases.
             self._given = self.high = np.atleast_1d(values).copy()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from dataclasses import dataclass
 from typing import Any
 
@@ -49,9 +50,11 @@ class RouteProblem:
 
     def __post_init__(self) -> None:
         whole = hasattr(self.n_symbols, "__index__") and not isinstance(self.n_symbols, bool)
-        if not whole or not 1 <= self.n_symbols <= MAX_SYMBOLS:
+        if not whole or not 1 <= operator.index(self.n_symbols) <= MAX_SYMBOLS:
             message = f"n_symbols must be 1 to {MAX_SYMBOLS}, got {self.n_symbols!r}"
             raise ProblemError("n_symbols", message)
+        # One more in a number of eight bits may be 0.
+        object.__setattr__(self, "n_symbols", operator.index(self.n_symbols))
         m = context(113)
         if not self.h0.in_context(m) > self.body.mu.in_context(m):
             message = f"h0 > mu is broken: h0 = {self.h0}, mu = {self.body.mu}"

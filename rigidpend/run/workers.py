@@ -11,9 +11,30 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from rigidpend.run.signals import interruption_kept_from_children
+from rigidpend.run.signals import held, interruption_kept_from_children
 
 Result = TypeVar("Result")
+
+
+class Stopped(BaseException):
+    """Work that is not wanted any more ends, between two calls of what cannot be interrupted."""
+
+
+_of_thread = threading.local()
+
+
+def check_stop() -> None:
+    """End the work of this thread if it is not wanted any more; engines ask some times a second.
+
+    Raises
+    ------
+    Stopped
+        In a thread of a pool that is being stopped, never in the main thread, which signals
+        interrupt themselves.
+    """
+    stop = getattr(_of_thread, "stop", None)
+    if stop is not None and stop.is_set():
+        raise Stopped
 
 
 class WorkerError(RuntimeError):
@@ -49,7 +70,8 @@ def side_by_side(
     arguments : tuple
         Its further arguments.
     holds_interpreter : bool
-        Whether it is Python itself that works: then processes, else threads.
+        Whether it is Python itself that works: then processes, else threads. In these the work
+        calls `check_stop` now and then, so that it can be ended.
     parts : sequence
     jobs : int
         How many at a time; with 1, or one part, nothing is started.
@@ -62,7 +84,8 @@ def side_by_side(
     workers = min(jobs, len(parts))
     if workers <= 1:
         return [work(part, *arguments) for part in parts]
-    pool = _pool(workers, holds_interpreter)
+    stop = threading.Event()
+    pool = _pool(workers, holds_interpreter, stop)
     try:
         with interruption_kept_from_children():
             futures = [pool.submit(work, part, *arguments) for part in parts]
@@ -73,21 +96,29 @@ def side_by_side(
             " the same command again continues"
         ) from None
     except BaseException:
-        _stop(pool)
+        stop.set()
+        _end_processes(pool)
         raise
     finally:
-        pool.shutdown(cancel_futures=True)
+        # A second Ctrl-C waits: the interpreter must not end while a thread computes.
+        with held():
+            pool.shutdown(cancel_futures=True)
 
 
-def _pool(workers: int, holds_interpreter: bool) -> Executor:
+def _pool(workers: int, holds_interpreter: bool, stop: threading.Event) -> Executor:
     if not holds_interpreter:
-        return ThreadPoolExecutor(workers)
+        return ThreadPoolExecutor(workers, initializer=_heed, initargs=(stop,))
     # Imported here: a run that needs no process does not pay for it.
     import multiprocessing
 
     # A fork would copy the locks of threads that do not run in the child.
     spawn = multiprocessing.get_context("spawn")
     return ProcessPoolExecutor(workers, mp_context=spawn, initializer=_follow_parent)
+
+
+def _heed(stop: threading.Event) -> None:
+    """Let this thread's work end when the event is set."""
+    _of_thread.stop = stop
 
 
 def _follow_parent() -> None:
@@ -106,7 +137,7 @@ def _wait_for_end_of_parent() -> None:
     os._exit(1)
 
 
-def _stop(pool: Executor) -> None:
+def _end_processes(pool: Executor) -> None:
     """End the processes of a pool at once: what they compute is not wanted any more."""
     for process in list((getattr(pool, "_processes", None) or {}).values()):
         process.terminate()

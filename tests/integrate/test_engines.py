@@ -36,9 +36,16 @@ def test_engine_scipy_has_doubles_only() -> None:
 
 
 @needs_heyoka
-def test_engine_taylor_leaves_200_bits_to_integers() -> None:
-    assert integrate.has_own_type("taylor", 53)
-    assert not integrate.has_own_type("taylor", 200)
+def test_engine_taylor_has_every_precision_above_113_bits() -> None:
+    offered = [integrate.has_own_type("taylor", bits) for bits in (53, 80, 113, 114, 200)]
+    assert offered == [True, False, True, True, True]
+
+
+@needs_heyoka
+@pytest.mark.parametrize("bits", [160, 240])
+def test_agrees_arbitrary_precision_with_integers_to_the_last_bit(bits: int) -> None:
+    begin = fan(1, J1=1e-12)
+    assert same(find(begin, "scipy", bits), find(begin, "taylor", bits))
 
 
 @needs_heyoka

@@ -11,8 +11,8 @@ import pytest
 from rigidpend import Body, RouteCodes, integrate, route_codes
 from rigidpend.integrate import Crossings, EngineError, Orbits
 from rigidpend.integrate.arithmetic import NumericsError, resolve
-from rigidpend.numbers.exact import ExactError
-from rigidpend.routes import ProblemError
+from rigidpend.numbers.exact import ExactError, exact
+from rigidpend.routes import ProblemError, RouteProblem
 from rigidpend.routes.cycle import NO_SYMBOL, symbols
 from tests.integrate.problems import ENGINES, FIG4, FREE, needs_heyoka
 
@@ -299,3 +299,34 @@ def test_computations_in_more_bits_have_two_tolerances_too(
     assert first == 2.0**-52
     assert others
     assert set(others) == {first / 100}
+
+
+def test_n_symbols_in_eight_bits_does_not_wrap() -> None:
+    found = codes(["1/10"], n_symbols=np.uint8(2))
+    assert equal(found, codes(["1/10"], n_symbols=2))
+    problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), np.uint8(255))  # type: ignore[arg-type]
+    assert problem.n_symbols + 1 == 256
+
+
+@pytest.mark.parametrize("jobs", [None, "2", 0, -1, 1.5, True, np.float64(2)])
+def test_jobs_that_are_no_number_of_jobs_are_refused(jobs: Any) -> None:
+    with pytest.raises(ProblemError, match="jobs must be a whole number from 1 on, got"):
+        codes(["1/10"], n_symbols=1, jobs=jobs)
+
+
+def test_masked_phases_are_refused_rather_than_unmasked() -> None:
+    phases = np.ma.masked_array([0.1, 0.2], mask=[False, True])
+    with pytest.raises(ExactError, match="masked"):
+        codes(phases, n_symbols=1)
+    whole = np.ma.masked_array([0.1, 0.2])
+    assert equal(codes(whole, n_symbols=1), codes([0.1, 0.2], n_symbols=1))
+    with pytest.raises(ProblemError, match="h0 is masked"):
+        codes([0.1], n_symbols=1, h0=np.ma.masked)
+
+
+@needs_heyoka
+def test_jobs_change_no_bit_of_certified_codes() -> None:
+    phases = np.linspace(0, 6.28, 150)
+    alone = codes(phases)
+    assert len(set(alone.bits.tolist())) > 1, "some columns climb"
+    assert all(equal(alone, codes(phases, jobs=jobs)) for jobs in (2, 3))

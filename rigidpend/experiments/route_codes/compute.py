@@ -24,8 +24,10 @@ if TYPE_CHECKING:
     from rigidpend.experiments.route_codes.schema import Config
 
 
-COLUMNS = 10_000
-"""Number of columns that are computed at a time, and kept if the run is interrupted."""
+SYMBOLS = 15_000
+"""Number of symbols computed at a time, and kept if the run is interrupted: some 0.5 s."""
+SLOWER = 100
+"""Factor by which fewer are taken where the first precision is higher than that of doubles."""
 
 PHASES = {"theta2_0": ROUNDING, "melnikov_zeros": ROUNDING}
 
@@ -57,9 +59,11 @@ def compute(config: Config, means: Means) -> Tree:
 def _in_parts(name: str, phases: Grid, config: Config, means: Means) -> RouteCodes:
     """Compute the routes of all phases in parts of some seconds at most."""
     found = []
-    for first in range(0, len(phases), COLUMNS):
-        columns = [phases[k] for k in range(first, min(first + COLUMNS, len(phases)))]
-        if len(phases) > COLUMNS:
+    slower = SLOWER if means.arithmetic.precisions[0] > 53 else 1
+    at_once = max(1, SYMBOLS // (slower * config.problem.n_symbols))
+    for first in range(0, len(phases), at_once):
+        columns = [phases[k] for k in range(first, min(first + at_once, len(phases)))]
+        if len(phases) > at_once:
             means.report(f"{name}: columns from {first} of {len(phases)}")
         part = partial(_part, columns, config, means)
         tree: Any = means.part(f"{name}.{first:08d}", part)

@@ -244,7 +244,7 @@ def test_an_array_in_parts_is_the_array_at_once(
     content: Any, tree: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each part has columns of its own: of five columns in parts of two, and one alone."""
-    monkeypatch.setattr(route_codes, "COLUMNS", 2)
+    monkeypatch.setattr(route_codes, "SYMBOLS", 2 * 5)
     kept: list[str] = []
 
     def part(name: str, compute: Callable[[], Any]) -> Any:

@@ -1,0 +1,115 @@
+"""Zeros of a polynomial on a step, none lost: exclusion, bisection, and touches that are told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+FINEST = 2.0**-20
+"""Share of a step below which a turning point beside zero is looked at closely."""
+
+
+class UndecidedTouch(ArithmeticError):
+    """A polynomial turns so near to zero that its arithmetic cannot tell whether it crosses it."""
+
+    def __init__(self, at: float) -> None:
+        super().__init__(at)
+        self.at = at
+        """Where, as a share of the step."""
+
+
+def zeros(
+    c: Sequence[float], depth: float, exactly: Callable[[float], Any] | None = None
+) -> Iterator[float]:
+    """The zeros of sum c_k x^k in (0, 1], in order.
+
+    Parameters
+    ----------
+    c : sequence of float
+    depth : float
+        A turning point that is no farther from zero is not decided.
+    exactly : callable, optional
+        The polynomial in its own arithmetic, where that is finer than a double's.
+
+    Raises
+    ------
+    UndecidedTouch
+        When the iteration comes to such a turning point.
+    """
+    if abs(c[0]) > depth + sum(map(abs, c[1:])):
+        return
+    yield from _Polynomial(c, depth, exactly).between(0.0, 1.0)
+
+
+def value_at(c: Any, x: Any) -> Any:
+    """The polynomial sum c_k x^k by Horner's rule, in any arithmetic."""
+    total = c[-1]
+    for term in c[-2::-1]:
+        total = total * x + term
+    return total
+
+
+def derivative(c: Sequence[Any]) -> list[Any]:
+    """The coefficients of the derivative."""
+    return [k * x for k, x in enumerate(c)][1:]
+
+
+class _Polynomial:
+    """A polynomial on (0, 1]; over it a derivative is bounded by its coefficients' sizes."""
+
+    def __init__(
+        self, c: Sequence[float], depth: float, exactly: Callable[[float], Any] | None
+    ) -> None:
+        self.c, self.slopes, self.depth = c, derivative(c), depth
+        self.steepest = sum(map(abs, self.slopes))
+        self.bend = sum(map(abs, derivative(self.slopes)))
+        self.exactly = exactly or (lambda x: value_at(c, x))
+
+    def between(self, a: float, b: float) -> Iterator[float]:
+        middle, half = (a + b) / 2, (b - a) / 2
+        if abs(value_at(self.c, middle)) > self.steepest * half + self.depth:
+            return
+        if abs(value_at(self.slopes, middle)) > self.bend * half:
+            left, right = value_at(self.c, a), value_at(self.c, b)
+            if left * right < 0 or right == 0:
+                yield self._bisected(a, b)
+            return
+        if half < FINEST:
+            yield from self._at_turn(a, b)
+            return
+        yield from self.between(a, middle)
+        yield from self.between(middle, b)
+
+    def _at_turn(self, a: float, b: float) -> Iterator[float]:
+        """The zeros beside a turning point, if its depth can be told."""
+        ends = [value_at(self.slopes, x) for x in (a, b)]
+        turn = _sign_change(self.slopes, a, b) if ends[0] * ends[1] < 0 else (a + b) / 2
+        deep = self.exactly(turn)
+        if abs(deep) <= self.depth:
+            raise UndecidedTouch(turn)
+        for low, high in ((a, turn), (turn, b)):
+            if (self.exactly(low) > 0) != (self.exactly(high) > 0):
+                yield self._bisected(low, high)
+
+    def _bisected(self, a: float, b: float) -> float:
+        rising = self.exactly(b) > self.exactly(a)
+        for _ in range(60):
+            middle = (a + b) / 2
+            if not a < middle < b:
+                break
+            if (self.exactly(middle) > 0) == rising:
+                b = middle
+            else:
+                a = middle
+        return b
+
+
+def _sign_change(c: Sequence[float], a: float, b: float) -> float:
+    rising = value_at(c, b) > 0
+    for _ in range(60):
+        middle = (a + b) / 2
+        if (value_at(c, middle) > 0) == rising:
+            b = middle
+        else:
+            a = middle
+    return b

@@ -1,0 +1,113 @@
+"""Real processes and real signals: a stop is a stop, whatever computes."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.integrate.problems import needs_heyoka
+
+PROMPT = 2.0
+"""Seconds within which a run ends after a signal, when the processor is its own."""
+EXIT = {signal.SIGINT: 130, signal.SIGTERM: 143}
+
+SCRIPT = """
+import os, signal, sys, time
+import numpy as np
+from rigidpend import Body, route_codes
+from rigidpend.run.signals import Terminated, termination
+signal.signal(signal.SIGINT, signal.default_int_handler)
+body = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu="0.001")
+def codes(n, symbols, **more):
+    return route_codes(body, np.arange(n) / 100, h0="1.3342", J1_0="1e-8", n_symbols=symbols,
+                       jobs=JOBS, **more)
+try:
+    with termination():
+        codes(3, 1, MORE)
+        print("at work", flush=True)
+        codes(COUNT, SYMBOLS, MORE)
+except KeyboardInterrupt:
+    code = 130
+except Terminated:
+    code = 143
+else:
+    code = 0
+sys.exit(code)
+"""
+
+WORK = {
+    "long codes in doubles": "63, 100_000",
+    "many columns": "10_000, 300",
+    "64 bits": "63, 3_000, precisions=[64]",
+    "113 bits": "63, 1_000, precisions=[113]",
+    "arbitrary precision": "63, 1_000, precisions=[160]",
+    "DOP853": "63, 1_000, engine='scipy', precisions=[53]",
+    "integers": "63, 1_000, engine='scipy', precisions=[113]",
+}
+
+
+def begun(work: str, jobs: int) -> subprocess.Popen[str]:
+    """A process that is at work."""
+    count, symbols, *more = WORK[work].split(", ")
+    script = SCRIPT.replace("COUNT", count).replace("SYMBOLS", symbols)
+    script = script.replace("MORE", ", ".join(more)).replace("JOBS", str(jobs))
+    # Worker processes import the script that begins them: it must not compute then.
+    script = "if __name__ == '__main__':\n" + "\n".join("    " + x for x in script.splitlines())
+    process = subprocess.Popen(
+        [sys.executable, "-c", script],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=Path(__file__).parents[1],
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "at work\n"
+    time.sleep(0.5)
+    assert process.poll() is None, "it is still at work"
+    return process
+
+
+def ended(process: subprocess.Popen[str]) -> tuple[int, float, str]:
+    """The exit code, the seconds until then, and what was said."""
+    began = time.monotonic()
+    _, said = process.communicate(timeout=60)
+    return process.returncode, time.monotonic() - began, said
+
+
+@needs_heyoka
+@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize("work", WORK)
+def test_ctrl_c_ends_any_work_soon(work: str, jobs: int) -> None:
+    process = begun(work, jobs)
+    process.send_signal(signal.SIGINT)
+    code, seconds, said = ended(process)
+    assert (code, said) == (130, "")
+    # Other work on the machine may take its turn; without the check it is some ten times as long.
+    assert seconds < PROMPT * max(1.0, os.getloadavg()[0])
+
+
+@needs_heyoka
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_sigterm_ends_it_as_well(jobs: int) -> None:
+    process = begun("long codes in doubles", jobs)
+    process.send_signal(signal.SIGTERM)
+    code, seconds, said = ended(process)
+    assert (code, said) == (143, "")
+    assert seconds < PROMPT * max(1.0, os.getloadavg()[0])
+
+
+@needs_heyoka
+def test_signals_upon_signals_end_it_without_a_core_dump() -> None:
+    process = begun("long codes in doubles", 2)
+    for number in (signal.SIGINT, signal.SIGINT, signal.SIGINT, signal.SIGTERM):
+        process.send_signal(number)
+        time.sleep(0.01)
+    code, _, _ = ended(process)
+    # Python itself ends by the signal where one comes while it shuts down.
+    assert code in (130, 143, 1, -signal.SIGINT, -signal.SIGTERM)
