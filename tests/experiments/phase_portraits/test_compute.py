@@ -27,7 +27,7 @@ import sys
 from pathlib import Path
 from rigidpend.config import loading
 from rigidpend.experiments.contract import Means
-import rigidpend.experiments.{name} as experiment
+import rigidpend.experiments.{name}.compute as experiment
 content = loading.load(Path(sys.argv[1])).content
 assert experiment.compute(content, Means(report=print))
 print("modules", *sys.modules)
