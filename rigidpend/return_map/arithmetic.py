@@ -64,8 +64,8 @@ class Arithmetic:
     def array(self, x: Any) -> Any:
         """An array of this precision from an array or nested list of such numbers."""
         given = np.asarray(x)
-        if given.dtype == self.dtype and self.dtype != object:
-            return given
+        if given.dtype.kind in "fiu" and self.dtype != object:
+            return given.astype(self.dtype, copy=False)
         found = np.empty(given.shape, dtype=self.dtype)
         found.ravel()[:] = [self.number(one) for one in given.astype(object).ravel()]
         return found

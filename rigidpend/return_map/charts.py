@@ -108,8 +108,15 @@ def _contracted(basis: Any, values: Any) -> Any:
 
 
 def section_chart(
-    rising: bool, d: Any, chi: Any, h: Any, weights: Any, nf: NormalForm, c: Coefficients,
-    length: Any, a: Arithmetic,
+    rising: bool,
+    d: Any,
+    chi: Any,
+    h: Any,
+    weights: Any,
+    nf: NormalForm,
+    c: Coefficients,
+    length: Any,
+    a: Arithmetic,
 ) -> Any:
     """U, V, and the constants of time and theta3, at points of the section: (4, N).
 
@@ -118,7 +125,7 @@ def section_chart(
     rising : bool
         Upward crossings (separatrix 2) or downward ones (3).
     d, chi, h : (N,) arrays
-    weights : (N, count) array
+    weights : (N or 1, count) array
         Of the energies h.
     nf : NormalForm
     c : Coefficients
@@ -175,22 +182,10 @@ class Chart(NamedTuple):
     """d, chi - s, and the same constants, of (I, s)."""
 
 
-class Grid(NamedTuple):
-    """Nodes (n_x, n_phase, count) of a table, flattened."""
-
-    x: Any
-    phase: Any
-    h: Any
-    weights: Any
-
-
-def grid(width: Any, n_x: int, n_phase: int, energies: Interval, a: Arithmetic) -> Grid:
-    """The nodes of a table."""
-    axes = width * nodes(n_x, a), phases(n_phase, a), energies.nodes(a)
-    x, phase, h = (np.broadcast_to(axis, (n_x, n_phase, energies.count)).ravel() for axis in (
-        axes[0][:, None, None], axes[1][:, None], axes[2]
-    ))
-    return Grid(x, phase, h, energies.basis(h, a))
+def grid(width: Any, n_x: int, n_phase: int, a: Arithmetic) -> tuple[Any, Any]:
+    """The nodes of a table at one energy: x and phase, (n_x n_phase,) each."""
+    x, phase = width * nodes(n_x, a), phases(n_phase, a)
+    return np.repeat(x, n_phase), np.tile(phase, n_x)
 
 
 class Invariants(NamedTuple):
@@ -204,19 +199,25 @@ class Invariants(NamedTuple):
 
 
 def forward_table(
-    rising: bool, width: Any, n_x: int, n_phase: int, nf: NormalForm, c: Coefficients,
-    length: Any, a: Arithmetic,
+    rising: bool,
+    width: Any,
+    n_x: int,
+    n_phase: int,
+    nf: NormalForm,
+    c: Coefficients,
+    length: Any,
+    a: Arithmetic,
 ) -> Table:
     """The chart of a section as a table over |d| <= width."""
-    at = grid(width, n_x, n_phase, nf.energies, a)
-    found = section_chart(rising, at.x, at.phase, at.h, at.weights, nf, c, length, a)
-    values = found.T.reshape(n_x, n_phase, nf.energies.count, 4)
-    return fitted(values, width, nf.energies, a)
+    d, chi = grid(width, n_x, n_phase, a)
+    found = [
+        section_chart(rising, d, chi, h + 0 * d, nf.energies.basis(h, a)[None], nf, c, length, a)
+        for h in nf.energies.nodes(a)
+    ]
+    return fitted(_arranged(found, n_x, n_phase), width, nf.energies, a)
 
 
-def inverse_table(
-    rising: bool, forward: Table, width: Any, nf: NormalForm, a: Arithmetic
-) -> Table:
+def inverse_table(rising: bool, forward: Table, width: Any, nf: NormalForm, a: Arithmetic) -> Table:
     """The inverse chart as a table over |I| <= width, from the chart's table.
 
     Raises
@@ -224,26 +225,33 @@ def inverse_table(
     MapError
         The invariants don't belong to points of the section within the chart.
     """
-    at = grid(width, forward.n_x, forward.n_phase, nf.energies, a)
-    d, chi = _solved(rising, forward, at, nf, a)
-    values = at_energies(forward, at.weights)
-    _, _, time, theta3 = look_up(forward, values, d, chi, a)
-    found = np.stack((d, chi - at.phase, time, theta3), axis=-1)
-    shape = (forward.n_x, forward.n_phase, nf.energies.count, 4)
-    return fitted(found.reshape(shape), width, nf.energies, a)
+    I, s = grid(width, forward.n_x, forward.n_phase, a)
+    found = []
+    for h in nf.energies.nodes(a):
+        weights = nf.energies.basis(h, a)[None]
+        d, chi = _solved(rising, forward, I, s, weights, nf, a)
+        _, _, time, theta3 = look_up(forward, at_energies(forward, weights), d, chi, a)
+        found.append(np.stack((d, chi - s, time, theta3)))
+    return fitted(_arranged(found, forward.n_x, forward.n_phase), width, nf.energies, a)
 
 
-def _solved(rising: bool, forward: Table, at: Grid, nf: NormalForm, a: Arithmetic) -> Any:
+def _arranged(found: list[Any], n_x: int, n_phase: int) -> Any:
+    """The values (4, N) of each energy as (n_x, n_phase, count, 4)."""
+    return np.stack([one.T.reshape(n_x, n_phase, 4) for one in found], axis=2)
+
+
+def _solved(
+    rising: bool, forward: Table, I: Any, s: Any, weights: Any, nf: NormalForm, a: Arithmetic
+) -> tuple[Any, Any]:
     """The points (d, chi) that have the invariants I and s, by Newton's method."""
-    values = at_energies(forward, at.weights)
-    exponent, rotation = at.weights @ nf.exponent, at.weights @ nf.rotation
-    d, chi = 0 * at.x, at.phase + 0
+    values = at_energies(forward, weights)
+    exponent, rotation = weights @ nf.exponent, weights @ nf.rotation
+    d, chi = 0 * I, s + 0
     for _ in range(MOST_ITERATIONS):
         seen = look_up_slopes(forward, values, d, chi, a)
-        I, s, (I_d, I_chi), (s_d, s_chi), _ = invariants(
-            rising, seen, chi, exponent, rotation, a
-        )
-        off, late = I - at.x, s - at.phase
+        at = invariants(rising, seen, chi, exponent, rotation, a)
+        off, late = at.I - I, at.s - s
+        (I_d, I_chi), (s_d, s_chi) = at.I_slopes, at.s_slopes
         determinant = I_d * s_chi - I_chi * s_d
         step = (off * s_chi - I_chi * late) / determinant
         turn = (I_d * late - off * s_d) / determinant

@@ -79,14 +79,22 @@ def inverted(nf: NormalForm, weights: Any, psi: Any, Qp: Any, Qm: Any, a: Arithm
     return Beside(u, v, series.time(u, v), series.values(u, v)[0][2])
 
 
+def _level(weights: Any, part: Any, n: int) -> Any:
+    """Coefficients (n, terms) at one energy."""
+    return (weights @ part.reshape(weights.shape[1], -1)).reshape(n, -1)
+
+
 class _Series:
     """The series at given phases: polynomials in u and v with coefficients of each point."""
 
     def __init__(self, nf: NormalForm, weights: Any, psi: Any, a: Arithmetic) -> None:
         basis = fourier_basis(psi, nf.n, a)
-        basis = (weights[:, :, None] * basis[:, None, :]).reshape(len(psi), -1)
-        self.odd = (basis @ nf.odd.reshape(basis.shape[1], -1)).reshape(len(psi), -1, 3)
-        self.even = basis @ nf.even
+        odd, even = nf.odd.reshape(len(nf.odd), -1), nf.even
+        if len(weights) == 1:
+            odd, even = (_level(weights, part, nf.n) for part in (odd, even))
+        else:
+            basis = (weights[:, :, None] * basis[:, None, :]).reshape(len(psi), -1)
+        self.odd, self.even = (basis @ odd).reshape(len(psi), -1, 3), basis @ even
         self.a, self.degree = a, nf.degree
         self.odd_powers, self.even_powers = powers(nf.degree, 1), powers(nf.degree, 0)
 

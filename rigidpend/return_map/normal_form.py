@@ -161,9 +161,7 @@ class _Finder:
             X = [
                 [self._divided(rest[i][j], (j - i) * 2 * -exponent) for j in (0, 1)] for i in (0, 1)
             ]
-            P = [
-                [row[j] + row[0] * X[0][j] + row[1] * X[1][j] for j in (0, 1)] for row in P
-            ]
+            P = [[row[j] + row[0] * X[0][j] + row[1] * X[1][j] for j in (0, 1)] for row in P]
             if self.a.largest(np.array(rest)) < SETTLED * self.a.epsilon:
                 break
         else:
@@ -183,10 +181,12 @@ class _Finder:
         found = []
         columns = []
         for j in (0, 1):
-            columns.append([
-                A[i][0] * P[0][j] + A[i][1] * P[1][j] - np.matmul(self.slope, P[i][j])
-                for i in (0, 1)
-            ])
+            columns.append(
+                [
+                    A[i][0] * P[0][j] + A[i][1] * P[1][j] - np.matmul(self.slope, P[i][j])
+                    for i in (0, 1)
+                ]
+            )
         found = [
             [(P[1][1] * x - P[0][1] * y) / determinant for x, y in columns],
             [(P[0][0] * y - P[1][0] * x) / determinant for x, y in columns],
@@ -258,8 +258,14 @@ class _Finder:
     def record(self, energies: Interval, degree: int, radius: float) -> NormalForm:
         """The normal form as expansions in energy and phase."""
         a, to_energy = self.a, energies.analysis(self.a).T
-        odd = [self._expanded(parts, to_energy) for parts in (self.Q[0].parts, self.Q[1].parts, self.sigma)]
-        scale = [radius ** (2 * k) / float(abs(self.exponent[0]).max()) for k in range(len(self.difference))]
+        odd = [
+            self._expanded(parts, to_energy)
+            for parts in (self.Q[0].parts, self.Q[1].parts, self.sigma)
+        ]
+        scale = [
+            radius ** (2 * k) / float(abs(self.exponent[0]).max())
+            for k in range(len(self.difference))
+        ]
         return NormalForm(
             energies,
             degree,
