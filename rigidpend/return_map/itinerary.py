@@ -66,7 +66,7 @@ def enter(level: EnergyLevel, Qp: Any, phase: Any) -> Entered:
     I = at.u * at.v
     rates = torus_rates(level.exponent, level.rotation, I)
     s = phase + a.log(at.v) / rates.exponent
-    inside = np.abs(I) <= inverse.width
+    inside = (np.abs(I) <= inverse.width) & (np.abs(at.v) <= nf.radius)
     seen = look_up(inverse, level.values[True][1], np.where(inside, I, zero), s, a)
     chi = s + seen[1]
     time = at.tau + seen[2] - rates.rotation * (chi - phase)

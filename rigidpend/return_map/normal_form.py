@@ -52,9 +52,11 @@ class NormalForm(NamedTuple):
     """(count, K): the coefficients of Lambda(I), radians^-1."""
     rotation: Any
     """(count, K + 1): the coefficients of dt'/dpsi, averaged, as a series in I."""
+    radius: float
+    """How far |u| and |v| go."""
     disagreement: float
     """The largest difference between the two determinations of Lambda, relative to its size at
-    the border |u| = |v| = `radius` of :func:`normal_form`."""
+    |u| = |v| = `radius`."""
 
 
 def powers(degree: int, parity: int) -> Any:
@@ -274,6 +276,7 @@ class _Finder:
             self._expanded(self.tau, to_energy),
             (np.stack(self.exponent) @ to_energy).T,
             (np.stack(self.rotation) @ to_energy).T,
+            radius,
             max(a.largest(x) * s for x, s in zip(self.difference, scale, strict=True)),
         )
 

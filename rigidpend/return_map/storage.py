@@ -56,7 +56,7 @@ def save(name: str, nf: NormalForm, charts: tuple[Chart, Chart], facts: dict[str
             arrays[f"{which}_{rising}_width"] = _split(table.width)
     sizes = [[table.n_x, table.n_phase] for chart in charts for table in chart]
     text = {
-        "nf": [nf.degree, nf.n, nf.disagreement, nf.energies.count],
+        "nf": [nf.degree, nf.n, nf.energies.count, nf.radius, nf.disagreement],
         "sizes": sizes,
         **facts,
     }
@@ -80,7 +80,7 @@ def load(name: str, bits: int) -> tuple[NormalForm, tuple[Chart, Chart], dict[st
     with np.load(io.BytesIO(content)) as stored:
         text = json.loads(str(stored["text"]))
         take = {key: _joined(stored[key], a) for key in stored.files if key != "text"}
-    degree, n, disagreement, count = text.pop("nf")
+    degree, n, count, *measured = text.pop("nf")
     sizes = iter(text.pop("sizes"))
     energies = Interval(take["nf_centre"][()], take["nf_half_width"][()], count)
     nf = NormalForm(
@@ -88,7 +88,7 @@ def load(name: str, bits: int) -> tuple[NormalForm, tuple[Chart, Chart], dict[st
         degree,
         n,
         *(take[f"nf_{k}"] for k in ("odd", "even", "exponent", "rotation")),
-        disagreement,
+        *measured,
     )
     charts = []
     for rising in (0, 1):

@@ -113,7 +113,7 @@ def decide(
         else:
             third = functools.partial(compute, precision, THIRD)
             certain[:, columns] = _established(before, sharper, rate, third, columns)
-        _put(best, columns, sharper)
+        put(best, columns, sharper)
         bits[columns] = precision
     return Decided(best, certain, bits)
 
@@ -137,7 +137,8 @@ def _columns(crossings: Crossings, columns: Any) -> Crossings:
     return Crossings(time[:, columns], separatrix[:, columns], outcome[columns])
 
 
-def _put(target: Crossings, columns: Any, source: Crossings) -> None:
+def put(target: Crossings, columns: Any, source: Crossings) -> None:
+    """Replace some columns of a record."""
     target.time[:, columns] = source.time
     target.separatrix[:, columns] = source.separatrix
     target.outcome[columns] = source.outcome

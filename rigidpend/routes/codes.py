@@ -20,6 +20,10 @@ from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem, passage_limit, phase_rate
 from rigidpend.routes.start import Scales, start, states_double, states_exact
 
+METHODS = ("auto", "map", "integration")
+MANY = 4_000
+"""Orbits from which on "auto" takes maps."""
+
 SHARPENING = 100
 """How much finer the tolerance of further computations is, in doubles while these allow it."""
 
@@ -39,6 +43,8 @@ class RouteCodes(NamedTuple):
     """(n_symbols + 1, n), t' of the crossings of J1 = J2/2; NaN where there is none."""
     separatrix: NDArray[np.uint8]
     """(n_symbols + 1, n), 1..4; 0 where there is no crossing."""
+    by_map: NDArray[np.bool_]
+    """(n,), whether return maps found the column, not integration."""
 
 
 def route_codes(
@@ -52,6 +58,7 @@ def route_codes(
     tolerance: Exact | float | str | None = None,
     precisions: Sequence[int] = PRECISIONS,
     jobs: int = 1,
+    method: str = "auto",
 ) -> RouteCodes:
     """The binary route codes of orbits on S1-, as in Fig. 4.
 
@@ -79,6 +86,11 @@ def route_codes(
         passed over where the engine has no such type.
     jobs : int, optional
         How many threads (or processes, where Python itself computes). No result depends on it.
+    method : {"auto", "map", "integration"}, optional
+        Whether double precision is two return maps (`rigidpend.return_map`) or two integrations;
+        "auto" takes the maps where there are orbits enough to pay for their tables. Orbits that
+        leave the tables, and uncertain ones, are integrated in either case, and so is a sample,
+        which must agree.
 
     Returns
     -------
@@ -90,6 +102,8 @@ def route_codes(
         A value that is excluded or that is no number; the message says which.
     EngineError
         An engine that is not known or not installed.
+    MapError
+        The method is "map" and the orbits have none; the message gives the reason.
 
     Notes
     -----
@@ -102,17 +116,39 @@ def route_codes(
     arithmetic = resolve(engine, tolerance, precisions)
     phases = Phases(theta2_0)
     run = _Run(problem, phases, arithmetic, jobs)
-    rate = phase_rate(problem)
-    decided = certainty.decide(run.crossings, len(phases), rate, arithmetic.precisions)
-    found = decided.crossings
+    found, certain, bits, by_map = _decided(run, phase_rate(problem), method)
     return RouteCodes(
         theta2_0=phases.high,
         codes=symbols(found.separatrix),
-        certain=decided.certain,
-        bits=decided.bits,
+        certain=certain,
+        bits=bits,
         crossing_time=found.time,
         separatrix=found.separatrix,
+        by_map=by_map,
     )
+
+
+def _decided(
+    run: _Run, rate: float, method: str
+) -> tuple[Crossings, NDArray[np.bool_], NDArray[np.uint16], NDArray[np.bool_]]:
+    """Crossings, which symbols are certain, in which precision, and which columns by maps."""
+    if method not in METHODS:
+        message = f"method must be one of {', '.join(METHODS)}, got {method!r}"
+        raise ProblemError("method", message)
+    n, ladder = len(run.phases), run.arithmetic.precisions
+    if method == "map" and ladder[0] != 53:
+        message = f"the maps are in double precision: precisions must begin with 53, got {ladder}"
+        raise ProblemError("precisions", message)
+    if method == "map" or (method == "auto" and n >= MANY and ladder[0] == 53):
+        from rigidpend.routes import mapped
+
+        try:
+            known, by_map = mapped.decided(run.crossings, run.problem, run.phases, rate, ladder)
+            return *known, by_map
+        except mapped.MapError:
+            if method == "map":
+                raise
+    return *certainty.decide(run.crossings, n, rate, ladder), np.zeros(n, dtype=bool)
 
 
 class _Run(NamedTuple):
