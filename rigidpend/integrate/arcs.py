@@ -89,7 +89,8 @@ def _in_integers(c: AlignedCoefficients, state: Any, times: Any, bits: int) -> A
         # With t and M3 reversed, and gamma3 with them, the field is the same.
         here = _reversed(here)
     flow = bigint.Flow([bigint.fixed(x, P) for x in scaled], P)
-    fixed, time, found = [bigint.fixed(x, P) for x in here], 0, []
+    fixed, time = [bigint.fixed(x, P) for x in here], 0
+    found: list[list[Fraction]] = []
     goals = [bigint.fixed(abs(_fraction(t)) * unit, P) for t in times]
     while len(found) < len(goals):
         series, step = flow.expand(fixed)

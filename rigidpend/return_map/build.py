@@ -134,17 +134,16 @@ def _kept(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> Ret
     stored = storage.load(name, bits)
     if stored is None:
         made = build(body, low, high, bits, design)
-        facts = {"orders": made.orders, "errors": made.errors}
+        facts = {"orders": made.orders._asdict(), "errors": made.errors._asdict()}
         storage.save(name, made.normal_form, made.charts, facts)
         return made
     nf, charts, facts = stored
-    *errors, tails = facts["errors"]
     p = body.angles(arithmetic(bits).bits + GUARD_BITS)
     return ReturnMap(
         bits,
         (float(low), float(high)),
-        Errors(*errors, tuple(tails)),
-        Orders(*facts["orders"]),
+        Errors(**facts["errors"]),
+        Orders(**facts["orders"]),
         design,
         coefficients(p, design.unit, arithmetic(bits)),
         nf,
@@ -163,20 +162,20 @@ def build(body: Body, low: Exact, high: Exact, bits: int, design: Design = FIRST
     a = arithmetic(_table_bits(bits))
     p = body.angles(max(a.bits, bits) + GUARD_BITS)
     c, rough = coefficients(p, design.unit, a), coefficients(p, design.unit, arithmetic(53))
-    ends = tuple(float(x * _exact_unit(design) ** 2) for x in (low, high))
+    scale = _exact_unit(design) ** 2
+    ends = float(low * scale), float(high * scale)
     exponent = _floquet_exponent(body, float(low), float(high))
     layer = first_look(rough, sum(ends) / 2)
     planned = orders(rough, ends, layer, bits)
     planned = _designed(planned, design)
-    middle = (low + high) / 2 * _exact_unit(design) ** 2
-    half = (high - low) / 2 * _exact_unit(design) ** 2
+    middle, half = (low + high) / 2 * scale, (high - low) / 2 * scale
     for _ in range(ATTEMPTS):
         energies = Interval(_number(middle, a), _number(half, a), planned.n_energy)
         nf, charts, errors = _attempt(c, energies, layer, planned, exponent, a)
         if max(errors.exponents, errors.charts, errors.inverse) < SLACK * 2.0**-bits:
             break
         small = SLACK / 8 * 2.0**-bits
-        x, phase, energy = (tail > small for tail in errors.tails)
+        x, phase, energy = (tail > small for tail in errors[-3:])
         planned = planned.larger(inner=not (x or phase or energy), x=x, phase=phase, energy=energy)
     else:
         raise MapError(f"the tables don't settle: {errors}")
@@ -217,7 +216,7 @@ def _attempt(
         abs(middle - exponent),
         max(chart for chart, _ in found),
         max(inverse for _, inverse in found),
-        tuple(max(tail) for tail in zip(*cut, strict=True)),  # type: ignore[arg-type]
+        *(max(tail) for tail in zip(*cut, strict=True)),
     )
     return nf, (charts[0], charts[1]), errors
 
@@ -240,9 +239,15 @@ def _floquet_exponent(body: Body, low: float, high: float) -> float:
 
 
 def _designed(o: Orders, design: Design) -> Orders:
-    grown = (x + design.more for x in o[:4])
-    n_energy = o.n_energy + design.more if o.n_energy > 1 else 1
-    return Orders(*grown, n_energy, o.length * design.stretch)
+    more = design.more
+    return Orders(
+        o.degree + more,
+        o.n_phase_orbit + more,
+        o.n_x + more,
+        o.n_phase + more,
+        o.n_energy + more if o.n_energy > 1 else 1,
+        o.length * design.stretch,
+    )
 
 
 def _table_bits(bits: int) -> int:

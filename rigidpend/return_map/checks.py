@@ -35,8 +35,12 @@ class Errors(NamedTuple):
     """At held-out points, by arcs of another length."""
     inverse: float
     """Of the invariants, after an inverse chart and a chart."""
-    tails: tuple[float, float, float]
-    """The last coefficients of the tables in d, chi and h."""
+    tail_x: float
+    """The last coefficients of the tables in d and I."""
+    tail_phase: float
+    """In chi and s."""
+    tail_energy: float
+    """In h."""
 
 
 def held_out(

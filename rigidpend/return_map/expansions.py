@@ -70,19 +70,20 @@ class Interval(NamedTuple):
 
     centre: Any
     half_width: Any
-    count: int
+    n: int
+    """Chebyshev nodes."""
 
     def nodes(self, a: Arithmetic) -> Any:
-        """(count,)."""
-        return self.centre + self.half_width * nodes(self.count, a)
+        """(n,)."""
+        return self.centre + self.half_width * nodes(self.n, a)
 
     def basis(self, h: Any, a: Arithmetic) -> Any:
-        """(..., count) at energies h."""
-        if self.count == 1:
+        """(..., n) at energies h."""
+        if self.n == 1:
             ones = np.ones((*np.shape(h), 1), dtype=float)
             return a.array(ones)
-        return chebyshev_basis((h - self.centre) / self.half_width, self.count, a)
+        return chebyshev_basis((h - self.centre) / self.half_width, self.n, a)
 
     def analysis(self, a: Arithmetic) -> Any:
-        """(count, count), from values at nodes to coefficients."""
-        return chebyshev_analysis(self.count, a)
+        """(n, n), from values at nodes to coefficients."""
+        return chebyshev_analysis(self.n, a)

@@ -54,9 +54,9 @@ def save(name: str, nf: NormalForm, charts: tuple[Chart, Chart], facts: dict[str
         for which, table in zip(Chart._fields, chart, strict=True):
             arrays[f"{which}_{rising}"] = _split(table.values)
             arrays[f"{which}_{rising}_width"] = _split(table.width)
-    sizes = [[table.n_x, table.n_phase] for chart in charts for table in chart]
+    sizes = [[[table.n_x, table.n_phase] for table in chart] for chart in charts]
     text = {
-        "nf": [nf.degree, nf.n, nf.energies.count, nf.radius, nf.disagreement],
+        "nf": [nf.degree, nf.n, nf.energies.n, nf.radius, nf.disagreement],
         "sizes": sizes,
         **facts,
     }
@@ -81,7 +81,7 @@ def load(name: str, bits: int) -> tuple[NormalForm, tuple[Chart, Chart], dict[st
         text = json.loads(str(stored["text"]))
         take = {key: _joined(stored[key], a) for key in stored.files if key != "text"}
     degree, n, count, *measured = text.pop("nf")
-    sizes = iter(text.pop("sizes"))
+    sizes = text.pop("sizes")
     energies = Interval(take["nf_centre"][()], take["nf_half_width"][()], count)
     nf = NormalForm(
         energies,
@@ -92,10 +92,10 @@ def load(name: str, bits: int) -> tuple[NormalForm, tuple[Chart, Chart], dict[st
     )
     charts = []
     for rising in (0, 1):
-        tables = [
-            Table(take[f"{w}_{rising}_width"][()], *next(sizes), take[f"{w}_{rising}"])
-            for w in Chart._fields
-        ]
+        tables = []
+        for which, (n_x, n_phase) in zip(Chart._fields, sizes[rising], strict=True):
+            key = f"{which}_{rising}"
+            tables.append(Table(take[f"{key}_width"][()], n_x, n_phase, take[key]))
         charts.append(Chart(*tables))
     return nf, (charts[0], charts[1]), text
 
@@ -111,7 +111,8 @@ def _path(name: str) -> Path:
 
 def _split(x: Any) -> Any:
     """Numbers of any precision as a sum of doubles, (terms, ...)."""
-    rest, parts = np.asarray(x), []
+    rest = np.asarray(x)
+    parts: list[Any] = []
     while not parts or np.any(parts[-1]):
         parts.append(rest.astype(float))
         rest = rest - parts[-1].astype(rest.dtype)

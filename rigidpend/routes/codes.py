@@ -140,12 +140,13 @@ def _decided(
         message = f"the maps are in double precision: precisions must begin with 53, got {ladder}"
         raise ProblemError("precisions", message)
     if method == "map" or (method == "auto" and n >= MANY and ladder[0] == 53):
+        from rigidpend.return_map import MapError
         from rigidpend.routes import mapped
 
         try:
             known, by_map = mapped.decided(run.crossings, run.problem, run.phases, rate, ladder)
             return *known, by_map
-        except mapped.MapError:
+        except MapError:
             if method == "map":
                 raise
     return *certainty.decide(run.crossings, n, rate, ladder), np.zeros(n, dtype=bool)
