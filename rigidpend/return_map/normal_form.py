@@ -29,8 +29,11 @@ MOST_CORRECTIONS = 40
 """Corrections of the Floquet frame; each squares its error, and 8 serve up to mu = h0/3."""
 
 
-SETTLED = 64
-"""Roundings that the equations may differ by from their diagonal form in the frame."""
+DIVERGED = 1e3
+"""What a frame leaves, per radian, from which no correction leads back."""
+SETTLED = 1e-4
+"""Where a frame counts as found. Corrections end when they gain no more: at rounding, or at
+what the phases are too few for, which the checks of the finished map judge."""
 
 
 class MapError(ArithmeticError):
@@ -156,17 +159,19 @@ class _Finder:
         A = [self.flow[i].part(1) for i in (0, 1)]
         P = [[zero, one], [one, zero]]
         exponent = self._mean(A[1][1])
+        size = float("inf")
         for _ in range(MOST_CORRECTIONS):
             rest = self._left(A, P, exponent)
+            before, size = size, self.a.largest(np.array(rest))
+            if size < SETTLED and size > before / 2 or not size < DIVERGED:
+                break
             found = self._mean(rest[0][0]) - self._mean(rest[1][1])
             exponent = exponent + found / 2
             X = [
                 [self._divided(rest[i][j], (j - i) * 2 * -exponent) for j in (0, 1)] for i in (0, 1)
             ]
             P = [[row[j] + row[0] * X[0][j] + row[1] * X[1][j] for j in (0, 1)] for row in P]
-            if self.a.largest(np.array(rest)) < SETTLED * self.a.epsilon:
-                break
-        else:
+        if not size < SETTLED:
             raise MapError("no Floquet frame is found: the periodic orbit is not hyperbolic")
         self._tell(1, [np.stack((row[1], row[0])) for row in P])
         determinant = P[0][0] * P[1][1] - P[0][1] * P[1][0]
