@@ -25,6 +25,9 @@ SLACK = 2.0**13
 """Roundings of the working precision that a map may err by; finished maps err by some 10."""
 ATTEMPTS = 4
 """How often the orders are raised before a map is refused."""
+MOST_DEGREE = 45
+"""Of the normal form in doubles, and in proportion to the bits: what takes more is refused.
+With the body of Fig. 4 that is mu = 0.04."""
 FLOQUET = 1e-11
 """Largest difference from the Floquet exponent, which is found in doubles."""
 
@@ -170,6 +173,10 @@ def build(body: Body, low: Exact, high: Exact, bits: int, design: Design = FIRST
     planned = _designed(planned, design)
     middle, half = (low + high) / 2 * scale, (high - low) / 2 * scale
     for _ in range(ATTEMPTS):
+        if planned.degree > MOST_DEGREE * bits / 53:
+            raise MapError(
+                f"mu is too large: {bits} bits take a normal form of degree {planned.degree}"
+            )
         energies = Interval(_number(middle, a), _number(half, a), planned.n_energy)
         nf, charts, errors = _attempt(c, energies, layer, planned, exponent, a)
         if max(errors.exponents, errors.charts, errors.inverse) < SLACK * 2.0**-bits:

@@ -163,7 +163,7 @@ class _Finder:
         for _ in range(MOST_CORRECTIONS):
             rest = self._left(A, P, exponent)
             before, size = size, self.a.largest(np.array(rest))
-            if size < SETTLED and size > before / 2 or not size < DIVERGED:
+            if (size < SETTLED and size > before / 2) or not size < DIVERGED:
                 break
             found = self._mean(rest[0][0]) - self._mean(rest[1][1])
             exponent = exponent + found / 2

@@ -114,8 +114,8 @@ def _split(x: Any) -> Any:
     rest = np.asarray(x)
     parts: list[Any] = []
     while not parts or np.any(parts[-1]):
-        parts.append(rest.astype(float))
-        rest = rest - parts[-1].astype(rest.dtype)
+        parts.append(np.asarray(rest.astype(float)))
+        rest = np.asarray(rest - parts[-1].astype(rest.dtype))
     return np.stack(parts[:-1] or parts)
 
 
