@@ -14,6 +14,10 @@ from rigidpend.routes import ProblemError, RouteCodes, certainty, codes, mapped,
 from rigidpend.routes.start import Scales
 from tests.integrate.problems import FIG4, GENERIC, needs_heyoka
 
+LIGHT = Body((2, 1, "1.5"), (1, 1, 0), "1e-6")
+HEAVY = Body((2, 1, "1.5"), (1, 1, 0), "0.02")
+FIG5 = Body((2, "1.5", "1.8"), (0, 1, 0), "0.01")
+HESS = Body.from_angles("1.2", "1.2", "1", "0.001")
 PHASES = np.linspace(0.01, 6.27, 120)
 TASK: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8", "n_symbols": 15}
 
@@ -26,20 +30,19 @@ def found(body: Body, phases: Any = PHASES, **more: Any) -> RouteCodes:
 @pytest.mark.parametrize(
     ("body", "J1_0"),
     [
-        (FIG4, "1e-8"),
-        (FIG4, "1e-12"),
-        (FIG4, "1e-4"),
-        (Body((2, 1, "1.5"), (1, 1, 0), "1e-6"), "1e-8"),
-        (Body((2, 1, "1.5"), (1, 1, 0), "0.02"), "1e-6"),
-        (GENERIC, "1e-8"),
-        (Body((2, "1.5", "1.8"), (0, 1, 0), "0.01"), "1e-9"),
-        (Body.from_angles("1.2", "1.2", "1", "0.001"), "1e-8"),
+        pytest.param(FIG4, "1e-8", id="Fig. 4"),
+        pytest.param(FIG4, "1e-12", id="J1 small", marks=pytest.mark.slow),
+        pytest.param(FIG4, "1e-4", id="J1 large", marks=pytest.mark.slow),
+        pytest.param(LIGHT, "1e-8", id="mu small"),
+        pytest.param(HEAVY, "1e-6", id="mu large", marks=pytest.mark.slow),
+        pytest.param(GENERIC, "1e-8", id="generic", marks=pytest.mark.slow),
+        pytest.param(FIG5, "1e-9", id="Fig. 5", marks=pytest.mark.slow),
+        pytest.param(HESS, "1e-8", id="Hess", marks=pytest.mark.slow),
     ],
-    ids=["Fig. 4", "J1 small", "J1 large", "mu small", "mu large", "generic", "Fig. 5", "Hess"],
 )
 def test_agrees_codes_and_times_with_integration(body: Body, J1_0: str) -> None:
-    by_map = found(body, PHASES[::2], J1_0=J1_0, method="map")
-    by_time = found(body, PHASES[::2], J1_0=J1_0, method="integration")
+    by_map = found(body, PHASES[::4], J1_0=J1_0, method="map")
+    by_time = found(body, PHASES[::4], J1_0=J1_0, method="integration")
     both = by_map.certain & by_time.certain
     assert both.mean() > 0.99
     assert (by_map.codes == by_time.codes)[both].all()
@@ -63,11 +66,11 @@ def test_the_maps_take_the_place_of_integration(monkeypatch: pytest.MonkeyPatch)
 
     monkeypatch.setattr(integrate, "crossings", counting)
     monkeypatch.setattr(mapped, "SAMPLE", 4)
-    random = np.random.default_rng(5).uniform(0, 6.28, 1000)
+    random = np.random.default_rng(5).uniform(0, 6.28, 600)
     record = found(FIG4, random, n_symbols=6, method="map")
     left = int((~record.by_map).sum())
     assert record.by_map.mean() > 0.98
-    assert sum(counted) <= 3 * (4 + left) + 30, "of 1,000 orbits"
+    assert sum(counted) <= 3 * (4 + left) + 30, "of 600 orbits"
 
 
 def spoilt(made: ReturnMap, size: float, seed: int) -> ReturnMap:
@@ -85,12 +88,13 @@ def spoilt(made: ReturnMap, size: float, seed: int) -> ReturnMap:
 
 
 @needs_heyoka
-@pytest.mark.parametrize("size", [1e-13, 1e-10, 1e-7, 1e-4])
-@pytest.mark.parametrize("which", ["first", "second", "both"])
+@pytest.mark.parametrize(
+    ("which", "size"), [("first", 1e-15), ("first", 1e-12), ("second", 1e-10), ("both", 1e-12)]
+)
 def test_no_wrong_symbol_is_certain_where_tables_are_spoilt(
-    size: float, which: str, monkeypatch: pytest.MonkeyPatch
+    which: str, size: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    phases = np.random.default_rng(11).uniform(0, 6.28, 1500)
+    phases = np.random.default_rng(11).uniform(0, 6.28, 300)
     true = truth(phases)
 
     def damaged(*args: Any, **more: Any) -> ReturnMap:
@@ -103,9 +107,8 @@ def test_no_wrong_symbol_is_certain_where_tables_are_spoilt(
     monkeypatch.setattr(certainty, "AGREEMENT", certainty.CLOSE)
     record = found(FIG4, phases, method="map", precisions=(53,))
     assert not (record.certain & (record.codes != true)).any()
-    assert record.certain.any(), "the first symbols at least"
-    if size > 1e-5:
-        assert record.certain.mean() < 0.9
+    # What the tables are off by shows as a smaller share of certain symbols, nowhere else.
+    assert (record.certain.mean() > 0.5) == (size < 1e-14)
 
 
 _true: dict[int, Any] = {}
@@ -115,7 +118,7 @@ def truth(phases: Any) -> Any:
     """The symbols by integration, certain ones; 254 elsewhere, which equals no symbol."""
     if len(phases) not in _true:
         record = found(FIG4, phases, method="integration", precisions=(53, 64))
-        assert record.certain.mean() > 0.999
+        assert record.certain.mean() > 0.99
         _true[len(phases)] = record.codes
     return _true[len(phases)]
 
@@ -127,7 +130,9 @@ def test_a_sample_that_disagrees_discards_the_maps(monkeypatch: pytest.MonkeyPat
 
     def alike(self: mapped.Maps, bits: int, scales: Scales, columns: Any) -> Any:
         right = real(self, bits, scales, columns)
-        return right._replace(separatrix=right.separatrix % 4 + 1)
+        return right._replace(
+            separatrix=np.array([0, 1, 4, 3, 2], dtype=np.uint8)[right.separatrix]
+        )
 
     monkeypatch.setattr(mapped.Maps, "crossings", alike)
     with pytest.raises(MapError, match="sample"):
