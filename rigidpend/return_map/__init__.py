@@ -6,7 +6,7 @@ map exact to rounding) is a table, a logarithm and another table.
 
 Modules
 -------
-arithmetic    numbers of any precision in arrays
+precision     numbers of any precision in arrays
 expansions    Fourier and Chebyshev expansions
 jets          power series in two variables
 reduced       the reduced equations beside the upper periodic orbit

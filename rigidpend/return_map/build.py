@@ -9,16 +9,16 @@ from typing import Any, NamedTuple
 
 from rigidpend import floquet
 from rigidpend.body import Body
-from rigidpend.exact import GUARD_BITS, Exact, exact
 from rigidpend.integrate import default_engine
+from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
 from rigidpend.return_map import storage
-from rigidpend.return_map.arithmetic import Arithmetic, arithmetic, native
 from rigidpend.return_map.charts import Chart, Table, forward_table, inverse_table
 from rigidpend.return_map.checks import Errors, held_out, tails
 from rigidpend.return_map.expansions import Interval
 from rigidpend.return_map.normal_form import MapError, NormalForm, normal_form
 from rigidpend.return_map.orders import Layer, Orders, first_look, orders, radius
 from rigidpend.return_map.passage import EnergyLevel
+from rigidpend.return_map.precision import Precision, native, precision
 from rigidpend.return_map.reduced import Coefficients, coefficients
 
 SLACK = 2.0**13
@@ -80,13 +80,13 @@ class ReturnMap:
 
     def at(self, h: Any) -> EnergyLevel:
         """The map at an energy, or at one for each of N orbits, within the interval."""
-        a = arithmetic(self.bits)
+        a = precision(self.bits)
         return EnergyLevel(self.normal_form, self.charts, a.array(h) * self._unit**2, a)
 
     @property
     def _unit(self) -> Any:
         unit = _exact_unit(self.design)
-        return _number(unit, arithmetic(self.bits))
+        return _number(unit, precision(self.bits))
 
 
 def return_map(body: Body, *, h: Any, bits: int = 53, design: Design = FIRST) -> ReturnMap:
@@ -141,14 +141,14 @@ def _kept(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> Ret
         storage.save(name, made.normal_form, made.charts, facts)
         return made
     nf, charts, facts = stored
-    p = body.angles(arithmetic(bits).bits + GUARD_BITS)
+    p = body.angles(precision(bits).bits + GUARD_BITS)
     return ReturnMap(
         bits,
         (float(low), float(high)),
         Errors(**facts["errors"]),
         Orders(**facts["orders"]),
         design,
-        coefficients(p, design.unit, arithmetic(bits)),
+        coefficients(p, design.unit, precision(bits)),
         nf,
         charts,
     )
@@ -162,9 +162,9 @@ def build(body: Body, low: Exact, high: Exact, bits: int, design: Design = FIRST
     MapError
         The map does not resolve the orbits there; the message gives the reason.
     """
-    a = arithmetic(_table_bits(bits))
+    a = precision(_table_bits(bits))
     p = body.angles(max(a.bits, bits) + GUARD_BITS)
-    c, rough = coefficients(p, design.unit, a), coefficients(p, design.unit, arithmetic(53))
+    c, rough = coefficients(p, design.unit, a), coefficients(p, design.unit, precision(53))
     scale = _exact_unit(design) ** 2
     ends = float(low * scale), float(high * scale)
     exponent = _floquet_exponent(body, float(low), float(high))
@@ -188,7 +188,7 @@ def build(body: Body, low: Exact, high: Exact, bits: int, design: Design = FIRST
         raise MapError(f"the tables don't settle: {errors}")
     if errors.floquet > FLOQUET:
         raise MapError(f"Lambda_0 differs from the Floquet exponent by {errors.floquet:.2g}")
-    own = arithmetic(bits)
+    own = precision(bits)
     return ReturnMap(
         bits,
         (float(low), float(high)),
@@ -202,7 +202,7 @@ def build(body: Body, low: Exact, high: Exact, bits: int, design: Design = FIRST
 
 
 def _attempt(
-    c: Coefficients, energies: Interval, layer: Layer, o: Orders, exponent: float, a: Arithmetic
+    c: Coefficients, energies: Interval, layer: Layer, o: Orders, exponent: float, a: Precision
 ) -> tuple[NormalForm, tuple[Chart, Chart], Errors]:
     """The normal form and the charts by given orders, with their errors."""
     h, length = float(energies.centre), a.number(o.length)
@@ -266,11 +266,11 @@ def _exact_unit(design: Design) -> Any:
     return exact(design.unit)
 
 
-def _number(x: Exact, a: Arithmetic) -> Any:
+def _number(x: Exact, a: Precision) -> Any:
     return a.number(x.at(a.bits + GUARD_BITS))
 
 
-def _cast(x: Any, a: Arithmetic) -> Any:
+def _cast(x: Any, a: Precision) -> Any:
     """A record with its numbers in another precision."""
     if isinstance(x, (NormalForm, Chart, Table, Interval)):
         return type(x)(*(_cast(one, a) for one in x))

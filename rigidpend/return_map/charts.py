@@ -22,7 +22,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.integrate.arcs import arcs
-from rigidpend.return_map.arithmetic import Arithmetic
 from rigidpend.return_map.conjugacy import Rates, inverted, torus_rates
 from rigidpend.return_map.expansions import (
     Interval,
@@ -35,6 +34,7 @@ from rigidpend.return_map.expansions import (
 )
 from rigidpend.return_map.normal_form import MapError, NormalForm
 from rigidpend.return_map.poincare import rotation_phase, section_state
+from rigidpend.return_map.precision import Precision
 from rigidpend.return_map.reduced import Coefficients, theta3_rate
 
 MOST_ITERATIONS = 30
@@ -53,7 +53,7 @@ class Table(NamedTuple):
     """(count, n_x n_phase, 4) coefficients; the phase runs fastest."""
 
 
-def fitted(values: Any, width: Any, energies: Interval, a: Arithmetic) -> Table:
+def fitted(values: Any, width: Any, energies: Interval, a: Precision) -> Table:
     """The table of values (n_x, n_phase, count, 4) at the nodes."""
     n_x, n_phase, count, functions = values.shape
     found = np.matmul(chebyshev_analysis(n_x, a), values.reshape(n_x, -1))
@@ -72,7 +72,7 @@ class Looked(NamedTuple):
     by_phase: Any
 
 
-def look_up(table: Table, values: Any, x: Any, phase: Any, a: Arithmetic) -> Any:
+def look_up(table: Table, values: Any, x: Any, phase: Any, a: Precision) -> Any:
     """The four functions at points, (4, N).
 
     `values` are the table's at the points' energies: (1, n_x n_phase, 4) for a common one, else
@@ -81,7 +81,7 @@ def look_up(table: Table, values: Any, x: Any, phase: Any, a: Arithmetic) -> Any
     return _contracted(_basis(table, x, phase, a), values)
 
 
-def look_up_slopes(table: Table, values: Any, x: Any, phase: Any, a: Arithmetic) -> Looked:
+def look_up_slopes(table: Table, values: Any, x: Any, phase: Any, a: Precision) -> Looked:
     """:func:`look_up` with the derivatives."""
     return Looked(*(_contracted(_basis(table, x, phase, a, s), values) for s in ("", "x", "phase")))
 
@@ -92,7 +92,7 @@ def at_energies(table: Table, weights: Any) -> Any:
     return (weights @ flat).reshape(len(weights), -1, 4)
 
 
-def _basis(table: Table, x: Any, phase: Any, a: Arithmetic, slope: str = "") -> Any:
+def _basis(table: Table, x: Any, phase: Any, a: Precision, slope: str = "") -> Any:
     """The products of Chebyshev polynomials and Fourier modes, (N, n_x n_phase)."""
     T = chebyshev_basis(x / table.width, table.n_x, a, slope=slope == "x")
     F = fourier_basis(phase, table.n_phase, a, slope=slope == "phase")
@@ -116,7 +116,7 @@ def section_chart(
     nf: NormalForm,
     c: Coefficients,
     length: Any,
-    a: Arithmetic,
+    a: Precision,
 ) -> Any:
     """U, V, and the constants of time and theta3, at points of the section: (4, N).
 
@@ -155,7 +155,7 @@ def section_chart(
     return np.stack((at.u / stretch, at.v * stretch, time, theta3 - at.sigma))
 
 
-def _branch(turned: Any, side: int, length: Any, h: Any, c: Coefficients, a: Arithmetic) -> Any:
+def _branch(turned: Any, side: int, length: Any, h: Any, c: Coefficients, a: Precision) -> Any:
     """psi - chi, next to what it is without weight."""
     alpha0 = 2 * a.atan2(1 / c.to_M2, 1 / c.to_M1)
     free = side * (alpha0 / 2 + c.aligned.kappa * a.sqrt(2 * h / c.aligned.kappa) * length)
@@ -163,7 +163,7 @@ def _branch(turned: Any, side: int, length: Any, h: Any, c: Coefficients, a: Ari
     return free + a.atan2(a.sin(turned - free), a.cos(turned - free))
 
 
-def _quadrature(length: Any, c: Coefficients, h: Any, a: Arithmetic) -> tuple[Any, Any]:
+def _quadrature(length: Any, c: Coefficients, h: Any, a: Precision) -> tuple[Any, Any]:
     """Points in (0, 1), ascending, and the weights of Fejer's rule."""
     rate = float(c.aligned.half_sigma) * float(np.sqrt(2 * float(h) / float(c.aligned.kappa)))
     strip = STRIP * 2 / (rate * float(length))
@@ -182,7 +182,7 @@ class Chart(NamedTuple):
     """d, chi - s, and the same constants, of (I, s)."""
 
 
-def grid(width: Any, n_x: int, n_phase: int, a: Arithmetic) -> tuple[Any, Any]:
+def grid(width: Any, n_x: int, n_phase: int, a: Precision) -> tuple[Any, Any]:
     """The nodes of a table at one energy: x and phase, (n_x n_phase,) each."""
     x, phase = width * nodes(n_x, a), phases(n_phase, a)
     return np.repeat(x, n_phase), np.tile(phase, n_x)
@@ -206,7 +206,7 @@ def forward_table(
     nf: NormalForm,
     c: Coefficients,
     length: Any,
-    a: Arithmetic,
+    a: Precision,
 ) -> Table:
     """The chart of a section as a table over |d| <= width."""
     d, chi = grid(width, n_x, n_phase, a)
@@ -217,7 +217,7 @@ def forward_table(
     return fitted(_arranged(found, n_x, n_phase), width, nf.energies, a)
 
 
-def inverse_table(rising: bool, forward: Table, width: Any, nf: NormalForm, a: Arithmetic) -> Table:
+def inverse_table(rising: bool, forward: Table, width: Any, nf: NormalForm, a: Precision) -> Table:
     """The inverse chart as a table over |I| <= width, from the chart's table.
 
     Raises
@@ -241,7 +241,7 @@ def _arranged(found: list[Any], n_x: int, n_phase: int) -> Any:
 
 
 def _solved(
-    rising: bool, forward: Table, I: Any, s: Any, weights: Any, nf: NormalForm, a: Arithmetic
+    rising: bool, forward: Table, I: Any, s: Any, weights: Any, nf: NormalForm, a: Precision
 ) -> tuple[Any, Any]:
     """The points (d, chi) that have the invariants I and s, by Newton's method."""
     values = at_energies(forward, weights)
@@ -266,7 +266,7 @@ def _solved(
 
 
 def invariants(
-    by_v: bool, seen: Looked, chi: Any, exponent: Any, rotation: Any, a: Arithmetic
+    by_v: bool, seen: Looked, chi: Any, exponent: Any, rotation: Any, a: Precision
 ) -> Invariants:
     """I and s of points of a section, with their derivatives in (d, chi).
 

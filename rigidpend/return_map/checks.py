@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.return_map.arithmetic import Arithmetic
 from rigidpend.return_map.charts import (
     Chart,
     Table,
@@ -17,6 +16,7 @@ from rigidpend.return_map.charts import (
     section_chart,
 )
 from rigidpend.return_map.normal_form import NormalForm
+from rigidpend.return_map.precision import Precision
 from rigidpend.return_map.reduced import Coefficients
 
 POINTS = 12
@@ -44,7 +44,7 @@ class Errors(NamedTuple):
 
 
 def held_out(
-    rising: bool, chart: Chart, nf: NormalForm, c: Coefficients, length: Any, a: Arithmetic
+    rising: bool, chart: Chart, nf: NormalForm, c: Coefficients, length: Any, a: Precision
 ) -> tuple[float, float]:
     """The errors of a chart and of its inverse at random points."""
     random = np.random.default_rng(POINTS + rising)
@@ -67,7 +67,7 @@ def held_out(
     return a.largest((seen - direct) / scale), max(off)
 
 
-def tails(table: Table, a: Arithmetic) -> tuple[float, float, float]:
+def tails(table: Table, a: Precision) -> tuple[float, float, float]:
     """The last coefficients of a table in x, phase and energy, relative to the largest."""
     shape = (len(table.values), table.n_x, table.n_phase, 4)
     sizes = np.abs(table.values.astype(float)).reshape(shape)

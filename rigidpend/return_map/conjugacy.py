@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.return_map.arithmetic import Arithmetic
 from rigidpend.return_map.expansions import fourier_basis
 from rigidpend.return_map.normal_form import MapError, NormalForm, powers
+from rigidpend.return_map.precision import Precision
 
 MOST_ITERATIONS = 40
 
@@ -49,7 +49,7 @@ class Beside(NamedTuple):
     """theta3 less its mean (which is 0), radians."""
 
 
-def inverted(nf: NormalForm, weights: Any, psi: Any, Qp: Any, Qm: Any, a: Arithmetic) -> Beside:
+def inverted(nf: NormalForm, weights: Any, psi: Any, Qp: Any, Qm: Any, a: Precision) -> Beside:
     """u and v of points by Newton's method.
 
     Raises
@@ -87,7 +87,7 @@ def _level(weights: Any, part: Any, n: int) -> Any:
 class _Series:
     """The series at given phases: polynomials in u and v with coefficients of each point."""
 
-    def __init__(self, nf: NormalForm, weights: Any, psi: Any, a: Arithmetic) -> None:
+    def __init__(self, nf: NormalForm, weights: Any, psi: Any, a: Precision) -> None:
         basis = fourier_basis(psi, nf.n, a)
         odd, even = nf.odd.reshape(len(nf.odd), -1), nf.even
         if len(weights) == 1:

@@ -11,15 +11,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.return_map.arithmetic import Arithmetic
+from rigidpend.return_map.precision import Precision
 
 
-def phases(n: int, a: Arithmetic) -> Any:
+def phases(n: int, a: Precision) -> Any:
     """The n equidistant phases 0, 2 pi/n, ..."""
     return 2 * a.pi * a.array(np.arange(n)) / n
 
 
-def fourier_basis(phase: Any, n: int, a: Arithmetic, *, slope: bool = False) -> Any:
+def fourier_basis(phase: Any, n: int, a: Precision, *, slope: bool = False) -> Any:
     """The n functions 1, cos, sin, cos 2, ... at phases: (..., n), or their derivatives."""
     cos, sin = a.cos(phase), a.sin(phase)
     basis = np.zeros((*np.shape(phase), n), dtype=a.dtype)
@@ -31,19 +31,19 @@ def fourier_basis(phase: Any, n: int, a: Arithmetic, *, slope: bool = False) -> 
     return basis
 
 
-def fourier_analysis(n: int, a: Arithmetic) -> Any:
+def fourier_analysis(n: int, a: Precision) -> Any:
     """The matrix (n, n) from values at :func:`phases` to coefficients."""
     matrix = fourier_basis(phases(n, a), n, a).T * 2 / n
     matrix[0] = matrix[0] / 2
     return matrix
 
 
-def nodes(n: int, a: Arithmetic) -> Any:
+def nodes(n: int, a: Precision) -> Any:
     """The n zeros of the n-th Chebyshev polynomial, in [-1, 1]."""
     return a.cos(a.pi * (2 * a.array(np.arange(n)) + 1) / (2 * n))
 
 
-def chebyshev_basis(x: Any, n: int, a: Arithmetic, *, slope: bool = False) -> Any:
+def chebyshev_basis(x: Any, n: int, a: Precision, *, slope: bool = False) -> Any:
     """The Chebyshev polynomials T_0 .. T_{n-1} at x: (..., n), or their derivatives."""
     T = np.zeros((*np.shape(x), n), dtype=a.dtype)
     T[..., 0] = a.number(1)
@@ -58,7 +58,7 @@ def chebyshev_basis(x: Any, n: int, a: Arithmetic, *, slope: bool = False) -> An
     return dT if slope else T
 
 
-def chebyshev_analysis(n: int, a: Arithmetic) -> Any:
+def chebyshev_analysis(n: int, a: Precision) -> Any:
     """The matrix (n, n) from values at :func:`nodes` to coefficients."""
     matrix = chebyshev_basis(nodes(n, a), n, a).T * 2 / n
     matrix[0] = matrix[0] / 2
@@ -73,17 +73,17 @@ class Interval(NamedTuple):
     n: int
     """Chebyshev nodes."""
 
-    def nodes(self, a: Arithmetic) -> Any:
+    def nodes(self, a: Precision) -> Any:
         """(n,)."""
         return self.centre + self.half_width * nodes(self.n, a)
 
-    def basis(self, h: Any, a: Arithmetic) -> Any:
+    def basis(self, h: Any, a: Precision) -> Any:
         """(..., n) at energies h."""
         if self.n == 1:
             ones = np.ones((*np.shape(h), 1), dtype=float)
             return a.array(ones)
         return chebyshev_basis((h - self.centre) / self.half_width, self.n, a)
 
-    def analysis(self, a: Arithmetic) -> Any:
+    def analysis(self, a: Precision) -> Any:
         """(n, n), from values at nodes to coefficients."""
         return chebyshev_analysis(self.n, a)

@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.return_map.arithmetic import Arithmetic
 from rigidpend.return_map.charts import look_up
 from rigidpend.return_map.conjugacy import inverted, torus_rates
 from rigidpend.return_map.passage import EnergyLevel, SectionPoint, reduced_angle
+from rigidpend.return_map.precision import Precision
 
 
 class Entered(NamedTuple):
@@ -105,7 +105,7 @@ def _separatrix(rising: bool, image: Any) -> Any:
     return np.where(image, 4, 2) if rising else np.where(image, 1, 3)
 
 
-def entry_phase(theta2: Any, rest: Any, beta0: Any, a: Arithmetic) -> Any:
+def entry_phase(theta2: Any, rest: Any, beta0: Any, a: Precision) -> Any:
     """pi/2 - beta0/2 - theta2 to rounding, for theta2 + rest, `rest` tiny; radians."""
     sin, cos = a.sin(theta2), a.cos(theta2)
     return a.pi / 2 - beta0 / 2 - a.atan2(sin + rest * cos, cos - rest * sin)

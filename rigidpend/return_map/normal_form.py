@@ -20,9 +20,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.return_map.arithmetic import Arithmetic
 from rigidpend.return_map.expansions import Interval, fourier_analysis, fourier_basis, phases
 from rigidpend.return_map.jets import Deferred, Jet, Reciprocal, convolved
+from rigidpend.return_map.precision import Precision
 from rigidpend.return_map.reduced import Coefficients, Rates, lift, reduced
 
 MOST_CORRECTIONS = 40
@@ -69,7 +69,7 @@ def powers(degree: int, parity: int) -> Any:
 
 
 def normal_form(
-    c: Coefficients, energies: Interval, degree: int, n: int, radius: float, a: Arithmetic
+    c: Coefficients, energies: Interval, degree: int, n: int, radius: float, a: Precision
 ) -> NormalForm:
     """Find the normal form to a total degree, on n phases.
 
@@ -84,7 +84,7 @@ def normal_form(
         Phases, odd.
     radius : float
         How far |u| and |v| go.
-    a : Arithmetic
+    a : Precision
 
     Raises
     ------
@@ -104,7 +104,7 @@ def normal_form(
 class _Momentum(Jet):
     """J2 from the energy: kappa/2 J2^2 - Qp Qm/2 + mu r . gamma = h."""
 
-    def __init__(self, tape: list[Jet], h: Any, turn: Any, c: Coefficients, a: Arithmetic) -> None:
+    def __init__(self, tape: list[Jet], h: Any, turn: Any, c: Coefficients, a: Precision) -> None:
         super().__init__(tape, 0)
         self.kappa = c.aligned.kappa
         self.parts[0] = a.sqrt(2 * (h - lift(turn, c)) / self.kappa)[None]
@@ -121,7 +121,7 @@ class _Momentum(Jet):
 class _Finder:
     """The normal form in the making: the reduced equations as series, and what is known."""
 
-    def __init__(self, c: Coefficients, h: Any, n: int, a: Arithmetic) -> None:
+    def __init__(self, c: Coefficients, h: Any, n: int, a: Precision) -> None:
         self.a, self.n = a, n
         psi = phases(n, a)[:, None]
         self.turn = a.cos(psi), a.sin(psi)

@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rigidpend.return_map.arithmetic import arithmetic
 from rigidpend.return_map.charts import at_energies, forward_table, look_up_slopes
 from rigidpend.return_map.expansions import Interval, phases
 from rigidpend.return_map.normal_form import MapError, normal_form
+from rigidpend.return_map.precision import precision
 from rigidpend.return_map.reduced import Coefficients
 
 REACH = 4.0
@@ -79,7 +79,7 @@ def first_look(c: Coefficients, h: float, reach: float = REACH) -> Layer:
     MapError
         There is no splitting (mu = 0), or it is too wide.
     """
-    k, a = c.aligned, arithmetic(53)
+    k, a = c.aligned, precision(53)
     rate = math.sqrt(2 * h / k.kappa) * k.half_sigma
     guess = max(abs(k.force_p), abs(k.force_m)) * math.pi / 2 / rate
     if guess == 0:

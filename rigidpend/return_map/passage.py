@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.return_map.arithmetic import Arithmetic
 from rigidpend.return_map.charts import (
     Chart,
     Invariants,
@@ -24,6 +23,7 @@ from rigidpend.return_map.charts import (
 )
 from rigidpend.return_map.conjugacy import Rates, torus_rates
 from rigidpend.return_map.normal_form import NormalForm
+from rigidpend.return_map.precision import Precision
 
 
 class SectionPoint(NamedTuple):
@@ -67,10 +67,10 @@ class EnergyLevel:
         Of downward and upward crossings.
     h : number or (N,) array
         Energies within the map's interval.
-    a : Arithmetic
+    a : Precision
     """
 
-    def __init__(self, nf: NormalForm, charts: tuple[Chart, Chart], h: Any, a: Arithmetic) -> None:
+    def __init__(self, nf: NormalForm, charts: tuple[Chart, Chart], h: Any, a: Precision) -> None:
         self.nf, self.charts, self.a = nf, charts, a
         self.h = np.atleast_1d(a.array(h))
         self.weights = nf.energies.basis(self.h, a)
@@ -162,7 +162,7 @@ def _chained(seen: Looked, there: Looked, at: Invariants, turned: Any, side: Any
     return np.stack(columns, axis=1)
 
 
-def reduced_angle(angle: Any, a: Arithmetic) -> Any:
+def reduced_angle(angle: Any, a: Precision) -> Any:
     """The angle in [0, 2 pi), to rounding."""
     turn = 2 * a.pi
     return angle - turn * np.floor(a.floats(angle / turn))

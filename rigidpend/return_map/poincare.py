@@ -14,14 +14,14 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.return_map.arithmetic import Arithmetic
 from rigidpend.return_map.normal_form import MapError
+from rigidpend.return_map.precision import Precision
 from rigidpend.return_map.reduced import Coefficients
 
 MOST_ITERATIONS = 60
 
 
-def section_state(rising: bool, d: Any, chi: Any, h: Any, c: Coefficients, a: Arithmetic) -> Any:
+def section_state(rising: bool, d: Any, chi: Any, h: Any, c: Coefficients, a: Precision) -> Any:
     """Aligned components (6, ...) of points on separatrix 2 (rising) or 3.
 
     Raises MapError where the energy does not allow such a point.
@@ -43,7 +43,7 @@ def section_state(rising: bool, d: Any, chi: Any, h: Any, c: Coefficients, a: Ar
     return np.stack(np.broadcast_arrays(*components, 0 * Q, *gamma))
 
 
-def section_momentum(rising: bool, d: Any, chi: Any, h: Any, c: Coefficients, a: Arithmetic) -> Any:
+def section_momentum(rising: bool, d: Any, chi: Any, h: Any, c: Coefficients, a: Precision) -> Any:
     """J2 at points of the section, dimensionless."""
     Qp, Qm, *_ = section_state(rising, d, chi, h, c, a)
     return a.sqrt(((Qp + Qm) * c.to_M1) ** 2 + ((Qp - Qm) * c.to_M2) ** 2)
@@ -55,7 +55,7 @@ def _momenta(rising: bool, d: Any, Q: Any, c: Coefficients) -> tuple[Any, Any, A
     return (Q + d) * c.to_M1, side * (Q - d) * c.to_M2, c.to_M1, side * c.to_M2
 
 
-def _energy(rising: bool, d: Any, Q: Any, cos: Any, c: Coefficients, a: Arithmetic) -> Any:
+def _energy(rising: bool, d: Any, Q: Any, cos: Any, c: Coefficients, a: Precision) -> Any:
     """The energy and its derivative in Q."""
     k = c.aligned
     M1, M2, dM1, dM2 = _momenta(rising, d, Q, c)
@@ -67,7 +67,7 @@ def _energy(rising: bool, d: Any, Q: Any, cos: Any, c: Coefficients, a: Arithmet
     return value, slope
 
 
-def rotation_phase(state: Any, c: Coefficients, a: Arithmetic) -> Any:
+def rotation_phase(state: Any, c: Coefficients, a: Precision) -> Any:
     """psi of `reduced` at states (6, ...) with M3 > 0, radians in (-pi, pi]."""
     Qp, Qm, M3, gamma1, gamma2, gamma3 = state
     M1, M2 = (Qp + Qm) * c.to_M1, (Qp - Qm) * c.to_M2

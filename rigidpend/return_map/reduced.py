@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 
 from rigidpend.body import Angles
 from rigidpend.equations import AlignedCoefficients, aligned_coefficients
-from rigidpend.exact import GUARD_BITS, context
-from rigidpend.return_map.arithmetic import Arithmetic
+from rigidpend.numbers.exact import GUARD_BITS, context
+from rigidpend.return_map.precision import Precision
 
 
 class Coefficients(NamedTuple):
@@ -30,7 +30,7 @@ class Coefficients(NamedTuple):
     """1/(2 sin(alpha0/2)), from Qp - Qm to M2."""
 
 
-def coefficients(p: Angles, unit: str, a: Arithmetic) -> Coefficients:
+def coefficients(p: Angles, unit: str, a: Precision) -> Coefficients:
     """The coefficients of a body, with M in units of 1/`unit` (so mu of 1/unit^2).
 
     `p` holds numbers with guard bits; each coefficient is rounded once.

@@ -17,17 +17,18 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend import __version__, files
+from rigidpend import __version__
 from rigidpend.body import Body
-from rigidpend.exact import Exact
 from rigidpend.integrate.compile_cache import user_cache
-from rigidpend.return_map.arithmetic import Arithmetic, arithmetic
+from rigidpend.numbers.exact import Exact
+from rigidpend.results import files
 from rigidpend.return_map.charts import Chart, Table
 from rigidpend.return_map.expansions import Interval
 from rigidpend.return_map.normal_form import NormalForm
+from rigidpend.return_map.precision import Precision, precision
 
 FORMULAS = (
-    "arithmetic", "build", "charts", "checks", "conjugacy", "expansions", "jets", "normal_form",
+    "precision", "build", "charts", "checks", "conjugacy", "expansions", "jets", "normal_form",
     "orders", "poincare", "reduced",
 )  # fmt: skip
 """The modules behind a map's numbers."""
@@ -76,7 +77,7 @@ def load(name: str, bits: int) -> tuple[NormalForm, tuple[Chart, Chart], dict[st
         return None
     if content is None:
         return None
-    a = arithmetic(bits)
+    a = precision(bits)
     with np.load(io.BytesIO(content)) as stored:
         text = json.loads(str(stored["text"]))
         take = {key: _joined(stored[key], a) for key in stored.files if key != "text"}
@@ -119,7 +120,7 @@ def _split(x: Any) -> Any:
     return np.stack(parts[:-1] or parts)
 
 
-def _joined(parts: Any, a: Arithmetic) -> Any:
+def _joined(parts: Any, a: Precision) -> Any:
     """The numbers that :func:`_split` has split, for the last part first."""
     total = a.array(parts[-1])
     for part in parts[-2::-1]:

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.equations import hamiltonian_J3_0
-from rigidpend.exact import GUARD_BITS, context, exact
 from rigidpend.integrate.records import Crossings, Outcome
+from rigidpend.numbers.exact import GUARD_BITS, context, exact
 from rigidpend.return_map import MapError, ReturnMap, return_map
-from rigidpend.return_map.arithmetic import arithmetic, native
 from rigidpend.return_map.build import FIRST, SECOND
 from rigidpend.return_map.itinerary import enter, entry_phase, follow
+from rigidpend.return_map.precision import native, precision
 from rigidpend.routes import certainty
 from rigidpend.routes.certainty import Decided
 from rigidpend.routes.cycle import symbols
@@ -77,7 +77,7 @@ class Maps:
         else:
             phase, h = self._begin_exact(made, columns)
         level = made.at(h)
-        Qp = arithmetic(made.bits).number(begin.Qp)
+        Qp = precision(made.bits).number(begin.Qp)
         with np.errstate(invalid="ignore"):
             found = follow(level, enter(level, Qp, phase), problem.n_symbols)
         time = np.where(found.inside, found.time.astype(float) * float(exact(unit)), np.nan)
@@ -94,12 +94,12 @@ class Maps:
         back = shifted - origin
         lost = (theta2 - back) + (origin - (shifted - back))
         rest = self.phases.rest[columns] + lost
-        phase = entry_phase(shifted, rest, p.beta0, arithmetic(53)) + origin
+        phase = entry_phase(shifted, rest, p.beta0, precision(53)) + origin
         return phase, self._energy(theta2, 53, np)
 
     def _begin_exact(self, made: ReturnMap, columns: Any) -> tuple[Any, Any]:
         """The same from the exact phases."""
-        m, a = context(made.bits + GUARD_BITS), arithmetic(made.bits)
+        m, a = context(made.bits + GUARD_BITS), precision(made.bits)
         beta0 = self.problem.body.angles(m.prec).beta0
         found = []
         for theta2 in (x.in_context(m) for x in self.phases.exactly(columns)):

@@ -50,12 +50,12 @@ def test_agrees_tables_of_two_designs_have_the_same_values() -> None:
     unit = float(SECOND.unit)
     d, chi = np.array([1e-3, -2e-3, 3e-4]), np.array([0.4, 2.9, 5.5])
     ones = np.ones((1, 1))
-    from rigidpend.return_map.arithmetic import arithmetic
+    from rigidpend.return_map.precision import precision
 
     for rising in (False, True):
         one, other = first.charts[rising].forward, second.charts[rising].forward
-        a = look_up(one, at_energies(one, ones), d, chi, arithmetic(53))
-        b = look_up(other, at_energies(other, ones), d * unit, chi, arithmetic(53))
+        a = look_up(one, at_energies(one, ones), d, chi, precision(53))
+        b = look_up(other, at_energies(other, ones), d * unit, chi, precision(53))
         np.testing.assert_allclose(a[0] * a[1] * unit**2, b[0] * b[1], rtol=1e-12, atol=1e-15)
         # The constant of time holds tau, which each map counts from its own mean.
         np.testing.assert_allclose(a[2], b[2] * unit, rtol=0, atol=1e-13)
@@ -117,7 +117,7 @@ def test_a_cache_that_cannot_be_written_costs_time_alone(
 
 
 def test_names_tell_all_apart_that_a_map_follows_from() -> None:
-    from rigidpend.exact import exact
+    from rigidpend.numbers.exact import exact
 
     h, other = exact(H), exact("1.3343")
     heavier = Body(FIG4.A, FIG4.r, "0.002")

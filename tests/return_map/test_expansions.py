@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.return_map.arithmetic import arithmetic
 from rigidpend.return_map.expansions import (
     chebyshev_analysis,
     chebyshev_basis,
@@ -18,6 +17,7 @@ from rigidpend.return_map.expansions import (
     phases,
 )
 from rigidpend.return_map.jets import Jet, Reciprocal
+from rigidpend.return_map.precision import precision
 from rigidpend.return_map.storage import _joined, _split
 
 BITS = [53, 64, 113, 160]
@@ -25,7 +25,7 @@ BITS = [53, 64, 113, 160]
 
 @pytest.mark.parametrize("bits", BITS)
 def test_agrees_a_fourier_expansion_with_its_function_and_slope(bits: int) -> None:
-    a, n = arithmetic(bits), 7
+    a, n = precision(bits), 7
     at = a.array([0.3, 1.7, -2.5])
     values = a.cos(3 * phases(n, a)) - 2 * a.sin(phases(n, a)) + 5
     c = fourier_analysis(n, a) @ values
@@ -37,7 +37,7 @@ def test_agrees_a_fourier_expansion_with_its_function_and_slope(bits: int) -> No
 
 @pytest.mark.parametrize("bits", BITS)
 def test_agrees_a_chebyshev_expansion_with_its_polynomial_and_slope(bits: int) -> None:
-    a, n = arithmetic(bits), 6
+    a, n = precision(bits), 6
     at, x = a.array([0.3, -0.77, 1.0]), nodes(n, a)
     c = chebyshev_analysis(n, a) @ (x**5 - 3 * x**2 + 1)
     expected, slope = at**5 - 3 * at**2 + 1, 5 * at**4 - 6 * at
@@ -47,7 +47,7 @@ def test_agrees_a_chebyshev_expansion_with_its_polynomial_and_slope(bits: int) -
 
 @pytest.mark.parametrize("bits", BITS)
 def test_numbers_are_rounded_once_and_stored_without_loss(bits: int) -> None:
-    a = arithmetic(bits)
+    a = precision(bits)
     third = a.array([Fraction(1, 3), Fraction(-1, 7), 0])
     assert a.largest(third * 21 - a.array([7, -3, 0])) <= 8 * a.epsilon
     assert (_joined(_split(third), a) == third).all()

@@ -11,20 +11,20 @@ from hypothesis import assume, given
 
 from rigidpend import Body, floquet
 from rigidpend.equations import aligned
-from rigidpend.return_map.arithmetic import arithmetic
 from rigidpend.return_map.conjugacy import inverted, torus_rates
 from rigidpend.return_map.expansions import Interval
 from rigidpend.return_map.normal_form import MapError, normal_form
 from rigidpend.return_map.poincare import rotation_phase
+from rigidpend.return_map.precision import precision
 from rigidpend.return_map.reduced import coefficients, reduced, theta3_rate
 from tests.integrate.problems import FIG4, GENERIC
 from tests.strategies import bodies, repeatable
 
-DOUBLES = arithmetic(53)
+DOUBLES = precision(53)
 
 
 def coefficients_of(body: Body, bits: int = 53) -> Any:
-    return coefficients(body.angles(bits + 32), "1", arithmetic(bits))
+    return coefficients(body.angles(bits + 32), "1", precision(bits))
 
 
 def state_of(Q: Any, psi: float, J2: float, body: Body) -> Any:
@@ -136,7 +136,7 @@ def momentum_at(Q: Any, psi: float, h: float, c: Any, body: Body) -> float:
 def test_agrees_the_inverse_of_the_series_in_64_and_113_bits() -> None:
     found = []
     for bits in (53, 113):
-        a = arithmetic(bits)
+        a = precision(bits)
         h = a.number(1.3342)
         nf = normal_form(coefficients_of(FIG4, bits), Interval(h, 0 * h, 1), 9, 15, 0.1, a)
         ones, at = a.array([[1.0]]), a.array([0.4])

@@ -12,15 +12,15 @@ from rigidpend import Body, melnikov
 from rigidpend.integrate import sample_orbits
 from rigidpend.integrate.arcs import arcs
 from rigidpend.return_map import ReturnMap, SectionPoint, return_map
-from rigidpend.return_map.arithmetic import arithmetic
 from rigidpend.return_map.charts import look_up_slopes
 from rigidpend.return_map.poincare import section_momentum, section_state
+from rigidpend.return_map.precision import precision
 from rigidpend.return_map.reduced import theta3_rate
 from tests.integrate.problems import FIG4, GENERIC, needs_heyoka
 from tests.strategies import apart
 
 H = 1.3342
-DOUBLES = arithmetic(53)
+DOUBLES = precision(53)
 N = 40
 BODIES = [pytest.param(FIG4, id="Fig. 4"), pytest.param(GENERIC, id="generic")]
 
@@ -176,7 +176,7 @@ def test_order_the_splitting_is_melnikovs_amplitude_to_first_order(
 )
 def test_agrees_a_passage_with_integration_in_any_precision(bits: int) -> None:
     """The error of a map falls with its precision: where it puts M3 = 0, integration does."""
-    a = arithmetic(bits)
+    a = precision(bits)
     made = return_map(Body((2, 1, "1.5"), (1, 1, 0), "1e-5"), h="1.3342", bits=bits)
     assert max(made.errors.charts, made.errors.inverse) < 2.0 ** (13 - bits)
     h, c = made.normal_form.energies.centre, made.coefficients

@@ -10,6 +10,7 @@ import pytest
 
 from rigidpend import Body, integrate
 from rigidpend.return_map import MapError, ReturnMap, return_map
+from rigidpend.return_map.build import FIRST
 from rigidpend.routes import ProblemError, RouteCodes, certainty, codes, mapped, route_codes
 from rigidpend.routes.start import Scales
 from tests.integrate.problems import FIG4, GENERIC, needs_heyoka
@@ -98,7 +99,7 @@ def test_no_wrong_symbol_is_certain_where_tables_are_spoilt(
     true = truth(phases)
 
     def damaged(*args: Any, **more: Any) -> ReturnMap:
-        made, first = return_map(*args, **more), more["design"] == mapped.FIRST
+        made, first = return_map(*args, **more), more["design"] == FIRST
         hit = which == "both" or (which == "first") == first
         return spoilt(made, size, 1 + first) if hit else made
 

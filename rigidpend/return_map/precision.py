@@ -3,7 +3,7 @@
 Doubles and the 64 bits of a `long double` are NumPy's own types, and the 113 bits of `real128`
 are heyoka's. Elsewhere a number is mpmath's, in an array of objects, some fifty times slower.
 The same lines compute with all of them: ``+ - * /``, ``@``, and the functions of an
-:class:`Arithmetic`.
+:class:`Precision`.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.exact import context
 from rigidpend.integrate.compiled import heyoka, typed
 from rigidpend.integrate.engines import default_engine
+from rigidpend.numbers.exact import context
 
 FUNCTIONS = {"sin": 1, "cos": 1, "exp": 1, "log": 1, "sqrt": 1, "atan2": 2}
 
@@ -32,7 +32,7 @@ def native(bits: int) -> Any:
     return None
 
 
-class Arithmetic:
+class Precision:
     """Numbers of `bits` bits: how they are made, and the functions of arrays of them."""
 
     sin: Any
@@ -81,6 +81,6 @@ class Arithmetic:
 
 
 @functools.cache
-def arithmetic(bits: int) -> Arithmetic:
-    """The arithmetic of so many bits; it holds no state, so threads may share it."""
-    return Arithmetic(bits)
+def precision(bits: int) -> Precision:
+    """The numbers of so many bits; it holds no state, so threads may share it."""
+    return Precision(bits)
