@@ -22,8 +22,24 @@ build         maps built, checked and refused
 storage       maps kept on disk
 """
 
+from __future__ import annotations
+
+import sys
+from types import ModuleType
+from typing import Any
+
 from rigidpend.return_map.build import ReturnMap, return_map
 from rigidpend.return_map.normal_form import MapError
 from rigidpend.return_map.passage import EnergyLevel, Passage, SectionPoint
 
 __all__ = ["EnergyLevel", "MapError", "Passage", "ReturnMap", "SectionPoint", "return_map"]
+
+
+class _Package(ModuleType):
+    """This package, callable: `rigidpend.return_map` names both it and its function."""
+
+    def __call__(self, *arguments: Any, **named: Any) -> ReturnMap:
+        return return_map(*arguments, **named)
+
+
+sys.modules[__name__].__class__ = _Package

@@ -130,3 +130,11 @@ def test_names_tell_all_apart_that_a_map_follows_from() -> None:
         (FIG4, h, h, 53, FIRST, "scipy"),
     ]
     assert len({storage.name_of(*task) for task in tasks}) == len(tasks)
+
+
+def test_the_package_and_its_function_share_a_name() -> None:
+    import rigidpend
+
+    level = rigidpend.return_map(FIG4, h=H).at(1.3342)
+    assert level.h == 1.3342
+    assert rigidpend.return_map.charts.Chart._fields == ("forward", "inverse")  # type: ignore[attr-defined]
