@@ -27,7 +27,7 @@ ATTEMPTS = 4
 """How often the orders are raised before a map is refused."""
 MOST_DEGREE = 45
 """Of the normal form in doubles, and in proportion to the bits: what takes more is refused.
-With the body of Fig. 4 that is mu = 0.04."""
+With the body of Fig. 4 mu = 0.045 takes 43 and 7 s."""
 FLOQUET = 1e-11
 """Largest difference from the Floquet exponent, which is found in doubles."""
 

@@ -34,7 +34,7 @@ class Errors(NamedTuple):
     charts: float
     """At held-out points, by arcs of another length."""
     inverse: float
-    """Of the invariants, after an inverse chart and a chart."""
+    """Of the invariants and the times, after an inverse chart and a chart."""
     tail_x: float
     """The last coefficients of the tables in d and I."""
     tail_phase: float
@@ -63,7 +63,11 @@ def held_out(
     again = invariants(
         rising, back, chi + there[1], weights @ nf.exponent, weights @ nf.rotation, a
     )
-    off = a.largest((again.I - I) / chart.inverse.width), a.largest(again.s - chi)
+    off = (
+        a.largest((again.I - I) / chart.inverse.width),
+        a.largest(again.s - chi),
+        a.largest((back.value[2:] - there[2:]) / scale[2:]),
+    )
     return a.largest((seen - direct) / scale), max(off)
 
 
