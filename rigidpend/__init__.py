@@ -49,6 +49,7 @@ The motion in space:
 precession    increments of theta3 along the separatrices, their order
 hodograph     the angular velocity in the fixed space
 herpolhode    an orbit along its route, with its hodograph
+return_map/   orbits and their codes without integration, by a normal form
 
 The runner:
 
@@ -104,15 +105,17 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rigidpend.body import Body as Body
+    from rigidpend.return_map import return_map as return_map
     from rigidpend.routes import RouteCodes as RouteCodes
     from rigidpend.routes import route_codes as route_codes
 
 __version__ = "0.2.0"
-__all__ = ["Body", "RouteCodes", "route_codes"]
+__all__ = ["Body", "RouteCodes", "return_map", "route_codes"]
 
 _HOME = {
     "Body": "rigidpend.body",
     "RouteCodes": "rigidpend.routes",
+    "return_map": "rigidpend.return_map",
     "route_codes": "rigidpend.routes",
 }
 

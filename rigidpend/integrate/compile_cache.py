@@ -17,7 +17,7 @@ VARIABLE = "HEYOKA_CACHE_DIR"
 def choose() -> None:
     """Set heyoka's cache folder, unless the user has set it. To be called before its import."""
     if VARIABLE not in os.environ:
-        os.environ[VARIABLE] = str(_user_cache() / "rigidpend" / processor_key())
+        os.environ[VARIABLE] = str(user_cache() / "rigidpend" / processor_key())
 
 
 def processor_key() -> str:
@@ -43,7 +43,8 @@ def _processor() -> str:
     return "\n".join(line for line in first.splitlines() if line.startswith(kept))
 
 
-def _user_cache() -> Path:
+def user_cache() -> Path:
+    """The folder where this user's programs keep what they can make again."""
     if sys.platform == "darwin":
         return Path.home() / "Library" / "Caches"
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")

@@ -117,8 +117,9 @@ class _Sampler:
     def _between(self, lanes: Any, times: Any) -> Any:
         if times.size > FEW:
             grid = np.repeat(times[:, None], self.width, axis=1)
-            pieces = [grid[k : k + PIECE] for k in range(0, len(grid), PIECE)]
-            return np.concatenate([self._on_grid(piece) for piece in pieces])
+            # Each piece begins at the last time of the one before, where the integrator is.
+            pieces = [grid[k : k + PIECE + 1] for k in range(0, len(grid) - 1, PIECE)]
+            return np.concatenate([lanes[None], *(self._on_grid(piece)[1:] for piece in pieces)])
         found = [lanes]
         for time in times[1:]:
             _advance(self.integrator, time)

@@ -190,9 +190,14 @@ def _part(decided: Decided, columns: Columns) -> Decided:
     return Decided(crossings, decided.certain[:, columns], decided.bits[columns])
 
 
-def _put(target: Decided, columns: Columns, source: Decided) -> None:
-    pairs: Any = zip(target.crossings, source.crossings, strict=True)
+def put(target: Crossings, columns: Columns, source: Crossings) -> None:
+    """Replace some columns of a record."""
+    pairs: Any = zip(target, source, strict=True)
     for into, array in pairs:
         into[..., columns] = array
+
+
+def _put(target: Decided, columns: Columns, source: Decided) -> None:
+    put(target.crossings, columns, source.crossings)
     target.certain[:, columns] = source.certain
     target.bits[columns] = source.bits

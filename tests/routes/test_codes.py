@@ -43,6 +43,7 @@ def test_record_has_the_shapes_and_types_it_promises(engine: str) -> None:
         "bits": ((3,), np.uint16),
         "crossing_time": ((5, 3), np.float64),
         "separatrix": ((5, 3), np.uint8),
+        "by_map": ((3,), np.bool_),
     }
     assert found.theta2_0.tolist() == [0.1, 0.2, 3.5]
     assert (np.diff(found.crossing_time, axis=0) > 0).all()

@@ -67,7 +67,8 @@ def _in_parts(name: str, phases: Grid, config: Config, means: Means) -> RouteCod
             means.report(f"{name}: columns from {first} of {len(phases)}")
         part = partial(_part, columns, config, means)
         tree: Any = means.part(f"{name}.{first:08d}", part)
-        found.append(RouteCodes(*(tree[field].values for field in RouteCodes._fields)))
+        fields = {field: tree[field].values for field in MEANING}
+        found.append(RouteCodes(**fields, by_map=np.zeros(len(columns), dtype=bool)))
     return RouteCodes(*(np.concatenate(x, axis=-1) for x in zip(*found, strict=True)))
 
 
@@ -80,6 +81,7 @@ def _part(phases: Sequence[Exact], config: Config, means: Means) -> Tree:
         J1_0=problem.J1_0,
         n_symbols=problem.n_symbols,
         jobs=means.jobs,
+        method="integration",
         **means.arithmetic._asdict(),
     )
     return _group(routes)

@@ -67,7 +67,10 @@ def test_compute_is_route_codes_of_each_array(content: Any, tree: Any) -> None:
         routes = compute_codes(
             p.body, phases[name], h0="1.3342", J1_0="1e-8", n_symbols=5, precisions=(53,)
         )
+        assert not routes.by_map.any(), "few orbits are integrated"
         for field, expected in routes._asdict().items():
+            if field == "by_map":
+                continue
             np.testing.assert_array_equal(group[field].values, expected, err_msg=field)
             assert group[field].values.dtype == expected.dtype
         assert routes.certain.all()

@@ -149,7 +149,8 @@ def test_counts() -> None:
     def record(codes: list[int], certain: list[int]) -> RouteCodes:
         empty = np.empty(0)
         shaped = np.array([codes], dtype=np.uint8), np.array([certain], dtype=bool)
-        return RouteCodes(empty, *shaped, empty.astype(np.uint16), empty, empty.astype(np.uint8))
+        bits, nothing = empty.astype(np.uint16), empty.astype(bool)
+        return RouteCodes(empty, *shaped, bits, empty, empty.astype(np.uint8), nothing)
 
     spoilt = record([0, 1, 1, 0, 1], [1, 1, 0, 0, 1])
     known = np.array([True, True, True, True, False])

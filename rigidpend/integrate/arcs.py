@@ -1,0 +1,116 @@
+"""Arcs of the aligned field at given times, in any precision.
+
+`integrate.sample_orbits` serves doubles; here longer numbers are carried in heyoka's types
+where it has them, and in integers elsewhere.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from rigidpend.equations import AlignedCoefficients
+from rigidpend.integrate import FINEST_TOLERANCE, bigint, default_engine, has_own_type
+from rigidpend.integrate import sample_orbits as in_doubles
+
+
+def arcs(coefficients: AlignedCoefficients, states: Any, times: Any, bits: int) -> Any:
+    """Orbits at given times of either sign.
+
+    Parameters
+    ----------
+    coefficients : AlignedCoefficients
+        Numbers of the precision: doubles, long doubles, heyoka's real128 or mpmath's.
+    states : (6, n) array of such numbers
+        Aligned components at time 0.
+    times : (k,) array of such numbers
+        t', ascending from 0 or descending from 0, which is not among them.
+    bits : int
+
+    Returns
+    -------
+    (6, k, n) array
+    """
+    if bits == 53:
+        return in_doubles(coefficients, states, np.concatenate(([0.0], times)))[:, 1:]
+    if default_engine() == "taylor" and has_own_type("taylor", bits):
+        return _in_series(coefficients, states, times, bits)
+    columns = [_in_integers(coefficients, state, times, bits) for state in states.T]
+    return np.stack(columns, axis=-1)
+
+
+def _in_series(c: AlignedCoefficients, states: Any, times: Any, bits: int) -> Any:
+    from rigidpend.integrate.compiled import borrowed
+
+    grid = np.concatenate((times[:1] * 0, times))
+    with borrowed(_Arc, bits) as arc:
+        return np.stack([arc.run(c, state, grid) for state in states.T], axis=-1)
+
+
+class _Arc:
+    """An integrator of one orbit of the aligned field, without events."""
+
+    def __init__(self, bits: int) -> None:
+        from rigidpend.integrate.compiled import aligned_system, heyoka, working_type
+
+        self.type = working_type(bits)
+        zero, (field, _) = self.type(0), aligned_system(heyoka())
+        self.integrator = heyoka().taylor_adaptive(
+            field,
+            [zero] * 6,
+            time=zero,
+            pars=[zero] * 9,
+            fp_type=self.type,
+            tol=self.type(FINEST_TOLERANCE["taylor"] * 2.0 ** (53 - bits)),
+            compact_mode=bits > 64,
+        )
+
+    def run(self, c: AlignedCoefficients, state: Any, grid: Any) -> Any:
+        self.integrator.pars[:] = list(c)
+        self.integrator.state[:] = state
+        self.integrator.time = self.type(0)
+        found = self.integrator.propagate_grid(grid)[-1]
+        if len(found) != len(grid):
+            raise ArithmeticError("an orbit did not reach the last of the times")
+        return found[1:].T
+
+
+def _in_integers(c: AlignedCoefficients, state: Any, times: Any, bits: int) -> Any:
+    """(6, k) mpmath numbers, by Taylor series of an error below their rounding."""
+    numbers, number = type(state[0]).context, type(state[0])
+    exact = [_fraction(x) for x in state]
+    unit = bigint.unit_of(exact)
+    scaled, here = bigint.in_units(AlignedCoefficients(*map(_fraction, c)), exact, unit)
+    P = bigint.fractional_bits((*here, *scaled), bits)
+    backward = times[0] < 0
+    if backward:
+        # With t and M3 reversed, and gamma3 with them, the field is the same.
+        here = _reversed(here)
+    flow = bigint.Flow([bigint.fixed(x, P) for x in scaled], P)
+    fixed, time = [bigint.fixed(x, P) for x in here], 0
+    found: list[list[Fraction]] = []
+    goals = [bigint.fixed(abs(_fraction(t)) * unit, P) for t in times]
+    while len(found) < len(goals):
+        series, step = flow.expand(fixed)
+        while len(found) < len(goals) and goals[len(found)] <= time + step:
+            at = goals[len(found)] - time
+            there = [Fraction(bigint.value_at(s, at, P), 1 << P) for s in series]
+            there = [*(x * unit for x in there[:3]), *there[3:]]
+            found.append(_reversed(there) if backward else there)
+        fixed = [bigint.value_at(s, step, P) for s in series]
+        time += step
+    made = [[numbers.mpf(x.numerator) / x.denominator for x in row] for row in found]
+    return np.array(made, dtype=object if number else None).T
+
+
+def _reversed(state: Any) -> list[Any]:
+    Qp, Qm, M3, gamma1, gamma2, gamma3 = state
+    return [Qp, Qm, -M3, gamma1, gamma2, -gamma3]
+
+
+def _fraction(x: Any) -> Fraction:
+    from mpmath.libmp import to_rational
+
+    return Fraction(*map(int, to_rational(x._mpf_)))

@@ -1,0 +1,277 @@
+"""Return maps: built for a body and its energies, checked, and refused where they don't resolve."""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from rigidpend import floquet
+from rigidpend.body import Body
+from rigidpend.integrate import default_engine
+from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
+from rigidpend.return_map import storage
+from rigidpend.return_map.charts import Chart, Table, forward_table, inverse_table
+from rigidpend.return_map.checks import Errors, held_out, tails
+from rigidpend.return_map.expansions import Interval
+from rigidpend.return_map.normal_form import MapError, NormalForm, normal_form
+from rigidpend.return_map.orders import Layer, Orders, first_look, orders, radius
+from rigidpend.return_map.passage import EnergyLevel
+from rigidpend.return_map.precision import Precision, native, precision
+from rigidpend.return_map.reduced import Coefficients, coefficients
+
+SLACK = 2.0**13
+"""Roundings of the working precision that a map may err by; finished maps err by some 10."""
+ATTEMPTS = 4
+"""How often the orders are raised before a map is refused."""
+MOST_DEGREE = 45
+"""Of the normal form in doubles, and in proportion to the bits: what takes more is refused.
+With the body of Fig. 4 mu = 0.045 takes 43 and 7 s."""
+FLOQUET = 1e-11
+"""Largest difference from the Floquet exponent, which is found in doubles."""
+
+
+class Design(NamedTuple):
+    """How a map is built: two maps of different design share no rounding and no truncation."""
+
+    unit: str = "1"
+    """M is multiplied by it, mu and h by its square; t' is divided by it."""
+    stretch: float = 1.0
+    """By how much the arcs are longer than where |u| = |v|."""
+    more: int = 0
+    """How many terms every expansion has besides (an even number)."""
+    origin: float = 0.0
+    """What is added to phases before they are rounded, radians."""
+
+
+FIRST, SECOND = Design(), Design("1.37", 1.06, 2, 0.7)
+
+
+@dataclass(frozen=True)
+class ReturnMap:
+    """The return map of the section M3 = 0 over an interval of energies.
+
+    Attributes
+    ----------
+    bits : int
+        Its precision.
+    energies : 2 floats
+        The interval.
+    errors : Errors
+        What it was measured to err by.
+    orders : Orders
+    design : Design
+    coefficients : Coefficients
+        The body, in the map's unit.
+    normal_form : NormalForm
+    charts : 2 Chart
+        Of downward and of upward crossings.
+    """
+
+    bits: int
+    energies: tuple[float, float]
+    errors: Errors
+    orders: Orders
+    design: Design
+    coefficients: Coefficients
+    normal_form: NormalForm
+    charts: tuple[Chart, Chart]
+
+    def at(self, h: Any) -> EnergyLevel:
+        """The map at an energy, or at one for each of N orbits, within the interval."""
+        a = precision(self.bits)
+        return EnergyLevel(self.normal_form, self.charts, a.array(h) * self._unit**2, a)
+
+    @property
+    def _unit(self) -> Any:
+        unit = _exact_unit(self.design)
+        return _number(unit, precision(self.bits))
+
+
+def return_map(body: Body, *, h: Any, bits: int = 53, design: Design = FIRST) -> ReturnMap:
+    """The return map of a body, built or taken from the cache.
+
+    Parameters
+    ----------
+    body : Body
+    h : number or pair of numbers
+        The energy (kappa J2^2/2 + ... of eq. h0_new, dimensionless), or the least and the largest.
+        Text, Fraction and Decimal are exact, floats are the doubles that they are.
+    bits : int, optional
+        Precision: 53, 64, 113 or any other from 53 on.
+    design : Design, optional
+        Another design gives an independent map of the same orbits.
+
+    Returns
+    -------
+    ReturnMap
+
+    Raises
+    ------
+    MapError
+        The orbits are not resolved: an elliptic periodic orbit, too large a mu, a negative
+        multiplier; the message gives the reason.
+    ExactError
+        An energy that is no number.
+    ValueError
+        Fewer than 53 bits, or energies that don't ascend.
+
+    Examples
+    --------
+    >>> body = Body(A=(2, 1, 1.5), r=(1, 1, 0), mu="0.001")
+    >>> level = return_map(body, h="1.3342").at(1.3342)
+    """
+    ends = list(h) if isinstance(h, (tuple, list)) else [h, h]
+    low, high = (exact(x) for x in ends)
+    if bits < 53:
+        raise ValueError(f"bits must be 53 or more, got {bits}")
+    if float(high - low) < 0:
+        raise ValueError(f"the energies must ascend, got {low} and {high}")
+    return _kept(body, low, high, bits, design)
+
+
+@functools.lru_cache(maxsize=16)
+def _kept(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> ReturnMap:
+    name = storage.name_of(body, low, high, bits, design, default_engine())
+    stored = storage.load(name, bits)
+    if stored is None:
+        made = build(body, low, high, bits, design)
+        facts = {"orders": made.orders._asdict(), "errors": made.errors._asdict()}
+        storage.save(name, made.normal_form, made.charts, facts)
+        return made
+    nf, charts, facts = stored
+    p = body.angles(precision(bits).bits + GUARD_BITS)
+    return ReturnMap(
+        bits,
+        (float(low), float(high)),
+        Errors(**facts["errors"]),
+        Orders(**facts["orders"]),
+        design,
+        coefficients(p, design.unit, precision(bits)),
+        nf,
+        charts,
+    )
+
+
+def build(body: Body, low: Exact, high: Exact, bits: int, design: Design = FIRST) -> ReturnMap:
+    """Build the map of a body for energies from `low` to `high`.
+
+    Raises
+    ------
+    MapError
+        The map does not resolve the orbits there; the message gives the reason.
+    """
+    a = precision(_table_bits(bits))
+    p = body.angles(max(a.bits, bits) + GUARD_BITS)
+    c, rough = coefficients(p, design.unit, a), coefficients(p, design.unit, precision(53))
+    scale = _exact_unit(design) ** 2
+    ends = float(low * scale), float(high * scale)
+    exponent = _floquet_exponent(body, float(low), float(high))
+    layer = first_look(rough, sum(ends) / 2)
+    planned = orders(rough, ends, layer, bits)
+    planned = _designed(planned, design)
+    middle, half = (low + high) / 2 * scale, (high - low) / 2 * scale
+    for _ in range(ATTEMPTS):
+        if planned.degree > MOST_DEGREE * bits / 53:
+            raise MapError(
+                f"mu is too large: {bits} bits take a normal form of degree {planned.degree}"
+            )
+        energies = Interval(_number(middle, a), _number(half, a), planned.n_energy)
+        nf, charts, errors = _attempt(c, energies, layer, planned, exponent, a)
+        if max(errors.exponents, errors.charts, errors.inverse) < SLACK * 2.0**-bits:
+            break
+        small = SLACK / 8 * 2.0**-bits
+        x, phase, energy = (tail > small for tail in errors[-3:])
+        planned = planned.larger(inner=not (x or phase or energy), x=x, phase=phase, energy=energy)
+    else:
+        raise MapError(f"the tables don't settle: {errors}")
+    if errors.floquet > FLOQUET:
+        raise MapError(f"Lambda_0 differs from the Floquet exponent by {errors.floquet:.2g}")
+    own = precision(bits)
+    return ReturnMap(
+        bits,
+        (float(low), float(high)),
+        errors,
+        planned,
+        design,
+        coefficients(p, design.unit, own),
+        _cast(nf, own),
+        (_cast(charts[0], own), _cast(charts[1], own)),
+    )
+
+
+def _attempt(
+    c: Coefficients, energies: Interval, layer: Layer, o: Orders, exponent: float, a: Precision
+) -> tuple[NormalForm, tuple[Chart, Chart], Errors]:
+    """The normal form and the charts by given orders, with their errors."""
+    h, length = float(energies.centre), a.number(o.length)
+    size = 2 * math.sqrt(2 * h / float(c.aligned.kappa)) * 2 * float(c.aligned.half_sigma)
+    border = size * radius(c, h, max(layer.widths))
+    nf = normal_form(c, energies, o.degree, o.n_phase_orbit, border, a)
+    charts, found = [], []
+    for rising in (False, True):
+        width = a.number(layer.widths[rising])
+        forward = forward_table(rising, width, o.n_x, o.n_phase, nf, c, length, a)
+        inverse = inverse_table(rising, forward, a.number(layer.invariant), nf, a)
+        charts.append(Chart(forward, inverse))
+        found.append(held_out(rising, charts[-1], nf, c, length, a))
+    cut = [tails(table, a) for chart in charts for table in chart]
+    middle = float(nf.energies.basis(energies.centre, a) @ nf.exponent[:, 0])
+    errors = Errors(
+        nf.disagreement,
+        abs(middle - exponent),
+        max(chart for chart, _ in found),
+        max(inverse for _, inverse in found),
+        *(max(tail) for tail in zip(*cut, strict=True)),
+    )
+    return nf, (charts[0], charts[1]), errors
+
+
+def _floquet_exponent(body: Body, low: float, high: float) -> float:
+    """The exponent per radian in the middle; refuses orbits without a map at either end."""
+    found = []
+    for h in (low, (low + high) / 2, high):
+        try:
+            orbit = floquet.periodic_orbit(body.angles(), h, 2, 1)
+        except (ArithmeticError, ValueError) as error:
+            raise MapError(f"at the energy {h:.6g}: {error}") from None
+        if orbit.turns:
+            raise MapError(
+                f"at the energy {h:.6g} the multiplier {orbit.multiplier:.6g} is negative: "
+                "the normal form would have twice the period"
+            )
+        found.append(orbit.exponent_per_period / (2 * math.pi))
+    return abs(found[1])
+
+
+def _designed(o: Orders, design: Design) -> Orders:
+    more = design.more
+    return Orders(
+        o.degree + more,
+        o.n_phase_orbit + more,
+        o.n_x + more,
+        o.n_phase + more,
+        o.n_energy + more if o.n_energy > 1 else 1,
+        o.length * design.stretch,
+    )
+
+
+def _table_bits(bits: int) -> int:
+    """Doubles come from tables of 64 bits, where these are fast: sharper tables, sharper maps."""
+    return 64 if bits == 53 and default_engine() == "taylor" and native(64) else bits
+
+
+def _exact_unit(design: Design) -> Any:
+    return exact(design.unit)
+
+
+def _number(x: Exact, a: Precision) -> Any:
+    return a.number(x.at(a.bits + GUARD_BITS))
+
+
+def _cast(x: Any, a: Precision) -> Any:
+    """A record with its numbers in another precision."""
+    if isinstance(x, (NormalForm, Chart, Table, Interval)):
+        return type(x)(*(_cast(one, a) for one in x))
+    return x if isinstance(x, (int, float)) else a.array(x)[()]

@@ -1,0 +1,293 @@
+"""Charts: from the section M3 = 0 to the normal form, and back, as tables.
+
+From nodes on the section short arcs lead to the upper periodic orbit: forward in time from
+upward crossings, backward from downward ones. There the normal form is solved for u, v. Then
+
+    U = u exp(-Lambda(I) (psi - chi)),    V = v exp(Lambda(I) (psi - chi)),
+    t - tau - (dt/dpsi) (psi - chi),      theta3 - sigma
+
+are the same wherever along the arc they are taken: functions of (d, chi) alone, smooth in d and
+periodic in chi. So a table of few Chebyshev polynomials and Fourier modes holds them.
+
+The inverse charts give (d, chi - s) and the same times as functions of I = U V and of
+s = chi - ln(U)/Lambda(I) (downward) or chi + ln(V)/Lambda(I) (upward), which no passage changes.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigidpend.integrate.arcs import arcs
+from rigidpend.return_map.conjugacy import Rates, inverted, torus_rates
+from rigidpend.return_map.expansions import (
+    Interval,
+    chebyshev_analysis,
+    chebyshev_basis,
+    fourier_analysis,
+    fourier_basis,
+    nodes,
+    phases,
+)
+from rigidpend.return_map.normal_form import MapError, NormalForm
+from rigidpend.return_map.poincare import rotation_phase, section_state
+from rigidpend.return_map.precision import Precision
+from rigidpend.return_map.reduced import Coefficients, theta3_rate
+
+MOST_ITERATIONS = 30
+STRIP = 1.2
+"""How near to the arc's middle, in units of 1/Lambda_0, the nearest complex singularity of the
+rate of theta3 is taken to be; it is at pi/2 without weight."""
+
+
+class Table(NamedTuple):
+    """Four functions of x in [-width, width] and a phase, over an interval of energies."""
+
+    width: Any
+    n_x: int
+    n_phase: int
+    values: Any
+    """(count, n_x n_phase, 4) coefficients; the phase runs fastest."""
+
+
+def fitted(values: Any, width: Any, energies: Interval, a: Precision) -> Table:
+    """The table of values (n_x, n_phase, count, 4) at the nodes."""
+    n_x, n_phase, count, functions = values.shape
+    found = np.matmul(chebyshev_analysis(n_x, a), values.reshape(n_x, -1))
+    found = found.reshape(n_x, n_phase, -1).transpose(1, 0, 2).reshape(n_phase, -1)
+    found = np.matmul(fourier_analysis(n_phase, a), found)
+    found = found.reshape(n_phase, n_x, count, functions).transpose(2, 1, 0, 3)
+    found = np.matmul(energies.analysis(a), found.reshape(count, -1))
+    return Table(width, n_x, n_phase, found.reshape(count, n_x * n_phase, functions))
+
+
+class Looked(NamedTuple):
+    """The four functions of a table and their derivatives, (4, N) each."""
+
+    value: Any
+    by_x: Any
+    by_phase: Any
+
+
+def look_up(table: Table, values: Any, x: Any, phase: Any, a: Precision) -> Any:
+    """The four functions at points, (4, N).
+
+    `values` are the table's at the points' energies: (1, n_x n_phase, 4) for a common one, else
+    (N, ...), see :func:`at_energies`.
+    """
+    return _contracted(_basis(table, x, phase, a), values)
+
+
+def look_up_slopes(table: Table, values: Any, x: Any, phase: Any, a: Precision) -> Looked:
+    """:func:`look_up` with the derivatives."""
+    return Looked(*(_contracted(_basis(table, x, phase, a, s), values) for s in ("", "x", "phase")))
+
+
+def at_energies(table: Table, weights: Any) -> Any:
+    """A table's coefficients at energies, (N or 1, n_x n_phase, 4)."""
+    flat = table.values.reshape(len(table.values), -1)
+    return (weights @ flat).reshape(len(weights), -1, 4)
+
+
+def _basis(table: Table, x: Any, phase: Any, a: Precision, slope: str = "") -> Any:
+    """The products of Chebyshev polynomials and Fourier modes, (N, n_x n_phase)."""
+    T = chebyshev_basis(x / table.width, table.n_x, a, slope=slope == "x")
+    F = fourier_basis(phase, table.n_phase, a, slope=slope == "phase")
+    if slope == "x":
+        T = T / table.width
+    return (T[:, :, None] * F[:, None, :]).reshape(len(x), -1)
+
+
+def _contracted(basis: Any, values: Any) -> Any:
+    if len(values) == 1:
+        return (basis @ values[0]).T
+    return np.matmul(basis[:, None, :], values)[:, 0].T
+
+
+def section_chart(
+    rising: bool,
+    d: Any,
+    chi: Any,
+    h: Any,
+    weights: Any,
+    nf: NormalForm,
+    c: Coefficients,
+    length: Any,
+    a: Precision,
+) -> Any:
+    """U, V, and the constants of time and theta3, at points of the section: (4, N).
+
+    Parameters
+    ----------
+    rising : bool
+        Upward crossings (separatrix 2) or downward ones (3).
+    d, chi, h : (N,) arrays
+    weights : (N or 1, count) array
+        Of the energies h.
+    nf : NormalForm
+    c : Coefficients
+    length : number
+        Of the arcs, t'.
+
+    Raises
+    ------
+    MapError
+        The arcs do not end within the range of the normal form.
+    """
+    begin = section_state(rising, d, chi, h, c, a)
+    side = 1 if rising else -1
+    shares, parts = _quadrature(length, c, h[0], a)
+    times = side * length * np.append(shares, a.number(1))
+    path = arcs(c.aligned, begin, times, a.bits)
+    end = path[:, -1]
+    if not (end[2] > 0).all():
+        raise MapError("an orbit from the section does not reach the periodic orbit")
+    theta3 = side * length * (parts[:, None] * theta3_rate(path[:3, :-1], c)).sum(axis=0)
+    psi = rotation_phase(end, c, a)
+    turned = _branch(psi - chi, side, length, h, c, a)
+    at = inverted(nf, weights, psi, end[0], end[1], a)
+    rates = torus_rates(weights @ nf.exponent, weights @ nf.rotation, at.u * at.v)
+    stretch = a.exp(rates.exponent * turned)
+    time = side * length - at.tau - rates.rotation * turned
+    return np.stack((at.u / stretch, at.v * stretch, time, theta3 - at.sigma))
+
+
+def _branch(turned: Any, side: int, length: Any, h: Any, c: Coefficients, a: Precision) -> Any:
+    """psi - chi, next to what it is without weight."""
+    alpha0 = 2 * a.atan2(1 / c.to_M2, 1 / c.to_M1)
+    free = side * (alpha0 / 2 + c.aligned.kappa * a.sqrt(2 * h / c.aligned.kappa) * length)
+    free = free - (a.pi if side > 0 else 0)
+    return free + a.atan2(a.sin(turned - free), a.cos(turned - free))
+
+
+def _quadrature(length: Any, c: Coefficients, h: Any, a: Precision) -> tuple[Any, Any]:
+    """Points in (0, 1), ascending, and the weights of Fejer's rule."""
+    rate = float(c.aligned.half_sigma) * float(np.sqrt(2 * float(h) / float(c.aligned.kappa)))
+    strip = STRIP * 2 / (rate * float(length))
+    n = 8 + math.ceil(a.bits * math.log(2) / math.asinh(strip))
+    moments = [a.number(0 if k % 2 else Fraction(1, 1 - k * k)) for k in range(n)]
+    weights = a.array(moments) @ chebyshev_analysis(n, a)
+    return (1 - nodes(n, a)) / 2, weights
+
+
+class Chart(NamedTuple):
+    """The chart of one section, both ways."""
+
+    forward: Table
+    """U, V, and the constants of time and theta3, of (d, chi)."""
+    inverse: Table
+    """d, chi - s, and the same constants, of (I, s)."""
+
+
+def grid(width: Any, n_x: int, n_phase: int, a: Precision) -> tuple[Any, Any]:
+    """The nodes of a table at one energy: x and phase, (n_x n_phase,) each."""
+    x, phase = width * nodes(n_x, a), phases(n_phase, a)
+    return np.repeat(x, n_phase), np.tile(phase, n_x)
+
+
+class Invariants(NamedTuple):
+    """I, s and their derivatives in d and chi, with the rates on the torus; (N,) each."""
+
+    I: Any
+    s: Any
+    I_slopes: tuple[Any, Any]
+    s_slopes: tuple[Any, Any]
+    rates: Rates
+
+
+def forward_table(
+    rising: bool,
+    width: Any,
+    n_x: int,
+    n_phase: int,
+    nf: NormalForm,
+    c: Coefficients,
+    length: Any,
+    a: Precision,
+) -> Table:
+    """The chart of a section as a table over |d| <= width."""
+    d, chi = grid(width, n_x, n_phase, a)
+    found = [
+        section_chart(rising, d, chi, h + 0 * d, nf.energies.basis(h, a)[None], nf, c, length, a)
+        for h in nf.energies.nodes(a)
+    ]
+    return fitted(_arranged(found, n_x, n_phase), width, nf.energies, a)
+
+
+def inverse_table(rising: bool, forward: Table, width: Any, nf: NormalForm, a: Precision) -> Table:
+    """The inverse chart as a table over |I| <= width, from the chart's table.
+
+    Raises
+    ------
+    MapError
+        The invariants don't belong to points of the section within the chart.
+    """
+    I, s = grid(width, forward.n_x, forward.n_phase, a)
+    found = []
+    for h in nf.energies.nodes(a):
+        weights = nf.energies.basis(h, a)[None]
+        d, chi = _solved(rising, forward, I, s, weights, nf, a)
+        _, _, time, theta3 = look_up(forward, at_energies(forward, weights), d, chi, a)
+        found.append(np.stack((d, chi - s, time, theta3)))
+    return fitted(_arranged(found, forward.n_x, forward.n_phase), width, nf.energies, a)
+
+
+def _arranged(found: list[Any], n_x: int, n_phase: int) -> Any:
+    """The values (4, N) of each energy as (n_x, n_phase, count, 4)."""
+    return np.stack([one.T.reshape(n_x, n_phase, 4) for one in found], axis=2)
+
+
+def _solved(
+    rising: bool, forward: Table, I: Any, s: Any, weights: Any, nf: NormalForm, a: Precision
+) -> tuple[Any, Any]:
+    """The points (d, chi) that have the invariants I and s, by Newton's method."""
+    values = at_energies(forward, weights)
+    exponent, rotation = weights @ nf.exponent, weights @ nf.rotation
+    d, chi = 0 * I, s + 0
+    for _ in range(MOST_ITERATIONS):
+        seen = look_up_slopes(forward, values, d, chi, a)
+        at = invariants(rising, seen, chi, exponent, rotation, a)
+        off, late = at.I - I, at.s - s
+        (I_d, I_chi), (s_d, s_chi) = at.I_slopes, at.s_slopes
+        determinant = I_d * s_chi - I_chi * s_d
+        step = (off * s_chi - I_chi * late) / determinant
+        turn = (I_d * late - off * s_d) / determinant
+        d, chi = d - step, chi - turn
+        if not a.largest(d) < 4 * float(forward.width):
+            break
+        if a.largest(step / forward.width) + a.largest(turn) < 64 * a.epsilon:
+            if a.largest(d) <= float(forward.width):
+                return d, chi
+            break
+    raise MapError("the charts of the section do not cover the invariants' range")
+
+
+def invariants(
+    by_v: bool, seen: Looked, chi: Any, exponent: Any, rotation: Any, a: Precision
+) -> Invariants:
+    """I and s of points of a section, with their derivatives in (d, chi).
+
+    Parameters
+    ----------
+    by_v : bool
+        Whether s is chi + ln|V|/Lambda, as for upward crossings, or chi - ln|U|/Lambda.
+    seen : Looked
+        The chart at the points.
+    chi : (N,) array
+    exponent, rotation : (N or 1, K) arrays
+        Coefficients of Lambda and of the mean dt'/dpsi.
+    """
+    U, V = seen.value[:2]
+    I = U * V
+    I_slopes = tuple(U * by[1] + V * by[0] for by in (seen.by_x, seen.by_phase))
+    which, side = (1, 1) if by_v else (0, -1)
+    W, rates = seen.value[which], torus_rates(exponent, rotation, I)
+    depth = side * a.log(np.abs(W)) / rates.exponent
+    by_d, by_chi = (
+        side * by[which] / (W * rates.exponent) - depth * rates.exponent_slope / rates.exponent * of
+        for by, of in zip((seen.by_x, seen.by_phase), I_slopes, strict=True)
+    )
+    return Invariants(I, chi + depth, I_slopes, (by_d, 1 + by_chi), rates)

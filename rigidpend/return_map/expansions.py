@@ -1,0 +1,89 @@
+"""Fourier and Chebyshev expansions of functions known at nodes, in any precision.
+
+A function of a phase is ``c0 + c1 cos + c2 sin + c3 cos 2 + c4 sin 2 + ...``: always an odd
+number of terms, for an even one would bring a mode whose phase its nodes cannot tell. A
+function of x in [-1, 1] is a sum of Chebyshev polynomials.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigidpend.return_map.precision import Precision
+
+
+def phases(n: int, a: Precision) -> Any:
+    """The n equidistant phases 0, 2 pi/n, ..."""
+    return 2 * a.pi * a.array(np.arange(n)) / n
+
+
+def fourier_basis(phase: Any, n: int, a: Precision, *, slope: bool = False) -> Any:
+    """The n functions 1, cos, sin, cos 2, ... at phases: (..., n), or their derivatives."""
+    cos, sin = a.cos(phase), a.sin(phase)
+    basis = np.zeros((*np.shape(phase), n), dtype=a.dtype)
+    basis[..., 0] = a.number(0 if slope else 1)
+    c, s = 1, 0
+    for k in range(1, n // 2 + 1):
+        c, s = c * cos - s * sin, s * cos + c * sin
+        basis[..., 2 * k - 1], basis[..., 2 * k] = (-k * s, k * c) if slope else (c, s)
+    return basis
+
+
+def fourier_analysis(n: int, a: Precision) -> Any:
+    """The matrix (n, n) from values at :func:`phases` to coefficients."""
+    matrix = fourier_basis(phases(n, a), n, a).T * 2 / n
+    matrix[0] = matrix[0] / 2
+    return matrix
+
+
+def nodes(n: int, a: Precision) -> Any:
+    """The n zeros of the n-th Chebyshev polynomial, in [-1, 1]."""
+    return a.cos(a.pi * (2 * a.array(np.arange(n)) + 1) / (2 * n))
+
+
+def chebyshev_basis(x: Any, n: int, a: Precision, *, slope: bool = False) -> Any:
+    """The Chebyshev polynomials T_0 .. T_{n-1} at x: (..., n), or their derivatives."""
+    T = np.zeros((*np.shape(x), n), dtype=a.dtype)
+    T[..., 0] = a.number(1)
+    if n > 1:
+        T[..., 1] = x
+    dT = np.zeros_like(T)
+    dT[..., 1:2] = a.number(1)
+    for k in range(2, n):
+        T[..., k] = 2 * x * T[..., k - 1] - T[..., k - 2]
+        if slope:
+            dT[..., k] = 2 * T[..., k - 1] + 2 * x * dT[..., k - 1] - dT[..., k - 2]
+    return dT if slope else T
+
+
+def chebyshev_analysis(n: int, a: Precision) -> Any:
+    """The matrix (n, n) from values at :func:`nodes` to coefficients."""
+    matrix = chebyshev_basis(nodes(n, a), n, a).T * 2 / n
+    matrix[0] = matrix[0] / 2
+    return matrix
+
+
+class Interval(NamedTuple):
+    """An interval of energies with its Chebyshev nodes; one node where it is a point."""
+
+    centre: Any
+    half_width: Any
+    n: int
+    """Chebyshev nodes."""
+
+    def nodes(self, a: Precision) -> Any:
+        """(n,)."""
+        return self.centre + self.half_width * nodes(self.n, a)
+
+    def basis(self, h: Any, a: Precision) -> Any:
+        """(..., n) at energies h."""
+        if self.n == 1:
+            ones = np.ones((*np.shape(h), 1), dtype=float)
+            return a.array(ones)
+        return chebyshev_basis((h - self.centre) / self.half_width, self.n, a)
+
+    def analysis(self, a: Precision) -> Any:
+        """(n, n), from values at nodes to coefficients."""
+        return chebyshev_analysis(self.n, a)

@@ -1,0 +1,76 @@
+"""The Poincare section M3 = 0 (J1 = J2/2) in coordinates (d, chi).
+
+Upward crossings lie beside separatrix 2 or 4, downward ones beside 1 or 3. d is the component
+that is small there, Qm or Qp; the large one follows from the energy. chi is the phase of the
+vertical, gamma = cos(chi) e3 x m - sin(chi) e3 with m = M/J2; it is theta1/2 + theta2 + pi/2, and
+grows along orbits. The symmetry (-M1, -M2, M3, gamma1, gamma2, -gamma3) makes separatrix 2 of 4
+and 3 of 1, so that points are described as if on 2 or 3, where the large component is positive.
+On this section dJ2 ^ dchi is the area that the map preserves.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from rigidpend.return_map.normal_form import MapError
+from rigidpend.return_map.precision import Precision
+from rigidpend.return_map.reduced import Coefficients
+
+MOST_ITERATIONS = 60
+
+
+def section_state(rising: bool, d: Any, chi: Any, h: Any, c: Coefficients, a: Precision) -> Any:
+    """Aligned components (6, ...) of points on separatrix 2 (rising) or 3.
+
+    Raises MapError where the energy does not allow such a point.
+    """
+    cos, sin = a.cos(chi), a.sin(chi)
+    Q = a.sqrt(2 * h / c.aligned.kappa / (c.to_M1**2 + c.to_M2**2)) + 0 * d
+    for _ in range(MOST_ITERATIONS):
+        value, slope = _energy(rising, d, Q, cos, c, a)
+        step = (value - h) / slope
+        Q = Q - step
+        if a.largest(step / Q) < 8 * a.epsilon:
+            break
+    else:
+        raise MapError("the energy is too small for a crossing at such a distance")
+    M1, M2, _, _ = _momenta(rising, d, Q, c)
+    J2 = a.sqrt(M1 * M1 + M2 * M2)
+    components = (d, Q) if not rising else (Q, d)
+    gamma = (-cos * M2 / J2, cos * M1 / J2, -sin)
+    return np.stack(np.broadcast_arrays(*components, 0 * Q, *gamma))
+
+
+def section_momentum(rising: bool, d: Any, chi: Any, h: Any, c: Coefficients, a: Precision) -> Any:
+    """J2 at points of the section, dimensionless."""
+    Qp, Qm, *_ = section_state(rising, d, chi, h, c, a)
+    return a.sqrt(((Qp + Qm) * c.to_M1) ** 2 + ((Qp - Qm) * c.to_M2) ** 2)
+
+
+def _momenta(rising: bool, d: Any, Q: Any, c: Coefficients) -> tuple[Any, Any, Any, Any]:
+    """M1, M2 and their derivatives in Q."""
+    side = 1 if rising else -1
+    return (Q + d) * c.to_M1, side * (Q - d) * c.to_M2, c.to_M1, side * c.to_M2
+
+
+def _energy(rising: bool, d: Any, Q: Any, cos: Any, c: Coefficients, a: Precision) -> Any:
+    """The energy and its derivative in Q."""
+    k = c.aligned
+    M1, M2, dM1, dM2 = _momenta(rising, d, Q, c)
+    square, growth = M1 * M1 + M2 * M2, M1 * dM1 + M2 * dM2
+    J2 = a.sqrt(square)
+    weight, weight_slope = k.mu_r2 * M1 - k.mu_r1 * M2, k.mu_r2 * dM1 - k.mu_r1 * dM2
+    value = k.kappa / 2 * square - Q * d / 2 + cos * weight / J2
+    slope = k.kappa * growth - d / 2 + cos * (weight_slope - weight * growth / square) / J2
+    return value, slope
+
+
+def rotation_phase(state: Any, c: Coefficients, a: Precision) -> Any:
+    """psi of `reduced` at states (6, ...) with M3 > 0, radians in (-pi, pi]."""
+    Qp, Qm, M3, gamma1, gamma2, gamma3 = state
+    M1, M2 = (Qp + Qm) * c.to_M1, (Qp - Qm) * c.to_M2
+    J2 = a.sqrt(M1 * M1 + M2 * M2 + M3 * M3)
+    share = gamma3 / (J2 + M3)
+    return a.atan2(M2 * share - gamma2, gamma1 - M1 * share)

@@ -1,0 +1,167 @@
+"""Route codes by return maps: the same codes, and no wrong symbol called certain."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend import Body, integrate
+from rigidpend.return_map import MapError, ReturnMap, return_map
+from rigidpend.return_map.build import FIRST
+from rigidpend.routes import ProblemError, RouteCodes, certainty, codes, mapped, route_codes
+from rigidpend.routes.start import Scales
+from tests.integrate.problems import FIG4, GENERIC, needs_heyoka
+
+LIGHT = Body((2, 1, "1.5"), (1, 1, 0), "1e-6")
+HEAVY = Body((2, 1, "1.5"), (1, 1, 0), "0.02")
+FIG5 = Body((2, "1.5", "1.8"), (0, 1, 0), "0.01")
+HESS = Body.from_angles("1.2", "1.2", "1", "0.001")
+PHASES = np.linspace(0.01, 6.27, 120)
+TASK: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8", "n_symbols": 15}
+
+
+def found(body: Body, phases: Any = PHASES, **more: Any) -> RouteCodes:
+    return route_codes(body, phases, **{**TASK, **more})
+
+
+@needs_heyoka
+@pytest.mark.parametrize(
+    ("body", "J1_0"),
+    [
+        pytest.param(FIG4, "1e-8", id="Fig. 4"),
+        pytest.param(FIG4, "1e-12", id="J1 small", marks=pytest.mark.slow),
+        pytest.param(FIG4, "1e-4", id="J1 large", marks=pytest.mark.slow),
+        pytest.param(LIGHT, "1e-8", id="mu small"),
+        pytest.param(HEAVY, "1e-6", id="mu large", marks=pytest.mark.slow),
+        pytest.param(GENERIC, "1e-8", id="generic", marks=pytest.mark.slow),
+        pytest.param(FIG5, "1e-9", id="Fig. 5", marks=pytest.mark.slow),
+        pytest.param(HESS, "1e-8", id="Hess", marks=pytest.mark.slow),
+    ],
+)
+def test_agrees_codes_and_times_with_integration(body: Body, J1_0: str) -> None:
+    by_map = found(body, PHASES[::4], J1_0=J1_0, method="map")
+    by_time = found(body, PHASES[::4], J1_0=J1_0, method="integration")
+    both = by_map.certain & by_time.certain
+    assert both.mean() > 0.99
+    assert (by_map.codes == by_time.codes)[both].all()
+    assert by_map.by_map.mean() > 0.5, "not all left to integration"
+    assert not by_time.by_map.any()
+    np.testing.assert_allclose(by_map.crossing_time[0], by_time.crossing_time[0], atol=1e-12)
+    late = np.abs(by_map.crossing_time - by_time.crossing_time)
+    after = np.vstack((both[:1], both))
+    assert late[after].max() < 20 * certainty.AGREEMENT
+
+
+@needs_heyoka
+def test_the_maps_take_the_place_of_integration(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing is integrated but the sample and what leaves the tables or stays uncertain."""
+    counted: list[int] = []
+    real = integrate.crossings
+
+    def counting(orbits: Any, **more: Any) -> Any:
+        counted.append(np.shape(orbits.states)[-1] if more["bits"] == 53 else len(orbits.states))
+        return real(orbits, **more)
+
+    monkeypatch.setattr(integrate, "crossings", counting)
+    monkeypatch.setattr(mapped, "SAMPLE", 4)
+    random = np.random.default_rng(5).uniform(0, 6.28, 600)
+    record = found(FIG4, random, n_symbols=6, method="map")
+    left = int((~record.by_map).sum())
+    assert record.by_map.mean() > 0.98
+    assert sum(counted) <= 3 * (4 + left) + 30, "of 600 orbits"
+
+
+def spoilt(made: ReturnMap, size: float, seed: int) -> ReturnMap:
+    """The map with every table off by a smooth function of that size."""
+    random = np.random.default_rng(seed)
+    charts = []
+    for chart in made.charts:
+        tables = []
+        for table in chart:
+            values = table.values.copy()
+            values[0, :3] += size * random.normal(size=values[0, :3].shape) * np.abs(values).max()
+            tables.append(table._replace(values=values))
+        charts.append(type(chart)(*tables))
+    return replace(made, charts=(charts[0], charts[1]))
+
+
+@needs_heyoka
+@pytest.mark.parametrize(
+    ("which", "size"), [("first", 1e-15), ("first", 1e-12), ("second", 1e-10), ("both", 1e-12)]
+)
+def test_no_wrong_symbol_is_certain_where_tables_are_spoilt(
+    which: str, size: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    phases = np.random.default_rng(11).uniform(0, 6.28, 300)
+    true = truth(phases)
+
+    def damaged(*args: Any, **more: Any) -> ReturnMap:
+        made, first = return_map(*args, **more), more["design"] == FIRST
+        hit = which == "both" or (which == "first") == first
+        return spoilt(made, size, 1 + first) if hit else made
+
+    monkeypatch.setattr(mapped, "return_map", damaged)
+    monkeypatch.setattr(mapped, "_compare_sample", lambda *_: None)
+    monkeypatch.setattr(certainty, "AGREEMENT", certainty.CLOSE)
+    record = found(FIG4, phases, method="map", precisions=(53,))
+    assert not (record.certain & (record.codes != true)).any()
+    # What the tables are off by shows as a smaller share of certain symbols, nowhere else.
+    assert (record.certain.mean() > 0.5) == (size < 1e-14)
+
+
+_true: dict[int, Any] = {}
+
+
+def truth(phases: Any) -> Any:
+    """The symbols by integration, certain ones; 254 elsewhere, which equals no symbol."""
+    if len(phases) not in _true:
+        record = found(FIG4, phases, method="integration", precisions=(53, 64))
+        assert record.certain.mean() > 0.99
+        _true[len(phases)] = record.codes
+    return _true[len(phases)]
+
+
+@needs_heyoka
+def test_a_sample_that_disagrees_discards_the_maps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two maps that err alike are found out by integration."""
+    real = mapped.Maps.crossings
+
+    def alike(self: mapped.Maps, bits: int, scales: Scales, columns: Any) -> Any:
+        right = real(self, bits, scales, columns)
+        return right._replace(
+            separatrix=np.array([0, 1, 4, 3, 2], dtype=np.uint8)[right.separatrix]
+        )
+
+    monkeypatch.setattr(mapped.Maps, "crossings", alike)
+    with pytest.raises(MapError, match="sample"):
+        found(FIG4, PHASES[:10], method="map")
+    monkeypatch.setattr(codes, "MANY", 1)
+    record = found(FIG4, PHASES[:10])
+    assert not record.by_map.any()
+    assert (record.codes == found(FIG4, PHASES[:10], method="integration").codes).all()
+
+
+def test_few_orbits_are_integrated_and_many_are_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert not found(FIG4, PHASES[:3], n_symbols=2).by_map.any()
+    monkeypatch.setattr(codes, "MANY", 3)
+    assert found(FIG4, PHASES[:3], n_symbols=2).by_map.all()
+
+
+def test_orbits_without_a_map_are_integrated_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    heavy = Body((2, 1, "1.5"), (1, 1, 0), "0.5")
+    with pytest.raises(MapError):
+        found(heavy, PHASES[:2], n_symbols=2, method="map")
+    with pytest.raises(MapError, match="outside of the normal form"):
+        found(FIG4, PHASES[:2], n_symbols=2, J1_0="0.3", method="map")
+    monkeypatch.setattr(codes, "MANY", 1)
+    assert not found(heavy, PHASES[:2], n_symbols=2).by_map.any()
+
+
+def test_wrong_methods_are_refused() -> None:
+    with pytest.raises(ProblemError, match="auto, map, integration"):
+        found(FIG4, PHASES[:2], method="guess")
+    with pytest.raises(ProblemError, match="begin with 53"):
+        found(FIG4, PHASES[:2], method="map", precisions=(64, 113))
