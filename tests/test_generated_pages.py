@@ -58,7 +58,7 @@ def test_a_key_is_told_with_type_unit_default_and_meaning() -> None:
 
 def test_a_part_inherits_what_it_does_not_tell_itself() -> None:
     told = generate.meanings(experiments.schema("heteroclinic_cycle"))
-    assert told["figure"].startswith("Which figure")
+    assert told["figure"].startswith("Name of the figure")
     assert told["experiment"] == "The name of the experiment."
     assert set(told) == {"figure", "experiment", "problem"}
 
@@ -112,5 +112,5 @@ def test_the_letters_are_those_of_the_package() -> None:
 
 def test_every_public_module_of_the_physics_is_there() -> None:
     page = generate.modules()
-    for name in ("body", "melnikov", "poinsot.separatrix", "routes.certainty", "integrate.bigint"):
+    for name in ("body", "melnikov", "poinsot.spiral", "routes.certainty", "integrate.bigint"):
         assert f".. automodule:: rigidpend.{name}\n" in page

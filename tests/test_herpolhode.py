@@ -203,7 +203,7 @@ def test_agrees_omega_with_axes_carried_along_as_vectors_fixed_in_space() -> Non
     What omega has along them tells its azimuth alpha from that of M, theta3.
     """
     body = problem("0.01").body
-    orbit = orbit_of("1.02", route_of("1.02"), "scipy")
+    orbit = orbit_of("1.02", "scipy")
     kept = np.flatnonzero(orbit.t < 45)[::10]
     made = samples(body, orbit)
     A, r = ([float(x) for x in triple] for triple in (body.A, body.r))

@@ -14,7 +14,7 @@ from rigidpend import experiments
 from rigidpend.cli import reference
 from rigidpend.config import loading
 from rigidpend.experiments.contract import Means
-from rigidpend.integrate import compiled, taylor, taylor_samples
+from rigidpend.integrate import batch, compiled, taylor, taylor_samples
 from rigidpend.integrate.arithmetic import resolve
 from rigidpend.results import regression, store
 from tests.config.samples import SMALL, written
@@ -41,6 +41,10 @@ NOT_COMPARED = ("bits", "orbits")
 """Which precision, and how many orbits, decided hangs on the last bit."""
 KEPT = ("sample", "offsets")
 """Which points of a curve are kept may hang on the last bit as well, for one in ten of them."""
+
+
+COMPILING = (batch, compiled, taylor, taylor_samples)
+"""The modules that make integrators."""
 
 
 class Build:
@@ -100,7 +104,7 @@ def test_every_build_agrees_with_the_same_references(
     monkeypatch: pytest.MonkeyPatch, lanes: int, compact: bool
 ) -> None:
     build = Build(lanes, compact)
-    for module in (compiled, taylor, taylor_samples):
+    for module in COMPILING:
         monkeypatch.setattr(module, "heyoka", lambda: build)
     monkeypatch.setattr(compiled, "_idle", {})
     for name in SETTINGS:
@@ -121,7 +125,8 @@ def test_builds_do_differ_in_their_last_bits(monkeypatch: pytest.MonkeyPatch) ->
     """Else the tests above would say nothing."""
     first = computed("fig4", "taylor")
     build = Build(1, True)
-    monkeypatch.setattr(taylor, "heyoka", lambda: build)
+    for module in COMPILING:
+        monkeypatch.setattr(module, "heyoka", lambda: build)
     monkeypatch.setattr(compiled, "_idle", {})
     second = computed("fig4", "taylor")
     gaps = [np.abs(first[x]["crossing_time"] - second[x]["crossing_time"]) for x in first]

@@ -137,7 +137,7 @@ def test_tells_results_apart(data: Any, change: Callable[[Any], Any], told: str)
         ("problem.J1_0=0.9", "problem.J1_0: J1_0 < J2_0/2 is broken"),
         ("problem.half_width=1", "problem.half_width: half_width must be more than 1"),
         ("problem.theta2_0.count=20000", "problem.theta2_0: at most 10000 orbits"),
-        ("numerics.precisions=[53, 64]", "numerics.precisions: this is computed in double"),
+        ("numerics.precisions=[53, 64]", "numerics.precisions: unknown key"),
     ],
 )
 def test_refuses_what_has_no_meaning_where_it_is_written(setting: str, place: str) -> None:
