@@ -1,10 +1,11 @@
-"""The contract of an experiment: what each of its four files offers.
+"""The contract of an experiment: what each of its five files offers.
 
 An experiment is a folder ``experiments/NAME/``:
 
 ========== ============================================================= ==========
 schema.py  ``Config``, a subclass of :class:`rigidpend.config.schema.    required
            ExperimentConfig`: what a config may ask for
+layout.py  :class:`Declaring`: what a result consists of, as plain data  required
 compute.py :class:`Computation`: from a config to the data of a result   required
 draw.py    :class:`Drawing`: a figure from a stored result               required
 report.py  :class:`Reporting`: tables beside that figure                 optional
@@ -12,7 +13,8 @@ report.py  :class:`Reporting`: tables beside that figure                 optiona
 
 Modules are the implementations: a module satisfies the protocol by its functions. Nothing is
 registered; a folder with a ``schema.py`` is an experiment. `schema.py` and `compute.py` import
-no matplotlib, `draw.py` and `report.py` no integrator, for each is loaded without the others.
+no matplotlib, `draw.py` and `report.py` no integrator, for each is loaded without the others;
+`layout.py` imports neither: whoever opens a result holds it against that first.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, TypeVar
 
 from rigidpend.integrate.arithmetic import CLOSED_FORM, Arithmetic
+from rigidpend.results.layout import Layout
 from rigidpend.results.tree import Tree
 
 if TYPE_CHECKING:
@@ -68,6 +71,14 @@ class Means(NamedTuple):
     """Takes a line of progress for people."""
     part: Callable[[str, Callable[[], Tree]], Tree] = compute_now
     """``part(name, compute)`` is ``compute()``, kept so that an interrupted run goes on."""
+
+
+class Declaring(Protocol):
+    """The module ``layout.py`` of an experiment."""
+
+    @property
+    def LAYOUT(self) -> Layout:
+        """What ``/data`` of a result consists of."""
 
 
 class Computation(Protocol[C_contra]):

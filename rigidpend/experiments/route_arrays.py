@@ -1,4 +1,4 @@
-"""Arrays of route codes as results: their fields, and how two of them compare.
+"""How two arrays of route codes compare.
 
 Shared by the experiments that store routes: `route_codes`, `route_zoom`, `herpolhodes`.
 """
@@ -21,15 +21,6 @@ FIRST, SECOND, GROWTH = 1e-12, 1e-8, 3.5
 """By how much times of the first crossing and of the second may differ, and how that grows."""
 APART = 20 * certainty.AGREEMENT
 """By how much times of certain crossings may differ: each errs by ten times its threshold."""
-
-MEANING = {
-    "theta2_0": ("rad", "initial phase of each column"),
-    "codes": ("1", "symbols, row 0 = symbol 1: 0 left, 1 right, 255 none (no return)"),
-    "certain": ("1", "whether two independent computations establish the symbol"),
-    "bits": ("bit", "precision that decided the column"),
-    "crossing_time": ("t' = t s", "times of the crossings of J1 = J2/2, NaN where there is none"),
-    "separatrix": ("1", "separatrix beside which the crossing lies, 1..4, 0 for none"),
-}
 
 
 def array_differences(

@@ -29,9 +29,13 @@ class Section(NamedTuple):
     """A data URI."""
     tables: Sequence[Table]
     provenance: Sequence[tuple[str, str]]
+    problem: str = ""
+    """Why nothing is shown."""
 
     @property
     def title(self) -> str:
+        if self.problem:
+            return self.name
         what = self.experiment.replace("_", " ")
         return f"Fig. {self.figure}: {what}" if self.of_the_paper else what.capitalize()
 
@@ -44,6 +48,11 @@ class Section(NamedTuple):
     def order(self) -> tuple[bool, str]:
         """The paper's figures first, in their order."""
         return not self.of_the_paper, f"{self.figure} {self.name}"
+
+
+def problem(name: str, said: str) -> Section:
+    """The part of a result that cannot be shown."""
+    return Section(name, "", "", "", (), (), said)
 
 
 def picture(png: bytes) -> str:

@@ -61,7 +61,7 @@ class Parts:
         if path.is_file():
             # A damaged part is none: it is computed again.
             with contextlib.suppress(store.StoreError):
-                return store.read_tree(path)
+                return store.read_tree(path, part=True)
         made = compute()
         store.write(path, store.Result({"part": name}, "", {}, made), lasting=False)
         return made

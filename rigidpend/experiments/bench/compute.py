@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rigidpend.experiments.bench.layout import PROBLEM
 from rigidpend.experiments.contract import Data, Means, Row
 from rigidpend.integrate.engines import EngineError, default_engine
 from rigidpend.measure.benchmark import problems, records
@@ -107,9 +108,7 @@ def _problem(config: Config, name: str, means: Means) -> Tree:
     truth = means.part(f"{name}.reference", lambda: _arrays(problem.reference(task)))
     means.report(f"{problem.TITLE}: reference")
     group: dict[str, Any] = {
-        "title": Dataset(problem.TITLE, "text", "the problem"),
-        "error": Dataset(problem.ERROR, "text", "what its error is"),
-        "default": Dataset(problem.DEFAULT, "text", "the method that rigidpend picks"),
+        key: field.dataset(getattr(problem, key.upper())) for key, field in PROBLEM.items()
     }
     with tempfile.TemporaryDirectory() as folder:
         reference = Path(folder) / "reference.npz"

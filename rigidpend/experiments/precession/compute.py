@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from rigidpend.asymptotic import heteroclinic
 from rigidpend.body import Body
 from rigidpend.experiments.contract import Data, Means, Row
+from rigidpend.experiments.precession.layout import DRAWN, MU_OVER_H0, NAME, OF_BODY
 from rigidpend.precession import increments, regime
 from rigidpend.results import compare
 from rigidpend.results.tree import Dataset, Tree
@@ -30,29 +31,6 @@ ROUNDING = 1e-13
 integration's rounding, some hundred steps of it."""
 SLOPE = 1e-3
 """By how much fitted slopes may differ."""
-
-OF_BODY = {
-    "alpha0": ("rad", "(bodies,): angle of each body"),
-    "beta0": ("rad", "(bodies,): angle of the centre of gravity"),
-    "regime": ("text", "(bodies,): order of the increments by (trieq); 0 is no increment"),
-    "unit": ("rad", "(bodies, mu): mu pi kappa/(h0 sin(alpha0)), the largest increment there is"),
-    "first_order": ("rad", "(bodies, mu, separatrices): increment of theta3 by (tri1)"),
-    "gained": (
-        "rad",
-        "(bodies, mu, orbits, separatrices): increment along the heteroclinic orbits that meet"
-        " the section at theta1/2 + theta2 = pi/2 and -pi/2 (turned or reflected with 1, 3, 4)",
-    ),
-    "error": ("rad", "(bodies, mu): what is uncertain of the increments"),
-    "remainder": ("rad", "(bodies, mu, separatrices): largest |gained - first_order|"),
-    "mean_remainder": (
-        "rad",
-        "(bodies, mu, separatrices): |mean of the two orbits - first_order|",
-    ),
-    "slope": ("1", "(bodies, separatrices): of remainder in mu; NaN where it is rounding"),
-    "mean_slope": ("1", "(bodies, separatrices): of mean_remainder in mu, as well"),
-    "ordered": ("1", "(bodies, mu): whether the means of the two orbits are in that order"),
-}
-"""What is told of the bodies; separatrices are 1, 2, 3, 4."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -76,10 +54,10 @@ def compute(config: Config, means: Means) -> Tree:
     }
     drawn = problem.mu.index(problem.drawn)
     return {
-        "mu_over_h0": Dataset(_mu_over_h0(problem), "1", "weight over energy"),
-        "drawn": Dataset(drawn, "1", "place of the mu whose increments are shown"),
+        "mu_over_h0": MU_OVER_H0.dataset(_mu_over_h0(problem)),
+        "drawn": DRAWN.dataset(drawn),
         "bodies": {
-            "name": Dataset(_texts(found), "text", "(bodies,): as in the config"),
+            "name": NAME.dataset(_texts(found)),
             **{key: _together(key, found.values()) for key in OF_BODY},
         },
     }
@@ -93,7 +71,7 @@ def _body(config: Config, name: str, means: Means) -> Tree:
     values = _told(bodies, float(problem.h0), found)
     slopes = ", ".join(f"{x:.3f}" for x in values["slope"])
     means.report(f"{name}: {values['regime']}, slopes of the remainder {slopes}")
-    return {key: Dataset(values[key], *meaning) for key, meaning in OF_BODY.items()}
+    return {key: field.dataset(values[key]) for key, field in OF_BODY.items()}
 
 
 def _told(bodies: list[Body], h0: float, found: list[heteroclinic.Increments]) -> dict[str, Any]:
@@ -160,7 +138,7 @@ def _slopes(mu_over_h0: Array, remainder: Array, error: Array) -> Array:
 def _together(key: str, bodies: Iterable[Tree]) -> Dataset:
     """A field of all bodies, one after the other."""
     values = [getattr(body[key], "values", body[key]) for body in bodies]
-    return Dataset(_texts(values) if key == "regime" else np.array(values), *OF_BODY[key])
+    return OF_BODY[key].dataset(_texts(values) if key == "regime" else np.array(values))
 
 
 def _texts(values: Iterable[Any]) -> Any:

@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidpend.experiments.contract import Data, Means, Row
-from rigidpend.experiments.route_arrays import APART, MEANING, ROUNDING, array_differences
+from rigidpend.experiments.route_arrays import APART, ROUNDING, array_differences
+from rigidpend.experiments.route_zoom.layout import PLACE, REPEATS_AFTER, ROUTES, SYMBOL
 from rigidpend.experiments.rows import body_rows
 from rigidpend.numbers.exact import Exact, exact
 from rigidpend.results import compare
@@ -71,9 +72,8 @@ def compute(config: Config, means: Means) -> Tree:
         means.report(f"{level + 1}/{problem.levels}: step {float(step):.0e}, {bits} bits")
         step = step / problem.factor
     growth = math.exp(math.pi**2 / problem.body.nu)
-    same = Dataset(growth, "1", "zoom after which the rows repeat, exp(pi^2/nu)")
-    changed = Dataset(problem.symbol, "1", "the symbol that changes at the centre")
-    return {"levels": groups, "repeats_after": same, "symbol": changed}
+    repeats, symbol = REPEATS_AFTER.dataset(growth), SYMBOL.dataset(problem.symbol)
+    return {"levels": groups, "repeats_after": repeats, "symbol": symbol}
 
 
 def _bracket(codes: Codes, low: Exact, high: Exact, symbol: int, width: float) -> Tree:
@@ -172,13 +172,10 @@ def _plain(x: Exact) -> Exact:
 
 
 def _group(routes: RouteCodes, centre: Exact, step: Exact) -> Tree:
-    kept = {name: Dataset(getattr(routes, name), *MEANING[name]) for name in list(MEANING)[1:]}
     n = routes.bits.size
     offset = (np.arange(n) - (n - 1) / 2) * float(step)
-    digits = str(centre.at(200))
+    place = {"centre": str(centre.at(200)), "offset": offset, "step": float(step)}
     return {
-        **kept,
-        "centre": Dataset(digits, "rad", "theta2_0 of the middle, more digits than doubles have"),
-        "offset": Dataset(offset, "rad", "theta2_0 of each column less the centre"),
-        "step": Dataset(float(step), "rad", "spacing of the columns"),
+        **{name: field.dataset(getattr(routes, name)) for name, field in ROUTES.items()},
+        **{name: field.dataset(place[name]) for name, field in PLACE.items()},
     }

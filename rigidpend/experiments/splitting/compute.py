@@ -13,6 +13,7 @@ from rigidpend.asymptotic import section
 from rigidpend.asymptotic.splitting import COARSEST, TOP, Splitting, amplitude, distance, measure
 from rigidpend.body import Body
 from rigidpend.experiments.contract import Data, Means, Row
+from rigidpend.experiments.splitting.layout import CLOSED_FORM, CURVE, MU_OVER_H0, NAME, OF_BODY
 from rigidpend.results import compare
 from rigidpend.results.tree import Dataset, Tree
 
@@ -30,34 +31,6 @@ SMALL = 1e-2
 """Slopes are fitted where mu/h0 is at most this."""
 GRID = np.linspace(-np.pi, np.pi, 721)
 """Phases among which the largest distances are looked for."""
-
-OF_BODY = {
-    "alpha0": ("rad", "(bodies,): angle of each body"),
-    "beta0": ("rad", "(bodies,): angle of the centre of gravity"),
-    "nu": ("1", "(bodies,): pi kappa/sin(alpha0)"),
-    "slope_amplitude": ("1", "(bodies,): of |excess[0]| in mu, both logarithmic, mu <= 0.01 h0"),
-    "slope_curve": ("1", "(bodies,): of curve_excess in mu, as well"),
-    "amplitude": ("rad", "(bodies, mu): Melnikov's amplitude of the distance in theta1"),
-    "largest": ("rad", "(bodies, mu): largest distance in theta1 over all phases"),
-    "reduced": (
-        "1",
-        "(bodies, mu): cos g part of the distance over what Melnikov's would be at nu = 0",
-    ),
-    "curve_excess": (
-        "1",
-        "(bodies, mu): largest |distance - Melnikov's| over all phases, in Melnikov's amplitude",
-    ),
-    "error": ("1", "(bodies, mu): what is uncertain of `excess`, from two computations"),
-    "resolved": ("1", "(bodies, mu): whether the error is small beside (mu/h0)^2"),
-    "bits": ("bit", "(bodies, mu): precision that decided"),
-    "orbits": ("1", "(bodies, mu): orbits in each of the two computations"),
-    "excess": (
-        "1",
-        "(bodies, mu, harmonics): distance less Melnikov's, in Melnikov's amplitude, of cos g,"
-        " sin 2g, cos 3g, ...; NaN where S1- turns back in g",
-    ),
-}
-"""What is told of the bodies."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -80,11 +53,9 @@ def compute(config: Config, means: Means) -> Tree:
         for name in problem.bodies
     }
     return {
-        "mu_over_h0": Dataset(_mu_over_h0(problem), "1", "weight over energy"),
+        "mu_over_h0": MU_OVER_H0.dataset(_mu_over_h0(problem)),
         "bodies": {
-            "name": Dataset(
-                np.array(list(found), dtype="S"), "text", "(bodies,): as in the config"
-            ),
+            "name": NAME.dataset(np.array(list(found), dtype="S")),
             **{key: _together(key, found.values()) for key in OF_BODY},
         },
         "curve": _curve(problem, found[problem.drawn]),
@@ -99,7 +70,7 @@ def _body(config: Config, name: str, means: Means) -> Tree:
     found = [measure(body, problem.h0, means.arithmetic, means.jobs) for body in bodies]
     means.report(f"{name}: nu = {bodies[0].nu:.2f}, {_summary(found)}")
     values = _told(bodies[0], found, _mu_over_h0(problem))
-    return {key: Dataset(values[key], *meaning) for key, meaning in OF_BODY.items()}
+    return {key: field.dataset(values[key]) for key, field in OF_BODY.items()}
 
 
 def _told(body: Body, found: list[Splitting], mu_over_h0: Array) -> dict[str, Any]:
@@ -126,7 +97,7 @@ def _told(body: Body, found: list[Splitting], mu_over_h0: Array) -> dict[str, An
 
 def _together(key: str, bodies: Iterable[Tree]) -> Dataset:
     """A field of all bodies, one after the other."""
-    return Dataset(np.array([_values(body[key]) for body in bodies]), *OF_BODY[key])
+    return OF_BODY[key].dataset(np.array([_values(body[key]) for body in bodies]))
 
 
 def _largest(harmonics: Array) -> Array:
@@ -151,24 +122,19 @@ def _curve(problem: Problem, body: Tree) -> Tree:
     g = np.linspace(-np.pi, np.pi, problem.phases)
     excess = np.where(_values(body["resolved"])[:, None], _values(body["excess"]), np.nan)
     measured = [np.cos(g) + distance(row, g) for row in excess]
-    return {
-        "body": Dataset(problem.drawn, "text", "whose distance it is"),
-        "g": Dataset(g, "rad", "phase theta1/2 + theta2 on the section"),
-        "melnikov": Dataset(np.cos(g), "1", "distance by Melnikov, in its amplitude"),
-        "measured": Dataset(
-            np.stack(measured),
-            "1",
-            "(mu, phases): distance, in that amplitude; NaN where not resolved",
-        ),
+    values = {
+        "body": problem.drawn,
+        "g": g,
+        "melnikov": np.cos(g),
+        "measured": np.stack(measured),
     }
+    return {name: field.dataset(values[name]) for name, field in CURVE.items()}
 
 
 def _closed_form(most: float) -> Tree:
     nu = np.linspace(0.5, np.ceil(most + 1), 100)
-    return {
-        "nu": Dataset(nu, "1", "pi kappa/sin(alpha0)"),
-        "decay": Dataset(_decay(nu), "1", "nu/sinh(nu)"),
-    }
+    values = {"nu": nu, "decay": _decay(nu)}
+    return {name: field.dataset(values[name]) for name, field in CLOSED_FORM.items()}
 
 
 def _mu_over_h0(problem: Problem) -> Array:
