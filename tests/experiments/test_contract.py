@@ -126,7 +126,7 @@ def fields(layout: Layout) -> list[Field]:
     """All fields of a layout, in groups too."""
     found = []
     for name, node in layout.items():
-        assert name.strip("<>?").isidentifier(), name
+        assert name.strip("<>?").replace(" ", "_").isidentifier(), name
         if isinstance(node, Field):
             assert node.kind in {FLOAT, WHOLE, FLAG, TEXT, NUMBER}
             found.append(node)

@@ -19,9 +19,7 @@ PROBLEM = {
     "error": Field(TEXT, (), "text", "what its error is"),
     "default": Field(TEXT, (), "text", "the method that rigidpend picks"),
 }
-METHODS: Layout = {"<methods>": RECORD}
-
 LAYOUT: Layout = {
-    "<problems>": {**PROBLEM, **METHODS},
-    "scaling": {"orbits": METHODS, "symbols": METHODS},
+    "<problems>": {**PROBLEM, "<methods>": RECORD},
+    "scaling": {name: {f"<methods against {name}>": RECORD} for name in ("orbits", "symbols")},
 }

@@ -28,7 +28,7 @@ HONESTY = {
     "tolerance": _numbers("tolerances"),
     **dict.fromkeys(("symbols", "wrong", "lies"), _numbers("tolerances")),
 }
-PENDULUM = dict.fromkeys(("rotations", "phase", "walk"), _numbers("times"))
+PENDULUM = dict.fromkeys(("rotations", "phase", "walk"), _numbers("periods"))
 DRIFT = {
     "name": Field(TEXT),
     **dict.fromkeys(("rotations", "walk"), _numbers("times")),
@@ -43,6 +43,9 @@ CURVES: dict[str, Layout] = {
 """The curves behind the cases, of the kinds of trials that have such."""
 
 LAYOUT: Layout = {
-    **{kind: {"cases": {"<cases>": CASE}, "curves": curves} for kind, curves in CURVES.items()},
+    **{
+        f"{kind}?": {"cases": {f"<cases of {kind}>": CASE}, "curves": curves}
+        for kind, curves in CURVES.items()
+    },
     "<kinds>": {"cases": {"<cases>": CASE}, "curves": {}},
 }
