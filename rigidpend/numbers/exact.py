@@ -24,7 +24,13 @@ PRECISIONS = (53, 64, 113)
 GUARD_BITS = 32
 MOST_BITS = 10_000
 """Where the search for enough guard bits ends: what cancels so far is zero."""
+FINEST = 9_000
+"""Bits of the highest precision that is worked in, with guard bits left up to `MOST_BITS`."""
 MAX_TEXT = 4000
+MAX_CALLS = 64
+"""Functions in one text."""
+MAX_SHOWN = 160
+"""Characters of a number that a message shows."""
 MAX_EXPONENT = 5000
 MAX_SIZE = 40_000
 """Bits in the numerator or the denominator of a rational number."""
@@ -89,10 +95,13 @@ class Exact:
             value = finer
         if abs(value) < context(bits).mpf(2) ** (-MOST_BITS // 4):
             return context(bits).mpf(0)
-        raise ExactError(f"{self.text} cannot be told from its rounding errors")
+        raise ExactError(f"{shown(self.text)} cannot be told from its rounding errors")
 
     def _rounded(self, bits: int, guard: int) -> Any:
-        return context(bits).mpf(self._evaluate(context(bits + guard)))
+        value = context(bits).mpf(self._evaluate(context(bits + guard)))
+        if abs(_magnitude(value)) > MAX_SIZE:
+            raise ExactError(f"{shown(self.text)}: beyond 2**{MAX_SIZE} or its inverse")
+        return value
 
     def in_context(self, m: MPContext) -> Any:
         """The value in the precision of the context `m`."""
@@ -207,7 +216,29 @@ def function(name: str, x: Exact) -> Exact:
             return rational(root, f"sqrt({x})")
         if x.fraction is None and x.at(53) < 0:
             raise ExactError(f"sqrt({x}) is not real")
+    if name in ("sin", "cos", "tan"):
+        return Exact(f"{name}({x})", None, lambda m: getattr(m, name)(_turnable(x, m)))
     return Exact(f"{name}({x})", None, lambda m: getattr(m, name)(x._evaluate(m)))
+
+
+def _turnable(x: Exact, m: MPContext) -> Any:
+    """The value of an angle, if it can be brought into one turn: that takes its size in bits."""
+    value = x._evaluate(m)
+    if _magnitude(value) > MOST_BITS:
+        raise ExactError(f"an angle beyond 2**{MOST_BITS}: {shown(x.text)}")
+    return value
+
+
+def _magnitude(value: Any) -> int:
+    """The binary exponent of an mpmath number; 0 for 0 and what is not finite."""
+    _, mantissa, exponent, bits = value._mpf_
+    return int(exponent + bits) if mantissa else 0
+
+
+def shown(text: str) -> str:
+    """A number as messages show it: what is long has its middle left out."""
+    half = MAX_SHOWN // 2
+    return text if len(text) <= MAX_SHOWN else f"{text[:half]} ... {text[-half:]}"
 
 
 def _rational_root(x: Fraction | None) -> Fraction | None:

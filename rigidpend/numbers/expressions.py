@@ -7,6 +7,7 @@ from fractions import Fraction
 
 from rigidpend.numbers.exact import (
     FUNCTIONS,
+    MAX_CALLS,
     MAX_EXPONENT,
     MAX_TEXT,
     PI,
@@ -16,6 +17,7 @@ from rigidpend.numbers.exact import (
     exact,
     function,
     rational,
+    shown,
 )
 
 _OPERATORS: dict[type[ast.operator], str] = {
@@ -40,12 +42,14 @@ def parse(text: str) -> Exact:
     source = text.strip()
     try:
         tree = ast.parse(source, mode="eval")
+        if sum(isinstance(node, ast.Call) for node in ast.walk(tree)) > MAX_CALLS:
+            raise ExactError(f"more than {MAX_CALLS} functions in a number")
         value = _read(tree.body, source)
     except ExactError as error:
-        shown = "" if str(error).startswith(repr(source)) else f"{text!r}: "
-        raise ExactError(f"{shown}{error}") from None
+        before = "" if str(error).startswith(repr(source)) else f"{shown(text)!r}: "
+        raise ExactError(f"{before}{shown(str(error))}") from None
     except (SyntaxError, ValueError, RecursionError, MemoryError):
-        raise ExactError(f"{text!r} is not a number or an expression of numbers") from None
+        raise ExactError(f"{shown(text)!r} is not a number or an expression of numbers") from None
     return Exact(source, value.fraction, value._evaluate)
 
 
@@ -63,9 +67,9 @@ def _read(node: ast.expr, source: str) -> Exact:
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
         if node.func.id in FUNCTIONS and len(node.args) == 1 and not node.keywords:
             return function(node.func.id, _read(node.args[0], source))
-    shown = ast.get_source_segment(source, node) or source
+    part = ast.get_source_segment(source, node) or source
     known = ", ".join(FUNCTIONS)
-    raise ExactError(f"{shown!r} is not understood (known: numbers, pi, + - * / **, {known})")
+    raise ExactError(f"{shown(part)!r} is not understood (known: numbers, pi, + - * / **, {known})")
 
 
 def _read_number(digits: str) -> Exact:
