@@ -16,6 +16,8 @@ from rigidpend.results import store, words
 
 KEYS = ("name", "config_hash", "code_hash", "engine")
 """Attributes that an image tells, besides its experiment."""
+PIXELS = 20_000
+"""The longest side of an image."""
 FORMATS = ("png", "svg", "pdf")
 STYLE = Path(__file__).with_name("rigidpend.mplstyle")
 
@@ -70,7 +72,12 @@ def image(result: Any, suffix: str) -> bytes:
 def _image(figure: Any, suffix: str, attributes: Any) -> bytes:
     """The figure's bytes."""
     buffer = io.BytesIO()
-    figure.savefig(buffer, format=suffix, metadata=metadata(suffix, attributes))
+    from matplotlib import rcParams
+
+    # Beyond so many pixels no image is made: a figure of many parts has fewer in an inch.
+    dpi = min(rcParams["savefig.dpi"], PIXELS / max(figure.get_size_inches()))
+    told = metadata(suffix, attributes)
+    figure.savefig(buffer, format=suffix, metadata=told, dpi=dpi)
     return buffer.getvalue()
 
 
