@@ -7,6 +7,7 @@ import click
 import rigidpend
 from rigidpend.cli import (
     bench,
+    common,
     completion,
     describe,
     listing,
@@ -37,6 +38,7 @@ def main() -> None:
       rigidpend run fig4 --set problem.J1_0=1e-10 --out /tmp/mine
       eval "$(rigidpend completion bash)"
     """
+    common.settle_streams()
 
 
 for _module in (

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
+import os
 import sys
 from collections.abc import Callable, Sequence
 from functools import wraps
@@ -20,6 +22,8 @@ DONE, FAILED, MISUSED, ABSENT, INTERNAL = 0, 1, 2, 3, 4
 
 In this order: done or up to date; failed or different; wrong usage or config; something needed is
 absent; an internal error."""
+MOST = 200
+"""Largest number of characters of a path that a message shows."""
 INTERRUPTED = 130
 """Exit code after Ctrl-C; after SIGTERM it is 143."""
 
@@ -39,6 +43,8 @@ KINDS = {
     "OverflowError": INTERNAL,
     "FloatingPointError": INTERNAL,
     "ArithmeticError": FAILED,
+    # No room, no right, a name that is too long: what the system refuses is no error of ours.
+    "OSError": FAILED,
 }
 """Exit code of a class of errors and of those derived from it.
 
@@ -93,6 +99,8 @@ def guarded(command: Command) -> Command:
             raise
         except Exception as error:
             code = exit_code(error)
+            if isinstance(error, OSError):
+                drop(sys.stdout)
             say(str(error) if code == MISUSED else f"rigidpend: {sentence(error)}")
             sys.exit(code)
 
@@ -114,16 +122,47 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
         return "not enough memory; fewer orbits or fewer --jobs need less"
     if isinstance(error, ModuleNotFoundError) and code == ABSENT:
         return f"{error.name} is needed and not installed"
+    if isinstance(error, OSError):
+        named = f"{str(error.filename)[:MOST]}: " if error.filename else ""
+        return f"{named}{error.strerror or error}"
     if code != INTERNAL:
         return str(error)
     from rigidpend.run.logs import elsewhere
 
-    return f"internal error: {error!r}; please report it with {(log or elsewhere)(error)}"
+    said = f"internal error: {error!r}; please report it"
+    try:
+        return f"{said} with {(log or elsewhere)(error)}"
+    except OSError as full:
+        return f"{said}; no log could be written: {full.strerror}"
 
 
 def say(text: str) -> None:
-    """Write a message on stderr, so that stdout holds data only."""
-    click.echo(text, err=True)
+    """Write a message on stderr, so that stdout holds data only; a full disk loses the message."""
+    try:
+        click.echo(text, err=True)
+    except BrokenPipeError:
+        raise
+    except OSError:
+        drop(sys.stderr)
+
+
+def drop(stream: Any) -> None:
+    """Let a stream go nowhere: what could not be written would fail once more at the end."""
+    with contextlib.suppress(OSError, ValueError, AttributeError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, stream.fileno())
+        os.close(nowhere)
+
+
+def settle_streams() -> None:
+    """Give closed standard streams somewhere to go, before a file takes their number."""
+    for number in (0, 1, 2):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
 
 
 def print_json(document: Any) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
@@ -35,7 +36,7 @@ def command(names: tuple[str, ...], folder: Path, suffix: str) -> None:
 
     for path in known.resolve(names):
         source = folder / f"{path.stem}.h5"
-        if not source.is_file():
+        if not os.path.lexists(source):
             say(f"rigidpend: {source} is not there; call: rigidpend run {path.stem}")
             sys.exit(FAILED)
         target = source.with_suffix(f".{suffix}")

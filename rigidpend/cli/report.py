@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import click
 
-from rigidpend.cli.common import OUT, guarded, say
+from rigidpend.cli.common import DONE, FAILED, OUT, guarded, say
 
 
 @click.command("report")
@@ -21,7 +22,8 @@ from rigidpend.cli.common import OUT, guarded, say
 def command(folder: Path, target: Path | None) -> None:
     """Write one page with every result: figures, numbers beside the paper's, provenance.
 
-    The page needs no other file, no network and no script.
+    The page needs no other file, no network and no script. Of a result that cannot be shown it
+    says why, and the exit code is 1.
 
     \b
     Examples:
@@ -31,5 +33,8 @@ def command(folder: Path, target: Path | None) -> None:
     from rigidpend import report
 
     path = target or folder / "report.html"
-    report.write(folder, path)
+    problems = report.write(folder, path)
+    for problem in problems:
+        say(f"rigidpend: {problem}")
     say(f"{path} written")
+    sys.exit(FAILED if problems else DONE)

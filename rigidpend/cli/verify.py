@@ -9,7 +9,17 @@ from typing import Any
 import click
 
 from rigidpend.cli import complete
-from rigidpend.cli.common import DONE, FAILED, JOBS, JSON, guarded, print_json, say
+from rigidpend.cli.common import (
+    DONE,
+    FAILED,
+    INTERNAL,
+    JOBS,
+    JSON,
+    exit_code,
+    guarded,
+    print_json,
+    say,
+)
 
 
 @click.command("verify")
@@ -69,7 +79,7 @@ def command(
 def _compared(path: Path, reference: Path, results: Path | None, jobs: int | None) -> Any:
     """Compute one experiment and compare it, as plain data."""
     from rigidpend.config import loading
-    from rigidpend.results import regression, store
+    from rigidpend.results import regression, store, words
     from rigidpend.run import workers
 
     loaded = loading.load(path)
@@ -80,6 +90,12 @@ def _compared(path: Path, reference: Path, results: Path | None, jobs: int | Non
         found = regression.verify(loaded, stored, jobs=jobs or workers.cores(), fresh=read)
     except store.StoreError as error:
         return {**outcome, "error": str(error), "differences": []}
+    except (LookupError, TypeError, ValueError, ZeroDivisionError) as error:
+        if exit_code(error) != INTERNAL:
+            raise
+        # A file may hold any values: what a comparison makes of them cannot be foreseen.
+        said = f"{stored}: cannot be compared: {words.error(error)}"
+        return {**outcome, "error": said, "differences": []}
     listed = [_parts(difference) for difference in found]
     return {**outcome, "same": not found, "error": None, "differences": listed}
 

@@ -52,7 +52,7 @@ class Complaint:
         path = plain(clipped(".".join(map(str, self.place))))
         middle = f" {path}:" if path else ""
         message = plain(clipped(self.message))
-        return f"{plain(str(self.origin))}:{middle} {message}{self.origin.shown()}"
+        return f"{plain(clipped(str(self.origin)))}:{middle} {message}{self.origin.shown()}"
 
 
 class ConfigError(ValueError):

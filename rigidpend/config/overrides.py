@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from rigidpend.config.complaints import Complaint, ConfigError, Origin, Place
-from rigidpend.config.reader import Document, parse
+from rigidpend.config.reader import MAX_DEPTH, Document, parse
 
 
 def override(document: Document, setting: str) -> None:
@@ -20,6 +20,9 @@ def override(document: Document, setting: str) -> None:
     path, equals, written = setting.partition("=")
     if not equals or not all(path.split(".")):
         raise ConfigError([Complaint(origin, (), "expected KEY.KEY=VALUE, as in problem.mu=1e-3")])
+    if path.count(".") >= MAX_DEPTH:
+        message = f"more than {MAX_DEPTH} keys inside each other"
+        raise ConfigError([Complaint(origin, (), message)])
     value = _value(written, origin)
     place: Place = ()
     holder = document.tree

@@ -25,13 +25,18 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from rigidpend.body import Body
-from rigidpend.numbers.exact import PRECISIONS, Exact, exact
+from rigidpend.numbers.exact import FINEST, PRECISIONS, Exact, exact
+from rigidpend.results import files
 
 if TYPE_CHECKING:
     from rigidpend.routes.phases import Grid
 
 MAX_COLUMNS = 10_000_000
 """Phases in a grid at most."""
+LARGEST_RESULT, COPIES = files.LARGEST, 3
+"""Bytes that a result may hold, as many as a reader takes; and how often a run holds them.
+
+It holds them as parts, put together, and as the image of the file."""
 LARGEST = 10**15
 """Largest magnitude of whole numbers and of phases: doubles still tell neighbours apart."""
 
@@ -72,8 +77,8 @@ def _tolerance(x: Exact) -> Exact:
 
 
 def _ladder(bits: tuple[int, ...]) -> tuple[int, ...]:
-    if not bits or bits[0] < 53 or bits[-1] > 10_000 or not all(a < b for a, b in pairwise(bits)):
-        raise ValueError(f"precisions must ascend from 53 bits to 10000 at most, got {bits}")
+    if not bits or bits[0] < 53 or bits[-1] > FINEST or not all(a < b for a, b in pairwise(bits)):
+        raise ValueError(f"precisions must ascend from 53 bits to {FINEST} at most, got {bits}")
     return bits
 
 
@@ -143,6 +148,24 @@ def physics() -> Iterator[None]:
     except ValueError as error:
         known = {"field": getattr(error, "field", ""), "message": str(error)}
         raise PydanticCustomError("physics", "{message}", known) from None
+
+
+def afford(field: str, count: int, size: int, what: str) -> None:
+    """Refuse what would need more memory than results may take.
+
+    Parameters
+    ----------
+    field : str
+        The field that a complaint is shown at.
+    count, size : int
+        How many values are stored, and how many bytes of a result each takes.
+    what : str
+        What they are, with their number.
+    """
+    needed, most = (COPIES * x / 1e9 for x in (count * size, LARGEST_RESULT))
+    if needed > most:
+        message = f"{what} need about {needed:.3g} GB of memory, and {most:.2g} GB is the most"
+        raise PydanticCustomError("physics", "{message}", {"field": field, "message": message})
 
 
 class EngineNumerics(Part):

@@ -1,4 +1,4 @@
-"""Experiments: one folder each, with schema, computation, drawing and report.
+"""Experiments: one folder each, with schema, layout, computation, drawing, report.
 
 :mod:`rigidpend.experiments.contract` says what the files of a folder offer. Each is imported
 when it is needed: a list of names imports none, drawing imports no integrator.
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 if TYPE_CHECKING:
     from rigidpend.config.schema import ExperimentConfig
     from rigidpend.experiments.contract import Computation, Drawing, Reporting
+    from rigidpend.results.layout import Layout
 
 FOLDER = Path(__file__).parent
 
@@ -40,6 +41,11 @@ def schema(name: str) -> type[ExperimentConfig]:
 def computation(name: str) -> Computation[ExperimentConfig]:
     """Module that computes an experiment."""
     return cast("Computation[ExperimentConfig]", _module(name, "compute"))
+
+
+def layout(name: str) -> Layout:
+    """What an experiment's results consist of; nothing that computes is imported."""
+    return cast("Layout", _module(name, "layout").LAYOUT)
 
 
 def drawing(name: str) -> Drawing:

@@ -1,10 +1,11 @@
-"""Contract of an experiment: the functions that each of its four files offers.
+"""Contract of an experiment: the objects that each of its five files offers.
 
 An experiment is a folder ``experiments/NAME/``:
 
 ========== ============================================================= ==========
 schema.py  ``Config``, a subclass of :class:`rigidpend.config.schema.    required
            ExperimentConfig`: what a config may ask for
+layout.py  :class:`Declaring`: what a result consists of, as plain data  required
 compute.py :class:`Computation`: from a config to the data of a result   required
 draw.py    :class:`Drawing`: a figure from a stored result               required
 report.py  :class:`Reporting`: tables beside that figure                 optional
@@ -12,7 +13,8 @@ report.py  :class:`Reporting`: tables beside that figure                 optiona
 
 Modules are the implementations: a module satisfies the protocol by its functions. Nothing is
 registered; a folder with a ``schema.py`` is an experiment. `schema.py` and `compute.py` import
-no matplotlib, `draw.py` and `report.py` no integrator, for each is loaded without the others.
+no matplotlib, `draw.py` and `report.py` no integrator, for each is loaded without the others;
+`layout.py` imports neither: whoever opens a result holds it against that first.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, TypeVar
 
 from rigidpend.description import Row as Row
 from rigidpend.integrate.arithmetic import CLOSED_FORM, Arithmetic
+from rigidpend.results.layout import Layout
 from rigidpend.results.tree import Tree
 
 if TYPE_CHECKING:
@@ -59,6 +62,14 @@ class Means(NamedTuple):
     """Receiver of lines of progress."""
     part: Callable[[str, Callable[[], Tree]], Tree] = compute_now
     """Checkpoint: ``part(name, compute)`` is ``compute()``, kept for an interrupted run."""
+
+
+class Declaring(Protocol):
+    """The module ``layout.py`` of an experiment."""
+
+    @property
+    def LAYOUT(self) -> Layout:
+        """What ``/data`` of a result consists of."""
 
 
 class Computation(Protocol[C_contra]):

@@ -1,4 +1,4 @@
-"""Arrays of route codes (itineraries) as results: their fields, and their comparison.
+"""Comparison of two arrays of route codes (itineraries).
 
 Shared by the experiments that store routes: `route_codes`, `route_zoom`, `herpolhodes`.
 """
@@ -23,15 +23,6 @@ APART = 0.02
 
 Of two results each may err by a hundredth, far from the radian of the phase at which a symbol
 turns over."""
-
-MEANING = {
-    "theta2_0": ("rad", "initial phase of each column"),
-    "codes": ("1", "symbols, row 0 = symbol 1: 0 left, 1 right, 255 none (no return)"),
-    "certain": ("1", "whether two independent computations establish the symbol"),
-    "bits": ("bit", "precision that decided the column"),
-    "crossing_time": ("t' = t s", "times of the crossings of J1 = J2/2, NaN where there is none"),
-    "separatrix": ("1", "separatrix beside which the crossing lies, 1..4, 0 for none"),
-}
 
 
 def array_differences(

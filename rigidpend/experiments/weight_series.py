@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.experiments.weight_layout import NAME
+from rigidpend.results.layout import TEXT, Field, Fields
 from rigidpend.results.tree import Dataset, Tree
 
 if TYPE_CHECKING:
@@ -26,25 +28,25 @@ def each(problem: WeightedBodies, compute: Callable[[str], Tree], means: Means) 
     return {name: means.part(name, functools.partial(compute, name)) for name in problem.bodies}
 
 
-def joined(found: Mapping[str, Tree], meanings: Mapping[str, tuple[str, str]]) -> Tree:
+def joined(found: Mapping[str, Tree], fields: Fields) -> Tree:
     """Join the fields of all bodies, one after the other, with the bodies' names.
 
     Parameters
     ----------
     found : mapping of trees
         The fields of each body, by its name.
-    meanings : mapping of (unit, meaning)
-        By the name of the field.
+    fields : mapping of Field
+        By name; those of one body and of all are the same.
     """
     return {
-        "name": Dataset(_texts(list(found)), "text", "(bodies,): as in the config"),
-        **{key: _field(key, found, meanings[key]) for key in meanings},
+        "name": NAME.dataset(_texts(list(found))),
+        **{key: _together(key, found, field) for key, field in fields.items()},
     }
 
 
-def _field(key: str, found: Mapping[str, Tree], meaning: tuple[str, str]) -> Dataset:
+def _together(key: str, found: Mapping[str, Tree], field: Field) -> Dataset:
     values = [plain(body[key]) for body in found.values()]
-    return Dataset(_texts(values) if meaning[0] == "text" else np.array(values), *meaning)
+    return field.dataset(_texts(values) if field.kind == TEXT else np.array(values))
 
 
 def plain(dataset: Any) -> Any:

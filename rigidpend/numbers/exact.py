@@ -17,7 +17,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from rigidpend.numbers import expressions
-from rigidpend.numbers.expressions import MAX_EXPONENT, MAX_TEXT
+from rigidpend.numbers.expressions import MAX_EXPONENT, MAX_TEXT, shown
 from rigidpend.numbers.parameters import ExactError as ExactError
 
 if TYPE_CHECKING:
@@ -29,6 +29,8 @@ GUARD_BITS = 32
 """Bits beyond those asked for, which take up the rounding of intermediate results."""
 MOST_BITS = 10_000
 """Largest number of bits, guard bits included, that is tried: what cancels so far is zero."""
+FINEST = 9_000
+"""Bits of the highest working precision, which leaves guard bits up to `MOST_BITS`."""
 MAX_SIZE = 40_000
 """Largest number of bits in the numerator or the denominator of a rational number."""
 
@@ -86,10 +88,13 @@ class Exact:
             value = finer
         if abs(value) < context(bits).mpf(2) ** (-MOST_BITS // 4):
             return context(bits).mpf(0)
-        raise ExactError(f"{self.text} cannot be told from its rounding errors")
+        raise ExactError(f"{shown(self.text)} cannot be told from its rounding errors")
 
     def _rounded(self, bits: int, guard: int) -> Any:
-        return context(bits).mpf(self._evaluate(context(bits + guard)))
+        value = context(bits).mpf(self._evaluate(context(bits + guard)))
+        if abs(_magnitude(value)) > MAX_SIZE:
+            raise ExactError(f"{shown(self.text)}: beyond 2**{MAX_SIZE} or its inverse")
+        return value
 
     def in_context(self, m: MPContext) -> Any:
         """The value in the precision of the context `m`."""
@@ -203,7 +208,23 @@ def function(name: str, x: Exact) -> Exact:
             return rational(root, f"sqrt({x})")
         if x.fraction is None and x.at(53) < 0:
             raise ExactError(f"sqrt({x}) is not real")
+    if name in ("sin", "cos", "tan"):
+        return Exact(f"{name}({x})", None, lambda m: getattr(m, name)(_turnable(x, m)))
     return Exact(f"{name}({x})", None, lambda m: getattr(m, name)(x._evaluate(m)))
+
+
+def _turnable(x: Exact, m: MPContext) -> Any:
+    """Evaluate an angle that can be brought into one turn, which takes its size in bits."""
+    value = x._evaluate(m)
+    if _magnitude(value) > MOST_BITS:
+        raise ExactError(f"an angle beyond 2**{MOST_BITS}: {shown(x.text)}")
+    return value
+
+
+def _magnitude(value: Any) -> int:
+    """Binary exponent of an mpmath number; 0 for 0 and for numbers that are not finite."""
+    _, mantissa, exponent, bits = value._mpf_
+    return int(exponent + bits) if mantissa else 0
 
 
 def _rational_root(x: Fraction | None) -> Fraction | None:

@@ -16,6 +16,10 @@ from rigidpend.numbers.parameters import ExactError
 # Whoever writes a number by hand needs far less; what is longer would take seconds to evaluate.
 MAX_TEXT = 4000
 """Characters of a text at most."""
+MAX_CALLS = 64
+"""Functions in a text at most."""
+MAX_SHOWN = 160
+"""Characters of a number that a message shows, at most."""
 MAX_EXPONENT = 5000
 """Largest decimal exponent, of either sign."""
 
@@ -58,12 +62,20 @@ def read(text: str, reader: Reader[Number]) -> Number:
     source = text.strip()
     try:
         tree = ast.parse(source, mode="eval")
+        if sum(isinstance(node, ast.Call) for node in ast.walk(tree)) > MAX_CALLS:
+            raise ExactError(f"more than {MAX_CALLS} functions in a number")
         return _read(tree.body, source, reader)
     except ExactError as error:
-        shown = "" if str(error).startswith(repr(source)) else f"{text!r}: "
-        raise ExactError(f"{shown}{error}") from None
+        before = "" if str(error).startswith(repr(source)) else f"{shown(text)!r}: "
+        raise ExactError(f"{before}{shown(str(error))}") from None
     except (SyntaxError, ValueError, RecursionError, MemoryError):
-        raise ExactError(f"{text!r} is not a number or an expression of numbers") from None
+        raise ExactError(f"{shown(text)!r} is not a number or an expression of numbers") from None
+
+
+def shown(text: str) -> str:
+    """Shorten a number for a message, by leaving out the middle of a long one."""
+    half = MAX_SHOWN // 2
+    return text if len(text) <= MAX_SHOWN else f"{text[:half]} ... {text[-half:]}"
 
 
 def _read(node: ast.expr, source: str, reader: Reader[Number]) -> Number:
@@ -80,9 +92,9 @@ def _read(node: ast.expr, source: str, reader: Reader[Number]) -> Number:
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
         if node.func.id in FUNCTIONS and len(node.args) == 1 and not node.keywords:
             return reader.apply(node.func.id, _read(node.args[0], source, reader))
-    shown = ast.get_source_segment(source, node) or source
+    part = ast.get_source_segment(source, node) or source
     known = ", ".join(FUNCTIONS)
-    raise ExactError(f"{shown!r} is not understood (known: numbers, pi, + - * / **, {known})")
+    raise ExactError(f"{shown(part)!r} is not understood (known: numbers, pi, + - * / **, {known})")
 
 
 def _read_number(digits: str, reader: Reader[Number]) -> Number:

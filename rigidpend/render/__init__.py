@@ -12,10 +12,18 @@ from pathlib import Path
 from typing import Any
 
 from rigidpend import experiments
-from rigidpend.results import store
+from rigidpend.results import store, words
 
+KEYS = ("name", "config_hash", "code_hash", "engine")
+"""Attributes that an image tells, besides its experiment."""
+PIXELS = 20_000
+"""The longest side of an image."""
 FORMATS = ("png", "svg", "pdf")
 STYLE = Path(__file__).with_name("rigidpend.mplstyle")
+
+
+class Undrawable(store.StoreError):
+    """A result whose values cannot be drawn, as those of a foreign file."""
 
 
 def render(source: Path, target: Path) -> None:
@@ -26,7 +34,11 @@ def render(source: Path, target: Path) -> None:
     StoreError
         The result cannot be read, or the figure not written.
     """
-    drawn = image(store.load(source), target.suffix[1:])
+    result = store.load(source)
+    try:
+        drawn = image(result, target.suffix[1:])
+    except Undrawable as error:
+        raise Undrawable(f"{source}: {error}") from error
     try:
         store.replace(target, drawn)
     except OSError as error:
@@ -34,22 +46,38 @@ def render(source: Path, target: Path) -> None:
 
 
 def image(result: Any, suffix: str) -> bytes:
-    """Draw a loaded result, as the bytes of a file of that format."""
+    """Draw a loaded result, as the bytes of a file of that format.
+
+    Raises
+    ------
+    Undrawable
+        Its values, of which the layout declares no range, cannot be drawn.
+    """
     # What the user's shell says of a display does not matter to a figure in a file, and an
     # unknown backend there would stop matplotlib's import.
     os.environ["MPLBACKEND"] = "agg"
     import matplotlib
 
     with matplotlib.rc_context(fname=STYLE):
-        experiment = result["attributes"]["experiment"]
-        figure = experiments.drawing(experiment).draw(result)
-        return _image(figure, suffix, result["attributes"])
+        drawing = experiments.drawing(result["attributes"]["experiment"])
+        try:
+            return _image(drawing.draw(result), suffix, result["attributes"])
+        except MemoryError:
+            raise
+        except Exception as error:
+            # A file may hold any values: what an algorithm makes of them cannot be foreseen.
+            raise Undrawable(f"cannot be drawn: {words.error(error)}") from error
 
 
 def _image(figure: Any, suffix: str, attributes: Any) -> bytes:
     """Write a figure, as bytes."""
     buffer = io.BytesIO()
-    figure.savefig(buffer, format=suffix, metadata=metadata(suffix, attributes))
+    from matplotlib import rcParams
+
+    # Beyond so many pixels no image is made: a figure of many parts has fewer in an inch.
+    dpi = min(rcParams["savefig.dpi"], PIXELS / max(figure.get_size_inches()))
+    told = metadata(suffix, attributes)
+    figure.savefig(buffer, format=suffix, metadata=told, dpi=dpi)
     return buffer.getvalue()
 
 
@@ -66,12 +94,13 @@ def metadata(suffix: str, attributes: Any) -> dict[str, str | None]:
     attributes : mapping
         Root attributes of the result file.
     """
-    title = f"rigidpend {attributes['name']}, config {attributes['config_hash']}"
+    known = {key: str(attributes.get(key, "unknown")) for key in KEYS}
+    title = f"rigidpend {known['name']}, config {known['config_hash']}"
     marks = {
         "Experiment": str(attributes["experiment"]),
-        "Config-Hash": str(attributes["config_hash"]),
-        "Code-Hash": str(attributes.get("code_hash", "unknown")),
-        "Engine": str(attributes.get("engine", "unknown")),
+        "Config-Hash": known["config_hash"],
+        "Code-Hash": known["code_hash"],
+        "Engine": known["engine"],
     }
     text = "; ".join(f"{key}: {value}" for key, value in marks.items())
     return {

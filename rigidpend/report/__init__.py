@@ -7,19 +7,33 @@ Experiments without such a module appear with their figure and provenance.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from rigidpend import experiments
 from rigidpend.departures import DEPARTURES
-from rigidpend.report.page import ResultSection, html, picture
-from rigidpend.results import store
+from rigidpend.report.page import ResultSection, html, picture, problem
+from rigidpend.results import store, words
+from rigidpend.tables import Table
 
 __all__ = ["build", "write"]
 
 
-def write(folder: Path, target: Path) -> None:
+class Page(NamedTuple):
+    """A page as HTML, and what is wrong with results that it cannot show."""
+
+    html: str
+    problems: list[str]
+
+
+def write(folder: Path, target: Path) -> list[str]:
     """Write the page for all results in a folder, whole or not at all.
+
+    Returns
+    -------
+    list of str
+        What is wrong with results that it cannot show; the page says it too.
 
     Raises
     ------
@@ -28,11 +42,15 @@ def write(folder: Path, target: Path) -> None:
     """
     page = build(folder)
     store.prepare(target)
-    store.replace(target, page.encode("utf-8"))
+    try:
+        store.replace(target, page.html.encode("utf-8"))
+    except OSError as error:
+        raise store.StoreError(f"{target}: cannot be written: {error.strerror}") from None
+    return page.problems
 
 
-def build(folder: Path) -> str:
-    """Build the page for all results in a folder, as HTML.
+def build(folder: Path) -> Page:
+    """Build the page for all results in a folder.
 
     Parameters
     ----------
@@ -42,13 +60,29 @@ def build(folder: Path) -> str:
     Raises
     ------
     StoreError
-        There is no result in it, or one that cannot be read.
+        There is no result in it, or none that can be shown.
     """
     sources = sorted(folder.glob("*.h5"))
     if not sources:
         raise store.StoreError(f"{folder}: no results; call: rigidpend run all --out {folder}")
-    sections = [section(store.load(source)) for source in sources]
-    return html(sorted(sections, key=lambda found: found.order), DEPARTURES)
+    sections = [_section(source) for source in sources]
+    problems = [found.problem for found in sections if found.problem]
+    if len(problems) == len(sections):
+        raise store.StoreError(problems[0])
+    page = html(sorted(sections, key=lambda found: found.order), DEPARTURES)
+    return Page(page, problems)
+
+
+def _section(source: Path) -> ResultSection:
+    """The part of a file; a sentence where it cannot be shown."""
+    from rigidpend.render import Undrawable
+
+    try:
+        return section(store.load(source))
+    except Undrawable as error:
+        return problem(source.stem, f"{source}: {error}")
+    except store.StoreError as error:
+        return problem(source.stem, str(error))
 
 
 def section(result: Any) -> ResultSection:
@@ -57,15 +91,27 @@ def section(result: Any) -> ResultSection:
 
     attributes = result["attributes"]
     experiment = str(attributes["experiment"])
-    reporting = experiments.reporting(experiment)
     return ResultSection(
-        name=str(attributes["name"]),
-        figure=str(attributes["figure"]),
+        name=str(attributes.get("name", "unnamed")),
+        figure=str(attributes.get("figure", "")),
         experiment=experiment,
         picture=picture(render.image(result, "png")),
-        tables=reporting.tables(result) if reporting else [],
+        tables=_tables(experiment, result),
         provenance=_provenance(result),
     )
+
+
+def _tables(experiment: str, result: Any) -> Sequence[Table]:
+    from rigidpend import render
+
+    reporting = experiments.reporting(experiment)
+    try:
+        return reporting.tables(result) if reporting else []
+    except MemoryError:
+        raise
+    except Exception as error:
+        # As with drawing: a file may hold any values.
+        raise render.Undrawable(f"cannot be shown: {words.error(error)}") from error
 
 
 def _provenance(result: Any) -> list[tuple[str, str]]:

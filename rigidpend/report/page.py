@@ -23,9 +23,13 @@ class ResultSection(NamedTuple):
     """Image as a data URI."""
     tables: Sequence[Table]
     provenance: Sequence[tuple[str, str]]
+    problem: str = ""
+    """Why nothing is shown."""
 
     @property
     def title(self) -> str:
+        if self.problem:
+            return self.name
         what = self.experiment.replace("_", " ")
         return f"Fig. {self.figure}: {what}" if self.of_the_paper else what.capitalize()
 
@@ -38,6 +42,11 @@ class ResultSection(NamedTuple):
     def order(self) -> tuple[bool, str]:
         """Sorting key: the paper's figures first, in their order."""
         return not self.of_the_paper, f"{self.figure} {self.name}"
+
+
+def problem(name: str, said: str) -> ResultSection:
+    """Make the part of a result that cannot be shown: a sentence."""
+    return ResultSection(name, "", "", "", (), (), said)
 
 
 def picture(png: bytes) -> str:

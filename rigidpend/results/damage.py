@@ -1,34 +1,43 @@
-"""Which HDF5 files are safe to open: HDF5 itself can hang or crash on damaged metadata."""
+"""Which HDF5 files are safe to open: HDF5 itself can hang or crash on damaged metadata.
+
+A digest shows damage, but not malice: whoever changes a file can seal it again. So each is
+tried in another process first, with its time and memory bounded.
+"""
 
 from __future__ import annotations
 
 import contextlib
-import functools
 import os
-import subprocess
-import sys
-from pathlib import Path
-from typing import Any
+import select
+import signal
+import time
+import warnings
+from collections.abc import Callable
+from typing import Any, NoReturn
 
-import h5py
-
-from rigidpend.results.files import SEAL, SEAL_LENGTH, unsealed
+from rigidpend.results.files import SEAL, SEAL_LENGTH, StoreError, unsealed
+from rigidpend.results.words import short
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 PATIENCE = 30
 """Seconds after which another process that reads a file is taken to hang."""
+RATE = 2**21
+"""Bytes of a file for each of which it may take a second more of the processor."""
+ROOM = 2**27
+"""Bytes of memory for what HDF5 itself needs."""
+CANNOT = "damaged: HDF5 cannot cope with it"
 
 
-def undamaged(content: bytes) -> bytes:
-    """The HDF5 file in a file's content, if it is safe to open.
+def intact(content: bytes) -> bytes:
+    """The HDF5 file in a file's content, where nothing shows that it is damaged.
 
     What another program changed has lost its digest with the rest behind the HDF5 file. Such
-    a file, exactly as long as it says, is opened if another process survived doing so.
+    a file is taken if it is exactly as long as it says.
 
     Raises
     ------
     ValueError
-        It is not, with the reason.
+        It is damaged, with the reason.
     """
     inner = unsealed(content)
     if inner is not None:
@@ -39,8 +48,6 @@ def undamaged(content: bytes) -> bytes:
         raise ValueError("damaged: its digest does not fit")
     if len(content) != _said_length(content):
         raise ValueError("damaged: cut short, or something was added")
-    if not _survived(content):
-        raise ValueError("damaged: HDF5 cannot cope with it")
     return content
 
 
@@ -52,41 +59,85 @@ def _said_length(content: bytes) -> int:
     return int.from_bytes(content[first + 2 * width : first + 3 * width], "little")
 
 
-@functools.lru_cache(maxsize=8)
-def _survived(content: bytes) -> bool:
-    """Whether another process could read all of an HDF5 file, or found words for what is wrong."""
-    package = str(Path(__file__).resolve().parents[2])
+def tried(read: Callable[[], Any], length: int, most: int) -> None:
+    """Call a function in another process, which ends when it takes too long or too much memory.
+
+    Where a system cannot fork it is not tried.
+
+    Parameters
+    ----------
+    read : callable
+        Raises a StoreError for what this process will find as well.
+    length : int
+        Bytes of the file that it reads.
+    most : int
+        Bytes that it may need.
+
+    Raises
+    ------
+    ValueError
+        It crashed, ran out of its bounds, or failed otherwise, with the reason.
+    """
+    if not hasattr(os, "fork"):
+        return
+    out, into = os.pipe()
+    # Threads are no matter: the child only reads with HDF5, whose lock Python takes at a fork.
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        child = os.fork()
+    if child == 0:
+        _try(read, into, 1 + length // RATE, most + ROOM)
+    os.close(into)
     try:
-        done = subprocess.run(
-            [sys.executable, "-P", "-c", f"from {__name__} import _try; _try()"],
-            input=content,
-            env={**os.environ, "PYTHONPATH": package},
-            capture_output=True,
-            timeout=PATIENCE,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        return False
-    return done.returncode == 0
+        said = _heard(out)
+    finally:
+        os.close(out)
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+    if said != b"read":
+        raise ValueError(said.decode(errors="replace") or CANNOT)
 
 
-def _try() -> None:
-    """Read the HDF5 file on stdin, in bounded memory."""
-    content = sys.stdin.buffer.read()
-    with contextlib.suppress(ImportError):
-        import resource
-
-        most = 2**31 + 100 * len(content)
-        resource.setrlimit(resource.RLIMIT_AS, (most, most))
-    with (
-        contextlib.suppress(OSError, KeyError, RuntimeError, TypeError, ValueError),
-        h5py.File.in_memory(content) as file,
-    ):
-        file.visititems(_look)
+def _heard(out: int) -> bytes:
+    """What a child says before it ends; nothing if it hangs."""
+    said, until = b"", time.monotonic() + PATIENCE
+    while select.select([out], [], [], max(0.0, until - time.monotonic()))[0]:
+        more = os.read(out, 4096)
+        if not more:
+            return said
+        said += more
+    return b""
 
 
-def _look(_: str, node: Any) -> None:
-    """Read all of an object."""
-    dict(node.attrs)
-    if isinstance(node, h5py.Dataset):
-        node[()]
+def _try(read: Callable[[], Any], into: int, seconds: int, memory: int) -> NoReturn:
+    """The child: read within bounds, tell in a word how it went, and end."""
+    said = b""
+    try:
+        _bound(seconds, memory)
+        read()
+        said = b"read"
+    except StoreError:
+        # What the parent will find as well, and say in its own words.
+        said = b"read"
+    except (OSError, KeyError, RuntimeError, TypeError, ValueError, MemoryError) as error:
+        said = (short(error).strip("'\"") or "more memory than its size allows").encode()
+    except BaseException:
+        pass
+    finally:
+        os.write(into, said)
+        os._exit(0)
+
+
+def _bound(seconds: int, memory: int) -> None:
+    import faulthandler
+    import resource
+
+    faulthandler.disable()
+    with contextlib.suppress(OSError, ValueError, FileNotFoundError):
+        with open("/proc/self/statm", "rb") as file:
+            memory += int(file.read().split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+    with contextlib.suppress(OSError, ValueError):
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))

@@ -6,6 +6,7 @@ import contextlib
 import glob
 import hashlib
 import os
+import stat
 import tempfile
 from pathlib import Path
 
@@ -15,8 +16,40 @@ SEAL = b"\nrigidpend sha256 "
 SEAL_LENGTH = len(SEAL) + 64 + 1
 
 
+LARGEST = 2**31
+"""Bytes of a file that is read, and of what it holds, at most."""
+
+
 class StoreError(RuntimeError):
     """A file that cannot be read or written."""
+
+
+def content(path: Path) -> bytes:
+    """What a file holds, if it is a regular one and of bearable size.
+
+    Raises
+    ------
+    OSError
+        As :func:`open`; nothing is waited for.
+    ValueError
+        It is a pipe, a device or a folder, or too large.
+    """
+    # Looked at first, for to open a device can have effects; then again, for it may have changed.
+    _check_regular(os.stat(path))
+    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    with os.fdopen(handle, "rb") as file:
+        _check_regular(os.fstat(handle))
+        found = file.read(LARGEST + 1)
+    if len(found) > LARGEST:
+        raise ValueError(f"more than {LARGEST} bytes")
+    return found
+
+
+def _check_regular(found: os.stat_result) -> None:
+    if not stat.S_ISREG(found.st_mode):
+        raise ValueError("not a regular file")
+    if found.st_size > LARGEST:
+        raise ValueError(f"{found.st_size} bytes, more than {LARGEST}")
 
 
 def prepare(path: Path) -> None:

@@ -17,6 +17,10 @@ except ImportError:  # pragma: no cover
     fcntl = None  # type: ignore[assignment]
 
 
+NOT_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOFOLLOW", 0)
+"""How to open what may be no regular file or folder."""
+
+
 def share(handle: int) -> None:
     """Wait for who holds the open file alone, then hold it together with others."""
     if fcntl is not None:
@@ -41,7 +45,8 @@ def is_at(handle: int, path: str | Path) -> bool:
 def deserted(path: Path) -> Iterator[bool]:
     """Whether nobody holds a file or folder; if so, it is held alone meanwhile."""
     try:
-        handle = os.open(path, os.O_RDONLY)
+        # Of links and pipes nothing is ours, and none is waited for.
+        handle = os.open(path, os.O_RDONLY | NOT_WAITING)
     except OSError:
         yield False
         return

@@ -1,34 +1,41 @@
 """Results in HDF5: written whole or not at all, read with a clear word where they are unfit.
 
 Layout: root attributes say format, experiment and fingerprint; ``/config`` holds the resolved
-config, ``/provenance`` what ran where (it varies between equal results), ``/data`` the result.
-Every dataset has `units` and `description`. A digest of all stands behind the HDF5 file, where
-HDF5 itself does not look: its library can hang or crash on damaged metadata.
+config, ``/provenance`` what ran where (it varies between equal results), ``/data`` the result,
+as the experiment's layout declares it. Every dataset has `units` and `description`. A digest of
+all stands behind the HDF5 file, where HDF5 itself does not look.
+
+There is one way to read: regular files of bounded size, tried in a process of its own, each
+object inside the file and as declared, before a value is used.
 """
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias, TypedDict
 
 import h5py
 import numpy as np
 
-from rigidpend.results.damage import undamaged
+from rigidpend.results import content
 from rigidpend.results.files import StoreError, prepare, replace, sealed
+from rigidpend.results.opening import FORMAT, FORMAT_VERSION, OtherVersion, opened, readable
 from rigidpend.results.tree import Dataset, Tree
 
-__all__ = ["OtherVersion", "Result", "StoreError", "load", "prepare", "replace", "write"]
-
-FORMAT, FORMAT_VERSION = "rigidpend", 1
+__all__ = [
+    "FORMAT_VERSION",
+    "OtherVersion",
+    "Result",
+    "StoreError",
+    "load",
+    "opened",
+    "prepare",
+    "replace",
+    "write",
+]
 
 Attributes: TypeAlias = Mapping[str, Any]
-
-
-class OtherVersion(StoreError):
-    """A result file of another format version."""
 
 
 class Result(NamedTuple):
@@ -76,41 +83,27 @@ def write(path: Path, result: Result, *, lasting: bool = True) -> None:
         raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
-@contextlib.contextmanager
-def opened(path: Path) -> Iterator[h5py.File]:
-    """A result file, open for reading.
-
-    Raises
-    ------
-    StoreError
-        There is none, it is no HDF5, it is damaged, or of another format version.
-    """
-    with _readable(path):
-        file = h5py.File.in_memory(undamaged(path.read_bytes()))
-    with file:
-        with _readable(path):
-            _check(path, file)
-        yield file
-
-
 def load(path: Path) -> Loaded:
     """A whole result file as plain data: `attributes`, `config`, `provenance`, `data`.
 
     Raises
     ------
     StoreError
-        As :func:`opened`; also where a checksum says that the data changed on disk.
+        As :func:`opened`; also where a checksum says that the data changed on disk, or where
+        values are not finite that must be.
     """
-    with opened(path) as file, _readable(path):
-        return {
+    with opened(path, whole=True) as file, readable(path):
+        loaded: Loaded = {
             "attributes": dict(file.attrs),
             "config": _plain(file["config"]),
             "provenance": dict(file["provenance"].attrs),
             "data": _plain(file["data"]),
         }
+        content.check(loaded)
+        return loaded
 
 
-def read_tree(path: Path) -> Tree:
+def read_tree(path: Path, *, part: bool = False) -> Tree:
     """The data of a result file as they were given to :func:`write`, units and all.
 
     Raises
@@ -118,7 +111,7 @@ def read_tree(path: Path) -> Tree:
     StoreError
         As :func:`opened`.
     """
-    with opened(path) as file, _readable(path):
+    with opened(path, whole=True, part=part) as file, readable(path):
         return _tree(file["data"])
 
 
@@ -130,7 +123,7 @@ def attributes(path: Path) -> dict[str, Any]:
     StoreError
         As :func:`opened`.
     """
-    with opened(path) as file, _readable(path):
+    with opened(path) as file, readable(path):
         return dict(file.attrs)
 
 
@@ -144,24 +137,10 @@ def outline(path: Path) -> dict[str, dict[str, Any]]:
     StoreError
         As :func:`opened`.
     """
-    with opened(path) as file, _readable(path):
+    with opened(path) as file, readable(path):
         found = {"/": dict(file.attrs)}
         file.visititems(lambda name, node: found.update({f"/{name}": _features(node)}))
         return found
-
-
-@contextlib.contextmanager
-def _readable(path: Path) -> Iterator[None]:
-    """Say in our words what HDF5 finds wrong with a file."""
-    try:
-        yield
-    except FileNotFoundError:
-        raise StoreError(f"{path}: there is no such file") from None
-    except StoreError:
-        raise
-    except (OSError, KeyError, RuntimeError, TypeError, ValueError) as error:
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise StoreError(f"{path}: not a readable HDF5 file: {reason}") from None
 
 
 def _plain(node: Any) -> Any:
@@ -193,17 +172,6 @@ def _features(node: Any) -> dict[str, Any]:
     # Texts may be of any length.
     kind = node.dtype.kind if node.dtype.kind in "SOU" else node.dtype.str.lstrip("<>|=")
     return {**node.attrs, "(kind)": kind, "(dimensions)": node.ndim}
-
-
-def _check(path: Path, file: h5py.File) -> None:
-    if str(file.attrs.get("format")) != FORMAT:
-        raise StoreError(f"{path}: an HDF5 file, but not a result of rigidpend")
-    version = file.attrs.get("format_version")
-    if not np.array_equal(version, FORMAT_VERSION):
-        raise OtherVersion(
-            f"{path}: its format version is {version}, this program reads {FORMAT_VERSION};"
-            " run the experiment again"
-        )
 
 
 def _image(result: Result) -> bytes:

@@ -36,7 +36,9 @@ class Logs:
     def __exit__(self, *_: object) -> None:
         for file in self._files.values():
             if file is not None:
-                file.close()
+                # What does not fit fails here once more.
+                with contextlib.suppress(OSError):
+                    file.close()
 
     def hear(self, line: str) -> None:
         """Take a line ``NAME: text`` into the log of NAME; others are passed over."""
@@ -93,7 +95,9 @@ def _beside(target: Path) -> Path:
 def _opened(path: Path) -> TextIO | None:
     with contextlib.suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        return path.open("w", encoding="utf-8", errors="replace")
+        # A new file, so that nothing is written through a link or into a pipe in its place.
+        path.unlink(missing_ok=True)
+        return path.open("x", encoding="utf-8", errors="replace")
     return None
 
 

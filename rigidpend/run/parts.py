@@ -61,7 +61,7 @@ class Parts:
         if path.is_file():
             # A damaged part is none: it is computed again.
             with contextlib.suppress(store.StoreError):
-                return store.read_tree(path)
+                return store.read_tree(path, part=True)
         made = compute()
         store.write(path, store.Result({"part": name}, "", {}, made), lasting=False)
         return made
@@ -75,8 +75,9 @@ class Parts:
         """Hold the folder together with other runs, so that none removes it."""
         while self._handle is None:
             try:
-                self._whole.mkdir(parents=True, exist_ok=True)
-                handle = os.open(self._whole, os.O_RDONLY)
+                for folder in (self._whole, self._folder):
+                    _make(folder)
+                handle = os.open(self._whole, os.O_RDONLY | locks.NOT_WAITING)
             except FileNotFoundError:
                 # Another run has just removed it.
                 continue
@@ -98,6 +99,13 @@ def sweep(target: Path) -> None:
     """Remove what killed runs left beside a finished result; not what a living one needs."""
     files.sweep(target)
     _remove(_folder(target))
+
+
+def _make(folder: Path) -> None:
+    """Make a folder; what is there instead, a link elsewhere too, makes room."""
+    if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
+        folder.unlink()
+    folder.mkdir(parents=True, exist_ok=True)
 
 
 def _folder(target: Path) -> Path:

@@ -145,9 +145,8 @@ class Progress:
             return
         before, shown = f"{self._clock() - self._start:8.2f} s  ", self._shown
         self._show("")
-        self._stream.write(f"{before if self._verbose else ''}{line}\n")
+        self._write(f"{before if self._verbose else ''}{line}\n")
         self._show(shown)
-        self._stream.flush()
 
     def _show(self, text: str) -> None:
         """Change the changing line; the rest of a longer one is written over with blanks."""
@@ -156,9 +155,18 @@ class Progress:
         text = text[:width]
         if text != self._shown:
             blanks = " " * (len(self._shown) - len(text))
-            self._stream.write(f"\r{text}{blanks}" if text else f"\r{blanks}\r")
-            self._stream.flush()
+            self._write(f"\r{text}{blanks}" if text else f"\r{blanks}\r")
         self._shown = text
+
+    def _write(self, text: str) -> None:
+        """Write for people; where there is no room, their words are no reason not to compute."""
+        try:
+            self._stream.write(text)
+            self._stream.flush()
+        except BrokenPipeError:
+            raise
+        except OSError:
+            self._quiet = True
 
     def _tick(self) -> None:
         """Refresh the time left, between two lines too."""

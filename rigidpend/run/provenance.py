@@ -8,6 +8,7 @@ import functools
 import hashlib
 import importlib.metadata
 import json
+import os
 import platform
 import subprocess
 from collections.abc import Iterator
@@ -138,7 +139,12 @@ def _version(library: str) -> str:
 
 
 def _commit() -> str:
-    """Commit of the checkout that the code runs from, with + where it was changed."""
+    """Commit of the checkout that the code runs from, with + where it was changed.
+
+    A repository around it, or one that the user's shell names, is another's.
+    """
+    own = {name: x for name, x in os.environ.items() if not name.startswith("GIT_")}
+    own["GIT_CEILING_DIRECTORIES"] = str(PACKAGE.parents[1])
     try:
         found = subprocess.run(
             ["git", "-C", str(PACKAGE), "describe", "--always", "--dirty=+", "--abbrev=12"],
@@ -146,6 +152,7 @@ def _commit() -> str:
             text=True,
             timeout=5,
             check=True,
+            env=own,
         )
     except (OSError, subprocess.SubprocessError):
         return "unknown"

@@ -157,7 +157,7 @@ def test_the_file_s_own_errors_keep_their_places(tmp_path: Path) -> None:
 )
 def test_what_a_setting_breaks_is_said_of_the_setting(setting: str) -> None:
     for problem in refused(FIG4, [setting]):
-        assert str(problem).startswith(f"--set {setting}")
+        assert str(problem).startswith(f"--set {setting}"[:200])
 
 
 def test_all_wrong_settings_are_said_at_once() -> None:

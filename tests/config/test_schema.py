@@ -103,14 +103,14 @@ WRONG = {
         "[64, 53]",
         "[64",
         "numerics.precisions",
-        "precisions must ascend from 53 bits to 10000 at most, got (64, 53)",
+        "precisions must ascend from 53 bits to 9000 at most, got (64, 53)",
     ),
     "precision below doubles": (
         "[53, 64, 113]",
         "[52]",
         "[52",
         "numerics.precisions",
-        "precisions must ascend from 53 bits to 10000 at most, got (52,)",
+        "precisions must ascend from 53 bits to 9000 at most, got (52,)",
     ),
     "list for a part": (
         "{start: 0, step: 1/10, count: 63}",

@@ -11,22 +11,25 @@ import pytest
 from mypy import api
 
 from rigidpend import experiments, render
+from rigidpend.results.layout import FLAG, FLOAT, NUMBER, TEXT, WHOLE, Field, Layout
 
 ROOT = Path(__file__).resolve().parents[2]
 NAMES = experiments.names()
 COMPUTING = ("compute.py", "schema.py")
 FILES = sorted(experiments.FOLDER.glob("*/*.py"))
-DRAWING = [file for file in FILES if file.name not in COMPUTING]
+DRAWING = [file for file in FILES if file.name not in (*COMPUTING, "layout.py")]
 
 SEAM = """
 import rigidpend.experiments.{name}.compute as compute
 import rigidpend.experiments.{name}.draw as draw
+import rigidpend.experiments.{name}.layout as layout
 from rigidpend.config.schema import ExperimentConfig
-from rigidpend.experiments.contract import Computation, Drawing, Reporting
+from rigidpend.experiments.contract import Computation, Declaring, Drawing, Reporting
 from rigidpend.experiments.{name}.schema import Config
 
 schema: type[ExperimentConfig] = Config
 computation: Computation[Config] = compute
+declaring: Declaring = layout
 drawing: Drawing = draw
 """
 REPORT = """
@@ -103,6 +106,43 @@ def test_drawing_imports_nothing_that_computes(file: Path) -> None:
             assert ours or name.startswith((*SHARED, *VERDICTS)), name
         else:
             assert first in {"numpy", "matplotlib", *sys.stdlib_module_names}, name
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_layout_is_plain_data_for_which_nothing_heavy_is_imported(name: str) -> None:
+    file = experiments.FOLDER / name / "layout.py"
+    allowed = (
+        "rigidpend.results.layout",
+        "rigidpend.experiments.route_layout",
+        "rigidpend.experiments.weight_layout",
+        "rigidpend.measure.benchmark.records",
+        "rigidpend.measure.stress.fields",
+    )
+    ours = [module for module in imported(file) if module.partition(".")[0] == "rigidpend"]
+    assert all(module.startswith(allowed) for module in ours), ours
+    others = {module.partition(".")[0] for module in imported(file)} - {"rigidpend"}
+    assert others <= set(sys.stdlib_module_names)
+    assert fields(experiments.layout(name))
+
+
+def fields(layout: Layout) -> list[Field]:
+    """All fields of a layout, in groups too."""
+    found = []
+    for name, node in layout.items():
+        assert name.strip("<>?").replace(" ", "_").isidentifier(), name
+        if isinstance(node, Field):
+            assert node.kind in {FLOAT, WHOLE, FLAG, TEXT, NUMBER}
+            found.append(node)
+        else:
+            found += fields(node)
+    return found
+
+
+def test_without_a_layout_an_experiment_does_not_keep_the_contract(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wrong = seam("route_codes").replace("route_codes.layout as", "route_codes.schema as")
+    assert '"Declaring"' in checked(tmp_path, monkeypatch, wrong=wrong)
 
 
 @pytest.mark.parametrize("file", sorted(Path(render.__file__).parent.glob("*.py")))

@@ -55,7 +55,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def text(folder: Path) -> str:
-    return report.build(folder)
+    return report.build(folder).html
 
 
 @pytest.fixture(scope="module")

@@ -6,6 +6,7 @@ import ast
 import datetime
 import re
 import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -231,3 +232,27 @@ def test_without_git_the_commit_is_unknown(monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_an_engine_is_named_with_its_version() -> None:
     assert provenance.engine_name("scipy") == f"scipy (scipy {scipy.__version__})"
+
+
+def test_the_commit_is_that_of_the_own_source_tree(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def git(*arguments: str) -> str:
+        command = ["git", "-C", str(tmp_path), "-c", "user.name=x", "-c", "user.email=x@x"]
+        done = subprocess.run([*command, *arguments], capture_output=True, text=True, check=True)
+        return done.stdout.strip()
+
+    git("init", "-q")
+    git("commit", "-q", "--allow-empty", "-m", "another's")
+    other = git("rev-parse", "--short=12", "HEAD")
+    own = provenance._commit()
+    monkeypatch.setenv("GIT_DIR", str(tmp_path / ".git"))
+    monkeypatch.setenv("GIT_WORK_TREE", str(tmp_path))
+    assert provenance._commit() == own
+    monkeypatch.delenv("GIT_DIR")
+    monkeypatch.delenv("GIT_WORK_TREE")
+    # Installed into a folder of somebody's repository, it has no commit of its own.
+    inner = tmp_path / "lib" / "site-packages" / "rigidpend"
+    inner.mkdir(parents=True)
+    monkeypatch.setattr(provenance, "PACKAGE", inner)
+    assert other not in provenance._commit()

@@ -10,11 +10,13 @@ import numpy as np
 
 from rigidpend import surfaces
 from rigidpend.description import Row
+from rigidpend.experiments.asymptotic_surfaces.layout import ANGLES, CURVES, WINDOW
 from rigidpend.experiments.contract import Data, Means
 from rigidpend.periodic import Delta_1
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference
-from rigidpend.results.tree import Dataset, Tree
+from rigidpend.results.layout import datasets
+from rigidpend.results.tree import Tree
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import SurfaceCurves
@@ -27,26 +29,6 @@ ROUNDING = 1e-14
 """Allowed relative difference of numbers of closed form."""
 DRIFT = 1e-12
 """Allowed difference of theta1 (radians) and J1/J2 where orbits neither approach nor leave."""
-
-ANGLES = {
-    "alpha0": ("rad", "alpha0 of each body, in the order of the bodies"),
-    "gamma0": ("rad", "gamma0 of each body"),
-    "nu": ("1", "pi kappa/sin(alpha0) of each body"),
-}
-WINDOW = {
-    "centre": ("rad", "alpha0 + beta0, theta1 on separatrix 2"),
-    "Delta_1": ("rad", "largest |theta1 - alpha0 - beta0| near T1 and T2, eq. (dt)"),
-    "born": ("rad", "centre -+ Delta_1"),
-    "window": ("rad", "centre -+ half_width Delta_1"),
-    "time_step": ("t' = t s", "step between samples"),
-}
-CURVES = {
-    "theta1": ("rad", "all curves, one after the other"),
-    "J1_over_J2": ("1", "all curves, one after the other"),
-    "sample": ("1", "time of each point in time_step, from the start; S2+ runs backward"),
-    "offsets": ("1", "curve k is offsets[k]:offsets[k + 1]"),
-    "theta2_0": ("rad", "theta2 at the start of each orbit"),
-}
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -79,8 +61,11 @@ def _body(config: Config, checked: RouteProblem, means: Means) -> Tree:
     angles, half_width = checked.body.angles(), window["window"][1] - window["centre"]
     lower = surfaces.S1_minus(checked, theta2_0, half_width, *means.arithmetic[:2])
     upper = surfaces.S2_plus(lower, angles.alpha0, angles.beta0)
-    both = {"S1_minus": _curves(lower), "S2_plus": _curves(upper)}
-    return {**_datasets(window, WINDOW), **both}
+    both = {
+        name: datasets(CURVES[name], curves._asdict())
+        for name, curves in (("S1_minus", lower), ("S2_plus", upper))
+    }
+    return {**datasets(WINDOW, window), **both}
 
 
 def describe(config: Config) -> list[Row]:
@@ -121,7 +106,7 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
 
 def _body_differences(stored: Data, fresh: Data) -> list[Difference]:
     found = _rounded(stored, fresh, "", WINDOW)
-    for surface in ("S1_minus", "S2_plus"):
+    for surface in CURVES:
         apart = compare.keys(stored[surface], fresh[surface])
         apart = apart or _curves_apart(stored[surface], fresh[surface])
         found += compare.inside(surface, apart)
@@ -141,7 +126,8 @@ def _rounded(stored: Data, fresh: Data, group: str, fields: Any) -> list[Differe
 
 def _curves_apart(stored: Data, fresh: Data) -> list[Difference]:
     old, new = (
-        SurfaceCurves(*(np.asarray(group[field]) for field in CURVES)) for group in (stored, fresh)
+        SurfaceCurves(*(np.asarray(group[field]) for field in SurfaceCurves._fields))
+        for group in (stored, fresh)
     )
     if old.theta2_0.shape != new.theta2_0.shape:
         return compare.arrays("theta2_0", old.theta2_0, new.theta2_0)
@@ -191,15 +177,7 @@ def _table(problems: dict[str, RouteProblem]) -> Tree:
         field: np.array([getattr(checked.body, field) for checked in problems.values()])
         for field in ANGLES
     }
-    return _datasets(columns, ANGLES)
-
-
-def _datasets(values: Any, meaning: Any) -> dict[str, Dataset]:
-    return {field: Dataset(values[field], *meaning[field]) for field in meaning}
-
-
-def _curves(curves: SurfaceCurves) -> Tree:
-    return _datasets(curves._asdict(), CURVES)
+    return datasets(ANGLES, columns)
 
 
 def _body_row(name: str, checked: RouteProblem) -> Row:

@@ -17,6 +17,8 @@ COLUMN, ROW = 0.87, 2.35
 """Largest width and the height of a panel, inches."""
 LEFT, RIGHT, BELOW, ABOVE, BETWEEN, APART = 0.62, 0.1, 0.72, 0.42, 0.08, 0.13
 """Margins around the panels, between columns and between rows, inches."""
+ACROSS = 7
+"""Largest number of bodies side by side; further ones stand below."""
 COLOURS = {"S2_plus": BLUE, "S1_minus": RED}
 NAMES = {"S2_plus": "$S_2^{+}$", "S1_minus": "$S_1^{-}$"}
 THIN = 0.28
@@ -32,14 +34,17 @@ def draw(result: Any) -> Figure:
         Of the experiment `asymptotic_surfaces`, as loaded.
     """
     bodies, nu = result["data"]["bodies"], result["data"]["table"]["nu"]
-    n = len(bodies)
+    n, blocks = min(len(bodies), ACROSS), -(-len(bodies) // ACROSS)
     column = min(COLUMN, (WIDTH - LEFT - RIGHT - BETWEEN * (n - 1)) / n)
     wide = max(LEFT + RIGHT + n * column + (n - 1) * BETWEEN, WIDTH / 2)
-    high = BELOW + ABOVE + 2 * ROW + APART
+    pitch = BELOW + ABOVE + 2 * ROW + APART
+    high = blocks * pitch
     figure = Figure(figsize=(wide, high))
-    for k, (name, body) in enumerate(bodies.items()):
+    for number, (name, body) in enumerate(bodies.items()):
+        block, k = divmod(number, ACROSS)
+        under = (blocks - 1 - block) * pitch + BELOW
         for row, surface in enumerate(NAMES):
-            left, bottom = LEFT + k * (column + BETWEEN), BELOW + (1 - row) * (ROW + APART)
+            left, bottom = LEFT + k * (column + BETWEEN), under + (1 - row) * (ROW + APART)
             box = (left / wide, bottom / high, column / wide, ROW / high)
             axes = figure.add_axes(box, label=f"{name} {surface}")
             _draw_surface(axes, body, surface)
@@ -47,10 +52,15 @@ def draw(result: Any) -> Figure:
             if k == 0:
                 axes.set_ylabel("$J_1/J_2$", labelpad=2)
                 _name_row(axes, surface)
-        figure.axes[-2].set_title(rf"$\it{{{name}}}$" + "\n" + rf"$\nu = {nu[k]:.2f}$", fontsize=8)
+        figure.axes[-2].set_title(_title(name, nu[number]), fontsize=8)
         figure.axes[-1].set_xlabel(_place(body), fontsize=7, labelpad=3, linespacing=1.5)
     figure.legend(handles=_legend_entries(), loc="lower center", ncols=3, borderaxespad=0.1)
     return figure
+
+
+def _title(name: str, nu: float) -> str:
+    # An underscore would lower what is behind it.
+    return rf"$\it{{{name}}}$".replace("_", r"\_") + "\n" + rf"$\nu = {nu:.2f}$"
 
 
 def _draw_surface(axes: Axes, body: Any, surface: str) -> None:

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rigidpend.experiments.bench.layout import PROBLEM
 from rigidpend.experiments.contract import Data, Means, Row
 from rigidpend.integrate.engines import EngineError, default_engine
 from rigidpend.measure.benchmark import choice, problems, records
 from rigidpend.measure.benchmark.methods import METHODS
 from rigidpend.measure.benchmark.tasks import Sizes
 from rigidpend.measure.benchmark.worker import Order, measured
+from rigidpend.results.layout import datasets
 from rigidpend.results.tree import Dataset, Tree
 
 if TYPE_CHECKING:
@@ -138,11 +140,7 @@ def _searched(config: Config, reference: str, means: Means) -> dict[str, dict[st
 
 def _titles(name: str) -> dict[str, Any]:
     problem = problems.module(name)
-    return {
-        "title": Dataset(problem.TITLE, "text", "the problem"),
-        "error": Dataset(problem.ERROR, "text", "what its error is"),
-        "default": Dataset(problem.DEFAULT, "text", "the method that rigidpend picks"),
-    }
+    return datasets(PROBLEM, {name: getattr(problem, name.upper()) for name in PROBLEM})
 
 
 def _search(config: Config, key: str, reference: str) -> Tree:

@@ -9,12 +9,14 @@ from numpy.typing import NDArray
 
 from rigidpend.description import Row, body_rows
 from rigidpend.experiments.contract import Data, Means
+from rigidpend.experiments.herpolhodes.layout import OF_ROUTE, SAMPLED
 from rigidpend.experiments.route_arrays import ROUNDING, crossing_tolerance
 from rigidpend.herpolhode import RouteOrbit, follow, samples, separatrices, vertices
 from rigidpend.precession import increments, plateaus
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference
-from rigidpend.results.tree import Dataset, Tree
+from rigidpend.results.layout import datasets
+from rigidpend.results.tree import Tree
 from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.problem import rotation_period
 
@@ -24,26 +26,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-SAMPLED = {
-    "t": ("t' = t s", "times of the samples, s = sqrt((A1 - A2)/(A1 A2))"),
-    "theta1": ("rad", "0 .. 4 pi"),
-    "J1_over_J2": ("1", "0 at the lower periodic orbit, 1 at the upper one"),
-    "theta3": ("rad", "precession angle of M, by (th3)"),
-    "alpha": ("rad", "angle of omega's horizontal part from eta, by (th_al)"),
-    "omega": ("1/t", "(n, 3): omega_xi, omega_eta, omega_zeta in physical units; xi is upward"),
-}
-OF_ROUTE = {
-    "theta2_0": ("rad", "initial phase"),
-    "codes": ("1", "symbols of the route: 0 left, 1 right, 255 none (no return)"),
-    "certain": ("1", "whether two independent computations establish the symbol"),
-    "bits": ("bit", "precision that decided the route"),
-    "separatrix": ("1", "separatrices of the route, 1..4"),
-    "crossing_time": ("t' = t s", "when the route crosses J1 = J2/2 beside each separatrix"),
-    "crossing_error": ("t' = t s", "how much later the sampled orbit crosses than the route"),
-    "route": ("text", "vertices of the heteroclinic cycle in their order"),
-    "plateaus": ("rad", "theta3 near each periodic orbit, predicted by (tri1) to first order"),
-    "wound": ("1", "first and last sample between the first vertex and that of n_wound"),
-}
 GROWTH = 10.0
 """Allowed growth of the distance of two orbits from one crossing to the next.
 
@@ -122,8 +104,8 @@ def _group(config: Config, routes: RouteCodes, orbit: RouteOrbit) -> Tree:
         "wound": _wound(problem.n_wound, routes, sampled["J1_over_J2"], orbit.t),
     }
     return {
-        **{key: Dataset(sampled[key], *meaning) for key, meaning in SAMPLED.items()},
-        **{key: Dataset(of_route[key], *meaning) for key, meaning in OF_ROUTE.items()},
+        **datasets(SAMPLED, sampled),
+        **datasets(OF_ROUTE, of_route),
     }
 
 

@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 from rigidpend.coordinates import TURN
 from rigidpend.description import Row, body_rows
 from rigidpend.experiments.contract import Data, Means
+from rigidpend.experiments.heteroclinic_cycle.layout import EDGES, FIRST, RECTANGLES, VERTICES
 from rigidpend.free_body import SEPARATRICES, separatrix_theta1
 from rigidpend.results import compare
-from rigidpend.results.tree import Dataset, Tree
+from rigidpend.results.layout import datasets
+from rigidpend.results.tree import Tree
 from rigidpend.routes.cycle import NO_SYMBOL, TURNS, Turn
 
 if TYPE_CHECKING:
@@ -21,8 +23,6 @@ if TYPE_CHECKING:
 
 ROUNDING = 1e-14
 """Allowed difference of values: a few roundings of numbers of up to 4 pi."""
-FIRST = 2
-"""Separatrix of the start; the rectangles on its two sides are called left and right."""
 
 
 class Edge(NamedTuple):
@@ -114,37 +114,34 @@ def _vertices(theta1: NDArray[np.float64]) -> Tree:
     numbers, x = [*SEPARATRICES, SEPARATRICES[0]], np.append(theta1, theta1[0] + 2 * TURN)
     labels = [vertex(number, J1) for J1 in (0.0, 1.0) for number in numbers]
     again = np.tile(np.arange(len(numbers)) >= len(SEPARATRICES), 2)
-    return {
-        "label": _texts(labels, "number of the separatrix, starred on J1 = J2"),
-        "theta1": Dataset(np.tile(x, 2), "rad", "place of the vertex"),
-        "J1": Dataset(np.repeat([0.0, 1.0], len(numbers)), "J2", "J1/J2 of the vertex"),
-        "again": Dataset(again, "1", "whether it repeats another vertex, 4 pi further"),
+    values = {
+        "label": _texts(labels),
+        "theta1": np.tile(x, 2),
+        "J1": np.repeat([0.0, 1.0], len(numbers)),
+        "again": again,
     }
+    return datasets(VERTICES, values)
 
 
 def _edges(edges: list[Edge]) -> Tree:
     start, end, theta1, J1, symbol, again = zip(*edges, strict=True)
-    return {
-        "from": _texts(start, "label of the vertex where the edge begins"),
-        "to": _texts(end, "label of the vertex where the edge ends"),
-        "theta1": Dataset(np.array(theta1).T, "rad", "of both ends as drawn, first the start"),
-        "J1": Dataset(np.array(J1).T, "J2", "J1/J2 of both ends, first the start"),
-        "symbol": Dataset(
-            np.array(symbol, dtype=np.uint8), "1", "0 left, 1 right, 255 none (a separatrix)"
-        ),
-        "again": Dataset(np.array(again), "1", "whether it repeats another edge, 4 pi further"),
+    values = {
+        "from": _texts(start),
+        "to": _texts(end),
+        "theta1": np.array(theta1).T,
+        "J1": np.array(J1).T,
+        "symbol": np.array(symbol, dtype=np.uint8),
+        "again": np.array(again),
     }
+    return datasets(EDGES, values)
 
 
 def _rectangles(edges: list[Edge]) -> Tree:
     """Rectangles on both sides of the first separatrix."""
     sides = sorted((e for e in edges if e.start == vertex(FIRST, 1.0)), key=lambda e: e.symbol)
     bounds = np.array([sorted(edge.theta1) for edge in sides]).T
-    return {
-        "name": _texts(["left", "right"], f"side of separatrix {FIRST}: symbol 0, symbol 1"),
-        "theta1": Dataset(bounds, "rad", "lower and upper bound of each"),
-    }
+    return datasets(RECTANGLES, {"name": _texts(["left", "right"]), "theta1": bounds})
 
 
-def _texts(values: Any, description: str) -> Dataset:
-    return Dataset(np.array(values, dtype="S"), "1", description)
+def _texts(values: Any) -> Any:
+    return np.array(values, dtype="S")

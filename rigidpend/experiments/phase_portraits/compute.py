@@ -13,7 +13,17 @@ from rigidpend.coordinates import TURN
 from rigidpend.description import Row, body_rows
 from rigidpend.equations import hamiltonian_J3_0
 from rigidpend.experiments.contract import Data, Means
+from rigidpend.experiments.phase_portraits.layout import (
+    CENTRES,
+    NUMBER,
+    OF_ORBITS,
+    ORBITS,
+    PLANE,
+    SEPARATRICES,
+    SPHERE,
+)
 from rigidpend.results import compare
+from rigidpend.results.layout import Fields, datasets
 from rigidpend.results.tree import Dataset, Tree
 
 if TYPE_CHECKING:
@@ -24,18 +34,6 @@ ROUNDING = 1e-14
 """Allowed difference of values: a few roundings of numbers of up to 4 pi."""
 AXIS = 1.4
 """Length of the axes as drawn, in units of |M|."""
-
-MEANING = {
-    "points": ("|M|", "M1, M2, M3 along the curves, one after the other, in the flow's sense"),
-    "offsets": ("1", "curve k has the points offsets[k] to offsets[k + 1]"),
-    "projected": ("|M|", "points to the right, upwards and towards the viewer"),
-    "visible": ("1", "whether the point is on the viewer's side of the sphere"),
-    "theta1": ("rad", "theta1 of the points, in the window"),
-    "J1": ("J2", "J1/J2 of the points"),
-    "arrows": ("1", "points at which the sense of the flow is shown"),
-    "energy": ("J2^2", "H of each curve at mu = 0, J3 = 0, dimensionless"),
-    "level": ("J2^2", "J1 (J2 - J1) [cos(theta1 - beta0) - cos(alpha0)] of each curve"),
-}
 
 
 class PortraitCurves(NamedTuple):
@@ -68,15 +66,14 @@ def compute(config: Config, means: Means) -> Tree:
     families = np.repeat(np.array([2, 2, 1, 1], dtype=np.uint8), len(problem.heights))
     return {
         "orbits": {
-            **_group(orbits, body, axes),
-            "height": Dataset(heights, "|M|", "largest |M3| of each orbit"),
-            "around": Dataset(families, "1", "axis that the orbit encircles, 1 or 2"),
+            **_group(orbits, body, axes, ORBITS),
+            **datasets(OF_ORBITS, {"height": heights, "around": families}),
         },
         "separatrices": {
-            **_group(separatrices, body, axes),
-            "number": Dataset(numbers, "1", "of each separatrix, 1..4"),
+            **_group(separatrices, body, axes, SEPARATRICES),
+            "number": NUMBER.dataset(numbers),
         },
-        "centres": _group(_centres(body), body, axes),
+        "centres": _group(_centres(body), body, axes, CENTRES),
         "sphere": _sphere(axes, problem.points),
         "plane": _plane(body),
     }
@@ -148,7 +145,9 @@ def _separatrices(body: Body, n: int) -> PortraitCurves:
     return PortraitCurves(M, [np.full(n, x) for x in places], [(1 + points[2]) / 2 for points in M])
 
 
-def _group(curves: PortraitCurves, body: Body, axes: NDArray[np.float64]) -> dict[str, Dataset]:
+def _group(
+    curves: PortraitCurves, body: Body, axes: NDArray[np.float64], fields: Fields
+) -> dict[str, Dataset]:
     points = np.concatenate(curves.M, axis=1)
     offsets = np.cumsum([0, *(M.shape[1] for M in curves.M)])
     projected = axes @ points
@@ -168,7 +167,7 @@ def _group(curves: PortraitCurves, body: Body, axes: NDArray[np.float64]) -> dic
         "energy": energy,
         "level": energy - free.kappa / 2,
     }
-    return {name: Dataset(value, *MEANING[name]) for name, value in values.items()}
+    return datasets(fields, values)
 
 
 def _arrows(offsets: Any) -> Any:
@@ -181,20 +180,16 @@ def _arrows(offsets: Any) -> Any:
 def _sphere(axes: NDArray[np.float64], n: int) -> Tree:
     phi = np.linspace(0, TURN, n)
     outline = np.stack((np.cos(phi), np.sin(phi)))
-    tips = "projected, then the axes M1, M2, M3"
-    return {
-        "outline": Dataset(outline, "|M|", "the sphere's outline, to the right and upwards"),
-        "axis_feet": Dataset(axes.copy(), "|M|", f"where the axes leave the sphere: {tips}"),
-        "axis_tips": Dataset(AXIS * axes, "|M|", f"where the axes are drawn to: {tips}"),
-    }
+    values = {"outline": outline, "axis_feet": axes.copy(), "axis_tips": AXIS * axes}
+    return datasets(SPHERE, values)
 
 
 def _plane(body: Body) -> Tree:
     places = free_body.separatrix_theta1(body.alpha0, body.beta0)
     places, numbers = np.append(places, places[0] + 2 * TURN), [*free_body.SEPARATRICES, 1]
-    said = "of the vertical segments; the last is the first again, 4 pi further"
-    return {
-        "window": Dataset(places[[0, -1]], "rad", "theta1 from one separatrix 1 to the next"),
-        "separatrix_theta1": Dataset(places, "rad", f"theta1 {said}"),
-        "separatrix": Dataset(np.array(numbers, dtype=np.uint8), "1", f"number {said}"),
+    values = {
+        "window": places[[0, -1]],
+        "separatrix_theta1": places,
+        "separatrix": np.array(numbers, dtype=np.uint8),
     }
+    return datasets(PLANE, values)

@@ -14,9 +14,12 @@ from rigidpend.body import Body
 from rigidpend.description import Row
 from rigidpend.experiments import weight_series
 from rigidpend.experiments.contract import Data, Means
+from rigidpend.experiments.precession.layout import DRAWN, OF_BODY
+from rigidpend.experiments.weight_layout import MU_OVER_H0
 from rigidpend.precession import increments, regime
 from rigidpend.results import compare
-from rigidpend.results.tree import Dataset, Tree
+from rigidpend.results.layout import datasets
+from rigidpend.results.tree import Tree
 
 if TYPE_CHECKING:
     from rigidpend.experiments.precession.schema import Config
@@ -34,29 +37,6 @@ DECLARED = 1e-12
 It is `ROUNDING`, and what the quadrature adds where mu is a tenth of h0, 3e-13 as measured."""
 SLOPE = 1e-3
 """Allowed difference of fitted slopes."""
-
-OF_BODY = {
-    "alpha0": ("rad", "(bodies,): angle of each body"),
-    "beta0": ("rad", "(bodies,): angle of the centre of gravity"),
-    "regime": ("text", "(bodies,): order of the increments by (trieq); 0 is no increment"),
-    "unit": ("rad", "(bodies, mu): mu pi kappa/(h0 sin(alpha0)), the largest increment there is"),
-    "first_order": ("rad", "(bodies, mu, separatrices): increment of theta3 by (tri1)"),
-    "gained": (
-        "rad",
-        "(bodies, mu, orbits, separatrices): increment along the heteroclinic orbits that meet"
-        " the section at theta1/2 + theta2 = pi/2 and -pi/2 (turned or reflected with 1, 3, 4)",
-    ),
-    "error": ("rad", "(bodies, mu): what is uncertain of the increments"),
-    "remainder": ("rad", "(bodies, mu, separatrices): largest |gained - first_order|"),
-    "mean_remainder": (
-        "rad",
-        "(bodies, mu, separatrices): |mean of the two orbits - first_order|",
-    ),
-    "slope": ("1", "(bodies, separatrices): of remainder in mu; NaN where it is rounding"),
-    "mean_slope": ("1", "(bodies, separatrices): of mean_remainder in mu, as well"),
-    "ordered": ("1", "(bodies, mu): whether the means of the two orbits are in that order"),
-}
-"""Fields of all bodies, with unit and meaning; separatrices are 1, 2, 3, 4."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -77,8 +57,8 @@ def compute(config: Config, means: Means) -> Tree:
     found = weight_series.each(problem, lambda name: _body(config, name, means), means)
     drawn = problem.mu.index(problem.drawn)
     return {
-        "mu_over_h0": Dataset(weight_series.mu_over_h0(problem), "1", "weight over energy"),
-        "drawn": Dataset(drawn, "1", "place of the mu whose increments are shown"),
+        "mu_over_h0": MU_OVER_H0.dataset(weight_series.mu_over_h0(problem)),
+        "drawn": DRAWN.dataset(drawn),
         "bodies": weight_series.joined(found, OF_BODY),
     }
 
@@ -91,7 +71,7 @@ def _body(config: Config, name: str, means: Means) -> Tree:
     values = _told(bodies, float(problem.h0), found)
     slopes = ", ".join(f"{x:.3f}" for x in values["slope"])
     means.report(f"{name}: {values['regime']}, slopes of the remainder {slopes}")
-    return {key: Dataset(values[key], *meaning) for key, meaning in OF_BODY.items()}
+    return datasets(OF_BODY, values)
 
 
 def _told(bodies: list[Body], h0: float, found: list[heteroclinic.Increments]) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -155,7 +156,7 @@ def _about(bodies: Any, row: int) -> str:
 def _draw_remainder(axes: Axes, data: Any, field: str, separatrix: int) -> None:
     bodies, ratios = data["bodies"], data["mu_over_h0"]
     values = bodies[field][..., separatrix]
-    for row, (colour, style, marker) in zip(range(len(values)), BODIES, strict=False):
+    for row, (colour, style, marker) in zip(range(len(values)), cycle(BODIES), strict=False):
         axes.loglog(
             ratios,
             values[row],
@@ -188,5 +189,5 @@ def _name_zeros(axes: Axes, bodies: Any, separatrix: int) -> None:
 def _bodies(bodies: Any) -> list[Line2D]:
     return [
         Line2D([], [], color=colour, ls=style, marker=marker, ms=3.5, mfc="none", label=f"{name})")
-        for name, (colour, style, marker) in zip(bodies["name"], BODIES, strict=False)
+        for name, (colour, style, marker) in zip(bodies["name"], cycle(BODIES), strict=False)
     ] + [Line2D([], [], color="black", lw=0.7, label="guide")]

@@ -11,10 +11,13 @@ import numpy as np
 from rigidpend import melnikov
 from rigidpend.description import Row, body_rows
 from rigidpend.experiments.contract import Data, Means
-from rigidpend.experiments.route_arrays import MEANING, ROUNDING, array_differences
+from rigidpend.experiments.route_arrays import ROUNDING, array_differences
+from rigidpend.experiments.route_codes.layout import ZEROS
+from rigidpend.experiments.route_layout import MEANING
 from rigidpend.numbers.exact import Exact
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference
+from rigidpend.results.layout import datasets
 from rigidpend.results.tree import Dataset, Tree
 from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.phases import Grid
@@ -46,8 +49,7 @@ def compute(config: Config, means: Means) -> Tree:
         A group for each array, with the fields of `RouteCodes` and the Melnikov zeros.
     """
     problem = config.problem
-    zeros = np.array(melnikov.zeros(problem.routes))
-    told = Dataset(zeros, "rad", "zeros of Melnikov's integral in theta2_0")
+    told = ZEROS.dataset(np.array(melnikov.zeros(problem.routes)))
     groups: dict[str, Tree] = {}
     for name, grid in problem.arrays.items():
         routes = _in_parts(name, grid.phases, config, means)
@@ -125,7 +127,7 @@ def _array_row(name: str, grid: PhaseGrid) -> Row:
 
 
 def _group(routes: RouteCodes) -> dict[str, Dataset]:
-    return {name: Dataset(getattr(routes, name), *MEANING[name]) for name in MEANING}
+    return datasets(MEANING, routes._asdict())
 
 
 def _summary(routes: RouteCodes) -> str:

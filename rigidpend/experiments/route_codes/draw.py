@@ -22,6 +22,8 @@ LOWEST = 0.06
 NARROWEST, ENTRY, ROW = 3.4, 1.4, 0.2
 """Least width of a figure, width and height of an entry of its legend, inches."""
 LEFT, RIGHT, BELOW, ABOVE, BETWEEN = 0.45, 0.12, 0.75, 0.25, 0.55
+ACROSS, APART, TALLEST = 6, 0.55, 100.0
+"""Arrays side by side, at most; inches between bands of them, and of the highest array."""
 
 
 class Array(NamedTuple):
@@ -49,7 +51,7 @@ class Array(NamedTuple):
 
 
 def draw(result: Any) -> Figure:
-    """Draw every array of a result side by side, with square cells.
+    """Draw every array of a result, side by side as far as there is room, with square cells.
 
     Parameters
     ----------
@@ -57,23 +59,24 @@ def draw(result: Any) -> Figure:
         Of the experiment `route_codes`, as loaded.
     """
     arrays = [_read(name, group) for name, group in result["data"].items()]
-    columns = sum(array.codes.shape[1] for array in arrays)
-    room = WIDTH - LEFT - RIGHT - BETWEEN * (len(arrays) - 1)
-    cell = min(room / columns, LARGEST)
-    height = arrays[0].codes.shape[0] * max(cell, LOWEST)
-    wide = max(WIDTH - room + columns * cell, NARROWEST)
+    bands = [arrays[k : k + ACROSS] for k in range(0, len(arrays), ACROSS)]
+    cell = min(LARGEST, *(_room(band) / _columns(band) for band in bands))
+    height = min(max(len(array.codes) for array in arrays) * max(cell, LOWEST), TALLEST)
+    wide = max(NARROWEST, *(WIDTH - _room(band) + _columns(band) * cell for band in bands))
     entries = _legend_entries(arrays)
     across = min(len(entries), int(wide / ENTRY))
     below = BELOW + ROW * (-(-len(entries) // across) - 1)
-    high = below + height + ABOVE
+    pitch = height + ABOVE + APART
+    high = below + len(bands) * pitch - APART
     figure = Figure(figsize=(wide, high))
-    left = LEFT
-    for array in arrays:
-        width = array.codes.shape[1] * cell
-        axes = figure.add_axes((left / wide, below / high, width / wide, height / high))
-        _draw_array(axes, array)
-        _mark_zooms(axes, array, arrays)
-        left += width + BETWEEN
+    for row, band in enumerate(bands):
+        left, bottom = LEFT, below + (len(bands) - 1 - row) * pitch
+        for array in band:
+            width = array.codes.shape[1] * cell
+            axes = figure.add_axes((left / wide, bottom / high, width / wide, height / high))
+            _draw_array(axes, array)
+            _mark_zooms(axes, array, arrays)
+            left += width + BETWEEN
     figure.legend(
         handles=entries,
         loc="lower center",
@@ -84,6 +87,15 @@ def draw(result: Any) -> Figure:
         borderaxespad=0.1,
     )
     return figure
+
+
+def _columns(band: list[Array]) -> int:
+    return sum(array.codes.shape[1] for array in band)
+
+
+def _room(band: list[Array]) -> float:
+    """Inches for the cells of arrays side by side."""
+    return WIDTH - LEFT - RIGHT - BETWEEN * (len(band) - 1)
 
 
 def _read(name: str, group: Any) -> Array:

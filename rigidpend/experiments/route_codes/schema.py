@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from rigidpend.config.route_start import RouteStart
 from rigidpend.config.schema import ExperimentConfig, Numerics, PhaseGrid, Word
@@ -15,6 +15,11 @@ class Problem(RouteStart):
 
     arrays: Annotated[dict[Word, PhaseGrid], Field(min_length=1)]
     """Named sets of initial phases theta2_0."""
+
+    @model_validator(mode="after")
+    def _size(self) -> Self:
+        self.afford(sum(grid.count for grid in self.arrays.values()), "arrays")
+        return self
 
 
 class Config(ExperimentConfig):

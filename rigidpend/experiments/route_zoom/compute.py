@@ -17,10 +17,12 @@ import numpy as np
 
 from rigidpend.description import Row, body_rows
 from rigidpend.experiments.contract import Data, Means
-from rigidpend.experiments.route_arrays import APART, MEANING, ROUNDING, array_differences
+from rigidpend.experiments.route_arrays import APART, ROUNDING, array_differences
+from rigidpend.experiments.route_zoom.layout import PLACE, REPEATS_AFTER, ROUTES, SYMBOL
 from rigidpend.numbers.exact import Exact, exact
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference
+from rigidpend.results.layout import datasets
 from rigidpend.results.tree import Dataset, Tree
 from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.phases import Grid
@@ -71,9 +73,8 @@ def compute(config: Config, means: Means) -> Tree:
         means.report(f"{level + 1}/{problem.levels}: step {float(step):.0e}, {bits} bits")
         step = step / problem.factor
     growth = math.exp(math.pi**2 / problem.body.nu)
-    same = Dataset(growth, "1", "zoom after which the rows repeat, exp(pi^2/nu)")
-    changed = Dataset(problem.symbol, "1", "the symbol that changes at the centre")
-    return {"levels": groups, "repeats_after": same, "symbol": changed}
+    repeats, symbol = REPEATS_AFTER.dataset(growth), SYMBOL.dataset(problem.symbol)
+    return {"levels": groups, "repeats_after": repeats, "symbol": symbol}
 
 
 def _bracket(codes: Codes, low: Exact, high: Exact, symbol: int, width: float) -> Tree:
@@ -172,13 +173,10 @@ def _plain(x: Exact) -> Exact:
 
 
 def _group(routes: RouteCodes, centre: Exact, step: Exact) -> Tree:
-    kept = {name: Dataset(getattr(routes, name), *MEANING[name]) for name in list(MEANING)[1:]}
     n = routes.bits.size
     offset = (np.arange(n) - (n - 1) / 2) * float(step)
-    digits = str(centre.at(200))
+    place = {"centre": str(centre.at(200)), "offset": offset, "step": float(step)}
     return {
-        **kept,
-        "centre": Dataset(digits, "rad", "theta2_0 of the middle, more digits than doubles have"),
-        "offset": Dataset(offset, "rad", "theta2_0 of each column less the centre"),
-        "step": Dataset(float(step), "rad", "spacing of the columns"),
+        **datasets(ROUTES, routes._asdict()),
+        **datasets(PLACE, place),
     }

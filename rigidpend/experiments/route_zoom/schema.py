@@ -32,6 +32,7 @@ class Problem(RouteStart):
             raise ValueError(f"symbol {self.symbol} is beyond n_symbols = {self.n_symbols}")
         if not float(self.step) > 0:
             raise ValueError(f"step must be greater than 0, got {self.step}")
+        self.afford(self.levels * self.count, "levels")
         return self
 
 

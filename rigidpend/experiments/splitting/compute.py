@@ -21,9 +21,12 @@ from rigidpend.body import Body
 from rigidpend.description import Row
 from rigidpend.experiments import weight_series
 from rigidpend.experiments.contract import Data, Means
+from rigidpend.experiments.splitting.layout import CLOSED_FORM, CURVE, OF_BODY
+from rigidpend.experiments.weight_layout import MU_OVER_H0
 from rigidpend.experiments.weight_series import mu_over_h0, plain, slope
 from rigidpend.results import compare
-from rigidpend.results.tree import Dataset, Tree
+from rigidpend.results.layout import datasets
+from rigidpend.results.tree import Tree
 
 if TYPE_CHECKING:
     from rigidpend.experiments.splitting.schema import Config, Problem
@@ -37,34 +40,6 @@ MARGIN = 2
 """Allowed difference of two results, in units of the error that is admitted of each."""
 GRID = np.linspace(-np.pi, np.pi, 721)
 """Phases among which the largest distances are looked for."""
-
-OF_BODY = {
-    "alpha0": ("rad", "(bodies,): angle of each body"),
-    "beta0": ("rad", "(bodies,): angle of the centre of gravity"),
-    "nu": ("1", "(bodies,): pi kappa/sin(alpha0)"),
-    "slope_amplitude": ("1", "(bodies,): of |excess[0]| in mu, both logarithmic, mu <= 0.01 h0"),
-    "slope_curve": ("1", "(bodies,): of curve_excess in mu, as well"),
-    "amplitude": ("rad", "(bodies, mu): Melnikov's amplitude of the distance in theta1"),
-    "largest": ("rad", "(bodies, mu): largest distance in theta1 over all phases"),
-    "reduced": (
-        "1",
-        "(bodies, mu): cos g part of the distance over what Melnikov's would be at nu = 0",
-    ),
-    "curve_excess": (
-        "1",
-        "(bodies, mu): largest |distance - Melnikov's| over all phases, in Melnikov's amplitude",
-    ),
-    "error": ("1", "(bodies, mu): what is uncertain of `excess`, from two computations"),
-    "resolved": ("1", "(bodies, mu): whether the error is small beside (mu/h0)^2"),
-    "bits": ("bit", "(bodies, mu): precision that decided"),
-    "orbits": ("1", "(bodies, mu): orbits in each of the two computations"),
-    "excess": (
-        "1",
-        "(bodies, mu, harmonics): distance less Melnikov's, in Melnikov's amplitude, of cos g,"
-        " sin 2g, cos 3g, ...; NaN where S1- turns back in g",
-    ),
-}
-"""Fields of all bodies, with unit and meaning."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -84,7 +59,7 @@ def compute(config: Config, means: Means) -> Tree:
     problem = config.problem
     found = weight_series.each(problem, lambda name: _body(config, name, means), means)
     return {
-        "mu_over_h0": Dataset(mu_over_h0(problem), "1", "weight over energy"),
+        "mu_over_h0": MU_OVER_H0.dataset(mu_over_h0(problem)),
         "bodies": weight_series.joined(found, OF_BODY),
         "curve": _curve(problem, found[problem.drawn]),
         "closed_form": _closed_form(max(plain(body["nu"]) for body in found.values())),
@@ -98,7 +73,7 @@ def _body(config: Config, name: str, means: Means) -> Tree:
     found = [measure(body, problem.h0, means.arithmetic, means.jobs) for body in bodies]
     means.report(f"{name}: nu = {bodies[0].nu:.2f}, {_summary(found)}")
     values = _told(bodies[0], found, mu_over_h0(problem))
-    return {key: Dataset(values[key], *meaning) for key, meaning in OF_BODY.items()}
+    return datasets(OF_BODY, values)
 
 
 def _told(body: Body, found: list[SurfaceSplitting], ratio: Array) -> dict[str, Any]:
@@ -137,24 +112,18 @@ def _curve(problem: Problem, body: Tree) -> Tree:
     g = np.linspace(-np.pi, np.pi, problem.phases)
     excess = np.where(plain(body["resolved"])[:, None], plain(body["excess"]), np.nan)
     measured = [np.cos(g) + distance(row, g) for row in excess]
-    return {
-        "body": Dataset(problem.drawn, "text", "whose distance it is"),
-        "g": Dataset(g, "rad", "phase theta1/2 + theta2 on the section"),
-        "melnikov": Dataset(np.cos(g), "1", "distance by Melnikov, in its amplitude"),
-        "measured": Dataset(
-            np.stack(measured),
-            "1",
-            "(mu, phases): distance, in that amplitude; NaN where not resolved",
-        ),
+    values = {
+        "body": problem.drawn,
+        "g": g,
+        "melnikov": np.cos(g),
+        "measured": np.stack(measured),
     }
+    return datasets(CURVE, values)
 
 
 def _closed_form(most: float) -> Tree:
     nu = np.linspace(0.5, np.ceil(most + 1), 100)
-    return {
-        "nu": Dataset(nu, "1", "pi kappa/sin(alpha0)"),
-        "decay": Dataset(_decay(nu), "1", "nu/sinh(nu)"),
-    }
+    return datasets(CLOSED_FORM, {"nu": nu, "decay": _decay(nu)})
 
 
 def _summary(found: list[SurfaceSplitting]) -> str:

@@ -10,8 +10,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rigidpend.body import Body
-from rigidpend.experiments.contract import Data, Means, Row
-from rigidpend.experiments.rows import body_rows
+from rigidpend.description import Row, body_rows
+from rigidpend.experiments.contract import Data, Means
 from rigidpend.integrate import DEFAULT_TOLERANCE, FINEST_TOLERANCE
 from rigidpend.integrate.lie_poisson import SCHEMES
 from rigidpend.measure.stress import (

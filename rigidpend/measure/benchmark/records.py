@@ -42,6 +42,11 @@ PHASES = {
     "seconds": ("s", "warm, one thread, for all these orbits"),
     "last_crossing": ("t' = t s", "median error of the last crossing; the truth has 7 decimals"),
 }
+FORM = {
+    "form": ("1", "index of the form that was chosen"),
+    "forms": ("text", "what each form took at the middle knob"),
+}
+CHOSEN = ("text", "the setting that the search chose")
 ENDED = Dataset("", "text", "how the measurement ended: complete, cut at the budget, or why not")
 COMPLETE = "complete"
 
@@ -69,8 +74,8 @@ def searched(lines: list[dict[str, Any]], ended: str, problem: str, planned: int
     failed = next((line["failed"] for line in own if "failed" in line), "")
     found: dict[str, Any] = {"ended": ENDED._replace(values=_said(failed or ended, rows, planned))}
     for line in (line for line in own if "forms" in line):
-        found["form"] = Dataset(float(line["form"]), "1", "index of the form that was chosen")
-        found["forms"] = Dataset(line["forms"], "text", "what each form took at the middle knob")
+        found["form"] = Dataset(float(line["form"]), *FORM["form"])
+        found["forms"] = Dataset(line["forms"], *FORM["forms"])
     for told in lines[:1]:
         found |= {name: Dataset(float(told[name]), *meaning) for name, meaning in ONCE.items()}
     for name, meaning in MEANING.items():
@@ -86,7 +91,7 @@ def met(line: dict[str, Any], setting: str) -> Tree:
         for name, meaning in MEANING.items()
         if name in line
     }
-    return {**found, "chosen": Dataset(setting, "text", "the setting that the search chose")}
+    return {**found, "chosen": Dataset(setting, *CHOSEN)}
 
 
 def counted(line: dict[str, Any]) -> Tree:

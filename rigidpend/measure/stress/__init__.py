@@ -3,6 +3,7 @@
 Rooms
 -----
 claims      claims that a run may refute, their limits and verdicts
+fields      the fields of claims and of the curves behind them, as they are stored
 principal   orbits in principal axes, another formulation
 truth       the same orbits in other arithmetic, and how far apart two computations are
 dual        derivatives of fields, by dual numbers

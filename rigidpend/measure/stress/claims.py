@@ -6,7 +6,8 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
 
-from rigidpend.results.tree import Dataset, Tree
+from rigidpend.measure.stress.fields import CLAIM
+from rigidpend.results.tree import Tree
 from rigidpend.routes.problem import ProblemError
 
 PASSED, LIMIT, FAILED = "passed", "limit", "FAILED"
@@ -95,12 +96,21 @@ def tree(claims: Iterable[Claim], found: Findings) -> Tree:
 
 def _stored(claim: Claim, value: float, note: str | None) -> Tree:
     why, up_to = claim.limit or ("", claim.bound)
+    values = {
+        "value": value,
+        "bound": float(claim.bound),
+        "ratio": float(claim.ratio(value)),
+        "verdict": claim.verdict(value),
+        "limit": why,
+        "up_to": float(up_to),
+        "note": note or "",
+    }
+    meaning = {
+        "value": {"units": claim.unit, "description": claim.measured},
+        "bound": {"units": claim.unit, "description": claim.reason},
+        "up_to": {"units": claim.unit},
+    }
     return {
-        "value": Dataset(value, claim.unit, claim.measured),
-        "bound": Dataset(float(claim.bound), claim.unit, claim.reason),
-        "ratio": Dataset(float(claim.ratio(value)), "1", "value over bound"),
-        "verdict": Dataset(claim.verdict(value), "", "passed, limit (declared before), FAILED"),
-        "limit": Dataset(why, "", "why it is known to exceed the bound, if it is"),
-        "up_to": Dataset(float(up_to), claim.unit, "the largest value that the limit explains"),
-        "note": Dataset(note or "", "", "what else is to be said of this run"),
+        name: field.dataset(values[name])._replace(**meaning.get(name, {}))
+        for name, field in CLAIM.items()
     }

@@ -19,7 +19,9 @@ from rigidpend.body import Body
 from rigidpend.integrate import default_engine, has_own_type
 from rigidpend.measure.stress import principal, truth
 from rigidpend.measure.stress.claims import Claim, Findings, Trial
+from rigidpend.measure.stress.fields import SPOILT
 from rigidpend.numbers.exact import exact
+from rigidpend.results import layout
 from rigidpend.results.tree import Dataset
 from rigidpend.routes import RouteCodes, RouteProblem, route_codes
 from rigidpend.routes.cycle import symbols
@@ -129,12 +131,9 @@ def _claims(J1_0: str, tolerances: Sequence[str]) -> tuple[Claim, ...]:
 
 def _curves(tolerances: Sequence[str], counts: Sequence[Tally]) -> dict[str, Dataset]:
     compared, wrong, lies = np.array(counts, dtype=np.int64).T
-    return {
-        "tolerance": Dataset(np.array(list(map(float, tolerances))), "1", "local, spoilt"),
-        "symbols": Dataset(compared, "1", "symbols compared"),
-        "wrong": Dataset(wrong, "1", "of them wrong at this tolerance"),
-        "lies": Dataset(lies, "1", "of them wrong and called certain"),
-    }
+    spoilt = np.array(list(map(float, tolerances)))
+    values = {"tolerance": spoilt, "symbols": compared, "wrong": wrong, "lies": lies}
+    return layout.datasets(SPOILT, values)
 
 
 def true_codes(

@@ -16,9 +16,11 @@ from rigidpend.equations import energy
 from rigidpend.integrate import FINEST_TOLERANCE
 from rigidpend.integrate.lie_poisson import splitting, stages
 from rigidpend.measure.stress.claims import Claim, Findings, Limit, Trial
+from rigidpend.measure.stress.fields import DRIFT
 from rigidpend.measure.stress.growth import ROUNDING, step
 from rigidpend.measure.stress.starts import Place, state
 from rigidpend.measure.stress.truth import float_coefficients
+from rigidpend.results import layout
 from rigidpend.results.tree import Dataset
 from rigidpend.run.workers import side_by_side, spread
 
@@ -193,13 +195,8 @@ def _tolerated(name: str) -> Claim:
 
 def _curves(name: str, rotations: Array, drift: Array, walk: Array) -> dict[str, Dataset]:
     powers = np.array([_slope(rotations, row)[0] for row in drift])
-    return {
-        "name": Dataset(name, "", "what integrates"),
-        "rotations": Dataset(rotations, "1", "time in rotations without weight"),
-        "drift": Dataset(drift, "1", "rms of energy/h0, |gamma|, M.gamma/|M|: (3, k)"),
-        "walk": Dataset(walk, "1", "predicted random walk of roundings"),
-        "power": Dataset(powers, "1", "fitted power of t of each"),
-    }
+    values = {"name": name, "rotations": rotations, "drift": drift, "walk": walk, "power": powers}
+    return layout.datasets(DRIFT, values)
 
 
 def splitting_trial(setting: Setting, *, order: int, rotations: int, orbits: int) -> Trial:

@@ -17,7 +17,9 @@ from rigidpend.body import Body
 from rigidpend.integrate import DEFAULT_TOLERANCE, Orbits
 from rigidpend.measure.stress import growth, truth
 from rigidpend.measure.stress.claims import Claim, Findings, Trial
+from rigidpend.measure.stress.fields import DECIDED, GROWTH
 from rigidpend.measure.stress.starts import Place, state
+from rigidpend.results import layout
 from rigidpend.results.tree import Dataset
 from rigidpend.routes import RouteCodes, route_codes
 
@@ -144,16 +146,19 @@ def _growth_curves(
     typical = np.exp(_typical(measured)), GEOMETRIC * np.exp(_typical(predicted))
     a_passage = np.exp(slopes.mean(axis=1))
     whisker = growth.whisker_growth(nu)
-    return {
-        "crossing": Dataset(np.arange(len(measured)), "1", "passages behind"),
-        "measured": Dataset(typical[0], "rad", "phase error, geometric mean"),
-        "predicted": Dataset(typical[1], "rad", "the same, predicted"),
-        "floor": Dataset(floor, "rad", "the last bit of a time in doubles"),
-        "scatter": Dataset(measured, "rad", "phase error of each orbit (n_crossings, n)"),
-        "growth_measured": Dataset(a_passage[0], "1", "growth a passage"),
-        "growth_predicted": Dataset(a_passage[1], "1", "growth a passage"),
-        "growth_whisker": Dataset(whisker, "1", "growth a passage if phases were random"),
-    }
+    return layout.datasets(
+        GROWTH,
+        {
+            "crossing": np.arange(len(measured)),
+            "measured": typical[0],
+            "predicted": typical[1],
+            "floor": floor,
+            "scatter": measured,
+            "growth_measured": a_passage[0],
+            "growth_predicted": a_passage[1],
+            "growth_whisker": whisker,
+        },
+    )
 
 
 def _slopes(errors: Array) -> Array:
@@ -210,12 +215,8 @@ def decided_trial(
         if checked:
             values.append(_wrong(fan, found, phases[:checked], engine, common))
         said = f"{middle[0]:g} measured, {middle[1]:g} predicted"
-        curves = {
-            "bits": Dataset(bits, "1", "precision"),
-            "measured": Dataset(decided, "1", "symbols decided on each orbit"),
-            "predicted": Dataset(predicted, "1", "the same on orbits of the prediction"),
-            "asked": Dataset(n_symbols, "1", "symbols asked for"),
-        }
+        told = {"bits": bits, "measured": decided, "predicted": predicted, "asked": n_symbols}
+        curves = layout.datasets(DECIDED, told)
         names = [claim.name for claim in claims]
         return Findings(dict(zip(names, values, strict=True)), curves, {names[0]: said})
 

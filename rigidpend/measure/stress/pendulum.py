@@ -11,11 +11,12 @@ from rigidpend import integrate
 from rigidpend.body import Body
 from rigidpend.integrate import FINEST_TOLERANCE
 from rigidpend.measure.stress.claims import Claim, Findings, Trial
+from rigidpend.measure.stress.fields import PENDULUM
 from rigidpend.measure.stress.growth import noise, step
 from rigidpend.measure.stress.long_time import FACTOR, POINTS, unit_r
 from rigidpend.measure.stress.truth import float_coefficients
 from rigidpend.numbers.exact import Exact, exact
-from rigidpend.results.tree import Dataset
+from rigidpend.results import layout
 from rigidpend.routes.problem import RouteProblem, rotation_period
 
 CLAIM = Claim(
@@ -42,11 +43,7 @@ def trial(body: Body, h0: Any, *, rotations: int, engine: str) -> Trial:
     def measure() -> Findings:
         counts, times, phase, walk = _followed(body, exact(h0), rotations, engine)
         worst = int(np.argmax(phase / walk))
-        curves = {
-            "rotations": Dataset(counts, "1", "periods"),
-            "phase": Dataset(phase, "rad", "phase error"),
-            "walk": Dataset(walk, "rad", "predicted"),
-        }
+        curves = layout.datasets(PENDULUM, {"rotations": counts, "phase": phase, "walk": walk})
         said = f"{phase[worst]:.1e} rad at {counts[worst]} of {counts[-1]}, t' = {times[-1]:.1e}"
         values = {CLAIM.name: float(phase[worst] / walk[worst])}
         return Findings(values, curves, {CLAIM.name: said})

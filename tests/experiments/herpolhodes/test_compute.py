@@ -13,6 +13,7 @@ from rigidpend.config import loading
 from rigidpend.config.loading import ConfigError
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.herpolhodes import compute as herpolhodes
+from rigidpend.experiments.herpolhodes import layout
 from rigidpend.integrate.arithmetic import resolve
 from rigidpend.integrate.engines import default_engine
 from rigidpend.precession import plateaus
@@ -102,7 +103,7 @@ def test_samples_are_few_and_yet_smooth(data: Data) -> None:
 
 def test_every_dataset_has_a_unit_and_a_description(tree: Any) -> None:
     for group in tree.values():
-        assert set(group) == {*herpolhodes.SAMPLED, *herpolhodes.OF_ROUTE}
+        assert set(group) == {*layout.SAMPLED, *layout.OF_ROUTE}
         assert all(dataset.units and dataset.description for dataset in group.values())
 
 

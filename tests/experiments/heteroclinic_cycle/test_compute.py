@@ -49,7 +49,9 @@ def tree(content: Any) -> Any:
 @pytest.fixture
 def data(tree: Any, tmp_path: Path) -> Any:
     """The result as it comes back from a file."""
-    store.write(tmp_path / "a.h5", store.Result({}, "{}", {}, tree))
+    store.write(
+        tmp_path / "a.h5", store.Result({"experiment": "heteroclinic_cycle"}, "{}", {}, tree)
+    )
     return store.load(tmp_path / "a.h5")["data"]
 
 

@@ -27,7 +27,7 @@ FIG2 = Path(__file__).resolve().parents[3] / "configs" / "fig2.yaml"
 def result(tmp_path_factory: pytest.TempPathFactory) -> Any:
     path = tmp_path_factory.mktemp("result") / "fig2.h5"
     tree = heteroclinic_cycle.compute(typed(Config, FIG2), Means())
-    store.write(path, store.Result({}, "{}", {}, tree))
+    store.write(path, store.Result({"experiment": "heteroclinic_cycle"}, "{}", {}, tree))
     return store.load(path)
 
 

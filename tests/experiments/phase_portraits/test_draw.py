@@ -28,7 +28,7 @@ FIG1 = Path(__file__).resolve().parents[3] / "configs" / "fig1.yaml"
 def result(tmp_path_factory: pytest.TempPathFactory) -> Any:
     path = tmp_path_factory.mktemp("result") / "fig1.h5"
     tree = phase_portraits.compute(typed(Config, FIG1), Means())
-    store.write(path, store.Result({}, "{}", {}, tree))
+    store.write(path, store.Result({"experiment": "phase_portraits"}, "{}", {}, tree))
     return store.load(path)
 
 

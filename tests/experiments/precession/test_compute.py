@@ -133,7 +133,7 @@ def test_describe_tells_the_increments_and_the_regime() -> None:
 
 def test_a_result_does_not_differ_from_itself_nor_from_its_file(tree: Any, tmp_path: Path) -> None:
     target = tmp_path / "precession.h5"
-    store.write(target, store.Result({"name": "precession"}, "{}", {}, tree))
+    store.write(target, store.Result({"experiment": "precession"}, "{}", {}, tree))
     loaded = store.load(target)["data"]
     assert precession.differences(loaded, copy.deepcopy(loaded)) == []
     assert list(loaded["bodies"]["name"]) == list(BODIES)

@@ -130,7 +130,7 @@ def test_a_result_does_not_differ_from_itself_nor_from_its_file(
     tree: Any, data: Any, tmp_path: Path
 ) -> None:
     target = tmp_path / "splitting.h5"
-    store.write(target, store.Result({"name": "splitting"}, "{}", {}, tree))
+    store.write(target, store.Result({"experiment": "splitting"}, "{}", {}, tree))
     loaded = store.load(target)["data"]
     assert splitting.differences(loaded, copy.deepcopy(loaded)) == []
     np.testing.assert_array_equal(loaded["bodies"]["excess"], data["bodies"]["excess"])

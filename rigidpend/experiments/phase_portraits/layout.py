@@ -1,0 +1,74 @@
+"""What a result of `phase_portraits` consists of."""
+
+from __future__ import annotations
+
+from rigidpend.results.layout import FLAG, FLOAT, WHOLE, Field, Layout
+
+
+def _curves(name: str) -> dict[str, Field]:
+    """Curves on the sphere and in the plane, with dimensions of their own."""
+    points, curves = f"points of {name}", name
+    return {
+        "points": Field(
+            FLOAT,
+            (3, points),
+            "|M|",
+            "M1, M2, M3 along the curves, one after the other, in the flow's sense",
+        ),
+        "offsets": Field(
+            WHOLE, (f"{curves}+1",), "1", "curve k has the points offsets[k] to offsets[k + 1]"
+        ),
+        "projected": Field(
+            FLOAT, (3, points), "|M|", "points to the right, upwards and towards the viewer"
+        ),
+        "visible": Field(
+            FLAG, (points,), "1", "whether the point is on the viewer's side of the sphere"
+        ),
+        "theta1": Field(FLOAT, (points,), "rad", "theta1 of the points, in the window"),
+        "J1": Field(FLOAT, (points,), "J2", "J1/J2 of the points"),
+        "arrows": Field(
+            WHOLE, (f"arrows of {name}",), "1", "points at which the sense of the flow is shown"
+        ),
+        "energy": Field(
+            FLOAT, (curves,), "J2^2", "H of each curve at mu = 0, J3 = 0, dimensionless"
+        ),
+        "level": Field(
+            FLOAT,
+            (curves,),
+            "J2^2",
+            "J1 (J2 - J1) [cos(theta1 - beta0) - cos(alpha0)] of each curve",
+        ),
+    }
+
+
+ORBITS, SEPARATRICES, CENTRES = map(_curves, ("orbits", "separatrices", "centres"))
+
+OF_ORBITS = {
+    "height": Field(FLOAT, ("orbits",), "|M|", "largest |M3| of each orbit"),
+    "around": Field(WHOLE, ("orbits",), "1", "axis that the orbit encircles, 1 or 2"),
+}
+NUMBER = Field(WHOLE, ("separatrices",), "1", "of each separatrix, 1..4")
+
+_TIPS = "projected, then the axes M1, M2, M3"
+SPHERE = {
+    "outline": Field(
+        FLOAT, (2, "outline"), "|M|", "the sphere's outline, to the right and upwards"
+    ),
+    "axis_feet": Field(FLOAT, (3, 3), "|M|", f"where the axes leave the sphere: {_TIPS}"),
+    "axis_tips": Field(FLOAT, (3, 3), "|M|", f"where the axes are drawn to: {_TIPS}"),
+}
+
+_SAID = "of the vertical segments; the last is the first again, 4 pi further"
+PLANE = {
+    "window": Field(FLOAT, (2,), "rad", "theta1 from one separatrix 1 to the next"),
+    "separatrix_theta1": Field(FLOAT, (5,), "rad", f"theta1 {_SAID}"),
+    "separatrix": Field(WHOLE, (5,), "1", f"number {_SAID}"),
+}
+
+LAYOUT: Layout = {
+    "orbits": {**ORBITS, **OF_ORBITS},
+    "separatrices": {**SEPARATRICES, "number": NUMBER},
+    "centres": CENTRES,
+    "sphere": SPHERE,
+    "plane": PLANE,
+}

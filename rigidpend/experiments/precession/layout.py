@@ -1,0 +1,65 @@
+"""What a result of `precession` consists of."""
+
+from __future__ import annotations
+
+from rigidpend.experiments.weight_layout import BODIES, EACH, MU_OVER_H0, NAME
+from rigidpend.results.layout import FLAG, FLOAT, TEXT, WHOLE, Field, Layout
+
+OF_BODY = {
+    "alpha0": Field(FLOAT, BODIES, "rad", "(bodies,): angle of each body"),
+    "beta0": Field(FLOAT, BODIES, "rad", "(bodies,): angle of the centre of gravity"),
+    "regime": Field(
+        TEXT, BODIES, "text", "(bodies,): order of the increments by (trieq); 0 is no increment"
+    ),
+    "unit": Field(
+        FLOAT,
+        EACH,
+        "rad",
+        "(bodies, mu): mu pi kappa/(h0 sin(alpha0)), the largest increment there is",
+    ),
+    "first_order": Field(
+        FLOAT, (*EACH, 4), "rad", "(bodies, mu, separatrices): increment of theta3 by (tri1)"
+    ),
+    "gained": Field(
+        FLOAT,
+        (*EACH, 2, 4),
+        "rad",
+        "(bodies, mu, orbits, separatrices): increment along the heteroclinic orbits that meet"
+        " the section at theta1/2 + theta2 = pi/2 and -pi/2 (turned or reflected with 1, 3, 4)",
+    ),
+    "error": Field(FLOAT, EACH, "rad", "(bodies, mu): what is uncertain of the increments"),
+    "remainder": Field(
+        FLOAT, (*EACH, 4), "rad", "(bodies, mu, separatrices): largest |gained - first_order|"
+    ),
+    "mean_remainder": Field(
+        FLOAT,
+        (*EACH, 4),
+        "rad",
+        "(bodies, mu, separatrices): |mean of the two orbits - first_order|",
+    ),
+    "slope": Field(
+        FLOAT,
+        (*BODIES, 4),
+        "1",
+        "(bodies, separatrices): of remainder in mu; NaN where it is rounding",
+        gaps=True,
+    ),
+    "mean_slope": Field(
+        FLOAT,
+        (*BODIES, 4),
+        "1",
+        "(bodies, separatrices): of mean_remainder in mu, as well",
+        gaps=True,
+    ),
+    "ordered": Field(
+        FLAG, EACH, "1", "(bodies, mu): whether the means of the two orbits are in that order"
+    ),
+}
+"""What is told of the bodies; separatrices are 1, 2, 3, 4."""
+DRAWN = Field(WHOLE, (), "1", "place of the mu whose increments are shown")
+
+LAYOUT: Layout = {
+    "mu_over_h0": MU_OVER_H0,
+    "drawn": DRAWN,
+    "bodies": {"name": NAME, **OF_BODY},
+}

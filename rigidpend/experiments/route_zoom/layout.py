@@ -1,0 +1,22 @@
+"""What a result of `route_zoom` consists of."""
+
+from __future__ import annotations
+
+from rigidpend.experiments.route_layout import MEANING
+from rigidpend.results.layout import FLOAT, TEXT, WHOLE, Field, Layout
+
+ROUTES = {name: field for name, field in MEANING.items() if name != "theta2_0"}
+PLACE = {
+    "centre": Field(TEXT, (), "rad", "theta2_0 of the middle, more digits than doubles have"),
+    "offset": Field(FLOAT, ("columns",), "rad", "theta2_0 of each column less the centre"),
+    "step": Field(FLOAT, (), "rad", "spacing of the columns"),
+}
+"""Phases beyond doubles."""
+REPEATS_AFTER = Field(FLOAT, (), "1", "zoom after which the rows repeat, exp(pi^2/nu)")
+SYMBOL = Field(WHOLE, (), "1", "the symbol that changes at the centre")
+
+LAYOUT: Layout = {
+    "levels": {"<levels>": {**ROUTES, **PLACE}},
+    "repeats_after": REPEATS_AFTER,
+    "symbol": SYMBOL,
+}

@@ -1,0 +1,21 @@
+"""Layout of a result of `stress`: claims by kind of trial, and the curves behind them."""
+
+from __future__ import annotations
+
+from rigidpend.measure.stress.fields import CLAIM, DECIDED, DRIFT, GROWTH, PENDULUM, SPOILT
+from rigidpend.results.layout import Layout
+
+CURVES: dict[str, Layout] = {
+    "passages": {"growth?": GROWTH, "<precisions>": DECIDED},
+    "honesty": {"<starts>": SPOILT},
+    "long_time": {"pendulum?": PENDULUM, "<methods>": DRIFT},
+}
+"""Curves behind the claims, by kind of trial; a trial that refuses to compute has none."""
+
+LAYOUT: Layout = {
+    **{
+        f"{kind}?": {"claims": {f"<claims of {kind}>": CLAIM}, "curves": curves}
+        for kind, curves in CURVES.items()
+    },
+    "<kinds>": {"claims": {"<claims>": CLAIM}, "curves": {}},
+}

@@ -1,0 +1,10 @@
+"""Fields that series over the weight share, in `precession` and `splitting`."""
+
+from __future__ import annotations
+
+from rigidpend.results.layout import FLOAT, TEXT, Field
+
+BODIES, EACH = ("bodies",), ("bodies", "mu")
+
+NAME = Field(TEXT, BODIES, "text", "(bodies,): as in the config")
+MU_OVER_H0 = Field(FLOAT, ("mu",), "1", "weight over energy")

@@ -1,0 +1,68 @@
+"""What a result file says, checked before it is used: its config, and that numbers are finite."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rigidpend import experiments
+from rigidpend.results.layout import FLOAT, NUMBER, Field, Layout, members, named
+from rigidpend.results.structure import Unfit
+
+if TYPE_CHECKING:
+    from rigidpend.results.store import Loaded
+
+LONGEST, DEEPEST = 2**22, 32
+"""Characters of a config, and its brackets inside each other, at most."""
+
+
+def check(loaded: Loaded) -> None:
+    """Check the values of a loaded result.
+
+    Raises
+    ------
+    Unfit
+        Its config is no JSON object, or a number is not finite that must be.
+    """
+    _check_config(loaded["config"])
+    layout = experiments.layout(loaded["attributes"]["experiment"])
+    _check_values("data", loaded["data"], layout)
+
+
+def _check_config(text: str) -> None:
+    try:
+        config = json.loads(text) if len(text) <= LONGEST else None
+    except (ValueError, RecursionError):
+        config = None
+    if not isinstance(config, dict):
+        raise Unfit("its config is no JSON object")
+    if _depth(config) > DEEPEST:
+        raise Unfit(f"its config has more than {DEEPEST} brackets inside each other")
+
+
+def _depth(node: Any) -> int:
+    """How many brackets are inside each other; none is entered that is too deep."""
+    level, depth = [node], 0
+    while level and depth <= DEEPEST:
+        inner = [x.values() if isinstance(x, dict) else x for x in level if _is_bracket(x)]
+        level = [x for each in inner for x in each]
+        depth += 1
+    return depth
+
+
+def _is_bracket(node: Any) -> bool:
+    return isinstance(node, dict | list)
+
+
+def _check_values(place: str, values: Mapping[str, Any], layout: Layout) -> None:
+    own, further = named(layout), members(layout)
+    for name, value in values.items():
+        node = own[name][0] if name in own else further[1] if further else None
+        if isinstance(node, Field):
+            if node.kind in (FLOAT, NUMBER) and not (node.gaps or np.isfinite(value).all()):
+                raise Unfit(f"{place}/{name} has a number that is not finite")
+        elif node is not None:
+            _check_values(f"{place}/{name}", value, node)

@@ -1,0 +1,126 @@
+"""The one way to open a result file, whoever made it: as data, and never as more.
+
+A file is read if it is a regular one of bounded size. Another process tries it, for HDF5 can
+hang or crash on it; then its structure is held against the layout of its experiment. Only
+then is a value used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from h5py import h5g
+
+from rigidpend import experiments
+from rigidpend.results import files
+from rigidpend.results.damage import intact, tried
+from rigidpend.results.files import StoreError
+from rigidpend.results.layout import Layout
+from rigidpend.results.structure import Checker, Unfit, attributes
+from rigidpend.results.words import short
+
+FORMAT, FORMAT_VERSION = "rigidpend", 1
+LEAST, RATIO = 2**26, 100
+"""Bytes that the arrays of any file may have, and how many for each byte of the file. A file of
+ours has at most some 60, where no orbit returns."""
+WORDS = ("name", "figure", "experiment", "config_hash", "code_hash", "engine")
+"""Root attributes that are texts."""
+LONGEST = 1000
+"""Characters of each."""
+
+
+class OtherVersion(StoreError):
+    """A result file of another format version."""
+
+
+@contextmanager
+def opened(path: Path, *, whole: bool = False, part: bool = False) -> Iterator[h5py.File]:
+    """A result file, open for reading; its structure is checked.
+
+    Parameters
+    ----------
+    path : Path
+    whole : bool, optional
+        Whether its values are to be read: then another process has read them before.
+    part : bool, optional
+        Whether it is a part of a run, of which no layout is declared.
+
+    Raises
+    ------
+    StoreError
+        There is none, it is no HDF5, it is damaged, of another format version, or not made as
+        the results of its experiment.
+    """
+    with readable(path):
+        image = intact(files.content(path))
+        most = min(files.LARGEST, max(LEAST, RATIO * len(image)))
+        tried(lambda: _trial(path, image, most, whole, part), len(image), most)
+        file = h5py.File.in_memory(image)
+    with file:
+        with readable(path):
+            _check(path, file, most, part)
+        yield file
+
+
+@contextmanager
+def readable(path: Path) -> Iterator[None]:
+    """Say in our words what is wrong with a file."""
+    try:
+        yield
+    except FileNotFoundError:
+        raise StoreError(f"{path}: there is no such file") from None
+    except Unfit as error:
+        raise StoreError(f"{path}: not a result that can be used: {error}") from None
+    except StoreError:
+        raise
+    except (OSError, KeyError, RuntimeError, TypeError, ValueError) as error:
+        said = error.strerror if isinstance(error, OSError) else None
+        reason = short(said or error) or type(error).__name__
+        raise StoreError(f"{path}: not a readable HDF5 file: {reason}") from None
+
+
+def _trial(path: Path, image: bytes, most: int, whole: bool, part: bool) -> None:
+    """Read what is to be read of a file, to see whether that is possible."""
+    with h5py.File.in_memory(image) as file:
+        _check(path, file, most, part)
+        file.visititems(lambda _, node: _look(node, whole))
+
+
+def _look(node: Any, whole: bool) -> None:
+    dict(node.attrs)
+    if whole and isinstance(node, h5py.Dataset):
+        node[()]
+
+
+def _check(path: Path, file: h5py.File, most: int, part: bool) -> None:
+    """Check what a file says that it is, then whether it is made so."""
+    root = h5g.open(file.id, b"/")
+    attributes("/", root)
+    given = dict(file.attrs)
+    if not isinstance(given.get("format"), str) or given["format"] != FORMAT:
+        raise StoreError(f"{path}: an HDF5 file, but not a result of rigidpend")
+    version: Any = given.get("format_version")
+    if not np.array_equal(version, FORMAT_VERSION):
+        raise OtherVersion(
+            f"{path}: its format version is {short(version, 60)}, this program reads"
+            f" {FORMAT_VERSION}; run the experiment again"
+        )
+    for word in WORDS:
+        if not isinstance(given.get(word, ""), str) or len(given.get(word, "")) > LONGEST:
+            raise Unfit(f"its attribute {word} is not a short text")
+    Checker(most).file(root, None if part else _layout(given))
+
+
+def _layout(given: dict[str, Any]) -> Layout:
+    """The layout that the experiment of a file declares."""
+    if "experiment" not in given:
+        raise Unfit("it does not say of which experiment")
+    try:
+        return experiments.layout(given["experiment"])
+    except experiments.UnknownExperiment as error:
+        raise Unfit(str(error)) from None

@@ -1,0 +1,240 @@
+"""What a result file is made of, checked before a value is read: all inside it, and as declared.
+
+HDF5 follows links into other files, reads arrays from any file of the user, loads plugins for
+unknown filters, and allocates what a header asks for. So a file is opened only where each
+object is a hard link, its data lie in the file itself, and its type, shape and size are those
+of the layout. The low-level interface is used: it opens nothing by itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from h5py import h5a, h5d, h5g, h5i, h5l, h5o, h5s, h5t, h5z
+
+from rigidpend.results.files import StoreError
+from rigidpend.results.layout import FLAG, FLOAT, NUMBER, TEXT, WHOLE, Field, Layout, members, named
+
+DEPTH, OBJECTS, NAME = 8, 20_000, 200
+"""Groups in groups, objects in a file and characters of a name, at most."""
+ATTRIBUTES, ATTRIBUTE = 64, 2**16
+"""Attributes of an object, and bytes of one, at most; longer texts lie elsewhere."""
+WIDEST = 4096
+"""Bytes of a text in an array of texts."""
+WHERE = (h5d.COMPACT, h5d.CONTIGUOUS, h5d.CHUNKED)
+FILTERS = (h5z.FILTER_DEFLATE, h5z.FILTER_SHUFFLE, h5z.FILTER_FLETCHER32)
+DOUBLES = (h5t.IEEE_F64LE, h5t.IEEE_F64BE)
+WHOLES = tuple(
+    getattr(h5t, f"STD_{sign}{bits}{order}")
+    for sign in "IU"
+    for bits in (8, 16, 32, 64)
+    for order in ("LE", "BE")
+)
+HELD = {
+    FLOAT: "doubles",
+    WHOLE: "whole numbers",
+    NUMBER: "numbers",
+    FLAG: "true or false",
+    TEXT: "texts",
+}
+
+
+class Unfit(StoreError):
+    """A file that is not made as a result is; says where and why."""
+
+
+class Checker:
+    """The check of one file.
+
+    Parameters
+    ----------
+    most : int
+        Bytes of all its arrays, at most.
+    """
+
+    def __init__(self, most: int) -> None:
+        self._left, self._objects = most, OBJECTS
+
+    def file(self, root: h5g.GroupID, layout: Layout | None) -> None:
+        """Check a whole file, whose data have that layout; any plain data without one.
+
+        Raises
+        ------
+        Unfit
+        """
+        top: Layout = {"config": Field(TEXT), "provenance": {}, "data": {}}
+        found = self._members("", root, len(top))
+        _complete("", found, named(top))
+        self._visit("config", found["config"], Field(TEXT), {})
+        self._visit("provenance", found["provenance"], {}, {})
+        self._visit("data", found["data"], layout, {})
+
+    def _visit(self, place: str, node: Any, layout: Any, sizes: dict[str, int]) -> None:
+        """Check an object against its part of the layout; None is any plain data."""
+        if isinstance(node, h5d.DatasetID):
+            if not isinstance(layout, Field | None):
+                raise Unfit(f"{place} is an array where a group belongs")
+            attributes(place, node)
+            self._dataset(place, node, layout, sizes)
+        elif isinstance(layout, Field):
+            raise Unfit(f"{place} is a group where an array belongs")
+        else:
+            self._group(place, node, layout, sizes)
+
+    def _group(
+        self, place: str, group: h5g.GroupID, layout: Layout | None, sizes: dict[str, int]
+    ) -> None:
+        if place.count("/") > DEPTH:
+            raise Unfit(f"more than {DEPTH} groups inside each other")
+        found = self._members(place, group, OBJECTS)
+        if layout is None:
+            for name, node in found.items():
+                self._visit(f"{place}/{name}", node, None, {})
+            return
+        own, further = named(layout), members(layout)
+        _complete(place, found, own, open_ended=further is not None)
+        for name, node in found.items():
+            if name in own:
+                self._visit(f"{place}/{name}", node, own[name][0], sizes)
+        if further is not None:
+            dimension, inner = further
+            others = [name for name in found if name not in own]
+            _same(place, dimension, sizes, len(others))
+            for name in others:
+                self._visit(f"{place}/{name}", found[name], inner, dict(sizes))
+
+    def _members(self, place: str, group: h5g.GroupID, most: int) -> dict[str, Any]:
+        """The objects of a group by name: hard links only, and none too many."""
+        attributes(place or "/", group)
+        count = group.get_num_objs()
+        self._objects -= count
+        if count > most or self._objects < 0:
+            raise Unfit(f"{place or '/'} has {count} members, too many")
+        found = {}
+        for raw in group:
+            name = raw.decode("utf-8")
+            shown = f"{place}/{name[:NAME]}".lstrip("/")
+            if len(name) > NAME or not name.isprintable() or set(name) & set("$\\/"):
+                raise Unfit(f"{shown[:60]!r} is no name of ours")
+            if group.links.get_info(raw).type != h5l.TYPE_HARD:
+                raise Unfit(f"{shown} is a link to somewhere else, which is not followed")
+            found[name] = h5o.open(group, raw)
+            if h5i.get_type(found[name]) not in (h5i.GROUP, h5i.DATASET):
+                raise Unfit(f"{shown} is neither an array nor a group")
+        return found
+
+    def _dataset(
+        self, place: str, dataset: h5d.DatasetID, field: Field | None, sizes: dict[str, int]
+    ) -> None:
+        made, space = dataset.get_create_plist(), dataset.get_space()
+        if made.get_layout() not in WHERE or made.get_external_count():
+            raise Unfit(f"{place} is stored outside of the file, where nothing is read")
+        filters = {made.get_filter(k)[0] for k in range(made.get_nfilters())}
+        if not filters <= set(FILTERS):
+            raise Unfit(f"{place} is stored through a filter that is not ours")
+        if space.get_simple_extent_type() not in (h5s.SCALAR, h5s.SIMPLE):
+            raise Unfit(f"{place} has no shape")
+        shape, datatype = space.get_simple_extent_dims(), dataset.get_type()
+        self._afford(place, shape, datatype.get_size())
+        if made.get_layout() == h5d.CHUNKED:
+            _afford_chunk(place, made.get_chunk(), datatype.get_size(), self._left)
+        found = kind(datatype, shape)
+        if field is None:
+            if not found:
+                raise Unfit(f"{place} has elements of another kind than ours")
+            return
+        if found != field.kind and not (field.kind == NUMBER and found in (FLOAT, WHOLE)):
+            raise Unfit(f"{place} does not hold {HELD[field.kind]}")
+        _fits(place, field.dimensions, shape, sizes)
+
+    def _afford(self, place: str, shape: tuple[int, ...], width: int) -> None:
+        size = math.prod(shape) * width
+        if size > self._left:
+            raise Unfit(f"{place} is too large: {size:.2g} bytes, with what is before it")
+        self._left -= size
+
+
+def attributes(place: str, node: Any) -> None:
+    """Check that all attributes of an object are few, short, and texts or numbers.
+
+    Raises
+    ------
+    Unfit
+    """
+    count = h5a.get_num_attrs(node)
+    if count > ATTRIBUTES:
+        raise Unfit(f"{place} has {count} attributes, too many")
+    for k in range(count):
+        one = h5a.open(node, index=k)
+        space, datatype = one.get_space(), one.get_type()
+        if space.get_simple_extent_type() not in (h5s.SCALAR, h5s.SIMPLE):
+            raise Unfit(f"{place} has an attribute without a value")
+        shape = space.get_simple_extent_dims()
+        if math.prod(shape) * datatype.get_size() > ATTRIBUTE:
+            raise Unfit(f"{place} has an attribute that is too large")
+        if kind(datatype, ()) not in (FLOAT, WHOLE, TEXT):
+            raise Unfit(f"{place} has an attribute that is neither a text nor a number")
+
+
+def kind(datatype: h5t.TypeID, shape: tuple[int, ...]) -> str:
+    """What the elements of an array are, in the words of a layout; empty for anything else."""
+    if isinstance(datatype, h5t.TypeStringID):
+        short = not datatype.is_variable_str() and datatype.get_size() <= WIDEST
+        return TEXT if shape == () or short else ""
+    if isinstance(datatype, h5t.TypeEnumID):
+        return FLAG if _is_flag(datatype) else ""
+    if any(datatype.equal(known) for known in DOUBLES):
+        return FLOAT
+    return WHOLE if any(datatype.equal(known) for known in WHOLES) else ""
+
+
+def _is_flag(datatype: h5t.TypeEnumID) -> bool:
+    if datatype.get_size() != 1 or datatype.get_nmembers() != 2:
+        return False
+    pairs = {(datatype.get_member_name(k), datatype.get_member_value(k)) for k in (0, 1)}
+    return pairs == {(b"FALSE", 0), (b"TRUE", 1)}
+
+
+def _afford_chunk(place: str, chunk: tuple[int, ...], width: int, most: int) -> None:
+    if math.prod(chunk) * width > most:
+        raise Unfit(f"{place} is stored in pieces that are too large")
+
+
+def _complete(
+    place: str,
+    found: Mapping[str, Any],
+    own: Mapping[str, tuple[Any, bool]],
+    *,
+    open_ended: bool = False,
+) -> None:
+    """Refuse a group that lacks something, or has something that nothing declares."""
+    inside = f"{place}/" if place else ""
+    lacking = [name for name, (_, needed) in own.items() if needed and name not in found]
+    if lacking:
+        raise Unfit(f"{inside}{lacking[0]} is absent")
+    unknown = [name for name in found if name not in own]
+    if unknown and not open_ended:
+        raise Unfit(f"{inside}{unknown[0]} is not a part of such results")
+
+
+def _fits(
+    place: str,
+    dimensions: tuple[int | str, ...],
+    shape: tuple[int, ...],
+    sizes: dict[str, int],
+) -> None:
+    if len(dimensions) != len(shape):
+        raise Unfit(f"{place} has {len(shape)} dimensions, not {len(dimensions)}")
+    for dimension, n in zip(dimensions, shape, strict=True):
+        _same(place, dimension, sizes, n)
+
+
+def _same(place: str, dimension: int | str, sizes: dict[str, int], n: int) -> None:
+    """Refuse a size that is not that of its dimension."""
+    name, _, more = str(dimension).partition("+")
+    further = int(more or 0)
+    expected = dimension if isinstance(dimension, int) else sizes.setdefault(name, n - further)
+    if n < further or n != expected + (0 if isinstance(dimension, int) else further):
+        raise Unfit(f"{place} has another shape than the rest: {dimension} is {n} here")

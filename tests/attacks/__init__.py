@@ -1,0 +1,1 @@
+"""Attacks on what reads files and settings: whatever they hold, one sentence and an exit code."""

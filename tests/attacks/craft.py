@@ -1,0 +1,283 @@
+"""Crafted result files: each a design by which a file could do more than hold data.
+
+A script: ``python -m tests.attacks.craft FOLDER`` makes them all, sealed and unsealed.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from rigidpend.results.files import sealed, unsealed
+
+REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
+SECRET = b"a secret that must not be told, in 40 bytes"
+
+Change = Callable[[Any, Path], None]
+"""Takes an open file and the folder that it lies in."""
+
+
+def attack(change: Change, name: str = "fig5") -> Callable[[Path], bytes]:
+    """A maker of the HDF5 image of a reference, changed, in a folder."""
+
+    def make(folder: Path) -> bytes:
+        image = unsealed((REFERENCE / f"{name}.h5").read_bytes())
+        assert image is not None
+        path = folder / "crafting"
+        path.write_bytes(image)
+        with h5py.File(path, "r+") as file:
+            change(file, folder)
+        made = path.read_bytes()
+        path.unlink()
+        return made
+
+    return make
+
+
+def external(file: Any, folder: Path) -> None:
+    (folder / "secret.txt").write_bytes(SECRET)
+    del file["data/case1/codes"]
+    file["data/case1"].create_dataset(
+        "codes", (5,), "u1", external=[(str(folder / "secret.txt"), 0, 5)]
+    )
+
+
+def external_bits(file: Any, folder: Path) -> None:
+    (folder / "secret.txt").write_bytes(SECRET)
+    del file["data/case1/bits"]
+    where = [(str(folder / "secret.txt"), 0, 41)]
+    file["data/case1"].create_dataset("bits", (41,), "u1", external=where)
+
+
+def external_fifo(file: Any, folder: Path) -> None:
+    if not (folder / "fifo").exists():
+        os.mkfifo(folder / "fifo")
+    del file["data/case1/codes"]
+    file["data/case1"].create_dataset("codes", (5,), "u1", external=[(str(folder / "fifo"), 0, 5)])
+
+
+def virtual(file: Any, folder: Path) -> None:
+    with h5py.File(folder / "source.h5", "w") as source:
+        source["x"] = np.arange(5, dtype="u1")
+    layout = h5py.VirtualLayout((5,), "u1")
+    layout[:] = h5py.VirtualSource(str(folder / "source.h5"), "x", (5,))
+    del file["data/case1/codes"]
+    file["data/case1"].create_virtual_dataset("codes", layout)
+
+
+def external_link(file: Any, folder: Path) -> None:
+    with h5py.File(folder / "source.h5", "w") as source:
+        source["x"] = np.arange(5, dtype="u1")
+    del file["data/case1/codes"]
+    file["data/case1/codes"] = h5py.ExternalLink(str(folder / "source.h5"), "/x")
+
+
+def soft_link(target: str) -> Change:
+    def change(file: Any, _: Path) -> None:
+        del file["data/case1/codes"]
+        file["data/case1/codes"] = h5py.SoftLink(target)
+
+    return change
+
+
+def replaced(place: str, values: Any, **how: Any) -> Change:
+    """Another dataset in the place of one."""
+
+    def change(file: Any, _: Path) -> None:
+        del file[place]
+        file.create_dataset(place, data=values, **how)
+
+    return change
+
+
+def shaped(place: str, shape: tuple[int, ...], kind: str, **how: Any) -> Change:
+    """A dataset that declares a shape and holds nothing."""
+
+    def change(file: Any, _: Path) -> None:
+        del file[place]
+        file.create_dataset(place, shape, kind, **how)
+
+    return change
+
+
+def bomb(file: Any, _: Path) -> None:
+    """Much of nothing, compressed a thousandfold: 400 MB in some hundred kB."""
+    del file["data/case1/t"]
+    made = file.create_dataset("data/case1/t", (50_000_000,), "f8", chunks=(10**6,))
+    del made
+    del file["data/case1/t"]
+    made = file.create_dataset(
+        "data/case1/t", (50_000_000,), "f8", chunks=(10**6,), compression="gzip"
+    )
+    for k in range(0, 50_000_000, 10**6):
+        made[k : k + 10**6] = 0.0
+
+
+def swollen_chunk(file: Any, _: Path) -> None:
+    """A piece that is said to be small, and is not once it is inflated."""
+    import zlib
+
+    del file["data/case1/codes"]
+    made = file.create_dataset("data/case1/codes", (5,), "u1", chunks=(5,), compression="gzip")
+    packer = zlib.compressobj(1)
+    inner = b"".join(packer.compress(bytes(2**20)) for _ in range(300)) + packer.flush()
+    made.id.write_direct_chunk((0,), inner)
+
+
+def nested(file: Any, _: Path) -> None:
+    node = file["data/case1"]
+    for _k in range(5000):
+        node = node.create_group("g")
+
+
+def cycle(file: Any, _: Path) -> None:
+    file["data/case1/again"] = file["data"]
+
+
+def crowd(file: Any, _: Path) -> None:
+    for k in range(21_000):
+        file["data"].create_group(f"g{k}")
+
+
+def attribute(place: str, name: str, value: Any) -> Change:
+    def change(file: Any, _: Path) -> None:
+        file[place].attrs[name] = value
+
+    return change
+
+
+def without(place: str, name: str) -> Change:
+    def change(file: Any, _: Path) -> None:
+        del file[place].attrs[name]
+
+    return change
+
+
+def config(text: str) -> Change:
+    return replaced("config", text)
+
+
+def renamed(name: str) -> Change:
+    def change(file: Any, _: Path) -> None:
+        first = next(iter(file["data"]))
+        file.move(f"data/{first}", f"data/{name}")
+
+    return change
+
+
+def filled(place: str, value: float) -> Change:
+    def change(file: Any, _: Path) -> None:
+        file[place][...] = value
+
+    return change
+
+
+def filtered(file: Any, _: Path) -> None:
+    del file["data/case1/codes"]
+    file.create_dataset("data/case1/codes", data=np.zeros(5, "u1"), chunks=(5,), compression="lzf")
+
+
+REFERENCE_KIND = h5py.ref_dtype
+STRUCTURE = np.zeros(5, dtype=[("a", "u1"), ("b", "f8")])
+TEXTS = h5py.string_dtype()
+
+ATTACKS: dict[str, Callable[[Path], bytes]] = {
+    "external storage": attack(external),
+    "external storage of another shape": attack(external_bits),
+    "external storage in a pipe": attack(external_fifo),
+    "virtual dataset": attack(virtual),
+    "external link": attack(external_link),
+    "soft link": attack(soft_link("/data/case2/codes")),
+    "dangling link": attack(soft_link("/nowhere")),
+    "link to itself": attack(soft_link("/data/case1/codes")),
+    "huge shape": attack(shaped("data/case1/t", (180_000_000,), "f8")),
+    "huge virtual chunks": attack(
+        shaped("data/case1/t", (5689,), "f8", maxshape=(None,), chunks=(2**28,))
+    ),
+    "bomb": attack(bomb),
+    "swollen chunk": attack(swollen_chunk),
+    "nested groups": attack(nested),
+    "cycle of groups": attack(cycle),
+    "crowd of groups": attack(crowd),
+    "another filter": attack(filtered),
+    "structure": attack(replaced("data/case1/codes", STRUCTURE)),
+    "references": attack(shaped("data/case1/codes", (5,), REFERENCE_KIND)),
+    "texts for symbols": attack(replaced("data/case1/codes", ["a"] * 5, dtype=TEXTS)),
+    "complex numbers": attack(replaced("data/case1/t", np.zeros(5689, "c16"))),
+    "no elements": attack(replaced("data/case1/t", np.zeros(0))),
+    "another shape": attack(replaced("data/case1/t", np.zeros(7))),
+    "another dimension": attack(replaced("data/case1/t", np.zeros((5689, 1)))),
+    "no values at all": attack(replaced("data/case1/t", h5py.Empty("f8"))),
+    "group for an array": attack(
+        lambda file, _: (file.pop("data/case1/t"), file.create_group("data/case1/t"))[0]
+    ),
+    "array for a group": attack(replaced("data/case1", np.zeros(3))),
+    "NaN": attack(filled("data/case1/t", np.nan)),
+    "infinity": attack(filled("data/case1/alpha", np.inf)),
+    "zeros": attack(filled("data/case1/t", 0)),
+    "no such separatrix": attack(filled("data/case1/separatrix", 200)),
+    "samples far away": attack(filled("data/case1/wound", 2**62)),
+    "negative samples": attack(filled("data/case1/wound", -(2**62))),
+    "offsets": attack(filled("data/bodies/a/S1_minus/offsets", 2**62), "fig3"),
+    "no such mu": attack(filled("data/drawn", -(2**40)), "precession"),
+    "no symbols": attack(filled("data/left/codes", 77), "fig4"),
+    "phases all the same": attack(filled("data/left/theta2_0", 0), "fig4"),
+    "zoom by nothing": attack(filled("data/levels/level00/step", 0), "fig4_zoom"),
+    "graph of nothing": attack(filled("data/vertices/J1", 5), "fig2"),
+    "arrows far away": attack(filled("data/orbits/arrows", 2**40), "fig1"),
+    "name of a formula": attack(renamed("$\\frac{$")),
+    "name of a broken formula": attack(renamed("\\frac{"), "fig3"),
+    "name with a control": attack(renamed("a\x1b[2J")),
+    "name of a thousand characters": attack(renamed("a" * 1000)),
+    "config no JSON": attack(config("{")),
+    "config no object": attack(config("[1]")),
+    "config too deep": attack(config("[" * 100_000 + "]" * 100_000)),
+    "config rather deep": attack(config('{"a":' * 400 + "1" + "}" * 400)),
+    "config no text": attack(replaced("config", 7)),
+    "unknown experiment": attack(attribute("/", "experiment", "nonesuch")),
+    "another experiment": attack(attribute("/", "experiment", "route_codes")),
+    "experiment a path": attack(attribute("/", "experiment", "../../evil")),
+    "experiment a number": attack(attribute("/", "experiment", 7)),
+    "no experiment": attack(without("/", "experiment")),
+    "no name": attack(without("/", "name")),
+    "no hash": attack(without("/", "config_hash")),
+    "name an array": attack(attribute("/", "name", [1, 2, 3])),
+    "name a formula": attack(attribute("/", "name", "$\\frac{$")),
+    "figure markup": attack(attribute("/", "figure", "<script>")),
+    "attribute of nothing": attack(attribute("/", "extra", h5py.Empty("f8"))),
+    "attribute a structure": attack(attribute("data/case1/t", "extra", STRUCTURE)),
+    "attribute a reference": attack(lambda file, _: file.attrs.__setitem__("x", file["data"].ref)),
+    "units a number": attack(attribute("data/case1/t", "units", 3.5)),
+    "no data": attack(lambda file, _: file.pop("data")),
+    "no config": attack(lambda file, _: file.pop("config")),
+    "no provenance": attack(lambda file, _: file.pop("provenance")),
+    "more at the root": attack(lambda file, _: file.create_group("more")),
+    "format version of many": attack(attribute("/", "format_version", [1, 1])),
+}
+"""What each does, and what makes the image of its file."""
+
+
+def written(folder: Path, name: str, *, seal: bool) -> Path:
+    """A crafted file in a folder of its own, under the name of its figure."""
+    folder.mkdir(parents=True, exist_ok=True)
+    image = ATTACKS[name](folder)
+    path = folder / "attack.h5"
+    path.write_bytes(sealed(image) if seal else image)
+    return path
+
+
+def main(folder: Path) -> None:
+    for k, name in enumerate(ATTACKS):
+        for seal in (True, False):
+            path = written(folder / f"{k:02d}{'s' if seal else 'u'}", name, seal=seal)
+            print(f"{path}: {name}")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

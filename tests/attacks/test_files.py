@@ -1,0 +1,99 @@
+"""Crafted files: whoever reads one says in a sentence why it is refused, or uses it as data."""
+
+from __future__ import annotations
+
+import resource
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+
+from rigidpend import cli, render
+from rigidpend.results import store
+from tests.attacks import craft
+
+SECONDS, MEGABYTES = 2.0, 500
+"""What a reader may need of the processor, with what it starts, and of memory."""
+
+DRAWN = {
+    "offsets",
+    "no symbols",
+    "phases all the same",
+    "arrows far away",
+    "name a formula",
+    "figure markup",
+    "units a number",
+    "no name",
+    "no hash",
+}
+"""Attacks whose values are as good as any."""
+
+
+def spent() -> float:
+    """Seconds of the processor of this process and of those that it started."""
+    times = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(each.ru_utime + each.ru_stime for each in times)
+
+
+@pytest.mark.parametrize("seal", [True, False], ids=["sealed", "unsealed"])
+@pytest.mark.parametrize("name", craft.ATTACKS)
+def test_an_attack_is_a_sentence_or_a_figure(tmp_path: Path, name: str, seal: bool) -> None:
+    path = craft.written(tmp_path, name, seal=seal)
+    begun = spent()
+    try:
+        store.load(path)
+    except store.StoreError as error:
+        said = str(error)
+        assert spent() - begun < SECONDS
+        assert said.startswith(f"{path}: ")
+        assert said.isprintable()
+        assert len(said) < len(str(path)) + 400
+        assert name not in DRAWN
+        return
+    # What is made as a result, with values that are none, ends where it is drawn.
+    try:
+        render.render(path, tmp_path / "x.png")
+    except store.StoreError as error:
+        said = str(error)
+    else:
+        said = ""
+    assert said.startswith(f"{path}: cannot be drawn: ") != (name in DRAWN)
+
+
+@pytest.mark.parametrize("name", ["external storage", "external storage of another shape"])
+@pytest.mark.parametrize("seal", [True, False], ids=["sealed", "unsealed"])
+def test_no_command_tells_what_another_file_holds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, seal: bool
+) -> None:
+    results = tmp_path / "results"
+    craft.written(results, name, seal=seal).rename(results / "fig5.h5")
+    shutil.copy(craft.REFERENCE / "fig2.h5", results / "fig2.h5")
+    monkeypatch.chdir(tmp_path)
+    for command, code in (
+        (["report"], 1),
+        (["render", "fig5"], 1),
+        (["verify", "fig5", "--reference", "results", "--results", "results"], 1),
+        (["run", "fig5"], 1),
+        (["list"], 0),
+    ):
+        done = CliRunner().invoke(cli.main, command)
+        assert done.exit_code == code, (command, done.output)
+        assert "is stored outside of the file, where nothing is read" in done.output
+        assert "internal error" not in done.output
+    page = (results / "report.html").read_text()
+    shown = page + done.output
+    assert "115" not in page.partition("<h2>Fig. 2")[0].partition("<main>")[2]
+    assert craft.SECRET.decode() not in shown
+    assert str(list(craft.SECRET[:5]))[1:-1] not in shown
+    assert "where nothing is read" in page
+    assert page.count("<img ") == 1
+
+
+def test_the_memory_that_a_bomb_takes_is_bounded(tmp_path: Path) -> None:
+    for name in ("bomb", "swollen chunk", "huge shape", "huge virtual chunks"):
+        with pytest.raises(store.StoreError):
+            store.load(craft.written(tmp_path / name, name, seal=True))
+    peak: Any = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+    assert peak / 1024 < MEGABYTES

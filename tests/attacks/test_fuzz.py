@@ -1,0 +1,31 @@
+"""Fuzzed result files: each is a sentence or data, soon, in bounded memory."""
+
+from __future__ import annotations
+
+import resource
+from pathlib import Path
+
+import pytest
+
+from tests.attacks import fuzz
+
+SECONDS, MEGABYTES = 2.0, 500
+"""What one file may take of the processor, and of memory."""
+
+
+@pytest.mark.parametrize(
+    ("count", "seed"),
+    [(60, 1), pytest.param(400, 2, marks=pytest.mark.slow)],
+    ids=["few", "many"],
+)
+@pytest.mark.parametrize("seal", [True, False], ids=["sealed", "unsealed"])
+def test_a_fuzzed_file_is_a_sentence_or_data(
+    tmp_path: Path, seal: bool, count: int, seed: int
+) -> None:
+    found = fuzz.run(tmp_path, count, seed, seal=seal, draw=False)
+    assert all(each.said.isprintable() for each in found)
+    assert all(not each.said or each.said.startswith(f"{tmp_path}") for each in found)
+    assert any(each.said for each in found)
+    assert not all(each.said for each in found)
+    assert max(each.seconds for each in found) < SECONDS
+    assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024 < MEGABYTES

@@ -1,0 +1,102 @@
+"""Settings that would work for ever, or take all memory: refused at once, in a line."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import pytest
+
+from rigidpend.config import loading
+from rigidpend.config.schema import LARGEST_RESULT
+from rigidpend.numbers.exact import FINEST, ExactError, exact
+from tests.config.samples import SMALL, refused, written
+
+TOWER = "((((pi**64)**64)**64)**64)"
+SECONDS, LINE = 2.0, 800
+"""What a refusal may take of the processor, and how long a line may be, its place included."""
+
+HARD = {
+    "sine of a tower": f"sin({TOWER})",
+    "cosine in a root": f"sqrt(cos({TOWER}))",
+    "tangent of a tower by one": f"tan(1/(1/{TOWER}))",
+    "a tower": TOWER,
+    "one over a tower": f"1/{TOWER}",
+    "many small arcs": " + ".join(["atan(1e-5000)"] * 200),
+    "many small arcs less as many": " - ".join(["atan(1e-5000)"] * 65),
+    "arcs in arcs": "atan(" * 200 + "1e-5000" + ")" * 200,
+    "many long turns": " + ".join(["sin(1e4999)"] * 300),
+}
+
+
+def processor(begun: float) -> float:
+    return time.process_time() - begun
+
+
+@pytest.mark.parametrize("text", HARD.values(), ids=HARD)
+def test_an_expression_that_would_never_end_is_refused_at_once(text: str) -> None:
+    begun = time.process_time()
+    with pytest.raises(ExactError) as caught:
+        float(exact(text))
+    assert processor(begun) < SECONDS
+    assert len(str(caught.value)) < 400
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        " + ".join(["sin(2**60)"] * 64),
+        " + ".join(["atan(1e-4999)"] * 64),
+        "sin(1e3000) + 1",
+        "atan(pi**64**1) - atan(1e-5000)",
+    ],
+    ids=["turns", "arcs", "long turn", "both"],
+)
+def test_what_may_be_written_is_computed_soon(text: str) -> None:
+    begun = time.process_time()
+    assert float(exact(text)) < 100
+    assert processor(begun) < SECONDS
+
+
+@pytest.mark.parametrize(
+    ("setting", "said"),
+    [
+        (f"problem.mu=sin({TOWER})", "an angle beyond"),
+        (f"problem.arrays.only.start={TOWER}", "beyond 2**"),
+        (f"problem.mu={'1+' * 1900}1+", "is not a number"),
+        (f"problem.{'a.' * 30_000}b=1", "more than 32 keys inside each other"),
+        (f"{'x' * 100_000}=1", "unknown key"),
+        (f"numerics.precisions=[{FINEST + 1}]", f"to {FINEST} at most"),
+        ("numerics.precisions=[9936]", f"to {FINEST} at most"),
+    ],
+    ids=["sine", "tower", "long", "deep", "long key", "precision", "known precision"],
+)
+def test_a_setting_that_cannot_be_is_refused_at_once_in_a_line(
+    tmp_path: Path, setting: str, said: str
+) -> None:
+    path = written(tmp_path, SMALL)
+    begun = time.process_time()
+    complaints = [str(each) for each in refused(path, [setting])]
+    assert processor(begun) < SECONDS
+    assert any(said in each for each in complaints), complaints
+    assert all(len(each) < LINE for each in complaints)
+
+
+def test_the_highest_precision_is_one_that_numbers_have(tmp_path: Path) -> None:
+    path = written(tmp_path, SMALL)
+    assert loading.load(path, [f"numerics.precisions=[53, {FINEST}]"])
+    # Guard bits of the engine and of the number itself are left.
+    assert exact("3*pi/40").at(FINEST + 200) > 0
+
+
+def test_products_are_bounded_by_the_memory_that_they_need(tmp_path: Path) -> None:
+    path = written(tmp_path, SMALL)
+    small = ["problem.arrays.only.count=10000000", "problem.n_symbols=15"]
+    assert loading.load(path, small)
+    large = ["problem.arrays.only.count=1000000", "problem.n_symbols=1000"]
+    [complaint] = refused(path, large)
+    needed, most = 3 * 11 * 1001e6 / 1e9, 3 * LARGEST_RESULT / 1e9
+    assert complaint.message == (
+        "1000000 columns of 1000 symbols need about "
+        f"{needed:.3g} GB of memory, and {most:.2g} GB is the most"
+    )

@@ -1,0 +1,180 @@
+"""Full disks, closed streams, names too long: one sentence, and never an internal error."""
+
+from __future__ import annotations
+
+import os
+import resource
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rigidpend.cli import common
+from tests.cli.calls import ENVIRONMENT, call
+from tests.config.samples import SMALL, written
+
+FULL = Path("/dev/full")
+needs_full = pytest.mark.skipif(not FULL.exists(), reason="this system has no /dev/full")
+
+
+def streams(folder: Path, *arguments: str, **how: Any) -> subprocess.CompletedProcess[str]:
+    """A command whose streams lead somewhere else."""
+    return subprocess.run(
+        [sys.executable, "-W", "error", "-m", "rigidpend", *arguments],
+        cwd=folder,
+        env=ENVIRONMENT,
+        text=True,
+        timeout=120,
+        check=False,
+        **how,
+    )
+
+
+@pytest.fixture
+def desk(tmp_path: Path) -> Path:
+    written(tmp_path, SMALL, "small.yaml")
+    return tmp_path
+
+
+@needs_full
+@pytest.mark.parametrize(
+    "command", [("list",), ("describe", "fig4"), ("run", "small.yaml", "--json")]
+)
+def test_a_full_stdout_is_one_sentence(desk: Path, command: tuple[str, ...]) -> None:
+    with FULL.open("w") as full:
+        done = streams(desk, *command, stdout=full, stderr=subprocess.PIPE)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1] == "rigidpend: No space left on device"
+    assert "Exception" not in done.stderr
+    assert "internal" not in done.stderr
+
+
+@needs_full
+def test_a_full_stderr_is_no_reason_not_to_compute(desk: Path) -> None:
+    with FULL.open("w") as full:
+        done = streams(desk, "run", "small.yaml", stderr=full)
+    assert done.returncode == 0
+    assert (desk / "results" / "small.h5").is_file()
+
+
+@pytest.mark.parametrize("closed", [(0,), (1,), (2,), (0, 1, 2)], ids=str)
+def test_closed_streams_are_no_reason_not_to_compute(desk: Path, closed: tuple[int, ...]) -> None:
+    def close() -> None:
+        for number in closed:
+            os.close(number)
+
+    done = streams(desk, "run", "small.yaml", preexec_fn=close)
+    assert done.returncode == 0
+    assert (desk / "results" / "small.h5").read_bytes().startswith(b"\x89HDF")
+
+
+@pytest.mark.parametrize("command", [("report",), ("render", "fig2")])
+def test_a_disk_that_is_full_for_figures_is_one_sentence(
+    desk: Path, command: tuple[str, ...]
+) -> None:
+    (desk / "results").mkdir()
+    reference = Path(__file__).resolve().parents[2] / "results" / "reference" / "fig2.h5"
+    (desk / "results" / "fig2.h5").write_bytes(reference.read_bytes())
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+
+    done = streams(desk, *command, stderr=subprocess.PIPE, preexec_fn=limit)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1].endswith(": cannot be written: File too large")
+    assert "internal" not in done.stderr
+    assert sorted(os.listdir(desk / "results")) == ["fig2.h5"]
+
+
+LONG = "n" * 300
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("run", f"{LONG}.yaml"),
+        ("run", "small.yaml", "--out", LONG),
+        ("list", "--out", LONG),
+        ("render", "fig4", "--out", LONG),
+        ("report", "--out", LONG),
+        ("report", "--to", LONG),
+    ],
+    ids=lambda command: " ".join(command).replace(LONG, "LONG"),
+)
+def test_a_name_that_is_too_long_is_one_sentence(desk: Path, command: tuple[str, ...]) -> None:
+    done = call(desk, *command)
+    assert done.returncode in ((0, 1) if command[0] == "list" else (1, 2))
+    assert "internal error" not in done.stderr + done.stdout
+    if done.returncode:
+        assert done.stderr.count("rigidpend: ") <= 1
+
+
+def test_a_config_whose_result_would_have_too_long_a_name_is_one_sentence(tmp_path: Path) -> None:
+    written(tmp_path, SMALL, f"{'n' * 245}.yaml")
+    done = call(tmp_path, "run", f"{'n' * 245}.yaml")
+    assert done.returncode == 1
+    assert "File name too long" in done.stderr
+    assert "internal error" not in done.stderr
+
+
+def test_an_error_of_ours_without_room_for_a_log_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(_: BaseException) -> Path:
+        raise OSError(28, "No space left on device")
+
+    said = common.sentence(ZeroDivisionError("mine"), full)
+    assert said.endswith("please report it; no log could be written: No space left on device")
+
+
+@pytest.mark.parametrize("place", ["fig.log", ".fig.parts", ".fig.h5.abc.part"])
+@pytest.mark.parametrize("make", [os.mkfifo, lambda path: path.symlink_to("elsewhere")])
+def test_what_is_no_regular_file_makes_room_or_is_left_alone(
+    tmp_path: Path, place: str, make: Callable[[Path], None]
+) -> None:
+    """Nothing is waited for, nothing written through a link."""
+    out = tmp_path / "out"
+    out.mkdir()
+    written(tmp_path, SMALL, "fig.yaml")
+    (out / "elsewhere").write_text("mine")
+    make(out / place)
+    done = call(tmp_path, "run", "fig.yaml", "--out", "out", "-j", "1")
+    assert done.returncode == 0, done.stderr
+    assert (out / "elsewhere").read_text() == "mine"
+    assert (out / "fig.h5").is_file()
+    assert (out / "fig.log").is_file()
+    assert not (out / "fig.log").is_symlink()
+    assert call(tmp_path, "list", "--out", "out").returncode == 0
+
+
+def test_a_folder_elsewhere_gets_no_parts(tmp_path: Path) -> None:
+    from rigidpend.results.tree import Dataset
+    from rigidpend.run.parts import Parts
+
+    other = tmp_path / "other"
+    other.mkdir()
+    for place in (tmp_path / ".fig.parts", tmp_path / ".fig.parts" / "a"):
+        place.parent.mkdir(exist_ok=True)
+        place.symlink_to(other)
+        with Parts(tmp_path / "fig.h5", "a") as parts:
+            parts.keep("first", lambda: {"one": Dataset(1, "1", "one")})
+        assert list(other.iterdir()) == []
+        assert (tmp_path / ".fig.parts" / "a" / "first.h5").is_file()
+        (tmp_path / ".fig.parts" / "a" / "first.h5").unlink()
+        (tmp_path / ".fig.parts" / "a").rmdir()
+
+
+@pytest.mark.parametrize("make", [os.mkfifo, lambda path: path.symlink_to("/dev/zero")])
+@pytest.mark.parametrize(
+    ("command", "code"),
+    [(("run", "fig4"), 1), (("list",), 0), (("render", "fig4"), 1), (("report",), 1)],
+)
+def test_a_pipe_or_a_device_for_a_result_is_one_sentence(
+    tmp_path: Path, make: Callable[[Path], None], command: tuple[str, ...], code: int
+) -> None:
+    (tmp_path / "results").mkdir()
+    make(tmp_path / "results" / "fig4.h5")
+    done = call(tmp_path, *command)
+    assert done.returncode == code
+    assert "fig4.h5: not a readable HDF5 file: not a regular file" in done.stderr + done.stdout
