@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from rigidpend.numbers.exact import GUARD_BITS, PI, Exact, context, exact, exacts, function
+from rigidpend.numbers.generic import Elementary, Scalar
 from rigidpend.numbers.parameters import ParameterError
 
 ROUNDING = 1e-15
@@ -71,7 +72,7 @@ class Body:
     r: tuple[Exact, Exact, Exact]
     mu: Exact
 
-    def __init__(self, A: Sequence[Any], r: Sequence[Any], mu: Any) -> None:
+    def __init__(self, A: Sequence[Any], r: Sequence[Any], mu: Scalar) -> None:
         object.__setattr__(self, "A", _triple("A", A))
         object.__setattr__(self, "mu", _single("mu", mu))
         _check_moments(self.A)
@@ -79,7 +80,9 @@ class Body:
         object.__setattr__(self, "r", _unit(_triple("r", r)))
 
     @classmethod
-    def from_angles(cls, alpha0: Any, beta0: Any, gamma0: Any, mu: Any, *, A1: Any = 2) -> Body:
+    def from_angles(
+        cls, alpha0: Scalar, beta0: Scalar, gamma0: Scalar, mu: Scalar, *, A1: Scalar = 2
+    ) -> Body:
         """Make the body of given angles, by the relations that follow (phi).
 
         Parameters
@@ -149,7 +152,7 @@ class Body:
 
 
 def angles_from_moments(
-    A: Sequence[Any], differences: Sequence[Any], r: Sequence[Any], mu: Any, m: Any
+    A: Sequence[Any], differences: Sequence[Any], r: Sequence[Any], mu: Scalar, m: Elementary
 ) -> Angles:
     """Compute alpha0, beta0, gamma0, kappa of a body, with nu of (Im) (eq. phi).
 
@@ -187,7 +190,7 @@ def _angles(body: Body, bits: int) -> Angles:
     return Angles(*map(rounded, made))
 
 
-def _single(name: str, value: Any) -> Exact:
+def _single(name: str, value: Scalar) -> Exact:
     try:
         return exact(value)
     except ValueError as error:

@@ -25,7 +25,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rigidpend.equations import Numbers
+from rigidpend.numbers.generic import Elementary, Numbers, Scalar
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -74,19 +74,21 @@ class Aligned(NamedTuple):
     gamma3: Any
 
 
-def andoyer(G: Any, L: Any, H: Any, g: Any, l: Any, h: Any = 0.0) -> Andoyer:
+def andoyer(G: Scalar, L: Scalar, H: Any, g: Scalar, l: Scalar, h: Scalar = 0.0) -> Andoyer:
     """Make Andoyer variables from the six alone; cos p and cos q carry what G and L, H tell."""
     cosp, cosq = (np.sqrt((G - x) * (G + x)) / G for x in (L, H))
     return Andoyer(G, L, H, g, l, h, cosp, cosq)
 
 
-def canonical(J1: Any, J2: Any, J3: Any, theta1: Any, theta2: Any, theta3: Any = 0.0) -> Canonical:
+def canonical(
+    J1: Scalar, J2: Scalar, J3: Scalar, theta1: Scalar, theta2: Scalar, theta3: Scalar = 0.0
+) -> Canonical:
     """Make canonical variables from the six alone; J2 - J1 is as precise as J1 and J2 tell."""
     cosq = np.sqrt((J2 - J3) * (J2 + J3)) / J2
     return Canonical(J1, J2 - J1, J3, theta1, theta2, theta3, cosq)
 
 
-def momentum(G: Any, sinp: Any, cosp: Any, sinl: Any, cosl: Any) -> tuple[Any, Any, Any]:
+def momentum(G: Scalar, sinp: Any, cosp: Any, sinl: Any, cosl: Any) -> tuple[Any, Any, Any]:
     """M in principal axes from Andoyer variables (eq. depri_G)."""
     return G * cosp * sinl, G * cosp * cosl, G * sinp
 
@@ -180,7 +182,7 @@ def andoyer_from_canonical(c: Canonical, beta0: float) -> Andoyer:
     return Andoyer(J2, c.J1 - c.J2mJ1, c.J3, g, l, c.theta3, cosp, c.cosq)
 
 
-def scale(A: Numbers, m: Any = np) -> Any:
+def scale(A: Numbers, m: Elementary = np) -> Any:
     """Scale s = sqrt((A1 - A2)/(A1 A2)), by which J' = J s and t' = t s (after eq. canon)."""
     return m.sqrt((A[0] - A[1]) / (A[0] * A[1]))
 
@@ -195,7 +197,9 @@ def dimensional(c: Canonical, A: Numbers) -> Canonical:
     return _scaled(c, 1 / scale(A))
 
 
-def aligned_from_canonical(c: Canonical, alpha0: Any, beta0: Any, m: Any = np) -> Aligned:
+def aligned_from_canonical(
+    c: Canonical, alpha0: Scalar, beta0: Scalar, m: Elementary = np
+) -> Aligned:
     """Aligned components from dimensionless (J, theta), over generic numbers.
 
     Qp, Qm = 2 sqrt(J1 (J2 - J1)) sin((theta1 - beta0 +- alpha0)/2), which is

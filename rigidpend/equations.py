@@ -10,12 +10,10 @@ moments; all others are dimensionless, with time t' and J' = J s (see `coordinat
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 from rigidpend.body import Angles
-
-Numbers: TypeAlias = Any
-"""A sequence or an array of numbers, the component first."""
+from rigidpend.numbers.generic import Elementary, Numbers, Scalar
 
 
 def cross(a: Numbers, b: Numbers) -> tuple[Any, Any, Any]:
@@ -27,7 +25,9 @@ def cross(a: Numbers, b: Numbers) -> tuple[Any, Any, Any]:
     )
 
 
-def euler_poisson(M: Numbers, gamma: Numbers, A: Numbers, r: Numbers, mu: Any) -> tuple[Any, ...]:
+def euler_poisson(
+    M: Numbers, gamma: Numbers, A: Numbers, r: Numbers, mu: Scalar
+) -> tuple[Any, ...]:
     """Right-hand side of the Euler-Poisson equations in principal axes, time t (eq. eq).
 
     Parameters
@@ -49,7 +49,7 @@ def euler_poisson(M: Numbers, gamma: Numbers, A: Numbers, r: Numbers, mu: Any) -
     return (*(turn[i] + mu * torque[i] for i in range(3)), *dgamma)
 
 
-def energy(M: Numbers, gamma: Numbers, A: Numbers, r: Numbers, mu: Any) -> Any:
+def energy(M: Numbers, gamma: Numbers, A: Numbers, r: Numbers, mu: Scalar) -> Any:
     """Energy M . omega/2 + mu r . gamma, an integral of :func:`euler_poisson`; units alike."""
     kinetic = sum(M[i] * M[i] / A[i] for i in range(3)) / 2
     return kinetic + mu * sum(r[i] * gamma[i] for i in range(3))
@@ -75,7 +75,7 @@ class AlignedCoefficients(NamedTuple):
     kappa: Any
 
 
-def aligned_coefficients(p: Angles, m: Any) -> AlignedCoefficients:
+def aligned_coefficients(p: Angles, m: Elementary) -> AlignedCoefficients:
     """Coefficients of :func:`aligned` from the body's angles, in the namespace `m`."""
     ca, sa = m.cos(p.alpha0 / 2), m.sin(p.alpha0 / 2)
     return AlignedCoefficients(
@@ -126,7 +126,7 @@ def aligned(state: Numbers, c: AlignedCoefficients) -> tuple[Any, ...]:
     )
 
 
-def hamiltonian_andoyer(a: Any, A: Numbers, beta0: Any, mu: Any, m: Any) -> Any:
+def hamiltonian_andoyer(a: Scalar, A: Numbers, beta0: Scalar, mu: Scalar, m: Elementary) -> Any:
     """Hamiltonian in Andoyer-Deprit variables, physical units (eq. h_d).
 
     Parameters
@@ -143,7 +143,7 @@ def hamiltonian_andoyer(a: Any, A: Numbers, beta0: Any, mu: Any, m: Any) -> Any:
     return spin / 2 + mu * (height * m.sin(tilt) + a.cosq * m.cos(tilt) * m.sin(a.g))
 
 
-def hamiltonian(J: Numbers, theta: Numbers, p: Angles, m: Any) -> Any:
+def hamiltonian(J: Numbers, theta: Numbers, p: Angles, m: Elementary) -> Any:
     """Hamiltonian in the new canonical variables, dimensionless (eq. h_new).
 
     Parameters
@@ -161,21 +161,21 @@ def hamiltonian(J: Numbers, theta: Numbers, p: Angles, m: Any) -> Any:
     return _free_part(J1, J2, theta[0], p, m) + p.mu * _height(J1, J2, theta, m) * root + leaning
 
 
-def hamiltonian_J3_0(J1: Any, J2: Any, theta: Numbers, p: Angles, m: Any) -> Any:
+def hamiltonian_J3_0(J1: Scalar, J2: Scalar, theta: Numbers, p: Angles, m: Elementary) -> Any:
     """Hamiltonian at J3 = 0, dimensionless (eq. h0_new)."""
     return _free_part(J1, J2, theta[0], p, m) + p.mu * _height(J1, J2, theta, m)
 
 
-def _free_part(J1: Any, J2: Any, theta1: Any, p: Angles, m: Any) -> Any:
+def _free_part(J1: Scalar, J2: Scalar, theta1: Scalar, p: Angles, m: Elementary) -> Any:
     return p.kappa / 2 * J2**2 + J1 * (J2 - J1) * (m.cos(theta1 - p.beta0) - m.cos(p.alpha0))
 
 
-def _height(J1: Any, J2: Any, theta: Numbers, m: Any) -> Any:
+def _height(J1: Scalar, J2: Scalar, theta: Numbers, m: Elementary) -> Any:
     """Height of the centre of gravity, r . gamma, at J3 = 0."""
     return (J1 * m.sin(theta[0] + theta[1]) + (J2 - J1) * m.sin(theta[1])) / J2
 
 
-def eq1(state: Numbers, p: Angles, m: Any) -> tuple[Any, Any, Any, Any]:
+def eq1(state: Numbers, p: Angles, m: Elementary) -> tuple[Any, Any, Any, Any]:
     """Hamilton's equations at J3 = 0, dimensionless time t' (eq. eq1).
 
     Parameters
@@ -203,6 +203,6 @@ def eq1(state: Numbers, p: Angles, m: Any) -> tuple[Any, Any, Any, Any]:
     )
 
 
-def theta3_rate(J1: Any, J2: Any, theta1: Any, mu: Any, m: Any) -> Any:
+def theta3_rate(J1: Scalar, J2: Scalar, theta1: Scalar, mu: Scalar, m: Elementary) -> Any:
     """Rate of the precession angle theta3 at J3 = 0, dimensionless time t' (eq. th3)."""
     return 2 * mu * m.sqrt(J1 * (J2 - J1)) / J2**2 * m.sin(theta1 / 2)

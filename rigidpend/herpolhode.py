@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +13,7 @@ from rigidpend.body import Body
 from rigidpend.coordinates import Aligned, body_from_aligned, canonical_from_aligned, scale
 from rigidpend.equations import aligned, aligned_coefficients
 from rigidpend.integrate.records import separatrix_beside
+from rigidpend.numbers.generic import Numbers
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_double
 
@@ -133,7 +134,7 @@ def vertices(separatrices: ArrayLike) -> str:
     return "-".join(f"{i}-{i}*" if i in (2, 4) else f"{i}*-{i}" for i in np.ravel(separatrices))
 
 
-def physical(states: Any, body: Body) -> tuple[Array, Array]:
+def physical(states: Numbers, body: Body) -> tuple[Array, Array]:
     """Convert states, aligned in six components, to physical M and gamma, each (3, ...)."""
     return body_from_aligned(Aligned(*states[:6]), body.alpha0, scale(_moments(body), math))
 

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from rigidpend.body import Body
 from rigidpend.coordinates import Aligned, body_from_aligned, scale
-from rigidpend.equations import Numbers, aligned, aligned_coefficients, cross
+from rigidpend.equations import aligned, aligned_coefficients, cross
+from rigidpend.numbers.generic import Elementary, Numbers
 from rigidpend.precession import turning_rate
 
 
@@ -79,7 +80,7 @@ def field(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
     A, without = [float(x) for x in body.A], field_without_alpha(body)
     alpha0, s = body.alpha0, scale(A, math)
 
-    def rates(state: Any, m: Any) -> tuple[Any, ...]:
+    def rates(state: Numbers, m: Elementary) -> tuple[Any, ...]:
         found = without(state[:7], m)
         M, gamma = body_from_aligned(Aligned(*state[:6]), alpha0, s)
         # M is linear in the aligned components, so the same map takes their rates to its own.
@@ -96,7 +97,7 @@ def field_without_alpha(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
     p, s = body.angles(), scale(A, math)
     coefficients = aligned_coefficients(p, math)
 
-    def rates(state: Any, _: Any) -> tuple[Any, ...]:
+    def rates(state: Numbers, _: Any) -> tuple[Any, ...]:
         M, _ = body_from_aligned(Aligned(*state[:6]), p.alpha0, s)
         return (*aligned(state[:6], coefficients), turning_rate(M, r, mu) / s)
 

@@ -10,8 +10,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from rigidpend.numbers.generic import Elementary, Scalar
 
-def sncndn(u: Any, k: Any, kc: Any, m: Any) -> tuple[Any, Any, Any]:
+
+def sncndn(u: Scalar, k: Scalar, kc: Scalar, m: Elementary) -> tuple[Any, Any, Any]:
     """Compute sn, cn and dn of u.
 
     Gauss's transformation to smaller moduli, written without differences, so that dn is
@@ -30,12 +32,12 @@ def sncndn(u: Any, k: Any, kc: Any, m: Any) -> tuple[Any, Any, Any]:
     return sn, cn, dn
 
 
-def K(k: Any, kc: Any, m: Any) -> Any:
+def K(k: Scalar, kc: Scalar, m: Elementary) -> Any:
     """Complete integral K(k), a quarter of the period of sn."""
     return m.pi / 2 * _stretch(_moduli(k, kc, m))
 
 
-def _moduli(k: Any, kc: Any, m: Any) -> list[tuple[Any, Any]]:
+def _moduli(k: Scalar, kc: Scalar, m: Elementary) -> list[tuple[Any, Any]]:
     """Moduli below k, (1 - kc)/(1 + kc) each, until they are rounding; with 1 less each."""
     found = []
     while 1 + k * k != 1:

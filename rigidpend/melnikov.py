@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidpend.body import Angles
-from rigidpend.equations import Numbers, eq1
+from rigidpend.equations import eq1
 from rigidpend.numbers.exact import GUARD_BITS, context
+from rigidpend.numbers.generic import Elementary, Numbers, Scalar
 from rigidpend.separatrices import (
     SeparatrixMotion,
     direction,
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from rigidpend.routes.problem import RouteProblem
 
 
-def bracket(state: Numbers, p: Angles, m: Any = np) -> Any:
+def bracket(state: Numbers, p: Angles, m: Elementary = np) -> Any:
     """Poisson bracket {H0, H1/(kappa J2)} in (theta1, J1), which Melnikov's integral sums.
 
     The derivatives of H = H0 + mu H1 are those in Hamilton's equations.
@@ -47,7 +48,7 @@ def bracket(state: Numbers, p: Angles, m: Any = np) -> Any:
     return (H0_theta1 * H1_J1 - H0_J1 * H1_theta1) / (p.kappa * state[3])
 
 
-def integrand(t: Any, motion: SeparatrixMotion, p: Angles, m: Any = np) -> Any:
+def integrand(t: Scalar, motion: SeparatrixMotion, p: Angles, m: Elementary = np) -> Any:
     """Integrand: :func:`bracket` at t' - t0 = t on a separatrix, to relative precision.
 
     It falls off like exp(-u \\|t\\|), as J1 (J2 - J1) does.
@@ -58,7 +59,9 @@ def integrand(t: Any, motion: SeparatrixMotion, p: Angles, m: Any = np) -> Any:
     return -direction(motion.number) * sigma(motion.number, p, m) * share * swing
 
 
-def quadrature(motion: SeparatrixMotion, p: Angles, m: Any = math, eps: float = 1e-15) -> Any:
+def quadrature(
+    motion: SeparatrixMotion, p: Angles, m: Elementary = math, eps: float = 1e-15
+) -> Any:
     """Melnikov's integral by the trapezoid rule, in any precision.
 
     Parameters
@@ -89,7 +92,7 @@ def quadrature(motion: SeparatrixMotion, p: Angles, m: Any = math, eps: float = 
     return sum(integrand(t, motion, p, m) for t in times) * step / rate
 
 
-def integral(motion: SeparatrixMotion, p: Angles, m: Any = np) -> Any:
+def integral(motion: SeparatrixMotion, p: Angles, m: Elementary = np) -> Any:
     """Melnikov's integral in closed form, at the phase `motion.theta2_0` (eq. Im).
 
     Parameters
@@ -116,7 +119,7 @@ def integral(motion: SeparatrixMotion, p: Angles, m: Any = np) -> Any:
     return amplitude(motion.number, motion.J2_0, p, m) * swing
 
 
-def amplitude(number: int, J2_0: Any, p: Angles, m: Any = np) -> Any:
+def amplitude(number: int, J2_0: Any, p: Angles, m: Elementary = np) -> Any:
     """Factor of cos(delta + theta2_0) in Melnikov's integral, zero where nothing splits.
 
     On 2 and 4 it is never zero, for 0 < alpha0 + beta0 < 2 pi; on 1 and 3 it is in the Hess
@@ -128,13 +131,13 @@ def amplitude(number: int, J2_0: Any, p: Angles, m: Any = np) -> Any:
     return -direction(number) * 2 * p.nu / (p.kappa * J2_0) * lean * decay
 
 
-def delta(motion: SeparatrixMotion, p: Angles, m: Any = np) -> Any:
+def delta(motion: SeparatrixMotion, p: Angles, m: Elementary = np) -> Any:
     """Phase lag delta = theta1/2 +- kappa v/sin(alpha0), radians; + on separatrices 2 and 4."""
     lag = p.nu / m.pi * v(motion, m)
     return theta1(motion.number, p, m) / 2 + direction(motion.number) * lag
 
 
-def sigma(number: int, p: Angles, m: Any = np) -> Any:
+def sigma(number: int, p: Angles, m: Elementary = np) -> Any:
     """Factor sigma_0 = 2 sin(alpha0) sin(theta1/2)/kappa; theta1 as on the separatrix."""
     return 2 * m.sin(p.alpha0) * m.sin(theta1(number, p, m) / 2) / p.kappa
 

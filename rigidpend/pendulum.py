@@ -16,11 +16,11 @@ from typing import Any
 
 from rigidpend import jacobi
 from rigidpend.body import Angles
-from rigidpend.equations import Numbers
+from rigidpend.numbers.generic import Elementary, Numbers, Scalar
 
 
 def body_motion(
-    t: Any, sign: int, A3: Any, r: Numbers, h0: Any, mu: Any, m: Any
+    t: Scalar, sign: int, A3: Scalar, r: Numbers, h0: Scalar, mu: Scalar, m: Elementary
 ) -> tuple[tuple[Any, Any, Any], tuple[Any, Any, Any]]:
     """Compute M and gamma of a pendulum motion in principal axes (eq. 5:3).
 
@@ -55,7 +55,9 @@ def body_motion(
     return (zero, zero, M3), (r[0] * up - r[1] * side, r[1] * up + r[0] * side, zero)
 
 
-def canonical_motion(t: Any, p: Angles, h0: Any, family: int, m: Any) -> tuple[Any, Any, Any]:
+def canonical_motion(
+    t: Scalar, p: Angles, h0: Scalar, family: int, m: Elementary
+) -> tuple[Any, Any, Any]:
     """Compute J1, J2 and the phase of a pendulum motion (eq. sol_3).
 
     Parameters
@@ -86,7 +88,7 @@ def canonical_motion(t: Any, p: Angles, h0: Any, family: int, m: Any) -> tuple[A
     return (J2 if upper else 0 * J2), J2, m.atan2(up, ahead)
 
 
-def period(p: Angles, h0: Any, m: Any) -> Any:
+def period(p: Angles, h0: Scalar, m: Elementary) -> Any:
     """Period in t', 2 K(k)/rate; divided by `coordinates.scale` that in t.
 
     Raises ValueError where h0 > mu is broken.
@@ -94,7 +96,7 @@ def period(p: Angles, h0: Any, m: Any) -> Any:
     return 2 * jacobi.K(*modulus(h0, p.mu, m), m) / rate(p, h0, m)
 
 
-def rate(p: Angles, h0: Any, m: Any) -> Any:
+def rate(p: Angles, h0: Scalar, m: Elementary) -> Any:
     """Rate of the argument of sn, cn, dn, per t'."""
     return m.sqrt((h0 + p.mu) * p.kappa / 2)
 
@@ -106,14 +108,14 @@ def side_of(family: int) -> int:
     return 3 - 2 * family
 
 
-def swing(u: Any, h0: Any, mu: Any, m: Any) -> tuple[Any, Any, Any]:
+def swing(u: Scalar, h0: Scalar, mu: Scalar, m: Elementary) -> tuple[Any, Any, Any]:
     """Sine and cosine of the phase, and its speed: 2 sn^2 - 1, 2 sn cn and dn of u."""
     sn, cn, dn = jacobi.sncndn(u, *modulus(h0, mu, m), m)
     # A product of sum and difference keeps the sine near its zeros.
     return (sn - cn) * (sn + cn), 2 * sn * cn, dn
 
 
-def modulus(h0: Any, mu: Any, m: Any) -> tuple[Any, Any]:
+def modulus(h0: Scalar, mu: Scalar, m: Elementary) -> tuple[Any, Any]:
     """Modulus k and its complement sqrt(1 - k^2), each to its last digit.
 
     Raises ValueError where h0 > mu is broken.

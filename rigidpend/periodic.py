@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from rigidpend.body import Angles
-from rigidpend.equations import Numbers
+from rigidpend.numbers.generic import Elementary, Numbers, Scalar
 from rigidpend.pendulum import side_of
 
 
 def periodic_solution(
-    theta2: Any, p: Angles, h0: Any, family: int, epsilon: int, m: Any
+    theta2: Scalar, p: Angles, h0: Scalar, family: int, epsilon: int, m: Elementary
 ) -> tuple[Any, Any, Any, Any]:
     """Family T1 or T2 of periodic solutions of (eq1), to first order in mu (eq. tt).
 
@@ -51,7 +51,9 @@ def periodic_solution(
     return centre + lean, J2 if upper else 0 * J2, theta2 + ahead - (lean if upper else 0), J2
 
 
-def swing_coefficients(p: Angles, h0: Any, family: int, epsilon: int, m: Any) -> tuple[Any, Any]:
+def swing_coefficients(
+    p: Angles, h0: Scalar, family: int, epsilon: int, m: Elementary
+) -> tuple[Any, Any]:
     """Coefficients d_i1 and d_i2 of (tt), per mu; arguments of :func:`periodic_solution`."""
     half = _centre(p, epsilon) / 2
     lean, turn = m.sin(half), side_of(family) * epsilon * m.sin(p.alpha0)
@@ -62,7 +64,7 @@ def swing_coefficients(p: Angles, h0: Any, family: int, epsilon: int, m: Any) ->
     )
 
 
-def Delta_1(p: Angles, h0: Any, epsilon: int, m: Any) -> Any:
+def Delta_1(p: Angles, h0: Scalar, epsilon: int, m: Elementary) -> Any:
     """Largest |theta1 - beta0 - epsilon alpha0| near T1 and T2, to first order in mu (eq. dt).
 
     Parameters
@@ -85,7 +87,9 @@ def Delta_1(p: Angles, h0: Any, epsilon: int, m: Any) -> Any:
     return p.mu * sin_alpha0 * abs(lean) / (m.sqrt(sin_alpha0**2 + 16 * both**2) * h0)
 
 
-def Delta_1_from_moments(A: Numbers, r: Numbers, mu: Any, h0: Any, epsilon: int, m: Any) -> Any:
+def Delta_1_from_moments(
+    A: Numbers, r: Numbers, mu: Scalar, h0: Scalar, epsilon: int, m: Elementary
+) -> Any:
     """Second form of :func:`Delta_1`, from the body's own numbers.
 
     Parameters

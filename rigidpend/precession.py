@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rigidpend.body import ROUNDING, Angles, Body
-from rigidpend.equations import Numbers
 from rigidpend.numbers.exact import context
+from rigidpend.numbers.generic import Numbers, Scalar
 
 
 class Regime(Enum):
@@ -101,7 +101,7 @@ def plateaus(separatrices: ArrayLike, p: Angles, h0: float) -> NDArray[np.float6
     return np.concatenate(([0.0], np.cumsum(gained)))
 
 
-def turning_rate(M: Numbers, r: Numbers, mu: Any) -> Any:
+def turning_rate(M: Numbers, r: Numbers, mu: Scalar) -> Any:
     """Rate of theta3 in time t, mu r . M/M^2, from physical M.
 
     It is (th3) in other variables. It has no singularity at J1 = 0 or J1 = J2, where theta1

@@ -11,10 +11,13 @@ from __future__ import annotations
 from typing import Any
 
 from rigidpend.body import Angles
+from rigidpend.numbers.generic import Elementary, Scalar
 from rigidpend.pendulum import side_of
 
 
-def coefficients(tau: Any, p: Angles, h: Any, family: int, m: Any) -> tuple[Any, Any, Any]:
+def coefficients(
+    tau: Scalar, p: Angles, h: Scalar, family: int, m: Elementary
+) -> tuple[Any, Any, Any]:
     """Coefficients a0, a1, a2 of y' + a0 y^2 + a1 y + a2 = 0, y = cot(theta1/2) (eq. eq_Ric1).
 
     Parameters
@@ -55,7 +58,7 @@ def coefficients(tau: Any, p: Angles, h: Any, family: int, m: Any) -> tuple[Any,
     )
 
 
-def theta1_rate(theta1: Any, a: tuple[Any, Any, Any], m: Any) -> Any:
+def theta1_rate(theta1: Scalar, a: tuple[Any, Any, Any], m: Elementary) -> Any:
     """Rate dtheta1/dtau from the coefficients: (eq_Ric1) without the poles of y.
 
     Parameters
@@ -70,7 +73,7 @@ def theta1_rate(theta1: Any, a: tuple[Any, Any, Any], m: Any) -> Any:
     return 2 * (a[0] * cos * cos + a[1] * sin * cos + a[2] * sin * sin)
 
 
-def theta1_slope(theta1: Any, a: tuple[Any, Any, Any], m: Any) -> Any:
+def theta1_slope(theta1: Scalar, a: tuple[Any, Any, Any], m: Elementary) -> Any:
     """Derivative of :func:`theta1_rate` by theta1.
 
     It is minus the rate in tau of ln J1, or of ln(J2 - J1) in family 2: near the motion

@@ -12,8 +12,9 @@ import numpy as np
 
 from rigidpend.body import Angles
 from rigidpend.coordinates import Canonical
-from rigidpend.equations import Numbers, eq1
+from rigidpend.equations import eq1
 from rigidpend.free_body import SEPARATRICES, separatrix_theta1
+from rigidpend.numbers.generic import Elementary, Numbers, Scalar
 
 
 class SeparatrixMotion(NamedTuple):
@@ -38,7 +39,7 @@ class Vertex(NamedTuple):
     J1_over_J2: int
 
 
-def unperturbed(state: Numbers, p: Angles, m: Any) -> tuple[Any, Any, Any, Any]:
+def unperturbed(state: Numbers, p: Angles, m: Elementary) -> tuple[Any, Any, Any, Any]:
     """Hamilton's equations of the body without weight, dimensionless time t' (eq. eq1_0).
 
     State and result are those of :func:`rigidpend.equations.eq1`, of which this is mu = 0.
@@ -46,7 +47,7 @@ def unperturbed(state: Numbers, p: Angles, m: Any) -> tuple[Any, Any, Any, Any]:
     return eq1(state, p._replace(mu=0), m)
 
 
-def separatrix(t: Any, motion: SeparatrixMotion, p: Angles, m: Any = np) -> Canonical:
+def separatrix(t: Scalar, motion: SeparatrixMotion, p: Angles, m: Elementary = np) -> Canonical:
     """The unperturbed separatrices 1 to 4 (eq. sol_1, sol_2, sol_12, sol_22).
 
     Parameters
@@ -72,7 +73,7 @@ def separatrix(t: Any, motion: SeparatrixMotion, p: Angles, m: Any = np) -> Cano
     return Canonical(J1, J2mJ1, 0, theta1(motion.number, p, m), theta2, 0, 1)
 
 
-def theta1(number: int, p: Angles, m: Any = np) -> Any:
+def theta1(number: int, p: Angles, m: Elementary = np) -> Any:
     """Angle theta1 on separatrix `number`, radians, in the precision of `p` and `m`.
 
     Raises
@@ -92,17 +93,17 @@ def direction(number: int) -> int:
     return 1 if number % 2 == 0 else -1
 
 
-def u(motion: SeparatrixMotion, p: Angles, m: Any = np) -> Any:
+def u(motion: SeparatrixMotion, p: Angles, m: Elementary = np) -> Any:
     """Rate u = J2_0 sin(alpha0) at which separatrices leave and approach, per t'."""
     return motion.J2_0 * m.sin(p.alpha0)
 
 
-def v(motion: SeparatrixMotion, m: Any = np) -> Any:
+def v(motion: SeparatrixMotion, m: Elementary = np) -> Any:
     """Logarithm v = ln((J2_0 - J1_0)/J1_0); J1 = J2/2 is passed at u t = v rising, -v falling."""
     return m.log(motion.J2mJ1_0 / motion.J1_0)
 
 
-def vertices(p: Angles, m: Any = np) -> dict[str, Vertex]:
+def vertices(p: Angles, m: Elementary = np) -> dict[str, Vertex]:
     """Limits of the separatrices for t' to -+ infinity: vertices 1 to 4 and 1* to 4*.
 
     A separatrix n rises from the vertex n to n*, or falls from n* to n.

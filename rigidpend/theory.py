@@ -16,11 +16,12 @@ from rigidpend.body import Angles, Body
 from rigidpend.description import Row, body_rows, number_row
 from rigidpend.free_body import SEPARATRICES
 from rigidpend.numbers.exact import Exact, exact
+from rigidpend.numbers.generic import Scalar
 from rigidpend.periodic import Delta_1
 from rigidpend.routes.problem import RouteProblem
 
 
-def rows(body: Body, h0: Any, J1_0: Any = None) -> list[Row]:
+def rows(body: Body, h0: Scalar, J1_0: Scalar = None) -> list[Row]:
     """Make the table of a body at an energy constant.
 
     Parameters

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 
 from rigidpend.body import Angles
-from rigidpend.equations import Numbers
+from rigidpend.numbers.generic import Elementary, Numbers, Scalar
 from rigidpend.separatrices import SeparatrixMotion, direction, separatrix, theta1, u, v
 
 
 def linearised(
-    t: Any, delta: Numbers, motion: SeparatrixMotion, p: Angles, m: Any = np
+    t: Scalar, delta: Numbers, motion: SeparatrixMotion, p: Angles, m: Elementary = np
 ) -> tuple[Any, Any, Any, Any]:
     """The linearised equations of the perturbed motion, dimensionless time t' (eq. eq2).
 
@@ -57,7 +57,9 @@ def linearised(
     )
 
 
-def first_integral(t: Any, delta: Numbers, motion: SeparatrixMotion, p: Angles, m: Any = np) -> Any:
+def first_integral(
+    t: Scalar, delta: Numbers, motion: SeparatrixMotion, p: Angles, m: Elementary = np
+) -> Any:
     """Integral J of :func:`linearised`: the excess of the energy over kappa J2_0^2/2.
 
     Parameters are those of :func:`linearised`.

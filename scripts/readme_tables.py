@@ -13,13 +13,13 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from rigidpend.experiments.contract import Data
 from rigidpend.experiments.stress import report as trials
 from rigidpend.measure.benchmark import reading
 from rigidpend.measure.benchmark.methods import METHODS
 from rigidpend.measure.benchmark.problems import NAMES
 from rigidpend.results import store
 from rigidpend.results.store import Loaded
+from rigidpend.results.tree import Data
 from rigidpend.tables import Table, markdown, seconds, times
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -30,6 +30,7 @@ from rigidpend.body import Body
 from rigidpend.integrate.arithmetic import Arithmetic
 from rigidpend.melnikov import delta
 from rigidpend.numbers.exact import Exact
+from rigidpend.numbers.generic import Scalar
 
 TOP = 16
 """Number of harmonics that are kept.
@@ -79,7 +80,7 @@ class SurfaceSplitting(NamedTuple):
         return bool(self.error <= self.allowed)
 
 
-def distance(harmonics: ArrayLike, g: Any) -> Any:
+def distance(harmonics: ArrayLike, g: Scalar) -> Any:
     """Fourier series d1 cos g + d2 sin 2g + d3 cos 3g + ... at phases g."""
     return sum(
         d * (np.cos(k * g) if k % 2 else np.sin(k * g))

@@ -14,6 +14,7 @@ from rigidpend.integrate.arithmetic import Arithmetic
 from rigidpend.integrate.sections import first_crossings
 from rigidpend.melnikov import delta
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
+from rigidpend.numbers.generic import Elementary, Scalar
 from rigidpend.separatrices import SeparatrixMotion, theta1, u
 
 PATIENCE = 4
@@ -79,13 +80,13 @@ def J2_0(s: UnstableSurface) -> Any:
     return numbers(s.bits).sqrt(2 * s.h0 / s.p.kappa)
 
 
-def unperturbed(s: UnstableSurface, theta2_0: Any, depth: Any) -> SeparatrixMotion:
+def unperturbed(s: UnstableSurface, theta2_0: Scalar, depth: Scalar) -> SeparatrixMotion:
     """Unperturbed motion on separatrix 2 that starts at theta2_0 and J1 = exp(-depth) J2_0."""
     J2, low = J2_0(s), numbers(s.bits).exp(-depth)
     return SeparatrixMotion(2, low * J2, J2 - low * J2, theta2_0)
 
 
-def launch(s: UnstableSurface, theta2_0: Any, depth: Any) -> list[Fraction]:
+def launch(s: UnstableSurface, theta2_0: Scalar, depth: Scalar) -> list[Fraction]:
     """Start of an orbit, in aligned components of the working precision.
 
     At theta1 = alpha0 + beta0 it lies beside S1-, not on it. What it is off by shrinks as J1
@@ -123,7 +124,11 @@ def coefficients(s: UnstableSurface) -> AlignedCoefficients:
 
 
 def meet(
-    s: UnstableSurface, theta2_0: Iterable[Any], depth: Any, arithmetic: Arithmetic, jobs: int = 1
+    s: UnstableSurface,
+    theta2_0: Iterable[Any],
+    depth: Scalar,
+    arithmetic: Arithmetic,
+    jobs: int = 1,
 ) -> Points | None:
     """Follow orbits of S1- to the section.
 
@@ -170,7 +175,7 @@ def meet(
     return Points(begin, phases, offsets, times)
 
 
-def section_angles(state: Sequence[Any], alpha0: Any, m: Any) -> tuple[Any, Any]:
+def section_angles(state: Sequence[Any], alpha0: Scalar, m: Elementary) -> tuple[Any, Any]:
     """Phase g and offset of a state with M3 = 0, J3 = 0, beside separatrix 2.
 
     There Qm = J2 sin(offset/2) and Qp = J2 sin(offset/2 + alpha0), so that a small offset

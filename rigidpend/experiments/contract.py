@@ -19,13 +19,13 @@ no matplotlib, `draw.py` and `report.py` no integrator, for each is loaded witho
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, TypeVar
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeVar
 
 from rigidpend.description import Row as Row
 from rigidpend.integrate.arithmetic import CLOSED_FORM, Arithmetic
 from rigidpend.results.layout import Layout
-from rigidpend.results.tree import Tree
+from rigidpend.results.tree import Data, Tree
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,9 +37,6 @@ if TYPE_CHECKING:
     C_contra = TypeVar("C_contra", bound=ExperimentConfig, contravariant=True)
 else:
     C_contra = TypeVar("C_contra", contravariant=True)
-
-Data: TypeAlias = Mapping[str, Any]
-"""Group of a stored result, loaded: arrays, texts and groups by name."""
 
 
 def compute_now(name: str, compute: Callable[[], Tree]) -> Tree:

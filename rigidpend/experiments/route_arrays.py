@@ -10,9 +10,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.experiments.contract import Data
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference
+from rigidpend.results.tree import Data
 
 ROUNDING = 1e-14
 """Allowed difference of phases, radians: their rounding."""

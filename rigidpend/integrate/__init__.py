@@ -32,6 +32,7 @@ from rigidpend.integrate.engines import (
     runs_in_threads,
 )
 from rigidpend.integrate.records import Crossings, Orbits, Outcome, joined, no_crossings
+from rigidpend.numbers.generic import Numbers
 from rigidpend.run.workers import side_by_side, spread
 
 __all__ = [
@@ -84,8 +85,8 @@ def crossings(orbits: Orbits, *, engine: str, bits: int, tolerance: float, jobs:
 
 def sample(
     field: Field,
-    state: Any,
-    times: Any,
+    state: Numbers,
+    times: Numbers,
     *,
     engine: str | None = None,
     tolerance: float | None = None,
@@ -131,8 +132,8 @@ def sample(
 
 def ends(
     field: Field,
-    states: Any,
-    times: Any,
+    states: Numbers,
+    times: Numbers,
     *,
     engine: str | None = None,
     tolerance: float | None = None,
@@ -176,8 +177,8 @@ def ends(
 
 def sample_orbits(
     coefficients: AlignedCoefficients,
-    states: Any,
-    times: Any,
+    states: Numbers,
+    times: Numbers,
     *,
     engine: str | None = None,
     tolerance: float | None = None,
@@ -227,7 +228,7 @@ def sample_orbits(
     return taylor_samples.sample_batch(coefficients, states, times, tolerance)
 
 
-def _checked_times(times: Any) -> NDArray[np.float64]:
+def _checked_times(times: Numbers) -> NDArray[np.float64]:
     """Times as an array, if they ascend or descend."""
     checked = np.asarray(times, dtype=float)
     steps = np.diff(checked)

@@ -14,9 +14,10 @@ import numpy as np
 from rigidpend.equations import AlignedCoefficients
 from rigidpend.integrate import FINEST_TOLERANCE, bigint, default_engine, has_own_type
 from rigidpend.integrate import sample_orbits as in_doubles
+from rigidpend.numbers.generic import Numbers, Scalar
 
 
-def arcs(coefficients: AlignedCoefficients, states: Any, times: Any, bits: int) -> Any:
+def arcs(coefficients: AlignedCoefficients, states: Numbers, times: Numbers, bits: int) -> Any:
     """Orbits at given times of either sign.
 
     Parameters
@@ -41,7 +42,7 @@ def arcs(coefficients: AlignedCoefficients, states: Any, times: Any, bits: int) 
     return np.stack(columns, axis=-1)
 
 
-def _in_series(c: AlignedCoefficients, states: Any, times: Any, bits: int) -> Any:
+def _in_series(c: AlignedCoefficients, states: Numbers, times: Numbers, bits: int) -> Any:
     from rigidpend.integrate.compiled import borrowed
 
     grid = np.concatenate((times[:1] * 0, times))
@@ -67,7 +68,7 @@ class _Arc:
             compact_mode=bits > 64,
         )
 
-    def run(self, c: AlignedCoefficients, state: Any, grid: Any) -> Any:
+    def run(self, c: AlignedCoefficients, state: Numbers, grid: Numbers) -> Any:
         self.integrator.pars[:] = list(c)
         self.integrator.state[:] = state
         self.integrator.time = self.type(0)
@@ -77,7 +78,7 @@ class _Arc:
         return found[1:].T
 
 
-def _in_integers(c: AlignedCoefficients, state: Any, times: Any, bits: int) -> Any:
+def _in_integers(c: AlignedCoefficients, state: Numbers, times: Numbers, bits: int) -> Any:
     """(6, k) mpmath numbers, by Taylor series of an error below their rounding."""
     numbers, number = type(state[0]).context, type(state[0])
     exact = [_fraction(x) for x in state]
@@ -105,12 +106,12 @@ def _in_integers(c: AlignedCoefficients, state: Any, times: Any, bits: int) -> A
     return np.array(made, dtype=object if number else None).T
 
 
-def _reversed(state: Any) -> list[Any]:
+def _reversed(state: Numbers) -> list[Any]:
     Qp, Qm, M3, gamma1, gamma2, gamma3 = state
     return [Qp, Qm, -M3, gamma1, gamma2, -gamma3]
 
 
-def _fraction(x: Any) -> Fraction:
+def _fraction(x: Scalar) -> Fraction:
     from mpmath.libmp import to_rational
 
     return Fraction(*map(int, to_rational(x._mpf_)))

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from rigidpend.integrate.compiled import aligned_system, borrowed, heyoka
 from rigidpend.integrate.passages import Found, Refiner, no_crossing_found
 from rigidpend.integrate.records import Crossings, Orbits, Outcome, no_crossings, silent_outcome
+from rigidpend.numbers.generic import Numbers
 from rigidpend.run.workers import check_stop
 
 MAX_STEPS = 1_000_000
@@ -225,7 +226,7 @@ class _Batch:
         self.heyoka.set_dtime(*aside[1])
 
 
-def _set_time(integrator: Any, lanes: Any) -> None:
+def _set_time(integrator: Any, lanes: Numbers) -> None:
     """Set some lanes' time to 0; the others keep theirs to the last bit, low words included."""
     high, low = (part.copy() for part in integrator.dtime)
     high[lanes] = low[lanes] = 0.0

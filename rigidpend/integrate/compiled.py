@@ -12,6 +12,7 @@ import numpy as np
 
 from rigidpend.equations import AlignedCoefficients, aligned
 from rigidpend.integrate import compile_cache
+from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.run.signals import held
 
 
@@ -62,7 +63,7 @@ def working_type(bits: int) -> Any:
     return kinds.get(bits) or functools.partial(_real, bits)
 
 
-def _real(bits: int, x: Any) -> Any:
+def _real(bits: int, x: Scalar) -> Any:
     """A number of heyoka's arbitrary precision; a whole number counts as a double."""
     hy = heyoka()
     return x if isinstance(x, hy.real) else hy.real(float(x), bits)
@@ -106,7 +107,7 @@ def _of_type(bits: int) -> dict[str, Any]:
     return {"fp_type": hy.real, "prec": bits}
 
 
-def begin(integrator: Any, kind: Any, coefficients: Any, state: Any) -> None:
+def begin(integrator: Any, kind: Any, coefficients: Any, state: Numbers) -> None:
     """Put an orbit at time 0 into such an integrator, whatever it did before."""
     integrator.pars[:] = [typed(x, kind) for x in coefficients]
     integrator.state[:] = [typed(x, kind) for x in state]
@@ -115,7 +116,7 @@ def begin(integrator: Any, kind: Any, coefficients: Any, state: Any) -> None:
         integrator.reset_cooldowns()
 
 
-def typed(x: Any, kind: Any) -> Any:
+def typed(x: Scalar, kind: Any) -> Any:
     """A number of the working type, from a float, a Fraction or an mpmath number.
 
     It is a sum of doubles, each step exact.

@@ -22,7 +22,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.equations import Numbers, cross
+from rigidpend.equations import cross
+from rigidpend.numbers.generic import Elementary, Numbers, Scalar
 
 KICK = 3
 """The fourth part, the potential; 0, 1 and 2 are the turns about the axes."""
@@ -84,7 +85,7 @@ class Splitting(NamedTuple):
     substeps: tuple[tuple[int, Any], ...]
     """Which part, and for what share of the step; the first and the last are kicks."""
 
-    def advance(self, vectors: Numbers, h: Any, steps: int = 1, m: Any = np) -> list[Any]:
+    def advance(self, vectors: Numbers, h: Scalar, steps: int = 1, m: Elementary = np) -> list[Any]:
         """Take `steps` steps of length `h`.
 
         Parameters
@@ -110,7 +111,7 @@ class Splitting(NamedTuple):
             found = self._kicked(found, (last if count == 1 else last + first) * h)
         return found
 
-    def _turned(self, v: list[Any], part: int, h: Any, m: Any) -> list[Any]:
+    def _turned(self, v: list[Any], part: int, h: Scalar, m: Elementary) -> list[Any]:
         """The exact flow of M_i^2/(2 A_i), or of the potential."""
         if part == KICK:
             return self._kicked(v, h)
@@ -120,7 +121,7 @@ class Splitting(NamedTuple):
         v[j], v[k] = v[j] * cos + v[k] * sin, v[k] * cos - v[j] * sin
         return v
 
-    def _kicked(self, v: list[Any], h: Any) -> list[Any]:
+    def _kicked(self, v: list[Any], h: Scalar) -> list[Any]:
         """The exact flow of mu r . gamma: gamma stays, M grows evenly."""
         torque = cross([x[1] for x in v], self.mu_r)
         moved = [np.array(x) for x in v]
@@ -129,7 +130,7 @@ class Splitting(NamedTuple):
         return moved
 
 
-def splitting(A: Numbers, r: Numbers, mu: Any, order: int, number: Any = float) -> Splitting:
+def splitting(A: Numbers, r: Numbers, mu: Scalar, order: int, number: Any = float) -> Splitting:
     """The splitting of a body.
 
     Parameters

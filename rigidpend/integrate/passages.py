@@ -20,6 +20,7 @@ from rigidpend.integrate.bounds import (
 )
 from rigidpend.integrate.records import Crossings, Outcome, separatrix_beside
 from rigidpend.integrate.roots import UndecidedTouch, derivative, value_at, zeros
+from rigidpend.numbers.generic import Numbers
 from rigidpend.run.workers import check_stop
 
 Array = NDArray[np.float64]
@@ -225,7 +226,7 @@ class Refiner:
 
 
 def crossings_of_series(
-    series: Any, depth: float, exactly: Callable[[float], float] | None = None
+    series: Numbers, depth: float, exactly: Callable[[float], float] | None = None
 ) -> Iterator[tuple[float, int]]:
     """The crossings on a step as (share of the step, separatrix), from Qp, Qm, M3 as series.
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.equations import AlignedCoefficients
+from rigidpend.numbers.generic import Scalar
 
 
 class Outcome(IntEnum):
@@ -67,7 +68,7 @@ def joined(parts: list[Crossings]) -> Crossings:
     )
 
 
-def separatrix_beside(rising: bool, Qp: Any, Qm: Any) -> int:
+def separatrix_beside(rising: bool, Qp: Scalar, Qm: Scalar) -> int:
     """The separatrix beside which an orbit crosses M3 = 0.
 
     The flow rises on 2 (Qp > 0) and 4 (Qp < 0) and sinks on 1 (Qm < 0) and 3 (Qm > 0); the
@@ -78,7 +79,7 @@ def separatrix_beside(rising: bool, Qp: Any, Qm: Any) -> int:
     return 1 if Qm < 0 else 3
 
 
-def silent_outcome(Qp: Any, Qm: Any) -> Outcome:
+def silent_outcome(Qp: Scalar, Qm: Scalar) -> Outcome:
     """The outcome of an orbit that did not cross again, from where it is at the end.
 
     A forced component is never exactly zero for long, so a zero is an invariant plane.

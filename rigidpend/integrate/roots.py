@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+from rigidpend.numbers.generic import Scalar
+
 FINEST = 2.0**-20
 """Share of a step below which a turning point beside zero is looked at closely."""
 
@@ -41,7 +43,7 @@ def zeros(
     yield from _Polynomial(c, depth, exactly).between(0.0, 1.0)
 
 
-def value_at(c: Any, x: Any) -> Any:
+def value_at(c: Any, x: Scalar) -> Any:
     """The polynomial sum c_k x^k by Horner's rule, in any arithmetic."""
     total = c[-1]
     for term in c[-2::-1]:

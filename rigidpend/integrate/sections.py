@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from rigidpend.equations import AlignedCoefficients
 from rigidpend.integrate import bigint
 from rigidpend.integrate.engines import has_own_type
+from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.run.workers import check_stop, side_by_side
 
 AT_ONCE = 100
@@ -118,7 +119,7 @@ class _ToSection:
         self.type = working_type(bits)
         self.integrator = to_crossings(bits, tolerance)
 
-    def run(self, c: AlignedCoefficients, state: Any, limit: float) -> Crossing | None:
+    def run(self, c: AlignedCoefficients, state: Numbers, limit: float) -> Crossing | None:
         from rigidpend.integrate.compiled import begin, heyoka
 
         integrator = self.integrator
@@ -135,7 +136,7 @@ class _ToSection:
         )
 
 
-def _exact(x: Any, kind: Any) -> Fraction:
+def _exact(x: Scalar, kind: Any) -> Fraction:
     """The value of a number of the working type: a sum of doubles."""
     total, head = Fraction(0), float(x)
     while head:

@@ -20,6 +20,7 @@ from rigidpend.integrate.compiled import begin, borrowed, heyoka, stepper, worki
 from rigidpend.integrate.passages import UNDECIDED, Found, crossings_of_series
 from rigidpend.integrate.records import Crossings, Orbits, Outcome, no_crossings, silent_outcome
 from rigidpend.integrate.roots import value_at
+from rigidpend.numbers.generic import Numbers
 from rigidpend.run.workers import check_stop
 
 MAX_STEPS = 1_000_000
@@ -73,7 +74,7 @@ class _Scalar:
         self.integrator = stepper(bits, tolerance)
         self.far = self.type(1e300)
 
-    def run(self, orbits: Orbits, state: Any) -> tuple[Outcome, list[tuple[float, int]]]:
+    def run(self, orbits: Orbits, state: Numbers) -> tuple[Outcome, list[tuple[float, int]]]:
         """How one orbit ended, and its crossings as (time, separatrix)."""
         begin(self.integrator, self.type, orbits.coefficients, state)
         self.floats = type(orbits.coefficients)(*map(float, orbits.coefficients))
@@ -121,7 +122,7 @@ class _Scalar:
                 yield float(times[k] + time), separatrix
         self._to(times[-1], states[-1])
 
-    def _open(self, states: Any, times: Any) -> list[int]:
+    def _open(self, states: Numbers, times: Numbers) -> list[int]:
         """The stretches from row to row that the bounds leave open."""
         before, after, durations = states[:, :-1], states[:, 1:], np.diff(times)
         with np.errstate(all="ignore"):
@@ -132,7 +133,7 @@ class _Scalar:
         whole = np.isfinite(after).all(axis=0)
         return [int(k) for k in np.flatnonzero(~closed & whole)]
 
-    def _to(self, time: Any, state: Any) -> None:
+    def _to(self, time: Any, state: Numbers) -> None:
         self.integrator.time = time
         self.integrator.state[:] = state
 
@@ -162,7 +163,7 @@ class _Scalar:
         return at
 
 
-def _scaled(series: Any, step: float) -> Any:
+def _scaled(series: Numbers, step: float) -> Any:
     """Series of the working type in doubles, with the step as the unit of time."""
     doubles = np.array([[float(x) for x in row] for row in series])
     return doubles * step ** np.arange(doubles.shape[1])

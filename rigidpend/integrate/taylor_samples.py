@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend.integrate.compiled import aligned_system, borrowed, heyoka
+from rigidpend.numbers.generic import Numbers
 from rigidpend.run.workers import check_stop
 
 AT_ONCE = 20_000
@@ -19,7 +20,7 @@ PIECE = 1024
 """Times in a call, if they are more."""
 
 
-def sample(field: Any, state: Any, times: Any, tolerance: float) -> Any:
+def sample(field: Any, state: Numbers, times: Numbers, tolerance: float) -> Any:
     """An orbit of any field at given times (see `rigidpend.integrate.sample`)."""
     with borrowed(_Alone, _system(field, len(state)), tolerance) as alone:
         ending, *_, states = alone.run(state, times)
@@ -28,7 +29,7 @@ def sample(field: Any, state: Any, times: Any, tolerance: float) -> Any:
     return states.T
 
 
-def ends(field: Any, states: Any, times: Any, tolerance: float) -> Any:
+def ends(field: Any, states: Numbers, times: Numbers, tolerance: float) -> Any:
     """Orbits of any field, each at a time of its own (see `rigidpend.integrate.ends`)."""
     n, found = len(times), np.empty_like(states)
     width = min(n, heyoka().recommended_simd_size())
@@ -42,7 +43,7 @@ def ends(field: Any, states: Any, times: Any, tolerance: float) -> Any:
     return found
 
 
-def sample_batch(coefficients: Any, states: Any, times: Any, tolerance: float) -> Any:
+def sample_batch(coefficients: Any, states: Numbers, times: Numbers, tolerance: float) -> Any:
     """Orbits of the aligned field (see `rigidpend.integrate.sample_orbits`)."""
     n = states.shape[1]
     found = np.empty((6, times.size, n))
@@ -67,7 +68,7 @@ class _Alone:
             list(system), np.zeros(len(system)), tol=tolerance
         )
 
-    def run(self, state: Any, times: Any) -> Any:
+    def run(self, state: Numbers, times: Numbers) -> Any:
         self.integrator.time = times[0]
         self.integrator.state[:] = state
         return self.integrator.propagate_grid(times)
@@ -81,7 +82,7 @@ class _Abreast:
             list(system), np.zeros((len(system), width)), tol=tolerance
         )
 
-    def run(self, states: Any, times: Any) -> Any:
+    def run(self, states: Numbers, times: Numbers) -> Any:
         self.integrator.set_time(0.0)
         self.integrator.state[:] = states
         _advance(self.integrator, times)
@@ -102,7 +103,7 @@ class _Sampler:
             tol=tolerance,
         )
 
-    def run(self, coefficients: Any, states: Any, times: Any) -> Any:
+    def run(self, coefficients: Any, states: Numbers, times: Numbers) -> Any:
         """At most `width` orbits; lanes without an orbit repeat the first."""
         n = states.shape[1]
         lanes = np.concatenate((states, np.repeat(states[:, :1], self.width - n, axis=1)), axis=1)
@@ -114,7 +115,7 @@ class _Sampler:
             raise ArithmeticError("an orbit did not reach the last of the times")
         return found.transpose(1, 0, 2)[..., :n]
 
-    def _between(self, lanes: Any, times: Any) -> Any:
+    def _between(self, lanes: Numbers, times: Numbers) -> Any:
         if times.size > FEW:
             grid = np.repeat(times[:, None], self.width, axis=1)
             # Each piece begins at the last time of the one before, where the integrator is.
@@ -126,7 +127,7 @@ class _Sampler:
             found.append(self.integrator.state.copy())
         return np.stack(found)
 
-    def _on_grid(self, grid: Any) -> Any:
+    def _on_grid(self, grid: Numbers) -> Any:
         check_stop()
         return self.integrator.propagate_grid(grid)[1]
 

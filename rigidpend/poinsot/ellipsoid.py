@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rigidpend.equations import Numbers
+from rigidpend.numbers.generic import Numbers
 
 
 def ellipsoid(x: Numbers, A: Numbers) -> Any:

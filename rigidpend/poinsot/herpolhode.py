@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rigidpend.equations import Numbers, cross, euler_poisson
+from rigidpend.equations import cross, euler_poisson
 from rigidpend.hodograph import angular_velocity
+from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.poinsot.modulus import reduced, sncndn
 from rigidpend.poinsot.orbit import Orbit
 
@@ -118,7 +119,7 @@ def _gain(orbit: Orbit) -> float:
     return float(2 * _third(orbit, K, 1.0, 0.0, kc) - np.pi)
 
 
-def _third(orbit: Orbit, u: Any, sn: Any, cn: Any, dn: Any) -> Any:
+def _third(orbit: Orbit, u: Scalar, sn: Any, cn: Any, dn: Any) -> Any:
     """Legendre's integral Pi(height^2; am u) times p coheight^2/reach, |u| <= K."""
     from scipy.special import elliprj
 

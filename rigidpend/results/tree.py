@@ -15,3 +15,5 @@ class Dataset(NamedTuple):
 
 
 Tree: TypeAlias = Mapping[str, "Dataset | Tree"]
+Data: TypeAlias = Mapping[str, Any]
+"""Group of a stored result, loaded: arrays, texts and groups by name."""

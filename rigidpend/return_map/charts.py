@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.integrate.arcs import arcs
+from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.return_map.conjugacy import Rates, inverted, torus_rates
 from rigidpend.return_map.expansions import (
     Interval,
@@ -53,7 +54,7 @@ class Table(NamedTuple):
     """(count, n_x n_phase, 4) coefficients; the phase runs fastest."""
 
 
-def fitted(values: Any, width: Any, energies: Interval, a: Precision) -> Table:
+def fitted(values: Numbers, width: Scalar, energies: Interval, a: Precision) -> Table:
     """The table of values (n_x, n_phase, count, 4) at the nodes."""
     n_x, n_phase, count, functions = values.shape
     found = np.matmul(chebyshev_analysis(n_x, a), values.reshape(n_x, -1))
@@ -72,7 +73,7 @@ class Looked(NamedTuple):
     by_phase: Any
 
 
-def look_up(table: Table, values: Any, x: Any, phase: Any, a: Precision) -> Any:
+def look_up(table: Table, values: Numbers, x: Scalar, phase: Scalar, a: Precision) -> Any:
     """The four functions at points, (4, N).
 
     `values` are the table's at the points' energies: (1, n_x n_phase, 4) for a common one, else
@@ -81,18 +82,18 @@ def look_up(table: Table, values: Any, x: Any, phase: Any, a: Precision) -> Any:
     return _contracted(_basis(table, x, phase, a), values)
 
 
-def look_up_slopes(table: Table, values: Any, x: Any, phase: Any, a: Precision) -> Looked:
+def look_up_slopes(table: Table, values: Numbers, x: Scalar, phase: Scalar, a: Precision) -> Looked:
     """:func:`look_up` with the derivatives."""
     return Looked(*(_contracted(_basis(table, x, phase, a, s), values) for s in ("", "x", "phase")))
 
 
-def at_energies(table: Table, weights: Any) -> Any:
+def at_energies(table: Table, weights: Numbers) -> Any:
     """A table's coefficients at energies, (N or 1, n_x n_phase, 4)."""
     flat = table.values.reshape(len(table.values), -1)
     return (weights @ flat).reshape(len(weights), -1, 4)
 
 
-def _basis(table: Table, x: Any, phase: Any, a: Precision, slope: str = "") -> Any:
+def _basis(table: Table, x: Scalar, phase: Scalar, a: Precision, slope: str = "") -> Any:
     """The products of Chebyshev polynomials and Fourier modes, (N, n_x n_phase)."""
     T = chebyshev_basis(x / table.width, table.n_x, a, slope=slope == "x")
     F = fourier_basis(phase, table.n_phase, a, slope=slope == "phase")
@@ -101,7 +102,7 @@ def _basis(table: Table, x: Any, phase: Any, a: Precision, slope: str = "") -> A
     return (T[:, :, None] * F[:, None, :]).reshape(len(x), -1)
 
 
-def _contracted(basis: Any, values: Any) -> Any:
+def _contracted(basis: Any, values: Numbers) -> Any:
     if len(values) == 1:
         return (basis @ values[0]).T
     return np.matmul(basis[:, None, :], values)[:, 0].T
@@ -109,13 +110,13 @@ def _contracted(basis: Any, values: Any) -> Any:
 
 def section_chart(
     rising: bool,
-    d: Any,
-    chi: Any,
-    h: Any,
-    weights: Any,
+    d: Scalar,
+    chi: Scalar,
+    h: Scalar,
+    weights: Numbers,
     nf: NormalForm,
     c: Coefficients,
-    length: Any,
+    length: Scalar,
     a: Precision,
 ) -> Any:
     """U, V, and the constants of time and theta3, at points of the section: (4, N).
@@ -155,7 +156,9 @@ def section_chart(
     return np.stack((at.u / stretch, at.v * stretch, time, theta3 - at.sigma))
 
 
-def _branch(turned: Any, side: int, length: Any, h: Any, c: Coefficients, a: Precision) -> Any:
+def _branch(
+    turned: Scalar, side: int, length: Scalar, h: Scalar, c: Coefficients, a: Precision
+) -> Any:
     """psi - chi, next to what it is without weight."""
     alpha0 = 2 * a.atan2(1 / c.to_M2, 1 / c.to_M1)
     free = side * (alpha0 / 2 + c.aligned.kappa * a.sqrt(2 * h / c.aligned.kappa) * length)
@@ -163,7 +166,7 @@ def _branch(turned: Any, side: int, length: Any, h: Any, c: Coefficients, a: Pre
     return free + a.atan2(a.sin(turned - free), a.cos(turned - free))
 
 
-def _quadrature(length: Any, c: Coefficients, h: Any, a: Precision) -> tuple[Any, Any]:
+def _quadrature(length: Scalar, c: Coefficients, h: Scalar, a: Precision) -> tuple[Any, Any]:
     """Points in (0, 1), ascending, and the weights of Fejer's rule."""
     rate = float(c.aligned.half_sigma) * float(np.sqrt(2 * float(h) / float(c.aligned.kappa)))
     strip = STRIP * 2 / (rate * float(length))
@@ -182,7 +185,7 @@ class Chart(NamedTuple):
     """d, chi - s, and the same constants, of (I, s)."""
 
 
-def grid(width: Any, n_x: int, n_phase: int, a: Precision) -> tuple[Any, Any]:
+def grid(width: Scalar, n_x: int, n_phase: int, a: Precision) -> tuple[Any, Any]:
     """The nodes of a table at one energy: x and phase, (n_x n_phase,) each."""
     x, phase = width * nodes(n_x, a), phases(n_phase, a)
     return np.repeat(x, n_phase), np.tile(phase, n_x)
@@ -200,12 +203,12 @@ class Invariants(NamedTuple):
 
 def forward_table(
     rising: bool,
-    width: Any,
+    width: Scalar,
     n_x: int,
     n_phase: int,
     nf: NormalForm,
     c: Coefficients,
-    length: Any,
+    length: Scalar,
     a: Precision,
 ) -> Table:
     """The chart of a section as a table over |d| <= width."""
@@ -217,7 +220,9 @@ def forward_table(
     return fitted(_arranged(found, n_x, n_phase), width, nf.energies, a)
 
 
-def inverse_table(rising: bool, forward: Table, width: Any, nf: NormalForm, a: Precision) -> Table:
+def inverse_table(
+    rising: bool, forward: Table, width: Scalar, nf: NormalForm, a: Precision
+) -> Table:
     """The inverse chart as a table over |I| <= width, from the chart's table.
 
     Raises
@@ -241,7 +246,13 @@ def _arranged(found: list[Any], n_x: int, n_phase: int) -> Any:
 
 
 def _solved(
-    rising: bool, forward: Table, I: Any, s: Any, weights: Any, nf: NormalForm, a: Precision
+    rising: bool,
+    forward: Table,
+    I: Scalar,
+    s: Scalar,
+    weights: Numbers,
+    nf: NormalForm,
+    a: Precision,
 ) -> tuple[Any, Any]:
     """The points (d, chi) that have the invariants I and s, by Newton's method."""
     values = at_energies(forward, weights)
@@ -266,7 +277,7 @@ def _solved(
 
 
 def invariants(
-    by_v: bool, seen: Looked, chi: Any, exponent: Any, rotation: Any, a: Precision
+    by_v: bool, seen: Looked, chi: Scalar, exponent: Scalar, rotation: Scalar, a: Precision
 ) -> Invariants:
     """I and s of points of a section, with their derivatives in (d, chi).
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from rigidpend.numbers.generic import Scalar
 from rigidpend.return_map.charts import (
     Chart,
     Table,
@@ -44,7 +45,7 @@ class Errors(NamedTuple):
 
 
 def held_out(
-    rising: bool, chart: Chart, nf: NormalForm, c: Coefficients, length: Any, a: Precision
+    rising: bool, chart: Chart, nf: NormalForm, c: Coefficients, length: Scalar, a: Precision
 ) -> tuple[float, float]:
     """The errors of a chart and of its inverse at random points."""
     random = np.random.default_rng(POINTS + rising)

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.return_map.expansions import fourier_basis
 from rigidpend.return_map.normal_form import MapError, NormalForm, powers
 from rigidpend.return_map.precision import Precision
@@ -26,12 +27,12 @@ class Rates(NamedTuple):
     rotation_slope: Any
 
 
-def torus_rates(exponent: Any, rotation: Any, I: Any) -> Rates:
+def torus_rates(exponent: Scalar, rotation: Scalar, I: Scalar) -> Rates:
     """The rates from their coefficients (N or 1, K) at the invariants I."""
     return Rates(*_polynomial(exponent, I), *_polynomial(rotation, I))
 
 
-def _polynomial(c: Any, x: Any) -> tuple[Any, Any]:
+def _polynomial(c: Any, x: Scalar) -> tuple[Any, Any]:
     value, slope = c[:, -1] + 0 * x, 0 * x
     for k in range(c.shape[1] - 2, -1, -1):
         value, slope = value * x + c[:, k], slope * x + value
@@ -49,7 +50,9 @@ class Beside(NamedTuple):
     """theta3 less its mean (which is 0), radians."""
 
 
-def inverted(nf: NormalForm, weights: Any, psi: Any, Qp: Any, Qm: Any, a: Precision) -> Beside:
+def inverted(
+    nf: NormalForm, weights: Numbers, psi: Scalar, Qp: Scalar, Qm: Scalar, a: Precision
+) -> Beside:
     """u and v of points by Newton's method.
 
     Raises
@@ -79,7 +82,7 @@ def inverted(nf: NormalForm, weights: Any, psi: Any, Qp: Any, Qm: Any, a: Precis
     return Beside(u, v, series.time(u, v), series.values(u, v)[0][2])
 
 
-def _level(weights: Any, part: Any, n: int) -> Any:
+def _level(weights: Numbers, part: Any, n: int) -> Any:
     """Coefficients (n, terms) at one energy."""
     return (weights @ part.reshape(weights.shape[1], -1)).reshape(n, -1)
 
@@ -87,7 +90,7 @@ def _level(weights: Any, part: Any, n: int) -> Any:
 class _Series:
     """The series at given phases: polynomials in u and v with coefficients of each point."""
 
-    def __init__(self, nf: NormalForm, weights: Any, psi: Any, a: Precision) -> None:
+    def __init__(self, nf: NormalForm, weights: Numbers, psi: Scalar, a: Precision) -> None:
         basis = fourier_basis(psi, nf.n, a)
         odd, even = nf.odd.reshape(len(nf.odd), -1), nf.even
         if len(weights) == 1:
@@ -98,7 +101,7 @@ class _Series:
         self.a, self.degree = a, nf.degree
         self.odd_powers, self.even_powers = powers(nf.degree, 1), powers(nf.degree, 0)
 
-    def values(self, u: Any, v: Any) -> tuple[Any, Any, Any]:
+    def values(self, u: Scalar, v: Scalar) -> tuple[Any, Any, Any]:
         """Qp, Qm, sigma, (3, N), and their derivatives in u and in v."""
         (j, k), up, vp = self.odd_powers.T, self._powers(u), self._powers(v)
         of_u, of_v = up[:, j], vp[:, k]
@@ -109,12 +112,12 @@ class _Series:
             (self.odd * (of_u * by_v)[:, :, None]).sum(axis=1).T,
         )
 
-    def time(self, u: Any, v: Any) -> Any:
+    def time(self, u: Scalar, v: Scalar) -> Any:
         """tau, (N,)."""
         j, k = self.even_powers.T
         return (self.even * self._powers(u)[:, j] * self._powers(v)[:, k]).sum(axis=1)
 
-    def _powers(self, x: Any) -> Any:
+    def _powers(self, x: Scalar) -> Any:
         found = np.ones((len(x), self.degree + 1), dtype=float).astype(self.a.dtype)
         for k in range(1, self.degree + 1):
             found[:, k] = found[:, k - 1] * x

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rigidpend.numbers.generic import Scalar
 from rigidpend.return_map.precision import Precision
 
 
@@ -19,7 +20,7 @@ def phases(n: int, a: Precision) -> Any:
     return 2 * a.pi * a.array(np.arange(n)) / n
 
 
-def fourier_basis(phase: Any, n: int, a: Precision, *, slope: bool = False) -> Any:
+def fourier_basis(phase: Scalar, n: int, a: Precision, *, slope: bool = False) -> Any:
     """The n functions 1, cos, sin, cos 2, ... at phases: (..., n), or their derivatives."""
     cos, sin = a.cos(phase), a.sin(phase)
     basis = np.zeros((*np.shape(phase), n), dtype=a.dtype)
@@ -43,7 +44,7 @@ def nodes(n: int, a: Precision) -> Any:
     return a.cos(a.pi * (2 * a.array(np.arange(n)) + 1) / (2 * n))
 
 
-def chebyshev_basis(x: Any, n: int, a: Precision, *, slope: bool = False) -> Any:
+def chebyshev_basis(x: Scalar, n: int, a: Precision, *, slope: bool = False) -> Any:
     """The Chebyshev polynomials T_0 .. T_{n-1} at x: (..., n), or their derivatives."""
     T = np.zeros((*np.shape(x), n), dtype=a.dtype)
     T[..., 0] = a.number(1)
@@ -77,7 +78,7 @@ class Interval(NamedTuple):
         """(n,)."""
         return self.centre + self.half_width * nodes(self.n, a)
 
-    def basis(self, h: Any, a: Precision) -> Any:
+    def basis(self, h: Scalar, a: Precision) -> Any:
         """(..., n) at energies h."""
         if self.n == 1:
             ones = np.ones((*np.shape(h), 1), dtype=float)

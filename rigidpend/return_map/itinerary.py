@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rigidpend.numbers.generic import Scalar
 from rigidpend.return_map.charts import look_up
 from rigidpend.return_map.conjugacy import inverted, torus_rates
 from rigidpend.return_map.passage import EnergyLevel, SectionPoint, reduced_angle
@@ -43,7 +44,7 @@ class Itinerary(NamedTuple):
     """The last crossings."""
 
 
-def enter(level: EnergyLevel, Qp: Any, phase: Any) -> Entered:
+def enter(level: EnergyLevel, Qp: Scalar, phase: Scalar) -> Entered:
     """Orbits that start at Qp > 0, Qm = 0, M3 < 0, and first cross beside separatrix 2.
 
     Parameters

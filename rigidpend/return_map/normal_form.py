@@ -20,13 +20,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rigidpend.numbers.generic import Scalar
 from rigidpend.return_map.expansions import Interval, fourier_analysis, fourier_basis, phases
 from rigidpend.return_map.jets import Deferred, Jet, Reciprocal, convolved
 from rigidpend.return_map.precision import Precision
 from rigidpend.return_map.reduced import Coefficients, Rates, lift, reduced
 
 MOST_CORRECTIONS = 40
-"""Corrections of the Floquet frame; each squares its error, and 8 serve up to mu = h0/3."""
+"""Largest number of corrections of the Floquet frame; each squares its error, so few are made."""
 
 
 DIVERGED = 1e3
@@ -104,7 +105,9 @@ def normal_form(
 class _Momentum(Jet):
     """J2 from the energy: kappa/2 J2^2 - Qp Qm/2 + mu r . gamma = h."""
 
-    def __init__(self, tape: list[Jet], h: Any, turn: Any, c: Coefficients, a: Precision) -> None:
+    def __init__(
+        self, tape: list[Jet], h: Scalar, turn: Scalar, c: Coefficients, a: Precision
+    ) -> None:
         super().__init__(tape, 0)
         self.kappa = c.aligned.kappa
         self.parts[0] = a.sqrt(2 * (h - lift(turn, c)) / self.kappa)[None]
@@ -121,7 +124,7 @@ class _Momentum(Jet):
 class _Finder:
     """The normal form in the making: the reduced equations as series, and what is known."""
 
-    def __init__(self, c: Coefficients, h: Any, n: int, a: Precision) -> None:
+    def __init__(self, c: Coefficients, h: Scalar, n: int, a: Precision) -> None:
         self.a, self.n = a, n
         psi = phases(n, a)[:, None]
         self.turn = a.cos(psi), a.sin(psi)
@@ -134,7 +137,7 @@ class _Finder:
         self.rotation: list[Any] = []
         self._begin()
 
-    def _series(self, c: Coefficients, h: Any) -> tuple[list[Jet], list[Jet]]:
+    def _series(self, c: Coefficients, h: Scalar) -> tuple[list[Jet], list[Jet]]:
         """Qp and Qm, to be told; and d/dpsi of Qp, Qm, t and theta3 along the flow."""
         self.tape: list[Jet] = []
         Q = [Jet(self.tape, 1), Jet(self.tape, 1)]
@@ -182,7 +185,7 @@ class _Finder:
         self.P, self.exponent = P, [exponent]
         self.difference = [self._mean(rest[0][0]) + self._mean(rest[1][1])]
 
-    def _left(self, A: Any, P: Any, exponent: Any) -> Any:
+    def _left(self, A: Any, P: Any, exponent: Scalar) -> Any:
         """P^-1 (A P - P') - diag(exponent, -exponent)."""
         determinant = P[0][0] * P[1][1] - P[0][1] * P[1][0]
         found = []
@@ -242,11 +245,11 @@ class _Finder:
                 rest[k : k + d + 1] -= rate * lean * parts[d]
         return rest
 
-    def _mean(self, x: Any) -> Any:
+    def _mean(self, x: Scalar) -> Any:
         """The mean over the phases: (..., H) of (..., n, H)."""
         return x.sum(axis=-2) / self.n
 
-    def _divided(self, x: Any, rate: Any) -> Any:
+    def _divided(self, x: Scalar, rate: Scalar) -> Any:
         """The periodic y with y' + rate y = x; where rate = 0, of x less its mean, with mean 0."""
         found = np.matmul(self.analysis, x)
         rate = rate + np.zeros_like(found[..., :1, :])

@@ -19,8 +19,9 @@ from rigidpend.return_map.precision import precision
 from rigidpend.return_map.reduced import Coefficients
 
 REACH = 4.0
-"""Largest |I| of the tables over that of the splitting: of 10,000 random orbits of 15 symbols
-with the body of Fig. 4 all stay within 3.6."""
+"""Largest |I| of the tables over that of the splitting.
+
+Of 8,000 random orbits of 15 symbols with the body of Fig. 4, 99.85 % stay inside."""
 MARGIN = 1.15
 """Of the width in d over the least that the first look finds."""
 LARGEST_RADIUS = 0.5

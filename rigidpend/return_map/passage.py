@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rigidpend.numbers.generic import Scalar
 from rigidpend.return_map.charts import (
     Chart,
     Invariants,
@@ -70,7 +71,9 @@ class EnergyLevel:
     a : Precision
     """
 
-    def __init__(self, nf: NormalForm, charts: tuple[Chart, Chart], h: Any, a: Precision) -> None:
+    def __init__(
+        self, nf: NormalForm, charts: tuple[Chart, Chart], h: Scalar, a: Precision
+    ) -> None:
         self.nf, self.charts, self.a = nf, charts, a
         self.h = np.atleast_1d(a.array(h))
         self.weights = nf.energies.basis(self.h, a)
@@ -136,11 +139,11 @@ class EnergyLevel:
             _chained(seen, there, at, turned, side) if slopes else None,
         )
 
-    def _seen(self, how: Any, rising: bool, which: int, x: Any, phase: Any) -> Looked:
+    def _seen(self, how: Any, rising: bool, which: int, x: Scalar, phase: Scalar) -> Looked:
         found = how(self.charts[rising][which], self.values[rising][which], x, phase, self.a)
         return found if isinstance(found, Looked) else Looked(found, None, None)
 
-    def _invariants(self, by_v: bool, seen: Looked, chi: Any) -> Invariants:
+    def _invariants(self, by_v: bool, seen: Looked, chi: Scalar) -> Invariants:
         if seen.by_x is not None:
             return invariants(by_v, seen, chi, self.exponent, self.rotation, self.a)
         I = seen.value[0] * seen.value[1]
@@ -149,7 +152,7 @@ class EnergyLevel:
         return Invariants(I, chi + depth if by_v else chi - depth, (), (), rates)  # type: ignore[arg-type]
 
 
-def _chained(seen: Looked, there: Looked, at: Invariants, turned: Any, side: Any) -> Any:
+def _chained(seen: Looked, there: Looked, at: Invariants, turned: Scalar, side: Any) -> Any:
     """The derivatives (4, 2, N) of d, chi, time and theta3 in d and chi."""
     columns = []
     for k, by in enumerate((seen.by_x, seen.by_phase)):

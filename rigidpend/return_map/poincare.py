@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.return_map.normal_form import MapError
 from rigidpend.return_map.precision import Precision
 from rigidpend.return_map.reduced import Coefficients
@@ -21,7 +22,9 @@ from rigidpend.return_map.reduced import Coefficients
 MOST_ITERATIONS = 60
 
 
-def section_state(rising: bool, d: Any, chi: Any, h: Any, c: Coefficients, a: Precision) -> Any:
+def section_state(
+    rising: bool, d: Scalar, chi: Scalar, h: Scalar, c: Coefficients, a: Precision
+) -> Any:
     """Aligned components (6, ...) of points on separatrix 2 (rising) or 3.
 
     Raises MapError where the energy does not allow such a point.
@@ -43,19 +46,21 @@ def section_state(rising: bool, d: Any, chi: Any, h: Any, c: Coefficients, a: Pr
     return np.stack(np.broadcast_arrays(*components, 0 * Q, *gamma))
 
 
-def section_momentum(rising: bool, d: Any, chi: Any, h: Any, c: Coefficients, a: Precision) -> Any:
+def section_momentum(
+    rising: bool, d: Scalar, chi: Scalar, h: Scalar, c: Coefficients, a: Precision
+) -> Any:
     """J2 at points of the section, dimensionless."""
     Qp, Qm, *_ = section_state(rising, d, chi, h, c, a)
     return a.sqrt(((Qp + Qm) * c.to_M1) ** 2 + ((Qp - Qm) * c.to_M2) ** 2)
 
 
-def _momenta(rising: bool, d: Any, Q: Any, c: Coefficients) -> tuple[Any, Any, Any, Any]:
+def _momenta(rising: bool, d: Scalar, Q: Scalar, c: Coefficients) -> tuple[Any, Any, Any, Any]:
     """M1, M2 and their derivatives in Q."""
     side = 1 if rising else -1
     return (Q + d) * c.to_M1, side * (Q - d) * c.to_M2, c.to_M1, side * c.to_M2
 
 
-def _energy(rising: bool, d: Any, Q: Any, cos: Any, c: Coefficients, a: Precision) -> Any:
+def _energy(rising: bool, d: Scalar, Q: Scalar, cos: Any, c: Coefficients, a: Precision) -> Any:
     """The energy and its derivative in Q."""
     k = c.aligned
     M1, M2, dM1, dM2 = _momenta(rising, d, Q, c)
@@ -67,7 +72,7 @@ def _energy(rising: bool, d: Any, Q: Any, cos: Any, c: Coefficients, a: Precisio
     return value, slope
 
 
-def rotation_phase(state: Any, c: Coefficients, a: Precision) -> Any:
+def rotation_phase(state: Numbers, c: Coefficients, a: Precision) -> Any:
     """psi of `reduced` at states (6, ...) with M3 > 0, radians in (-pi, pi]."""
     Qp, Qm, M3, gamma1, gamma2, gamma3 = state
     M1, M2 = (Qp + Qm) * c.to_M1, (Qp - Qm) * c.to_M2

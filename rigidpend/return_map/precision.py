@@ -17,6 +17,7 @@ import numpy as np
 from rigidpend.integrate.compiled import heyoka, typed
 from rigidpend.integrate.engines import default_engine
 from rigidpend.numbers.exact import context
+from rigidpend.numbers.generic import Scalar
 
 FUNCTIONS = {"sin": 1, "cos": 1, "exp": 1, "log": 1, "sqrt": 1, "atan2": 2}
 
@@ -53,7 +54,7 @@ class Precision:
         self.pi = self.number(+context(max(bits, 113)).pi)
         self.epsilon = 2.0 ** (1 - bits)
 
-    def number(self, x: Any) -> Any:
+    def number(self, x: Scalar) -> Any:
         """A number of this precision from an int, a float, a Fraction or an mpmath number."""
         if self.dtype == object:
             m = context(self.bits)
@@ -61,7 +62,7 @@ class Precision:
         exactly = Fraction(x) if isinstance(x, (int, float)) else x
         return float(x) if self.bits == 53 else typed(exactly, self.dtype.type)
 
-    def array(self, x: Any) -> Any:
+    def array(self, x: Scalar) -> Any:
         """An array of this precision from an array or nested list of such numbers."""
         given = np.asarray(x)
         if given.dtype.kind in "fiu" and self.dtype != object:
@@ -70,11 +71,11 @@ class Precision:
         found.ravel()[:] = [self.number(one) for one in given.astype(object).ravel()]
         return found
 
-    def floats(self, x: Any) -> Any:
+    def floats(self, x: Scalar) -> Any:
         """The doubles nearest to an array."""
         return np.asarray(x).astype(float)
 
-    def largest(self, x: Any) -> float:
+    def largest(self, x: Scalar) -> float:
         """The largest modulus in an array, as a float; infinite where there is a NaN."""
         sizes = np.abs(np.asarray(x)).astype(float)
         return float(sizes.max(initial=0.0)) if np.isfinite(sizes).all() else float("inf")

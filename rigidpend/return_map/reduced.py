@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 from rigidpend.body import Angles
 from rigidpend.equations import AlignedCoefficients, aligned_coefficients
 from rigidpend.numbers.exact import GUARD_BITS, context
+from rigidpend.numbers.generic import Scalar
 from rigidpend.return_map.precision import Precision
 
 
@@ -55,7 +56,7 @@ class Rates(NamedTuple):
     """M1^2 + M2^2."""
 
 
-def reduced(Q: Any, turn: Any, size: Any, c: Coefficients) -> Rates:
+def reduced(Q: Scalar, turn: Scalar, size: Any, c: Coefficients) -> Rates:
     """Right-hand side of the reduced equations, from eq. eq and th3, dimensionless time t'.
 
     Parameters
@@ -88,7 +89,7 @@ def reduced(Q: Any, turn: Any, size: Any, c: Coefficients) -> Rates:
     )
 
 
-def lift(turn: Any, c: Coefficients) -> Any:
+def lift(turn: Scalar, c: Coefficients) -> Any:
     """mu cos(psi + beta0/2), the weight's energy on the periodic orbit."""
     return c.aligned.mu_r1 * turn[0] - c.aligned.mu_r2 * turn[1]
 
@@ -103,7 +104,7 @@ def theta3_rate(M: Any, c: Coefficients) -> Any:
     return _weight(Qp, Qm, c) / (M1 * M1 + M2 * M2 + M3 * M3)
 
 
-def _weight(Qp: Any, Qm: Any, c: Coefficients) -> Any:
+def _weight(Qp: Scalar, Qm: Scalar, c: Coefficients) -> Any:
     """mu (r1 M1 + r2 M2)."""
     k = c.aligned
     return (Qp + Qm) * (c.to_M1 * k.mu_r1) + (Qp - Qm) * (c.to_M2 * k.mu_r2)

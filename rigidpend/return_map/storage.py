@@ -21,6 +21,7 @@ from rigidpend import __version__
 from rigidpend.body import Body
 from rigidpend.integrate.compile_cache import user_cache
 from rigidpend.numbers.exact import Exact
+from rigidpend.numbers.generic import Scalar
 from rigidpend.results import files
 from rigidpend.return_map.charts import Chart, Table
 from rigidpend.return_map.expansions import Interval
@@ -110,7 +111,7 @@ def _path(name: str) -> Path:
     return user_cache() / "rigidpend" / "maps" / f"{name}.npz"
 
 
-def _split(x: Any) -> Any:
+def _split(x: Scalar) -> Any:
     """Numbers of any precision as a sum of doubles, (terms, ...)."""
     rest = np.asarray(x)
     parts: list[Any] = []

@@ -15,6 +15,7 @@ from rigidpend.body import Body
 from rigidpend.integrate.arithmetic import Arithmetic, resolve
 from rigidpend.integrate.records import Crossings, Orbits
 from rigidpend.numbers.exact import PRECISIONS, Exact, ExactError, exact
+from rigidpend.numbers.generic import Scalar
 from rigidpend.routes import certainty
 from rigidpend.routes.certainty import Decided
 from rigidpend.routes.cycle import symbols
@@ -58,8 +59,8 @@ def route_codes(
     body: Body,
     theta2_0: Any,
     *,
-    h0: Any,
-    J1_0: Any,
+    h0: Scalar,
+    J1_0: Scalar,
     n_symbols: int = 15,
     engine: str | None = None,
     tolerance: Exact | float | str | None = None,

@@ -11,12 +11,12 @@ import numpy as np
 from rigidpend import surfaces
 from rigidpend.description import Row
 from rigidpend.experiments.asymptotic_surfaces.layout import ANGLES, CURVES, WINDOW
-from rigidpend.experiments.contract import Data, Means
+from rigidpend.experiments.contract import Means
 from rigidpend.periodic import Delta_1
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference
 from rigidpend.results.layout import datasets
-from rigidpend.results.tree import Tree
+from rigidpend.results.tree import Data, Tree
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import SurfaceCurves

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,6 +12,11 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from rigidpend.render.palette import BLUE, RED, WIDTH
+
+if TYPE_CHECKING:
+    from rigidpend.results.store import Loaded
+    from rigidpend.results.tree import Data
+
 
 COLUMN, ROW = 0.87, 2.35
 """Largest width and the height of a panel, inches."""
@@ -25,7 +30,7 @@ THIN = 0.28
 """Line width of an orbit, points."""
 
 
-def draw(result: Any) -> Figure:
+def draw(result: Loaded) -> Figure:
     """Draw both surfaces of every body, all panels of one height.
 
     Parameters
@@ -63,7 +68,7 @@ def _title(name: str, nu: float) -> str:
     return rf"$\it{{{name}}}$".replace("_", r"\_") + "\n" + rf"$\nu = {nu:.2f}$"
 
 
-def _draw_surface(axes: Axes, body: Any, surface: str) -> None:
+def _draw_surface(axes: Axes, body: Data, surface: str) -> None:
     curves = body[surface]
     points = np.column_stack((curves["theta1"], curves["J1_over_J2"]))
     lines = np.split(points, np.asarray(curves["offsets"])[1:-1])
@@ -86,7 +91,7 @@ def _ends(window: NDArray[np.float64]) -> tuple[float, float]:
     return float(window[0]), float(window[1])
 
 
-def _place(body: Any) -> str:
+def _place(body: Data) -> str:
     """Origin and unit of the ticks of a column."""
     return (
         rf"$\theta_1 - {body['centre']:.4f}$ rad"

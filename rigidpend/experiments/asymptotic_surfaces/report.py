@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rigidpend.tables import Table
+
+if TYPE_CHECKING:
+    from rigidpend.results.store import Loaded
+
 
 PRINTED = {
     "alpha0": ("2.91891", "2.23654", "1.23096", "1.61146", "1.97724", "0.79020", "0.56207"),
@@ -13,7 +17,7 @@ PRINTED = {
 """Table 1 of the paper, bodies a to g."""
 
 
-def tables(result: Any) -> list[Table]:
+def tables(result: Loaded) -> list[Table]:
     """Table 1 and the widths Delta_1, from a loaded result."""
     data = result["data"]
     table, bodies = data["table"], data["bodies"]

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidpend.experiments.bench.layout import PROBLEM
-from rigidpend.experiments.contract import Data, Means, Row
+from rigidpend.experiments.contract import Means, Row
 from rigidpend.integrate.engines import EngineError, default_engine
 from rigidpend.measure.benchmark import choice, problems, records
 from rigidpend.measure.benchmark.methods import METHODS
 from rigidpend.measure.benchmark.tasks import Sizes
 from rigidpend.measure.benchmark.worker import Order, measured
 from rigidpend.results.layout import datasets
-from rigidpend.results.tree import Dataset, Tree
+from rigidpend.results.tree import Data, Dataset, Tree
 
 if TYPE_CHECKING:
     from rigidpend.experiments.bench.schema import Config
@@ -94,7 +94,7 @@ def differences(stored: Data, fresh: Data) -> list[str]:
     return found
 
 
-def _other_errors(stored: Any, fresh: Any) -> Iterator[str]:
+def _other_errors(stored: Data, fresh: Data) -> Iterator[str]:
     fresh_at = {_key(fresh, k): k for k in range(len(fresh["knob"]))}
     for i, knob in enumerate(stored["knob"]):
         k = fresh_at.get(_key(stored, i))
@@ -107,7 +107,7 @@ def _other_errors(stored: Any, fresh: Any) -> Iterator[str]:
             yield f"at {knob:g} {fresh['wrong_symbols'][k]:g} symbols are wrong"
 
 
-def _key(record: Any, k: int) -> str:
+def _key(record: Data, k: int) -> str:
     return f"{record['knob'][k]:.6g} {record['setting'][k]:g}"
 
 
@@ -208,7 +208,7 @@ def _meeting(order: Order) -> Tree:
     return {**found, "ended": records.ENDED._replace(values=said)}
 
 
-def _plain(record: Any) -> dict[str, Any]:
+def _plain(record: Data) -> dict[str, Any]:
     """The arrays of a record, without their meanings."""
     return {name: node[0] for name, node in record.items()}
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import count
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,6 +16,11 @@ from rigidpend.measure.benchmark import reading
 from rigidpend.measure.benchmark.methods import METHODS
 from rigidpend.measure.benchmark.problems import NAMES
 from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, SKY, WIDTH
+
+if TYPE_CHECKING:
+    from rigidpend.results.store import Loaded
+    from rigidpend.results.tree import Data
+
 
 BASE, ROW, PLOT, FOOT = 0.75, 0.155, 2.6, 1.0
 """Inches: a panel of ratios without rows, a row, a diagram, the legend."""
@@ -62,7 +67,7 @@ APPEARANCES = {
 """In the order in which they are drawn: ours lies above."""
 
 
-def draw(result: Any) -> Figure:
+def draw(result: Loaded) -> Figure:
     """Draw all panels of a result.
 
     Parameters
@@ -109,7 +114,7 @@ def _pairs(names: Sequence[str]) -> list[Sequence[str]]:
     return [names[k : k + 2] for k in range(0, len(names), 2)]
 
 
-def _height(data: Any, names: Sequence[str]) -> float:
+def _height(data: Data, names: Sequence[str]) -> float:
     return BASE + ROW * max(len(reading.met(data, name, 1)) for name in names)
 
 
@@ -117,7 +122,7 @@ def _title(axes: Axes, letters: Any, text: str) -> None:
     axes.set_title(f"{next(letters)})  {text}", loc="left")
 
 
-def _draw_ratios(axes: Axes, data: Any, problem: str) -> None:
+def _draw_ratios(axes: Axes, data: Data, problem: str) -> None:
     """Times a method needs in units of ours, the fastest on top; hollow: two threads, both."""
     results = reading.met(data, problem, 1)
     more = {result.method: result for result in reading.met(data, problem, 2)}
@@ -162,7 +167,7 @@ def _explain(axes: Axes) -> None:
     axes.text(0.0, 0.95, text, transform=axes.transAxes, va="top", fontsize=7.5, linespacing=1.5)
 
 
-def _draw_work(axes: Axes, group: Any) -> None:
+def _draw_work(axes: Axes, group: Data) -> None:
     """Time against error, the best of the settings; a hollow mark went only a part of the way."""
     for name, look in APPEARANCES.items():
         record = group.get(name, {})
@@ -194,7 +199,7 @@ def _front(error: Any, seconds: Any) -> Any:
     return ~strictly.any(axis=0)
 
 
-def _draw_wrong(axes: Axes, group: Any) -> None:
+def _draw_wrong(axes: Axes, group: Data) -> None:
     """Wrong symbols per million against the time of an orbit; none at all lies on the floor."""
     for name, look in APPEARANCES.items():
         if name not in group:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from rigidpend.measure.benchmark import reading
 from rigidpend.tables import Table
 
+if TYPE_CHECKING:
+    from rigidpend.results.store import Loaded
 
-def tables(result: Any) -> list[Table]:
+
+def tables(result: Loaded) -> list[Table]:
     """All tables of a loaded result."""
     return reading.tables(result["data"])

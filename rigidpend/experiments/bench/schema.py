@@ -9,6 +9,7 @@ from pydantic import AfterValidator, Field
 from rigidpend.config.schema import ExperimentConfig, Number, Part, Whole
 from rigidpend.measure.benchmark.methods import METHODS
 from rigidpend.measure.benchmark.problems import NAMES
+from rigidpend.numbers.generic import Scalar
 
 
 def _of(kind: str, names: tuple[str, ...]) -> AfterValidator:
@@ -30,7 +31,7 @@ def _descending(values: tuple[Any, ...]) -> tuple[Any, ...]:
     return values
 
 
-def _positive(x: Any) -> Any:
+def _positive(x: Scalar) -> Any:
     if not 0 < float(x) <= 1e6:
         raise ValueError(f"expected seconds, more than 0 and at most 1e6, got {x}")
     return x

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.description import Row, body_rows
-from rigidpend.experiments.contract import Data, Means
+from rigidpend.experiments.contract import Means
 from rigidpend.experiments.herpolhodes.layout import OF_ROUTE, SAMPLED
 from rigidpend.experiments.route_arrays import ROUNDING, crossing_tolerance
 from rigidpend.herpolhode import RouteOrbit, follow, samples, separatrices, vertices
@@ -16,7 +16,7 @@ from rigidpend.precession import increments, plateaus
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference
 from rigidpend.results.layout import datasets
-from rigidpend.results.tree import Tree
+from rigidpend.results.tree import Data, Tree
 from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.problem import rotation_period
 

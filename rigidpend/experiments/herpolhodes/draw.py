@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from rigidpend.numbers.generic import Scalar
 from rigidpend.render.palette import BLUE, GREEN, PINK, RED, WIDTH
+
+if TYPE_CHECKING:
+    from rigidpend.results.store import Loaded
+    from rigidpend.results.tree import Data
+
 
 ROW = 2.75
 """Height of a case, inches."""
@@ -19,7 +25,7 @@ STYLE: dict[int, Any] = {1: (0, (4, 1)), 2: "-", 3: (0, (4, 1, 1, 1)), 4: (0, (1
 PLATEAU, PRECESSION = "black", "0.55"
 
 
-def draw(result: Any) -> Figure:
+def draw(result: Loaded) -> Figure:
     """Draw the cases of a result below each other.
 
     Parameters
@@ -43,13 +49,13 @@ def draw(result: Any) -> Figure:
     return figure
 
 
-def _bounds(case: Any) -> Any:
+def _bounds(case: Data) -> Any:
     """Times at which the route goes from one separatrix to the next: halfway between crossings."""
     crossing, t = case["crossing_time"], case["t"]
     return np.concatenate((t[:1], (crossing[:-1] + crossing[1:]) / 2, t[-1:]))
 
 
-def _draw_angle(axes: Axes, case: Any) -> None:
+def _draw_angle(axes: Axes, case: Data) -> None:
     t, bounds = case["t"], _bounds(case)
     for i, start, end in zip(case["separatrix"], bounds[:-1], bounds[1:], strict=True):
         part = (t >= start) & (t <= end)
@@ -66,7 +72,7 @@ def _draw_angle(axes: Axes, case: Any) -> None:
     axes.set_ylabel(r"$\alpha$ (rad)")
 
 
-def _number(axes: Axes, case: Any) -> None:
+def _number(axes: Axes, case: Data) -> None:
     """Number the separatrices along t, at the crossings of J1 = J2/2."""
     for i, time in zip(case["separatrix"], case["crossing_time"], strict=True):
         axes.axvline(time, color="0.85", lw=0.6, zorder=0)
@@ -84,7 +90,7 @@ def _number(axes: Axes, case: Any) -> None:
         )
 
 
-def _draw_spiral(axes: Axes, case: Any) -> None:
+def _draw_spiral(axes: Axes, case: Data) -> None:
     first, last = case["wound"]
     t, omega, bounds = case["t"], case["omega"], _bounds(case)
     for i, start, end in zip(case["separatrix"], bounds[:-1], bounds[1:], strict=True):
@@ -100,7 +106,7 @@ def _draw_spiral(axes: Axes, case: Any) -> None:
     axes.set_ylabel(r"$\omega_\xi$ ($1/t$)")
 
 
-def _ends(axes: Axes, case: Any) -> None:
+def _ends(axes: Axes, case: Data) -> None:
     """Mark and name the vertices between which the curve runs."""
     first, last = case["wound"]
     passed = int((case["crossing_time"] < case["t"][last]).sum())
@@ -125,7 +131,7 @@ def _ends(axes: Axes, case: Any) -> None:
         )
 
 
-def _arrows(axes: Axes, x: Any, y: Any, colour: str) -> None:
+def _arrows(axes: Axes, x: Scalar, y: Scalar, colour: str) -> None:
     """Draw arrow heads in the direction of time, where the curve is wide."""
     length = np.hypot(np.diff(x), np.diff(y))
     far = np.flatnonzero(length > 0.5 * length.max())
@@ -138,7 +144,7 @@ def _arrows(axes: Axes, x: Any, y: Any, colour: str) -> None:
         )
 
 
-def _legend(cases: Any) -> list[Line2D]:
+def _legend(cases: Data) -> list[Line2D]:
     shown = sorted({int(i) for case in cases.values() for i in case["separatrix"]})
     return [
         *(Line2D([], [], color=COLOUR[i], ls=STYLE[i], label=f"separatrix {i}") for i in shown),

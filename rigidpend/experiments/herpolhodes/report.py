@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rigidpend.tables import Table
+
+if TYPE_CHECKING:
+    from rigidpend.results.store import Loaded
+    from rigidpend.results.tree import Data
+
 
 ROUTES = {
     1.02: "2-2*-1*-1-4-4*-3*-3-4-4*-1*-1",
@@ -17,7 +22,7 @@ INCREMENT = "0.057715"
 """Increment of theta3 along separatrices 1 and 2, as the paper prints it."""
 
 
-def tables(result: Any) -> list[Table]:
+def tables(result: Loaded) -> list[Table]:
     """Tables of routes and plateaus, from a loaded result."""
     cases = result["data"].values()
     return [
@@ -34,14 +39,14 @@ def tables(result: Any) -> list[Table]:
     ]
 
 
-def _route(case: Any) -> tuple[str, ...]:
+def _route(case: Data) -> tuple[str, ...]:
     theta2_0 = float(case["theta2_0"])
     certain = "all symbols" if np.all(case["certain"]) else "not all symbols"
     printed = ROUTES.get(theta2_0, "")
     return f"{theta2_0:g}", printed, str(case["route"]), certain, str(case["bits"])
 
 
-def _plateaus(case: Any) -> tuple[str, ...]:
+def _plateaus(case: Data) -> tuple[str, ...]:
     plateaus = case["plateaus"]
     # Rounded first, so that no zero bears a sign.
     shown = ", ".join(f"{round(x, 4) + 0.0:.4f}" for x in plateaus)

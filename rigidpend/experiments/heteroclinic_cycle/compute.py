@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from rigidpend.coordinates import TURN
 from rigidpend.description import Row, body_rows
-from rigidpend.experiments.contract import Data, Means
+from rigidpend.experiments.contract import Means
 from rigidpend.experiments.heteroclinic_cycle.layout import EDGES, FIRST, RECTANGLES, VERTICES
 from rigidpend.free_body import SEPARATRICES, separatrix_theta1
 from rigidpend.results import compare
 from rigidpend.results.layout import datasets
-from rigidpend.results.tree import Tree
+from rigidpend.results.tree import Data, Tree
 from rigidpend.routes.cycle import NO_SYMBOL, TURNS, Turn
 
 if TYPE_CHECKING:

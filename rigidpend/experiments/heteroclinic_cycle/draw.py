@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -10,6 +10,10 @@ from matplotlib.lines import Line2D
 
 from rigidpend.render import separatrix_ticks
 from rigidpend.render.palette import BLUE, RED, WIDTH
+
+if TYPE_CHECKING:
+    from rigidpend.results.store import Loaded
+
 
 HEIGHT = 3.4
 """Height of the figure, inches."""
@@ -35,7 +39,7 @@ NARROW = 1.8
 SHADES = {"left": "#D6E9F5", "right": "#FBE3D2"}
 
 
-def draw(result: Any) -> Figure:
+def draw(result: Loaded) -> Figure:
     """Draw the graph of a result.
 
     Parameters

@@ -12,7 +12,7 @@ from rigidpend.body import Body
 from rigidpend.coordinates import TURN
 from rigidpend.description import Row, body_rows
 from rigidpend.equations import hamiltonian_J3_0
-from rigidpend.experiments.contract import Data, Means
+from rigidpend.experiments.contract import Means
 from rigidpend.experiments.phase_portraits.layout import (
     CENTRES,
     NUMBER,
@@ -24,7 +24,7 @@ from rigidpend.experiments.phase_portraits.layout import (
 )
 from rigidpend.results import compare
 from rigidpend.results.layout import Fields, datasets
-from rigidpend.results.tree import Dataset, Tree
+from rigidpend.results.tree import Data, Dataset, Tree
 
 if TYPE_CHECKING:
     from rigidpend.experiments.phase_portraits.schema import Config, Problem
@@ -107,12 +107,12 @@ def view_axes(view: Any) -> NDArray[np.float64]:
     return np.array([right, up, (cose * cosa, cose * sina, sine)])
 
 
-def _without_limb(data: Any) -> Any:
+def _without_limb(data: Data) -> Any:
     """Take points on the outline as visible: rounding decides there."""
     return {name: _settled(group) for name, group in data.items()}
 
 
-def _settled(group: Any) -> Any:
+def _settled(group: Data) -> Any:
     if not {"visible", "projected"} <= set(group):
         return group
     return {**group, "visible": group["visible"] | (np.abs(group["projected"][2]) <= ROUNDING)}

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rigidpend.render.palette import BLUE, GREEN, PINK, RED
+
+if TYPE_CHECKING:
+    from rigidpend.results.tree import Data
 
 
 class CurveLook(NamedTuple):
@@ -42,7 +45,7 @@ class Curve(NamedTuple):
     """Indices of the points that bear an arrow."""
 
 
-def _curves(group: Any, names: list[str], looks: list[CurveLook]) -> list[Curve]:
+def _curves(group: Data, names: list[str], looks: list[CurveLook]) -> list[Curve]:
     """Cut the curves of a group from its flat arrays."""
     found = []
     for (a, b), name, look in zip(pairwise(group["offsets"]), names, looks, strict=True):
@@ -52,7 +55,7 @@ def _curves(group: Any, names: list[str], looks: list[CurveLook]) -> list[Curve]
     return found
 
 
-def all_curves(data: Any) -> list[Curve]:
+def all_curves(data: Data) -> list[Curve]:
     """List every orbit, then the separatrices, which lie above."""
     axes, numbers = data["orbits"]["around"], data["separatrices"]["number"]
     looks = [separatrix_look(int(i)) for i in numbers]

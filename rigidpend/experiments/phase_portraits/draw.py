@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,8 +17,14 @@ from rigidpend.experiments.phase_portraits.curves import (
     CurveLook,
     all_curves,
 )
+from rigidpend.numbers.generic import Scalar
 from rigidpend.render import separatrix_ticks
 from rigidpend.render.palette import WIDTH
+
+if TYPE_CHECKING:
+    from rigidpend.results.store import Loaded
+    from rigidpend.results.tree import Data
+
 
 HEIGHT = 3.3
 """Height of the figure, inches."""
@@ -26,7 +32,7 @@ SPHERE, PLANE = (0.02, 0.10, 0.43, 0.86), (0.515, 0.305, 0.432, 0.565)
 """Left, bottom, width and height of the panels, in parts of the figure."""
 
 
-def draw(result: Any) -> Figure:
+def draw(result: Loaded) -> Figure:
     """Draw both phase portraits of a result.
 
     Parameters
@@ -46,7 +52,7 @@ def draw(result: Any) -> Figure:
     return figure
 
 
-def _draw_sphere(axes: Axes, data: Any) -> None:
+def _draw_sphere(axes: Axes, data: Data) -> None:
     axes.set_aspect("equal")
     axes.set_axis_off()
     axes.plot(*data["sphere"]["outline"], color="0.35", lw=0.8, label="outline", zorder=3)
@@ -118,7 +124,7 @@ def _draw_axes(axes: Axes, sphere: Any) -> None:
         text.set(zorder=6, bbox={"boxstyle": "square,pad=0.05", "fc": "white", "lw": 0})
 
 
-def _draw_plane(axes: Axes, data: Any) -> None:
+def _draw_plane(axes: Axes, data: Data) -> None:
     plane, curves = data["plane"], all_curves(data)
     for curve in (c for c in curves if c.name == "orbit"):
         axes.plot(
@@ -152,7 +158,7 @@ def _draw_segment(axes: Axes, theta1: float, curve: Curve, number: str) -> None:
     axes.annotate(number, (theta1, 1), **above, color=look.colour, weight="bold")
 
 
-def _draw_arrows(axes: Axes, x: Any, y: Any, indices: Any, look: CurveLook) -> None:
+def _draw_arrows(axes: Axes, x: Scalar, y: Scalar, indices: Any, look: CurveLook) -> None:
     """Draw arrow heads that point from each marked point to the next."""
     for i in indices:
         head: dict[str, Any] = {

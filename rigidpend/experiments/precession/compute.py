@@ -13,13 +13,13 @@ from rigidpend.asymptotic import heteroclinic
 from rigidpend.body import Body
 from rigidpend.description import Row
 from rigidpend.experiments import weight_series
-from rigidpend.experiments.contract import Data, Means
+from rigidpend.experiments.contract import Means
 from rigidpend.experiments.precession.layout import DRAWN, OF_BODY
 from rigidpend.experiments.weight_layout import MU_OVER_H0
 from rigidpend.precession import increments, regime
 from rigidpend.results import compare
 from rigidpend.results.layout import datasets
-from rigidpend.results.tree import Tree
+from rigidpend.results.tree import Data, Tree
 
 if TYPE_CHECKING:
     from rigidpend.experiments.precession.schema import Config

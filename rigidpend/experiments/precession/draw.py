@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import cycle
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,6 +11,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, WIDTH
+
+if TYPE_CHECKING:
+    from rigidpend.results.store import Loaded
+    from rigidpend.results.tree import Data
+
 
 HEIGHT = 5.4
 """Height of the figure, inches."""
@@ -27,7 +32,7 @@ BODIES: tuple[tuple[str, Any, str], ...] = (
 """Colour, line and marker of the bodies, in turn."""
 
 
-def draw(result: Any) -> Figure:
+def draw(result: Loaded) -> Figure:
     """Draw the increments of every body, and their remainders against mu.
 
     Parameters
@@ -58,7 +63,7 @@ def draw(result: Any) -> Figure:
     return figure
 
 
-def _draw_orders(axes: Axes, data: Any) -> None:
+def _draw_orders(axes: Axes, data: Data) -> None:
     """Draw the increments in units of the largest there is: bodies side by side."""
     bodies, drawn = data["bodies"], int(data["drawn"])
     unit = bodies["unit"][:, drawn]
@@ -146,14 +151,14 @@ def _draw_orders(axes: Axes, data: Any) -> None:
     )
 
 
-def _about(bodies: Any, row: int) -> str:
+def _about(bodies: Data, row: int) -> str:
     """Write the regime of a body below its column: its angles and the order."""
     order = str(bodies["regime"][row]).replace(" ", "").replace("=", " = ").replace(">", " > ")
     angles = rf"$\alpha_0 = {bodies['alpha0'][row]:.2f}$, $\beta_0 = {bodies['beta0'][row]:.2f}$"
     return f"{bodies['name'][row]})  {order}\n{angles}"
 
 
-def _draw_remainder(axes: Axes, data: Any, field: str, separatrix: int) -> None:
+def _draw_remainder(axes: Axes, data: Data, field: str, separatrix: int) -> None:
     bodies, ratios = data["bodies"], data["mu_over_h0"]
     values = bodies[field][..., separatrix]
     for row, (colour, style, marker) in zip(range(len(values)), cycle(BODIES), strict=False):
@@ -177,7 +182,7 @@ def _draw_remainder(axes: Axes, data: Any, field: str, separatrix: int) -> None:
     axes.set_xlabel(r"$\mu/h_0$")
 
 
-def _name_zeros(axes: Axes, bodies: Any, separatrix: int) -> None:
+def _name_zeros(axes: Axes, bodies: Data, separatrix: int) -> None:
     """Note at bodies without an increment that what is seen is rounding."""
     gone = ~np.isfinite(bodies["slope"][:, separatrix])
     if gone.any():
@@ -186,7 +191,7 @@ def _name_zeros(axes: Axes, bodies: Any, separatrix: int) -> None:
         axes.text(0.5, 0.3, said, transform=axes.transAxes, ha="center", fontsize=7.5)
 
 
-def _bodies(bodies: Any) -> list[Line2D]:
+def _bodies(bodies: Data) -> list[Line2D]:
     return [
         Line2D([], [], color=colour, ls=style, marker=marker, ms=3.5, mfc="none", label=f"{name})")
         for name, (colour, style, marker) in zip(bodies["name"], cycle(BODIES), strict=False)

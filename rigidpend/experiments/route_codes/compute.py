@@ -10,7 +10,7 @@ import numpy as np
 
 from rigidpend import melnikov
 from rigidpend.description import Row, body_rows
-from rigidpend.experiments.contract import Data, Means
+from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_arrays import ROUNDING, array_differences
 from rigidpend.experiments.route_codes.layout import ZEROS
 from rigidpend.experiments.route_layout import MEANING
@@ -18,7 +18,7 @@ from rigidpend.numbers.exact import Exact
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference
 from rigidpend.results.layout import datasets
-from rigidpend.results.tree import Dataset, Tree
+from rigidpend.results.tree import Data, Dataset, Tree
 from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.phases import Grid
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -14,6 +14,11 @@ from numpy.typing import NDArray
 
 from rigidpend.render.code_arrays import COLOURS, DOUBT, NONE, NORM, ZERO, ZOOM, symbol_entries
 from rigidpend.render.palette import WIDTH
+
+if TYPE_CHECKING:
+    from rigidpend.results.store import Loaded
+    from rigidpend.results.tree import Data
+
 
 LARGEST = 0.12
 """Largest side of a cell, inches."""
@@ -50,7 +55,7 @@ class Array(NamedTuple):
         return [float(x) for x in self.melnikov_zeros if first <= x <= last]
 
 
-def draw(result: Any) -> Figure:
+def draw(result: Loaded) -> Figure:
     """Draw every array of a result, side by side as far as there is room, with square cells.
 
     Parameters
@@ -98,7 +103,7 @@ def _room(band: list[Array]) -> float:
     return WIDTH - LEFT - RIGHT - BETWEEN * (len(band) - 1)
 
 
-def _read(name: str, group: Any) -> Array:
+def _read(name: str, group: Data) -> Array:
     return Array(name, *(np.asarray(group[field]) for field in Array._fields[1:]))
 
 

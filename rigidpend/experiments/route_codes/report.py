@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rigidpend.tables import Table
 
+if TYPE_CHECKING:
+    from rigidpend.results.store import Loaded
+    from rigidpend.results.tree import Data
 
-def tables(result: Any) -> list[Table]:
+
+def tables(result: Loaded) -> list[Table]:
     """Table of counts by precision, and of the first symbol against Melnikov's zeros."""
     arrays = result["data"].items()
     header = ("array", "columns", "symbols", "certain", "decided in", "Melnikov zeros")
     return [Table("Symbols and what decided them", header, [_row(*pair) for pair in arrays])]
 
 
-def _row(name: str, array: Any) -> tuple[str, ...]:
+def _row(name: str, array: Data) -> tuple[str, ...]:
     bits, counts = np.unique(array["bits"], return_counts=True)
     decided = ", ".join(f"{n} in {b} bits" for b, n in zip(bits, counts, strict=True))
     zeros = ", ".join(f"{x:.6f}" for x in array["melnikov_zeros"])

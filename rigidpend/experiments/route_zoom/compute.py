@@ -16,14 +16,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidpend.description import Row, body_rows
-from rigidpend.experiments.contract import Data, Means
+from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_arrays import APART, ROUNDING, array_differences
 from rigidpend.experiments.route_zoom.layout import PLACE, REPEATS_AFTER, ROUTES, SYMBOL
 from rigidpend.numbers.exact import Exact, exact
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference
 from rigidpend.results.layout import datasets
-from rigidpend.results.tree import Dataset, Tree
+from rigidpend.results.tree import Data, Dataset, Tree
 from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.phases import Grid
 

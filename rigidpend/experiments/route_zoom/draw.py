@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,13 +13,18 @@ from matplotlib.patches import Patch
 from rigidpend.render.code_arrays import COLOURS, DOUBT, NORM, ZOOM, symbol_entries
 from rigidpend.render.palette import WIDTH
 
+if TYPE_CHECKING:
+    from rigidpend.results.store import Loaded
+    from rigidpend.results.tree import Data
+
+
 ACROSS = 3
 """Number of levels side by side."""
 HIGH, TOP, BOTTOM, LEFT, GAP = 0.95, 0.3, 1.25, 0.4, 0.42
 """Height of an array, margins, and the space between rows, inches."""
 
 
-def draw(result: Any) -> Figure:
+def draw(result: Loaded) -> Figure:
     """Draw every level of a result, coarse to fine, in reading order.
 
     Parameters
@@ -51,7 +56,7 @@ def draw(result: Any) -> Figure:
     return figure
 
 
-def _draw_level(axes: Axes, level: Any, symbol: int) -> None:
+def _draw_level(axes: Axes, level: Data, symbol: int) -> None:
     """Draw one array, its columns counted in steps from the centre."""
     step, codes = float(level["step"]), level["codes"]
     columns = level["offset"] / step
@@ -72,7 +77,7 @@ def _power(step: float) -> str:
     return rf"${factor}10^{{{int(exponent)}}}$"
 
 
-def _explain(figure: Figure, data: Any, high: float) -> None:
+def _explain(figure: Figure, data: Data, high: float) -> None:
     """Write below the arrays: axis, legend, and what repeats and why."""
     label = r"columns: $\theta_2^0$ less that of the centre, in steps"
     figure.text(0.5, (BOTTOM - 0.32) / high, label, ha="center", va="top", fontsize=8)

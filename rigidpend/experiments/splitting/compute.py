@@ -20,13 +20,13 @@ from rigidpend.asymptotic.splitting import (
 from rigidpend.body import Body
 from rigidpend.description import Row
 from rigidpend.experiments import weight_series
-from rigidpend.experiments.contract import Data, Means
+from rigidpend.experiments.contract import Means
 from rigidpend.experiments.splitting.layout import CLOSED_FORM, CURVE, OF_BODY
 from rigidpend.experiments.weight_layout import MU_OVER_H0
 from rigidpend.experiments.weight_series import mu_over_h0, plain, slope
 from rigidpend.results import compare
 from rigidpend.results.layout import datasets
-from rigidpend.results.tree import Tree
+from rigidpend.results.tree import Data, Tree
 
 if TYPE_CHECKING:
     from rigidpend.experiments.splitting.schema import Config, Problem

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,6 +11,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, WIDTH
+
+if TYPE_CHECKING:
+    from rigidpend.results.store import Loaded
+    from rigidpend.results.tree import Data
+
 
 HEIGHT = 6.1
 """Height of the figure, inches."""
@@ -32,7 +37,7 @@ NONE = "#F2B8A0"
 """Colour of a cell of the table that no precision decided."""
 
 
-def draw(result: Any) -> Figure:
+def draw(result: Loaded) -> Figure:
     """Draw the distance of a body, the errors of the formula, its decay, and the precisions.
 
     Parameters
@@ -58,7 +63,7 @@ def _name(name: str, nu: float) -> str:
     return rf"{shown}, $\nu = {nu:.2f}$"
 
 
-def _draw_curve(axes: Axes, data: Any) -> str:
+def _draw_curve(axes: Axes, data: Data) -> str:
     curve, ratios, bodies = data["curve"], data["mu_over_h0"], data["bodies"]
     axes.plot(curve["g"], curve["melnikov"], color="black", lw=2.2, alpha=0.35, label="Melnikov")
     shown = np.flatnonzero((ratios >= SHOWN) & np.isfinite(curve["measured"]).all(axis=1))
@@ -102,7 +107,7 @@ def _draw_curve(axes: Axes, data: Any) -> str:
     return f"distance on $J_1 = J_2/2$, body {_name(curve['body'], bodies['nu'][row])}"
 
 
-def _draw_error(axes: Axes, data: Any) -> str:
+def _draw_error(axes: Axes, data: Data) -> str:
     bodies, ratios = data["bodies"], data["mu_over_h0"]
     resolved = np.asarray(bodies["resolved"], dtype=bool)
     kinds = (
@@ -150,14 +155,14 @@ def _draw_error(axes: Axes, data: Any) -> str:
     return r"the curve errs by $O(\mu)$, its $\cos g$ part by $O(\mu^2)$"
 
 
-def _chosen(data: Any) -> list[int]:
+def _chosen(data: Data) -> list[int]:
     """Choose the bodies that stand out: of least nu, the drawn one, of largest nu."""
     bodies = data["bodies"]
     drawn = list(bodies["name"]).index(data["curve"]["body"])
     return list(dict.fromkeys((int(np.argmin(bodies["nu"])), drawn, int(np.argmax(bodies["nu"])))))
 
 
-def _draw_decay(axes: Axes, data: Any) -> str:
+def _draw_decay(axes: Axes, data: Data) -> str:
     bodies, ratios, closed = data["bodies"], data["mu_over_h0"], data["closed_form"]
     axes.semilogy(closed["nu"], closed["decay"], color="black", lw=1.0, label=r"$\nu/\sinh\nu$")
     resolved = np.asarray(bodies["resolved"], dtype=bool)
@@ -196,7 +201,7 @@ def _power(x: float) -> str:
     return f"10^{{{exponent}}}" if x < 2e-3 and np.isclose(x, 10.0**exponent) else f"{x:g}"
 
 
-def _draw_table(axes: Axes, data: Any) -> str:
+def _draw_table(axes: Axes, data: Data) -> str:
     bodies, ratios = data["bodies"], data["mu_over_h0"]
     n_bodies, n_weights = bodies["bits"].shape
     for row in range(n_bodies):

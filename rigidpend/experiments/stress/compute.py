@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigidpend.body import Body
 from rigidpend.description import Row, body_rows
-from rigidpend.experiments.contract import Data, Means
+from rigidpend.experiments.contract import Means
 from rigidpend.integrate import DEFAULT_TOLERANCE, FINEST_TOLERANCE
 from rigidpend.integrate.lie_poisson import SCHEMES
 from rigidpend.measure.stress import (
@@ -24,7 +24,7 @@ from rigidpend.measure.stress import (
     symmetries,
 )
 from rigidpend.measure.stress.claims import FAILED, Trial, tried
-from rigidpend.results.tree import Tree
+from rigidpend.results.tree import Data, Tree
 
 if TYPE_CHECKING:
     from rigidpend.experiments.stress.schema import Config, Problem
@@ -211,7 +211,7 @@ def differences(stored: Data, fresh: Data) -> list[str]:
     return found
 
 
-def _verdicts(data: Any) -> Iterator[tuple[str, str]]:
+def _verdicts(data: Data) -> Iterator[tuple[str, str]]:
     for group, content in data.items():
         for name, claim in content["claims"].items():
             yield f"{group}/{name}", str(claim["verdict"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,6 +13,11 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, WIDTH
+
+if TYPE_CHECKING:
+    from rigidpend.results.store import Loaded
+    from rigidpend.results.tree import Data
+
 
 HEIGHT = 8.8
 """Inches."""
@@ -38,7 +43,7 @@ BESIDE, LINES = 46, 6.3
 """Characters in a line beside the claims, and its size in points."""
 
 
-def draw(result: Any) -> Figure:
+def draw(result: Loaded) -> Figure:
     """Draw a result.
 
     Parameters
@@ -68,7 +73,7 @@ def draw(result: Any) -> Figure:
     return figure
 
 
-def _drifts(data: Any) -> tuple[list[Any], list[Any]]:
+def _drifts(data: Data) -> tuple[list[Any], list[Any]]:
     """The drifts of engines, and those of splittings."""
     curves = [x for x in data["long_time"]["curves"].values() if "drift" in x]
     splittings = [x for x in curves if str(x["name"]).startswith("splitting")]
@@ -131,13 +136,13 @@ def _draw_splittings(axes: Axes, methods: list[Any]) -> None:
     _log(axes, "rotations", "rms drift, relative")
 
 
-def _claims(data: Any) -> Iterator[tuple[str, str, float, str]]:
+def _claims(data: Data) -> Iterator[tuple[str, str, float, str]]:
     for group, content in data.items():
         for name, claim in content["claims"].items():
             yield group, name, float(claim["ratio"]), str(claim["verdict"])
 
 
-def _draw_claims(axes: Axes, data: Any) -> None:
+def _draw_claims(axes: Axes, data: Data) -> None:
     """Value over bound of every claim, a row a group; what is beyond its bound is named."""
     groups = list(data)
     counts = dict.fromkeys(LOOKS, 0)

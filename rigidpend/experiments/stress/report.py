@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rigidpend.measure.stress.claims import FAILED, LIMIT, PASSED
 from rigidpend.tables import Table
 
+if TYPE_CHECKING:
+    from rigidpend.results.store import Loaded
 
-def tables(result: Any) -> list[Table]:
+
+def tables(result: Loaded) -> list[Table]:
     """The trials by kind, then those beyond their bounds, from a loaded result."""
     groups = {name: content["claims"] for name, content in result["data"].items()}
     counted = Table(

@@ -8,6 +8,7 @@ import numpy as np
 
 from rigidpend.measure.benchmark import methods
 from rigidpend.measure.benchmark.methods import METHODS, Method
+from rigidpend.results.tree import Data
 
 LEVELS = {
     "free_body": 1e-9,
@@ -33,7 +34,7 @@ def finest(method: Method, search: Any) -> dict[str, Any]:
     return {"knob": knobs(method, search, False)[-1], "setting": method.variants[0]}
 
 
-def guests(problem: str, group: Any, config: Any, threads: int) -> dict[str, dict[str, Any]]:
+def guests(problem: str, group: Data, config: Any, threads: int) -> dict[str, dict[str, Any]]:
     """The methods that meet at a problem, each with knob, setting and part of the way.
 
     Each comes with the fastest of its settings that reached the level of the problem, or with
@@ -65,7 +66,7 @@ def guests(problem: str, group: Any, config: Any, threads: int) -> dict[str, dic
     return found
 
 
-def chosen(problem: str, record: Any) -> int:
+def chosen(problem: str, record: Data) -> int:
     """The row of the fastest setting that is good enough; else of the most exact one."""
     enough = good_enough(problem, record)
     if enough.any():
@@ -73,7 +74,7 @@ def chosen(problem: str, record: Any) -> int:
     return int(np.argmin(np.nan_to_num(record["error"], nan=np.inf)))
 
 
-def good_enough(problem: str, record: Any) -> Any:
+def good_enough(problem: str, record: Data) -> Any:
     """Which rows reach the level of a problem: a small error, or every symbol right; a mask."""
     if problem not in LEVELS:
         return np.asarray(record["wrong_symbols"]) == 0

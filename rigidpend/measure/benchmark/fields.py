@@ -9,20 +9,21 @@ from rigidpend.body import Body
 from rigidpend.equations import euler_poisson
 from rigidpend.hodograph import angular_velocity, hodograph
 from rigidpend.measure.benchmark.tasks import direction, moments
+from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.precession import turning_rate
 
 Field = Callable[[Any], tuple[Any, ...]]
 
 
-def principal(A: Any, r: Any, mu: Any) -> Field:
+def principal(A: Numbers, r: Numbers, mu: Scalar) -> Field:
     """Euler-Poisson in principal axes, of 6 numbers."""
     return lambda y: euler_poisson(y[:3], y[3:6], A, r, mu)
 
 
-def with_angles(A: Any, r: Any, mu: Any) -> Field:
+def with_angles(A: Numbers, r: Numbers, mu: Scalar) -> Field:
     """The same with the rates of theta3 and alpha, of 8 numbers."""
 
-    def field(y: Any) -> tuple[Any, ...]:
+    def field(y: Scalar) -> tuple[Any, ...]:
         M, gamma = y[:3], y[3:6]
         rates = euler_poisson(M, gamma, A, r, mu)
         omega, domega = angular_velocity(M, A), angular_velocity(rates[:3], A)

@@ -10,6 +10,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from rigidpend.numbers.generic import Scalar
+
 
 class _Script:
     """The lines written so far; equal expressions share a variable."""
@@ -41,28 +43,28 @@ class _Symbol:
             return left
         return self.script.symbol(f"{_text(left)} {sign} {_text(right)}")
 
-    def __add__(self, other: Any) -> Any:
+    def __add__(self, other: Scalar) -> Any:
         return self._with(self, "+", other)
 
-    def __radd__(self, other: Any) -> Any:
+    def __radd__(self, other: Scalar) -> Any:
         return self._with(other, "+", self)
 
-    def __sub__(self, other: Any) -> Any:
+    def __sub__(self, other: Scalar) -> Any:
         return self._with(self, "-", other)
 
-    def __rsub__(self, other: Any) -> Any:
+    def __rsub__(self, other: Scalar) -> Any:
         return self._with(other, "-", self)
 
-    def __mul__(self, other: Any) -> Any:
+    def __mul__(self, other: Scalar) -> Any:
         return self._with(self, "*", other)
 
-    def __rmul__(self, other: Any) -> Any:
+    def __rmul__(self, other: Scalar) -> Any:
         return self._with(other, "*", self)
 
-    def __truediv__(self, other: Any) -> Any:
+    def __truediv__(self, other: Scalar) -> Any:
         return self._with(self, "/", other)
 
-    def __rtruediv__(self, other: Any) -> Any:
+    def __rtruediv__(self, other: Scalar) -> Any:
         return self._with(other, "/", self)
 
     def __neg__(self) -> Any:
@@ -120,11 +122,11 @@ def executed(text: str) -> Any:
     return room["rates"]
 
 
-def _is(x: Any, value: int) -> bool:
+def _is(x: Scalar, value: int) -> bool:
     return not isinstance(x, _Symbol) and x == value
 
 
-def _text(x: Any) -> str:
+def _text(x: Scalar) -> str:
     """A variable's name, or a number."""
     if isinstance(x, _Symbol):
         return x.name

@@ -16,6 +16,8 @@ import numpy as np
 from rigidpend.measure.benchmark import choice
 from rigidpend.measure.benchmark.methods import METHODS
 from rigidpend.measure.benchmark.problems import NAMES
+from rigidpend.numbers.generic import Scalar
+from rigidpend.results.tree import Data
 from rigidpend.tables import Table, seconds, times
 
 LEVELS = (1e-3, 1e-6, 1e-9, 1e-12)
@@ -41,7 +43,7 @@ class Standing(NamedTuple):
     record: Any
 
 
-def met(data: Any, problem: str, threads: int) -> list[Standing]:
+def met(data: Data, problem: str, threads: int) -> list[Standing]:
     """How the methods did at a meeting, the fastest first; empty where there was none."""
     group = data.get("meetings", {}).get(f"threads_{threads}", {}).get(problem, {})
     default = group.get(str(data[problem]["default"]))
@@ -63,7 +65,7 @@ def met(data: Any, problem: str, threads: int) -> list[Standing]:
     return sorted(found, key=lambda result: result.ratio)
 
 
-def losses(data: Any) -> list[tuple[str, int, Standing]]:
+def losses(data: Data) -> list[tuple[str, int, Standing]]:
     """Where a peer needs less time than the default, at the level of the problem."""
     return [
         (problem, threads, result)
@@ -74,7 +76,7 @@ def losses(data: Any) -> list[tuple[str, int, Standing]]:
     ]
 
 
-def time_to_reach(record: Any, level: float) -> float:
+def time_to_reach(record: Data, level: float) -> float:
     """The shortest of the times in which a method got an error of `level` or less.
 
     Over long times only what went all the way counts.
@@ -85,7 +87,7 @@ def time_to_reach(record: Any, level: float) -> float:
     return float(min(record["seconds"][enough], default=math.inf))
 
 
-def error_at_cost(record: Any, cost: float) -> float:
+def error_at_cost(record: Data, cost: float) -> float:
     """The smallest error that a method reached in no more than `cost` seconds."""
     if "error" not in record:
         return math.inf
@@ -93,7 +95,7 @@ def error_at_cost(record: Any, cost: float) -> float:
     return float(min(np.nan_to_num(record["error"][cheap], nan=math.inf), default=math.inf))
 
 
-def tables(data: Any) -> list[Table]:
+def tables(data: Data) -> list[Table]:
     """All tables, for people: losses first."""
     found = [losses_table(data)]
     for problem in _problems(data):
@@ -104,7 +106,7 @@ def tables(data: Any) -> list[Table]:
     return found + [search_table(data, problem) for problem in _problems(data)]
 
 
-def losses_table(data: Any) -> Table:
+def losses_table(data: Data) -> Table:
     """Where a peer is faster than the default."""
     rows = [
         (
@@ -121,7 +123,7 @@ def losses_table(data: Any) -> Table:
     return Table("Where another method is faster than ours", header, rows, note)
 
 
-def meeting_table(data: Any, problem: str) -> Table:
+def meeting_table(data: Data, problem: str) -> Table:
     """Time and ratio of every method at a problem, the fastest first; one thread, then more."""
     counts = _threads(data)
     by_count = {count: {r.method: r for r in met(data, problem, count)} for count in counts}
@@ -141,7 +143,7 @@ def meeting_table(data: Any, problem: str) -> Table:
     return Table(level_text(data, problem), ("method", *heads, "error"), rows, note)
 
 
-def certificates_table(data: Any) -> Table:
+def certificates_table(data: Data) -> Table:
     """What trust costs at the codes of Fig. 4: methods that say which symbols they vouch for."""
     rows = []
     results = {r.method: r for r in met(data, "codes", 1)}
@@ -165,7 +167,7 @@ def certificates_table(data: Any) -> Table:
     return Table("Certificate against certificate, codes of Fig. 4, one thread", header, rows, note)
 
 
-def phases_table(data: Any) -> Table:
+def phases_table(data: Data) -> Table:
     """Wrong symbols per million on random phases, against 113-bit arithmetic."""
     groups = data["random_phases"]
     names = [name for name in METHODS if any(name in group for group in groups.values())]
@@ -190,7 +192,7 @@ def phases_table(data: Any) -> Table:
     return Table("Random phases", ("method", *heads), rows, note)
 
 
-def cost_table(data: Any, multiples: tuple[float, ...] = (1, 2, 10)) -> Table:
+def cost_table(data: Data, multiples: tuple[float, ...] = (1, 2, 10)) -> Table:
     """The error of the crossing times that each method reaches at equal cost."""
     default = str(data["codes"]["default"])
     unit = next(r.seconds for r in met(data, "codes", 1) if r.method == default)
@@ -204,7 +206,7 @@ def cost_table(data: Any, multiples: tuple[float, ...] = (1, 2, 10)) -> Table:
     return Table("Median error of the crossing times (t') at equal cost", header, rows)
 
 
-def search_table(data: Any, problem: str) -> Table:
+def search_table(data: Data, problem: str) -> Table:
     """Time to reach an error, of every method alone."""
     group = data[problem]
     rows = []
@@ -220,7 +222,7 @@ def search_table(data: Any, problem: str) -> Table:
     return Table(caption, header, rows, f"Error: {group['error']}.")
 
 
-def summary(data: Any) -> dict[str, Any]:
+def summary(data: Data) -> dict[str, Any]:
     """All of it as plain data, for JSON: None where nothing was reached."""
     found: dict[str, Any] = {
         "losses": [
@@ -247,20 +249,20 @@ def summary(data: Any) -> dict[str, Any]:
     return found
 
 
-def level_text(data: Any, problem: str) -> str:
+def level_text(data: Data, problem: str) -> str:
     """Name a problem with the level at which methods meet."""
     level = choice.LEVELS.get(problem)
     goal = "every symbol right" if level is None else f"to an error of {level:.0e}"
     return f"{data[problem]['title']}, {goal}"
 
 
-def _middle_ratio(record: Any, other: Any) -> float:
+def _middle_ratio(record: Data, other: Scalar) -> float:
     """The median over the rounds that both were timed in; NaN where there is none."""
     ratios = record["rounds"] / other["rounds"]
     return float(np.nanmedian(ratios)) if np.isfinite(ratios).any() else math.nan
 
 
-def _per_million(record: Any) -> list[str]:
+def _per_million(record: Data) -> list[str]:
     symbols, orbits = float(record["symbols"]), float(record["orbits"])
     shares = (float(record[name]) / symbols for name in ("wrong_trusted", "undecided"))
     return [
@@ -269,7 +271,7 @@ def _per_million(record: Any) -> list[str]:
     ]
 
 
-def _marks(data: Any, problem: str, result: Standing) -> str:
+def _marks(data: Data, problem: str, result: Standing) -> str:
     marks = " *" if result.method == str(data[problem]["default"]) else ""
     most = max(float(r.record["orbits"]) for r in met(data, problem, 1))
     return f"{marks}{' +' * (not result.reached)}{' ~' * (float(result.record['orbits']) < most)}"
@@ -290,15 +292,15 @@ def _threads_text(count: int) -> str:
     return f"{count} thread{'s' * (count > 1)}"
 
 
-def _threads(data: Any) -> list[int]:
+def _threads(data: Data) -> list[int]:
     return sorted(int(name.removeprefix("threads_")) for name in data.get("meetings", {}))
 
 
-def _problems(data: Any) -> Iterator[str]:
+def _problems(data: Data) -> Iterator[str]:
     return (name for name in NAMES if name in data)
 
 
-def _measured(group: Any) -> list[str]:
+def _measured(group: Data) -> list[str]:
     return [name for name in METHODS if name in group]
 
 
@@ -306,7 +308,7 @@ def _plain_result(result: Standing) -> dict[str, Any]:
     return {**result._asdict(), "record": _plain(result.record)}
 
 
-def _plain(record: Any) -> dict[str, Any]:
+def _plain(record: Data) -> dict[str, Any]:
     """A record as JSON has it."""
     return {
         name: [_finite(x) for x in values] if np.ndim(values) else _single(values)
@@ -318,5 +320,5 @@ def _single(value: Any) -> Any:
     return value if isinstance(value, str) else _finite(value)
 
 
-def _finite(x: Any) -> float | None:
+def _finite(x: Scalar) -> float | None:
     return float(x) if math.isfinite(x) else None

@@ -13,6 +13,7 @@ from rigidpend.integrate.compiled import typed as typed_in
 from rigidpend.measure.benchmark import fields
 from rigidpend.measure.benchmark.tasks import AngleTask, Array, initial
 from rigidpend.numbers.exact import context
+from rigidpend.numbers.generic import Numbers, Scalar
 
 BITS = 113
 
@@ -55,13 +56,13 @@ def _integrator(body: Body, field: Any, size: int) -> Any:
     )
 
 
-def _propagated(integrator: Any, state: Any, end: float) -> Array:
+def _propagated(integrator: Any, state: Numbers, end: float) -> Array:
     integrator.state[:] = [typed(x) for x in state]
     integrator.time = heyoka().real128(0)
     integrator.propagate_until(heyoka().real128(end))
     return np.array([float(x) for x in integrator.state])
 
 
-def typed(x: Any) -> Any:
+def typed(x: Scalar) -> Any:
     """A real128 from a float or an mpmath number."""
     return typed_in(x, heyoka().real128)

@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from rigidpend.numbers.generic import Scalar
+
 Function = Callable[[Sequence[Any]], Sequence[Any]]
 
 
@@ -16,31 +18,31 @@ class Dual:
     value: Any
     slope: Any
 
-    def __add__(self, other: Any) -> Dual:
+    def __add__(self, other: Scalar) -> Dual:
         b = _dual(other)
         return Dual(self.value + b.value, self.slope + b.slope)
 
-    def __radd__(self, other: Any) -> Dual:
+    def __radd__(self, other: Scalar) -> Dual:
         return self + other
 
     def __neg__(self) -> Dual:
         return Dual(-self.value, -self.slope)
 
-    def __sub__(self, other: Any) -> Dual:
+    def __sub__(self, other: Scalar) -> Dual:
         return self + -_dual(other)
 
-    def __rsub__(self, other: Any) -> Dual:
+    def __rsub__(self, other: Scalar) -> Dual:
         return -self + other
 
-    def __mul__(self, other: Any) -> Dual:
+    def __mul__(self, other: Scalar) -> Dual:
         b = _dual(other)
         return Dual(self.value * b.value, self.value * b.slope + self.slope * b.value)
 
-    def __rmul__(self, other: Any) -> Dual:
+    def __rmul__(self, other: Scalar) -> Dual:
         return self * other
 
 
-def _dual(x: Any) -> Dual:
+def _dual(x: Scalar) -> Dual:
     return x if isinstance(x, Dual) else Dual(x, 0.0)
 
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from rigidpend.equations import AlignedCoefficients, aligned
 from rigidpend.integrate import DEFAULT_TOLERANCE, sample
 from rigidpend.measure.stress.dual import cotangent, tangent
+from rigidpend.numbers.generic import Scalar
 
 Array = NDArray[np.float64]
 
@@ -99,7 +100,7 @@ def _squares(
 ) -> float:
     """Integral of (weight times component)^2, summed, back from a crossing at the last time."""
 
-    def backward(y: Any, _: Any) -> list[Any]:
+    def backward(y: Scalar, _: Any) -> list[Any]:
         back = cotangent(lambda x: aligned(x, c), y[:6], y[6:])
         return [*aligned(y[:6], c), *(-w for w in back)]
 
@@ -134,7 +135,7 @@ def growths(
     times = np.arange(0.0, until, SAMPLES / u)
     direction = np.array([0.0, 0.0, 0.0, -state[4], state[3], 0.0])
 
-    def forward(y: Any, _: Any) -> list[Any]:
+    def forward(y: Scalar, _: Any) -> list[Any]:
         return [*aligned(y[:6], c), *tangent(lambda x: aligned(x, c), y[:6], y[6:])]
 
     y = sample(forward, np.r_[state, direction], times, engine=engine, tolerance=TOLERANCE)

@@ -21,6 +21,7 @@ from rigidpend.measure.stress import principal, truth
 from rigidpend.measure.stress.claims import Claim, Findings, Trial
 from rigidpend.measure.stress.fields import SPOILT
 from rigidpend.numbers.exact import exact
+from rigidpend.numbers.generic import Scalar
 from rigidpend.results import layout
 from rigidpend.results.tree import Dataset
 from rigidpend.routes import RouteCodes, RouteProblem, route_codes
@@ -46,7 +47,7 @@ class Tally(NamedTuple):
 
 def trial(
     body: Body,
-    h0: Any,
+    h0: Scalar,
     J1_0: str,
     tolerances: Sequence[str],
     *,

@@ -19,6 +19,7 @@ from rigidpend.measure.stress import growth, truth
 from rigidpend.measure.stress.claims import Claim, Findings, Trial
 from rigidpend.measure.stress.fields import DECIDED, GROWTH
 from rigidpend.measure.stress.starts import Place, state
+from rigidpend.numbers.generic import Scalar
 from rigidpend.results import layout
 from rigidpend.results.tree import Dataset
 from rigidpend.routes import RouteCodes, route_codes
@@ -176,7 +177,7 @@ def decided_trial(
     fan: Fan,
     bits: int,
     *,
-    h0: Any,
+    h0: Scalar,
     columns: int,
     checked: int,
     n_symbols: int,

@@ -16,6 +16,7 @@ from rigidpend.measure.stress.growth import noise, step
 from rigidpend.measure.stress.long_time import FACTOR, POINTS, unit_r
 from rigidpend.measure.stress.truth import float_coefficients
 from rigidpend.numbers.exact import Exact, exact
+from rigidpend.numbers.generic import Scalar
 from rigidpend.results import layout
 from rigidpend.routes.problem import RouteProblem, rotation_period
 
@@ -28,7 +29,7 @@ CLAIM = Claim(
 )
 
 
-def trial(body: Body, h0: Any, *, rotations: int, engine: str) -> Trial:
+def trial(body: Body, h0: Scalar, *, rotations: int, engine: str) -> Trial:
     """The motion with J1 = 0 over many periods of (sol_3): after each it is where it was.
 
     Parameters

@@ -21,6 +21,7 @@ from rigidpend.measure.stress.growth import noise, predicted_errors, step
 from rigidpend.measure.stress.starts import DEVIATIONS, Place, state
 from rigidpend.measure.stress.truth import float_coefficients, phase_errors
 from rigidpend.numbers.exact import PI, exact
+from rigidpend.numbers.generic import Scalar
 from rigidpend.routes import route_codes
 
 Array = NDArray[np.float64]
@@ -181,7 +182,7 @@ def _carried(c: AlignedCoefficients, there: Array, u: float, engine: str) -> flo
     """
     units = np.diag(there)
 
-    def field(y: Any, _: Any) -> list[Any]:
+    def field(y: Scalar, _: Any) -> list[Any]:
         return [*aligned(y[:6], c), *tangent(lambda x: aligned(x, c), y[:6], y[6:])]
 
     ends = [

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from rigidpend.measure.stress.claims import FAILED, LIMIT, PASSED
+from rigidpend.results.tree import Data
 
 
 class Line(NamedTuple):
@@ -25,7 +26,7 @@ class Line(NamedTuple):
     note: str
 
 
-def lines(data: Any) -> Iterator[Line]:
+def lines(data: Data) -> Iterator[Line]:
     """All claims of a result's data, a tree with its meanings (see `store.read_tree`)."""
     for group, content in data.items():
         for name, claim in content["claims"].items():
@@ -44,19 +45,19 @@ def lines(data: Any) -> Iterator[Line]:
             )
 
 
-def summary(data: Any) -> dict[str, Any]:
+def summary(data: Data) -> dict[str, Any]:
     """Counts and claims as JSON can hold them: what is not finite is a text."""
     told = [{key: _plain(value) for key, value in line._asdict().items()} for line in lines(data)]
     return {"counts": counts(data), "claims": told}
 
 
-def counts(data: Any) -> dict[str, int]:
+def counts(data: Data) -> dict[str, int]:
     """The number of claims of each verdict."""
     counted = Counter(line.verdict for line in lines(data))
     return {verdict: counted[verdict] for verdict in (PASSED, LIMIT, FAILED)}
 
 
-def text(data: Any) -> Iterator[str]:
+def text(data: Data) -> Iterator[str]:
     """The table for people: by how much each claim passes, then what does not and why."""
     found = list(lines(data))
     width = max(len(line.name) for line in found)

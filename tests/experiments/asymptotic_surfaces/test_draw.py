@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 
 from rigidpend.experiments.asymptotic_surfaces.draw import draw
 from rigidpend.render import STYLE
+from tests.results.loaded import loaded
 
 NAMES = ("a", "b", "c")
 SURFACES = ("S2_plus", "S1_minus")
@@ -54,7 +55,7 @@ def data() -> dict[str, Any]:
 
 def drawn(data: Any) -> Figure:
     with matplotlib.rc_context(fname=STYLE):
-        return draw({"data": data})
+        return draw(loaded(data))
 
 
 def panel(figure: Figure, name: str, surface: str) -> Axes:

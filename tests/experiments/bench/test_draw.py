@@ -15,12 +15,13 @@ from rigidpend.experiments.bench.draw import APPEARANCES, LOSS, draw
 from rigidpend.measure.benchmark.methods import METHODS
 from rigidpend.render import STYLE
 from tests.measure.benchmark.data import data
+from tests.results.loaded import loaded
 
 
 @pytest.fixture(scope="module")
 def figure() -> Figure:
     with matplotlib.rc_context(fname=STYLE):
-        made = draw({"data": data()})
+        made = draw(loaded(data()))
         made.draw_without_rendering()
     return made
 

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 from rigidpend.experiments.herpolhodes.draw import COLOUR, draw
 from rigidpend.render import STYLE
+from tests.results.loaded import loaded
 
 Data = dict[str, dict[str, Any]]
 
@@ -46,7 +47,7 @@ def data() -> Data:
 @pytest.fixture
 def figure(data: Data) -> Figure:
     with matplotlib.rc_context(fname=STYLE):
-        made = draw({"data": data})
+        made = draw(loaded(data))
         made.draw_without_rendering()
     return made
 
@@ -171,7 +172,7 @@ def test_the_legend_names_what_is_drawn(figure: Figure) -> None:
 
 def test_one_case_is_a_figure_too(data: Data) -> None:
     del data["case2"]
-    assert len(draw({"data": data}).axes) == 2
+    assert len(draw(loaded(data)).axes) == 2
 
 
 def test_the_names_of_the_ends_stand_outside_and_below(figure: Figure, data: Data) -> None:

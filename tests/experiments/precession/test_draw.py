@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from rigidpend.experiments.precession.draw import draw
 from rigidpend.render import STYLE
+from tests.results.loaded import loaded
 
 RATIOS = np.array([1e-4, 1e-3, 1e-2])
 NAMES = np.array(["i", "iii"], dtype=object)
@@ -43,7 +44,7 @@ def data() -> dict[str, Any]:
 
 def drawn(data: Any) -> Figure:
     with matplotlib.rc_context(fname=STYLE):
-        return draw({"data": data})
+        return draw(loaded(data))
 
 
 def panel(figure: Figure, letter: str) -> Axes:

@@ -17,6 +17,7 @@ from rigidpend import render
 from rigidpend.experiments.route_codes.draw import draw
 from rigidpend.render import STYLE
 from rigidpend.results import store
+from tests.results.loaded import loaded
 
 REFERENCE = Path(__file__).resolve().parents[3] / "results" / "reference" / "fig4.h5"
 LEFT, RIGHT = np.arange(63) / 10, 3 * np.pi / 40 + np.arange(32) / 100
@@ -44,7 +45,7 @@ def data() -> Data:
 
 def drawn(data: Data) -> Figure:
     with matplotlib.rc_context(fname=STYLE):
-        figure = draw({"data": data})
+        figure = draw(loaded(data))
         figure.draw_without_rendering()
     return figure
 

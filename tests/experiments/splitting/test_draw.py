@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 
 from rigidpend.experiments.splitting.draw import BITS, NONE, draw
 from rigidpend.render import STYLE
+from tests.results.loaded import loaded
 
 RATIOS = np.array([1e-6, 1e-3, 0.03, 0.1, 0.3])
 NAMES = np.array(["a", "fig4", "b", "c"], dtype=object)
@@ -53,7 +54,7 @@ def data() -> dict[str, Any]:
 
 def drawn(data: Any) -> Figure:
     with matplotlib.rc_context(fname=STYLE):
-        return draw({"data": data})
+        return draw(loaded(data))
 
 
 def line(axes: Axes, label: str) -> Any:

@@ -10,6 +10,7 @@ import pytest
 
 from rigidpend.experiments.stress.draw import CEILING, FLOOR, LOOKS, draw
 from rigidpend.render import STYLE
+from tests.results.loaded import loaded
 
 ROTATIONS = np.geomspace(0.1, 1e4, 21)
 
@@ -55,7 +56,7 @@ def figure() -> Any:
         "passages": group(("p", 0.5, "passed"), growth=growth, b64=bits),
     }
     with matplotlib.rc_context(fname=STYLE):
-        return draw({"data": data})
+        return draw(loaded(data))
 
 
 def panel(figure: Any, letter: str) -> Any:

@@ -23,6 +23,7 @@ from rigidpend.measure.benchmark.tasks import (
     crossed,
 )
 from rigidpend.measure.benchmark.threads import shared_out
+from rigidpend.numbers.generic import Numbers
 
 settings: Any = jax.config
 settings.update("jax_enable_x64", True)
@@ -95,7 +96,7 @@ def _to(body: Body, angles: bool, solver: str) -> Any:
     """The ends of orbits, compiled: of states, start, ends and tolerance."""
     term = _term(fields.of_body(body, angles=angles))
 
-    def end(state: Any, start: Any, stop: Any, tolerance: Any) -> Any:
+    def end(state: Numbers, start: Any, stop: Any, tolerance: Any) -> Any:
         return diffrax.diffeqsolve(
             term,
             getattr(diffrax, solver)(),
@@ -121,7 +122,7 @@ def _crossings(body: Body, wanted: int, solver: str) -> Any:
         direction=True,
     )
 
-    def route(state: Any, tolerance: Any, horizon: Any) -> Any:
+    def route(state: Numbers, tolerance: Any, horizon: Any) -> Any:
         def passage(carried: Any, upwards: Any) -> Any:
             time, state = carried
             found = diffrax.diffeqsolve(

@@ -15,6 +15,7 @@ import numpy as np
 from rigidpend.body import Body
 from rigidpend.measure.benchmark.tasks import Array, Crossed, RouteTask, Sizes, initial, time_unit
 from rigidpend.numbers.exact import PI, exact
+from rigidpend.results.tree import Data
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.problem import RouteProblem, rotation_period
 
@@ -74,7 +75,7 @@ def reference(task: RouteTask) -> dict[str, Any]:
     return {"codes": found.codes, "time": found.crossing_time}
 
 
-def error(answer: Crossed, reference: Any) -> dict[str, float]:
+def error(answer: Crossed, reference: Data) -> dict[str, float]:
     """See `ERROR`; also the worst column, the wrong symbols, and which of them are trusted."""
     gap = np.abs(answer.time - reference["time"])
     worst = np.where(np.isnan(gap), np.inf, gap).max(axis=0)

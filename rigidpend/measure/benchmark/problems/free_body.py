@@ -7,7 +7,6 @@ series on orbits side by side cost less. They are the most exact in doubles.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from rigidpend.equations import cross
 from rigidpend.free_body import around_M1, around_M2
 from rigidpend.measure.benchmark.tasks import Array, MotionTask, Sizes
 from rigidpend.measure.benchmark.truth import carried
+from rigidpend.results.tree import Data
 
 TITLE = "free body"
 ERROR = "largest distance of (M/|M|, gamma) from the truth at the end, over the orbits"
@@ -50,7 +50,7 @@ def reference(task: MotionTask) -> dict[str, Array]:
     return {"states": carried(task.body, task.states, task.end)}
 
 
-def error(answer: Array, reference: Any) -> dict[str, float]:
+def error(answer: Array, reference: Data) -> dict[str, float]:
     """See `ERROR`."""
     truth = reference["states"]
     gap = answer - truth

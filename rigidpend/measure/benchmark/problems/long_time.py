@@ -10,6 +10,7 @@ from rigidpend.body import Body
 from rigidpend.equations import energy
 from rigidpend.measure.benchmark.problems import codes
 from rigidpend.measure.benchmark.tasks import Array, MotionTask, Sizes, direction, moments
+from rigidpend.results.tree import Data
 
 TITLE = "integrals over long times"
 ERROR = "largest drift of energy, |gamma| and M.gamma, relative, over the orbits and the time"
@@ -35,7 +36,7 @@ def integrals(body: Body, states: Array) -> tuple[Array, Array, Array]:
     return height, np.linalg.norm(gamma, axis=0), (M * gamma).sum(axis=0)
 
 
-def error(answer: Any, reference: Any) -> dict[str, float]:
+def error(answer: Any, reference: Data) -> dict[str, float]:
     """See `ERROR`; `answer` is a list of states (6, n), on the way and at the end."""
     found = [integrals(codes.BODY, states) for states in answer]
     energy, gamma, area = np.array(found).transpose(1, 0, 2)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from rigidpend.hodograph import alpha_ahead, angular_velocity
 from rigidpend.measure.benchmark.tasks import AngleTask, Array, Sizes, initial, moments, time_unit
 from rigidpend.measure.benchmark.truth import alpha
 from rigidpend.numbers.exact import exact
+from rigidpend.results.tree import Data
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.problem import RouteProblem, rotation_period
 
@@ -43,7 +43,7 @@ def reference(task: AngleTask) -> dict[str, Array]:
     return {"alpha": alpha(task)}
 
 
-def error(answer: Array, reference: Any) -> dict[str, float]:
+def error(answer: Array, reference: Data) -> dict[str, float]:
     """See `ERROR`; alpha is an angle."""
     gap = answer - reference["alpha"]
     return {"error": float(np.abs(np.remainder(gap + math.pi, 2 * math.pi) - math.pi).max())}
