@@ -40,7 +40,7 @@ def precisions() -> tuple[int, ...]:
 
 
 def offers(bits: int) -> bool:
-    """Whether there is a compiled type of so many bits."""
+    """True if there is a compiled type of so many bits."""
     return bits in precisions() or (bits > 113 and hasattr(heyoka(), "real"))
 
 
@@ -74,7 +74,7 @@ class _Scalar:
         self.far = self.type(1e300)
 
     def run(self, orbits: Orbits, state: Any) -> tuple[Outcome, list[tuple[float, int]]]:
-        """How one orbit ended, and its crossings as (time, separatrix)."""
+        """Follow one orbit: its outcome, and its crossings as (time, separatrix)."""
         begin(self.integrator, self.type, orbits.coefficients, state)
         self.floats = type(orbits.coefficients)(*map(float, orbits.coefficients))
         crossed: list[tuple[float, int]] = []
@@ -102,7 +102,7 @@ class _Scalar:
     def _ending(
         self, orbits: Orbits, row: Any, count: int, last: float, patience: int
     ) -> Outcome | None:
-        """How the orbit has ended, if it has."""
+        """Outcome of the orbit, if it has ended."""
         if count >= orbits.n_crossings:
             return Outcome.COMPLETE
         if patience <= 0 or not np.isfinite(row[2]).all():

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.integrate.arcs import arcs
-from rigidpend.return_map.conjugacy import Rates, inverted, torus_rates
+from rigidpend.return_map.conjugacy import TorusRates, inverted, torus_rates
 from rigidpend.return_map.expansions import (
     Interval,
     chebyshev_analysis,
@@ -39,11 +39,12 @@ from rigidpend.return_map.reduced import Coefficients, theta3_rate
 
 MOST_ITERATIONS = 30
 STRIP = 1.2
-"""How near to the arc's middle, in units of 1/Lambda_0, the nearest complex singularity of the
-rate of theta3 is taken to be; it is at pi/2 without weight."""
+"""Distance of the nearest complex singularity of theta3's rate from the arc's middle.
+
+In units of 1/Lambda_0, as it is taken to be; it is pi/2 without weight."""
 
 
-class Table(NamedTuple):
+class ChartTable(NamedTuple):
     """Four functions of x in [-width, width] and a phase, over an interval of energies."""
 
     width: Any
@@ -53,7 +54,7 @@ class Table(NamedTuple):
     """(count, n_x n_phase, 4) coefficients; the phase runs fastest."""
 
 
-def fitted(values: Any, width: Any, energies: Interval, a: Precision) -> Table:
+def fitted(values: Any, width: Any, energies: Interval, a: Precision) -> ChartTable:
     """The table of values (n_x, n_phase, count, 4) at the nodes."""
     n_x, n_phase, count, functions = values.shape
     found = np.matmul(chebyshev_analysis(n_x, a), values.reshape(n_x, -1))
@@ -61,7 +62,7 @@ def fitted(values: Any, width: Any, energies: Interval, a: Precision) -> Table:
     found = np.matmul(fourier_analysis(n_phase, a), found)
     found = found.reshape(n_phase, n_x, count, functions).transpose(2, 1, 0, 3)
     found = np.matmul(energies.analysis(a), found.reshape(count, -1))
-    return Table(width, n_x, n_phase, found.reshape(count, n_x * n_phase, functions))
+    return ChartTable(width, n_x, n_phase, found.reshape(count, n_x * n_phase, functions))
 
 
 class Looked(NamedTuple):
@@ -72,7 +73,7 @@ class Looked(NamedTuple):
     by_phase: Any
 
 
-def look_up(table: Table, values: Any, x: Any, phase: Any, a: Precision) -> Any:
+def look_up(table: ChartTable, values: Any, x: Any, phase: Any, a: Precision) -> Any:
     """The four functions at points, (4, N).
 
     `values` are the table's at the points' energies: (1, n_x n_phase, 4) for a common one, else
@@ -81,18 +82,18 @@ def look_up(table: Table, values: Any, x: Any, phase: Any, a: Precision) -> Any:
     return _contracted(_basis(table, x, phase, a), values)
 
 
-def look_up_slopes(table: Table, values: Any, x: Any, phase: Any, a: Precision) -> Looked:
+def look_up_slopes(table: ChartTable, values: Any, x: Any, phase: Any, a: Precision) -> Looked:
     """:func:`look_up` with the derivatives."""
     return Looked(*(_contracted(_basis(table, x, phase, a, s), values) for s in ("", "x", "phase")))
 
 
-def at_energies(table: Table, weights: Any) -> Any:
+def at_energies(table: ChartTable, weights: Any) -> Any:
     """A table's coefficients at energies, (N or 1, n_x n_phase, 4)."""
     flat = table.values.reshape(len(table.values), -1)
     return (weights @ flat).reshape(len(weights), -1, 4)
 
 
-def _basis(table: Table, x: Any, phase: Any, a: Precision, slope: str = "") -> Any:
+def _basis(table: ChartTable, x: Any, phase: Any, a: Precision, slope: str = "") -> Any:
     """The products of Chebyshev polynomials and Fourier modes, (N, n_x n_phase)."""
     T = chebyshev_basis(x / table.width, table.n_x, a, slope=slope == "x")
     F = fourier_basis(phase, table.n_phase, a, slope=slope == "phase")
@@ -176,9 +177,9 @@ def _quadrature(length: Any, c: Coefficients, h: Any, a: Precision) -> tuple[Any
 class Chart(NamedTuple):
     """The chart of one section, both ways."""
 
-    forward: Table
+    forward: ChartTable
     """U, V, and the constants of time and theta3, of (d, chi)."""
-    inverse: Table
+    inverse: ChartTable
     """d, chi - s, and the same constants, of (I, s)."""
 
 
@@ -195,7 +196,7 @@ class Invariants(NamedTuple):
     s: Any
     I_slopes: tuple[Any, Any]
     s_slopes: tuple[Any, Any]
-    rates: Rates
+    rates: TorusRates
 
 
 def forward_table(
@@ -207,7 +208,7 @@ def forward_table(
     c: Coefficients,
     length: Any,
     a: Precision,
-) -> Table:
+) -> ChartTable:
     """The chart of a section as a table over |d| <= width."""
     d, chi = grid(width, n_x, n_phase, a)
     found = [
@@ -217,7 +218,9 @@ def forward_table(
     return fitted(_arranged(found, n_x, n_phase), width, nf.energies, a)
 
 
-def inverse_table(rising: bool, forward: Table, width: Any, nf: NormalForm, a: Precision) -> Table:
+def inverse_table(
+    rising: bool, forward: ChartTable, width: Any, nf: NormalForm, a: Precision
+) -> ChartTable:
     """The inverse chart as a table over |I| <= width, from the chart's table.
 
     Raises
@@ -241,7 +244,7 @@ def _arranged(found: list[Any], n_x: int, n_phase: int) -> Any:
 
 
 def _solved(
-    rising: bool, forward: Table, I: Any, s: Any, weights: Any, nf: NormalForm, a: Precision
+    rising: bool, forward: ChartTable, I: Any, s: Any, weights: Any, nf: NormalForm, a: Precision
 ) -> tuple[Any, Any]:
     """The points (d, chi) that have the invariants I and s, by Newton's method."""
     values = at_energies(forward, weights)

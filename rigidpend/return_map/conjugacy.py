@@ -17,7 +17,7 @@ from rigidpend.return_map.precision import Precision
 MOST_ITERATIONS = 40
 
 
-class Rates(NamedTuple):
+class TorusRates(NamedTuple):
     """Lambda(I) and the mean dt'/dpsi with their derivatives in I, (N,) each."""
 
     exponent: Any
@@ -26,9 +26,9 @@ class Rates(NamedTuple):
     rotation_slope: Any
 
 
-def torus_rates(exponent: Any, rotation: Any, I: Any) -> Rates:
+def torus_rates(exponent: Any, rotation: Any, I: Any) -> TorusRates:
     """The rates from their coefficients (N or 1, K) at the invariants I."""
-    return Rates(*_polynomial(exponent, I), *_polynomial(rotation, I))
+    return TorusRates(*_polynomial(exponent, I), *_polynomial(rotation, I))
 
 
 def _polynomial(c: Any, x: Any) -> tuple[Any, Any]:
@@ -57,7 +57,7 @@ def inverted(nf: NormalForm, weights: Any, psi: Any, Qp: Any, Qm: Any, a: Precis
     MapError
         A point lies outside of the range of the normal form.
     """
-    series = _Series(nf, weights, psi, a)
+    series = _TorusSeries(nf, weights, psi, a)
     # In degree 1, v stands before u.
     (pv, pu), (mv, mu) = series.odd[:, :2, 0].T, series.odd[:, :2, 1].T
     determinant = pu * mv - pv * mu
@@ -84,7 +84,7 @@ def _level(weights: Any, part: Any, n: int) -> Any:
     return (weights @ part.reshape(weights.shape[1], -1)).reshape(n, -1)
 
 
-class _Series:
+class _TorusSeries:
     """The series at given phases: polynomials in u and v with coefficients of each point."""
 
     def __init__(self, nf: NormalForm, weights: Any, psi: Any, a: Precision) -> None:

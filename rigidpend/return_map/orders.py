@@ -19,14 +19,17 @@ from rigidpend.return_map.precision import precision
 from rigidpend.return_map.reduced import Coefficients
 
 REACH = 4.0
-"""Largest |I| of the tables over that of the splitting: of 10,000 random orbits of 15 symbols
-with the body of Fig. 4 all stay within 3.6."""
+"""Largest |I| of the tables over that of the splitting.
+
+Of 10,000 random orbits of 15 symbols with the body of Fig. 4 all stay within 3.6."""
 MARGIN = 1.15
-"""Of the width in d over the least that the first look finds."""
+"""Margin of the width in d over the least that the first look finds."""
 LARGEST_RADIUS = 0.5
-"""Of u and v, in units of their size at the singularity; beyond, a series needs too many terms."""
+"""Largest radius of u and v, in units of their size at the singularity.
+
+Beyond it a series needs too many terms."""
 LOOK = 3, 9, 7
-"""Of the first look: nodes in d and in chi, degree of the normal form."""
+"""Sizes of the first look: nodes in d and in chi, degree of the normal form."""
 
 
 class Orders(NamedTuple):
@@ -41,7 +44,7 @@ class Orders(NamedTuple):
     """Phases of a chart."""
     n_energy: int
     length: float
-    """Of the arcs, t'."""
+    """Length of the arcs, t'."""
 
     def larger(self, *, inner: bool, x: bool, phase: bool, energy: bool) -> Orders:
         """The orders for another attempt, where some were too small."""
@@ -65,7 +68,7 @@ class Layer(NamedTuple):
 
 
 def first_look(c: Coefficients, h: float, reach: float = REACH) -> Layer:
-    """How wide the layer is: `reach` times the splitting, from charts of low order.
+    """Estimate the layer's width: `reach` times the splitting, from charts of low order.
 
     Parameters
     ----------

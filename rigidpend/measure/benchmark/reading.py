@@ -1,4 +1,4 @@
-"""What the stored data says, losses first: numbers, and the tables made of them.
+"""Reading of the stored data, losses first: numbers, and the tables made of them.
 
 All functions take ``/data`` of a result, as `store.load` gives it. Infinity stands for what no
 measurement reached. Ratios come from the meetings alone: the median over the rounds of a method's
@@ -20,7 +20,7 @@ from rigidpend.tables import Table, seconds, times
 
 LEVELS = (1e-3, 1e-6, 1e-9, 1e-12)
 RULE_OF_THREE = 3.0
-"""What has not happened in n trials has a chance of less than 3/n, at 95 %."""
+"""Rule of three: an event absent in n trials has a chance of less than 3/n, at 95 %."""
 OWN = ("ours", "lie_poisson")
 """Families that are ours, or in this package: they are no peers."""
 
@@ -32,17 +32,17 @@ class Standing(NamedTuple):
     seconds: float
     """Median over the rounds, for the whole problem."""
     ratio: float
-    """Of its time to the default's: the median over the rounds."""
+    """Ratio of its time to the default's: the median over the rounds."""
     low: float
     """The quartiles of that ratio."""
     high: float
     reached: bool
-    """Whether it reached the level of the problem."""
+    """True if the method reached the level of the problem."""
     record: Any
 
 
 def met(data: Any, problem: str, threads: int) -> list[Standing]:
-    """How the methods did at a meeting, the fastest first; empty where there was none."""
+    """Results of the methods at a meeting, the fastest first; empty where there was none."""
     group = data.get("meetings", {}).get(f"threads_{threads}", {}).get(problem, {})
     default = group.get(str(data[problem]["default"]))
     if default is None:
@@ -64,7 +64,7 @@ def met(data: Any, problem: str, threads: int) -> list[Standing]:
 
 
 def losses(data: Any) -> list[tuple[str, int, Standing]]:
-    """Where a peer needs less time than the default, at the level of the problem."""
+    """Losses: problems at which a peer needs less time than the default, at their level."""
     return [
         (problem, threads, result)
         for problem in _problems(data)
@@ -105,7 +105,7 @@ def tables(data: Any) -> list[Table]:
 
 
 def losses_table(data: Any) -> Table:
-    """Where a peer is faster than the default."""
+    """Table of the losses: a peer is faster than the default."""
     rows = [
         (
             str(data[problem]["title"]),
@@ -142,7 +142,7 @@ def meeting_table(data: Any, problem: str) -> Table:
 
 
 def certificates_table(data: Any) -> Table:
-    """What trust costs at the codes of Fig. 4: methods that say which symbols they vouch for."""
+    """Table of the cost of trust at the codes of Fig. 4: methods that vouch for symbols."""
     rows = []
     results = {r.method: r for r in met(data, "codes", 1)}
     own = results.get("route_codes")
