@@ -44,7 +44,7 @@ def computation(name: str) -> Computation[ExperimentConfig]:
 
 
 def layout(name: str) -> Layout:
-    """What an experiment's results consist of; nothing that computes is imported."""
+    """Layout of an experiment's results; nothing that computes is imported."""
     return cast("Layout", _module(name, "layout").LAYOUT)
 
 

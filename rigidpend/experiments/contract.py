@@ -66,7 +66,7 @@ class Declaring(Protocol):
 
     @property
     def LAYOUT(self) -> Layout:
-        """What ``/data`` of a result consists of."""
+        """Layout of ``/data`` of a result."""
 
 
 class Computation(Protocol[C_contra]):

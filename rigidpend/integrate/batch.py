@@ -31,7 +31,7 @@ from rigidpend.run.workers import check_stop
 MAX_STEPS = 1_000_000
 """Steps without a crossing after which an orbit counts as failed; a passage takes some hundred."""
 VECTORS = 2
-"""How many of the processor's vectors make a batch: calls and looks serve twice the orbits."""
+"""Number of the processor's vectors in a batch: calls and looks serve twice the orbits."""
 STRIDE = 12
 """Steps in a call. With 8 it is as fast; with 16 most passages have to be integrated again."""
 KEPT = 512
@@ -76,13 +76,13 @@ class _Integrator:
 
 
 class _Log:
-    """Where the lanes stand after each call, row by row, and whose stretches lie between."""
+    """Record of the lanes after each call, row by row, and of the orbits between."""
 
     def __init__(self, width: int) -> None:
         rows = KEPT + 2 * AT_ONCE
         self.states, self.times = np.empty((rows, 6, width)), np.empty((rows, width))
         self.columns = np.empty((rows, width), dtype=np.int64)
-        """Of the stretch that ends in the row."""
+        """Columns of the stretch that ends in the row."""
         self.row = -1
 
     def rows(self) -> tuple[Any, Any, Any]:
@@ -115,7 +115,7 @@ class _Batch:
         self.count = np.zeros(width, dtype=np.int64)
         self.alarm, self.last = np.zeros(width), np.zeros(width)
         self.patience = [(0, 0)] * width
-        """Of each lane the count that its orbit has to exceed, until so many calls are made."""
+        """Count for each lane that its orbit has to exceed, until so many calls are made."""
         self.begun = [0] * width
         self.log, self.seen = _Log(width), [no_crossing_found()]
         self.busy, self.calls, self.pace = 0, 0, 0.0
@@ -136,7 +136,7 @@ class _Batch:
         return self.found
 
     def _calls(self, foremost: int) -> int:
-        """How many calls until the next look, from what the foremost orbit has still to cross.
+        """Number of calls until the next look, from what the foremost orbit has still to cross.
 
         An orbit that is done sooner goes on to no purpose, which costs time alone.
         """
@@ -163,7 +163,7 @@ class _Batch:
         return int(self.count.max())
 
     def _wants_attention(self) -> bool:
-        """Whether an orbit may have ended without all of its crossings."""
+        """True if an orbit may have ended without all of its crossings."""
         slow = self.calls >= min(calls for _, calls in self.patience)
         return (
             slow
@@ -193,7 +193,7 @@ class _Batch:
         return ended
 
     def _is_stuck(self, lane: int) -> bool:
-        """Whether the orbit has taken too many steps without a crossing."""
+        """True if the orbit has taken too many steps without a crossing."""
         count, _ = self.patience[lane]
         self.patience[lane] = int(self.count[lane]), self.calls + MAX_STEPS // self.stride
         return bool(self.column[lane] >= 0 and self.count[lane] <= count)

@@ -39,16 +39,16 @@ class Bounds(NamedTuple):
     a: Array
     """sqrt(J^2 + 2 w g), so that |M3'| <= (a^2 - M3^2)/2."""
     bend: Array
-    """Of |M3''|."""
+    """Bound of |M3''|."""
 
     def time_to_zero(self, M3: Array) -> Array:
-        """How long M3 takes at least to come from this value to a touch of zero."""
+        """Least time in which M3 comes from this value to a touch of zero."""
         level = np.minimum(np.abs(M3) / self.a, 1.0)
         with np.errstate(divide="ignore"):
             return 2 / self.a * (np.arctanh(level) - TOUCH)
 
     def time_near(self, M3: Array, slope: Array) -> tuple[Array, Array]:
-        """How long M3 certainly goes on from this value with this slope, and to where."""
+        """Time for which M3 certainly moves in the sense of this slope, and |M3| at its end."""
         near = np.abs(slope) / self.bend
         return near, np.abs(M3) + np.abs(slope) * near / 2
 
@@ -84,7 +84,7 @@ def slopes(states: Array, c: AlignedCoefficients) -> Array:
 
 
 def without_zero(b: Bounds, before: Array, after: Array, durations: Array) -> NDArray[np.bool_]:
-    """Where M3 has no zero, nor touches it, between two values of the same sign."""
+    """Mask of intervals in which M3 has no zero, nor touches it, between values of one sign."""
     enough = b.time_to_zero(before) + b.time_to_zero(after) > durations
     return enough & ((before < 0) == (after < 0))
 
@@ -104,7 +104,7 @@ def leaving_zero(
 def with_one_zero(
     b: Bounds, before: Array, after: Array, durations: Array, zero: Array, slope: Array
 ) -> NDArray[np.bool_]:
-    """Where the zero that is known, with its slope, is the only one between two values.
+    """Mask of intervals in which the known zero, with its slope, is the only one.
 
     Around it M3 keeps off zero for the time that its slope takes to bend back; beyond, the
     bound of `without_zero` holds, on either side.

@@ -1,4 +1,4 @@
-"""Where heyoka keeps its compiled code: one folder per processor model.
+"""Cache of heyoka's compiled code: one folder per processor model.
 
 heyoka's cache on disk is keyed without the processor, while its code is compiled for it.
 """
@@ -34,7 +34,7 @@ def processor_model() -> str:
 
 
 def _processor() -> str:
-    """What identifies the processor: its model and flags where Linux tells them."""
+    """Identity of the processor: its model and flags where Linux tells them."""
     try:
         first, _, _ = Path("/proc/cpuinfo").read_text().partition("\n\n")
     except OSError:

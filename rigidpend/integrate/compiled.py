@@ -1,4 +1,4 @@
-"""What all compiled integrators share: heyoka, the field as its symbols, and their reuse."""
+"""Shared part of the compiled integrators: heyoka, the field as its symbols, their reuse."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def aligned_system(hy: Any) -> tuple[list[Any], Any]:
 
 
 KEPT = 24
-"""How many kinds of integrators are kept; the one used longest ago goes first."""
+"""Number of kinds of integrators that are kept; the one used longest ago goes first."""
 
 _idle: dict[tuple[Any, ...], list[Any]] = {}
 _idle_lock = threading.Lock()
@@ -57,7 +57,7 @@ def borrowed(make: type[Any], *key: Any) -> Iterator[Any]:
 
 
 def working_type(bits: int) -> Any:
-    """What makes numbers of so many bits: 53, 64 or 113, or any above."""
+    """Type of numbers of so many bits: 53, 64 or 113, or any above."""
     hy = heyoka()
     kinds = {53: float, 64: np.longdouble, 113: getattr(hy, "real128", None)}
     return kinds.get(bits) or functools.partial(_real, bits)

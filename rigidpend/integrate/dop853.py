@@ -22,7 +22,7 @@ from rigidpend.integrate.records import (
 )
 
 SIDE_BY_SIDE = 64
-"""How many orbits to give as one system: all take the step of the most demanding one."""
+"""Number of orbits in one system: all take the step of the most demanding one."""
 
 Array = NDArray[np.float64]
 
@@ -122,7 +122,7 @@ class _Group:
         self.last[columns] = times
 
     def _staying(self, time: float, now: Array) -> Any:
-        """Which orbits go on; the outcome of the others."""
+        """Mask of the orbits that go on; the outcome of the others is recorded."""
         done = self.count[self.active] == self.orbits.n_crossings
         late = time - self.last[self.active] > self.orbits.passage_limit
         for lane in np.flatnonzero(done | late):

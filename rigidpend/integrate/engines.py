@@ -7,8 +7,10 @@ import importlib.util
 
 ENGINES = ("taylor", "scipy")
 DEFAULT_TOLERANCE = {"taylor": 3e-14, "scipy": 1e-13}
-"""Local tolerance of each engine in double precision. The Taylor series' error is then below
-rounding: with 2.2e-16, three orders more and 12 % slower, crossing times err alike."""
+"""Local tolerance of each engine in double precision.
+
+The Taylor series' error is then below rounding: with 2.2e-16, three orders more and 12 % slower,
+crossing times err alike."""
 FINEST_TOLERANCE = {"taylor": 2.0**-52, "scipy": 2.5e-14}
 """The finest local tolerance of each engine in double precision."""
 
@@ -41,7 +43,7 @@ def check_engine(engine: str) -> str:
 
 
 def has_own_type(engine: str, bits: int) -> bool:
-    """Whether the engine computes in `bits` bits itself, rather than through `bigint`."""
+    """True if the engine computes in `bits` bits itself, rather than through `bigint`."""
     if engine == "taylor":
         from rigidpend.integrate import taylor
 
@@ -56,5 +58,5 @@ def runs_in_threads(engine: str, bits: int) -> bool:
 
 @functools.cache
 def _has_heyoka() -> bool:
-    """Whether heyoka is installed; looked up once, for that takes a millisecond."""
+    """True if heyoka is installed; looked up once, for that takes a millisecond."""
     return importlib.util.find_spec("heyoka") is not None

@@ -83,7 +83,7 @@ class Splitting(NamedTuple):
     mu_r: Numbers
     """mu r, 3 numbers."""
     substeps: tuple[tuple[int, Any], ...]
-    """Which part, and for what share of the step; the first and the last are kicks."""
+    """Substeps: the part, and its share of the step; the first and the last are kicks."""
 
     def advance(self, vectors: Numbers, h: Scalar, steps: int = 1, m: Elementary = np) -> list[Any]:
         """Take `steps` steps of length `h`.
@@ -154,5 +154,5 @@ def splitting(A: Numbers, r: Numbers, mu: Scalar, order: int, number: Any = floa
 
 
 def stages(order: int) -> int:
-    """How many steps of order 2 a step is made of."""
+    """Number of steps of order 2 in a step."""
     return 2 * len(SCHEMES[order].outer) + 1

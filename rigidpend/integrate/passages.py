@@ -26,7 +26,7 @@ from rigidpend.run.workers import check_stop
 Array = NDArray[np.float64]
 
 UNDECIDED = 5
-"""In place of a separatrix: what the orbit does from here on is not known."""
+"""Mark in place of a separatrix: the orbit is not known from here on."""
 REACH = 0.5
 """To how many mean steps of its stretch a series is used."""
 NEWTON = 3
@@ -100,7 +100,7 @@ def no_crossing_found() -> Found:
 
 
 class _Jumped(NamedTuple):
-    """Where m jumps ended."""
+    """Ends of m jumps."""
 
     Qp: Array
     Qm: Array

@@ -1,4 +1,4 @@
-"""What goes into an engine and what comes out: plain data, no integrator object."""
+"""Records that go into an engine and come out of it: plain data, no integrator object."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rigidpend.numbers.generic import Scalar
 
 
 class Outcome(IntEnum):
-    """How an orbit's integration ended."""
+    """Outcome of an orbit's integration."""
 
     COMPLETE = 0
     """All crossings were found."""
@@ -33,9 +33,9 @@ class Orbits(NamedTuple):
     states: Any
     """At 53 bits an array (6, n), else n lists of 6 Fractions; at time 0."""
     n_crossings: int
-    """How many crossings of M3 = 0 to find on each orbit."""
+    """Number of crossings of M3 = 0 to find on each orbit."""
     passage_limit: float
-    """How long, in t', to wait for the next crossing."""
+    """Longest wait for the next crossing, t'."""
 
 
 class Crossings(NamedTuple):

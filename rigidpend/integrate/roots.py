@@ -17,7 +17,7 @@ class UndecidedTouch(ArithmeticError):
     def __init__(self, at: float) -> None:
         super().__init__(at)
         self.at = at
-        """Where, as a share of the step."""
+        """Place of the root, as a share of the step."""
 
 
 def zeros(

@@ -1,4 +1,4 @@
-"""Where orbits first meet the section M3 = 0 (J1 = J2/2): states, in any precision.
+"""First crossings of the Poincare section M3 = 0 (J1 = J2/2): states, in any precision.
 
 `integrate.crossings` follows many orbits through many passages and keeps times only. Here each
 orbit ends at its first crossing, and the state there is given to the last bit of the working
@@ -77,7 +77,7 @@ def first_crossings(
 def _in_series(
     states: Sequence[Any], c: AlignedCoefficients, limit: float, bits: int, tolerance: float
 ) -> list[Crossing | None]:
-    """By heyoka's Taylor integrator in the type that has so many bits."""
+    """Find the crossings by heyoka's Taylor integrator in the type that has so many bits."""
     from rigidpend.integrate.compiled import borrowed
 
     with borrowed(_ToSection, bits, tolerance) as orbit:
@@ -87,7 +87,7 @@ def _in_series(
 def _in_integers(
     states: Sequence[Any], c: AlignedCoefficients, limit: float, bits: int, _: float
 ) -> list[Crossing | None]:
-    """By Taylor series in integers, of an error below their rounding."""
+    """Find the crossings by Taylor series in integers, of an error below their rounding."""
     return [_integer_crossing(c, state, limit, bits) for state in states]
 
 

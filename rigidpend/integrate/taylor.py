@@ -41,7 +41,7 @@ def precisions() -> tuple[int, ...]:
 
 
 def offers(bits: int) -> bool:
-    """Whether there is a compiled type of so many bits."""
+    """True if there is a compiled type of so many bits."""
     return bits in precisions() or (bits > 113 and hasattr(heyoka(), "real"))
 
 
@@ -74,8 +74,8 @@ class _Scalar:
         self.integrator = stepper(bits, tolerance)
         self.far = self.type(1e300)
 
-    def run(self, orbits: Orbits, state: Numbers) -> tuple[Outcome, list[tuple[float, int]]]:
-        """How one orbit ended, and its crossings as (time, separatrix)."""
+    def run(self, orbits: Orbits, state: Any) -> tuple[Outcome, list[tuple[float, int]]]:
+        """Follow one orbit: its outcome, and its crossings as (time, separatrix)."""
         begin(self.integrator, self.type, orbits.coefficients, state)
         self.floats = type(orbits.coefficients)(*map(float, orbits.coefficients))
         crossed: list[tuple[float, int]] = []
@@ -103,7 +103,7 @@ class _Scalar:
     def _ending(
         self, orbits: Orbits, row: Any, count: int, last: float, patience: int
     ) -> Outcome | None:
-        """How the orbit has ended, if it has."""
+        """Outcome of the orbit, if it has ended."""
         if count >= orbits.n_crossings:
             return Outcome.COMPLETE
         if patience <= 0 or not np.isfinite(row[2]).all():
@@ -122,7 +122,7 @@ class _Scalar:
                 yield float(times[k] + time), separatrix
         self._to(times[-1], states[-1])
 
-    def _open(self, states: Numbers, times: Numbers) -> list[int]:
+    def _open(self, states: Any, times: Numbers) -> list[int]:
         """The stretches from row to row that the bounds leave open."""
         before, after, durations = states[:, :-1], states[:, 1:], np.diff(times)
         with np.errstate(all="ignore"):
@@ -133,7 +133,7 @@ class _Scalar:
         whole = np.isfinite(after).all(axis=0)
         return [int(k) for k in np.flatnonzero(~closed & whole)]
 
-    def _to(self, time: Any, state: Numbers) -> None:
+    def _to(self, time: Any, state: Any) -> None:
         self.integrator.time = time
         self.integrator.state[:] = state
 

@@ -24,7 +24,7 @@ class ResultSection(NamedTuple):
     tables: Sequence[Table]
     provenance: Sequence[tuple[str, str]]
     problem: str = ""
-    """Why nothing is shown."""
+    """Reason why nothing is shown."""
 
     @property
     def title(self) -> str:

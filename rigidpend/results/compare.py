@@ -1,4 +1,4 @@
-"""Where two results differ by more than their arithmetic explains, with the worst element."""
+"""Comparison of two results: differences beyond what their arithmetic explains."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Difference(str):
     stored: Any
     computed: Any
     allowed: float
-    """By how much they may differ; 0 where they must be equal."""
+    """Allowed difference; 0 where the values must be equal."""
     _words: str
 
     def __new__(
@@ -53,7 +53,7 @@ def inside(group: str, found: Iterable[Difference]) -> list[Difference]:
 
 
 def keys(stored: Any, fresh: Any, place: str = "") -> list[Difference]:
-    """What only one of two mappings has."""
+    """Find the keys that only one of two mappings has."""
     at = f"{place}/" if place else ""
     lost = [name for name in stored if name not in fresh]
     new = [name for name in fresh if name not in stored]
@@ -64,7 +64,7 @@ def keys(stored: Any, fresh: Any, place: str = "") -> list[Difference]:
 
 
 def attributes(stored: Any, fresh: Any, place: str) -> list[Difference]:
-    """Where the attributes of an object differ."""
+    """Find where the attributes of an object differ."""
     return [
         Difference(f"{place}@{name}", stored.get(name, ABSENT), fresh.get(name, ABSENT))
         for name in dict.fromkeys((*stored, *fresh))
@@ -73,7 +73,7 @@ def attributes(stored: Any, fresh: Any, place: str) -> list[Difference]:
 
 
 def outlines(stored: Any, fresh: Any) -> list[Difference]:
-    """Where two result files differ in what they consist of: see `store.outline`.
+    """Find where two result files differ in their structure: see `store.outline`.
 
     Where, when and with what code and engine a result was made does not count, only that it
     is said; nor do the reasons why a reference was renewed.
@@ -94,7 +94,7 @@ def _veiled(given: Any, passed: tuple[str, ...]) -> dict[str, Any]:
 
 
 def plain(stored: Any, fresh: Any, place: str) -> list[Difference]:
-    """Where two values of JSON differ."""
+    """Find where two values of JSON differ."""
     if not (isinstance(stored, dict) and isinstance(fresh, dict)):
         return [] if stored == fresh else [Difference(place, stored, fresh)]
     found = keys(stored, fresh, place)
@@ -175,7 +175,7 @@ def beyond(place: str, stated: Any, declared: Any) -> list[Difference]:
 
 
 def _aside(excess: Any, limit: float) -> str:
-    """What is said besides: the limit, and how many elements are beyond theirs."""
+    """Remark on a difference: the limit, and the number of elements beyond theirs."""
     count = int((excess > 0).sum())
     said = [f"may differ by {limit:.2g}"] if limit else []
     said += [f"{count} of {excess.size} differ"] if count > 1 else []
@@ -183,7 +183,7 @@ def _aside(excess: Any, limit: float) -> str:
 
 
 def _excess(a: Any, b: Any, allowed: Any) -> Any:
-    """How many times more elements differ than is allowed; 0 where they do not."""
+    """Excess of each element over its allowed difference, as a factor; 0 where they are equal."""
     if not a.dtype.kind == b.dtype.kind == "f":
         return ((a != b) & np.isfinite(allowed)).astype(float)
     with np.errstate(invalid="ignore", divide="ignore"):

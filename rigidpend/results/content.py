@@ -1,4 +1,4 @@
-"""What a result file says, checked before it is used: its config, and that numbers are finite."""
+"""Check of the content of a result file, before it is used: its config, its numbers."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def _check_config(text: str) -> None:
 
 
 def _depth(node: Any) -> int:
-    """How many brackets are inside each other; none is entered that is too deep."""
+    """Count the brackets inside each other; none is entered that is too deep."""
     level, depth = [node], 0
     while level and depth <= DEEPEST:
         inner = [x.values() if isinstance(x, dict) else x for x in level if _is_bracket(x)]

@@ -1,4 +1,4 @@
-"""Which HDF5 files are safe to open: HDF5 itself can hang or crash on damaged metadata.
+"""Check of HDF5 files before they are opened: HDF5 can hang or crash on damaged metadata.
 
 A digest shows damage, but not malice: whoever changes a file can seal it again. So each is
 tried in another process first, with its time and memory bounded.
@@ -52,7 +52,7 @@ def intact(content: bytes) -> bytes:
 
 
 def _said_length(content: bytes) -> int:
-    """How long an HDF5 file says that it is, in its superblock."""
+    """Length of an HDF5 file, as its superblock says."""
     version = content[8] if len(content) > 13 else 0
     size, first = (content[13:14], 24 + 4 * version) if version < 2 else (content[9:10], 12)
     width = int.from_bytes(size)
@@ -100,7 +100,7 @@ def tried(read: Callable[[], Any], length: int, most: int) -> None:
 
 
 def _heard(out: int) -> bytes:
-    """What a child says before it ends; nothing if it hangs."""
+    """Listen to a child until it ends; one that hangs has said nothing."""
     said, until = b"", time.monotonic() + PATIENCE
     while select.select([out], [], [], max(0.0, until - time.monotonic()))[0]:
         more = os.read(out, 4096)

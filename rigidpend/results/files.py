@@ -25,7 +25,7 @@ class StoreError(RuntimeError):
 
 
 def content(path: Path) -> bytes:
-    """What a file holds, if it is a regular one and of bearable size.
+    """Read a file, if it is a regular one and of bearable size.
 
     Raises
     ------

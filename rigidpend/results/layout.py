@@ -1,4 +1,4 @@
-"""What an experiment's results consist of, as plain data: read to write them and to check them.
+"""Layouts of results as plain data, by which they are written and checked.
 
 A layout names the fields of a group and the groups inside it::
 
@@ -18,11 +18,11 @@ from rigidpend.results.tree import Dataset
 
 FLOAT, WHOLE, FLAG, TEXT = "double", "whole", "flag", "text"
 NUMBER = "number"
-"""What the elements of a field are; a number is a double or whole."""
+"""Kinds of elements of a field; a number is a double or whole."""
 
 
 class Field(NamedTuple):
-    """An array, a number or a text in a result, and what it means."""
+    """An array, a number or a text in a result, with its unit and meaning."""
 
     kind: str
     dimensions: tuple[int | str, ...] = ()
@@ -30,7 +30,7 @@ class Field(NamedTuple):
     units: str = ""
     description: str = ""
     gaps: bool = False
-    """Whether it may hold NaN or infinity."""
+    """True if it may hold NaN or infinity."""
 
     def dataset(self, values: Any) -> Dataset:
         """Values with their meaning, as they are stored."""
@@ -55,7 +55,7 @@ def members(layout: Layout) -> tuple[str, Field | Layout] | None:
 
 
 def named(layout: Layout) -> dict[str, tuple[Field | Layout, bool]]:
-    """What has a name of its own, and whether it must be there."""
+    """Members with a name of their own, each with True if it must be there."""
     return {
         name.removesuffix("?"): (node, not name.endswith("?"))
         for name, node in layout.items()

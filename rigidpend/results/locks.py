@@ -1,4 +1,4 @@
-"""Whether another process is at work on a file or folder: locks that end with their holder.
+"""Locks that tell if another process is at work on a file or folder, and end with it.
 
 The system keeps them with the open file, so that none outlives a killed process. Where there
 are none (`fcntl` is absent, or the file system knows no locks), nobody is taken to be gone.
@@ -18,7 +18,7 @@ except ImportError:  # pragma: no cover
 
 
 NOT_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOFOLLOW", 0)
-"""How to open what may be no regular file or folder."""
+"""Flags for opening a path that may be no regular file or folder."""
 
 
 def share(handle: int) -> None:
@@ -34,7 +34,7 @@ def hold(handle: int) -> None:
 
 
 def is_at(handle: int, path: str | Path) -> bool:
-    """Whether an open file or folder is still the one of that name."""
+    """True if an open file or folder is still the one of that name."""
     try:
         return os.path.samestat(os.fstat(handle), os.stat(path))
     except FileNotFoundError:
@@ -43,7 +43,7 @@ def is_at(handle: int, path: str | Path) -> bool:
 
 @contextmanager
 def deserted(path: Path) -> Iterator[bool]:
-    """Whether nobody holds a file or folder; if so, it is held alone meanwhile."""
+    """True if nobody holds a file or folder; if so, it is held alone meanwhile."""
     try:
         # Of links and pipes nothing is ours, and none is waited for.
         handle = os.open(path, os.O_RDONLY | NOT_WAITING)

@@ -26,8 +26,9 @@ from rigidpend.results.words import short
 
 FORMAT, FORMAT_VERSION = "rigidpend", 1
 LEAST, RATIO = 2**26, 100
-"""Bytes that the arrays of any file may have, and how many for each byte of the file. A file of
-ours has at most some 60, where no orbit returns."""
+"""Bytes that the arrays of any file may have, and how many for each byte of the file.
+
+A file of this package has at most some 60, where no orbit returns."""
 WORDS = ("name", "figure", "experiment", "config_hash", "code_hash", "engine")
 """Root attributes that are texts."""
 LONGEST = 1000

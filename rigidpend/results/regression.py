@@ -78,4 +78,4 @@ def renew(config: Config, target: Path, reason: str, *, jobs: int) -> None:
 
 
 def _nowhere(_: str) -> None:
-    """Where progress goes that nobody follows."""
+    """Drop a line of progress."""

@@ -42,7 +42,7 @@ class Result(NamedTuple):
     """A result file's content."""
 
     attributes: Attributes
-    """Of the root; format and version are added."""
+    """Attributes of the root; format and version are added."""
     config: str
     """The resolved config, JSON."""
     provenance: Attributes

@@ -1,4 +1,4 @@
-"""What a result file is made of, checked before a value is read: all inside it, and as declared.
+"""Check of the structure of a result file, before a value is read: as its layout declares.
 
 HDF5 follows links into other files, reads arrays from any file of the user, loads plugins for
 unknown filters, and allocates what a header asks for. So a file is opened only where each
@@ -179,7 +179,7 @@ def attributes(place: str, node: Any) -> None:
 
 
 def kind(datatype: h5t.TypeID, shape: tuple[int, ...]) -> str:
-    """What the elements of an array are, in the words of a layout; empty for anything else."""
+    """Kind of the elements of an array, as layouts name it; empty for any other."""
     if isinstance(datatype, h5t.TypeStringID):
         short = not datatype.is_variable_str() and datatype.get_size() <= WIDEST
         return TEXT if shape == () or short else ""

@@ -13,7 +13,7 @@ from rigidpend.integrate import default_engine
 from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.return_map import storage
-from rigidpend.return_map.charts import Chart, Table, forward_table, inverse_table
+from rigidpend.return_map.charts import Chart, ChartTable, forward_table, inverse_table
 from rigidpend.return_map.checks import Errors, held_out, tails
 from rigidpend.return_map.expansions import Interval
 from rigidpend.return_map.normal_form import MapError, NormalForm, normal_form
@@ -27,25 +27,26 @@ SLACK = 2.0**13
 
 With the body of Fig. 4 finished maps err by some tens of them, and by 700 at mu = 0.01."""
 ATTEMPTS = 4
-"""How often the orders are raised before a map is refused."""
+"""Number of times the orders are raised before a map is refused."""
 MOST_DEGREE = 45
-"""Of the normal form in doubles, and in proportion to the bits: what takes more is refused.
+"""Largest degree of the normal form in doubles, and in proportion to the bits.
+
 With the body of Fig. 4 mu = 0.045 takes 43 and 7 s."""
 FLOQUET = 1e-11
 """Largest difference from the Floquet exponent, which is found in doubles."""
 
 
 class Design(NamedTuple):
-    """How a map is built: two maps of different design share no rounding and no truncation."""
+    """Design of a map: two maps of different design share no rounding and no truncation."""
 
     unit: str = "1"
     """M is multiplied by it, mu and h by its square; t' is divided by it."""
     stretch: float = 1.0
-    """By how much the arcs are longer than where |u| = |v|."""
+    """Factor by which the arcs are longer than where |u| = |v|."""
     more: int = 0
-    """How many terms every expansion has besides (an even number)."""
+    """Number of further terms of every expansion (an even number)."""
     origin: float = 0.0
-    """What is added to phases before they are rounded, radians."""
+    """Shift of phases before they are rounded, radians."""
 
 
 FIRST, SECOND = Design(), Design("1.37", 1.06, 2, 0.7)
@@ -275,6 +276,6 @@ def _number(x: Exact, a: Precision) -> Any:
 
 def _cast(x: Scalar, a: Precision) -> Any:
     """A record with its numbers in another precision."""
-    if isinstance(x, (NormalForm, Chart, Table, Interval)):
+    if isinstance(x, (NormalForm, Chart, ChartTable, Interval)):
         return type(x)(*(_cast(one, a) for one in x))
     return x if isinstance(x, (int, float)) else a.array(x)[()]

@@ -23,7 +23,7 @@ import numpy as np
 
 from rigidpend.integrate.arcs import arcs
 from rigidpend.numbers.generic import Numbers, Scalar
-from rigidpend.return_map.conjugacy import Rates, inverted, torus_rates
+from rigidpend.return_map.conjugacy import TorusRates, inverted, torus_rates
 from rigidpend.return_map.expansions import (
     Interval,
     chebyshev_analysis,
@@ -40,11 +40,12 @@ from rigidpend.return_map.reduced import Coefficients, theta3_rate
 
 MOST_ITERATIONS = 30
 STRIP = 1.2
-"""How near to the arc's middle, in units of 1/Lambda_0, the nearest complex singularity of the
-rate of theta3 is taken to be; it is at pi/2 without weight."""
+"""Distance of the nearest complex singularity of theta3's rate from the arc's middle.
+
+In units of 1/Lambda_0, as it is taken to be; it is pi/2 without weight."""
 
 
-class Table(NamedTuple):
+class ChartTable(NamedTuple):
     """Four functions of x in [-width, width] and a phase, over an interval of energies."""
 
     width: Any
@@ -54,7 +55,7 @@ class Table(NamedTuple):
     """(count, n_x n_phase, 4) coefficients; the phase runs fastest."""
 
 
-def fitted(values: Numbers, width: Scalar, energies: Interval, a: Precision) -> Table:
+def fitted(values: Numbers, width: Scalar, energies: Interval, a: Precision) -> ChartTable:
     """The table of values (n_x, n_phase, count, 4) at the nodes."""
     n_x, n_phase, count, functions = values.shape
     found = np.matmul(chebyshev_analysis(n_x, a), values.reshape(n_x, -1))
@@ -62,7 +63,7 @@ def fitted(values: Numbers, width: Scalar, energies: Interval, a: Precision) -> 
     found = np.matmul(fourier_analysis(n_phase, a), found)
     found = found.reshape(n_phase, n_x, count, functions).transpose(2, 1, 0, 3)
     found = np.matmul(energies.analysis(a), found.reshape(count, -1))
-    return Table(width, n_x, n_phase, found.reshape(count, n_x * n_phase, functions))
+    return ChartTable(width, n_x, n_phase, found.reshape(count, n_x * n_phase, functions))
 
 
 class Looked(NamedTuple):
@@ -73,7 +74,7 @@ class Looked(NamedTuple):
     by_phase: Any
 
 
-def look_up(table: Table, values: Numbers, x: Scalar, phase: Scalar, a: Precision) -> Any:
+def look_up(table: ChartTable, values: Numbers, x: Scalar, phase: Scalar, a: Precision) -> Any:
     """The four functions at points, (4, N).
 
     `values` are the table's at the points' energies: (1, n_x n_phase, 4) for a common one, else
@@ -82,18 +83,20 @@ def look_up(table: Table, values: Numbers, x: Scalar, phase: Scalar, a: Precisio
     return _contracted(_basis(table, x, phase, a), values)
 
 
-def look_up_slopes(table: Table, values: Numbers, x: Scalar, phase: Scalar, a: Precision) -> Looked:
+def look_up_slopes(
+    table: ChartTable, values: Numbers, x: Scalar, phase: Scalar, a: Precision
+) -> Looked:
     """:func:`look_up` with the derivatives."""
     return Looked(*(_contracted(_basis(table, x, phase, a, s), values) for s in ("", "x", "phase")))
 
 
-def at_energies(table: Table, weights: Numbers) -> Any:
+def at_energies(table: ChartTable, weights: Numbers) -> Any:
     """A table's coefficients at energies, (N or 1, n_x n_phase, 4)."""
     flat = table.values.reshape(len(table.values), -1)
     return (weights @ flat).reshape(len(weights), -1, 4)
 
 
-def _basis(table: Table, x: Scalar, phase: Scalar, a: Precision, slope: str = "") -> Any:
+def _basis(table: ChartTable, x: Scalar, phase: Scalar, a: Precision, slope: str = "") -> Any:
     """The products of Chebyshev polynomials and Fourier modes, (N, n_x n_phase)."""
     T = chebyshev_basis(x / table.width, table.n_x, a, slope=slope == "x")
     F = fourier_basis(phase, table.n_phase, a, slope=slope == "phase")
@@ -179,9 +182,9 @@ def _quadrature(length: Scalar, c: Coefficients, h: Scalar, a: Precision) -> tup
 class Chart(NamedTuple):
     """The chart of one section, both ways."""
 
-    forward: Table
+    forward: ChartTable
     """U, V, and the constants of time and theta3, of (d, chi)."""
-    inverse: Table
+    inverse: ChartTable
     """d, chi - s, and the same constants, of (I, s)."""
 
 
@@ -198,7 +201,7 @@ class Invariants(NamedTuple):
     s: Any
     I_slopes: tuple[Any, Any]
     s_slopes: tuple[Any, Any]
-    rates: Rates
+    rates: TorusRates
 
 
 def forward_table(
@@ -210,7 +213,7 @@ def forward_table(
     c: Coefficients,
     length: Scalar,
     a: Precision,
-) -> Table:
+) -> ChartTable:
     """The chart of a section as a table over |d| <= width."""
     d, chi = grid(width, n_x, n_phase, a)
     found = [
@@ -221,8 +224,8 @@ def forward_table(
 
 
 def inverse_table(
-    rising: bool, forward: Table, width: Scalar, nf: NormalForm, a: Precision
-) -> Table:
+    rising: bool, forward: ChartTable, width: Scalar, nf: NormalForm, a: Precision
+) -> ChartTable:
     """The inverse chart as a table over |I| <= width, from the chart's table.
 
     Raises
@@ -247,7 +250,7 @@ def _arranged(found: list[Any], n_x: int, n_phase: int) -> Any:
 
 def _solved(
     rising: bool,
-    forward: Table,
+    forward: ChartTable,
     I: Scalar,
     s: Scalar,
     weights: Numbers,

@@ -9,7 +9,7 @@ import numpy as np
 from rigidpend.numbers.generic import Scalar
 from rigidpend.return_map.charts import (
     Chart,
-    Table,
+    ChartTable,
     at_energies,
     invariants,
     look_up,
@@ -22,11 +22,11 @@ from rigidpend.return_map.reduced import Coefficients
 
 POINTS = 12
 LONGER = 1.05
-"""By how much the arcs of the held-out points are longer than those behind the tables."""
+"""Excess length of the arcs of the held-out points over those behind the tables."""
 
 
 class Errors(NamedTuple):
-    """What a map was measured to err by; relative to the largest value of each table."""
+    """Measured errors of a map, relative to the largest value of each table."""
 
     exponents: float
     """Between the two determinations of Lambda."""
@@ -35,13 +35,13 @@ class Errors(NamedTuple):
     charts: float
     """At held-out points, by arcs of another length."""
     inverse: float
-    """Of the invariants and the times, after an inverse chart and a chart."""
+    """Errors of the invariants and the times, after an inverse chart and a chart."""
     tail_x: float
     """The last coefficients of the tables in d and I."""
     tail_phase: float
-    """In chi and s."""
+    """Tail of the tables in chi and s."""
     tail_energy: float
-    """In h."""
+    """Tail of the tables in h."""
 
 
 def held_out(
@@ -72,7 +72,7 @@ def held_out(
     return a.largest((seen - direct) / scale), max(off)
 
 
-def tails(table: Table, a: Precision) -> tuple[float, float, float]:
+def tails(table: ChartTable, a: Precision) -> tuple[float, float, float]:
     """The last coefficients of a table in x, phase and energy, relative to the largest."""
     shape = (len(table.values), table.n_x, table.n_phase, 4)
     sizes = np.abs(table.values.astype(float)).reshape(shape)

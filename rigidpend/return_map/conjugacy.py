@@ -18,7 +18,7 @@ from rigidpend.return_map.precision import Precision
 MOST_ITERATIONS = 40
 
 
-class Rates(NamedTuple):
+class TorusRates(NamedTuple):
     """Lambda(I) and the mean dt'/dpsi with their derivatives in I, (N,) each."""
 
     exponent: Any
@@ -27,9 +27,9 @@ class Rates(NamedTuple):
     rotation_slope: Any
 
 
-def torus_rates(exponent: Scalar, rotation: Scalar, I: Scalar) -> Rates:
+def torus_rates(exponent: Scalar, rotation: Scalar, I: Scalar) -> TorusRates:
     """The rates from their coefficients (N or 1, K) at the invariants I."""
-    return Rates(*_polynomial(exponent, I), *_polynomial(rotation, I))
+    return TorusRates(*_polynomial(exponent, I), *_polynomial(rotation, I))
 
 
 def _polynomial(c: Any, x: Scalar) -> tuple[Any, Any]:
@@ -60,7 +60,7 @@ def inverted(
     MapError
         A point lies outside of the range of the normal form.
     """
-    series = _Series(nf, weights, psi, a)
+    series = _TorusSeries(nf, weights, psi, a)
     # In degree 1, v stands before u.
     (pv, pu), (mv, mu) = series.odd[:, :2, 0].T, series.odd[:, :2, 1].T
     determinant = pu * mv - pv * mu
@@ -87,7 +87,7 @@ def _level(weights: Numbers, part: Any, n: int) -> Any:
     return (weights @ part.reshape(weights.shape[1], -1)).reshape(n, -1)
 
 
-class _Series:
+class _TorusSeries:
     """The series at given phases: polynomials in u and v with coefficients of each point."""
 
     def __init__(self, nf: NormalForm, weights: Numbers, psi: Scalar, a: Precision) -> None:

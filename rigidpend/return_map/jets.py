@@ -33,21 +33,21 @@ class Jet:
         raise LookupError(f"the part of degree {degree} is not told yet")
 
     def __add__(self, other: Jet) -> Jet:
-        return _Sum(self, other, 1)
+        return _JetSum(self, other, 1)
 
     def __sub__(self, other: Jet) -> Jet:
-        return _Sum(self, other, -1)
+        return _JetSum(self, other, -1)
 
     def __mul__(self, other: Any) -> Jet:
-        return _Product(self, other) if isinstance(other, Jet) else _Scaled(self, other)
+        return _JetProduct(self, other) if isinstance(other, Jet) else _JetScaled(self, other)
 
     __rmul__ = __mul__
 
     def __neg__(self) -> Jet:
-        return _Scaled(self, -1)
+        return _JetScaled(self, -1)
 
 
-class _Sum(Jet):
+class _JetSum(Jet):
     def __init__(self, a: Jet, b: Jet, sign: int) -> None:
         super().__init__(a.tape, min(a.first, b.first))
         self.a, self.b, self.sign = a, b, sign
@@ -59,7 +59,7 @@ class _Sum(Jet):
         return self.sign * b if a is None else a + self.sign * b
 
 
-class _Scaled(Jet):
+class _JetScaled(Jet):
     """A series times a number, or times a function of the phase, (n, 1) or (n, H)."""
 
     def __init__(self, a: Jet, factor: Any) -> None:
@@ -70,7 +70,7 @@ class _Scaled(Jet):
         return self.factor * self.a.part(degree)
 
 
-class _Product(Jet):
+class _JetProduct(Jet):
     def __init__(self, a: Jet, b: Jet) -> None:
         super().__init__(a.tape, a.first + b.first)
         self.a, self.b = a, b

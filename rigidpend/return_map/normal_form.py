@@ -24,17 +24,19 @@ from rigidpend.numbers.generic import Scalar
 from rigidpend.return_map.expansions import Interval, fourier_analysis, fourier_basis, phases
 from rigidpend.return_map.jets import Deferred, Jet, Reciprocal, convolved
 from rigidpend.return_map.precision import Precision
-from rigidpend.return_map.reduced import Coefficients, Rates, lift, reduced
+from rigidpend.return_map.reduced import Coefficients, ReducedRates, lift, reduced
 
 MOST_CORRECTIONS = 40
 """Largest number of corrections of the Floquet frame; each squares its error, so few are made."""
 
 
 DIVERGED = 1e3
-"""What a frame leaves, per radian, from which no correction leads back."""
+"""Residual of a frame, per radian, from which no correction leads back."""
 SETTLED = 1e-4
-"""Where a frame counts as found. Corrections end when they gain no more: at rounding, or at
-what the phases are too few for, which the checks of the finished map judge."""
+"""Residual at which a frame counts as found.
+
+Corrections end when they gain no more: at rounding, or at what the phases are too few for,
+which the checks of the finished map judge."""
 
 
 class MapError(ArithmeticError):
@@ -57,10 +59,11 @@ class NormalForm(NamedTuple):
     rotation: Any
     """(count, K + 1): the coefficients of dt'/dpsi, averaged, as a series in I."""
     radius: float
-    """How far |u| and |v| go."""
+    """Largest |u| and |v|."""
     disagreement: float
-    """The largest difference between the two determinations of Lambda, relative to its size at
-    |u| = |v| = `radius`."""
+    """Largest difference between the two determinations of Lambda, relative.
+
+    It is relative to its size at |u| = |v| = `radius`."""
 
 
 def powers(degree: int, parity: int) -> Any:
@@ -144,7 +147,7 @@ class _Finder:
         J2 = _Momentum(self.tape, h, self.turn, c, self.a)
         per_J2, per_S, per_rate = (Reciprocal(self.tape) for _ in range(3))
         M3 = Deferred(self.tape, 0)
-        rates: Rates = reduced(Q, self.turn, (J2, M3, per_J2, per_S), c)
+        rates: ReducedRates = reduced(Q, self.turn, (J2, M3, per_J2, per_S), c)
         M3.of = J2 - rates.across * per_S
         J2.product, J2.drop = Q[0] * Q[1], rates.drop
         per_J2.of, per_S.of, per_rate.of = J2, J2 + M3, rates.psi

@@ -23,11 +23,13 @@ REACH = 4.0
 
 Of 8,000 random orbits of 15 symbols with the body of Fig. 4, 99.85 % stay inside."""
 MARGIN = 1.15
-"""Of the width in d over the least that the first look finds."""
+"""Margin of the width in d over the least that the first look finds."""
 LARGEST_RADIUS = 0.5
-"""Of u and v, in units of their size at the singularity; beyond, a series needs too many terms."""
+"""Largest radius of u and v, in units of their size at the singularity.
+
+Beyond it a series needs too many terms."""
 LOOK = 3, 9, 7
-"""Of the first look: nodes in d and in chi, degree of the normal form."""
+"""Sizes of the first look: nodes in d and in chi, degree of the normal form."""
 
 
 class Orders(NamedTuple):
@@ -42,7 +44,7 @@ class Orders(NamedTuple):
     """Phases of a chart."""
     n_energy: int
     length: float
-    """Of the arcs, t'."""
+    """Length of the arcs, t'."""
 
     def larger(self, *, inner: bool, x: bool, phase: bool, energy: bool) -> Orders:
         """The orders for another attempt, where some were too small."""
@@ -66,7 +68,7 @@ class Layer(NamedTuple):
 
 
 def first_look(c: Coefficients, h: float, reach: float = REACH) -> Layer:
-    """How wide the layer is: `reach` times the splitting, from charts of low order.
+    """Estimate the layer's width: `reach` times the splitting, from charts of low order.
 
     Parameters
     ----------

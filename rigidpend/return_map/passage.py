@@ -22,7 +22,7 @@ from rigidpend.return_map.charts import (
     look_up,
     look_up_slopes,
 )
-from rigidpend.return_map.conjugacy import Rates, torus_rates
+from rigidpend.return_map.conjugacy import TorusRates, torus_rates
 from rigidpend.return_map.normal_form import NormalForm
 from rigidpend.return_map.precision import Precision
 
@@ -38,22 +38,22 @@ class SectionPoint(NamedTuple):
 
 
 class Passage(NamedTuple):
-    """What happened between two crossings; (N,) each."""
+    """Passages: the changes between two crossings, (N,) each."""
 
     point: SectionPoint
     """The other crossing, chi in [0, 2 pi)."""
     symbol: Any
     """0 left, 1 right."""
     mirrored: Any
-    """Whether the new point is the mirror image of what it would be on separatrix 2 or 3."""
+    """True if the new point is the mirror image of what it would be on separatrix 2 or 3."""
     turned: Any
-    """By how much chi grew, radians, whole turns included."""
+    """Growth of chi, radians, whole turns included."""
     time: Any
     """t' from the crossing to the other; negative if backward."""
     theta3: Any
     """Growth of theta3, radians, for an orbit that was on separatrix 2 or 3; else minus that."""
     inside: Any
-    """Whether the tables reach so far; elsewhere all else is of no use."""
+    """True if the tables reach so far; elsewhere all else is of no use."""
     slopes: Any
     """(4, 2, N) the derivatives of d, chi, time and theta3 in d and chi; None if not asked for."""
 
@@ -147,7 +147,7 @@ class EnergyLevel:
         if seen.by_x is not None:
             return invariants(by_v, seen, chi, self.exponent, self.rotation, self.a)
         I = seen.value[0] * seen.value[1]
-        rates: Rates = torus_rates(self.exponent, self.rotation, I)
+        rates: TorusRates = torus_rates(self.exponent, self.rotation, I)
         depth = self.a.log(np.abs(seen.value[int(by_v)])) / rates.exponent
         return Invariants(I, chi + depth if by_v else chi - depth, (), (), rates)  # type: ignore[arg-type]
 

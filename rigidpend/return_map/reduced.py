@@ -43,7 +43,7 @@ def coefficients(p: Angles, unit: str, a: Precision) -> Coefficients:
     return Coefficients(found, a.number(1 / (2 * m.cos(half))), a.number(1 / (2 * m.sin(half))))
 
 
-class Rates(NamedTuple):
+class ReducedRates(NamedTuple):
     """Rates of change in t', with what the energy needs."""
 
     Qp: Any
@@ -56,7 +56,7 @@ class Rates(NamedTuple):
     """M1^2 + M2^2."""
 
 
-def reduced(Q: Scalar, turn: Scalar, size: Any, c: Coefficients) -> Rates:
+def reduced(Q: Scalar, turn: Scalar, size: Any, c: Coefficients) -> ReducedRates:
     """Right-hand side of the reduced equations, from eq. eq and th3, dimensionless time t'.
 
     Parameters
@@ -79,7 +79,7 @@ def reduced(Q: Scalar, turn: Scalar, size: Any, c: Coefficients) -> Rates:
     weight = _weight(Qp, Qm, c)
     drop = weight * lean * per_J2 * per_S
     gamma3 = -lean * per_J2
-    return Rates(
+    return ReducedRates(
         Qp=-(M3 * Qp * k.half_sigma) + gamma3 * k.force_p,
         Qm=M3 * Qm * k.half_sigma - gamma3 * k.force_m,
         psi=J2 * k.kappa - Qp * Qm * per_S + drop * per_J2,

@@ -23,7 +23,7 @@ from rigidpend.integrate.compile_cache import user_cache
 from rigidpend.numbers.exact import Exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.results import files
-from rigidpend.return_map.charts import Chart, Table
+from rigidpend.return_map.charts import Chart, ChartTable
 from rigidpend.return_map.expansions import Interval
 from rigidpend.return_map.normal_form import NormalForm
 from rigidpend.return_map.precision import Precision, precision
@@ -97,7 +97,7 @@ def load(name: str, bits: int) -> tuple[NormalForm, tuple[Chart, Chart], dict[st
         tables = []
         for which, (n_x, n_phase) in zip(Chart._fields, sizes[rising], strict=True):
             key = f"{which}_{rising}"
-            tables.append(Table(take[f"{key}_width"][()], n_x, n_phase, take[key]))
+            tables.append(ChartTable(take[f"{key}_width"][()], n_x, n_phase, take[key]))
         charts.append(Chart(*tables))
     return nf, (charts[0], charts[1]), text
 

@@ -56,7 +56,7 @@ Share: TypeAlias = Callable[
 
 
 def agreement(a: Crossings, b: Crossings, rate: float, limit: float) -> NDArray[np.bool_]:
-    """Which symbols two computations establish.
+    """Mask of the symbols that two computations establish.
 
     Symbol i is certain where at every crossing up to i + 1, the one behind it, both find the
     same separatrix and times that differ by less than ``limit / rate``. An orbit that both
@@ -148,7 +148,7 @@ def _climb(
     rate: float,
     steps: Sequence[tuple[int, Scales]],
 ) -> Decided:
-    """What further computations decide of columns, each compared with the last one before."""
+    """Decide columns by further computations, each compared with the last one before."""
     for precision, scales in steps:
         open_ = np.flatnonzero(~found.certain.all(axis=0))
         if not open_.size:
@@ -168,7 +168,7 @@ def _climb(
 def _established(
     a: Crossings, b: Crossings, rate: float, third: Callable[[Any], Crossings], columns: Any
 ) -> NDArray[np.bool_]:
-    """Which symbols computations of equal precision establish: two, or a third besides."""
+    """Mask of the symbols that computations of equal precision establish: two, or a third."""
     found, near = (agreement(a, b, rate, limit) for limit in (CLOSE, AGREEMENT))
     doubtful = np.flatnonzero((near & ~found).any(axis=0))
     if doubtful.size:

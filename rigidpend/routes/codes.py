@@ -28,12 +28,14 @@ FEWEST, MOST, PIECES = 32, 1024, 8
 """Columns of a piece at least and at most, and pieces that each thread gets."""
 METHODS = ("auto", "map", "integration")
 MANY = 20_000
-"""Orbits from which on "auto" takes maps. On one core 4,000 orbits of 15 symbols of Fig. 4 take
+"""Number of orbits from which on "auto" takes maps.
+
+On one core 4,000 orbits of 15 symbols of Fig. 4 take
 0.5 s by maps and 1.5 s by integration in doubles, 1.9 s and 2.8 s with the higher precisions of
 uncertain columns; tables that are not kept yet, four of them over all energies, some 4 s."""
 
 SHARPENING = 100
-"""How much finer the tolerance of further computations is, in doubles while these allow it."""
+"""Factor by which further computations are finer, in doubles while these allow it."""
 
 
 class RouteCodes(NamedTuple):

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 
 class Turn(NamedTuple):
-    """What an orbit does near a periodic orbit: from one separatrix to the next."""
+    """Turn of an orbit near a periodic orbit: from one separatrix to the next."""
 
     arriving: int
     leaving: int

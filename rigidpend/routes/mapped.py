@@ -31,7 +31,7 @@ from rigidpend.routes.start import Scales, start
 BLOCK = 500
 """Orbits at a time: their tables then take some 6 MB."""
 SAMPLE = 64
-"""How many orbits are integrated as well and compared."""
+"""Number of orbits that are integrated as well and compared."""
 
 DESIGNS = {certainty.FIRST: FIRST, certainty.SECOND: SECOND}
 
@@ -55,7 +55,7 @@ class Maps:
                 raise MapError(f"J1_0 = {problem.J1_0} lies outside of the normal form")
 
     def serve(self, bits: int, scales: Scales) -> bool:
-        """Whether there is such a map: in NumPy's own types, for two of three computations."""
+        """True if there is such a map: in NumPy's own types, for two of three computations."""
         return bits <= 64 and native(bits) is not None and scales in DESIGNS
 
     def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
@@ -130,7 +130,7 @@ def decided(
     rate: float,
     precisions: tuple[int, ...],
 ) -> Mapped:
-    """What `certainty.decide` finds, with two maps in the places of two integrations in doubles.
+    """Decide as `certainty.decide`, with two maps in the places of two integrations in doubles.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from rigidpend.numbers.parameters import ParameterError
 
 MAX_SYMBOLS = 100_000
 LEAST = 1e-100
-"""Of h0, and of mu relative to it: what is smaller is lost in doubles."""
+"""Least h0, and least mu relative to it: what is smaller is lost in doubles."""
 SMALLEST_RATIO = "1e-500"
 """J1_0/J2_0 from which the components, its square root, are ordinary doubles."""
 
@@ -103,7 +103,7 @@ def rotation_period(problem: RouteProblem) -> float:
 
 
 def passage_limit(problem: RouteProblem, bits: int) -> float:
-    """How long in t' an orbit may take to its next crossing.
+    """Longest time t' that an orbit may take to its next crossing.
 
     In one rotation the distance from a periodic orbit grows by exp(pi^2/nu). The limit is
     twice the time from the smallest distance that `bits` bits resolve, relative to the

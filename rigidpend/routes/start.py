@@ -1,4 +1,4 @@
-"""Where the orbits of Fig. 4 start: on separatrix 2, near the lower periodic orbit."""
+"""Starts of the orbits of Fig. 4: on separatrix 2, near the lower periodic orbit."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Start(NamedTuple):
     gamma_sin: Sequence[Any]
     coefficients: AlignedCoefficients
     time_unit: Any
-    """What a unit of the computation's time is in t'."""
+    """Unit of the computation's time, t'."""
 
 
 @functools.lru_cache(maxsize=32)

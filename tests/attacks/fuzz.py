@@ -76,6 +76,18 @@ def run(folder: Path, count: int, seed: int, *, seal: bool, draw: bool) -> list[
     return found
 
 
+def watched(folder: Path, count: int, seed: int, seal: bool) -> tuple[list[Outcome], float]:
+    """Fuzz so many files; the outcomes, and the peak of memory of this process and its own, MB."""
+    found = run(folder, count, seed, seal=seal, draw=False)
+    return found, max(peaks())
+
+
+def peaks() -> list[float]:
+    """The peak of memory of this process and of the largest that it started, MB."""
+    both = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
+    return [resource.getrusage(who).ru_maxrss / 1024 for who in both]
+
+
 def main(count: int, seed: int) -> None:
     with tempfile.TemporaryDirectory() as folder:
         for seal in (True, False):
@@ -88,8 +100,8 @@ def main(count: int, seed: int) -> None:
                 f"{count} {kind}: {refused} refused in a sentence, {count - refused} used as data,"
                 f" slowest {slowest:.2f} s, {time.perf_counter() - begun:.0f} s in all"
             )
-    for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN):
-        print(f"peak of memory {resource.getrusage(who).ru_maxrss / 1024:.0f} MB")
+    for peak in peaks():
+        print(f"peak of memory {peak:.0f} MB")
 
 
 if __name__ == "__main__":

@@ -98,9 +98,9 @@ def test_order_the_normal_form_solves_the_equations_to_its_degree() -> None:
 
     def point(u: float, v: float, at: Any) -> Any:
         """Qp and Qm that have u and v: the inverse of `inverted`, by its own series."""
-        from rigidpend.return_map.conjugacy import _Series
+        from rigidpend.return_map.conjugacy import _TorusSeries
 
-        return _Series(nf, ones, at, DOUBLES).values(np.array([u]), np.array([v]))[0][:2, 0]
+        return _TorusSeries(nf, ones, at, DOUBLES).values(np.array([u]), np.array([v]))[0][:2, 0]
 
     errors = []
     for scale in (0.2, 0.1):

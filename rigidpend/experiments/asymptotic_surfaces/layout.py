@@ -1,4 +1,4 @@
-"""What a result of `asymptotic_surfaces` consists of."""
+"""Layout of a result of `asymptotic_surfaces`."""
 
 from __future__ import annotations
 

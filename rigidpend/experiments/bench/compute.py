@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 PATIENCE, GRACE = 4, 120
 """A worker is ended after so many budgets, and so many seconds more."""
 SAME, CHAOTIC = 30, 1e-3
-"""By which factor errors may differ, where they are below what chaos makes of them."""
+"""Allowed factor between errors: where rounding rules, and where chaos magnifies it."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -61,7 +61,7 @@ def compute(config: Config, means: Means) -> Tree:
 
 
 def describe(config: Config) -> list[Row]:
-    """What a config asks for: for people, units named."""
+    """Describe a config in rows, units named."""
     p, search, meeting = config.problem, config.search, config.meeting
     asked = {name: problems.module(name) for name in p.problems}
     return [
@@ -75,7 +75,7 @@ def describe(config: Config) -> list[Row]:
 
 
 def differences(stored: Data, fresh: Data) -> list[str]:
-    """Where the errors of two runs disagree by more than rounding explains; times never count.
+    """Find where the errors of two runs disagree by more than rounding explains; times never count.
 
     What one run alone has measured, for its budget was larger, is passed over, and so is a
     method that one of them lacked.
@@ -248,7 +248,7 @@ def _sizes(config: Config) -> Sizes:
 
 
 def _said(found: Any) -> str:
-    """How the measurements of a method ended, those alike together."""
+    """Summary of how the measurements of a method ended, those alike together."""
     said = {name: str(record["ended"].values) for name, record in found.items()}
     if len(set(said.values())) == 1:
         return next(iter(said.values()))

@@ -27,7 +27,7 @@ BASE, ROW, PLOT, FOOT = 0.75, 0.155, 2.6, 1.0
 LARGEST = 3.0
 """Errors beyond, which are of the size of the answer, are not drawn."""
 LOSS, TINT = RED, "#FBEFE6"
-"""Where ours is slower: the colour of its ratios and of the ground."""
+"""Colours of the ratios, and of the ground, where ours is slower."""
 
 
 class Appearance(NamedTuple):
@@ -64,7 +64,7 @@ APPEARANCES = {
     "route_codes": Appearance("ours, certain", "black", "P", ""),
     "closed_form": Appearance("ours, closed form", "black", "*", ""),
 }
-"""In the order in which they are drawn: ours lies above."""
+"""Appearance of the methods, in the order in which they are drawn: ours lies above."""
 
 
 def draw(result: Loaded) -> Figure:
@@ -193,7 +193,7 @@ def _draw_work(axes: Axes, group: Data) -> None:
 
 
 def _front(error: Any, seconds: Any) -> Any:
-    """Which settings no other beats in both error and time; a mask."""
+    """Mask of the settings that no other beats in both error and time."""
     better = (error[:, None] <= error) & (seconds[:, None] <= seconds)
     strictly = better & ((error[:, None] < error) | (seconds[:, None] < seconds))
     return ~strictly.any(axis=0)

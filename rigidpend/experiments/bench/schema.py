@@ -45,7 +45,7 @@ Tolerances = Annotated[tuple[Number, ...], AfterValidator(_descending)]
 
 
 class Workload(Part):
-    """Which problems, how large, and by which methods."""
+    """Problems, their sizes and the methods that solve them."""
 
     problems: Annotated[tuple[str, ...], _of("problem", NAMES)] = NAMES
     """Names of the problems to be solved."""
@@ -54,7 +54,7 @@ class Workload(Part):
     orbits: Count = 16
     """Orbits of the free body and of the pendulum, carried at once."""
     turns: Count = 25
-    """How long these are followed, in turns about the third axis."""
+    """Length of the orbits, in turns about the third axis."""
     columns: Count = 63
     """Phases k/10 of Fig. 4."""
     n_symbols: Annotated[Whole, Field(ge=1, le=1000)] = 15
@@ -62,31 +62,31 @@ class Workload(Part):
     companions: Count = 8
     """Orbits over long times, carried at once."""
     periods: Count = 2 * 10**4
-    """How long these are followed."""
+    """Length of the orbits, in periods."""
     few: Count = 3
     """Orbits of a problem for methods that take one after the other; their time is scaled."""
 
 
 class Search(Part):
-    """How settings are searched for, each method alone."""
+    """Search for settings, each method alone."""
 
     repeats: Annotated[Whole, Field(ge=1, le=100)] = 3
     seconds: Seconds
-    """Of solving, a method's budget at a problem: after it no further knob is tried."""
+    """Budget of a method at a problem, seconds of solving: after it no further knob is tried."""
     tolerances: Tolerances
     steps: Counts
-    """In a period, of methods with a fixed step; ascending."""
+    """Numbers of steps in a period, of methods with a fixed step; ascending."""
     long_tolerances: Tolerances
     long_steps: Counts
     """Steps in a period over long times, of methods with a fixed step; ascending."""
 
 
 class Meeting(Part):
-    """How the chosen settings are timed in turn."""
+    """Meeting: the chosen settings are timed in turn."""
 
     rounds: Annotated[Whole, Field(ge=1, le=100)] = 11
     seconds: Seconds
-    """What one method may take at a problem in all; then it misses the rounds that are left."""
+    """Time of one method at a problem in all, seconds; then it misses the rounds that are left."""
     slowest: Seconds
     """A method that takes longer for the whole problem is not asked."""
     threads: Counts = (1, 2)

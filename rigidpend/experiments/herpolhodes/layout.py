@@ -1,4 +1,4 @@
-"""What a result of `herpolhodes` consists of."""
+"""Layout of a result of `herpolhodes`."""
 
 from __future__ import annotations
 

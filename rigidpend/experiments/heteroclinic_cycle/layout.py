@@ -1,4 +1,4 @@
-"""What a result of `heteroclinic_cycle` consists of."""
+"""Layout of a result of `heteroclinic_cycle`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a result of `phase_portraits` consists of."""
+"""Layout of a result of `phase_portraits`."""
 
 from __future__ import annotations
 

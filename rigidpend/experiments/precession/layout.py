@@ -1,4 +1,4 @@
-"""What a result of `precession` consists of."""
+"""Layout of a result of `precession`."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ OF_BODY = {
         FLAG, EACH, "1", "(bodies, mu): whether the means of the two orbits are in that order"
     ),
 }
-"""What is told of the bodies; separatrices are 1, 2, 3, 4."""
+"""Fields of all bodies; separatrices are 1, 2, 3, 4."""
 DRAWN = Field(WHOLE, (), "1", "place of the mu whose increments are shown")
 
 LAYOUT: Layout = {

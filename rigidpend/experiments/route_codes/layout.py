@@ -1,4 +1,4 @@
-"""What a result of `route_codes` consists of."""
+"""Layout of a result of `route_codes`."""
 
 from __future__ import annotations
 

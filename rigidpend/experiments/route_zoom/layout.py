@@ -1,4 +1,4 @@
-"""What a result of `route_zoom` consists of."""
+"""Layout of a result of `route_zoom`."""
 
 from __future__ import annotations
 

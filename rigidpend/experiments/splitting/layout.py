@@ -1,4 +1,4 @@
-"""What a result of `splitting` consists of."""
+"""Layout of a result of `splitting`."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ OF_BODY = {
         gaps=True,
     ),
 }
-"""What is told of the bodies."""
+"""Fields of all bodies."""
 CURVE = {
     "body": Field(TEXT, (), "text", "whose distance it is"),
     "g": Field(FLOAT, ("phases",), "rad", "phase theta1/2 + theta2 on the section"),

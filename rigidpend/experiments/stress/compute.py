@@ -37,7 +37,7 @@ GROUPS = {
     "upper_starts": extremes.UPPER,
 }
 SYMBOLS_PER_BIT = 1.5
-"""How many symbols are asked for, so that no precision decides all."""
+"""Number of symbols that are asked for per bit, so that no precision decides all."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -178,7 +178,7 @@ def _label(name: str) -> str:
 
 
 def describe(config: Config) -> list[Row]:
-    """What a config asks for, with what follows from it: for people, units named."""
+    """Describe a config in rows, with what follows from it, units named."""
     problem = config.problem
     asked = problem.long_time
     tolerances = ", ".join(map(str, problem.honesty.tolerances))
@@ -196,7 +196,7 @@ def describe(config: Config) -> list[Row]:
 
 
 def differences(stored: Data, fresh: Data) -> list[str]:
-    """Where two results of the same config disagree: claims, verdicts, failures.
+    """Find where two results of a config disagree: claims, verdicts, failures.
 
     Values are rounding errors, which differ from machine to machine; they are held against
     their bounds, not against each other.

@@ -26,7 +26,7 @@ FLOOR, CEILING = 1e-17, 1e2
 
 
 class Look(NamedTuple):
-    """How a verdict is drawn."""
+    """Look of a verdict."""
 
     colour: str
     marker: str
@@ -228,7 +228,7 @@ def _draw_growth(axes: Axes, growth: Any) -> None:
 
 
 def _draw_symbols(axes: Axes, curves: Any) -> None:
-    """How many symbols each precision decides: share of orbits with at least so many."""
+    """Draw the symbols that each precision decides: share of orbits with at least so many."""
     axes.set_title("(e) symbols that a precision decides", loc="left")
     looks = {53: (BLUE, "-"), 64: (GREEN, "--"), 113: (RED, "-.")}
     for curve in (x for x in curves.values() if "bits" in x):

@@ -1,4 +1,4 @@
-"""How many trials of each kind pass, how close the closest, and what does not."""
+"""Tables of the trials: passed by kind, the closest one, and the failures."""
 
 from __future__ import annotations
 

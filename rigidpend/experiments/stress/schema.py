@@ -22,16 +22,16 @@ Spoilt = Annotated[Number, AfterValidator(_spoilt)]
 
 
 class LongTime(Part):
-    """How far integrals are followed, in rotations of the pendulum."""
+    """Length of the trials of integrals, in rotations of the pendulum."""
 
     rotations: Annotated[Count, Field(ge=1000)] = 10**6
-    """With the Taylor engine, and of the pendulum motion (a third)."""
+    """Rotations with the Taylor engine; a third of them for the pendulum motion."""
     orbits: Count = 32
     """Orbits that are carried at once."""
     rotations_scipy: Annotated[Count, Field(ge=10)] = 2000
-    """With the engine `scipy`."""
+    """Rotations with the engine `scipy`."""
     rotations_splitting: Annotated[Count, Field(ge=100)] = 5000
-    """With the Lie-Poisson splittings of order 2, 4, 6 and 8."""
+    """Rotations with the Lie-Poisson splittings of order 2, 4, 6 and 8."""
 
 
 class Extremes(Part):
@@ -53,7 +53,7 @@ class Passages(Part):
     columns: dict[Literal["53", "64", "113"], Count]
     """Orbits on which each precision decides what it can."""
     checked: dict[Literal["53", "64", "113"], Count]
-    """Of them, those held against a higher precision."""
+    """Number of them that are held against a higher precision."""
 
 
 class Honesty(Part):
@@ -64,7 +64,7 @@ class Honesty(Part):
     n_symbols: Annotated[Whole, Field(ge=1, le=30)] = 15
     """On each orbit."""
     checked: Annotated[Whole, Field(ge=3, le=10**5)] = 150
-    """Of them, those followed in principal axes in 113 bits in any case."""
+    """Number of them that are followed in principal axes in 113 bits in any case."""
     tolerances: Annotated[tuple[Spoilt, ...], Field(min_length=1, max_length=10)]
     """Local tolerances in double precision."""
 
@@ -77,7 +77,7 @@ class Problem(HeavyBody):
     J1_0: Number
     """Initial action, dimensionless, 0 < J1_0 < J2_0, not J2_0/2."""
     seed: Whole = 1
-    """Of random phases."""
+    """Seed of the random phases."""
     long_time: LongTime = LongTime()
     extremes: Extremes = Extremes()
     passages: Passages

@@ -1,4 +1,4 @@
-"""What a method is tried with, and with which of its settings it goes to a meeting."""
+"""Choice of settings: the knobs a method is tried with, and the setting it is timed with."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LEVELS = {
 
 
 def knobs(method: Method, search: Any, long: bool) -> list[Any]:
-    """What a method is tried with, loosest first."""
+    """Knobs that a method is tried with, loosest first."""
     if method.knob == "none":
         return [None]
     if method.knob == "steps":
@@ -75,7 +75,7 @@ def chosen(problem: str, record: Data) -> int:
 
 
 def good_enough(problem: str, record: Data) -> Any:
-    """Which rows reach the level of a problem: a small error, or every symbol right; a mask."""
+    """Mask of the rows that reach the level of a problem: a small error, or every symbol right."""
     if problem not in LEVELS:
         return np.asarray(record["wrong_symbols"]) == 0
     error = np.nan_to_num(record["error"], nan=np.inf)

@@ -26,11 +26,11 @@ from rigidpend.measure.benchmark.tasks import Carrier, Solver, orbits_of
 Measured = dict[str, Any]
 
 LOOKS = 20
-"""How many times the integrals are looked at on the way, over long times."""
+"""Number of times at which the integrals are looked at, over long times."""
 WARM = 8.0
 """Seconds: a first solve that took less, compilation and all, is always followed by a second."""
 GROWTH = 2.0
-"""By how much the next knob is expected to cost more than the last one."""
+"""Expected cost of the next knob, relative to the last one."""
 
 
 class Attempt(NamedTuple):
@@ -48,7 +48,7 @@ class Attempt(NamedTuple):
 
     @property
     def abreast(self) -> bool:
-        """Whether it carries all orbits at once."""
+        """True if the method carries all orbits at once."""
         return bool(self.setting.get("abreast", self.method.abreast))
 
 
@@ -176,7 +176,7 @@ def _measured(stage: Stage, trial: Attempt, repeats: int, share: float) -> tuple
 
 
 def _part_of_the_way(stage: Stage, task: Any, made: Any, share: float) -> tuple[float, float]:
-    """How far to follow orbits over long times: all the way, or what the budget has room for."""
+    """Part of the way to follow orbits over long times: all of it, or what the budget allows."""
     if stage.module.KIND != "long":
         return 1.0, 0.0
     little = 1e-3

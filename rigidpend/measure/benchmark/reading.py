@@ -1,4 +1,4 @@
-"""What the stored data says, losses first: numbers, and the tables made of them.
+"""Reading of the stored data, losses first: numbers, and the tables made of them.
 
 All functions take ``/data`` of a result, as `store.load` gives it. Infinity stands for what no
 measurement reached. Ratios come from the meetings alone: the median over the rounds of a method's
@@ -22,7 +22,7 @@ from rigidpend.tables import Table, seconds, times
 
 LEVELS = (1e-3, 1e-6, 1e-9, 1e-12)
 RULE_OF_THREE = 3.0
-"""What has not happened in n trials has a chance of less than 3/n, at 95 %."""
+"""Rule of three: an event absent in n trials has a chance of less than 3/n, at 95 %."""
 OWN = ("ours", "lie_poisson")
 """Families that are ours, or in this package: they are no peers."""
 
@@ -34,17 +34,17 @@ class Standing(NamedTuple):
     seconds: float
     """Median over the rounds, for the whole problem."""
     ratio: float
-    """Of its time to the default's: the median over the rounds."""
+    """Ratio of its time to the default's: the median over the rounds."""
     low: float
     """The quartiles of that ratio."""
     high: float
     reached: bool
-    """Whether it reached the level of the problem."""
+    """True if the method reached the level of the problem."""
     record: Any
 
 
 def met(data: Data, problem: str, threads: int) -> list[Standing]:
-    """How the methods did at a meeting, the fastest first; empty where there was none."""
+    """Results of the methods at a meeting, the fastest first; empty where there was none."""
     group = data.get("meetings", {}).get(f"threads_{threads}", {}).get(problem, {})
     default = group.get(str(data[problem]["default"]))
     if default is None:
@@ -66,7 +66,7 @@ def met(data: Data, problem: str, threads: int) -> list[Standing]:
 
 
 def losses(data: Data) -> list[tuple[str, int, Standing]]:
-    """Where a peer needs less time than the default, at the level of the problem."""
+    """Losses: problems at which a peer needs less time than the default, at their level."""
     return [
         (problem, threads, result)
         for problem in _problems(data)
@@ -107,7 +107,7 @@ def tables(data: Data) -> list[Table]:
 
 
 def losses_table(data: Data) -> Table:
-    """Where a peer is faster than the default."""
+    """Table of the losses: a peer is faster than the default."""
     rows = [
         (
             str(data[problem]["title"]),
@@ -144,7 +144,7 @@ def meeting_table(data: Data, problem: str) -> Table:
 
 
 def certificates_table(data: Data) -> Table:
-    """What trust costs at the codes of Fig. 4: methods that say which symbols they vouch for."""
+    """Table of the cost of trust at the codes of Fig. 4: methods that vouch for symbols."""
     rows = []
     results = {r.method: r for r in met(data, "codes", 1)}
     own = results.get("route_codes")

@@ -1,4 +1,4 @@
-"""What a method is asked for and what it answers with: plain data, physical units.
+"""Tasks and answers of a method: plain data, physical units.
 
 States are (6, n): M and gamma in principal axes. Times are physical.
 """
@@ -22,12 +22,12 @@ Array = NDArray[np.float64]
 
 
 class Sizes(NamedTuple):
-    """How large the problems are."""
+    """Sizes of the problems."""
 
     orbits: int = 16
     """Orbits of the free body and of the pendulum, carried at once."""
     turns: float = 25
-    """How long these are followed, in turns about the third axis."""
+    """Length of the orbits, in turns about the third axis."""
     columns: int = 63
     """Phases k/10 of Fig. 4."""
     n_symbols: int = 15
@@ -47,7 +47,7 @@ class MotionTask(NamedTuple):
     period: float
     """A typical period, which a method with fixed steps divides."""
     h0: Array | None = None
-    """Of pendulum motions, exact: their energies, from which closed forms start."""
+    """Energies of pendulum motions, exact, from which closed forms start."""
 
 
 class RouteTask(NamedTuple):
@@ -83,7 +83,7 @@ class Carrier(NamedTuple):
     to: Callable[[float], Any]
     """Advance all orbits to a later time."""
     states: Callable[[], Array]
-    """Where they are now, (6, n)."""
+    """States of the orbits now, (6, n)."""
 
 
 class Solver(NamedTuple):

@@ -15,7 +15,7 @@ from rigidpend.measure.benchmark.tasks import Carrier
 
 
 def shared_out(make: Callable[[Any], Any], states: Any, threads: int) -> Any:
-    """What ``make(states)`` gives, with the columns of `states` shared out among threads.
+    """Call ``make(states)`` with the columns of `states` shared out among threads.
 
     Parameters
     ----------

@@ -19,13 +19,13 @@ from typing import Any, NamedTuple
 
 
 class Order(NamedTuple):
-    """What to measure."""
+    """Order of measurements."""
 
     work: str
     """``search``, ``meeting`` or ``phases``."""
     problems: list[str]
     methods: dict[str, list[dict[str, Any]]]
-    """By method: one entry a problem, of `knobs`, or of `knob`, `setting` and `part`."""
+    """Entries by method, one a problem: of `knobs`, or of `knob`, `setting` and `part`."""
     sizes: dict[str, Any]
     few: int
     """Orbits of a problem that a method gets which takes one after the other."""

@@ -32,7 +32,7 @@ class Claim(NamedTuple):
     bound: float
     """The largest value that passes."""
     reason: str
-    """Why the bound is what it is."""
+    """Reason for the bound."""
     limit: Limit | None = None
 
     def verdict(self, value: float) -> str:
@@ -53,9 +53,9 @@ class Findings(NamedTuple):
 
     values: Mapping[str, float]
     curves: Tree | None = None
-    """What was measured behind the numbers."""
+    """Curves of what was measured behind the numbers."""
     notes: Mapping[str, str] | None = None
-    """What else is to be said of a claim in this run."""
+    """Further remarks on a claim in this run."""
 
 
 class Trial(NamedTuple):

@@ -36,7 +36,7 @@ class Extreme(NamedTuple):
     most: int = 15
     """Symbols at most: fewer where a passage takes many rotations. Then two orbits at most."""
     out_of_reach: str = ""
-    """Why its symbols stay uncertain, where they are known to."""
+    """Reason for which its symbols stay uncertain, where they are known to."""
 
 
 NEAR_SPHERE = ("1.01", "0.99", "1")

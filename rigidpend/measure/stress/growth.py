@@ -22,16 +22,17 @@ from rigidpend.numbers.generic import Scalar
 Array = NDArray[np.float64]
 
 ROUNDING = math.sqrt(3 / (8 * math.log(2)) / 12)
-"""Root mean square of a rounding relative to its number, in units of its mantissa's last bit
-2^(1 - bits): 1/sqrt(12) of that bit, the mantissa being distributed as 1/m over 1 to 2."""
+"""Root mean square of a rounding, relative to its number, in units of 2^(1 - bits).
+
+It is 1/sqrt(12) of the mantissa's last bit, the mantissa being distributed as 1/m over 1 to 2."""
 SHARE = math.exp(-2)
 """Step of a Taylor series over its radius of convergence."""
 SAMPLES = 0.2
-"""Of a unit of 1/u: how finely cotangent vectors are sampled."""
+"""Number of samples of cotangent vectors in a time 1/u."""
 DEEPEST = 30.0
-"""In units of 1/u, the longest time that an orbit is followed backwards in one go."""
+"""Longest time, in units of 1/u, that an orbit is followed backwards in one go."""
 TOLERANCE = 1e-11
-"""Of the variational equations: a prediction needs three digits."""
+"""Tolerance of the variational equations: a prediction needs three digits."""
 
 
 def step(u: float) -> float:
@@ -83,7 +84,7 @@ def predicted_errors(
 
 
 def _restarts(times: Array, u: float) -> Array:
-    """Where a cotangent vector goes on from the orbit as it was followed forwards.
+    """Times at which a cotangent vector goes on from the orbit as it was followed forwards.
 
     Backwards, the orbit leaves itself as exp(u t'/2). So a passage that is too long for doubles
     is divided.
@@ -158,6 +159,6 @@ def whisker_growth(nu: float) -> float:
 
 
 def decided(errors: Array, limit: float) -> int:
-    """How many symbols are decided: crossings behind the first, up to an error beyond `limit`."""
+    """Count the decided symbols: crossings behind the first, up to an error beyond `limit`."""
     beyond = errors > limit
     return max(0, int(beyond.argmax()) - 1 if beyond.any() else errors.size - 1)

@@ -32,8 +32,9 @@ Codes = NDArray[np.uint8]
 STARTS = ("1e-6", "1e-8", "1e-10")
 """J1_0 of a third of the orbits each."""
 SPOILT_RIGHT = 0.999
-"""Share of right symbols at the coarsest tolerance above which the trial would show nothing: of
-1,500 other orbits at 1e-6 it was 0.993 to 0.995."""
+"""Share of right symbols at the coarsest tolerance above which the trial shows nothing.
+
+For 1,500 other orbits at 1e-6 it was 0.993 to 0.995."""
 
 
 class Tally(NamedTuple):

@@ -32,7 +32,7 @@ POINTS = 61
 BEGIN = 100
 """Rotations from which on a slope is fitted: before, evaluation shows more than drift."""
 FACTOR = 4.0
-"""How far a drift may be above the predicted random walk."""
+"""Allowed factor of a drift above the predicted random walk."""
 SIGMAS = 4.0
 BIASED = (
     "the series' truncation at the default tolerance, chosen for routes of some hundred t', has"
@@ -41,12 +41,14 @@ BIASED = (
 BIAS = 4e-16
 """A rotation, relative: four times what was measured, and the most that `BIASED` explains."""
 ENERGIES = {2: 1.6e-3, 4: 5e-6, 6: 9e-7, 8: 4e-8}
-"""Error of the energy that a splitting of each order keeps within, relative to h0: two and a half
-times what two other sets of 16 orbits showed (6.6e-4, 2.0e-6, 3.7e-7, 1.7e-8)."""
+"""Bound of the energy's error for a splitting of each order, relative to h0.
+
+It is two and a half times what two other sets of 16 orbits showed (6.6e-4, 2.0e-6, 3.7e-7,
+1.7e-8)."""
 SIDE_BY_SIDE = {"taylor": 8, "scipy": 2}
 """Orbits in a part of the work; those of one part share their steps with `scipy`."""
 SUBSTEPS = 6
-"""Of a splitting of order 2, the neighbouring kicks being one."""
+"""Substeps of a splitting of order 2, the neighbouring kicks being one."""
 
 
 class Setting(NamedTuple):
@@ -147,7 +149,7 @@ def _drift(integrals: Array) -> Array:
 
 
 def _late(rotations: Array) -> Array:
-    """Which times a slope is fitted to."""
+    """Mask of the times to which a slope is fitted."""
     return np.asarray(rotations >= min(BEGIN, rotations[-1] / 10))
 
 

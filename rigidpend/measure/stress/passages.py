@@ -1,4 +1,4 @@
-"""How errors grow from passage to passage, and how many symbols a precision decides.
+"""Trials of the growth of errors from passage to passage, and of the symbols that it decides.
 
 Both are predicted first: `growth` carries roundings along the orbit by the variational
 equations; nothing is fitted.
@@ -27,14 +27,15 @@ from rigidpend.routes import RouteCodes, route_codes
 Array = NDArray[np.float64]
 
 FACTOR = 3.0
-"""How far a measured error may be from the predicted one."""
+"""Allowed factor between a measured error and the predicted one."""
 SIGMAS = 4.0
 """Standard errors within which two means, or two medians, are equal."""
 LOG_NORMAL = math.pi / math.sqrt(8)
 """Standard deviation of the logarithm of the size of a normal error."""
 LOG_PASSAGE = math.pi / 2
-"""Standard deviation of ln of the growth a passage, if phases were random: the logarithm of
-the size of a Cauchy variable, see `growth.whisker_growth`."""
+"""Standard deviation of ln of the growth a passage, if phases were random.
+
+It is that of ln of the size of a Cauchy variable, see `growth.whisker_growth`."""
 UNDECIDED = 1e-3
 """Radians by which two computations differ where a symbol is no longer decided by them."""
 GEOMETRIC = math.exp(-(np.euler_gamma + math.log(2)) / 2)
@@ -185,7 +186,7 @@ def decided_trial(
     engine: str,
     jobs: int,
 ) -> Trial:
-    """How many symbols one precision decides alone, predicted and measured.
+    """Trial of the number of symbols that one precision decides alone, predicted and measured.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ DEVIATIONS = 10
 
 
 class Place(NamedTuple):
-    """Where orbits start, with a bound of their own instead of a route problem."""
+    """Place where orbits start, with a bound of their own instead of a route problem."""
 
     name: str
     separatrix: int

@@ -31,7 +31,7 @@ MIRROR = np.array([-1, -1, 1, 1, 1, -1])
 REVERSAL = np.array([1, 1, -1, 1, 1, -1])
 """Time reversal (M changes sign), seen in that mirror: M3 and gamma3 change sign."""
 MIRRORED = np.array([0, 3, 4, 1, 2])
-"""What the mirror makes of the separatrices."""
+"""Images of the separatrices under the mirror."""
 BACK = 30.0
 """t' after which an orbit returns."""
 BITWISE = "a change of sign rounds nothing: the same numbers, bit for bit"
@@ -45,9 +45,10 @@ def fan(body: Body, n: int, J2: float) -> Array:
 
 
 TURNED = 1e-5
-"""Radians between two computations of ten symbols in doubles: times of the second crossing
-differ by 2e-11, as measured on 4,000 other orbits, and by three and a half as much at each of
-the nine that follow, which makes 3e-6."""
+"""Allowed angle between two computations of ten symbols in doubles, radians.
+
+Times of the second crossing differ by 2e-11, as measured on 4,000 other orbits, and by three
+and a half as much at each of the nine that follow, which makes 3e-6."""
 SIZED = DEVIATIONS * math.sqrt(2)
 CLAIMS = (
     Claim(
@@ -175,7 +176,7 @@ def _returned(states: Array, c: AlignedCoefficients, u: float, engine: str) -> f
 
 
 def _carried(c: AlignedCoefficients, there: Array, u: float, engine: str) -> float:
-    """How large roundings on the way back become, root mean square.
+    """Size of roundings on the way back, root mean square.
 
     The tangent vectors of all six directions, each with a component's rounding: its growth from
     the far end bounds that from any place nearer.

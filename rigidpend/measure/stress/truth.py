@@ -18,7 +18,7 @@ from rigidpend.routes.start import Scales, start, states_exact
 
 BITS = 113
 INTEGER_BITS = 160
-"""Of the truth about what 113 bits decided."""
+"""Precision in bits of the truth about what 113 bits decided."""
 
 
 def float_coefficients(body: Body) -> AlignedCoefficients:
@@ -48,7 +48,7 @@ def exactly(orbits: Orbits) -> Orbits:
 
 
 def phase_errors(found: Crossings, true: Crossings, rate: float) -> Any:
-    """How far crossings are from the true ones, (n_crossings, n), in radians.
+    """Distances of crossings from the true ones, (n_crossings, n), in radians.
 
     Parameters
     ----------

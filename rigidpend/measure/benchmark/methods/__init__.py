@@ -28,23 +28,23 @@ class Method(NamedTuple):
     family: str
     """Ours, or whose."""
     answers: dict[str, Answer]
-    """By problem, or by its kind."""
+    """Answers by problem, or by its kind."""
     knob: str = "tolerance"
     """``tolerance``, ``steps`` (in a period), or ``none``."""
     finest: float = 2.0**-52
     """The finest tolerance that it takes."""
     libraries: tuple[str, ...] = ()
-    """What it needs beyond NumPy; imported, and timed, before anything else."""
+    """Libraries beyond NumPy; imported, and timed, before anything else."""
     forms: tuple[Setting, ...] = ({},)
     """Settings that change the cost and not the error: tried at one knob, the fastest counts."""
     variants: tuple[Setting, ...] = ({},)
     """Settings that change the error too: each is tried at every knob."""
     abreast: bool = True
-    """Whether it carries orbits side by side; one after the other, a few of them are measured."""
+    """True if the method carries orbits side by side; else only a few are measured."""
     threads: bool = True
-    """Whether a second thread can serve it: it leaves Python's lock while it computes."""
+    """True if a second thread can serve it: it leaves Python's lock while it computes."""
     certificate: bool = False
-    """Whether it says which of its symbols can be trusted."""
+    """True if the method says which of its symbols can be trusted."""
 
     def answer(self, problem: str, kind: str) -> Answer | None:
         """Give how it answers a problem, if it does."""
@@ -78,7 +78,7 @@ HEYOKA, SCIPY, JAX = ("heyoka",), ("scipy.integrate",), ("jax", "diffrax")
 BUILDS = tuple(
     {"lanes": lanes, "compact": compact} for lanes in (1, 4, 8, 16) for compact in (False, True)
 )
-"""Of heyoka: lanes, and whether its code is compact."""
+"""Builds of heyoka: lanes, and whether its code is compact."""
 
 METHODS = {
     "closed_form": Method(

@@ -54,7 +54,7 @@ def motion(task: MotionTask, tolerance: float, threads: int) -> Carrier:
 
 
 def route_codes(task: RouteTask, _: None, threads: int) -> Solver:
-    """What a user calls: every symbol established by two computations, all else by default."""
+    """Route codes as a user gets them: every symbol by two computations, all else by default."""
     p = task.problem
     given: dict[str, Any] = {"h0": p.h0, "J1_0": p.J1_0, "n_symbols": p.n_symbols}
 

@@ -27,7 +27,7 @@ from rigidpend.measure.benchmark.threads import shared_out
 SMALLER = 1e-2
 """The absolute tolerance, of the relative one: for components that pass through zero."""
 PIECES = 8
-"""Of the horizon; crossings are looked up in each, until there are enough."""
+"""Pieces of the horizon; crossings are looked up in each, until there are enough."""
 FALSE_POSITIONS = 40
 """At most so many steps from the ends of a step to a crossing in it; about eight are enough."""
 

@@ -17,15 +17,15 @@ from rigidpend.measure.benchmark.tasks import Array, Carrier
 
 
 class Build(NamedTuple):
-    """How an integrator is compiled."""
+    """Build of an integrator."""
 
     lanes: int = 8
     compact: bool = False
     terminal: bool = True
-    """Whether a crossing ends the step, or is looked up in it."""
+    """True if a crossing ends the step; else it is looked up in it."""
 
 
-class Found(NamedTuple):
+class BatchCrossings(NamedTuple):
     """Zeros of a section along each orbit."""
 
     time: Array
@@ -92,7 +92,7 @@ def crossings(
     limit: float,
     tolerance: float,
     build: Build,
-) -> Callable[[], Found]:
+) -> Callable[[], BatchCrossings]:
     """Give a function that follows orbits to their `wanted` zeros of `section`.
 
     Parameters
@@ -141,7 +141,7 @@ def _lanes(values: Array, first: int, width: int) -> Array:
 
 
 class _Follower:
-    """What both ways to follow orbits share: the event, and where it writes to."""
+    """Shared part of both ways to follow orbits: the event, and its record."""
 
     def __init__(
         self,
@@ -167,9 +167,9 @@ class _Follower:
         """Step callback of events that are not terminal: stop where an orbit is done."""
         raise NotImplementedError
 
-    def empty(self, n: int) -> Found:
+    def empty(self, n: int) -> BatchCrossings:
         shape = (self.wanted, n)
-        return Found(
+        return BatchCrossings(
             np.full(shape, np.nan),
             np.full((len(self.kept), *shape), np.nan),
             np.zeros(shape, dtype=bool),
@@ -179,7 +179,7 @@ class _Follower:
 class _OneByOne(_Follower):
     """One orbit after the other."""
 
-    found: Found
+    found: BatchCrossings
     column = count = 0
 
     def recorder(self, terminal: bool) -> Any:
@@ -200,7 +200,7 @@ class _OneByOne(_Follower):
     def go_on(self, _: Any) -> bool:
         return self.count < self.wanted
 
-    def run(self, states: Array) -> Found:
+    def run(self, states: Array) -> BatchCrossings:
         self.found, made = self.empty(states.shape[1]), self.integrator
         for self.column, state in enumerate(states.T):
             self.count = 0
@@ -213,7 +213,7 @@ class _OneByOne(_Follower):
 class _Lanes(_Follower):
     """As many orbits at once as there are lanes."""
 
-    found: Found
+    found: BatchCrossings
 
     def __init__(self, *given: Any) -> None:
         self.lanes: int = given[-1].lanes
@@ -241,7 +241,7 @@ class _Lanes(_Follower):
     def go_on(self, _: Any) -> bool:
         return max(self.count) < self.wanted
 
-    def run(self, states: Array) -> Found:
+    def run(self, states: Array) -> BatchCrossings:
         made, width, n = self.integrator, self.lanes, states.shape[1]
         self.found = self.empty(n)
         waiting, until = iter(range(n)), np.zeros(width)

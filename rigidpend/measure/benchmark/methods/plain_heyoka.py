@@ -18,7 +18,7 @@ from rigidpend.equations import eq1
 from rigidpend.integrate.compiled import heyoka
 from rigidpend.measure.benchmark import fields
 from rigidpend.measure.benchmark.methods import heyoka_batches as batches
-from rigidpend.measure.benchmark.methods.heyoka_batches import Build, Found
+from rigidpend.measure.benchmark.methods.heyoka_batches import BatchCrossings, Build
 from rigidpend.measure.benchmark.tasks import (
     AngleTask,
     Array,
@@ -135,7 +135,7 @@ def _from_eq1(found: Array, body: Body) -> Array:
     return np.concatenate((M / time_unit(body), gamma))
 
 
-def _by_side(found: Found) -> Crossed:
+def _by_side(found: BatchCrossings) -> Crossed:
     """A symbol is 1 where theta1 has grown from a crossing to the next."""
     step = np.diff(found.kept[0], axis=0)
     return Crossed(np.where(np.isnan(step), 255, step > 0).astype(np.uint8), found.time)
