@@ -91,7 +91,7 @@ class Meeting(Part):
     seconds: Seconds
     """Time of one method at a problem in all, seconds; then it misses the rounds that are left."""
     slowest: Seconds
-    """A method that takes longer for the whole problem is not asked."""
+    """Longest time for the whole problem, seconds: a slower method is not asked."""
     threads: Counts = (1, 2)
     """Numbers of threads; a meeting for each."""
 
