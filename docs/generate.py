@@ -31,7 +31,7 @@ UNITS = {
     **dict.fromkeys(("tolerances", "long_tolerances"), "dimensionless"),
     **dict.fromkeys(("theta2_0", "between", "start", "step", "beta0"), "radians"),
     **dict.fromkeys(("azimuth", "elevation"), "radians"),
-    **dict.fromkeys(("seconds", "code_seconds", "long_seconds"), "seconds"),
+    **dict.fromkeys(("seconds", "slowest"), "seconds"),
     "r": "a direction",
 }
 """The units of settings that are numbers, by their last name. Whole numbers and words have none."""

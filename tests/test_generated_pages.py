@@ -38,7 +38,7 @@ def test_every_key_of_a_shipped_config_is_on_the_page(name: str) -> None:
     told = {setting.key for setting in generate.keys(experiments.schema(loaded.experiment))}
     free = {f"{section}.NAME" for section in NAMED}
     asked = {key for key in written(loaded.resolved()) if "." in key} - free
-    by_name = ("protocol.code_seconds.", "problem.passages.columns.", "problem.passages.checked.")
+    by_name = ("problem.passages.columns.", "problem.passages.checked.")
     assert {key for key in asked if not key.startswith(by_name)} <= told
     assert len(asked) > 1
 

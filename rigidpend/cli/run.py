@@ -29,7 +29,7 @@ from rigidpend.cli.common import (
 )
 
 if TYPE_CHECKING:
-    from rigidpend.config.loading import Config
+    from rigidpend.config.loading import LoadedConfig
     from rigidpend.run.logs import Logs
     from rigidpend.run.progress import Progress
     from rigidpend.run.runner import Plan
@@ -127,7 +127,7 @@ def _check_twins(paths: Sequence[Path]) -> None:
 
 
 def _plan(
-    loaded: Config, folder: Path, force: bool, keep_going: bool
+    loaded: LoadedConfig, folder: Path, force: bool, keep_going: bool
 ) -> tuple[Plan | None, RunOutcome, int]:
     """Decide whether a config is to be run; failing that, return the failure and its exit code."""
     from rigidpend.run import runner

@@ -15,11 +15,11 @@ from rigidpend.config.complaints import Complaint, ConfigError
 from rigidpend.config.reader import Document
 from rigidpend.config.schema import ExperimentConfig
 
-__all__ = ["Config", "ConfigError", "load", "load_all", "resolved_yaml"]
+__all__ = ["ConfigError", "LoadedConfig", "load", "load_all", "resolved_yaml"]
 
 
 @dataclass(frozen=True)
-class Config:
+class LoadedConfig:
     """A checked config and the name under which its results are kept."""
 
     name: str
@@ -32,14 +32,14 @@ class Config:
         return dict(self.content.model_dump(mode="json"))
 
 
-def resolved_yaml(config: Config) -> str:
+def resolved_yaml(config: LoadedConfig) -> str:
     """Write a config with all its defaults as YAML, which :func:`load` reads as the same config."""
     from rigidpend.config import writer
 
     return writer.to_yaml(config.resolved())
 
 
-def load(path: Path, settings: Sequence[str] = ()) -> Config:
+def load(path: Path, settings: Sequence[str] = ()) -> LoadedConfig:
     """Read and check a config.
 
     Parameters
@@ -70,12 +70,12 @@ def load(path: Path, settings: Sequence[str] = ()) -> Config:
         raise validation.config_error(document, model, error.errors()) from None
     if document.complaints:
         raise ConfigError(document.complaints)
-    return Config(path.stem, experiment, content)
+    return LoadedConfig(path.stem, experiment, content)
 
 
-def load_all(paths: Sequence[Path], settings: Sequence[str] = ()) -> list[Config]:
+def load_all(paths: Sequence[Path], settings: Sequence[str] = ()) -> list[LoadedConfig]:
     """Load several configs; the complaints about all of them are raised together."""
-    loaded: list[Config] = []
+    loaded: list[LoadedConfig] = []
     complaints: list[Complaint] = []
     for path in paths:
         try:

@@ -9,17 +9,19 @@ import tempfile
 from pathlib import Path
 
 from rigidpend import experiments
-from rigidpend.config.loading import Config
+from rigidpend.config.loading import LoadedConfig
 from rigidpend.results import compare, store
 from rigidpend.run.runner import plan, run
 
 
-def verify(config: Config, stored: Path, *, jobs: int, fresh: Path | None = None) -> list[str]:
+def verify(
+    config: LoadedConfig, stored: Path, *, jobs: int, fresh: Path | None = None
+) -> list[str]:
     """Say where a stored result differs, by value, from a fresh one.
 
     Parameters
     ----------
-    config : Config
+    config : LoadedConfig
     stored : Path
         The reference.
     jobs : int
@@ -52,12 +54,12 @@ def verify(config: Config, stored: Path, *, jobs: int, fresh: Path | None = None
     return found
 
 
-def renew(config: Config, target: Path, reason: str, *, jobs: int) -> None:
+def renew(config: LoadedConfig, target: Path, reason: str, *, jobs: int) -> None:
     """Compute a reference again; its attribute `reasons` keeps why, and the reasons before.
 
     Parameters
     ----------
-    config : Config
+    config : LoadedConfig
     target : Path
         The reference file, ``NAME.h5``.
     reason : str

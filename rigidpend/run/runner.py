@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigidpend import experiments
-from rigidpend.config.loading import Config
+from rigidpend.config.loading import LoadedConfig
 from rigidpend.results import store
 from rigidpend.run import provenance
 from rigidpend.run.parts import Parts, sweep
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 class Plan:
     """Plan of a run: a config, the file of its result, and the reason to compute it, if any."""
 
-    config: Config
+    config: LoadedConfig
     engine: str
     target: Path
     fingerprint: dict[str, str]
@@ -40,12 +40,12 @@ REASONS = {
 }
 
 
-def plan(config: Config, folder: Path, *, force: bool = False) -> Plan:
+def plan(config: LoadedConfig, folder: Path, *, force: bool = False) -> Plan:
     """Decide whether a config is to be run; tidy up what a killed run left beside its result.
 
     Parameters
     ----------
-    config : Config
+    config : LoadedConfig
     folder : Path
         Where results are kept.
     force : bool, optional
@@ -148,13 +148,13 @@ def _arithmetic(planned: Plan) -> Arithmetic:
     return resolve(**{**planned.config.content.numerics_asked, "engine": planned.engine})
 
 
-def _stored(arithmetic: Arithmetic, config: Config) -> dict[str, Any]:
+def _stored(arithmetic: Arithmetic, config: LoadedConfig) -> dict[str, Any]:
     """Part of the arithmetic that a config can choose, as root attributes."""
     chosen = set(config.content.numerics_asked) - {"engine"}
     return {name: value for name, value in arithmetic._asdict().items() if name in chosen}
 
 
-def _engine(config: Config) -> str:
+def _engine(config: LoadedConfig) -> str:
     """Engine that a config is computed with; empty for closed forms."""
     from rigidpend.integrate.engines import check_engine, default_engine
 

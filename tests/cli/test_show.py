@@ -92,7 +92,7 @@ def test_describe_as_json_has_the_config_its_hash_and_the_rows(tmp_path: Path) -
     assert {"fig1", "fig4", "fig5"} <= {one["name"] for one in everything}
 
 
-def resolved(text: str, folder: Path) -> loading.Config:
+def resolved(text: str, folder: Path) -> loading.LoadedConfig:
     return loading.load(written(folder, text, "again.yaml"))
 
 

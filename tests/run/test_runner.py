@@ -25,14 +25,14 @@ def quiet(_: str) -> None:
     """Reports go nowhere."""
 
 
-def run(loaded: loading.Config, folder: Path) -> Path:
+def run(loaded: loading.LoadedConfig, folder: Path) -> Path:
     planned = runner.plan(loaded, folder, force=True)
     runner.run(planned, jobs=1, report=quiet)
     return planned.target
 
 
 @pytest.fixture
-def loaded(tmp_path: Path) -> loading.Config:
+def loaded(tmp_path: Path) -> loading.LoadedConfig:
     return loading.load(written(tmp_path, SMALL, "small.yaml"))
 
 
@@ -52,14 +52,14 @@ def out(tmp_path: Path, made: Path) -> Path:
     return folder
 
 
-def test_the_first_run_has_no_result_yet(loaded: loading.Config, tmp_path: Path) -> None:
+def test_the_first_run_has_no_result_yet(loaded: loading.LoadedConfig, tmp_path: Path) -> None:
     planned = runner.plan(loaded, tmp_path / "none")
     assert planned.reason == "no result yet"
     assert planned.target == tmp_path / "none" / "small.h5"
     assert not (tmp_path / "none").exists()
 
 
-def test_what_was_run_is_up_to_date(loaded: loading.Config, out: Path) -> None:
+def test_what_was_run_is_up_to_date(loaded: loading.LoadedConfig, out: Path) -> None:
     assert runner.plan(loaded, out).reason == ""
 
 
@@ -69,7 +69,7 @@ def test_comments_and_layout_leave_a_result_up_to_date(tmp_path: Path, out: Path
     assert runner.plan(loaded, out).reason == ""
 
 
-def test_force_is_a_reason_of_its_own(loaded: loading.Config, out: Path) -> None:
+def test_force_is_a_reason_of_its_own(loaded: loading.LoadedConfig, out: Path) -> None:
     assert runner.plan(loaded, out, force=True).reason == "--force"
 
 
@@ -79,7 +79,7 @@ def test_a_changed_config_is_the_reason(tmp_path: Path, out: Path) -> None:
 
 
 def test_changed_code_is_the_reason(
-    loaded: loading.Config, out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    loaded: loading.LoadedConfig, out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     copy = tmp_path / "rigidpend"
     shutil.copytree(provenance.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
@@ -91,7 +91,7 @@ def test_changed_code_is_the_reason(
 
 
 def test_another_engine_is_the_reason(
-    loaded: loading.Config, out: Path, monkeypatch: pytest.MonkeyPatch
+    loaded: loading.LoadedConfig, out: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     other = {"taylor": "scipy", "scipy": "taylor"}[engines.default_engine()]
     monkeypatch.setattr(engines, "default_engine", lambda: other)
@@ -100,7 +100,7 @@ def test_another_engine_is_the_reason(
 
 
 def test_another_version_of_the_engine_is_the_reason(
-    loaded: loading.Config, out: Path, monkeypatch: pytest.MonkeyPatch
+    loaded: loading.LoadedConfig, out: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(importlib.metadata, "version", lambda _: "0.0")
     assert runner.plan(loaded, out).reason == "the engine changed"
@@ -114,25 +114,25 @@ def test_all_reasons_are_said(tmp_path: Path, out: Path, monkeypatch: pytest.Mon
 
 @pytest.mark.parametrize("content", [b"", b"words", b"\x89HDF\r\n\x1a\n"])
 def test_a_file_that_cannot_be_read_is_not_overwritten(
-    loaded: loading.Config, out: Path, content: bytes
+    loaded: loading.LoadedConfig, out: Path, content: bytes
 ) -> None:
     (out / "small.h5").write_bytes(content)
     assert "not a readable HDF5 file" in refusal(loaded, out)
 
 
-def test_another_program_s_file_is_not_overwritten(loaded: loading.Config, out: Path) -> None:
+def test_another_program_s_file_is_not_overwritten(loaded: loading.LoadedConfig, out: Path) -> None:
     with h5py.File(out / "small.h5", "w") as file:
         file["data"] = [1, 2]
     assert "an HDF5 file, but not a result of rigidpend" in refusal(loaded, out)
 
 
-def test_a_damaged_result_is_not_overwritten(loaded: loading.Config, out: Path) -> None:
+def test_a_damaged_result_is_not_overwritten(loaded: loading.LoadedConfig, out: Path) -> None:
     content = (out / "small.h5").read_bytes()
     (out / "small.h5").write_bytes(content[:-100])
     assert "not a readable HDF5 file" in refusal(loaded, out)
 
 
-def refusal(loaded: loading.Config, out: Path) -> str:
+def refusal(loaded: loading.LoadedConfig, out: Path) -> str:
     """What is said of a target that is not ours; it stays as it is, but for --force."""
     target = out / "small.h5"
     before = target.read_bytes(), target.stat().st_mtime_ns
@@ -150,7 +150,7 @@ def refusal(loaded: loading.Config, out: Path) -> str:
     return text
 
 
-def test_another_format_version_is_the_reason(loaded: loading.Config, out: Path) -> None:
+def test_another_format_version_is_the_reason(loaded: loading.LoadedConfig, out: Path) -> None:
     with h5py.File(out / "small.h5", "a") as file:
         file.attrs["format_version"] = store.FORMAT_VERSION + 1
     before = (out / "small.h5").read_bytes()
@@ -161,7 +161,7 @@ def test_another_format_version_is_the_reason(loaded: loading.Config, out: Path)
     assert runner.plan(loaded, out).reason == ""
 
 
-def test_a_result_says_what_it_was_made_from(loaded: loading.Config, made: Path) -> None:
+def test_a_result_says_what_it_was_made_from(loaded: loading.LoadedConfig, made: Path) -> None:
     planned = runner.plan(loaded, made.parent)
     with store.opened(made) as file:
         attributes = dict(file.attrs)
@@ -238,7 +238,7 @@ def test_the_stored_config_can_be_run_again(made: Path, tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_written_is_not_computed(
-    loaded: loading.Config, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    loaded: loading.LoadedConfig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def compute(*_: Any) -> Any:
         raise AssertionError("computed in vain")
@@ -252,7 +252,10 @@ def test_what_cannot_be_written_is_not_computed(
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])
 def test_a_run_that_ends_early_leaves_the_old_result(
-    loaded: loading.Config, out: Path, monkeypatch: pytest.MonkeyPatch, error: type[BaseException]
+    loaded: loading.LoadedConfig,
+    out: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    error: type[BaseException],
 ) -> None:
     before = (out / "small.h5").read_bytes()
 
@@ -266,11 +269,13 @@ def test_a_run_that_ends_early_leaves_the_old_result(
     assert (out / "small.h5").read_bytes() == before
 
 
-def test_verify_finds_no_difference_from_what_was_run(loaded: loading.Config, made: Path) -> None:
+def test_verify_finds_no_difference_from_what_was_run(
+    loaded: loading.LoadedConfig, made: Path
+) -> None:
     assert regression.verify(loaded, made, jobs=1) == []
 
 
-def test_verify_finds_a_changed_symbol(loaded: loading.Config, out: Path) -> None:
+def test_verify_finds_a_changed_symbol(loaded: loading.LoadedConfig, out: Path) -> None:
     with h5py.File(out / "small.h5", "a") as file:
         codes = file["data/only/codes"]
         codes[1, 2] = 1 - codes[1, 2]
@@ -292,7 +297,7 @@ def test_verify_says_that_the_config_is_another(tmp_path: Path, made: Path) -> N
     assert found[2].endswith(": shape (3, 5) stored, (2, 5) computed")
 
 
-def test_verify_leaves_the_stored_result_alone(loaded: loading.Config, out: Path) -> None:
+def test_verify_leaves_the_stored_result_alone(loaded: loading.LoadedConfig, out: Path) -> None:
     before = (out / "small.h5").read_bytes(), (out / "small.h5").stat().st_mtime_ns
     regression.verify(loaded, out / "small.h5", jobs=1)
     assert before == ((out / "small.h5").read_bytes(), (out / "small.h5").stat().st_mtime_ns)
@@ -300,14 +305,14 @@ def test_verify_leaves_the_stored_result_alone(loaded: loading.Config, out: Path
 
 
 def test_verify_names_a_stored_result_that_is_absent(
-    loaded: loading.Config, tmp_path: Path
+    loaded: loading.LoadedConfig, tmp_path: Path
 ) -> None:
     with pytest.raises(store.StoreError, match="there is no such file"):
         regression.verify(loaded, tmp_path / "none.h5", jobs=1)
 
 
 def test_verify_without_the_engine_says_so(
-    loaded: loading.Config, made: Path, monkeypatch: pytest.MonkeyPatch
+    loaded: loading.LoadedConfig, made: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def absent(_: str) -> str:
         raise engines.EngineError("engine 'taylor' is not installed")

@@ -71,12 +71,15 @@ class Search(Part):
     """Search for settings, each method alone."""
 
     repeats: Annotated[Whole, Field(ge=1, le=100)] = 3
+    """Measurements of each setting; their median counts."""
     seconds: Seconds
     """Budget of a method at a problem, seconds of solving: after it no further knob is tried."""
     tolerances: Tolerances
+    """Local tolerances of methods that choose their steps; descending."""
     steps: Counts
     """Numbers of steps in a period, of methods with a fixed step; ascending."""
     long_tolerances: Tolerances
+    """Local tolerances over long times; descending."""
     long_steps: Counts
     """Steps in a period over long times, of methods with a fixed step; ascending."""
 
@@ -85,21 +88,24 @@ class Meeting(Part):
     """Meeting: the chosen settings are timed in turn."""
 
     rounds: Annotated[Whole, Field(ge=1, le=100)] = 11
+    """Rounds of a meeting; the median of their ratios counts."""
     seconds: Seconds
     """Time of one method at a problem in all, seconds; then it misses the rounds that are left."""
     slowest: Seconds
-    """A method that takes longer for the whole problem is not asked."""
+    """Longest time for the whole problem, seconds: a slower method is not asked."""
     threads: Counts = (1, 2)
+    """Numbers of threads; a meeting for each."""
 
 
 class RandomPhases(Part):
-    """On how many random phases symbols are compared with 113-bit arithmetic."""
+    """Random phases, whose symbols are compared with 113-bit arithmetic."""
 
     methods: Methods
+    """Names of the methods whose symbols are compared."""
     orbits: Count
-    """At most, for each J1_0."""
+    """Number of phases at most, for each J1_0."""
     seconds: Seconds
-    """After which a method gets no further phases."""
+    """Budget of a method, seconds: after it no further phases are tried."""
 
 
 class Config(ExperimentConfig):

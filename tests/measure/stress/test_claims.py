@@ -84,7 +84,9 @@ def test_table_and_json_tell_what_was_stored(tmp_path: Path) -> None:
     claims = [claim(2, name="x"), claim(2, name="y"), claim(2, 6, "z")]
     found = Findings({"x": 1, "y": math.inf, "z": 5}, notes={"y": "much too far"})
     path = tmp_path / "r.h5"
-    store.write(path, store.Result({}, "", {}, {"some_group": tree(claims, found)}))
+    store.write(
+        path, store.Result({"experiment": "stress"}, "{}", {}, {"some_group": tree(claims, found)})
+    )
     data = store.read_tree(path)
     assert table.counts(data) == {PASSED: 1, LIMIT: 1, FAILED: 1}
     told = json.loads(json.dumps(table.summary(data), allow_nan=False))
