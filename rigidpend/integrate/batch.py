@@ -8,9 +8,12 @@ Taylor series is isolated. A lane whose orbit is done takes the next one, so non
 slowest, and no step depends on what the neighbours do.
 
 Measured on the 63 orbits of Fig. 4 to the left (processor time, best of many, AMD EPYC): 11.0 ms,
-of which some 7.5 are heyoka's steps and 3 the search for crossings; plain heyoka with events of
-its own, in batches of eight, takes 11.5 in the same run. Events cost it 5 for the callbacks;
-dense output would compile 1.6 ms of code at each call, and a grid of times costs 2 us a point.
+of which some 7.5 are heyoka's steps and 3 the search for crossings. Events cost 5 for their
+callbacks; dense output would compile 1.6 ms of code at each call. Plain heyoka with events of its
+own, in principal axes and in batches of eight, takes 0.75 to 1.1 times as long, by the run: see
+docs/measured.md. Two threads hardly gain in doubles, 1.0 to 1.3 where two processes gain 1.9: a
+call takes 40 us, and threads wait for the interpreter in between. A grid of times, which is a
+call of 2 ms, lets them gain, but costs a quarter more on one thread.
 """
 
 from __future__ import annotations

@@ -85,7 +85,12 @@ def imported(file: Path) -> Iterator[str]:
         waiting += ast.iter_child_nodes(node)
 
 
-SHARED = ("rigidpend.render", "rigidpend.tables", "rigidpend.results.")
+SHARED = (
+    "rigidpend.numbers.generic",
+    "rigidpend.render",
+    "rigidpend.results.",
+    "rigidpend.tables",
+)
 VERDICTS = (
     "rigidpend.measure.benchmark.methods.METHODS",
     "rigidpend.measure.benchmark.reading",
