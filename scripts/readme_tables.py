@@ -18,8 +18,7 @@ from rigidpend.measure.benchmark import reading
 from rigidpend.measure.benchmark.methods import METHODS
 from rigidpend.measure.benchmark.problems import NAMES
 from rigidpend.results import store
-from rigidpend.results.store import Loaded
-from rigidpend.results.tree import Data
+from rigidpend.results.tree import Data, Loaded
 from rigidpend.tables import Table, markdown, seconds, times
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -67,8 +66,9 @@ def speed_lines(result: Loaded) -> Iterator[str]:
 
 def provisional(result: Loaded) -> Iterator[str]:
     """A word of warning where the measurement is the quick one."""
-    if str(result["attributes"]["name"]) != "bench":
-        yield "Measured in small, for function, not for time: `make bench` is for the record."
+    name, _, quick = str(result["attributes"]["name"]).partition("_")
+    if quick:
+        yield f"Measured in small, for function: `make {name}` is for the record."
         yield ""
 
 
@@ -114,6 +114,7 @@ def _pair(data: Data, problem: str) -> Iterator[tuple[str, ...]]:
 def stress_lines(result: Loaded) -> Iterator[str]:
     """The trials by kind."""
     counted, *_ = trials.tables(result)
+    yield from provisional(result)
     yield f"{machine(result)}."
     yield ""
     header = [cell.lower() for cell in counted.header]

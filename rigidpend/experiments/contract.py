@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from rigidpend.config.schema import ExperimentConfig
-    from rigidpend.results.store import Loaded
+    from rigidpend.results.tree import Loaded
     from rigidpend.tables import Table
 
     C_contra = TypeVar("C_contra", bound=ExperimentConfig, contravariant=True)

@@ -13,7 +13,7 @@ from rigidpend.results.layout import FLOAT, NUMBER, Field, Layout, members, name
 from rigidpend.results.structure import Unfit
 
 if TYPE_CHECKING:
-    from rigidpend.results.store import Loaded
+    from rigidpend.results.tree import Loaded
 
 LONGEST, DEEPEST = 2**22, 32
 """Characters of a config, and its brackets inside each other, at most."""

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias, TypedDict
+from typing import Any, NamedTuple, TypeAlias
 
 import h5py
 import numpy as np
@@ -21,7 +21,7 @@ import numpy as np
 from rigidpend.results import content
 from rigidpend.results.files import StoreError, prepare, replace, sealed
 from rigidpend.results.opening import FORMAT, FORMAT_VERSION, OtherVersion, opened, readable
-from rigidpend.results.tree import Dataset, Tree
+from rigidpend.results.tree import Dataset, Loaded, Tree
 
 __all__ = [
     "FORMAT_VERSION",
@@ -47,17 +47,6 @@ class Result(NamedTuple):
     """The resolved config, JSON."""
     provenance: Attributes
     data: Tree
-
-
-class Loaded(TypedDict):
-    """A result file as plain data."""
-
-    attributes: dict[str, Any]
-    config: str
-    """The resolved config, JSON."""
-    provenance: dict[str, Any]
-    data: dict[str, Any]
-    """Arrays, texts and groups by name."""
 
 
 def write(path: Path, result: Result, *, lasting: bool = True) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias, TypedDict
 
 
 class Dataset(NamedTuple):
@@ -17,3 +17,14 @@ class Dataset(NamedTuple):
 Tree: TypeAlias = Mapping[str, "Dataset | Tree"]
 Data: TypeAlias = Mapping[str, Any]
 """Group of a stored result, loaded: arrays, texts and groups by name."""
+
+
+class Loaded(TypedDict):
+    """A result file as plain data."""
+
+    attributes: dict[str, Any]
+    config: str
+    """The resolved config, JSON."""
+    provenance: dict[str, Any]
+    data: dict[str, Any]
+    """Arrays, texts and groups by name."""

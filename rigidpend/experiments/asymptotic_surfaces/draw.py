@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from rigidpend.render.palette import BLUE, RED, WIDTH
 
 if TYPE_CHECKING:
-    from rigidpend.results.store import Loaded
-    from rigidpend.results.tree import Data
+    from rigidpend.results.tree import Data, Loaded
 
 
 COLUMN, ROW = 0.87, 2.35

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from rigidpend.tables import Table
 
 if TYPE_CHECKING:
-    from rigidpend.results.store import Loaded
+    from rigidpend.results.tree import Loaded
 
 
 PRINTED = {

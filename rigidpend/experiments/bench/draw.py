@@ -18,8 +18,7 @@ from rigidpend.measure.benchmark.problems import NAMES
 from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, SKY, WIDTH
 
 if TYPE_CHECKING:
-    from rigidpend.results.store import Loaded
-    from rigidpend.results.tree import Data
+    from rigidpend.results.tree import Data, Loaded
 
 
 BASE, ROW, PLOT, FOOT = 0.75, 0.155, 2.6, 1.0

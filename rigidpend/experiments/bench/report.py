@@ -8,7 +8,7 @@ from rigidpend.measure.benchmark import reading
 from rigidpend.tables import Table
 
 if TYPE_CHECKING:
-    from rigidpend.results.store import Loaded
+    from rigidpend.results.tree import Loaded
 
 
 def tables(result: Loaded) -> list[Table]:

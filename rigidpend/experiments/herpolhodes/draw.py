@@ -13,8 +13,7 @@ from rigidpend.numbers.generic import Scalar
 from rigidpend.render.palette import BLUE, GREEN, PINK, RED, WIDTH
 
 if TYPE_CHECKING:
-    from rigidpend.results.store import Loaded
-    from rigidpend.results.tree import Data
+    from rigidpend.results.tree import Data, Loaded
 
 
 ROW = 2.75

@@ -12,7 +12,7 @@ from rigidpend.render import separatrix_ticks
 from rigidpend.render.palette import BLUE, RED, WIDTH
 
 if TYPE_CHECKING:
-    from rigidpend.results.store import Loaded
+    from rigidpend.results.tree import Loaded
 
 
 HEIGHT = 3.4

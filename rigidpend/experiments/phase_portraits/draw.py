@@ -22,8 +22,7 @@ from rigidpend.render import separatrix_ticks
 from rigidpend.render.palette import WIDTH
 
 if TYPE_CHECKING:
-    from rigidpend.results.store import Loaded
-    from rigidpend.results.tree import Data
+    from rigidpend.results.tree import Data, Loaded
 
 
 HEIGHT = 3.3

@@ -16,8 +16,7 @@ from rigidpend.render.code_arrays import COLOURS, DOUBT, NONE, NORM, ZERO, ZOOM,
 from rigidpend.render.palette import WIDTH
 
 if TYPE_CHECKING:
-    from rigidpend.results.store import Loaded
-    from rigidpend.results.tree import Data
+    from rigidpend.results.tree import Data, Loaded
 
 
 LARGEST = 0.12

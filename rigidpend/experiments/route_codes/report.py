@@ -9,8 +9,7 @@ import numpy as np
 from rigidpend.tables import Table
 
 if TYPE_CHECKING:
-    from rigidpend.results.store import Loaded
-    from rigidpend.results.tree import Data
+    from rigidpend.results.tree import Data, Loaded
 
 
 def tables(result: Loaded) -> list[Table]:

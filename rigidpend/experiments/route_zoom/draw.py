@@ -14,8 +14,7 @@ from rigidpend.render.code_arrays import COLOURS, DOUBT, NORM, ZOOM, symbol_entr
 from rigidpend.render.palette import WIDTH
 
 if TYPE_CHECKING:
-    from rigidpend.results.store import Loaded
-    from rigidpend.results.tree import Data
+    from rigidpend.results.tree import Data, Loaded
 
 
 ACROSS = 3

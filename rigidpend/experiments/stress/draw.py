@@ -15,8 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, WIDTH
 
 if TYPE_CHECKING:
-    from rigidpend.results.store import Loaded
-    from rigidpend.results.tree import Data
+    from rigidpend.results.tree import Data, Loaded
 
 
 HEIGHT = 8.8

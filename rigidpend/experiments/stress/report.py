@@ -9,7 +9,7 @@ from rigidpend.measure.stress.claims import FAILED, LIMIT, PASSED
 from rigidpend.tables import Table
 
 if TYPE_CHECKING:
-    from rigidpend.results.store import Loaded
+    from rigidpend.results.tree import Loaded
 
 
 def tables(result: Loaded) -> list[Table]:
