@@ -76,7 +76,12 @@ def begun(work: str, jobs: int) -> subprocess.Popen[str]:
 def ended(process: subprocess.Popen[str]) -> tuple[int, float, str]:
     """The exit code, the seconds until then, and what was said."""
     began = time.monotonic()
-    _, said = process.communicate(timeout=60)
+    try:
+        _, said = process.communicate(timeout=60)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.communicate()
+        raise
     return process.returncode, time.monotonic() - began, said
 
 

@@ -4,8 +4,8 @@ Between two crossings of M3 = 0 an orbit only passes a hyperbolic periodic orbit
 motion has a normal form. So the map from crossing to crossing (the return map, a separatrix
 map exact to rounding) is a table, a logarithm and another table.
 
-Modules
--------
+Parts
+-----
 precision     numbers of any precision in arrays
 expansions    Fourier and Chebyshev expansions
 jets          power series in two variables

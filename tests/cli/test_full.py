@@ -17,6 +17,8 @@ from tests.cli.calls import ENVIRONMENT, call
 from tests.config.samples import SMALL, written
 
 FULL = Path("/dev/full")
+UNTRACED = {name: x for name, x in ENVIRONMENT.items() if not name.startswith("COVERAGE_")}
+"""What measures coverage would write into the disk that is full."""
 needs_full = pytest.mark.skipif(not FULL.exists(), reason="this system has no /dev/full")
 
 
@@ -25,7 +27,7 @@ def streams(folder: Path, *arguments: str, **how: Any) -> subprocess.CompletedPr
     return subprocess.run(
         [sys.executable, "-W", "error", "-m", "rigidpend", *arguments],
         cwd=folder,
-        env=ENVIRONMENT,
+        env=UNTRACED,
         text=True,
         timeout=120,
         check=False,

@@ -26,7 +26,7 @@ COMMANDS = cli.main.commands
 
 SMALLER = {
     # What is added to an example, so that it takes seconds; it stays the same otherwise.
-    "bench": ["--quick", "--set", "problem.methods=[closed_form]", "--set", "scaling.methods=[]"],
+    "bench": ["--quick", "--set", "problem.methods=[closed_form]", "--set", "phases.methods=[]"],
 }
 MINUTES = ("stress",)
 """Commands that take minutes at their smallest: their examples are run up to the computation."""
