@@ -253,14 +253,18 @@ def _plan(
         # Parts that don't depend on `jobs`: orbits of one part share their steps.
         count = -(-orbits.states.shape[1] // dop853.SIDE_BY_SIDE)
         return dop853.crossings, (tolerance,), True, _split(orbits, count)
-    if bits == 53:
+    if bits in (53, 106):
         from rigidpend.integrate import batch
 
-        return batch.crossings_batch, (tolerance,), False, _split(orbits, jobs)
+        return batch.crossings_batch, (bits, tolerance), False, _split(orbits, jobs)
     from rigidpend.integrate import taylor
 
     return taylor.crossings_scalar, (bits, tolerance), False, parts
 
 
 def _split(orbits: Orbits, count: int) -> list[Orbits]:
+    if isinstance(orbits.states, list):
+        size = -(-len(orbits.states) // count)
+        starts = range(0, len(orbits.states), size)
+        return [orbits._replace(states=orbits.states[k : k + size]) for k in starts]
     return [orbits._replace(states=states) for states in spread(orbits.states, count, axis=1)]

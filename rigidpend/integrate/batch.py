@@ -1,4 +1,4 @@
-"""Engine `taylor` at 53 bits: many orbits at once, by the kernel of `step_code`.
+"""Engine `taylor` at 53 and 106 bits: many orbits at once, by a kernel (see `kernel`).
 
 A call carries up to `TOGETHER` orbits some steps on and notes the steps on which M3 may have
 been zero, with their series; `passages` finds the crossings there. Then orbits that are done
@@ -10,13 +10,16 @@ from __future__ import annotations
 
 import ctypes
 import functools
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.integrate import machine_code, step_code
-from rigidpend.integrate.bounds import TOUCH
+from rigidpend.integrate.bounds import touch
+from rigidpend.integrate.kernel import machine_code, steps
+from rigidpend.integrate.kernel.lane_numbers import KINDS
+from rigidpend.integrate.kernel.writer import LANES
 from rigidpend.integrate.passages import UNDECIDED, Found, Steps, crossings_on, no_crossing_found
 from rigidpend.integrate.records import (
     Crossings,
@@ -39,43 +42,60 @@ EXPECTED = 50
 """Steps that a passage takes."""
 
 
-def crossings_batch(orbits: Orbits, tolerance: float) -> Crossings:
-    """Crossings of orbits in double precision, by vectors of lanes.
+def crossings_batch(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
+    """Crossings of orbits by vectors of lanes.
 
     Parameters
     ----------
     orbits : Orbits
-        With states (6, n).
+        With states (6, n) at 53 bits, else lists of Fractions.
+    bits : int
+        53, doubles, or 106, pairs of them.
     tolerance : float
-        Of the Taylor series.
+        Of the Taylor series in 53 bits; every bit more halves it.
 
     Returns
     -------
     Crossings
         An orbit's are the same to the last bit whatever the other orbits.
     """
-    return _Batch(orbits, step_code.order_of(tolerance)).run()
+    return _Batch(orbits, bits, tolerance * 2.0 ** (53 - bits)).run()
 
 
 @functools.cache
-def kernel(order: int) -> Any:
-    """The compiled kernel for series of an order (see `step_code.text`)."""
+def kernel(order: int, bits: int) -> Any:
+    """The compiled kernel for series of an order (see `kernel.steps.text`)."""
     pointer, count, number = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
     kinds = (pointer, count, pointer, pointer, number, count, count, pointer)
-    return machine_code.function(step_code.text(order), "carry", *kinds)
+    return machine_code.function(steps.text(order, bits), "carry", *kinds)
+
+
+def in_parts(values: Any, bits: int) -> Array:
+    """Numbers as the parts that make them up, shape (parts, ...)."""
+    exact = np.asarray(values, dtype=object)
+    parts = []
+    for _ in range(KINDS[bits].parts):
+        parts.append(exact.astype(float))
+        exact = exact - np.frompyfunc(Fraction, 1, 1)(parts[-1])
+    return np.stack(parts)
 
 
 class _Batch:
     """Orbits of one body on their way: each column is one that is not yet done."""
 
-    def __init__(self, orbits: Orbits, order: int) -> None:
-        self.orbits, self.order, self.kernel = orbits, order, kernel(order)
-        self.n = orbits.states.shape[1]
-        self.width = min(TOGETHER, -(-self.n // step_code.LANES) * step_code.LANES)
+    def __init__(self, orbits: Orbits, bits: int, tolerance: float) -> None:
+        self.orbits, self.bits, order = orbits, bits, steps.order_of(tolerance)
+        self.kernel = kernel(order, bits)
+        self.initial = _initial(orbits, bits)
+        self.n = self.initial.shape[1]
+        self.width = min(TOGETHER, -(-self.n // LANES) * LANES)
         self.found, self.seen = no_crossings(orbits.n_crossings, self.n), [no_crossing_found()]
-        self.coefficients = np.array(orbits.coefficients, dtype=float)
-        self.states, self.times = np.zeros((6, self.width)), np.zeros((2, self.width))
-        self.notes = np.empty((STEPS * self.width, step_code.width_of_note(order)))
+        self.parameters = in_parts(steps.Products.of(orbits.coefficients), bits)
+        self.states, self.times = (
+            np.zeros((len(self.initial), self.width)),
+            np.zeros((2, self.width)),
+        )
+        self.notes = np.empty((STEPS * self.width, steps.width_of_note(order, bits)))
         none = np.zeros(0, dtype=np.int64)
         self.columns, self.counts, self.silence = none, none.copy(), none.copy()
         """Of each column: which orbit, its crossings so far, steps since the last of them."""
@@ -88,40 +108,40 @@ class _Batch:
         self._load()
         while self.columns.size:
             check_stop()
-            steps = self._steps()
-            self._take(self._carried(steps), steps)
+            number = self._number()
+            self._take(self._carried(number), number)
             self._load(~self._ended())
         Found.joined(self.seen).write(self.found, self.orbits.passage_limit)
         return self.found
 
-    def _steps(self) -> int:
+    def _number(self) -> int:
         """Number of steps of the next call: few where all orbits are nearly done."""
         left = self.orbits.n_crossings - int(self.counts.min())
         return max(8, min(STEPS, MAX_STEPS, left * EXPECTED // 2))
 
-    def _carried(self, steps: int) -> Steps:
+    def _carried(self, number: int) -> Steps:
         """All columns some steps further: those on which M3 may have been zero."""
         m = self.columns.size
-        groups = -(-m // step_code.LANES)
+        groups = -(-m // LANES)
         # Lanes without an orbit repeat the first: their steps are not looked at.
         self.states[:, m:], self.times[:, m:] = self.states[:, :1], self.times[:, :1]
-        depth = TOUCH * float(np.sqrt((self.states[:3, :m] ** 2).sum(axis=0).max()))
+        depth = touch(self.bits) * float(np.sqrt((self.states[:3, :m] ** 2).sum(axis=0).max()))
         count = self.kernel(
             self.states.ctypes.data,
             self.width,
             self.times.ctypes.data,
-            self.coefficients.ctypes.data,
+            self.parameters.ctypes.data,
             2 * depth,
             groups,
-            steps,
+            number,
             self.notes.ctypes.data,
         )
         notes = self.notes[:count]
-        return Steps.of_notes(notes[notes[:, 0] < m])
+        return Steps.of_notes(notes[notes[:, 0] < m], self.bits)
 
-    def _take(self, steps: Steps, number: int) -> None:
+    def _take(self, taken: Steps, number: int) -> None:
         """Take in the crossings on the steps."""
-        found = crossings_on(steps)
+        found = crossings_on(taken)
         lanes = found.columns
         self.seen.append(found._replace(columns=self.columns[lanes]))
         crossed = np.bincount(lanes, minlength=self.columns.size)
@@ -150,10 +170,17 @@ class _Batch:
         new = np.arange(self.next, min(self.n, self.next + self.width - columns.size))
         self.next += new.size
         m = columns.size + new.size
-        self.states[:, :m] = np.concatenate((states, self.orbits.states[:, new]), axis=1)
+        self.states[:, :m] = np.concatenate((states, self.initial[:, new]), axis=1)
         self.times[:, :m] = np.concatenate((times, np.zeros((2, new.size))), axis=1)
         self.columns = np.concatenate((columns, new))
         self.counts, self.silence, self.last = (
             np.concatenate((x[kept], np.zeros(new.size, x.dtype)))
             for x in (self.counts, self.silence, self.last)
         )
+
+
+def _initial(orbits: Orbits, bits: int) -> Array:
+    """Initial states, their parts one below the other: (6 parts, n)."""
+    if bits == 53:
+        return np.asarray(orbits.states, dtype=float)
+    return np.concatenate(in_parts(np.array(orbits.states, dtype=object).T, bits))

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.integrate.bounds import TOUCH
+from rigidpend.integrate.bounds import touch
+from rigidpend.integrate.kernel.lane_numbers import KINDS
+from rigidpend.integrate.kernel.steps import FIELDS, NOTED
 from rigidpend.integrate.records import Crossings, Outcome, separatrix_beside
 from rigidpend.integrate.roots import UndecidedTouch, derivative, value_at, zeros
-from rigidpend.integrate.step_code import FIELDS, NOTED
 from rigidpend.numbers.generic import Numbers
 
 Array = NDArray[np.float64]
@@ -23,23 +25,27 @@ CONVERGED = 1e-9
 
 
 class Steps(NamedTuple):
-    """Taylor steps on which M3 may have been zero: the kernel's notes (see `step_code`)."""
+    """Taylor steps on which M3 may have been zero: the kernel's notes (see `kernel.steps`)."""
 
+    bits: int
+    """Of the arithmetic."""
     fields: dict[str, Array]
     """Of m steps each."""
     series: Array
-    """(m, 3, order + 1), Qp, Qm and M3 in powers of t' from the beginning of the step."""
+    """(m, 3, order + 1, parts), Qp, Qm and M3 in powers of t' from the step's beginning."""
 
     @staticmethod
-    def of_notes(notes: Array) -> Steps:
+    def of_notes(notes: Array, bits: int) -> Steps:
         """The steps from an array (m, width) of notes."""
         fields, series = np.split(notes, [len(FIELDS)], axis=1)
-        several = series.reshape(len(notes), NOTED, series.shape[1] // NOTED)
-        return Steps(dict(zip(FIELDS, fields.T, strict=True)), several)
+        parts = KINDS[bits].parts
+        shape = len(notes), len(NOTED), series.shape[1] // (len(NOTED) * parts), parts
+        return Steps(bits, dict(zip(FIELDS, fields.T, strict=True)), series.reshape(shape))
 
     def chosen(self, where: NDArray[np.bool_]) -> Steps:
         """Some of the steps."""
-        return Steps({name: x[where] for name, x in self.fields.items()}, self.series[where])
+        fields = {name: x[where] for name, x in self.fields.items()}
+        return self._replace(fields=fields, series=self.series[where])
 
 
 class Found(NamedTuple):
@@ -89,7 +95,7 @@ def no_crossing_found() -> Found:
 def crossings_on(steps: Steps) -> Found:
     """All crossings on steps; a touch that is not decided comes as `UNDECIDED`."""
     f = steps.fields
-    changed = (steps.series[:, 2, 0] < 0) != (f["after"] < 0)
+    changed = (steps.series[:, 2, 0, 0] < 0) != (f["after"] < 0)
     steady = f["steady"] > 0
     with np.errstate(invalid="ignore"):
         exact = np.abs(f["correction"]) <= CONVERGED * f["length"]
@@ -112,14 +118,21 @@ def _isolated(steps: Steps) -> Found:
     seen: list[tuple[int, float, int]] = []
     for k, series in enumerate(steps.series):
         length = f["length"][k]
-        shares = series * length ** np.arange(series.shape[1])
-        depth = TOUCH * float(np.sqrt((series[:, 0] ** 2).sum()))
-        for share, separatrix in crossings_of_series(shares, depth):
+        shares = series[..., 0] * length ** np.arange(series.shape[1])
+        depth = touch(steps.bits) * float(np.sqrt((shares[:, 0] ** 2).sum()))
+        exactly = _exactly(series[2], length) if steps.bits > 53 else None
+        for share, separatrix in crossings_of_series(shares, depth, exactly):
             seen.append((int(f["lane"][k]), f["time"][k] + share * length, separatrix))
     if not seen:
         return no_crossing_found()
     columns, times, beside = zip(*seen, strict=True)
     return Found(np.array(columns), np.array(times, dtype=float), np.array(beside))
+
+
+def _exactly(series: Array, length: float) -> Callable[[float], float]:
+    """A series (order + 1, parts) as a function of the share of the step, without rounding."""
+    terms = [sum(map(Fraction, parts)) for parts in series]
+    return lambda share: float(value_at(terms, Fraction(share) * Fraction(length)))
 
 
 def crossings_of_series(

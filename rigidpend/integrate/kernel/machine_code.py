@@ -25,6 +25,10 @@ LEVEL = 3
 """Effort of LLVM's optimisation; with 2 the steps take as long."""
 
 
+_loaded: list[Any] = []
+"""Code in memory, which has to live as long as the functions that call it."""
+
+
 @functools.cache
 def function(text: str, name: str, *arguments: Any) -> Any:
     """The function of a text in LLVM's language that returns an int64, ready to be called.
@@ -52,9 +56,8 @@ def function(text: str, name: str, *arguments: Any) -> Any:
         loaded = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
         loaded.add_object_file(llvm.ObjectFileRef.from_data(code))
         loaded.finalize_object()
-    call = ctypes.CFUNCTYPE(ctypes.c_int64, *arguments)(loaded.get_function_address(name))
-    call.code = loaded  # The code lives as long as what calls it.
-    return call
+    _loaded.append(loaded)
+    return ctypes.CFUNCTYPE(ctypes.c_int64, *arguments)(loaded.get_function_address(name))
 
 
 def folder() -> Path:
