@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.integrate.bounds import touch
-from rigidpend.integrate.kernel import machine_code, steps
+from rigidpend.integrate.kernel import machine_code, notes, taylor_step
 from rigidpend.integrate.kernel.lane_numbers import KINDS
 from rigidpend.integrate.kernel.writer import LANES
 from rigidpend.integrate.passages import UNDECIDED, Found, Steps, crossings_on, no_crossing_found
@@ -64,10 +64,10 @@ def crossings_batch(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
 
 @functools.cache
 def kernel(order: int, bits: int) -> Any:
-    """The compiled kernel for series of an order (see `kernel.steps.text`)."""
+    """The compiled kernel for series of an order (see `kernel.notes.text`)."""
     pointer, count, number = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
     kinds = (pointer, count, pointer, pointer, number, count, count, pointer)
-    return machine_code.function(steps.text(order, bits), "carry", *kinds)
+    return machine_code.function(notes.text(order, bits), "carry", *kinds)
 
 
 def in_parts(values: Any, bits: int) -> Array:
@@ -84,18 +84,18 @@ class _Batch:
     """Orbits of one body on their way: each column is one that is not yet done."""
 
     def __init__(self, orbits: Orbits, bits: int, tolerance: float) -> None:
-        self.orbits, self.bits, order = orbits, bits, steps.order_of(tolerance)
+        self.orbits, self.bits, order = orbits, bits, taylor_step.order_of(tolerance)
         self.kernel = kernel(order, bits)
         self.initial = _initial(orbits, bits)
         self.n = self.initial.shape[1]
         self.width = min(TOGETHER, -(-self.n // LANES) * LANES)
         self.found, self.seen = no_crossings(orbits.n_crossings, self.n), [no_crossing_found()]
-        self.parameters = in_parts(steps.Products.of(orbits.coefficients), bits)
+        self.parameters = in_parts(taylor_step.Products.of(orbits.coefficients), bits)
         self.states, self.times = (
             np.zeros((len(self.initial), self.width)),
             np.zeros((2, self.width)),
         )
-        self.notes = np.empty((STEPS * self.width, steps.width_of_note(order, bits)))
+        self.notes = np.empty((STEPS * self.width, notes.width_of_note(order, bits)))
         none = np.zeros(0, dtype=np.int64)
         self.columns, self.counts, self.silence = none, none.copy(), none.copy()
         """Of each column: which orbit, its crossings so far, steps since the last of them."""
@@ -136,8 +136,8 @@ class _Batch:
             number,
             self.notes.ctypes.data,
         )
-        notes = self.notes[:count]
-        return Steps.of_notes(notes[notes[:, 0] < m], self.bits)
+        taken = self.notes[:count]
+        return Steps.of_notes(taken[taken[:, 0] < m], self.bits)
 
     def _take(self, taken: Steps, number: int) -> None:
         """Take in the crossings on the steps."""

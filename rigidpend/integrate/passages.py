@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rigidpend.integrate.bounds import touch
 from rigidpend.integrate.kernel.lane_numbers import KINDS
-from rigidpend.integrate.kernel.steps import FIELDS, NOTED
+from rigidpend.integrate.kernel.notes import FIELDS, NOTED
 from rigidpend.integrate.records import Crossings, Outcome, separatrix_beside
 from rigidpend.integrate.roots import UndecidedTouch, derivative, value_at, zeros
 from rigidpend.numbers.generic import Numbers
@@ -25,7 +25,7 @@ CONVERGED = 1e-9
 
 
 class Steps(NamedTuple):
-    """Taylor steps on which M3 may have been zero: the kernel's notes (see `kernel.steps`)."""
+    """Taylor steps on which M3 may have been zero: the kernel's notes (see `kernel.notes`)."""
 
     bits: int
     """Of the arithmetic."""

@@ -12,8 +12,9 @@ import pytest
 
 from rigidpend.equations import AlignedCoefficients, aligned
 from rigidpend.integrate import batch, bigint
-from rigidpend.integrate.kernel import machine_code, steps
+from rigidpend.integrate.kernel import machine_code, taylor_step
 from rigidpend.integrate.kernel.lane_numbers import KINDS
+from rigidpend.integrate.kernel.notes import FIELDS, width_of_note
 from rigidpend.integrate.kernel.writer import LANES, Writer
 from tests.integrate.problems import fan, find
 
@@ -28,8 +29,8 @@ def stepped(bits: int, order: int, steps_taken: int) -> tuple[list[Fraction], Fr
     parts = KINDS[bits].parts
     state = np.repeat(batch.in_parts(STATE, bits).reshape(6 * parts, 1), LANES, axis=1)
     time = np.zeros((2, LANES))
-    parameters = batch.in_parts(steps.Products.of(C), bits)
-    notes = np.zeros((LANES * steps_taken, steps.width_of_note(order, bits)))
+    parameters = batch.in_parts(taylor_step.Products.of(C), bits)
+    notes = np.zeros((LANES * steps_taken, width_of_note(order, bits)))
     count = batch.kernel(order, bits)(
         state.ctypes.data,
         LANES,
@@ -70,7 +71,7 @@ def test_steps_err_by_rounding_alone(bits: int, order: int, finest: float) -> No
 
 def test_a_lower_order_takes_shorter_steps_and_errs_as_its_tolerance_says() -> None:
     tolerance = 1e-8
-    order = steps.order_of(tolerance)
+    order = taylor_step.order_of(tolerance)
     assert order == 11
     end, time, _ = stepped(53, order, 8)
     error = max(abs(a - b) for a, b in zip(end, by_integers(time), strict=True))
@@ -79,9 +80,9 @@ def test_a_lower_order_takes_shorter_steps_and_errs_as_its_tolerance_says() -> N
 
 def test_notes_hold_the_series_of_every_step_on_which_M3_changes_its_sign() -> None:
     _, _, notes = stepped(53, 20, 60)
-    fields = dict(zip(steps.FIELDS, notes.T, strict=False))
+    fields = dict(zip(FIELDS, notes.T, strict=False))
     mine = fields["lane"] == 0
-    series = notes[mine][:, len(steps.FIELDS) :].reshape(mine.sum(), 3, 21)
+    series = notes[mine][:, len(FIELDS) :].reshape(mine.sum(), 3, 21)
     changed = (series[:, 2, 0] < 0) != (fields["after"][mine] < 0)
     assert changed.sum() >= 3
     for k in np.flatnonzero(changed & (fields["steady"][mine] > 0)):
@@ -92,7 +93,7 @@ def test_notes_hold_the_series_of_every_step_on_which_M3_changes_its_sign() -> N
             series[k] @ powers, [fields["Qp"][mine][k], fields["Qm"][mine][k], 0], atol=1e-14
         )
     rate = aligned([float(x) for x in STATE], AlignedCoefficients(*map(float, C)))
-    first = notes[0, len(steps.FIELDS) :].reshape(3, 21)
+    first = notes[0, len(FIELDS) :].reshape(3, 21)
     if fields["time"][0] == 0:
         np.testing.assert_allclose(first[:, 1], rate[:3], rtol=1e-14)
 

@@ -1,15 +1,10 @@
-"""Text of the kernel: Taylor steps of many orbits in the language of LLVM, vectors of lanes.
+"""A Taylor step of the aligned field, in the language of LLVM, for a vector of lanes.
 
-It is the aligned field of `rigidpend.equations.aligned` as recurrences of Taylor coefficients
-(products become sums over j of a_j b_(k-j)), written once for any order and either kind of
-numbers. A step's length follows Jorba and Zou, Experimental Mathematics 14 (2005), sec. 3.2, as
-in heyoka. Lanes never meet: an orbit comes out the same to the last bit whatever its neighbours,
-and on every processor, for each sum and product is spelled out and nothing is left to a
-mathematical library.
-
-Of each step it looks whether M3 may have been zero on it: where |c_0| <= sum |c_k| h^k over
-k >= 1, unless the sign is the same at both ends and M3 certainly monotone between. Such a step
-is noted with its series; see `rigidpend.integrate.passages`.
+It is `rigidpend.equations.aligned` as recurrences of Taylor coefficients (products become sums
+over j of a_j b_(k-j)), written once for any order and either kind of numbers. A step's length
+follows Jorba and Zou, Experimental Mathematics 14 (2005), sec. 3.2, as in heyoka. Lanes never
+meet: an orbit comes out the same to the last bit whatever its neighbours, and on every
+processor, for each sum and product is spelled out and nothing is left to a mathematical library.
 """
 
 from __future__ import annotations
@@ -21,7 +16,7 @@ from typing import Any, NamedTuple
 
 from rigidpend.equations import AlignedCoefficients
 from rigidpend.integrate.kernel.lane_numbers import KINDS, Value
-from rigidpend.integrate.kernel.writer import LANES, Writer
+from rigidpend.integrate.kernel.writer import Writer
 
 LONGEST = 32.0
 """Longest step, t'; only an orbit that stands still comes to it."""
@@ -29,15 +24,7 @@ LOGARITHM = (-1025.4983531488, 4.0292113911, -2.0783351683, 0.6260321822, -0.078
 """log2 x - 1023 on [1, 2) within 1.2e-4, from its values at Chebyshev's points."""
 POWER = (0.9999002882, 0.6963247711, 0.2246931558, 0.0789672570)
 """2^x on [0, 1) within 1e-4, likewise."""
-FIELDS = ("lane", "time", "length", "after", "steady", "zero", "correction", "Qp", "Qm")
-"""What a note holds before the series: which lane, t' at the beginning, the step's length, M3 at
-its end, 1 if M3 is monotone, and where it is: the time of its zero from there on (with what the
-time leaves over, so that the sum is rounded once), Newton's last correction, Qp and Qm there."""
-NEWTON = 4
-"""Iterations from the chord's zero; each doubles the digits, of which the first has two."""
 COMPONENTS = ("Qp", "Qm", "M3", "gamma1", "gamma2", "gamma3")
-NOTED = COMPONENTS[:3]
-"""Components whose series are noted."""
 
 
 class Products(NamedTuple):
@@ -69,29 +56,8 @@ def order_of(tolerance: float) -> int:
     return max(4, math.ceil(1 - math.log(tolerance) / 2))
 
 
-def width_of_note(order: int, bits: int) -> int:
-    """Number of doubles in a note: the fields, and the parts of the series."""
-    return len(FIELDS) + len(NOTED) * (order + 1) * KINDS[bits].parts
-
-
-def text(order: int, bits: int) -> str:
-    """The kernel's text for series of an order, in doubles (53 bits) or pairs of them (106).
-
-    It defines ``carry(state, stride, time, parameters, depth, groups, steps, notes)``, all
-    pointers to doubles or int64, depth a double, and returns the number of notes:
-
-    - state: 6 rows of `stride` doubles for each part of a number, carried on in place;
-    - time: 2 rows, t' and what its last digit leaves over;
-    - parameters: `Products`, 9 for each part;
-    - depth: a touch of M3 = 0 that is no deeper is noted too;
-    - groups, steps: vectors of lanes, and steps for each of them;
-    - notes: rows of `width_of_note` doubles, room for one on each step of each lane.
-    """
-    return _Kernel(order, bits).whole()
-
-
-class _Kernel:
-    """The parts of the kernel, in the order in which they run."""
+class Kernel:
+    """Parts of a function that takes Taylor steps; what is done with each is up to the heirs."""
 
     def __init__(self, order: int, bits: int) -> None:
         self.order, self.code = order, Writer()
@@ -101,33 +67,24 @@ class _Kernel:
         self.component: dict[str, str] = {}
         self.turning = [self.code.variable(self.numbers.rows(rows)) for _ in range(3)]
 
-    def whole(self) -> str:
-        """All of the text."""
+    def function(self, head: str, result: str) -> str:
+        """The whole text of a function of which the lines have been written."""
         code, v = self.code, self.code.vector
+        declared = (
+            f"declare {v} @llvm.fma.{code.suffix}({v}, {v}, {v})",
+            f"declare {v} @llvm.fabs.{code.suffix}({v})",
+            f"declare {v} @llvm.floor.{code.suffix}({v})",
+        )
+        body = [*declared, head, "entry:", *code.variables, *code.lines]
+        return "\n".join([*body, f"  ret i64 {result}", "}"]) + "\n"
+
+    def begin(self) -> None:
+        """What stays the same on all steps: places of the series, parameters, and 1/k."""
+        code, count = self.code, len(Products._fields)
         for i, name in enumerate(COMPONENTS):
             self.component[name] = code.at(self.series, i * (self.order + 1) * self.parts)
-        self._constants()
-        self.count = code.variable("i64")
-        code.store("0", self.count, "i64", 8)
-        with code.loop("%groups") as group:
-            self._group(code(f"mul i64 {group}, {LANES}"))
-        result = code.load(self.count, "i64", 8)
-        head = (
-            f"declare {v} @llvm.fma.{code.suffix}({v}, {v}, {v})\n"
-            f"declare {v} @llvm.fabs.{code.suffix}({v})\n"
-            f"declare {v} @llvm.floor.{code.suffix}({v})\n"
-            "define i64 @carry(ptr noalias %state, i64 %stride, ptr noalias %time,"
-            " ptr noalias %parameters, double %depth, i64 %groups, i64 %steps,"
-            " ptr noalias %notes) {\nentry:"
-        )
-        body = [head, *code.variables, *code.lines, f"  ret i64 {result}", "}"]
-        return "\n".join(body) + "\n"
-
-    def _constants(self) -> None:
-        """What stays the same on all steps: parameters, and 1/k."""
-        code, count = self.code, len(Products._fields)
         self.c = Products(*(self._scalar("%parameters", i, count) for i in range(count)))
-        self.depth, self.one = code.everywhere("%depth"), code.number(1.0)
+        self.one = code.number(1.0)
         self.shares = code.variable(f"[{self.parts * (self.order + 1)} x double]")
         for k in range(1, self.order + 1):
             for i, part in enumerate(self.numbers.constant(Fraction(1, k))):
@@ -142,25 +99,32 @@ class _Kernel:
             places.append(code.load(code.at(base, at, "double"), "double", 8))
         return tuple(code.everywhere(x) for x in places)
 
-    def _group(self, first: str) -> None:
-        """Steps of one vector of lanes, from lane `first` on."""
-        code = self.code
-        rows = [
+    def places(self, first: str) -> list[list[str]]:
+        """Places of a vector of lanes, from lane `first` on: the components', then the time's."""
+        state = [
             [self._place("%state", i + 6 * part, first) for part in range(self.parts)]
             for i in range(len(COMPONENTS))
         ]
-        times = [self._place("%time", i, first) for i in range(2)]
+        return [*state, [self._place("%time", i, first) for i in range(2)]]
+
+    def load_lanes(self, places: list[list[str]]) -> None:
+        """Take the lanes' states and times into the kernel."""
+        code = self.code
+        *rows, times = places
         self.time = [code.variable(code.vector) for _ in times]
-        for name, places in zip(COMPONENTS, rows, strict=True):
-            value = tuple(code.load(x, align=8) for x in places)
+        for name, row in zip(COMPONENTS, rows, strict=True):
+            value = tuple(code.load(x, align=8) for x in row)
             self.numbers.store(value, self.component[name], 0)
         for variable, place in zip(self.time, times, strict=True):
             code.store(code.load(place, align=8), variable)
-        with code.loop("%steps"):
-            self._step(first)
-        for name, places in zip(COMPONENTS, rows, strict=True):
+
+    def store_lanes(self, places: list[list[str]]) -> None:
+        """Put them back, carried on."""
+        code = self.code
+        *rows, times = places
+        for name, row in zip(COMPONENTS, rows, strict=True):
             value = self.numbers.load(self.component[name], 0)
-            for part, place in zip(value, places, strict=True):
+            for part, place in zip(value, row, strict=True):
                 code.store(part, place, align=8)
         for variable, place in zip(self.time, times, strict=True):
             code.store(code.load(variable), place, align=8)
@@ -170,12 +134,13 @@ class _Kernel:
         begin = self.code(f"mul i64 %stride, {row}")
         return self.code.at(base, self.code(f"add i64 {begin}, {first}"), "double")
 
-    def _step(self, first: str) -> None:
+    def expand(self) -> None:
+        """Find the series about the lanes' states."""
         with self.code.loop(self.order) as k:
             self._next_coefficients(k)
-        h = self._length()
-        ends = [self._at(name, h) for name in COMPONENTS]
-        self._note_if_zero_is_possible(first, h, ends[2][0])
+
+    def go_on(self, h: str, ends: list[Value]) -> None:
+        """Step to the ends of the series."""
         for name, end in zip(COMPONENTS, ends, strict=True):
             self.numbers.store(end, self.component[name], 0)
         self._let_time_pass(h)
@@ -224,7 +189,7 @@ class _Kernel:
                 n.store(n.with_product(n.load(place, 0), left[pair[0]], right[pair[1]]), place, 0)
         return {pair: n.settled(n.load(place, 0)) for pair, place in sums.items()}
 
-    def _head(self, name: str, k: int) -> str:
+    def head(self, name: str, k: int) -> str:
         """The first part of a coefficient: as a double."""
         return self.code.element(self.component[name], k * self.parts)
 
@@ -234,7 +199,7 @@ class _Kernel:
     def _minus(self, a: str, b: str) -> str:
         return self.code.binary("fsub", a, b)
 
-    def _length(self) -> str:
+    def length(self) -> str:
         """Length of the step: the last two coefficients tell the radius of convergence."""
         code, p = self.code, self.order
         size = self._binary_logarithm(code.larger(self._norm(0), self.one))
@@ -251,7 +216,7 @@ class _Kernel:
     def _norm(self, m: int) -> str:
         """Largest coefficient of an order."""
         code = self.code
-        norm, *sizes = [code.size(self._head(x, m)) for x in COMPONENTS]
+        norm, *sizes = [code.size(self.head(x, m)) for x in COMPONENTS]
         for size in sizes:
             norm = code.larger(size, norm)
         return norm
@@ -283,82 +248,13 @@ class _Kernel:
             total = self.code.fma(total, x, self.code.number(c))
         return total
 
-    def _at(self, name: str, h: str) -> Value:
+    def at(self, name: str, h: str) -> Value:
         """A component's series at a time from the beginning of the step, by Horner's rule."""
         n, place = self.numbers, self.component[name]
         total = n.load(place, self.order)
         for k in range(self.order - 1, -1, -1):
             total = n.horner(total, h, n.load(place, k))
         return total
-
-    def _note_if_zero_is_possible(self, first: str, h: str, after: str) -> None:
-        """Note the lanes on whose step M3 changes its sign or may touch zero."""
-        code = self.code
-        sizes = [code.size(self._head("M3", k)) for k in range(self.order + 1)]
-        reach, bend = sizes[-1], self._times(sizes[-1], code.number(float(self.order)))
-        for k in range(self.order - 1, 0, -1):
-            reach = code.fma(reach, h, sizes[k])
-            if k > 1:
-                bend = code.fma(bend, h, self._times(sizes[k], code.number(float(k))))
-        far = code.compare("ogt", sizes[0], code.fma(reach, h, self.depth))
-        steady = code.compare("ogt", sizes[1], self._times(bend, h))
-        zero = "zeroinitializer"
-        begin, end = (code.compare("olt", x, zero) for x in (self._head("M3", 0), after))
-        changed = code.logic("xor", begin, end)
-        doubtful = code.logic("xor", code.logic("or", far, steady), code.everywhere("true", "i1"))
-        mask = code(f"bitcast {code.mask} {code.logic('or', changed, doubtful)} to i{LANES}")
-        with code.when(code(f"icmp ne i{LANES} {mask}, 0")):
-            self._note(first, mask, (h, after, code.one_where(steady), *self._zero(h, after)))
-
-    def _zero(self, h: str, after: str) -> tuple[str, ...]:
-        """Time from the beginning to the zero of M3, the last correction, and Qp, Qm there."""
-        code, before = self.code, self._head("M3", 0)
-        x = self._times(h, code.binary("fdiv", before, self._minus(before, after)))
-        for _ in range(NEWTON):
-            value, slope = self._value_and_slope(x)
-            correction = code.binary("fdiv", value, slope)
-            x = self._minus(x, correction)
-        zero = code.binary("fadd", x, code.load(self.time[1]))
-        return zero, correction, *(self._at(name, x)[0] for name in COMPONENTS[:2])
-
-    def _value_and_slope(self, x: str) -> tuple[str, str]:
-        """M3 and its derivative by Horner's rule."""
-        code = self.code
-        value, slope = self._head("M3", self.order), code.number(0.0)
-        for k in range(self.order - 1, -1, -1):
-            slope = code.fma(slope, x, value)
-            value = code.fma(value, x, self._head("M3", k))
-        return value, slope
-
-    def _note(self, first: str, mask: str, fields: tuple[str, ...]) -> None:
-        """Write down the lanes of a mask, with what is told of each."""
-        code = self.code
-        time = code.load(self.time[0])
-        told = code.variable(f"[{len(FIELDS)} x {code.vector}]")
-        for i, value in enumerate((time, *fields), start=1):
-            code.store(value, code.at(told, i))
-        with code.loop(LANES) as lane:
-            bit = code(f"lshr i{LANES} {mask}, {code(f'trunc i64 {lane} to i{LANES}')}")
-            with code.when(code(f"trunc i{LANES} {bit} to i1")):
-                self._note_lane(first, lane, told)
-
-    def _note_lane(self, first: str, lane: str, told: str) -> None:
-        code, width = self.code, width_of_note(self.order, self.numbers.bits)
-        count = code.load(self.count, "i64", 8)
-        note = code.at("%notes", code(f"mul i64 {count}, {width}"), "double")
-        number = code(f"sitofp i64 {code(f'add i64 {first}, {lane}')} to double")
-        code.store(number, note, "double", 8)
-        self._copy(told, lane, note, 1, len(FIELDS), 0)
-        self._copy(self.series, lane, note, len(FIELDS), width, len(FIELDS))
-        code.store(code(f"add i64 {count}, 1"), self.count, "i64", 8)
-
-    def _copy(self, vectors: str, lane: str, to: str, begin: int, end: int, shift: int) -> None:
-        """Copy one lane of successive vectors to places `begin` to `end` of a note."""
-        code = self.code
-        with code.loop(end, begin) as i:
-            row = code(f"mul i64 {code(f'sub i64 {i}, {shift}')}, {LANES}")
-            place = code.at(vectors, code(f"add i64 {row}, {lane}"), "double")
-            code.store(code.load(place, "double", 8), code.at(to, i, "double"), "double", 8)
 
     def _let_time_pass(self, h: str) -> None:
         """Add the step to the time, with what the sum's rounding leaves over."""
