@@ -223,9 +223,9 @@ def sample_orbits(
             tolerance,
         )
         return flat.reshape(*shape, times.size).transpose(0, 2, 1)
-    from rigidpend.integrate import taylor_samples
+    from rigidpend.integrate import batch_samples
 
-    return taylor_samples.sample_batch(coefficients, states, times, tolerance)
+    return batch_samples.sample_batch(coefficients, states, times, tolerance)
 
 
 def _checked_times(times: Numbers) -> NDArray[np.float64]:

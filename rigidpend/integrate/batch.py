@@ -8,17 +8,14 @@ kernel works: it is away for a fifth of the time.
 
 from __future__ import annotations
 
-import ctypes
-import functools
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.integrate.bounds import touch
-from rigidpend.integrate.kernel import machine_code, notes, taylor_step
-from rigidpend.integrate.kernel.lane_numbers import KINDS
+from rigidpend.integrate.kernel import notes, taylor_step
+from rigidpend.integrate.kernel.parts import in_parts
 from rigidpend.integrate.kernel.writer import LANES
 from rigidpend.integrate.passages import UNDECIDED, Found, Steps, crossings_on, no_crossing_found
 from rigidpend.integrate.records import (
@@ -62,30 +59,12 @@ def crossings_batch(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
     return _Batch(orbits, bits, tolerance * 2.0 ** (53 - bits)).run()
 
 
-@functools.cache
-def kernel(order: int, bits: int) -> Any:
-    """The compiled kernel for series of an order (see `kernel.notes.text`)."""
-    pointer, count, number = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
-    kinds = (pointer, count, pointer, pointer, number, count, count, pointer)
-    return machine_code.function(notes.text(order, bits), "carry", *kinds)
-
-
-def in_parts(values: Any, bits: int) -> Array:
-    """Numbers as the parts that make them up, shape (parts, ...)."""
-    exact = np.asarray(values, dtype=object)
-    parts = []
-    for _ in range(KINDS[bits].parts):
-        parts.append(exact.astype(float))
-        exact = exact - np.frompyfunc(Fraction, 1, 1)(parts[-1])
-    return np.stack(parts)
-
-
 class _Batch:
     """Orbits of one body on their way: each column is one that is not yet done."""
 
     def __init__(self, orbits: Orbits, bits: int, tolerance: float) -> None:
         self.orbits, self.bits, order = orbits, bits, taylor_step.order_of(tolerance)
-        self.kernel = kernel(order, bits)
+        self.kernel = notes.function(order, bits)
         self.initial = _initial(orbits, bits)
         self.n = self.initial.shape[1]
         self.width = min(TOGETHER, -(-self.n // LANES) * LANES)

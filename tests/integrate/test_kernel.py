@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 
 from rigidpend.equations import AlignedCoefficients, aligned
-from rigidpend.integrate import batch, bigint
+from rigidpend.integrate import bigint, sample_orbits
 from rigidpend.integrate.kernel import machine_code, taylor_step
 from rigidpend.integrate.kernel.lane_numbers import KINDS
-from rigidpend.integrate.kernel.notes import FIELDS, width_of_note
+from rigidpend.integrate.kernel.notes import FIELDS, function, width_of_note
+from rigidpend.integrate.kernel.parts import in_parts
 from rigidpend.integrate.kernel.writer import LANES, Writer
 from tests.integrate.problems import fan, find
 
@@ -27,11 +28,11 @@ STATE = [Fraction(x) for x in ("0.7", "-0.4", "0.2", "0.36", "0.48", "0.8")]
 def stepped(bits: int, order: int, steps_taken: int) -> tuple[list[Fraction], Fraction, Any]:
     """State and time after some steps of one orbit, and the notes."""
     parts = KINDS[bits].parts
-    state = np.repeat(batch.in_parts(STATE, bits).reshape(6 * parts, 1), LANES, axis=1)
+    state = np.repeat(in_parts(STATE, bits).reshape(6 * parts, 1), LANES, axis=1)
     time = np.zeros((2, LANES))
-    parameters = batch.in_parts(taylor_step.Products.of(C), bits)
+    parameters = in_parts(taylor_step.Products.of(C), bits)
     notes = np.zeros((LANES * steps_taken, width_of_note(order, bits)))
-    count = batch.kernel(order, bits)(
+    count = function(order, bits)(
         state.ctypes.data,
         LANES,
         time.ctypes.data,
@@ -121,7 +122,7 @@ def test_pairs_of_doubles_agree_with_integers_to_the_last_bit_of_a_time() -> Non
 
 def test_parts_of_a_number_add_up_to_it() -> None:
     third = Fraction(1, 3)
-    high, low = batch.in_parts([third], 106)[:, 0].tolist()
+    high, low = in_parts([third], 106)[:, 0].tolist()
     assert high == 1 / 3
     assert abs(Fraction(high) + Fraction(low) - third) < Fraction(2) ** -107
 
@@ -175,3 +176,20 @@ def test_a_folder_that_cannot_be_written_costs_no_more_than_a_compilation(
     machine_code.function.cache_clear()
     assert machine_code.function(identity(), "same", ctypes.c_int64)(7) == 7
     machine_code.function.cache_clear()
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_samples_are_those_of_integers_and_of_nobody_elses_lane(sense: int) -> None:
+    c = AlignedCoefficients(*map(float, C))
+    states = np.array([[float(x) * (1 + 0.01 * k) for k in range(11)] for x in STATE])
+    times = sense * np.array([0.0, 1e-3, 0.2, 0.3, 5.0, 9.5])
+    found = sample_orbits(c, states, times, engine="taylor")
+    alone = sample_orbits(c, states[:, 9:10], times, engine="taylor")
+    np.testing.assert_array_equal(found[..., 9:10], alone)
+    np.testing.assert_array_equal(found[:, 0], states)
+    if sense > 0:
+        for k in (2, 5):
+            truth = [float(x) for x in by_integers(Fraction(times[k]))]
+            np.testing.assert_allclose(found[:, k, 0], truth, rtol=0, atol=1e-14)
+    back = sample_orbits(c, found[:, -1], times[::-1], engine="taylor")
+    np.testing.assert_allclose(back[:, -1], states, rtol=0, atol=1e-13)

@@ -7,6 +7,11 @@ one; see `rigidpend.integrate.passages`.
 
 from __future__ import annotations
 
+import ctypes
+import functools
+from typing import Any
+
+from rigidpend.integrate.kernel import machine_code
 from rigidpend.integrate.kernel.lane_numbers import KINDS
 from rigidpend.integrate.kernel.taylor_step import COMPONENTS, Kernel
 from rigidpend.integrate.kernel.writer import LANES
@@ -40,6 +45,14 @@ def text(order: int, bits: int) -> str:
     - notes: rows of `width_of_note` doubles, room for one on each step of each lane.
     """
     return _Carrying(order, bits).whole()
+
+
+@functools.cache
+def function(order: int, bits: int) -> Any:
+    """The compiled kernel (see :func:`text`)."""
+    pointer, count, number = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
+    kinds = (pointer, count, pointer, pointer, number, count, count, pointer)
+    return machine_code.function(text(order, bits), "carry", *kinds)
 
 
 class _Carrying(Kernel):

@@ -111,6 +111,18 @@ class Writer:
         self._label(f"{name}.end")
 
     @contextmanager
+    def repeated(self) -> Iterator[list[str]]:
+        """Lines that are repeated as long as a condition holds, which they put into the list."""
+        self.made += 1
+        name = f"again{self.made}"
+        self._jump(f"{name}.head")
+        self._label(f"{name}.head")
+        condition: list[str] = []
+        yield condition
+        self.do(f"br i1 {condition[0]}, label %{name}.head, label %{name}.end")
+        self._label(f"{name}.end")
+
+    @contextmanager
     def when(self, condition: str) -> Iterator[None]:
         """Lines that are passed over unless a condition holds."""
         self.made += 1
