@@ -3,7 +3,8 @@
 ======== =========================================== ==================
 engine   how                                          precisions (bits)
 ======== =========================================== ==================
-taylor   heyoka: batches at 53, one by one above      53, 64, 113, more
+taylor   vectors of doubles, or of pairs of them      53, 106
+         heyoka: one orbit at a time                  64, 113, more
 scipy    DOP853, many orbits as one system            53
 bigint   Taylor series in integers, plain Python      any; serves where
                                                       the engine ends

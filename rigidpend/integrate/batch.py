@@ -77,7 +77,7 @@ class _Batch:
         self.notes = np.empty((STEPS * self.width, notes.width_of_note(order, bits)))
         none = np.zeros(0, dtype=np.int64)
         self.columns, self.counts, self.silence = none, none.copy(), none.copy()
-        """Of each column: which orbit, its crossings so far, steps since the last of them."""
+        """Number of the orbit in each column, its crossings so far, and steps since the last."""
         self.last = np.zeros(0)
         """t' of the last crossing."""
         self.next = 0

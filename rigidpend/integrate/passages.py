@@ -28,9 +28,9 @@ class Steps(NamedTuple):
     """Taylor steps on which M3 may have been zero: the kernel's notes (see `kernel.notes`)."""
 
     bits: int
-    """Of the arithmetic."""
+    """Precision of the arithmetic."""
     fields: dict[str, Array]
-    """Of m steps each."""
+    """Fields of the notes, each of m steps."""
     series: Array
     """(m, 3, order + 1, parts), Qp, Qm and M3 in powers of t' from the step's beginning."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import platform
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -193,3 +194,25 @@ def test_samples_are_those_of_integers_and_of_nobody_elses_lane(sense: int) -> N
             np.testing.assert_allclose(found[:, k, 0], truth, rtol=0, atol=1e-14)
     back = sample_orbits(c, found[:, -1], times[::-1], engine="taylor")
     np.testing.assert_allclose(back[:, -1], states, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("bits", [53, 106])
+def test_every_processor_computes_the_same_bits(
+    bits: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Compiled for a processor without wide vectors and without fused multiplication."""
+    order = taylor_step.order_of(1e-8)
+    here = stepped(bits, order, 40)
+    monkeypatch.setattr(machine_code, "folder", lambda: tmp_path)
+    monkeypatch.setattr(machine_code, "_processor", lambda llvm: (plain_processor(), ""))
+    for cached in (machine_code.function, function):
+        cached.cache_clear()
+    plain = stepped(bits, order, 40)
+    for cached in (machine_code.function, function):
+        cached.cache_clear()
+    assert plain[:2] == here[:2]
+    np.testing.assert_array_equal(plain[2], here[2])
+
+
+def plain_processor() -> str:
+    return "x86-64" if platform.machine() in ("x86_64", "AMD64") else "generic"

@@ -125,4 +125,4 @@ class Pairs(Doubles):
 
 
 KINDS: dict[int, type[Doubles]] = {kind.bits: kind for kind in (Doubles, Pairs)}
-"""By their bits."""
+"""Kinds of numbers by their bits."""

@@ -17,9 +17,11 @@ from rigidpend.integrate.kernel.taylor_step import COMPONENTS, Kernel
 from rigidpend.integrate.kernel.writer import LANES
 
 FIELDS = ("lane", "time", "length", "after", "steady", "zero", "correction", "Qp", "Qm")
-"""What a note holds before the series: which lane, t' at the beginning, the step's length, M3 at
-its end, 1 if M3 is monotone, and where it is: the time of its zero from there on (with what the
-time leaves over, so that the sum is rounded once), Newton's last correction, Qp and Qm there."""
+"""Contents of a note before the series.
+
+They are: which lane, t' at the beginning, the step's length, M3 at its end, 1 if M3 is monotone,
+and where it is the time of its zero from there on (with what the time leaves over, so that the
+sum is rounded once), Newton's last correction, and Qp and Qm there."""
 NEWTON = 4
 """Iterations from the chord's zero; each doubles the digits, of which the first has two."""
 NOTED = COMPONENTS[:3]

@@ -109,7 +109,7 @@ class _Sampling(Kernel):
         return code.binary("fsub", code.binary("fsub", code.load(self.due), high), low)
 
     def _any(self, mask: str) -> str:
-        """Whether a mask holds in some lane."""
+        """True where a mask holds in some lane."""
         code = self.code
         bits = code(f"bitcast {code.mask} {mask} to i{LANES}")
         return code(f"icmp ne i{LANES} {bits}, 0")

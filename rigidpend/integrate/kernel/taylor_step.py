@@ -79,7 +79,7 @@ class Kernel:
         return "\n".join([*body, f"  ret i64 {result}", "}"]) + "\n"
 
     def begin(self) -> None:
-        """What stays the same on all steps: places of the series, parameters, and 1/k."""
+        """Set up the constants of all steps: places of the series, parameters, and 1/k."""
         code, count = self.code, len(Products._fields)
         for i, name in enumerate(COMPONENTS):
             self.component[name] = code.at(self.series, i * (self.order + 1) * self.parts)
