@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from rigidpend import integrate
 from rigidpend.body import Body
 from rigidpend.integrate.arithmetic import Arithmetic, resolve
+from rigidpend.integrate.kernel.writer import LANES
 from rigidpend.integrate.records import Crossings, Orbits
 from rigidpend.numbers.exact import PRECISIONS, Exact, ExactError, exact
 from rigidpend.numbers.generic import Scalar
@@ -156,7 +157,8 @@ def _shared(
     jobs: int, work: Callable[[Any], Decided], columns: Any, alone: bool
 ) -> list[tuple[Any, Decided]]:
     """Let threads decide columns, in pieces that are small beside a thread's share."""
-    size = 1 if alone else min(MOST, max(FEWEST, -(-len(columns) // (PIECES * jobs))))
+    fewest = LANES if alone else FEWEST
+    size = min(MOST, max(fewest, -(-len(columns) // (PIECES * jobs))))
     parts = [columns[k : k + size] for k in range(0, len(columns), size)] or [columns]
     return list(zip(parts, side_by_side(work, (), False, parts, jobs), strict=True))
 
