@@ -6,6 +6,7 @@ import contextlib
 import functools
 import threading
 from collections.abc import Iterator
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -127,4 +128,13 @@ def typed(x: Scalar, kind: Any) -> Any:
         if not head:
             break
         total, rest = total + kind(head), rest - type(x)(head)
+    return total
+
+
+def exactly(x: Scalar) -> Fraction:
+    """The value of a number of a working type: a sum of doubles."""
+    total, head, kind = Fraction(0), float(x), type(x)
+    while head:
+        total, x = total + Fraction(head), x - kind(head)
+        head = float(x)
     return total

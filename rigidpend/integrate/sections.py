@@ -120,7 +120,7 @@ class _ToSection:
         self.integrator = to_crossings(bits, tolerance)
 
     def run(self, c: AlignedCoefficients, state: Numbers, limit: float) -> Crossing | None:
-        from rigidpend.integrate.compiled import begin, heyoka
+        from rigidpend.integrate.compiled import begin, exactly, heyoka
 
         integrator = self.integrator
         begin(integrator, self.type, c, state)
@@ -131,15 +131,6 @@ class _ToSection:
             if ended != int(heyoka().taylor_outcome.step_limit):
                 return None
         return Crossing(
-            _exact(integrator.time, self.type),
-            tuple(_exact(x, self.type) for x in integrator.state),
+            exactly(integrator.time),
+            tuple(map(exactly, integrator.state)),
         )
-
-
-def _exact(x: Scalar, kind: Any) -> Fraction:
-    """The value of a number of the working type: a sum of doubles."""
-    total, head = Fraction(0), float(x)
-    while head:
-        total, x = total + Fraction(head), x - kind(head)
-        head = float(x)
-    return total

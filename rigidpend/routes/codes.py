@@ -125,8 +125,18 @@ def route_codes(
     problem = RouteProblem(body, _named("h0", h0), _named("J1_0", J1_0), n_symbols)
     arithmetic = resolve(engine, tolerance, precisions)
     phases, jobs = Phases(theta2_0), checked_jobs(jobs)
-    run = _Run(problem, phases, arithmetic, jobs)
-    found, certain, bits, by_map = _decided(run, phase_rate(problem), method)
+    run = Run(problem, phases, arithmetic, jobs)
+    return routes_of(phases, *_decided(run, phase_rate(problem), method))
+
+
+def routes_of(
+    phases: Phases,
+    found: Crossings,
+    certain: NDArray[np.bool_],
+    bits: NDArray[np.uint16],
+    by_map: NDArray[np.bool_],
+) -> RouteCodes:
+    """The routes of some phases from their crossings and what is known of them."""
     return RouteCodes(
         theta2_0=phases.high,
         codes=symbols(found.separatrix),
@@ -162,7 +172,7 @@ def _shared(
 
 
 def _decided(
-    run: _Run, rate: float, method: str
+    run: Run, rate: float, method: str
 ) -> tuple[Crossings, NDArray[np.bool_], NDArray[np.uint16], NDArray[np.bool_]]:
     """Crossings, which symbols are certain, in which precision, and which columns by maps."""
     if method not in METHODS:
@@ -185,7 +195,7 @@ def _decided(
     return *_integrated(run, rate), np.zeros(n, dtype=bool)
 
 
-def _integrated(run: _Run, rate: float) -> Decided:
+def _integrated(run: Run, rate: float) -> Decided:
     """Decide all columns by integration.
 
     Where all is compiled, threads share the columns and decide their own to the end; else
@@ -198,8 +208,8 @@ def _integrated(run: _Run, rate: float) -> Decided:
     return certainty.decide(alone.crossings, len(run.phases), rate, ladder, share)
 
 
-class _Run(NamedTuple):
-    """One call's problem and means; computes any columns in any precision."""
+class Run(NamedTuple):
+    """Integrations of one problem's orbits: any columns in any precision."""
 
     problem: RouteProblem
     phases: Phases
@@ -220,18 +230,22 @@ class _Run(NamedTuple):
             Orbits(begin.coefficients, states, p.n_symbols + 1, limit),
             engine=self.arithmetic.engine,
             bits=bits,
-            tolerance=self._tolerance(bits, scales),
+            tolerance=tolerance_of(self.arithmetic, bits, scales),
             jobs=self.jobs,
         )
         return found._replace(time=found.time * unit)
 
-    def _tolerance(self, bits: int, scales: Scales) -> float:
-        """The first computation has a tolerance of its own: what a series leaves out is alike."""
-        engine, tolerance, _ = self.arithmetic
-        first, finest = scales == certainty.FIRST, integrate.FINEST_TOLERANCE[engine]
-        if bits > 53:
-            return finest if first else finest / SHARPENING
-        return tolerance if first else max(tolerance / SHARPENING, finest)
+
+def tolerance_of(arithmetic: Arithmetic, bits: int, scales: Scales) -> float:
+    """The tolerance of a computation, at 53 bits.
+
+    The first one has a tolerance of its own: what a series leaves out is alike.
+    """
+    engine, tolerance, _ = arithmetic
+    first, finest = scales == certainty.FIRST, integrate.FINEST_TOLERANCE[engine]
+    if bits > 53:
+        return finest if first else finest / SHARPENING
+    return tolerance if first else max(tolerance / SHARPENING, finest)
 
 
 _limit = functools.lru_cache(maxsize=32)(passage_limit)

@@ -14,9 +14,13 @@ PLACE = {
 """Phases beyond doubles."""
 REPEATS_AFTER = Field(FLOAT, (), "1", "zoom after which the rows repeat, exp(pi^2/nu)")
 SYMBOL = Field(WHOLE, (), "1", "the symbol that changes at the centre")
+REFERENCE_BITS = Field(
+    WHOLE, (), "bit", "precision of the reference orbit beside which columns were followed"
+)
 
 LAYOUT: Layout = {
     "levels": {"<levels>": {**ROUTES, **PLACE}},
     "repeats_after": REPEATS_AFTER,
     "symbol": SYMBOL,
+    "reference_bits": REFERENCE_BITS,
 }
