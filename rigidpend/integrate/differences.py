@@ -12,6 +12,7 @@ needs no more digits than d has. L and B are read off :func:`rigidpend.equations
 from __future__ import annotations
 
 import functools
+import math
 from fractions import Fraction
 from itertools import combinations_with_replacement
 from typing import Any
@@ -26,6 +27,9 @@ SIZE = 6
 """Number of aligned components."""
 KINDS: dict[int, Any] = {53: np.float64, 64: np.longdouble}
 """NumPy's types of so many bits; where a long double has fewer, no engine offers 64."""
+
+MORE_TERMS = 4
+"""Terms of a difference's series beyond those that the reference's own would need."""
 
 
 def array(values: Any, bits: int) -> Any:
@@ -53,7 +57,7 @@ class DifferenceField:
         # B(d, s) holds d_i s_j and d_j s_i alike.
         pairs = [(i, j, products[i, j]) for i, j in products]
         pairs += [(j, i, products[i, j]) for i, j in products if i != j]
-        self.left, self.right = ([pair[k] for pair in pairs] for k in (0, 1))
+        self.left, self.right = (np.array([pair[k] for pair in pairs]) for k in (0, 1))
         halves = [[x / (2 if i != j else 1) for x in weight] for i, j, weight in pairs]
         self.weights = array(halves, bits).T
 
@@ -82,10 +86,30 @@ class DifferenceField:
             total = now + 2 * now[:, :1]
             # The reference itself is a difference from the orbit that stays at zero.
             total[:, 0] = now[:, 0]
-            left[k], right[k] = now[self.left], total[self.right]
+            now.take(self.left, axis=0, out=left[k], mode="clip")
+            total.take(self.right, axis=0, out=right[k], mode="clip")
             products = np.einsum("kpn,kpn->pn", left[: k + 1], right[k::-1])
             terms[k + 1] = (self.linear @ now + self.weights @ products) / (k + 1)
         return terms
+
+
+def series_order(bits: int, tolerance: float) -> int:
+    """The order of a difference's Taylor series on the steps of a reference orbit.
+
+    These are the radius of convergence over e^2, in any precision, so that each order gains two
+    nats.
+    """
+    return math.ceil(((bits - 53) * math.log(2) - math.log(tolerance)) / 2) + MORE_TERMS
+
+
+def scaled(series: Numbers, step: float) -> Any:
+    """Series (order + 1, 6, n) with the step as the unit of time."""
+    return series * (series.dtype.type(step) ** np.arange(len(series)))[:, None, None]
+
+
+def summed(series: Numbers) -> Any:
+    """The values (6, n) of scaled series at the end of the step, small terms first."""
+    return series[::-1].sum(axis=0)
 
 
 def polarised(

@@ -8,7 +8,7 @@ one of the engines' own.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,16 +16,10 @@ import numpy as np
 from rigidpend import integrate
 from rigidpend.integrate.bounds import touch
 from rigidpend.integrate.compiled import exactly
-from rigidpend.integrate.differences import DifferenceField
+from rigidpend.integrate.differences import scaled, series_order, summed
 from rigidpend.integrate.passages import UNDECIDED, crossings_of_series
 from rigidpend.integrate.records import Crossings, Orbits, Outcome, no_crossings, silent_outcome
-from rigidpend.integrate.reference_orbit import (
-    ReferenceOrbit,
-    relative_size,
-    scaled,
-    series_order,
-    summed,
-)
+from rigidpend.integrate.reference_orbit import Passed, ReferenceOrbit
 from rigidpend.numbers.generic import Numbers
 from rigidpend.run.workers import check_stop
 
@@ -55,7 +49,6 @@ def crossings(
     *,
     bits: int,
     tolerance: float,
-    longest: float,
     jobs: int,
 ) -> Crossings:
     """Follow orbits beside a reference orbit to their crossings of M3 = 0.
@@ -69,21 +62,49 @@ def crossings(
         Relative precision of the differences, 53 or 64.
     tolerance : float
         Local tolerance at 53 bits.
-    longest : float
-        Longest wait for the next crossing, t', beside the reference.
     jobs : int
+        How many of those that go alone are integrated at a time.
 
     Returns
     -------
     Crossings
         In the time unit of the reference; FAILED where crossings in turn do not rise and sink.
     """
-    walk = _Walk(reference, neighbours, bits, tolerance, longest)
+    walk = _Walk(reference, neighbours, bits, series_order(bits, tolerance))
     walk.run()
     for count, alone in enumerate(walk.alone):
         if alone:
             walk.go_on(count, alone, tolerance, jobs)
     return _in_turn(walk.found)
+
+
+def crossings_alone(
+    reference: ReferenceOrbit,
+    finest: float,
+    n_crossings: int,
+    passage_limit: float,
+    *,
+    bits: int,
+    tolerance: float,
+) -> Crossings:
+    """The crossings of a reference orbit itself, in `bits` bits relative to `finest`.
+
+    It goes on in so many bits when a neighbour at that distance, as a multiple of the tangent,
+    would leave it. Further parameters as those of `Neighbours` and :func:`crossings`.
+    """
+    k = reference.last_below(LARGE / finest)
+    orbit = _Walk(
+        reference,
+        Neighbours(np.zeros((6, 1)), np.zeros(1), n_crossings, passage_limit),
+        bits,
+        0,
+    )
+    orbit.note(reference.crossed_before(k))
+    at = reference.points[k]
+    if orbit.count[0] < n_crossings:
+        alone = _Alone(np.zeros(1, dtype=np.intp), at.time, [list(at.state)])
+        orbit.go_on(int(orbit.count[0]), [alone], tolerance, 1)
+    return _in_turn(orbit.found)
 
 
 class _Alone(NamedTuple):
@@ -98,17 +119,11 @@ class _Walk:
     """Orbits on their way beside the reference."""
 
     def __init__(
-        self,
-        reference: ReferenceOrbit,
-        neighbours: Neighbours,
-        bits: int,
-        tolerance: float,
-        longest: float,
+        self, reference: ReferenceOrbit, neighbours: Neighbours, bits: int, order: int
     ) -> None:
-        self.reference, self.neighbours, self.bits = reference, neighbours, bits
-        self.order, self.longest = series_order(bits, tolerance), longest
+        self.reference, self.neighbours = reference, neighbours
+        self.bits, self.order = bits, order
         n = len(neighbours.shifts)
-        self.field = DifferenceField(reference.coefficients, bits)
         self.found = no_crossings(neighbours.n_crossings, n)
         self.count, self.last = np.zeros(n, dtype=np.intp), np.zeros(n)
         self.alone: list[list[_Alone]] = [[] for _ in range(neighbours.n_crossings)]
@@ -120,9 +135,26 @@ class _Walk:
         self._part(k)
         while self.columns.size:
             check_stop()
+            if not self.reference.reaches(k + 1):
+                self._fall_silent(k)
+                break
             self._step(k)
             k += 1
             self._part(k)
+
+    def note(self, passed: Iterator[Passed], columns: Any = slice(None)) -> None:
+        """Write crossings of some of the orbits still beside; an undecided touch ends them."""
+        for time, separatrix in passed:
+            each = np.atleast_1d(self.columns[columns])
+            each = each[self.count[each] < self.neighbours.n_crossings]
+            if separatrix == UNDECIDED:
+                self.count[each] = self.neighbours.n_crossings
+                continue
+            self.found.time[self.count[each], each] = time
+            self.found.separatrix[self.count[each], each] = separatrix
+            self.count[each] += 1
+            whole = self.count[each] == self.neighbours.n_crossings
+            self.found.outcome[each[whole]] = Outcome.COMPLETE
 
     def _skip(self) -> int:
         """Pass over the steps on which the differences are multiples of the tangent."""
@@ -132,59 +164,48 @@ class _Walk:
             kind = self.differences.dtype
             tangent = self.reference.tangents[k].astype(kind)
             self.differences = np.outer(tangent, self.neighbours.shifts.astype(kind))
-        for passed in (one for step in self.reference.crossings[:k] for one in step):
-            self._note(self.columns, passed.time, passed.separatrix)
+        self.note(self.reference.crossed_before(k))
         return k
 
     def _step(self, k: int) -> None:
-        here, length = self.reference.state(k, self.bits), self.reference.step(k)
-        series = scaled(self.field.series(here, self.differences, self.order), length)
-        began = float(self.reference.point(k).time)
+        here, end = self.reference.state(k, self.bits), self.reference.points[k + 1]
+        series = self.reference.field(self.bits).series(here, self.differences, self.order)
+        series = scaled(series, end.step)
         for column, share, separatrix in _crossed(series, here, self.bits):
-            self._note(self.columns[column], began + share * length, separatrix)
+            time = self.reference.points[k].time + share * end.step
+            self.note(iter([Passed(time, separatrix)]), column)
         self.differences = summed(series)[:, 1:]
-
-    def _note(self, columns: Any, time: float, separatrix: int) -> None:
-        """Write a crossing of some orbits; an undecided touch ends them."""
-        each = np.atleast_1d(columns)
-        each = each[self.count[each] < self.neighbours.n_crossings]
-        if separatrix == UNDECIDED:
-            self.count[each] = self.neighbours.n_crossings
-            return
-        self.found.time[self.count[each], each] = time
-        self.found.separatrix[self.count[each], each] = separatrix
-        self.count[each] += 1
-        self.last[each] = time
-        self.found.outcome[each[self.count[each] == self.neighbours.n_crossings]] = Outcome.COMPLETE
 
     def _part(self, k: int) -> None:
         """Let those go alone whose difference is large, and end those that are done."""
-        here, time = self.reference.state(k, self.bits), float(self.reference.point(k).time)
-        size, count = relative_size(self.differences, here), self.count[self.columns]
+        count, size = self.count[self.columns], self.reference.size(self.differences)
         done = (count == self.neighbours.n_crossings) | ~np.isfinite(size)
-        silent = ~done & (time - self.last[self.columns] > self.longest)
-        for column, (Qp, Qm) in zip(
-            self.columns[silent], (here[:2, None] + self.differences[:2, silent]).T, strict=True
-        ):
-            self.found.outcome[column] = silent_outcome(Qp, Qm)
-        large = ~done & ~silent & (size > LARGE)
+        large = ~done & (size > LARGE)
         for n in np.unique(count[large]):
             leaving = large & (count == n)
             states = self._states(k, self.differences[:, leaving])
+            time = self.reference.points[k].time
             self.alone[n].append(_Alone(self.columns[leaving], time, states))
-        stays = ~(done | silent | large)
-        self.columns, self.differences = self.columns[stays], self.differences[:, stays]
+        if done.any() or large.any():
+            stays = ~(done | large)
+            self.columns, self.differences = self.columns[stays], self.differences[:, stays]
+
+    def _fall_silent(self, k: int) -> None:
+        """End the orbits that are still beside a reference that does not cross again."""
+        state = self.reference.state(k, self.bits)[:, None] + self.differences
+        for column, (Qp, Qm) in zip(self.columns, state[:2].T, strict=True):
+            self.found.outcome[column] = silent_outcome(Qp, Qm)
 
     def _states(self, k: int, differences: Numbers) -> Any:
         """The orbits' own states: an array of doubles, or a list of Fractions each."""
         if self.bits == 53:
             return self.reference.state(k, 53)[:, None] + differences
-        at = self.reference.point(k).state
+        at = self.reference.points[k].state
         return [
             [x + exactly(d) for x, d in zip(at, column, strict=True)] for column in differences.T
         ]
 
-    def go_on(self, count: int, alone: list[_Alone], tolerance: float, jobs: int) -> None:
+    def go_on(self, count: int, alone: Sequence[_Alone], tolerance: float, jobs: int) -> None:
         """Integrate orbits that have `count` crossings behind them."""
         columns = np.concatenate([each.columns for each in alone])
         times = np.concatenate([np.full(each.columns.size, each.time) for each in alone])
@@ -209,11 +230,11 @@ class _Walk:
 
 def _crossed(series: Numbers, state: Numbers, bits: int) -> Iterator[tuple[int, float, int]]:
     """(orbit, share of the step, separatrix) of the crossings of all orbits on a step."""
-    orbits = (series[:, :3, 1:] + series[:, :3, :1]).astype(float)
     depth = touch(bits) * float(np.linalg.norm(state[:3].astype(float)))
-    M3 = np.abs(orbits[:, 2])
+    M3 = np.abs(series[:, 2, 1:] + series[:, 2, :1])
     for column in np.flatnonzero(~(M3[0] > depth + M3[1:].sum(axis=0))):
-        for share, separatrix in crossings_of_series(orbits[:, :, column].T, depth):
+        orbit = (series[:, :3, 1 + column] + series[:, :3, 0]).astype(float)
+        for share, separatrix in crossings_of_series(orbit.T, depth):
             yield int(column), share, separatrix
 
 

@@ -8,36 +8,39 @@ derivative of the orbit along the family of its neighbours.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
+from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from rigidpend.equations import AlignedCoefficients
 from rigidpend.integrate.bounds import touch
-from rigidpend.integrate.differences import DifferenceField, array
+from rigidpend.integrate.differences import DifferenceField, array, scaled, series_order, summed
 from rigidpend.integrate.engines import has_own_type
 from rigidpend.integrate.passages import crossings_of_series
 from rigidpend.numbers.exact import GUARD_BITS
 
 BLOCK = 8
 """Steps at a time, all in one precision."""
-RUNG = 64
-"""Precisions are multiples of it, at least two: MPFR's numbers cost as much in between."""
+PRECISIONS = (113, *range(192, 10_000, 64))
+"""Precisions that are taken: MPFR's numbers cost as much between multiples of 64, and compiling
+for 128 bits costs more than it saves."""
 TINY = 2.0**-800
 """Size of the differences that stand for a tangent: their squares vanish beside them."""
-MORE_TERMS = 4
-"""Terms of a difference's series beyond those that the reference's own would need."""
 
 
 class Point(NamedTuple):
     """End of a step of a reference orbit."""
 
-    time: Fraction
+    exact_time: Fraction
     """t' since the start."""
     state: tuple[Fraction, ...]
     """The six aligned components."""
+    time: float
+    step: float
+    """Length t' of the step that ends here."""
 
 
 class Passed(NamedTuple):
@@ -58,12 +61,25 @@ class ReferenceOrbit:
         Aligned components at time 0.
     tangent : 6 Fractions
         Derivative of the state at time 0 along the family of neighbours.
+    tangent_bits : int
+        Precision of the tangents, 53 or 64.
+    longest : float
+        Longest wait for the next crossing, t', after which the orbit is not continued.
     engine : str
         One of `ENGINES`; integers serve where it has no type of so many bits.
     bits : int
         Working precision at time 0.
     tolerance : float
         Of a compiled Taylor series in 53 bits; every bit more halves it.
+
+    Attributes
+    ----------
+    points : list of Point
+        As far as the orbit is known; the first is the start.
+    crossings : list of lists of Passed
+        The crossings on each step.
+    growth : list of float
+        The size of the tangent at each point.
     """
 
     def __init__(
@@ -72,58 +88,71 @@ class ReferenceOrbit:
         state: Sequence[Fraction],
         tangent: Sequence[Fraction],
         *,
+        tangent_bits: int,
+        longest: float,
         engine: str,
         bits: int,
         tolerance: float,
     ) -> None:
-        self.coefficients, self.engine = coefficients, engine
-        self.bits, self.tolerance = bits, tolerance
-        self.finest = 64 if has_own_type(engine, 64) else 53
-        """Bits of the tangents."""
-        self._rounded: dict[tuple[int, int], Any] = {}
-        self.points = [Point(Fraction(0), tuple(state))]
-        self.tangents = [array(tangent, self.finest)]
-        self.growth = [self._size(0)]
-        """Sizes of the tangents relative to those of momenta and of gamma."""
+        self.coefficients, self.longest = coefficients, longest
+        self.engine, self.bits, self.tolerance = engine, bits, tolerance
+        self.tangent_bits = tangent_bits
+        self.points = [Point(Fraction(0), tuple(state), 0.0, 0.0)]
         self.crossings: list[list[Passed]] = []
-        """The crossings on each step."""
-        self._field = DifferenceField(coefficients, self.finest)
+        self._fields: dict[int, DifferenceField] = {}
+        self._states: dict[tuple[int, int], Any] = {}
+        self._units = _units(state)
+        self._last = 0.0
+        self.tangents = [array(tangent, self.tangent_bits)]
+        self.growth = [float(self.size(self.tangents[0][:, None])[0])]
 
-    def point(self, k: int) -> Point:
-        """The end of step k, the start for 0."""
+    def reaches(self, k: int) -> bool:
+        """Continue the orbit to point k; False if it has long had no crossing before that."""
         while k >= len(self.points):
+            if self.points[-1].time - self._last > self.longest:
+                return False
             self._extend()
-        return self.points[k]
-
-    def step(self, k: int) -> float:
-        """The length t' of the step from point k."""
-        return float(self.point(k + 1).time - self.points[k].time)
+        return True
 
     def state(self, k: int, bits: int) -> Any:
-        """The state at point k as an array in 53 or 64 bits."""
-        if (k, bits) not in self._rounded:
-            self._rounded[k, bits] = array(self.point(k).state, bits)
-        return self._rounded[k, bits]
+        """The state at a known point as an array in 53 or 64 bits."""
+        if (k, bits) not in self._states:
+            self._states[k, bits] = array(self.points[k].state, bits)
+        return self._states[k, bits]
+
+    def field(self, bits: int) -> DifferenceField:
+        """The field of differences from this orbit in 53 or 64 bits."""
+        if bits not in self._fields:
+            self._fields[bits] = DifferenceField(self.coefficients, bits)
+        return self._fields[bits]
+
+    def size(self, differences: Any) -> Any:
+        """The sizes of differences (6, n), relative to |M| and to |gamma|."""
+        return (np.abs(differences) * self._units[:, None]).max(axis=0)
 
     def last_below(self, size: float) -> int:
         """The last point up to which the tangent has always been smaller than `size`, or 0."""
         k = 0
-        while self.point(k + 1) and self.growth[k + 1] < size:
+        while self.reaches(k + 1) and self.growth[k + 1] < size:
             k += 1
         return k
 
+    def crossed_before(self, k: int) -> Iterator[Passed]:
+        """The crossings before point k."""
+        return chain.from_iterable(self.crossings[:k])
+
     def _extend(self) -> None:
         """Take some further steps."""
-        first, spent = len(self.points) - 1, math.log2(self.growth[-1] / self.growth[0])
-        bits = max(2 * RUNG, RUNG * math.ceil((self.bits - spent) / RUNG))
+        first, spent = len(self.points) - 1, math.log2(max(self.growth) / self.growth[0])
         begin = self.points[first]
-        for time, state in self._advanced(begin.state, min(bits, self.bits)):
-            self.points.append(Point(begin.time + time, state))
+        for time, state in self._advanced(begin.state, _rung(self.bits - spent)):
+            last, here = self.points[-1].exact_time, begin.exact_time + time
+            self.points.append(Point(here, state, float(here), float(here - last)))
         for k in range(first, len(self.points) - 1):
             self._carry_tangent(k)
 
     def _advanced(self, state: Sequence[Fraction], bits: int) -> Any:
-        if self.engine == "taylor" and has_own_type(self.engine, bits):
+        if has_own_type(self.engine, bits):
             from rigidpend.integrate import taylor
 
             return taylor.advance(self.coefficients, state, BLOCK, bits, self.tolerance)
@@ -133,49 +162,29 @@ class ReferenceOrbit:
 
     def _carry_tangent(self, k: int) -> None:
         """Carry the tangent over step k, and note what the orbit crosses there."""
-        here, tiny = self.state(k, self.finest), TINY * self.tangents[k][:, None]
-        order = series_order(self.finest, self.tolerance)
-        series = scaled(self._field.series(here, tiny, order), self.step(k))
-        depth = touch(self.finest) * float(np.linalg.norm(here[:3].astype(float)))
-        began = float(self.points[k].time)
+        here, tiny = self.state(k, self.tangent_bits), TINY * self.tangents[k][:, None]
+        order, step = series_order(self.tangent_bits, self.tolerance), self.points[k + 1].step
+        series = scaled(self.field(self.tangent_bits).series(here, tiny, order), step)
+        depth = touch(self.tangent_bits) * float(np.linalg.norm(here[:3].astype(float)))
         found = crossings_of_series(series[:, :3, 0].T.astype(float), depth)
-        self.crossings.append([Passed(began + share * self.step(k), s) for share, s in found])
+        began = self.points[k].time
+        self.crossings.append([Passed(began + share * step, s) for share, s in found])
+        self._last = max([self._last, *(passed.time for passed in self.crossings[-1])])
         self.tangents.append(summed(series)[:, 1] / TINY)
-        self.growth.append(self._size(k + 1))
-
-    def _size(self, k: int) -> float:
-        return float(relative_size(self.tangents[k][:, None], self.state(k, self.finest))[0])
+        self.growth.append(float(self.size(self.tangents[-1][:, None])[0]))
 
 
 def reference_bits(finest: float, bits: int) -> int:
     """Bits of a reference orbit for neighbours in `bits` bits, at distances from `finest` on."""
-    needed = bits + GUARD_BITS + max(0, math.ceil(-math.log2(finest)))
-    return max(2 * RUNG, RUNG * math.ceil(needed / RUNG))
+    return _rung(bits + GUARD_BITS - math.log2(min(finest, 1.0)))
 
 
-def series_order(bits: int, tolerance: float) -> int:
-    """The order of a difference's Taylor series on the steps of a reference orbit.
-
-    The steps are the radius of convergence over e^2, so that an order gains two nats.
-    """
-    return math.ceil(((bits - 53) * math.log(2) - math.log(tolerance)) / 2) + MORE_TERMS
+def _rung(bits: float) -> int:
+    """The precision in which so many bits are computed."""
+    return next((one for one in PRECISIONS if one >= bits), math.ceil(bits))
 
 
-def scaled(series: Any, step: float) -> Any:
-    """Series with the step as the unit of time."""
-    return series * (series.dtype.type(step) ** np.arange(len(series)))[:, None, None]
-
-
-def summed(series: Any) -> Any:
-    """The values of scaled series at the end of the step, small terms first."""
-    return series[::-1].sum(axis=0)
-
-
-def relative_size(differences: Any, state: Any) -> Any:
-    """Sizes of differences (6, n) relative to |M| and |gamma| of a state, whichever is larger."""
-    parts = [
-        np.linalg.norm(differences[part].astype(float), axis=0)
-        / np.linalg.norm(state[part].astype(float))
-        for part in (slice(0, 3), slice(3, 6))
-    ]
-    return np.maximum(*parts)
+def _units(state: Sequence[Fraction]) -> Any:
+    """The inverse sizes of M and of gamma, for each component."""
+    M, gamma = (math.hypot(*map(float, part)) for part in (state[:3], state[3:]))
+    return np.repeat((1 / M, 1 / gamma), 3)

@@ -10,7 +10,7 @@ itself, in as many bits as the distance asks for.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -18,22 +18,14 @@ from rigidpend.integrate import neighbours
 from rigidpend.integrate.arithmetic import Arithmetic
 from rigidpend.integrate.differences import KINDS, array
 from rigidpend.integrate.neighbours import Neighbours
-from rigidpend.integrate.records import Crossings
+from rigidpend.integrate.records import Crossings, joined
 from rigidpend.integrate.reference_orbit import ReferenceOrbit, reference_bits
-from rigidpend.numbers.exact import PI, Exact
+from rigidpend.numbers.exact import PI, Exact, exact
 from rigidpend.routes import certainty
-from rigidpend.routes.codes import RouteCodes, Run, routes_of, tolerance_of
+from rigidpend.routes.codes import RouteCodes, routes_of, tolerance_of
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
-from rigidpend.routes.start import Scales, Start, start, states_exact
-
-
-class _Reference(NamedTuple):
-    """The reference orbit in some scales."""
-
-    begin: Start
-    state: Any
-    orbit: ReferenceOrbit
+from rigidpend.routes.start import Scales, start, states_exact
 
 
 class Beside:
@@ -47,8 +39,8 @@ class Beside:
     finest : float
         Least distance of phases that is to be resolved, radians.
     arithmetic : Arithmetic
-        Its precisions are relative to the distances: 53 and 64 bits by differences, higher ones by
-        integration in so many bits more than the least distance takes.
+        Its precisions are relative to the distances: 53 and 64 bits by differences, higher ones
+        by integration, first in so many bits more as the least distance takes.
     jobs : int
     """
 
@@ -62,9 +54,10 @@ class Beside:
     ) -> None:
         self.problem, self.centre, self.finest = problem, centre, finest
         self.arithmetic, self.jobs = arithmetic, jobs
-        self.bits = reference_bits(finest, max(KINDS))
+        self.finest_bits = max((b for b in arithmetic.precisions if b in KINDS), default=53)
+        self.bits = reference_bits(finest, self.finest_bits)
         """Bits of the reference orbit."""
-        self._references: dict[Scales, _Reference] = {}
+        self._references: dict[Scales, ReferenceOrbit] = {}
 
     def routes(self, phases: Sequence[Exact]) -> RouteCodes:
         """The routes of some phases theta2_0, radians, every symbol certain or marked."""
@@ -80,41 +73,60 @@ class Beside:
     def crossings(self, bits: int, scales: Scales, phases: Sequence[Exact]) -> Crossings:
         """The crossings of some phases in `bits` bits, relative to their distances, in t'."""
         if bits not in KINDS:
-            run = Run(self.problem, Phases(phases), self.arithmetic, self.jobs)
-            return run.crossings(reference_bits(self.finest, bits), scales, range(len(phases)))
-        begin, state, orbit = self._reference(scales)
+            return self._alone(bits, scales, phases)
+        reference = self._reference(scales)
+        begin = start(self.problem, self.bits, scales)
+        states = states_exact(begin, [self.centre, *phases], self.bits)
+        apart = [[x - y for x, y in zip(other, states[0], strict=True)] for other in states[1:]]
         unit = float(begin.time_unit)
-        states = states_exact(begin, phases, self.bits)
-        apart = [[x - y for x, y in zip(other, state, strict=True)] for other in states]
-        shifts = [float(phase - self.centre) for phase in phases]
-        limits = (passage_limit(self.problem, b) / unit for b in (bits, self.bits))
         found = neighbours.crossings(
-            orbit,
+            reference,
             Neighbours(
                 array(apart, bits).T,
-                array(shifts, 53),
+                np.array([float(phase - self.centre) for phase in phases]),
                 self.problem.n_symbols + 1,
-                next(limits),
+                passage_limit(self.problem, bits) / unit,
             ),
             bits=bits,
             tolerance=tolerance_of(self.arithmetic, bits, scales),
-            longest=next(limits),
             jobs=self.jobs,
         )
         return found._replace(time=found.time * unit)
 
-    def _reference(self, scales: Scales) -> _Reference:
+    def _reference(self, scales: Scales) -> ReferenceOrbit:
         if scales not in self._references:
-            begin = start(self.problem, self.bits, scales)
-            # A quarter turn further on gamma is its own derivative.
-            state, further = states_exact(begin, [self.centre, self.centre + PI / 2], self.bits)
-            orbit = ReferenceOrbit(
-                begin.coefficients,
-                state,
-                [0 * further[0]] * 3 + further[3:],
-                engine=self.arithmetic.engine,
-                bits=self.bits,
-                tolerance=tolerance_of(self.arithmetic, self.bits, scales),
-            )
-            self._references[scales] = _Reference(begin, state, orbit)
+            self._references[scales] = self._orbit(self.centre, self.bits, scales)
         return self._references[scales]
+
+    def _orbit(self, phase: Exact, bits: int, scales: Scales) -> ReferenceOrbit:
+        """The orbit of a phase, with its derivative in the phase."""
+        begin = start(self.problem, bits, scales)
+        # A quarter turn further on gamma is its own derivative.
+        state, further = states_exact(begin, [phase, phase + PI / 2], bits)
+        return ReferenceOrbit(
+            begin.coefficients,
+            state,
+            [0 * further[0]] * 3 + further[3:],
+            tangent_bits=self.finest_bits,
+            longest=passage_limit(self.problem, bits) / float(begin.time_unit),
+            engine=self.arithmetic.engine,
+            bits=bits,
+            tolerance=tolerance_of(self.arithmetic, bits, scales),
+        )
+
+    def _alone(self, bits: int, scales: Scales, phases: Sequence[Exact]) -> Crossings:
+        """Each orbit by itself, in `bits` bits relative to its distance."""
+        found = joined([self._integrated(bits, scales, phase) for phase in phases])
+        return found._replace(time=found.time * float(exact(scales.momentum)))
+
+    def _integrated(self, bits: int, scales: Scales, phase: Exact) -> Crossings:
+        distance = max(self.finest, abs(float(phase - self.centre)))
+        orbit = self._orbit(phase, reference_bits(distance, bits), scales)
+        return neighbours.crossings_alone(
+            orbit,
+            distance,
+            self.problem.n_symbols + 1,
+            passage_limit(self.problem, bits) / float(exact(scales.momentum)),
+            bits=bits,
+            tolerance=tolerance_of(self.arithmetic, bits, scales),
+        )

@@ -17,7 +17,7 @@ from rigidpend.routes.beside import Beside
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import RouteProblem
 
-GAIN = 40
+GAIN = 38
 """Bits that are gained beside one reference orbit: doubles then still have some ten to spare."""
 AT_ONCE = 6
 """Bits that are gained at a time, by as many phases as they tell apart."""
@@ -97,7 +97,7 @@ def narrowed(
 def _by_differences(
     problem: RouteProblem, bracket: Bracket, finest: float, arithmetic: Arithmetic
 ) -> Prefixes:
-    beside = Beside(problem, bracket.between(1, 2), finest, arithmetic)
+    beside = Beside(problem, bracket.between(1, 2), finest, arithmetic._replace(precisions=(53,)))
 
     def prefixes(phases: Sequence[Exact]) -> list[Prefix]:
         found = beside.crossings(53, certainty.FIRST, phases)

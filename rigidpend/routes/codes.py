@@ -125,7 +125,7 @@ def route_codes(
     problem = RouteProblem(body, _named("h0", h0), _named("J1_0", J1_0), n_symbols)
     arithmetic = resolve(engine, tolerance, precisions)
     phases, jobs = Phases(theta2_0), checked_jobs(jobs)
-    run = Run(problem, phases, arithmetic, jobs)
+    run = _Run(problem, phases, arithmetic, jobs)
     return routes_of(phases, *_decided(run, phase_rate(problem), method))
 
 
@@ -172,7 +172,7 @@ def _shared(
 
 
 def _decided(
-    run: Run, rate: float, method: str
+    run: _Run, rate: float, method: str
 ) -> tuple[Crossings, NDArray[np.bool_], NDArray[np.uint16], NDArray[np.bool_]]:
     """Crossings, which symbols are certain, in which precision, and which columns by maps."""
     if method not in METHODS:
@@ -195,7 +195,7 @@ def _decided(
     return *_integrated(run, rate), np.zeros(n, dtype=bool)
 
 
-def _integrated(run: Run, rate: float) -> Decided:
+def _integrated(run: _Run, rate: float) -> Decided:
     """Decide all columns by integration.
 
     Where all is compiled, threads share the columns and decide their own to the end; else
@@ -208,7 +208,7 @@ def _integrated(run: Run, rate: float) -> Decided:
     return certainty.decide(alone.crossings, len(run.phases), rate, ladder, share)
 
 
-class Run(NamedTuple):
+class _Run(NamedTuple):
     """Integrations of one problem's orbits: any columns in any precision."""
 
     problem: RouteProblem
