@@ -99,9 +99,7 @@ def advance(
         series, step = flow.expand(here)
         here, time = [value_at(s, step, P) for s in series], time + step
         there = [Fraction(x, 1 << P) for x in here]
-        found.append(
-            (Fraction(time, 1 << P) / unit, (*(x * unit for x in there[:3]), *there[3:]))
-        )
+        found.append((Fraction(time, 1 << P) / unit, (*(x * unit for x in there[:3]), *there[3:])))
     return found
 
 

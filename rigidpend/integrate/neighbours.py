@@ -102,12 +102,12 @@ def crossings_alone(
     orbit.note(reference.crossed_before(k))
     at = reference.points[k]
     if orbit.count[0] < n_crossings:
-        alone = _Alone(np.zeros(1, dtype=np.intp), at.time, [list(at.state)])
+        alone = _Departed(np.zeros(1, dtype=np.intp), at.time, [list(at.state)])
         orbit.go_on(int(orbit.count[0]), [alone], tolerance, 1)
     return _in_turn(orbit.found)
 
 
-class _Alone(NamedTuple):
+class _Departed(NamedTuple):
     """Orbits that have left the reference at one of its points."""
 
     columns: Any
@@ -126,7 +126,7 @@ class _Walk:
         n = len(neighbours.shifts)
         self.found = no_crossings(neighbours.n_crossings, n)
         self.count, self.last = np.zeros(n, dtype=np.intp), np.zeros(n)
-        self.alone: list[list[_Alone]] = [[] for _ in range(neighbours.n_crossings)]
+        self.alone: list[list[_Departed]] = [[] for _ in range(neighbours.n_crossings)]
         self.columns, self.differences = np.arange(n), neighbours.differences
 
     def run(self) -> None:
@@ -185,7 +185,7 @@ class _Walk:
             leaving = large & (count == n)
             states = self._states(k, self.differences[:, leaving])
             time = self.reference.points[k].time
-            self.alone[n].append(_Alone(self.columns[leaving], time, states))
+            self.alone[n].append(_Departed(self.columns[leaving], time, states))
         if done.any() or large.any():
             stays = ~(done | large)
             self.columns, self.differences = self.columns[stays], self.differences[:, stays]
@@ -205,7 +205,7 @@ class _Walk:
             [x + exactly(d) for x, d in zip(at, column, strict=True)] for column in differences.T
         ]
 
-    def go_on(self, count: int, alone: Sequence[_Alone], tolerance: float, jobs: int) -> None:
+    def go_on(self, count: int, alone: Sequence[_Departed], tolerance: float, jobs: int) -> None:
         """Integrate orbits that have `count` crossings behind them."""
         columns = np.concatenate([each.columns for each in alone])
         times = np.concatenate([np.full(each.columns.size, each.time) for each in alone])

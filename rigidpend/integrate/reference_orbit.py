@@ -25,8 +25,10 @@ from rigidpend.numbers.exact import GUARD_BITS
 BLOCK = 8
 """Steps at a time, all in one precision."""
 PRECISIONS = (113, *range(192, 10_000, 64))
-"""Precisions that are taken: MPFR's numbers cost as much between multiples of 64, and compiling
-for 128 bits costs more than it saves."""
+"""Precisions that are taken.
+
+MPFR's numbers cost as much between multiples of 64, and to compile for 128 bits costs more than
+it saves."""
 TINY = 2.0**-800
 """Size of the differences that stand for a tangent: their squares vanish beside them."""
 
@@ -68,7 +70,7 @@ class ReferenceOrbit:
     engine : str
         One of `ENGINES`; integers serve where it has no type of so many bits.
     bits : int
-        Working precision at time 0.
+        Precision at time 0; the computation's own is one of `PRECISIONS`.
     tolerance : float
         Of a compiled Taylor series in 53 bits; every bit more halves it.
 
@@ -176,11 +178,11 @@ class ReferenceOrbit:
 
 def reference_bits(finest: float, bits: int) -> int:
     """Bits of a reference orbit for neighbours in `bits` bits, at distances from `finest` on."""
-    return _rung(bits + GUARD_BITS - math.log2(min(finest, 1.0)))
+    return math.ceil(bits + GUARD_BITS - math.log2(min(finest, 1.0)))
 
 
 def _rung(bits: float) -> int:
-    """The precision in which so many bits are computed."""
+    """The precision in which so many bits, or more, are computed."""
     return next((one for one in PRECISIONS if one >= bits), math.ceil(bits))
 
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from rigidpend.equations import AlignedCoefficients
 from rigidpend.integrate import bigint
 from rigidpend.integrate.engines import has_own_type
-from rigidpend.numbers.generic import Numbers, Scalar
+from rigidpend.numbers.generic import Numbers
 from rigidpend.run.workers import check_stop, side_by_side
 
 AT_ONCE = 100

@@ -94,7 +94,9 @@ def advance(
         for _ in range(count):
             check_stop()
             scalar.integrator.propagate_until(scalar.far, max_steps=1)
-            found.append((exactly(scalar.integrator.time), tuple(map(exactly, scalar.integrator.state))))
+            found.append(
+                (exactly(scalar.integrator.time), tuple(map(exactly, scalar.integrator.state)))
+            )
     return found
 
 

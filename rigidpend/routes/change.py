@@ -1,6 +1,6 @@
 """Changes of a symbol: the phase of a doubly asymptotic orbit, narrowed by bisection.
 
-Beside a reference orbit a bisection is cheap down to a small part of their distance: what doubles
+Neighbourhood a reference orbit a bisection is cheap down to a small part of their distance: what doubles
 resolve. Then the next reference begins there.
 """
 
@@ -13,8 +13,8 @@ from typing import NamedTuple, TypeAlias
 from rigidpend.integrate.arithmetic import Arithmetic
 from rigidpend.numbers.exact import GUARD_BITS, Exact, fraction, rational
 from rigidpend.routes import certainty
-from rigidpend.routes.beside import Beside
 from rigidpend.routes.cycle import symbols
+from rigidpend.routes.neighbourhood import Neighbourhood
 from rigidpend.routes.problem import RouteProblem
 
 GAIN = 38
@@ -41,10 +41,8 @@ class Bracket(NamedTuple):
     def between(self, k: int, n: int) -> Exact:
         """The phase at k nths of the way; where it is not rational one close to it that is."""
         x = self.low + (self.high - self.low) * k / n
-        if x.fraction is None:
-            bits = GUARD_BITS - min(0, math.floor(math.log2(self.width / n)))
-            x = rational(fraction(x.at(bits), bits), None)
-        return rational(x.fraction, None)
+        bits = GUARD_BITS - min(0, math.floor(math.log2(self.width / n)))
+        return rational(x.fraction or fraction(x.at(bits), bits), None)
 
 
 Prefix: TypeAlias = list[int]
@@ -61,7 +59,7 @@ def narrowed(
     """Narrow two phases between which the last symbol of a problem changes.
 
     The symbols on the way are those of one computation; whoever needs them certain computes the
-    ends again (`Beside.routes`).
+    ends again (`Neighbourhood.routes`).
 
     Parameters
     ----------
@@ -97,10 +95,12 @@ def narrowed(
 def _by_differences(
     problem: RouteProblem, bracket: Bracket, finest: float, arithmetic: Arithmetic
 ) -> Prefixes:
-    beside = Beside(problem, bracket.between(1, 2), finest, arithmetic._replace(precisions=(53,)))
+    around = Neighbourhood(
+        problem, bracket.between(1, 2), finest, arithmetic._replace(precisions=(53,))
+    )
 
     def prefixes(phases: Sequence[Exact]) -> list[Prefix]:
-        found = beside.crossings(53, certainty.FIRST, phases)
+        found = around.crossings(53, certainty.FIRST, phases)
         return [list(map(int, column)) for column in symbols(found.separatrix).T]
 
     return prefixes

@@ -1,6 +1,6 @@
 """Experiment `route_zoom`: successive zooms into the arrays of Fig. 4.
 
-At a change of symbol i the orbit ends on a periodic orbit: it is doubly asymptotic. Beside it,
+At a change of symbol i the orbit ends on a periodic orbit: it is doubly asymptotic. Neighbourhood it,
 at a distance d, orbits spend ln(1/d)/lambda more time there before they leave, and what they
 do next depends on the phase then. So a zoom by exp(pi^2/nu), which adds one rotation, shows
 the same rows above i again, however deep.
@@ -32,8 +32,8 @@ from rigidpend.results import compare
 from rigidpend.results.compare import Difference
 from rigidpend.results.layout import datasets
 from rigidpend.results.tree import Data, Dataset, Tree
-from rigidpend.routes.beside import Beside
 from rigidpend.routes.change import Bracket, NoChange, check_change, narrowed
+from rigidpend.routes.neighbourhood import Neighbourhood
 from rigidpend.routes.phases import Grid
 
 if TYPE_CHECKING:
@@ -66,11 +66,11 @@ def compute(config: Config, means: Means) -> Tree:
     *brackets, last = [
         Bracket(exact(each["low"].values), exact(each["high"].values)) for each in found.values()
     ]
-    beside = Beside(problem.routes, last.between(1, 2), finest, means.arithmetic, means.jobs)
+    around = Neighbourhood(problem.routes, last.between(1, 2), finest, means.arithmetic, means.jobs)
     groups: dict[str, Tree] = {}
     for level, (bracket, step) in enumerate(zip(brackets, steps, strict=True)):
         name = f"level{level:02d}"
-        array: Any = means.part(name, partial(_level, beside, problem, bracket, step))
+        array: Any = means.part(name, partial(_level, around, problem, bracket, step))
         groups[name] = array
         bits = " and ".join(map(str, np.unique(array["bits"].values)))
         means.report(f"{level + 1}/{problem.levels}: step {float(step):.0e}, {bits} bits")
@@ -79,7 +79,7 @@ def compute(config: Config, means: Means) -> Tree:
         "levels": groups,
         "repeats_after": REPEATS_AFTER.dataset(growth),
         "symbol": SYMBOL.dataset(problem.symbol),
-        "reference_bits": REFERENCE_BITS.dataset(beside.bits),
+        "reference_bits": REFERENCE_BITS.dataset(around.bits),
     }
 
 
@@ -109,11 +109,11 @@ def _texts(bracket: Bracket) -> Tree:
     }
 
 
-def _level(beside: Beside, problem: Problem, bracket: Bracket, step: Exact) -> Tree:
+def _level(around: Neighbourhood, problem: Problem, bracket: Bracket, step: Exact) -> Tree:
     """Compute an array around the middle of a bracket, whose ends prove the change."""
     centre = bracket.between(1, 2)
     grid = Grid(centre - step * (problem.count - 1) / 2, step, problem.count)
-    routes = beside.routes([*bracket, *(grid[k] for k in range(problem.count))])
+    routes = around.routes([*bracket, *(grid[k] for k in range(problem.count))])
     ends = slice(problem.symbol), slice(2)
     if not routes.certain[ends].all():
         raise NoChange(f"symbol {problem.symbol} is not certain beside {centre}: add a precision")
@@ -141,7 +141,7 @@ def describe(config: Config) -> list[Row]:
 def differences(stored: Data, fresh: Data) -> list[Difference]:
     """Find where two results of a config disagree by more than their arithmetic explains.
 
-    Beside a doubly asymptotic orbit errors grow as fast as the zoom: crossing times are held
+    Neighbourhood a doubly asymptotic orbit errors grow as fast as the zoom: crossing times are held
     to what certain symbols allow. What is given, and how it rounds, must be the same.
     """
     found = compare.keys(stored, fresh)

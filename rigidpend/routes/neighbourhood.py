@@ -28,8 +28,8 @@ from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
 from rigidpend.routes.start import Scales, start, states_exact
 
 
-class Beside:
-    """Routes beside that of one phase.
+class Neighbourhood:
+    """Routes in the neighbourhood of one phase.
 
     Parameters
     ----------
