@@ -1,7 +1,7 @@
-"""Changes of a symbol: the phase of a doubly asymptotic orbit, narrowed by bisection.
+"""Change of a symbol: the phase of a doubly asymptotic orbit, narrowed by bisection.
 
-Neighbourhood a reference orbit a bisection is cheap down to a small part of their distance: what doubles
-resolve. Then the next reference begins there.
+Beside a reference orbit a bisection is cheap down to a small part of their distance: what
+doubles resolve. Then the next reference begins there.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Experiment `route_zoom`: successive zooms into the arrays of Fig. 4.
 
-At a change of symbol i the orbit ends on a periodic orbit: it is doubly asymptotic. Neighbourhood it,
+At a change of symbol i the orbit ends on a periodic orbit: it is doubly asymptotic. Beside it,
 at a distance d, orbits spend ln(1/d)/lambda more time there before they leave, and what they
 do next depends on the phase then. So a zoom by exp(pi^2/nu), which adds one rotation, shows
 the same rows above i again, however deep.
