@@ -111,6 +111,11 @@ def _of_type(bits: int) -> dict[str, Any]:
 def begin(integrator: Any, kind: Any, coefficients: Any, state: Numbers) -> None:
     """Put an orbit at time 0 into such an integrator, whatever it did before."""
     integrator.pars[:] = [typed(x, kind) for x in coefficients]
+    restart(integrator, kind, state)
+
+
+def restart(integrator: Any, kind: Any, state: Numbers) -> None:
+    """Put another orbit of the same body at time 0."""
     integrator.state[:] = [typed(x, kind) for x in state]
     integrator.time = kind(0)
     if integrator.with_events:

@@ -81,7 +81,8 @@ def _in_series(
     from rigidpend.integrate.compiled import borrowed
 
     with borrowed(_ToSection, bits, tolerance) as orbit:
-        return [orbit.run(c, state, limit) for state in states]
+        orbit.prepare(c)
+        return [orbit.run(state, limit) for state in states]
 
 
 def _in_integers(
@@ -119,11 +120,18 @@ class _ToSection:
         self.type = working_type(bits)
         self.integrator = to_crossings(bits, tolerance)
 
-    def run(self, c: AlignedCoefficients, state: Numbers, limit: float) -> Crossing | None:
-        from rigidpend.integrate.compiled import begin, exactly, heyoka
+    def prepare(self, c: AlignedCoefficients) -> None:
+        """Make the following orbits those of a body."""
+        from rigidpend.integrate.compiled import typed
+
+        self.integrator.pars[:] = [typed(x, self.type) for x in c]
+
+    def run(self, state: Numbers, limit: float) -> Crossing | None:
+        """The first crossing of an orbit, if it comes within the limit."""
+        from rigidpend.integrate.compiled import exactly, heyoka, restart
 
         integrator = self.integrator
-        begin(integrator, self.type, c, state)
+        restart(integrator, self.type, state)
         end = self.type(limit)
         # The outcome of a terminal event that stops is -1 less its index.
         while (ended := int(integrator.propagate_until(end, max_steps=AT_ONCE)[0])) != -1:
