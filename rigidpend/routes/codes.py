@@ -127,7 +127,17 @@ def route_codes(
     arithmetic = resolve(engine, tolerance, precisions)
     phases, jobs = Phases(theta2_0), checked_jobs(jobs)
     run = _Run(problem, phases, arithmetic, jobs)
-    found, certain, bits, by_map = _decided(run, phase_rate(problem), method)
+    return routes_of(phases, *_decided(run, phase_rate(problem), method))
+
+
+def routes_of(
+    phases: Phases,
+    found: Crossings,
+    certain: NDArray[np.bool_],
+    bits: NDArray[np.uint16],
+    by_map: NDArray[np.bool_],
+) -> RouteCodes:
+    """The routes of some phases from their crossings and what is known of them."""
     return RouteCodes(
         theta2_0=phases.high,
         codes=symbols(found.separatrix),
@@ -201,7 +211,7 @@ def _integrated(run: _Run, rate: float) -> Decided:
 
 
 class _Run(NamedTuple):
-    """One call's problem and means; computes any columns in any precision."""
+    """Integrations of one problem's orbits: any columns in any precision."""
 
     problem: RouteProblem
     phases: Phases
@@ -222,18 +232,22 @@ class _Run(NamedTuple):
             Orbits(begin.coefficients, states, p.n_symbols + 1, limit),
             engine=self.arithmetic.engine,
             bits=bits,
-            tolerance=self._tolerance(bits, scales),
+            tolerance=tolerance_of(self.arithmetic, bits, scales),
             jobs=self.jobs,
         )
         return found._replace(time=found.time * unit)
 
-    def _tolerance(self, bits: int, scales: Scales) -> float:
-        """The first computation has a tolerance of its own: what a series leaves out is alike."""
-        engine, tolerance, _ = self.arithmetic
-        first, finest = scales == certainty.FIRST, integrate.FINEST_TOLERANCE[engine]
-        if bits > 53:
-            return finest if first else finest / SHARPENING
-        return tolerance if first else max(tolerance / SHARPENING, finest)
+
+def tolerance_of(arithmetic: Arithmetic, bits: int, scales: Scales) -> float:
+    """The tolerance of a computation, at 53 bits.
+
+    The first one has a tolerance of its own: what a series leaves out is alike.
+    """
+    engine, tolerance, _ = arithmetic
+    first, finest = scales == certainty.FIRST, integrate.FINEST_TOLERANCE[engine]
+    if bits > 53:
+        return finest if first else finest / SHARPENING
+    return tolerance if first else max(tolerance / SHARPENING, finest)
 
 
 _limit = functools.lru_cache(maxsize=32)(passage_limit)
