@@ -8,6 +8,7 @@ made again by whoever needs it.
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import shutil
 import sys
@@ -148,5 +149,11 @@ def clear() -> None:
     OSError
         A file or folder cannot be removed.
     """
+    found = folder()
+    if found.is_symlink():
+        raise NotADirectoryError(errno.ENOTDIR, "a link, which is not followed", str(found))
+    # Put aside first: another run may write into it meanwhile.
+    aside = found.with_name(f".{found.name}.{os.getpid()}.removed")
     with contextlib.suppress(FileNotFoundError):
-        shutil.rmtree(folder())
+        found.rename(aside)
+        shutil.rmtree(aside)

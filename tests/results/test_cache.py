@@ -89,6 +89,10 @@ def test_clearing_follows_no_link(folder: Path, tmp_path: Path) -> None:
     assert [one.path.name for one in cache.subfolders()] == ["maps"]
     assert len(cache.subfolders()[0].files) == 1
     cache.clear()
-    assert not folder.exists()
+    assert list(folder.parent.iterdir()) == []
     assert (mine / "thesis").read_text() == "text"
     cache.clear()
+    folder.symlink_to(mine)
+    with pytest.raises(NotADirectoryError, match="a link, which is not followed"):
+        cache.clear()
+    assert (mine / "thesis").read_text() == "text"

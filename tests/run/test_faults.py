@@ -1,6 +1,6 @@
 """Runs that are killed, stopped, or find no room: the same command again makes all good.
 
-How often a run is killed at a random moment: 20 times, or ``RIGIDPEND_KILLS``.
+How often a run is killed at a random moment: 8 times, or ``RIGIDPEND_KILLS``.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from rigidpend.results import files, regression, store
 from rigidpend.run import runner, workers
 from tests.config.samples import SMALL, written
 
-KILLS = int(os.environ.get("RIGIDPEND_KILLS", "20"))
+KILLS = int(os.environ.get("RIGIDPEND_KILLS", "8"))
 ZOOM = """\
 figure: "4"
 experiment: route_zoom
