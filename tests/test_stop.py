@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.cli.calls import UNTRACED
 from tests.integrate.problems import needs_heyoka
 
 PROMPT = 2.0
@@ -65,6 +66,7 @@ def begun(work: str, jobs: int) -> subprocess.Popen[str]:
         stderr=subprocess.PIPE,
         text=True,
         cwd=Path(__file__).parents[1],
+        env=UNTRACED,
     )
     assert process.stdout is not None
     assert process.stdout.readline() == "at work\n"
