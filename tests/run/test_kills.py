@@ -30,10 +30,10 @@ problem:
   mu: 0.001
   h0: 1.3342
   J1_0: 1e-8
-  n_symbols: 1000
+  n_symbols: 300
   arrays:
-    first: {start: 0, step: 1/10, count: 32}
-    second: {start: 1/20, step: 1/10, count: 32}
+    first: {start: 0, step: 1/10, count: 16}
+    second: {start: 1/20, step: 1/10, count: 16}
 
 numerics:
   precisions: [53]
@@ -77,7 +77,7 @@ def test_a_run_on_two_threads_goes_on_whenever_it_was_killed(
 ) -> None:
     loaded = loading.load(written(tmp_path, LONG, "long.yaml"))
     out, how = tmp_path / "out", list(CODES)[number % 3]
-    code, seconds = disturbed(out, random.Random(number).uniform(0, 1.5), how)
+    code, seconds = disturbed(out, random.Random(number).uniform(0, 1.0), how)
     assert code in {0, *CODES[how]}
     # Other work on the machine may take its turn.
     assert seconds < 2 * max(1.0, os.getloadavg()[0])
