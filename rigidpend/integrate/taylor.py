@@ -37,7 +37,7 @@ def precisions() -> tuple[int, ...]:
     """The precisions, in bits, that this machine's number types offer."""
     hy = heyoka()
     extended = (64,) if np.finfo(np.longdouble).nmant == 63 else ()
-    return (53, *extended, *((113,) if hasattr(hy, "real128") else ()))
+    return (53, *extended, 106, *((113,) if hasattr(hy, "real128") else ()))
 
 
 def offers(bits: int) -> bool:

@@ -71,7 +71,7 @@ def found(depth: str, bits: int, wanted: int = 2, limit: float = 2 * BACK) -> Cr
     if bits == 53:
         states = np.array(states, dtype=float).T
         c = AlignedCoefficients(*map(float, c))
-    engine = "taylor" if bits in (53, 64, 113, 160) else "scipy"
+    engine = "taylor" if bits in (53, 64, 106, 113, 160) else "scipy"
     return crossings(
         Orbits(c, states, wanted, limit),
         engine=engine,
@@ -95,7 +95,7 @@ def sign_of_bend() -> float:
 
 
 @needs_heyoka
-@pytest.mark.parametrize("bits", [53, 64, 113, 160])
+@pytest.mark.parametrize("bits", [53, 64, 106, 113, 160])
 @pytest.mark.parametrize("size", ["1e-2", "1e-3", "1e-4"])
 def test_a_pair_of_crossings_beside_a_touch_is_found_and_none_where_it_misses(
     bits: int, size: str
