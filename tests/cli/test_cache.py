@@ -52,15 +52,16 @@ def test_a_run_with_damaged_code_says_so_and_makes_it_anew(folder: Path, tmp_pat
     command = [sys.executable, "-m", "rigidpend", "run", "small.yaml", "--force", "-q", "-j", "1"]
     results = []
     for damaged in (False, True, False):
-        for path in (folder / "integrators").glob("*") if damaged else ():
+        for path in folder.glob("*/*") if damaged else ():
             content = bytearray(path.read_bytes())
             content[len(content) // 2] ^= 1
             path.write_bytes(content)
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
-        said = f"rigidpend: warning: {folder / 'integrators'}: a file of this cache was damaged;"
+        said = f"rigidpend: warning: {folder}/"
         lines = done.stderr.splitlines()
         assert bool(lines) == damaged
         assert all(line.startswith(said) for line in lines)
+        assert all(line.endswith("it is removed and made again") for line in lines)
         results.append(repr(store.read_tree(tmp_path / "results" / "small.h5")))
     assert results[0] == results[1] == results[2]
