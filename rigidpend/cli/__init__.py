@@ -7,6 +7,7 @@ import click
 import rigidpend
 from rigidpend.cli import (
     bench,
+    cache,
     common,
     completion,
     describe,
@@ -39,10 +40,11 @@ def main() -> None:
       eval "$(rigidpend completion bash)"
     """
     common.settle_streams()
+    common.settle_warnings()
 
 
 for _module in (
     *(run, render, report, listing, describe, theory),
-    *(verify, reference, bench, stress, completion),
+    *(verify, reference, bench, stress, cache, completion),
 ):
     main.add_command(_module.command)

@@ -19,13 +19,12 @@ from rigidpend.run.signals import held
 
 @functools.cache
 def heyoka() -> Any:
-    compile_cache.choose()
+    """heyoka as this package uses it: what it has compiled before is read, and checked."""
     with held():
         import heyoka as imported
 
-    # A cache that cannot be written costs a compilation, which is no news for a user.
     imported.set_logger_level_error()
-    return imported
+    return compile_cache.with_cache(imported)
 
 
 def aligned_system(hy: Any) -> tuple[list[Any], Any]:

@@ -18,6 +18,7 @@ from rigidpend.integrate.kernel.lane_numbers import KINDS
 from rigidpend.integrate.kernel.notes import FIELDS, function, width_of_note
 from rigidpend.integrate.kernel.parts import in_parts
 from rigidpend.integrate.kernel.writer import LANES, Writer
+from rigidpend.results.cache import DamagedCacheWarning
 from tests.integrate.problems import fan, find
 
 C = AlignedCoefficients(
@@ -160,11 +161,13 @@ def test_machine_code_is_kept_and_a_damaged_file_made_anew(
         spoilt[place] ^= 16
         file.write_bytes(spoilt)
         before = len(made)
-        assert fresh() == 41
+        with pytest.warns(DamagedCacheWarning, match=str(tmp_path)):
+            assert fresh() == 41
         assert len(made) == before + 1
         assert file.read_bytes() == whole, "and the file is mended"
     file.write_bytes(whole[:-7])
-    assert fresh() == 41
+    with pytest.warns(DamagedCacheWarning):
+        assert fresh() == 41
     machine_code.function.cache_clear()
 
 

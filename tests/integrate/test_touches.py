@@ -64,6 +64,7 @@ def carried(state: list[Fraction], c: AlignedCoefficients, P: int) -> tuple[Frac
     return tuple(Fraction(x, 1 << P) for x in here)
 
 
+@functools.cache
 def found(depth: str, bits: int, wanted: int = 2, limit: float = 2 * BACK) -> Crossings:
     states: Any = [before_touch(depth)]
     c: Any = body(53)
@@ -80,6 +81,7 @@ def found(depth: str, bits: int, wanted: int = 2, limit: float = 2 * BACK) -> Cr
     )
 
 
+@functools.cache
 def sign_of_bend() -> float:
     """The sign of M3'' at the touch."""
     c = AlignedCoefficients(*map(float, body(53)))

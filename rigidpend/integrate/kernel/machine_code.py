@@ -1,8 +1,8 @@
 """Machine code of the kernels: compiled by LLVM for this processor, kept on disk, loaded.
 
-A file holds the object code of one kernel behind its SHA-256, under a name that is the digest of
-the kernel's text, the processor and LLVM's version. A file that was damaged is compiled anew,
-and never run: a flipped bit in machine code would end the process, or be wrong without a word.
+A file of the cache holds the object code of one kernel, under a name that is the digest of the
+kernel's text, the processor and LLVM's version. One that was damaged is told and compiled anew,
+never run: a flipped bit in machine code would end the process, or be wrong without a word.
 """
 
 from __future__ import annotations
@@ -10,17 +10,14 @@ from __future__ import annotations
 import ctypes
 import functools
 import hashlib
-import os
-import tempfile
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from rigidpend.integrate import compile_cache
+from rigidpend.results import cache
 from rigidpend.run.signals import held
 
-DIGEST = 32
-"""Bytes of a SHA-256."""
+MOST = 256
+"""Kernels that are kept, of some 20 kB each."""
 LEVEL = 3
 """Effort of LLVM's optimisation; with 2 the steps take as long."""
 
@@ -48,11 +45,11 @@ def function(text: str, name: str, *arguments: Any) -> Any:
         key = hashlib.sha256(
             repr((text, machine.triple, *_processor(llvm), llvm.llvm_version_info)).encode()
         ).hexdigest()
-        path = folder() / f"{key[:32]}.o"
-        code = _kept(path)
+        path = folder() / key[:32]
+        code = cache.load(path)
         if code is None:
             code = _compiled(llvm, machine, text)
-            _keep(path, code)
+            cache.save(path, code, MOST)
         loaded = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
         loaded.add_object_file(llvm.ObjectFileRef.from_data(code))
         loaded.finalize_object()
@@ -62,7 +59,7 @@ def function(text: str, name: str, *arguments: Any) -> Any:
 
 def folder() -> Path:
     """The folder where the machine code is kept."""
-    return compile_cache.user_cache() / "rigidpend" / "kernels"
+    return cache.folder() / "kernels"
 
 
 def _processor(llvm: Any) -> tuple[str, str]:
@@ -86,27 +83,3 @@ def _compiled(llvm: Any, machine: Any, text: str) -> bytes:
     builder = llvm.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)
     return bytes(machine.emit_object(module))
-
-
-def _kept(path: Path) -> bytes | None:
-    """The object code of a file, if it is whole."""
-    try:
-        content = path.read_bytes()
-    except OSError:
-        return None
-    digest, code = content[:DIGEST], content[DIGEST:]
-    return code if hashlib.sha256(code).digest() == digest else None
-
-
-def _keep(path: Path, code: bytes) -> None:
-    """Write a file, or nothing: a folder that cannot be written costs a compilation each time."""
-    with suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, made = tempfile.mkstemp(dir=path.parent, suffix=".part")
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(hashlib.sha256(code).digest() + code)
-            Path(made).replace(path)
-        except OSError:
-            Path(made).unlink(missing_ok=True)
-            raise
