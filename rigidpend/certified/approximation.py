@@ -21,8 +21,8 @@ import numpy as np
 from flint import arb, fmpz_poly
 from numpy.typing import NDArray
 
-from rigidpend.certified.checker import CLOCK, Step
 from rigidpend.certified.models import Model
+from rigidpend.certified.steps import CLOCK, Step
 from rigidpend.equations import AlignedCoefficients, aligned
 
 Array: TypeAlias = NDArray[np.float64]

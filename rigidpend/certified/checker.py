@@ -16,6 +16,7 @@ from rigidpend.certified.growth import Growth
 from rigidpend.certified.models import Model
 from rigidpend.certified.precision import precision
 from rigidpend.certified.signs import BITS, PARTS, Values
+from rigidpend.certified.steps import CLOCK, Step
 from rigidpend.equations import AlignedCoefficients, aligned
 from rigidpend.integrate.records import separatrix_beside
 
@@ -31,20 +32,6 @@ LARGEST = 2.0**-6
 
 class Undecided(Exception):
     """The polynomials do not prove what comes next; the text says why."""
-
-
-class Step(NamedTuple):
-    """A piece of an approximate orbit: six Chebyshev series over x in [-1, 1]."""
-
-    half_length: int
-    """Half of its length in time, in units of 2^-CLOCK."""
-    bits: int
-    series: Sequence[Sequence[int]]
-    """Coefficients w of w_0/2 + sum_j w_j T_j of each component, in units of 2^-bits."""
-
-
-CLOCK = 32
-"""Binary digits of a step's length in time, of the unit of the orbit."""
 
 
 class Crossing(NamedTuple):

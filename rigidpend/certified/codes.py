@@ -9,12 +9,14 @@ from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
-from flint import arb
 from numpy.typing import NDArray
 
+from rigidpend.certified import extra as extra  # isort: skip, says what to install, before flint
+from flint import arb
+
 from rigidpend.body import Body
-from rigidpend.certified.checker import Step
-from rigidpend.certified.proofs import MOST_BITS, Proof, bits_for, check, prove
+from rigidpend.certified.proofs import Proof, bits_for, check, prove
+from rigidpend.certified.steps import MOST_BITS, Step
 from rigidpend.numbers.exact import Exact, ExactError, exact, function
 from rigidpend.numbers.generic import Scalar
 from rigidpend.routes.codes import checked_jobs, route_codes

@@ -10,7 +10,8 @@ from flint import arb
 
 from rigidpend.certified.approximation import Approximation
 from rigidpend.certified.balls import enclosed
-from rigidpend.certified.checker import Checker, Crossing, Step, Undecided
+from rigidpend.certified.checker import Checker, Crossing, Undecided
+from rigidpend.certified.steps import MOST_BITS, Step
 from rigidpend.numbers.exact import Exact
 from rigidpend.routes.problem import RouteProblem
 
@@ -18,8 +19,6 @@ MARGIN = 28
 """Bits of a step beyond its bound: a defect is that much larger than a unit."""
 AT_START = 64
 """Bits beyond those of the first step in which the exact problem is enclosed."""
-MOST_BITS = 4096
-"""Bits of a step at most."""
 STEPS = 20_000
 """Steps of an orbit at most."""
 

@@ -7,6 +7,7 @@ import click
 import rigidpend
 from rigidpend.cli import (
     bench,
+    certify,
     common,
     completion,
     describe,
@@ -43,6 +44,6 @@ def main() -> None:
 
 for _module in (
     *(run, render, report, listing, describe, theory),
-    *(verify, reference, bench, stress, completion),
+    *(certify, verify, reference, bench, stress, completion),
 ):
     main.add_command(_module.command)

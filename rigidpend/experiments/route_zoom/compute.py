@@ -28,6 +28,7 @@ from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.phases import Grid
 
 if TYPE_CHECKING:
+    from rigidpend.experiments.contract import Routes
     from rigidpend.experiments.route_zoom.schema import Config, Problem
 
 
@@ -88,8 +89,12 @@ def _bracket(codes: Codes, low: Exact, high: Exact, symbol: int, width: float) -
 
 def _level(codes: Codes, problem: Problem, low: Exact, high: Exact, step: Exact) -> Tree:
     centre = (low + high) / 2
-    grid = Grid(centre - step * (problem.count - 1) / 2, step, problem.count)
+    grid = _grid(centre, problem, step)
     return _group(codes(grid, n_symbols=problem.n_symbols), centre, step)
+
+
+def _grid(centre: Exact, problem: Problem, step: Exact) -> Grid:
+    return Grid(centre - step * (problem.count - 1) / 2, step, problem.count)
 
 
 def bisect(codes: Codes, low: Exact, high: Exact, symbol: int, width: float) -> tuple[Exact, Exact]:
@@ -120,6 +125,15 @@ def bisect(codes: Codes, low: Exact, high: Exact, symbol: int, width: float) -> 
         (prefix,) = _prefixes(codes, [middle], symbol)
         low, high = (middle, high) if prefix == left else (low, middle)
     return low, high
+
+
+def orbits(config: Config, stored: Callable[[], Data]) -> Routes:
+    """The orbits of each level, about the centre that a computation has found."""
+    problem, found, step = config.problem, {}, config.problem.step
+    for name, level in stored()["levels"].items():
+        found[name] = (problem.routes, _grid(exact(level["centre"]), problem, step))
+        step = step / problem.factor
+    return found
 
 
 def describe(config: Config) -> list[Row]:
