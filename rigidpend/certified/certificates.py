@@ -96,7 +96,9 @@ def certify(
     return summaries(storage.read(file)["data"])
 
 
-def orbits(config: LoadedConfig, folder: Path) -> Mapping[str, tuple[RouteProblem, Sequence[Exact]]]:
+def orbits(
+    config: LoadedConfig, folder: Path
+) -> Mapping[str, tuple[RouteProblem, Sequence[Exact]]]:
     """The exact orbits of a config whose route codes can be proven.
 
     Raises

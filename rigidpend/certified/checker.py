@@ -6,6 +6,7 @@ are its hypotheses. Whatever is not shown ends in :class:`Undecided`, never in a
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -37,8 +38,9 @@ class Undecided(Exception):
 class Crossing(NamedTuple):
     """A proven crossing of M3 = 0."""
 
-    time: arb
-    """Enclosure of its time, in the orbit's unit."""
+    time: float
+    """t', within `radius` of the exact time."""
+    radius: float
     separatrix: int
     bound: float
     """Bound on the distance of the polynomial from the exact orbit over its step."""
@@ -50,7 +52,7 @@ class Checker:
     def __init__(self, problem: Enclosed) -> None:
         with precision(SCALARS):
             self.growth = Growth.of(problem.coefficients)
-        self.coefficients, self.start = problem.coefficients, problem.state
+        self.coefficients, self.start, self.unit = problem
         self.time, self.bound = arb(0), arb(0)
         self.crossings: list[Crossing] = []
         self._end: list[arb] | None = None
@@ -104,7 +106,7 @@ class Checker:
         self, begin: arb, leap: arb, M3: Values, duration: arb, parts: int, assumed: arb
     ) -> arb:
         """exp(integral of the rate) (distance at the beginning + integral of the defect)."""
-        wide = _up(assumed / (2 * self.growth.sine))
+        wide = _up(assumed / (2 * self.growth.upright))
         rates = (self.growth.rate(_units(M3.most(k)) + wide, assumed) for k in range(parts))
         total = sum(rates, arb(0)) * (2 * duration / parts)
         return _up(total.exp() * (begin + 2 * leap))
@@ -116,7 +118,7 @@ class Checker:
 
         The crossings are recorded, each with the sign that tells its separatrix.
         """
-        away = _whole(radius / self.growth.sine)
+        away = _whole(radius / self.growth.upright)
         sides = [(M3.at[k] > 0) - (M3.at[k] < 0) if M3.least(k) > away else 0 for k in range(parts)]
         if not (sides[0] and sides[-1]) or (self._side and sides[0] != self._side):
             return False
@@ -146,9 +148,9 @@ class Checker:
         if min(map(large.least, where)) <= _whole(radius):
             return None
         Q = large.at[where[0]]
-        x = self._zero(models[2], slopes, where, parts, _up(radius / self.growth.sine), least)
-        time = self.time + (1 + x) * duration
-        return Crossing(time, separatrix_beside(rising, Q, Q), float(radius.upper()))
+        x = self._zero(models[2], slopes, where, parts, _up(radius / self.growth.upright), least)
+        time = (self.time + (1 + x) * duration) / self.unit
+        return Crossing(*_contained(time), separatrix_beside(rising, Q, Q), _double(radius))
 
     def _rate_apart(self, models: Sequence[Model], radius: arb, duration: arb) -> arb:
         """Bound on the distance of dM3/dx of the polynomial from that of the exact orbit."""
@@ -156,7 +158,7 @@ class Checker:
         widest = sum((_units(_down(model)) for model in models[:2]), radius)
         torque = (c.mu_r1**2 + c.mu_r2**2).sqrt() * self.growth.weight
         # The defect is contained in the radius, in the same norm.
-        own = radius / self.growth.sine
+        own = radius / self.growth.upright
         return _up(duration * (2 * abs(c.twist) * widest + torque) * radius + own)
 
     def _zero(
@@ -193,6 +195,17 @@ def _end(model: Model, x: int) -> arb:
         return arb(twice) / arb(2) ** (model.bits + 1)
 
 
+def _contained(ball: arb) -> tuple[float, float]:
+    """A double, and a distance from it that contains a ball."""
+    middle = float(ball.mid())
+    return middle, _double(abs(ball - arb(middle)))
+
+
+def _double(x: arb) -> float:
+    """A double above a positive ball."""
+    return math.nextafter(float(x.upper()), math.inf)
+
+
 def _gaps(sides: Sequence[int]) -> list[tuple[int, int]]:
     """First and last index of each run of zeros."""
     starts = [k for k, side in enumerate(sides) if not side and sides[k - 1]]
@@ -210,7 +223,11 @@ def _units(value: int) -> arb:
 
 def _down(model: Model) -> int:
     """Size of a model in units of 2^-BITS, rounded up."""
-    return (model.size >> model.bits - BITS) + 1 if model.bits >= BITS else model.size << BITS - model.bits
+    return (
+        (model.size >> model.bits - BITS) + 1
+        if model.bits >= BITS
+        else model.size << BITS - model.bits
+    )
 
 
 def _whole(x: arb) -> int:

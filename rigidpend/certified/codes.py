@@ -11,10 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.certified import extra as extra  # isort: skip, says what to install, before flint
-from flint import arb
-
 from rigidpend.body import Body
+from rigidpend.certified import extra as extra
 from rigidpend.certified.proofs import Proof, bits_for, check, prove
 from rigidpend.certified.steps import MOST_BITS, Step
 from rigidpend.numbers.exact import Exact, ExactError, exact, function
@@ -108,7 +106,7 @@ def certify_codes(
     at_rest = _named("J1_0", J1_0).fraction == 0
     problem = _problem(body, _named("h0", h0), _named("J1_0", J1_0), n_symbols)
     if at_rest:
-        proofs = [Proof([], 1.0, [], AT_REST) for _ in exactly]
+        proofs = [Proof([], [], AT_REST) for _ in exactly]
     else:
         times = _expected(problem, theta2_0)
         orbits = list(zip(exactly, times, strict=True))
@@ -134,7 +132,7 @@ def _orbit(orbit: tuple[Exact, float], problem: RouteProblem, bits: int | None) 
     n, limit = problem.n_symbols + 1, passage_limit(problem, 53)
     if bits is not None:
         return prove(problem, theta2_0, bits, n, limit)
-    found, asked = Proof([], 1.0, [], ""), bits_for(problem, time, theta2_0)
+    found, asked = Proof([], [], ""), bits_for(problem, time, theta2_0)
     for _ in range(TRIES):
         asked = min(asked, MOST_BITS)
         found = prove(problem, theta2_0, asked, n, limit)
@@ -172,8 +170,8 @@ def _record(
     separatrix = np.zeros(shape, dtype=np.uint8)
     for column, proof in enumerate(proofs):
         for row, crossing in enumerate(proof.crossings):
+            time[row, column], radius[row, column] = crossing.time, crossing.radius
             separatrix[row, column], bound[row, column] = crossing.separatrix, crossing.bound
-            time[row, column], radius[row, column] = _enclosure(crossing.time / proof.unit)
     codes = symbols(separatrix)
     return CertifiedCodes(
         theta2_0=theta2_0,
@@ -187,13 +185,6 @@ def _record(
         reason=[proof.reason for proof in proofs],
         steps=[proof.steps for proof in proofs],
     )
-
-
-def _enclosure(ball: arb) -> tuple[float, float]:
-    """A double and a distance from it that contain a ball."""
-    middle = float(ball.mid())
-    off = float((abs(ball - arb(middle))).upper())
-    return middle, math.nextafter(off, math.inf)
 
 
 def _problem(body: Body, h0: Exact, J1_0: Exact, n_symbols: int) -> RouteProblem:

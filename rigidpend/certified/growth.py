@@ -2,7 +2,7 @@
 
 The distance of two states with difference (p, q, s, g1, g2, g3) is measured by
 
-    p^2 + q^2 + (sin(alpha0) s)^2 + (|g|/w)^2,    w > 0 any number.
+    p^2 + q^2 + (sin(alpha0) s)^2/2 + (|g|/w)^2,    w > 0 any number.
 
 For this norm the terms of Qp, Qm and M3 among themselves cancel but for the saddle of the
 periodic orbits: what remains is sin(alpha0)/2 |M3|, the true exponent beside them.
@@ -25,8 +25,8 @@ class Growth(NamedTuple):
 
     saddle: arb
     """sin(alpha0)/2, the exponent per unit of M3."""
-    sine: arb
-    """sin(alpha0), the weight of M3."""
+    upright: arb
+    """sin(alpha0)/sqrt(2), the weight of M3."""
     weight: arb
     """w, exact."""
     torque: arb
@@ -38,13 +38,13 @@ class Growth(NamedTuple):
     def of(cls, c: AlignedCoefficients) -> Growth:
         """Constants from the coefficients of the aligned equations, balls."""
         saddle = arb(c.half_sigma)
-        sine = 2 * saddle
-        torque = _larger(_hypotenuse(c.force_p, c.force_m), sine * _hypotenuse(c.mu_r1, c.mu_r2))
+        upright = saddle * arb(2).sqrt()
+        torque = _larger(_hypotenuse(c.force_p, c.force_m), upright * _hypotenuse(c.mu_r1, c.mu_r2))
         turning = _larger(
-            arb(2).sqrt() * _larger(abs(c.omega1), abs(c.omega2)), abs(c.kappa) / sine
+            arb(2).sqrt() * _larger(abs(c.omega1), abs(c.omega2)), abs(c.kappa) / upright
         )
         best = (turning / torque).sqrt() if torque > arb(HEAVIEST) ** -2 * turning else HEAVIEST
-        return cls(saddle, sine, arb(best).mid(), torque, turning)
+        return cls(saddle, upright, arb(best).mid(), torque, turning)
 
     def rate(self, M3: arb, radius: arb) -> arb:
         """Bound on the logarithmic rate of growth of the distance of two orbits.
@@ -65,7 +65,7 @@ class Growth(NamedTuple):
     def norm(self, state: tuple[arb, ...]) -> arb:
         """Norm of a difference of states."""
         p, q, s, *g = state
-        squares = [p, q, self.sine * s, *(x / self.weight for x in g)]
+        squares = [p, q, self.upright * s, *(x / self.weight for x in g)]
         return sum((x * x for x in squares), arb(0)).sqrt()
 
 

@@ -40,7 +40,7 @@ class Model:
     @property
     def series(self) -> list[int]:
         """Coefficients w of P = w_0/2 + sum_j w_j T_j, in units of 2^-bits."""
-        half = [int(c) for c in self.doubled.coeffs()[self.degree :]]
+        half = list(map(int, self.doubled.coeffs()[self.degree :]))
         return half + [0] * (self.degree + 1 - len(half))
 
     @cached_property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from flint import arb
@@ -11,11 +11,11 @@ from flint import arb
 from rigidpend.certified.approximation import Approximation
 from rigidpend.certified.balls import enclosed
 from rigidpend.certified.checker import Checker, Crossing, Undecided
-from rigidpend.certified.steps import MOST_BITS, Step
+from rigidpend.certified.steps import Step
 from rigidpend.numbers.exact import Exact
 from rigidpend.routes.problem import RouteProblem
 
-MARGIN = 28
+MARGIN = 26
 """Bits of a step beyond its bound: a defect is that much larger than a unit."""
 AT_START = 64
 """Bits beyond those of the first step in which the exact problem is enclosed."""
@@ -27,9 +27,6 @@ class Proof(NamedTuple):
     """Proof of an orbit as far as it goes."""
 
     crossings: list[Crossing]
-    """Times in the unit of the orbit."""
-    unit: float
-    """A power of two: t' is the orbit's time over it."""
     steps: list[Step]
     reason: str
     """Reason for which it ends early; empty where it is whole."""
@@ -70,20 +67,18 @@ def prove(
             break
         steps.append(step)
         if checker.crossings:
-            last = float(checker.crossings[-1].time)
-        if float(checker.time) - last > limit * unit or len(steps) == STEPS:
+            last = checker.crossings[-1].time
+        if float(checker.time) / unit - last > limit or len(steps) == STEPS:
             reason = f"no crossing within t' = {limit:.4g}"
             break
         work = min(work, MARGIN + _digits(checker.bound))
-    return Proof(checker.crossings[:n_crossings], unit, steps, reason)
+    return Proof(checker.crossings[:n_crossings], steps, reason)
 
 
-def check(
-    problem: RouteProblem, theta2_0: Exact, steps: Sequence[Step], n_crossings: int
-) -> Proof:
+def check(problem: RouteProblem, theta2_0: Exact, steps: Sequence[Step], n_crossings: int) -> Proof:
     """Check given steps again: what they prove, without integration."""
     if not steps:
-        return Proof([], 1.0, [], "there are no steps")
+        return Proof([], [], "there are no steps")
     start = enclosed(problem, theta2_0, steps[0].bits + AT_START)
     checker, reason = Checker(start), ""
     try:
@@ -93,7 +88,7 @@ def check(
         reason = str(doubt)
     if not reason and len(checker.crossings) < n_crossings:
         reason = "the steps end before the last crossing"
-    return Proof(checker.crossings[:n_crossings], float(start.unit), list(steps), reason)
+    return Proof(checker.crossings[:n_crossings], list(steps), reason)
 
 
 def bits_for(problem: RouteProblem, time: float, theta2_0: Exact) -> int:
@@ -104,9 +99,9 @@ def bits_for(problem: RouteProblem, time: float, theta2_0: Exact) -> int:
     return math.ceil(MEAN * rate * time * float(start.unit) / math.log(2)) + LEFT
 
 
-LEFT = 16
+LEFT = 14
 """Bits that are to be left at the end."""
-MEAN = 0.83
+MEAN = 0.9
 """Mean rate of growth over that far from a crossing, where M3 passes zero; measured on Fig. 4."""
 
 

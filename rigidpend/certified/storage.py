@@ -33,13 +33,17 @@ FIELDS = {
     "bound": Field(
         FLOAT, CROSSINGS, "1", "distance of the exact orbit from the computed one at most", True
     ),
-    "separatrix": Field(WHOLE, CROSSINGS, "1", "separatrix beside which it lies, 1..4, 0: unproven"),
+    "separatrix": Field(
+        WHOLE, CROSSINGS, "1", "separatrix beside which it lies, 1..4, 0: unproven"
+    ),
     "bits": Field(WHOLE, ("columns",), "bit", "bits at the start of the orbit"),
     "reason": Field(TEXT, ("columns",), "", "reason for which the orbit is undecided"),
 }
 PROOF = {
     "steps": Field(WHOLE, ("columns",), "1", "number of steps of each orbit"),
-    "half_lengths": Field(WHOLE, ("steps",), "2^-32", "half of a step's length in the orbit's time"),
+    "half_lengths": Field(
+        WHOLE, ("steps",), "2^-32", "half of a step's length in the orbit's time"
+    ),
     "step_bits": Field(WHOLE, ("steps",), "bit", "digits behind the point of its coefficients"),
     "terms": Field(WHOLE, ("steps",), "1", "Chebyshev coefficients of each component"),
     "widths": Field(WHOLE, ("coefficients",), "byte", "bytes of each coefficient"),
@@ -67,6 +71,56 @@ def read(path: Path) -> Loaded:
         As `rigidpend.results.store.load`.
     """
     return store.load(path, LAYOUT)
+
+
+def beside(result: Path) -> Loaded | None:
+    """The certificate beside a result file; None where there is none.
+
+    Raises
+    ------
+    StoreError
+        There is one that cannot be read.
+    """
+    file = certificate_of(result)
+    return read(file) if file.exists() else None
+
+
+def marked(result: Loaded, certificate: Loaded | None) -> Loaded:
+    """A result whose arrays of codes have a further field `proven`, where a certificate has it.
+
+    A symbol is marked where the certificate is of the same config and proves this very symbol.
+    """
+    same = certificate and all(
+        certificate["attributes"].get(key) == result["attributes"].get(key)
+        for key in ("config_hash", "experiment")
+    )
+    if not certificate or not same:
+        return result
+    data, arrays = dict(result["data"]), _arrays(result["data"])
+    held = dict(data["levels"]) if "levels" in data else data
+    for name, proof in certificate["data"].items():
+        if name in arrays and proof["codes"].shape == arrays[name]["codes"].shape:
+            proven = proof["proven"] & (proof["codes"] == arrays[name]["codes"])
+            held[name] = {**arrays[name], "proven": proven}
+    return {**result, "data": {**data, "levels": held} if "levels" in data else held}
+
+
+def contradictions(result: Loaded, certificate: Loaded) -> list[str]:
+    """Sentences on certain symbols of a result that a certificate proves to be others."""
+    found, arrays = [], _arrays(result["data"])
+    for name, proof in certificate["data"].items():
+        if name not in arrays or proof["codes"].shape != arrays[name]["codes"].shape:
+            found.append(f"{name}: the certificate is of other orbits")
+            continue
+        held = proof["proven"] & arrays[name]["certain"]
+        for symbol, column in np.argwhere(held & (proof["codes"] != arrays[name]["codes"])):
+            found.append(f"{name}: symbol {symbol + 1} of column {column} is proven to be another")
+    return found
+
+
+def _arrays(data: Data) -> Data:
+    """The arrays of codes of a result."""
+    return data.get("levels", data)
 
 
 def packed(orbits: Sequence[Sequence[Step]]) -> dict[str, Any]:

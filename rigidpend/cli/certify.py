@@ -51,8 +51,8 @@ def command(
     """
     if bool(names) == bool(file):
         raise click.UsageError("give names of configs, or a certificate with --check")
-    from rigidpend.certified import extra as extra
     from rigidpend.certified import certificates
+    from rigidpend.certified import extra as extra
     from rigidpend.config import loading
     from rigidpend.config.names import resolve
     from rigidpend.run.workers import cores

@@ -104,9 +104,7 @@ def _look(node: Any, whole: bool) -> None:
         node[()]
 
 
-def _check(
-    path: Path, file: h5py.File, most: int, part: bool, layout: Layout | None
-) -> None:
+def _check(path: Path, file: h5py.File, most: int, part: bool, layout: Layout | None) -> None:
     """Check what a file says that it is, then whether it is made so."""
     root = h5g.open(file.id, b"/")
     attributes("/", root)
