@@ -65,7 +65,7 @@ def test_plain_fractions_give_the_same_bound_of_a_step(steps: list[Step], k: int
     assert again < 2 * stated
     # Fractions round nothing: what the checker states is larger, by its own rounding.
     ratio = float(again / stated)
-    assert 0.97 < ratio <= 1 + 1e-12
+    assert 0.9 < ratio <= 1 + 1e-12
 
 
 def test_the_checker_finds_again_what_was_proven(steps: list[Step]) -> None:
