@@ -50,30 +50,30 @@ SHORTER, SHORTEST = 0.8, 0.3
 """Factor by which a step that would end near M3 = 0 is shortened, and its least share."""
 
 
-class _Series(Model):
+class _Truncated(Model):
     """A model whose error nobody asks for, cut at a degree."""
 
     cut = 0
 
     @classmethod
-    def of(cls, x: Model, cut: int) -> _Series:
+    def of(cls, x: Model, cut: int) -> _Truncated:
         made = cls(x.doubled, x.degree, 0, x.bits)
         made.cut = cut
         return made
 
-    def __neg__(self) -> _Series:
-        return _Series.of(super().__neg__(), self.cut)
+    def __neg__(self) -> _Truncated:
+        return _Truncated.of(super().__neg__(), self.cut)
 
-    def __add__(self, other: Model) -> _Series:
-        return _Series.of(super().__add__(other), self.cut)
+    def __add__(self, other: Model) -> _Truncated:
+        return _Truncated.of(super().__add__(other), self.cut)
 
-    def __mul__(self, other: Model) -> _Series:
+    def __mul__(self, other: Model) -> _Truncated:
         doubled = (self.doubled * other.doubled) // fmpz_poly([1 << (self.bits + 1)])
         degree = self.degree + other.degree
         if degree > self.cut:
             doubled = doubled.right_shift(degree - self.cut).truncate(2 * self.cut + 1)
             degree = self.cut
-        return _Series.of(Model(doubled, degree, 0, self.bits), self.cut)
+        return _Truncated.of(Model(doubled, degree, 0, self.bits), self.cut)
 
 
 class Rule(NamedTuple):
@@ -184,8 +184,8 @@ class Approximation:
     ) -> list[list[int]]:
         """Coefficients of R in units of 2^-bits, computed in `work` bits."""
         shift, n = bits - work, len(P[0])
-        models = [_Series.of(Model.of_series([w >> shift for w in row], work), n) for row in P]
-        numbers = AlignedCoefficients(*(_Series.of(c, n) for c in self._in_bits(work)))
+        models = [_Truncated.of(Model.of_series([w >> shift for w in row], work), n) for row in P]
+        numbers = AlignedCoefficients(*(_Truncated.of(c, n) for c in self._in_bits(work)))
         rates = aligned(models, numbers)
         found = []
         for row, rate, x in zip(models, rates, begin, strict=True):
@@ -260,7 +260,10 @@ def _runge_kutta(begin: Sequence[float], half: float, c: AlignedCoefficients) ->
         e = aligned([u + h * v for u, v in zip(x, d, strict=True)], c)
         slopes = zip(a, b, d, e, strict=True)
         found.append(
-            tuple(u + h / 6 * (p + 2 * q + 2 * r + s) for u, (p, q, r, s) in zip(x, slopes))
+            tuple(
+                u + h / 6 * (p + 2 * q + 2 * r + s)
+                for u, (p, q, r, s) in zip(x, slopes, strict=True)
+            )
         )
     return np.array(found).T
 

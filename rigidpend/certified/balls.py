@@ -42,7 +42,7 @@ BALLS = Balls()
 
 
 class Enclosed(NamedTuple):
-    """The aligned problem of an orbit, each number a ball, M in units of `unit`, t' in its inverse."""
+    """Aligned problem of an orbit in balls: M in units of `unit`, t' in units of its inverse."""
 
     coefficients: AlignedCoefficients
     state: tuple[Any, ...]

@@ -195,10 +195,15 @@ def _part(problem: RouteProblem, phases: Sequence[Exact], jobs: int) -> Tree:
         jobs=jobs,
     )
     told = found._asdict() | {
-        "theta2_0": np.array([phase.text.encode() for phase in phases], dtype=bytes),
+        "theta2_0": np.array([_text(phase).encode() for phase in phases], dtype=bytes),
         "reason": np.array([reason.encode() for reason in found.reason], dtype=bytes),
     }
     return datasets(storage.FIELDS, told) | datasets(storage.PROOF, storage.packed(found.steps))
+
+
+def _text(phase: Exact) -> str:
+    """Shortest text that says a phase exactly, where it is rational."""
+    return phase.text if phase.fraction is None else exact(phase.fraction).text
 
 
 def _compare(place: str, group: Data, found: CertifiedCodes) -> None:

@@ -35,7 +35,7 @@ class Undecided(Exception):
     """The polynomials do not prove what comes next; the text says why."""
 
 
-class Crossing(NamedTuple):
+class ProvenCrossing(NamedTuple):
     """A proven crossing of M3 = 0."""
 
     time: float
@@ -46,15 +46,15 @@ class Crossing(NamedTuple):
     """Bound on the distance of the polynomial from the exact orbit over its step."""
 
 
-class Checker:
-    """A proof in progress: the exact orbit is within `bound` of the last polynomial's end."""
+class OrbitChecker:
+    """Proof in progress: the exact orbit is within `bound` of the last polynomial's end."""
 
     def __init__(self, problem: Enclosed) -> None:
         with precision(SCALARS):
             self.growth = Growth.of(problem.coefficients)
         self.coefficients, self.start, self.unit = problem
         self.time, self.bound = arb(0), arb(0)
-        self.crossings: list[Crossing] = []
+        self.crossings: list[ProvenCrossing] = []
         self._end: list[arb] | None = None
         self._side = 0
 
@@ -136,7 +136,7 @@ class Checker:
 
     def _crossing(
         self, models: Sequence[Model], where: range, radius: arb, duration: arb, parts: int
-    ) -> Crossing | None:
+    ) -> ProvenCrossing | None:
         """H5: the one crossing on some parts; None where it is not shown to be just one."""
         slopes = models[2].derivative()
         rates = Values(slopes, parts)
@@ -150,7 +150,7 @@ class Checker:
         Q = large.at[where[0]]
         x = self._zero(models[2], slopes, where, parts, _up(radius / self.growth.upright), least)
         time = (self.time + (1 + x) * duration) / self.unit
-        return Crossing(*_contained(time), separatrix_beside(rising, Q, Q), _double(radius))
+        return ProvenCrossing(*_contained(time), separatrix_beside(rising, Q, Q), _double(radius))
 
     def _rate_apart(self, models: Sequence[Model], radius: arb, duration: arb) -> arb:
         """Bound on the distance of dM3/dx of the polynomial from that of the exact orbit."""
@@ -164,7 +164,7 @@ class Checker:
     def _zero(
         self, M3: Model, slopes: Model, where: range, parts: int, away: arb, least: int
     ) -> arb:
-        """Enclosure of the place x of the crossing, from a zero of the polynomial found in floats."""
+        """Enclosure of the place x of a crossing, from the polynomial's zero in floats."""
         low, high = ((2 * k - parts) / parts for k in (where[0], where[-1] + 1))
         x = (low + high) / 2
         for _ in range(NEWTON):

@@ -24,7 +24,7 @@ from rigidpend.routes.problem import ProblemError, RouteProblem, passage_limit
 from rigidpend.run.workers import side_by_side
 
 TRIES, MORE = 3, 1.3
-"""How often a proof is tried where the bits did not suffice, and the factor by which they grow."""
+"""Trials of a proof for which the bits did not suffice, and the factor by which they grow."""
 AT_REST = "J1_0 = 0 is the pendulum motion itself, which never crosses J1 = J2/2"
 
 
@@ -118,7 +118,7 @@ def certify_codes(
 def checked_codes(
     problem: RouteProblem, phases: Sequence[Exact], steps: Sequence[Sequence[Step]], jobs: int
 ) -> CertifiedCodes:
-    """What the steps of a certificate prove, checked without integration."""
+    """Route codes that the steps of a certificate prove, checked without integration."""
     high = np.array([float(x) for x in phases])
     orbits = list(zip(phases, steps, strict=True))
     with _one_thread_each():
@@ -147,7 +147,7 @@ def _again(orbit: tuple[Exact, Sequence[Step]], problem: RouteProblem) -> Proof:
 
 
 def _expected(problem: RouteProblem, theta2_0: Any) -> list[float]:
-    """Times t' of the last crossings as doubles find them; where there is none, of a wait for it."""
+    """Times t' of the last crossings as doubles find them; of a wait where there is none."""
     routes = route_codes(
         problem.body,
         theta2_0,

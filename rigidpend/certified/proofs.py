@@ -10,7 +10,7 @@ from flint import arb
 
 from rigidpend.certified.approximation import Approximation
 from rigidpend.certified.balls import enclosed
-from rigidpend.certified.checker import Checker, Crossing, Undecided
+from rigidpend.certified.checker import OrbitChecker, ProvenCrossing, Undecided
 from rigidpend.certified.steps import Step
 from rigidpend.numbers.exact import Exact
 from rigidpend.routes.problem import RouteProblem
@@ -26,7 +26,7 @@ STEPS = 20_000
 class Proof(NamedTuple):
     """Proof of an orbit as far as it goes."""
 
-    crossings: list[Crossing]
+    crossings: list[ProvenCrossing]
     steps: list[Step]
     reason: str
     """Reason for which it ends early; empty where it is whole."""
@@ -55,7 +55,7 @@ def prove(
         Longest wait for the next crossing, t'.
     """
     start = enclosed(problem, theta2_0, bits + MARGIN + AT_START)
-    orbit, checker = Approximation(start.coefficients, start.state), Checker(start)
+    orbit, checker = Approximation(start.coefficients, start.state), OrbitChecker(start)
     unit, steps, reason = float(start.unit), [], ""
     work, last = bits + MARGIN, 0.0
     while len(checker.crossings) < n_crossings:
@@ -80,7 +80,7 @@ def check(problem: RouteProblem, theta2_0: Exact, steps: Sequence[Step], n_cross
     if not steps:
         return Proof([], [], "there are no steps")
     start = enclosed(problem, theta2_0, steps[0].bits + AT_START)
-    checker, reason = Checker(start), ""
+    checker, reason = OrbitChecker(start), ""
     try:
         for step in steps:
             checker.take(step)
@@ -95,7 +95,7 @@ def bits_for(problem: RouteProblem, time: float, theta2_0: Exact) -> int:
     """Bits that a proof up to a time t' asks for, by the mean growth of its bound."""
     start = enclosed(problem, theta2_0, AT_START)
     size = float(start.state[2].abs_upper())
-    rate = float(Checker(start).growth.rate(arb(size), arb(0)))
+    rate = float(OrbitChecker(start).growth.rate(arb(size), arb(0)))
     return math.ceil(MEAN * rate * time * float(start.unit) / math.log(2)) + LEFT
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -65,7 +66,7 @@ def command(
             loaded,
             folder,
             jobs=jobs or cores(),
-            report=lambda text, name=loaded.name: say(f"{name}: {text}"),
+            report=partial(_say, loaded.name),
             force=force,
         )
     if as_json:
@@ -73,6 +74,10 @@ def command(
     else:
         for name, found in told.items():
             _tell(name, found)
+
+
+def _say(name: str, text: str) -> None:
+    say(f"{name}: {text}")
 
 
 def _tell(name: str, found: list[Summary]) -> None:

@@ -6,6 +6,7 @@ Poisson's in principal axes, the roots are bracketed by whole numbers.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from fractions import Fraction
@@ -134,7 +135,7 @@ def bound(
     total = Fraction(0)
     steep = sum(map(abs, slope(state[2])), Fraction(0))
     ends = [value(state[2], Fraction(2 * k - PARTS, PARTS)) for k in range(PARTS + 1)]
-    for a, b in zip(ends, ends[1:], strict=False):
+    for a, b in itertools.pairwise(ends):
         M3 = (abs(a) + abs(b) + steep * Fraction(2, PARTS)) / 2 + assumed / (2 * SIGMA)
         l = (SADDLE + OF_ROOTS) * M3
         total += (l + root(l * l + coupling**2, up=True)) / 2 * tau * Fraction(2, PARTS)

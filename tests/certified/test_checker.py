@@ -10,7 +10,7 @@ from flint import arb
 
 from rigidpend import Body
 from rigidpend.certified.balls import enclosed
-from rigidpend.certified.checker import Checker, Undecided
+from rigidpend.certified.checker import OrbitChecker, Undecided
 from rigidpend.certified.proofs import MARGIN, check, prove
 from rigidpend.certified.steps import CLOCK, Step
 from rigidpend.numbers.exact import exact
@@ -45,7 +45,7 @@ def fraction(x: arb) -> Fraction:
 @pytest.mark.parametrize("k", [0, 5, 12])
 def test_plain_fractions_give_the_same_bound_of_a_step(steps: list[Step], k: int) -> None:
     start = enclosed(problem(), PHASE, BITS + 100)
-    checker = Checker(start)
+    checker = OrbitChecker(start)
     for step in steps[:k]:
         checker.take(step)
     before = fraction(checker.bound)
@@ -84,11 +84,9 @@ def changed(steps: Sequence[Step], k: int, component: int, j: int, by: int) -> l
 
 @pytest.mark.parametrize("component", range(6))
 @pytest.mark.parametrize("j", [0, 7])
-def test_a_changed_coefficient_raises_the_bound(
-    steps: list[Step], component: int, j: int
-) -> None:
+def test_a_changed_coefficient_raises_the_bound(steps: list[Step], component: int, j: int) -> None:
     def bound(given: Sequence[Step]) -> float:
-        checker = Checker(enclosed(problem(), PHASE, given[0].bits + 64))
+        checker = OrbitChecker(enclosed(problem(), PHASE, given[0].bits + 64))
         for step in given[:4]:
             checker.take(step)
         return float(checker.bound)
@@ -137,7 +135,7 @@ def test_a_wait_beyond_its_limit_ends_the_proof() -> None:
 
 
 def test_a_step_that_ends_on_the_section_is_undecided() -> None:
-    checker = Checker(enclosed(problem(), PHASE, BITS + MARGIN))
+    checker = OrbitChecker(enclosed(problem(), PHASE, BITS + MARGIN))
     rest = 1 << 60
     flat = [[0], [0], [0], [2 * rest], [0], [0]]
     checker.start = tuple(arb(x) for x in (0, 0, 0, 1, 0, 0))

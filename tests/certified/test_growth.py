@@ -56,7 +56,7 @@ def test_the_rate_holds_at_a_distance(name: str) -> None:
         y[3:] /= np.linalg.norm(y[3:])
         z = y + 0.3 * z
         apart = D * (y - z)
-        distance = np.linalg.norm(apart)
+        distance = float(np.linalg.norm(apart))
         speed = apart @ (D * (np.array(aligned(y, c)) - np.array(aligned(z, c)))) / distance
         rate = float(growth.rate(arb(abs(z[2])) + _wide(distance, growth), arb(distance)))
         assert speed <= rate * distance * (1 + 1e-12)

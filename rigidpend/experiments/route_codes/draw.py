@@ -12,7 +12,16 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
-from rigidpend.render.code_arrays import COLOURS, DOUBT, NONE, NORM, PROVEN, ZERO, ZOOM, symbol_entries
+from rigidpend.render.code_arrays import (
+    COLOURS,
+    DOUBT,
+    NONE,
+    NORM,
+    PROVEN,
+    ZERO,
+    ZOOM,
+    symbol_entries,
+)
 from rigidpend.render.palette import WIDTH
 
 if TYPE_CHECKING:
