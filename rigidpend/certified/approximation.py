@@ -34,13 +34,15 @@ DOUBLE = 35
 """Bits that hold at the beginning."""
 KEPT = 46
 """Bits down to which the doubles give coefficients, whose decay tells how many there are to be."""
+FASTER = 0.9
+"""Share of the coefficients that a geometric decay asks for; they decay faster, as measured."""
 NOISE = 2.0**-42
 """Share of a correction below which it is rounding."""
 FIRST = 64
 """Nodes of the first solution of a step."""
 GUARD = 8
 """Bits of a residual beyond those that its correction can use."""
-GRAIN = 8
+GRAIN = 4
 """Numbers of coefficients are multiples of it, so that few rules are made."""
 LONGEST = 5.0
 """Length of a step, in radians of the faster of rotation and saddle; measured: flat from 4 to 6."""
@@ -173,7 +175,7 @@ class Approximation:
         series = states @ rule(states.shape[1]).series.T
         tail = np.maximum.accumulate(np.abs(series).max(axis=0)[::-1])[::-1]
         enough = max(4, int((tail > 2.0**-KEPT * tail[0]).sum()))
-        n = -(-(int(enough * bits / KEPT) + 4) // GRAIN) * GRAIN
+        n = -(-(int(FASTER * enough * bits / KEPT) + 4) // GRAIN) * GRAIN
         kept = np.zeros((6, n))
         m = min(n, enough + 1)
         kept[:, :m] = series[:, :m]

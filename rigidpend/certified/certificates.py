@@ -26,8 +26,8 @@ from rigidpend.run.parts import Parts
 if TYPE_CHECKING:
     from rigidpend.certified.codes import CertifiedCodes
 
-AT_ONCE = 16
-"""Orbits that are proven, and kept, at a time."""
+AT_ONCE = 32
+"""Orbits that are proven, and kept, at a time: a minute or so."""
 MOST_ORBITS = 2000
 """Orbits of a certificate at most: each takes about half a megabyte."""
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cached_property
 
-from flint import arb, fmpz_poly
+from flint import arb, fmpz, fmpz_poly
 
 from rigidpend.certified.precision import precision
 
@@ -40,13 +40,18 @@ class Model:
     @property
     def series(self) -> list[int]:
         """Coefficients w of P = w_0/2 + sum_j w_j T_j, in units of 2^-bits."""
-        half = list(map(int, self.doubled.coeffs()[self.degree :]))
+        half = list(map(int, self._half()))
         return half + [0] * (self.degree + 1 - len(half))
 
     @cached_property
     def size(self) -> int:
         """Bound on |g| over [-1, 1] for every function of the model, in units of 2^-bits."""
-        return (int(sum(map(abs, self.doubled.coeffs()))) + 1) // 2 + self.error
+        first, *further = self._half() or [0]
+        return int((abs(first) + 1) // 2 + sum(map(abs, further))) + self.error
+
+    def _half(self) -> list[fmpz]:
+        """The coefficients from that of T_0 on, without zeros at the end."""
+        return self.doubled.right_shift(self.degree).coeffs()
 
     def __neg__(self) -> Model:
         return Model(-self.doubled, self.degree, self.error, self.bits)
