@@ -185,18 +185,20 @@ class Approximation:
         self, P: Sequence[Sequence[int]], begin: Sequence[int], whole: int, bits: int, work: int
     ) -> list[list[int]]:
         """Coefficients of R in units of 2^-bits, computed in `work` bits."""
-        shift, n = bits - work, len(P[0])
-        models = [_Truncated.of(Model.of_series([w >> shift for w in row], work), n) for row in P]
+        # What so many bits can show is in so many coefficients.
+        shift, n = bits - work, min(len(P[0]), len(P[0]) * work // bits + GRAIN)
+        rows = [[w >> shift for w in row[:n]] for row in P]
+        models = [_Truncated.of(Model.of_series(row, work), n) for row in rows]
         numbers = AlignedCoefficients(*(_Truncated.of(c, n) for c in self._in_bits(work)))
         rates = aligned(models, numbers)
-        found = []
-        for row, rate, x in zip(models, rates, begin, strict=True):
+        found, rest = [], [0] * (len(P[0]) - n)
+        for w, rate, x in zip(rows, rates, begin, strict=True):
             r = [whole * c >> CLOCK for c in rate.series[: n + 1]]
             r += [0] * (n + 1 - len(r))
-            w = row.series
             integral = [(r[j - 1] - r[j + 1]) // (2 * j) for j in range(1, n)]
             first = 2 * ((x >> shift) - sum(integral[1::2]) + sum(integral[::2]))
-            found.append([(a - b) << shift for a, b in zip([first, *integral], w, strict=True)])
+            R = [(a - b) << shift for a, b in zip([first, *integral], w, strict=True)]
+            found.append(R + rest)
         return found
 
     def _in_bits(self, bits: int) -> AlignedCoefficients:

@@ -9,6 +9,8 @@ from rigidpend.certified.models import Model
 
 PARTS = (32, 256)
 """Numbers of equal parts of a step: the second where the first leave a sign in doubt."""
+GRAIN = 64
+"""Numbers of terms of a table are multiples of it."""
 BITS = 62
 """Values are integers in units of 2^-BITS."""
 
@@ -18,7 +20,8 @@ class Values:
 
     def __init__(self, model: Model, parts: int) -> None:
         series = [_shifted(w, BITS - model.bits) for w in model.series]
-        rows = _table(parts, len(series))
+        # A longer row than the series does no harm, and few tables are made.
+        rows = _table(parts, -(-len(series) // GRAIN) * GRAIN)
         self.at = [sum(map(mul, series, row)) >> BITS for row in rows]
         # A coefficient, a T_j and the sum are each rounded by a unit at most.
         rounding = len(series) + (sum(map(abs, series)) >> BITS) + 2
