@@ -46,7 +46,7 @@ class Model:
     @cached_property
     def size(self) -> int:
         """Bound on |g| over [-1, 1] for every function of the model, in units of 2^-bits."""
-        first, *further = self._half() or [0]
+        first, *further = self._half() or [fmpz(0)]
         return int((abs(first) + 1) // 2 + sum(map(abs, further))) + self.error
 
     def _half(self) -> list[fmpz]:

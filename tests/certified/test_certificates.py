@@ -207,7 +207,7 @@ def test_a_figure_marks_what_is_proven(folder: Path) -> None:
     assert marked["data"]["only"]["proven"].all()
     assert "proven" not in result["data"]["only"]
     figure = experiments.drawing("route_codes").draw(marked)
-    assert "proven" in [text.get_text() for text in figure.legends[0].get_texts()]
+    assert "proven symbol" in [text.get_text() for text in figure.legends[0].get_texts()]
     [dots] = [line for line in figure.axes[0].get_lines() if line.get_label() == "proven"]
     assert np.size(dots.get_xdata()) == 4
     other: Any = {**result, "attributes": {**result["attributes"], "config_hash": "another"}}

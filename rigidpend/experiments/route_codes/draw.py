@@ -182,7 +182,9 @@ def _legend_entries(arrays: list[Array]) -> list[Artist]:
     if any((array.codes == 255).any() for array in arrays):
         entries.append(Patch(facecolor=NONE, edgecolor="0.6", label="no return"))
     if any(array.proven.any() for array in arrays):
-        entries.append(Line2D([], [], color=PROVEN, marker="o", ls="", ms=2.5, label="proven"))
+        entries.append(
+            Line2D([], [], color=PROVEN, marker="o", ls="", ms=2.5, label="proven symbol")
+        )
     if not all(array.certain.all() for array in arrays):
         entries.append(Line2D([], [], color=DOUBT, marker="x", ls="", label="uncertain"))
     return entries
