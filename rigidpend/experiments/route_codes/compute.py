@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +24,7 @@ from rigidpend.routes.phases import Grid
 
 if TYPE_CHECKING:
     from rigidpend.config.schema import PhaseGrid
+    from rigidpend.experiments.contract import Routes
     from rigidpend.experiments.route_codes.schema import Config
 
 
@@ -87,6 +88,12 @@ def _part(phases: Sequence[Exact], config: Config, means: Means) -> Tree:
         **means.arithmetic._asdict(),
     )
     return _group(routes)
+
+
+def orbits(config: Config, stored: Callable[[], Data]) -> Routes:
+    """The orbits of each array."""
+    problem = config.problem
+    return {name: (problem.routes, grid.phases) for name, grid in problem.arrays.items()}
 
 
 def describe(config: Config) -> list[Row]:

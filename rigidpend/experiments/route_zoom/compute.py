@@ -37,6 +37,7 @@ from rigidpend.routes.neighbourhood import Neighbourhood
 from rigidpend.routes.phases import Grid
 
 if TYPE_CHECKING:
+    from rigidpend.experiments.contract import Routes
     from rigidpend.experiments.route_zoom.schema import Config, Problem
 
 
@@ -112,7 +113,7 @@ def _texts(bracket: Bracket) -> Tree:
 def _level(around: Neighbourhood, problem: Problem, bracket: Bracket, step: Exact) -> Tree:
     """Compute an array around the middle of a bracket, whose ends prove the change."""
     centre = bracket.between(1, 2)
-    grid = Grid(centre - step * (problem.count - 1) / 2, step, problem.count)
+    grid = _grid(centre, problem, step)
     routes = around.routes([*bracket, *(grid[k] for k in range(problem.count))])
     ends = slice(problem.symbol), slice(2)
     if not routes.certain[ends].all():
@@ -121,6 +122,19 @@ def _level(around: Neighbourhood, problem: Problem, bracket: Bracket, step: Exac
     check_change(left, right, bracket)
     fields = {name: array[..., 2:] for name, array in routes._asdict().items()}
     return _group(fields, centre, step)
+
+
+def _grid(centre: Exact, problem: Problem, step: Exact) -> Grid:
+    return Grid(centre - step * (problem.count - 1) / 2, step, problem.count)
+
+
+def orbits(config: Config, stored: Callable[[], Data]) -> Routes:
+    """The orbits of each level, about the centre that a computation has found."""
+    problem, found, step = config.problem, {}, config.problem.step
+    for name, level in stored()["levels"].items():
+        found[name] = (problem.routes, _grid(exact(level["centre"]), problem, step))
+        step = step / problem.factor
+    return found
 
 
 def describe(config: Config) -> list[Row]:
