@@ -20,6 +20,7 @@ from rigidpend.return_map.normal_form import MapError, NormalForm, normal_form
 from rigidpend.return_map.orders import Layer, Orders, first_look, orders, radius
 from rigidpend.return_map.passage import EnergyLevel
 from rigidpend.return_map.precision import Precision, native, precision
+from rigidpend.return_map.rapid import Rapid
 from rigidpend.return_map.reduced import Coefficients, coefficients
 
 SLACK = 2.0**13
@@ -49,7 +50,7 @@ class Design(NamedTuple):
     """Shift of phases before they are rounded, radians."""
 
 
-FIRST, SECOND = Design(), Design("1.37", 1.06, 2, 0.7)
+FIRST, SECOND, THIRD = Design(), Design("1.37", 1.06, 2, 0.7), Design("0.61", 1.03, 2, 1.9)
 
 
 @dataclass(frozen=True)
@@ -86,6 +87,22 @@ class ReturnMap:
         """The map at an energy, or at one for each of N orbits, within the interval."""
         a = precision(self.bits)
         return EnergyLevel(self.normal_form, self.charts, a.array(h) * self._unit**2, a)
+
+    def rapid(self, bits: int, most_Qp: float) -> Rapid:
+        """Rapid passages through this map for many orbits with Qp up to `most_Qp` at the start.
+
+        Of all that were asked for the last is kept. Raises MapError where the normal form does
+        not reach as far as `most_Qp`.
+        """
+        key = (bits, most_Qp)
+        if key not in self._rapid:
+            made = Rapid(self.normal_form, self.charts, most_Qp, self.errors.charts, bits)
+            self._rapid[key] = made
+        return self._rapid[key]
+
+    @functools.cached_property
+    def _rapid(self) -> dict[tuple[int, float], Rapid]:
+        return {}
 
     @property
     def _unit(self) -> Any:
@@ -166,7 +183,7 @@ def build(body: Body, low: Exact, high: Exact, bits: int, design: Design = FIRST
     MapError
         The map does not resolve the orbits there; the message gives the reason.
     """
-    a = precision(_table_bits(bits))
+    a = precision(table_bits(bits))
     p = body.angles(max(a.bits, bits) + GUARD_BITS)
     c, rough = coefficients(p, design.unit, a), coefficients(p, design.unit, precision(53))
     scale = _exact_unit(design) ** 2
@@ -261,7 +278,7 @@ def _designed(o: Orders, design: Design) -> Orders:
     )
 
 
-def _table_bits(bits: int) -> int:
+def table_bits(bits: int) -> int:
     """Doubles come from tables of 64 bits, where these are fast: sharper tables, sharper maps."""
     return 64 if bits == 53 and default_engine() == "taylor" and native(64) else bits
 

@@ -161,6 +161,13 @@ def _shared(
     return list(zip(parts, side_by_side(work, (), False, parts, jobs), strict=True))
 
 
+def _shared_first(
+    jobs: int, work: Callable[[Any], Decided], columns: Any, alone: bool
+) -> list[tuple[Any, Decided]]:
+    """Let threads decide columns in doubles; the rest at once, for maps serve many best."""
+    return [(columns, work(columns))] if alone else _shared(jobs, work, columns, alone)
+
+
 def _decided(
     run: _Run, rate: float, method: str
 ) -> tuple[Crossings, NDArray[np.bool_], NDArray[np.uint16], NDArray[np.bool_]]:
@@ -177,7 +184,10 @@ def _decided(
         from rigidpend.routes import mapped
 
         try:
-            known, by_map = mapped.decided(run.crossings, run.problem, run.phases, rate, ladder)
+            share = functools.partial(_shared_first, run.jobs)
+            known, by_map = mapped.decided(
+                run.crossings, run.problem, run.phases, rate, ladder, share
+            )
             return *known, by_map
         except MapError:
             if method == "map":
