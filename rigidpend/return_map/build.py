@@ -20,7 +20,7 @@ from rigidpend.return_map.normal_form import MapError, NormalForm, normal_form
 from rigidpend.return_map.orders import Layer, Orders, first_look, orders, radius
 from rigidpend.return_map.passage import EnergyLevel
 from rigidpend.return_map.precision import Precision, native, precision
-from rigidpend.return_map.rapid import Rapid
+from rigidpend.return_map.rapid import Entry, Rapid, entry
 from rigidpend.return_map.reduced import Coefficients, coefficients
 
 SLACK = 2.0**13
@@ -88,20 +88,29 @@ class ReturnMap:
         a = precision(self.bits)
         return EnergyLevel(self.normal_form, self.charts, a.array(h) * self._unit**2, a)
 
-    def rapid(self, bits: int, most_Qp: float) -> Rapid:
-        """Rapid passages through this map for many orbits with Qp up to `most_Qp` at the start.
+    def rapid(self, bits: int, least_Qp: Scalar, most_Qp: Scalar, many: bool) -> Rapid:
+        """Rapid passages through this map for many orbits that start at least_Qp <= Qp <= most_Qp.
 
-        Of all that were asked for the last is kept. Raises MapError where the normal form does
-        not reach as far as `most_Qp`.
+        `many` has more of them compiled, which pays from some hundred thousand orbits on. Raises
+        MapError where the normal form does not reach as far as `most_Qp`.
         """
-        key = (bits, most_Qp)
+        begin = self._entries.get((least_Qp, most_Qp))
+        if begin is None:
+            begin = entry(self.normal_form, least_Qp, most_Qp, precision(self.bits))
+            self._entries[least_Qp, most_Qp] = begin
+        key = (bits, least_Qp, most_Qp, many)
         if key not in self._rapid:
-            made = Rapid(self.normal_form, self.charts, most_Qp, self.errors.charts, bits)
-            self._rapid[key] = made
+            self._rapid[key] = Rapid(
+                self.normal_form, self.charts, begin, self.errors.charts, bits, many
+            )
         return self._rapid[key]
 
     @functools.cached_property
-    def _rapid(self) -> dict[tuple[int, float], Rapid]:
+    def _entries(self) -> dict[tuple[Any, Any], Entry]:
+        return {}
+
+    @functools.cached_property
+    def _rapid(self) -> dict[tuple[int, Any, Any, bool], Rapid]:
         return {}
 
     @property

@@ -75,7 +75,7 @@ def chebyshev_terms(x: Scalar, n: int) -> list[Any]:
     """The Chebyshev polynomials T_0 .. T_{n-1} as a list, over any kind of numbers."""
     found = [1, x][:n]
     while len(found) < n:
-        found.append(2.0 * x * found[-1] - found[-2])
+        found.append((x + x) * found[-1] - found[-2])
     return found
 
 

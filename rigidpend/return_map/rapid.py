@@ -34,7 +34,7 @@ from rigidpend.return_map.terms import (
     significant_powers,
 )
 
-MOST_NODES = 16
+MOST_NODES = 20
 """Chebyshev nodes in Qp from which on a start counts as outside of the normal form."""
 
 ROUNDINGS = 8
@@ -79,33 +79,35 @@ class Rapid:
     nf : NormalForm
     charts : 2 Chart
         Of downward and upward crossings.
-    most_Qp : float
-        Largest Qp that an orbit starts at.
+    begin : Entry
     error : float
         Of the tables, relative: terms far below it are left out.
     bits : int
         53 or 64.
-
-    Raises
-    ------
-    MapError
-        `most_Qp` lies outside of the range of the normal form.
+    many : bool
+        Whether to compile the small terms of sums in 64 bits as well: it takes half a second.
     """
 
-    def __init__(self, nf: NormalForm, charts: Any, most_Qp: float, error: float, bits: int) -> None:
+    def __init__(
+        self, nf: NormalForm, charts: Any, begin: Entry, error: float, bits: int, many: bool
+    ) -> None:
         own = precision(64 if nf.exponent.dtype == np.longdouble else 53)
         self.a, self.radius = precision(bits), nf.radius
         threshold = max(2.0 ** -(bits + 2), error / 16)
         self._terms = [[significant(table, threshold) for table in chart] for chart in charts]
-        self._entry = significant(entry_table(nf, most_Qp, threshold, own), threshold)
+        self._centre, self._half_width = begin.centre, begin.half_width
+        self._entry = significant(begin.table, threshold)
         self._widths = [[float(table.width) for table in chart] for chart in charts]
         reach = self._widths[1][1]
         self._rates = [
             _rates(nf, self._terms[rising][0], 1 - rising, reach, threshold, own)
             for rising in (0, 1)
         ]
-        self._entry_rates = _rates_at(nf, most_Qp, reach, threshold, own)
+        most = float(begin.centre + begin.half_width)
+        self._entry_rates = _rates_at(nf, most, reach, threshold, own)
         self._stages: dict[str, Stage] = {}
+        self._parts: dict[int, tuple[Terms, Stage]] = {}
+        self.compiles = default_engine() == "taylor" and (bits == 53 or many)
 
     def enter(self, Qp: Scalar, phase: Scalar, e: Scalar) -> tuple[Any, Any, Any, Any]:
         """First crossings of orbits that start at Qp > 0, Qm = 0, M3 < 0: see `itinerary.enter`.
@@ -174,13 +176,9 @@ class Rapid:
 
     def _stage(self, name: str) -> Stage:
         if name not in self._stages:
-            lines = {
-                "enter": self._enter,
-                "up": functools.partial(self._past, True),
-                "down": functools.partial(self._past, False),
-            }[name]
-            compiled = self.a.bits == 53 and default_engine() == "taylor"
-            self._stages[name] = _compiled(lines) if compiled else _interpreted(lines)
+            compiles = self.compiles and self.a.bits == 53
+            lines = self._enter if name == "enter" else functools.partial(self._past, name == "up")
+            self._stages[name] = (_compiled if compiles else _interpreted)(lines)
         return self._stages[name]
 
     def _past(self, rising: bool, d: Scalar, chi: Scalar, e: Scalar, m: Any) -> list[Any]:
@@ -198,7 +196,11 @@ class Rapid:
     def _enter(self, Qp: Scalar, phase: Scalar, e: Scalar, m: Any) -> list[Any]:
         """The lines from a start to the first crossing, mirrored."""
         rates = self._cast(self._entry_rates)
-        v, u, begin = self._sum(self._entry, Qp, phase, e, m)
+        x = 0 * Qp
+        if self._half_width:
+            centre, half_width = (self._own(z) for z in (self._centre, self._half_width))
+            x = (Qp - centre) * (1 / half_width)
+        v, u, begin = self._sum(self._entry, x, phase, e, m)
         v, u = v * Qp, u * Qp
         I = u * v
         s = phase + _depth(v, I, e, rates, m)
@@ -210,37 +212,56 @@ class Rapid:
     def _sum(self, terms: Terms, x: Scalar, phase: Scalar, e: Scalar, m: Any) -> list[Any]:
         if self.a.bits == 53:
             return evaluated(in_doubles(terms), x, phase, e, m)
-        head, tail = halves(terms)
-        near = (np.asarray(z).astype(float) for z in (x, phase, e))
-        small = evaluated(tail, *near, m)
+        head, tail = self._halves(terms)
+        small = tail(np.stack([np.asarray(z).astype(float) for z in (x, phase, e)]))
         return [a + b for a, b in zip(evaluated(head, x, phase, e, m), small, strict=True)]
 
+    def _halves(self, terms: Terms) -> tuple[Terms, Stage]:
+        """The large terms, and the sum of the small ones."""
+        if id(terms) not in self._parts:
+            head, tail = halves(terms)
+            lines = functools.partial(evaluated, tail)
+            self._parts[id(terms)] = head, (_compiled if self.compiles else _interpreted)(lines)
+        return self._parts[id(terms)]
+
+    def _own(self, z: Scalar) -> Any:
+        return float(z) if self.a.bits == 53 else z
+
     def _cast(self, rates: Rates) -> Rates:
-        return Rates(*(x.astype(self.a.dtype) for x in rates[:3]), *rates[3:])
+        reciprocal, rest, rotation = (x.astype(self.a.dtype) for x in rates[:3])
+        return Rates(reciprocal, rest, rotation, rates.turns, rates.scale)
 
 
-def entry_table(nf: NormalForm, most: float, threshold: float, a: Precision) -> ChartTable:
-    """v/Qp, u/Qp, tau and sigma of starts at Qp up to `most`, Qm = 0, over (Qp, psi).
+class Entry(NamedTuple):
+    """Starts at Qm = 0 put into the normal form, as a table."""
+
+    centre: Any
+    half_width: Any
+    """Of the interval of Qp; 0 where it is a point."""
+    table: ChartTable
+    """v/Qp, u/Qp, tau and sigma over (x, psi), x = (Qp - centre)/half_width."""
+
+
+def entry(nf: NormalForm, least: Scalar, most: Scalar, a: Precision) -> Entry:
+    """Starts at Qp from `least` to `most`, numbers of the precision.
 
     Raises
     ------
     MapError
         The normal form does not reach as far as `most`.
     """
-    n_x = 2
-    while n_x <= MOST_NODES:
-        # An even number of nodes has none at Qp = 0.
-        Qp, psi = grid(a.number(most), n_x, nf.n, a)
-        found = []
+    centre, half_width = (least + most) / 2, (most - least) / 2
+    for n_x in range(4, MOST_NODES, 2) if half_width else (1,):
+        x, psi = grid(a.number(1), n_x, nf.n, a)
+        Qp, found = centre + half_width * x, []
         for h in nf.energies.nodes(a):
             at = inverted(nf, nf.energies.basis(h, a)[None], psi, Qp, 0 * Qp, a)
             found.append(np.stack((at.v / Qp, at.u / Qp, at.tau, at.sigma)).T)
         values = np.stack([one.reshape(n_x, nf.n, 4) for one in found], axis=2)
-        table = fitted(values, a.number(most), nf.energies, a)
+        table = fitted(values, a.number(1), nf.energies, a)
         last = table.values.reshape(len(found), n_x, nf.n, 4)[:, -2:, :, :3]
-        if a.largest(last) <= max(threshold, ROUNDINGS * a.epsilon):
-            return table
-        n_x += 2
+        if n_x == 1 or a.largest(last) <= ROUNDINGS * a.epsilon:
+            return Entry(centre, half_width, table)
     raise MapError("the start lies outside of the range of the normal form")
 
 
@@ -252,9 +273,7 @@ def _rates(
     return _rates_at(nf, size, reach, threshold, a)
 
 
-def _rates_at(
-    nf: NormalForm, size: float, reach: float, threshold: float, a: Precision
-) -> Rates:
+def _rates_at(nf: NormalForm, size: float, reach: float, threshold: float, a: Precision) -> Rates:
     """The rates where |W| is of the order of `size`."""
     scale = 2.0 ** round(math.log2(size))
     at_nodes = nf.energies.basis(nf.energies.nodes(a), a)
@@ -264,8 +283,8 @@ def _rates_at(
     turns = float(np.round(float(deep[0, 0]) / (2 * math.pi)))
     deep[:, 0] = deep[:, 0] - 2 * a.pi * turns
     back = nf.energies.analysis(a)
-    found = (back @ reciprocal, back @ deep, nf.rotation)
-    return Rates(*(significant_powers(x, reach, threshold) for x in found), turns, scale)
+    kept = functools.partial(significant_powers, reach=reach, threshold=threshold)
+    return Rates(kept(back @ reciprocal), kept(back @ deep), kept(nf.rotation), turns, scale)
 
 
 def _reciprocal(series: Any) -> Any:

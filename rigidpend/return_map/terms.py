@@ -82,7 +82,7 @@ def significant_powers(coefficients: Any, reach: float, threshold: float) -> Any
     """Such coefficients for |x| <= reach without terms below `threshold` of the largest."""
     sizes = np.abs(coefficients.astype(float)) * reach ** np.arange(coefficients.shape[1])
     kept = sizes > threshold * sizes.max()
-    return np.where(kept, coefficients, 0)[:, : 1 + np.flatnonzero(kept.any(axis=0)).max()]
+    return np.where(kept, coefficients, 0)[:, : 1 + np.flatnonzero(kept.any(axis=0)).max(initial=0)]
 
 
 def _pairs(coefficients: Any, basis: list[Any]) -> list[tuple[Any, Any]]:

@@ -7,6 +7,7 @@ rounding. Their energies are those of all phases, h0 + mu sin(theta2_0) and the 
 
 from __future__ import annotations
 
+import functools
 import threading
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeAlias
@@ -22,7 +23,7 @@ from rigidpend.numbers.exact import GUARD_BITS, exact
 from rigidpend.return_map import MapError, return_map
 from rigidpend.return_map.build import FIRST, SECOND, THIRD, Design, table_bits
 from rigidpend.return_map.itinerary import entry_phase
-from rigidpend.return_map.precision import Precision, precision
+from rigidpend.return_map.precision import precision
 from rigidpend.return_map.rapid import Rapid
 from rigidpend.routes import certainty
 from rigidpend.routes.certainty import Decided
@@ -33,6 +34,10 @@ from rigidpend.routes.start import Scales
 
 BLOCK = 2048
 """Orbits at a time: their rows then stay in a core's own memory."""
+COMPILED = 150_000
+"""Orbits from which on more is compiled; it takes a second."""
+THIRDS = 20_000
+"""Orbits from which on a third map is cheaper than a third integration of one in seven."""
 SAMPLE = 64
 """Number of orbits that are integrated as well and compared."""
 
@@ -51,6 +56,8 @@ class Maps:
         theta2_0 of the orbits.
     J1_0 : (n,) array, optional
         Exact doubles in the place of the problem's one J1_0; the problem has the largest of them.
+    orbits : int, optional
+        Orbits that there are in all, if not those phases alone.
 
     Raises
     ------
@@ -58,9 +65,14 @@ class Maps:
         The body's orbits have no such map, or J1_0 is too large to begin in the normal form.
     """
 
-    def __init__(self, problem: RouteProblem, phases: Phases, J1_0: Any = None) -> None:
+    def __init__(
+        self, problem: RouteProblem, phases: Phases, J1_0: Any = None, orbits: int = 0
+    ) -> None:
         self.problem, self.phases, self.J1_0 = problem, phases, J1_0
+        self.least_J1_0 = None if J1_0 is None else np.min(J1_0)
+        self.orbits = orbits or len(phases)
         self.table_bits, self._lock = table_bits(53), threading.Lock()
+        self._ready: dict[tuple[int, Design], Rapid] = {}
         try:
             self.crossings(53, certainty.FIRST, np.arange(1))
         except MapError:
@@ -68,6 +80,7 @@ class Maps:
             if self.table_bits == 53:
                 raise
             self.table_bits = 53
+            self._ready.clear()
         for scales in (certainty.FIRST, certainty.SECOND):
             # One orbit shows whether the start lies in the range of the normal form.
             if self.crossings(53, scales, np.arange(1)).outcome[0] == Outcome.FAILED:
@@ -75,7 +88,8 @@ class Maps:
 
     def serve(self, bits: int, scales: Scales) -> bool:
         """True if there is such a map."""
-        return bits <= self.table_bits and scales in DESIGNS
+        third = scales == certainty.THIRD and self.orbits < THIRDS
+        return bits <= self.table_bits and scales in DESIGNS and not third
 
     def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
         """The crossings of some columns in t'; FAILED where an orbit leaves the tables."""
@@ -89,18 +103,23 @@ class Maps:
     def _rapid(self, bits: int, design: Design) -> Rapid:
         """The map of a design, ready for use."""
         low, high = (self.problem.h0 + side * self.problem.body.mu for side in (-1, 1))
+        if (bits, design) in self._ready:
+            return self._ready[bits, design]
         with self._lock:
-            made = return_map(
-                self.problem.body, h=(low, high), bits=self.table_bits, design=design
+            made = return_map(self.problem.body, h=(low, high), bits=self.table_bits, design=design)
+            least, most = (
+                _start_Qp(self.problem, design.unit, self.table_bits, J1)
+                for J1 in (self.least_J1_0, None)
             )
-            return made.rapid(bits, float(self._Qp(design.unit, bits, self.problem.J1_0)))
+            self._ready[bits, design] = made.rapid(bits, least, most, self.orbits >= COMPILED)
+            return self._ready[bits, design]
 
     def _follow(
         self, rapid: Rapid, bits: int, design: Design, columns: Any
     ) -> tuple[Any, Any, Any]:
         """Times (n + 1, N) in t', separatrices, and whether the tables reach so far."""
-        J1 = self.problem.J1_0 if self.J1_0 is None else self.J1_0[columns]
-        Qp = self._Qp(design.unit, bits, J1)
+        J1 = None if self.J1_0 is None else self.J1_0[columns]
+        Qp = _start_Qp(self.problem, design.unit, bits, J1)
         phase, height = self._begin(bits, design, J1, columns)
         with np.errstate(invalid="ignore", over="ignore"):
             found = rapid.follow(Qp + 0 * phase, phase, height, self.problem.n_symbols)
@@ -113,33 +132,38 @@ class Maps:
         Phases are rounded at another place in each design; what that loses goes to the rest.
         """
         a, theta2 = precision(bits), self.phases.high[columns]
-        p = _angles(self.problem, bits)
+        p, J2, J1 = _constants(self.problem, bits)
         shifted = theta2 + design.origin
         back = shifted - design.origin
         lost = (theta2 - back) + (design.origin - (shifted - back))
         rest = a.array(self.phases.rest[columns] + lost)
         phase = entry_phase(a.array(shifted), rest, p.beta0, a) + design.origin
         theta = p.alpha0 + p.beta0, a.array(theta2) + a.array(self.phases.rest[columns])
-        J1, J2 = self._action(J1_0, a), a.number(self.problem.J2_0(bits + GUARD_BITS))
-        return phase, height(J1, J2, theta, a)
-
-    def _Qp(self, unit: str, bits: int, J1_0: Any) -> Any:
-        """Qp of the starts in units of the design."""
-        a, p = precision(bits), _angles(self.problem, bits)
-        J1 = self._action(J1_0, a)
-        J2 = a.number(self.problem.J2_0(bits + GUARD_BITS))
-        begin = Canonical(J1, J2 - J1, 0, p.alpha0 + p.beta0, 0 * J1, 0, 1)
-        scale = a.number(exact(unit).at(bits + GUARD_BITS))
-        return scale * aligned_from_canonical(begin, p.alpha0, p.beta0, a).Qp
-
-    def _action(self, J1_0: Any, a: Precision) -> Any:
-        return a.number(J1_0.at(a.bits + GUARD_BITS)) if hasattr(J1_0, "at") else a.array(J1_0)
+        return phase, height(J1 if J1_0 is None else a.array(J1_0), J2, theta, a)
 
 
-def _angles(problem: RouteProblem, bits: int) -> Any:
-    """The body's angles, each rounded to the precision."""
-    a = precision(bits)
-    return Angles(*map(a.number, problem.body.angles(bits + GUARD_BITS)))
+class Constants(NamedTuple):
+    """A problem's numbers, each rounded once to a precision."""
+
+    angles: Angles
+    J2_0: Any
+    J1_0: Any
+
+
+@functools.lru_cache(maxsize=16)
+def _constants(problem: RouteProblem, bits: int) -> Constants:
+    a, guarded = precision(bits), bits + GUARD_BITS
+    angles = Angles(*map(a.number, problem.body.angles(guarded)))
+    return Constants(angles, a.number(problem.J2_0(guarded)), a.number(problem.J1_0.at(guarded)))
+
+
+def _start_Qp(problem: RouteProblem, unit: str, bits: int, J1_0: Any = None) -> Any:
+    """Qp of starts in units of a design, for the problem's J1_0 or for doubles in its place."""
+    a, (p, J2, J1) = precision(bits), _constants(problem, bits)
+    J1 = J1 if J1_0 is None else a.array(J1_0)[()]
+    begin = Canonical(J1, J2 - J1, 0, p.alpha0 + p.beta0, 0 * J1, 0, 1)
+    scale = a.number(exact(unit).at(bits + GUARD_BITS))
+    return scale * aligned_from_canonical(begin, p.alpha0, p.beta0, a).Qp
 
 
 class Mapped(NamedTuple):
