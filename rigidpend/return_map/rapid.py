@@ -29,6 +29,7 @@ from rigidpend.return_map.terms import (
     evaluated,
     halves,
     in_doubles,
+    nested,
     polynomial,
     significant,
     significant_powers,
@@ -106,7 +107,7 @@ class Rapid:
         most = float(begin.centre + begin.half_width)
         self._entry_rates = _rates_at(nf, most, reach, threshold, own)
         self._stages: dict[str, Stage] = {}
-        self._parts: dict[int, tuple[Terms, Stage]] = {}
+        self._parts: dict[int, tuple[Terms, list[Any], Stage]] = {}
         self.compiles = default_engine() == "taylor" and (bits == 53 or many)
 
     def enter(self, Qp: Scalar, phase: Scalar, e: Scalar) -> tuple[Any, Any, Any, Any]:
@@ -211,17 +212,20 @@ class Rapid:
 
     def _sum(self, terms: Terms, x: Scalar, phase: Scalar, e: Scalar, m: Any) -> list[Any]:
         if self.a.bits == 53:
-            return evaluated(in_doubles(terms), x, phase, e, m)
-        head, tail = self._halves(terms)
+            doubles = in_doubles(terms)
+            return evaluated(doubles, nested(doubles), x, phase, e, m)
+        head, lists, tail = self._halves(terms)
         small = tail(np.stack([np.asarray(z).astype(float) for z in (x, phase, e)]))
-        return [a + b for a, b in zip(evaluated(head, x, phase, e, m), small, strict=True)]
+        large = evaluated(head, lists, x, phase, e, m)
+        return [a + b for a, b in zip(large, small, strict=True)]
 
-    def _halves(self, terms: Terms) -> tuple[Terms, Stage]:
+    def _halves(self, terms: Terms) -> tuple[Terms, list[Any], Stage]:
         """The large terms, and the sum of the small ones."""
         if id(terms) not in self._parts:
             head, tail = halves(terms)
-            lines = functools.partial(evaluated, tail)
-            self._parts[id(terms)] = head, (_compiled if self.compiles else _interpreted)(lines)
+            lines = functools.partial(evaluated, tail, nested(tail))
+            stage = (_compiled if self.compiles else _interpreted)(lines)
+            self._parts[id(terms)] = head, nested(head), stage
         return self._parts[id(terms)]
 
     def _own(self, z: Scalar) -> Any:

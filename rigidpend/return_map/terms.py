@@ -50,23 +50,37 @@ def in_doubles(terms: Terms) -> Terms:
     return Terms(float(terms.width), terms.values.astype(float))
 
 
-def evaluated(terms: Terms, x: Scalar, phase: Scalar, e: Scalar, m: Any) -> list[Any]:
-    """The functions at points, each an array or an expression.
+def nested(terms: Terms) -> list[Any]:
+    """For each function a list of (i, [(k, [(l, value)])]): the terms T_i F_k E_l."""
+    found = []
+    for v in np.moveaxis(terms.values, 3, 0):
+        energies = [[_nonzero(v[:, i, k]) for k in range(v.shape[2])] for i in range(v.shape[1])]
+        rows = [[(k, row[k]) for k in range(len(row)) if row[k]] for row in energies]
+        found.append([(i, row) for i, row in enumerate(rows) if row])
+    return found
+
+
+def evaluated(terms: Terms, lists: list[Any], x: Scalar, phase: Scalar, e: Scalar, m: Any) -> Any:
+    """The functions at points, a list of arrays or expressions.
 
     Parameters
     ----------
     terms : Terms
+    lists : list
+        The same terms, :func:`nested`.
     x, phase, e : numbers, arrays or expressions
     m : namespace of sin and cos
     """
-    count, n_x, n_phase, functions = _sizes_used(terms.values)
+    count, n_x, n_phase = _sizes_used(terms.values)
     T, F = chebyshev_terms(x / terms.width, n_x), fourier_terms(phase, n_phase, m)
     E = chebyshev_terms(e, count)
-    return [
-        _sum([(_sum([(_sum(_pairs(v[:, i, k], E)), F[k]) for k in range(n_phase)]), T[i])
-              for i in range(n_x)]) + 0.0 * e
-        for v in np.moveaxis(terms.values, 3, 0)[:functions]
-    ]  # fmt: skip
+
+    def total(function: Any) -> Any:
+        return _sum(
+            [(i, _sum([(k, _sum(pairs, E)) for k, pairs in row], F)) for i, row in function], T
+        )
+
+    return [total(function) + 0.0 * e for function in lists]
 
 
 def polynomial(coefficients: Any, x: Scalar, e: Scalar) -> Any:
@@ -74,7 +88,7 @@ def polynomial(coefficients: Any, x: Scalar, e: Scalar) -> Any:
     E = chebyshev_terms(e, len(coefficients))
     total: Any = 0
     for k in range(coefficients.shape[1] - 1, -1, -1):
-        total = total * x + _sum(_pairs(coefficients[:, k], E))
+        total = total * x + _sum(_nonzero(coefficients[:, k]), E)
     return total
 
 
@@ -85,17 +99,13 @@ def significant_powers(coefficients: Any, reach: float, threshold: float) -> Any
     return np.where(kept, coefficients, 0)[:, : 1 + np.flatnonzero(kept.any(axis=0)).max(initial=0)]
 
 
-def _pairs(coefficients: Any, basis: list[Any]) -> list[tuple[Any, Any]]:
-    return list(zip(coefficients.tolist(), basis, strict=False))
+def _nonzero(coefficients: Any) -> list[tuple[int, Any]]:
+    return [(l, x) for l, x in enumerate(coefficients.tolist()) if x]
 
 
-def _sum(pairs: list[tuple[Any, Any]]) -> Any:
-    """The sum of products, without those of a factor 0."""
-    products = [
-        a if isinstance(b, int) else a * b
-        for a, b in pairs
-        if not (isinstance(a, (int, float, np.longdouble)) and a == 0)
-    ]
+def _sum(pairs: list[tuple[int, Any]], basis: list[Any]) -> Any:
+    """The sum of factors times the basis functions of those numbers; basis[0] is 1."""
+    products = [x if k == 0 else x * basis[k] for k, x in pairs]
     return functools.reduce(operator.add, products) if products else 0
 
 
@@ -104,11 +114,11 @@ def _sizes(values: Any) -> Any:
     return sizes / np.maximum(sizes.max(axis=(0, 1, 2)), 1e-300)
 
 
-def _sizes_used(values: Any) -> tuple[int, int, int, int]:
+def _sizes_used(values: Any) -> tuple[int, int, int]:
     """The sizes that hold all terms, the number of Fourier terms odd."""
     used = values != 0
     count, n_x, n_phase = (
         1 + np.flatnonzero(used.any(axis=tuple(j for j in range(4) if j != k))).max(initial=0)
         for k in range(3)
     )
-    return int(count), int(n_x), int(n_phase) | 1, values.shape[3]
+    return int(count), int(n_x), int(n_phase) | 1

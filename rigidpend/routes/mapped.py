@@ -40,10 +40,23 @@ THIRDS = 20_000
 """Orbits from which on a third map is cheaper than a third integration of one in seven."""
 SAMPLE = 64
 """Number of orbits that are integrated as well and compared."""
+LEAST_SAMPLE = 8
+"""How many of them there are at least in each part of the orbits."""
 
 DESIGNS = {certainty.FIRST: FIRST, certainty.SECOND: SECOND, certainty.THIRD: THIRD}
 
 Compute: TypeAlias = Callable[[int, Scales, Any], Crossings]
+
+
+class Starts(NamedTuple):
+    """Starts whose J1_0 differ."""
+
+    J1_0: NDArray[np.float64]
+    """(n,), exact doubles in the place of the problem's, which is the largest."""
+    least: float
+    """Least J1_0 of all."""
+    orbits: int
+    """How many there are in all, if these are a part."""
 
 
 class Maps:
@@ -54,10 +67,8 @@ class Maps:
     problem : RouteProblem
     phases : Phases
         theta2_0 of the orbits.
-    J1_0 : (n,) array, optional
-        Exact doubles in the place of the problem's one J1_0; the problem has the largest of them.
-    orbits : int, optional
-        Orbits that there are in all, if not those phases alone.
+    starts : Starts, optional
+        Where J1_0 differs from orbit to orbit.
 
     Raises
     ------
@@ -65,12 +76,9 @@ class Maps:
         The body's orbits have no such map, or J1_0 is too large to begin in the normal form.
     """
 
-    def __init__(
-        self, problem: RouteProblem, phases: Phases, J1_0: Any = None, orbits: int = 0
-    ) -> None:
-        self.problem, self.phases, self.J1_0 = problem, phases, J1_0
-        self.least_J1_0 = None if J1_0 is None else np.min(J1_0)
-        self.orbits = orbits or len(phases)
+    def __init__(self, problem: RouteProblem, phases: Phases, starts: Starts | None = None) -> None:
+        self.problem, self.phases, self.starts = problem, phases, starts
+        self.orbits = starts.orbits if starts else len(phases)
         self.table_bits, self._lock = table_bits(53), threading.Lock()
         self._ready: dict[tuple[int, Design], Rapid] = {}
         try:
@@ -109,7 +117,7 @@ class Maps:
             made = return_map(self.problem.body, h=(low, high), bits=self.table_bits, design=design)
             least, most = (
                 _start_Qp(self.problem, design.unit, self.table_bits, J1)
-                for J1 in (self.least_J1_0, None)
+                for J1 in (self.starts.least if self.starts else None, None)
             )
             self._ready[bits, design] = made.rapid(bits, least, most, self.orbits >= COMPILED)
             return self._ready[bits, design]
@@ -118,7 +126,7 @@ class Maps:
         self, rapid: Rapid, bits: int, design: Design, columns: Any
     ) -> tuple[Any, Any, Any]:
         """Times (n + 1, N) in t', separatrices, and whether the tables reach so far."""
-        J1 = None if self.J1_0 is None else self.J1_0[columns]
+        J1 = self.starts.J1_0[columns] if self.starts else None
         Qp = _start_Qp(self.problem, design.unit, bits, J1)
         phase, height = self._begin(bits, design, J1, columns)
         with np.errstate(invalid="ignore", over="ignore"):
@@ -202,10 +210,22 @@ def decided(
     MapError
         The orbits have no map, or a certain symbol differs from the sample's.
     """
-    maps, n = Maps(problem, phases), len(phases)
+    return decided_by(Maps(problem, phases), integrated, rate, precisions, share)
+
+
+def decided_by(
+    maps: Maps,
+    integrated: Compute,
+    rate: float,
+    precisions: tuple[int, ...],
+    share: certainty.Share | None = None,
+) -> Mapped:
+    """Decide all orbits of some maps: :func:`decided` without their making."""
+    n = len(maps.phases)
     compute, left = with_maps(maps, integrated, n)
     known = certainty.decide(compute, n, rate, precisions, share)
-    _compare_sample(known, integrated, rate, precisions)
+    size = max(LEAST_SAMPLE, -(-SAMPLE * n // maps.orbits))
+    _compare_sample(known, integrated, rate, precisions, size)
     return Mapped(known, (known.bits <= maps.table_bits) & ~left)
 
 
@@ -230,11 +250,11 @@ def with_maps(maps: Maps, integrated: Compute, n: int) -> tuple[Compute, NDArray
 
 
 def _compare_sample(
-    known: Decided, integrated: Compute, rate: float, precisions: tuple[int, ...]
+    known: Decided, integrated: Compute, rate: float, precisions: tuple[int, ...], size: int
 ) -> None:
     """Integrate a sample of the columns; raise MapError if a certain symbol is another one."""
     n = len(known.bits)
-    sample = np.unique(np.linspace(0, n - 1, min(n, SAMPLE)).astype(int))
+    sample = np.unique(np.linspace(0, n - 1, min(n, size)).astype(int))
     again = certainty.decide(
         lambda bits, scales, columns: integrated(bits, scales, sample[columns]),
         sample.size,
