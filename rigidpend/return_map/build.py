@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -94,24 +95,24 @@ class ReturnMap:
         `many` has more of them compiled, which pays from some hundred thousand orbits on. Raises
         MapError where the normal form does not reach as far as `most_Qp`.
         """
-        begin = self._entries.get((least_Qp, most_Qp))
-        if begin is None:
-            begin = entry(self.normal_form, least_Qp, most_Qp, precision(self.bits))
-            self._entries[least_Qp, most_Qp] = begin
-        key = (bits, least_Qp, most_Qp, many)
-        if key not in self._rapid:
-            self._rapid[key] = Rapid(
-                self.normal_form, self.charts, begin, self.errors.charts, bits, many
-            )
-        return self._rapid[key]
+        key = (bits, many, least_Qp, most_Qp)
+        if key not in self._begun:
+            self._begun[key] = self._rapid(bits, many).beginning(self._entry(least_Qp, most_Qp))
+        return self._begun[key]
 
     @functools.cached_property
-    def _entries(self) -> dict[tuple[Any, Any], Entry]:
+    def _begun(self) -> dict[tuple[Any, ...], Rapid]:
         return {}
 
     @functools.cached_property
-    def _rapid(self) -> dict[tuple[int, Any, Any, bool], Rapid]:
-        return {}
+    def _entry(self) -> Callable[[Any, Any], Entry]:
+        a = precision(self.bits)
+        return functools.cache(lambda least, most: entry(self.normal_form, least, most, a))
+
+    @functools.cached_property
+    def _rapid(self) -> Callable[[int, bool], Rapid]:
+        parts = self.normal_form, self.charts, self.errors.charts
+        return functools.cache(lambda bits, many: Rapid(*parts, bits, many))
 
     @property
     def _unit(self) -> Any:

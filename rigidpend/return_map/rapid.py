@@ -10,6 +10,7 @@ ln|W/scale|/Lambda is a smooth function of I and h, reduced by whole turns befor
 
 from __future__ import annotations
 
+import copy
 import functools
 import math
 from collections.abc import Callable
@@ -35,6 +36,8 @@ from rigidpend.return_map.terms import (
     significant_powers,
 )
 
+STAGES = "up", "down"
+"""Names of the passages from upward and from downward crossings."""
 MOST_NODES = 20
 """Chebyshev nodes in Qp from which on a start counts as outside of the normal form."""
 
@@ -80,7 +83,6 @@ class Rapid:
     nf : NormalForm
     charts : 2 Chart
         Of downward and upward crossings.
-    begin : Entry
     error : float
         Of the tables, relative: terms far below it are left out.
     bits : int
@@ -89,26 +91,34 @@ class Rapid:
         Whether to compile the small terms of sums in 64 bits as well: it takes half a second.
     """
 
-    def __init__(
-        self, nf: NormalForm, charts: Any, begin: Entry, error: float, bits: int, many: bool
-    ) -> None:
-        own = precision(64 if nf.exponent.dtype == np.longdouble else 53)
-        self.a, self.radius = precision(bits), nf.radius
-        threshold = max(2.0 ** -(bits + 2), error / 16)
+    def __init__(self, nf: NormalForm, charts: Any, error: float, bits: int, many: bool) -> None:
+        own = self._precision = precision(64 if nf.exponent.dtype == np.longdouble else 53)
+        self.a, self._nf = precision(bits), nf
+        self._begin: Entry
+        self._entry: Terms
+        self._entry_rates: Rates
+        threshold = self._threshold = max(2.0 ** -(bits + 2), error / 16)
         self._terms = [[significant(table, threshold) for table in chart] for chart in charts]
-        self._centre, self._half_width = begin.centre, begin.half_width
-        self._entry = significant(begin.table, threshold)
         self._widths = [[float(table.width) for table in chart] for chart in charts]
         reach = self._widths[1][1]
         self._rates = [
             _rates(nf, self._terms[rising][0], 1 - rising, reach, threshold, own)
             for rising in (0, 1)
         ]
-        most = float(begin.centre + begin.half_width)
-        self._entry_rates = _rates_at(nf, most, reach, threshold, own)
         self._stages: dict[str, Stage] = {}
         self._parts: dict[int, tuple[Terms, list[Any], Stage]] = {}
         self.compiles = default_engine() == "taylor" and (bits == 53 or many)
+
+    def beginning(self, begin: Entry) -> Rapid:
+        """The same passages, for orbits with these starts."""
+        made = copy.copy(self)
+        made._begin = begin
+        made._entry = significant(begin.table, self._threshold)
+        most = float(begin.centre + begin.half_width)
+        made._entry_rates = _rates_at(
+            self._nf, most, self._widths[1][1], self._threshold, self._precision
+        )
+        return made
 
     def enter(self, Qp: Scalar, phase: Scalar, e: Scalar) -> tuple[Any, Any, Any, Any]:
         """First crossings of orbits that start at Qp > 0, Qm = 0, M3 < 0: see `itinerary.enter`.
@@ -118,8 +128,8 @@ class Rapid:
         d, chi, time, inside : (N,) arrays
             Of upward crossings beside separatrix 2; whether the tables reach so far.
         """
-        d, chi, time, v, I = self._stage("enter")(np.stack((Qp + 0 * phase, phase, e)))
-        inside = (np.abs(v) <= self.radius) & (np.abs(I) <= self._widths[1][1])
+        d, chi, time, v, I = self._stage(self._begin.name)(np.stack((Qp + 0 * phase, phase, e)))
+        inside = (np.abs(v) <= self._nf.radius) & (np.abs(I) <= self._widths[1][1])
         return d, -chi, time, inside
 
     def passage(self, rising: bool, rows: Any) -> tuple[Any, Any]:
@@ -138,7 +148,7 @@ class Rapid:
         (N,) array of bool
             Whether the tables reach so far.
         """
-        found = self._stage("up" if rising else "down")(rows)
+        found = self._stage(STAGES[not rising])(rows)
         width, reach = self._widths[rising][0], self._widths[not rising][1]
         inside = (np.abs(rows[0]) <= width) & (np.abs(found[4]) <= reach) & (found[3] != 0)
         return found, inside
@@ -178,7 +188,7 @@ class Rapid:
     def _stage(self, name: str) -> Stage:
         if name not in self._stages:
             compiles = self.compiles and self.a.bits == 53
-            lines = self._enter if name == "enter" else functools.partial(self._past, name == "up")
+            lines = functools.partial(self._past, name == "up") if name in STAGES else self._enter
             self._stages[name] = (_compiled if compiles else _interpreted)(lines)
         return self._stages[name]
 
@@ -198,8 +208,8 @@ class Rapid:
         """The lines from a start to the first crossing, mirrored."""
         rates = self._cast(self._entry_rates)
         x = 0 * Qp
-        if self._half_width:
-            centre, half_width = (self._own(z) for z in (self._centre, self._half_width))
+        if self._begin.half_width:
+            centre, half_width = map(self._own, self._begin[:2])
             x = (Qp - centre) * (1 / half_width)
         v, u, begin = self._sum(self._entry, x, phase, e, m)
         v, u = v * Qp, u * Qp
@@ -245,6 +255,11 @@ class Entry(NamedTuple):
     table: ChartTable
     """v/Qp, u/Qp, tau and sigma over (x, psi), x = (Qp - centre)/half_width."""
 
+    @property
+    def name(self) -> str:
+        """Name of the interval."""
+        return f"{self.centre!r} {self.half_width!r}"
+
 
 def entry(nf: NormalForm, least: Scalar, most: Scalar, a: Precision) -> Entry:
     """Starts at Qp from `least` to `most`, numbers of the precision.
@@ -255,7 +270,7 @@ def entry(nf: NormalForm, least: Scalar, most: Scalar, a: Precision) -> Entry:
         The normal form does not reach as far as `most`.
     """
     centre, half_width = (least + most) / 2, (most - least) / 2
-    for n_x in range(4, MOST_NODES, 2) if half_width else (1,):
+    for n_x in range(6, MOST_NODES, 3) if half_width else (1,):
         x, psi = grid(a.number(1), n_x, nf.n, a)
         Qp, found = centre + half_width * x, []
         for h in nf.energies.nodes(a):
