@@ -30,7 +30,7 @@ SHADES = LinearSegmentedColormap.from_list(
     "word", ["#1d3557", "#3f6f9f", "#9cc3d5", "#f3efe0", "#efc88b", "#cf7a4c", "#7a2e2e"]
 )
 """Colours of words: blue where the first symbol is 0, red where it is 1."""
-TALL, SMALL, BELOW, ABOVE, LEFT, GAP = 3.5, 1.75, 0.95, 0.3, 0.62, 0.62
+TALL, SMALL, BELOW, ABOVE, LEFT, GAP = 3.4, 1.75, 0.95, 0.15, 0.62, 0.55
 """Heights of the plane and of its zooms, margins, inches."""
 ACROSS = 3
 """Zooms side by side."""
@@ -120,9 +120,10 @@ def _draw_plane(axes: Axes, plane: Data, data: Data) -> None:
     axes.set_xlim(extent[:2])
     axes.set_ylim(extent[2:])
     axes.set_xlabel(r"$\theta_2^0$ (rad)", labelpad=2)
-    axes.set_ylabel(NAMES[str(data["y_axis"])], labelpad=3)
-    axes.tick_params(labelsize=7.5, pad=2)
-    axes.locator_params(axis="x", nbins=5 if axes.get_label() != "plane" else 8)
+    if axes.get_position().x0 * WIDTH < 1.01 * LEFT:
+        axes.set_ylabel(NAMES[str(data["y_axis"])], labelpad=3)
+    axes.tick_params(labelsize=8 if axes.get_label() == "plane" else 6.5, pad=2)
+    axes.locator_params(axis="x", nbins=3 if axes.get_label() != "plane" else 8)
     axes.ticklabel_format(useOffset=False)
 
 
