@@ -271,3 +271,18 @@ def test_crossing_times_may_differ_by_a_declared_bound_that_no_setting_moves() -
     assert allowed[-1] == 0.02
     # The largest difference measured at the sixteenth crossing.
     assert 5e-4 < allowed[15] < 100 * 5e-4
+
+
+def test_what_maps_decided_is_told_where_there_was_a_choice(
+    content: Any, tree: Any, data: Data, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert "by_map" not in tree["only"]
+    monkeypatch.setattr("rigidpend.routes.codes.MANY", 1)
+    means = Means(resolve(default_engine(), None, (53,)), 1, lambda _: None)
+    mapped: Any = route_codes.compute(content, means)
+    assert mapped["only"]["by_map"].values.all()
+    fresh = {
+        name: {field: np.array(dataset.values) for field, dataset in group.items()}
+        for name, group in mapped.items()
+    }
+    assert route_codes.differences(data, fresh) == []
