@@ -20,7 +20,7 @@ from rigidpend.coordinates import Canonical, aligned_from_canonical
 from rigidpend.equations import height
 from rigidpend.integrate.records import Crossings, Outcome
 from rigidpend.numbers.exact import GUARD_BITS, exact
-from rigidpend.return_map import MapError, return_map
+from rigidpend.return_map import MapError, ReturnMap, return_map
 from rigidpend.return_map.build import FIRST, SECOND, THIRD, Design, table_bits
 from rigidpend.return_map.itinerary import entry_phase
 from rigidpend.return_map.precision import precision
@@ -108,18 +108,21 @@ class Maps:
         outcome = np.where(inside.all(axis=0), Outcome.COMPLETE, Outcome.FAILED)
         return Crossings(time, separatrix, outcome.astype(np.uint8))
 
+    def made(self, design: Design) -> ReturnMap:
+        """The map of a design over the energies of all phases."""
+        low, high = (self.problem.h0 + side * self.problem.body.mu for side in (-1, 1))
+        return return_map(self.problem.body, h=(low, high), bits=self.table_bits, design=design)
+
     def _rapid(self, bits: int, design: Design) -> Rapid:
         """The map of a design, ready for use."""
-        low, high = (self.problem.h0 + side * self.problem.body.mu for side in (-1, 1))
-        if (bits, design) in self._ready:
-            return self._ready[bits, design]
         with self._lock:
-            made = return_map(self.problem.body, h=(low, high), bits=self.table_bits, design=design)
-            least, most = (
-                _start_Qp(self.problem, design.unit, self.table_bits, J1)
-                for J1 in (self.starts.least if self.starts else None, None)
-            )
-            self._ready[bits, design] = made.rapid(bits, least, most, self.orbits >= COMPILED)
+            if (bits, design) not in self._ready:
+                least, most = (
+                    _start_Qp(self.problem, design.unit, self.table_bits, J1)
+                    for J1 in (self.starts.least if self.starts else None, None)
+                )
+                many = self.orbits >= COMPILED
+                self._ready[bits, design] = self.made(design).rapid(bits, least, most, many)
             return self._ready[bits, design]
 
     def _follow(

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from rigidpend import Body, integrate
+from rigidpend.measure.stress.spoilt_maps import spoilt
 from rigidpend.return_map import MapError, ReturnMap, return_map
 from rigidpend.return_map.build import FIRST
 from rigidpend.routes import ProblemError, RouteCodes, certainty, codes, mapped, route_codes
@@ -72,20 +72,6 @@ def test_the_maps_take_the_place_of_integration(monkeypatch: pytest.MonkeyPatch)
     left = int((~record.by_map).sum())
     assert record.by_map.mean() > 0.98
     assert sum(counted) <= 3 * (4 + left) + 30, "of 600 orbits"
-
-
-def spoilt(made: ReturnMap, size: float, seed: int) -> ReturnMap:
-    """The map with every table off by a smooth function of that size."""
-    random = np.random.default_rng(seed)
-    charts = []
-    for chart in made.charts:
-        tables = []
-        for table in chart:
-            values = table.values.copy()
-            values[0, :3] += size * random.normal(size=values[0, :3].shape) * np.abs(values).max()
-            tables.append(table._replace(values=values))
-        charts.append(type(chart)(*tables))
-    return replace(made, charts=(charts[0], charts[1]))
 
 
 @needs_heyoka
