@@ -227,6 +227,4 @@ def _at_own_energy(orbits: Surface, made: Path, h: float, level: Level) -> Solve
 
 def made_symbols(made: Path) -> list[int]:
     """The symbols of a path."""
-    return [
-        int((I > 0) == (k % 2 == 0)) for k, I in enumerate(made.chain.I)
-    ]
+    return [int((I > 0) == (k % 2 == 0)) for k, I in enumerate(made.chain.I)]

@@ -13,8 +13,8 @@ from rigidpend.equations import AlignedCoefficients
 from rigidpend.integrate.states import states_at
 from rigidpend.numbers.exact import PRECISIONS, Exact, exact
 from rigidpend.return_map import MapError, SectionPoint
-from rigidpend.return_map.reduced import coefficients
 from rigidpend.return_map.precision import precision
+from rigidpend.return_map.reduced import coefficients
 from rigidpend.routes import route_codes
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
@@ -90,9 +90,7 @@ def _addressed(level: Level, points: Crossings, symbols: Array) -> Address:
     for rising in (True, False):
         here = np.flatnonzero(points.rising[:-1] == rising)
         if here.size:
-            passed = level.map_level.passage(
-                SectionPoint(rising, points.d[here], points.chi[here])
-            )
+            passed = level.map_level.passage(SectionPoint(rising, points.d[here], points.chi[here]))
             wrong = ~passed.inside | (passed.symbol != symbols[here])
             if wrong.any():
                 k = int(here[np.flatnonzero(wrong)[0]])

@@ -80,7 +80,9 @@ def growth(orbits: Surface, solved: Solved, h_factor: float) -> Growth:
         size = float(np.abs(change).max())
         change, scale = change / size, scale + math.log10(size)
         # A crossing moves by chi at a fixed time as much as by the time at a fixed chi.
-        found.append((scale + math.log10(abs(change[2])), np.sign(change[2]), change[1] / change[2]))
+        found.append(
+            (scale + math.log10(abs(change[2])), np.sign(change[2]), change[1] / change[2])
+        )
         if k < len(slopes):
             s = slopes[k]
             change = np.array([s[0] @ change[:2], s[1] @ change[:2], change[2] + s[2] @ change[:2]])

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from rigidpend import Body, integrate
+from rigidpend.measure.stress.spoilt_maps import spoilt
 from rigidpend.return_map import MapError, ReturnMap, return_map
 from rigidpend.return_map.build import FIRST
 from rigidpend.routes import ProblemError, RouteCodes, certainty, codes, mapped, route_codes
@@ -76,44 +76,6 @@ def test_the_maps_take_the_place_of_integration(monkeypatch: pytest.MonkeyPatch)
     left = int((~record.by_map).sum())
     assert record.by_map.mean() > 0.98
     assert sum(counted) <= 3 * (4 + left) + 30, "of 600 orbits"
-
-
-@needs_heyoka
-def test_where_maps_of_more_bits_do_not_settle_their_columns_are_integrated(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    asked: list[int] = []
-
-    def in_doubles_only(*args: Any, **more: Any) -> ReturnMap:
-        asked.append(more["bits"])
-        if more["bits"] > 53:
-            raise MapError("the tables do not settle")
-        return return_map(*args, **more)
-
-    monkeypatch.setattr(mapped, "return_map", in_doubles_only)
-    given: dict[str, Any] = {"J1_0": "1e-6", "n_symbols": 15}
-    phases = np.linspace(0, 6.2, 40)
-    record = found(FIG4, phases, method="map", **given)
-    risen = record.bits > 53
-    assert risen.any()
-    assert max(asked) > 53
-    assert not record.by_map[risen].any()
-    assert record.certain.all()
-    assert (record.codes == found(FIG4, phases, method="integration", **given).codes).all()
-
-
-def spoilt(made: ReturnMap, size: float, seed: int) -> ReturnMap:
-    """The map with every table off by a smooth function of that size."""
-    random = np.random.default_rng(seed)
-    charts = []
-    for chart in made.charts:
-        tables = []
-        for table in chart:
-            values = table.values.copy()
-            values[0, :3] += size * random.normal(size=values[0, :3].shape) * np.abs(values).max()
-            tables.append(table._replace(values=values))
-        charts.append(type(chart)(*tables))
-    return replace(made, charts=(charts[0], charts[1]))
 
 
 @needs_heyoka
