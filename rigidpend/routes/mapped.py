@@ -94,6 +94,11 @@ class Maps:
             if self.crossings(53, scales, np.arange(1)).outcome[0] == Outcome.FAILED:
                 raise MapError(f"J1_0 = {problem.J1_0} lies outside of the normal form")
 
+    def ladder(self, precisions: tuple[int, ...]) -> tuple[int, ...]:
+        """The precisions with that of the tables among them, which costs maps next to nothing."""
+        more = self.table_bits not in precisions and self.table_bits < max(precisions)
+        return tuple(sorted((*precisions, self.table_bits))) if more else precisions
+
     def serve(self, bits: int, scales: Scales) -> bool:
         """True if there is such a map."""
         third = scales == certainty.THIRD and self.orbits < THIRDS
@@ -225,17 +230,19 @@ def decided_by(
 ) -> Mapped:
     """Decide all orbits of some maps: :func:`decided` without their making."""
     n = len(maps.phases)
-    compute, left = with_maps(maps, integrated, n)
-    known = certainty.decide(compute, n, rate, precisions, share)
+    compute, left = with_maps(maps, integrated, n, precisions)
+    known = certainty.decide(compute, n, rate, maps.ladder(precisions), share)
     size = max(LEAST_SAMPLE, -(-SAMPLE * n // maps.orbits))
     _compare_sample(known, integrated, rate, precisions, size)
     return Mapped(known, (known.bits <= maps.table_bits) & ~left)
 
 
-def with_maps(maps: Maps, integrated: Compute, n: int) -> tuple[Compute, NDArray[np.bool_]]:
+def with_maps(
+    maps: Maps, integrated: Compute, n: int, precisions: tuple[int, ...]
+) -> tuple[Compute, NDArray[np.bool_]]:
     """Computations of n columns by maps, and by integration where these do not serve.
 
-    The second result tells, when all is done, which columns were integrated for leaving tables.
+    Nothing is integrated but in the precisions that are given. The second result tells, when all is done, which columns were integrated for leaving tables.
     """
     left = np.zeros(n, dtype=bool)
 
@@ -244,7 +251,7 @@ def with_maps(maps: Maps, integrated: Compute, n: int) -> tuple[Compute, NDArray
             return integrated(bits, scales, columns)
         found = maps.crossings(bits, scales, columns)
         outside = np.flatnonzero(found.outcome != Outcome.COMPLETE)
-        if outside.size:
+        if outside.size and bits in precisions:
             left[columns[outside]] = True
             certainty.put(found, outside, integrated(bits, scales, columns[outside]))
         return found
