@@ -13,7 +13,7 @@ import numpy as np
 
 from rigidpend import floquet, melnikov, precession
 from rigidpend.body import Angles, Body
-from rigidpend.description import Row, body_rows, number_row
+from rigidpend.description import Row, body_rows, exact_row, number_row
 from rigidpend.free_body import SEPARATRICES
 from rigidpend.numbers.exact import Exact, exact
 from rigidpend.numbers.generic import Scalar
@@ -49,7 +49,7 @@ def rows(body: Body, h0: Scalar, J1_0: Scalar = None) -> list[Row]:
     regime = precession.regime(body)
     return [
         *body_rows(body),
-        Row("h0", str(energy), "energy constant, kappa J2_0^2/2"),
+        exact_row("h0", "energy constant, kappa J2_0^2/2", energy),
         number_row("J2_0", "initial |M|, dimensionless", J2_0),
         *_swings(p, float(energy)),
         *_melnikov(p, J2_0),
@@ -82,7 +82,7 @@ def _melnikov(p: Angles, J2_0: float) -> Iterator[Row]:
 
 
 def _zeros(problem: RouteProblem) -> Iterator[Row]:
-    yield Row("J1_0", str(problem.J1_0), "initial action, dimensionless")
+    yield exact_row("J1_0", "initial action, dimensionless", problem.J1_0)
     meaning = "rad, theta2_0 on separatrix 2, where the first symbol changes, to O(mu)"
     yield number_row("Melnikov zeros", meaning, *melnikov.zeros(problem))
 

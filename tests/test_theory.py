@@ -33,7 +33,7 @@ def test_the_table_holds_every_quantity_once_with_a_meaning() -> None:
 def test_what_is_shown_reads_back_as_the_number() -> None:
     for row in theory.rows(FIG4, "1.3342", "1e-8"):
         if row.number is not None:
-            shown = [float(x) for x in row.value.split(", ")]
+            shown = [float(exact(x)) for x in row.value.split(", ")]
             assert shown == np.atleast_1d(row.number).tolist()
             assert json.loads(json.dumps(row.number)) == row.number
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from rigidpend.cli import complete
-from rigidpend.cli.common import JOBS, guarded, say
+from rigidpend.cli.common import FOLDER, JOBS, guarded, say
 
 
 @click.command("reference")
@@ -18,7 +18,7 @@ from rigidpend.cli.common import JOBS, guarded, say
 @click.option(
     "--reference",
     "folder",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=FOLDER,
     default=Path("results/reference"),
     show_default=True,
     help="Folder of the references.",

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from rigidpend.cli.common import FAILED, NAMES, OUT, guarded, say
+from rigidpend.cli.common import ABSENT, NAMES, OUT, guarded, say
 
 
 @click.command("render")
@@ -38,7 +38,7 @@ def command(names: tuple[str, ...], folder: Path, suffix: str) -> None:
         source = folder / f"{path.stem}.h5"
         if not os.path.lexists(source):
             say(f"rigidpend: {source} is not there; call: rigidpend run {path.stem}")
-            sys.exit(FAILED)
+            sys.exit(ABSENT)
         target = source.with_suffix(f".{suffix}")
         drawing.render(source, target)
         say(f"{path.stem}: {target} drawn")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from rigidpend.cli.common import DONE, FAILED, OUT, guarded, say
+from rigidpend.cli.common import DONE, FAILED, FILE, OUT, guarded, say
 
 
 @click.command("report")
@@ -15,7 +15,7 @@ from rigidpend.cli.common import DONE, FAILED, OUT, guarded, say
 @click.option(
     "--to",
     "target",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=FILE,
     help="File of the page; report.html in the folder of the results if not given.",
 )
 @guarded

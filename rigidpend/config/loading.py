@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +31,12 @@ class LoadedConfig:
         """All values, defaults included, as plain JSON data; numbers exact."""
         return dict(self.content.model_dump(mode="json"))
 
+    def with_engine(self, engine: str) -> LoadedConfig:
+        """The same config, computed by that engine."""
+        content: Any = self.content
+        numerics = content.numerics.model_copy(update={"engine": engine})
+        return replace(self, content=content.model_copy(update={"numerics": numerics}))
+
 
 def resolved_yaml(config: LoadedConfig) -> str:
     """Write a config with all its defaults as YAML, which :func:`load` reads as the same config."""
@@ -55,7 +61,7 @@ def load(path: Path, settings: Sequence[str] = ()) -> LoadedConfig:
     """
     document = reader.read(path)
     if not isinstance(document.tree, dict):
-        document.refuse(document.origin(()), (), "expected keys: figure, experiment, problem")
+        document.refuse(document.origin(()), (), "expected keys: experiment, problem")
         raise ConfigError(document.complaints)
     for setting in settings:
         try:

@@ -15,6 +15,7 @@ from rigidpend import experiments
 from rigidpend.departures import DEPARTURES
 from rigidpend.report.page import ResultSection, html, picture, problem
 from rigidpend.results import store, words
+from rigidpend.results.files import Absent
 from rigidpend.tables import Table
 
 __all__ = ["build", "write"]
@@ -64,7 +65,7 @@ def build(folder: Path) -> Page:
     """
     sources = sorted(folder.glob("*.h5"))
     if not sources:
-        raise store.StoreError(f"{folder}: no results; call: rigidpend run all --out {folder}")
+        raise Absent(f"{folder}: no results; call: rigidpend run all --out {folder}")
     sections = [_section(source) for source in sources]
     problems = [found.problem for found in sections if found.problem]
     if len(problems) == len(sections):

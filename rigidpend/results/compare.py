@@ -10,6 +10,8 @@ import numpy as np
 ROOT, PROVENANCE = "/", "/provenance"
 VOLATILE = ("code_hash", "engine")
 """Root attributes whose values may differ between equal results."""
+NUMERICS = ("config_hash", "tolerance", "precisions")
+"""Those that other numerics change besides."""
 PRESENT, ABSENT = "(present)", "(absent)"
 
 
@@ -72,11 +74,12 @@ def attributes(stored: Any, fresh: Any, place: str) -> list[Difference]:
     ]
 
 
-def outlines(stored: Any, fresh: Any) -> list[Difference]:
+def outlines(stored: Any, fresh: Any, *, same_numerics: bool = True) -> list[Difference]:
     """Find where two result files differ in their structure: see `store.outline`.
 
     Where, when and with what code and engine a result was made does not count, only that it
-    is said; nor do the reasons why a reference was renewed.
+    is said; nor do the reasons why a reference was renewed. With other numerics asked for, nor
+    does what follows from these.
     """
     found = keys(stored, fresh)
     for place in [place for place in stored if place in fresh and place != PROVENANCE]:
@@ -84,6 +87,7 @@ def outlines(stored: Any, fresh: Any) -> list[Difference]:
         if place == ROOT:
             engines = {str(one.get("engine")).partition(" ")[0] for one in (old, new)}
             passed = VOLATILE if len(engines) == 1 else (*VOLATILE, "tolerance")
+            passed += () if same_numerics else NUMERICS
             old, new = (_veiled(one, passed) for one in (old, new))
         found += attributes(old, new, place)
     return found

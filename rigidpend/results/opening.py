@@ -19,7 +19,7 @@ from h5py import h5g
 from rigidpend import experiments
 from rigidpend.results import files
 from rigidpend.results.damage import intact, tried
-from rigidpend.results.files import StoreError
+from rigidpend.results.files import Absent, StoreError
 from rigidpend.results.layout import Layout
 from rigidpend.results.structure import Checker, Unfit, attributes
 from rigidpend.results.words import short
@@ -74,7 +74,7 @@ def readable(path: Path) -> Iterator[None]:
     try:
         yield
     except FileNotFoundError:
-        raise StoreError(f"{path}: there is no such file") from None
+        raise Absent(f"{path}: there is no such file") from None
     except Unfit as error:
         raise StoreError(f"{path}: not a result that can be used: {error}") from None
     except StoreError:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidpend import melnikov
-from rigidpend.description import Row, body_rows
+from rigidpend.description import Row, body_rows, exact_row, number_row
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_arrays import ROUNDING, array_differences
 from rigidpend.experiments.route_codes.layout import ZEROS
@@ -96,10 +96,10 @@ def describe(config: Config) -> list[Row]:
     zeros = ", ".join(f"{x:.6f}" for x in melnikov.zeros(checked))
     return [
         *body_rows(body),
-        Row("h0", str(problem.h0), "energy constant, kappa J2_0^2/2"),
-        Row("J1_0", str(problem.J1_0), "initial action, dimensionless"),
-        Row("J2_0", f"{float(checked.J2_0(53)):.16g}", "initial |M|, dimensionless"),
-        Row("n_symbols", str(problem.n_symbols), "symbols on each orbit"),
+        exact_row("h0", "energy constant, kappa J2_0^2/2", problem.h0),
+        exact_row("J1_0", "initial action, dimensionless", problem.J1_0),
+        number_row("J2_0", "initial |M|, dimensionless", float(checked.J2_0(53))),
+        exact_row("n_symbols", "symbols on each orbit", problem.n_symbols),
         *(_array_row(name, grid) for name, grid in problem.arrays.items()),
         Row("Melnikov zeros", zeros, "rad, theta2_0 where the first symbol changes, to O(mu)"),
     ]
