@@ -10,6 +10,7 @@ import pytest
 
 from rigidpend import theory
 from rigidpend.body import Body
+from rigidpend.numbers.exact import exact
 from rigidpend.routes.problem import ProblemError
 
 FIG4 = Body((2, 1, "1.5"), (1, 1, 0), "0.001")

@@ -54,6 +54,8 @@ KINDS = {
 
 Classes are given by name, for to import them all would take longer than many a command."""
 
+NAMED = "NAME|FILE.yaml|RESULT.h5"
+"""Form of the name of a config: known or in a folder, a file of its own, or in a result."""
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
@@ -82,7 +84,7 @@ NAMES = click.argument(
     "names",
     nargs=-1,
     required=True,
-    metavar="NAME|FILE.yaml...",
+    metavar=f"{NAMED}...",
     shell_complete=complete.names,
 )
 SETTINGS = click.option(
@@ -92,6 +94,14 @@ SETTINGS = click.option(
     metavar="a.b=VALUE",
     shell_complete=complete.settings,
     help="Override a value of the config; may be given again.",
+)
+SWEEPS = click.option(
+    "--sweep",
+    "sweeps",
+    multiple=True,
+    metavar="a.b=VALUE,VALUE...",
+    shell_complete=complete.settings,
+    help="A result for each of the values, and for each combination if given again.",
 )
 JOBS = click.option(
     "-j", "--jobs", type=click.IntRange(1), help="Threads; all processors if not given."
@@ -169,6 +179,11 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
         return f"{said} with {(log or elsewhere)(error)}"
     except OSError as full:
         return f"{said}; no log could be written: {full.strerror}"
+
+
+def folder_of(path: Path, folder: Path) -> Path:
+    """Folder of a config's result: that of the results, or where the result is that was named."""
+    return path.parent if path.suffix == ".h5" else folder
 
 
 def say(text: str) -> None:

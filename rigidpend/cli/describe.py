@@ -7,11 +7,19 @@ from typing import Any
 import click
 
 from rigidpend.cli import complete
-from rigidpend.cli.common import JSON, SETTINGS, guarded, print_json, print_rows, row_document
+from rigidpend.cli.common import (
+    JSON,
+    NAMED,
+    SETTINGS,
+    guarded,
+    print_json,
+    print_rows,
+    row_document,
+)
 
 
 @click.command("describe")
-@click.argument("name", metavar="NAME|FILE.yaml", shell_complete=complete.names)
+@click.argument("name", metavar=NAMED, shell_complete=complete.names)
 @SETTINGS
 @click.option("--resolved", is_flag=True, help="Print the whole config as YAML, defaults included.")
 @JSON

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from rigidpend.cli.common import ABSENT, NAMES, OUT, guarded, say
+from rigidpend.cli.common import ABSENT, NAMES, OUT, folder_of, guarded, say
 
 
 @click.command("render")
@@ -24,7 +24,7 @@ from rigidpend.cli.common import ABSENT, NAMES, OUT, guarded, say
 )
 @guarded
 def command(names: tuple[str, ...], folder: Path, suffix: str) -> None:
-    """Draw stored results as FOLDER/NAME.png.
+    """Draw stored results as FOLDER/NAME.png, a RESULT.h5 beside itself.
 
     \b
     Examples:
@@ -34,8 +34,8 @@ def command(names: tuple[str, ...], folder: Path, suffix: str) -> None:
     from rigidpend import render as drawing
     from rigidpend.config import names as known
 
-    for path in known.resolve(names):
-        source = folder / f"{path.stem}.h5"
+    for path in known.resolve(names, folder):
+        source = folder_of(path, folder) / f"{path.stem}.h5"
         if not os.path.lexists(source):
             say(f"rigidpend: {source} is not there; call: rigidpend run {path.stem}")
             sys.exit(ABSENT)

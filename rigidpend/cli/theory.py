@@ -5,11 +5,19 @@ from __future__ import annotations
 import click
 
 from rigidpend.cli import complete
-from rigidpend.cli.common import JSON, SETTINGS, guarded, print_json, print_rows, row_document
+from rigidpend.cli.common import (
+    JSON,
+    NAMED,
+    SETTINGS,
+    guarded,
+    print_json,
+    print_rows,
+    row_document,
+)
 
 
 @click.command("theory")
-@click.argument("name", default="fig4", metavar="[NAME|FILE.yaml]", shell_complete=complete.names)
+@click.argument("name", default="fig4", metavar=f"[{NAMED}]", shell_complete=complete.names)
 @SETTINGS
 @JSON
 @guarded

@@ -17,6 +17,7 @@ from rigidpend.cli.common import (
     INTERNAL,
     JOBS,
     JSON,
+    NAMED,
     SETTINGS,
     exit_code,
     guarded,
@@ -29,7 +30,7 @@ ENGINES = "Taylor series and DOP853"
 
 
 @click.command("verify")
-@click.argument("names", nargs=-1, metavar="[NAME|FILE.yaml|all]...", shell_complete=complete.names)
+@click.argument("names", nargs=-1, metavar=f"[{NAMED}|all]...", shell_complete=complete.names)
 @click.option(
     "--reference",
     type=FOLDER,
@@ -107,7 +108,7 @@ def _compared(
     from rigidpend.run import workers
 
     loaded, many = loading.load(path, settings), jobs or workers.cores()
-    stored = reference / f"{loaded.name}.h5"
+    stored = path if path.suffix == ".h5" else reference / f"{loaded.name}.h5"
     read = results / stored.name if results else None
     outcome: dict[str, Any] = {"name": loaded.name, "reference": str(stored), "same": False}
     outcome["absent"] = False

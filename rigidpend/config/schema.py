@@ -238,6 +238,11 @@ class ExperimentConfig(Part):
     """Parameters of the computation."""
 
     @property
+    def of_the_paper(self) -> bool:
+        """True if the config says that it makes a figure of the paper: a number."""
+        return self.figure.isdigit()
+
+    @property
     def numerics_asked(self) -> dict[str, Any]:
         """Numerics asked for: engine, tolerance and precisions as far as the experiment has any."""
         numerics = getattr(self, "numerics", None)

@@ -28,8 +28,22 @@ class Page(NamedTuple):
     problems: list[str]
 
 
-def write(folder: Path, target: Path) -> list[str]:
-    """Write the page for all results in a folder, whole or not at all.
+def results(folder: Path) -> list[Path]:
+    """Result files directly in a folder, by name.
+
+    Raises
+    ------
+    Absent
+        There is none.
+    """
+    found = sorted(folder.glob("*.h5"))
+    if not found:
+        raise Absent(f"{folder}: no results; call: rigidpend run all --out {folder}")
+    return found
+
+
+def write(sources: Sequence[Path], target: Path) -> list[str]:
+    """Write the page for some results, whole or not at all.
 
     Returns
     -------
@@ -41,7 +55,7 @@ def write(folder: Path, target: Path) -> list[str]:
     StoreError
         As :func:`build`; or the page cannot be written.
     """
-    page = build(folder)
+    page = build(sources)
     store.prepare(target)
     try:
         store.replace(target, page.html.encode("utf-8"))
@@ -50,22 +64,14 @@ def write(folder: Path, target: Path) -> list[str]:
     return page.problems
 
 
-def build(folder: Path) -> Page:
-    """Build the page for all results in a folder.
-
-    Parameters
-    ----------
-    folder : Path
-        Every ``*.h5`` directly in it that is a result of ours is reported, by name.
+def build(sources: Sequence[Path]) -> Page:
+    """Build the page for some results.
 
     Raises
     ------
     StoreError
-        There is no result in it, or none that can be shown.
+        None of them can be shown.
     """
-    sources = sorted(folder.glob("*.h5"))
-    if not sources:
-        raise Absent(f"{folder}: no results; call: rigidpend run all --out {folder}")
     sections = [_section(source) for source in sources]
     problems = [found.problem for found in sections if found.problem]
     if len(problems) == len(sections):

@@ -12,6 +12,8 @@ VOLATILE = ("code_hash", "engine")
 """Root attributes whose values may differ between equal results."""
 NUMERICS = ("config_hash", "tolerance", "precisions")
 """Those that other numerics change besides."""
+TOLD = ("reasons", "doubt")
+"""Those that only say what is compared elsewhere, or need not be."""
 PRESENT, ABSENT = "(present)", "(absent)"
 
 
@@ -86,7 +88,7 @@ def outlines(stored: Any, fresh: Any, *, same_numerics: bool = True) -> list[Dif
         old, new = stored[place], fresh[place]
         if place == ROOT:
             engines = {str(one.get("engine")).partition(" ")[0] for one in (old, new)}
-            passed = VOLATILE if len(engines) == 1 else (*VOLATILE, "tolerance")
+            passed: tuple[str, ...] = VOLATILE if len(engines) == 1 else (*VOLATILE, "tolerance")
             passed += () if same_numerics else NUMERICS
             old, new = (_veiled(one, passed) for one in (old, new))
         found += attributes(old, new, place)
@@ -94,7 +96,7 @@ def outlines(stored: Any, fresh: Any, *, same_numerics: bool = True) -> list[Dif
 
 
 def _veiled(given: Any, passed: tuple[str, ...]) -> dict[str, Any]:
-    return {k: PRESENT if k in passed else x for k, x in given.items() if k != "reasons"}
+    return {k: PRESENT if k in passed else x for k, x in given.items() if k not in TOLD}
 
 
 def plain(stored: Any, fresh: Any, place: str) -> list[Difference]:

@@ -29,7 +29,7 @@ LEAST, RATIO = 2**26, 100
 """Bytes that the arrays of any file may have, and how many for each byte of the file.
 
 A file of this package has at most some 60, where no orbit returns."""
-WORDS = ("name", "figure", "experiment", "config_hash", "code_hash", "engine")
+WORDS = ("name", "figure", "experiment", "config_hash", "code_hash", "engine", "doubt")
 """Root attributes that are texts."""
 LONGEST = 1000
 """Characters of each."""

@@ -55,7 +55,7 @@ def verify(
     configs = json.loads(old["config"]), json.loads(new["config"])
     same_numerics = configs[0].get("numerics") == configs[1].get("numerics")
     found: list[str] = [*compare.outlines(*outlines, same_numerics=same_numerics)]
-    found += compare.plain(*map(_problem, configs), "config")
+    found += compare.plain(_problem(configs[0]), _problem(configs[1]), "config")
     if outlines[0].keys() == outlines[1].keys():
         found += experiments.computation(config.experiment).differences(old["data"], new["data"])
     return found

@@ -104,6 +104,18 @@ def read_tree(path: Path, *, part: bool = False) -> Tree:
         return _tree(file["data"])
 
 
+def config(path: Path) -> str:
+    """The config that a result file was made from, as JSON.
+
+    Raises
+    ------
+    StoreError
+        As :func:`opened`.
+    """
+    with opened(path, whole=True) as file, readable(path):
+        return str(_plain(file["config"]))
+
+
 def attributes(path: Path) -> dict[str, Any]:
     """The root attributes of a result file.
 

@@ -82,7 +82,7 @@ WRONG = {
         "engine: tailor",
         "tailor",
         "numerics.engine",
-        "expected 'taylor' or 'scipy', got 'tailor'; did you mean taylor?",
+        "expected auto, taylor or scipy, got 'tailor'; did you mean taylor?",
     ),
     "tolerance of nothing": (
         "tolerance: auto",
