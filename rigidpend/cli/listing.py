@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -19,6 +21,9 @@ from rigidpend.cli.common import (
     print_table,
 )
 from rigidpend.config.catalogue import MEASURE
+
+if TYPE_CHECKING:
+    from rigidpend.config.loading import LoadedConfig
 
 
 @click.command("list")
@@ -39,7 +44,7 @@ def command(folder: Path, as_json: bool) -> None:
       rigidpend list
       rigidpend list --json
     """
-    entries = [_entry(name, path, folder) for name, path in _named(folder).items()]
+    entries = list(_entries(folder))
     if as_json:
         print_json(entries)
         return
@@ -47,6 +52,24 @@ def command(folder: Path, as_json: bool) -> None:
         rows = [_row(entry) for entry in group]
         click.echo(f"{place}/" if str(place) != "." else "here")
         print_table(rows, "  ")
+
+
+def _entries(folder: Path) -> Iterator[dict[str, Any]]:
+    """An entry for each config, for each member of its sweep, and for each other result."""
+    from rigidpend.config import catalogue, loading
+    from rigidpend.config.complaints import ConfigError
+
+    swept: set[str] = set()
+    for name, path in _named(folder).items():
+        if path.suffix == ".h5" and name in swept:
+            continue
+        if path.suffix != ".h5" and catalogue.is_sweep(path):
+            with contextlib.suppress(ConfigError):
+                [group] = loading.load_groups([path])
+                swept |= {member.name for member in group.members}
+                yield from (_entry(member.name, path, folder, member) for member in group.members)
+                continue
+        yield _entry(name, path, folder)
 
 
 def _named(folder: Path) -> dict[str, Path]:
@@ -61,7 +84,9 @@ def _named(folder: Path) -> dict[str, Path]:
     return dict(known) | stray
 
 
-def _entry(name: str, path: Path, folder: Path) -> dict[str, Any]:
+def _entry(
+    name: str, path: Path, folder: Path, member: LoadedConfig | None = None
+) -> dict[str, Any]:
     from rigidpend.config import catalogue, loading
     from rigidpend.run import runner
 
@@ -69,7 +94,7 @@ def _entry(name: str, path: Path, folder: Path) -> dict[str, Any]:
     entry |= {"reason": None, "doubt": None, "in_all": catalogue.in_all(path)}
     entry |= {"config": str(path), "file": None}
     try:
-        loaded = loading.load(path)
+        loaded = member or loading.load(path)
         entry["experiment"] = loaded.experiment
         planned = runner.plan(loaded, folder_of(path, folder))
     except Exception as error:

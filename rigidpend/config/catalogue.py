@@ -9,6 +9,7 @@ MEASURE = "measure"
 """Folder of configs that measure this machine for minutes; `all` leaves them out."""
 NAMING, LOOKED_AT = re.compile(rb"^experiment *:", re.MULTILINE), 10_000
 """The key that every config has, and how many bytes of a file are searched for it."""
+SWEEPING = re.compile(rb"^sweep *:", re.MULTILINE)
 PACKAGE = Path(__file__).resolve().parents[1]
 
 
@@ -39,13 +40,22 @@ def own() -> dict[str, Path]:
     return {name: path for name, path in files.items() if name not in known()}
 
 
+def is_sweep(path: Path) -> bool:
+    """True if a YAML file has the key of a sweep."""
+    return _has_line(path, SWEEPING)
+
+
 def _is_config(path: Path) -> bool:
     """True if a YAML file seems to be meant as a config: it names an experiment."""
+    return _has_line(path, NAMING)
+
+
+def _has_line(path: Path, line: re.Pattern[bytes]) -> bool:
     try:
         if not path.is_file():
             return False
         with path.open("rb") as file:
-            return NAMING.search(file.read(LOOKED_AT)) is not None
+            return line.search(file.read(LOOKED_AT)) is not None
     except OSError:
         return False
 

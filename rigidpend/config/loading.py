@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -178,8 +179,9 @@ def _read(path: Path) -> Document:
 
 def _titled(content: ExperimentConfig) -> ExperimentConfig:
     """Take the name of the paper's figure from a config of another problem."""
+    line = re.compile(rf'^figure: "?{re.escape(content.figure)}"?$', re.MULTILINE)
     for path in catalogue.shipped():
-        if path.stem == f"fig{content.figure}":
+        if line.search(path.read_text(encoding="utf-8")):
             if load(path).content.problem.model_dump() == content.problem.model_dump():
                 return content
     return content.model_copy(update={"figure": ""})

@@ -239,8 +239,8 @@ class ExperimentConfig(Part):
 
     @property
     def of_the_paper(self) -> bool:
-        """True if the config says that it makes a figure of the paper: a number."""
-        return self.figure.isdigit()
+        """True if the config says that it makes a figure of the paper: a number comes first."""
+        return self.figure[:1].isdigit()
 
     @property
     def numerics_asked(self) -> dict[str, Any]:

@@ -98,7 +98,11 @@ class Computation(Protocol[C_contra]):
 
 
 class Drawing(Protocol):
-    """The module ``draw.py`` of an experiment."""
+    """The module ``draw.py`` of an experiment.
+
+    It may also have ``draw_together(results)``, which draws several results in one figure: pairs
+    of a label, by what they differ, and a stored result.
+    """
 
     def draw(self, result: Loaded) -> Figure:
         """Draw a stored result."""
@@ -106,6 +110,10 @@ class Drawing(Protocol):
 
 class Reporting(Protocol):
     """The module ``report.py`` of an experiment."""
+
+    @property
+    def CAPTION(self) -> str:
+        """Sentences on what the figure shows, of whatever body."""
 
     def tables(self, result: Loaded) -> list[Table]:
         """Set numbers of a stored result beside those that the paper prints."""

@@ -90,11 +90,17 @@ def _section(source: Path) -> ResultSection:
         return problem(source.stem, f"{source}: {error}")
     except store.StoreError as error:
         return problem(source.stem, str(error))
+    except MemoryError:
+        raise
+    except Exception as error:
+        # One file, whatever is in it, does not keep the others from being shown.
+        return problem(source.stem, f"{source}: cannot be shown: {words.error(error)}")
 
 
 def section(result: Any) -> ResultSection:
     """Make a result's part of the page."""
     from rigidpend import render
+    from rigidpend.render import captions
 
     attributes = result["attributes"]
     experiment = str(attributes["experiment"])
@@ -103,9 +109,16 @@ def section(result: Any) -> ResultSection:
         figure=str(attributes.get("figure", "")),
         experiment=experiment,
         picture=picture(render.image(result, "png")),
+        caption=_caption(experiment),
+        bodies=captions.bodies(result),
         tables=_tables(experiment, result),
         provenance=_provenance(result),
     )
+
+
+def _caption(experiment: str) -> str:
+    reporting = experiments.reporting(experiment)
+    return reporting.CAPTION if reporting else ""
 
 
 def _tables(experiment: str, result: Any) -> Sequence[Table]:
