@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rigidpend.numbers.decimals import as_written
@@ -59,10 +59,10 @@ def written(value: Any) -> str:
     return as_written(str(value))
 
 
-def label(config: Mapping[str, Any], others: list[Mapping[str, Any]]) -> str:
+def label(config: Mapping[str, Any], others: Sequence[Mapping[str, Any]]) -> str:
     """Say in short by what a config differs from others: ``mu = 1e-3, J1_0 = 1e-8``."""
-    keys = dict.fromkeys(change.key for other in others for change in changes(other, config))
-    values = ((key, dict(_leaves(config)).get(key)) for key in keys)
+    keys = {change.key for other in others for change in changes(other, config)}
+    values = [(key, value) for key, value in _leaves(config) if key in keys]
     return ", ".join(f"{key.rpartition('.')[2]} = {written(value)}" for key, value in values)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import difflib
+import re
 from collections.abc import Iterator
 from fractions import Fraction
 from itertools import pairwise
@@ -240,7 +241,7 @@ class ExperimentConfig(Part):
     @property
     def of_the_paper(self) -> bool:
         """True if the config says that it makes a figure of the paper: a number comes first."""
-        return self.figure[:1].isdigit()
+        return re.fullmatch(r"\d+(, \w+)?", self.figure) is not None
 
     @property
     def numerics_asked(self) -> dict[str, Any]:

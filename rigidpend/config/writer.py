@@ -14,7 +14,8 @@ from rigidpend.config.meanings import comment, nested
 
 WIDTH, BESIDE = 80, 36
 """Characters of a line, and at most of a value that has its comment beside it."""
-INDENT = "  "
+INDENT, LONGEST = "  ", 24
+"""Blanks before a key in a section, and characters by which YAML may go beyond its width."""
 
 
 class _Dumper(yaml.SafeDumper):
@@ -45,7 +46,7 @@ def to_yaml(values: dict[str, Any], schema: type[BaseModel]) -> str:
     for key, value in values.items():
         inner, _ = nested(schema.model_fields[key].annotation)
         if inner is None or not isinstance(value, dict):
-            lines += _dumped({key: value})
+            lines += dumped({key: value})
         else:
             lines += ["", f"{key}:", *_section(value, inner, INDENT)]
     return "\n".join(lines) + "\n"
@@ -53,7 +54,7 @@ def to_yaml(values: dict[str, Any], schema: type[BaseModel]) -> str:
 
 def _section(values: dict[str, Any], schema: type[BaseModel], indent: str) -> Iterator[str]:
     """Write a part of a config, its comments in one column where there is room."""
-    written = {key: _dumped({key: value}) for key, value in values.items()}
+    written = {key: dumped({key: value}) for key, value in values.items()}
     firsts = [len(lines[0]) for lines in written.values() if len(lines) == 1]
     column = max((length for length in firsts if length <= BESIDE), default=0)
     for key, lines in written.items():
@@ -81,7 +82,7 @@ def _commented(lines: list[str], said: str, indent: str, column: int) -> Iterato
     yield from (f"{indent}{line}" for line in rest)
 
 
-def _dumped(values: dict[str, Any]) -> list[str]:
+def dumped(values: dict[str, Any]) -> list[str]:
     """YAML of a mapping, line by line."""
     text: str = yaml.dump(
         _as_text(values),
@@ -89,7 +90,7 @@ def _dumped(values: dict[str, Any]) -> list[str]:
         default_flow_style=None,
         sort_keys=False,
         allow_unicode=True,
-        width=WIDTH - 2 * len(INDENT),
+        width=WIDTH - LONGEST,
     )
     # With its root in one line YAML needs no braces around it.
     flat = re.fullmatch(r"\{(.*)\}\n", text, re.DOTALL)

@@ -28,7 +28,7 @@ KEYS = ("name", "config_hash", "code_hash", "engine")
 PIXELS = 20_000
 """The longest side of an image."""
 FORMATS = ("png", "svg", "pdf")
-FOOT, LINE, CHARACTER, MARGIN = 6, 0.11, 0.054, 0.1
+FOOT, LINE, CHARACTER, MARGIN = 6, 0.11, 0.043, 0.1
 """Size of the text at the foot in points; its lines, its mean characters and margins in inches."""
 STYLE = Path(__file__).with_name("rigidpend.mplstyle")
 
@@ -146,6 +146,14 @@ def _image(figure: Figure, suffix: str, attributes: Any, foot: str) -> bytes:
         linespacing=LINE * 72 / FOOT / 1.2,
         parse_math=False,
     )
+    if figure.get_layout_engine() is not None:
+        # Laid out before the line below changes the edges.
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
+    for legend in figure.legends:
+        # One that is not anchored would follow the new edge.
+        if legend.get_bbox_to_anchor() is figure.bbox:
+            legend.set_bbox_to_anchor((0, 0, 1, 1), figure.transFigure)
     # Beyond so many pixels no image is made: a figure of many parts has fewer in an inch.
     dpi = min(rcParams["savefig.dpi"], PIXELS / max(wide, high + below))
     box = Bbox.from_extents(0, -below, wide, high)

@@ -8,11 +8,11 @@ from typing import Any, Self
 import numpy as np
 
 ROOT, PROVENANCE = "/", "/provenance"
-VOLATILE = ("code_hash", "engine")
-"""Root attributes whose values may differ between equal results."""
-NUMERICS = ("config_hash", "tolerance", "precisions")
+VOLATILE = ("config_hash", "code_hash", "engine")
+"""Root attributes whose values may differ between equal results; configs are compared by key."""
+NUMERICS = ("tolerance", "precisions")
 """Those that other numerics change besides."""
-TOLD = ("reasons", "doubt")
+TOLD = ("reasons", "doubt", "seconds", "figure")
 """Those that only say what is compared elsewhere, or need not be."""
 PRESENT, ABSENT = "(present)", "(absent)"
 

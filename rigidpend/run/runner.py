@@ -36,7 +36,7 @@ class Plan:
     reason: str
     """Reason to compute the result; empty where the file is up to date."""
     doubt: str = ""
-    """What is uncertain in the result that is there."""
+    """Count of what is uncertain in the result that is there, in words."""
 
 
 OTHER = "of another version"

@@ -67,6 +67,8 @@ def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
     written(configs, SMALL, "fig4.yaml")
     done = call(folder, "run", "fig1", "fig2", "fig4", "fig5")
     assert done.returncode == 0, done.stderr
+    swept = call(folder, "run", "fig4", "--sweep", "problem.mu=1e-4,1e-3", "--out", "swept")
+    assert swept.returncode == 0, swept.stderr
     shutil.copytree(folder / "results", folder / "old" / "results")
     shutil.copytree(folder / "old" / "results", folder / "results" / "reference")
     return folder

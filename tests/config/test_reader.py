@@ -203,7 +203,7 @@ def test_what_can_be_passed_over_hides_nothing_else(tmp_path: Path) -> None:
         ("problem.A", "given twice"),
         ("problem.A.q", "anchors and"),
         ("problem.arrays.left.count", "'x' is not "),
-        ("numerics.engine", "expected 't"),
+        ("numerics.engine", "expected au"),
     ]
 
 

@@ -75,7 +75,7 @@ WRONG = {
         "engine: turbo",
         "turbo",
         "numerics.engine",
-        "expected 'taylor' or 'scipy', got 'turbo'",
+        "expected auto, taylor or scipy, got 'turbo'",
     ),
     "engine that is misspelt": (
         "engine: auto",
