@@ -111,7 +111,7 @@ def command(
         raise click.UsageError("--quiet and --verbose exclude each other")
     from rigidpend.config import loading
     from rigidpend.config.names import resolve
-    from rigidpend.run import progress, workers
+    from rigidpend.run import progress, runner, workers
 
     paths = resolve(names, folder)
     if name is not None and len(paths) > 1:
@@ -123,16 +123,17 @@ def command(
     outcomes = [outcome for _, outcome, _ in planned]
     code = max((code for *_, code in planned), default=DONE)
     waiting = [(plan, outcome) for plan, outcome, _ in planned if plan and plan.reason]
-    course = progress.Course(len(waiting))
+    shared = jobs or workers.cores()
+    at_once = 1 if len(groups) > 1 else min(len(waiting), shared)
+    expected = {x.name: cost for plan, x in waiting if (cost := runner.expected_seconds(plan))}
+    course = progress.Course(len(waiting), expected, at_once)
     shown = progress.Progress(course, sys.stderr, begun, quiet=quiet, verbose=verbose)
     with _printed(outcomes, as_json), shown:
         shown.tell(f"planned in {time.perf_counter() - begun:.2f} s", detail=True)
         for outcome in outcomes:
-            _tell_plan(outcome, shown, dry_run)
+            _tell_plan(outcome, shown, dry_run, expected.get(outcome.name))
         if not dry_run:
-            at_once = 1 if len(groups) > 1 else len(waiting)
-            shared = jobs or workers.cores()
-            code = max(code, _compute(waiting, shown, shared, min(at_once, shared), keep_going))
+            code = max(code, _compute(waiting, shown, shared, at_once, keep_going))
     sys.exit(code)
 
 
@@ -179,11 +180,14 @@ def _printed(outcomes: list[RunOutcome], as_json: bool) -> Iterator[None]:
             print_json([asdict(outcome) for outcome in outcomes])
 
 
-def _tell_plan(outcome: RunOutcome, shown: Progress, dry_run: bool) -> None:
+def _tell_plan(outcome: RunOutcome, shown: Progress, dry_run: bool, seconds: float | None) -> None:
+    from rigidpend.run.progress import duration
+
     if outcome.status == "up to date":
         shown.tell(f"{outcome.name}: {outcome.file} is up to date")
     elif dry_run:
-        shown.tell(f"{outcome.name}: would compute ({outcome.reason}), {outcome.engine}")
+        cost = f", about {duration(max(1.0, seconds))}" if seconds else ""
+        shown.tell(f"{outcome.name}: would compute ({outcome.reason}), {outcome.engine}{cost}")
     if outcome.status == "failed":
         return
     hashes = f"config {outcome.config_hash}, code {outcome.code_hash}"
@@ -239,5 +243,5 @@ def _follow(planned: Plan, outcome: RunOutcome, shown: Progress, logs: Logs, job
         outcome.seconds = round(time.perf_counter() - begun, 3)
         log = logs.path(name)
         outcome.log = str(log) if log else None
-    shown.end(outcome.status == "computed")
+    shown.end(outcome.status == "computed", name)
     return code

@@ -70,7 +70,11 @@ class Declaring(Protocol):
 
 
 class Computation(Protocol[C_contra]):
-    """The module ``compute.py`` of an experiment."""
+    """The module ``compute.py`` of an experiment.
+
+    It may also have ``cost(config)``, an estimate of the seconds that :meth:`compute` takes on
+    two cores, from what was measured of it: `run -n` tells it, and the time left begins with it.
+    """
 
     def compute(self, config: C_contra, means: Means) -> Tree:
         """Compute the data of a result file.

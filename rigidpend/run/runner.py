@@ -37,10 +37,14 @@ class Plan:
     """Reason to compute the result; empty where the file is up to date."""
     doubt: str = ""
     """Count of what is uncertain in the result that is there, in words."""
+    seconds: float = 0.0
+    """Seconds that the result there took, if it is of the same config; else 0."""
 
 
 OTHER = "of another version"
 """Mark of a result that cannot be read for its format version."""
+SECONDS = "seconds"
+"""Root attribute of the time that a result took, unless it went on from parts."""
 DOUBT = "doubt"
 """Root attribute of what is uncertain."""
 REASONS = {
@@ -74,7 +78,21 @@ def plan(config: LoadedConfig, folder: Path, *, force: bool = False) -> Plan:
         reason = reason.replace(REASONS["config_hash"], _changed(target, config))
     if not reason:
         sweep(target)
-    return Plan(config, engine, target, fingerprint, reason, str(stored.get(DOUBT, "")))
+    same = stored.get("config_hash") == fingerprint["config_hash"]
+    seconds = float(stored.get(SECONDS, 0.0)) if same else 0.0
+    return Plan(config, engine, target, fingerprint, reason, str(stored.get(DOUBT, "")), seconds)
+
+
+def expected_seconds(planned: Plan) -> float | None:
+    """Estimate how long a plan takes to compute, in seconds; None where nothing tells.
+
+    A result of the same problem says what it took, on whatever machine; else the experiment does.
+    """
+    if planned.seconds:
+        return planned.seconds
+    if not planned.reason:
+        return None
+    return experiments.cost(planned.config.experiment, planned.config.content)
 
 
 def follow(planned: Plan, *, jobs: int, say: Callable[[str], None]) -> None:
@@ -135,7 +153,8 @@ def run(
     config = planned.config
     store.prepare(planned.target)
     with Parts(planned.target, provenance.config_hash(planned.fingerprint)) as parts:
-        if len(parts):
+        start, resumed = time.perf_counter(), len(parts)
+        if resumed:
             report(f"goes on from {len(parts)} finished part{'s' if len(parts) > 1 else ''}")
         # Imported here: a plan, which may find nothing to do, loads no arithmetic.
         from rigidpend.experiments.contract import Means
@@ -150,6 +169,7 @@ def run(
             **planned.fingerprint,
             **_stored(arithmetic, config),
             DOUBT: doubt(data),
+            **({} if resumed else {SECONDS: time.perf_counter() - start}),
             **(further or {}),
         }
         resolved = json.dumps(config.resolved(), indent=2)

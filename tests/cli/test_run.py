@@ -260,7 +260,7 @@ def test_a_terminal_has_one_line_that_changes_and_no_colours(tmp_path: Path) -> 
         written(tmp_path, SMALL, f"{name}.yaml")
     shown = on_a_terminal(tmp_path, "run", "a.yaml", "b.yaml")
     assert "\x1b" not in shown
-    assert "\r[1 of 2 done, about " in shown
+    assert "\r[1 of 2 done, " in shown
     assert all(len(text) < 80 for line in shown.split("\n") for text in line.split("\r"))
     stay = [line.split("\r")[-1].strip() for line in shown.split("\n") if line]
     assert [line.split()[:3] for line in stay if line] == [
