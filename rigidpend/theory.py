@@ -6,8 +6,10 @@ Its values come from `body`, `periodic`, `melnikov`, `precession` and `floquet`.
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterator
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +21,9 @@ from rigidpend.numbers.exact import Exact, exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.periodic import Delta_1
 from rigidpend.routes.problem import RouteProblem
+
+if TYPE_CHECKING:
+    from rigidpend.notebook import TheoryTable
 
 
 def rows(body: Body, h0: Scalar, J1_0: Scalar = None) -> list[Row]:
@@ -108,3 +113,15 @@ def _orbits(p: Angles, h0: float) -> Iterator[Row]:
     yield number_row("multipliers", meaning, leaving.multiplier, approaching.multiplier)
     limit = math.exp(math.sqrt(2 * h0 / p.kappa) * math.sin(p.alpha0) / 2 * leaving.period)
     yield number_row("multiplier, mu = 0", "exp(u T/2), u = J2_0 sin(alpha0)", limit)
+
+
+class CalledTable(ModuleType):
+    """Module that is also the function `rigidpend.notebook.theory`."""
+
+    def __call__(self, body: Body, h0: Scalar, J1_0: Scalar = None) -> TheoryTable:
+        from rigidpend.notebook import theory
+
+        return theory(body, h0, J1_0)
+
+
+sys.modules[__name__].__class__ = CalledTable

@@ -34,14 +34,14 @@ def command(name: str, settings: tuple[str, ...], as_json: bool) -> None:
       rigidpend theory fig5 --json
       rigidpend theory --set problem.mu=0.01 --set problem.h0=10/9
     """
-    from rigidpend import theory
     from rigidpend.config import loading
     from rigidpend.config.names import resolve
+    from rigidpend.theory import of
 
     [path, *others] = resolve((name,))
     if others:
         raise click.UsageError("theory is about one config, not all")
-    rows = theory.of(loading.load(path, settings).content.problem)
+    rows = of(loading.load(path, settings).content.problem)
     if not rows:
         raise click.UsageError(f"{path} has not one body and one h0, as fig4 and fig5 have")
     if as_json:

@@ -96,17 +96,22 @@ def variants(sweeps: Sequence[Sweep]) -> list[Variant]:
     keys = [sweep.key for sweep in sweeps]
     if len(set(keys)) < len(keys):
         raise ConfigError([Complaint(origin, (), f"a key is swept twice: {', '.join(keys)}")])
-    short = short_names(keys)
     found = []
     for values in itertools.islice(itertools.product(*(s.values for s in sweeps)), MOST + 1):
-        pairs = list(zip(keys, short, values, strict=True))
-        ending = "".join(f"_{name}={value.translate(IN_NAMES)}" for _, name, value in pairs)
-        found.append(Variant(ending, tuple(f"{key}={value}" for key, _, value in pairs)))
+        pairs = list(zip(keys, values, strict=True))
+        found.append(Variant(ending(pairs), tuple(f"{key}={value}" for key, value in pairs)))
     if len(found) > MOST:
         raise ConfigError([Complaint(origin, (), f"more than {MOST} combinations")])
     if len({variant.ending for variant in found}) < len(found):
         raise ConfigError([Complaint(origin, (), "two values would have the same name")])
     return found
+
+
+def ending(pairs: Sequence[tuple[str, str]]) -> str:
+    """Ending of a name that tells values by their keys."""
+    short = short_names([key for key, _ in pairs])
+    values = (value.translate(IN_NAMES) for _, value in pairs)
+    return "".join(f"_{name}={value}" for name, value in zip(short, values, strict=True))
 
 
 def checked_name(name: str, origin: Origin) -> str:

@@ -12,7 +12,7 @@ VOLATILE = ("config_hash", "code_hash", "engine")
 """Root attributes whose values may differ between equal results; configs are compared by key."""
 NUMERICS = ("tolerance", "precisions")
 """Those that other numerics change besides."""
-TOLD = ("reasons", "doubt", "seconds", "figure")
+TOLD = ("reasons", "doubt", "seconds")
 """Those that only say what is compared elsewhere, or need not be."""
 PRESENT, ABSENT = "(present)", "(absent)"
 

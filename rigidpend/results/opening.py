@@ -21,7 +21,7 @@ from rigidpend.results import files
 from rigidpend.results.damage import intact, tried
 from rigidpend.results.files import Absent, StoreError
 from rigidpend.results.layout import Layout
-from rigidpend.results.structure import Checker, Unfit, attributes
+from rigidpend.results.structure import Checker, Unfit, attributes, told
 from rigidpend.results.words import short
 
 FORMAT, FORMAT_VERSION = "rigidpend", 1
@@ -93,7 +93,7 @@ def _trial(path: Path, image: bytes, most: int, whole: bool, part: bool) -> None
 
 
 def _look(node: Any, whole: bool) -> None:
-    dict(node.attrs)
+    told(node.attrs)
     if whole and isinstance(node, h5py.Dataset):
         node[()]
 

@@ -41,6 +41,22 @@ HELD = {
 }
 
 
+SCALES = {
+    ("theta2_0", ("columns",)),
+    ("offset", ("columns",)),
+    ("mu_over_h0", ("mu",)),
+    ("name", ("bodies",)),
+    ("t", ("samples",)),
+    ("g", ("phases",)),
+    ("label", ("vertices",)),
+}
+"""Arrays that are the coordinates along their dimension."""
+REFERRING = ("DIMENSION_LIST", "REFERENCE_LIST")
+"""Attributes by which HDF5 ties scales to arrays; they refer to objects and are never read."""
+MARKS = (*REFERRING, "DIMENSION_LABELS", "CLASS", "NAME")
+"""Attributes of dimension scales, besides our own."""
+
+
 class Unfit(StoreError):
     """A file that is not made as a result is; says where and why."""
 
@@ -174,8 +190,15 @@ def attributes(place: str, node: Any) -> None:
         shape = space.get_simple_extent_dims()
         if math.prod(shape) * datatype.get_size() > ATTRIBUTE:
             raise Unfit(f"{place} has an attribute that is too large")
+        if one.get_name().decode("utf-8", "replace") in REFERRING:
+            continue
         if kind(datatype, ()) not in (FLOAT, WHOLE, TEXT):
             raise Unfit(f"{place} has an attribute that is neither a text nor a number")
+
+
+def told(attrs: Mapping[str, Any]) -> dict[str, Any]:
+    """Attributes of an object that are read: all but the marks of dimension scales."""
+    return {name: attrs[name] for name in attrs if name not in MARKS}
 
 
 def kind(datatype: h5t.TypeID, shape: tuple[int, ...]) -> str:

@@ -20,8 +20,7 @@ PART = re.compile(r"\b(\d+)(?:/| of )(\d+)\b")
 
 
 class Course:
-    """Progress of several experiments, with the time since the first began and an estimate of
-    the time left.
+    """Progress of several experiments, with an estimate of the time left.
 
     A report that holds ``k/n`` or ``k of n`` says how far its experiment is. What an experiment
     is expected to take counts until its own reports tell more; the experiments that are over

@@ -79,7 +79,9 @@ def place(template: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pa
     """A copy of the folder, where only its own configs are known."""
     folder = tmp_path / "place"
     shutil.copytree(template, folder)
+    shipped = catalogue.shipped()
     monkeypatch.setattr(catalogue, "PACKAGE", tmp_path / "nowhere")
+    monkeypatch.setattr(catalogue, "shipped", lambda: shipped)
     monkeypatch.chdir(folder)
     return folder
 

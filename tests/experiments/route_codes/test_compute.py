@@ -291,7 +291,7 @@ def test_long_passages_are_told_before_they_begin(
     content: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     said: list[str] = []
-    monkeypatch.setattr(route_codes, "LONG", 5)
+    monkeypatch.setattr(route_codes, "LONG", 1)
     means = Means(resolve(default_engine()), 1, said.append)
     route_codes.compute(content, means)
     assert said[0].startswith("passages are long: about ")
