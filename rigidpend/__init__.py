@@ -43,6 +43,7 @@ surfaces      asymptotic surfaces S1- and S2+ as curves
 asymptotic/   the surfaces on the section J1 = J2/2: splitting, heteroclinic orbits
 integrate/    integration up to the section: engines `taylor`, `scipy`, arbitrary precision
 routes/       route codes, with the certainty of every symbol
+certified/    route codes, with a proof of every symbol
 
 The motion in space:
 
@@ -106,6 +107,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rigidpend.body import Body as Body
+    from rigidpend.certified.codes import CertifiedCodes as CertifiedCodes
+    from rigidpend.certified.codes import certify_codes as certify_codes
     from rigidpend.notebook import StoredResult as StoredResult
     from rigidpend.notebook import load as load
     from rigidpend.notebook import orbit as orbit
@@ -118,17 +121,19 @@ if TYPE_CHECKING:
 
 __version__ = "0.2.0"
 __all__ = [
-    *("Body", "RouteCodes", "StoredResult", "load", "orbit", "plot"),
-    *("return_map", "route_codes", "run", "theory"),
+    *("Body", "CertifiedCodes", "RouteCodes", "StoredResult", "certify_codes", "load", "orbit"),
+    *("plot", "return_map", "route_codes", "run", "theory"),
 ]
 
 _HOME = {
     "Body": "rigidpend.body",
+    "CertifiedCodes": "rigidpend.certified.codes",
     "RouteCodes": "rigidpend.routes",
     "StoredResult": "rigidpend.notebook",
     "load": "rigidpend.notebook",
     "orbit": "rigidpend.notebook",
     "plot": "rigidpend.notebook",
+    "certify_codes": "rigidpend.certified.codes",
     "return_map": "rigidpend.return_map",
     "route_codes": "rigidpend.routes",
 }

@@ -8,6 +8,7 @@ import math
 import os
 import shutil
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 from functools import wraps
 from pathlib import Path
@@ -165,7 +166,8 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
     code = exit_code(error)
     if isinstance(error, MemoryError):
         return "not enough memory; fewer orbits or fewer --jobs need less"
-    if isinstance(error, ModuleNotFoundError) and code == ABSENT:
+    # Those of the package say themselves what to do.
+    if type(error) is ModuleNotFoundError and code == ABSENT:
         return f"{error.name} is needed and not installed"
     if isinstance(error, OSError):
         named = f"{str(error.filename)[:MOST]}: " if error.filename else ""
@@ -213,6 +215,15 @@ def settle_streams() -> None:
             os.open(os.devnull, os.O_RDWR)
     if sys.stderr is None:
         sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+
+
+def settle_warnings() -> None:
+    """Let warnings be sentences: where in the code they arise is no news for a user."""
+
+    def show(message: Warning | str, *_: Any, **__: Any) -> None:
+        say(f"rigidpend: warning: {message}")
+
+    warnings.showwarning = show
 
 
 def print_json(document: Any) -> None:

@@ -74,10 +74,12 @@ def _entries(folder: Path) -> Iterator[dict[str, Any]]:
 
 def _named(folder: Path) -> dict[str, Path]:
     """Files of all names: configs that are known, those in this folder, then results."""
+    from rigidpend.certified.storage import is_certificate
     from rigidpend.config import catalogue
 
     by_name = {**catalogue.known(), **catalogue.own()}
-    stray = {path.stem: path for path in sorted(folder.glob("*.h5")) if path.stem not in by_name}
+    stored = (path for path in sorted(folder.glob("*.h5")) if not is_certificate(path))
+    stray = {path.stem: path for path in stored if path.stem not in by_name}
     files = sorted(by_name.values(), key=lambda path: not catalogue.in_all(path))
     places = dict.fromkeys(path.parent for path in files)
     known = [(name, x) for place in places for name, x in by_name.items() if x.parent == place]

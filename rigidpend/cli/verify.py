@@ -57,8 +57,9 @@ def command(
 
     Values are compared, not bytes: symbols and texts exactly where they are certain, numbers
     to what their experiment's arithmetic explains, and also what the files consist of, but not
-    where and when they were made. The exit code is 1 where something differs, 3 where there is
-    nothing to compare with.
+    where and when they were made. Symbols that a certificate beside the compared result proves
+    must be as proven. The exit code is 1 where something differs, 3 where there is nothing to
+    compare with.
 
     With --set, where no stored result is of that problem, the reference is computed too: by
     the Taylor engine, and DOP853 is compared with it.
@@ -103,6 +104,7 @@ def _compared(
     path: Path, settings: tuple[str, ...], reference: Path, results: Path | None, jobs: int | None
 ) -> Any:
     """Compute one experiment and compare it, as plain data."""
+    from rigidpend.certified import storage
     from rigidpend.config import loading
     from rigidpend.results import files, regression, store, words
     from rigidpend.run import workers
@@ -113,11 +115,12 @@ def _compared(
     outcome: dict[str, Any] = {"name": loaded.name, "reference": str(stored), "same": False}
     outcome["absent"] = False
     try:
+        proof = storage.beside(read or stored)
         if settings and not read and not regression.is_of(loaded, stored):
-            outcome["reference"] = ENGINES
+            outcome["reference"], proof = ENGINES, None
             found = regression.verify_by_engines(loaded, jobs=many)
         else:
-            found = regression.verify(loaded, stored, jobs=many, fresh=read)
+            found = regression.verify(loaded, stored, jobs=many, fresh=read, certificate=proof)
     except store.StoreError as error:
         absent = isinstance(error, files.Absent)
         return {**outcome, "absent": absent, "error": str(error), "differences": []}
@@ -128,7 +131,9 @@ def _compared(
         said = f"{stored}: cannot be compared: {words.error(error)}"
         return {**outcome, "error": said, "differences": []}
     listed = [_parts(difference) for difference in found]
-    return {**outcome, "same": not found, "error": None, "differences": listed}
+    proven = sum(int(each["proven"].sum()) for each in proof["data"].values()) if proof else 0
+    told = {"same": not found, "error": None, "differences": listed, "proven": proven}
+    return {**outcome, **told}
 
 
 def _parts(difference: Any) -> dict[str, Any]:
@@ -150,11 +155,15 @@ def _tell(outcome: dict[str, Any]) -> None:
     verdict = "the same as in" if outcome["same"] else "differs from"
     if outcome["reference"] == ENGINES:
         verdict = "the same by" if outcome["same"] else "differs by"
-    click.echo(f"{outcome['name']}: {verdict} {outcome['reference']}")
+    proven = f"; {outcome['proven']} symbols are proven" if outcome["proven"] else ""
+    click.echo(f"{outcome['name']}: {verdict} {outcome['reference']}{proven}")
     for difference in outcome["differences"]:
         click.echo(f"  {difference['said']}")
 
 
 def _strays(reference: Path, names: set[str]) -> list[str]:
     """Names of stored results that belong to no config."""
-    return [str(file) for file in sorted(reference.glob("*.h5")) if file.stem not in names]
+    from rigidpend.certified.storage import is_certificate
+
+    stored = sorted(file for file in reference.glob("*.h5") if not is_certificate(file))
+    return [str(file) for file in stored if file.stem not in names]

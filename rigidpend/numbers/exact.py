@@ -23,7 +23,7 @@ from rigidpend.numbers.parameters import ExactError as ExactError
 if TYPE_CHECKING:
     from mpmath import MPContext
 
-PRECISIONS = (53, 64, 113)
+PRECISIONS = (53, 106, 160)
 """Working precisions in bits, in the order in which they are tried."""
 GUARD_BITS = 32
 """Bits beyond those asked for, which take up the rounding of intermediate results."""
@@ -95,6 +95,16 @@ class Exact:
         if abs(_magnitude(value)) > MAX_SIZE:
             raise ExactError(f"{shown(self.text)}: beyond 2**{MAX_SIZE} or its inverse")
         return value
+
+    def over(self, m: Any) -> Any:
+        """The value in another namespace of numbers, such as balls, with its own rounding.
+
+        Parameters
+        ----------
+        m : namespace
+            With mpf, pi, sqrt, sin, cos, tan and atan.
+        """
+        return self._evaluate(m)
 
     def in_context(self, m: MPContext) -> Any:
         """The value in the precision of the context `m`."""
@@ -216,7 +226,8 @@ def function(name: str, x: Exact) -> Exact:
 def _turnable(x: Exact, m: MPContext) -> Any:
     """Evaluate an angle that can be brought into one turn, which takes its size in bits."""
     value = x._evaluate(m)
-    if _magnitude(value) > MOST_BITS:
+    # Other kinds of numbers than mpmath's know themselves what they lose.
+    if hasattr(value, "_mpf_") and _magnitude(value) > MOST_BITS:
         raise ExactError(f"an angle beyond 2**{MOST_BITS}: {shown(x.text)}")
     return value
 

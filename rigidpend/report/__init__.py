@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rigidpend import experiments
+from rigidpend.certified.storage import is_certificate
 from rigidpend.departures import DEPARTURES
 from rigidpend.report.page import ResultSection, html, picture, problem
 from rigidpend.results import store, words
@@ -29,14 +30,14 @@ class Page(NamedTuple):
 
 
 def results(folder: Path) -> list[Path]:
-    """Result files directly in a folder, by name.
+    """Result files directly in a folder, by name; certificates are not.
 
     Raises
     ------
     Absent
         There is none.
     """
-    found = sorted(folder.glob("*.h5"))
+    found = [file for file in sorted(folder.glob("*.h5")) if not is_certificate(file)]
     if not found:
         raise Absent(f"{folder}: no results; call: rigidpend run all --out {folder}")
     return found

@@ -10,8 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from rigidpend import experiments
+from rigidpend.certified import storage
 from rigidpend.config.loading import LoadedConfig
 from rigidpend.results import compare, files, store
+from rigidpend.results.tree import Loaded
 from rigidpend.run.runner import plan, run
 
 
@@ -20,7 +22,12 @@ class NoReference(files.Absent):
 
 
 def verify(
-    config: LoadedConfig, stored: Path, *, jobs: int, fresh: Path | None = None
+    config: LoadedConfig,
+    stored: Path,
+    *,
+    jobs: int,
+    fresh: Path | None = None,
+    certificate: Loaded | None = None,
 ) -> list[str]:
     """Say where a stored result differs, by value, from a fresh one.
 
@@ -32,6 +39,8 @@ def verify(
     jobs : int
     fresh : Path, optional
         A result to be read; by default it is computed.
+    certificate : Loaded, optional
+        Proven symbols, which those of the fresh result must not contradict.
 
     Returns
     -------
@@ -58,6 +67,8 @@ def verify(
     found += compare.plain(_problem(configs[0]), _problem(configs[1]), "config")
     if outlines[0].keys() == outlines[1].keys():
         found += experiments.computation(config.experiment).differences(old["data"], new["data"])
+    if certificate:
+        found += storage.contradictions(new, certificate)
     return found
 
 

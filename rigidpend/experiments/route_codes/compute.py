@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -14,20 +14,21 @@ from rigidpend import melnikov
 from rigidpend.description import Row, body_rows, exact_row, number_row
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_arrays import ROUNDING, array_differences
-from rigidpend.experiments.route_codes.layout import ZEROS
+from rigidpend.experiments.route_codes.layout import BY_MAP, ZEROS
 from rigidpend.experiments.route_layout import MEANING
 from rigidpend.numbers.exact import Exact
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference
 from rigidpend.results.layout import datasets
 from rigidpend.results.tree import Data, Dataset, Tree
-from rigidpend.routes.codes import RouteCodes, route_codes
+from rigidpend.routes.codes import MANY, RouteCodes, route_codes
 from rigidpend.routes.phases import Grid
 from rigidpend.routes.problem import passage_rotations
 from rigidpend.run import progress, workers
 
 if TYPE_CHECKING:
     from rigidpend.config.schema import PhaseGrid
+    from rigidpend.experiments.contract import Routes
     from rigidpend.experiments.route_codes.schema import Config
 
 
@@ -36,6 +37,8 @@ ROTATION, BEGIN = 1e-5, 0.3
 
 4,000 orbits of 15 symbols of Fig. 4, four and a half rotations a passage, took 2.8 s with the
 higher precisions of uncertain columns."""
+MAPPED = 65_536
+"""Number of columns at a time where return maps serve."""
 SLOWER = 100
 """Factor by which a rotation takes longer where the first precision is above that of doubles."""
 PART = 2.0
@@ -82,8 +85,11 @@ def _in_parts(name: str, phases: Grid, config: Config, means: Means) -> RouteCod
     """Compute the routes of all phases in parts of some seconds, by what the last one took."""
     found: list[RouteCodes] = []
     first, seconds = 0, column_cost(config)
+    mapped = means.arithmetic.precisions[0] == 53 and len(phases) >= MANY
     while first < len(phases):
         at_once = max(LANES * means.jobs, int(PART * means.jobs / seconds))
+        if mapped and at_once >= MANY // 10:
+            at_once = max(at_once, MAPPED)
         columns = [phases[k] for k in range(first, min(first + at_once, len(phases)))]
         if len(phases) > at_once:
             means.report(f"{name}: columns from {first} of {len(phases)}")
@@ -92,7 +98,8 @@ def _in_parts(name: str, phases: Grid, config: Config, means: Means) -> RouteCod
         fields = {field: tree[field].values for field in MEANING}
         # A part that was kept may be of another size.
         count = len(fields["bits"])
-        found.append(RouteCodes(**fields, by_map=np.zeros(count, dtype=bool)))
+        by_map = tree["by_map"].values if "by_map" in tree else np.zeros(count, dtype=bool)
+        found.append(RouteCodes(**fields, by_map=by_map))
         took = (time.perf_counter() - begun) * means.jobs / count
         # No part is more than four times as long as the last: a few columns may be easy.
         first, seconds = first + count, max(took, seconds / 4)
@@ -132,9 +139,14 @@ def _routes(phases: Sequence[Exact], config: Config, means: Means, jobs: int) ->
         J1_0=problem.J1_0,
         n_symbols=problem.n_symbols,
         jobs=jobs,
-        method="integration",
         **means.arithmetic._asdict(),
     )
+
+
+def orbits(config: Config, stored: Callable[[], Data]) -> Routes:
+    """The orbits of each array."""
+    problem = config.problem
+    return {name: (problem.routes, grid.phases) for name, grid in problem.arrays.items()}
 
 
 def describe(config: Config) -> list[Row]:
@@ -157,7 +169,7 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
     """Find where two results of a config disagree by more than their arithmetic explains.
 
     Symbols and separatrices must be the same where both are certain. Which precision decided
-    a column hangs on the last bit and is not compared.
+    a column hangs on the last bit and is not compared, nor whether maps did.
 
     Parameters
     ----------
@@ -166,7 +178,10 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
     """
     found = compare.keys(stored, fresh)
     for name in [name for name in stored if name in fresh]:
-        found += compare.inside(name, array_differences(stored[name], fresh[name], PHASES))
+        old, new = (
+            {key: x for key, x in side[name].items() if key != "by_map"} for side in (stored, fresh)
+        )
+        found += compare.inside(name, array_differences(old, new, PHASES))
     return found
 
 
@@ -175,13 +190,17 @@ def _array_row(name: str, grid: PhaseGrid) -> Row:
 
 
 def _group(routes: RouteCodes) -> dict[str, Dataset]:
-    return datasets(MEANING, routes._asdict())
+    """The fields of an array; what maps decided is told where there was a choice."""
+    fields = {**MEANING, "by_map": BY_MAP} if routes.by_map.any() else MEANING
+    return datasets(fields, routes._asdict())
 
 
 def _summary(routes: RouteCodes) -> str:
     n, uncertain = routes.bits.size, int((~routes.certain).sum())
+    maps = int(routes.by_map.sum())
     counts = ", ".join(
         f"{int((routes.bits == bits).sum())} in {bits} bits" for bits in np.unique(routes.bits)
     )
     doubt = f"; {uncertain} symbols uncertain" if uncertain else ""
-    return f"{n} orbits, {counts}{doubt}"
+    by_map = f", {maps} by return maps" if maps else ""
+    return f"{n} orbits, {counts}{by_map}{doubt}"
