@@ -19,9 +19,9 @@ from h5py import h5g
 from rigidpend import experiments
 from rigidpend.results import files
 from rigidpend.results.damage import intact, tried
-from rigidpend.results.files import StoreError
+from rigidpend.results.files import Absent, StoreError
 from rigidpend.results.layout import Layout
-from rigidpend.results.structure import Checker, Unfit, attributes
+from rigidpend.results.structure import Checker, Unfit, attributes, told
 from rigidpend.results.words import short
 
 FORMAT, FORMAT_VERSION = "rigidpend", 1
@@ -29,7 +29,7 @@ LEAST, RATIO = 2**26, 100
 """Bytes that the arrays of any file may have, and how many for each byte of the file.
 
 A file of this package has at most some 60, where no orbit returns."""
-WORDS = ("name", "figure", "experiment", "config_hash", "code_hash", "engine")
+WORDS = ("name", "figure", "experiment", "config_hash", "code_hash", "engine", "doubt")
 """Root attributes that are texts."""
 LONGEST = 1000
 """Characters of each."""
@@ -78,7 +78,7 @@ def readable(path: Path) -> Iterator[None]:
     try:
         yield
     except FileNotFoundError:
-        raise StoreError(f"{path}: there is no such file") from None
+        raise Absent(f"{path}: there is no such file") from None
     except Unfit as error:
         raise StoreError(f"{path}: not a result that can be used: {error}") from None
     except StoreError:
@@ -99,7 +99,7 @@ def _trial(
 
 
 def _look(node: Any, whole: bool) -> None:
-    dict(node.attrs)
+    told(node.attrs)
     if whole and isinstance(node, h5py.Dataset):
         node[()]
 

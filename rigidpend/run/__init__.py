@@ -10,3 +10,24 @@ logs        progress and errors kept beside the results
 workers     threads and processes side by side
 signals     signal handling (SIGTERM, SIGINT)
 """
+
+from __future__ import annotations
+
+import sys
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rigidpend.notebook import StoredResult
+
+
+class CalledRun(ModuleType):
+    """Module that is also the function `rigidpend.notebook.run`."""
+
+    def __call__(self, *args: Any, **kwargs: Any) -> StoredResult:
+        from rigidpend.notebook import run
+
+        return run(*args, **kwargs)
+
+
+sys.modules[__name__].__class__ = CalledRun

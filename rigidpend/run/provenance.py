@@ -20,8 +20,9 @@ LIBRARIES = ("numpy", "scipy", "mpmath", "h5py", "heyoka")
 
 
 def config_hash(resolved: dict[str, Any]) -> str:
-    """Hash a resolved config: comments and layout don't count."""
-    return _digest(json.dumps(resolved, sort_keys=True))
+    """Hash a resolved config: comments, layout and the name of its figure don't count."""
+    counted = {key: value for key, value in resolved.items() if key != "figure"}
+    return _digest(json.dumps(counted, sort_keys=True))
 
 
 def code_hash(experiment: str) -> str:
