@@ -37,7 +37,7 @@ def found(body: Body, phases: Any = PHASES, **more: Any) -> RouteCodes:
         pytest.param(LIGHT, "1e-8", {}, id="mu small"),
         pytest.param(HEAVY, "1e-6", {}, id="mu large", marks=pytest.mark.slow),
         pytest.param(GENERIC, "1e-8", {}, id="generic", marks=pytest.mark.slow),
-        # More symbols need 113 bits in 9 columns of 30, which others have: half a minute.
+        # More symbols need more bits in a third of the columns, which others have.
         pytest.param(FIG5, "1e-9", {"n_symbols": 6}, id="Fig. 5", marks=pytest.mark.slow),
         # Its maps in 64 bits do not settle, which takes 95 s to find out.
         pytest.param(HESS, "1e-8", {"precisions": (53,)}, id="Hess"),
@@ -91,7 +91,7 @@ def test_where_maps_of_more_bits_do_not_settle_their_columns_are_integrated(
         return return_map(*args, **more)
 
     monkeypatch.setattr(mapped, "return_map", in_doubles_only)
-    given: dict[str, Any] = {"J1_0": "1e-6", "n_symbols": 15}
+    given: dict[str, Any] = {"J1_0": "1e-6", "n_symbols": 15, "precisions": (53, 64, 113)}
     phases = np.linspace(0, 6.2, 40)
     record = found(FIG4, phases, method="map", **given)
     risen = record.bits > 53
