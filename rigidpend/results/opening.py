@@ -18,7 +18,7 @@ from h5py import h5g
 
 from rigidpend import experiments
 from rigidpend.results import files
-from rigidpend.results.damage import intact, tried
+from rigidpend.results.damage import grant, intact, tried
 from rigidpend.results.files import Absent, StoreError
 from rigidpend.results.layout import Layout
 from rigidpend.results.structure import Checker, Unfit, attributes, told
@@ -94,7 +94,7 @@ def _trial(
 ) -> None:
     """Read what is to be read of a file, to see whether that is possible."""
     with h5py.File.in_memory(image) as file:
-        _check(path, file, most, part, layout)
+        grant(_check(path, file, most, part, layout))
         file.visititems(lambda _, node: _look(node, whole))
 
 
@@ -104,8 +104,8 @@ def _look(node: Any, whole: bool) -> None:
         node[()]
 
 
-def _check(path: Path, file: h5py.File, most: int, part: bool, layout: Layout | None) -> None:
-    """Check what a file says that it is, then whether it is made so."""
+def _check(path: Path, file: h5py.File, most: int, part: bool, layout: Layout | None) -> int:
+    """Check what a file says that it is, then whether it is made so; the number of its objects."""
     root = h5g.open(file.id, b"/")
     attributes("/", root)
     given = dict(file.attrs)
@@ -120,7 +120,7 @@ def _check(path: Path, file: h5py.File, most: int, part: bool, layout: Layout | 
     for word in WORDS:
         if not isinstance(given.get(word, ""), str) or len(given.get(word, "")) > LONGEST:
             raise Unfit(f"its attribute {word} is not a short text")
-    Checker(most).file(root, None if part else layout or _layout(given))
+    return Checker(most).file(root, None if part else layout or _layout(given))
 
 
 def _layout(given: dict[str, Any]) -> Layout:

@@ -73,8 +73,13 @@ class Checker:
     def __init__(self, most: int) -> None:
         self._left, self._objects = most, OBJECTS
 
-    def file(self, root: h5g.GroupID, layout: Layout | None) -> None:
+    def file(self, root: h5g.GroupID, layout: Layout | None) -> int:
         """Check a whole file, whose data have that layout; any plain data without one.
+
+        Returns
+        -------
+        int
+            The number of its objects.
 
         Raises
         ------
@@ -86,6 +91,7 @@ class Checker:
         self._visit("config", found["config"], Field(TEXT), {})
         self._visit("provenance", found["provenance"], {}, {})
         self._visit("data", found["data"], layout, {})
+        return OBJECTS - self._objects
 
     def _visit(self, place: str, node: Any, layout: Any, sizes: dict[str, int]) -> None:
         """Check an object against its part of the layout; None is any plain data."""
