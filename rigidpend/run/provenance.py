@@ -15,6 +15,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from rigidpend.run.code_cache import CodeCache
+
 PACKAGE = Path(__file__).resolve().parents[1]
 LIBRARIES = ("numpy", "scipy", "mpmath", "h5py", "heyoka")
 
@@ -29,6 +31,7 @@ def code_hash(experiment: str) -> str:
     found = sorted(
         (f"{file.relative_to(PACKAGE)}", code) for file, code in _needed(experiment).items()
     )
+    _cache().save()
     return _digest(json.dumps(found))
 
 
@@ -63,13 +66,17 @@ def _needed(experiment: str) -> dict[Path, str]:
     while waiting:
         file = waiting.pop()
         if file not in found:
-            found[file], imported = _read(file.read_bytes())
+            found[file], imported = _cache().entry(file.read_bytes(), _read)
             waiting += [path for name in imported if (path := _file(name)) is not None]
     return found
 
 
 @functools.cache
-def _read(source: bytes) -> tuple[str, frozenset[str]]:
+def _cache() -> CodeCache:
+    return CodeCache(Path(__file__).read_bytes())
+
+
+def _read(source: bytes) -> tuple[str, list[str]]:
     """Read a file's code without comments, docstrings and layout, and the names that it imports."""
     tree = ast.parse(source)
     names: set[str] = set()
@@ -78,7 +85,7 @@ def _read(source: bytes) -> tuple[str, frozenset[str]]:
             names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
         elif isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
-    return _digest(_code(tree)), frozenset(names)
+    return _digest(_code(tree)), sorted(names)
 
 
 def _running(tree: ast.AST) -> Iterator[ast.AST]:
@@ -98,7 +105,12 @@ def _file(module: str) -> Path | None:
     first, *inner = module.split(".")
     if first != PACKAGE.name or not inner:
         return None
-    place = PACKAGE.joinpath(*inner)
+    return _file_in(PACKAGE, tuple(inner))
+
+
+@functools.cache
+def _file_in(package: Path, inner: tuple[str, ...]) -> Path | None:
+    place = package.joinpath(*inner)
     candidates = (place.with_suffix(".py"), place / "__init__.py")
     return next((file for file in candidates if file.is_file()), None)
 
