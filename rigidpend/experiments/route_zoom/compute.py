@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 
 FINER = 2.0**-20
-"""How closely the change is found, as a share of the finest step: no column comes closer."""
+"""Width to which the change is found, as a share of the finest step: no column comes closer."""
 CENTRE_BITS = 200
 """Bits of a centre that are written, or more where the step is finer."""
 
