@@ -18,6 +18,7 @@ UNITS = {
     **dict.fromkeys(("theta2_0", "between", "start", "step", "beta0"), "radians"),
     **dict.fromkeys(("azimuth", "elevation"), "radians"),
     **dict.fromkeys(("seconds", "slowest"), "seconds"),
+    **dict.fromkeys(("ends", "rows"), "of the axis"),
     "r": "a direction",
 }
 """The units of settings that are numbers, by their last name. Whole numbers and words have none."""

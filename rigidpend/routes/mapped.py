@@ -228,10 +228,24 @@ def decided_by(
     precisions: tuple[int, ...],
     share: certainty.Share | None = None,
 ) -> Mapped:
-    """Decide all orbits of some maps: :func:`decided` without their making."""
-    n = len(maps.phases)
+    """Decide all orbits of some maps: :func:`decided` without their making.
+
+    What maps leave open is integrated if the precisions go beyond theirs: from 64 bits on, for
+    an integration in 64 bits errs less than a map whose tables are of 64 bits.
+    """
+    n, within = len(maps.phases), tuple(p for p in maps.ladder(precisions) if p <= maps.table_bits)
     compute, left = with_maps(maps, integrated, n, precisions)
-    known = certainty.decide(compute, n, rate, maps.ladder(precisions), share)
+    known = certainty.decide(compute, n, rate, within, share)
+    open_ = np.flatnonzero(~known.certain.all(axis=0))
+    if open_.size and within != precisions:
+        left[open_] = True
+        again = certainty.decide(
+            lambda bits, scales, columns: integrated(bits, scales, open_[columns]),
+            open_.size,
+            rate,
+            precisions[1:],
+        )
+        certainty.replace(known, open_, again)
     size = max(LEAST_SAMPLE, -(-SAMPLE * n // maps.orbits))
     _compare_sample(known, integrated, rate, precisions, size)
     return Mapped(known, (known.bits <= maps.table_bits) & ~left)
@@ -242,7 +256,8 @@ def with_maps(
 ) -> tuple[Compute, NDArray[np.bool_]]:
     """Computations of n columns by maps, and by integration where these do not serve.
 
-    Nothing is integrated but in the precisions that are given. The second result tells, when all is done, which columns were integrated for leaving tables.
+    Nothing is integrated but in the precisions that are given. The second result tells, when all
+    is done, which columns were integrated for leaving tables.
     """
     left = np.zeros(n, dtype=bool)
 
