@@ -9,7 +9,7 @@ JOBS ?=
 RUN := $(BIN)/rigidpend
 PYTEST := $(BIN)/python -m pytest -n $(or $(JOBS),auto) --dist loadfile
 
-.PHONY: help figures check test test-fast coverage docs mutants verify reference bench stress tables gallery clean distclean
+.PHONY: help figures check test test-fast attacks coverage audit docs mutants verify reference bench stress tables gallery clean distclean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -30,8 +30,17 @@ test: check ## check, then run every test, on all cores
 test-fast: $(VENV)/.installed-test ## run the tests that are not marked slow: the inner loop
 	$(PYTEST) -m "not slow"
 
+attacks: $(VENV)/.installed-test ## fuzz 2000 files of each kind and configs, kill 100 runs: half an hour; COUNT=
+	RIGIDPEND_FUZZ=$(or $(COUNT),2000) RIGIDPEND_KILLS=100 $(PYTEST) tests/attacks tests/config/test_fuzz.py tests/run/test_faults.py
+
 coverage: $(VENV)/.installed-test ## run every test and say which lines and branches they leave out
 	$(PYTEST) --cov --cov-report=term:skip-covered --cov-report=html:build/coverage
+
+audit: ## look up known vulnerabilities of the versions in constraints.txt, where that can be asked
+	@test -x build/audit/bin/pip-audit || { $(PYTHON) -m venv build/audit \
+	  && build/audit/bin/python -m pip install --quiet --disable-pip-version-check pip-audit; } \
+	  || echo "pip-audit cannot be installed here" >&2
+	@$(or $(wildcard build/audit/bin/python),$(PYTHON)) scripts/audit.py
 
 docs: $(VENV)/.installed-docs ## build the documentation into build/docs/; needs no network
 	rm -rf build/docs

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import re
 import shlex
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,7 @@ import pytest
 import rigidpend
 from rigidpend.cli import main
 from rigidpend.config import loading, names
+from rigidpend.results import store
 from scripts import readme_tables
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -104,6 +107,14 @@ def test_the_version_is_one() -> None:
     [date] = re.findall(r"^date-released: (.+)$", citation, re.MULTILINE)
     assert project["version"] == rigidpend.__version__ == version
     assert f"## {version} - {date}\n" in changes
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _each_measurement_is_read_once() -> Iterator[None]:
+    """To read one takes a second, and seven tests want them."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(store, "load", functools.cache(store.load))
+        yield
 
 
 @pytest.mark.parametrize("page", readme_tables.PAGES)

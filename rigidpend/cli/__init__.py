@@ -7,6 +7,7 @@ import click
 import rigidpend
 from rigidpend.cli import (
     bench,
+    cache,
     certify,
     common,
     completion,
@@ -40,10 +41,11 @@ def main() -> None:
       eval "$(rigidpend completion bash)"
     """
     common.settle_streams()
+    common.settle_warnings()
 
 
 for _module in (
     *(run, render, report, listing, describe, theory),
-    *(certify, verify, reference, bench, stress, completion),
+    *(certify, verify, reference, bench, stress, cache, completion),
 ):
     main.add_command(_module.command)

@@ -7,6 +7,7 @@ import json
 import math
 import os
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 from functools import wraps
 from pathlib import Path
@@ -164,6 +165,15 @@ def settle_streams() -> None:
             os.open(os.devnull, os.O_RDWR)
     if sys.stderr is None:
         sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+
+
+def settle_warnings() -> None:
+    """Let warnings be sentences: where in the code they arise is no news for a user."""
+
+    def show(message: Warning | str, *_: Any, **__: Any) -> None:
+        say(f"rigidpend: warning: {message}")
+
+    warnings.showwarning = show
 
 
 def print_json(document: Any) -> None:

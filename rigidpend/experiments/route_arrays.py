@@ -74,5 +74,7 @@ def crossing_tolerance(crossings: int, growth: float = GROWTH) -> NDArray[np.flo
     by 3.4 a crossing, to 5e-4 at the sixteenth; DOP853 is ten times as far off. More than
     `APART` no certain symbol leaves room for.
     """
-    grown = np.minimum(SECOND * growth ** np.arange(crossings - 1.0), APART)
+    # In logarithms, for of a thousand crossings the power itself has no double.
+    exponent = np.log(SECOND) + np.log(growth) * np.arange(crossings - 1.0)
+    grown = np.minimum(np.exp(np.minimum(exponent, 0.0)), APART)
     return np.concatenate(([FIRST], grown))[:, None]

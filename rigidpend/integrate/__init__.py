@@ -3,7 +3,8 @@
 ======== =========================================== ==================
 engine   how                                          precisions (bits)
 ======== =========================================== ==================
-taylor   heyoka: batches at 53, one by one above      53, 64, 113, more
+taylor   vectors of doubles, or of pairs of them      53, 106
+         heyoka: one orbit at a time                  64, 113, more
 scipy    DOP853, many orbits as one system            53
 bigint   Taylor series in integers, plain Python      any; serves where
                                                       the engine ends
@@ -223,9 +224,9 @@ def sample_orbits(
             tolerance,
         )
         return flat.reshape(*shape, times.size).transpose(0, 2, 1)
-    from rigidpend.integrate import taylor_samples
+    from rigidpend.integrate import batch_samples
 
-    return taylor_samples.sample_batch(coefficients, states, times, tolerance)
+    return batch_samples.sample_batch(coefficients, states, times, tolerance)
 
 
 def _checked_times(times: Numbers) -> NDArray[np.float64]:
@@ -253,14 +254,18 @@ def _plan(
         # Parts that don't depend on `jobs`: orbits of one part share their steps.
         count = -(-orbits.states.shape[1] // dop853.SIDE_BY_SIDE)
         return dop853.crossings, (tolerance,), True, _split(orbits, count)
-    if bits == 53:
+    if bits in (53, 106):
         from rigidpend.integrate import batch
 
-        return batch.crossings_batch, (tolerance,), False, _split(orbits, jobs)
+        return batch.crossings_batch, (bits, tolerance), False, _split(orbits, jobs)
     from rigidpend.integrate import taylor
 
     return taylor.crossings_scalar, (bits, tolerance), False, parts
 
 
 def _split(orbits: Orbits, count: int) -> list[Orbits]:
+    if isinstance(orbits.states, list):
+        size = -(-len(orbits.states) // count)
+        starts = range(0, len(orbits.states), size)
+        return [orbits._replace(states=orbits.states[k : k + size]) for k in starts]
     return [orbits._replace(states=states) for states in spread(orbits.states, count, axis=1)]

@@ -99,18 +99,3 @@ def leaving_zero(
         away = inwards * slope * M3 > 0
         time += np.where(away, near + b.time_to_zero(there), b.time_to_zero(M3))
     return (time > 0) & ((ends[0] < 0) == (ends[1] < 0))
-
-
-def with_one_zero(
-    b: Bounds, before: Array, after: Array, durations: Array, zero: Array, slope: Array
-) -> NDArray[np.bool_]:
-    """Mask of intervals in which the known zero, with its slope, is the only one.
-
-    Around it M3 keeps off zero for the time that its slope takes to bend back; beyond, the
-    bound of `without_zero` holds, on either side.
-    """
-    near, there = b.time_near(0 * zero, slope)
-    beside = near + b.time_to_zero(there)
-    first = b.time_to_zero(before) + beside >= zero
-    then = b.time_to_zero(after) + beside >= durations - zero
-    return first & then & ((before < 0) != (after < 0))

@@ -6,6 +6,7 @@ import contextlib
 import functools
 import threading
 from collections.abc import Iterator
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -18,13 +19,12 @@ from rigidpend.run.signals import held
 
 @functools.cache
 def heyoka() -> Any:
-    compile_cache.choose()
+    """heyoka as this package uses it: what it has compiled before is read, and checked."""
     with held():
         import heyoka as imported
 
-    # A cache that cannot be written costs a compilation, which is no news for a user.
     imported.set_logger_level_error()
-    return imported
+    return compile_cache.with_cache(imported)
 
 
 def aligned_system(hy: Any) -> tuple[list[Any], Any]:
@@ -110,6 +110,11 @@ def _of_type(bits: int) -> dict[str, Any]:
 def begin(integrator: Any, kind: Any, coefficients: Any, state: Numbers) -> None:
     """Put an orbit at time 0 into such an integrator, whatever it did before."""
     integrator.pars[:] = [typed(x, kind) for x in coefficients]
+    restart(integrator, kind, state)
+
+
+def restart(integrator: Any, kind: Any, state: Numbers) -> None:
+    """Put another orbit of the same body at time 0."""
     integrator.state[:] = [typed(x, kind) for x in state]
     integrator.time = kind(0)
     if integrator.with_events:
@@ -127,4 +132,13 @@ def typed(x: Scalar, kind: Any) -> Any:
         if not head:
             break
         total, rest = total + kind(head), rest - type(x)(head)
+    return total
+
+
+def exactly(x: Scalar) -> Fraction:
+    """The value of a number of a working type: a sum of doubles."""
+    total, head, kind = Fraction(0), float(x), type(x)
+    while head:
+        total, x = total + Fraction(head), x - kind(head)
+        head = float(x)
     return total

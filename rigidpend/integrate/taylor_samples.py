@@ -1,4 +1,4 @@
-"""Engine `taylor`, orbits at given times: of any field, or batches of the aligned field."""
+"""Engine `taylor`, orbits of any field at given times, by heyoka."""
 
 from __future__ import annotations
 
@@ -8,16 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.integrate.compiled import aligned_system, borrowed, heyoka
+from rigidpend.integrate.compiled import borrowed, heyoka
 from rigidpend.numbers.generic import Numbers
 from rigidpend.run.workers import check_stop
 
 AT_ONCE = 20_000
 """Steps in a call, which cannot be interrupted; of a batch they take some 30 ms."""
-FEW = 64
-"""Up to so many times are reached one by one, for they may lie far apart."""
-PIECE = 1024
-"""Times in a call, if they are more."""
 
 
 def sample(field: Any, state: Numbers, times: Numbers, tolerance: float) -> Any:
@@ -40,17 +36,6 @@ def ends(field: Any, states: Numbers, times: Numbers, tolerance: float) -> Any:
             found[:, columns] = abreast.run(states[:, columns], times[columns])
     if not np.isfinite(found).all():
         raise ArithmeticError("an orbit did not reach its time")
-    return found
-
-
-def sample_batch(coefficients: Any, states: Numbers, times: Numbers, tolerance: float) -> Any:
-    """Orbits of the aligned field (see `rigidpend.integrate.sample_orbits`)."""
-    n = states.shape[1]
-    found = np.empty((6, times.size, n))
-    with borrowed(_Sampler, tolerance) as sampler:
-        for first in range(0, n, sampler.width):
-            columns = slice(first, min(first + sampler.width, n))
-            found[..., columns] = sampler.run(coefficients, states[:, columns], times)
     return found
 
 
@@ -87,49 +72,6 @@ class _Abreast:
         self.integrator.state[:] = states
         _advance(self.integrator, times)
         return self.integrator.state
-
-
-class _Sampler:
-    """A batch integrator without events."""
-
-    def __init__(self, tolerance: float) -> None:
-        hy = heyoka()
-        self.width = hy.recommended_simd_size()
-        field, _ = aligned_system(hy)
-        self.integrator = hy.taylor_adaptive_batch(
-            field,
-            np.zeros((6, self.width)),
-            pars=np.zeros((9, self.width)),
-            tol=tolerance,
-        )
-
-    def run(self, coefficients: Any, states: Numbers, times: Numbers) -> Any:
-        """At most `width` orbits; lanes without an orbit repeat the first."""
-        n = states.shape[1]
-        lanes = np.concatenate((states, np.repeat(states[:, :1], self.width - n, axis=1)), axis=1)
-        self.integrator.pars[:] = np.asarray(coefficients)[:, None]
-        self.integrator.set_time(times[0])
-        self.integrator.state[:] = lanes
-        found = self._between(lanes, times)
-        if not np.isfinite(found).all():
-            raise ArithmeticError("an orbit did not reach the last of the times")
-        return found.transpose(1, 0, 2)[..., :n]
-
-    def _between(self, lanes: Numbers, times: Numbers) -> Any:
-        if times.size > FEW:
-            grid = np.repeat(times[:, None], self.width, axis=1)
-            # Each piece begins at the last time of the one before, where the integrator is.
-            pieces = [grid[k : k + PIECE + 1] for k in range(0, len(grid) - 1, PIECE)]
-            return np.concatenate([lanes[None], *(self._on_grid(piece)[1:] for piece in pieces)])
-        found = [lanes]
-        for time in times[1:]:
-            _advance(self.integrator, time)
-            found.append(self.integrator.state.copy())
-        return np.stack(found)
-
-    def _on_grid(self, grid: Numbers) -> Any:
-        check_stop()
-        return self.integrator.propagate_grid(grid)[1]
 
 
 def _advance(integrator: Any, until: Any) -> None:

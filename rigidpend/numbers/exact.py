@@ -23,7 +23,7 @@ from rigidpend.numbers.parameters import ExactError as ExactError
 if TYPE_CHECKING:
     from mpmath import MPContext
 
-PRECISIONS = (53, 64, 113)
+PRECISIONS = (53, 106, 160)
 """Working precisions in bits, in the order in which they are tried."""
 GUARD_BITS = 32
 """Bits beyond those asked for, which take up the rounding of intermediate results."""

@@ -10,6 +10,7 @@ structure   what a file is made of, held against the layout before a value is re
 content     what a file says, checked before it is used
 words       words from a file, fit for a message
 files       files replaced in one step and sealed with a digest
+cache       what can be made again: compiled code, return maps
 damage      damage noticed, and files tried in a process of its own
 locks       folders and files held together with other runs
 compare     differences of two results, by value

@@ -21,11 +21,15 @@ from rigidpend.results.words import short
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 PATIENCE = 30
 """Seconds after which another process that reads a file is taken to hang."""
-RATE = 2**21
-"""Bytes of a file for each of which it may take a second more of the processor."""
+ALLOWANCE, RATE = 4, 2**18
+"""Seconds of the processor that reading any file may take, and bytes for each second more.
+
+An object takes some 0.5 ms, and 500 bytes of the file: 0.7 s for the 1446 of a stored `stress`.
+Tracers, and machines that are slow or crowded, take several times as long."""
 ROOM = 2**27
 """Bytes of memory for what HDF5 itself needs."""
 CANNOT = "damaged: HDF5 cannot cope with it"
+TOO_LONG = "damaged: it takes longer to read than its size allows"
 
 
 def intact(content: bytes) -> bytes:
@@ -81,12 +85,13 @@ def tried(read: Callable[[], Any], length: int, most: int) -> None:
     if not hasattr(os, "fork"):
         return
     out, into = os.pipe()
+    said: bytes | None = b""
     # Threads are no matter: the child only reads with HDF5, whose lock Python takes at a fork.
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         child = os.fork()
     if child == 0:
-        _try(read, into, 1 + length // RATE, most + ROOM)
+        _try(read, into, seconds(length), most + ROOM)
     os.close(into)
     try:
         said = _heard(out)
@@ -94,20 +99,27 @@ def tried(read: Callable[[], Any], length: int, most: int) -> None:
         os.close(out)
         with contextlib.suppress(ProcessLookupError):
             os.kill(child, signal.SIGKILL)
-        os.waitpid(child, 0)
+        _, status = os.waitpid(child, 0)
+    if said is None or (os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGXCPU):
+        raise ValueError(TOO_LONG)
     if said != b"read":
         raise ValueError(said.decode(errors="replace") or CANNOT)
 
 
-def _heard(out: int) -> bytes:
-    """Listen to a child until it ends; one that hangs has said nothing."""
+def seconds(length: int) -> int:
+    """Processor time, in seconds, that reading a file of so many bytes may take."""
+    return ALLOWANCE + length // RATE
+
+
+def _heard(out: int) -> bytes | None:
+    """Listen to a child until it ends; None if it hangs."""
     said, until = b"", time.monotonic() + PATIENCE
     while select.select([out], [], [], max(0.0, until - time.monotonic()))[0]:
         more = os.read(out, 4096)
         if not more:
             return said
         said += more
-    return b""
+    return None
 
 
 def _try(read: Callable[[], Any], into: int, seconds: int, memory: int) -> NoReturn:

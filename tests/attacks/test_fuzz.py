@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
@@ -12,11 +13,13 @@ from tests.attacks import fuzz
 
 SECONDS, MEGABYTES = 2.0, 500
 """What one file may take of the processor, and of memory."""
+FUZZED = int(os.environ.get("RIGIDPEND_FUZZ", "120"))
+"""Number of files of each kind; one takes 0.1 s."""
 
 
 @pytest.mark.parametrize(
     ("count", "seed"),
-    [(60, 1), pytest.param(400, 2, marks=pytest.mark.slow)],
+    [(40, 1), pytest.param(FUZZED, 2, marks=pytest.mark.slow)],
     ids=["few", "many"],
 )
 @pytest.mark.parametrize("seal", [True, False], ids=["sealed", "unsealed"])

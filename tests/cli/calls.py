@@ -14,6 +14,9 @@ from rigidpend import cli
 
 REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
 ENVIRONMENT = {name: x for name, x in os.environ.items() if name != "DISPLAY"}
+UNTRACED = {name: x for name, x in ENVIRONMENT.items() if not name.startswith("COVERAGE_")}
+"""The same, where coverage is not measured: it writes files, and waits for ever for a lock of
+its own where a signal interrupts it while it holds that."""
 
 Done = subprocess.CompletedProcess[str]
 

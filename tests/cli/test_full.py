@@ -13,12 +13,10 @@ from typing import Any
 import pytest
 
 from rigidpend.cli import common
-from tests.cli.calls import ENVIRONMENT, call
+from tests.cli.calls import UNTRACED, call
 from tests.config.samples import SMALL, written
 
 FULL = Path("/dev/full")
-UNTRACED = {name: x for name, x in ENVIRONMENT.items() if not name.startswith("COVERAGE_")}
-"""What measures coverage would write into the disk that is full."""
 needs_full = pytest.mark.skipif(not FULL.exists(), reason="this system has no /dev/full")
 
 

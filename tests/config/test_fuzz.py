@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import sys
 import time
@@ -20,6 +21,8 @@ Load = Callable[[bytes], bool]
 
 PATIENCE = 5.0
 """Seconds of this process that no config may take; the slowest takes a few tenths."""
+FUZZED = int(os.environ.get("RIGIDPEND_FUZZ", "1500"))
+"""Number of mutated trees; a load takes some 7 ms."""
 MUCH = 30_000
 """Characters that no complaint may have."""
 
@@ -46,7 +49,7 @@ def loads(tmp_path_factory: pytest.TempPathFactory) -> Load:
         else:
             said = ""
         # What measures coverage slows every line.
-        assert time.process_time() - begun < PATIENCE * (3 if sys.gettrace() else 1)
+        assert time.process_time() - begun < PATIENCE * (8 if sys.gettrace() else 1)
         assert len(said) < MUCH
         assert said == "" or said.startswith(str(path))
         assert all(x.isprintable() or x in "\n\t" for x in said), said
@@ -74,7 +77,7 @@ def edits(draw: st.DrawFn) -> bytes:
 
 
 @pytest.mark.slow
-@repeatable(1500)
+@repeatable(400)
 @given(content=edits())
 def test_any_mutation_of_fig4_loads_or_is_refused(loads: Load, content: bytes) -> None:
     loads(content)
@@ -103,20 +106,20 @@ def test_any_value_of_a_number_loads_or_is_refused(loads: Load, key: str, value:
 
 
 @pytest.mark.slow
-def test_7000_mutated_trees_load_or_are_refused(loads: Load) -> None:
+def test_mutated_trees_load_or_are_refused(loads: Load) -> None:
     chance, trees = random.Random(1), mutations.trees()
     loaded = 0
-    for _ in range(7000):
+    for _ in range(FUZZED):
         text = mutations.mutated(chance.choice(trees), chance)
         loaded += loads(text.encode("utf-8", "surrogatepass"))
     # Some changes do no harm: the mutations are near enough to what is right.
-    assert 50 < loaded < 4000
+    assert FUZZED / 140 < loaded < FUZZED / 1.75
 
 
 @pytest.mark.slow
 def test_any_settings_load_or_are_refused() -> None:
     chance, tree = random.Random(2), mutations.trees()[3]
-    for _ in range(1000):
+    for _ in range(300):
         given = mutations.settings(tree, chance)
         said = ""
         try:
@@ -129,7 +132,7 @@ def test_any_settings_load_or_are_refused() -> None:
 @pytest.mark.slow
 def test_the_largest_files_are_refused_in_time(loads: Load) -> None:
     much = reader.MAX_BYTES * 9 // 10 - len(TEXT)
-    for old, unit in (("2, 1, 1.5", "1,"), ("2, 1, 1.5", "[],"), ("53, 64, 113", "x,")):
+    for old, unit in (("2, 1, 1.5", "1,"), ("2, 1, 1.5", "[],"), ("53, 106, 160", "x,")):
         assert not loads(TEXT.replace(old, unit * (much // len(unit))).encode())
     for unit in ("k:\n", "{}\n", "--- \n", "? \n", "- \n", "[", "*a ", "&a ", "'", '"\\x'):
         assert not loads((TEXT + unit * (much // len(unit))).encode())

@@ -258,6 +258,6 @@ def test_many_faults_are_counted(tmp_path: Path) -> None:
 
 
 def test_the_number_of_values_is_bounded(tmp_path: Path) -> None:
-    text = changed("[53, 64, 113]", f"[{'53, ' * reader.MAX_VALUES}]")
+    text = changed("[53, 106, 160]", f"[{'53, ' * reader.MAX_VALUES}]")
     [problem] = refused(written(tmp_path, text))
     assert problem.message == f"more than {reader.MAX_VALUES} values"

@@ -99,14 +99,14 @@ WRONG = {
         "tolerance must be more than 0 and at most 0.01, got 1/2",
     ),
     "precisions out of order": (
-        "[53, 64, 113]",
+        "[53, 106, 160]",
         "[64, 53]",
         "[64",
         "numerics.precisions",
         "precisions must ascend from 53 bits to 9000 at most, got (64, 53)",
     ),
     "precision below doubles": (
-        "[53, 64, 113]",
+        "[53, 106, 160]",
         "[52]",
         "[52",
         "numerics.precisions",
@@ -222,7 +222,7 @@ def test_a_number_beyond_all_doubles_is_refused_at_its_key(
 
 
 def test_one_wrong_precision_is_one_error(tmp_path: Path) -> None:
-    [problem] = refused(written(tmp_path, changed("[53, 64, 113]", "[x]")))
+    [problem] = refused(written(tmp_path, changed("[53, 106, 160]", "[x]")))
     assert problem.place == ("numerics", "precisions", 0)
 
 

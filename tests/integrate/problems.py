@@ -25,9 +25,10 @@ needs_heyoka = pytest.mark.skipif(
 )
 ENGINES = [pytest.param("taylor", marks=needs_heyoka), "scipy"]
 WAYS = [
-    # What serves: batches of doubles, long double, real128; DOP853, integers.
+    # What serves: vectors of doubles, long double, pairs of doubles, real128; DOP853, integers.
     pytest.param("taylor", 53, marks=needs_heyoka),
     pytest.param("taylor", 64, marks=needs_heyoka),
+    ("taylor", 106),
     pytest.param("taylor", 113, marks=needs_heyoka),
     ("scipy", 53),
     ("scipy", 113),

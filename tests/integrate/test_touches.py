@@ -64,13 +64,14 @@ def carried(state: list[Fraction], c: AlignedCoefficients, P: int) -> tuple[Frac
     return tuple(Fraction(x, 1 << P) for x in here)
 
 
+@functools.cache
 def found(depth: str, bits: int, wanted: int = 2, limit: float = 2 * BACK) -> Crossings:
     states: Any = [before_touch(depth)]
     c: Any = body(53)
     if bits == 53:
         states = np.array(states, dtype=float).T
         c = AlignedCoefficients(*map(float, c))
-    engine = "taylor" if bits in (53, 64, 113, 160) else "scipy"
+    engine = "taylor" if bits in (53, 64, 106, 113, 160) else "scipy"
     return crossings(
         Orbits(c, states, wanted, limit),
         engine=engine,
@@ -80,6 +81,7 @@ def found(depth: str, bits: int, wanted: int = 2, limit: float = 2 * BACK) -> Cr
     )
 
 
+@functools.cache
 def sign_of_bend() -> float:
     """The sign of M3'' at the touch."""
     c = AlignedCoefficients(*map(float, body(53)))
@@ -93,7 +95,7 @@ def sign_of_bend() -> float:
 
 
 @needs_heyoka
-@pytest.mark.parametrize("bits", [53, 64, 113, 160])
+@pytest.mark.parametrize("bits", [53, 64, 106, 113, 160])
 @pytest.mark.parametrize("size", ["1e-2", "1e-3", "1e-4"])
 def test_a_pair_of_crossings_beside_a_touch_is_found_and_none_where_it_misses(
     bits: int, size: str

@@ -110,10 +110,16 @@ def test_hess_body_never_crosses_its_invariant_plane(engine: str) -> None:
 
 @pytest.mark.slow
 @needs_heyoka
-@pytest.mark.parametrize("body", [GRIOLI, FLAT, FIG5], ids=["Grioli", "flat", "Fig. 5"])
-def test_agrees_engines_on_special_bodies(body: Body) -> None:
+@pytest.mark.parametrize(
+    ("body", "n_symbols"),
+    # Of six symbols of Fig. 5 integers decide the last ones: half a minute.
+    [(GRIOLI, 6), (FLAT, 6), (FIG5, 2)],
+    ids=["Grioli", "flat", "Fig. 5"],
+)
+def test_agrees_engines_on_special_bodies(body: Body, n_symbols: int) -> None:
     taylor, scipy = (
-        codes(["1", "2", "3"], body, engine=engine, n_symbols=6) for engine in ("taylor", "scipy")
+        codes(["1", "2", "3"], body, engine=engine, n_symbols=n_symbols)
+        for engine in ("taylor", "scipy")
     )
     assert taylor.certain.all()
     assert scipy.certain.all()
@@ -138,13 +144,13 @@ def test_agrees_hard_orbit_with_113_bits(theta2_0: Any) -> None:
 @pytest.mark.slow
 @needs_heyoka
 def test_agrees_deep_start_with_113_bits() -> None:
-    doubles = codes(["1", "2"], J1_0="1e-300")
-    sure = codes(["1", "2"], J1_0="1e-300", precisions=(113,))
+    doubles = codes(["1", "2"], J1_0="1e-300", n_symbols=4)
+    sure = codes(["1", "2"], J1_0="1e-300", precisions=(113,), n_symbols=4)
     assert doubles.certain.all()
     np.testing.assert_array_equal(doubles.codes, sure.codes)
     np.testing.assert_allclose(doubles.crossing_time, sure.crossing_time, rtol=0, atol=1e-2)
     # Depth is time: ln(1e292)/u more than from 1e-8, where J2 and so u vary by O(mu).
-    later = doubles.crossing_time[0] - codes(["1", "2"]).crossing_time[0]
+    later = doubles.crossing_time[0] - codes(["1", "2"], n_symbols=1).crossing_time[0]
     u = np.sqrt(2.0013) * np.sin(FIG4.alpha0)
     np.testing.assert_allclose(later, 292 * np.log(10) / u, rtol=2e-3)
 

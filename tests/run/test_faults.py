@@ -1,6 +1,6 @@
 """Runs that are killed, stopped, or find no room: the same command again makes all good.
 
-How often a run is killed at a random moment: 20 times, or ``RIGIDPEND_KILLS``.
+How often a run is killed at a random moment: 8 times, or ``RIGIDPEND_KILLS``.
 """
 
 from __future__ import annotations
@@ -25,9 +25,10 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_zoom import compute as route_zoom
 from rigidpend.results import files, regression, store
 from rigidpend.run import runner, workers
+from tests.cli.calls import UNTRACED
 from tests.config.samples import SMALL, written
 
-KILLS = int(os.environ.get("RIGIDPEND_KILLS", "20"))
+KILLS = int(os.environ.get("RIGIDPEND_KILLS", "8"))
 ZOOM = """\
 figure: "4"
 experiment: route_zoom
@@ -48,7 +49,7 @@ problem:
 numerics:
   precisions: [53, 113]
 """
-"""Twelve levels, two parts each: half a second after the start of Python."""
+"""Twelve levels and their centres: thirteen parts, some seconds."""
 
 Done = subprocess.CompletedProcess[str]
 
@@ -70,6 +71,7 @@ def started(folder: Path, *arguments: str) -> subprocess.Popen[str]:
     """The run of the zoom, in a session of its own, as from a shell that waits for it."""
     return subprocess.Popen(
         [sys.executable, "-I", "-S", "-c", AS_FROM_A_SHELL, *command(folder, *arguments)],
+        env=UNTRACED,
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
@@ -78,7 +80,12 @@ def started(folder: Path, *arguments: str) -> subprocess.Popen[str]:
 
 def finished(folder: Path, *arguments: str) -> Done:
     return subprocess.run(
-        command(folder, *arguments), capture_output=True, text=True, timeout=120, check=False
+        command(folder, *arguments),
+        env=UNTRACED,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
     )
 
 
@@ -139,8 +146,10 @@ def test_a_killed_run_goes_on_whenever_it_was_killed(
         desk.mkdir()
         written(desk, ZOOM, "zoom.yaml")
         how = list(CODES)[index % 3]
-        code, _ = disturb(desk / "out", moments[index], how)
-        assert code in {0, *CODES[how]}
+        code, said = disturb(desk / "out", moments[index], how)
+        # While Python itself begins, Ctrl-C is an error of its own: nothing of ours has run.
+        early = how == signal.SIGINT and code == 1 and "<frozen site>" in said
+        assert early or code in {0, *CODES[how]}, said
         once_more(desk / "out")
         same(desk / "out", result)
 
@@ -163,7 +172,7 @@ def test_a_killed_run_uses_what_was_finished(
     process.communicate()
     assert content(out) == [".zoom.parts"]
     kept = {path: path.stat().st_mtime_ns for path in out.glob(".zoom.parts/*/[!.]*.h5")}
-    assert len(kept) >= 8
+    assert len(kept) >= 5
     done = finished(out)
     assert f"zoom: goes on from {len(kept)} finished parts" in done.stderr.splitlines()
     same(out, undisturbed[0])
@@ -250,15 +259,15 @@ def test_no_room_is_one_sentence_and_afterwards_the_run_goes_on(
         resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
 
     done = subprocess.run(
-        command(out), capture_output=True, text=True, check=False, preexec_fn=limit
+        command(out), capture_output=True, text=True, check=False, preexec_fn=limit, env=UNTRACED
     )
-    assert done.returncode == 1
+    assert done.returncode == 1, done.stderr
     said = done.stderr.splitlines()[-1]
     assert said.startswith("rigidpend: ")
     assert said.endswith(f"{out / 'zoom.h5'}: cannot be written: File too large")
     assert content(out) == [".zoom.parts"]
     done = finished(out)
-    assert "zoom: goes on from 24 finished parts" in done.stderr.splitlines()
+    assert "zoom: goes on from 13 finished parts" in done.stderr.splitlines()
     same(out, undisturbed[0])
 
 
@@ -348,7 +357,7 @@ def test_a_killed_worker_leaves_the_finished_parts(
     with pytest.raises(workers.WorkerError):
         runner.follow(planned, jobs=1, say=lambda _: None)
     kept = {path.stem for path in (tmp_path / "out").rglob("*.h5")}
-    assert kept == {f"level0{i}{x}" for i in range(3) for x in ("", ".centre")} - {"level02"}
+    assert kept == {"centres", "level00", "level01"}
 
 
 @pytest.mark.slow

@@ -58,6 +58,7 @@ APPEARANCES = {
     "heyoka_two_tolerances": Appearance("heyoka, 2 tolerances", HEYOKA, "X", ""),
     "heyoka_two_forms": Appearance("heyoka, both forms", HEYOKA, "P", ""),
     "aligned_113": Appearance("ours, 113 bits", OURS, "v", ""),
+    "aligned_106": Appearance("ours, 106 bits", OURS, "D", ""),
     "aligned_64": Appearance("ours, 64 bits", OURS, "^", ""),
     "aligned_batch": Appearance("ours, batches", OURS, "s", "-", 2.0),
     "route_codes": Appearance("ours, certain", "black", "P", ""),

@@ -46,8 +46,8 @@ def measured(order: Order, limit: float) -> tuple[list[dict[str, Any]], str]:
         Seconds after which the process is ended; what it has measured until then is kept.
     """
     with tempfile.TemporaryDirectory() as cache:
-        # heyoka's cache is empty: what is compiled is compiled here.
-        environment = {**os.environ, **limited_to(order.threads), "HEYOKA_CACHE_DIR": cache}
+        # The cache is empty: what is compiled is compiled here, what is built is built.
+        environment = {**os.environ, **limited_to(order.threads), "XDG_CACHE_HOME": cache}
         command = [sys.executable, "-m", "rigidpend.measure.benchmark.worker"]
         given = json.dumps(order._asdict())
         try:

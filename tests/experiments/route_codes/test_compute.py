@@ -271,3 +271,28 @@ def test_crossing_times_may_differ_by_a_declared_bound_that_no_setting_moves() -
     assert allowed[-1] == 0.02
     # The largest difference measured at the sixteenth crossing.
     assert 5e-4 < allowed[15] < 100 * 5e-4
+
+
+def test_the_bound_on_crossing_times_has_a_value_for_the_longest_routes() -> None:
+    """Its growth alone would have no double after some 560 crossings."""
+    allowed = crossing_tolerance(100_001)[:, 0]
+    assert allowed[0] == 1e-12
+    assert allowed[1] == pytest.approx(1e-8, rel=1e-14)
+    assert allowed[2] == pytest.approx(3.5e-8, rel=1e-14)
+    assert (allowed[16:] == 0.02).all()
+    assert (np.diff(allowed) >= 0).all()
+
+
+def test_what_maps_decided_is_told_where_there_was_a_choice(
+    content: Any, tree: Any, data: Data, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert "by_map" not in tree["only"]
+    monkeypatch.setattr("rigidpend.routes.codes.MANY", 1)
+    means = Means(resolve(default_engine(), None, (53,)), 1, lambda _: None)
+    mapped: Any = route_codes.compute(content, means)
+    assert mapped["only"]["by_map"].values.all()
+    fresh = {
+        name: {field: np.array(dataset.values) for field, dataset in group.items()}
+        for name, group in mapped.items()
+    }
+    assert route_codes.differences(data, fresh) == []

@@ -41,7 +41,6 @@ def verdicts(tree: Any) -> dict[str, str]:
     }
 
 
-@pytest.mark.slow
 def failed(tree: Any) -> set[str]:
     assert set(verdicts(tree).values()) <= {"passed", "FAILED"}
     return {name for name, verdict in verdicts(tree).items() if verdict == "FAILED"}

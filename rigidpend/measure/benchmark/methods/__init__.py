@@ -116,9 +116,9 @@ METHODS = {
             {"routes": Answer("aligned_taylor", "crossings", {"bits": bits})},
             knob="none",
             libraries=HEYOKA,
-            abreast=False,
+            abreast=bits == 106,
         )
-        for bits in (64, 113)
+        for bits in (64, 106, 113)
     },
     "lie_poisson": Method(
         "Lie-Poisson operator splitting",

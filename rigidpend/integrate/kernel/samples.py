@@ -1,0 +1,140 @@
+"""Kernel that carries orbits along and writes down where they are at given times."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+from typing import Any
+
+from rigidpend.integrate.kernel import machine_code
+from rigidpend.integrate.kernel.taylor_step import COMPONENTS, Kernel
+from rigidpend.integrate.kernel.writer import LANES, hexadecimal
+
+
+def text(order: int, bits: int) -> str:
+    """The kernel's text for series of an order, in doubles (53 bits) or pairs of them (106).
+
+    It defines ``sample(state, stride, time, parameters, grid, count, next, sense, groups, steps,
+    samples)``, all pointers to doubles or int64, sense a double, and returns the number of lanes
+    that have not reached the last of the times:
+
+    - state, stride, time, parameters: as in `rigidpend.integrate.kernel.notes`;
+    - grid: `count` times t', in their order;
+    - next: of each lane, how many of them it has passed; kept up to date;
+    - sense: 1 if the times ascend, -1 if they descend;
+    - groups, steps: vectors of lanes, and steps for each of them at most;
+    - samples: rows of `stride` doubles, 6 for each time, components in their order.
+    """
+    return _Sampling(order, bits).whole()
+
+
+@functools.cache
+def function(order: int, bits: int) -> Any:
+    """The compiled kernel (see :func:`text`)."""
+    pointer, count, number = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
+    state = (pointer, count, pointer, pointer)
+    kinds = (*state, pointer, count, pointer, number, count, count, pointer)
+    return machine_code.function(text(order, bits), "sample", *kinds)
+
+
+class _Sampling(Kernel):
+    """The function `sample`."""
+
+    def whole(self) -> str:
+        """All of the text."""
+        code = self.code
+        self.begin()
+        self.sense, self.never = code.everywhere("%sense"), code.number(float("inf"))
+        self.due, self.found = (
+            code.variable(code.vector),
+            code.variable(f"[{len(COMPONENTS)} x {code.vector}]"),
+        )
+        self.left = code.variable("i64")
+        code.store("0", self.left, "i64", 8)
+        with code.loop("%groups") as group:
+            self._group(code(f"mul i64 {group}, {LANES}"))
+        head = (
+            "define i64 @sample(ptr noalias %state, i64 %stride, ptr noalias %time,"
+            " ptr noalias %parameters, ptr noalias %grid, i64 %count, ptr noalias %next,"
+            " double %sense, i64 %groups, i64 %steps, ptr noalias %samples) {"
+        )
+        return self.function(head, code.load(self.left, "i64", 8))
+
+    def _group(self, first: str) -> None:
+        code = self.code
+        places = self.places(first)
+        self.load_lanes(places)
+        with code.loop(LANES) as lane:
+            self._set_due(first, lane)
+        with code.loop("%steps"):
+            open_ = code.compare("olt", code.size(code.load(self.due)), self.never)
+            with code.when(self._any(open_)):
+                self._step(first)
+        self.store_lanes(places)
+        with code.loop(LANES) as lane:
+            passed = code.load(code.at("%next", code(f"add i64 {first}, {lane}"), "i64"), "i64", 8)
+            more = code(f"zext i1 {code(f'icmp slt i64 {passed}, %count')} to i64")
+            total = code(f"add i64 {code.load(self.left, 'i64', 8)}, {more}")
+            code.store(total, self.left, "i64", 8)
+
+    def _set_due(self, first: str, lane: str) -> None:
+        """The time that a lane comes to next, or never."""
+        code = self.code
+        passed = code.load(code.at("%next", code(f"add i64 {first}, {lane}"), "i64"), "i64", 8)
+        place = code.at(self.due, lane, "double")
+        infinity = hexadecimal(float("inf"))
+        code.store(code(f"fmul double %sense, {infinity}"), place, "double", 8)
+        with code.when(code(f"icmp slt i64 {passed}, %count")):
+            time = code.load(code.at("%grid", passed, "double"), "double", 8)
+            code.store(time, place, "double", 8)
+
+    def _step(self, first: str) -> None:
+        code = self.code
+        self.expand()
+        length = self.length()
+        with code.repeated() as again:
+            since = self._since()
+            ahead = code.binary("fmul", since, self.sense)
+            mask = code.compare("ole", ahead, length)
+            again.append(self._any(mask))
+            with code.when(again[0]):
+                self._write(first, since, mask)
+        h = code.binary("fmul", length, self.sense)
+        self.go_on(h, [self.at(name, h) for name in COMPONENTS])
+
+    def _since(self) -> str:
+        """Time from the beginning of the step to what is due in each lane."""
+        code = self.code
+        high, low = (code.load(x) for x in self.time)
+        return code.binary("fsub", code.binary("fsub", code.load(self.due), high), low)
+
+    def _any(self, mask: str) -> str:
+        """True where a mask holds in some lane."""
+        code = self.code
+        bits = code(f"bitcast {code.mask} {mask} to i{LANES}")
+        return code(f"icmp ne i{LANES} {bits}, 0")
+
+    def _write(self, first: str, since: str, mask: str) -> None:
+        """Write down where the lanes of a mask are at the time that is due."""
+        code = self.code
+        for i, name in enumerate(COMPONENTS):
+            code.store(self.at(name, since)[0], code.at(self.found, i))
+        bits = code(f"bitcast {code.mask} {mask} to i{LANES}")
+        with code.loop(LANES) as lane:
+            bit = code(f"lshr i{LANES} {bits}, {code(f'trunc i64 {lane} to i{LANES}')}")
+            with code.when(code(f"trunc i{LANES} {bit} to i1")):
+                self._write_lane(first, lane)
+
+    def _write_lane(self, first: str, lane: str) -> None:
+        code = self.code
+        column = code(f"add i64 {first}, {lane}")
+        counter = code.at("%next", column, "i64")
+        passed = code.load(counter, "i64", 8)
+        row = code(f"mul i64 {passed}, {len(COMPONENTS)}")
+        for i in range(len(COMPONENTS)):
+            offset = code(f"mul i64 {code(f'add i64 {row}, {i}')}, %stride")
+            value = code.load(code.at(code.at(self.found, i), lane, "double"), "double", 8)
+            place = code.at("%samples", code(f"add i64 {offset}, {column}"), "double")
+            code.store(value, place, "double", 8)
+        code.store(code(f"add i64 {passed}, 1"), counter, "i64", 8)
+        self._set_due(first, lane)
