@@ -13,7 +13,7 @@ from typing import NamedTuple
 from flint import arb
 
 from rigidpend.certified.balls import Enclosed
-from rigidpend.certified.growth import Growth
+from rigidpend.certified.growth import LogarithmicNorm
 from rigidpend.certified.models import Model
 from rigidpend.certified.precision import precision
 from rigidpend.certified.signs import BITS, PARTS, Values
@@ -51,7 +51,7 @@ class OrbitChecker:
 
     def __init__(self, problem: Enclosed) -> None:
         with precision(SCALARS):
-            self.growth = Growth.of(problem.coefficients)
+            self.growth = LogarithmicNorm.of(problem.coefficients)
         self.coefficients, self.start, self.unit = problem
         self.time, self.bound = arb(0), arb(0)
         self.crossings: list[ProvenCrossing] = []
@@ -175,7 +175,10 @@ class OrbitChecker:
 
 
 def defect(
-    models: Sequence[Model], duration: arb, coefficients: AlignedCoefficients, growth: Growth
+    models: Sequence[Model],
+    duration: arb,
+    coefficients: AlignedCoefficients,
+    growth: LogarithmicNorm,
 ) -> arb:
     """Bound on the norm of dP/dx - duration f(P) over the step, f the aligned field."""
     bits = models[0].bits
