@@ -155,7 +155,7 @@ class OrbitChecker:
     def _rate_apart(self, models: Sequence[Model], radius: arb, duration: arb) -> arb:
         """Bound on the distance of dM3/dx of the polynomial from that of the exact orbit."""
         c = self.coefficients
-        widest = sum((_units(_down(model)) for model in models[:2]), radius)
+        widest = sum((_units(_sized(model)) for model in models[:2]), radius)
         torque = (c.mu_r1**2 + c.mu_r2**2).sqrt() * self.growth.weight
         # The defect is contained in the radius, in the same norm.
         own = radius / self.growth.upright
@@ -224,7 +224,7 @@ def _units(value: int) -> arb:
     return arb(value) / 2**BITS
 
 
-def _down(model: Model) -> int:
+def _sized(model: Model) -> int:
     """Size of a model in units of 2^-BITS, rounded up."""
     return (
         (model.size >> model.bits - BITS) + 1

@@ -159,6 +159,7 @@ def test_wrong_usage_is_said(folder: Path) -> None:
     assert "no route codes to prove" in done.stderr
 
 
+@pytest.mark.slow
 def test_without_the_extra_it_says_what_to_install(folder: Path) -> None:
     absent = "import sys; sys.modules['flint'] = None; from rigidpend.cli import main; main()"
     for arguments in (("tiny.yaml",), ("--check", FILE)):
@@ -182,6 +183,7 @@ def test_a_zoom_needs_its_result(folder: Path) -> None:
     assert "rigidpend run fig4_zoom" in done.stderr
 
 
+@pytest.mark.slow
 def test_verify_counts_what_is_proven_and_finds_a_contradiction(
     folder: Path, tmp_path: Path
 ) -> None:
@@ -219,6 +221,7 @@ def proven(certificate: Any) -> Any:
     return certificate["data"]["only"]
 
 
+@pytest.mark.slow
 def test_a_figure_marks_what_is_proven(folder: Path) -> None:
     from rigidpend import experiments
 

@@ -28,6 +28,7 @@ def test_those_of_fig4_are_its_grids() -> None:
     assert float(found["right"][1][31]) == pytest.approx(3 * np.pi / 40 + 0.31, abs=1e-15)
 
 
+@pytest.mark.slow
 def test_those_of_the_zoom_are_told_by_its_result() -> None:
     _, found = orbits("fig4_zoom")
     levels = store.load(REFERENCE / "fig4_zoom.h5")["data"]["levels"]
