@@ -208,16 +208,16 @@ def _text(phase: Exact) -> str:
 
 def _compare(place: str, group: Data, found: CertifiedCodes) -> None:
     """Refuse a certificate that says more, or other, than its steps prove."""
-    for field in ("codes", "proven", "separatrix"):
-        if not np.array_equal(group[field], getattr(found, field)):
-            wrong = np.argwhere(group[field] != getattr(found, field))[0]
-            told = f"{field} of symbol or crossing {wrong[0] + 1} in column {wrong[1]}"
-            why = found.reason[wrong[1]]
-            raise store.StoreError(f"{place}: its steps do not prove {told}{why and f': {why}'}")
-    for field in ("crossing_time", "time_radius", "bound"):
-        again = getattr(found, field)
-        if not np.array_equal(group[field], again, equal_nan=True):
-            raise store.StoreError(f"{place}: {field} is not what its steps give")
+    for field in ("codes", "proven", "separatrix", "crossing_time", "time_radius", "bound"):
+        stated, again = group[field], getattr(found, field)
+        if stated.shape != again.shape:
+            raise store.StoreError(f"{place}: {field} is not of as many symbols as its config says")
+        wrong = np.argwhere((stated != again) & ~((stated != stated) & (again != again)))
+        if wrong.size:
+            row, column = wrong[0]
+            told = f"{field} in row {row + 1} of column {column}"
+            why = f": {found.reason[column]}" if found.reason[column] else ""
+            raise store.StoreError(f"{place}: its steps do not prove {told}{why}")
 
 
 def _problem(config: Any) -> RouteProblem:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from flint import arb
 
 from rigidpend.certified.balls import Enclosed
-from rigidpend.certified.growth import Growth
+from rigidpend.certified.growth import LogarithmicNorm
 from rigidpend.certified.models import Model
 from rigidpend.certified.precision import precision
 from rigidpend.certified.signs import BITS, PARTS, Values
@@ -51,7 +51,7 @@ class OrbitChecker:
 
     def __init__(self, problem: Enclosed) -> None:
         with precision(SCALARS):
-            self.growth = Growth.of(problem.coefficients)
+            self.growth = LogarithmicNorm.of(problem.coefficients)
         self.coefficients, self.start, self.unit = problem
         self.time, self.bound = arb(0), arb(0)
         self.crossings: list[ProvenCrossing] = []
@@ -155,7 +155,7 @@ class OrbitChecker:
     def _rate_apart(self, models: Sequence[Model], radius: arb, duration: arb) -> arb:
         """Bound on the distance of dM3/dx of the polynomial from that of the exact orbit."""
         c = self.coefficients
-        widest = sum((_units(_down(model)) for model in models[:2]), radius)
+        widest = sum((_units(_sized(model)) for model in models[:2]), radius)
         torque = (c.mu_r1**2 + c.mu_r2**2).sqrt() * self.growth.weight
         # The defect is contained in the radius, in the same norm.
         own = radius / self.growth.upright
@@ -175,7 +175,10 @@ class OrbitChecker:
 
 
 def defect(
-    models: Sequence[Model], duration: arb, coefficients: AlignedCoefficients, growth: Growth
+    models: Sequence[Model],
+    duration: arb,
+    coefficients: AlignedCoefficients,
+    growth: LogarithmicNorm,
 ) -> arb:
     """Bound on the norm of dP/dx - duration f(P) over the step, f the aligned field."""
     bits = models[0].bits
@@ -221,7 +224,7 @@ def _units(value: int) -> arb:
     return arb(value) / 2**BITS
 
 
-def _down(model: Model) -> int:
+def _sized(model: Model) -> int:
     """Size of a model in units of 2^-BITS, rounded up."""
     return (
         (model.size >> model.bits - BITS) + 1

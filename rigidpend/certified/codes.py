@@ -25,6 +25,8 @@ from rigidpend.run.workers import side_by_side
 
 TRIES, MORE = 3, 1.3
 """Trials of a proof for which the bits did not suffice, and the factor by which they grow."""
+FEWEST_BITS = 8
+"""Bits at the start at least."""
 AT_REST = "J1_0 = 0 is the pendulum motion itself, which never crosses J1 = J2/2"
 
 
@@ -100,16 +102,15 @@ def certify_codes(
         A value that is excluded or that is no number; the message says which.
     """
     phases, jobs = Phases(theta2_0), checked_jobs(jobs)
-    if bits is not None and not 8 <= bits <= MOST_BITS:
-        raise ProblemError("bits", f"bits must be 8 to {MOST_BITS}, got {bits!r}")
+    if bits is not None and not (hasattr(bits, "__index__") and FEWEST_BITS <= bits <= MOST_BITS):
+        raise ProblemError("bits", f"bits must be {FEWEST_BITS} to {MOST_BITS}, got {bits!r}")
     exactly = phases.exactly(range(len(phases)))
     at_rest = _named("J1_0", J1_0).fraction == 0
     problem = _problem(body, _named("h0", h0), _named("J1_0", J1_0), n_symbols)
     if at_rest:
         proofs = [Proof([], [], AT_REST) for _ in exactly]
     else:
-        times = _expected(problem, theta2_0)
-        orbits = list(zip(exactly, times, strict=True))
+        orbits = list(zip(exactly, *_expected(problem, theta2_0), strict=True))
         with _one_thread_each():
             proofs = side_by_side(_orbit, (problem, bits), True, orbits, jobs)
     return _record(phases.high, proofs, problem.n_symbols)
@@ -126,14 +127,14 @@ def checked_codes(
     return _record(high, proofs, problem.n_symbols)
 
 
-def _orbit(orbit: tuple[Exact, float], problem: RouteProblem, bits: int | None) -> Proof:
+def _orbit(orbit: tuple[Exact, float, int], problem: RouteProblem, bits: int | None) -> Proof:
     """Prove one orbit, with more bits where the first do not suffice."""
-    theta2_0, time = orbit
+    theta2_0, time, tries = orbit
     n, limit = problem.n_symbols + 1, passage_limit(problem, 53)
     if bits is not None:
         return prove(problem, theta2_0, bits, n, limit)
     found, asked = Proof([], [], ""), bits_for(problem, time, theta2_0)
-    for _ in range(TRIES):
+    for _ in range(tries):
         asked = min(asked, MOST_BITS)
         found = prove(problem, theta2_0, asked, n, limit)
         if not found.reason or asked == MOST_BITS or "bits" not in found.reason:
@@ -146,8 +147,12 @@ def _again(orbit: tuple[Exact, Sequence[Step]], problem: RouteProblem) -> Proof:
     return check(problem, orbit[0], orbit[1], problem.n_symbols + 1)
 
 
-def _expected(problem: RouteProblem, theta2_0: Any) -> list[float]:
-    """Times t' of the last crossings as doubles find them; of a wait where there is none."""
+def _expected(problem: RouteProblem, theta2_0: Any) -> tuple[list[float], list[int]]:
+    """Times t' of the last crossings as doubles find them, and how many trials they are worth.
+
+    Where there is no last crossing it is the time of a wait for it, and one trial tells as much
+    as several.
+    """
     routes = route_codes(
         problem.body,
         theta2_0,
@@ -158,8 +163,10 @@ def _expected(problem: RouteProblem, theta2_0: Any) -> list[float]:
         method="integration",
     )
     limit, last = passage_limit(problem, 53), routes.crossing_time[-1]
-    reached = np.nan_to_num(np.nanmax(np.vstack((routes.crossing_time, 0 * last)), axis=0))
-    return [float(x) for x in np.where(np.isfinite(last), last, reached + limit)]
+    reached = np.nan_to_num(routes.crossing_time).max(axis=0)
+    found = np.isfinite(last)
+    times, tries = np.where(found, last, reached + limit), np.where(found, TRIES, 1)
+    return times.tolist(), tries.tolist()
 
 
 def _record(

@@ -20,7 +20,7 @@ HEAVIEST = 2**16
 """Weight w of gamma at most, which a free body would leave without a bound."""
 
 
-class Growth(NamedTuple):
+class LogarithmicNorm(NamedTuple):
     """Constants of the norm and of its rate, balls."""
 
     saddle: arb
@@ -35,7 +35,7 @@ class Growth(NamedTuple):
     """Bound on |omega| of a unit M of that norm."""
 
     @classmethod
-    def of(cls, c: AlignedCoefficients) -> Growth:
+    def of(cls, c: AlignedCoefficients) -> LogarithmicNorm:
         """Constants from the coefficients of the aligned equations, balls."""
         saddle = arb(c.half_sigma)
         upright = saddle * arb(2).sqrt()

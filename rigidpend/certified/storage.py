@@ -90,37 +90,51 @@ def marked(result: Loaded, certificate: Loaded | None) -> Loaded:
 
     A symbol is marked where the certificate is of the same config and proves this very symbol.
     """
-    same = certificate and all(
-        certificate["attributes"].get(key) == result["attributes"].get(key)
+    if certificate is None or any(
+        certificate["attributes"].get(key) != result["attributes"].get(key)
         for key in ("config_hash", "experiment")
-    )
-    if not certificate or not same:
+    ):
         return result
-    data, arrays = dict(result["data"]), _arrays(result["data"])
-    held = dict(data["levels"]) if "levels" in data else data
-    for name, proof in certificate["data"].items():
-        if name in arrays and proof["codes"].shape == arrays[name]["codes"].shape:
-            proven = proof["proven"] & (proof["codes"] == arrays[name]["codes"])
-            held[name] = {**arrays[name], "proven": proven}
-    return {**result, "data": {**data, "levels": held} if "levels" in data else held}
+    held = dict(_groups(result["data"]))
+    for name, proof, group in _pairs(result, certificate):
+        codes = _columns(group["codes"])
+        if proof["codes"].shape == codes.shape:
+            proven = proof["proven"] & (proof["codes"] == codes)
+            held[name] = {**group, "proven": proven.reshape(group["codes"].shape)}
+    data = {**result["data"], "levels": held} if "levels" in result["data"] else held
+    return {**result, "data": data}
 
 
 def contradictions(result: Loaded, certificate: Loaded) -> list[str]:
     """Sentences on certain symbols of a result that a certificate proves to be others."""
-    found, arrays = [], _arrays(result["data"])
-    for name, proof in certificate["data"].items():
-        if name not in arrays or proof["codes"].shape != arrays[name]["codes"].shape:
+    found = []
+    for name, proof, group in _pairs(result, certificate):
+        codes, certain = _columns(group["codes"]), _columns(group["certain"])
+        if proof["codes"].shape != codes.shape:
             found.append(f"{name}: the certificate is of other orbits")
             continue
-        held = proof["proven"] & arrays[name]["certain"]
-        for symbol, column in np.argwhere(held & (proof["codes"] != arrays[name]["codes"])):
+        held = proof["proven"] & certain
+        for symbol, column in np.argwhere(held & (proof["codes"] != codes)):
             found.append(f"{name}: symbol {symbol + 1} of column {column} is proven to be another")
     return found
 
 
-def _arrays(data: Data) -> Data:
-    """The arrays of codes of a result."""
+def _pairs(result: Loaded, certificate: Loaded) -> Iterator[tuple[str, Data, Data]]:
+    """Arrays that both have, by name: of the certificate, of the result."""
+    groups = _groups(result["data"])
+    for name, proof in certificate["data"].items():
+        if "codes" in groups.get(name, {}):
+            yield name, proof, groups[name]
+
+
+def _groups(data: Data) -> Data:
+    """Groups of a result that may hold arrays of codes."""
     return data.get("levels", data)
+
+
+def _columns(values: Any) -> Any:
+    """Symbols as (symbols, columns), also where a result holds a single route."""
+    return values if values.ndim > 1 else values[:, None]
 
 
 def packed(orbits: Sequence[Sequence[Step]]) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rigidpend import experiments
-from rigidpend.certified.storage import is_certificate
+from rigidpend.certified.storage import beside, is_certificate, marked
 from rigidpend.departures import DEPARTURES
 from rigidpend.report.page import ResultSection, html, picture, problem
 from rigidpend.results import store, words
@@ -86,7 +86,7 @@ def _section(source: Path) -> ResultSection:
     from rigidpend.render import Undrawable
 
     try:
-        return section(store.load(source))
+        return section(marked(store.load(source), beside(source)))
     except Undrawable as error:
         return problem(source.stem, f"{source}: {error}")
     except store.StoreError as error:

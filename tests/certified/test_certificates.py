@@ -159,6 +159,7 @@ def test_wrong_usage_is_said(folder: Path) -> None:
     assert "no route codes to prove" in done.stderr
 
 
+@pytest.mark.slow
 def test_without_the_extra_it_says_what_to_install(folder: Path) -> None:
     absent = "import sys; sys.modules['flint'] = None; from rigidpend.cli import main; main()"
     for arguments in (("tiny.yaml",), ("--check", FILE)):
@@ -182,6 +183,7 @@ def test_a_zoom_needs_its_result(folder: Path) -> None:
     assert "rigidpend run fig4_zoom" in done.stderr
 
 
+@pytest.mark.slow
 def test_verify_counts_what_is_proven_and_finds_a_contradiction(
     folder: Path, tmp_path: Path
 ) -> None:
@@ -199,6 +201,27 @@ def test_verify_counts_what_is_proven_and_finds_a_contradiction(
     assert "symbol 2 of column 0 is proven to be another" in done.stdout
 
 
+def test_a_single_route_is_held_against_its_proof_too(folder: Path) -> None:
+    certificate = storage.read(folder / FILE)
+    proof = {name: x[:, :1] if x.ndim > 1 else x for name, x in proven(certificate).items()}
+    one: Any = {**certificate, "data": {"only": proof}}
+    route = {"codes": proof["codes"][:, 0].copy(), "certain": np.ones(2, dtype=bool)}
+    result: Any = {"attributes": certificate["attributes"], "data": {"only": route}}
+    assert storage.contradictions(result, one) == []
+    assert storage.marked(result, one)["data"]["only"]["proven"].tolist() == [True, True]
+    route["codes"][1] ^= 1
+    assert len(storage.contradictions(result, one)) == 1
+    assert storage.marked(result, one)["data"]["only"]["proven"].tolist() == [True, False]
+    levels: Any = {**result, "data": {"levels": {"only": route}}}
+    marked = storage.marked(levels, one)["data"]["levels"]["only"]["proven"]
+    assert marked.tolist() == [True, False]
+
+
+def proven(certificate: Any) -> Any:
+    return certificate["data"]["only"]
+
+
+@pytest.mark.slow
 def test_a_figure_marks_what_is_proven(folder: Path) -> None:
     from rigidpend import experiments
 

@@ -42,6 +42,7 @@ def fraction(x: arb) -> Fraction:
     return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("k", [0, 5, 12])
 def test_plain_fractions_give_the_same_bound_of_a_step(steps: list[Step], k: int) -> None:
     start = enclosed(problem(), PHASE, BITS + 100)

@@ -34,6 +34,7 @@ def test_columns_of_fig4_are_proven_and_are_those_of_113_bits() -> None:
     assert (away <= found.time_radius + 1e-6).all()
 
 
+@pytest.mark.slow
 def test_few_symbols_are_proven_and_enclose_those_of_113_bits() -> None:
     phases = ["1/10", "3*pi/40 + 1/100", "47/10"]
     found = certify_codes(BODY, phases, h0="1.3342", J1_0="1e-8", n_symbols=3)
@@ -79,19 +80,36 @@ def test_an_orbit_on_a_separatrix_is_undecided_with_the_reason() -> None:
     assert (found.codes == 255).all()
 
 
+def test_an_orbit_that_does_not_come_in_time_is_undecided() -> None:
+    # Over the lower periodic orbit of a body so light nothing happens for long.
+    light = Body((2, 1, "3/2"), (1, 1, 0), "1e-30")
+    found = certify_codes(light, "1", h0="1.3342", J1_0="1e-2", n_symbols=1, bits=40)
+    assert found.status == ["undecided"]
+    assert found.separatrix[:, 0].tolist() == [2, 0]
+
+
+def test_no_orbits_are_no_trouble() -> None:
+    found = certify_codes(BODY, [], h0="1.3342", J1_0="1e-8", n_symbols=2)
+    assert found.codes.shape == (2, 0)
+    assert found.status == []
+
+
+@pytest.mark.slow
 def test_an_orbit_on_an_invariant_plane_ends_undecided_in_bounded_time() -> None:
-    # Hess: alpha0 = beta0, and Qm = 0 stays so; the free body never comes back either.
+    # Without weight Qm = 0 stays so: the free body tends to the upper periodic orbit.
     free = Body((2, 1, "3/2"), (1, 1, 0), 0)
     found = certify_codes(free, "1", h0="1.3342", J1_0="1e-4", n_symbols=2)
     assert found.status == ["undecided"]
     assert found.separatrix[:, 0].tolist() == [2, 0, 0]
 
 
+@pytest.mark.slow
 def test_both_ends_and_other_bodies_agree_with_integration() -> None:
     cases = [
         (Body((2, "3/2", "9/5"), (0, 1, 0), "0.01"), "10/9", "2.39205e-9"),
         (Body((3, 1, "5/2"), (3, 1, 0), "0.05"), "2", "1e-3"),
         (BODY, "1.3342", "1.4"),
+        (Body((2, 1, "3/2"), (1, 1, 0), "1e-9"), "1.3342e-6", "1e-11"),
     ]
     for body, h0, J1_0 in cases:
         found = certify_codes(body, "5/4", h0=h0, J1_0=J1_0, n_symbols=2)
@@ -126,6 +144,7 @@ def test_random_bodies_agree_with_113_bits(seed: int) -> None:
     ("changed", "message"),
     [
         ({"bits": 7}, "bits must be"),
+        ({"bits": "many"}, "bits must be"),
         ({"h0": "0"}, "h0 > mu"),
         ({"J1_0": "5"}, "J1_0"),
         ({"jobs": 0}, "jobs"),

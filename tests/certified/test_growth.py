@@ -10,7 +10,7 @@ from flint import arb
 
 from rigidpend import Body
 from rigidpend.certified.approximation import jacobian
-from rigidpend.certified.growth import Growth
+from rigidpend.certified.growth import LogarithmicNorm
 from rigidpend.equations import AlignedCoefficients, aligned, aligned_coefficients
 
 BODIES = {
@@ -21,12 +21,12 @@ BODIES = {
 }
 
 
-def of(name: str) -> tuple[AlignedCoefficients, Growth]:
+def of(name: str) -> tuple[AlignedCoefficients, LogarithmicNorm]:
     c = aligned_coefficients(BODIES[name].angles(), math)
-    return c, Growth.of(AlignedCoefficients(*map(arb, c)))
+    return c, LogarithmicNorm.of(AlignedCoefficients(*map(arb, c)))
 
 
-def weights(growth: Growth) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+def weights(growth: LogarithmicNorm) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
     return np.array([1, 1, float(growth.upright)] + [1 / float(growth.weight)] * 3)
 
 
@@ -62,7 +62,7 @@ def test_the_rate_holds_at_a_distance(name: str) -> None:
         assert speed <= rate * distance * (1 + 1e-12)
 
 
-def _wide(distance: float, growth: Growth) -> arb:
+def _wide(distance: float, growth: LogarithmicNorm) -> arb:
     """By how much |M3| halfway can be larger."""
     return arb(distance) / (2 * growth.upright)
 
