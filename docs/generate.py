@@ -232,6 +232,7 @@ PHYSICS = (
     *("body", "coordinates", "equations", "free_body", "poinsot", "separatrices", "pendulum"),
     *("jacobi", "riccati", "periodic", "floquet", "variational", "melnikov", "surfaces"),
     *("asymptotic", "precession", "hodograph", "herpolhode", "integrate", "routes", "return_map"),
+    "symbolic",
 )
 """The modules that hold the mathematics, in the order in which they build upon each other."""
 

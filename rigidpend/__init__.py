@@ -50,6 +50,7 @@ precession    increments of theta3 along the separatrices, their order
 hodograph     the angular velocity in the fixed space
 herpolhode    an orbit along its route, with its hodograph
 return_map/   orbits and their codes without integration, by a normal form
+symbolic/     orbits from their codes, addresses
 
 The runner:
 
@@ -108,13 +109,27 @@ if TYPE_CHECKING:
     from rigidpend.return_map import return_map as return_map
     from rigidpend.routes import RouteCodes as RouteCodes
     from rigidpend.routes import route_codes as route_codes
+    from rigidpend.symbolic import FoundOrbit as FoundOrbit
+    from rigidpend.symbolic import address_of as address_of
+    from rigidpend.symbolic import find_orbit as find_orbit
 
 __version__ = "0.2.0"
-__all__ = ["Body", "RouteCodes", "return_map", "route_codes"]
+__all__ = [
+    "Body",
+    "FoundOrbit",
+    "RouteCodes",
+    "address_of",
+    "find_orbit",
+    "return_map",
+    "route_codes",
+]
 
 _HOME = {
     "Body": "rigidpend.body",
+    "FoundOrbit": "rigidpend.symbolic",
     "RouteCodes": "rigidpend.routes",
+    "address_of": "rigidpend.symbolic",
+    "find_orbit": "rigidpend.symbolic",
     "return_map": "rigidpend.return_map",
     "route_codes": "rigidpend.routes",
 }

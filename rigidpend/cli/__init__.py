@@ -10,6 +10,7 @@ from rigidpend.cli import (
     common,
     completion,
     describe,
+    find,
     listing,
     reference,
     render,
@@ -42,7 +43,7 @@ def main() -> None:
 
 
 for _module in (
-    *(run, render, report, listing, describe, theory),
+    *(run, render, report, listing, describe, theory, find),
     *(verify, reference, bench, stress, completion),
 ):
     main.add_command(_module.command)

@@ -58,7 +58,10 @@ def states_at(
 
 
 def _in_series(
-    coefficients: AlignedCoefficients, state: Sequence[Fraction], times: Sequence[Fraction], bits: int
+    coefficients: AlignedCoefficients,
+    state: Sequence[Fraction],
+    times: Sequence[Fraction],
+    bits: int,
 ) -> list[list[Fraction]]:
     from rigidpend.integrate.compiled import begin, borrowed, typed, working_type
 
