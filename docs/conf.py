@@ -9,8 +9,11 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
 
+import latex2mathml.converter  # noqa: E402
+from docutils import nodes  # noqa: E402
 from sphinx.application import Sphinx  # noqa: E402
 from sphinx.ext.napoleon import Config, NumpyDocstring  # noqa: E402
+from sphinx.writers.html5 import HTML5Translator  # noqa: E402
 
 import rigidpend  # noqa: E402
 from docs import generate  # noqa: E402
@@ -23,10 +26,11 @@ project_copyright = "2026, the rigidpend developers"
 version = release = rigidpend.__version__
 
 extensions = ["myst_parser", "sphinx.ext.autodoc"]
+html_math_renderer = "mathml"
 exclude_patterns = ["generated/*"]  # included by the pages, no pages themselves
 smartquotes_action = "D"  # dashes; quotes stay as they are typed
 
-myst_enable_extensions = ["deflist", "attrs_block"]
+myst_enable_extensions = ["deflist", "attrs_block", "dollarmath"]
 myst_heading_anchors = 3
 
 autodoc_member_order = "bysource"
@@ -49,6 +53,14 @@ def setup(app: Sphinx) -> None:
     """Take the docstrings as they are written, for a reader of the source."""
     app.connect("autodoc-process-docstring", docstring)
     app.connect("autodoc-skip-member", without_meaning)
+    app.add_html_math_renderer("mathml", (formula, None), (formula, None))
+
+
+def formula(translator: HTML5Translator, node: nodes.Element) -> None:
+    """Write a formula as MathML, which browsers set themselves: no script, nothing to fetch."""
+    display = "block" if isinstance(node, nodes.math_block) else "inline"
+    translator.body.append(latex2mathml.converter.convert(node.astext(), display=display))
+    raise nodes.SkipNode
 
 
 def docstring(

@@ -231,7 +231,16 @@ def names() -> str:
 PHYSICS = (
     *("body", "coordinates", "equations", "free_body", "poinsot", "separatrices", "pendulum"),
     *("jacobi", "riccati", "periodic", "floquet", "variational", "melnikov", "surfaces"),
-    *("asymptotic", "precession", "hodograph", "herpolhode", "integrate", "routes", "return_map"),
+    *(
+        "asymptotic",
+        "precession",
+        "hodograph",
+        "herpolhode",
+        "integrate",
+        "routes",
+        "certified",
+        "return_map",
+    ),
 )
 """The modules that hold the mathematics, in the order in which they build upon each other."""
 

@@ -43,6 +43,7 @@ surfaces      asymptotic surfaces S1- and S2+ as curves
 asymptotic/   the surfaces on the section J1 = J2/2: splitting, heteroclinic orbits
 integrate/    integration up to the section: engines `taylor`, `scipy`, arbitrary precision
 routes/       route codes, with the certainty of every symbol
+certified/    route codes, with a proof of every symbol
 
 The motion in space:
 
@@ -105,16 +106,27 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rigidpend.body import Body as Body
+    from rigidpend.certified.codes import CertifiedCodes as CertifiedCodes
+    from rigidpend.certified.codes import certify_codes as certify_codes
     from rigidpend.return_map import return_map as return_map
     from rigidpend.routes import RouteCodes as RouteCodes
     from rigidpend.routes import route_codes as route_codes
 
 __version__ = "0.2.0"
-__all__ = ["Body", "RouteCodes", "return_map", "route_codes"]
+__all__ = [
+    "Body",
+    "CertifiedCodes",
+    "RouteCodes",
+    "certify_codes",
+    "return_map",
+    "route_codes",
+]
 
 _HOME = {
     "Body": "rigidpend.body",
+    "CertifiedCodes": "rigidpend.certified.codes",
     "RouteCodes": "rigidpend.routes",
+    "certify_codes": "rigidpend.certified.codes",
     "return_map": "rigidpend.return_map",
     "route_codes": "rigidpend.routes",
 }

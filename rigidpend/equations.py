@@ -158,19 +158,19 @@ def hamiltonian(J: Numbers, theta: Numbers, p: Angles, m: Elementary) -> Any:
     J1, J2, J3 = J
     root = m.sqrt((J2 - J3) * (J2 + J3)) / J2
     leaning = 2 * p.mu * J3 * m.sqrt(J1 * (J2 - J1)) / J2**2 * m.sin(theta[0] / 2)
-    return _free_part(J1, J2, theta[0], p, m) + p.mu * _height(J1, J2, theta, m) * root + leaning
+    return _free_part(J1, J2, theta[0], p, m) + p.mu * height(J1, J2, theta, m) * root + leaning
 
 
 def hamiltonian_J3_0(J1: Scalar, J2: Scalar, theta: Numbers, p: Angles, m: Elementary) -> Any:
     """Hamiltonian at J3 = 0, dimensionless (eq. h0_new)."""
-    return _free_part(J1, J2, theta[0], p, m) + p.mu * _height(J1, J2, theta, m)
+    return _free_part(J1, J2, theta[0], p, m) + p.mu * height(J1, J2, theta, m)
 
 
 def _free_part(J1: Scalar, J2: Scalar, theta1: Scalar, p: Angles, m: Elementary) -> Any:
     return p.kappa / 2 * J2**2 + J1 * (J2 - J1) * (m.cos(theta1 - p.beta0) - m.cos(p.alpha0))
 
 
-def _height(J1: Scalar, J2: Scalar, theta: Numbers, m: Elementary) -> Any:
+def height(J1: Scalar, J2: Scalar, theta: Numbers, m: Elementary) -> Any:
     """Height of the centre of gravity, r . gamma, at J3 = 0."""
     return (J1 * m.sin(theta[0] + theta[1]) + (J2 - J1) * m.sin(theta[1])) / J2
 

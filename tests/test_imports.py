@@ -13,7 +13,7 @@ from rigidpend.cli import main
 from rigidpend.integrate.engines import default_engine
 from tests.config.samples import SMALL, written
 
-HEAVY = {"numpy", "scipy", "h5py", "mpmath", "pydantic", "yaml", "matplotlib", "heyoka"}
+HEAVY = {"numpy", "scipy", "h5py", "mpmath", "pydantic", "yaml", "matplotlib", "heyoka", "flint"}
 
 COMMAND = """
 import json, sys

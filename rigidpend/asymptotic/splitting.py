@@ -11,6 +11,7 @@ is odd in mu and errs by O(mu^3), while the curve errs by d2 = O(mu^2).
 from __future__ import annotations
 
 import math
+from operator import mul
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -188,9 +189,7 @@ def harmonics(points: Points, m: Any) -> list[Any] | None:
     """
     n = len(points.phase)
     advance = [g - start for g, start in zip(points.phase, points.theta2_0, strict=True)]
-    weights = [m.mpf(0)] + [(-1) ** k / m.tan(m.pi * k / n) / 2 for k in range(1, n)]
-    # The derivative of the trigonometric interpolant at its nodes.
-    slope = [1 + m.fdot((weights[(j - k) % n], advance[k]) for k in range(n)) for j in range(n)]
+    slope = [1 + rate for rate in _derivative(advance, m)]
     if min(slope) <= 0:
         return None
     turned = [m.expj(-g) for g in points.phase]
@@ -201,3 +200,15 @@ def harmonics(points: Points, m: Any) -> list[Any] | None:
         total = m.fsum(terms)
         found.append(4 * total.real if k % 2 else -4 * total.imag)
     return found
+
+
+def _derivative(values: list[Any], m: Any) -> list[Any]:
+    """Derivative of the trigonometric interpolant at its n nodes, an even number, around a circle.
+
+    The sums are of whole numbers, in units of 2^-P with P the precision of `m`: some ten times
+    as fast.
+    """
+    n, P = len(values), m.prec
+    weights = [m.mpf(0)] + [-((-1) ** k) / m.tan(m.pi * k / n) / 2 for k in range(1, n)]
+    whole, around = ([int(m.ldexp(x, P)) for x in numbers] for numbers in (values, weights * 2))
+    return [m.ldexp(sum(map(mul, around[n - j : 2 * n - j], whole)), -2 * P) for j in range(n)]

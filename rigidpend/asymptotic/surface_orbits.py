@@ -21,8 +21,6 @@ PATIENCE = 4
 """Longest wait for the section, in times of the unperturbed motion up to it.
 
 Orbits close to the unperturbed motion need about one of them."""
-NEWTON = 10
-"""Newton steps onto the energy surface at most; two or three are taken."""
 
 
 class UnstableSurface(NamedTuple):
@@ -87,34 +85,49 @@ def unperturbed(s: UnstableSurface, theta2_0: Scalar, depth: Scalar) -> Separatr
 
 
 def launch(s: UnstableSurface, theta2_0: Scalar, depth: Scalar) -> list[Fraction]:
-    """Start of an orbit, in aligned components of the working precision.
+    """Start of an orbit, in aligned components of the working precision: see :func:`launches`."""
+    [state] = launches(s, [theta2_0], depth)
+    return state
 
-    At theta1 = alpha0 + beta0 it lies beside S1-, not on it. What it is off by shrinks as J1
+
+def launches(s: UnstableSurface, theta2_0: Iterable[Any], depth: Scalar) -> list[list[Fraction]]:
+    """Starts of orbits, in aligned components of the working precision.
+
+    At theta1 = alpha0 + beta0 they lie beside S1-, not on it. What they are off by shrinks as J1
     grows: at the section a part exp(-depth) of mu is left (dtheta).
 
     Parameters
     ----------
     s : UnstableSurface
-    theta2_0 : number
+    theta2_0 : numbers
         Radians.
     depth : number
         -ln(J1/J2) at the start.
+
+    Notes
+    -----
+    With J1/J2 given the momenta are proportional to J2, of which the energy has a square and what
+    the weight adds; that and gamma are linear in the cosine and sine of theta2_0.
     """
     m, p = numbers(s.bits), s.p
-    low, angles = m.exp(-depth), (theta1(2, p, m), theta2_0)
-    # The pendulum has this J2, at J1 = 0.
-    J2 = m.sqrt(2 * (s.h0 - p.mu * m.sin(theta2_0)) / p.kappa)
-    for _ in range(NEWTON):
-        # So low on J1 the slope of the energy in J2 is kappa J2.
-        surplus = hamiltonian_J3_0(low * J2, J2, angles, p, m) - s.h0
-        before, J2 = J2, J2 - surplus / (p.kappa * J2)
-        if before == J2:
-            break
-    zero, one = m.mpf(0), m.mpf(1)
-    c = Canonical(low * J2, J2 - low * J2, zero, *angles, zero, one)
-    state = aligned_from_canonical(c, p.alpha0, p.beta0, m)
-    # Qm is zero on separatrix 2; what the sines leave of it is their rounding.
-    return [fraction(x, s.bits) for x in state._replace(Qm=zero)]
+    low, zero, one = m.exp(-depth), m.mpf(0), m.mpf(1)
+    axes = []
+    for theta2 in (zero, m.pi / 2):
+        angles = (theta1(2, p, m), theta2)
+        unit = aligned_from_canonical(
+            Canonical(low, 1 - low, zero, *angles, zero, one), p.alpha0, p.beta0, m
+        )
+        kinetic = hamiltonian_J3_0(low, one, angles, p._replace(mu=zero), m)
+        axes.append((*unit[3:], hamiltonian_J3_0(low, one, angles, p, m) - kinetic))
+    found = []
+    for phase in theta2_0:
+        cos, sin = m.cos_sin(m.mpf(phase))
+        *gamma, weight = (a * cos + b * sin for a, b in zip(*axes, strict=True))
+        J2 = m.sqrt((s.h0 - weight) / kinetic)
+        # Qm is zero on separatrix 2.
+        state = (unit.Qp * J2, zero, unit.M3 * J2, *gamma)
+        found.append([fraction(x, s.bits) for x in state])
+    return found
 
 
 def coefficients(s: UnstableSurface) -> AlignedCoefficients:
@@ -153,7 +166,7 @@ def meet(
     lag, rate = delta(reference, s.p, m), u(reference, s.p, m)
     found = first_crossings(
         coefficients(s),
-        [launch(s, phase, depth) for phase in begin],
+        launches(s, begin, depth),
         PATIENCE * float((depth + math.tau) / rate),
         engine=arithmetic.engine,
         bits=s.bits,

@@ -8,6 +8,7 @@ import rigidpend
 from rigidpend.cli import (
     bench,
     cache,
+    certify,
     common,
     completion,
     describe,
@@ -45,6 +46,6 @@ def main() -> None:
 
 for _module in (
     *(run, render, report, listing, describe, theory),
-    *(verify, reference, bench, stress, cache, completion),
+    *(certify, verify, reference, bench, stress, cache, completion),
 ):
     main.add_command(_module.command)

@@ -121,7 +121,8 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
     code = exit_code(error)
     if isinstance(error, MemoryError):
         return "not enough memory; fewer orbits or fewer --jobs need less"
-    if isinstance(error, ModuleNotFoundError) and code == ABSENT:
+    # Those of the package say themselves what to do.
+    if type(error) is ModuleNotFoundError and code == ABSENT:
         return f"{error.name} is needed and not installed"
     if isinstance(error, OSError):
         named = f"{str(error.filename)[:MOST]}: " if error.filename else ""

@@ -50,7 +50,8 @@ def command(
 
     Values are compared, not bytes: symbols and texts exactly where they are certain, numbers
     to what their experiment's arithmetic explains, and also what the files consist of, but not
-    where and when they were made. The exit code is 1 where something differs.
+    where and when they were made. Symbols that a certificate beside the compared result proves
+    must be as proven. The exit code is 1 where something differs.
 
     \b
     Examples:
@@ -78,6 +79,7 @@ def command(
 
 def _compared(path: Path, reference: Path, results: Path | None, jobs: int | None) -> Any:
     """Compute one experiment and compare it, as plain data."""
+    from rigidpend.certified import storage
     from rigidpend.config import loading
     from rigidpend.results import regression, store, words
     from rigidpend.run import workers
@@ -87,7 +89,10 @@ def _compared(path: Path, reference: Path, results: Path | None, jobs: int | Non
     read = results / stored.name if results else None
     outcome: dict[str, Any] = {"name": loaded.name, "reference": str(stored), "same": False}
     try:
-        found = regression.verify(loaded, stored, jobs=jobs or workers.cores(), fresh=read)
+        proof = storage.beside(read or stored)
+        found = regression.verify(
+            loaded, stored, jobs=jobs or workers.cores(), fresh=read, certificate=proof
+        )
     except store.StoreError as error:
         return {**outcome, "error": str(error), "differences": []}
     except (LookupError, TypeError, ValueError, ZeroDivisionError) as error:
@@ -97,7 +102,9 @@ def _compared(path: Path, reference: Path, results: Path | None, jobs: int | Non
         said = f"{stored}: cannot be compared: {words.error(error)}"
         return {**outcome, "error": said, "differences": []}
     listed = [_parts(difference) for difference in found]
-    return {**outcome, "same": not found, "error": None, "differences": listed}
+    proven = sum(int(each["proven"].sum()) for each in proof["data"].values()) if proof else 0
+    told = {"same": not found, "error": None, "differences": listed, "proven": proven}
+    return {**outcome, **told}
 
 
 def _parts(difference: Any) -> dict[str, Any]:
@@ -117,11 +124,15 @@ def _tell(outcome: dict[str, Any]) -> None:
         say(f"rigidpend: {outcome['error']}")
         return
     verdict = "the same as in" if outcome["same"] else "differs from"
-    click.echo(f"{outcome['name']}: {verdict} {outcome['reference']}")
+    proven = f"; {outcome['proven']} symbols are proven" if outcome["proven"] else ""
+    click.echo(f"{outcome['name']}: {verdict} {outcome['reference']}{proven}")
     for difference in outcome["differences"]:
         click.echo(f"  {difference['said']}")
 
 
 def _strays(reference: Path, names: set[str]) -> list[str]:
     """Names of stored results that belong to no config."""
-    return [str(file) for file in sorted(reference.glob("*.h5")) if file.stem not in names]
+    from rigidpend.certified.storage import is_certificate
+
+    stored = sorted(file for file in reference.glob("*.h5") if not is_certificate(file))
+    return [str(file) for file in stored if file.stem not in names]

@@ -19,8 +19,8 @@ no matplotlib, `draw.py` and `report.py` no integrator, for each is loaded witho
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeVar
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias, TypeVar
 
 from rigidpend.description import Row as Row
 from rigidpend.integrate.arithmetic import CLOSED_FORM, Arithmetic
@@ -31,8 +31,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from rigidpend.config.schema import ExperimentConfig
+    from rigidpend.numbers.exact import Exact
     from rigidpend.results.tree import Loaded
+    from rigidpend.routes.problem import RouteProblem
     from rigidpend.tables import Table
+
+    Routes: TypeAlias = Mapping[str, tuple[RouteProblem, Sequence[Exact]]]
 
     C_contra = TypeVar("C_contra", bound=ExperimentConfig, contravariant=True)
 else:
@@ -94,6 +98,20 @@ class Computation(Protocol[C_contra]):
         stored, fresh : Data
             ``/data`` of the reference and of the result held against it. Tolerances come
             from the reference and from bounds that the experiment declares.
+        """
+
+
+class Certifiable(Protocol[C_contra]):
+    """A module ``compute.py`` whose route codes can be proven."""
+
+    def orbits(self, config: C_contra, stored: Callable[[], Data]) -> Routes:
+        """The orbits of a config by the name of their array, exact.
+
+        Parameters
+        ----------
+        config : Config
+        stored : callable
+            Loads ``/data`` of the config's result, for orbits that only a computation tells.
         """
 
 

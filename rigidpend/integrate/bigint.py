@@ -83,6 +83,26 @@ def follow(orbits: Orbits, state: Sequence[Fraction], bits: int) -> Path:
     return path, Outcome.FAILED
 
 
+def advance(
+    coefficients: AlignedCoefficients, state: Sequence[Fraction], count: int, bits: int
+) -> list[tuple[Fraction, tuple[Fraction, ...]]]:
+    """Carry an orbit some steps of natural length: times since the start, and states.
+
+    All numbers are Fractions; `bits` is as for :func:`crossings`.
+    """
+    unit = unit_of(state)
+    c, scaled = in_units(coefficients, state, unit)
+    P = fractional_bits((*scaled, *c), bits)
+    flow = Flow([fixed(x, P) for x in c], P)
+    here, time, found = [fixed(x, P) for x in scaled], 0, []
+    for _ in range(count):
+        series, step = flow.expand(here)
+        here, time = [value_at(s, step, P) for s in series], time + step
+        there = [Fraction(x, 1 << P) for x in here]
+        found.append((Fraction(time, 1 << P) / unit, (*(x * unit for x in there[:3]), *there[3:])))
+    return found
+
+
 def unit_of(state: Sequence[Fraction]) -> Fraction:
     """The power of two next to |M|, so that fixed-point numbers are of order one."""
     largest = max(abs(x) for x in state[:3])

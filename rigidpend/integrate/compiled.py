@@ -6,6 +6,7 @@ import contextlib
 import functools
 import threading
 from collections.abc import Iterator
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -109,6 +110,11 @@ def _of_type(bits: int) -> dict[str, Any]:
 def begin(integrator: Any, kind: Any, coefficients: Any, state: Numbers) -> None:
     """Put an orbit at time 0 into such an integrator, whatever it did before."""
     integrator.pars[:] = [typed(x, kind) for x in coefficients]
+    restart(integrator, kind, state)
+
+
+def restart(integrator: Any, kind: Any, state: Numbers) -> None:
+    """Put another orbit of the same body at time 0."""
     integrator.state[:] = [typed(x, kind) for x in state]
     integrator.time = kind(0)
     if integrator.with_events:
@@ -126,4 +132,13 @@ def typed(x: Scalar, kind: Any) -> Any:
         if not head:
             break
         total, rest = total + kind(head), rest - type(x)(head)
+    return total
+
+
+def exactly(x: Scalar) -> Fraction:
+    """The value of a number of a working type: a sum of doubles."""
+    total, head, kind = Fraction(0), float(x), type(x)
+    while head:
+        total, x = total + Fraction(head), x - kind(head)
+        head = float(x)
     return total

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from rigidpend.equations import AlignedCoefficients
 from rigidpend.integrate import bigint
 from rigidpend.integrate.engines import has_own_type
-from rigidpend.numbers.generic import Numbers, Scalar
+from rigidpend.numbers.generic import Numbers
 from rigidpend.run.workers import check_stop, side_by_side
 
 AT_ONCE = 100
@@ -81,7 +81,8 @@ def _in_series(
     from rigidpend.integrate.compiled import borrowed
 
     with borrowed(_ToSection, bits, tolerance) as orbit:
-        return [orbit.run(c, state, limit) for state in states]
+        orbit.prepare(c)
+        return [orbit.run(state, limit) for state in states]
 
 
 def _in_integers(
@@ -119,11 +120,18 @@ class _ToSection:
         self.type = working_type(bits)
         self.integrator = to_crossings(bits, tolerance)
 
-    def run(self, c: AlignedCoefficients, state: Numbers, limit: float) -> Crossing | None:
-        from rigidpend.integrate.compiled import begin, heyoka
+    def prepare(self, c: AlignedCoefficients) -> None:
+        """Make the following orbits those of a body."""
+        from rigidpend.integrate.compiled import typed
+
+        self.integrator.pars[:] = [typed(x, self.type) for x in c]
+
+    def run(self, state: Numbers, limit: float) -> Crossing | None:
+        """The first crossing of an orbit, if it comes within the limit."""
+        from rigidpend.integrate.compiled import exactly, heyoka, restart
 
         integrator = self.integrator
-        begin(integrator, self.type, c, state)
+        restart(integrator, self.type, state)
         end = self.type(limit)
         # The outcome of a terminal event that stops is -1 less its index.
         while (ended := int(integrator.propagate_until(end, max_steps=AT_ONCE)[0])) != -1:
@@ -131,15 +139,6 @@ class _ToSection:
             if ended != int(heyoka().taylor_outcome.step_limit):
                 return None
         return Crossing(
-            _exact(integrator.time, self.type),
-            tuple(_exact(x, self.type) for x in integrator.state),
+            exactly(integrator.time),
+            tuple(map(exactly, integrator.state)),
         )
-
-
-def _exact(x: Scalar, kind: Any) -> Fraction:
-    """The value of a number of the working type: a sum of doubles."""
-    total, head = Fraction(0), float(x)
-    while head:
-        total, x = total + Fraction(head), x - kind(head)
-        head = float(x)
-    return total

@@ -10,13 +10,15 @@ parameters. Integrators are reused, never shared between threads, and never leav
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
+from rigidpend.equations import AlignedCoefficients
 from rigidpend.integrate.bounds import bounds, leaving_zero, slopes, touch, without_zero
-from rigidpend.integrate.compiled import begin, borrowed, heyoka, stepper, working_type
+from rigidpend.integrate.compiled import begin, borrowed, exactly, heyoka, stepper, working_type
 from rigidpend.integrate.passages import UNDECIDED, Found, crossings_of_series
 from rigidpend.integrate.records import Crossings, Orbits, Outcome, no_crossings, silent_outcome
 from rigidpend.integrate.roots import value_at
@@ -63,6 +65,38 @@ def crossings_scalar(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
             columns = np.full(len(crossed), column)
             times, separatrix = np.array(crossed, dtype=float).reshape(-1, 2).T
             Found(columns, times, separatrix.astype(int)).write(found, orbits.passage_limit)
+    return found
+
+
+def advance(
+    coefficients: AlignedCoefficients,
+    state: Sequence[Fraction],
+    count: int,
+    bits: int,
+    tolerance: float,
+) -> list[tuple[Fraction, tuple[Fraction, ...]]]:
+    """Carry an orbit some steps of natural length: times since the start, and states.
+
+    Parameters
+    ----------
+    coefficients : AlignedCoefficients
+        Fractions, as the six components of `state`.
+    count : int
+        Number of steps.
+    bits : int
+        Working precision.
+    tolerance : float
+        Of the Taylor series in 53 bits; every bit more halves it.
+    """
+    found = []
+    with borrowed(_Scalar, bits, tolerance) as scalar:
+        begin(scalar.integrator, scalar.type, coefficients, state)
+        for _ in range(count):
+            check_stop()
+            scalar.integrator.propagate_until(scalar.far, max_steps=1)
+            found.append(
+                (exactly(scalar.integrator.time), tuple(map(exactly, scalar.integrator.state)))
+            )
     return found
 
 

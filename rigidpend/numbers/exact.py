@@ -96,6 +96,16 @@ class Exact:
             raise ExactError(f"{shown(self.text)}: beyond 2**{MAX_SIZE} or its inverse")
         return value
 
+    def over(self, m: Any) -> Any:
+        """The value in another namespace of numbers, such as balls, with its own rounding.
+
+        Parameters
+        ----------
+        m : namespace
+            With mpf, pi, sqrt, sin, cos, tan and atan.
+        """
+        return self._evaluate(m)
+
     def in_context(self, m: MPContext) -> Any:
         """The value in the precision of the context `m`."""
         return self.at(m.prec)
@@ -216,7 +226,8 @@ def function(name: str, x: Exact) -> Exact:
 def _turnable(x: Exact, m: MPContext) -> Any:
     """Evaluate an angle that can be brought into one turn, which takes its size in bits."""
     value = x._evaluate(m)
-    if _magnitude(value) > MOST_BITS:
+    # Other kinds of numbers than mpmath's know themselves what they lose.
+    if hasattr(value, "_mpf_") and _magnitude(value) > MOST_BITS:
         raise ExactError(f"an angle beyond 2**{MOST_BITS}: {shown(x.text)}")
     return value
 

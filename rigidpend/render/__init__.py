@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from rigidpend import experiments
+from rigidpend.certified import storage
 from rigidpend.results import store, words
 
 KEYS = ("name", "config_hash", "code_hash", "engine")
@@ -29,12 +30,14 @@ class Undrawable(store.StoreError):
 def render(source: Path, target: Path) -> None:
     """Draw a result file; the suffix of `target` is the format.
 
+    Where a certificate is beside it, what that proves is marked.
+
     Raises
     ------
     StoreError
         The result cannot be read, or the figure not written.
     """
-    result = store.load(source)
+    result = storage.marked(store.load(source), storage.beside(source))
     try:
         drawn = image(result, target.suffix[1:])
     except Undrawable as error:

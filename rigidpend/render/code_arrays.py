@@ -5,10 +5,12 @@ from __future__ import annotations
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
 
-from rigidpend.render.palette import BLUE, PINK, RED
+from rigidpend.render.palette import BLUE, GREEN, PINK, RED
 
 ZOOM, DOUBT, ZERO, NONE = RED, PINK, BLUE, "0.7"
 """Colours of a magnified part, an uncertain symbol, a zero of Melnikov's integral, no return."""
+PROVEN = GREEN
+"""Colour of a proven symbol's dot."""
 COLOURS = ListedColormap(["black", "white", NONE])
 NORM = BoundaryNorm([-0.5, 0.5, 1.5, 255.5], 3)
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rigidpend import experiments
+from rigidpend.certified.storage import is_certificate
 from rigidpend.departures import DEPARTURES
 from rigidpend.report.page import ResultSection, html, picture, problem
 from rigidpend.results import store, words
@@ -55,14 +56,15 @@ def build(folder: Path) -> Page:
     Parameters
     ----------
     folder : Path
-        Every ``*.h5`` directly in it that is a result of ours is reported, by name.
+        Every ``*.h5`` directly in it that is a result of ours is reported, by name; certificates
+        are not.
 
     Raises
     ------
     StoreError
         There is no result in it, or none that can be shown.
     """
-    sources = sorted(folder.glob("*.h5"))
+    sources = [file for file in sorted(folder.glob("*.h5")) if not is_certificate(file)]
     if not sources:
         raise store.StoreError(f"{folder}: no results; call: rigidpend run all --out {folder}")
     sections = [_section(source) for source in sources]

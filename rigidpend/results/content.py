@@ -19,8 +19,8 @@ LONGEST, DEEPEST = 2**22, 32
 """Characters of a config, and its brackets inside each other, at most."""
 
 
-def check(loaded: Loaded) -> None:
-    """Check the values of a loaded result.
+def check(loaded: Loaded, layout: Layout | None = None) -> None:
+    """Check the values of a loaded result, of its experiment's layout or the one given.
 
     Raises
     ------
@@ -28,7 +28,7 @@ def check(loaded: Loaded) -> None:
         Its config is no JSON object, or a number is not finite that must be.
     """
     _check_config(loaded["config"])
-    layout = experiments.layout(loaded["attributes"]["experiment"])
+    layout = layout or experiments.layout(loaded["attributes"]["experiment"])
     _check_values("data", loaded["data"], layout)
 
 

@@ -40,7 +40,9 @@ class OtherVersion(StoreError):
 
 
 @contextmanager
-def opened(path: Path, *, whole: bool = False, part: bool = False) -> Iterator[h5py.File]:
+def opened(
+    path: Path, *, whole: bool = False, part: bool = False, layout: Layout | None = None
+) -> Iterator[h5py.File]:
     """A result file, open for reading; its structure is checked.
 
     Parameters
@@ -50,6 +52,8 @@ def opened(path: Path, *, whole: bool = False, part: bool = False) -> Iterator[h
         Whether its values are to be read: then another process has read them before.
     part : bool, optional
         Whether it is a part of a run, of which no layout is declared.
+    layout : Layout, optional
+        Layout of its data; by default the one that its experiment declares.
 
     Raises
     ------
@@ -60,11 +64,11 @@ def opened(path: Path, *, whole: bool = False, part: bool = False) -> Iterator[h
     with readable(path):
         image = intact(files.content(path))
         most = min(files.LARGEST, max(LEAST, RATIO * len(image)))
-        tried(lambda: _trial(path, image, most, whole, part), len(image), most)
+        tried(lambda: _trial(path, image, most, whole, part, layout), len(image), most)
         file = h5py.File.in_memory(image)
     with file:
         with readable(path):
-            _check(path, file, most, part)
+            _check(path, file, most, part, layout)
         yield file
 
 
@@ -85,10 +89,12 @@ def readable(path: Path) -> Iterator[None]:
         raise StoreError(f"{path}: not a readable HDF5 file: {reason}") from None
 
 
-def _trial(path: Path, image: bytes, most: int, whole: bool, part: bool) -> None:
+def _trial(
+    path: Path, image: bytes, most: int, whole: bool, part: bool, layout: Layout | None
+) -> None:
     """Read what is to be read of a file, to see whether that is possible."""
     with h5py.File.in_memory(image) as file:
-        grant(_check(path, file, most, part))
+        grant(_check(path, file, most, part, layout))
         file.visititems(lambda _, node: _look(node, whole))
 
 
@@ -98,7 +104,7 @@ def _look(node: Any, whole: bool) -> None:
         node[()]
 
 
-def _check(path: Path, file: h5py.File, most: int, part: bool) -> int:
+def _check(path: Path, file: h5py.File, most: int, part: bool, layout: Layout | None) -> int:
     """Check what a file says that it is, then whether it is made so; the number of its objects."""
     root = h5g.open(file.id, b"/")
     attributes("/", root)
@@ -114,7 +120,7 @@ def _check(path: Path, file: h5py.File, most: int, part: bool) -> int:
     for word in WORDS:
         if not isinstance(given.get(word, ""), str) or len(given.get(word, "")) > LONGEST:
             raise Unfit(f"its attribute {word} is not a short text")
-    return Checker(most).file(root, None if part else _layout(given))
+    return Checker(most).file(root, None if part else layout or _layout(given))
 
 
 def _layout(given: dict[str, Any]) -> Layout:

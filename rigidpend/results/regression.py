@@ -9,13 +9,20 @@ import tempfile
 from pathlib import Path
 
 from rigidpend import experiments
+from rigidpend.certified import storage
 from rigidpend.config.loading import LoadedConfig
 from rigidpend.results import compare, store
+from rigidpend.results.tree import Loaded
 from rigidpend.run.runner import plan, run
 
 
 def verify(
-    config: LoadedConfig, stored: Path, *, jobs: int, fresh: Path | None = None
+    config: LoadedConfig,
+    stored: Path,
+    *,
+    jobs: int,
+    fresh: Path | None = None,
+    certificate: Loaded | None = None,
 ) -> list[str]:
     """Say where a stored result differs, by value, from a fresh one.
 
@@ -27,6 +34,8 @@ def verify(
     jobs : int
     fresh : Path, optional
         A result to be read; by default it is computed.
+    certificate : Loaded, optional
+        Proven symbols, which those of the fresh result must not contradict.
 
     Returns
     -------
@@ -51,6 +60,8 @@ def verify(
     found += compare.plain(json.loads(old["config"]), json.loads(new["config"]), "config")
     if outlines[0].keys() == outlines[1].keys():
         found += experiments.computation(config.experiment).differences(old["data"], new["data"])
+    if certificate:
+        found += storage.contradictions(new, certificate)
     return found
 
 

@@ -20,6 +20,7 @@ import numpy as np
 
 from rigidpend.results import content
 from rigidpend.results.files import StoreError, prepare, replace, sealed
+from rigidpend.results.layout import Layout
 from rigidpend.results.opening import FORMAT, FORMAT_VERSION, OtherVersion, opened, readable
 from rigidpend.results.tree import Dataset, Loaded, Tree
 
@@ -72,8 +73,14 @@ def write(path: Path, result: Result, *, lasting: bool = True) -> None:
         raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
-def load(path: Path) -> Loaded:
+def load(path: Path, layout: Layout | None = None) -> Loaded:
     """A whole result file as plain data: `attributes`, `config`, `provenance`, `data`.
+
+    Parameters
+    ----------
+    path : Path
+    layout : Layout, optional
+        Layout of its data; by default the one that its experiment declares.
 
     Raises
     ------
@@ -81,14 +88,14 @@ def load(path: Path) -> Loaded:
         As :func:`opened`; also where a checksum says that the data changed on disk, or where
         values are not finite that must be.
     """
-    with opened(path, whole=True) as file, readable(path):
+    with opened(path, whole=True, layout=layout) as file, readable(path):
         loaded: Loaded = {
             "attributes": dict(file.attrs),
             "config": _plain(file["config"]),
             "provenance": dict(file["provenance"].attrs),
             "data": _plain(file["data"]),
         }
-        content.check(loaded)
+        content.check(loaded, layout)
         return loaded
 
 

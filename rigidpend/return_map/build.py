@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -20,6 +21,7 @@ from rigidpend.return_map.normal_form import MapError, NormalForm, normal_form
 from rigidpend.return_map.orders import Layer, Orders, first_look, orders, radius
 from rigidpend.return_map.passage import EnergyLevel
 from rigidpend.return_map.precision import Precision, native, precision
+from rigidpend.return_map.rapid import Entry, Rapid, entry
 from rigidpend.return_map.reduced import Coefficients, coefficients
 
 SLACK = 2.0**13
@@ -49,7 +51,7 @@ class Design(NamedTuple):
     """Shift of phases before they are rounded, radians."""
 
 
-FIRST, SECOND = Design(), Design("1.37", 1.06, 2, 0.7)
+FIRST, SECOND, THIRD = Design(), Design("1.37", 1.06, 2, 0.7), Design("0.61", 1.03, 2, 1.9)
 
 
 @dataclass(frozen=True)
@@ -86,6 +88,31 @@ class ReturnMap:
         """The map at an energy, or at one for each of N orbits, within the interval."""
         a = precision(self.bits)
         return EnergyLevel(self.normal_form, self.charts, a.array(h) * self._unit**2, a)
+
+    def rapid(self, bits: int, least_Qp: Scalar, most_Qp: Scalar, many: bool) -> Rapid:
+        """Rapid passages through this map for many orbits that start at least_Qp <= Qp <= most_Qp.
+
+        `many` has more of them compiled, which pays from some hundred thousand orbits on. Raises
+        MapError where the normal form does not reach as far as `most_Qp`.
+        """
+        key = (bits, many, least_Qp, most_Qp)
+        if key not in self._begun:
+            self._begun[key] = self._rapid(bits, many).beginning(self._entry(least_Qp, most_Qp))
+        return self._begun[key]
+
+    @functools.cached_property
+    def _begun(self) -> dict[tuple[Any, ...], Rapid]:
+        return {}
+
+    @functools.cached_property
+    def _entry(self) -> Callable[[Any, Any], Entry]:
+        a = precision(self.bits)
+        return functools.cache(lambda least, most: entry(self.normal_form, least, most, a))
+
+    @functools.cached_property
+    def _rapid(self) -> Callable[[int, bool], Rapid]:
+        parts = self.normal_form, self.charts, self.errors.charts
+        return functools.cache(lambda bits, many: Rapid(*parts, bits, many))
 
     @property
     def _unit(self) -> Any:
@@ -166,7 +193,7 @@ def build(body: Body, low: Exact, high: Exact, bits: int, design: Design = FIRST
     MapError
         The map does not resolve the orbits there; the message gives the reason.
     """
-    a = precision(_table_bits(bits))
+    a = precision(table_bits(bits))
     p = body.angles(max(a.bits, bits) + GUARD_BITS)
     c, rough = coefficients(p, design.unit, a), coefficients(p, design.unit, precision(53))
     scale = _exact_unit(design) ** 2
@@ -261,7 +288,7 @@ def _designed(o: Orders, design: Design) -> Orders:
     )
 
 
-def _table_bits(bits: int) -> int:
+def table_bits(bits: int) -> int:
     """Doubles come from tables of 64 bits, where these are fast: sharper tables, sharper maps."""
     return 64 if bits == 53 and default_engine() == "taylor" and native(64) else bits
 

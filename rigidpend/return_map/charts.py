@@ -15,6 +15,7 @@ s = chi - ln(U)/Lambda(I) (downward) or chi + ln(V)/Lambda(I) (upward), which no
 
 from __future__ import annotations
 
+import functools
 import math
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -173,10 +174,14 @@ def _quadrature(length: Scalar, c: Coefficients, h: Scalar, a: Precision) -> tup
     """Points in (0, 1), ascending, and the weights of Fejer's rule."""
     rate = float(c.aligned.half_sigma) * float(np.sqrt(2 * float(h) / float(c.aligned.kappa)))
     strip = STRIP * 2 / (rate * float(length))
-    n = 8 + math.ceil(a.bits * math.log(2) / math.asinh(strip))
+    return _fejer(8 + math.ceil(a.bits * math.log(2) / math.asinh(strip)), a)
+
+
+@functools.lru_cache(maxsize=16)
+def _fejer(n: int, a: Precision) -> tuple[Any, Any]:
+    """The n points and weights of Fejer's rule on (0, 1)."""
     moments = [a.number(0 if k % 2 else Fraction(1, 1 - k * k)) for k in range(n)]
-    weights = a.array(moments) @ chebyshev_analysis(n, a)
-    return (1 - nodes(n, a)) / 2, weights
+    return (1 - nodes(n, a)) / 2, a.array(moments) @ chebyshev_analysis(n, a)
 
 
 class Chart(NamedTuple):

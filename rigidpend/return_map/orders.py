@@ -145,7 +145,7 @@ def orders(c: Coefficients, energies: tuple[float, float], layer: Layer, bits: i
         n,
         math.ceil(nats / -math.log(min(0.5, 2 * r * r)) + 1),
         n,
-        math.ceil(nats / -math.log(half_width / centre) + 1) if half_width else 1,
+        math.ceil(nats / math.log(2 * centre / half_width) + 1) if half_width else 1,
         arc_length(c, centre, width),
     )
 

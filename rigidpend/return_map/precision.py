@@ -19,7 +19,7 @@ from rigidpend.integrate.engines import default_engine
 from rigidpend.numbers.exact import context
 from rigidpend.numbers.generic import Scalar
 
-FUNCTIONS = {"sin": 1, "cos": 1, "exp": 1, "log": 1, "sqrt": 1, "atan2": 2}
+FUNCTIONS = {"sin": 1, "cos": 1, "exp": 1, "expm1": 1, "log": 1, "sqrt": 1, "atan2": 2}
 
 
 def native(bits: int) -> Any:
@@ -39,6 +39,7 @@ class Precision:
     sin: Any
     cos: Any
     exp: Any
+    expm1: Any
     log: Any
     sqrt: Any
     atan2: Any

@@ -12,6 +12,7 @@ import functools
 import hashlib
 import io
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,10 @@ FORMULAS = (
     "orders", "poincare", "reduced",
 )  # fmt: skip
 """The modules behind a map's numbers."""
+
+
+MOST = 200_000_000
+"""Bytes of all kept maps; one over the energies of Fig. 4 takes half a million."""
 
 
 def name_of(body: Body, low: Exact, high: Exact, bits: int, design: Any, engine: str) -> str:
@@ -68,6 +73,18 @@ def save(name: str, nf: NormalForm, charts: tuple[Chart, Chart], facts: dict[str
         path = _path(name)
         path.parent.mkdir(parents=True, exist_ok=True)
         files.replace(path, files.sealed(content.getvalue()), lasting=False)
+        bound(path.parent)
+
+
+def bound(folder: Path, most: int = MOST) -> None:
+    """Remove the maps used longest ago until the rest take at most `most` bytes."""
+    known = [(path, path.stat()) for path in folder.glob("*.npz")]
+    total = sum(stat.st_size for _, stat in known)
+    for path, stat in sorted(known, key=lambda one: one[1].st_mtime_ns):
+        if total <= most:
+            break
+        path.unlink(missing_ok=True)
+        total -= stat.st_size
 
 
 def load(name: str, bits: int) -> tuple[NormalForm, tuple[Chart, Chart], dict[str, Any]] | None:
@@ -76,6 +93,9 @@ def load(name: str, bits: int) -> tuple[NormalForm, tuple[Chart, Chart], dict[st
         content = files.unsealed(_path(name).read_bytes())
     except OSError:
         return None
+    with contextlib.suppress(OSError):
+        # The time of its last use, by which the folder is kept small.
+        os.utime(_path(name))
     if content is None:
         return None
     a = precision(bits)

@@ -2,6 +2,8 @@
 
 `codes` is the way in; `problem` and `phases` hold what is asked, `start` where the orbits
 begin, `certainty` what makes a symbol certain, `cycle` the graph of Fig. 2 and its symbols.
+`mapped` finds routes by return maps, `neighbourhood` those of phases close together beside one
+reference orbit, `change` the phase at which a symbol changes.
 """
 
 from rigidpend.routes.codes import RouteCodes, route_codes

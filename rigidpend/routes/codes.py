@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from rigidpend import integrate
 from rigidpend.body import Body
 from rigidpend.integrate.arithmetic import Arithmetic, resolve
+from rigidpend.integrate.kernel.writer import LANES
 from rigidpend.integrate.records import Crossings, Orbits
 from rigidpend.numbers.exact import PRECISIONS, Exact, ExactError, exact
 from rigidpend.numbers.generic import Scalar
@@ -21,18 +22,19 @@ from rigidpend.routes.certainty import Decided
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem, passage_limit, phase_rate
-from rigidpend.routes.start import Scales, start, states_double, states_exact
+from rigidpend.routes.start import Scales, Start, start, states_double, states_exact
 from rigidpend.run.workers import side_by_side
 
 FEWEST, MOST, PIECES = 32, 1024, 8
 """Columns of a piece at least and at most, and pieces that each thread gets."""
+PIECE = 2048
+"""Columns of a piece where maps serve."""
 METHODS = ("auto", "map", "integration")
-MANY = 20_000
+MANY = 5_000
 """Number of orbits from which on "auto" takes maps.
 
-On one core 4,000 orbits of 15 symbols of Fig. 4 take
-0.5 s by maps and 1.5 s by integration in doubles, 1.9 s and 2.8 s with the higher precisions of
-uncertain columns; tables that are not kept yet, four of them over all energies, some 4 s."""
+On one core 4,000 orbits of 15 symbols of Fig. 4 take 1.7 s by integration in doubles; tables
+over all energies, where they are not kept yet, take 2 s and their compilation one."""
 
 SHARPENING = 100
 """Factor by which further computations are finer, in doubles while these allow it."""
@@ -125,8 +127,18 @@ def route_codes(
     problem = RouteProblem(body, _named("h0", h0), _named("J1_0", J1_0), n_symbols)
     arithmetic = resolve(engine, tolerance, precisions)
     phases, jobs = Phases(theta2_0), checked_jobs(jobs)
-    run = _Run(problem, phases, arithmetic, jobs)
-    found, certain, bits, by_map = _decided(run, phase_rate(problem), method)
+    run = Run(problem, phases, arithmetic, jobs)
+    return routes_of(phases, *_decided(run, phase_rate(problem), method))
+
+
+def routes_of(
+    phases: Phases,
+    found: Crossings,
+    certain: NDArray[np.bool_],
+    bits: NDArray[np.uint16],
+    by_map: NDArray[np.bool_],
+) -> RouteCodes:
+    """The routes of some phases from their crossings and what is known of them."""
     return RouteCodes(
         theta2_0=phases.high,
         codes=symbols(found.separatrix),
@@ -156,13 +168,27 @@ def _shared(
     jobs: int, work: Callable[[Any], Decided], columns: Any, alone: bool
 ) -> list[tuple[Any, Decided]]:
     """Let threads decide columns, in pieces that are small beside a thread's share."""
-    size = 1 if alone else min(MOST, max(FEWEST, -(-len(columns) // (PIECES * jobs))))
+    fewest = LANES if alone else FEWEST
+    size = min(MOST, max(fewest, -(-len(columns) // (PIECES * jobs))))
     parts = [columns[k : k + size] for k in range(0, len(columns), size)] or [columns]
     return list(zip(parts, side_by_side(work, (), False, parts, jobs), strict=True))
 
 
+def in_threads(
+    jobs: int, work: Callable[[Any], Decided], columns: Any, alone: bool
+) -> list[tuple[Any, Decided]]:
+    """Let threads decide columns in doubles, in pieces of one size; the rest at once.
+
+    Return maps serve many columns best, and round alike where the pieces are.
+    """
+    if alone:
+        return [(columns, work(columns))]
+    parts = [columns[k : k + PIECE] for k in range(0, len(columns), PIECE)]
+    return list(zip(parts, side_by_side(work, (), False, parts, jobs), strict=True))
+
+
 def _decided(
-    run: _Run, rate: float, method: str
+    run: Run, rate: float, method: str
 ) -> tuple[Crossings, NDArray[np.bool_], NDArray[np.uint16], NDArray[np.bool_]]:
     """Crossings, which symbols are certain, in which precision, and which columns by maps."""
     if method not in METHODS:
@@ -177,7 +203,10 @@ def _decided(
         from rigidpend.routes import mapped
 
         try:
-            known, by_map = mapped.decided(run.crossings, run.problem, run.phases, rate, ladder)
+            share = functools.partial(in_threads, run.jobs)
+            known, by_map = mapped.decided(
+                run.crossings, run.problem, run.phases, rate, ladder, share
+            )
             return *known, by_map
         except MapError:
             if method == "map":
@@ -185,7 +214,7 @@ def _decided(
     return *_integrated(run, rate), np.zeros(n, dtype=bool)
 
 
-def _integrated(run: _Run, rate: float) -> Decided:
+def _integrated(run: Run, rate: float) -> Decided:
     """Decide all columns by integration.
 
     Where all is compiled, threads share the columns and decide their own to the end; else
@@ -198,7 +227,7 @@ def _integrated(run: _Run, rate: float) -> Decided:
     return certainty.decide(alone.crossings, len(run.phases), rate, ladder, share)
 
 
-class _Run(NamedTuple):
+class Run(NamedTuple):
     """One call's problem and means; computes any columns in any precision."""
 
     problem: RouteProblem
@@ -208,30 +237,39 @@ class _Run(NamedTuple):
 
     def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
         """The crossings of those columns in `bits` bits, in t'."""
-        p = self.problem
-        begin = start(p, bits, scales)
+        return self.integrate(*self.begin(bits, scales, columns), bits, scales)
+
+    def begin(self, bits: int, scales: Scales, columns: Any) -> tuple[Start, Any]:
+        """The start in those units, and the states of those columns."""
+        begin = start(self.problem, bits, scales)
         if bits == 53:
-            states: Any = states_double(begin, self.phases.high[columns], self.phases.rest[columns])
-        else:
-            states = states_exact(begin, self.phases.exactly(columns), bits)
+            return begin, states_double(begin, self.phases.high[columns], self.phases.rest[columns])
+        return begin, states_exact(begin, self.phases.exactly(columns), bits)
+
+    def integrate(self, begin: Start, states: Any, bits: int, scales: Scales) -> Crossings:
+        """The crossings of orbits from given states, in t'."""
         unit = float(begin.time_unit)
-        limit = _limit(p, bits) / unit
+        limit = _limit(self.problem, bits) / unit
         found = integrate.crossings(
-            Orbits(begin.coefficients, states, p.n_symbols + 1, limit),
+            Orbits(begin.coefficients, states, self.problem.n_symbols + 1, limit),
             engine=self.arithmetic.engine,
             bits=bits,
-            tolerance=self._tolerance(bits, scales),
+            tolerance=tolerance_of(self.arithmetic, bits, scales),
             jobs=self.jobs,
         )
         return found._replace(time=found.time * unit)
 
-    def _tolerance(self, bits: int, scales: Scales) -> float:
-        """The first computation has a tolerance of its own: what a series leaves out is alike."""
-        engine, tolerance, _ = self.arithmetic
-        first, finest = scales == certainty.FIRST, integrate.FINEST_TOLERANCE[engine]
-        if bits > 53:
-            return finest if first else finest / SHARPENING
-        return tolerance if first else max(tolerance / SHARPENING, finest)
+
+def tolerance_of(arithmetic: Arithmetic, bits: int, scales: Scales) -> float:
+    """The tolerance of a computation, at 53 bits.
+
+    The first one has a tolerance of its own: what a series leaves out is alike.
+    """
+    engine, tolerance, _ = arithmetic
+    first, finest = scales == certainty.FIRST, integrate.FINEST_TOLERANCE[engine]
+    if bits > 53:
+        return finest if first else finest / SHARPENING
+    return tolerance if first else max(tolerance / SHARPENING, finest)
 
 
 _limit = functools.lru_cache(maxsize=32)(passage_limit)

@@ -1,45 +1,74 @@
 """Crossings of the orbits of Fig. 4 by return maps instead of integration.
 
-Two maps of different design take the places of two integrations in other units, in 53 and 64
-bits: their tables
-differ in orders, nodes, arcs and units, so they share neither truncation nor rounding. Their
-energies are those of all phases, h0 + mu sin(theta2_0) and the like.
+Three maps of different design take the places of integrations in other units, in 53 and 64
+bits: their tables differ in orders, nodes, arcs and units, so they share neither truncation nor
+rounding. Their energies are those of all phases, h0 + mu sin(theta2_0) and the like.
 """
 
 from __future__ import annotations
 
+import functools
+import threading
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.equations import hamiltonian_J3_0
+from rigidpend.body import Angles
+from rigidpend.coordinates import Canonical, aligned_from_canonical
+from rigidpend.equations import height
 from rigidpend.integrate.records import Crossings, Outcome
-from rigidpend.numbers.exact import GUARD_BITS, context, exact
+from rigidpend.numbers.exact import GUARD_BITS, exact
 from rigidpend.return_map import MapError, ReturnMap, return_map
-from rigidpend.return_map.build import FIRST, SECOND
-from rigidpend.return_map.itinerary import enter, entry_phase, follow
-from rigidpend.return_map.precision import native, precision
+from rigidpend.return_map.build import FIRST, SECOND, THIRD, Design, table_bits
+from rigidpend.return_map.itinerary import entry_phase
+from rigidpend.return_map.precision import precision
+from rigidpend.return_map.rapid import Rapid
 from rigidpend.routes import certainty
 from rigidpend.routes.certainty import Decided
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.routes.start import Scales, start
+from rigidpend.routes.start import Scales
 
-BLOCK = 500
-"""Orbits at a time: their tables then take some 6 MB."""
+BLOCK = 2048
+"""Orbits at a time: their rows then stay in a core's own memory."""
+COMPILED = 150_000
+"""Orbits from which on more is compiled; it takes a second."""
+THIRDS = 20_000
+"""Orbits from which on a third map is cheaper than a third integration of one in seven."""
 SAMPLE = 64
 """Number of orbits that are integrated as well and compared."""
+LEAST_SAMPLE = 8
+"""How many of them there are at least in each part of the orbits."""
 
-DESIGNS = {certainty.FIRST: FIRST, certainty.SECOND: SECOND}
+DESIGNS = {certainty.FIRST: FIRST, certainty.SECOND: SECOND, certainty.THIRD: THIRD}
 
 Compute: TypeAlias = Callable[[int, Scales, Any], Crossings]
 
 
+class Starts(NamedTuple):
+    """Starts whose J1_0 differ."""
+
+    J1_0: NDArray[np.float64]
+    """(n,), exact doubles in the place of the problem's, which is the largest."""
+    least: float
+    """Least J1_0 of all."""
+    orbits: int
+    """How many there are in all, if these are a part."""
+
+
 class Maps:
-    """Return maps for all phases of a problem, two independent ones in each precision.
+    """Return maps for orbits that start with J2_0 = sqrt(2 h0/kappa), as in Fig. 4.
+
+    Parameters
+    ----------
+    problem : RouteProblem
+    phases : Phases
+        theta2_0 of the orbits.
+    starts : Starts, optional
+        Where J1_0 differs from orbit to orbit.
 
     Raises
     ------
@@ -47,72 +76,105 @@ class Maps:
         The body's orbits have no such map, or J1_0 is too large to begin in the normal form.
     """
 
-    def __init__(self, problem: RouteProblem, phases: Phases) -> None:
-        self.problem, self.phases = problem, phases
-        for scales in DESIGNS:
+    def __init__(self, problem: RouteProblem, phases: Phases, starts: Starts | None = None) -> None:
+        self.problem, self.phases, self.starts = problem, phases, starts
+        self.orbits = starts.orbits if starts else len(phases)
+        self.table_bits, self._lock = table_bits(53), threading.Lock()
+        self._ready: dict[tuple[int, Design], Rapid] = {}
+        try:
+            self.crossings(53, certainty.FIRST, np.arange(1))
+        except MapError:
+            # Tables in more bits may not settle where those in doubles do.
+            if self.table_bits == 53:
+                raise
+            self.table_bits = 53
+            self._ready.clear()
+        for scales in (certainty.FIRST, certainty.SECOND):
             # One orbit shows whether the start lies in the range of the normal form.
             if self.crossings(53, scales, np.arange(1)).outcome[0] == Outcome.FAILED:
                 raise MapError(f"J1_0 = {problem.J1_0} lies outside of the normal form")
 
     def serve(self, bits: int, scales: Scales) -> bool:
-        """True if there is such a map: in NumPy's own types, for two of three computations."""
-        return bits <= 64 and native(bits) is not None and scales in DESIGNS
+        """True if there is such a map."""
+        third = scales == certainty.THIRD and self.orbits < THIRDS
+        return bits <= self.table_bits and scales in DESIGNS and not third
 
     def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
         """The crossings of some columns in t'; FAILED where an orbit leaves the tables."""
-        low, high = (self.problem.h0 + side * self.problem.body.mu for side in (-1, 1))
-        made = return_map(self.problem.body, h=(low, high), bits=bits, design=DESIGNS[scales])
-        blocks = [columns[k : k + BLOCK] for k in range(0, len(columns), BLOCK)]
-        parts = [self._follow(made, block) for block in blocks]
+        design, rapid = DESIGNS[scales], self._rapid(bits, DESIGNS[scales])
+        blocks = [columns[k : k + BLOCK] for k in range(0, len(columns), BLOCK)] or [columns]
+        parts = [self._follow(rapid, bits, design, block) for block in blocks]
         time, separatrix, inside = (np.concatenate(x, axis=1) for x in zip(*parts, strict=True))
         outcome = np.where(inside.all(axis=0), Outcome.COMPLETE, Outcome.FAILED)
         return Crossings(time, separatrix, outcome.astype(np.uint8))
 
-    def _follow(self, made: ReturnMap, columns: Any) -> tuple[Any, Any, Any]:
-        """Times (n + 1, N) in t', separatrices, and whether the tables reach so far."""
-        problem, unit = self.problem, made.design.unit
-        begin = start(problem, made.bits, Scales(unit, "1"))
-        if made.bits == 53:
-            phase, h = self._begin_double(made, columns)
-        else:
-            phase, h = self._begin_exact(made, columns)
-        level = made.at(h)
-        Qp = precision(made.bits).number(begin.Qp)
-        with np.errstate(invalid="ignore"):
-            found = follow(level, enter(level, Qp, phase), problem.n_symbols)
-        time = np.where(found.inside, found.time.astype(float) * float(exact(unit)), np.nan)
-        return time, np.where(found.inside, found.separatrix, 0).astype(np.uint8), found.inside
+    def made(self, design: Design) -> ReturnMap:
+        """The map of a design over the energies of all phases."""
+        low, high = (self.problem.h0 + side * self.problem.body.mu for side in (-1, 1))
+        return return_map(self.problem.body, h=(low, high), bits=self.table_bits, design=design)
 
-    def _begin_double(self, made: ReturnMap, columns: Any) -> tuple[Any, Any]:
-        """The phase of entry and the energy, (N,) each.
+    def _rapid(self, bits: int, design: Design) -> Rapid:
+        """The map of a design, ready for use."""
+        with self._lock:
+            if (bits, design) not in self._ready:
+                least, most = (
+                    _start_Qp(self.problem, design.unit, self.table_bits, J1)
+                    for J1 in (self.starts.least if self.starts else None, None)
+                )
+                many = self.orbits >= COMPILED
+                self._ready[bits, design] = self.made(design).rapid(bits, least, most, many)
+            return self._ready[bits, design]
+
+    def _follow(
+        self, rapid: Rapid, bits: int, design: Design, columns: Any
+    ) -> tuple[Any, Any, Any]:
+        """Times (n + 1, N) in t', separatrices, and whether the tables reach so far."""
+        J1 = self.starts.J1_0[columns] if self.starts else None
+        Qp = _start_Qp(self.problem, design.unit, bits, J1)
+        phase, height = self._begin(bits, design, J1, columns)
+        with np.errstate(invalid="ignore", over="ignore"):
+            found = rapid.follow(Qp + 0 * phase, phase, height, self.problem.n_symbols)
+        time = np.where(found.inside, found.time * float(exact(design.unit)), np.nan)
+        return time, np.where(found.inside, found.separatrix, np.uint8(0)), found.inside
+
+    def _begin(self, bits: int, design: Design, J1_0: Any, columns: Any) -> tuple[Any, Any]:
+        """The phase of entry, and the energy less h0 in units of mu, (N,) each.
 
         Phases are rounded at another place in each design; what that loses goes to the rest.
         """
-        p, theta2 = self.problem.body.angles(), self.phases.high[columns]
-        origin = made.design.origin
-        shifted = theta2 + origin
-        back = shifted - origin
-        lost = (theta2 - back) + (origin - (shifted - back))
-        rest = self.phases.rest[columns] + lost
-        phase = entry_phase(shifted, rest, p.beta0, precision(53)) + origin
-        return phase, self._energy(theta2, 53, np)
+        a, theta2 = precision(bits), self.phases.high[columns]
+        p, J2, J1 = _constants(self.problem, bits)
+        shifted = theta2 + design.origin
+        back = shifted - design.origin
+        lost = (theta2 - back) + (design.origin - (shifted - back))
+        rest = a.array(self.phases.rest[columns] + lost)
+        phase = entry_phase(a.array(shifted), rest, p.beta0, a) + design.origin
+        theta = p.alpha0 + p.beta0, a.array(theta2) + a.array(self.phases.rest[columns])
+        return phase, height(J1 if J1_0 is None else a.array(J1_0), J2, theta, a)
 
-    def _begin_exact(self, made: ReturnMap, columns: Any) -> tuple[Any, Any]:
-        """The same from the exact phases."""
-        m, a = context(made.bits + GUARD_BITS), precision(made.bits)
-        beta0 = self.problem.body.angles(m.prec).beta0
-        found = []
-        for theta2 in (x.in_context(m) for x in self.phases.exactly(columns)):
-            phase = (m.pi / 2 - beta0 / 2 - theta2) % (2 * m.pi)
-            found.append((phase, self._energy(theta2, m.prec, m)))
-        return a.array([x for x, _ in found]), a.array([x for _, x in found])
 
-    def _energy(self, theta2: Any, bits: int, m: Any) -> Any:
-        p, J2 = self.problem.body.angles(bits), self.problem.J2_0(bits)
-        J1 = self.problem.J1_0.at(bits)
-        if bits == 53:
-            J1, J2 = float(J1), float(J2)
-        return hamiltonian_J3_0(J1, J2, (p.alpha0 + p.beta0, theta2), p, m)
+class Constants(NamedTuple):
+    """A problem's numbers, each rounded once to a precision."""
+
+    angles: Angles
+    J2_0: Any
+    J1_0: Any
+
+
+@functools.lru_cache(maxsize=16)
+def _constants(problem: RouteProblem, bits: int) -> Constants:
+    a, guarded = precision(bits), bits + GUARD_BITS
+    angles = Angles(*map(a.number, problem.body.angles(guarded)))
+    return Constants(angles, a.number(problem.J2_0(guarded)), a.number(problem.J1_0.at(guarded)))
+
+
+def _start_Qp(problem: RouteProblem, unit: str, bits: int, J1_0: Any = None) -> Any:
+    """Qp of starts in units of a design, for the problem's J1_0 or for doubles in its place."""
+    a, (p, J2, J1) = precision(bits), _constants(problem, bits)
+    J1 = J1 if J1_0 is None else a.array(J1_0)[()]
+    begin = Canonical(J1, J2 - J1, 0, p.alpha0 + p.beta0, 0 * J1, 0, 1)
+    scale = a.number(exact(unit).at(bits + GUARD_BITS))
+    return scale * aligned_from_canonical(begin, p.alpha0, p.beta0, a).Qp
 
 
 class Mapped(NamedTuple):
@@ -129,8 +191,9 @@ def decided(
     phases: Phases,
     rate: float,
     precisions: tuple[int, ...],
+    share: certainty.Share | None = None,
 ) -> Mapped:
-    """Decide as `certainty.decide`, with two maps in the places of two integrations in doubles.
+    """Decide as `certainty.decide`, with maps in the places of integrations.
 
     Parameters
     ----------
@@ -142,43 +205,59 @@ def decided(
         Radians per unit of t'.
     precisions : tuple of int
         Bits, ascending from 53.
+    share : callable, optional
+        See `certainty.decide`.
 
     Raises
     ------
     MapError
         The orbits have no map, or a certain symbol differs from the sample's.
     """
-    maps, n = Maps(problem, phases), len(phases)
+    return decided_by(Maps(problem, phases), integrated, rate, precisions, share)
+
+
+def decided_by(
+    maps: Maps,
+    integrated: Compute,
+    rate: float,
+    precisions: tuple[int, ...],
+    share: certainty.Share | None = None,
+) -> Mapped:
+    """Decide all orbits of some maps: :func:`decided` without their making."""
+    n = len(maps.phases)
+    compute, left = with_maps(maps, integrated, n)
+    known = certainty.decide(compute, n, rate, precisions, share)
+    size = max(LEAST_SAMPLE, -(-SAMPLE * n // maps.orbits))
+    _compare_sample(known, integrated, rate, precisions, size)
+    return Mapped(known, (known.bits <= maps.table_bits) & ~left)
+
+
+def with_maps(maps: Maps, integrated: Compute, n: int) -> tuple[Compute, NDArray[np.bool_]]:
+    """Computations of n columns by maps, and by integration where these do not serve.
+
+    The second result tells, when all is done, which columns were integrated for leaving tables.
+    """
     left = np.zeros(n, dtype=bool)
 
     def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
         if not maps.serve(bits, scales):
             return integrated(bits, scales, columns)
-        try:
-            found = maps.crossings(bits, scales, columns)
-        except MapError:
-            # Tables in more bits may not settle where those in doubles do.
-            if bits == 53:
-                raise
-            left[columns] = True
-            return integrated(bits, scales, columns)
+        found = maps.crossings(bits, scales, columns)
         outside = np.flatnonzero(found.outcome != Outcome.COMPLETE)
         if outside.size:
             left[columns[outside]] = True
             certainty.put(found, outside, integrated(bits, scales, columns[outside]))
         return found
 
-    known = certainty.decide(compute, n, rate, precisions)
-    _compare_sample(known, integrated, rate, precisions)
-    return Mapped(known, (known.bits <= 64) & ~left)
+    return compute, left
 
 
 def _compare_sample(
-    known: Decided, integrated: Compute, rate: float, precisions: tuple[int, ...]
+    known: Decided, integrated: Compute, rate: float, precisions: tuple[int, ...], size: int
 ) -> None:
     """Integrate a sample of the columns; raise MapError if a certain symbol is another one."""
     n = len(known.bits)
-    sample = np.unique(np.linspace(0, n - 1, min(n, SAMPLE)).astype(int))
+    sample = np.unique(np.linspace(0, n - 1, min(n, size)).astype(int))
     again = certainty.decide(
         lambda bits, scales, columns: integrated(bits, scales, sample[columns]),
         sample.size,

@@ -26,9 +26,12 @@ def config_hash(resolved: dict[str, Any]) -> str:
 
 def code_hash(experiment: str) -> str:
     """Hash the code that computes an experiment: comments and docstrings don't count."""
-    found = sorted(
-        (f"{file.relative_to(PACKAGE)}", code) for file, code in _needed(experiment).items()
-    )
+    return code_hash_of(PACKAGE / "experiments" / experiment / "compute.py")
+
+
+def code_hash_of(file: Path) -> str:
+    """Hash the code of one of the package's files and of all that it imports of the package."""
+    found = sorted((f"{each.relative_to(PACKAGE)}", code) for each, code in _needed(file).items())
     return _digest(json.dumps(found))
 
 
@@ -56,10 +59,10 @@ def provenance() -> dict[str, str]:
     }
 
 
-def _needed(experiment: str) -> dict[Path, str]:
-    """Collect the code of the package's files that an experiment imports, directly or not."""
+def _needed(first: Path) -> dict[Path, str]:
+    """Collect the code of the package's files that one of them imports, directly or not."""
     found: dict[Path, str] = {}
-    waiting = [PACKAGE / "experiments" / experiment / "compute.py"]
+    waiting = [first]
     while waiting:
         file = waiting.pop()
         if file not in found:

@@ -14,9 +14,9 @@ from click.testing import CliRunner
 
 from rigidpend import cli
 from rigidpend.cli import common
-from rigidpend.experiments.route_zoom.compute import NoChange
 from rigidpend.integrate import engines
 from rigidpend.results import store
+from rigidpend.routes.change import NoChange
 from rigidpend.run import runner
 from rigidpend.run.workers import WorkerError
 from tests.cli.calls import ENVIRONMENT, call

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -138,3 +139,25 @@ def test_the_package_and_its_function_share_a_name() -> None:
     level = rigidpend.return_map(FIG4, h=H).at(1.3342)
     assert level.h == 1.3342
     assert rigidpend.return_map.charts.Chart._fields == ("forward", "inverse")  # type: ignore[attr-defined]
+
+
+def test_the_cache_is_bounded_and_loses_what_was_used_longest_ago(cache: Path) -> None:
+    cache.mkdir(parents=True)
+    for k, name in enumerate("abcd"):
+        path = cache / f"{name}.npz"
+        path.write_bytes(bytes(1000))
+        os.utime(path, (k, k))
+    os.utime(cache / "a.npz", (9, 9))
+    storage.bound(cache, 2500)
+    assert sorted(path.stem for path in cache.iterdir()) == ["a", "d"]
+    storage.bound(cache, 2500)
+    assert len(list(cache.iterdir())) == 2
+
+
+def test_use_of_a_kept_map_counts(cache: Path) -> None:
+    return_map(FIG4, h=H)
+    (path,) = cache.iterdir()
+    os.utime(path, (1, 1))
+    build._kept.cache_clear()
+    return_map(FIG4, h=H)
+    assert path.stat().st_mtime > 1e6

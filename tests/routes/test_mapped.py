@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from rigidpend import Body, integrate
+from rigidpend.measure.stress.spoilt_maps import spoilt
 from rigidpend.return_map import MapError, ReturnMap, return_map
 from rigidpend.return_map.build import FIRST
 from rigidpend.routes import ProblemError, RouteCodes, certainty, codes, mapped, route_codes
@@ -100,20 +100,6 @@ def test_where_maps_of_more_bits_do_not_settle_their_columns_are_integrated(
     assert not record.by_map[risen].any()
     assert record.certain.all()
     assert (record.codes == found(FIG4, phases, method="integration", **given).codes).all()
-
-
-def spoilt(made: ReturnMap, size: float, seed: int) -> ReturnMap:
-    """The map with every table off by a smooth function of that size."""
-    random = np.random.default_rng(seed)
-    charts = []
-    for chart in made.charts:
-        tables = []
-        for table in chart:
-            values = table.values.copy()
-            values[0, :3] += size * random.normal(size=values[0, :3].shape) * np.abs(values).max()
-            tables.append(table._replace(values=values))
-        charts.append(type(chart)(*tables))
-    return replace(made, charts=(charts[0], charts[1]))
 
 
 @needs_heyoka

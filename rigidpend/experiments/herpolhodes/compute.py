@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.problem import rotation_period
 
 if TYPE_CHECKING:
+    from rigidpend.experiments.contract import Routes
     from rigidpend.experiments.herpolhodes.schema import Config, HerpolhodeCase
 
 
@@ -113,6 +115,12 @@ def _wound(count: int, routes: RouteCodes, height: Array, t: Array) -> NDArray[n
     """Find the first sample, and the one closest to the vertex behind `count` separatrices."""
     before, after = np.searchsorted(t, routes.crossing_time[count - 1 : count + 1, 0])
     return np.array([0, before + np.argmax(np.abs(height[before:after] - 0.5))])
+
+
+def orbits(config: Config, stored: Callable[[], Data]) -> Routes:
+    """The orbit of each case."""
+    problem = config.problem
+    return {name: (problem.routes, [case.theta2_0]) for name, case in problem.cases.items()}
 
 
 def describe(config: Config) -> list[Row]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -12,23 +12,26 @@ from rigidpend import melnikov
 from rigidpend.description import Row, body_rows
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_arrays import ROUNDING, array_differences
-from rigidpend.experiments.route_codes.layout import ZEROS
+from rigidpend.experiments.route_codes.layout import BY_MAP, ZEROS
 from rigidpend.experiments.route_layout import MEANING
 from rigidpend.numbers.exact import Exact
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference
 from rigidpend.results.layout import datasets
 from rigidpend.results.tree import Data, Dataset, Tree
-from rigidpend.routes.codes import RouteCodes, route_codes
+from rigidpend.routes.codes import MANY, RouteCodes, route_codes
 from rigidpend.routes.phases import Grid
 
 if TYPE_CHECKING:
     from rigidpend.config.schema import PhaseGrid
+    from rigidpend.experiments.contract import Routes
     from rigidpend.experiments.route_codes.schema import Config
 
 
 SYMBOLS = 15_000
 """Number of symbols computed at a time, and kept if the run is interrupted: some 0.5 s."""
+MAPPED = 65_536
+"""Number of columns at a time where return maps serve."""
 SLOWER = 100
 """Factor by which fewer are taken where the first precision is higher than that of doubles."""
 
@@ -63,6 +66,8 @@ def _in_parts(name: str, phases: Grid, config: Config, means: Means) -> RouteCod
     found = []
     slower = SLOWER if means.arithmetic.precisions[0] > 53 else 1
     at_once = max(1, SYMBOLS // (slower * config.problem.n_symbols))
+    if slower == 1 and len(phases) >= MANY:
+        at_once = max(at_once, MAPPED)
     for first in range(0, len(phases), at_once):
         columns = [phases[k] for k in range(first, min(first + at_once, len(phases)))]
         if len(phases) > at_once:
@@ -70,7 +75,8 @@ def _in_parts(name: str, phases: Grid, config: Config, means: Means) -> RouteCod
         part = partial(_part, columns, config, means)
         tree: Any = means.part(f"{name}.{first:08d}", part)
         fields = {field: tree[field].values for field in MEANING}
-        found.append(RouteCodes(**fields, by_map=np.zeros(len(columns), dtype=bool)))
+        by_map = tree["by_map"].values if "by_map" in tree else np.zeros(len(columns), dtype=bool)
+        found.append(RouteCodes(**fields, by_map=by_map))
     return RouteCodes(*(np.concatenate(x, axis=-1) for x in zip(*found, strict=True)))
 
 
@@ -83,10 +89,15 @@ def _part(phases: Sequence[Exact], config: Config, means: Means) -> Tree:
         J1_0=problem.J1_0,
         n_symbols=problem.n_symbols,
         jobs=means.jobs,
-        method="integration",
         **means.arithmetic._asdict(),
     )
     return _group(routes)
+
+
+def orbits(config: Config, stored: Callable[[], Data]) -> Routes:
+    """The orbits of each array."""
+    problem = config.problem
+    return {name: (problem.routes, grid.phases) for name, grid in problem.arrays.items()}
 
 
 def describe(config: Config) -> list[Row]:
@@ -109,7 +120,7 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
     """Find where two results of a config disagree by more than their arithmetic explains.
 
     Symbols and separatrices must be the same where both are certain. Which precision decided
-    a column hangs on the last bit and is not compared.
+    a column hangs on the last bit and is not compared, nor whether maps did.
 
     Parameters
     ----------
@@ -118,7 +129,10 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
     """
     found = compare.keys(stored, fresh)
     for name in [name for name in stored if name in fresh]:
-        found += compare.inside(name, array_differences(stored[name], fresh[name], PHASES))
+        old, new = (
+            {key: x for key, x in side[name].items() if key != "by_map"} for side in (stored, fresh)
+        )
+        found += compare.inside(name, array_differences(old, new, PHASES))
     return found
 
 
@@ -127,13 +141,17 @@ def _array_row(name: str, grid: PhaseGrid) -> Row:
 
 
 def _group(routes: RouteCodes) -> dict[str, Dataset]:
-    return datasets(MEANING, routes._asdict())
+    """The fields of an array; what maps decided is told where there was a choice."""
+    fields = {**MEANING, "by_map": BY_MAP} if routes.by_map.any() else MEANING
+    return datasets(fields, routes._asdict())
 
 
 def _summary(routes: RouteCodes) -> str:
     n, uncertain = routes.bits.size, int((~routes.certain).sum())
+    maps = int(routes.by_map.sum())
     counts = ", ".join(
         f"{int((routes.bits == bits).sum())} in {bits} bits" for bits in np.unique(routes.bits)
     )
     doubt = f"; {uncertain} symbols uncertain" if uncertain else ""
-    return f"{n} orbits, {counts}{doubt}"
+    by_map = f", {maps} by return maps" if maps else ""
+    return f"{n} orbits, {counts}{by_map}{doubt}"

@@ -12,7 +12,16 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
-from rigidpend.render.code_arrays import COLOURS, DOUBT, NONE, NORM, ZERO, ZOOM, symbol_entries
+from rigidpend.render.code_arrays import (
+    COLOURS,
+    DOUBT,
+    NONE,
+    NORM,
+    PROVEN,
+    ZERO,
+    ZOOM,
+    symbol_entries,
+)
 from rigidpend.render.palette import WIDTH
 
 if TYPE_CHECKING:
@@ -38,6 +47,8 @@ class Array(NamedTuple):
     codes: NDArray[np.uint8]
     certain: NDArray[np.bool_]
     melnikov_zeros: NDArray[np.float64]
+    proven: NDArray[np.bool_]
+    """All False where there is no certificate."""
 
     @property
     def edges(self) -> NDArray[np.float64]:
@@ -103,7 +114,9 @@ def _room(band: list[Array]) -> float:
 
 
 def _read(name: str, group: Data) -> Array:
-    return Array(name, *(np.asarray(group[field]) for field in Array._fields[1:]))
+    unproven = np.zeros_like(group["certain"])
+    fields = (group.get(field, unproven) for field in Array._fields[1:])
+    return Array(name, *map(np.asarray, fields))
 
 
 def _draw_array(axes: Axes, array: Array) -> None:
@@ -116,6 +129,10 @@ def _draw_array(axes: Axes, array: Array) -> None:
     row, column = np.nonzero(~array.certain)
     if row.size:
         axes.plot(array.theta2_0[column], row + 1, "x", color=DOUBT, ms=3, mew=0.9, label="doubt")
+    row, column = np.nonzero(array.proven)
+    if row.size:
+        at = array.theta2_0[column], row + 1
+        axes.plot(*at, "o", color=PROVEN, ms=0.9, mew=0, label="proven")
     zeros = array.zeros_shown
     axes.plot(
         zeros,
@@ -164,6 +181,10 @@ def _legend_entries(arrays: list[Array]) -> list[Artist]:
         entries.append(Patch(fill=False, edgecolor=ZOOM, lw=1.4, label="magnified part"))
     if any((array.codes == 255).any() for array in arrays):
         entries.append(Patch(facecolor=NONE, edgecolor="0.6", label="no return"))
+    if any(array.proven.any() for array in arrays):
+        entries.append(
+            Line2D([], [], color=PROVEN, marker="o", ls="", ms=2.5, label="proven symbol")
+        )
     if not all(array.certain.all() for array in arrays):
         entries.append(Line2D([], [], color=DOUBT, marker="x", ls="", label="uncertain"))
     return entries

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from rigidpend.experiments.route_layout import MEANING
-from rigidpend.results.layout import FLOAT, Field, Layout
+from rigidpend.results.layout import FLAG, FLOAT, Field, Layout
 
 ZEROS = Field(FLOAT, ("zeros",), "rad", "zeros of Melnikov's integral in theta2_0")
 
-LAYOUT: Layout = {"<arrays>": {**MEANING, "melnikov_zeros": ZEROS}}
+BY_MAP = Field(
+    FLAG, ("columns",), "1", "whether return maps found the column; absent: all were integrated"
+)
+
+LAYOUT: Layout = {"<arrays>": {**MEANING, "melnikov_zeros": ZEROS, "by_map?": BY_MAP}}

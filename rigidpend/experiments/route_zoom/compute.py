@@ -8,34 +8,43 @@ the same rows above i again, however deep.
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rigidpend.description import Row, body_rows
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_arrays import APART, ROUNDING, array_differences
-from rigidpend.experiments.route_zoom.layout import PLACE, REPEATS_AFTER, ROUTES, SYMBOL
-from rigidpend.numbers.exact import Exact, exact
+from rigidpend.experiments.route_zoom.layout import (
+    PLACE,
+    REFERENCE_BITS,
+    REPEATS_AFTER,
+    ROUTES,
+    SYMBOL,
+)
+from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference
 from rigidpend.results.layout import datasets
 from rigidpend.results.tree import Data, Dataset, Tree
-from rigidpend.routes.codes import RouteCodes, route_codes
+from rigidpend.routes.change import Bracket, NoChange, check_change, narrowed
+from rigidpend.routes.neighbourhood import Neighbourhood
 from rigidpend.routes.phases import Grid
 
 if TYPE_CHECKING:
+    from rigidpend.experiments.contract import Routes
     from rigidpend.experiments.route_zoom.schema import Config, Problem
 
 
-Codes = Callable[..., RouteCodes]
-
-
-class NoChange(ValueError):
-    """Error: the symbol does not change between two phases, or one before it does."""
+FINER = 2.0**-20
+"""How closely the change is found, as a share of the finest step: no column comes closer."""
+CENTRE_BITS = 200
+"""Bits of a centre that are written, or more where the step is finer."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -52,74 +61,80 @@ def compute(config: Config, means: Means) -> Tree:
         A group for each level, with the fields of `RouteCodes` but for phases beyond doubles:
         `offset` from the level's `centre`, whose digits are a text.
     """
-    problem = config.problem
-    codes = partial(
-        route_codes,
-        problem.body,
-        h0=problem.h0,
-        J1_0=problem.J1_0,
-        jobs=means.jobs,
-        **means.arithmetic._asdict(),
-    )
-    (low, high), step, groups = problem.between, problem.step, {}
-    for level in range(problem.levels):
-        name, finest = f"level{level:02d}", float(step) / 2
-        narrowed = partial(_bracket, codes, low, high, problem.symbol, finest)
-        bracket: Any = means.part(f"{name}.centre", narrowed)
-        low, high = (exact(bracket[side].values) for side in ("low", "high"))
-        array: Any = means.part(name, partial(_level, codes, problem, low, high, step))
+    problem, steps = config.problem, _steps(config.problem)
+    finest = float(steps[-1])
+    found: Any = means.part("centres", partial(_centres, problem, steps, means))
+    *brackets, last = [
+        Bracket(exact(each["low"].values), exact(each["high"].values)) for each in found.values()
+    ]
+    around = Neighbourhood(problem.routes, last.between(1, 2), finest, means.arithmetic, means.jobs)
+    groups: dict[str, Tree] = {}
+    for level, (bracket, step) in enumerate(zip(brackets, steps, strict=True)):
+        name = f"level{level:02d}"
+        array: Any = means.part(name, partial(_level, around, problem, bracket, step))
         groups[name] = array
         bits = " and ".join(map(str, np.unique(array["bits"].values)))
         means.report(f"{level + 1}/{problem.levels}: step {float(step):.0e}, {bits} bits")
-        step = step / problem.factor
     growth = math.exp(math.pi**2 / problem.body.nu)
-    repeats, symbol = REPEATS_AFTER.dataset(growth), SYMBOL.dataset(problem.symbol)
-    return {"levels": groups, "repeats_after": repeats, "symbol": symbol}
-
-
-def _bracket(codes: Codes, low: Exact, high: Exact, symbol: int, width: float) -> Tree:
-    """Keep the two phases of :func:`bisect`, as texts that say them exactly."""
-    low, high = bisect(codes, low, high, symbol, width)
     return {
-        "low": Dataset(low.text, "rad", "theta2_0 below the change"),
-        "high": Dataset(high.text, "rad", "theta2_0 above the change"),
+        "levels": groups,
+        "repeats_after": REPEATS_AFTER.dataset(growth),
+        "symbol": SYMBOL.dataset(problem.symbol),
+        "reference_bits": REFERENCE_BITS.dataset(around.bits),
     }
 
 
-def _level(codes: Codes, problem: Problem, low: Exact, high: Exact, step: Exact) -> Tree:
-    centre = (low + high) / 2
-    grid = Grid(centre - step * (problem.count - 1) / 2, step, problem.count)
-    return _group(codes(grid, n_symbols=problem.n_symbols), centre, step)
+def _steps(problem: Problem) -> list[Exact]:
+    """The spacing of each level's columns, radians."""
+    return [problem.step / problem.factor**level for level in range(problem.levels)]
 
 
-def bisect(codes: Codes, low: Exact, high: Exact, symbol: int, width: float) -> tuple[Exact, Exact]:
-    """Narrow two phases, between which a symbol changes, to a distance of at most `width`.
+def _centres(problem: Problem, steps: Sequence[Exact], means: Means) -> Tree:
+    """Find the brackets of all levels, and a last one, as texts that say them exactly."""
+    short = dataclasses.replace(problem.routes, n_symbols=problem.symbol)
+    path = narrowed(
+        short,
+        Bracket(*problem.between),
+        float(steps[-1]) * FINER,
+        means.arithmetic,
+        lambda width: means.report(f"the change is known to {width:.0e} rad"),
+    )
+    chosen = [next(b for b in path if b.width <= float(step) / 2) for step in steps]
+    return {f"bracket{k:02d}": _texts(b) for k, b in enumerate([*chosen, path[-1]])}
 
-    Parameters
-    ----------
-    codes : callable
-        ``codes(phases, n_symbols=k)`` gives their routes.
-    low, high : Exact
-        Radians.
-    symbol : int
-        The symbol that changes; those before it must be equal on both sides.
-    width : float
-        Radians.
 
-    Raises
-    ------
-    NoChange
-        The symbol is the same on both sides, or an earlier one differs.
-    """
-    left, right = _prefixes(codes, [low, high], symbol)
-    if left[:-1] != right[:-1] or left == right:
-        found = f"{left} at {low} and {right} at {high}"
-        raise NoChange(f"symbol {symbol} must change, and no other before it; it is {found}")
-    while float(high - low) > width:
-        middle = _plain((low + high) / 2)
-        (prefix,) = _prefixes(codes, [middle], symbol)
-        low, high = (middle, high) if prefix == left else (low, middle)
-    return low, high
+def _texts(bracket: Bracket) -> Tree:
+    return {
+        "low": Dataset(bracket.low.text, "rad", "theta2_0 below the change"),
+        "high": Dataset(bracket.high.text, "rad", "theta2_0 above the change"),
+    }
+
+
+def _level(around: Neighbourhood, problem: Problem, bracket: Bracket, step: Exact) -> Tree:
+    """Compute an array around the middle of a bracket, whose ends prove the change."""
+    centre = bracket.between(1, 2)
+    grid = _grid(centre, problem, step)
+    routes = around.routes([*bracket, *(grid[k] for k in range(problem.count))])
+    ends = slice(problem.symbol), slice(2)
+    if not routes.certain[ends].all():
+        raise NoChange(f"symbol {problem.symbol} is not certain beside {centre}: add a precision")
+    left, right = (list(map(int, column)) for column in routes.codes[ends].T)
+    check_change(left, right, bracket)
+    fields = {name: array[..., 2:] for name, array in routes._asdict().items()}
+    return _group(fields, centre, step)
+
+
+def _grid(centre: Exact, problem: Problem, step: Exact) -> Grid:
+    return Grid(centre - step * (problem.count - 1) / 2, step, problem.count)
+
+
+def orbits(config: Config, stored: Callable[[], Data]) -> Routes:
+    """The orbits of each level, about the centre that a computation has found."""
+    problem, found, step = config.problem, {}, config.problem.step
+    for name, level in stored()["levels"].items():
+        found[name] = (problem.routes, _grid(exact(level["centre"]), problem, step))
+        step = step / problem.factor
+    return found
 
 
 def describe(config: Config) -> list[Row]:
@@ -140,7 +155,7 @@ def describe(config: Config) -> list[Row]:
 def differences(stored: Data, fresh: Data) -> list[Difference]:
     """Find where two results of a config disagree by more than their arithmetic explains.
 
-    Beside a doubly asymptotic orbit errors grow as fast as the zoom: crossing times are held
+    Neighbourhood a doubly asymptotic orbit errors grow as fast as the zoom: crossing times are held
     to what certain symbols allow. What is given, and how it rounds, must be the same.
     """
     found = compare.keys(stored, fresh)
@@ -159,24 +174,12 @@ def _level_differences(stored: Data, fresh: Data) -> list[Difference]:
     return found + array_differences(stored, fresh, rounding, APART)
 
 
-def _prefixes(codes: Codes, phases: Sequence[Exact], symbol: int) -> list[list[int]]:
-    """Compute the first symbols of each phase, all of them certain."""
-    routes = codes(phases, n_symbols=symbol)
-    if not routes.certain.all():
-        raise NoChange(f"symbol {symbol} is not certain at {phases[0]}: add a higher precision")
-    return [list(map(int, column)) for column in routes.codes.T]
-
-
-def _plain(x: Exact) -> Exact:
-    """Shorten a number's text: the same value without the history of how it was found."""
-    return x if x.fraction is None else Exact(str(x.fraction), x.fraction, x._evaluate)
-
-
-def _group(routes: RouteCodes, centre: Exact, step: Exact) -> Tree:
-    n = routes.bits.size
+def _group(routes: Mapping[str, NDArray[Any]], centre: Exact, step: Exact) -> Tree:
+    n = routes["bits"].size
     offset = (np.arange(n) - (n - 1) / 2) * float(step)
-    place = {"centre": str(centre.at(200)), "offset": offset, "step": float(step)}
+    bits = max(CENTRE_BITS, GUARD_BITS - math.floor(math.log2(float(step))))
+    place = {"centre": str(centre.at(bits)), "offset": offset, "step": float(step)}
     return {
-        **datasets(ROUTES, routes._asdict()),
+        **datasets(ROUTES, routes),
         **datasets(PLACE, place),
     }

@@ -64,8 +64,7 @@ def _draw_level(axes: Axes, level: Data, symbol: int) -> None:
     if row.size:
         axes.plot(columns[column], row + 1, "x", color=DOUBT, ms=2.5, mew=0.7, label="uncertain")
     axes.axhline(symbol + 0.5, color=ZOOM, lw=0.8, label="the symbol that changes")
-    bits = sorted(set(level["bits"].tolist()))
-    axes.set_title(rf"step {_power(step)} rad, {bits[-1]} bits", fontsize=8, pad=3)
+    axes.set_title(rf"step {_power(step)} rad", fontsize=8, pad=3)
     axes.set_yticks([1, 5, 10, 15] if len(codes) == 15 else [1, len(codes)])
     axes.tick_params(labelsize=7, pad=2)
 
@@ -85,7 +84,8 @@ def _explain(figure: Figure, data: Data, high: float) -> None:
         "periodic orbit for ever. Beside it, at a distance d, orbits stay a time that grows as "
         "ln(1/d), and the symbols above follow from the phase at which they leave. A zoom by "
         f"exp(π²/ν) = {float(data['repeats_after']):.2f} adds one rotation, so the rows above "
-        "repeat: zooming changes nothing, and never ends."
+        "repeat: zooming changes nothing, and never ends. Columns are differences from one orbit "
+        f"in {int(data['reference_bits'])} bits."
     )
     text = "\n".join(textwrap.wrap(said, 112))
     figure.text(0.5, (BOTTOM - 0.5) / high, text, ha="center", va="top", fontsize=7.5)

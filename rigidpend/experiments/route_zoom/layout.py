@@ -5,7 +5,10 @@ from __future__ import annotations
 from rigidpend.experiments.route_layout import MEANING
 from rigidpend.results.layout import FLOAT, TEXT, WHOLE, Field, Layout
 
-ROUTES = {name: field for name, field in MEANING.items() if name != "theta2_0"}
+RELATIVE = "precision that decided the column, relative to its distance from the change"
+ROUTES = {name: field for name, field in MEANING.items() if name != "theta2_0"} | {
+    "bits": Field(WHOLE, ("columns",), "bit", RELATIVE)
+}
 PLACE = {
     "centre": Field(TEXT, (), "rad", "theta2_0 of the middle, more digits than doubles have"),
     "offset": Field(FLOAT, ("columns",), "rad", "theta2_0 of each column less the centre"),
@@ -14,9 +17,13 @@ PLACE = {
 """Phases beyond doubles."""
 REPEATS_AFTER = Field(FLOAT, (), "1", "zoom after which the rows repeat, exp(pi^2/nu)")
 SYMBOL = Field(WHOLE, (), "1", "the symbol that changes at the centre")
+REFERENCE_BITS = Field(
+    WHOLE, (), "bit", "precision of the reference orbit beside which columns were followed"
+)
 
 LAYOUT: Layout = {
     "levels": {"<levels>": {**ROUTES, **PLACE}},
     "repeats_after": REPEATS_AFTER,
     "symbol": SYMBOL,
+    "reference_bits": REFERENCE_BITS,
 }

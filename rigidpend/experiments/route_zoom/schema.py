@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from rigidpend.config.route_start import RouteStart
 from rigidpend.config.schema import ExperimentConfig, Number, Numerics, Whole
+
+FINEST = -200
+"""Least exponent of a step, rad: below that doubles lose what has yet to grow from it."""
 
 
 class Problem(RouteStart):
@@ -32,6 +36,9 @@ class Problem(RouteStart):
             raise ValueError(f"symbol {self.symbol} is beyond n_symbols = {self.n_symbols}")
         if not float(self.step) > 0:
             raise ValueError(f"step must be greater than 0, got {self.step}")
+        finest = math.log10(float(self.step)) - (self.levels - 1) * math.log10(self.factor)
+        if finest < FINEST:
+            raise ValueError(f"the last level's step would be 1e{finest:.0f}, below 1e{FINEST}")
         self.afford(self.levels * self.count, "levels")
         return self
 

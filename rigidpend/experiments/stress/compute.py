@@ -20,6 +20,7 @@ from rigidpend.measure.stress import (
     long_time,
     passages,
     pendulum,
+    spoilt_maps,
     starts,
     symmetries,
 )
@@ -137,6 +138,19 @@ def _honesty(body: Body, problem: Problem, engine: str, jobs: int) -> Iterator[t
             jobs=jobs,
         )
         yield "honesty", trial
+    if engine == "taylor":
+        yield (
+            "honesty",
+            spoilt_maps.trial(
+                body,
+                problem.h0,
+                str(problem.J1_0),
+                orbits=asked.orbits // thirds,
+                n_symbols=asked.n_symbols,
+                seed=problem.seed,
+                jobs=jobs,
+            ),
+        )
 
 
 def _long_time(

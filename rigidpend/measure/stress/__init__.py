@@ -15,5 +15,6 @@ starts      on and beside each separatrix, with any M . gamma
 symmetries  reflection, time reversal, change of units
 passages    growth of errors a passage; how many symbols a precision decides
 honesty     flags `certain` where the tolerance is spoilt
+spoilt_maps flags `certain` where the tables of return maps are spoilt
 table       the claims of a result, for people and for programs
 """

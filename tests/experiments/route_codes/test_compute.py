@@ -281,3 +281,18 @@ def test_the_bound_on_crossing_times_has_a_value_for_the_longest_routes() -> Non
     assert allowed[2] == pytest.approx(3.5e-8, rel=1e-14)
     assert (allowed[16:] == 0.02).all()
     assert (np.diff(allowed) >= 0).all()
+
+
+def test_what_maps_decided_is_told_where_there_was_a_choice(
+    content: Any, tree: Any, data: Data, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert "by_map" not in tree["only"]
+    monkeypatch.setattr("rigidpend.routes.codes.MANY", 1)
+    means = Means(resolve(default_engine(), None, (53,)), 1, lambda _: None)
+    mapped: Any = route_codes.compute(content, means)
+    assert mapped["only"]["by_map"].values.all()
+    fresh = {
+        name: {field: np.array(dataset.values) for field, dataset in group.items()}
+        for name, group in mapped.items()
+    }
+    assert route_codes.differences(data, fresh) == []

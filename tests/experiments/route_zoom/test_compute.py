@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from rigidpend.experiments.route_zoom import compute as route_zoom
 from rigidpend.integrate import default_engine
 from rigidpend.integrate.arithmetic import resolve
 from rigidpend.numbers.exact import exact
+from rigidpend.routes.change import Bracket, NoChange, narrowed
 from rigidpend.routes.problem import RouteProblem
 from tests.config.samples import refused
 
@@ -35,12 +35,9 @@ def given() -> Any:
 def tree(given: Any) -> Any:
     lines: list[str] = []
     found = route_zoom.compute(given, Means(resolve(default_engine()), 1, lines.append))
-    assert len(lines) == 3
+    assert sum("step" in line for line in lines) == 3
+    assert lines[0].startswith("the change is known to ")
     return found
-
-
-def codes(given: Any) -> Any:
-    return partial(route_codes, given.problem.body, **WHERE)
 
 
 def test_the_symbol_changes_in_the_middle_of_every_level(tree: Any) -> None:
@@ -68,25 +65,61 @@ def test_the_change_lies_at_melnikov_s_zero_to_first_order(tree: Any, given: Any
     assert float(last["centre"].values) - zero == pytest.approx(1.05e-3, rel=0.02)
 
 
+def test_the_centre_is_that_of_plain_bisection(tree: Any, given: Any) -> None:
+    """Halved by codes that are each integrated and certain, down to half a step."""
+    p, (low, high) = given.problem, (Fraction("4.7"), Fraction("4.8"))
+
+    def first(phase: Fraction) -> Any:
+        routes = route_codes(p.body, [exact(phase)], **WHERE, n_symbols=1)
+        assert routes.certain.all()
+        return routes.codes[0, 0]
+
+    left = first(low)
+    while high - low > Fraction("5e-6"):
+        middle = (low + high) / 2
+        low, high = (middle, high) if first(middle) == left else (low, middle)
+    last = list(tree["levels"].values())[-1]
+    assert Fraction(last["centre"].values) == (low + high) / 2
+
+
+def test_levels_are_what_integration_alone_finds(tree: Any, given: Any) -> None:
+    p = given.problem
+    for level in tree["levels"].values():
+        centre, step = exact(level["centre"].values), exact(str(level["step"].values))
+        phases = [centre + step * (k - 2) for k in range(5)]
+        routes = route_codes(p.body, phases, **WHERE, n_symbols=4)
+        assert routes.certain.all()
+        assert level["certain"].values.all()
+        assert np.array_equal(routes.codes, level["codes"].values)
+        assert np.allclose(routes.crossing_time, level["crossing_time"].values, rtol=0, atol=1e-6)
+
+
 def test_rows_repeat_after_the_zoom_that_is_said(tree: Any, given: Any) -> None:
     """Symbols 2 and 3 at a distance d and at d/exp(pi^2/nu) agree, at others they do not."""
-    low, high = route_zoom.bisect(codes(given), exact("4.7"), exact("4.8"), 1, 1e-13)
-    centre, growth = float(low), float(tree["repeats_after"].values)
+    p, growth = given.problem, float(tree["repeats_after"].values)
+    problem = RouteProblem(p.body, p.h0, p.J1_0, 1)
+    whole = Bracket(exact("4.7"), exact("4.8"))
+    [*_, last] = narrowed(problem, whole, 1e-13, resolve())
     distances = 1e-5 * growth ** np.linspace(0, 1, 24, endpoint=False)
-    assert float(high) - centre < 2e-13
+    assert last.width <= 1e-13
 
     def rows(scale: float) -> Any:
-        phases = [exact(str(centre)) + exact(float(d * scale)) for d in distances]
-        return codes(given)(phases, n_symbols=3).codes[1:]
+        phases = [last.low + exact(float(d * scale)) for d in distances]
+        return route_codes(p.body, phases, **WHERE, n_symbols=3).codes[1:]
 
     reference = rows(1.0)
     assert (rows(1 / growth) == reference).mean() > 0.9
     assert (rows(growth**-0.5) == reference).mean() < 0.7
 
 
-def test_bisection_refuses_phases_without_a_change(given: Any) -> None:
-    with pytest.raises(route_zoom.NoChange, match="symbol 1 must change"):
-        route_zoom.bisect(codes(given), exact("1"), exact("1.1"), 1, 1e-3)
+def test_a_change_that_one_computation_mistook_is_not_passed_on(
+    given: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The ends of a bracket are computed again, with certainty."""
+    wrong = [Bracket(exact("4.71"), exact("4.71") + exact("1e-9"))]
+    monkeypatch.setattr(route_zoom, "narrowed", lambda *_: wrong)
+    with pytest.raises(NoChange, match="symbol 1 must change"):
+        route_zoom.compute(given, Means(resolve()))
 
 
 def test_differences_find_a_changed_symbol_and_a_shifted_centre(tree: Any) -> None:
@@ -113,6 +146,7 @@ def test_describe_tells_the_steps(given: Any) -> None:
     [
         ("problem.symbol=16", "symbol 16 is beyond n_symbols = 15"),
         ("problem.step=0", "step must be greater than 0, got 0"),
+        ("problem.step=1e-180", "the last level's step would be 1e-204, below 1e-200"),
     ],
 )
 def test_a_zoom_that_cannot_be_is_refused(setting: str, said: str) -> None:

@@ -1,0 +1,237 @@
+"""The checker: whether given polynomials prove the crossings of the exact orbit.
+
+It knows nothing of how they were found. `docs/certified.md` states the theorem; H1 to H5 below
+are its hypotheses. Whatever is not shown ends in :class:`Undecided`, never in a symbol.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from flint import arb
+
+from rigidpend.certified.balls import Enclosed
+from rigidpend.certified.growth import Growth
+from rigidpend.certified.models import Model
+from rigidpend.certified.precision import precision
+from rigidpend.certified.signs import BITS, PARTS, Values
+from rigidpend.certified.steps import CLOCK, Step
+from rigidpend.equations import AlignedCoefficients, aligned
+from rigidpend.integrate.records import separatrix_beside
+
+NEWTON = 3
+"""Iterations in doubles to the place of a crossing."""
+SCALARS = 64
+"""Precision in which bounds are computed, bits; each is rounded outward."""
+ROOM = 8
+"""Assumed radius of the tube over the bound at the step's beginning, where none is grown yet."""
+LARGEST = 2.0**-6
+"""Bound on the distance above which nothing is decided."""
+
+
+class Undecided(Exception):
+    """The polynomials do not prove what comes next; the text says why."""
+
+
+class ProvenCrossing(NamedTuple):
+    """A proven crossing of M3 = 0."""
+
+    time: float
+    """t', within `radius` of the exact time."""
+    radius: float
+    separatrix: int
+    bound: float
+    """Bound on the distance of the polynomial from the exact orbit over its step."""
+
+
+class OrbitChecker:
+    """Proof in progress: the exact orbit is within `bound` of the last polynomial's end."""
+
+    def __init__(self, problem: Enclosed) -> None:
+        with precision(SCALARS):
+            self.growth = Growth.of(problem.coefficients)
+        self.coefficients, self.start, self.unit = problem
+        self.time, self.bound = arb(0), arb(0)
+        self.crossings: list[ProvenCrossing] = []
+        self._end: list[arb] | None = None
+        self._side = 0
+
+    def take(self, step: Step) -> None:
+        """Check a step and go to its end.
+
+        Raises
+        ------
+        Undecided
+            Its inequality, or a sign on it, is not shown.
+        """
+        models = [Model.of_series(w, step.bits) for w in step.series]
+        duration = arb(step.half_length) / 2**CLOCK
+        with precision(SCALARS):
+            begin = self._joined(models)
+            leap = defect(models, duration, self.coefficients, self.growth)
+            for parts in PARTS:
+                M3 = Values(models[2], parts)
+                radius = self._tube(begin, leap, M3, duration, parts)
+                if self._signs(models, M3, radius, duration, parts):
+                    break
+            else:
+                raise Undecided("M3 touches zero, or crosses it too slowly to be told")
+            self.time += 2 * duration
+
+    def _joined(self, models: Sequence[Model]) -> arb:
+        """H1: bound on the distance at the beginning, from the end of the step before."""
+        here = [_end(model, -1) for model in models]
+        with precision(models[0].bits + SCALARS):
+            before = self.start if self._end is None else self._end
+            gap = tuple(abs(a - b).upper() for a, b in zip(here, before, strict=True))
+        self._end = [_end(model, 1) for model in models]
+        return _up(self.bound + self.growth.norm(gap))
+
+    def _tube(self, begin: arb, leap: arb, M3: Values, duration: arb, parts: int) -> arb:
+        """H2 and H3: the distance over the whole step, from the assumed radius of the tube."""
+        assumed = ROOM * (begin + 2 * leap)
+        for _ in range(3):
+            grown = self._grown(begin, leap, M3, duration, parts, assumed)
+            if not grown < LARGEST:
+                break
+            if grown < assumed:
+                self.bound = grown
+                return grown
+            assumed = 2 * grown
+        raise Undecided("the bound on the distance has grown too large for the bits used")
+
+    def _grown(
+        self, begin: arb, leap: arb, M3: Values, duration: arb, parts: int, assumed: arb
+    ) -> arb:
+        """exp(integral of the rate) (distance at the beginning + integral of the defect)."""
+        wide = _up(assumed / (2 * self.growth.upright))
+        rates = (self.growth.rate(_units(M3.most(k)) + wide, assumed) for k in range(parts))
+        total = sum(rates, arb(0)) * (2 * duration / parts)
+        return _up(total.exp() * (begin + 2 * leap))
+
+    def _signs(
+        self, models: Sequence[Model], M3: Values, radius: arb, duration: arb, parts: int
+    ) -> bool:
+        """H4 and H5: whether the sign of M3 is known on every part but those of one crossing each.
+
+        The crossings are recorded, each with the sign that tells its separatrix.
+        """
+        away = _whole(radius / self.growth.upright)
+        sides = [(M3.at[k] > 0) - (M3.at[k] < 0) if M3.least(k) > away else 0 for k in range(parts)]
+        if not (sides[0] and sides[-1]) or (self._side and sides[0] != self._side):
+            return False
+        found = []
+        for first, last in _gaps(sides):
+            if sides[first - 1] == sides[last + 1]:
+                return False
+            crossing = self._crossing(models, range(first, last + 1), radius, duration, parts)
+            if crossing is None:
+                return False
+            found.append(crossing)
+        self.crossings += found
+        self._side = sides[-1]
+        return True
+
+    def _crossing(
+        self, models: Sequence[Model], where: range, radius: arb, duration: arb, parts: int
+    ) -> ProvenCrossing | None:
+        """H5: the one crossing on some parts; None where it is not shown to be just one."""
+        slopes = models[2].derivative()
+        rates = Values(slopes, parts)
+        least = min(map(rates.least, where))
+        if least <= _whole(self._rate_apart(models, radius, duration)):
+            return None
+        rising = rates.at[where[0]] > 0
+        large = Values(models[0 if rising else 1], parts)
+        if min(map(large.least, where)) <= _whole(radius):
+            return None
+        Q = large.at[where[0]]
+        x = self._zero(models[2], slopes, where, parts, _up(radius / self.growth.upright), least)
+        time = (self.time + (1 + x) * duration) / self.unit
+        return ProvenCrossing(*_contained(time), separatrix_beside(rising, Q, Q), _double(radius))
+
+    def _rate_apart(self, models: Sequence[Model], radius: arb, duration: arb) -> arb:
+        """Bound on the distance of dM3/dx of the polynomial from that of the exact orbit."""
+        c = self.coefficients
+        widest = sum((_units(_down(model)) for model in models[:2]), radius)
+        torque = (c.mu_r1**2 + c.mu_r2**2).sqrt() * self.growth.weight
+        # The defect is contained in the radius, in the same norm.
+        own = radius / self.growth.upright
+        return _up(duration * (2 * abs(c.twist) * widest + torque) * radius + own)
+
+    def _zero(
+        self, M3: Model, slopes: Model, where: range, parts: int, away: arb, least: int
+    ) -> arb:
+        """Enclosure of the place x of a crossing, from the polynomial's zero in floats."""
+        low, high = ((2 * k - parts) / parts for k in (where[0], where[-1] + 1))
+        x = (low + high) / 2
+        for _ in range(NEWTON):
+            x -= float((M3.at(arb(x)) / slopes.at(arb(x))).mid())
+            x = min(max(x, low), high)
+        off = abs(M3.at(arb(x))) / arb(2) ** M3.bits + away
+        return arb(x, (off / _units(least)).upper())
+
+
+def defect(
+    models: Sequence[Model], duration: arb, coefficients: AlignedCoefficients, growth: Growth
+) -> arb:
+    """Bound on the norm of dP/dx - duration f(P) over the step, f the aligned field."""
+    bits = models[0].bits
+    half = Model.of_ball(duration, bits)
+    numbers = AlignedCoefficients(*(Model.of_ball(arb(c), bits) for c in coefficients))
+    rates = aligned(models, numbers)
+    parts = [P.derivative() - half * rate for P, rate in zip(models, rates, strict=True)]
+    return _up(growth.norm(tuple(arb(part.size) / arb(2) ** bits for part in parts)))
+
+
+def _end(model: Model, x: int) -> arb:
+    """Value at x = -1 or 1 as a ball without radius: a whole number over 2^bits."""
+    w = model.series
+    signs = w[1::2], w[2::2]
+    twice = w[0] + 2 * (x * sum(signs[0]) + sum(signs[1]))
+    with precision(model.bits + SCALARS):
+        return arb(twice) / arb(2) ** (model.bits + 1)
+
+
+def _contained(ball: arb) -> tuple[float, float]:
+    """A double, and a distance from it that contains a ball."""
+    middle = float(ball.mid())
+    return middle, _double(abs(ball - arb(middle)))
+
+
+def _double(x: arb) -> float:
+    """A double above a positive ball."""
+    return math.nextafter(float(x.upper()), math.inf)
+
+
+def _gaps(sides: Sequence[int]) -> list[tuple[int, int]]:
+    """First and last index of each run of zeros."""
+    starts = [k for k, side in enumerate(sides) if not side and sides[k - 1]]
+    ends = [k for k, side in enumerate(sides) if not side and sides[k + 1]]
+    return list(zip(starts, ends, strict=True))
+
+
+def _up(x: arb) -> arb:
+    return arb(x.upper())
+
+
+def _units(value: int) -> arb:
+    return arb(value) / 2**BITS
+
+
+def _down(model: Model) -> int:
+    """Size of a model in units of 2^-BITS, rounded up."""
+    return (
+        (model.size >> model.bits - BITS) + 1
+        if model.bits >= BITS
+        else model.size << BITS - model.bits
+    )
+
+
+def _whole(x: arb) -> int:
+    """A positive bound in units of 2^-BITS, rounded up."""
+    mantissa, exponent = (x * arb(2) ** BITS).upper().man_exp()
+    shift = int(exponent)
+    return (int(mantissa) << shift if shift >= 0 else int(mantissa) >> -shift) + 1

@@ -1,0 +1,88 @@
+"""`rigidpend certify`: prove route codes, and check certificates."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from rigidpend.cli import complete
+from rigidpend.cli.common import JOBS, JSON, OUT, SETTINGS, guarded, print_json, say
+
+if TYPE_CHECKING:
+    from rigidpend.certified.certificates import Summary
+
+
+@click.command("certify")
+@click.argument("names", nargs=-1, metavar="[NAME|FILE.yaml]...", shell_complete=complete.names)
+@SETTINGS
+@OUT
+@JOBS
+@click.option(
+    "--check",
+    "file",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Check the proof in a certificate again, without integration.",
+)
+@click.option("--force", is_flag=True, help="Prove even what is up to date.")
+@JSON
+@guarded
+def command(
+    names: tuple[str, ...],
+    settings: tuple[str, ...],
+    folder: Path,
+    jobs: int | None,
+    file: Path | None,
+    force: bool,
+    as_json: bool,
+) -> None:
+    """Prove the symbols of route codes, each for the exact problem of the config.
+
+    Writes FOLDER/NAME.certificate.h5: what is proven, and the polynomials that prove it. An
+    orbit that cannot be proven is undecided, with the reason; its code is never guessed. An
+    interrupted proof goes on where it was. Needs the extra `certified` (python-flint).
+
+    \b
+    Examples:
+      rigidpend certify fig4
+      rigidpend certify fig4 --set problem.J1_0=1e-12 --out elsewhere
+      rigidpend certify --check results/fig4.certificate.h5
+    """
+    if bool(names) == bool(file):
+        raise click.UsageError("give names of configs, or a certificate with --check")
+    from rigidpend.certified import certificates
+    from rigidpend.certified import extra as extra
+    from rigidpend.config import loading
+    from rigidpend.config.names import resolve
+    from rigidpend.run.workers import cores
+
+    told = {}
+    if file:
+        told[str(file)] = certificates.check(file, jobs=jobs or cores(), report=say)
+    for loaded in loading.load_all(resolve(names), settings) if names else ():
+        told[loaded.name] = certificates.certify(
+            loaded,
+            folder,
+            jobs=jobs or cores(),
+            report=partial(_say, loaded.name),
+            force=force,
+        )
+    if as_json:
+        print_json({name: [each._asdict() for each in found] for name, found in told.items()})
+    else:
+        for name, found in told.items():
+            _tell(name, found)
+
+
+def _say(name: str, text: str) -> None:
+    say(f"{name}: {text}")
+
+
+def _tell(name: str, found: list[Summary]) -> None:
+    for each in found:
+        counted = f"{each.proven} of {each.symbols} symbols of {each.orbits} orbits proven"
+        click.echo(f"{name}: {each.array}: {counted}")
+        for line in each.undecided:
+            click.echo(f"  undecided: {line}")

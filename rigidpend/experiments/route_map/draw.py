@@ -1,0 +1,165 @@
+"""Planes of route codes: the word as colour, the changes of its first symbols as lines."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Rectangle
+from numpy.typing import NDArray
+
+from rigidpend.render.code_arrays import DOUBT, ZOOM
+from rigidpend.render.palette import WIDTH
+
+if TYPE_CHECKING:
+    from rigidpend.results.tree import Data, Loaded
+
+NAMES = {
+    "log10_J1_0": r"$\log_{10} J_1^0$",
+    "mu": r"$\mu$",
+    "h0": r"$h_0$",
+    "beta0": r"$\beta_0$ (rad)",
+}
+LINES = ((0.9, "0.0"), (0.55, "0.12"), (0.3, "0.25"))
+"""Widths and greys of the lines where symbols 1, 2, 3 change."""
+SHADES = LinearSegmentedColormap.from_list(
+    "word", ["#1d3557", "#3f6f9f", "#9cc3d5", "#f3efe0", "#efc88b", "#cf7a4c", "#7a2e2e"]
+)
+"""Colours of words: blue where the first symbol is 0, red where it is 1."""
+TALL, SMALL, BELOW, ABOVE, LEFT, GAP = 3.4, 1.75, 0.95, 0.15, 0.62, 0.55
+"""Heights of the plane and of its zooms, margins, inches."""
+ACROSS = 3
+"""Zooms side by side."""
+
+
+def draw(result: Loaded) -> Figure:
+    """Draw the plane of a result, and its zooms below.
+
+    Parameters
+    ----------
+    result : dict
+        Of the experiment `route_map`, as loaded.
+    """
+    data = result["data"]
+    zooms = dict(data.get("zooms", {}))
+    bands = -(-len(zooms) // ACROSS)
+    high = ABOVE + TALL + bands * (SMALL + GAP) + BELOW
+    figure = Figure(figsize=(WIDTH, high))
+    wide = (WIDTH - LEFT - 0.12) / WIDTH
+    whole = figure.add_axes(
+        (LEFT / WIDTH, 1 - (ABOVE + TALL) / high, wide, TALL / high), label="plane"
+    )
+    _draw_plane(whole, data, data)
+    columns = min(ACROSS, max(1, len(zooms)))
+    each = (WIDTH - LEFT - 0.12 - (columns - 1) * GAP) / columns
+    before = {"": whole}
+    for k, (name, zoom) in enumerate(zooms.items()):
+        left = LEFT + (k % ACROSS) * (each + GAP)
+        bottom = high - ABOVE - TALL - (k // ACROSS + 1) * (SMALL + GAP)
+        axes = figure.add_axes(
+            (left / WIDTH, bottom / high, each / WIDTH, SMALL / high), label=name
+        )
+        _draw_plane(axes, zoom, data)
+        axes.spines[:].set(color=ZOOM, linewidth=1.2)
+        axes.set_title(name, loc="left", fontsize=8, pad=3)
+        _frame(before, zoom, name)
+        before[name] = axes
+    figure.legend(
+        handles=_entries(data, zooms),
+        loc="lower center",
+        ncols=3,
+        fontsize=7.5,
+        borderaxespad=0.2,
+        columnspacing=1.4,
+    )
+    return figure
+
+
+def words(codes: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """Words as numbers in [0, 1), neighbours along a Gray code: (rows, columns).
+
+    Symbol i says whether what follows it is mirrored, so that a word beside a change of a
+    symbol differs little from the one on its other side.
+    """
+    total = np.zeros(codes.shape[1:])
+    flipped = np.zeros(codes.shape[1:], dtype=np.uint8)
+    for i, layer in enumerate(codes):
+        flipped = flipped ^ (layer == 1)
+        total += flipped * 0.5 ** (i + 1)
+    return total
+
+
+def _draw_plane(axes: Axes, plane: Data, data: Data) -> None:
+    x, y = np.asarray(plane["x"]), np.asarray(plane["y"])
+    codes, extent = np.asarray(plane["codes"]), (*_ends(x), *_ends(y))
+    axes.imshow(
+        words(codes),
+        origin="lower",
+        extent=extent,
+        aspect="auto",
+        cmap=SHADES,
+        vmin=0,
+        vmax=1,
+        interpolation="nearest",
+    )
+    for i, (width, grey) in reversed(list(enumerate(LINES[: len(codes)]))):
+        layer = codes[i]
+        if (layer != layer.flat[0]).any():
+            axes.contour(x, y, layer == 1, [0.5], colors=grey, linewidths=width)
+    row, column = np.nonzero(np.asarray(plane["certain"]) < len(codes))
+    if row.size:
+        axes.plot(x[column], y[row], ",", color=DOUBT, label="uncertain", rasterized=True)
+    marked = float(data["marked"])
+    if extent[2] <= marked <= extent[3]:
+        axes.axhline(marked, color="white", lw=1.6)
+        axes.axhline(marked, color=ZOOM, lw=0.8, ls=(0, (5, 3)), label="marked")
+    axes.set_xlim(extent[:2])
+    axes.set_ylim(extent[2:])
+    axes.set_xlabel(r"$\theta_2^0$ (rad)", labelpad=2)
+    if axes.get_position().x0 * WIDTH < 1.01 * LEFT:
+        axes.set_ylabel(NAMES[str(data["y_axis"])], labelpad=3)
+    axes.tick_params(labelsize=8 if axes.get_label() == "plane" else 6.5, pad=2)
+    axes.locator_params(axis="x", nbins=3 if axes.get_label() != "plane" else 8)
+    axes.ticklabel_format(useOffset=False)
+
+
+def _ends(values: NDArray[np.float64]) -> tuple[float, float]:
+    half = (values[1] - values[0]) / 2
+    return float(values[0] - half), float(values[-1] + half)
+
+
+def _frame(before: dict[str, Axes], zoom: Data, name: str) -> None:
+    """Frame a zoom in the smallest plane drawn so far that holds it."""
+    (left, right), (low, top) = (_ends(np.asarray(zoom[key])) for key in ("x", "y"))
+
+    def holds(axes: Axes) -> bool:
+        (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
+        return x0 <= left and right <= x1 and y0 <= low and top <= y1
+
+    around = [axes for axes in before.values() if holds(axes)]
+    if around:
+        axes = min(around, key=lambda axes: float(np.ptp(axes.get_xlim())))
+        size = right - left, top - low
+        frame = Rectangle((left, low), *size, fill=False, edgecolor=ZOOM, linewidth=1.2)
+        frame.set_label(name)
+        axes.add_patch(frame)
+
+
+def _entries(data: Data, zooms: Data) -> list[Any]:
+    """Entries of the legend: those of what the figure shows."""
+    entries: list[Any] = [
+        Patch(facecolor=SHADES(0.12), label=r"$z_1 = 0$; shades: later symbols"),
+        Patch(facecolor=SHADES(0.85), label=r"$z_1 = 1$; shades: later symbols"),
+        Line2D([], [], color=LINES[0][1], lw=LINES[0][0], label="changes of symbols 1, 2, 3"),
+        Line2D([], [], color=ZOOM, lw=0.8, ls=(0, (5, 3)), label="the config's own row"),
+    ]
+    if zooms:
+        entries.append(Patch(fill=False, edgecolor=ZOOM, lw=1.2, label="magnified part"))
+    planes = [data, *zooms.values()]
+    if any((np.asarray(plane["certain"]) < len(plane["codes"])).any() for plane in planes):
+        entries.append(Line2D([], [], color=DOUBT, marker=".", ls="", label="uncertain"))
+    return entries

@@ -1,0 +1,33 @@
+"""Layout of a result of `route_map`."""
+
+from __future__ import annotations
+
+from rigidpend.results.layout import FLAG, FLOAT, TEXT, WHOLE, Field, Layout
+
+PLANE = {
+    "codes": Field(
+        WHOLE,
+        ("symbols", "rows", "columns"),
+        "1",
+        "symbols, layer 0 = symbol 1: 0 left, 1 right, 255 none (no return)",
+    ),
+    "certain": Field(
+        WHOLE, ("rows", "columns"), "1", "how many of the first symbols are established"
+    ),
+    "by_map": Field(
+        FLAG, ("rows", "columns"), "1", "whether return maps found the cell, not integration"
+    ),
+    "x": Field(FLOAT, ("columns",), "rad", "theta2_0 of the columns"),
+    "y": Field(FLOAT, ("rows",), "see y_axis", "values of the rows"),
+}
+Y_AXIS = Field(TEXT, (), "", "what y is: log10_J1_0, mu, h0 (dimensionless) or beta0 (rad)")
+MARKED = Field(FLOAT, (), "see y_axis", "the row of the config's own value")
+FREQUENCY = Field(FLOAT, (), "1", "nu, by which a change of a symbol repeats: exp(pi^2/nu)")
+
+LAYOUT: Layout = {
+    **PLANE,
+    "y_axis": Y_AXIS,
+    "marked": MARKED,
+    "nu": FREQUENCY,
+    "zooms?": {"<zooms>": PLANE},
+}

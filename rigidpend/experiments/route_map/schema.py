@@ -1,0 +1,129 @@
+"""The config of `experiment: route_map`: codes over a plane of two parameters."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Literal, Self, TypeAlias
+
+from pydantic import Field, model_validator
+
+from rigidpend.config.route_start import RouteStart
+from rigidpend.config.schema import (
+    ExperimentConfig,
+    Number,
+    Numerics,
+    Part,
+    Whole,
+    Word,
+    afford,
+    physics,
+)
+from rigidpend.numbers.parameters import ParameterError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+MOST = 100_000
+"""Cells along an axis at most."""
+ENDS = Field(ge=2, le=MOST)
+Range: TypeAlias = tuple[Number, Number]
+
+
+class Axis(Part):
+    """The cells of an axis, side by side between two ends."""
+
+    between: Range
+    """The ends, ascending; radians, the decadic logarithm, or dimensionless."""
+    count: Annotated[Whole, ENDS]
+    """Number of cells; each stands for its middle."""
+
+    def within(self, between: Range) -> Axis:
+        """As many cells between other ends."""
+        return Axis.model_construct(between=between, count=self.count)
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """The middles of the cells, doubles."""
+        import numpy as np
+
+        low, high = map(float, self.between)
+        return low + (high - low) * (np.arange(self.count) + 0.5) / self.count
+
+    @model_validator(mode="after")
+    def _distinct(self) -> Self:
+        distinct(self, "between")
+        return self
+
+
+def distinct(axis: Axis, field: str) -> None:
+    """Refuse an axis whose cells doubles do not tell apart."""
+    low, high = map(float, axis.between)
+    finest = 16 * math.ulp(max(abs(low), abs(high)))
+    with physics():
+        if not low < high:
+            raise ParameterError(field, f"the ends must ascend, got {low} and {high}")
+        if high - low < finest * axis.count:
+            message = f"{axis.count} cells between {low!r} and {high!r} are too fine for doubles"
+            raise ParameterError(field, message)
+
+
+class RowAxis(Axis):
+    """The other axis, with what it is."""
+
+    axis: Literal["log10_J1_0", "mu", "h0", "beta0"]
+    """What changes from row to row; along a row it is the phase theta2_0."""
+
+
+class Zoom(Part):
+    """A part of the plane, shown with as many cells."""
+
+    theta2_0: Range
+    """Its ends, radians."""
+    rows: Range
+    """Its ends on the other axis."""
+
+
+class Problem(RouteStart):
+    """A plane of initial phases and of another parameter; the rest is common to all."""
+
+    theta2_0: Axis
+    """Initial phases, radians."""
+    rows: RowAxis
+    """The other axis. The value given for it above is marked in the drawing."""
+    zooms: Annotated[dict[Word, Zoom], Field(default_factory=dict)]
+    """Named parts of the plane that are shown as well."""
+
+    @property
+    def planes(self) -> dict[str, tuple[Axis, Axis]]:
+        """The axes of the whole plane, named "", and of its zooms."""
+        zooms = {
+            name: (self.theta2_0.within(zoom.theta2_0), self.rows.within(zoom.rows))
+            for name, zoom in self.zooms.items()
+        }
+        return {"": (self.theta2_0, self.rows), **zooms}
+
+    @model_validator(mode="after")
+    def _plane(self) -> Self:
+        if self.n_symbols > 250:
+            raise ValueError(f"n_symbols of a plane must be at most 250, got {self.n_symbols}")
+        from rigidpend.routes.rows import row_problem
+
+        cells = 0
+        for name, axes in self.planes.items():
+            for axis, field in zip(axes, ("theta2_0", "rows"), strict=True):
+                distinct(axis, f"zooms.{name}.{field}" if name else field)
+            cells += axes[0].count * axes[1].count
+            with physics():
+                for value in map(float, axes[1].between):
+                    row_problem(self.routes, self.rows.axis, value)
+        afford("theta2_0", cells, self.n_symbols + 2, f"{cells} cells of {self.n_symbols} symbols")
+        return self
+
+
+class Config(ExperimentConfig):
+    """A whole config of this experiment."""
+
+    experiment: Literal["route_map"]
+    problem: Problem
+    numerics: Numerics = Numerics()

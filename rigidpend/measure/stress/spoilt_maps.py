@@ -1,0 +1,141 @@
+"""The flags `certain` where the tables of return maps are spoilt: none may be wrong.
+
+The three maps behind a code are off by smooth functions of a given size, one map alone or all,
+each by its own. The sample that is integrated as well would discard such maps at once; here it
+is left out, so that the flags stand alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from rigidpend.body import Body
+from rigidpend.integrate.arithmetic import resolve
+from rigidpend.measure.stress.claims import Claim, Findings, Trial
+from rigidpend.measure.stress.honesty import true_codes
+from rigidpend.numbers.exact import exact
+from rigidpend.numbers.generic import Scalar
+from rigidpend.return_map import ReturnMap
+from rigidpend.return_map.build import FIRST, Design
+from rigidpend.routes import certainty, mapped
+from rigidpend.routes.codes import Run, in_threads, route_codes
+from rigidpend.routes.cycle import symbols
+from rigidpend.routes.phases import Phases
+from rigidpend.routes.problem import RouteProblem, phase_rate
+
+SIZES = ("1e-15", "1e-12", "1e-9")
+"""Relative size of what the tables are off by."""
+WHICH = ("one", "all")
+"""Whether the first map is spoilt or all of them."""
+CERTAIN = 0.5
+"""Share of certain symbols at the largest size above which the trial shows nothing.
+
+Three maps that are off by 1e-12 leave a tenth certain, of 300 other orbits."""
+
+
+def spoilt(made: ReturnMap, size: float, seed: int) -> ReturnMap:
+    """The map with every table off by a smooth function of a relative size."""
+    random = np.random.default_rng(seed)
+    charts = []
+    for chart in made.charts:
+        tables = []
+        for table in chart:
+            values = table.values.copy()
+            values[0, :3] += size * random.normal(size=values[0, :3].shape) * np.abs(values).max()
+            tables.append(table._replace(values=values))
+        charts.append(type(chart)(*tables))
+    return replace(made, charts=(charts[0], charts[1]))
+
+
+class SpoiltMaps(mapped.Maps):
+    """Maps of which one or all are spoilt."""
+
+    def __init__(self, problem: RouteProblem, phases: Phases, size: float, every: bool) -> None:
+        self.size, self.every = size, every
+        super().__init__(problem, phases)
+
+    def made(self, design: Design) -> ReturnMap:
+        """The map of a design."""
+        right = super().made(design)
+        if design != FIRST and not self.every:
+            return right
+        return spoilt(right, self.size, int(1000 * float(design.unit)))
+
+
+def trial(
+    body: Body,
+    h0: Scalar,
+    J1_0: str,
+    *,
+    orbits: int,
+    n_symbols: int,
+    seed: int,
+    jobs: int,
+) -> Trial:
+    """Codes by spoilt maps in doubles and 64 bits against the truth.
+
+    Parameters
+    ----------
+    body : Body
+    h0, J1_0 : number
+    orbits, n_symbols : int
+    seed : int
+        Of the random phases.
+    jobs : int
+    """
+    claims = _claims()
+    phases = np.random.default_rng((seed, orbits)).uniform(0, 2 * np.pi, orbits)
+
+    def measure() -> Findings:
+        problem = RouteProblem(body, exact(h0), exact(J1_0), n_symbols)
+        default = route_codes(body, phases, h0=h0, J1_0=J1_0, n_symbols=n_symbols, jobs=jobs)
+        true, _ = true_codes(problem, phases, default.codes, 0, jobs)
+        values, notes, share = {}, {}, 1.0
+        for claim, (which, size) in zip(claims, _kinds(), strict=False):
+            maps = SpoiltMaps(problem, Phases(phases), float(size), which == "all")
+            found, certain = _codes(maps, jobs)
+            wrong = found != true
+            values[claim.name] = float((wrong & certain).sum())
+            share = float(certain.mean())
+            notes[claim.name] = f"{wrong.sum()} of {wrong.size} symbols wrong, {share:.3f} certain"
+        return Findings({**values, claims[-1].name: share}, notes=notes)
+
+    return Trial("spoilt maps", claims, measure)
+
+
+def _kinds() -> list[tuple[str, str]]:
+    return [(which, size) for which in WHICH for size in SIZES]
+
+
+def _claims() -> tuple[Claim, ...]:
+    lie = "no wrong symbol is called certain"
+    return (
+        *(
+            Claim(f"lies, {which} off by {size}", "wrong symbols called certain", "1", 0, lie)
+            for which, size in _kinds()
+        ),
+        Claim(
+            "certain, all off",
+            "share of certain symbols where all maps are off by most",
+            "1",
+            CERTAIN,
+            "where nothing is in doubt, flags are not put to the test",
+        ),
+    )
+
+
+def _codes(maps: mapped.Maps, jobs: int) -> tuple[Any, Any]:
+    """The symbols and their flags, in doubles and 64 bits, without the sample."""
+    arithmetic = resolve("taylor", None, (53, 64))
+    run = Run(maps.problem, maps.phases, arithmetic, jobs)
+    compute, _ = mapped.with_maps(maps, run.crossings, len(maps.phases))
+
+    def share(work: Any, columns: Any, alone: bool) -> Any:
+        return in_threads(jobs, work, columns, alone)
+
+    rate = phase_rate(maps.problem)
+    found = certainty.decide(compute, len(maps.phases), rate, arithmetic.precisions, share)
+    return symbols(found.crossings.separatrix), found.certain

@@ -1,0 +1,132 @@
+"""Routes of phases that lie close together: all beside one reference orbit.
+
+A phase beyond doubles costs an integration beyond doubles, but only one: the reference in high
+precision, once in each of the scales of `certainty`. All others are differences from it, in
+doubles or 64 bits, whatever their distance (`integrate.neighbours`), and their symbols become
+certain by the same rule as elsewhere. What two references in 64 bits leave open is integrated by
+itself, in as many bits as the distance asks for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from rigidpend.integrate import neighbours
+from rigidpend.integrate.arithmetic import Arithmetic
+from rigidpend.integrate.differences import KINDS, array
+from rigidpend.integrate.neighbours import Neighbours
+from rigidpend.integrate.records import Crossings, joined
+from rigidpend.integrate.reference_orbit import ReferenceOrbit, reference_bits
+from rigidpend.numbers.exact import PI, Exact, exact
+from rigidpend.routes import certainty
+from rigidpend.routes.codes import RouteCodes, routes_of, tolerance_of
+from rigidpend.routes.phases import Phases
+from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
+from rigidpend.routes.start import Scales, start, states_exact
+
+
+class Neighbourhood:
+    """Routes in the neighbourhood of one phase.
+
+    Parameters
+    ----------
+    problem : RouteProblem
+    centre : Exact
+        Phase of the reference orbit, theta2_0, radians.
+    finest : float
+        Least distance of phases that is to be resolved, radians.
+    arithmetic : Arithmetic
+        Its precisions are relative to the distances: 53 and 64 bits by differences, higher ones
+        by integration, first in so many bits more as the least distance takes.
+    jobs : int
+    """
+
+    def __init__(
+        self,
+        problem: RouteProblem,
+        centre: Exact,
+        finest: float,
+        arithmetic: Arithmetic,
+        jobs: int = 1,
+    ) -> None:
+        self.problem, self.centre, self.finest = problem, centre, finest
+        self.arithmetic, self.jobs = arithmetic, jobs
+        self.finest_bits = max((b for b in arithmetic.precisions if b in KINDS), default=53)
+        self.bits = reference_bits(finest, self.finest_bits)
+        """Bits of the reference orbit."""
+        self._references: dict[Scales, ReferenceOrbit] = {}
+
+    def routes(self, phases: Sequence[Exact]) -> RouteCodes:
+        """The routes of some phases theta2_0, radians, every symbol certain or marked."""
+        taken = Phases(phases)
+
+        def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
+            return self.crossings(bits, scales, taken.exactly(columns))
+
+        rate, n = phase_rate(self.problem), len(taken)
+        known = certainty.decide(compute, n, rate, self.arithmetic.precisions)
+        return routes_of(taken, *known, by_map=np.zeros(n, dtype=bool))
+
+    def crossings(self, bits: int, scales: Scales, phases: Sequence[Exact]) -> Crossings:
+        """The crossings of some phases in `bits` bits, relative to their distances, in t'."""
+        if bits not in KINDS:
+            return self._alone(bits, scales, phases)
+        reference = self._reference(scales)
+        begin = start(self.problem, self.bits, scales)
+        states = states_exact(begin, [self.centre, *phases], self.bits)
+        apart = [[x - y for x, y in zip(other, states[0], strict=True)] for other in states[1:]]
+        unit = float(begin.time_unit)
+        found = neighbours.crossings(
+            reference,
+            Neighbours(
+                array(apart, bits).T,
+                np.array([float(phase - self.centre) for phase in phases]),
+                self.problem.n_symbols + 1,
+                passage_limit(self.problem, bits) / unit,
+            ),
+            bits=bits,
+            tolerance=tolerance_of(self.arithmetic, bits, scales),
+            jobs=self.jobs,
+        )
+        return found._replace(time=found.time * unit)
+
+    def _reference(self, scales: Scales) -> ReferenceOrbit:
+        if scales not in self._references:
+            self._references[scales] = self._orbit(self.centre, self.bits, scales)
+        return self._references[scales]
+
+    def _orbit(self, phase: Exact, bits: int, scales: Scales) -> ReferenceOrbit:
+        """The orbit of a phase, with its derivative in the phase."""
+        begin = start(self.problem, bits, scales)
+        # A quarter turn further on gamma is its own derivative.
+        state, further = states_exact(begin, [phase, phase + PI / 2], bits)
+        return ReferenceOrbit(
+            begin.coefficients,
+            state,
+            [0 * further[0]] * 3 + further[3:],
+            tangent_bits=self.finest_bits,
+            longest=passage_limit(self.problem, bits) / float(begin.time_unit),
+            engine=self.arithmetic.engine,
+            bits=bits,
+            tolerance=tolerance_of(self.arithmetic, bits, scales),
+        )
+
+    def _alone(self, bits: int, scales: Scales, phases: Sequence[Exact]) -> Crossings:
+        """Each orbit by itself, in `bits` bits relative to its distance."""
+        found = joined([self._integrated(bits, scales, phase) for phase in phases])
+        return found._replace(time=found.time * float(exact(scales.momentum)))
+
+    def _integrated(self, bits: int, scales: Scales, phase: Exact) -> Crossings:
+        distance = max(self.finest, abs(float(phase - self.centre)))
+        orbit = self._orbit(phase, reference_bits(distance, bits), scales)
+        return neighbours.crossings_alone(
+            orbit,
+            distance,
+            self.problem.n_symbols + 1,
+            passage_limit(self.problem, bits) / float(exact(scales.momentum)),
+            bits=bits,
+            tolerance=tolerance_of(self.arithmetic, bits, scales),
+        )

@@ -1,0 +1,127 @@
+"""Route codes of many orbits of one body and h0 that differ in theta2_0 and in J1_0."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.body import Body
+from rigidpend.integrate.arithmetic import Arithmetic
+from rigidpend.integrate.records import Crossings
+from rigidpend.numbers.exact import exact
+from rigidpend.numbers.generic import Scalar
+from rigidpend.return_map import MapError
+from rigidpend.routes import certainty, mapped
+from rigidpend.routes.certainty import Decided
+from rigidpend.routes.codes import MANY, Run, in_threads
+from rigidpend.routes.cycle import symbols
+from rigidpend.routes.phases import Phases
+from rigidpend.routes.problem import RouteProblem, phase_rate
+from rigidpend.routes.start import Scales
+
+
+class Cells(NamedTuple):
+    """Codes of n orbits, as a plane's cells keep them."""
+
+    codes: NDArray[np.uint8]
+    """(n_symbols, n): 0 left, 1 right, 255 no symbol."""
+    certain: NDArray[np.uint8]
+    """(n,), how many of the first symbols are certain."""
+    by_map: NDArray[np.bool_]
+    """(n,), whether return maps found the orbit, not integration."""
+
+
+class Plane:
+    """Orbits on S1- of one body and h0 over theta2_0 and J1_0, computed some at a time.
+
+    Parameters
+    ----------
+    body : Body
+    h0 : number
+    J1_0 : 2 doubles
+        The least and the largest, dimensionless.
+    n_symbols : int
+    arithmetic : Arithmetic
+        Engine, tolerance and precisions.
+    orbits : int
+        How many there are in all: many take return maps.
+    jobs : int, optional
+        Threads. No result depends on it.
+
+    Raises
+    ------
+    ProblemError
+        A value that is excluded.
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        h0: Scalar,
+        J1_0: tuple[float, float],
+        n_symbols: int,
+        arithmetic: Arithmetic,
+        orbits: int,
+        jobs: int = 1,
+    ) -> None:
+        self.least, self.largest = (
+            RouteProblem(body, exact(h0), exact(float(x)), n_symbols) for x in J1_0
+        )
+        self.arithmetic, self.orbits, self.jobs = arithmetic, orbits, jobs
+        self.range = J1_0
+
+    def cells(self, theta2_0: NDArray[np.float64], J1_0: NDArray[np.float64]) -> Cells:
+        """Route codes of the orbits that start at (theta2_0, J1_0), (n,) each.
+
+        The doubles are taken as exact; radians, and dimensionless.
+        """
+        run = Run(self.least, Phases(theta2_0), self.arithmetic, self.jobs)
+        compute = _Integrated(run, J1_0).crossings
+        rate, ladder = phase_rate(self.largest), self.arithmetic.precisions
+        if self.orbits >= MANY and ladder[0] == 53:
+            starts = mapped.Starts(J1_0, self.range[0], self.orbits)
+            share = functools.partial(in_threads, self.jobs)
+            # Where no map resolves the orbits, or integration contradicts it, integration stays.
+            with contextlib.suppress(MapError):
+                maps = mapped.Maps(self.largest, run.phases, starts)
+                return _cells(*mapped.decided_by(maps, compute, rate, ladder, share))
+        found = certainty.decide(compute, theta2_0.size, rate, ladder)
+        return _cells(found, np.zeros(theta2_0.size, dtype=bool))
+
+
+def _cells(found: Decided, by_map: NDArray[np.bool_]) -> Cells:
+    certain = found.certain.sum(axis=0)
+    return Cells(symbols(found.crossings.separatrix), certain.astype(np.uint8), by_map)
+
+
+class _Integrated:
+    """Integration of columns whose J1_0 differ."""
+
+    def __init__(self, run: Run, J1_0: NDArray[np.float64]) -> None:
+        self.run, self.J1_0 = run, J1_0
+
+    def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
+        """The crossings of those columns in `bits` bits, in t'."""
+        values, which = np.unique(self.J1_0[columns], return_inverse=True)
+        order, begun = [], []
+        for k, J1 in enumerate(values):
+            here = np.flatnonzero(which == k)
+            problem = replace(self.run.problem, J1_0=exact(float(J1)))
+            order.append(here)
+            begun.append(self.run._replace(problem=problem).begin(bits, scales, columns[here]))
+        states = _joined([states for _, states in begun], bits)
+        found = self.run.integrate(begun[0][0], states, bits, scales)
+        back = np.argsort(np.concatenate(order))
+        time, separatrix, outcome = found
+        return Crossings(time[:, back], separatrix[:, back], outcome[back])
+
+
+def _joined(parts: Sequence[Any], bits: int) -> Any:
+    """States (6, n) in doubles, or a list of those in more bits."""
+    return np.concatenate(parts, axis=1) if bits == 53 else [x for part in parts for x in part]

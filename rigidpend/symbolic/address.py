@@ -1,0 +1,104 @@
+"""Addresses: the symbols of an orbit, with its half rotations between crossings.
+
+At a crossing of M3 = 0 the phase chi = theta1/2 + theta2 + pi/2 grows past. The surfaces of the
+two periodic orbits meet where gamma3 = -sin(chi) = 0, at every multiple of pi, whatever the
+body: there they are each other's image in the reversor. A crossing lies in cell j if chi is
+nearer to j pi than to any other multiple. An address is the parity of the first crossing's cell,
+then for every passage its symbol and the growth of j, the half rotations that it takes.
+"""
+
+from __future__ import annotations
+
+import itertools
+import re
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from rigidpend.numbers.parameters import ParameterError
+
+LETTERS = "ab"
+"""The first crossing's cell: a for an even j (chi near 0), b for an odd one (near pi)."""
+_TERM = re.compile(r"([01])(?:\^([0-9]{1,6}))?")
+
+
+class AddressError(ParameterError):
+    """What should be a code or an address is none; the message says what and where."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__("code", message)
+
+
+class Address(NamedTuple):
+    """The address of an orbit, or of a family of orbits where its rotations are not given."""
+
+    first: int | None
+    """0 or 1: the parity of the first crossing's cell; None where either will do."""
+    symbols: tuple[int, ...]
+    """0 left, 1 right."""
+    half_turns: tuple[int, ...] | None
+    """Half rotations of each passage; None where they are free."""
+
+    def __str__(self) -> str:
+        start = [] if self.first is None else [LETTERS[self.first]]
+        if self.half_turns is None:
+            return " ".join([*start, "".join(map(str, self.symbols))])
+        terms = zip(self.symbols, self.half_turns, strict=True)
+        groups = ((term, len(list(run))) for term, run in itertools.groupby(terms))
+        shown = [f"{s}^{n}" if k == 1 else f"({s}^{n})*{k}" for (s, n), k in groups]
+        return " ".join([*start, *shown])
+
+
+def parsed(text: str | Sequence[int] | Address) -> Address:
+    """The address that a text means: `0011`, `0^9 1^8 1^10` or `a 0^9 (1^8)*2`.
+
+    Raises
+    ------
+    AddressError
+        It is none.
+    """
+    if isinstance(text, Address):
+        return _checked(text)
+    if not isinstance(text, str):
+        return _checked(Address(None, tuple(int(s) for s in text), None))
+    words = text.split()
+    first = LETTERS.index(words.pop(0)) if words and words[0] in tuple(LETTERS) else None
+    terms: list[tuple[str, str | None]] = []
+    for word in words:
+        terms += _terms(word)
+    given = [n for _, n in terms if n is not None]
+    if given and len(given) < len(terms):
+        raise AddressError(f"give the half rotations of all passages or of none: {_cut(text)}")
+    half_turns = tuple(map(int, given)) if given else None
+    return _checked(Address(first, tuple(int(s) for s, _ in terms), half_turns))
+
+
+def _terms(word: str) -> list[tuple[str, str | None]]:
+    group = re.fullmatch(r"\(([01]\^[0-9]{1,6})\)\*([0-9]{1,6})", word)
+    if group:
+        return _terms(group[1]) * int(group[2])
+    found, at = [], 0
+    while at < len(word):
+        term = _TERM.match(word, at)
+        if term is None:
+            raise AddressError(
+                f"symbols are 0 and 1, half rotations follow as in 0^9: {_cut(word[at:])}"
+            )
+        found.append((term[1], term[2]))
+        at = term.end()
+    return found
+
+
+def _checked(address: Address) -> Address:
+    if not address.symbols:
+        raise AddressError("a code has at least one symbol")
+    if not set(address.symbols) <= {0, 1}:
+        raise AddressError(f"symbols are 0 and 1: {_cut(str(address.symbols))}")
+    if address.first not in (None, 0, 1):
+        raise AddressError(f"the first cell is 0 or 1, got {address.first!r}")
+    if address.half_turns is not None and len(address.half_turns) != len(address.symbols):
+        raise AddressError("there must be as many half rotations as symbols")
+    return address
+
+
+def _cut(text: str) -> str:
+    return repr(text if len(text) <= 40 else text[:37] + "...")

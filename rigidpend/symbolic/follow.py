@@ -1,0 +1,172 @@
+"""The address of a given orbit: from its crossings, found by the map or by integration."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+
+from rigidpend.body import Body
+from rigidpend.equations import AlignedCoefficients
+from rigidpend.integrate.states import states_at
+from rigidpend.numbers.exact import PRECISIONS, Exact, exact
+from rigidpend.return_map import MapError, SectionPoint
+from rigidpend.return_map.precision import precision
+from rigidpend.return_map.reduced import coefficients
+from rigidpend.routes import route_codes
+from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.start import Scales, start, states_exact
+from rigidpend.symbolic.address import Address
+from rigidpend.symbolic.surface import Surface, surface
+from rigidpend.symbolic.tables import Array, Level
+
+LEAST_BITS = 64
+"""Least precision of the states at crossings."""
+
+
+class Crossings(NamedTuple):
+    """Crossings of one orbit as points of the section, (k,) each."""
+
+    rising: np.ndarray[tuple[int], np.dtype[np.bool_]]
+    d: Array
+    """Dimensionless: the small one of Qm (rising) and Qp."""
+    chi: Array
+    """Radians in (-pi, pi]."""
+
+
+def address_of(
+    body: Body,
+    theta2_0: Exact | float | str,
+    *,
+    h0: Exact | float | str,
+    J1_0: Exact | float | str,
+    n_symbols: int = 15,
+    precisions: Sequence[int] = PRECISIONS,
+) -> Address:
+    """The address of an orbit of S1-: the inverse of `find_orbit`.
+
+    The orbit is integrated; the address ends before the first symbol that is not certain.
+
+    Parameters
+    ----------
+    body : Body
+    theta2_0 : number
+        Initial phase, radians.
+    h0, J1_0 : number
+        As in `route_codes`.
+    n_symbols : int, optional
+    precisions : sequence of int, optional
+        Bits, ascending.
+
+    Raises
+    ------
+    MapError
+        The orbit leaves the range of the return map, or has none.
+    ProblemError, ExactError
+        A value that is excluded or that is no number.
+    """
+    problem = RouteProblem(body, exact(h0), exact(J1_0), n_symbols)
+    phase = exact(theta2_0)
+    routes = route_codes(
+        body, [phase], h0=problem.h0, J1_0=problem.J1_0, n_symbols=n_symbols,
+        precisions=precisions, method="integration",
+    )  # fmt: skip
+    n = int(np.logical_and.accumulate(routes.certain[:, 0] & (routes.codes[:, 0] < 2)).sum())
+    if not n:
+        raise MapError("the orbit has no certain symbol")
+    times = routes.crossing_time[: n + 1, 0]
+    bits = max(LEAST_BITS, int(routes.bits[0]))
+    points = crossings_of(problem, phase, [Fraction(float(t)) for t in times], bits)
+    orbits = surface(problem)
+    level = orbits.level(orbits.energy(float(phase)))
+    return _addressed(level, points, routes.codes[:n, 0])
+
+
+def _addressed(level: Level, points: Crossings, symbols: Array) -> Address:
+    """The address of crossings, each followed by the map through one passage alone."""
+    turned = np.zeros(len(symbols))
+    for rising in (True, False):
+        here = np.flatnonzero(points.rising[:-1] == rising)
+        if here.size:
+            passed = level.map_level.passage(SectionPoint(rising, points.d[here], points.chi[here]))
+            wrong = ~passed.inside | (passed.symbol != symbols[here])
+            if wrong.any():
+                k = int(here[np.flatnonzero(wrong)[0]])
+                raise MapError(f"passage {k + 1} of the orbit lies outside of the return map")
+            turned[here] = passed.turned
+    chi = points.chi[0] + np.concatenate(([0.0], np.cumsum(turned)))
+    # Each end anew: what turned errs by does not add up.
+    at = points.chi + 2 * np.pi * np.rint((chi - points.chi) / (2 * np.pi))
+    cells = np.rint(at / np.pi).astype(int)
+    return Address(
+        int(cells[0]) % 2,
+        tuple(int(s) for s in symbols),
+        tuple(int(n) for n in np.diff(cells)),
+    )
+
+
+def crossings_of(
+    problem: RouteProblem, theta2: Exact, times: Sequence[Fraction], bits: int
+) -> Crossings:
+    """The crossings of an orbit by integration, where their times t' are known."""
+    begin = start(problem, bits, Scales())
+    [state] = states_exact(begin, [theta2], bits)
+    found = np.array(states_at(begin.coefficients, state, times, bits), dtype=float)
+    return section_points(problem.body, found.T)
+
+
+def section_points(body: Body, states: Array) -> Crossings:
+    """Points of the section M3 = 0 from aligned components (6, k), the inverse of section_state."""
+    c = coefficients(body.angles(), "1", precision(53))
+    rising = np.abs(states[0]) > np.abs(states[1])
+    mirrored = np.where(rising, states[0], states[1]) < 0
+    sign = np.where(mirrored, -1.0, 1.0)
+    Qp, Qm = sign * states[0], sign * states[1]
+    M1, M2 = (Qp + Qm) * c.to_M1, (Qp - Qm) * c.to_M2
+    cos = (states[4] * M1 - states[3] * M2) / np.hypot(M1, M2)
+    return Crossings(rising, np.where(rising, Qm, Qp), np.arctan2(-sign * states[5], cos))
+
+
+class Followed(NamedTuple):
+    """An orbit followed by the map in doubles, as far as it reaches."""
+
+    address: Address
+
+    @property
+    def first(self) -> int:
+        """The parity of the first crossing's cell."""
+        return int(self.address.first or 0)
+
+    @property
+    def half_turns(self) -> tuple[int, ...]:
+        """The half rotations of its passages."""
+        return self.address.half_turns or ()
+
+    def agreeing(self, symbols: Sequence[int]) -> int:
+        """How many of the first symbols are those of another code."""
+        same = (a == b for a, b in zip(self.address.symbols, symbols, strict=False))
+        return next((k for k, s in enumerate(same) if not s), len(self.address.symbols))
+
+
+def followed(orbits: Surface, theta2: float, n: int) -> Followed:
+    """The orbit of a phase through at most n passages of the map."""
+    level = orbits.level(orbits.energy(theta2))
+    arrival = orbits.begin(level)(theta2)
+    yes, none = np.array([True]), np.array([False])
+    at = level.crossings(yes, none, np.array([arrival.I]), np.array([arrival.b]))
+    point, chi = SectionPoint(True, at.d, at.chi), float(at.chi[0])
+    symbols, cells = [], [round(chi / np.pi)]
+    for _ in range(n):
+        passed = level.map_level.passage(point)
+        if not passed.inside[0]:
+            break
+        chi, point = chi + float(passed.turned[0]), passed.point
+        symbols.append(int(passed.symbol[0]))
+        cells.append(round(chi / np.pi))
+    turns = tuple(int(x) for x in np.diff(cells))
+    return Followed(Address(cells[0] % 2, tuple(symbols), turns))
+
+
+__all__ = ["AlignedCoefficients", "Crossings", "address_of", "crossings_of", "followed"]

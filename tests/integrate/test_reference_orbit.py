@@ -1,0 +1,119 @@
+"""Reference orbits: precision that falls, tangents, crossings."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend import Body
+from rigidpend.equations import aligned
+from rigidpend.integrate import ENGINES, EngineError, check_engine, crossings, default_engine
+from rigidpend.integrate.records import Orbits
+from rigidpend.integrate.reference_orbit import ReferenceOrbit, reference_bits
+from rigidpend.numbers.exact import exact
+from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.start import Scales, start, states_exact
+
+PROBLEM = RouteProblem(
+    Body(A=(2, 1, 1.5), r=(1, 1, 0), mu="0.001"), exact("1.3342"), exact("1e-8"), 2
+)
+QUARTER = exact("pi/2")
+
+
+def orbit(phase: str, bits: int, engine: str = "", **changed: Any) -> ReferenceOrbit:
+    begin = start(PROBLEM, bits, Scales())
+    state, further = states_exact(begin, [exact(phase), exact(phase) + QUARTER], bits)
+    given: dict[str, Any] = {
+        "tangent_bits": 53,
+        "longest": 1e3,
+        "engine": engine or default_engine(),
+        "bits": bits,
+        "tolerance": 2.0**-52,
+        **changed,
+    }
+    return ReferenceOrbit(begin.coefficients, state, [Fraction(0)] * 3 + further[3:], **given)
+
+
+def test_the_tangent_is_the_derivative_along_the_phase() -> None:
+    """On steps of the same length, for which the two orbits are near enough."""
+    one, other = orbit("4.7", 192), orbit("4.7 + 1e-40", 192)
+    k = 12
+    assert one.reaches(k)
+    assert other.reaches(k)
+    late = other.points[k].exact_time - one.points[k].exact_time
+    rates = aligned(one.points[k].state, one.coefficients)
+    states = zip(other.points[k].state, one.points[k].state, rates, strict=True)
+    apart = [float((x - y - late * rate) * 10**40) for x, y, rate in states]
+    assert np.allclose(one.tangents[k], apart, rtol=1e-9, atol=1e-12)
+    assert one.growth[k] == float(one.size(one.tangents[k][:, None])[0])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_falling_precision_costs_no_neighbour_a_bit(
+    engine: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The error stays below a rounding of a neighbour at the least distance, 1e-20."""
+    try:
+        check_engine(engine)
+    except EngineError:
+        pytest.skip(f"no engine {engine}")
+    phase, bits, used = "4.705696853133541796856", reference_bits(1e-20, 53), []
+    falling, high = orbit(phase, bits, engine), orbit(phase, bits)
+    advanced = falling._advanced
+
+    def noted(state: Any, bits: int) -> Any:
+        used.append(bits)
+        return advanced(state, bits)
+
+    monkeypatch.setattr(falling, "_advanced", noted)
+    monkeypatch.setattr(high, "_advanced", lambda state, _: _fine(high, state))
+    k = next(k for k in range(1000) if falling.reaches(k) and falling.growth[k] > 1e17)
+    assert (used[0], used[-1]) == (192, 113)
+    time, state = falling.points[k][:2]
+    near = next(j for j in range(1000) if high.reaches(j) and high.points[j].time > float(time))
+    true = _at(high, near - 1, time)
+    off = max(abs(float(x - y)) for x, y in zip(state, true, strict=True))
+    assert 0 < off < 2.0**-53 * falling.growth[k] * 1e-20
+
+
+def _fine(orbit: ReferenceOrbit, state: Any) -> Any:
+    """Steps in twice the bits, by integers, that never fall."""
+    from rigidpend.integrate import bigint
+
+    return bigint.advance(orbit.coefficients, state, 8, 2 * orbit.bits)
+
+
+def _at(orbit: ReferenceOrbit, k: int, time: Fraction) -> list[Fraction]:
+    """The state of an orbit a little after its point k."""
+    from rigidpend.integrate import bigint
+
+    P = 2 * orbit.bits + 80
+    flow = bigint.Flow([bigint.fixed(x, P) for x in orbit.coefficients], P)
+    series, _ = flow.expand([bigint.fixed(x, P) for x in orbit.points[k].state])
+    at = bigint.fixed(time - orbit.points[k].exact_time, P)
+    return [Fraction(bigint.value_at(s, at, P), 1 << P) for s in series]
+
+
+def test_crossings_are_those_of_integration() -> None:
+    found = orbit("3.3", 113)
+    while sum(map(len, found.crossings)) < 3:
+        assert found.reaches(len(found.points))
+    begin = start(PROBLEM, 113, Scales())
+    states = states_exact(begin, [exact("3.3")], 113)
+    task = Orbits(begin.coefficients, states, 3, 1e3)
+    true = crossings(task, engine=default_engine(), bits=113, tolerance=2.0**-52, jobs=1)
+    passed = [*found.crossed_before(len(found.points))][:3]
+    assert [one.separatrix for one in passed] == true.separatrix[:, 0].tolist()
+    assert np.allclose([one.time for one in passed], true.time[:, 0], rtol=0, atol=1e-13)
+
+
+def test_an_orbit_that_does_not_cross_ends() -> None:
+    """Before the first crossing, which comes after ten units of t', five have passed."""
+    short = orbit("4.7", 113, longest=5.0)
+    assert short.reaches(8)
+    assert not short.reaches(1000)
+    assert short.last_below(1e300) == len(short.points) - 1

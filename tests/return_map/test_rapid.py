@@ -1,0 +1,142 @@
+"""Rapid passages against those in full, compiled and interpreted, in doubles and in 64 bits."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend.return_map import ReturnMap, SectionPoint, rapid, return_map
+from rigidpend.return_map.charts import at_energies, look_up
+from rigidpend.return_map.itinerary import enter, follow
+from rigidpend.return_map.precision import native, precision
+from rigidpend.return_map.rapid import Rapid
+from rigidpend.return_map.terms import evaluated, halves, nested, significant
+from tests.integrate.problems import FIG4, GENERIC, needs_heyoka
+
+ENERGIES = ("1.3332", "1.3352")
+N = 200
+LEAST, MOST = 1e-5, 3e-4
+BITS = [53, pytest.param(64, marks=needs_heyoka)]
+
+
+@pytest.fixture(scope="module", params=[FIG4, GENERIC], ids=["Fig. 4", "generic"])
+def made(request: pytest.FixtureRequest) -> ReturnMap:
+    bits = 64 if native(64) and rapid.default_engine() == "taylor" else 53
+    return return_map(request.param, h=ENERGIES, bits=bits)
+
+
+def points(made: ReturnMap, rising: bool) -> tuple[Any, Any, Any]:
+    random = np.random.default_rng(3 + rising)
+    width = float(made.charts[rising].forward.width)
+    return (
+        random.uniform(-width / 3, width / 3, N),
+        random.uniform(0, 6.28, N),
+        random.uniform(-1, 1, N),
+    )
+
+
+def energy(made: ReturnMap, e: Any) -> Any:
+    within = made.normal_form.energies
+    return within.centre + within.half_width * precision(made.bits).array(e)
+
+
+def started(made: ReturnMap, bits: int, least: float = LEAST, most: float = MOST) -> Rapid:
+    a = precision(made.bits)
+    return made.rapid(bits, a.number(least), a.number(most), False)
+
+
+@pytest.mark.parametrize("rising", [True, False])
+@pytest.mark.parametrize("bits", BITS)
+def test_agrees_a_rapid_passage_with_the_full_one(made: ReturnMap, rising: bool, bits: int) -> None:
+    d, chi, e = points(made, rising)
+    fast = started(made, bits)
+    found, inside = fast.passage(rising, fast.a.array(np.stack((d, chi, e))))
+    a = precision(made.bits)
+    point = SectionPoint(rising, a.array(d), a.array(chi))
+    full = made.at(energy(made, e)).passage(point, backward=not rising, slopes=True)
+    both = inside & full.inside
+    assert both.mean() > 0.9
+    assert (inside == full.inside).mean() > 0.99
+    assert ((found[3] > 0) == (full.symbol == 1))[both].all()
+    grown = (1 + np.abs(full.slopes).max(axis=(0, 1)).astype(float)) * 2.0**-bits
+    late = np.abs(found[2] - full.time).astype(float)
+    turned = np.abs(np.exp(1j * (found[1] - full.point.chi).astype(float)) - 1)
+    apart = np.abs(found[0] - full.point.d).astype(float)
+    assert (late < 300 * grown)[both].all()
+    # Whole turns are taken from angles in doubles here.
+    assert (turned < 100 * grown + 4e-15)[both].all()
+    assert (apart < 10 * grown)[both].all()
+
+
+@pytest.mark.parametrize("bits", BITS)
+def test_agrees_rapid_itineraries_with_full_ones(made: ReturnMap, bits: int) -> None:
+    random, a, fast = np.random.default_rng(9), precision(made.bits), started(made, bits)
+    phase, e = random.uniform(0, 6.28, N), random.uniform(-1, 1, N)
+    Qp = 1.3e-4
+    found = fast.follow(fast.a.array(Qp + 0 * phase), fast.a.array(phase), fast.a.array(e), 4)
+    level = made.at(energy(made, e))
+    full = follow(level, enter(level, a.number(Qp), a.array(phase)), 4)
+    both = (found.inside & full.inside).all(axis=0)
+    assert both.mean() > 0.95
+    assert (found.separatrix == full.separatrix)[:, both].all()
+    late = np.abs(found.time - full.time.astype(float))[:, both]
+    assert np.quantile(late[0], 1) < 1e-13
+    assert np.quantile(late[-1], 0.9) < 1e-9
+
+
+def test_agrees_starts_of_an_interval_with_those_of_a_point(made: ReturnMap) -> None:
+    wide, narrow = started(made, 53), started(made, 53, 2e-4, 2e-4)
+    phase = np.linspace(0, 6, N)
+    rows = (np.full(N, 2e-4), phase, 0.3 + 0 * phase)
+    for one, other in zip(wide.enter(*rows), narrow.enter(*rows), strict=True):
+        np.testing.assert_allclose(one.astype(float), other.astype(float), rtol=0, atol=2e-13)
+
+
+@needs_heyoka
+def test_agrees_compiled_lines_with_interpreted_ones(
+    made: ReturnMap, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rows = np.stack(points(made, True))
+    parts = made.normal_form, made.charts, made.errors.charts, 53, False
+    compiled, _ = Rapid(*parts).passage(True, rows)
+    monkeypatch.setattr(rapid, "default_engine", lambda: "scipy")
+    interpreted, _ = Rapid(*parts).passage(True, rows)
+    assert not np.array_equal(compiled, interpreted), "the same code"
+    for one, other in zip(compiled, interpreted, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-13)
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_order_what_is_left_out_of_a_table_is_below_its_threshold(
+    made: ReturnMap, which: int
+) -> None:
+    table, (d, chi, e) = made.charts[1][which], points(made, True)
+    a = precision(made.bits)
+    x = d / np.abs(d).max() * float(table.width)
+    weights = made.normal_form.energies.basis(energy(made, e), a)
+    full = look_up(table, at_energies(table, weights), a.array(x), a.array(chi), a)[:3]
+    kept = significant(table, 2.0**-40)
+    few = np.array(evaluated(kept, nested(kept), a.array(x), a.array(chi), a.array(e), np))
+    scale = np.abs(table.values.astype(float)).max(axis=(0, 1))[:3, None]
+    off = (np.abs(few - full) / scale).astype(float).max()
+    assert 2.0**-46 < off < 2.0**-36
+    assert (kept.values != 0).sum() < 0.3 * kept.values.size
+
+
+def test_large_and_small_terms_are_all_terms(made: ReturnMap) -> None:
+    kept = significant(made.charts[0].forward, 2.0**-55)
+    head, tail = halves(kept)
+    assert ((head.values != 0) & (tail.values != 0)).sum() == 0
+    np.testing.assert_allclose(
+        (head.values + tail.values).astype(float), kept.values.astype(float), rtol=1e-15
+    )
+    assert 3 <= (head.values != 0).sum() < 60
+
+
+def test_orbits_beyond_the_tables_are_told(made: ReturnMap) -> None:
+    fast = started(made, 53)
+    width = float(made.charts[1].forward.width)
+    rows = np.array([[0.1 * width, 1.1 * width, 30 * width], [1.0, 1.0, 1.0], [0.0, 0.0, 0.0]])
+    assert fast.passage(True, rows)[1].tolist() == [True, False, False]

@@ -1,0 +1,127 @@
+"""Routes beside a reference orbit against integration in as many bits as the distance takes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend import Body, route_codes
+from rigidpend.integrate import ENGINES, EngineError, check_engine, differences
+from rigidpend.integrate.arithmetic import resolve
+from rigidpend.numbers.exact import PI, Exact, exact
+from rigidpend.routes import neighbourhood
+from rigidpend.routes.neighbourhood import Neighbourhood
+from rigidpend.routes.problem import RouteProblem
+
+BODY = Body(A=(2, 1, 1.5), r=(1, 1, 0), mu="0.001")
+OTHER = Body(A=("2.1", "0.9", "1.4"), r=("0.3", 1, 0), mu="0.02")
+FINEST = 1e-30
+
+# Phases of doubly asymptotic orbits, to the digits of which the tests below take others.
+FIRST = "4.70569685313354179683861544506906917650110137862906611871950"
+"""Where the first symbol changes (Fig. 4's body)."""
+
+
+def problem(n_symbols: int, body: Body = BODY, h0: str = "1.3342") -> RouteProblem:
+    return RouteProblem(body, exact(h0), exact("1e-8"), n_symbols)
+
+
+def truth(asked: RouteProblem, phases: list[Exact], bits: int) -> Any:
+    return route_codes(
+        asked.body,
+        phases,
+        h0=asked.h0,
+        J1_0=asked.J1_0,
+        n_symbols=asked.n_symbols,
+        precisions=(bits,),
+        method="integration",
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ENGINES)
+def test_agrees_with_integration_at_every_distance(engine: str) -> None:
+    """Distances from 1e-2 to 1e-24, both sides; crossing times as doubles alone would have them."""
+    try:
+        check_engine(engine)
+    except EngineError:
+        pytest.skip(f"no engine {engine}")
+    asked, centre = problem(6), exact(FIRST)
+    phases = [centre + exact(f"{side}1.234567e-{k}") for k in (2, 9, 24) for side in ("", "-")]
+    found = Neighbourhood(asked, centre, FINEST, resolve(engine)).routes(phases)
+    true = truth(asked, phases, 160)
+    assert found.certain.all()
+    assert true.certain.all()
+    assert np.array_equal(found.codes, true.codes)
+    apart = np.abs(found.crossing_time - true.crossing_time)
+    assert apart[:2].max() < 1e-11
+    assert apart.max() < 1e-3
+
+
+def test_another_body_and_a_centre_that_is_not_special() -> None:
+    """There the reference leaves the periodic orbit with its neighbours."""
+    asked, centre = problem(4, OTHER, "0.8"), exact("1.3")
+    phases = [centre + exact(f"1e-{k}") for k in (1, 4, 8, 14)]
+    found = Neighbourhood(asked, centre, 1e-14, resolve()).routes(phases)
+    true = truth(asked, phases, 113)
+    both = found.certain & true.certain
+    assert both.all()
+    assert np.array_equal(found.codes, true.codes)
+
+
+def test_the_reference_itself_is_one_of_its_neighbours() -> None:
+    asked, centre = problem(4), exact("4.7")
+    found = Neighbourhood(asked, centre, 1e-14, resolve()).routes([centre])
+    assert found.certain.all()
+    assert np.array_equal(found.codes, truth(asked, [centre], 113).codes)
+
+
+def test_higher_precisions_integrate_each_orbit() -> None:
+    asked, centre = problem(3), exact(FIRST)
+    phases = [centre + exact("1e-12"), centre - exact("3e-12")]
+    by_integration = Neighbourhood(asked, centre, FINEST, resolve(precisions=(113,))).routes(phases)
+    by_differences = Neighbourhood(asked, centre, FINEST, resolve()).routes(phases)
+    assert by_integration.certain.all()
+    assert set(by_integration.bits) == {113}
+    assert set(by_differences.bits) <= {53, 64}
+    assert np.array_equal(by_integration.codes, by_differences.codes)
+    apart = np.abs(by_integration.crossing_time - by_differences.crossing_time)
+    assert apart.max() < 1e-6
+
+
+def test_a_phase_may_be_irrational() -> None:
+    asked, centre = problem(2), PI * exact("3/2")
+    found = Neighbourhood(asked, centre, 1e-14, resolve()).routes([centre + exact("1e-9")])
+    assert np.array_equal(found.codes, truth(asked, [centre + exact("1e-9")], 113).codes)
+
+
+def test_spoilt_differences_make_no_wrong_symbol_certain(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A millionth of every difference is wrong, another one in each computation."""
+    random, array = np.random.default_rng(0), differences.array
+
+    def spoilt(values: Any, bits: int) -> Any:
+        made = array(values, bits)
+        return made * (1 + 1e-6 * random.standard_normal(made.shape).astype(made.dtype))
+
+    asked, centre = problem(12), exact(FIRST)
+    phases = [centre + exact(f"{k}e-12") for k in range(-9, 10) if k]
+    honest = Neighbourhood(asked, centre, 1e-14, resolve()).routes(phases)
+    monkeypatch.setattr(neighbourhood, "array", spoilt)
+    # No tangent is to be taken instead of them.
+    monkeypatch.setattr("rigidpend.integrate.neighbours.MARGIN", 1000)
+    found = Neighbourhood(asked, centre, 1e-14, resolve(precisions=(53,))).routes(phases)
+    wrong = found.codes != honest.codes
+    assert wrong.any()
+    assert not (wrong & found.certain & honest.certain).any()
+
+
+def test_without_weight_no_orbit_leaves_and_none_is_certain() -> None:
+    """At mu = 0 all phases share one orbit, which never crosses twice."""
+    free = problem(2, Body(A=(2, 1, 1.5), r=(1, 1, 0), mu=0))
+    found = Neighbourhood(free, exact("1"), 1e-10, resolve(precisions=(53,))).routes(
+        [exact("1.001")]
+    )
+    true = route_codes(free.body, [1.001], h0="1.3342", J1_0="1e-8", n_symbols=2)
+    assert np.array_equal(found.codes, true.codes)
