@@ -5,7 +5,6 @@ Markdown for MyST, one function a page, called by `conf.py` before Sphinx reads 
 
 from __future__ import annotations
 
-import ast
 import inspect
 import pkgutil
 import re
@@ -22,19 +21,9 @@ from pydantic.fields import FieldInfo
 import rigidpend
 from rigidpend import experiments
 from rigidpend.cli import main
+from rigidpend.config.meanings import UNITS, meanings, nested
 from rigidpend.departures import DEPARTURES
 from rigidpend.numbers.exact import Exact
-
-UNITS = {
-    **dict.fromkeys(("A", "bodies", "mu", "M_0", "drawn"), "physical units"),
-    **dict.fromkeys(("h0", "J1_0", "half_width", "heights", "tolerance"), "dimensionless"),
-    **dict.fromkeys(("tolerances", "long_tolerances"), "dimensionless"),
-    **dict.fromkeys(("theta2_0", "between", "start", "step", "beta0"), "radians"),
-    **dict.fromkeys(("azimuth", "elevation"), "radians"),
-    **dict.fromkeys(("seconds", "slowest"), "seconds"),
-    "r": "a direction",
-}
-"""The units of settings that are numbers, by their last name. Whole numbers and words have none."""
 
 COMMON = ("figure", "experiment")
 """The first two keys of every config, of which the page itself tells."""
@@ -150,33 +139,6 @@ def keys(part: type[BaseModel], prefix: str = "") -> Iterator[Setting]:
         yield Setting(key, kind, default, plain(meaning), unit)
         if inner is not None:
             yield from keys(inner, below)
-
-
-def meanings(part: type[BaseModel]) -> dict[str, str]:
-    """The texts under the fields of a model and of those that it derives from."""
-    found: dict[str, str] = {}
-    for base in reversed(part.__mro__):
-        if not issubclass(base, BaseModel) or not base.__module__.startswith("rigidpend"):
-            continue
-        [node] = ast.parse(textwrap.dedent(inspect.getsource(base))).body
-        assert isinstance(node, ast.ClassDef)
-        for field, text in zip(node.body, node.body[1:], strict=False):
-            if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name):
-                if isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant):
-                    found[field.target.id] = inspect.cleandoc(str(text.value.value))
-    return found
-
-
-def nested(annotation: Any) -> tuple[type[BaseModel] | None, bool]:
-    """The part of a config behind an annotation, and whether it is one of several by name."""
-    origin = get_origin(annotation)
-    if origin is Annotated:
-        return nested(get_args(annotation)[0])
-    if origin is dict:
-        return nested(get_args(annotation)[1])[0], True
-    if inspect.isclass(annotation) and issubclass(annotation, BaseModel):
-        return annotation, False
-    return None, False
 
 
 def described(annotation: Any) -> str:

@@ -65,6 +65,7 @@ tables        one table, for a terminal, in Markdown or HTML
 description   rows of name, value and meaning
 theory        the theory's values for a body, as such rows
 departures    departures from the paper
+notebook      results loaded, computed and drawn in a line; orbits in time
 measure/      benchmark beside other methods, and stress trials
 cli/          the command line
 
@@ -108,38 +109,50 @@ if TYPE_CHECKING:
     from rigidpend.body import Body as Body
     from rigidpend.certified.codes import CertifiedCodes as CertifiedCodes
     from rigidpend.certified.codes import certify_codes as certify_codes
+    from rigidpend.notebook import StoredResult as StoredResult
+    from rigidpend.notebook import load as load
+    from rigidpend.notebook import orbit as orbit
+    from rigidpend.notebook import plot as plot
+    from rigidpend.notebook import run as run
+    from rigidpend.notebook import theory as theory
     from rigidpend.return_map import return_map as return_map
     from rigidpend.routes import RouteCodes as RouteCodes
     from rigidpend.routes import route_codes as route_codes
 
 __version__ = "0.2.0"
 __all__ = [
-    "Body",
-    "CertifiedCodes",
-    "RouteCodes",
-    "certify_codes",
-    "return_map",
-    "route_codes",
+    *("Body", "CertifiedCodes", "RouteCodes", "StoredResult", "certify_codes", "load", "orbit"),
+    *("plot", "return_map", "route_codes", "run", "theory"),
 ]
 
 _HOME = {
     "Body": "rigidpend.body",
     "CertifiedCodes": "rigidpend.certified.codes",
     "RouteCodes": "rigidpend.routes",
+    "StoredResult": "rigidpend.notebook",
+    "load": "rigidpend.notebook",
+    "orbit": "rigidpend.notebook",
+    "plot": "rigidpend.notebook",
     "certify_codes": "rigidpend.certified.codes",
     "return_map": "rigidpend.return_map",
     "route_codes": "rigidpend.routes",
 }
 
+_CALLED = ("run", "theory")
+"""Modules that are also functions: ``rigidpend.run("fig4")``, ``rigidpend.theory(body, h0)``."""
+
 
 def __getattr__(name: str) -> Any:
     """Import a public name when it is first used, so that the command line starts without numpy."""
-    if name not in _HOME:
+    if name not in _HOME and name not in _CALLED:
         raise AttributeError(f"module 'rigidpend' has no attribute {name!r}")
     import importlib
 
+    if name in _CALLED:
+        # A module that is called as a function: it makes itself known as an attribute here.
+        return importlib.import_module(f"rigidpend.{name}")
     return getattr(importlib.import_module(_HOME[name]), name)
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *_HOME])
+    return sorted([*globals(), *_HOME, *_CALLED])

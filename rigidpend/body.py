@@ -230,24 +230,43 @@ def _check_moments(A: tuple[Exact, Exact, Exact]) -> None:
     if not A2.at(113) > 0:
         raise BodyError("A", f"A2 > 0 is broken: {shown}")
     if not ((A1 - A3).at(113) > 0 and (A3 - A2).at(113) > 0):
-        raise BodyError("A", f"A1 > A3 > A2 is broken: {shown}")
+        raise BodyError("A", f"A1 > A3 > A2 is broken: {shown}; {_relabelled(A)}")
     if _negative(A2 + A3 - A1, A1):
-        raise BodyError("A", f"A2 + A3 >= A1 (the triangle inequality) is broken: {shown}")
+        raise BodyError(
+            "A",
+            f"A2 + A3 >= A1 (the triangle inequality) is broken: {shown}; no body has such moments",
+        )
+
+
+def _relabelled(A: Sequence[Exact]) -> str:
+    """The mend of moments in another order, or what hinders it."""
+    least, middle, most = sorted(A, key=lambda x: x.at(113))
+    if not most.at(113) > middle.at(113) > least.at(113):
+        return "a body with two equal moments is symmetric and has no separatrices"
+    mended = ", ".join(map(_written, (most, least, middle)))
+    return f"relabel the axes, those of r too: A = [{mended}]"
 
 
 def _check_direction(r: tuple[Exact, Exact, Exact], square: Exact) -> None:
     shown = f"r = {_shown(r)}"
     if r[2].fraction != 0:
-        raise BodyError("r", f"r3 = 0 is broken: {shown}")
+        raise BodyError(
+            "r",
+            f"r3 = 0 is broken: {shown}; the centre of gravity must lie in the plane of axes 1"
+            " and 2, those of the largest and the smallest moment",
+        )
     if not square.at(113) > 0:
         raise BodyError("r", f"r must have a direction: {shown}")
     if any(_negative(x, function("sqrt", square)) for x in r[:2]):
-        raise BodyError("r", f"r1, r2 >= 0 is broken: {shown}")
+        turned = ", ".join(_written(x).removeprefix("-") for x in r)
+        raise BodyError("r", f"r1, r2 >= 0 is broken: {shown}; turn the axes by pi: r = [{turned}]")
 
 
 def _check_weight(mu: Exact) -> None:
     if mu.at(113) < 0:
-        raise BodyError("mu", f"mu >= 0 is broken: mu = {_written(mu)}")
+        size = _written(mu).removeprefix("-")
+        message = f"mu >= 0 is broken: mu = {_written(mu)}; turn r round and take {size}"
+        raise BodyError("mu", message)
 
 
 def _negative(x: Exact, scale: Exact) -> bool:

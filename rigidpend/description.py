@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from rigidpend.body import Body
+from rigidpend.numbers.exact import Exact
 
 
 class Row(NamedTuple):
@@ -20,17 +21,25 @@ class Row(NamedTuple):
 
 def number_row(name: str, meaning: str, *numbers: float) -> Row:
     """A row of one or several numbers, which programs get as such."""
-    values = [float(x) for x in numbers]
+    # A zero has no sign for a reader.
+    values = [float(x) + 0.0 for x in numbers]
     return Row(name, ", ".join(map(repr, values)), meaning, values if values[1:] else values[0])
+
+
+def exact_row(name: str, meaning: str, *numbers: Exact | int) -> Row:
+    """A row of one or several numbers as they were written, rounded for programs."""
+    values = [x if isinstance(x, int) else float(x) + 0.0 for x in numbers]
+    written = ", ".join(map(str, numbers))
+    return Row(name, written, meaning, values if values[1:] else values[0])
 
 
 def body_rows(body: Body) -> list[Row]:
     """A body's parameters and what follows from them."""
     special = ", ".join(body.special_cases) or "none"
     return [
-        Row("A", ", ".join(map(str, body.A)), "principal moments of inertia A1, A2, A3"),
-        Row("r", ", ".join(map(str, body.r)), "direction to the centre of gravity"),
-        Row("mu", str(body.mu), "weight times distance of the centre of gravity"),
+        exact_row("A", "principal moments of inertia A1, A2, A3", *body.A),
+        exact_row("r", "direction to the centre of gravity", *body.r),
+        exact_row("mu", "weight times distance of the centre of gravity", body.mu),
         number_row("alpha0", "rad", body.alpha0),
         number_row("beta0", "rad", body.beta0),
         number_row("gamma0", "rad", body.gamma0),

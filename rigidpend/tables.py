@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+import textwrap
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -16,6 +18,46 @@ class Table(NamedTuple):
     header: Sequence[str]
     rows: Sequence[Sequence[str]]
     note: str = ""
+
+
+def columns(rows: Sequence[Sequence[str]], width: int, margin: str = "") -> Iterator[str]:
+    """Write rows in columns as wide as they need; cells are wrapped where a line has no room.
+
+    Only a word that is longer than its column's share goes beyond the width.
+
+    Parameters
+    ----------
+    rows : sequence of sequences of str
+        All of the same length.
+    width : int
+        Characters of a line.
+    margin : str, optional
+        Stands before each line.
+    """
+    natural = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    widths = _shares(rows, natural, width - len(margin) - 2 * (len(natural) - 1))
+    for row in rows:
+        cells = [
+            textwrap.wrap(cell, share, break_long_words=False, break_on_hyphens=False)
+            for cell, share in zip(row, widths, strict=True)
+        ]
+        for line in itertools.zip_longest(*cells, fillvalue="") if any(cells) else [("",)]:
+            padded = (f"{cell:<{share}}" for cell, share in zip(line, widths, strict=False))
+            yield f"{margin}{'  '.join(padded)}".rstrip()
+
+
+def _shares(rows: Sequence[Sequence[str]], natural: Sequence[int], room: int) -> list[int]:
+    """Widths of columns: the first as it needs, narrow ones too, the rest in equal parts."""
+    least = [
+        max((len(word) for cell in column for word in cell.split()), default=1)
+        for column in zip(*rows, strict=True)
+    ]
+    widths, left = [natural[0]] * len(natural), room - natural[0]
+    rest = sorted(range(1, len(natural)), key=lambda k: natural[k])
+    for count, k in zip(range(len(rest), 0, -1), rest, strict=True):
+        widths[k] = max(1, min(natural[k], max(least[k], left // count)))
+        left -= widths[k]
+    return widths
 
 
 def terminal(table: Table) -> Iterator[str]:

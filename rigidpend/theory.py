@@ -6,19 +6,24 @@ Its values come from `body`, `periodic`, `melnikov`, `precession` and `floquet`.
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterator
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rigidpend import floquet, melnikov, precession
 from rigidpend.body import Angles, Body
-from rigidpend.description import Row, body_rows, number_row
+from rigidpend.description import Row, body_rows, exact_row, number_row
 from rigidpend.free_body import SEPARATRICES
 from rigidpend.numbers.exact import Exact, exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.periodic import Delta_1
 from rigidpend.routes.problem import RouteProblem
+
+if TYPE_CHECKING:
+    from rigidpend.notebook import TheoryTable
 
 
 def rows(body: Body, h0: Scalar, J1_0: Scalar = None) -> list[Row]:
@@ -49,7 +54,7 @@ def rows(body: Body, h0: Scalar, J1_0: Scalar = None) -> list[Row]:
     regime = precession.regime(body)
     return [
         *body_rows(body),
-        Row("h0", str(energy), "energy constant, kappa J2_0^2/2"),
+        exact_row("h0", "energy constant, kappa J2_0^2/2", energy),
         number_row("J2_0", "initial |M|, dimensionless", J2_0),
         *_swings(p, float(energy)),
         *_melnikov(p, J2_0),
@@ -82,7 +87,7 @@ def _melnikov(p: Angles, J2_0: float) -> Iterator[Row]:
 
 
 def _zeros(problem: RouteProblem) -> Iterator[Row]:
-    yield Row("J1_0", str(problem.J1_0), "initial action, dimensionless")
+    yield exact_row("J1_0", "initial action, dimensionless", problem.J1_0)
     meaning = "rad, theta2_0 on separatrix 2, where the first symbol changes, to O(mu)"
     yield number_row("Melnikov zeros", meaning, *melnikov.zeros(problem))
 
@@ -108,3 +113,15 @@ def _orbits(p: Angles, h0: float) -> Iterator[Row]:
     yield number_row("multipliers", meaning, leaving.multiplier, approaching.multiplier)
     limit = math.exp(math.sqrt(2 * h0 / p.kappa) * math.sin(p.alpha0) / 2 * leaving.period)
     yield number_row("multiplier, mu = 0", "exp(u T/2), u = J2_0 sin(alpha0)", limit)
+
+
+class CalledTable(ModuleType):
+    """Module that is also the function `rigidpend.notebook.theory`."""
+
+    def __call__(self, body: Body, h0: Scalar, J1_0: Scalar = None) -> TheoryTable:
+        from rigidpend.notebook import theory
+
+        return theory(body, h0, J1_0)
+
+
+sys.modules[__name__].__class__ = CalledTable

@@ -13,6 +13,7 @@ from docs import generate
 from rigidpend import experiments
 from rigidpend.cli import main
 from rigidpend.config import catalogue, loading
+from rigidpend.config.meanings import meanings
 from rigidpend.config.schema import Number
 from rigidpend.departures import DEPARTURES
 
@@ -57,7 +58,7 @@ def test_a_key_is_told_with_type_unit_default_and_meaning() -> None:
 
 
 def test_a_part_inherits_what_it_does_not_tell_itself() -> None:
-    told = generate.meanings(experiments.schema("heteroclinic_cycle"))
+    told = meanings(experiments.schema("heteroclinic_cycle"))
     assert told["figure"].startswith("Name of the figure")
     assert told["experiment"] == "The name of the experiment."
     assert set(told) == {"figure", "experiment", "problem"}

@@ -6,9 +6,20 @@ import math
 
 import pytest
 
-from rigidpend.tables import Table, html, markdown, seconds, terminal, times
+from rigidpend.tables import Table, columns, html, markdown, seconds, terminal, times
 
 TABLE = Table("Times", ("method", "time"), [("a|b", "1 s"), ("<long name>", "20.5 ms")], "a note")
+
+
+def test_columns_are_wrapped_where_a_line_has_no_room() -> None:
+    rows = [("a", "1.5, 2.5, 3.5", "meaning of a"), ("long", "7", "")]
+    assert list(columns(rows, 80, " ")) == [
+        " a     1.5, 2.5, 3.5  meaning of a",
+        " long  7",
+    ]
+    narrow = list(columns(rows, 22))
+    assert narrow == ["a     1.5,     meaning", "      2.5,     of a", "      3.5", "long  7"]
+    assert list(columns([("one", "")], 3)) == ["one"]
 
 
 def test_terminal_columns_are_aligned() -> None:

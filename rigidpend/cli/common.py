@@ -6,6 +6,7 @@ import contextlib
 import json
 import math
 import os
+import shutil
 import sys
 import warnings
 from collections.abc import Callable, Sequence
@@ -25,10 +26,13 @@ In this order: done or up to date; failed or different; wrong usage or config; s
 absent; an internal error."""
 MOST = 200
 """Largest number of characters of a path that a message shows."""
+PRINTED = "rigidpend.printed"
+"""Note in a command's context that its document is printed."""
 INTERRUPTED = 130
 """Exit code after Ctrl-C; after SIGTERM it is 143."""
 
 KINDS = {
+    "Absent": ABSENT,
     "ConfigError": MISUSED,
     "ParameterError": MISUSED,
     "ExactError": MISUSED,
@@ -51,12 +55,28 @@ KINDS = {
 
 Classes are given by name, for to import them all would take longer than many a command."""
 
+NAMED = "NAME|FILE.yaml|RESULT.h5"
+"""Form of the name of a config: known or in a folder, a file of its own, or in a result."""
 Command = TypeVar("Command", bound=Callable[..., Any])
 
+
+class NamedPath(click.Path):
+    """Type of an option that names a file or a folder; an empty text is neither."""
+
+    def __init__(self, *, folder: bool) -> None:
+        super().__init__(file_okay=not folder, dir_okay=folder, path_type=Path)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not str(value):
+            self.fail(f"expected the name of a {self.name}, got an empty text", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+FOLDER, FILE = NamedPath(folder=True), NamedPath(folder=False)
 OUT = click.option(
     "--out",
     "folder",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=FOLDER,
     default=Path("results"),
     show_default=True,
     help="Folder of the results.",
@@ -65,7 +85,7 @@ NAMES = click.argument(
     "names",
     nargs=-1,
     required=True,
-    metavar="NAME|FILE.yaml...",
+    metavar=f"{NAMED}...",
     shell_complete=complete.names,
 )
 SETTINGS = click.option(
@@ -76,6 +96,14 @@ SETTINGS = click.option(
     shell_complete=complete.settings,
     help="Override a value of the config; may be given again.",
 )
+SWEEPS = click.option(
+    "--sweep",
+    "sweeps",
+    multiple=True,
+    metavar="a.b=VALUE,VALUE...",
+    shell_complete=complete.settings,
+    help="A result for each of the values, and for each combination if given again.",
+)
 JOBS = click.option(
     "-j", "--jobs", type=click.IntRange(1), help="Threads; all processors if not given."
 )
@@ -83,17 +111,25 @@ JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON docu
 
 
 def guarded(command: Command) -> Command:
-    """Turn an exception of a command into a sentence and an exit code."""
+    """Turn an exception of a command into a sentence and an exit code.
+
+    A command with ``--json`` that has printed no document then prints one with both.
+    """
 
     @wraps(command)
     def run(*args: Any, **kwargs: Any) -> Any:
         try:
             with termination():
                 return command(*args, **kwargs)
+        except click.UsageError as error:
+            _document_failure(kwargs, error.format_message(), MISUSED)
+            raise
         except (click.ClickException, click.exceptions.Exit, click.Abort, BrokenPipeError):
             raise
         except KeyboardInterrupt:
-            say("interrupted; finished results are kept")
+            said = "interrupted; finished results are kept"
+            say(said)
+            _document_failure(kwargs, said, INTERRUPTED)
             sys.exit(INTERRUPTED)
         except Terminated:
             say("terminated; finished results are kept")
@@ -102,10 +138,19 @@ def guarded(command: Command) -> Command:
             code = exit_code(error)
             if isinstance(error, OSError):
                 drop(sys.stdout)
-            say(str(error) if code == MISUSED else f"rigidpend: {sentence(error)}")
+            said = sentence(error)
+            say(said if code == MISUSED else f"rigidpend: {said}")
+            _document_failure(kwargs, said, code)
             sys.exit(code)
 
     return run  # type: ignore[return-value]
+
+
+def _document_failure(given: dict[str, Any], said: str, code: int) -> None:
+    """Print the document of a command that failed before it had another."""
+    context = click.get_current_context(silent=True)
+    if given.get("as_json") and not (context and context.meta.get(PRINTED)):
+        print_json({"error": said, "exit_code": code})
 
 
 def exit_code(error: BaseException) -> int:
@@ -136,6 +181,11 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
         return f"{said} with {(log or elsewhere)(error)}"
     except OSError as full:
         return f"{said}; no log could be written: {full.strerror}"
+
+
+def folder_of(path: Path, folder: Path) -> Path:
+    """Folder of a config's result: that of the results, or where the result is that was named."""
+    return path.parent if path.suffix == ".h5" else folder
 
 
 def say(text: str) -> None:
@@ -178,6 +228,9 @@ def settle_warnings() -> None:
 
 def print_json(document: Any) -> None:
     """Write the one document of ``--json`` on stdout."""
+    context = click.get_current_context(silent=True)
+    if context:
+        context.meta[PRINTED] = True
     click.echo(json.dumps(document, indent=2))
 
 
@@ -201,8 +254,8 @@ def print_rows(rows: Sequence[Any], margin: str = "") -> None:
 
 
 def print_table(rows: Sequence[Sequence[str]], margin: str = "") -> None:
-    """Print rows in columns as wide as they need."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for row in rows:
-        cells = [f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)]
-        click.echo(f"{margin}{'  '.join(cells).rstrip()}")
+    """Print rows in columns that fit the terminal, or 80 characters where there is none."""
+    from rigidpend import tables
+
+    for line in tables.columns(rows, shutil.get_terminal_size().columns, margin):
+        click.echo(line)

@@ -7,11 +7,19 @@ from typing import Any
 import click
 
 from rigidpend.cli import complete
-from rigidpend.cli.common import JSON, SETTINGS, guarded, print_json, print_rows, row_document
+from rigidpend.cli.common import (
+    JSON,
+    NAMED,
+    SETTINGS,
+    guarded,
+    print_json,
+    print_rows,
+    row_document,
+)
 
 
 @click.command("describe")
-@click.argument("name", metavar="NAME|FILE.yaml", shell_complete=complete.names)
+@click.argument("name", metavar=NAMED, shell_complete=complete.names)
 @SETTINGS
 @click.option("--resolved", is_flag=True, help="Print the whole config as YAML, defaults included.")
 @JSON
@@ -49,11 +57,12 @@ def command(name: str, settings: tuple[str, ...], resolved: bool, as_json: bool)
 
 def _rows(loaded: Any) -> list[Any]:
     """Rows of the experiment, then those that theory adds, if the config has one body."""
-    from rigidpend import experiments, theory
+    from rigidpend import experiments
+    from rigidpend.theory import of
 
     own = list(experiments.computation(loaded.experiment).describe(loaded.content))
     names = {row.name for row in own}
-    return own + [row for row in theory.of(loaded.content.problem) if row.name not in names]
+    return own + [row for row in of(loaded.content.problem) if row.name not in names]
 
 
 def _document(loaded: Any) -> dict[str, Any]:

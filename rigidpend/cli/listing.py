@@ -2,12 +2,28 @@
 
 from __future__ import annotations
 
+import contextlib
+import itertools
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from rigidpend.cli.common import INTERNAL, JSON, OUT, exit_code, guarded, print_json, print_table
+from rigidpend.cli.common import (
+    INTERNAL,
+    JSON,
+    OUT,
+    exit_code,
+    folder_of,
+    guarded,
+    print_json,
+    print_table,
+)
+from rigidpend.config.catalogue import MEASURE
+
+if TYPE_CHECKING:
+    from rigidpend.config.loading import LoadedConfig
 
 
 @click.command("list")
@@ -17,47 +33,86 @@ from rigidpend.cli.common import INTERNAL, JSON, OUT, exit_code, guarded, print_
 def command(folder: Path, as_json: bool) -> None:
     """List the configs that can be named, with the state of their results.
 
-    Experiment, file of the config, status of the result.
+    Name, experiment, status of the result and what is uncertain in it, by the folder of the
+    config. Results without a config come last: each can be named as well.
 
     What a config in configs/measure/ measures depends on this machine and takes minutes: it is
-    run by its name, not by all.
+    run by its name, not by all; so are configs in this folder, and results.
 
     \b
     Examples:
       rigidpend list
       rigidpend list --json
     """
-    from rigidpend.config import catalogue
-
-    entries = [_entry(name, path, folder) for name, path in catalogue.known().items()]
+    entries = list(_entries(folder))
     if as_json:
         print_json(entries)
-    elif entries:
-        print_table([_row(entry) for entry in entries])
+        return
+    for place, group in itertools.groupby(entries, lambda entry: Path(entry["config"]).parent):
+        rows = [_row(entry) for entry in group]
+        click.echo(f"{place}/" if str(place) != "." else "here")
+        print_table(rows, "  ")
 
 
-def _entry(name: str, path: Path, folder: Path) -> dict[str, Any]:
+def _entries(folder: Path) -> Iterator[dict[str, Any]]:
+    """An entry for each config, for each member of its sweep, and for each other result."""
+    from rigidpend.config import catalogue, loading
+    from rigidpend.config.complaints import ConfigError
+
+    swept: set[str] = set()
+    for name, path in _named(folder).items():
+        if path.suffix == ".h5" and name in swept:
+            continue
+        if path.suffix != ".h5" and catalogue.is_sweep(path):
+            with contextlib.suppress(ConfigError):
+                [group] = loading.load_groups([path])
+                swept |= {member.name for member in group.members}
+                yield from (_entry(member.name, path, folder, member) for member in group.members)
+                continue
+        yield _entry(name, path, folder)
+
+
+def _named(folder: Path) -> dict[str, Path]:
+    """Files of all names: configs that are known, those in this folder, then results."""
+    from rigidpend.certified.storage import is_certificate
+    from rigidpend.config import catalogue
+
+    by_name = {**catalogue.known(), **catalogue.own()}
+    stored = (path for path in sorted(folder.glob("*.h5")) if not is_certificate(path))
+    stray = {path.stem: path for path in stored if path.stem not in by_name}
+    files = sorted(by_name.values(), key=lambda path: not catalogue.in_all(path))
+    places = dict.fromkeys(path.parent for path in files)
+    known = [(name, x) for place in places for name, x in by_name.items() if x.parent == place]
+    return dict(known) | stray
+
+
+def _entry(
+    name: str, path: Path, folder: Path, member: LoadedConfig | None = None
+) -> dict[str, Any]:
     from rigidpend.config import catalogue, loading
     from rigidpend.run import runner
 
     entry: dict[str, Any] = {"name": name, "experiment": None, "status": "cannot be used"}
-    entry |= {"reason": None, "in_all": catalogue.in_all(path), "config": str(path), "file": None}
+    entry |= {"reason": None, "doubt": None, "in_all": catalogue.in_all(path)}
+    entry |= {"config": str(path), "file": None}
     try:
-        loaded = loading.load(path)
+        loaded = member or loading.load(path)
         entry["experiment"] = loaded.experiment
-        planned = runner.plan(loaded, folder)
+        planned = runner.plan(loaded, folder_of(path, folder))
     except Exception as error:
         # One bad config or damaged result does not hide the others.
         if exit_code(error) == INTERNAL:
             raise
         return entry | {"reason": str(error)}
     entry["status"] = "to run" if planned.reason else "up to date"
-    return entry | {"reason": planned.reason or None, "file": str(planned.target)}
+    entry |= {"reason": planned.reason or None, "doubt": planned.doubt or None}
+    return entry | {"file": str(planned.target)}
 
 
 def _row(entry: dict[str, Any]) -> list[str]:
     status, reason = entry["status"], entry["reason"]
     # Of a config with many faults the first line; `describe` has them all.
     said = f"{status}: {reason.splitlines()[0]}" if reason else status
-    by_name = "" if entry["in_all"] else " (by name only)"
-    return [entry["name"], entry["experiment"] or "-", entry["config"], f"{said}{by_name}"]
+    doubt = f"; {entry['doubt']}" if entry["doubt"] else ""
+    by_name = " (by name only)" if Path(entry["config"]).parent.name == MEASURE else ""
+    return [entry["name"], entry["experiment"] or "-", f"{said}{doubt}{by_name}"]

@@ -7,18 +7,18 @@ from pathlib import Path
 import click
 
 from rigidpend.cli import complete
-from rigidpend.cli.common import JOBS, guarded, say
+from rigidpend.cli.common import FOLDER, JOBS, NAMED, guarded, say
 
 
 @click.command("reference")
-@click.argument("names", nargs=-1, metavar="[NAME|FILE.yaml|all]...", shell_complete=complete.names)
+@click.argument("names", nargs=-1, metavar=f"[{NAMED}|all]...", shell_complete=complete.names)
 @click.option(
     "--reason", default="", help="Reason for the renewal; kept in the file, after earlier ones."
 )
 @click.option(
     "--reference",
     "folder",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=FOLDER,
     default=Path("results/reference"),
     show_default=True,
     help="Folder of the references.",

@@ -8,11 +8,13 @@ from pathlib import Path
 
 import click
 
-from rigidpend.cli.common import FAILED, NAMES, OUT, guarded, say
+from rigidpend.cli.common import ABSENT, NAMES, OUT, SWEEPS, folder_of, guarded, say
+from rigidpend.config import catalogue
 
 
 @click.command("render")
 @NAMES
+@SWEEPS
 @OUT
 @click.option(
     "--format",
@@ -23,22 +25,44 @@ from rigidpend.cli.common import FAILED, NAMES, OUT, guarded, say
     help="Format of the figure.",
 )
 @guarded
-def command(names: tuple[str, ...], folder: Path, suffix: str) -> None:
-    """Draw stored results as FOLDER/NAME.png.
+def command(names: tuple[str, ...], sweeps: tuple[str, ...], folder: Path, suffix: str) -> None:
+    """Draw stored results as FOLDER/NAME.png, a RESULT.h5 beside itself.
+
+    The results of a sweep are drawn one by one, and together where their experiment says how.
 
     \b
     Examples:
       rigidpend render all
       rigidpend render fig4 --format pdf
+      rigidpend render fig4 --sweep problem.mu=1e-4,1e-3 --out swept
     """
     from rigidpend import render as drawing
     from rigidpend.config import names as known
 
-    for path in known.resolve(names):
-        source = folder / f"{path.stem}.h5"
-        if not os.path.lexists(source):
-            say(f"rigidpend: {source} is not there; call: rigidpend run {path.stem}")
-            sys.exit(FAILED)
-        target = source.with_suffix(f".{suffix}")
-        drawing.render(source, target)
-        say(f"{path.stem}: {target} drawn")
+    for path in known.resolve(names, folder):
+        title, members = _members(path, sweeps)
+        sources = [folder_of(path, folder) / f"{name}.h5" for name in members]
+        for source in sources:
+            _check_there(source, path.stem)
+            target = source.parent / f"{source.stem}.{suffix}"
+            drawing.render(source, target)
+            say(f"{source.stem}: {target} drawn")
+        together = sources[0].parent / f"{title}.{suffix}"
+        if len(sources) > 1 and drawing.render_together(sources, together):
+            say(f"{title}: {together} drawn")
+
+
+def _members(path: Path, sweeps: tuple[str, ...]) -> tuple[str, list[str]]:
+    """Names of the results that a config stands for, and of all of them together."""
+    if not sweeps and not (path.suffix != ".h5" and catalogue.is_sweep(path)):
+        return path.stem, [path.stem]
+    from rigidpend.config import loading
+
+    [group] = loading.load_groups([path], (), sweeps)
+    return group.title, [each.name for each in group.members]
+
+
+def _check_there(source: Path, name: str) -> None:
+    if not os.path.lexists(source):
+        say(f"rigidpend: {source} is not there; call: rigidpend run {name}")
+        sys.exit(ABSENT)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import shlex
 import sys
 import time
@@ -21,7 +20,9 @@ from rigidpend.cli.common import (
     NAMES,
     OUT,
     SETTINGS,
+    SWEEPS,
     exit_code,
+    folder_of,
     guarded,
     print_json,
     say,
@@ -57,6 +58,8 @@ class RunOutcome:
 @click.command("run")
 @NAMES
 @SETTINGS
+@SWEEPS
+@click.option("--name", metavar="NAME", help="Name of the result, for one config.")
 @OUT
 @JOBS
 @click.option("--force", is_flag=True, help="Compute even what is up to date.")
@@ -71,6 +74,8 @@ class RunOutcome:
 def command(
     names: tuple[str, ...],
     settings: tuple[str, ...],
+    sweeps: tuple[str, ...],
+    name: str | None,
     folder: Path,
     jobs: int | None,
     force: bool,
@@ -84,7 +89,11 @@ def command(
 
     Results are FOLDER/NAME.h5. NAME is a config's name, a file, or all. A result that is
     up to date is left alone; an interrupted run is resumed. FOLDER/NAME.log holds the messages
-    of the last run.
+    of the last run. A result RESULT.h5 in place of a name is computed again where it is, by the
+    config in it.
+
+    With --sweep, or the section sweep of a config, there is a result for each combination of
+    values, side by side as far as --jobs goes; its name tells them: FOLDER/fig4_mu=1e-3.h5.
 
     With --json stdout has, for each config, its status, reason, file, seconds and error.
 
@@ -94,36 +103,47 @@ def command(
       rigidpend run all -n
       rigidpend run fig4 --set problem.n_symbols=30 --set numerics.engine=scipy
       rigidpend run fig1 fig2 --keep-going --quiet --json
+      rigidpend run fig4 --set problem.mu=0.01 --name heavy
+      rigidpend run fig4 --sweep problem.mu=1e-4,1e-3 --sweep problem.J1_0=1e-8,1e-6
     """
     begun = time.perf_counter()
     if quiet and verbose:
         raise click.UsageError("--quiet and --verbose exclude each other")
     from rigidpend.config import loading
     from rigidpend.config.names import resolve
-    from rigidpend.run import progress, workers
+    from rigidpend.run import progress, runner, workers
 
-    paths = resolve(names)
-    _check_twins(paths)
-    loaded = loading.load_all(paths, settings)
-    planned = [_plan(each, folder, force, keep_going) for each in loaded]
+    paths = resolve(names, folder)
+    if name is not None and len(paths) > 1:
+        raise click.UsageError("--name is for one config; the results of several keep their names")
+    groups = loading.load_groups(paths, settings, sweeps, name)
+    named = [(folder_of(x.path, folder), each, x.path) for x in groups for each in x.members]
+    _check_twins([(place / each.name, path) for place, each, path in named])
+    planned = [_plan(each, place, force, keep_going) for place, each, _ in named]
     outcomes = [outcome for _, outcome, _ in planned]
     code = max((code for *_, code in planned), default=DONE)
     waiting = [(plan, outcome) for plan, outcome, _ in planned if plan and plan.reason]
-    course = progress.Course(len(waiting))
+    shared = jobs or workers.cores()
+    at_once = 1 if len(groups) > 1 else min(len(waiting), shared)
+    expected = {x.name: cost for plan, x in waiting if (cost := runner.expected_seconds(plan))}
+    course = progress.Course(len(waiting), expected, at_once)
     shown = progress.Progress(course, sys.stderr, begun, quiet=quiet, verbose=verbose)
     with _printed(outcomes, as_json), shown:
         shown.tell(f"planned in {time.perf_counter() - begun:.2f} s", detail=True)
         for outcome in outcomes:
-            _tell_plan(outcome, shown, dry_run)
+            _tell_plan(outcome, shown, dry_run, expected.get(outcome.name))
         if not dry_run:
-            code = max(code, _compute(waiting, shown, jobs or workers.cores(), keep_going))
+            code = max(code, _compute(waiting, shown, shared, at_once, keep_going))
     sys.exit(code)
 
 
-def _check_twins(paths: Sequence[Path]) -> None:
-    for path, twin in itertools.combinations(paths, 2):
-        if path.stem == twin.stem:
-            raise click.UsageError(f"{path} and {twin} would both be stored as {path.stem}.h5")
+def _check_twins(named: Sequence[tuple[Path, Path]]) -> None:
+    """Refuse configs of two files whose results would have one place."""
+    first: dict[Path, Path] = {}
+    for target, path in named:
+        twin = first.setdefault(target, path)
+        if twin != path:
+            raise click.UsageError(f"{twin} and {path} would both be stored as {target.name}.h5")
 
 
 def _plan(
@@ -160,11 +180,14 @@ def _printed(outcomes: list[RunOutcome], as_json: bool) -> Iterator[None]:
             print_json([asdict(outcome) for outcome in outcomes])
 
 
-def _tell_plan(outcome: RunOutcome, shown: Progress, dry_run: bool) -> None:
+def _tell_plan(outcome: RunOutcome, shown: Progress, dry_run: bool, seconds: float | None) -> None:
+    from rigidpend.run.progress import duration
+
     if outcome.status == "up to date":
         shown.tell(f"{outcome.name}: {outcome.file} is up to date")
     elif dry_run:
-        shown.tell(f"{outcome.name}: would compute ({outcome.reason}), {outcome.engine}")
+        cost = f", about {duration(max(1.0, seconds))}" if seconds else ""
+        shown.tell(f"{outcome.name}: would compute ({outcome.reason}), {outcome.engine}{cost}")
     if outcome.status == "failed":
         return
     hashes = f"config {outcome.config_hash}, code {outcome.code_hash}"
@@ -172,9 +195,14 @@ def _tell_plan(outcome: RunOutcome, shown: Progress, dry_run: bool) -> None:
 
 
 def _compute(
-    waiting: Sequence[tuple[Plan, RunOutcome]], shown: Progress, jobs: int, keep_going: bool
+    waiting: Sequence[tuple[Plan, RunOutcome]],
+    shown: Progress,
+    jobs: int,
+    at_once: int,
+    keep_going: bool,
 ) -> int:
-    """Compute the planned configs one after the other; return the worst exit code."""
+    """Compute the planned configs, so many at a time; return the worst exit code."""
+    from rigidpend.run import workers
     from rigidpend.run.logs import Logs
 
     codes = [DONE]
@@ -182,10 +210,12 @@ def _compute(
         outcome.status = "not run"
     targets = {planned.config.name: planned.target for planned, _ in waiting}
     with Logs(targets, shlex.join(["rigidpend", *sys.argv[1:]])) as logs:
-        for planned, outcome in waiting:
-            codes.append(_follow(planned, outcome, shown, logs, jobs))
-            if codes[-1] != DONE and not keep_going:
-                break
+
+        def follow(pair: tuple[Plan, RunOutcome]) -> None:
+            if max(codes) == DONE or keep_going:
+                codes.append(_follow(*pair, shown, logs, max(1, jobs // at_once)))
+
+        workers.side_by_side(follow, (), False, waiting, at_once)
     return max(codes)
 
 
@@ -213,5 +243,5 @@ def _follow(planned: Plan, outcome: RunOutcome, shown: Progress, logs: Logs, job
         outcome.seconds = round(time.perf_counter() - begun, 3)
         log = logs.path(name)
         outcome.log = str(log) if log else None
-    shown.end(outcome.status == "computed")
+    shown.end(outcome.status == "computed", name)
     return code

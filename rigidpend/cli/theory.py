@@ -5,11 +5,19 @@ from __future__ import annotations
 import click
 
 from rigidpend.cli import complete
-from rigidpend.cli.common import JSON, SETTINGS, guarded, print_json, print_rows, row_document
+from rigidpend.cli.common import (
+    JSON,
+    NAMED,
+    SETTINGS,
+    guarded,
+    print_json,
+    print_rows,
+    row_document,
+)
 
 
 @click.command("theory")
-@click.argument("name", default="fig4", metavar="[NAME|FILE.yaml]", shell_complete=complete.names)
+@click.argument("name", default="fig4", metavar=f"[{NAMED}]", shell_complete=complete.names)
 @SETTINGS
 @JSON
 @guarded
@@ -26,14 +34,14 @@ def command(name: str, settings: tuple[str, ...], as_json: bool) -> None:
       rigidpend theory fig5 --json
       rigidpend theory --set problem.mu=0.01 --set problem.h0=10/9
     """
-    from rigidpend import theory
     from rigidpend.config import loading
     from rigidpend.config.names import resolve
+    from rigidpend.theory import of
 
     [path, *others] = resolve((name,))
     if others:
         raise click.UsageError("theory is about one config, not all")
-    rows = theory.of(loading.load(path, settings).content.problem)
+    rows = of(loading.load(path, settings).content.problem)
     if not rows:
         raise click.UsageError(f"{path} has not one body and one h0, as fig4 and fig5 have")
     if as_json:

@@ -10,39 +10,46 @@ import click
 
 from rigidpend.cli import complete
 from rigidpend.cli.common import (
+    ABSENT,
     DONE,
     FAILED,
+    FOLDER,
     INTERNAL,
     JOBS,
     JSON,
+    NAMED,
+    SETTINGS,
     exit_code,
     guarded,
     print_json,
     say,
 )
 
+ENGINES = "Taylor series and DOP853"
+"""Reference where none is stored."""
+
 
 @click.command("verify")
-@click.argument("names", nargs=-1, metavar="[NAME|FILE.yaml|all]...", shell_complete=complete.names)
+@click.argument("names", nargs=-1, metavar=f"[{NAMED}|all]...", shell_complete=complete.names)
 @click.option(
     "--reference",
-    type=click.Path(file_okay=False, path_type=Path),
-    default=Path("results/reference"),
-    show_default=True,
-    help="Folder of the stored results.",
+    type=FOLDER,
+    help="Folder of the stored results; results/reference, else those of the package.",
 )
 @click.option(
     "--results",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=FOLDER,
     help="Read the results to be compared in this folder, rather than compute them.",
 )
+@SETTINGS
 @JSON
 @JOBS
 @guarded
 def command(
     names: tuple[str, ...],
-    reference: Path,
+    reference: Path | None,
     results: Path | None,
+    settings: tuple[str, ...],
     as_json: bool,
     jobs: int | None,
 ) -> None:
@@ -51,50 +58,72 @@ def command(
     Values are compared, not bytes: symbols and texts exactly where they are certain, numbers
     to what their experiment's arithmetic explains, and also what the files consist of, but not
     where and when they were made. Symbols that a certificate beside the compared result proves
-    must be as proven. The exit code is 1 where something differs.
+    must be as proven. The exit code is 1 where something differs, 3 where there is nothing to
+    compare with.
+
+    With --set, where no stored result is of that problem, the reference is computed too: by
+    the Taylor engine, and DOP853 is compared with it.
 
     \b
     Examples:
       rigidpend verify
       rigidpend verify fig4 --reference old/results
       rigidpend verify all --results results --json
+      rigidpend verify fig4 --set problem.mu=0.01
     """
     from rigidpend.config.names import resolve
 
     everything = not names or "all" in names
     paths = resolve(names or ("all",))
+    folder = reference or references()
     found = []
     for path in paths:
-        found.append(_compared(path, reference, results, jobs))
+        found.append(_compared(path, settings, folder, results, jobs))
         if not as_json:
             _tell(found[-1])
-    strays = _strays(reference, {path.stem for path in paths}) if everything else []
+    strays = _strays(folder, {path.stem for path in paths}) if everything else []
     same = not strays and all(one["same"] for one in found)
     if as_json:
         print_json({"same": same, "results": found, "without_config": strays})
     for stray in strays:
         say(f"rigidpend: {stray}: no config has this name")
-    sys.exit(DONE if same else FAILED)
+    absent = any(one["absent"] for one in found)
+    sys.exit(ABSENT if absent else DONE if same else FAILED)
 
 
-def _compared(path: Path, reference: Path, results: Path | None, jobs: int | None) -> Any:
+def references() -> Path:
+    """Folder of the references: here, of the checkout, or as installed with the package."""
+    from rigidpend.config.catalogue import PACKAGE
+
+    here = Path("results/reference")
+    known = (here, PACKAGE.parent / here, PACKAGE / "reference")
+    return next((folder for folder in known if folder.is_dir()), here)
+
+
+def _compared(
+    path: Path, settings: tuple[str, ...], reference: Path, results: Path | None, jobs: int | None
+) -> Any:
     """Compute one experiment and compare it, as plain data."""
     from rigidpend.certified import storage
     from rigidpend.config import loading
-    from rigidpend.results import regression, store, words
+    from rigidpend.results import files, regression, store, words
     from rigidpend.run import workers
 
-    loaded = loading.load(path)
-    stored = reference / f"{loaded.name}.h5"
+    loaded, many = loading.load(path, settings), jobs or workers.cores()
+    stored = path if path.suffix == ".h5" else reference / f"{loaded.name}.h5"
     read = results / stored.name if results else None
     outcome: dict[str, Any] = {"name": loaded.name, "reference": str(stored), "same": False}
+    outcome["absent"] = False
     try:
         proof = storage.beside(read or stored)
-        found = regression.verify(
-            loaded, stored, jobs=jobs or workers.cores(), fresh=read, certificate=proof
-        )
+        if settings and not read and not regression.is_of(loaded, stored):
+            outcome["reference"], proof = ENGINES, None
+            found = regression.verify_by_engines(loaded, jobs=many)
+        else:
+            found = regression.verify(loaded, stored, jobs=many, fresh=read, certificate=proof)
     except store.StoreError as error:
-        return {**outcome, "error": str(error), "differences": []}
+        absent = isinstance(error, files.Absent)
+        return {**outcome, "absent": absent, "error": str(error), "differences": []}
     except (LookupError, TypeError, ValueError, ZeroDivisionError) as error:
         if exit_code(error) != INTERNAL:
             raise
@@ -124,6 +153,8 @@ def _tell(outcome: dict[str, Any]) -> None:
         say(f"rigidpend: {outcome['error']}")
         return
     verdict = "the same as in" if outcome["same"] else "differs from"
+    if outcome["reference"] == ENGINES:
+        verdict = "the same by" if outcome["same"] else "differs by"
     proven = f"; {outcome['proven']} symbols are proven" if outcome["proven"] else ""
     click.echo(f"{outcome['name']}: {verdict} {outcome['reference']}{proven}")
     for difference in outcome["differences"]:

@@ -12,5 +12,8 @@ route_start  the start of orbits on S1-
 validation   pydantic's errors as complaints
 complaint    one thing that is wrong with a config, shown with its place
 loading      a checked config from a file
-writer       a config as YAML
+sweeps       a config for each combination of values
+changes      changes from one config to another
+meanings     meanings and units of the keys
+writer       a config as YAML, with these beside them
 """

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 MEASURE = "measure"
 """Folder of configs that measure this machine for minutes; `all` leaves them out."""
+NAMING, LOOKED_AT = re.compile(rb"^experiment *:", re.MULTILINE), 10_000
+"""The key that every config has, and how many bytes of a file are searched for it."""
+SWEEPING = re.compile(rb"^sweep *:", re.MULTILINE)
 PACKAGE = Path(__file__).resolve().parents[1]
 
 
@@ -13,6 +17,12 @@ def folders() -> list[Path]:
     """Folders in which names are looked up, in order: here, the checkout, the installed package."""
     candidates = (Path("configs"), PACKAGE.parent / "configs", PACKAGE / "configs")
     return [folder for folder in candidates if folder.is_dir()]
+
+
+def shipped() -> list[Path]:
+    """Files of the configs that come with the package; they alone make the paper's figures."""
+    candidates = (PACKAGE.parent / "configs", PACKAGE / "configs")
+    return sorted(file for folder in candidates for file in folder.glob("*.yaml"))
 
 
 def known() -> dict[str, Path]:
@@ -24,6 +34,32 @@ def known() -> dict[str, Path]:
     return dict(sorted(found.items()))
 
 
+def own() -> dict[str, Path]:
+    """Map names to the configs that lie in this very folder, other than those of `known`."""
+    files = {path.stem: path for path in sorted(Path().glob("*.y*ml")) if _is_config(path)}
+    return {name: path for name, path in files.items() if name not in known()}
+
+
+def is_sweep(path: Path) -> bool:
+    """True if a YAML file has the key of a sweep."""
+    return _has_line(path, SWEEPING)
+
+
+def _is_config(path: Path) -> bool:
+    """True if a YAML file seems to be meant as a config: it names an experiment."""
+    return _has_line(path, NAMING)
+
+
+def _has_line(path: Path, line: re.Pattern[bytes]) -> bool:
+    try:
+        if not path.is_file():
+            return False
+        with path.open("rb") as file:
+            return line.search(file.read(LOOKED_AT)) is not None
+    except OSError:
+        return False
+
+
 def in_all(path: Path) -> bool:
     """True if `all` includes this config."""
-    return path.parent.name != MEASURE
+    return path.parent in folders()

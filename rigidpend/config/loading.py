@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import json
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, TypeVar
 
 from pydantic import ValidationError
 
 from rigidpend import experiments
-from rigidpend.config import overrides, reader, validation
-from rigidpend.config.complaints import Complaint, ConfigError
+from rigidpend.config import catalogue, overrides, reader, validation
+from rigidpend.config import sweeps as sweeping
+from rigidpend.config.complaints import Complaint, ConfigError, Origin
 from rigidpend.config.reader import Document
 from rigidpend.config.schema import ExperimentConfig
+from rigidpend.config.sweeps import Sweep
+
+Result = TypeVar("Result")
 
 __all__ = ["ConfigError", "LoadedConfig", "load", "load_all", "resolved_yaml"]
 
@@ -26,17 +33,33 @@ class LoadedConfig:
     experiment: str
     content: ExperimentConfig
     """Instance of the experiment's schema."""
+    sweeps: tuple[Sweep, ...] = ()
+    """Sweeps that the file asks for; the content has none of their values."""
 
     def resolved(self) -> dict[str, Any]:
         """All values, defaults included, as plain JSON data; numbers exact."""
         return dict(self.content.model_dump(mode="json"))
 
+    def with_engine(self, engine: str) -> LoadedConfig:
+        """The same config, computed by that engine."""
+        content: Any = self.content
+        numerics = content.numerics.model_copy(update={"engine": engine})
+        return replace(self, content=content.model_copy(update={"numerics": numerics}))
+
 
 def resolved_yaml(config: LoadedConfig) -> str:
-    """Write a config with all its defaults as YAML, which :func:`load` reads as the same config."""
-    from rigidpend.config import writer
+    """Write a config with all its defaults as YAML, which :func:`load` reads as the same config.
 
-    return writer.to_yaml(config.resolved())
+    Numbers are as they were written, and every key has its meaning and unit beside it. The name
+    of the figure is left out: what is edited makes another one.
+    """
+    from rigidpend.config import writer
+    from rigidpend.config.schema import WRITTEN
+
+    dumped = config.content.model_dump(mode="json", context=WRITTEN, exclude={"figure"})
+    text = writer.to_yaml(dumped, type(config.content))
+    swept = (f"  {sweep.key}: [{', '.join(sweep.values)}]\n" for sweep in config.sweeps)
+    return f"{text}\nsweep:\n{''.join(swept)}" if config.sweeps else text
 
 
 def load(path: Path, settings: Sequence[str] = ()) -> LoadedConfig:
@@ -53,15 +76,20 @@ def load(path: Path, settings: Sequence[str] = ()) -> LoadedConfig:
     ConfigError
         With all that is wrong, each with its place in the file.
     """
-    document = reader.read(path)
+    document = _read(path)
     if not isinstance(document.tree, dict):
-        document.refuse(document.origin(()), (), "expected keys: figure, experiment, problem")
+        document.refuse(document.origin(()), (), "expected keys: experiment, problem")
         raise ConfigError(document.complaints)
     for setting in settings:
         try:
             overrides.override(document, setting)
         except ConfigError as error:
             document.complaints += error.complaints
+    asked: list[Sweep] = []
+    try:
+        asked = sweeping.taken_from(document)
+    except ConfigError as error:
+        document.complaints += error.complaints
     experiment = _experiment(document)
     model = experiments.schema(experiment)
     try:
@@ -70,22 +98,98 @@ def load(path: Path, settings: Sequence[str] = ()) -> LoadedConfig:
         raise validation.config_error(document, model, error.errors()) from None
     if document.complaints:
         raise ConfigError(document.complaints)
-    return LoadedConfig(path.stem, experiment, content)
+    if content.of_the_paper and not (path.resolve() in catalogue.shipped() and not settings):
+        content = _titled(content)
+    return LoadedConfig(path.stem, experiment, content, tuple(asked))
 
 
-def load_all(paths: Sequence[Path], settings: Sequence[str] = ()) -> list[LoadedConfig]:
-    """Load several configs; the complaints about all of them are raised together."""
-    loaded: list[LoadedConfig] = []
+class Group(NamedTuple):
+    """The configs that one file stands for: one, or each combination of a sweep."""
+
+    path: Path
+    title: str
+    """Name of all of them together."""
+    members: list[LoadedConfig]
+
+
+def load_groups(
+    paths: Sequence[Path],
+    settings: Sequence[str] = (),
+    sweeps: Sequence[str] = (),
+    name: str | None = None,
+) -> list[Group]:
+    """Load several configs, with their sweeps; the complaints about all are raised together.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+    settings, sweeps : sequence of str
+        Options ``KEY=VALUE`` and ``KEY=VALUE,VALUE``; the latter in place of the file's own
+        sweeps of the same keys.
+    name : str, optional
+        Name of the result of a single file, or the beginning of its results' names.
+    """
+    if name is not None:
+        sweeping.checked_name(name, Origin("--name"))
+    options = [sweeping.option(text) for text in sweeps]
+    return _together([partial(_group, path, settings, options, name) for path in paths])
+
+
+def _group(
+    path: Path, settings: Sequence[str], options: Sequence[Sweep], name: str | None
+) -> Group:
+    base = load(path, settings)
+    given = {sweep.key: sweep for sweep in (*base.sweeps, *options)}
+    if not given:
+        return Group(path, name or base.name, [replace(base, name=name or base.name)])
+    every = sweeping.variants(list(given.values()))
+    members = _together([partial(load, path, (*settings, *one.settings)) for one in every])
+    names = [f"{name or base.name}{variant.ending}" for variant in every]
+    for each in names:
+        sweeping.checked_name(each, Origin("sweep"))
+    swept = [replace(x, name=n, sweeps=()) for x, n in zip(members, names, strict=True)]
+    return Group(path, "_".join([name or base.name, *sweeping.short_names(list(given))]), swept)
+
+
+def _together(calls: Sequence[Callable[[], Result]]) -> list[Result]:
+    """Call functions that load, and raise all their complaints at once."""
+    found: list[Result] = []
     complaints: list[Complaint] = []
-    for path in paths:
+    for call in calls:
         try:
-            loaded.append(load(path, settings))
+            found.append(call())
         except ConfigError as error:
             # A setting that is wrong is wrong for every config: once is enough.
             complaints += [new for new in error.complaints if new not in complaints]
     if complaints:
         raise ConfigError(complaints)
-    return loaded
+    return found
+
+
+def _read(path: Path) -> Document:
+    """Read a config file, or the config that a result was made from."""
+    if path.suffix != ".h5":
+        return reader.read(path)
+    from rigidpend.numbers import decimals
+    from rigidpend.results import store
+
+    stored = decimals.everywhere(json.loads(store.config(path)))
+    return reader.parse(json.dumps(stored, indent=2, ensure_ascii=False), str(path))
+
+
+def _titled(content: ExperimentConfig) -> ExperimentConfig:
+    """Take the name of the paper's figure from a config of another problem."""
+    line = re.compile(rf'^figure: "?{re.escape(content.figure)}"?$', re.MULTILINE)
+    for path in catalogue.shipped():
+        if line.search(path.read_text(encoding="utf-8")):
+            if load(path).content.problem.model_dump() == content.problem.model_dump():
+                return content
+    return content.model_copy(update={"figure": ""})
+
+
+def load_all(paths: Sequence[Path], settings: Sequence[str] = ()) -> list[LoadedConfig]:
+    """Load several configs; the complaints about all of them are raised together."""
+    return _together([partial(load, path, settings) for path in paths])
 
 
 def _experiment(document: Document) -> str:

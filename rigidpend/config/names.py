@@ -5,14 +5,28 @@ from __future__ import annotations
 import difflib
 from pathlib import Path
 
-from rigidpend.config.catalogue import in_all, known
+from rigidpend.config.catalogue import in_all, known, own
 from rigidpend.config.complaints import Complaint, ConfigError, Origin
 
 __all__ = ["known", "resolve"]
 
 
-def resolve(names: tuple[str, ...]) -> list[Path]:
+SUFFIXES = (".yaml", ".yml", ".h5")
+"""Endings of files that hold a config: as text, or in a result."""
+RESULTS = Path("results")
+"""Folder of results where none is given."""
+
+
+def resolve(names: tuple[str, ...], folder: Path = RESULTS) -> list[Path]:
     """Find the files that are meant by names, by paths, or by `all`; each once, in order.
+
+    A name stands for a config that is known, for one in this folder, or for a stored result.
+
+    Parameters
+    ----------
+    names : tuple of str
+    folder : Path, optional
+        Folder of the results.
 
     Raises
     ------
@@ -25,7 +39,7 @@ def resolve(names: tuple[str, ...]) -> list[Path]:
     for name in names:
         try:
             everything = filter(in_all, catalogue.values())
-            paths.extend(everything if name == "all" else [_file(name, catalogue)])
+            paths.extend(everything if name == "all" else [_file(name, catalogue, folder)])
         except ConfigError as error:
             complaints += error.complaints
     if complaints:
@@ -33,9 +47,9 @@ def resolve(names: tuple[str, ...]) -> list[Path]:
     return list(dict.fromkeys(paths))
 
 
-def _file(name: str, catalogue: dict[str, Path]) -> Path:
+def _file(name: str, catalogue: dict[str, Path], folder: Path) -> Path:
     path = Path(name)
-    if path.suffix in (".yaml", ".yml"):
+    if path.suffix in SUFFIXES:
         if path.is_file():
             return path
         # A device or a pipe might never end.
@@ -43,11 +57,18 @@ def _file(name: str, catalogue: dict[str, Path]) -> Path:
         raise ConfigError([Complaint(Origin(name), (), message)])
     if name in catalogue:
         return catalogue[name]
+    for candidate in (path.with_name(f"{path.name}{suffix}") for suffix in SUFFIXES[:2]):
+        if path.name and candidate.is_file():
+            return candidate
+    stored = folder / f"{name}.h5"
+    if name and stored.is_file():
+        return stored
     raise ConfigError([Complaint(Origin(name), (), f"no such config{_hint(name, catalogue)}")])
 
 
 def _hint(name: str, catalogue: dict[str, Path]) -> str:
-    close = difflib.get_close_matches(name, catalogue, 1)
+    close = difflib.get_close_matches(name, [*catalogue, *own()], 1)
     if close:
         return f"; did you mean {close[0]}?"
-    return f"; known are {', '.join(catalogue)} and all, or give a FILE.yaml"
+    names = ", ".join([*catalogue, *own()])
+    return f"; known are {names} and all, or give a FILE.yaml or a RESULT.h5"

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from rigidpend.config.complaints import Complaint, ConfigError, Origin, Place
 from rigidpend.config.reader import MAX_DEPTH, Document, parse
+
+INDEXED = re.compile(r"\[(\w+)\]")
+"""An index as other languages write it."""
 
 
 def override(document: Document, setting: str) -> None:
@@ -20,6 +24,10 @@ def override(document: Document, setting: str) -> None:
     path, equals, written = setting.partition("=")
     if not equals or not all(path.split(".")):
         raise ConfigError([Complaint(origin, (), "expected KEY.KEY=VALUE, as in problem.mu=1e-3")])
+    indexed = INDEXED.sub(r".\1", path)
+    if indexed != path:
+        message = f"an entry of a list is written {indexed}={written}"
+        raise ConfigError([Complaint(origin, (), message)])
     if path.count(".") >= MAX_DEPTH:
         message = f"more than {MAX_DEPTH} keys inside each other"
         raise ConfigError([Complaint(origin, (), message)])
@@ -40,6 +48,9 @@ def override(document: Document, setting: str) -> None:
 
 def _value(written: str, origin: Origin) -> Any:
     """Read the value of a setting; complaints about it name the option as a whole."""
+    if not written:
+        # Nothing is no value, and not YAML's null either.
+        return ""
     try:
         document = parse(written, origin.source)
         complaints = document.complaints

@@ -7,6 +7,8 @@ exact, as written. Unknown keys are errors, and a schema declares only what its 
 from __future__ import annotations
 
 import contextlib
+import difflib
+import re
 from collections.abc import Iterator
 from fractions import Fraction
 from itertools import pairwise
@@ -19,7 +21,10 @@ from pydantic import (
     ConfigDict,
     Field,
     PlainSerializer,
+    SerializationInfo,
+    SerializerFunctionWrapHandler,
     StringConstraints,
+    WrapSerializer,
     model_validator,
 )
 from pydantic_core import PydanticCustomError
@@ -37,12 +42,15 @@ LARGEST_RESULT, COPIES = files.LARGEST, 3
 """Bytes that a result may hold, as many as a reader takes; and how often a run holds them.
 
 It holds them as parts, put together, and as the image of the file."""
+ENGINES = ("auto", "taylor", "scipy")
+WRITTEN = "as written"
+"""Context of a dump in which numbers and words are as a person writes them."""
 LARGEST = 10**15
 """Largest magnitude of whole numbers and of phases: doubles still tell neighbours apart."""
 
 
 def _number(value: Any) -> Exact:
-    if not isinstance(value, str):
+    if not isinstance(value, str) or not value:
         raise ValueError("expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40")
     number = exact(value)
     # What cannot be told from rounding errors, as tan(pi/2), is refused where it stands.
@@ -63,8 +71,24 @@ def _automatic(value: Any) -> Any:
     return None if value == "auto" else value
 
 
-def _canonical(x: Exact) -> str:
-    """Text of a number: the same for the same rational number, however written."""
+def _engine(value: Any) -> Any:
+    if value is None or value == "auto":
+        return None
+    if value not in ENGINES:
+        known = f"{', '.join(ENGINES[:-1])} or {ENGINES[-1]}"
+        close = difflib.get_close_matches(str(value), ENGINES, 1, cutoff=0.5)
+        hint = f"; did you mean {close[0]}?" if close else ""
+        raise ValueError(f"expected {known}, got {value!r}{hint}")
+    return value
+
+
+def _canonical(x: Exact, info: SerializationInfo) -> str:
+    """Text of a number: as written if that is asked for.
+
+    Else it is the same for the same rational number, however written.
+    """
+    if info.context == WRITTEN:
+        return x.text
     if x.fraction is None or max(map(int.bit_length, x.fraction.as_integer_ratio())) > 10_000:
         return x.text
     return str(x.fraction)
@@ -106,6 +130,17 @@ Direction = Annotated[Triple, AfterValidator(_direction)]
 Weight = Annotated[Number, AfterValidator(_weight)]
 Word = Annotated[str, StringConstraints(pattern=r"^[A-Za-z]\w*$", max_length=40)]
 Auto = BeforeValidator(_automatic)
+
+
+def absent_is(word: str) -> WrapSerializer:
+    """Write None as the word that stands for it in a config, where this is asked for."""
+
+    def serialized(
+        value: Any, others: SerializerFunctionWrapHandler, info: SerializationInfo
+    ) -> Any:
+        return word if value is None and info.context == WRITTEN else others(value)
+
+    return WrapSerializer(serialized)
 
 
 class Part(BaseModel):
@@ -171,14 +206,18 @@ def afford(field: str, count: int, size: int, what: str) -> None:
 class EngineNumerics(Part):
     """Choice of the engine, for experiments whose trials bring their own tolerances."""
 
-    engine: Annotated[Literal["taylor", "scipy"] | None, Auto] = None
+    engine: Annotated[
+        Literal["taylor", "scipy"] | None, BeforeValidator(_engine), absent_is("auto")
+    ] = None
     """taylor (heyoka) or scipy; auto is taylor where it is installed."""
 
 
 class DoubleNumerics(EngineNumerics):
     """Numerics of experiments in double precision only."""
 
-    tolerance: Annotated[Annotated[Number, AfterValidator(_tolerance)] | None, Auto] = None
+    tolerance: Annotated[
+        Annotated[Number, AfterValidator(_tolerance)] | None, Auto, absent_is("auto")
+    ] = None
     """Local tolerance in double precision; auto is the engine's own."""
 
 
@@ -192,12 +231,17 @@ class Numerics(DoubleNumerics):
 class ExperimentConfig(Part):
     """A whole config; each experiment's `Config` adds its `problem`, and `numerics` if any."""
 
-    figure: str
-    """Name of the figure it makes; a number is the paper's."""
+    figure: str = ""
+    """Name of the figure it makes, if it has one; a number is the paper's."""
     experiment: str
     """The name of the experiment."""
     problem: Part
     """Parameters of the computation."""
+
+    @property
+    def of_the_paper(self) -> bool:
+        """True if the config says that it makes a figure of the paper: a number comes first."""
+        return re.fullmatch(r"\d+(, \w+)?", self.figure) is not None
 
     @property
     def numerics_asked(self) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, get_args
 
 from rigidpend.config.complaints import Complaint, ConfigError, Place
@@ -51,7 +51,8 @@ def _problem(document: Document, model: Any, error: Any) -> Complaint:
         return Complaint(document.origin(place), place, error["ctx"]["message"])
     if error["type"] == "extra_forbidden":
         siblings = _fields(model, place[:-1])
-        message = f"unknown key{meant(str(place[-1]), siblings)} {among(siblings)}"
+        hint = meant(str(place[-1]), siblings) or _elsewhere(model, str(place[-1]))
+        message = f"unknown key{hint} {among(siblings)}"
         return Complaint(document.origin(place, of_key=True), place, message)
     if error["type"] == "missing":
         place = (*place, error["loc"][-1])
@@ -77,10 +78,26 @@ def _plain(error: Any) -> str:
     if error["type"] == "literal_error" and isinstance(given, str):
         words = [part for part in str(known["expected"]).split("'") if part.isalnum()]
         got += meant(given, words)
+    if error["type"] == "tuple_type" and isinstance(given, str) and "," in given:
+        got += f"; write [{given.strip('()[]{} ')}]"
     if error["type"] in PLAIN:
         return PLAIN[error["type"]].format(**known) + got
     message = str(error["msg"])
     return message[0].lower() + message[1:] + got
+
+
+def _elsewhere(model: Any, word: str) -> str:
+    """Suggest a key of another part of the config, if one is close."""
+    known = {key.rpartition(".")[2]: key for key in _keys(model)}
+    close = difflib.get_close_matches(word, known, 1, cutoff=0.7)
+    return f"; did you mean {known[close[0]]}?" if close else ""
+
+
+def _keys(model: Any, prefix: str = "") -> Iterator[str]:
+    """Full keys of a schema's parts, deeper ones first, so that shallow ones win."""
+    for name, field in getattr(model, "model_fields", {}).items():
+        yield from _keys(field.annotation, f"{prefix}{name}.")
+        yield f"{prefix}{name}"
 
 
 def _fields(kind: Any, place: Place) -> list[str]:

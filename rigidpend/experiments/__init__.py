@@ -43,6 +43,12 @@ def computation(name: str) -> Computation[ExperimentConfig]:
     return cast("Computation[ExperimentConfig]", _module(name, "compute"))
 
 
+def cost(name: str, config: ExperimentConfig) -> float | None:
+    """Estimate of the seconds that a config takes; None where its experiment gives none."""
+    estimate = getattr(_module(name, "compute"), "cost", None)
+    return None if estimate is None else float(estimate(config))
+
+
 def layout(name: str) -> Layout:
     """Layout of an experiment's results; nothing that computes is imported."""
     return cast("Layout", _module(name, "layout").LAYOUT)

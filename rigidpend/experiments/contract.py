@@ -74,7 +74,11 @@ class Declaring(Protocol):
 
 
 class Computation(Protocol[C_contra]):
-    """The module ``compute.py`` of an experiment."""
+    """The module ``compute.py`` of an experiment.
+
+    It may also have ``cost(config)``, an estimate of the seconds that :meth:`compute` takes on
+    two cores, from what was measured of it: `run -n` tells it, and the time left begins with it.
+    """
 
     def compute(self, config: C_contra, means: Means) -> Tree:
         """Compute the data of a result file.
@@ -116,7 +120,11 @@ class Certifiable(Protocol[C_contra]):
 
 
 class Drawing(Protocol):
-    """The module ``draw.py`` of an experiment."""
+    """The module ``draw.py`` of an experiment.
+
+    It may also have ``draw_together(results)``, which draws several results in one figure: pairs
+    of a label, by what they differ, and a stored result.
+    """
 
     def draw(self, result: Loaded) -> Figure:
         """Draw a stored result."""
@@ -124,6 +132,10 @@ class Drawing(Protocol):
 
 class Reporting(Protocol):
     """The module ``report.py`` of an experiment."""
+
+    @property
+    def CAPTION(self) -> str:
+        """Sentences on what the figure shows, of whatever body."""
 
     def tables(self, result: Loaded) -> list[Table]:
         """Set numbers of a stored result beside those that the paper prints."""

@@ -7,19 +7,30 @@ integrator is imported.
 from __future__ import annotations
 
 import io
+import json
 import os
+import textwrap
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rigidpend import experiments
 from rigidpend.certified import storage
+from rigidpend.config import changes
+from rigidpend.render import captions
 from rigidpend.results import store, words
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 KEYS = ("name", "config_hash", "code_hash", "engine")
 """Attributes that an image tells, besides its experiment."""
 PIXELS = 20_000
 """The longest side of an image."""
 FORMATS = ("png", "svg", "pdf")
+FOOT, LINE, CHARACTER, MARGIN = 6, 0.11, 0.043, 0.1
+"""Size of the text at the foot in points; its lines, its mean characters and margins in inches."""
 STYLE = Path(__file__).with_name("rigidpend.mplstyle")
 
 
@@ -61,26 +72,97 @@ def image(result: Any, suffix: str) -> bytes:
     os.environ["MPLBACKEND"] = "agg"
     import matplotlib
 
-    with matplotlib.rc_context(fname=STYLE):
+    with matplotlib.rc_context(fname=STYLE), _undrawable():
         drawing = experiments.drawing(result["attributes"]["experiment"])
-        try:
-            return _image(drawing.draw(result), suffix, result["attributes"])
-        except MemoryError:
-            raise
-        except Exception as error:
-            # A file may hold any values: what an algorithm makes of them cannot be foreseen.
-            raise Undrawable(f"cannot be drawn: {words.error(error)}") from error
+        said = "; ".join(captions.bodies(result))
+        name = str(result["attributes"].get("name", "unnamed"))
+        foot = f"{name}: {said}" if said else name
+        return _image(drawing.draw(result), suffix, result["attributes"], foot)
 
 
-def _image(figure: Any, suffix: str, attributes: Any) -> bytes:
-    """Write a figure, as bytes."""
+def render_together(sources: Sequence[Path], target: Path) -> bool:
+    """Draw results of one experiment in one figure, if the experiment says how.
+
+    Parameters
+    ----------
+    sources : sequence of Path
+        Result files.
+    target : Path
+        Image; its suffix is the format.
+
+    Returns
+    -------
+    bool
+        Whether it was drawn.
+
+    Raises
+    ------
+    StoreError
+        A result cannot be read, or the figure not written.
+    """
+    results = [store.load(source) for source in sources]
+    experiment = str(results[0]["attributes"]["experiment"])
+    together = getattr(experiments.drawing(experiment), "draw_together", None)
+    if together is None:
+        return False
+    os.environ["MPLBACKEND"] = "agg"
+    import matplotlib
+
+    configs = [json.loads(result["config"]) for result in results]
+    labels = [changes.label(config, configs) for config in configs]
+    attributes = {**results[0]["attributes"], "name": target.stem, "config_hash": "several"}
+    with matplotlib.rc_context(fname=STYLE), _undrawable():
+        figure = together(list(zip(labels, results, strict=True)))
+        drawn = _image(figure, target.suffix[1:], attributes, target.stem)
+    store.replace(target, drawn)
+    return True
+
+
+@contextmanager
+def _undrawable() -> Iterator[None]:
+    """Say in our words that values cannot be drawn."""
+    try:
+        yield
+    except MemoryError:
+        raise
+    except Exception as error:
+        # A file may hold any values: what an algorithm makes of them cannot be foreseen.
+        raise Undrawable(f"cannot be drawn: {words.error(error)}") from error
+
+
+def _image(figure: Figure, suffix: str, attributes: Any, foot: str) -> bytes:
+    """Write a figure with a line on its body below, as bytes."""
     buffer = io.BytesIO()
     from matplotlib import rcParams
+    from matplotlib.transforms import Bbox
 
+    wide, high = map(float, figure.get_size_inches())
+    lines = textwrap.wrap(foot, max(20, int((wide - 2 * MARGIN) / CHARACTER)))
+    below = LINE * len(lines) + MARGIN
+    figure.text(
+        MARGIN / wide,
+        -MARGIN / 2 / high,
+        "\n".join(lines),
+        va="top",
+        fontsize=FOOT,
+        color="0.35",
+        linespacing=LINE * 72 / FOOT / 1.2,
+        parse_math=False,
+    )
+    if figure.get_layout_engine() is not None:
+        # Laid out before the line below changes the edges.
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
+    for legend in figure.legends:
+        # One that is not anchored would follow the new edge.
+        if legend.get_bbox_to_anchor() is figure.bbox:
+            legend.set_bbox_to_anchor((0, 0, 1, 1), figure.transFigure)
     # Beyond so many pixels no image is made: a figure of many parts has fewer in an inch.
-    dpi = min(rcParams["savefig.dpi"], PIXELS / max(figure.get_size_inches()))
-    told = metadata(suffix, attributes)
-    figure.savefig(buffer, format=suffix, metadata=told, dpi=dpi)
+    dpi = min(rcParams["savefig.dpi"], PIXELS / max(wide, high + below))
+    box = Bbox.from_extents(0, -below, wide, high)
+    figure.savefig(
+        buffer, format=suffix, metadata=metadata(suffix, attributes), dpi=dpi, bbox_inches=box
+    )
     return buffer.getvalue()
 
 

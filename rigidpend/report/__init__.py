@@ -16,6 +16,7 @@ from rigidpend.certified.storage import beside, is_certificate, marked
 from rigidpend.departures import DEPARTURES
 from rigidpend.report.page import ResultSection, html, picture, problem
 from rigidpend.results import store, words
+from rigidpend.results.files import Absent
 from rigidpend.tables import Table
 
 __all__ = ["build", "write"]
@@ -28,8 +29,22 @@ class Page(NamedTuple):
     problems: list[str]
 
 
-def write(folder: Path, target: Path) -> list[str]:
-    """Write the page for all results in a folder, whole or not at all.
+def results(folder: Path) -> list[Path]:
+    """Result files directly in a folder, by name; certificates are not.
+
+    Raises
+    ------
+    Absent
+        There is none.
+    """
+    found = [file for file in sorted(folder.glob("*.h5")) if not is_certificate(file)]
+    if not found:
+        raise Absent(f"{folder}: no results; call: rigidpend run all --out {folder}")
+    return found
+
+
+def write(sources: Sequence[Path], target: Path) -> list[str]:
+    """Write the page for some results, whole or not at all.
 
     Returns
     -------
@@ -41,7 +56,7 @@ def write(folder: Path, target: Path) -> list[str]:
     StoreError
         As :func:`build`; or the page cannot be written.
     """
-    page = build(folder)
+    page = build(sources)
     store.prepare(target)
     try:
         store.replace(target, page.html.encode("utf-8"))
@@ -50,23 +65,14 @@ def write(folder: Path, target: Path) -> list[str]:
     return page.problems
 
 
-def build(folder: Path) -> Page:
-    """Build the page for all results in a folder.
-
-    Parameters
-    ----------
-    folder : Path
-        Every ``*.h5`` directly in it that is a result of ours is reported, by name; certificates
-        are not, but their proven symbols are marked.
+def build(sources: Sequence[Path]) -> Page:
+    """Build the page for some results.
 
     Raises
     ------
     StoreError
-        There is no result in it, or none that can be shown.
+        None of them can be shown.
     """
-    sources = [file for file in sorted(folder.glob("*.h5")) if not is_certificate(file)]
-    if not sources:
-        raise store.StoreError(f"{folder}: no results; call: rigidpend run all --out {folder}")
     sections = [_section(source) for source in sources]
     problems = [found.problem for found in sections if found.problem]
     if len(problems) == len(sections):
@@ -85,11 +91,17 @@ def _section(source: Path) -> ResultSection:
         return problem(source.stem, f"{source}: {error}")
     except store.StoreError as error:
         return problem(source.stem, str(error))
+    except MemoryError:
+        raise
+    except Exception as error:
+        # One file, whatever is in it, does not keep the others from being shown.
+        return problem(source.stem, f"{source}: cannot be shown: {words.error(error)}")
 
 
 def section(result: Any) -> ResultSection:
     """Make a result's part of the page."""
     from rigidpend import render
+    from rigidpend.render import captions
 
     attributes = result["attributes"]
     experiment = str(attributes["experiment"])
@@ -98,9 +110,16 @@ def section(result: Any) -> ResultSection:
         figure=str(attributes.get("figure", "")),
         experiment=experiment,
         picture=picture(render.image(result, "png")),
+        caption=_caption(experiment),
+        bodies=captions.bodies(result),
         tables=_tables(experiment, result),
         provenance=_provenance(result),
     )
+
+
+def _caption(experiment: str) -> str:
+    reporting = experiments.reporting(experiment)
+    return reporting.CAPTION if reporting else ""
 
 
 def _tables(experiment: str, result: Any) -> Sequence[Table]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,6 +12,8 @@ from rigidpend import tables
 from rigidpend.tables import Table
 
 HERE = Path(__file__).parent
+COLOURS = 128
+"""Colours of an image in the page."""
 
 
 class ResultSection(NamedTuple):
@@ -21,6 +24,10 @@ class ResultSection(NamedTuple):
     experiment: str
     picture: str
     """Image as a data URI."""
+    caption: str
+    """Sentences on what the figure shows."""
+    bodies: Sequence[str]
+    """Phrases on the body, or on each of them."""
     tables: Sequence[Table]
     provenance: Sequence[tuple[str, str]]
     problem: str = ""
@@ -31,7 +38,10 @@ class ResultSection(NamedTuple):
         if self.problem:
             return self.name
         what = self.experiment.replace("_", " ")
-        return f"Fig. {self.figure}: {what}" if self.of_the_paper else what.capitalize()
+        if self.of_the_paper:
+            return f"Fig. {self.figure}: {what}"
+        named = "" if self.name == self.experiment else f": {self.name}"
+        return f"{what.capitalize()}{named}"
 
     @property
     def of_the_paper(self) -> bool:
@@ -46,12 +56,21 @@ class ResultSection(NamedTuple):
 
 def problem(name: str, said: str) -> ResultSection:
     """Make the part of a result that cannot be shown: a sentence."""
-    return ResultSection(name, "", "", "", (), (), said)
+    return ResultSection(name, "", "", "", "", (), (), (), said)
 
 
 def picture(png: bytes) -> str:
-    """Encode an image as a data URI, so that the page needs no other file."""
-    return f"data:image/png;base64,{base64.b64encode(png).decode('ascii')}"
+    """Encode an image as a data URI, so that the page needs no other file.
+
+    Its colours are reduced to a palette, by which it takes a third of the room: figures have few.
+    """
+    from PIL import Image
+
+    small = io.BytesIO()
+    with Image.open(io.BytesIO(png)) as full:
+        reduced = full.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+        reduced.save(small, "png", optimize=True)
+    return f"data:image/png;base64,{base64.b64encode(small.getvalue()).decode('ascii')}"
 
 
 def html(sections: Sequence[ResultSection], departures: Sequence[Any]) -> str:

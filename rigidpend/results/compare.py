@@ -8,8 +8,12 @@ from typing import Any, Self
 import numpy as np
 
 ROOT, PROVENANCE = "/", "/provenance"
-VOLATILE = ("code_hash", "engine")
-"""Root attributes whose values may differ between equal results."""
+VOLATILE = ("config_hash", "code_hash", "engine")
+"""Root attributes whose values may differ between equal results; configs are compared by key."""
+NUMERICS = ("tolerance", "precisions")
+"""Those that other numerics change besides."""
+TOLD = ("reasons", "doubt", "seconds")
+"""Those that only say what is compared elsewhere, or need not be."""
 PRESENT, ABSENT = "(present)", "(absent)"
 
 
@@ -72,25 +76,27 @@ def attributes(stored: Any, fresh: Any, place: str) -> list[Difference]:
     ]
 
 
-def outlines(stored: Any, fresh: Any) -> list[Difference]:
+def outlines(stored: Any, fresh: Any, *, same_numerics: bool = True) -> list[Difference]:
     """Find where two result files differ in their structure: see `store.outline`.
 
     Where, when and with what code and engine a result was made does not count, only that it
-    is said; nor do the reasons why a reference was renewed.
+    is said; nor do the reasons why a reference was renewed. With other numerics asked for, nor
+    does what follows from these.
     """
     found = keys(stored, fresh)
     for place in [place for place in stored if place in fresh and place != PROVENANCE]:
         old, new = stored[place], fresh[place]
         if place == ROOT:
             engines = {str(one.get("engine")).partition(" ")[0] for one in (old, new)}
-            passed = VOLATILE if len(engines) == 1 else (*VOLATILE, "tolerance")
+            passed: tuple[str, ...] = VOLATILE if len(engines) == 1 else (*VOLATILE, "tolerance")
+            passed += () if same_numerics else NUMERICS
             old, new = (_veiled(one, passed) for one in (old, new))
         found += attributes(old, new, place)
     return found
 
 
 def _veiled(given: Any, passed: tuple[str, ...]) -> dict[str, Any]:
-    return {k: PRESENT if k in passed else x for k, x in given.items() if k != "reasons"}
+    return {k: PRESENT if k in passed else x for k, x in given.items() if k not in TOLD}
 
 
 def plain(stored: Any, fresh: Any, place: str) -> list[Difference]:

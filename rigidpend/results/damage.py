@@ -21,11 +21,13 @@ from rigidpend.results.words import short
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 PATIENCE = 30
 """Seconds after which another process that reads a file is taken to hang."""
-ALLOWANCE, RATE = 4, 2**18
-"""Seconds of the processor that reading any file may take, and bytes for each second more.
+ALLOWANCE, RATE = 1, 2**21
+"""Seconds of the processor that reading any file may take, and bytes for each second more."""
+EACH = 4e-3
+"""Seconds more for each object, once the structure is found sound.
 
-An object takes some 0.5 ms, and 500 bytes of the file: 0.7 s for the 1446 of a stored `stress`.
-Tracers, and machines that are slow or crowded, take several times as long."""
+An object takes some 0.5 ms: 0.7 s for the 1446 of a stored `stress`. Tracers, and machines that
+are slow or crowded, take several times as long."""
 ROOM = 2**27
 """Bytes of memory for what HDF5 itself needs."""
 CANNOT = "damaged: HDF5 cannot cope with it"
@@ -141,6 +143,15 @@ def _try(read: Callable[[], Any], into: int, seconds: int, memory: int) -> NoRet
         os._exit(0)
 
 
+def grant(objects: int) -> None:
+    """Give this process, a child that reads, the time that so many objects may take."""
+    import resource
+
+    with contextlib.suppress(OSError, ValueError):
+        soft, hard = resource.getrlimit(resource.RLIMIT_CPU)
+        resource.setrlimit(resource.RLIMIT_CPU, (soft + int(EACH * objects), hard))
+
+
 def _bound(seconds: int, memory: int) -> None:
     import faulthandler
     import resource
@@ -152,4 +163,4 @@ def _bound(seconds: int, memory: int) -> None:
         resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
     with contextlib.suppress(OSError, ValueError):
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))
+        resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + PATIENCE))

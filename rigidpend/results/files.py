@@ -24,6 +24,10 @@ class StoreError(RuntimeError):
     """A file that cannot be read or written."""
 
 
+class Absent(StoreError):
+    """Error: a result that is needed and not there."""
+
+
 def content(path: Path) -> bytes:
     """Read a file, if it is a regular one and of bearable size.
 

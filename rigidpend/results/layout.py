@@ -34,7 +34,7 @@ class Field(NamedTuple):
 
     def dataset(self, values: Any) -> Dataset:
         """Values with their meaning, as they are stored."""
-        return Dataset(values, self.units, self.description)
+        return Dataset(values, self.units, self.description, self.dimensions)
 
 
 Layout: TypeAlias = Mapping[str, "Field | Layout"]

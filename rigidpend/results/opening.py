@@ -18,10 +18,10 @@ from h5py import h5g
 
 from rigidpend import experiments
 from rigidpend.results import files
-from rigidpend.results.damage import intact, tried
-from rigidpend.results.files import StoreError
+from rigidpend.results.damage import grant, intact, tried
+from rigidpend.results.files import Absent, StoreError
 from rigidpend.results.layout import Layout
-from rigidpend.results.structure import Checker, Unfit, attributes
+from rigidpend.results.structure import Checker, Unfit, attributes, told
 from rigidpend.results.words import short
 
 FORMAT, FORMAT_VERSION = "rigidpend", 1
@@ -29,7 +29,7 @@ LEAST, RATIO = 2**26, 100
 """Bytes that the arrays of any file may have, and how many for each byte of the file.
 
 A file of this package has at most some 60, where no orbit returns."""
-WORDS = ("name", "figure", "experiment", "config_hash", "code_hash", "engine")
+WORDS = ("name", "figure", "experiment", "config_hash", "code_hash", "engine", "doubt")
 """Root attributes that are texts."""
 LONGEST = 1000
 """Characters of each."""
@@ -78,7 +78,7 @@ def readable(path: Path) -> Iterator[None]:
     try:
         yield
     except FileNotFoundError:
-        raise StoreError(f"{path}: there is no such file") from None
+        raise Absent(f"{path}: there is no such file") from None
     except Unfit as error:
         raise StoreError(f"{path}: not a result that can be used: {error}") from None
     except StoreError:
@@ -94,18 +94,18 @@ def _trial(
 ) -> None:
     """Read what is to be read of a file, to see whether that is possible."""
     with h5py.File.in_memory(image) as file:
-        _check(path, file, most, part, layout)
+        grant(_check(path, file, most, part, layout))
         file.visititems(lambda _, node: _look(node, whole))
 
 
 def _look(node: Any, whole: bool) -> None:
-    dict(node.attrs)
+    told(node.attrs)
     if whole and isinstance(node, h5py.Dataset):
         node[()]
 
 
-def _check(path: Path, file: h5py.File, most: int, part: bool, layout: Layout | None) -> None:
-    """Check what a file says that it is, then whether it is made so."""
+def _check(path: Path, file: h5py.File, most: int, part: bool, layout: Layout | None) -> int:
+    """Check what a file says that it is, then whether it is made so; the number of its objects."""
     root = h5g.open(file.id, b"/")
     attributes("/", root)
     given = dict(file.attrs)
@@ -120,7 +120,7 @@ def _check(path: Path, file: h5py.File, most: int, part: bool, layout: Layout | 
     for word in WORDS:
         if not isinstance(given.get(word, ""), str) or len(given.get(word, "")) > LONGEST:
             raise Unfit(f"its attribute {word} is not a short text")
-    Checker(most).file(root, None if part else layout or _layout(given))
+    return Checker(most).file(root, None if part else layout or _layout(given))
 
 
 def _layout(given: dict[str, Any]) -> Layout:

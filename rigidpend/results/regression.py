@@ -7,13 +7,18 @@ import datetime
 import json
 import tempfile
 from pathlib import Path
+from typing import Any
 
 from rigidpend import experiments
 from rigidpend.certified import storage
 from rigidpend.config.loading import LoadedConfig
-from rigidpend.results import compare, store
+from rigidpend.results import compare, files, store
 from rigidpend.results.tree import Loaded
 from rigidpend.run.runner import plan, run
+
+
+class NoReference(files.Absent):
+    """Error: nothing that a result could be compared with."""
 
 
 def verify(
@@ -56,13 +61,59 @@ def verify(
             fresh = planned.target
         new = store.load(fresh)
         outlines = store.outline(stored), store.outline(fresh)
-    found: list[str] = [*compare.outlines(*outlines)]
-    found += compare.plain(json.loads(old["config"]), json.loads(new["config"]), "config")
+    configs = json.loads(old["config"]), json.loads(new["config"])
+    same_numerics = configs[0].get("numerics") == configs[1].get("numerics")
+    found: list[str] = [*compare.outlines(*outlines, same_numerics=same_numerics)]
+    found += compare.plain(_problem(configs[0]), _problem(configs[1]), "config")
     if outlines[0].keys() == outlines[1].keys():
         found += experiments.computation(config.experiment).differences(old["data"], new["data"])
     if certificate:
         found += storage.contradictions(new, certificate)
     return found
+
+
+def is_of(config: LoadedConfig, stored: Path) -> bool:
+    """True if a stored result answers the problem of a config, by whatever numerics.
+
+    Raises
+    ------
+    StoreError
+        The file cannot be read.
+    """
+    if not stored.exists():
+        return False
+    return _problem(json.loads(store.load(stored)["config"])) == _problem(config.resolved())
+
+
+def verify_by_engines(config: LoadedConfig, *, jobs: int) -> list[str]:
+    """Say where the two engines, Taylor series and DOP853, disagree on a config.
+
+    Returns
+    -------
+    list of str
+        As of :func:`verify`; the Taylor engine's result is called stored.
+
+    Raises
+    ------
+    NoReference
+        The experiment is in closed form: there is no second engine.
+    EngineError
+        heyoka is not installed.
+    """
+    if not config.content.numerics_asked:
+        raise NoReference(
+            f"{config.name} has no stored reference, and is in closed form: no second engine"
+            " computes one"
+        )
+    with tempfile.TemporaryDirectory() as folder:
+        first = plan(config.with_engine("taylor"), Path(folder))
+        run(first, jobs=jobs, report=_nowhere)
+        return verify(config.with_engine("scipy"), first.target, jobs=jobs)
+
+
+def _problem(config: dict[str, Any]) -> dict[str, Any]:
+    """Problem of a config: without its numerics, and the name of its figure."""
+    return {key: x for key, x in config.items() if key not in ("numerics", "figure")}
 
 
 def renew(config: LoadedConfig, target: Path, reason: str, *, jobs: int) -> None:

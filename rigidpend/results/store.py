@@ -22,6 +22,7 @@ from rigidpend.results import content
 from rigidpend.results.files import StoreError, prepare, replace, sealed
 from rigidpend.results.layout import Layout
 from rigidpend.results.opening import FORMAT, FORMAT_VERSION, OtherVersion, opened, readable
+from rigidpend.results.structure import SCALES, told
 from rigidpend.results.tree import Dataset, Loaded, Tree
 
 __all__ = [
@@ -111,6 +112,18 @@ def read_tree(path: Path, *, part: bool = False) -> Tree:
         return _tree(file["data"])
 
 
+def config(path: Path) -> str:
+    """The config that a result file was made from, as JSON.
+
+    Raises
+    ------
+    StoreError
+        As :func:`opened`.
+    """
+    with opened(path, whole=True) as file, readable(path):
+        return str(_plain(file["config"]))
+
+
 def attributes(path: Path) -> dict[str, Any]:
     """The root attributes of a result file.
 
@@ -164,10 +177,10 @@ def _values(node: h5py.Dataset) -> Any:
 
 def _features(node: Any) -> dict[str, Any]:
     if not isinstance(node, h5py.Dataset):
-        return dict(node.attrs)
+        return told(node.attrs)
     # Texts may be of any length.
     kind = node.dtype.kind if node.dtype.kind in "SOU" else node.dtype.str.lstrip("<>|=")
-    return {**node.attrs, "(kind)": kind, "(dimensions)": node.ndim}
+    return {**told(node.attrs), "(kind)": kind, "(dimensions)": node.ndim}
 
 
 def _image(result: Result) -> bytes:
@@ -187,10 +200,24 @@ def _put(group: h5py.Group, name: str, node: Dataset | Tree) -> None:
         inner = group.create_group(name, track_order=True)
         for key, value in node.items():
             _put(inner, key, value)
+        _scale(inner, {key: x for key, x in node.items() if isinstance(x, Dataset)})
         return
     made = group.create_dataset(name, data=node.values, **_storage(node.values))
     made.attrs["units"] = node.units
     made.attrs["description"] = node.description
+
+
+def _scale(group: h5py.Group, arrays: Mapping[str, Dataset]) -> None:
+    """Name the dimensions of a group's arrays, and tie them to the arrays that are their scales."""
+    scales = {x.dimensions[0]: key for key, x in arrays.items() if (key, x.dimensions) in SCALES}
+    for key in scales.values():
+        group[key].make_scale(key)
+    for key, array in arrays.items():
+        for k, dimension in enumerate(array.dimensions):
+            if isinstance(dimension, str):
+                group[key].dims[k].label = dimension
+            if scales.get(dimension, key) != key:
+                group[key].dims[k].attach_scale(group[scales[dimension]])
 
 
 def _storage(values: Any) -> dict[str, Any]:

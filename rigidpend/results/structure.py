@@ -41,6 +41,22 @@ HELD = {
 }
 
 
+SCALES = {
+    ("theta2_0", ("columns",)),
+    ("offset", ("columns",)),
+    ("mu_over_h0", ("mu",)),
+    ("name", ("bodies",)),
+    ("t", ("samples",)),
+    ("g", ("phases",)),
+    ("label", ("vertices",)),
+}
+"""Arrays that are the coordinates along their dimension."""
+REFERRING = ("DIMENSION_LIST", "REFERENCE_LIST")
+"""Attributes by which HDF5 ties scales to arrays; they refer to objects and are never read."""
+MARKS = (*REFERRING, "DIMENSION_LABELS", "CLASS", "NAME")
+"""Attributes of dimension scales, besides our own."""
+
+
 class Unfit(StoreError):
     """A file that is not made as a result is; says where and why."""
 
@@ -57,8 +73,13 @@ class Checker:
     def __init__(self, most: int) -> None:
         self._left, self._objects = most, OBJECTS
 
-    def file(self, root: h5g.GroupID, layout: Layout | None) -> None:
+    def file(self, root: h5g.GroupID, layout: Layout | None) -> int:
         """Check a whole file, whose data have that layout; any plain data without one.
+
+        Returns
+        -------
+        int
+            The number of its objects.
 
         Raises
         ------
@@ -70,6 +91,7 @@ class Checker:
         self._visit("config", found["config"], Field(TEXT), {})
         self._visit("provenance", found["provenance"], {}, {})
         self._visit("data", found["data"], layout, {})
+        return OBJECTS - self._objects
 
     def _visit(self, place: str, node: Any, layout: Any, sizes: dict[str, int]) -> None:
         """Check an object against its part of the layout; None is any plain data."""
@@ -174,8 +196,22 @@ def attributes(place: str, node: Any) -> None:
         shape = space.get_simple_extent_dims()
         if math.prod(shape) * datatype.get_size() > ATTRIBUTE:
             raise Unfit(f"{place} has an attribute that is too large")
-        if kind(datatype, ()) not in (FLOAT, WHOLE, TEXT):
+        if kind(datatype, ()) not in (FLOAT, WHOLE, TEXT) and not _refers(one):
             raise Unfit(f"{place} has an attribute that is neither a text nor a number")
+
+
+def told(attrs: Mapping[str, Any]) -> dict[str, Any]:
+    """Attributes of an object that are read: all but the marks of dimension scales."""
+    if not any(name in attrs for name in REFERRING):
+        found = dict(attrs)
+    else:
+        found = {name: attrs[name] for name in attrs if name not in REFERRING}
+    return {name: value for name, value in found.items() if name not in MARKS}
+
+
+def _refers(attribute: h5a.AttrID) -> bool:
+    """True if an attribute ties an array to its scale, by its name; it is never read."""
+    return attribute.get_name().decode("utf-8", "replace") in REFERRING
 
 
 def kind(datatype: h5t.TypeID, shape: tuple[int, ...]) -> str:

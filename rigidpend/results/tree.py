@@ -12,6 +12,8 @@ class Dataset(NamedTuple):
     values: Any
     units: str
     description: str
+    dimensions: tuple[int | str, ...] = ()
+    """Names of its dimensions, as the layout has them; empty where it declares none."""
 
 
 Tree: TypeAlias = Mapping[str, "Dataset | Tree"]

@@ -16,6 +16,8 @@ poincare      the section M3 = 0 in coordinates (d, chi)
 charts        from the section to the normal form and back, as tables
 passage       one passage, forward and backward, with its derivatives
 itinerary     many passages; orbits that begin beside the lower periodic orbit
+terms         the significant terms of tables, summed over any kind of numbers
+rapid         many orbits through a finished map for codes and times, compiled
 orders        sizes of the tables, from a first look at the splitting
 checks        errors at held-out points
 build         maps built, checked and refused

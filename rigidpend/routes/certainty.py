@@ -131,7 +131,7 @@ def decide(
     left = np.flatnonzero(~found.certain.all(axis=0))
     if left.size and steps[2:]:
         for columns, piece in share(climb, left, True):
-            _put(found, columns, piece)
+            replace(found, columns, piece)
     return found
 
 
@@ -161,7 +161,7 @@ def _climb(
             third = functools.partial(compute, precision, THIRD)
             certain = _established(before, sharper, rate, third, columns[open_])
         bits = np.full(open_.size, precision, dtype=np.uint16)
-        _put(found, open_, Decided(sharper, certain, bits))
+        replace(found, open_, Decided(sharper, certain, bits))
     return found
 
 
@@ -197,7 +197,8 @@ def put(target: Crossings, columns: Columns, source: Crossings) -> None:
         into[..., columns] = array
 
 
-def _put(target: Decided, columns: Columns, source: Decided) -> None:
+def replace(target: Decided, columns: Columns, source: Decided) -> None:
+    """Replace some columns of what was decided."""
     put(target.crossings, columns, source.crossings)
     target.certain[:, columns] = source.certain
     target.bits[columns] = source.bits

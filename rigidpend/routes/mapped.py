@@ -94,6 +94,11 @@ class Maps:
             if self.crossings(53, scales, np.arange(1)).outcome[0] == Outcome.FAILED:
                 raise MapError(f"J1_0 = {problem.J1_0} lies outside of the normal form")
 
+    def ladder(self, precisions: tuple[int, ...]) -> tuple[int, ...]:
+        """The precisions with that of the tables among them, which costs maps next to nothing."""
+        more = self.table_bits not in precisions and self.table_bits < max(precisions)
+        return tuple(sorted((*precisions, self.table_bits))) if more else precisions
+
     def serve(self, bits: int, scales: Scales) -> bool:
         """True if there is such a map."""
         third = scales == certainty.THIRD and self.orbits < THIRDS
@@ -223,19 +228,36 @@ def decided_by(
     precisions: tuple[int, ...],
     share: certainty.Share | None = None,
 ) -> Mapped:
-    """Decide all orbits of some maps: :func:`decided` without their making."""
-    n = len(maps.phases)
-    compute, left = with_maps(maps, integrated, n)
-    known = certainty.decide(compute, n, rate, precisions, share)
+    """Decide all orbits of some maps: :func:`decided` without their making.
+
+    What maps leave open is integrated if the precisions go beyond theirs: from 64 bits on, for
+    an integration in 64 bits errs less than a map whose tables are of 64 bits.
+    """
+    n, within = len(maps.phases), tuple(p for p in maps.ladder(precisions) if p <= maps.table_bits)
+    compute, left = with_maps(maps, integrated, n, precisions)
+    known = certainty.decide(compute, n, rate, within, share)
+    open_ = np.flatnonzero(~known.certain.all(axis=0))
+    if open_.size and within != precisions:
+        left[open_] = True
+        again = certainty.decide(
+            lambda bits, scales, columns: integrated(bits, scales, open_[columns]),
+            open_.size,
+            rate,
+            precisions[1:],
+        )
+        certainty.replace(known, open_, again)
     size = max(LEAST_SAMPLE, -(-SAMPLE * n // maps.orbits))
     _compare_sample(known, integrated, rate, precisions, size)
     return Mapped(known, (known.bits <= maps.table_bits) & ~left)
 
 
-def with_maps(maps: Maps, integrated: Compute, n: int) -> tuple[Compute, NDArray[np.bool_]]:
+def with_maps(
+    maps: Maps, integrated: Compute, n: int, precisions: tuple[int, ...]
+) -> tuple[Compute, NDArray[np.bool_]]:
     """Computations of n columns by maps, and by integration where these do not serve.
 
-    The second result tells, when all is done, which columns were integrated for leaving tables.
+    Nothing is integrated but in the precisions that are given. The second result tells, when all
+    is done, which columns were integrated for leaving tables.
     """
     left = np.zeros(n, dtype=bool)
 
@@ -244,7 +266,7 @@ def with_maps(maps: Maps, integrated: Compute, n: int) -> tuple[Compute, NDArray
             return integrated(bits, scales, columns)
         found = maps.crossings(bits, scales, columns)
         outside = np.flatnonzero(found.outcome != Outcome.COMPLETE)
-        if outside.size:
+        if outside.size and bits in precisions:
             left[columns[outside]] = True
             certainty.put(found, outside, integrated(bits, scales, columns[outside]))
         return found

@@ -102,6 +102,22 @@ def rotation_period(problem: RouteProblem) -> float:
     return float(pendulum.period(problem.body.angles(113), problem.h0.in_context(m), m))
 
 
+def passage_rotations(problem: RouteProblem) -> float:
+    """Rotations of the pendulum that a passage of a periodic orbit usually takes.
+
+    J1/J2 falls to the splitting of the surfaces, some mu/h0 nu/sinh(nu) cos of a random phase, or
+    to rounding in doubles, and grows again, both by exp(2 pi^2/nu) in a rotation. Without weight
+    the orbit never returns: infinity.
+    """
+    p, m = problem.body.angles(), context(53)
+    if not p.mu:
+        return math.inf
+    depth = float(m.log(2 * problem.h0.in_context(m) / problem.body.mu.in_context(m)))
+    # Far from overflow sinh(nu) is exp(nu)/2.
+    narrow = math.log(math.sinh(p.nu) / p.nu) if p.nu < 50 else p.nu
+    return max(1.0, (depth + min(narrow, 53 * math.log(2))) * p.nu / math.pi**2)
+
+
 def passage_limit(problem: RouteProblem, bits: int) -> float:
     """Longest time t' that an orbit may take to its next crossing.
 

@@ -5,8 +5,30 @@ Modules
 runner      from configs to result files; what is up to date is left alone
 parts       checkpoints: an interrupted run goes on from its finished parts
 provenance  what a result was made from: versions, commit, machine, code
+code_cache  what was read in source files, kept on disk
 progress    progress display on a terminal
 logs        progress and errors kept beside the results
 workers     threads and processes side by side
 signals     signal handling (SIGTERM, SIGINT)
 """
+
+from __future__ import annotations
+
+import sys
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rigidpend.notebook import StoredResult
+
+
+class CalledRun(ModuleType):
+    """Module that is also the function `rigidpend.notebook.run`."""
+
+    def __call__(self, *args: Any, **kwargs: Any) -> StoredResult:
+        from rigidpend.notebook import run
+
+        return run(*args, **kwargs)
+
+
+sys.modules[__name__].__class__ = CalledRun

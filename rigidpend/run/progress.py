@@ -10,7 +10,7 @@ import re
 import shutil
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, Self
 
 PERIOD = 0.5
@@ -20,50 +20,105 @@ PART = re.compile(r"\b(\d+)(?:/| of )(\d+)\b")
 
 
 class Course:
-    """Progress of several experiments, one after the other, with an estimate of the time left.
+    """Progress of several experiments, with an estimate of the time left.
 
-    A report that holds ``k/n`` or ``k of n`` says how far its experiment is.
+    A report that holds ``k/n`` or ``k of n`` says how far its experiment is. What an experiment
+    is expected to take counts until its own reports tell more; the experiments that are over
+    say how much slower or faster this machine is than expected.
 
     Parameters
     ----------
     total : int
         How many experiments there are.
+    expected : mapping, optional
+        Seconds that experiments take, by name, as far as they are known.
+    at_once : int, optional
+        How many are under way at a time.
     """
 
-    def __init__(self, total: int) -> None:
+    def __init__(
+        self, total: int, expected: Mapping[str, float] | None = None, at_once: int = 1
+    ) -> None:
         self.total, self.done, self.last = total, 0, ""
         self.begun: float | None = None
-        self._share = 0.0
+        self._expected, self._at_once = dict(expected or {}), max(1, at_once)
+        self._running: dict[str, tuple[float, float]] = {}
+        self._took: dict[str, float] = {}
 
     def hear(self, line: str, now: float) -> None:
-        """Take a line of the experiment that is under way."""
+        """Take a line of an experiment that is under way."""
         self.last = line
         self.begun = now if self.begun is None else self.begun
+        begun, share = self._running.setdefault(line.partition(":")[0], (now, 0.0))
         found = PART.search(line)
         if found and 0 < int(found[1]) <= int(found[2]):
             # The k-th of n has just begun, or is just over.
-            self._share = max(self._share, (int(found[1]) - 0.5) / int(found[2]))
+            share = max(share, (int(found[1]) - 0.5) / int(found[2]))
+        self._running[line.partition(":")[0]] = begun, share
 
-    def end(self) -> None:
-        """Note that the experiment under way is over, well or not."""
-        self.done, self._share = self.done + 1, 0.0
+    def end(self, now: float, name: str | None = None) -> None:
+        """Note that an experiment is over, well or not: that name, or the one heard of last."""
+        self.done += 1
+        name = self.last.partition(":")[0] if name is None else name
+        begun, _ = self._running.pop(name, (now, 0.0))
+        self._took[name] = now - begun
 
     def left(self, now: float) -> float | None:
         """Estimate the seconds that the rest takes; None where nothing is known of it."""
-        share = (self.done + self._share) / self.total
-        if share == 0 or self.begun is None:
+        if self.begun is None:
             return None
-        return (now - self.begun) / share * (1 - share)
+        waiting = self._waiting(now)
+        running = [self._rest(name, now) for name in self._running]
+        if waiting is None or None in running:
+            return None
+        return (waiting + sum(filter(None, running))) / min(self._at_once, max(1, self._open()))
 
     def said(self, now: float) -> str:
-        """Count of finished experiments, and the time left where it can be estimated."""
+        """Count of finished experiments, the time since the start, and the time left if known."""
         left = self.left(now)
+        gone = f", {duration(now - self.begun)}" if self.begun is not None else ""
         rest = "" if left is None else f", about {duration(left)} left"
-        return f"{self.done} of {self.total} done{rest}"
+        return f"{self.done} of {self.total} done{gone}{rest}"
 
     def status(self, now: float) -> str:
         """Text of the changing line."""
         return f"[{self.said(now)}] {self.last}"
+
+    def _open(self) -> int:
+        return self.total - self.done
+
+    def _pace(self) -> float:
+        """Seconds that an expected second takes here."""
+        known = [name for name in self._took if name in self._expected]
+        expected = sum(self._expected[name] for name in known)
+        return sum(self._took[name] for name in known) / expected if expected > 0 else 1.0
+
+    def _waiting(self, now: float) -> float | None:
+        """Seconds of the experiments that have not begun."""
+        count = self._open() - len(self._running)
+        begun = self._running.keys() | self._took.keys()
+        known = [x * self._pace() for name, x in self._expected.items() if name not in begun]
+        unknown = count - len(known)
+        if unknown <= 0:
+            return sum(known)
+        taken = list(self._took.values())
+        taken += filter(None, (self._whole(name, now) for name in self._running))
+        return sum(known) + unknown * sum(taken) / len(taken) if taken else None
+
+    def _whole(self, name: str, now: float) -> float | None:
+        """Seconds that a running experiment takes in all; None if nothing is known of it."""
+        begun, share = self._running[name]
+        expected = self._expected.get(name)
+        own = (now - begun) / share if share else None
+        if expected is None:
+            return own
+        # The further it is the more its own pace counts.
+        expected *= self._pace()
+        return expected if own is None else share * own + (1 - share) * expected
+
+    def _rest(self, name: str, now: float) -> float | None:
+        whole = self._whole(name, now)
+        return None if whole is None else max(0.0, whole - (now - self._running[name][0]))
 
 
 class Progress:
@@ -96,6 +151,7 @@ class Progress:
         self._quiet, self._verbose = quiet, verbose
         self._changing = not quiet and is_terminal(stream)
         self._shown, self._start = "", start
+        self._last: dict[str, str] = {}
         self._lock, self._over = threading.Lock(), threading.Event()
 
     def __enter__(self) -> Self:
@@ -112,6 +168,7 @@ class Progress:
         """Take a line of the runner."""
         with self._lock:
             self.course.hear(line, self._clock())
+            self._last[line.partition(":")[0]] = line
             if self._changing and not self._verbose:
                 self._show(self.course.status(self._clock()))
             else:
@@ -122,14 +179,22 @@ class Progress:
         with self._lock:
             self._show("")
 
-    def end(self, well: bool) -> None:
-        """Note that an experiment is over: on a terminal its last line stays, if it ended well."""
+    def end(self, well: bool, name: str | None = None) -> None:
+        """Note that an experiment is over: on a terminal its last line stays, if it ended well.
+
+        Parameters
+        ----------
+        well : bool
+        name : str, optional
+            Which; the one heard of last if not given.
+        """
         with self._lock:
-            self.course.end()
+            last = self._last.get(name or "", self.course.last)
+            self.course.end(self._clock(), name)
             if self._changing and not self._verbose:
                 self._show("")
                 if well:
-                    self._print(self.course.last)
+                    self._print(last)
             # A log needs no word on what ends at once.
             elif (self.course.left(self._clock()) or 0.0) >= 1.0:
                 self._print(self.course.said(self._clock()))

@@ -15,13 +15,16 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from rigidpend.run.code_cache import CodeCache
+
 PACKAGE = Path(__file__).resolve().parents[1]
 LIBRARIES = ("numpy", "scipy", "mpmath", "h5py", "heyoka")
 
 
 def config_hash(resolved: dict[str, Any]) -> str:
-    """Hash a resolved config: comments and layout don't count."""
-    return _digest(json.dumps(resolved, sort_keys=True))
+    """Hash a resolved config: comments, layout and the name of its figure don't count."""
+    counted = {key: value for key, value in resolved.items() if key != "figure"}
+    return _digest(json.dumps(counted, sort_keys=True))
 
 
 def code_hash(experiment: str) -> str:
@@ -32,6 +35,7 @@ def code_hash(experiment: str) -> str:
 def code_hash_of(file: Path) -> str:
     """Hash the code of one of the package's files and of all that it imports of the package."""
     found = sorted((f"{each.relative_to(PACKAGE)}", code) for each, code in _needed(file).items())
+    _cache().save()
     return _digest(json.dumps(found))
 
 
@@ -66,13 +70,17 @@ def _needed(first: Path) -> dict[Path, str]:
     while waiting:
         file = waiting.pop()
         if file not in found:
-            found[file], imported = _read(file.read_bytes())
+            found[file], imported = _cache().entry(file.read_bytes(), _read)
             waiting += [path for name in imported if (path := _file(name)) is not None]
     return found
 
 
 @functools.cache
-def _read(source: bytes) -> tuple[str, frozenset[str]]:
+def _cache() -> CodeCache:
+    return CodeCache(Path(__file__).read_bytes())
+
+
+def _read(source: bytes) -> tuple[str, list[str]]:
     """Read a file's code without comments, docstrings and layout, and the names that it imports."""
     tree = ast.parse(source)
     names: set[str] = set()
@@ -81,7 +89,7 @@ def _read(source: bytes) -> tuple[str, frozenset[str]]:
             names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
         elif isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
-    return _digest(_code(tree)), frozenset(names)
+    return _digest(_code(tree)), sorted(names)
 
 
 def _running(tree: ast.AST) -> Iterator[ast.AST]:
@@ -101,7 +109,12 @@ def _file(module: str) -> Path | None:
     first, *inner = module.split(".")
     if first != PACKAGE.name or not inner:
         return None
-    place = PACKAGE.joinpath(*inner)
+    return _file_in(PACKAGE, tuple(inner))
+
+
+@functools.cache
+def _file_in(package: Path, inner: tuple[str, ...]) -> Path | None:
+    place = package.joinpath(*inner)
     candidates = (place.with_suffix(".py"), place / "__init__.py")
     return next((file for file in candidates if file.is_file()), None)
 

@@ -23,6 +23,19 @@ class Stopped(BaseException):
 _of_thread = threading.local()
 
 
+class _Stop:
+    """Wish that the work of a pool ends; the pool's own, or that of the pool that it is in."""
+
+    def __init__(self, outer: _Stop | None) -> None:
+        self._outer, self._event = outer, threading.Event()
+
+    def set(self) -> None:
+        self._event.set()
+
+    def is_set(self) -> bool:
+        return self._event.is_set() or (self._outer is not None and self._outer.is_set())
+
+
 def check_stop() -> None:
     """End the work of this thread if it is not wanted any more; engines ask some times a second.
 
@@ -84,7 +97,7 @@ def side_by_side(
     workers = min(jobs, len(parts))
     if workers <= 1:
         return [work(part, *arguments) for part in parts]
-    stop = threading.Event()
+    stop = _Stop(getattr(_of_thread, "stop", None))
     pool = _pool(workers, holds_interpreter, stop)
     try:
         with interruption_kept_from_children():
@@ -105,7 +118,7 @@ def side_by_side(
             pool.shutdown(cancel_futures=True)
 
 
-def _pool(workers: int, holds_interpreter: bool, stop: threading.Event) -> Executor:
+def _pool(workers: int, holds_interpreter: bool, stop: _Stop) -> Executor:
     if not holds_interpreter:
         return ThreadPoolExecutor(workers, initializer=_heed, initargs=(stop,))
     # Imported here: a run that needs no process does not pay for it.
@@ -116,7 +129,7 @@ def _pool(workers: int, holds_interpreter: bool, stop: threading.Event) -> Execu
     return ProcessPoolExecutor(workers, mp_context=spawn, initializer=_follow_parent)
 
 
-def _heed(stop: threading.Event) -> None:
+def _heed(stop: _Stop) -> None:
     """Let this thread's work end when the event is set."""
     _of_thread.stop = stop
 

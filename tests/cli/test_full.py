@@ -177,4 +177,5 @@ def test_a_pipe_or_a_device_for_a_result_is_one_sentence(
     make(tmp_path / "results" / "fig4.h5")
     done = call(tmp_path, *command)
     assert done.returncode == code
-    assert "fig4.h5: not a readable HDF5 file: not a regular file" in done.stderr + done.stdout
+    said = " ".join((done.stderr + done.stdout).split())
+    assert "fig4.h5: not a readable HDF5 file: not a regular file" in said

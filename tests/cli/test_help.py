@@ -69,6 +69,8 @@ def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
     written(configs, SMALL, "fig4.yaml")
     done = call(folder, "run", "fig1", "fig2", "fig4", "fig5")
     assert done.returncode == 0, done.stderr
+    swept = call(folder, "run", "fig4", "--sweep", "problem.mu=1e-4,1e-3", "--out", "swept")
+    assert swept.returncode == 0, swept.stderr
     shutil.copytree(folder / "results", folder / "old" / "results")
     shutil.copytree(folder / "old" / "results", folder / "results" / "reference")
     return folder
@@ -79,7 +81,9 @@ def place(template: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pa
     """A copy of the folder, where only its own configs are known."""
     folder = tmp_path / "place"
     shutil.copytree(template, folder)
+    shipped = catalogue.shipped()
     monkeypatch.setattr(catalogue, "PACKAGE", tmp_path / "nowhere")
+    monkeypatch.setattr(catalogue, "shipped", lambda: shipped)
     monkeypatch.chdir(folder)
     # An example empties the cache: not the user's own.
     (folder / "cache" / "rigidpend" / "maps").mkdir(parents=True)

@@ -10,7 +10,7 @@ from pathlib import Path
 import h5py
 import pytest
 
-from rigidpend.config import loading
+from rigidpend.config import loading, reader, writer
 from rigidpend.results import store
 from rigidpend.run import provenance
 from tests.cli.calls import REFERENCE, call, called
@@ -35,7 +35,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 STATUS = {
     "a_done": "up to date",
-    "b_changed": "to run: its config changed",
+    "b_changed": "to run: its config changed: problem.mu from 0.001 to",
     "c_new": "to run: no result yet",
     "m_slow": "to run: no result yet (by name only)",
 }
@@ -45,15 +45,43 @@ STATUS = {
 def test_list_names_every_config_with_its_experiment_and_status(place: Path) -> None:
     done = call(place, "list")
     assert (done.returncode, done.stderr) == (0, "")
+    assert all(len(line) <= 80 for line in done.stdout.splitlines())
     rows = {line.split()[0]: line for line in done.stdout.splitlines()}
     assert {FIG4.stem, "fig1", "fig2", *STATUS} <= set(rows)
     for name, status in STATUS.items():
         assert rows[name].split()[1] == "route_codes"
-        assert f"{name}.yaml" in rows[name].split()[2]
         assert rows[name].endswith(f"  {status}")
     assert " - " in rows["d_bad"]
-    assert f"cannot be used: {Path('configs', 'd_bad.yaml')}:7:7: problem.mu: " in rows["d_bad"]
-    assert f"cannot be used: {Path('results', 'e_damaged.h5')}: " in rows["e_damaged"]
+    said = " ".join(done.stdout.split())
+    assert f"cannot be used: {Path('configs', 'd_bad.yaml')}:7:7: problem.mu: " in said
+    assert f"cannot be used: {Path('results', 'e_damaged.h5')}: " in said
+
+
+@pytest.mark.slow
+def test_list_shows_own_configs_and_own_results(tmp_path: Path) -> None:
+    written(tmp_path, SMALL, "mine.yaml")
+    written(tmp_path, "services: {}\n", "compose.yaml")
+    (tmp_path / "results").mkdir()
+    shutil.copy(REFERENCE / "fig1.h5", tmp_path / "results" / "other.h5")
+    entries = {x["name"]: x for x in json.loads(call(tmp_path, "list", "--json").stdout)}
+    assert (entries["mine"]["config"], entries["mine"]["in_all"]) == ("mine.yaml", False)
+    assert entries["other"]["experiment"] == "phase_portraits"
+    assert entries["other"]["file"] == str(Path("results", "other.h5"))
+    assert "compose" not in entries
+
+
+@pytest.mark.slow
+def test_what_is_uncertain_is_said_at_the_end_and_in_the_list(tmp_path: Path) -> None:
+    written(tmp_path, changed("n_symbols: 3", "n_symbols: 25", SMALL), "mine.yaml")
+    done = call(tmp_path, "run", "mine")
+    doubt = done.stderr.splitlines()[-1].partition("; ")[2]
+    count, total = (int(word) for word in doubt.split() if word.isdigit())
+    loaded = store.load(tmp_path / "results" / "mine.h5")
+    assert 0 < count == (~loaded["data"]["only"]["certain"]).sum()
+    assert total == 125
+    [entry] = [x for x in json.loads(call(tmp_path, "list", "--json").stdout) if x["doubt"]]
+    assert (entry["name"], entry["doubt"]) == ("mine", doubt)
+    assert f"up to date; {doubt}" in " ".join(call(tmp_path, "list").stdout.split())
 
 
 @pytest.mark.slow
@@ -71,11 +99,13 @@ def test_list_can_look_at_other_results(place: Path) -> None:
 def test_describe_prints_what_follows_from_the_parameters(tmp_path: Path) -> None:
     done = call(tmp_path, "describe", "fig4")
     assert (done.returncode, done.stderr) == (0, "")
-    rows = dict(line.split(maxsplit=1) for line in done.stdout.splitlines()[1:])
+    assert all(len(line) <= 80 for line in done.stdout.splitlines())
+    lines = (line.split(maxsplit=1) for line in done.stdout.splitlines()[1:])
+    rows = dict(words for words in lines if len(words) == 2)
     assert rows["alpha0"].split()[1] == "rad"
     assert float(rows["alpha0"].split()[0]) == pytest.approx(1.9106332362490186, rel=1e-15)
     assert float(rows["kappa"].split()[0]) == pytest.approx(4 / 3, rel=1e-15)
-    assert "  Melnikov zeros      1.563050, 4.704643  " in done.stdout
+    assert "  Melnikov zeros      1.563050, 4.704643 " in done.stdout
     # Of the theory besides.
     assert rows["regime"].split()[0] == "iv"
     assert float(rows["multipliers"].split(",")[0]) == pytest.approx(9.22061, abs=1e-5)
@@ -100,19 +130,31 @@ def resolved(text: str, folder: Path) -> loading.LoadedConfig:
 def test_a_resolved_config_is_read_back_as_the_same(path: Path, tmp_path: Path) -> None:
     loaded = loading.load(path)
     text = loading.resolved_yaml(loaded)
-    assert resolved(text, tmp_path).resolved() == loaded.resolved()
-    # Nothing is left to a default.
-    assert loading.resolved_yaml(resolved(text, tmp_path)) == text
+    assert all(len(line) <= 80 for line in text.splitlines())
+    again = resolved(text, tmp_path)
+    assert again.resolved() == loaded.resolved() | {"figure": ""}
+    assert provenance.config_hash(again.resolved()) == provenance.config_hash(loaded.resolved())
+    # Nothing is left to a default, and every key has its meaning.
+    assert loading.resolved_yaml(again) == text
+    assert text.count("# ") >= len(loaded.resolved()["problem"]) // 2
+
+
+def test_a_resolved_config_has_its_numbers_as_they_were_written() -> None:
+    text = loading.resolved_yaml(loading.load(FIG4, ["problem.mu=2e-3"]))
+    for line in ("A: [2, 1, 1.5] ", "h0: 1.3342 ", "J1_0: 1e-8 ", "mu: 2e-3 ", "engine: auto "):
+        assert f"\n  {line}" in text
+    assert "A3 >= A1; physical units" in " ".join(text.replace("#", "").split())
+    assert not {"null", "figure:"} & set(text.split())
+    fig3 = loading.resolved_yaml(loading.load(FIG4.with_name("fig3.yaml")))
+    assert "\n  beta0: gamma0 " in fig3
 
 
 @pytest.mark.parametrize(
-    "figure",
+    "text",
     ["null", "true", "~", "''", "'4: a # b'", "' 4 '", "4\\n5", "öäü", "'- a'", "[x", "*a"],
 )
-def test_any_text_is_read_back_from_a_resolved_config(figure: str, tmp_path: Path) -> None:
-    quoted = json.dumps(figure, ensure_ascii=False)
-    loaded = loading.load(written(tmp_path, changed('figure: "4"', f"figure: {quoted}")))
-    assert resolved(loading.resolved_yaml(loaded), tmp_path).resolved() == loaded.resolved()
+def test_any_text_is_read_back_as_it_was_written(text: str) -> None:
+    assert reader.parse("\n".join(writer.dumped({"key": text})), "here").tree == {"key": text}
 
 
 @pytest.mark.slow

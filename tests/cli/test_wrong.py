@@ -32,12 +32,12 @@ WRONG = {
     ),
     "no result to draw": (
         ("render", "fig4", "--out", "none"),
-        1,
+        3,
         f"rigidpend: {Path('none', 'fig4.h5')} is not there; call: rigidpend run fig4",
     ),
     "no reference": (
         ("verify", "fig4", "--reference", "none"),
-        1,
+        3,
         f"rigidpend: {Path('none', 'fig4.h5')}: there is no such file",
     ),
     "file for a folder": (

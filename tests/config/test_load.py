@@ -80,10 +80,25 @@ def test_numbers_are_what_is_written(tmp_path: Path, text: str, value: Fraction)
     assert content(Config, path).problem.mu.fraction == value
 
 
-@pytest.mark.parametrize("text", ["no", "off", "y", "1:30", "4", "1e3", "0x10", "2026-01-01"])
+@pytest.mark.parametrize("text", ["no", "off", "y", "1:30", "1e3", "0x10", "2026-01-01"])
 def test_words_stay_the_text_that_they_are(tmp_path: Path, text: str) -> None:
     path = written(tmp_path, changed('figure: "4"', f"figure: {text}"))
     assert loading.load(path).content.figure == text
+
+
+def test_only_the_paper_s_own_problem_has_the_name_of_its_figure(tmp_path: Path) -> None:
+    assert loading.load(FIG4).content.figure == "4"
+    assert loading.load(written(tmp_path, TEXT)).content.figure == "4"
+    assert loading.load(FIG4, ["numerics.engine=scipy"]).content.figure == "4"
+    assert loading.load(FIG4, ["problem.mu=0.01"]).content.figure == ""
+    other = changed("A: [2, 1, 1.5]", "A: [3, 2, 2.5]")
+    assert loading.load(written(tmp_path, other)).content.figure == ""
+    zoom = FIG4.with_name("fig4_zoom.yaml")
+    assert loading.load(zoom).content.figure == "4, zoomed"
+    assert loading.load(zoom, ["problem.mu=0.01"]).content.figure == ""
+    # A name that is not the paper's stays.
+    mine = changed('figure: "4"', "figure: mine")
+    assert loading.load(written(tmp_path, mine), ["problem.mu=0.01"]).content.figure == "mine"
 
 
 def test_all_errors_are_said_at_once(tmp_path: Path) -> None:

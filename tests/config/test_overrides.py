@@ -21,6 +21,7 @@ def test_a_value_is_replaced_and_the_rest_stays() -> None:
     loaded = loading.load(FIG4, ["problem.mu=1e-10"])
     expected = loading.load(FIG4).resolved()
     expected["problem"]["mu"] = "1/10000000000"
+    expected["figure"] = ""
     assert loaded.resolved() == expected
     assert loaded.name == "fig4"
 

@@ -145,14 +145,14 @@ def test_what_is_not_utf8_is_refused_with_its_line(
 @pytest.mark.parametrize("content", ["", "\n\n", "# a comment\n", "---\n"])
 def test_an_empty_file_says_what_is_expected(tmp_path: Path, content: str) -> None:
     [problem] = refused(written(tmp_path, content))
-    assert problem.message == "expected keys: figure, experiment, problem"
+    assert problem.message == "expected keys: experiment, problem"
 
 
 @pytest.mark.parametrize("content", ["words\n", "- a\n- b\n", "[a]\n", '"quoted"\n', "true\n"])
 def test_what_is_no_mapping_is_shown(tmp_path: Path, content: str) -> None:
     path = written(tmp_path, content)
     [problem] = refused(path)
-    expected = "expected keys: figure, experiment, problem"
+    expected = "expected keys: experiment, problem"
     assert str(problem) == complaint(path, content, 0, "", expected)
 
 
@@ -203,7 +203,7 @@ def test_what_can_be_passed_over_hides_nothing_else(tmp_path: Path) -> None:
         ("problem.A", "given twice"),
         ("problem.A.q", "anchors and"),
         ("problem.arrays.left.count", "'x' is not "),
-        ("numerics.engine", "expected 't"),
+        ("numerics.engine", "expected au"),
     ]
 
 

@@ -75,14 +75,14 @@ WRONG = {
         "engine: turbo",
         "turbo",
         "numerics.engine",
-        "expected 'taylor' or 'scipy', got 'turbo'",
+        "expected auto, taylor or scipy, got 'turbo'",
     ),
     "engine that is misspelt": (
         "engine: auto",
         "engine: tailor",
         "tailor",
         "numerics.engine",
-        "expected 'taylor' or 'scipy', got 'tailor'; did you mean taylor?",
+        "expected auto, taylor or scipy, got 'tailor'; did you mean taylor?",
     ),
     "tolerance of nothing": (
         "tolerance: auto",

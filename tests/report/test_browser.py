@@ -36,7 +36,7 @@ document.querySelector("iframe").onload = e => {{
 def test_the_page_fits_a_phone_and_a_desk_and_prints(tmp_path: Path) -> None:
     for name in ("fig2", "fig3", "fig4", "fig5"):
         shutil.copyfile(REFERENCE / f"{name}.h5", tmp_path / f"{name}.h5")
-    report.write(tmp_path, tmp_path / "report.html")
+    report.write(report.results(tmp_path), tmp_path / "report.html")
     for width in (390, 1200):
         found = measured(tmp_path, width)
         assert found["inner"] <= width

@@ -55,7 +55,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def text(folder: Path) -> str:
-    return report.build(folder).html
+    return report.build(report.results(folder)).html
 
 
 @pytest.fixture(scope="module")
@@ -145,7 +145,7 @@ def test_other_bodies_have_no_printed_numbers_beside_them() -> None:
 
 def test_a_folder_without_results_is_said_with_the_mend(tmp_path: Path) -> None:
     with pytest.raises(store.StoreError, match="no results; call: rigidpend run all"):
-        report.build(tmp_path)
+        report.build(report.results(tmp_path))
 
 
 def test_a_page_that_cannot_be_built_leaves_the_old_one(tmp_path: Path) -> None:
@@ -153,5 +153,5 @@ def test_a_page_that_cannot_be_built_leaves_the_old_one(tmp_path: Path) -> None:
     target.write_text("old")
     (tmp_path / "fig1.h5").write_bytes(b"no HDF5")
     with pytest.raises(store.StoreError):
-        report.write(tmp_path, target)
+        report.write(report.results(tmp_path), target)
     assert target.read_text() == "old"

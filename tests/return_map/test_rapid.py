@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend.integrate import default_engine
 from rigidpend.return_map import ReturnMap, SectionPoint, rapid, return_map
 from rigidpend.return_map.charts import at_energies, look_up
 from rigidpend.return_map.itinerary import enter, follow
@@ -23,7 +24,7 @@ BITS = [53, pytest.param(64, marks=needs_heyoka)]
 
 @pytest.fixture(scope="module", params=[FIG4, GENERIC], ids=["Fig. 4", "generic"])
 def made(request: pytest.FixtureRequest) -> ReturnMap:
-    bits = 64 if native(64) and rapid.default_engine() == "taylor" else 53
+    bits = 64 if native(64) and default_engine() == "taylor" else 53
     return return_map(request.param, h=ENERGIES, bits=bits)
 
 

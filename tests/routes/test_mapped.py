@@ -37,10 +37,8 @@ def found(body: Body, phases: Any = PHASES, **more: Any) -> RouteCodes:
         pytest.param(LIGHT, "1e-8", {}, id="mu small"),
         pytest.param(HEAVY, "1e-6", {}, id="mu large", marks=pytest.mark.slow),
         pytest.param(GENERIC, "1e-8", {}, id="generic", marks=pytest.mark.slow),
-        # More symbols need 113 bits in 9 columns of 30, which others have: half a minute.
         pytest.param(FIG5, "1e-9", {"n_symbols": 6}, id="Fig. 5", marks=pytest.mark.slow),
-        # Its maps in 64 bits do not settle, which takes 95 s to find out.
-        pytest.param(HESS, "1e-8", {"precisions": (53,)}, id="Hess"),
+        pytest.param(HESS, "1e-8", {"precisions": (53, 106)}, id="Hess"),
     ],
 )
 def test_agrees_codes_and_times_with_integration(

@@ -3,26 +3,31 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from rigidpend import Body
+from rigidpend.config import loading
 from rigidpend.equations import eq1
 from rigidpend.integrate import sample
 from rigidpend.numbers.exact import exact
+from rigidpend.results import store
 from rigidpend.routes.problem import (
     MAX_SYMBOLS,
     ProblemError,
     RouteProblem,
     passage_limit,
+    passage_rotations,
     phase_rate,
     rotation_period,
 )
 from tests.integrate.problems import FIG4
 from tests.routes.reference import fig4_left
 
+ROOT = Path(__file__).resolve().parents[2]
 PENDULA = [
     pytest.param(FIG4, "1.3342", id="k=0.04"),
     pytest.param(Body((2, "1.2", "1.7"), (1, 3, 0), "0.9"), "1", id="k=0.97"),
@@ -138,3 +143,19 @@ def test_a_start_closer_to_the_section_than_2_to_the_minus_48_is_refused(sign: s
     with pytest.raises(ProblemError, match="lies on the section"):
         problem(J1_0=f"{middle}*(1 {sign} 3.4e-15)")
     assert problem(J1_0=f"{middle}*(1 {sign} 3.7e-15)").n_symbols == 15
+
+
+@pytest.mark.parametrize("name", ["fig4", "fig4_zoom"])
+def test_passages_take_as_many_rotations_as_is_foretold(name: str) -> None:
+    """The mean over the crossings of stored orbits, against the estimate from nu and mu/h0."""
+    loaded = loading.load(ROOT / "configs" / f"{name}.yaml")
+    content: Any = loaded.content
+    data = store.load(ROOT / "results" / "reference" / f"{name}.h5")["data"]
+    group = data["left"] if name == "fig4" else data["levels"]["level00"]
+    times = group["crossing_time"]
+    mean = float(np.mean(np.diff(times, axis=0))) / rotation_period(content.problem.routes)
+    assert passage_rotations(content.problem.routes) == pytest.approx(mean, rel=0.05)
+
+
+def test_without_weight_no_passage_ends() -> None:
+    assert passage_rotations(problem(Body((2, 1, "1.5"), (1, 1, 0), 0), "1")) == math.inf

@@ -38,16 +38,43 @@ def test_the_time_left_is_what_the_share_done_took_so_far() -> None:
     assert course.left(0.0) is None
     course.hear("a: computing", 10.0)
     assert course.left(15.0) is None
-    course.end()
+    course.end(15.0)
     # Half of all in 5 s.
     assert course.left(15.0) == pytest.approx(5.0)
-    course.hear("b: 5/10: level", 20.0)
-    # One and 0.45 of two in 10 s.
-    assert course.left(20.0) == pytest.approx(10 / 0.725 * 0.275)
-    course.hear("b: columns from 2 of 10", 21.0)
-    assert course.left(20.0) == pytest.approx(10 / 0.725 * 0.275)
-    course.end()
-    assert course.left(30.0) == 0.0
+    course.hear("b: computing", 20.0)
+    course.hear("b: 5/10: level", 29.0)
+    # 0.45 of the second in 9 s.
+    assert course.left(29.0) == pytest.approx(11.0)
+    course.hear("b: columns from 2 of 10", 29.0)
+    assert course.left(29.0) == pytest.approx(11.0)
+    assert course.said(29.0) == "1 of 2 done, 19 s, about 11 s left"
+    course.end(40.0)
+    assert course.left(40.0) == 0.0
+
+
+def test_what_experiments_are_expected_to_take_counts_before_they_begin() -> None:
+    course = Course(3, {"a": 2.0, "zoom": 100.0, "b": 1.0})
+    assert course.left(0.0) is None
+    course.hear("a: computing", 0.0)
+    assert course.left(0.0) == pytest.approx(103.0)
+    # It takes twice as long as expected, and so will the others.
+    course.end(4.0)
+    assert course.left(4.0) == pytest.approx(202.0)
+    course.hear("zoom: computing", 4.0)
+    assert course.left(54.0) == pytest.approx(152.0)
+    # Half of it in 60 s: the rest by both, what is expected and its own pace.
+    course.hear("zoom: 6/11: level", 64.0)
+    assert course.left(64.0) == pytest.approx(0.5 * 120 + 0.5 * 200 - 60 + 2)
+
+
+def test_several_at_a_time_share_what_is_left() -> None:
+    course = Course(4, dict.fromkeys("abcd", 10.0), at_once=2)
+    for name in "ab":
+        course.hear(f"{name}: computing", 0.0)
+    assert course.left(0.0) == pytest.approx(20.0)
+    course.end(10.0, "a")
+    assert course.left(10.0) == pytest.approx(10.0)
+    assert course.said(10.0).startswith("1 of 4 done, 10 s, about ")
 
 
 def test_numbers_that_are_no_share_are_passed_over() -> None:
@@ -103,7 +130,7 @@ def test_elsewhere_every_line_is_plain() -> None:
         shown.hear("a: written")
         now = [4.0]
         shown.end(well=True)
-    assert file.getvalue() == "a: computing\na: written\n1 of 2 done, about 4 s left\n"
+    assert file.getvalue() == "a: computing\na: written\n1 of 2 done, 4 s, about 4 s left\n"
 
 
 def test_verbose_has_details_and_times_and_quiet_nothing() -> None:

@@ -7,13 +7,16 @@ import datetime
 import re
 import shutil
 import subprocess
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 import scipy
 
 from rigidpend.config import loading
-from rigidpend.run import provenance
+from rigidpend.results import files
+from rigidpend.run import code_cache, provenance
+from rigidpend.run.code_cache import CodeCache
 from tests.config.samples import FIG4, TEXT, changed, written
 
 NEEDED = (
@@ -148,19 +151,51 @@ def test_code_does_not_depend_on_fields_that_another_python_has(
     assert provenance._code(tree) != before
 
 
-def test_each_file_is_parsed_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    provenance._read.cache_clear()
-    parsed: list[bytes] = []
+@pytest.fixture
+def parsed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[bytes]]:
+    """The sources that are parsed, where no earlier process has kept anything."""
+    monkeypatch.setattr(code_cache, "user_cache", lambda: tmp_path)
+    provenance._cache.cache_clear()
+    found: list[bytes] = []
     parse = ast.parse
 
     def counted(source: bytes) -> ast.AST:
-        parsed.append(source)
+        found.append(source)
         return parse(source)
 
     monkeypatch.setattr(ast, "parse", counted)
+    yield found
+    provenance._cache.cache_clear()
+
+
+def test_each_file_is_parsed_once(parsed: list[bytes]) -> None:
     for experiment in ("route_codes", "route_zoom", "route_codes"):
         provenance.code_hash(experiment)
     assert len(parsed) == len(set(parsed)) > 10
+
+
+def test_what_one_process_has_read_the_next_does_not_parse(parsed: list[bytes]) -> None:
+    first = code_hash()
+    parsed.clear()
+    provenance._cache.cache_clear()
+    assert code_hash() == first
+    assert parsed == []
+
+
+@pytest.mark.parametrize("content", [b"", b"{}", files.sealed(b"[1]"), files.sealed(b"{")])
+def test_a_damaged_cache_is_made_again(parsed: list[bytes], tmp_path: Path, content: bytes) -> None:
+    first, path = code_hash(), tmp_path / "rigidpend" / "code.json"
+    whole = path.read_bytes()
+    path.write_bytes(content)
+    provenance._cache.cache_clear()
+    assert code_hash() == first
+    assert path.read_bytes() == whole
+
+
+def test_another_reader_has_entries_of_its_own() -> None:
+    one, other = (CodeCache(reader).entry for reader in (b"one", b"other"))
+    assert one(b"x = 1", lambda _: ("a", [])) == ("a", [])
+    assert other(b"x = 1", lambda _: ("b", [])) == ("b", [])
 
 
 def test_code_hash_notices_text_that_is_a_value(copy: Path) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidpend import surfaces
-from rigidpend.description import Row
+from rigidpend.description import Row, exact_row
 from rigidpend.experiments.asymptotic_surfaces.layout import ANGLES, CURVES, WINDOW
 from rigidpend.experiments.contract import Means
 from rigidpend.periodic import Delta_1
@@ -75,11 +75,11 @@ def describe(config: Config) -> list[Row]:
     return [
         *(_body_row(name, checked) for name, checked in problems.items()),
         Row("beta0", str(problem.beta0 or "gamma0"), "rad; gamma0 is Grioli's condition"),
-        Row("mu", str(problem.mu), "weight times distance of the centre of gravity"),
-        Row("M_0", str(problem.M_0), "initial |M|, physical; h0 = M_0^2/(2 A3)"),
-        Row("J1_0", str(problem.J1_0), "initial action, dimensionless"),
+        exact_row("mu", "weight times distance of the centre of gravity", problem.mu),
+        exact_row("M_0", "initial |M|, physical; h0 = M_0^2/(2 A3)", problem.M_0),
+        exact_row("J1_0", "initial action, dimensionless", problem.J1_0),
         Row("theta2_0", f"{grid.start} + k {grid.step}, k < {grid.count}", "rad, initial phases"),
-        Row("half_width", str(problem.half_width), "of the window, in Delta_1"),
+        exact_row("half_width", "of the window, in Delta_1", problem.half_width),
     ]
 
 

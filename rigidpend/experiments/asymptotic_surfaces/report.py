@@ -9,7 +9,13 @@ from rigidpend.tables import Table
 if TYPE_CHECKING:
     from rigidpend.results.tree import Loaded
 
+CAPTION = (
+    "Asymptotic surfaces of the periodic orbits beside separatrix 2: S2+ above, S1- below, in"
+    " units of Delta_1. Dashed: how far the formula (dt) lets them swing beside their own orbit."
+)
 
+FIGURE = "3"
+"""Figure of the paper to which the printed values belong."""
 PRINTED = {
     "alpha0": ("2.91891", "2.23654", "1.23096", "1.61146", "1.97724", "0.79020", "0.56207"),
     "gamma0": ("2.46192", "1.95519", "0.92730", "1.34948", "1.77215", "0.57351", "0.40272"),
@@ -21,12 +27,13 @@ def tables(result: Loaded) -> list[Table]:
     """Table 1 and the widths Delta_1, from a loaded result."""
     data = result["data"]
     table, bodies = data["table"], data["bodies"]
+    published = result["attributes"].get("figure") == FIGURE
     header = ("body", "alpha0 printed", "computed", "gamma0 printed", "computed", "nu", "Delta_1")
     rows = [
         (
             name,
-            *_pair("alpha0", table, k),
-            *_pair("gamma0", table, k),
+            *_pair("alpha0", table, k, published),
+            *_pair("gamma0", table, k, published),
             f"{table['nu'][k]:.4f}",
             f"{bodies[name]['Delta_1']:.5f}",
         )
@@ -35,7 +42,8 @@ def tables(result: Loaded) -> list[Table]:
     return [Table("Table 1, in radians, with nu and Delta_1 (dt)", header, rows)]
 
 
-def _pair(name: str, table: Any, k: int) -> tuple[str, str]:
+def _pair(name: str, table: Any, k: int, published: bool) -> tuple[str, str]:
     """Printed value, where the paper has the body, beside the computed one."""
-    printed = PRINTED[name][k] if len(table[name]) == len(PRINTED[name]) else ""
+    same = published and len(table[name]) == len(PRINTED[name])
+    printed = PRINTED[name][k] if same else ""
     return printed, f"{table[name][k]:.7f}"

@@ -15,6 +15,7 @@ from rigidpend.config.schema import (
     PhaseGrid,
     Weight,
     Word,
+    absent_is,
     physics,
 )
 from rigidpend.numbers.exact import Exact
@@ -44,7 +45,7 @@ class Problem(Part):
 
     bodies: Annotated[dict[Word, Moments], Field(min_length=1)]
     """Principal moments of inertia of each body, A1 > A3 > A2 and A2 + A3 >= A1."""
-    beta0: Annotated[Number | None, BeforeValidator(_angle)]
+    beta0: Annotated[Number | None, BeforeValidator(_angle), absent_is("gamma0")]
     """Angle of the centre of gravity, radians; gamma0 is each body's own (Grioli)."""
     mu: Weight
     """Weight times the distance of the centre of gravity, mu >= 0."""

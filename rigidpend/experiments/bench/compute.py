@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rigidpend.description import Row, exact_row
 from rigidpend.experiments.bench.layout import PROBLEM
-from rigidpend.experiments.contract import Means, Row
+from rigidpend.experiments.contract import Means
 from rigidpend.integrate.engines import EngineError, default_engine
 from rigidpend.measure.benchmark import choice, problems, records
 from rigidpend.measure.benchmark.methods import METHODS
@@ -68,9 +69,9 @@ def describe(config: Config) -> list[Row]:
         *(Row(name, problem.TITLE, problem.ERROR) for name, problem in asked.items()),
         *(Row(name, METHODS[name].family, METHODS[name].label) for name in p.methods),
         Row("search", f"{search.seconds} s", "a method's budget at a problem, every setting"),
-        Row("rounds", str(meeting.rounds), "of the meeting; the median of their ratios counts"),
-        Row("threads", ", ".join(map(str, meeting.threads)), "of the meetings"),
-        Row("phases", str(config.phases.orbits), "random ones for each J1_0, against 113 bits"),
+        exact_row("rounds", "of the meeting; the median of their ratios counts", meeting.rounds),
+        exact_row("threads", "of the meetings", *meeting.threads),
+        exact_row("phases", "random ones for each J1_0, against 113 bits", config.phases.orbits),
     ]
 
 

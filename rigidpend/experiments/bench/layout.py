@@ -5,7 +5,7 @@ from __future__ import annotations
 from rigidpend.measure.benchmark import records
 from rigidpend.results.layout import FLOAT, TEXT, Field, Layout
 
-ENDED = Field(TEXT, (), *records.ENDED[1:])
+ENDED = Field(TEXT, (), *records.ENDED[1:3])
 SEARCHED: Layout = {
     "ended": ENDED,
     **{f"{name}?": Field(FLOAT, (), *said, gaps=True) for name, said in records.ONCE.items()},

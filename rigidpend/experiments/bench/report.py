@@ -10,6 +10,8 @@ from rigidpend.tables import Table
 if TYPE_CHECKING:
     from rigidpend.results.tree import Loaded
 
+CAPTION = "Run time against error, every method used as its own documentation does, on one machine."
+
 
 def tables(result: Loaded) -> list[Table]:
     """All tables of a loaded result."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.description import Row, body_rows
+from rigidpend.description import Row, body_rows, exact_row, number_row
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.herpolhodes.layout import OF_ROUTE, SAMPLED
 from rigidpend.experiments.route_arrays import ROUNDING, crossing_tolerance
@@ -129,10 +129,10 @@ def describe(config: Config) -> list[Row]:
     gained = increments(problem.body.angles(), float(problem.h0))
     return [
         *body_rows(problem.body),
-        Row("h0", str(problem.h0), "energy constant, kappa J2_0^2/2"),
-        Row("J1_0", str(problem.J1_0), "initial action, dimensionless"),
-        Row("J2_0", f"{float(problem.routes.J2_0(53)):.16g}", "initial |M|, dimensionless"),
-        Row("n_symbols", str(problem.n_symbols), "turns from a separatrix to the next"),
+        exact_row("h0", "energy constant, kappa J2_0^2/2", problem.h0),
+        exact_row("J1_0", "initial action, dimensionless", problem.J1_0),
+        number_row("J2_0", "initial |M|, dimensionless", float(problem.routes.J2_0(53))),
+        exact_row("n_symbols", "turns from a separatrix to the next", problem.n_symbols),
         *(
             Row(name, f"theta2_0 = {case.theta2_0}", "rad, initial phase")
             for name, case in problem.cases.items()

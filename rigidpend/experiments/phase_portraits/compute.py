@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rigidpend import free_body
 from rigidpend.body import Body
 from rigidpend.coordinates import TURN
-from rigidpend.description import Row, body_rows
+from rigidpend.description import Row, body_rows, exact_row
 from rigidpend.equations import hamiltonian_J3_0
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.phase_portraits.layout import (
@@ -87,9 +87,9 @@ def describe(config: Config) -> list[Row]:
     return [
         *(row for row in body_rows(problem.body) if row.name != "mu"),
         Row("heights", heights, "largest |M3|/|M| of the orbits"),
-        Row("points", str(problem.points), "on each curve"),
-        Row("azimuth", str(problem.view.azimuth), "rad, of the viewer, from M1 towards M2"),
-        Row("elevation", str(problem.view.elevation), "rad, of the viewer, towards M3"),
+        exact_row("points", "on each curve", problem.points),
+        exact_row("azimuth", "rad, of the viewer, from M1 towards M2", problem.view.azimuth),
+        exact_row("elevation", "rad, of the viewer, towards M3", problem.view.elevation),
         Row("separatrices", ", ".join(f"{x:.6f}" for x in places), "rad, theta1 of 1..4"),
     ]
 

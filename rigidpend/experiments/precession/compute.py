@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rigidpend.asymptotic import heteroclinic
 from rigidpend.body import Body
-from rigidpend.description import Row
+from rigidpend.description import Row, exact_row
 from rigidpend.experiments import weight_series
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.precession.layout import DRAWN, OF_BODY
@@ -139,9 +139,9 @@ def describe(config: Config) -> list[Row]:
             _body_row(name, shape.heavy(problem.drawn), float(problem.h0))
             for name, shape in problem.bodies.items()
         ),
-        Row("h0", str(problem.h0), "energy of the orbits"),
-        Row("mu", ", ".join(map(str, problem.mu)), "weight times distance"),
-        Row("drawn", str(problem.drawn), "mu at which the increments are shown"),
+        exact_row("h0", "energy of the orbits", problem.h0),
+        exact_row("mu", "weight times distance", *problem.mu),
+        exact_row("drawn", "mu at which the increments are shown", problem.drawn),
     ]
 
 

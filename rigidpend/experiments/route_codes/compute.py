@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -9,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidpend import melnikov
-from rigidpend.description import Row, body_rows
+from rigidpend.description import Row, body_rows, exact_row, number_row
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_arrays import ROUNDING, array_differences
 from rigidpend.experiments.route_codes.layout import BY_MAP, ZEROS
@@ -21,6 +23,8 @@ from rigidpend.results.layout import datasets
 from rigidpend.results.tree import Data, Dataset, Tree
 from rigidpend.routes.codes import MANY, RouteCodes, route_codes
 from rigidpend.routes.phases import Grid
+from rigidpend.routes.problem import passage_rotations
+from rigidpend.run import progress, workers
 
 if TYPE_CHECKING:
     from rigidpend.config.schema import PhaseGrid
@@ -28,12 +32,21 @@ if TYPE_CHECKING:
     from rigidpend.experiments.route_codes.schema import Config
 
 
-SYMBOLS = 15_000
-"""Number of symbols computed at a time, and kept if the run is interrupted: some 0.5 s."""
+ROTATION, BEGIN = 1e-5, 0.3
+"""Seconds that a rotation of an orbit takes on one core, and those of a whole run besides.
+
+4,000 orbits of 15 symbols of Fig. 4, four and a half rotations a passage, took 2.8 s with the
+higher precisions of uncertain columns."""
 MAPPED = 65_536
 """Number of columns at a time where return maps serve."""
 SLOWER = 100
-"""Factor by which fewer are taken where the first precision is higher than that of doubles."""
+"""Factor by which a rotation takes longer where the first precision is above that of doubles."""
+PART = 2.0
+"""Seconds on one core that columns take which are kept together if a run is interrupted."""
+LANES = 8
+"""Columns that are carried at once at least: fewer would leave the processor's lanes empty."""
+LONG = 200
+"""Rotations from which on passages are said to be long, before they begin."""
 
 PHASES = {"theta2_0": ROUNDING, "melnikov_zeros": ROUNDING}
 
@@ -54,6 +67,13 @@ def compute(config: Config, means: Means) -> Tree:
     problem = config.problem
     told = ZEROS.dataset(np.array(melnikov.zeros(problem.routes)))
     groups: dict[str, Tree] = {}
+    rotations = passage_rotations(problem.routes)
+    if LONG < rotations < math.inf:
+        expected = progress.duration(cost(config))
+        means.report(
+            f"passages are long: about {rotations:,.0f} rotations of the pendulum each;"
+            f" some {expected} in all"
+        )
     for name, grid in problem.arrays.items():
         routes = _in_parts(name, grid.phases, config, means)
         means.report(f"{name}: {_summary(routes)}")
@@ -62,36 +82,65 @@ def compute(config: Config, means: Means) -> Tree:
 
 
 def _in_parts(name: str, phases: Grid, config: Config, means: Means) -> RouteCodes:
-    """Compute the routes of all phases in parts of some seconds at most."""
-    found = []
-    slower = SLOWER if means.arithmetic.precisions[0] > 53 else 1
-    at_once = max(1, SYMBOLS // (slower * config.problem.n_symbols))
-    if slower == 1 and len(phases) >= MANY:
-        at_once = max(at_once, MAPPED)
-    for first in range(0, len(phases), at_once):
+    """Compute the routes of all phases in parts of some seconds, by what the last one took."""
+    found: list[RouteCodes] = []
+    first, seconds = 0, column_cost(config)
+    mapped = means.arithmetic.precisions[0] == 53 and len(phases) >= MANY
+    while first < len(phases):
+        at_once = max(LANES * means.jobs, int(PART * means.jobs / seconds))
+        if mapped and at_once >= MANY // 10:
+            at_once = max(at_once, MAPPED)
         columns = [phases[k] for k in range(first, min(first + at_once, len(phases)))]
         if len(phases) > at_once:
             means.report(f"{name}: columns from {first} of {len(phases)}")
-        part = partial(_part, columns, config, means)
-        tree: Any = means.part(f"{name}.{first:08d}", part)
+        begun = time.perf_counter()
+        tree: Any = means.part(f"{name}.{first:08d}", partial(_part, columns, config, means))
         fields = {field: tree[field].values for field in MEANING}
-        by_map = tree["by_map"].values if "by_map" in tree else np.zeros(len(columns), dtype=bool)
+        # A part that was kept may be of another size.
+        count = len(fields["bits"])
+        by_map = tree["by_map"].values if "by_map" in tree else np.zeros(count, dtype=bool)
         found.append(RouteCodes(**fields, by_map=by_map))
+        took = (time.perf_counter() - begun) * means.jobs / count
+        # No part is more than four times as long as the last: a few columns may be easy.
+        first, seconds = first + count, max(took, seconds / 4)
     return RouteCodes(*(np.concatenate(x, axis=-1) for x in zip(*found, strict=True)))
 
 
-def _part(phases: Sequence[Exact], config: Config, means: Means) -> Tree:
+def cost(config: Config) -> float:
+    """Estimate of the seconds that a config takes on two cores."""
+    columns = sum(grid.count for grid in config.problem.arrays.values())
+    return BEGIN + columns * column_cost(config) / 2
+
+
+def column_cost(config: Config) -> float:
+    """Estimate of the seconds that a column takes on one core."""
     problem = config.problem
-    routes = route_codes(
+    rotations = passage_rotations(problem.routes) if problem.routes.body.angles().mu else 1.0
+    slower = SLOWER if config.numerics.precisions[0] > 53 else 1
+    return ROTATION * rotations * (problem.n_symbols + 1) * slower
+
+
+def _part(phases: Sequence[Exact], config: Config, means: Means) -> Tree:
+    """Routes of some columns; few of them are shared among threads by the lanes they fill."""
+    few = len(phases) <= LANES * means.jobs and means.arithmetic.engine == "taylor"
+    if not few:
+        return _group(_routes(phases, config, means, means.jobs))
+    pieces = [phases[k : k + LANES] for k in range(0, len(phases), LANES)]
+    found = workers.side_by_side(_routes, (config, means, 1), False, pieces, means.jobs)
+    return _group(RouteCodes(*(np.concatenate(x, axis=-1) for x in zip(*found, strict=True))))
+
+
+def _routes(phases: Sequence[Exact], config: Config, means: Means, jobs: int) -> RouteCodes:
+    problem = config.problem
+    return route_codes(
         problem.body,
         phases,
         h0=problem.h0,
         J1_0=problem.J1_0,
         n_symbols=problem.n_symbols,
-        jobs=means.jobs,
+        jobs=jobs,
         **means.arithmetic._asdict(),
     )
-    return _group(routes)
 
 
 def orbits(config: Config, stored: Callable[[], Data]) -> Routes:
@@ -107,10 +156,10 @@ def describe(config: Config) -> list[Row]:
     zeros = ", ".join(f"{x:.6f}" for x in melnikov.zeros(checked))
     return [
         *body_rows(body),
-        Row("h0", str(problem.h0), "energy constant, kappa J2_0^2/2"),
-        Row("J1_0", str(problem.J1_0), "initial action, dimensionless"),
-        Row("J2_0", f"{float(checked.J2_0(53)):.16g}", "initial |M|, dimensionless"),
-        Row("n_symbols", str(problem.n_symbols), "symbols on each orbit"),
+        exact_row("h0", "energy constant, kappa J2_0^2/2", problem.h0),
+        exact_row("J1_0", "initial action, dimensionless", problem.J1_0),
+        number_row("J2_0", "initial |M|, dimensionless", float(checked.J2_0(53))),
+        exact_row("n_symbols", "symbols on each orbit", problem.n_symbols),
         *(_array_row(name, grid) for name, grid in problem.arrays.items()),
         Row("Melnikov zeros", zeros, "rad, theta2_0 where the first symbol changes, to O(mu)"),
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -37,6 +38,9 @@ NARROWEST, ENTRY, ROW = 3.4, 1.4, 0.2
 LEFT, RIGHT, BELOW, ABOVE, BETWEEN = 0.45, 0.12, 0.75, 0.25, 0.55
 ACROSS, APART, TALLEST = 6, 0.55, 100.0
 """Arrays side by side, at most; inches between bands of them, and of the highest array."""
+
+
+MAGNIFIED = "magnified part"
 
 
 class Array(NamedTuple):
@@ -101,6 +105,40 @@ def draw(result: Loaded) -> Figure:
         columnspacing=1.6,
         borderaxespad=0.1,
     )
+    return figure
+
+
+def draw_together(results: Sequence[tuple[str, Loaded]]) -> Figure:
+    """Draw the arrays of several results, a row for each, in one figure.
+
+    Parameters
+    ----------
+    results : sequence of pairs
+        Label of a row and its result, as for :func:`draw`.
+    """
+    bands = [
+        (label, [_read(name, group) for name, group in result["data"].items()][:ACROSS])
+        for label, result in results
+    ]
+    cell = min(LARGEST, *(_room(band) / _columns(band) for _, band in bands))
+    heights = [max(len(x.codes) for x in band) * max(cell, LOWEST) for _, band in bands]
+    high = BELOW + sum(heights) + len(bands) * (ABOVE + APART) - APART
+    figure = Figure(figsize=(WIDTH, high))
+    bottom = high
+    for (label, band), height in zip(bands, heights, strict=True):
+        bottom -= height + ABOVE
+        left = LEFT
+        for array in band:
+            width = array.codes.shape[1] * cell
+            box = (left / WIDTH, bottom / high, width / WIDTH, height / high)
+            axes = figure.add_axes(box)
+            _draw_array(axes, array)
+            axes.set_title(f"{array.name}, {label}" if array is band[0] else array.name, loc="left")
+            left += width + BETWEEN
+        bottom -= APART
+    shown = [array for _, band in bands for array in band]
+    entries = [x for x in _legend_entries(shown) if x.get_label() != MAGNIFIED]
+    figure.legend(handles=entries, loc="lower center", ncols=min(len(entries), ACROSS))
     return figure
 
 
@@ -178,7 +216,7 @@ def _legend_entries(arrays: list[Array]) -> list[Artist]:
         label = "zero of Melnikov's integral"
         entries.append(Line2D([], [], color=ZERO, marker="^", ls="", ms=5, label=label))
     if any(_magnifies(a, b) for a in arrays for b in arrays):
-        entries.append(Patch(fill=False, edgecolor=ZOOM, lw=1.4, label="magnified part"))
+        entries.append(Patch(fill=False, edgecolor=ZOOM, lw=1.4, label=MAGNIFIED))
     if any((array.codes == 255).any() for array in arrays):
         entries.append(Patch(facecolor=NONE, edgecolor="0.6", label="no return"))
     if any(array.proven.any() for array in arrays):

@@ -11,6 +11,11 @@ from rigidpend.tables import Table
 if TYPE_CHECKING:
     from rigidpend.results.tree import Data, Loaded
 
+CAPTION = (
+    "Binary route codes of orbits on S1-. A column is one initial phase theta2_0; cell i, counted"
+    " from below, says on which side the orbit leaves after its i-th passage: 0 black, 1 white."
+)
+
 
 def tables(result: Loaded) -> list[Table]:
     """Table of counts by precision, and of the first symbol against Melnikov's zeros."""

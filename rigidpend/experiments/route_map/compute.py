@@ -144,7 +144,7 @@ def describe(config: Config) -> list[Row]:
 
 
 def _plane_row(name: str, axes: tuple[Axis, Axis], problem: Problem) -> Row:
-    across, along = (f"{axis.between[0]} to {axis.between[1]} in {axis.count}" for axis in axes)
+    across, along = (f"{axis.ends[0]} to {axis.ends[1]} in {axis.count}" for axis in axes)
     what = f"rad, theta2_0; by {problem.rows.axis} {along}"
     return Row(f"zoom {name}" if name else "plane", across, what)
 

@@ -33,32 +33,32 @@ Range: TypeAlias = tuple[Number, Number]
 class Axis(Part):
     """The cells of an axis, side by side between two ends."""
 
-    between: Range
+    ends: Range
     """The ends, ascending; radians, the decadic logarithm, or dimensionless."""
     count: Annotated[Whole, ENDS]
     """Number of cells; each stands for its middle."""
 
-    def within(self, between: Range) -> Axis:
+    def within(self, ends: Range) -> Axis:
         """As many cells between other ends."""
-        return Axis.model_construct(between=between, count=self.count)
+        return Axis.model_construct(ends=ends, count=self.count)
 
     @property
     def values(self) -> NDArray[np.float64]:
         """The middles of the cells, doubles."""
         import numpy as np
 
-        low, high = map(float, self.between)
+        low, high = map(float, self.ends)
         return low + (high - low) * (np.arange(self.count) + 0.5) / self.count
 
     @model_validator(mode="after")
     def _distinct(self) -> Self:
-        distinct(self, "between")
+        distinct(self, "ends")
         return self
 
 
 def distinct(axis: Axis, field: str) -> None:
     """Refuse an axis whose cells doubles do not tell apart."""
-    low, high = map(float, axis.between)
+    low, high = map(float, axis.ends)
     finest = 16 * math.ulp(max(abs(low), abs(high)))
     with physics():
         if not low < high:
@@ -115,7 +115,7 @@ class Problem(RouteStart):
                 distinct(axis, f"zooms.{name}.{field}" if name else field)
             cells += axes[0].count * axes[1].count
             with physics():
-                for value in map(float, axes[1].between):
+                for value in map(float, axes[1].ends):
                     row_problem(self.routes, self.rows.axis, value)
         afford("theta2_0", cells, self.n_symbols + 2, f"{cells} cells of {self.n_symbols} symbols")
         return self

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.description import Row, body_rows
+from rigidpend.description import Row, body_rows, exact_row
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_arrays import APART, ROUNDING, array_differences
 from rigidpend.experiments.route_zoom.layout import (
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 
 FINER = 2.0**-20
-"""How closely the change is found, as a share of the finest step: no column comes closer."""
+"""Width to which the change is found, as a share of the finest step: no column comes closer."""
 CENTRE_BITS = 200
 """Bits of a centre that are written, or more where the step is finer."""
 
@@ -143,10 +143,10 @@ def describe(config: Config) -> list[Row]:
     finest = float(problem.step) / problem.factor ** (problem.levels - 1)
     return [
         *body_rows(problem.body),
-        Row("h0", str(problem.h0), "energy constant, kappa J2_0^2/2"),
-        Row("J1_0", str(problem.J1_0), "initial action, dimensionless"),
-        Row("between", ", ".join(map(str, problem.between)), "rad, theta2_0"),
-        Row("symbol", str(problem.symbol), "whose change is sought"),
+        exact_row("h0", "energy constant, kappa J2_0^2/2", problem.h0),
+        exact_row("J1_0", "initial action, dimensionless", problem.J1_0),
+        exact_row("between", "rad, theta2_0", *problem.between),
+        exact_row("symbol", "whose change is sought", problem.symbol),
         Row("levels", f"{problem.levels} of {problem.count} columns", "each finer by the factor"),
         Row("steps", f"{float(problem.step):.3g} to {finest:.3g}", "rad, spacing of columns"),
     ]

@@ -18,7 +18,7 @@ from rigidpend.asymptotic.splitting import (
     measure,
 )
 from rigidpend.body import Body
-from rigidpend.description import Row
+from rigidpend.description import Row, exact_row
 from rigidpend.experiments import weight_series
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.splitting.layout import CLOSED_FORM, CURVE, OF_BODY
@@ -143,8 +143,8 @@ def describe(config: Config) -> list[Row]:
             _body_row(name, shape.heavy(problem.mu[0]), problem)
             for name, shape in problem.bodies.items()
         ),
-        Row("h0", str(problem.h0), "energy of the orbits"),
-        Row("mu", ", ".join(map(str, problem.mu)), "weight times distance"),
+        exact_row("h0", "energy of the orbits", problem.h0),
+        exact_row("mu", "weight times distance", *problem.mu),
         Row("drawn", problem.drawn, f"body whose distance is kept at {problem.phases} phases"),
     ]
 

@@ -10,7 +10,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rigidpend.body import Body
-from rigidpend.description import Row, body_rows
+from rigidpend.description import Row, body_rows, exact_row
 from rigidpend.experiments.contract import Means
 from rigidpend.integrate import DEFAULT_TOLERANCE, FINEST_TOLERANCE
 from rigidpend.integrate.lie_poisson import SCHEMES
@@ -199,8 +199,8 @@ def describe(config: Config) -> list[Row]:
     many = sum(map(len, GROUPS.values())) + len(starts.PLACES)
     return [
         *body_rows(problem.body),
-        Row("h0", str(problem.h0), "energy constant, kappa J2_0^2/2"),
-        Row("J1_0", str(problem.J1_0), "initial action, dimensionless"),
+        exact_row("h0", "energy constant, kappa J2_0^2/2", problem.h0),
+        exact_row("J1_0", "initial action, dimensionless", problem.J1_0),
         Row("long time", f"{asked.rotations} rotations, {asked.orbits} orbits", "Taylor engine"),
         Row("extremes", f"{many} of {problem.extremes.columns} orbits", "bodies, energies, starts"),
         Row("passages", f"{problem.passages.orbits} orbits", "measured and predicted errors"),

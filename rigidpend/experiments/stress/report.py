@@ -11,6 +11,12 @@ from rigidpend.tables import Table
 if TYPE_CHECKING:
     from rigidpend.results.tree import Loaded
 
+CAPTION = (
+    "Trials at the limits: drift of the integrals, every trial's value as a share of the bound"
+    " stated before it ran, growth of errors from passage to passage, and how many symbols each"
+    " precision decides."
+)
+
 
 def tables(result: Loaded) -> list[Table]:
     """The trials by kind, then those beyond their bounds, from a loaded result."""

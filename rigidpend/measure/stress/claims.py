@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rigidpend.measure.stress.fields import CLAIM
 from rigidpend.results.tree import Tree
@@ -105,7 +105,7 @@ def _stored(claim: Claim, value: float, note: str | None) -> Tree:
         "up_to": float(up_to),
         "note": note or "",
     }
-    meaning = {
+    meaning: dict[str, dict[str, Any]] = {
         "value": {"units": claim.unit, "description": claim.measured},
         "bound": {"units": claim.unit, "description": claim.reason},
         "up_to": {"units": claim.unit},

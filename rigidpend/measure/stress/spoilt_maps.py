@@ -131,7 +131,7 @@ def _codes(maps: mapped.Maps, jobs: int) -> tuple[Any, Any]:
     """The symbols and their flags, in doubles and 64 bits, without the sample."""
     arithmetic = resolve("taylor", None, (53, 64))
     run = Run(maps.problem, maps.phases, arithmetic, jobs)
-    compute, _ = mapped.with_maps(maps, run.crossings, len(maps.phases))
+    compute, _ = mapped.with_maps(maps, run.crossings, len(maps.phases), arithmetic.precisions)
 
     def share(work: Any, columns: Any, alone: bool) -> Any:
         return in_threads(jobs, work, columns, alone)

@@ -247,7 +247,8 @@ def test_an_array_in_parts_is_the_array_at_once(
     content: Any, tree: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each part has columns of its own: of five columns in parts of two, and one alone."""
-    monkeypatch.setattr(route_codes, "SYMBOLS", 2 * 5)
+    monkeypatch.setattr(route_codes, "LANES", 2)
+    monkeypatch.setattr(route_codes, "PART", 0.0)
     kept: list[str] = []
 
     def part(name: str, compute: Callable[[], Any]) -> Any:
@@ -262,6 +263,39 @@ def test_an_array_in_parts_is_the_array_at_once(
             found = made[name][field].values
             np.testing.assert_array_equal(found, group[field].values, err_msg=field)
     assert len(set(made["only"]["theta2_0"].values)) == 5
+
+
+def test_parts_that_were_kept_may_be_of_another_size(
+    content: Any, tree: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(route_codes, "PART", 0.0)
+    kept: dict[str, Any] = {}
+
+    def part(name: str, compute: Callable[[], Any]) -> Any:
+        return kept.setdefault(name, compute()) if name not in kept else kept[name]
+
+    means = Means(resolve(default_engine()), 1, lambda _: None, part)
+    monkeypatch.setattr(route_codes, "LANES", 3)
+    route_codes.compute(content, means)
+    # Of the first run the first part is left, and another machine takes smaller ones.
+    del kept["only.00000003"]
+    monkeypatch.setattr(route_codes, "LANES", 1)
+    made: Any = route_codes.compute(content, means)
+    assert {"only.00000000", "only.00000003", "only.00000004"} < set(kept)
+    for field in ("theta2_0", "codes", "certain", "separatrix"):
+        found = made["only"][field].values
+        np.testing.assert_array_equal(found, tree["only"][field].values, err_msg=field)
+
+
+def test_long_passages_are_told_before_they_begin(
+    content: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said: list[str] = []
+    monkeypatch.setattr(route_codes, "LONG", 1)
+    means = Means(resolve(default_engine()), 1, said.append)
+    route_codes.compute(content, means)
+    assert said[0].startswith("passages are long: about ")
+    assert "rotations of the pendulum each; some " in said[0]
 
 
 def test_crossing_times_may_differ_by_a_declared_bound_that_no_setting_moves() -> None:

@@ -26,9 +26,9 @@ SMALL = (
 )
 ONE_ZOOM = "problem.zooms={near: {theta2_0: [4.3, 5.1], rows: [-8.4, -7.6]}}"
 ROWS: dict[str, str] = {
-    "mu": "{axis: mu, between: [1/1000, 2/1000], count: 4}",
-    "h0": "{axis: h0, between: [1, 2], count: 4}",
-    "beta0": "{axis: beta0, between: [0.5, 2], count: 4}",
+    "mu": "{axis: mu, ends: [1/1000, 2/1000], count: 4}",
+    "h0": "{axis: h0, ends: [1, 2], count: 4}",
+    "beta0": "{axis: beta0, ends: [0.5, 2], count: 4}",
 }
 
 
@@ -141,11 +141,11 @@ def test_the_description_says_what_it_costs() -> None:
 @pytest.mark.parametrize(
     ("setting", "field", "reason"),
     [
-        ("problem.theta2_0.between=[2, 1]", "theta2_0", "ascend"),
-        ("problem.theta2_0.between=[1, 1.000000000000001]", "theta2_0", "too fine"),
-        ("problem.rows.between=[-10, 1]", "problem", "J1_0"),
-        ("problem.rows={axis: alpha0, between: [1, 2], count: 4}", "problem.rows", "log10_J1_0"),
-        ("problem.rows={axis: h0, between: [1/10000, 2], count: 4}", "problem", "h0 > mu"),
+        ("problem.theta2_0.ends=[2, 1]", "theta2_0", "ascend"),
+        ("problem.theta2_0.ends=[1, 1.000000000000001]", "theta2_0", "too fine"),
+        ("problem.rows.ends=[-10, 1]", "problem", "J1_0"),
+        ("problem.rows={axis: alpha0, ends: [1, 2], count: 4}", "problem.rows", "log10_J1_0"),
+        ("problem.rows={axis: h0, ends: [1/10000, 2], count: 4}", "problem", "h0 > mu"),
         ("problem.n_symbols=251", "problem", "at most 250"),
         ("problem.theta2_0.count=1", "count", "2"),
     ],

@@ -1,0 +1,161 @@
+"""Sweeps: a config for each combination of values, with a name that tells them.
+
+A sweep is asked for by ``--sweep KEY=VALUE,VALUE``, or by the section ``sweep`` of a config::
+
+    sweep:
+      problem.mu: [1e-4, 1e-3, 1e-2]
+"""
+
+from __future__ import annotations
+
+import itertools
+import re
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+from rigidpend.config.complaints import Complaint, ConfigError, Origin, Place
+from rigidpend.config.reader import Document, parse
+
+SECTION = "sweep"
+MOST = 1000
+"""Most results of one sweep."""
+LONGEST = 150
+"""Characters of a name at most, which leaves room for what is added to it in files."""
+NAME = re.compile(r"\w[\w.,=+-]*")
+IN_NAMES = str.maketrans({"/": "over", "*": "", " ": "", "[": "", "]": "", "(": "", ")": ""})
+"""Stand-ins in names of files for what numbers are written with."""
+FORM = "expected KEY.KEY=VALUE,VALUE, as in problem.mu=1e-4,1e-3"
+
+
+class Sweep(NamedTuple):
+    """A key and the values that it takes in turn, as they are written."""
+
+    key: str
+    values: tuple[str, ...]
+
+
+class Variant(NamedTuple):
+    """One combination of the values of several sweeps."""
+
+    ending: str
+    """Ending of the name of its result; empty where nothing is swept."""
+    settings: tuple[str, ...]
+    """Settings ``KEY=VALUE``."""
+
+
+def option(text: str) -> Sweep:
+    """Read an option ``KEY=VALUE,VALUE``.
+
+    Raises
+    ------
+    ConfigError
+        It has no such form, or only one value, or one value twice.
+    """
+    origin = Origin(f"--sweep {text}")
+    key, equals, values = text.partition("=")
+    if not equals or not all(key.split(".")):
+        raise ConfigError([Complaint(origin, (), FORM)])
+    try:
+        found = parse(f"[{values}]", origin.source)
+        complaints = found.complaints
+    except ConfigError as error:
+        complaints = error.complaints
+    if complaints:
+        raise ConfigError([Complaint(origin, (), one.message) for one in complaints])
+    return _sweep(key, found.tree, origin, ())
+
+
+def taken_from(document: Document) -> list[Sweep]:
+    """Take the section ``sweep`` out of a config.
+
+    Raises
+    ------
+    ConfigError
+        It is not made of keys with lists of values.
+    """
+    place: Place = (SECTION,)
+    section = document.tree.pop(SECTION, {})
+    if not isinstance(section, dict):
+        message = "expected keys with lists of values, as in problem.mu: [1e-4, 1e-3]"
+        raise ConfigError([Complaint(document.origin(place), place, message)])
+    return [
+        _sweep(key, values, document.origin((SECTION, key)), (SECTION, key))
+        for key, values in section.items()
+    ]
+
+
+def variants(sweeps: Sequence[Sweep]) -> list[Variant]:
+    """Every combination of the values, the last key's changing first.
+
+    Raises
+    ------
+    ConfigError
+        A key is swept twice, there are too many, or two would have the same name.
+    """
+    origin = Origin("sweep")
+    keys = [sweep.key for sweep in sweeps]
+    if len(set(keys)) < len(keys):
+        raise ConfigError([Complaint(origin, (), f"a key is swept twice: {', '.join(keys)}")])
+    found = []
+    for values in itertools.islice(itertools.product(*(s.values for s in sweeps)), MOST + 1):
+        pairs = list(zip(keys, values, strict=True))
+        found.append(Variant(ending(pairs), tuple(f"{key}={value}" for key, value in pairs)))
+    if len(found) > MOST:
+        raise ConfigError([Complaint(origin, (), f"more than {MOST} combinations")])
+    if len({variant.ending for variant in found}) < len(found):
+        raise ConfigError([Complaint(origin, (), "two values would have the same name")])
+    return found
+
+
+def ending(pairs: Sequence[tuple[str, str]]) -> str:
+    """Ending of a name that tells values by their keys."""
+    short = short_names([key for key, _ in pairs])
+    values = (value.translate(IN_NAMES) for _, value in pairs)
+    return "".join(f"_{name}={value}" for name, value in zip(short, values, strict=True))
+
+
+def checked_name(name: str, origin: Origin) -> str:
+    """A name of a result, if it can be one of a file on any system.
+
+    Raises
+    ------
+    ConfigError
+        It cannot.
+    """
+    if not NAME.fullmatch(name) or len(name) > LONGEST or name == "all":
+        message = f"a name is made of up to {LONGEST} letters, digits and _ . , = + -"
+        raise ConfigError([Complaint(origin, (), f"{message}; got {name!r}")])
+    return name
+
+
+def _sweep(key: str, values: Any, origin: Origin, place: Place) -> Sweep:
+    """Check the values of a key, and write each as a setting has it."""
+    if not isinstance(values, list) or len(values) < 2:
+        message = f"a sweep of {key} needs two values or more, as in {key}=1e-4,1e-3"
+        raise ConfigError([Complaint(origin, place, message)])
+    texts = tuple(map(_text, values))
+    twice = [text for text in texts if texts.count(text) > 1]
+    if twice:
+        raise ConfigError([Complaint(origin, place, f"the value {twice[0]} is given twice")])
+    return Sweep(key, texts)
+
+
+def _text(node: Any) -> str:
+    """Write plain data as YAML in one line."""
+    if isinstance(node, dict):
+        return "{" + ", ".join(f"{key}: {_text(x)}" for key, x in node.items()) + "}"
+    if isinstance(node, list):
+        return f"[{', '.join(map(_text, node))}]"
+    return {None: "null", True: "true", False: "false"}.get(node, node)
+
+
+def short_names(keys: Sequence[str]) -> list[str]:
+    """Last words of keys; the whole key where two would be alike."""
+    last = [".".join(_tail(key)) for key in keys]
+    return [name if last.count(name) == 1 else key for name, key in zip(last, keys, strict=True)]
+
+
+def _tail(key: str) -> Iterator[str]:
+    """Last word of a key, with the one before it where it is the index of a list."""
+    *_, before, last = ["", *key.split(".")]
+    yield from (before, last) if last.isdigit() else (last,)

@@ -1,0 +1,44 @@
+"""Vertices and edges of the heteroclinic cycle of Fig. 2."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigidpend.tables import Table
+
+if TYPE_CHECKING:
+    from rigidpend.results.tree import Data, Loaded
+
+CAPTION = (
+    "The heteroclinic cycle in the plane of theta1 and J1/J2: separatrices 1 to 4 between the two"
+    " rotations about the middle axis, and the symbol of each turn from one to the next. As a"
+    " graph it is the alphabet of the route codes."
+)
+
+
+def tables(result: Loaded) -> list[Table]:
+    """Table of the separatrices' places, and of the turns with their symbols."""
+    vertices, edges = result["data"]["vertices"], result["data"]["edges"]
+    places = [
+        (str(label), f"{theta1:.10f}", f"{J1:g}")
+        for label, theta1, J1, again in zip(
+            *(vertices[name] for name in ("label", "theta1", "J1", "again")), strict=True
+        )
+        if not again
+    ]
+    return [
+        Table("Vertices; starred ones on J1 = J2", ("vertex", "theta1 (rad)", "J1/J2"), places),
+        Table(
+            "Turns by their symbol",
+            ("symbol", "turns"),
+            [("0, left", _turns(edges, 0)), ("1, right", _turns(edges, 1))],
+        ),
+    ]
+
+
+def _turns(edges: Data, symbol: int) -> str:
+    """Edges of a symbol, each once."""
+    chosen = np.flatnonzero((edges["symbol"] == symbol) & ~edges["again"])
+    return ", ".join(f"{edges['from'][k]} to {edges['to'][k]}" for k in chosen)

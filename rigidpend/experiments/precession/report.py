@@ -1,0 +1,59 @@
+"""Increments of theta3 beside the first order, and the powers of mu of what is left."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.tables import Table
+
+if TYPE_CHECKING:
+    from rigidpend.results.tree import Loaded
+
+CAPTION = (
+    "Increments of theta3 along the heteroclinic orbits of each separatrix, by the full dynamics,"
+    " beside the first order (tri1), for one body in each regime of (trieq). What the first order"
+    " leaves out falls as mu^2 along each orbit, and as mu^3 in the mean of the two."
+)
+
+
+def tables(result: Loaded) -> list[Table]:
+    """Table of the drawn weight, and one of the slopes."""
+    data = result["data"]
+    bodies, drawn = data["bodies"], int(data["drawn"])
+    weight = float(data["mu_over_h0"][drawn])
+    names = [str(name) for name in bodies["name"]]
+    gained = bodies["gained"].mean(axis=2)[:, drawn]
+    first = bodies["first_order"][:, drawn]
+    rows = [
+        (name, *(f"{x:.6f} ({y:.6f})" for x, y in zip(*pair, strict=True)))
+        for name, *pair in zip(names, gained + 0.0, first + 0.0, strict=True)
+    ]
+    powers = ("slope", "mean_slope")
+    slopes = [
+        (name, str(bodies["regime"][k]), *(_range(bodies[power][k]) for power in powers))
+        for k, name in enumerate(names)
+    ]
+    ordered = np.count_nonzero(bodies["ordered"]), bodies["ordered"].size
+    return [
+        Table(
+            f"Increments of theta3 in radians at mu = {weight:g} h0, mean of two orbits,"
+            " with (tri1) in brackets",
+            ("body", *(f"separatrix {number}" for number in (1, 2, 3, 4))),
+            rows,
+        ),
+        Table(
+            "Powers of mu by which the rest falls",
+            ("body", "order of the separatrices by (trieq)", "of an orbit", "of the mean"),
+            slopes,
+            f"The order is that of (trieq) in {ordered[0]} of {ordered[1]} cases of body and mu.",
+        ),
+    ]
+
+
+def _range(slopes: NDArray[np.float64]) -> str:
+    """Least and largest of some slopes; those of mere rounding are left out."""
+    known = slopes[np.isfinite(slopes)]
+    return f"{known.min():.3f} to {known.max():.3f}" if known.size else "rounding"

@@ -1,0 +1,42 @@
+"""Distances of the surfaces beside Melnikov's, and the powers of mu of what he leaves out."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigidpend.tables import Table
+
+if TYPE_CHECKING:
+    from rigidpend.results.tree import Loaded
+
+CAPTION = (
+    "Distance of S1- and S2+ on the section J1 = J2/2 beside Melnikov's formula, whose curve errs"
+    " by O(mu) and whose amplitude errs by O(mu^2). Each distance has an error of its own; those"
+    " that no precision resolved are crossed out."
+)
+
+
+def tables(result: Loaded) -> list[Table]:
+    """Table of the bodies: nu, amplitude at the smallest weight, powers of mu, resolved ones."""
+    data = result["data"]
+    bodies, weight = data["bodies"], float(data["mu_over_h0"][0])
+    rows = []
+    for k, name in enumerate(bodies["name"]):
+        resolved = bodies["resolved"][k]
+        rows.append(
+            (
+                str(name),
+                f"{bodies['nu'][k]:.4f}",
+                f"{bodies['amplitude'][k][0]:.6g}",
+                f"{bodies['largest'][k][0]:.6g}",
+                f"{bodies['slope_curve'][k]:.4f}",
+                f"{bodies['slope_amplitude'][k]:.4f}",
+                f"{np.count_nonzero(resolved)} of {resolved.size}",
+            )
+        )
+    header = ("body", "nu", "Melnikov (rad)", "computed", "power, curve", "amplitude", "resolved")
+    caption = f"Largest distance in theta1 at mu = {weight:g} h0, and powers of mu of the rest"
+    note = f"Decided in {', '.join(map(str, np.unique(bodies['bits'])))} bits."
+    return [Table(caption, header, rows, note)]

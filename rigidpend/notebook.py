@@ -1,0 +1,314 @@
+"""Notebooks: results loaded with labels, computed and drawn in a line, orbits in time.
+
+``rigidpend.load``, ``run``, ``plot``, ``orbit`` and ``theory`` are these functions.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from rigidpend.body import Body
+    from rigidpend.description import Row
+    from rigidpend.results.tree import Loaded
+
+KEPT = Path("results")
+"""Folder of the results where none is given."""
+POINTS = 60
+"""Samples in a rotation of the pendulum, if no step is given: as many as in Fig. 5."""
+
+
+@dataclass(frozen=True, repr=False)
+class StoredResult:
+    """A result, loaded: its attributes, config and data."""
+
+    path: Path
+    loaded: Loaded
+
+    @property
+    def name(self) -> str:
+        return str(self.loaded["attributes"].get("name", self.path.stem))
+
+    @property
+    def experiment(self) -> str:
+        return str(self.loaded["attributes"]["experiment"])
+
+    @property
+    def config(self) -> dict[str, Any]:
+        """The config with every default; numbers are texts, exact."""
+        return dict(json.loads(self.loaded["config"]))
+
+    @property
+    def values(self) -> Mapping[str, Any]:
+        """The data as plain arrays, texts and groups by name."""
+        return self.loaded["data"]
+
+    @cached_property
+    def data(self) -> xarray.DataTree:
+        """The data with their dimensions, coordinates, units and meanings.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            xarray is not installed: it is in the extra `notebook`.
+        """
+        from rigidpend import experiments
+        from rigidpend.results import labelled
+
+        layout = experiments.layout(self.experiment)
+        return labelled.tree(self.values, layout, self.loaded["attributes"])
+
+    def __getitem__(self, key: str) -> Any:
+        return self.data[key]
+
+    def __repr__(self) -> str:
+        from rigidpend.render import captions
+
+        said = "; ".join(captions.bodies(self.loaded)[:1])
+        groups = ", ".join(list(self.values)[:6])
+        doubt = str(self.loaded["attributes"].get("doubt", ""))
+        parts = (f"{self.experiment} {self.name!r}", said, f"data: {groups}", doubt)
+        return f"<{'; '.join(filter(None, parts))}>"
+
+    def _repr_html_(self) -> str:
+        from rigidpend.render import captions
+
+        lines = "".join(f"<br>{escape(line)}" for line in captions.bodies(self.loaded))
+        head = f"<p><b>{escape(self.name)}</b> ({escape(self.experiment)}){lines}</p>"
+        try:
+            tree: Any = self.data
+            return f"{head}{tree._repr_html_()}"
+        except ModuleNotFoundError:
+            return head
+
+
+class SampledOrbit(NamedTuple):
+    """An orbit sampled in time, with its angles and the hodograph of its angular velocity."""
+
+    t: NDArray[np.float64]
+    """Times t', dimensionless, (n,)."""
+    theta1: NDArray[np.float64]
+    """Radians, 0 to 4 pi, (n,)."""
+    J1_over_J2: NDArray[np.float64]
+    """0 at the lower periodic orbit, 1 at the upper one, (n,)."""
+    theta3: NDArray[np.float64]
+    """Angle of precession of M, radians, (n,)."""
+    alpha: NDArray[np.float64]
+    """Angle of the horizontal part of omega, radians, (n,)."""
+    omega: NDArray[np.float64]
+    """Angular velocity in the fixed basis xi (up), eta, zeta, in 1/t, physical, (n, 3)."""
+
+    def __repr__(self) -> str:
+        return f"<orbit of {self.t.size} samples, t' = 0 to {self.t[-1]:.6g}>"
+
+    def _repr_html_(self) -> str:
+        return f"<p>{escape(repr(self)[1:-1])}</p>"
+
+
+class TheoryTable(tuple["Row", ...]):
+    """Table of a body by the paper's theory; a value is found by its name."""
+
+    def __getitem__(self, key: Any) -> Any:
+        if not isinstance(key, str):
+            return super().__getitem__(key)
+        found = [row for row in self if row.name == key]
+        if not found:
+            raise KeyError(f"{key!r} (known: {', '.join(row.name for row in self)})")
+        return found[0].value if found[0].number is None else found[0].number
+
+    def __repr__(self) -> str:
+        from rigidpend.tables import columns
+
+        return "\n".join(columns([row[:3] for row in self], 100))
+
+    def _repr_html_(self) -> str:
+        from rigidpend.tables import Table, html
+
+        return str(html(Table("", ("name", "value", "meaning"), [row[:3] for row in self])))
+
+
+def load(source: Path | str) -> StoredResult:
+    """Load a result.
+
+    Parameters
+    ----------
+    source : Path or str
+        File ``RESULT.h5``, or the name of a result in ``results/``.
+
+    Raises
+    ------
+    StoreError
+        There is none, or it cannot be read.
+    """
+    from rigidpend.results import store
+
+    path = Path(source)
+    if path.suffix != ".h5":
+        path = KEPT / f"{source}.h5"
+    return StoredResult(path, store.load(path))
+
+
+def run(
+    name: str | Path,
+    settings: Mapping[str, Any] | None = None,
+    *,
+    folder: Path | str = KEPT,
+    called: str | None = None,
+    jobs: int | None = None,
+    progress: Callable[[str], None] | None = None,
+    **problem: Any,
+) -> StoredResult:
+    """Compute a config, unless its result is up to date, and load the result.
+
+    Parameters
+    ----------
+    name : str or Path
+        Name of a config, as of ``rigidpend list``, or a file.
+    settings : mapping, optional
+        Values by their full keys, ``{"numerics.engine": "scipy"}``.
+    folder : Path or str, optional
+        Folder of the result.
+    called : str, optional
+        Name of the result; if not given it tells the values that are set, as
+        ``fig4_mu=0.01``.
+    jobs : int, optional
+        Threads; all processors if not given.
+    progress : callable, optional
+        Takes lines of progress.
+    **problem
+        Values of the section `problem`, as ``mu="0.01"``. Text is exact as written, a float is
+        written with the fewest digits that give it back.
+
+    Raises
+    ------
+    ConfigError, StoreError
+        As the command `run` tells them.
+    """
+    from rigidpend.config import loading, sweeps
+    from rigidpend.config.names import resolve
+    from rigidpend.run import runner, workers
+
+    pairs = {**(settings or {}), **{f"problem.{key}": value for key, value in problem.items()}}
+    given = [(key, _written(value)) for key, value in pairs.items()]
+    [path] = resolve((str(name),), Path(folder))
+    ending = sweeps.ending(given)
+    options = [f"{key}={value}" for key, value in given]
+    [group] = loading.load_groups([path], options, (), called or f"{path.stem}{ending}")
+    [config] = group.members
+    planned = runner.plan(config, Path(folder))
+    if planned.reason:
+        say = progress or _say_nothing
+        runner.follow(planned, jobs=jobs or workers.cores(), say=say)
+    return load(planned.target)
+
+
+def plot(result: StoredResult | Path | str) -> Figure:
+    """Draw a result as `rigidpend render` does, as a figure of Matplotlib."""
+    from matplotlib import rc_context
+
+    from rigidpend import experiments, render
+
+    stored = result if isinstance(result, StoredResult) else load(result)
+    with rc_context(fname=render.STYLE):
+        return experiments.drawing(stored.experiment).draw(stored.loaded)
+
+
+def orbit(
+    body: Body,
+    theta2_0: Any,
+    *,
+    h0: Any,
+    J1_0: Any,
+    time: float,
+    step: float | None = None,
+    engine: str | None = None,
+) -> SampledOrbit:
+    """Integrate an orbit on S1- in double precision, with its angles and its hodograph.
+
+    It starts as those of `route_codes`, at theta1_0 = alpha0 + beta0 and theta3 = 0.
+
+    Parameters
+    ----------
+    body : Body
+    theta2_0 : number
+        Initial phase, radians.
+    h0, J1_0 : number
+        Energy constant, and initial action, dimensionless.
+    time : float
+        How long, t', dimensionless.
+    step : float, optional
+        t' between samples; a sixtieth of a rotation of the pendulum if not given.
+    engine : {"taylor", "scipy"}, optional
+        `taylor` where heyoka is installed.
+
+    Raises
+    ------
+    ProblemError, EngineError
+        A value that is excluded, or an engine that is not installed.
+    """
+    import numpy as np
+
+    from rigidpend import herpolhode, hodograph, integrate
+    from rigidpend.integrate.arithmetic import resolve
+    from rigidpend.numbers.exact import PRECISIONS, exact
+    from rigidpend.routes.problem import RouteProblem, rotation_period
+
+    problem = RouteProblem(body, exact(h0), exact(J1_0), 1)
+    if not 0 < float(time) < float("inf"):
+        raise ValueError(f"time must be a number above 0, got {time!r}")
+    times = np.arange(0.0, float(time), step or rotation_period(problem) / POINTS)
+    arithmetic = resolve(engine, None, PRECISIONS)
+    states = integrate.sample(
+        hodograph.field_without_alpha(body),
+        herpolhode.initial_state(problem, float(exact(theta2_0))),
+        times,
+        engine=arithmetic.engine,
+        tolerance=float(arithmetic.tolerance),
+    )
+    sampled = herpolhode.samples(body, herpolhode.RouteOrbit(times, states, np.empty(0)))
+    return SampledOrbit(**sampled)
+
+
+def theory(body: Body, h0: Any, J1_0: Any = None) -> TheoryTable:
+    """Make the table of a body by the paper's theory: Melnikov's zeros, multipliers and more.
+
+    Parameters
+    ----------
+    body : Body
+    h0 : number
+        Energy constant, greater than mu.
+    J1_0 : number, optional
+        Initial action, dimensionless; Melnikov's zeros depend on it, nothing else does.
+
+    Raises
+    ------
+    ProblemError
+        h0 or J1_0 is out of range.
+    """
+    from rigidpend.theory import rows
+
+    return TheoryTable(rows(body, h0, J1_0))
+
+
+def _written(value: Any) -> str:
+    """Write a value as in a config."""
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key}: {_written(x)}" for key, x in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_written, value))}]"
+    return str(value)
+
+
+def _say_nothing(line: str) -> None:
+    """Drop a line of progress."""

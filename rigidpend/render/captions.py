@@ -1,0 +1,62 @@
+"""Captions: the body and the start of a stored result in words, from its config."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from rigidpend.numbers.decimals import as_written
+
+if TYPE_CHECKING:
+    from rigidpend.results.tree import Loaded
+
+SHARED = ("beta0", "mu", "h0", "M_0", "J1_0")
+"""Keys of a problem that are told beside the body, in this order."""
+LONGEST = 300
+"""Characters of a value that are shown."""
+
+
+def bodies(result: Loaded) -> list[str]:
+    """Describe the body of a result, or each of its bodies, with what they have in common.
+
+    Returns
+    -------
+    list of str
+        Phrases such as ``A = (2, 1, 1.5), r along (1, 1, 0), mu = 0.001``; none for a result
+        that is of no body.
+    """
+    problem = json.loads(result["config"]).get("problem", {})
+    if not isinstance(problem, Mapping):
+        return []
+    shared = [f"{key} = {_shown(problem[key])}" for key in SHARED if problem.get(key) is not None]
+    if "beta0" in problem and problem["beta0"] is None:
+        shared.insert(0, "beta0 = gamma0")
+    own = list(_body(problem))
+    if own:
+        return [", ".join(own + shared)]
+    several = problem.get("bodies", {})
+    if not isinstance(several, Mapping) or not several:
+        return []
+    named = (f"{name}: {', '.join(_body(one))}" for name, one in several.items())
+    return [", ".join(shared), *named]
+
+
+def _body(given: Any) -> Iterator[str]:
+    """Moments and direction, whichever are given."""
+    if isinstance(given, list):
+        yield f"A = {_shown(given)}"
+    elif isinstance(given, Mapping):
+        if "A" in given:
+            yield f"A = {_shown(given['A'])}"
+        if "r" in given:
+            yield f"r along {_shown(given['r'])}"
+
+
+def _shown(value: Any) -> str:
+    """A number as it would be written, a list in brackets; of a long list its ends."""
+    if isinstance(value, list):
+        if len(value) > 3:
+            return f"{_shown(value[0])} to {_shown(value[-1])} ({len(value)} values)"
+        return f"({', '.join(map(_shown, value))})"
+    return as_written(str(value))[:LONGEST]

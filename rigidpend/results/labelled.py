@@ -1,0 +1,73 @@
+"""Labelled arrays: a result as an xarray tree, each array with its dimensions, unit and meaning."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rigidpend.results.layout import Field, Layout, members, named
+from rigidpend.results.structure import SCALES
+
+if TYPE_CHECKING:
+    import xarray
+
+
+def tree(data: Mapping[str, Any], layout: Layout, attributes: Mapping[str, Any]) -> xarray.DataTree:
+    """Label the data of a result.
+
+    Parameters
+    ----------
+    data : mapping
+        Arrays, texts and groups by name, as loaded.
+    layout : Layout
+        What the experiment declares of them.
+    attributes : mapping
+        Attributes of the root.
+
+    Returns
+    -------
+    xarray.DataTree
+        A node for each group; units and description are attributes of each array.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        xarray is not installed: it is in the extra `notebook`.
+    """
+    import xarray
+
+    datasets = {path: _dataset(*group) for path, *group in _groups("/", data, layout)}
+    made = xarray.DataTree.from_dict(datasets)
+    made.attrs.update(attributes)
+    return made
+
+
+def _groups(
+    path: str, data: Mapping[str, Any], layout: Layout
+) -> Iterator[tuple[str, Mapping[str, Any], Mapping[str, Field]]]:
+    """Groups by their paths, each with its arrays and what is declared of these."""
+    own, further = named(layout), members(layout)
+    declared = {key: own[key][0] if key in own else further[1] if further else {} for key in data}
+    fields = {key: node for key, node in declared.items() if isinstance(node, Field)}
+    yield path, {key: data[key] for key in fields}, fields
+    for key, node in declared.items():
+        if not isinstance(node, Field):
+            yield from _groups(f"{path.rstrip('/')}/{key}", data[key], node)
+
+
+def _dataset(data: Mapping[str, Any], fields: Mapping[str, Field]) -> xarray.Dataset:
+    import xarray
+
+    variables = {
+        key: xarray.Variable(
+            [str(size) if isinstance(size, str) else f"{key}_{k}" for k, size in dims],
+            np.asarray(data[key]),
+            {"units": field.units, "description": field.description},
+        )
+        for key, field in fields.items()
+        for dims in [list(enumerate(field.dimensions))]
+    }
+    made = xarray.Dataset(variables)
+    return made.set_coords([key for key in made if (key, made[key].dims) in SCALES])

@@ -1,0 +1,108 @@
+"""Sweeps: every combination once, under a name that tells it, and what is wrong named."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+
+from rigidpend.config import loading, sweeps
+from rigidpend.config.changes import changes, label, sentence
+from rigidpend.config.complaints import ConfigError
+from rigidpend.config.sweeps import Sweep
+from tests.config.samples import FIG4, SMALL, refused, written
+
+
+def test_every_combination_has_a_result_named_by_its_values() -> None:
+    given = ["problem.mu=1e-4,1e-3", "problem.J1_0=1e-8,1e-6,1e-7"]
+    [group] = loading.load_groups([FIG4], (), given)
+    assert group.title == "fig4_mu_J1_0"
+    assert [member.name for member in group.members] == [
+        f"fig4_mu={mu}_J1_0={J1_0}" for mu in ("1e-4", "1e-3") for J1_0 in ("1e-8", "1e-6", "1e-7")
+    ]
+    third = group.members[2].resolved()["problem"]
+    assert (third["mu"], third["J1_0"]) == ("1/10000", "1/10000000")
+    assert third["h0"] == loading.load(FIG4).resolved()["problem"]["h0"]
+
+
+def test_lists_and_expressions_are_values_too() -> None:
+    found = sweeps.option("problem.A=[2, 1, 1.5],[3, 2, 2.5]")
+    assert found == Sweep("problem.A", ("[2, 1, 1.5]", "[3, 2, 2.5]"))
+    endings = [variant.ending for variant in sweeps.variants([found])]
+    assert endings == ["_A=2,1,1.5", "_A=3,2,2.5"]
+    [group] = loading.load_groups([FIG4], (), ["problem.arrays.left.step=1/10,pi/40"])
+    assert [member.name for member in group.members] == ["fig4_step=1over10", "fig4_step=piover40"]
+
+
+def test_a_config_can_ask_for_its_sweep(tmp_path: Path) -> None:
+    path = written(tmp_path, f"{SMALL}\nsweep:\n  problem.mu: [1e-4, 1e-3]\n", "mine.yaml")
+    [group] = loading.load_groups([path])
+    assert [member.name for member in group.members] == ["mine_mu=1e-4", "mine_mu=1e-3"]
+    # An option takes the place of the file's own values of the same key.
+    [other] = loading.load_groups([path], (), ["problem.mu=1,0.5"], "named")
+    assert [member.name for member in other.members] == ["named_mu=1", "named_mu=0.5"]
+    assert loading.resolved_yaml(loading.load(path)).endswith(
+        "\nsweep:\n  problem.mu: [1e-4, 1e-3]\n"
+    )
+
+
+def test_keys_that_end_alike_are_told_in_full() -> None:
+    keys = ["problem.arrays.left.step", "problem.arrays.right.step", "problem.A.0"]
+    assert sweeps.short_names(keys) == [*keys[:2], "A.0"]
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["problem.mu"], "--sweep problem.mu: expected KEY.KEY=VALUE,VALUE"),
+        (["problem.mu=1"], "a sweep of problem.mu needs two values or more"),
+        (["problem.mu=1,1"], "the value 1 is given twice"),
+        (["problem.mu=1,[2"], "--sweep problem.mu=1,[2: not YAML"),
+        (["problem.mu=1/2,1over2"], "two values would have the same name"),
+        (["problem.mew=1,2"], "--set problem.mew=1: problem.mew: unknown key (known: A, r, mu"),
+        (["problem.mu=" + ",".join(map(str, range(1001)))], "more than 1000 combinations"),
+    ],
+)
+def test_what_is_wrong_with_a_sweep_is_named(options: list[str], said: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        loading.load_groups([FIG4], (), options)
+    assert said in str(caught.value)
+
+
+def test_a_section_of_another_form_is_refused(tmp_path: Path) -> None:
+    [one] = refused(written(tmp_path, f"{SMALL}\nsweep: 3\n"))
+    assert "sweep: expected keys with lists of values" in str(one)
+    [two] = refused(written(tmp_path, f"{SMALL}\nsweep: {{problem.mu: 3}}\n"))
+    assert "a sweep of problem.mu needs two values or more" in str(two)
+
+
+@pytest.mark.parametrize("name", ["", "a/b", "../x", "all", ".hidden", "x" * 200, "a\nb"])
+def test_a_name_that_is_no_file_s_is_refused(name: str) -> None:
+    with pytest.raises(ConfigError, match="a name is made of"):
+        loading.load_groups([FIG4], (), (), name)
+
+
+def test_changes_are_told_from_what_to_what() -> None:
+    before = loading.load(FIG4).resolved()
+    after = loading.load(FIG4, ["problem.mu=1e-2", "numerics.engine=scipy"]).resolved()
+    found = changes(before, after)
+    assert [str(change) for change in found] == [
+        "problem.mu from 0.001 to 0.01",
+        "numerics.engine from auto to scipy",
+    ]
+    assert sentence(found * 3).endswith(", and 3 more")
+    assert changes(before, before) == []
+
+
+def test_a_label_says_by_what_a_config_differs_from_others() -> None:
+    [group] = loading.load_groups([FIG4], (), ["problem.mu=1e-4,1e-2", "problem.n_symbols=3,4"])
+    configs = [member.resolved() for member in group.members]
+    assert label(configs[1], configs) == "mu = 1e-4, n_symbols = 4"
+
+
+def test_each_member_is_checked(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="h0 > mu is broken"):
+        loading.load_groups([FIG4], (), ["problem.mu=1e-4,5"])
+    value = loading.load(FIG4, ["problem.mu=1e-4"]).content.problem
+    assert Fraction(value.model_dump(mode="json")["mu"]) == Fraction(1, 10000)

@@ -1,0 +1,149 @@
+"""Notebooks: results with labels, computed in a line, drawn; orbits; tables with values by name."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+import rigidpend
+from rigidpend.notebook import SampledOrbit
+from rigidpend.results import store
+from tests.config.samples import SMALL, changed, written
+
+ROOT = Path(__file__).resolve().parents[1]
+REFERENCE = ROOT / "results" / "reference"
+BODY = rigidpend.Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    folder = tmp_path_factory.mktemp("notebook")
+    return rigidpend.run(written(folder, SMALL, "small.yaml"), mu="0.01", folder=folder)
+
+
+def test_a_run_is_named_by_what_is_set_and_done_once(result: Any) -> None:
+    assert result.path.name == "small_mu=0.01.h5"
+    assert result.config["problem"]["mu"] == "1/100"
+    said: list[str] = []
+    again = rigidpend.run(
+        result.path.with_name("small.yaml"),
+        mu=0.01,
+        folder=result.path.parent,
+        progress=said.append,
+    )
+    assert (again.path, said) == (result.path, [])
+    more = rigidpend.run(
+        result.path, {"numerics.precisions": [53, 64]}, called="more", progress=said.append
+    )
+    assert more.path == result.path.with_name("more.h5") or more.path.name == "more.h5"
+    assert said[-1].startswith("more: ")
+
+
+def test_arrays_have_their_dimensions_units_and_coordinates(result: Any) -> None:
+    pytest.importorskip("xarray")
+    codes = result["only"]["codes"]
+    assert codes.dims == ("symbols", "columns")
+    assert codes.attrs["units"] == "1"
+    assert "row 0 = symbol 1" in codes.attrs["description"]
+    np.testing.assert_array_equal(codes.values, result.values["only"]["codes"])
+    np.testing.assert_allclose(codes.coords["theta2_0"], [1, 1.1, 1.2, 1.3, 1.4])
+    assert codes.coords["theta2_0"].attrs["units"] == "rad"
+
+
+@pytest.mark.parametrize("path", sorted(REFERENCE.glob("*.h5")), ids=lambda path: path.stem)
+def test_every_stored_array_is_in_the_tree(path: Path) -> None:
+    pytest.importorskip("xarray")
+    loaded = rigidpend.load(path)
+
+    def compare(node: Any, values: Any) -> int:
+        count = 0
+        for key, value in values.items():
+            if isinstance(value, dict):
+                count += compare(node[key], value)
+            else:
+                np.testing.assert_array_equal(node[key].values, np.asarray(value))
+                assert {"units", "description"} <= node[key].attrs.keys()
+                count += 1
+        return count
+
+    assert compare(loaded.data, loaded.values) >= 7
+
+
+def test_the_file_itself_has_named_dimensions_with_scales(result: Any) -> None:
+    with h5py.File(result.path) as file:
+        codes = file["data/only/codes"]
+        assert [dimension.label for dimension in codes.dims] == ["symbols", "columns"]
+        assert [list(dimension) for dimension in codes.dims] == [[], ["theta2_0"]]
+        assert codes.dims[1]["theta2_0"] == file["data/only/theta2_0"]
+    # They are no part of what is compared, and a result with them is read like any other.
+    assert "DIMENSION_LIST" not in store.outline(result.path)["/data/only/codes"]
+    assert set(store.load(result.path)["data"]) == {"only"}
+
+
+def test_a_figure_is_drawn(result: Any) -> None:
+    figure = rigidpend.plot(result)
+    assert [axes.get_title("left") for axes in figure.axes] == ["only"]
+    assert rigidpend.plot(result.path).get_size_inches().tolist() > [1, 1]
+
+
+def test_an_orbit_has_its_angles_and_its_hodograph() -> None:
+    reference = store.load(REFERENCE / "fig5.h5")["data"]["case1"]
+    body = rigidpend.Body(A=(2, "1.5", "1.8"), r=(0, 1, 0), mu="0.01")
+    made: SampledOrbit = rigidpend.orbit(
+        body, "1.02", h0="10/9", J1_0="2.39205e-9", time=30.0, step=float(reference["t"][1])
+    )
+    n = made.t.size
+    assert made.t[-1] < 30.0 <= made.t[-1] + made.t[1]
+    for name in ("t", "theta1", "J1_over_J2", "theta3", "alpha", "omega"):
+        stored = reference[name][:n]
+        np.testing.assert_allclose(getattr(made, name), stored, atol=1e-6, err_msg=name)
+    assert repr(made) == f"<orbit of {n} samples, t' = 0 to {made.t[-1]:.6g}>"
+    with pytest.raises(ValueError, match="time must be a number above 0"):
+        rigidpend.orbit(body, 1, h0=1, J1_0="1e-8", time=0)
+
+
+def test_a_table_finds_its_values_by_name() -> None:
+    table = rigidpend.theory(BODY, "1.3342", "1e-8")
+    assert table["alpha0"] == 1.9106332362490186
+    assert table["Melnikov zeros"] == pytest.approx([1.563050, 4.704643], abs=5e-7)
+    assert table["regime"] == "iv"
+    with pytest.raises(KeyError, match="known: A, r, mu"):
+        table["beta"]
+    assert all(len(line) <= 100 for line in repr(table).splitlines())
+    assert "<td>1.9106332362490186</td>" in table._repr_html_()
+
+
+def test_what_is_shown_is_short_and_safe(result: Any, tmp_path: Path) -> None:
+    said = "<route_codes 'small_mu=0.01'; A = (2, 1, 1.5), r along (1, 1, 0), mu = 0.01,"
+    assert repr(result).startswith(said)
+    assert len(repr(result)) < 200
+    assert "<b>small_mu=0.01</b>" in result._repr_html_()
+    named = changed("only:", "script:", SMALL)
+    other = rigidpend.run(written(tmp_path, named, "other.yaml"), folder=tmp_path, called="a")
+    assert "<script" not in other._repr_html_()
+
+
+def test_what_is_wrong_is_said_as_on_the_command_line(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"problem\.mew: unknown key"):
+        rigidpend.run("fig4", mew=1, folder=tmp_path)
+    with pytest.raises(store.StoreError, match="there is no such file"):
+        rigidpend.load(tmp_path / "none.h5")
+
+
+def test_the_tour_notebook_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every cell of the notebook in the documentation, in their order, in one name space."""
+    pytest.importorskip("xarray")
+    monkeypatch.chdir(tmp_path)
+    cells = json.loads((ROOT / "docs" / "notebook.ipynb").read_text(encoding="utf-8"))["cells"]
+    codes = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
+    space: dict[str, Any] = {}
+    for code in codes:
+        exec(code, space)
+    assert len(codes) >= 6
+    assert space["routes"].name == "fig4_mu=0.01"
+    assert (tmp_path / "results" / "fig4_mu=0.01.h5").is_file()
