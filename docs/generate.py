@@ -202,6 +202,7 @@ PHYSICS = (
         "routes",
         "certified",
         "return_map",
+        "symbolic",
     ),
 )
 """The modules that hold the mathematics, in the order in which they build upon each other."""

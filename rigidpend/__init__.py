@@ -51,6 +51,7 @@ precession    increments of theta3 along the separatrices, their order
 hodograph     the angular velocity in the fixed space
 herpolhode    an orbit along its route, with its hodograph
 return_map/   orbits and their codes without integration, by a normal form
+symbolic/     orbits from their codes, addresses
 
 The runner:
 
@@ -118,22 +119,29 @@ if TYPE_CHECKING:
     from rigidpend.return_map import return_map as return_map
     from rigidpend.routes import RouteCodes as RouteCodes
     from rigidpend.routes import route_codes as route_codes
+    from rigidpend.symbolic import FoundOrbit as FoundOrbit
+    from rigidpend.symbolic import address_of as address_of
+    from rigidpend.symbolic import find_orbit as find_orbit
 
 __version__ = "0.2.0"
 __all__ = [
-    *("Body", "CertifiedCodes", "RouteCodes", "StoredResult", "certify_codes", "load", "orbit"),
-    *("plot", "return_map", "route_codes", "run", "theory"),
+    *("Body", "CertifiedCodes", "FoundOrbit", "RouteCodes", "StoredResult", "address_of"),
+    *("certify_codes", "find_orbit", "load", "orbit", "plot", "return_map", "route_codes"),
+    *("run", "theory"),
 ]
 
 _HOME = {
     "Body": "rigidpend.body",
     "CertifiedCodes": "rigidpend.certified.codes",
+    "FoundOrbit": "rigidpend.symbolic",
     "RouteCodes": "rigidpend.routes",
     "StoredResult": "rigidpend.notebook",
+    "address_of": "rigidpend.symbolic",
+    "certify_codes": "rigidpend.certified.codes",
+    "find_orbit": "rigidpend.symbolic",
     "load": "rigidpend.notebook",
     "orbit": "rigidpend.notebook",
     "plot": "rigidpend.notebook",
-    "certify_codes": "rigidpend.certified.codes",
     "return_map": "rigidpend.return_map",
     "route_codes": "rigidpend.routes",
 }

@@ -12,6 +12,7 @@ from rigidpend.cli import (
     common,
     completion,
     describe,
+    find,
     listing,
     reference,
     render,
@@ -45,7 +46,7 @@ def main() -> None:
 
 
 for _module in (
-    *(run, render, report, listing, describe, theory),
+    *(run, render, report, listing, describe, theory, find),
     *(certify, verify, reference, bench, stress, cache, completion),
 ):
     main.add_command(_module.command)

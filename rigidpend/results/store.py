@@ -208,7 +208,11 @@ def _put(group: h5py.Group, name: str, node: Dataset | Tree) -> None:
 
 
 def _scale(group: h5py.Group, arrays: Mapping[str, Dataset]) -> None:
-    """Name the dimensions of a group's arrays, and tie them to the arrays that are their scales."""
+    """Name the dimensions of a group's arrays, and tie them to the arrays that are their scales.
+
+    The part of one body has not the dimension of the bodies yet: its arrays stay without names.
+    """
+    arrays = {key: x for key, x in arrays.items() if len(x.dimensions) == np.ndim(x.values)}
     scales = {x.dimensions[0]: key for key, x in arrays.items() if (key, x.dimensions) in SCALES}
     for key in scales.values():
         group[key].make_scale(key)

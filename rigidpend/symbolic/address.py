@@ -12,7 +12,10 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from rigidpend.numbers.parameters import ParameterError
 
@@ -48,7 +51,7 @@ class Address(NamedTuple):
         return " ".join([*start, *shown])
 
 
-def parsed(text: str | Sequence[int] | Address) -> Address:
+def parsed(text: str | Sequence[int] | NDArray[np.integer[Any]] | Address) -> Address:
     """The address that a text means: `0011`, `0^9 1^8 1^10` or `a 0^9 (1^8)*2`.
 
     Raises

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_banded
 
+from rigidpend.return_map import SectionPoint
 from rigidpend.symbolic.tables import Array, Crossing, Level, Signs
 
 MOST_ITERATIONS = 12
@@ -101,6 +102,17 @@ class System(NamedTuple):
         x[2::2] = b
         return x
 
+    def nearer(self, angles: Array, unknown: float) -> Array:
+        """The same for chi = `angles` themselves: with the invariants that these lead to."""
+        x, n = self.guess(angles, unknown), len(self.signs)
+        upper = np.arange(n) % 2 == 0
+        for _ in range(MOST_ITERATIONS):
+            a, b = x[1::2], x[2::2]
+            I, _ = self.level.invariants(self.signs, b - a[:n])
+            a[:n] += angles[:n] - self.level.crossings(upper, upper, I, a[:n]).chi
+            b += angles[1:] - self.level.crossings(~upper, upper, I, b).chi
+        return x
+
     def unknowns(self, made: Chain) -> Array:
         """The unknowns of a chain that was found: a guess for another system."""
         x = np.empty(1 + len(made.a) + len(made.b))
@@ -162,6 +174,37 @@ class System(NamedTuple):
                 bands[WIDTH + 1, -2], bands[WIDTH, -1] = in_a[-1], in_b[-1]
         return rows, bands
 
+    def cyclic(self, x: Array, total: float) -> tuple[Array, Array, Chain]:
+        """Residuals, Jacobian and chain of a closed orbit, whose angle grows by `total` in all.
+
+        The first unknown has no part in it: the last passage is the one before the first.
+        """
+        n, level = len(self.signs), self.level
+        a, b = x[1::2], x[2::2]
+        I, slope = level.invariants(self.signs, b - a)
+        upper = np.arange(n) % 2 == 0
+        starts = level.crossings(upper, upper, I, a)
+        ends = level.crossings(~upper, upper, I, b)
+        after = np.roll(np.arange(n), -1)
+        shift = np.where(after == 0, total, 0.0)
+        rows, matrix = np.empty(2 * n), np.zeros((2 * n, 2 * n))
+        k, wide = np.arange(n), level.unit
+        parts = ((ends.chi - starts.chi[after] - shift, ends.chi_by, starts.chi_by, 1.0),
+                 (ends.d - starts.d[after], ends.d_by, starts.d_by, wide))  # fmt: skip
+        for part, (off, behind, before, unit) in enumerate(parts):
+            row = 2 * k + part
+            rows[row] = off / unit
+            matrix[row, 2 * k] += -behind[0] * slope / unit
+            matrix[row, 2 * k + 1] += (behind[0] * slope + behind[1]) / unit
+            matrix[row, 2 * after] -= ((before[1] - before[0] * slope) / unit)[after]
+            matrix[row, 2 * after + 1] -= (before[0] * slope / unit)[after]
+        turned = ends.chi - starts.chi
+        time = starts.constant - ends.constant + level.rates(I).rotation * turned
+        chi = np.append(starts.chi, ends.chi[-1])
+        d = np.append(starts.d, ends.d[-1])
+        residual = float(np.abs(rows).max())
+        return rows, matrix, Chain(float(x[0]), a, b, I, chi, d, time, residual)
+
     def solved(self, x: Array) -> Chain:
         """The chain, by Newton's method from a guess.
 
@@ -191,3 +234,16 @@ class System(NamedTuple):
             k = int(at[0])
             raise NoOrbit(f"passage {k + 1} would need |I| above {widest:.3g}, the tables' end")
         return made
+
+
+def tangents(level: Level, chain: Chain) -> Array:
+    """(n, 3, 2) the derivatives of d, chi and t' behind each passage in d and chi before it."""
+    n = len(chain.b)
+    found = np.empty((n, 3, 2))
+    for rising in (True, False):
+        here = slice(0 if rising else 1, n, 2)
+        point = SectionPoint(rising, chain.d[:n][here], chain.chi[:n][here])
+        if len(point.d):
+            passed = level.map_level.passage(point, slopes=True)
+            found[here] = np.moveaxis(passed.slopes[:3], -1, 0)
+    return found

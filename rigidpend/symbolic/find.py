@@ -5,33 +5,37 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from decimal import Decimal
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.body import Body
 from rigidpend.numbers.exact import Exact, exact
+from rigidpend.numbers.generic import Scalar
+from rigidpend.routes import route_codes
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.symbolic.address import Address, AddressError, parsed
 from rigidpend.symbolic.chain import NoOrbit, signs_of
+from rigidpend.symbolic.confirm import passages
 from rigidpend.symbolic.follow import followed
 from rigidpend.symbolic.refine import Refined, refined
-from rigidpend.symbolic.shortest import Path, path, shortest
+from rigidpend.symbolic.shortest import Path, exactly, followed_on, shortest
 from rigidpend.symbolic.surface import SECANTS, SETTLED, Surface, surface
 from rigidpend.symbolic.tables import Array, Level
 
 MOST_SYMBOLS = 10_000
-DIGITS = 30
+DIGITS = 28
 MOST_DIGITS = 200
-"""Largest number of digits of theta2_0: the orbit is integrated in as many, to their cube slower."""
+"""Largest number of digits of theta2_0: an integration takes as long as their cube."""
 
 
 class FoundOrbit(NamedTuple):
-    """An orbit of S1- with a given address, which ends where it is its own image in time.
+    """An orbit of S1- with a given address.
 
-    Its last crossing is at gamma3 = 0, in the middle of its cell: the orbit comes back there on
-    the reversed way.
+    Its last crossing is at gamma3 = 0, in the middle of its cell: there it is its own image in
+    time and returns on the way on which it came. Where no such orbit has the half rotations that
+    are asked for, the last crossing is elsewhere in its cell.
     """
 
     theta2_0: Decimal
@@ -39,13 +43,17 @@ class FoundOrbit(NamedTuple):
     address: Address
     digits: int
     fixed: int
-    """Number of the first symbols that so many digits of theta2_0 determine."""
-    integrated: int
-    """Number of the first crossings that integration of the full equations has confirmed."""
+    """Number of the first symbols that its digits determine."""
+    confirmed: int
+    """Number of the first symbols that integration of the full equations has established."""
     bits: int
     """Precision of that integration."""
     delay: float
-    """Largest |t'| between a confirmed crossing's time by integration and by the map."""
+    """Largest difference of a crossing's time by integration and by the map, t'."""
+    passages: int
+    """Number of passages that have their symbol when each is integrated alone, in doubles."""
+    passage_error: float
+    """Largest error of their times, t'."""
     chi: Array
     """(n + 1,) radians: chi of the crossings, whole turns included, by the map."""
     d: Array
@@ -74,11 +82,11 @@ class Solved(NamedTuple):
 
 def find_orbit(
     body: Body,
-    code: str | Sequence[int] | Address,
+    code: str | Sequence[int] | NDArray[np.integer[Any]] | Address,
     *,
-    h0: Exact | float | str,
-    J1_0: Exact | float | str,
-    near: Exact | float | str | None = None,
+    h0: Scalar,
+    J1_0: Scalar,
+    near: Scalar | None = None,
     digits: int = DIGITS,
 ) -> FoundOrbit:
     """The orbit of Fig. 4's kind whose route code, or address, is given.
@@ -128,20 +136,45 @@ def find_orbit(
     problem = RouteProblem(body, exact(h0), exact(J1_0), n)
     orbits = surface(problem)
     solved = _solved(orbits, address, None if near is None else exact(near))
-    return _record(solved, address, refined(orbits, solved, digits), digits)
+    fine = refined(orbits, solved, digits)
+    return _record(body, solved, address, fine, _confirmed(problem, address, fine), digits)
 
 
-def _record(solved: Solved, address: Address, fine: Refined, digits: int) -> FoundOrbit:
+def _confirmed(problem: RouteProblem, address: Address, fine: Refined) -> int:
+    """Number of symbols that two integrations of the full equations establish."""
+    if not fine.fixed:
+        return 0
+    routes = route_codes(
+        problem.body,
+        [fine.theta2_0],
+        h0=problem.h0,
+        J1_0=problem.J1_0,
+        n_symbols=fine.fixed,
+        precisions=(fine.bits,),
+        method="integration",
+    )
+    right = routes.codes[:, 0] == np.array(address.symbols[: fine.fixed])
+    if not right[routes.certain[:, 0]].all():
+        raise NoOrbit("integration of the full equations finds other symbols")
+    return int(np.logical_and.accumulate(routes.certain[:, 0] & right).sum())
+
+
+def _record(
+    body: Body, solved: Solved, address: Address, fine: Refined, confirmed: int, digits: int
+) -> FoundOrbit:
     made = solved.path
+    alone = passages(body, solved.level, made.chain)
     first = int(made.cells[0]) % 2
     return FoundOrbit(
         fine.theta2_0,
         Address(first, address.symbols, made.half_turns),
         digits,
         fine.fixed,
-        0,
+        confirmed,
         fine.bits,
         fine.delay,
+        int(alone.right.sum()),
+        float(np.abs(alone.late[alone.right]).max(initial=0.0)),
         made.chain.chi,
         made.chain.d,
         made.chain.I,
@@ -152,47 +185,67 @@ def _record(solved: Solved, address: Address, fine: Refined, digits: int) -> Fou
 
 def _solved(orbits: Surface, address: Address, near: Exact | None) -> Solved:
     """The path of an address at its own energy, which depends on theta2_0."""
-    h0 = float(orbits.problem.h0)
-    level = orbits.level(h0)
-    given: tuple[int, ...] = address.half_turns or ()
-    first = address.first
-    if near is not None:
-        other = followed(orbits, float(near), len(address.symbols))
-        same = other.agreeing(address.symbols)
-        if first is None:
-            first = other.first
-        if not given and first == other.first:
-            given = other.half_turns[:same]
-    made = _either(orbits, level, address, first, given, near)
-    return _at_own_energy(orbits, made, h0, level)
+    h = float(orbits.problem.h0) if near is None else orbits.energy(float(near))
+    level = orbits.level(h)
+    if near is None:
+        return _at_own_energy(orbits, _either(orbits, level, address, math.pi), h, level)
+    other, beside = followed(orbits, float(near), len(address.symbols))
+    asked = _nearby(address, other)
+    for k, each in enumerate(asked):
+        own = beside if (each.symbols, each.half_turns) == other[1:] else None
+        try:
+            made = _either(orbits, level, each, float(near), own)
+            return _at_own_energy(orbits, made, h, level)
+        except NoOrbit:
+            if k == len(asked) - 1:
+                raise
+    raise AssertionError
+
+
+def _nearby(address: Address, other: Address) -> list[Address]:
+    """Addresses with the half rotations of another orbit, first with as many as it has."""
+    if address.half_turns or address.first not in (None, other.first):
+        return [address]
+    pairs = enumerate(zip(other.symbols, address.symbols, strict=False))
+    same = next((k for k, (mine, its) in pairs if mine != its), len(other.symbols))
+    turns = other.half_turns or ()
+    return [Address(other.first, address.symbols, turns[:k]) for k in range(same, -1, -1)]
 
 
 def _either(
-    orbits: Surface,
-    level: Level,
-    address: Address,
-    first: int | None,
-    given: tuple[int, ...],
-    near: Exact | None,
+    orbits: Surface, level: Level, address: Address, middle: float, beside: Array | None = None
 ) -> Path:
-    """The path from the first cell that is asked for, or from the one that takes less time."""
+    """The path from the first cell that is asked for, or from the one that takes less time.
+
+    `middle` is the middle of the turn of theta2_0, radians, in which the first cell is sought,
+    `beside` chi of the crossings of an orbit with this very address, if one is known.
+    """
     signs, begin = signs_of(np.array(address.symbols)), orbits.begin(level)
+    given = address.half_turns or ()
     found, reason = [], None
-    # From chi at theta2_0 = 0 the first cells within a turn of theta2_0 follow.
     origin = float(level.crossings(*_lower(begin(0.0).I, begin(0.0).b)).chi[0])
-    base = 0.0 if near is None else float(near) % (2 * math.pi) - math.pi
-    lowest = math.ceil((origin + base) / math.pi)
-    for cell in (lowest, lowest + 1):
-        if first is not None and cell % 2 != first:
+    for cell in _first_cells((origin + middle) / math.pi):
+        if address.first is not None and cell % 2 != address.first:
             continue
+        unknown = math.pi * cell - origin
         try:
-            unknown = math.pi * cell - origin
-            found.append(shortest(level, begin, signs, cell, unknown, given))
+            if len(given) < len(signs):
+                found.append(shortest(level, begin, signs, cell, unknown, given))
+            else:
+                here = beside is not None and round(float(beside[0]) / math.pi) == cell
+                own, unknown = (beside, middle) if here else (None, unknown)
+                found.append(exactly(level, begin, signs, cell, unknown, given, own))
         except NoOrbit as error:
             reason = error
     if not found:
         raise NoOrbit(str(reason))
     return min(found, key=lambda each: float(each.chain.time.sum()))
+
+
+def _first_cells(place: float) -> tuple[int, int]:
+    """The cell of a place in half rotations, and its nearer neighbour."""
+    cell = round(place)
+    return cell, cell + 1 if place > cell else cell - 1
 
 
 def _lower(I: float, b: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_], Array, Array]:
@@ -202,12 +255,7 @@ def _lower(I: float, b: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_], Ar
 
 def _at_own_energy(orbits: Surface, made: Path, h: float, level: Level) -> Solved:
     """The path where theta2_0 and the energy belong together, by secants in the energy."""
-    problem, signs = orbits.problem, signs_of(np.array(made_symbols(made)))
-    del problem
-
-    def solve(level: Level, made: Path) -> Path:
-        return path(level, orbits.begin(level), signs, made.cells, made.chain.unknown)
-
+    signs = np.sign(made.chain.I).astype(int)
     theta, slope = made.chain.unknown, 0.0
     for _ in range(SECANTS):
         off = orbits.energy(theta) - h
@@ -216,15 +264,10 @@ def _at_own_energy(orbits: Surface, made: Path, h: float, level: Level) -> Solve
             break
         h, before = h + step, theta
         level = orbits.level(h)
-        made = solve(level, made)
+        made = followed_on(level, orbits.begin(level), signs, made)
         theta = made.chain.unknown
         if abs(step) > 1e-9 * abs(h):
             slope = (theta - before) / step
         if abs(theta - before) < SETTLED:
             break
     return Solved(made, level, slope)
-
-
-def made_symbols(made: Path) -> list[int]:
-    """The symbols of a path."""
-    return [int((I > 0) == (k % 2 == 0)) for k, I in enumerate(made.chain.I)]

@@ -7,11 +7,12 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rigidpend.body import Body
-from rigidpend.equations import AlignedCoefficients
 from rigidpend.integrate.states import states_at
 from rigidpend.numbers.exact import PRECISIONS, Exact, exact
+from rigidpend.numbers.generic import Scalar
 from rigidpend.return_map import MapError, SectionPoint
 from rigidpend.return_map.precision import precision
 from rigidpend.return_map.reduced import coefficients
@@ -29,7 +30,7 @@ LEAST_BITS = 64
 class Crossings(NamedTuple):
     """Crossings of one orbit as points of the section, (k,) each."""
 
-    rising: np.ndarray[tuple[int], np.dtype[np.bool_]]
+    rising: NDArray[np.bool_]
     d: Array
     """Dimensionless: the small one of Qm (rising) and Qp."""
     chi: Array
@@ -38,10 +39,10 @@ class Crossings(NamedTuple):
 
 def address_of(
     body: Body,
-    theta2_0: Exact | float | str,
+    theta2_0: Scalar,
     *,
-    h0: Exact | float | str,
-    J1_0: Exact | float | str,
+    h0: Scalar,
+    J1_0: Scalar,
     n_symbols: int = 15,
     precisions: Sequence[int] = PRECISIONS,
 ) -> Address:
@@ -84,7 +85,7 @@ def address_of(
     return _addressed(level, points, routes.codes[:n, 0])
 
 
-def _addressed(level: Level, points: Crossings, symbols: Array) -> Address:
+def _addressed(level: Level, points: Crossings, symbols: NDArray[np.uint8]) -> Address:
     """The address of crossings, each followed by the map through one passage alone."""
     turned = np.zeros(len(symbols))
     for rising in (True, False):
@@ -129,44 +130,24 @@ def section_points(body: Body, states: Array) -> Crossings:
     return Crossings(rising, np.where(rising, Qm, Qp), np.arctan2(-sign * states[5], cos))
 
 
-class Followed(NamedTuple):
-    """An orbit followed by the map in doubles, as far as it reaches."""
+def followed(orbits: Surface, theta2: float, n: int) -> tuple[Address, Array]:
+    """The address of the orbit of a phase, by at most n passages of the map in doubles.
 
-    address: Address
-
-    @property
-    def first(self) -> int:
-        """The parity of the first crossing's cell."""
-        return int(self.address.first or 0)
-
-    @property
-    def half_turns(self) -> tuple[int, ...]:
-        """The half rotations of its passages."""
-        return self.address.half_turns or ()
-
-    def agreeing(self, symbols: Sequence[int]) -> int:
-        """How many of the first symbols are those of another code."""
-        same = (a == b for a, b in zip(self.address.symbols, symbols, strict=False))
-        return next((k for k, s in enumerate(same) if not s), len(self.address.symbols))
-
-
-def followed(orbits: Surface, theta2: float, n: int) -> Followed:
-    """The orbit of a phase through at most n passages of the map."""
+    With it comes chi of its crossings, radians, whole turns included.
+    """
     level = orbits.level(orbits.energy(theta2))
     arrival = orbits.begin(level)(theta2)
     yes, none = np.array([True]), np.array([False])
     at = level.crossings(yes, none, np.array([arrival.I]), np.array([arrival.b]))
     point, chi = SectionPoint(True, at.d, at.chi), float(at.chi[0])
-    symbols, cells = [], [round(chi / np.pi)]
+    symbols, found = [], [chi]
     for _ in range(n):
         passed = level.map_level.passage(point)
         if not passed.inside[0]:
             break
         chi, point = chi + float(passed.turned[0]), passed.point
         symbols.append(int(passed.symbol[0]))
-        cells.append(round(chi / np.pi))
+        found.append(chi)
+    cells = np.rint(np.array(found) / np.pi).astype(int)
     turns = tuple(int(x) for x in np.diff(cells))
-    return Followed(Address(cells[0] % 2, tuple(symbols), turns))
-
-
-__all__ = ["AlignedCoefficients", "Crossings", "address_of", "crossings_of", "followed"]
+    return Address(int(cells[0]) % 2, tuple(symbols), turns), np.array(found)

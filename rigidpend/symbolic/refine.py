@@ -18,11 +18,10 @@ import numpy as np
 from rigidpend.equations import aligned
 from rigidpend.integrate.states import states_at
 from rigidpend.numbers.exact import context, exact, fraction
-from rigidpend.return_map import SectionPoint
 from rigidpend.routes.start import Scales, start, states_exact
-from rigidpend.symbolic.chain import Chain, NoOrbit
+from rigidpend.symbolic.chain import NoOrbit, tangents
 from rigidpend.symbolic.surface import STEP, Surface
-from rigidpend.symbolic.tables import Array, Level
+from rigidpend.symbolic.tables import Array
 
 if TYPE_CHECKING:
     from rigidpend.symbolic.find import Solved
@@ -31,9 +30,11 @@ FAR = 1e-3
 """Delay, t', up to which it tells theta2_0: what it leaves is its square."""
 FIRST_ERROR = 1e-11
 """Error of theta2_0 by the map in doubles, radians, and of its times in t', at most."""
-ROUNDS = 200
+ROUNDS = 400
 MARGIN = 3
 """Digits that theta2_0 has beyond those that tell a symbol."""
+GUARD = 19
+"""Bits beyond the digits: 12 were seen to be lost in 113 bits."""
 
 
 class Growth(NamedTuple):
@@ -62,7 +63,7 @@ class Refined(NamedTuple):
 def growth(orbits: Surface, solved: Solved, h_factor: float) -> Growth:
     """By how much a change of theta2_0 grows, its change of energy included."""
     chain, level = solved.path.chain, solved.level
-    slopes = _slopes(level, chain)
+    slopes = tangents(level, chain)
     theta = chain.unknown
     arrival = orbits.begin(level)(theta)
     yes, none = np.array([True]), np.array([False])
@@ -90,19 +91,6 @@ def growth(orbits: Surface, solved: Solved, h_factor: float) -> Growth:
     return Growth(exponent, sign * math.copysign(1, h_factor), chi)
 
 
-def _slopes(level: Level, chain: Chain) -> Array:
-    """(n, 3, 2) the derivatives of d, chi and time behind each passage in d and chi before it."""
-    n = len(chain.b)
-    found = np.empty((n, 3, 2))
-    for rising in (True, False):
-        here = slice(0 if rising else 1, n, 2)
-        point = SectionPoint(rising, chain.d[:n][here], chain.chi[:n][here])
-        if len(point.d):
-            passed = level.map_level.passage(point, slopes=True)
-            found[here] = np.moveaxis(passed.slopes[:3], -1, 0)
-    return found
-
-
 def refined(orbits: Surface, solved: Solved, digits: int) -> Refined:
     """theta2_0 of a path to `digits` digits behind the point.
 
@@ -116,10 +104,12 @@ def refined(orbits: Surface, solved: Solved, digits: int) -> Refined:
     grown = growth(orbits, solved, factor)
     begun = float(orbits.first_time(level, np.array([chain.unknown]))[0])
     times = begun + np.concatenate(([0.0], np.cumsum(chain.time)))
-    reach = int((np.maximum.accumulate(grown.exponent) <= digits).sum()) - 1
+    reach = int((np.maximum.accumulate(grown.exponent) <= digits - 1).sum()) - 1
     fixed = int((np.maximum.accumulate(grown.exponent) <= digits - MARGIN).sum()) - 1
-    bits = max(64, math.ceil(digits * math.log2(10)) + 13)
-    theta, delay = _Refiner(orbits, times, grown, bits, digits).run(chain.unknown, max(reach, 0))
+    bits = max(64, math.ceil(digits * math.log2(10)) + GUARD)
+    theta, delay = _Refiner(orbits, times, grown, bits, digits, solved.path.symmetric).run(
+        chain.unknown, max(reach, 0)
+    )
     return Refined(_decimal(theta, digits), max(fixed, 0), bits, delay, times)
 
 
@@ -127,8 +117,15 @@ class _Refiner:
     """Integrations of one orbit, each with a better theta2_0."""
 
     def __init__(
-        self, orbits: Surface, times: Array, grown: Growth, bits: int, digits: int
+        self,
+        orbits: Surface,
+        times: Array,
+        grown: Growth,
+        bits: int,
+        digits: int,
+        symmetric: bool,
     ) -> None:
+        self.symmetric = symmetric
         self.problem, self.times, self.grown = orbits.problem, times, grown
         self.bits, self.digits = bits, digits
         self.begin = start(self.problem, bits, Scales())
@@ -136,7 +133,7 @@ class _Refiner:
     def run(self, theta2: float, reach: int) -> tuple[Fraction, float]:
         """The phase, and the largest delay on the way."""
         theta, error, delay = Fraction(theta2), math.log10(FIRST_ERROR), 0.0
-        whole = reach == len(self.times) - 1
+        whole = self.symmetric and reach == len(self.times) - 1
         for _ in range(ROUNDS):
             until = min(reach, int((self.grown.exponent + error <= 0).sum()))
             late, height = self._late(theta, until)
@@ -151,10 +148,8 @@ class _Refiner:
             size = max(abs(float(off)) ** 2, 0.0 if last else FIRST_ERROR)
             exponent = float(self.grown.exponent[k])
             error = math.log10(max(size, 1e-300)) - exponent
-            # The last round's delays, but for that of the rounding of theta2_0 at the end.
             delay = float(np.abs(late[: max(k, 1)]).max())
-            done = abs(step) < Fraction(1, 10 ** (self.digits + 1))
-            if k == reach and (done or error < -self.digits - 2):
+            if k == reach and abs(step) < Fraction(1, 10 ** (self.digits + 1)):
                 return theta, delay
         raise NoOrbit(f"integration follows the map up to crossing {k + 1} only")
 

@@ -115,7 +115,7 @@ class Level:
         size = np.minimum(np.exp(-growth * self.exponent), self.widest)
         slope = size
         for _ in range(8):
-            I = signs * size
+            I = np.asarray(signs * size, dtype=float)
             rates = self.rates(I)
             depth = -np.log(size) / rates.exponent
             slope = -1 / (1 / (I * rates.exponent) + depth * rates.exponent_slope / rates.exponent)
@@ -123,11 +123,15 @@ class Level:
             size = np.minimum(size * (1 + ratio), self.widest)
             if np.abs(ratio).max(initial=0.0) < 1e-15:
                 break
-        return signs * size, slope
+        return np.asarray(signs * size, dtype=float), slope
 
     def half_turns(self, I: float) -> float:
         """The half rotations that a passage takes between crossings at multiples of pi."""
         return (-math.log(abs(I)) / self.exponent + self.shift) / math.pi
+
+    def invariant(self, half_turns: float) -> float:
+        """The |I| of passages with so many half rotations, the inverse of `half_turns`."""
+        return math.exp((self.shift - math.pi * half_turns) * self.exponent)
 
     def _splitting(self) -> float:
         """By how much a crossing on the unstable surface of one orbit is off the other's stable."""

@@ -170,6 +170,7 @@ CEILINGS = {
 OF_FIGURE = {
     "fig3": {"theta1": 2e-7, "theta2_0": 2e-11},
     "fig5": {"t": 3e-12, "theta1": 5e-3, "J1_over_J2": 5e-4, "crossing_time": 5e-4},
+    "closed_orbits": dict.fromkeys(("orbits", "averages", "places"), 1e-9),
 }
 """What is otherwise: near a periodic orbit theta1 is hardly defined."""
 

@@ -77,6 +77,30 @@ def test_the_maps_take_the_place_of_integration(monkeypatch: pytest.MonkeyPatch)
 
 
 @needs_heyoka
+def test_where_maps_of_more_bits_do_not_settle_their_columns_are_integrated(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[int] = []
+
+    def in_doubles_only(*args: Any, **more: Any) -> ReturnMap:
+        asked.append(more["bits"])
+        if more["bits"] > 53:
+            raise MapError("the tables do not settle")
+        return return_map(*args, **more)
+
+    monkeypatch.setattr(mapped, "return_map", in_doubles_only)
+    given: dict[str, Any] = {"J1_0": "1e-6", "n_symbols": 15, "precisions": (53, 106)}
+    phases = np.linspace(0, 6.2, 40)
+    record = found(FIG4, phases, method="map", **given)
+    risen = record.bits > 53
+    assert risen.any()
+    assert max(asked) > 53
+    assert not record.by_map[risen].any()
+    assert record.certain.all()
+    assert (record.codes == found(FIG4, phases, method="integration", **given).codes).all()
+
+
+@needs_heyoka
 @pytest.mark.parametrize(
     ("which", "size"), [("first", 1e-15), ("first", 1e-12), ("second", 1e-10), ("both", 1e-12)]
 )

@@ -1,0 +1,110 @@
+"""`rigidpend find`: the orbit that has a given route code, to any number of digits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rigidpend.cli import complete
+from rigidpend.cli.common import JSON, SETTINGS, guarded, print_json, print_table
+
+if TYPE_CHECKING:
+    from rigidpend.symbolic import FoundOrbit
+
+SHOWN = 400
+"""Largest number of characters of an address that the table shows; --json has all."""
+
+
+@click.command("find")
+@click.argument("name", default="fig4", metavar="[NAME|FILE.yaml]", shell_complete=complete.names)
+@click.option(
+    "--code",
+    required=True,
+    metavar="CODE",
+    help="Symbols, 0011, or each with its half rotations, 'a 0^9 0^10 1^9'.",
+)
+@click.option(
+    "--near",
+    metavar="PHASE",
+    help="Take the half rotations of this theta2_0 (radians), as far as it has the code.",
+)
+@click.option(
+    "--digits", type=int, default=28, show_default=True, help="Digits of theta2_0 behind the point."
+)
+@SETTINGS
+@JSON
+@guarded
+def command(
+    name: str,
+    code: str,
+    near: str | None,
+    digits: int,
+    settings: tuple[str, ...],
+    as_json: bool,
+) -> None:
+    """Find the initial phase whose orbit has a given route code.
+
+    NAME is a config with one body, an energy constant h0 and an initial action J1_0, as fig4 and
+    fig5. Where half rotations are not given they are few. Integration of the full equations
+    confirms the symbols that the digits determine. Exit code 1: there is no such orbit, and why.
+
+    \b
+    Examples:
+      rigidpend find fig4 --code 0001101
+      rigidpend find fig5 --code 00011 --near 1.02
+      rigidpend find fig4 --code "a 0^9 0^10 1^9" --digits 60 --json
+    """
+    from rigidpend.config import loading
+    from rigidpend.config.names import resolve
+
+    [path, *others] = resolve((name,))
+    if others:
+        raise click.UsageError("find is about one config, not all")
+    problem: Any = loading.load(path, settings).content.problem
+    if not all(hasattr(problem, each) for each in ("body", "h0", "J1_0")):
+        raise click.UsageError(f"{path} has not one body, h0 and J1_0, as fig4 and fig5 have")
+    from rigidpend.symbolic import find_orbit
+
+    found = find_orbit(
+        problem.body, code, h0=problem.h0, J1_0=problem.J1_0, near=near, digits=digits
+    )
+    if as_json:
+        print_json(_document(found))
+    else:
+        print_table(_rows(found))
+
+
+def _rows(found: FoundOrbit) -> list[tuple[str, str, str]]:
+    n, address = len(found.address.symbols), str(found.address)
+    cut = address if len(address) <= SHOWN else address[: SHOWN - 3] + "..."
+    return [
+        ("theta2_0", str(found.theta2_0), "initial phase, radians"),
+        ("address", cut, "first cell, then symbol^half rotations of each passage"),
+        ("symbols", str(n), "in the code"),
+        ("fixed", str(found.fixed), "of them, from the first, are determined by these digits"),
+        ("confirmed", str(found.confirmed), f"of these, by integration in {found.bits} bits"),
+        ("passages", str(found.passages), "of all, each integrated alone, have their symbol"),
+        ("passage_error", f"{found.passage_error:.2g}", "largest error of their times, t'"),
+        ("delay", f"{found.delay:.2g}", "largest difference of crossing times, t'"),
+        ("residual", f"{found.residual:.2g}", "where passages meet"),
+    ]
+
+
+def _document(found: FoundOrbit) -> dict[str, Any]:
+    address = found.address
+    arrays = {name: getattr(found, name).tolist() for name in ("chi", "d", "I", "crossing_time")}
+    return {
+        "theta2_0": str(found.theta2_0),
+        "address": str(address),
+        "first": address.first,
+        "symbols": list(address.symbols),
+        "half_turns": list(address.half_turns or ()),
+        **{
+            name: getattr(found, name)
+            for name in ("digits", "fixed", "confirmed", "bits", "delay", "passages")
+        },
+        "passage_error": found.passage_error,
+        "residual": found.residual,
+        **arrays,
+    }

@@ -1,0 +1,165 @@
+"""Experiment `closed_orbits`: the periodic orbit of every word, and averages over all of them."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.description import Row, body_rows
+from rigidpend.experiments.closed_orbits.layout import AVERAGES, ORBITS, PLACES
+from rigidpend.experiments.contract import Means
+from rigidpend.results import compare
+from rigidpend.results.layout import datasets
+from rigidpend.results.tree import Data, Tree
+from rigidpend.return_map import return_map
+from rigidpend.routes.cycle import NO_SYMBOL
+from rigidpend.symbolic.chain import on_surface, signs_of, tangents
+from rigidpend.symbolic.closed import ClosedOrbit, closed, lyapunov, words
+from rigidpend.symbolic.closing import closing
+from rigidpend.symbolic.confirm import passages
+from rigidpend.symbolic.shortest import path
+from rigidpend.symbolic.tables import Level
+
+if TYPE_CHECKING:
+    from rigidpend.experiments.closed_orbits.schema import Config, Problem
+
+SEED = 1
+PARTS = 10
+"""Parts of the long orbit, from whose scatter its error is estimated."""
+CLOSE = 1e-9
+"""Allowed difference of places, times and exponents: the map errs by 1e-13, times its growth."""
+DECLARED = {"residual": 1e-10, "alone": 1e-8, "closing": 1e-15, "closing_expected": 1e-15}
+"""The largest errors that a result may state of itself.
+
+Passages alone are integrated in doubles, whose roundings of 1e-16 grow by some 1e5 in (d, chi)."""
+
+
+def compute(config: Config, means: Means) -> Tree:
+    """Find and verify the closed orbits of all words.
+
+    Parameters
+    ----------
+    config : Config
+    means : Means
+    """
+    problem = config.problem
+    level = Level(return_map(problem.body, h=problem.h), float(problem.h))
+    found = [closed(level, word, problem.half_turns) for word in words(problem.longest)]
+    means.report(f"{len(found)} closed orbits, {sum(o.stable for o in found)} of them stable")
+    return {
+        "orbits": datasets(ORBITS, _orbits(problem, level, found)),
+        "averages": datasets(AVERAGES, _averages(problem, level, found)),
+        "places": datasets(PLACES, _places(found)),
+    }
+
+
+def _orbits(problem: Problem, level: Level, found: list[ClosedOrbit]) -> dict[str, Any]:
+    gaps = np.full((2, len(found)), np.nan)
+    for k, orbit in enumerate(found):
+        if len(orbit.word) <= problem.verified:
+            one = closing(problem.body, orbit, level, h=problem.h)
+            gaps[:, k] = one.error, one.expected
+    alone = [passages(problem.body, level, orbit.chain) for orbit in found]
+    for orbit, each in zip(found, alone, strict=True):
+        if not each.right.all():
+            raise ArithmeticError(f"integration leaves the orbit of {orbit.word}")
+    return {
+        "word": _words(found),
+        **{
+            name: np.array([getattr(orbit, name) for orbit in found])
+            for name in ("period", "mirrored", "exponent", "stable")
+        },
+        "positive": np.array([orbit.trace > 0 for orbit in found]),
+        "residual": np.array([orbit.chain.residual for orbit in found]),
+        "alone": np.array([np.abs(each.late).max() for each in alone]),
+        "closing": gaps[0],
+        "closing_expected": gaps[1],
+    }
+
+
+def _averages(problem: Problem, level: Level, found: list[ClosedOrbit]) -> dict[str, Any]:
+    lengths = np.arange(1, problem.longest + 1)
+    inside = [[o for o in found if n % len(o.word) == 0] for n in lengths]
+    mean, error = _long_orbit(level, problem.symbols, problem.half_turns)
+    return {
+        "length": lengths,
+        "points": np.array([sum(len(o.word) for o in each) for each in inside]),
+        "mean": np.array([lyapunov(found, int(n)) for n in lengths]),
+        "long_orbit": mean,
+        "long_orbit_error": error,
+    }
+
+
+def _long_orbit(level: Level, n: int, half_turns: int) -> tuple[float, float]:
+    """The Lyapunov exponent per passage of an orbit with random symbols, and its error."""
+    symbols = np.random.default_rng(SEED).integers(0, 2, n)
+    chain = path(level, on_surface, signs_of(symbols), half_turns * np.arange(n + 1), 0.0).chain
+    change, grown = np.array([0.0, 1.0]), np.empty(n)
+    for k, slope in enumerate(tangents(level, chain)):
+        change = slope[:2] @ change
+        size = math.hypot(*change)
+        change, grown[k] = change / size, math.log(size)
+    parts = [float(part.mean()) for part in np.array_split(grown, PARTS)]
+    return float(grown.mean()), float(np.std(parts, ddof=1) / math.sqrt(PARTS))
+
+
+def _places(found: list[ClosedOrbit]) -> dict[str, Any]:
+    """The upward crossings of all orbits."""
+    chi = [orbit.chain.chi[:-1:2] for orbit in found]
+    return {
+        "chi": np.mod(np.concatenate(chi) + np.pi, 2 * np.pi) - np.pi,
+        "d": np.concatenate([orbit.chain.d[:-1:2] for orbit in found]),
+        "of": np.repeat(np.arange(len(found)), [len(each) for each in chi]),
+    }
+
+
+def _words(found: list[ClosedOrbit]) -> NDArray[np.uint8]:
+    """The symbols of each orbit's word, (n, longest)."""
+    words = np.full((len(found), max(len(o.word) for o in found)), NO_SYMBOL, dtype=np.uint8)
+    for row, orbit in zip(words, found, strict=True):
+        row[: len(orbit.word)] = orbit.word
+    return words
+
+
+def describe(config: Config) -> list[Row]:
+    """Describe a config in rows, with what follows from it, units named."""
+    problem = config.problem
+    count = sum(1 for _ in words(problem.longest))
+    return [
+        *body_rows(problem.body),
+        Row("h", str(problem.h), "energy of the orbits"),
+        Row("half_turns", str(problem.half_turns), "half rotations of every passage"),
+        Row("words", str(count), f"of up to {problem.longest} symbols, one of each cyclic class"),
+        Row("verified", str(problem.verified), "symbols of the longest integrated in 113 bits"),
+        Row("symbols", str(problem.symbols), "of the long orbit"),
+    ]
+
+
+def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
+    """Find where two results disagree by more than the map's error explains.
+
+    Errors that the fresh result states of itself must be as small as declared.
+
+    Parameters
+    ----------
+    stored, fresh : dict
+        ``/data`` of the two files, loaded.
+    """
+    found = compare.keys(stored, fresh)
+    old, new = stored["orbits"], fresh["orbits"]
+    if np.shape(old["word"]) != np.shape(new["word"]):
+        return found + compare.arrays("orbits/word", old["word"], new["word"])
+    for key in ORBITS:
+        if key in DECLARED:
+            at = np.isfinite(np.asarray(old[key]))
+            found += compare.arrays(f"orbits/{key}", at, np.isfinite(np.asarray(new[key])))
+            stated = np.where(at, new[key], 0.0)
+            found += compare.beyond(f"orbits/{key}", stated, np.full(len(at), DECLARED[key]))
+        else:
+            found += compare.arrays(f"orbits/{key}", old[key], new[key], CLOSE)
+    for group in ("averages", "places"):
+        found += compare.differences(stored[group], fresh[group], CLOSE, group)
+    return found

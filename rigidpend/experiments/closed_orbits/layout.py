@@ -1,0 +1,45 @@
+"""Layout of a result of `closed_orbits`."""
+
+from __future__ import annotations
+
+from rigidpend.results.layout import FLAG, FLOAT, WHOLE, Field, Layout
+
+WORDS, LENGTHS, POINTS = ("words",), ("lengths",), ("points",)
+
+ORBITS = {
+    "word": Field(
+        WHOLE,
+        ("words", "longest"),
+        "1",
+        "symbols, read from a passage past the upper orbit on; 255 behind the end",
+    ),
+    "period": Field(FLOAT, WORDS, "t'", "time of the word's passages, twice for odd words"),
+    "mirrored": Field(FLAG, WORDS, "1", "whether it is at its mirror image after these passages"),
+    "positive": Field(FLAG, WORDS, "1", "whether the Floquet multiplier of these is positive"),
+    "exponent": Field(FLOAT, WORDS, "1", "ln of the Floquet multiplier's modulus, per passage"),
+    "stable": Field(FLAG, WORDS, "1", "whether the orbit is elliptic"),
+    "residual": Field(FLOAT, WORDS, "rad", "largest gap where passages meet, by the map"),
+    "alone": Field(
+        FLOAT, WORDS, "t'", "largest error of a passage's time, each integrated alone in doubles"
+    ),
+    "closing": Field(
+        FLOAT, WORDS, "1", "gap in d and chi after one period in 113 bits; NaN if not verified",
+        gaps=True,
+    ),
+    "closing_expected": Field(
+        FLOAT, WORDS, "1", "what roundings leave of that gap, grown for a period", gaps=True
+    ),
+}  # fmt: skip
+AVERAGES = {
+    "length": Field(WHOLE, LENGTHS, "1", "symbols of the words that are averaged over"),
+    "points": Field(WHOLE, LENGTHS, "1", "points of that period, by the orbits that were found"),
+    "mean": Field(FLOAT, LENGTHS, "1", "Lyapunov exponent per passage, all points alike"),
+    "long_orbit": Field(FLOAT, (), "1", "that of a long orbit of random symbols"),
+    "long_orbit_error": Field(FLOAT, (), "1", "its standard error, from ten parts of the orbit"),
+}
+PLACES = {
+    "chi": Field(FLOAT, POINTS, "rad", "chi of all upward crossings, from -pi to pi"),
+    "d": Field(FLOAT, POINTS, "1", "d of all upward crossings"),
+    "of": Field(WHOLE, POINTS, "1", "place of the orbit in the list"),
+}
+LAYOUT: Layout = {"orbits": ORBITS, "averages": AVERAGES, "places": PLACES}

@@ -1,0 +1,32 @@
+"""The config of `experiment: closed_orbits`: periodic orbits by their words."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from rigidpend.config.bodies import HeavyBody
+from rigidpend.config.schema import ExperimentConfig, Number, Whole
+
+
+class Problem(HeavyBody):
+    """A heavy body, and which words its closed orbits are to repeat."""
+
+    h: Number
+    """Energy of all orbits (eq. h0_new), dimensionless."""
+    half_turns: Annotated[Whole, Field(ge=1, le=1000)]
+    """Half rotations of every passage; the fewer, the less stretching."""
+    longest: Annotated[Whole, Field(ge=1, le=10)]
+    """Symbols of the longest words."""
+    verified: Annotated[Whole, Field(ge=0, le=10)]
+    """Symbols of the longest words whose orbits are integrated in 113 bits."""
+    symbols: Annotated[Whole, Field(ge=100, le=10_000)]
+    """Symbols of the long orbit beside which averages over closed ones are put."""
+
+
+class Config(ExperimentConfig):
+    """A whole config of this experiment."""
+
+    experiment: Literal["closed_orbits"]
+    problem: Problem

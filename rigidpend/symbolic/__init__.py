@@ -1,0 +1,36 @@
+"""Symbolic dynamics: orbits from their codes, and the codes' addresses.
+
+An address is a sequence of symbols with the half rotations between crossings. Which orbit has a
+given one, the chain of its passages tells, solved all at once.
+
+Parts
+-----
+address   codes and addresses as texts
+tables    the return map's inverse charts at one energy, with slopes
+chain     the equations of a chain of passages, by Newton's method
+shortest  chains with given half rotations, or with few
+surface   the orbits of Fig. 4 as the beginning of a chain
+refine    theta2_0 to any number of digits, by integration
+confirm   every passage of a chain integrated alone
+follow    the address of a given orbit
+find      the orbit of a given address
+closed    the periodic orbit of a word, its multiplier
+closing   closed orbits verified by integration
+"""
+
+from rigidpend.symbolic.address import Address, AddressError
+from rigidpend.symbolic.chain import NoOrbit
+from rigidpend.symbolic.closed import ClosedOrbit, closed_orbit
+from rigidpend.symbolic.find import FoundOrbit, find_orbit
+from rigidpend.symbolic.follow import address_of
+
+__all__ = [
+    "Address",
+    "AddressError",
+    "ClosedOrbit",
+    "FoundOrbit",
+    "NoOrbit",
+    "address_of",
+    "closed_orbit",
+    "find_orbit",
+]

@@ -1,0 +1,187 @@
+"""Closed orbits by their codes: the periodic orbit that repeats a word for ever.
+
+A word is read from a passage past the upper periodic orbit on, and the passages past the two
+orbits take turns. So a word of odd length is read twice before the orbit can close. Where an odd
+number of its passages changes sides, the orbit then is at its own mirror image by the symmetry
+(-M1, -M2, M3, gamma1, gamma2, -gamma3), and closes at the second time.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from rigidpend.body import Body
+from rigidpend.numbers.exact import exact
+from rigidpend.numbers.generic import Scalar
+from rigidpend.return_map import return_map
+from rigidpend.symbolic.address import AddressError, parsed
+from rigidpend.symbolic.chain import Arrival, Chain, NoOrbit, System, signs_of, tangents
+from rigidpend.symbolic.shortest import INSIDE, MORE
+from rigidpend.symbolic.tables import Level, Signs
+
+MOST_ITERATIONS = 20
+SETTLED = 1e-9
+LONGEST_STEP = 0.5
+MOST_SYMBOLS = 60
+"""Longest word: its equations are a dense system."""
+
+
+class ClosedOrbit(NamedTuple):
+    """A periodic orbit of P passages, from an upward crossing on."""
+
+    word: tuple[int, ...]
+    half_turns: int
+    """Half rotations of every passage."""
+    h: float
+    """Energy, dimensionless."""
+    mirrored: bool
+    """Whether it is at its mirror image after P passages, and closes after twice as many."""
+    period: float
+    """t' of the P passages."""
+    trace: float
+    """Trace of the derivative of the P passages in (d, chi)."""
+    chain: Chain
+    """The P passages, without their last crossing's place in the next period."""
+
+    @property
+    def multiplier(self) -> complex:
+        """The Floquet multiplier of the P passages that is not inside of the unit circle."""
+        half = self.trace / 2
+        if abs(half) > 1:
+            return half + math.copysign(math.sqrt(half * half - 1), half)
+        return complex(half, math.sqrt(1 - half * half))
+
+    @property
+    def stable(self) -> bool:
+        """True if it is elliptic: deviations turn instead of growing."""
+        return abs(self.trace) < 2
+
+    @property
+    def exponent(self) -> float:
+        """Lyapunov exponent, per passage."""
+        return math.log(abs(self.multiplier)) / len(self.chain.b)
+
+
+def closed_orbit(
+    body: Body, word: str | Sequence[int], *, h: Scalar, half_turns: int | None = None
+) -> ClosedOrbit:
+    """The periodic orbit that repeats a word, with as many half rotations in every passage.
+
+    Parameters
+    ----------
+    body : Body
+    word : str or sequence of int
+        Symbols, read from a passage past the upper periodic orbit on.
+    h : number
+        Energy (eq. h0_new), dimensionless.
+    half_turns : int, optional
+        By default the fewest with which all crossings stay within 0.36 of their cells' middles.
+
+    Raises
+    ------
+    NoOrbit
+        There is none in the range of the return map; the message gives the reason.
+    AddressError, ExactError
+        A word or number that is none.
+    MapError
+        The body's orbits have no return map.
+    """
+    address = parsed(word)
+    if address.half_turns is not None or len(address.symbols) > MOST_SYMBOLS:
+        raise AddressError(f"a word is 1 to {MOST_SYMBOLS} symbols, without half rotations")
+    energy = exact(h)
+    level = Level(return_map(body, h=energy), float(energy))
+    return closed(level, address.symbols, half_turns)
+
+
+def closed(level: Level, word: tuple[int, ...], half_turns: int | None = None) -> ClosedOrbit:
+    """:func:`closed_orbit` on a level that is at hand."""
+    symbols = np.array(word * (1 + len(word) % 2))
+    signs = signs_of(symbols)
+    if half_turns is not None:
+        return _record(level, word, half_turns, _solved(level, signs, half_turns))
+    least = max(1, math.floor(level.half_turns(2 * level.splitting)))
+    reason: NoOrbit | None = None
+    for n in range(least, least + MORE):
+        try:
+            chain = _solved(level, signs, n)
+        except NoOrbit as error:
+            reason = error
+            continue
+        if _spread(chain, n) <= INSIDE:
+            return _record(level, word, n, chain)
+    raise NoOrbit(f"none with {least} to {least + MORE - 1} half rotations a passage: {reason}")
+
+
+def words(longest: int) -> Iterator[tuple[int, ...]]:
+    """Primitive words of up to so many symbols, the least of each cyclic class, by length."""
+    for n in range(1, longest + 1):
+        for word in itertools.product((0, 1), repeat=n):
+            turned = [word[k:] + word[:k] for k in range(1, n)]
+            if all(word < other for other in turned):
+                yield word
+
+
+def _record(level: Level, word: tuple[int, ...], n: int, chain: Chain) -> ClosedOrbit:
+    matrix = np.eye(2)
+    for slope in tangents(level, chain):
+        matrix = slope[:2] @ matrix
+    mirrored = bool((chain.I < 0).sum() % 2)
+    period, trace = float(chain.time.sum()), float(np.trace(matrix))
+    return ClosedOrbit(word, n, level.h, mirrored, period, trace, chain)
+
+
+def _solved(level: Level, signs: Signs, n: int) -> Chain:
+    """The chain whose last crossing is its first one, n half rotations a passage."""
+    P, total = len(signs), math.pi * n * len(signs)
+    angles = np.pi * n * np.arange(P + 1.0)
+
+    def begin(_: float) -> Arrival:
+        return Arrival(0.0, 0.0, 0.0, 1.0)
+
+    system = System(level, begin, signs, 0.0)
+    x = system.guess(angles, 0.0)
+    for _ in range(MOST_ITERATIONS):
+        rows, matrix, chain = system.cyclic(x, total)
+        try:
+            step = np.linalg.solve(matrix, rows)
+        except np.linalg.LinAlgError:
+            break
+        size = float(np.abs(step).max())
+        x[1:] -= step * min(1.0, LONGEST_STEP / max(size, 1e-300))
+        if size < SETTLED:
+            chain = system.cyclic(x, total)[2]
+            if (np.abs(chain.I) >= level.widest).any():
+                break
+            if _spread(chain, n) > 0.5:
+                raise NoOrbit("the orbit found has other half rotations")
+            return chain
+    raise NoOrbit(f"Newton's method does not settle with {n} half rotations a passage")
+
+
+def _spread(chain: Chain, n: int) -> float:
+    cells = n * np.arange(len(chain.chi))
+    return float(np.abs(chain.chi / np.pi - cells).max())
+
+
+def lyapunov(orbits: Sequence[ClosedOrbit], length: int) -> float:
+    """The mean Lyapunov exponent per passage, every word of `length` symbols counted alike.
+
+    The points of period `length` are those of the orbits whose word divides it; there are
+    2^length of them in a full shift.
+
+    Raises
+    ------
+    ValueError
+        The orbits are not all of those whose length divides `length`.
+    """
+    found = [orbit for orbit in orbits if length % len(orbit.word) == 0]
+    points = sum(len(orbit.word) for orbit in found)
+    if points != 2**length:
+        raise ValueError(f"{points} points of period {length} instead of {2**length}")
+    return sum(len(orbit.word) * orbit.exponent for orbit in found) / points

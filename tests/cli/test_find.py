@@ -1,0 +1,39 @@
+"""`rigidpend find`: what it prints, and what it says where there is no orbit."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from tests.cli.calls import call
+from tests.integrate.problems import needs_heyoka
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@needs_heyoka
+def test_a_code_gives_a_phase() -> None:
+    done = call(ROOT, "find", "fig4", "--code", "0^11 1^10 0^11")
+    assert done.returncode == 0
+    rows = dict(line.split(maxsplit=1) for line in done.stdout.splitlines())
+    assert rows["address"].startswith(("a 0^11 1^10 0^11", "b 0^11 1^10 0^11"))
+    assert rows["confirmed"].startswith("3 ")
+    found = json.loads(call(ROOT, "find", "--code", "0^11 1^10 0^11", "--json").stdout)
+    assert rows["theta2_0"].startswith(found["theta2_0"])
+    assert found["half_turns"] == [11, 10, 11]
+    assert len(found["crossing_time"]) == 4
+
+
+@needs_heyoka
+def test_no_orbit_says_why() -> None:
+    done = call(ROOT, "find", "fig4", "--code", "0^5 1^10")
+    assert done.returncode == 1
+    assert "none exists: passage 1" in done.stderr
+    assert not done.stdout
+
+
+def test_wrong_usage_is_told() -> None:
+    assert "0 and 1" in call(ROOT, "find", "--code", "0a").stderr
+    for arguments in (("all", "--code", "0"), ("fig1", "--code", "0"), ("fig4",)):
+        assert call(ROOT, "find", *arguments).returncode == 2
+    assert call(ROOT, "find", "--code", "01", "--near", "x").returncode == 2

@@ -1,0 +1,78 @@
+"""The experiment `closed_orbits`: counts, averages, verification, results told apart."""
+
+from __future__ import annotations
+
+import copy
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend.experiments.closed_orbits import compute as closed_orbits
+from rigidpend.experiments.closed_orbits.schema import Config
+from rigidpend.experiments.contract import Means
+from rigidpend.integrate.arithmetic import resolve
+from rigidpend.integrate.engines import default_engine
+from tests.config.samples import content as typed
+
+CONFIG = Path(__file__).parents[3] / "configs" / "closed_orbits.yaml"
+SMALL = ["problem.longest=5", "problem.verified=2", "problem.symbols=1000"]
+
+
+def plain(tree: Any) -> Any:
+    """The arrays of a tree, as `store.load` gives them."""
+    return {k: plain(x) if isinstance(x, dict) else np.array(x.values) for k, x in tree.items()}
+
+
+@pytest.fixture(scope="module")
+def data() -> Any:
+    content = typed(Config, CONFIG, SMALL)
+    means = Means(resolve(default_engine()), 1, lambda _: None)
+    return plain(closed_orbits.compute(content, means))
+
+
+def test_points_are_those_of_a_full_shift(data: Any) -> None:
+    np.testing.assert_array_equal(data["averages"]["points"], 2 ** np.arange(1, 6))
+    assert not data["orbits"]["stable"].any()
+    # Words of odd length are read twice; upward crossings are every other one.
+    lengths = (data["orbits"]["word"] < 2).sum(axis=1)
+    np.testing.assert_array_equal(
+        np.bincount(data["places"]["of"]), np.where(lengths % 2, lengths, lengths // 2)
+    )
+
+
+def test_orbits_close(data: Any) -> None:
+    orbits = data["orbits"]
+    verified = np.isfinite(orbits["closing"])
+    assert verified.sum() == 3
+    assert (orbits["closing"][verified] < orbits["closing_expected"][verified]).all()
+    assert orbits["alone"].max() < 1e-11
+
+
+def test_averages_agree_with_the_long_orbit(data: Any) -> None:
+    averages = data["averages"]
+    assert abs(averages["mean"][-1] - averages["long_orbit"]) < 4 * averages["long_orbit_error"]
+
+
+@pytest.mark.parametrize(
+    ("place", "change"),
+    [
+        (("orbits", "period"), 1e-8),
+        (("orbits", "alone"), 1e-7),
+        (("orbits", "closing"), 1e-14),
+        (("averages", "mean"), 1e-8),
+        (("places", "chi"), 1e-8),
+    ],
+)
+def test_a_difference_is_found(data: Any, place: tuple[str, str], change: float) -> None:
+    other = copy.deepcopy(data)
+    other[place[0]][place[1]][0] += change
+    [found] = closed_orbits.differences(data, other)
+    assert "/".join(place) in str(found)
+    assert not closed_orbits.differences(data, copy.deepcopy(data))
+
+
+def test_rows_tell_what_is_asked() -> None:
+    rows = {row.name: row.value for row in closed_orbits.describe(typed(Config, CONFIG, SMALL))}
+    assert rows["words"] == "14"
