@@ -17,6 +17,7 @@ from rigidpend.config.loading import LoadedConfig
 from rigidpend.numbers.exact import Exact, exact
 from rigidpend.numbers.parameters import ExactError, ParameterError
 from rigidpend.results import store
+from rigidpend.results.files import Absent
 from rigidpend.results.layout import datasets
 from rigidpend.results.tree import Data, Tree
 from rigidpend.routes.problem import RouteProblem
@@ -105,7 +106,7 @@ def orbits(
     ------
     ConfigError
         It has none, or too many.
-    StoreError
+    Absent
         They are told by a result that is not there.
     """
     computation: Any = experiments.computation(config.experiment)
@@ -231,7 +232,7 @@ def _problem(config: Any) -> RouteProblem:
 
 def _stored(source: Path) -> Data:
     if not source.exists():
-        raise store.StoreError(f"{source} is not there; call: rigidpend run {source.stem}")
+        raise Absent(f"{source} is not there; call: rigidpend run {source.stem}")
     return store.load(source)["data"]
 
 
