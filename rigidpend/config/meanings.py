@@ -13,7 +13,7 @@ from rigidpend.numbers.exact import Exact
 
 UNITS = {
     **dict.fromkeys(("A", "bodies", "mu", "M_0", "drawn"), "physical units"),
-    **dict.fromkeys(("h0", "J1_0", "half_width", "heights", "tolerance"), "dimensionless"),
+    **dict.fromkeys(("h", "h0", "J1_0", "half_width", "heights", "tolerance"), "dimensionless"),
     **dict.fromkeys(("tolerances", "long_tolerances"), "dimensionless"),
     **dict.fromkeys(("theta2_0", "between", "start", "step", "beta0"), "radians"),
     **dict.fromkeys(("azimuth", "elevation"), "radians"),

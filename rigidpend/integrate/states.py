@@ -66,7 +66,7 @@ def _in_series(
     from rigidpend.integrate.compiled import begin, borrowed, typed, working_type
 
     kind = working_type(bits)
-    with borrowed(_Sampler, bits) as sampler:
+    with borrowed(_ExactSampler, bits) as sampler:
         begin(sampler.integrator, kind, coefficients, state)
         grid = np.array([kind(0), *(typed(t, kind) for t in times)])
         found = sampler.integrator.propagate_grid(grid)[-1]
@@ -75,7 +75,7 @@ def _in_series(
     return [[_fraction(x, kind) for x in row] for row in found[1:]]
 
 
-class _Sampler:
+class _ExactSampler:
     """An integrator of one orbit, without events, at the finest tolerance."""
 
     def __init__(self, bits: int) -> None:

@@ -3,8 +3,8 @@
 An address is a sequence of symbols with the half rotations between crossings. Which orbit has a
 given one, the chain of its passages tells, solved all at once.
 
-Parts
------
+Chain parts
+-----------
 address   codes and addresses as texts
 tables    the return map's inverse charts at one energy, with slopes
 chain     the equations of a chain of passages, by Newton's method

@@ -25,7 +25,7 @@ _TERM = re.compile(r"([01])(?:\^([0-9]{1,6}))?")
 
 
 class AddressError(ParameterError):
-    """What should be a code or an address is none; the message says what and where."""
+    """A text that is no code and no address; the message says what is wrong and where."""
 
     def __init__(self, message: str) -> None:
         super().__init__("code", message)

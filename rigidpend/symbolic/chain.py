@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_banded
 
 from rigidpend.return_map import SectionPoint
-from rigidpend.symbolic.tables import Array, Crossing, Level, Signs
+from rigidpend.symbolic.tables import Array, Level, PassageEnds, Signs
 
 MOST_ITERATIONS = 12
 LONGEST_STEP = 0.5
@@ -53,7 +53,7 @@ class Chain(NamedTuple):
     """An orbit through N passages, with its N + 1 crossings."""
 
     unknown: float
-    """What :class:`Arrival` depends on."""
+    """Value on which :class:`Arrival` depends."""
     a: Array
     """(N,) radians, or one more: the angle at the beginning of each passage."""
     b: Array
@@ -143,7 +143,7 @@ class System(NamedTuple):
         return rows, bands, made
 
     def _equations(
-        self, arrival: Arrival, slope: Array, starts: Crossing, ends: Crossing
+        self, arrival: Arrival, slope: Array, starts: PassageEnds, ends: PassageEnds
     ) -> tuple[Array, Array]:
         n, m = len(self.signs), len(slope)
         size, width = 1 + n + m, self.level.unit

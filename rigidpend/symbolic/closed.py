@@ -40,7 +40,7 @@ class ClosedOrbit(NamedTuple):
     h: float
     """Energy, dimensionless."""
     mirrored: bool
-    """Whether it is at its mirror image after P passages, and closes after twice as many."""
+    """True if it is at its mirror image after P passages, and closes after twice as many."""
     period: float
     """t' of the P passages."""
     trace: float

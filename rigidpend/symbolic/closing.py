@@ -33,9 +33,9 @@ class Closing(NamedTuple):
     error: float
     """Distance of the end from the beginning in d and chi."""
     expected: float
-    """What passages that meet to LOST bits leave of it: the period's derivative makes it larger."""
+    """Gap left by passages that meet to LOST bits, enlarged by the period's derivative."""
     moved: float
-    """By how much refinement moved the beginning: the error of the map's in doubles, amplified."""
+    """Distance by which refinement moved the crossings: the error of the map in doubles."""
     period: Fraction
     """t' of its P passages."""
     bits: int

@@ -29,7 +29,7 @@ class Confirmation(NamedTuple):
     """Passages of a chain, each integrated alone in doubles, (n,) each."""
 
     right: Mask
-    """Whether it has the chain's symbol."""
+    """True where it has the chain's symbol."""
     late: Array
     """Its time less the chain's, t'."""
 

@@ -27,8 +27,8 @@ LEAST_BITS = 64
 """Least precision of the states at crossings."""
 
 
-class Crossings(NamedTuple):
-    """Crossings of one orbit as points of the section, (k,) each."""
+class SectionCrossings(NamedTuple):
+    """SectionCrossings of one orbit as points of the section, (k,) each."""
 
     rising: NDArray[np.bool_]
     d: Array
@@ -85,7 +85,7 @@ def address_of(
     return _addressed(level, points, routes.codes[:n, 0])
 
 
-def _addressed(level: Level, points: Crossings, symbols: NDArray[np.uint8]) -> Address:
+def _addressed(level: Level, points: SectionCrossings, symbols: NDArray[np.uint8]) -> Address:
     """The address of crossings, each followed by the map through one passage alone."""
     turned = np.zeros(len(symbols))
     for rising in (True, False):
@@ -110,7 +110,7 @@ def _addressed(level: Level, points: Crossings, symbols: NDArray[np.uint8]) -> A
 
 def crossings_of(
     problem: RouteProblem, theta2: Exact, times: Sequence[Fraction], bits: int
-) -> Crossings:
+) -> SectionCrossings:
     """The crossings of an orbit by integration, where their times t' are known."""
     begin = start(problem, bits, Scales())
     [state] = states_exact(begin, [theta2], bits)
@@ -118,7 +118,7 @@ def crossings_of(
     return section_points(problem.body, found.T)
 
 
-def section_points(body: Body, states: Array) -> Crossings:
+def section_points(body: Body, states: Array) -> SectionCrossings:
     """Points of the section M3 = 0 from aligned components (6, k), the inverse of section_state."""
     c = coefficients(body.angles(), "1", precision(53))
     rising = np.abs(states[0]) > np.abs(states[1])
@@ -127,7 +127,7 @@ def section_points(body: Body, states: Array) -> Crossings:
     Qp, Qm = sign * states[0], sign * states[1]
     M1, M2 = (Qp + Qm) * c.to_M1, (Qp - Qm) * c.to_M2
     cos = (states[4] * M1 - states[3] * M2) / np.hypot(M1, M2)
-    return Crossings(rising, np.where(rising, Qm, Qp), np.arctan2(-sign * states[5], cos))
+    return SectionCrossings(rising, np.where(rising, Qm, Qp), np.arctan2(-sign * states[5], cos))
 
 
 def followed(orbits: Surface, theta2: float, n: int) -> tuple[Address, Array]:

@@ -61,7 +61,7 @@ class Refined(NamedTuple):
 
 
 def growth(orbits: Surface, solved: Solved, h_factor: float) -> Growth:
-    """By how much a change of theta2_0 grows, its change of energy included."""
+    """Growth of a change of theta2_0 along a chain, its change of energy included."""
     chain, level = solved.path.chain, solved.level
     slopes = tangents(level, chain)
     theta = chain.unknown

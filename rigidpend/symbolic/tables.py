@@ -24,7 +24,7 @@ LOOKS = 128
 """Phases at which the splitting is looked at."""
 
 
-class Crossing(NamedTuple):
+class PassageEnds(NamedTuple):
     """Crossings as functions of I and an angle at an end of their passages, (N,) each."""
 
     chi: Array
@@ -32,15 +32,15 @@ class Crossing(NamedTuple):
     d: Array
     """Dimensionless."""
     constant: Array
-    """What the time owes to this end, t'."""
+    """Share of the passage's time that belongs to this end, t'."""
     chi_by: tuple[Array, Array]
     """Derivatives of chi in I and in the angle."""
     d_by: tuple[Array, Array]
 
-    def part(self, where: slice) -> Crossing:
+    def part(self, where: slice) -> PassageEnds:
         """Some of the crossings."""
         (chi_I, chi_angle), (d_I, d_angle) = self.chi_by, self.d_by
-        return Crossing(
+        return PassageEnds(
             self.chi[where],
             self.d[where],
             self.constant[where],
@@ -81,7 +81,7 @@ class Level:
         """Lambda(I) and the mean dt'/dchi."""
         return torus_rates(self.map_level.exponent, self.map_level.rotation, I)
 
-    def crossings(self, rising: Mask, upper: Mask, I: Array, angle: Array) -> Crossing:
+    def crossings(self, rising: Mask, upper: Mask, I: Array, angle: Array) -> PassageEnds:
         """The crossings at one end of passages past the upper or the lower periodic orbit.
 
         Parameters
@@ -99,7 +99,7 @@ class Level:
             if here.size:
                 seen[here] = self._tables[kind].at(I[here], (side * angle)[here])
         value, by_I, by_angle = seen[:, :4].T, seen[:, 4:8].T, seen[:, 8:].T
-        return Crossing(
+        return PassageEnds(
             angle + side * value[1],
             value[0],
             side * value[2],
@@ -134,7 +134,7 @@ class Level:
         return math.exp((self.shift - math.pi * half_turns) * self.exponent)
 
     def _splitting(self) -> float:
-        """By how much a crossing on the unstable surface of one orbit is off the other's stable."""
+        """Largest |I| that a crossing on the unstable surface of the lower orbit leads to."""
         level, a = self.map_level, self.map_level.a
         b = np.linspace(0, 2 * np.pi, LOOKS)
         none, yes = np.zeros(LOOKS, dtype=bool), np.ones(LOOKS, dtype=bool)
@@ -144,7 +144,7 @@ class Level:
         return float(np.abs(U * V).max())
 
     def _shift(self) -> float:
-        """By how much chi grows in a passage beyond -ln|I|/Lambda, from 0 to a multiple of pi."""
+        """Growth of chi in a passage beyond -ln|I|/Lambda, from 0 to a multiple of pi."""
         both, zero = np.array([True, False]), np.zeros(2)
         at = self.crossings(both, np.array([True, True]), zero, zero)
         return float(at.chi[1] - at.chi[0])

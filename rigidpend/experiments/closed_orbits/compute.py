@@ -31,7 +31,7 @@ PARTS = 10
 """Parts of the long orbit, from whose scatter its error is estimated."""
 CLOSE = 1e-9
 """Allowed difference of places, times and exponents: the map errs by 1e-13, times its growth."""
-DECLARED = {"residual": 1e-10, "alone": 1e-8, "closing": 1e-15, "closing_expected": 1e-15}
+DECLARED = {"residual": 1e-10, "alone": 1e-9, "closing": 1e-15, "closing_expected": 1e-15}
 """The largest errors that a result may state of itself.
 
 Passages alone are integrated in doubles, whose roundings of 1e-16 grow by some 1e5 in (d, chi)."""

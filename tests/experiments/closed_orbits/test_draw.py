@@ -23,5 +23,5 @@ def test_crossings_and_exponents_are_drawn() -> None:
     offsets = np.asarray(left.collections[0].get_offsets())
     np.testing.assert_allclose(offsets, np.stack((data["places"]["chi"], data["places"]["d"]), 1))
     single, mean = right.lines[:2]
-    np.testing.assert_allclose(single.get_ydata(), data["orbits"]["exponent"])
-    np.testing.assert_allclose(mean.get_ydata(), data["averages"]["mean"])
+    np.testing.assert_allclose(np.asarray(single.get_ydata()), data["orbits"]["exponent"])
+    np.testing.assert_allclose(np.asarray(mean.get_ydata()), data["averages"]["mean"])
