@@ -54,11 +54,11 @@ class Rates(NamedTuple):
     """Coefficients (energies, K) in I; a depth is ln(W^2)/(2 Lambda) less whole turns."""
 
     reciprocal: Any
-    """Of 1/Lambda."""
+    """Coefficients of 1/Lambda."""
     rest: Any
-    """Of ln(scale)/Lambda less 2 pi `turns`."""
+    """Coefficients of ln(scale)/Lambda less 2 pi `turns`."""
     rotation: Any
-    """Of the mean dt'/dpsi."""
+    """Coefficients of the mean dt'/dpsi."""
     turns: float
     scale: float
     """W is divided by it."""
@@ -72,7 +72,7 @@ class Followed(NamedTuple):
     separatrix: Any
     """uint8, 1..4."""
     inside: Any
-    """Whether the tables reach as far as that crossing; elsewhere the rest is void."""
+    """True where the tables reach as far as that crossing; elsewhere the rest is void."""
 
 
 class Rapid:
@@ -251,7 +251,7 @@ class Entry(NamedTuple):
 
     centre: Any
     half_width: Any
-    """Of the interval of Qp; 0 where it is a point."""
+    """Half of the interval of Qp; 0 where it is a point."""
     table: ChartTable
     """v/Qp, u/Qp, tau and sigma over (x, psi), x = (Qp - centre)/half_width."""
 

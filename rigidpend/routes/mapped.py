@@ -41,7 +41,7 @@ THIRDS = 20_000
 SAMPLE = 64
 """Number of orbits that are integrated as well and compared."""
 LEAST_SAMPLE = 8
-"""How many of them there are at least in each part of the orbits."""
+"""Number of them in each part of the orbits, at least."""
 
 DESIGNS = {certainty.FIRST: FIRST, certainty.SECOND: SECOND, certainty.THIRD: THIRD}
 
@@ -56,7 +56,7 @@ class Starts(NamedTuple):
     least: float
     """Least J1_0 of all."""
     orbits: int
-    """How many there are in all, if these are a part."""
+    """Number of orbits in all, if these are a part."""
 
 
 class Maps:

@@ -32,7 +32,7 @@ class Cells(NamedTuple):
     codes: NDArray[np.uint8]
     """(n_symbols, n): 0 left, 1 right, 255 no symbol."""
     certain: NDArray[np.uint8]
-    """(n,), how many of the first symbols are certain."""
+    """(n,), the number of first symbols that are certain."""
     by_map: NDArray[np.bool_]
     """(n,), whether return maps found the orbit, not integration."""
 

@@ -9,7 +9,7 @@ from rigidpend.numbers.exact import exact, function
 from rigidpend.routes.problem import RouteProblem
 
 AXES = ("log10_J1_0", "mu", "h0", "beta0")
-"""What may change from row to row."""
+"""Parameters that may change from row to row."""
 
 
 def row_problem(problem: RouteProblem, axis: str, value: float) -> RouteProblem:

@@ -72,7 +72,7 @@ class RowAxis(Axis):
     """The other axis, with what it is."""
 
     axis: Literal["log10_J1_0", "mu", "h0", "beta0"]
-    """What changes from row to row; along a row it is the phase theta2_0."""
+    """Parameter that changes from row to row; along a row it is the phase theta2_0."""
 
 
 class Zoom(Part):

@@ -29,7 +29,7 @@ from rigidpend.routes.problem import RouteProblem, phase_rate
 SIZES = ("1e-15", "1e-12", "1e-9")
 """Relative size of what the tables are off by."""
 WHICH = ("one", "all")
-"""Whether the first map is spoilt or all of them."""
+"""The maps that are spoilt: the first, or all of them."""
 CERTAIN = 0.5
 """Share of certain symbols at the largest size above which the trial shows nothing.
 
