@@ -17,7 +17,7 @@ from rigidpend.config.meanings import meanings
 from rigidpend.config.schema import Number
 from rigidpend.departures import DEPARTURES
 
-NAMED = {"problem.bodies", "problem.arrays", "problem.cases"}
+NAMED = {"problem.bodies", "problem.arrays", "problem.cases", "problem.zooms"}
 """Sections whose keys are names of the user's choice."""
 
 

@@ -19,6 +19,7 @@ UNITS = {
     **dict.fromkeys(("azimuth", "elevation"), "radians"),
     **dict.fromkeys(("seconds", "slowest"), "seconds"),
     "r": "a direction",
+    "rows": "in units of its axis",
 }
 """The units of settings that are numbers, by their last name. Whole numbers and words have none."""
 
