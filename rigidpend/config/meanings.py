@@ -20,6 +20,7 @@ UNITS = {
     **dict.fromkeys(("seconds", "slowest"), "seconds"),
     **dict.fromkeys(("ends", "rows"), "of the axis"),
     "r": "a direction",
+    "rows": "in units of its axis",
 }
 """The units of settings that are numbers, by their last name. Whole numbers and words have none."""
 

@@ -183,9 +183,9 @@ def run(
 def doubt(data: Tree) -> str:
     """Count the symbols of a result that are uncertain, in words; empty where none is.
 
-    They are those of every array of the name `certain`.
+    They are those of every array of flags of the name `certain`.
     """
-    flags = list(_named("certain", data))
+    flags = [each for each in _named("certain", data) if np.asarray(each).dtype == bool]
     uncertain = sum(int(np.count_nonzero(~np.asarray(each))) for each in flags)
     return f"{uncertain} of {sum(map(np.size, flags))} symbols uncertain" if uncertain else ""
 

@@ -11,6 +11,7 @@ import h5py
 import pytest
 
 from rigidpend import report
+from rigidpend.certified.storage import is_certificate
 from rigidpend.departures import DEPARTURES
 from rigidpend.experiments.asymptotic_surfaces import report as asymptotic_surfaces
 from rigidpend.experiments.herpolhodes import report as herpolhodes
@@ -155,3 +156,35 @@ def test_a_page_that_cannot_be_built_leaves_the_old_one(tmp_path: Path) -> None:
     with pytest.raises(store.StoreError):
         report.write(report.results(tmp_path), target)
     assert target.read_text() == "old"
+
+
+def test_every_experiment_has_a_caption_and_numbers() -> None:
+    for path in sorted(REFERENCE.glob("*.h5")):
+        if is_certificate(path):
+            continue
+        result = store.load(path)
+        found = report.section(result)
+        assert found.caption.endswith(".")
+        assert found.tables, path
+        assert all(table.rows for table in found.tables)
+        said = " ".join(found.bodies)
+        assert "A = (2, " in said, path
+        assert len(found.picture) < 1_200_000, path
+
+
+def test_numbers_printed_for_one_body_do_not_stand_beside_another(folder: Path) -> None:
+    result = store.load(folder / "fig5.h5")
+    result["attributes"]["figure"] = ""
+    routes, plateaus = herpolhodes.tables(result)
+    assert {row[1] for row in routes.rows} == {row[2] for row in plateaus.rows} == {""}
+    assert report.section(result).title == "Herpolhodes: fig5"
+
+
+def test_one_bad_file_is_a_section_with_its_reason(folder: Path, tmp_path: Path) -> None:
+    shutil.copyfile(folder / "fig2.h5", tmp_path / "good.h5")
+    (tmp_path / "bad.h5").write_bytes(b"no HDF5")
+    (tmp_path / "folder.h5").mkdir()
+    made = report.build(report.results(tmp_path))
+    assert len(made.problems) == 2
+    assert made.html.count('class="problem"') == 2
+    assert made.html.count("<img") == 1

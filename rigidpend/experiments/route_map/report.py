@@ -1,0 +1,35 @@
+"""Cells of a plane of route codes: how many are established, and by what."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigidpend.tables import Table
+
+if TYPE_CHECKING:
+    from rigidpend.results.tree import Data, Loaded
+
+CAPTION = (
+    "Route codes over a plane: the initial phase theta2_0 across, another parameter upwards. Zooms"
+    " around a change of symbol 1 are alike: they repeat after a factor of exp(pi^2/nu)."
+)
+
+
+def tables(result: Loaded) -> list[Table]:
+    """Table of the plane and of its zooms."""
+    data = result["data"]
+    planes = {"whole": data, **data.get("zooms", {})}
+    header = ("plane", "columns", "rows", "symbols", "certain", "cells by return maps")
+    axis, nu = str(data["y_axis"]), float(data["nu"])
+    note = f"Upwards: {axis}. nu = {nu:.6f}: a zoom repeats after {np.exp(np.pi**2 / nu):.6g}."
+    return [Table("Planes", header, [_row(*pair) for pair in planes.items()], note)]
+
+
+def _row(name: str, plane: Data) -> tuple[str, ...]:
+    symbols, rows, columns = plane["codes"].shape
+    certain = int(plane["certain"].sum())
+    by_map = int(np.count_nonzero(plane["by_map"]))
+    sizes = map(str, (columns, rows, symbols * rows * columns, certain, by_map))
+    return (name, *sizes)
