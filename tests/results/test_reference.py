@@ -37,8 +37,8 @@ SCIPY = {
         "problem.arrays.right.count=4",
     ),
 }
-NOT_COMPARED = ("bits", "orbits", "reference_bits")
-"""Which precision, and how many orbits, decided hangs on the last bit."""
+NOT_COMPARED = ("bits", "orbits", "reference_bits", "by_map")
+"""Which precision or means, and how many orbits, decided hangs on the last bit."""
 KEPT = ("sample", "offsets")
 """Which points of a curve are kept may hang on the last bit as well, for one in ten of them."""
 

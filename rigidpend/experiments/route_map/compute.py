@@ -194,6 +194,8 @@ def _plane_differences(stored: Data, fresh: Data) -> list[Difference]:
     both = np.minimum(stored["certain"], fresh["certain"])
     known = np.arange(len(stored["codes"]))[:, None, None] < both
     allowed = np.where(known, 0.0, np.inf)
+    most = np.minimum(fresh["certain"], len(fresh["codes"]))
+    found += compare.arrays("certain", most, fresh["certain"])
     # Cells on the edge of a precision may lose a symbol, but hardly any do.
     lost = np.clip(stored["certain"].astype(int) - fresh["certain"], 0, None).mean()
     found += compare.arrays("codes", stored["codes"], fresh["codes"], allowed)
