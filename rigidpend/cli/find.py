@@ -22,7 +22,7 @@ SHOWN = 400
     "--code",
     required=True,
     metavar="CODE",
-    help="Symbols, 0011, or each with its half rotations, 'a 0^9 0^10 1^9'.",
+    help="Symbols, 0011, or each with its half rotations, 'a 0^11 1^10 1^11'.",
 )
 @click.option(
     "--near",
@@ -53,7 +53,7 @@ def command(
     Examples:
       rigidpend find fig4 --code 0001101
       rigidpend find fig5 --code 00011 --near 1.02
-      rigidpend find fig4 --code "a 0^9 0^10 1^9" --digits 60 --json
+      rigidpend find fig4 --code "0^11 1^10 1^11" --digits 45 --json
     """
     from rigidpend.config import loading
     from rigidpend.config.names import resolve

@@ -95,7 +95,7 @@ def find_orbit(
     ----------
     body : Body
     code : str, sequence of int, or Address
-        Symbols, "0011", or with the half rotations of every passage, "a 0^9 0^10 1^9 1^11": see
+        Symbols, "0011", or with the half rotations of every passage, "a 0^11 1^10 1^11": see
         `rigidpend.symbolic.address`. Where they are free they are as few as an orbit with room
         around its crossings can take.
     h0 : number
@@ -125,7 +125,7 @@ def find_orbit(
     >>> body = Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
     >>> found = find_orbit(body, "0011", h0="1.3342", J1_0="1e-8")
     >>> str(found.address)
-    'a 0^9 0^9 1^9 1^9'
+    'b (0^11)*2 (1^11)*2'
     """
     address = parsed(code)
     if not 10 <= digits <= MOST_DIGITS:
