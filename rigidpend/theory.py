@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterator
+from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -119,9 +120,8 @@ class CalledTable(ModuleType):
     """Module that is also the function `rigidpend.notebook.theory`."""
 
     def __call__(self, body: Body, h0: Scalar, J1_0: Scalar = None) -> TheoryTable:
-        from rigidpend.notebook import theory
-
-        return theory(body, h0, J1_0)
+        # By its name, as in `rigidpend.run`.
+        return import_module("rigidpend.notebook").theory(body, h0, J1_0)
 
 
 sys.modules[__name__].__class__ = CalledTable

@@ -15,6 +15,7 @@ signals     signal handling (SIGTERM, SIGINT)
 from __future__ import annotations
 
 import sys
+from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -26,9 +27,8 @@ class CalledRun(ModuleType):
     """Module that is also the function `rigidpend.notebook.run`."""
 
     def __call__(self, *args: Any, **kwargs: Any) -> StoredResult:
-        from rigidpend.notebook import run
-
-        return run(*args, **kwargs)
+        # By its name: what computes an experiment imports this package, but has no part in it.
+        return import_module("rigidpend.notebook").run(*args, **kwargs)
 
 
 sys.modules[__name__].__class__ = CalledRun

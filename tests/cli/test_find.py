@@ -15,7 +15,9 @@ ROOT = Path(__file__).resolve().parents[2]
 def test_a_code_gives_a_phase() -> None:
     done = call(ROOT, "find", "fig4", "--code", "0^11 1^10 0^11")
     assert done.returncode == 0
-    rows = dict(line.split(maxsplit=1) for line in done.stdout.splitlines())
+    # Lines that go on in the next one begin with spaces.
+    lines = [line for line in done.stdout.splitlines() if not line.startswith(" ")]
+    rows = dict(line.split(maxsplit=1) for line in lines)
     assert rows["address"].startswith(("a 0^11 1^10 0^11", "b 0^11 1^10 0^11"))
     assert rows["confirmed"].startswith("3 ")
     found = json.loads(call(ROOT, "find", "--code", "0^11 1^10 0^11", "--json").stdout)

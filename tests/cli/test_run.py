@@ -91,7 +91,7 @@ def test_a_changed_config_is_run_again_with_the_reason(desk: Path, forced: Path)
     assert done.returncode == 0
     assert done.stderr.startswith(
         "fig4: computing (its config changed: problem.n_symbols from 15 to 2, numerics.precisions"
-        " from [53, 64, 113] to [53]), "
+        " from [53, 106, 160] to [53]), "
     )
     with h5py.File(forced, "r") as file:
         assert file["data/left/codes"].shape == (2, 63)

@@ -86,6 +86,9 @@ def imported(file: Path) -> Iterator[str]:
 
 
 SHARED = (
+    "rigidpend.certified.storage",
+    "rigidpend.config.changes",
+    "rigidpend.numbers.decimals",
     "rigidpend.numbers.generic",
     "rigidpend.render",
     "rigidpend.results.",

@@ -51,13 +51,13 @@ class Build:
     """heyoka, but for the width of its batches and how it compiles."""
 
     def __init__(self, lanes: int, compact: bool) -> None:
-        self.real, self.lanes, self.compact = compiled.heyoka(), lanes, compact
+        self.genuine, self.lanes, self.compact = compiled.heyoka(), lanes, compact
         self.made: list[dict[str, Any]] = []
 
     def __getattr__(self, name: str) -> Any:
         if name == "recommended_simd_size":
             return lambda *_: self.lanes
-        found = getattr(self.real, name)
+        found = getattr(self.genuine, name)
         if name not in ("taylor_adaptive", "taylor_adaptive_batch"):
             return found
         return lambda *args, **how: self._integrator(found, args, how)

@@ -75,7 +75,7 @@ def test_force_is_a_reason_of_its_own(loaded: loading.LoadedConfig, out: Path) -
 
 def test_a_changed_config_is_the_reason(tmp_path: Path, out: Path) -> None:
     loaded = loading.load(written(tmp_path, SMALL, "small.yaml"), ["problem.mu=0.002"])
-    assert runner.plan(loaded, out).reason == "its config changed"
+    assert runner.plan(loaded, out).reason == "its config changed: problem.mu from 0.001 to 0.002"
 
 
 def test_changed_code_is_the_reason(
@@ -109,7 +109,9 @@ def test_another_version_of_the_engine_is_the_reason(
 def test_all_reasons_are_said(tmp_path: Path, out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.metadata, "version", lambda _: "0.0")
     loaded = loading.load(written(tmp_path, SMALL, "small.yaml"), ["problem.mu=0.002"])
-    assert runner.plan(loaded, out).reason == "its config changed; the engine changed"
+    assert runner.plan(loaded, out).reason == (
+        "its config changed: problem.mu from 0.001 to 0.002; the engine changed"
+    )
 
 
 @pytest.mark.parametrize("content", [b"", b"words", b"\x89HDF\r\n\x1a\n"])
@@ -166,14 +168,16 @@ def test_a_result_says_what_it_was_made_from(loaded: loading.LoadedConfig, made:
     with store.opened(made) as file:
         attributes = dict(file.attrs)
         assert attributes.pop("precisions").tolist() == [53]
+        assert attributes.pop("seconds") > 0
         assert attributes.pop("tolerance") == engines.DEFAULT_TOLERANCE[planned.engine]
         assert attributes == {
             "format": "rigidpend",
             "format_version": 1,
             "name": "small",
-            "figure": "4",
+            "figure": loaded.content.figure,
             "experiment": "route_codes",
             **planned.fingerprint,
+            "doubt": "",
         }
         assert json.loads(file["config"].asstr()[()]) == loaded.resolved()
         expected = set(provenance.provenance())
