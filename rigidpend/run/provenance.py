@@ -18,7 +18,7 @@ from typing import Any
 from rigidpend.run.code_cache import CodeCache
 
 PACKAGE = Path(__file__).resolve().parents[1]
-LIBRARIES = ("numpy", "scipy", "mpmath", "h5py", "heyoka")
+LIBRARIES = ("numpy", "scipy", "mpmath", "h5py", "llvmlite", "heyoka")
 
 
 def config_hash(resolved: dict[str, Any]) -> str:
