@@ -257,7 +257,9 @@ def _plan(
     if bits in (53, 106):
         from rigidpend.integrate import batch
 
-        return batch.crossings_batch, (bits, tolerance), False, _split(orbits, jobs)
+        n = len(orbits.states) if bits > 53 else orbits.states.shape[1]
+        count = min(jobs, -(-n // batch.WORTH[bits]))
+        return batch.crossings_batch, (bits, tolerance), False, _split(orbits, count)
     from rigidpend.integrate import taylor
 
     return taylor.crossings_scalar, (bits, tolerance), False, parts

@@ -25,7 +25,7 @@ from rigidpend.routes.problem import ProblemError, RouteProblem, passage_limit, 
 from rigidpend.routes.start import Scales, Start, start, states_double, states_exact
 from rigidpend.run.workers import side_by_side
 
-FEWEST, MOST, PIECES = 32, 1024, 8
+FEWEST, MOST, PIECES = 256, 1024, 8
 """Columns of a piece at least and at most, and pieces that each thread gets."""
 PIECE = 2048
 """Columns of a piece where maps serve."""
