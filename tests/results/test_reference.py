@@ -63,7 +63,10 @@ class Build:
         return lambda *args, **how: self._integrator(found, args, how)
 
     def _integrator(self, make: Any, args: Any, how: dict[str, Any]) -> Any:
-        self.made.append({**how, "compact_mode": self.compact})
+        # What is compiled otherwise in high precision takes minutes and gigabytes.
+        wide = how.get("fp_type", float) not in (float, np.longdouble)
+        compact = how.get("compact_mode", False) if wide else self.compact
+        self.made.append({**how, "compact_mode": compact})
         return make(*args, **self.made[-1])
 
 
