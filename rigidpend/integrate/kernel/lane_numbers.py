@@ -64,6 +64,16 @@ class Doubles:
     def settled(self, total: Value) -> Value:
         return total
 
+    def divided(self, a: Value, share: Value, whole: str) -> Value:
+        """a / whole, correctly rounded, from share = 1/whole.
+
+        The error of a rounded 1/3 is the same on every step: drifts would grow with the time.
+        """
+        code = self.code
+        quotient = code.binary("fmul", a[0], share[0])
+        opposite = code(f"fneg {code.vector} {quotient}")
+        return (code.fma(code.fma(opposite, whole, a[0]), share[0], quotient),)
+
     def horner(self, total: Value, x: str, c: Value) -> Value:
         """total x + c, of a double x."""
         return (self.code.fma(total[0], x, c[0]),)
@@ -98,6 +108,9 @@ class Pairs(Doubles):
 
     def settled(self, total: Value) -> Value:
         return self._joined(*total)
+
+    def divided(self, a: Value, share: Value, whole: str) -> Value:
+        return self.times(a, share)
 
     def horner(self, total: Value, x: str, c: Value) -> Value:
         product, error = self._product(total[0], x)

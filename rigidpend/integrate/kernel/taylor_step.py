@@ -169,8 +169,9 @@ class Kernel:
         )
         following = self.code(f"add i64 {k}, 1")
         share = self._scalar(self.shares, following, self.order + 1)
+        whole = self.code.everywhere(self.code(f"sitofp i64 {following} to double"))
         for name, rate in zip(COMPONENTS, rates, strict=True):
-            n.store(n.times(rate, share), self.component[name], following)
+            n.store(n.divided(rate, share, whole), self.component[name], following)
 
     def _products(self, k: str) -> dict[str, Value]:
         """Coefficients of order k of nine products: of omega_i with Qp, Qm, gamma (a, b, c)."""
