@@ -145,6 +145,7 @@ _HOME = {
     "return_map": "rigidpend.return_map",
     "route_codes": "rigidpend.routes",
 }
+"""Module that each public name comes from."""
 
 _CALLED = ("run", "theory")
 """Modules that are also functions: ``rigidpend.run("fig4")``, ``rigidpend.theory(body, h0)``."""

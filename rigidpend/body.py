@@ -73,6 +73,7 @@ class Body:
     mu: Exact
 
     def __init__(self, A: Sequence[Any], r: Sequence[Any], mu: Scalar) -> None:
+        # Frozen, so that bodies are keys of caches: hence this way round the ban on assignment.
         object.__setattr__(self, "A", _triple("A", A))
         object.__setattr__(self, "mu", _single("mu", mu))
         _check_moments(self.A)
@@ -96,9 +97,11 @@ class Body:
         """
         alpha, beta = _single("alpha0", alpha0), _single("beta0", beta0)
         gamma = _single("gamma0", gamma0)
+        # In 113 bits, for pi is no double, and an angle may lie closer to it than doubles tell.
         if not 0 < gamma.at(113) < alpha.at(113) < PI.at(113):
             values = f"alpha0 = {alpha}, gamma0 = {gamma}"
             raise BodyError("alpha0", f"pi > alpha0 > gamma0 > 0 is broken: {values}")
+        # beta0 = 0 and pi are cases of (trieq): a double beside them must not fail by its rounding.
         if not -ROUNDING <= beta.at(113) <= PI.at(113) + ROUNDING:
             raise BodyError("beta0", f"0 <= beta0 <= pi is broken: beta0 = {_written(beta)}")
         half_alpha, half_beta, half_gamma = alpha / 2, beta / 2, gamma / 2
@@ -141,6 +144,7 @@ class Body:
 
         Hess: alpha0 = beta0. Grioli: gamma0 = beta0. Flat: A2 + A3 = A1.
         """
+        # In 113 bits, so that the numbers as given decide, and not what evaluating them rounds.
         p = self.angles(113)
         a1, a2, a3 = (x.at(113) for x in self.A)
         cases = {
@@ -166,7 +170,7 @@ def angles_from_moments(
         The direction to the centre of gravity.
     mu : number
     m : namespace
-        Where sqrt, atan2, sin and pi come from (an mpmath context, numpy).
+        Where sqrt, atan2 and pi come from (an mpmath context, numpy).
     """
     A1, A2, A3 = A
     A12, A13, A32 = differences
@@ -183,6 +187,7 @@ def angles_from_moments(
 def _angles(body: Body, bits: int) -> Angles:
     guard = context(bits + GUARD_BITS)
     A1, A2, A3 = body.A
+    # Differences of exact numbers: beside a symmetric body those of rounded ones cancel.
     differences = [x.in_context(guard) for x in (A1 - A2, A1 - A3, A3 - A2)]
     A, r = ([x.in_context(guard) for x in triple] for triple in (body.A, body.r))
     made = angles_from_moments(A, differences, r, body.mu.in_context(guard), guard)
@@ -217,9 +222,12 @@ def _unit(r: tuple[Exact, Exact, Exact]) -> tuple[Exact, Exact, Exact]:
     square = r1 * r1 + r2 * r2
     _check_direction(r, square)
     r = (r1, r2, r3)
+    # Of length one as it is written, as (cos, sin) is: it stays, with no root to evaluate.
     if abs(square.at(113) - 1) < context(113).mpf(2) ** -110:
         return r
     length = function("sqrt", square if square.fraction is None else exact(square.fraction))
+    # An exact zero stays one: over a root it would take thousands of
+    # bits to be told from what is tiny.
     x, y = (r_i if r_i.fraction == 0 else r_i / length for r_i in r[:2])
     return x, y, r[2]
 
@@ -243,6 +251,7 @@ def _relabelled(A: Sequence[Exact]) -> str:
     least, middle, most = sorted(A, key=lambda x: x.at(113))
     if not most.at(113) > middle.at(113) > least.at(113):
         return "a body with two equal moments is symmetric and has no separatrices"
+    # The middle moment is the third in the paper: A1 > A3 > A2.
     mended = ", ".join(map(_written, (most, least, middle)))
     return f"relabel the axes, those of r too: A = [{mended}]"
 

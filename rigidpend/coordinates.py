@@ -30,6 +30,7 @@ from rigidpend.numbers.generic import Elementary, Numbers, Scalar
 Array: TypeAlias = NDArray[np.float64]
 
 TURN = 2 * np.pi
+"""A whole turn, radians. theta1 lives modulo two of them, for l = (theta1 - beta0)/2."""
 PARALLEL = 2 * np.finfo(float).eps
 """Sine of the angle of M and gamma below which they are parallel: it is rounding."""
 
@@ -76,6 +77,7 @@ class Aligned(NamedTuple):
 
 def andoyer(G: Scalar, L: Scalar, H: Any, g: Scalar, l: Scalar, h: Scalar = 0.0) -> Andoyer:
     """Make Andoyer variables from the six alone; cos p and cos q carry what G and L, H tell."""
+    # As products: G^2 - L^2 cancels beside the periodic orbits, where L is -G or G.
     cosp, cosq = (np.sqrt((G - x) * (G + x)) / G for x in (L, H))
     return Andoyer(G, L, H, g, l, h, cosp, cosq)
 
@@ -113,6 +115,7 @@ def vertical(p: Numbers, q: Numbers, g: Numbers, l: Numbers) -> tuple[Any, Any, 
 def body_from_andoyer(a: Andoyer) -> tuple[Array, Array]:
     """M and gamma, each (3, ...), from Andoyer variables (depri_G, depri_g)."""
     G = np.asarray(a.G, dtype=float)
+    # At rest L/G and H/G are 0/0: sin p = 1 by convention, and H itself holds sin q.
     safe = np.where(G > 0, G, 1.0)
     sinp, sinq = np.where(G > 0, a.L / safe, 1.0), np.where(G > 0, a.H / safe, a.H)
     sinl, cosl, sing, cosg = np.sin(a.l), np.cos(a.l), np.sin(a.g), np.cos(a.g)
@@ -139,6 +142,7 @@ def andoyer_from_body(M: ArrayLike, gamma: ArrayLike, h: ArrayLike = 0.0) -> And
     """
     M1, M2, M3 = np.asarray(M, dtype=float)
     gamma1, gamma2, gamma3 = np.asarray(gamma, dtype=float)
+    # hypot, for the squares of components below 1e-154 underflow.
     across = np.hypot(M1, M2)
     G = np.hypot(across, M3)
     # On the third axis g and l are not separate: l = 0 is chosen, and any choice maps back.
@@ -151,6 +155,7 @@ def andoyer_from_body(M: ArrayLike, gamma: ArrayLike, h: ArrayLike = 0.0) -> And
     inward = gamma1 * sinl + gamma2 * cosl
     e1, e2 = sinp * inward - cosp * gamma3, gamma1 * cosl - gamma2 * sinl
     H = np.where(at_rest, gamma3, M1 * gamma1 + M2 * gamma2 + M3 * gamma3)
+    # Length of gamma across M: sqrt(1 - (H/G)^2) would lose it where M is nearly vertical.
     cosq = np.hypot(e1, e2)
     # Where M is vertical the angle between e1 and gamma is noise.
     g = _wrap(np.where(cosq > PARALLEL, np.atan2(e2, e1), 0.0), TURN)
@@ -164,6 +169,8 @@ def canonical_from_andoyer(a: Andoyer, beta0: float) -> Canonical:
     J1 = (G + L)/2 and J2 - J1 = (G - L)/2; the smaller of the two comes from cos p.
     """
     G, L = np.asarray(a.G, dtype=float), np.asarray(a.L, dtype=float)
+    # G^2 - L^2 = (G cos p)^2 = 4 J1 (J2 - J1): the small action is this over the large one, without
+    # a difference. The division comes first, or the square of a tiny cos p underflows.
     large = (G + np.abs(L)) / 2
     small = np.where(large > 0, G * a.cosp * (G * a.cosp / np.where(large > 0, 4 * large, 1)), 0)
     J1, J2mJ1 = np.where(L > 0, large, small), np.where(L > 0, small, large)
@@ -214,6 +221,7 @@ def aligned_from_canonical(
     """
     J2, lean = c.J2, c.theta1 - beta0
     across = 2 * m.sqrt(c.J1) * m.sqrt(c.J2mJ1)
+    # L of (canon). The difference cancels at the section only, where M3 is meant to vanish.
     M3 = c.J1 - c.J2mJ1
     g = c.theta1 / 2 + c.theta2
     gamma = vertical(
@@ -235,6 +243,7 @@ def aligned_from_body(M: ArrayLike, gamma: ArrayLike, alpha0: float, s: float) -
 
 def body_from_aligned(a: Aligned, alpha0: float, s: float) -> tuple[Array, Array]:
     """Physical M and gamma, each (3, ...), from aligned components."""
+    # Qp, Qm = cos(alpha0/2) M1' +- sin(alpha0/2) M2', solved for M1' and M2'.
     M1 = (a.Qp + a.Qm) / (2 * np.cos(alpha0 / 2))
     M2 = (a.Qp - a.Qm) / (2 * np.sin(alpha0 / 2))
     return np.stack((M1, M2, a.M3)) / s, np.stack((a.gamma1, a.gamma2, a.gamma3))

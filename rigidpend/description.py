@@ -22,6 +22,7 @@ class Row(NamedTuple):
 def number_row(name: str, meaning: str, *numbers: float) -> Row:
     """A row of one or several numbers, which programs get as such."""
     # A zero has no sign for a reader.
+    # A single number stands for itself, so that programs need not unpack a list of one.
     values = [float(x) + 0.0 for x in numbers]
     return Row(name, ", ".join(map(repr, values)), meaning, values if values[1:] else values[0])
 

@@ -80,11 +80,15 @@ def aligned_coefficients(p: Angles, m: Elementary) -> AlignedCoefficients:
     ca, sa = m.cos(p.alpha0 / 2), m.sin(p.alpha0 / 2)
     return AlignedCoefficients(
         half_sigma=m.sin(p.alpha0) / 2,
+        # sin(theta1/2) on separatrices 1 and 2, up to a sign: where it vanishes (the Hess case)
+        # that Q = 0 is invariant, and the separatrix does not split.
         force_p=p.mu * m.sin((p.alpha0 - p.beta0) / 2),
         force_m=p.mu * m.sin((p.alpha0 + p.beta0) / 2),
         twist=1 / (2 * m.sin(p.alpha0)),
         mu_r1=p.mu * m.cos(p.beta0 / 2),
         mu_r2=p.mu * m.sin(p.beta0 / 2),
+        # 1/(A1 s^2) = kappa - cos^2(alpha0/2) and 1/(A2 s^2) = kappa + sin^2(alpha0/2), over the
+        # factors that lead from M1' and M2' to Qp + Qm and Qp - Qm.
         omega1=(p.kappa - ca * ca) / (2 * ca),
         omega2=(p.kappa + sa * sa) / (2 * sa),
         kappa=p.kappa,
@@ -156,6 +160,8 @@ def hamiltonian(J: Numbers, theta: Numbers, p: Angles, m: Elementary) -> Any:
     m : namespace of sqrt, sin and cos
     """
     J1, J2, J3 = J
+    # cos q as a product, for J2^2 - J3^2 cancels where M is nearly vertical. (h_new) divides by J2
+    # twice, the other time in `height`.
     root = m.sqrt((J2 - J3) * (J2 + J3)) / J2
     leaning = 2 * p.mu * J3 * m.sqrt(J1 * (J2 - J1)) / J2**2 * m.sin(theta[0] / 2)
     return _free_part(J1, J2, theta[0], p, m) + p.mu * height(J1, J2, theta, m) * root + leaning

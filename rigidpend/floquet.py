@@ -115,11 +115,13 @@ def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> P
     """
     if epsilon not in (1, -1):
         raise ValueError(f"epsilon is 1 or -1, not {epsilon!r}")
+    # The reversal that exchanges the families also exchanges leaving and approaching.
     leaving = pendulum.side_of(family) * epsilon == 1
     n, coarse = FEWEST, None
     while n <= MOST:
         tau, steps = _steps(p, float(h0), family, n)
         theta1, growth = _direction(steps, leaving, p, epsilon)
+        # Every second start of the fine steps is a start of the coarse ones.
         if coarse is not None and np.abs(theta1[::2] - coarse).max() < SETTLED:
             return _record(p, h0, family, epsilon, tau, theta1, growth)
         n, coarse = 2 * n, theta1
@@ -138,6 +140,7 @@ def _steps(p: Angles, h0: float, family: int, n: int) -> tuple[Array, Array]:
     """
     nodes, weights, integrals = _gauss()
     turn, step = np.arange(n) / n, 1 / n
+    # 2 sn^2 - 1 and 2 sn cn have half the period of sn: a rotation takes 2 K of its argument.
     half_turn = 2 * jacobi.K(*pendulum.modulus(h0, p.mu, math), math)
     up, ahead, _ = pendulum.swing(turn * half_turn, h0, p.mu, np)
     B = step * _linearised(turn[:, None] + step * nodes, p, h0, family)
@@ -154,9 +157,11 @@ def _linearised(turn: NDArray[Any], p: Angles, h0: float, family: int) -> NDArra
     """Matrix of the linear system of Qp and Qm per period, (2, 2, ...), at times in periods."""
     period, r = pendulum.period(p, h0, math), (math.cos(p.beta0 / 2), math.sin(p.beta0 / 2), 0)
     # The dimensionless equations are those of a body with A3 = 1/kappa.
+    # M3 = -J2 in family 1 (J1 = 0), M3 = J2 in family 2.
     sign = -pendulum.side_of(family)
     motion = pendulum.body_motion(turn * period, sign, 1 / p.kappa, r, h0, p.mu, np)
     (*_, M3), (gamma1, gamma2, _) = motion
+    # The rates of Qp and Qm are linear in Qp, Qm and gamma3: unit vectors give exact columns.
     c, columns = aligned_coefficients(p, math), []
     for Qp, Qm in ((1.0, 0.0), (0.0, 1.0)):
         # gamma3 follows from M . gamma = 0.
@@ -196,8 +201,10 @@ def _direction(steps: Array, leaving: bool, p: Angles, epsilon: int) -> tuple[Ar
         vector, growth = vector / length, growth + math.log(length)
         found.append(vector)
     Qp, Qm = np.array(found if leaving else found[::-1]).T
+    # theta1 - beta0 = 2 l, l = atan2(M1, M2); both are multiplied by 2 sin cos of alpha0/2 > 0.
     sin, cos = math.sin(p.alpha0 / 2), math.cos(p.alpha0 / 2)
     theta1 = p.beta0 + 2 * np.unwrap(np.atan2(sin * (Qp + Qm), cos * (Qp - Qm)))
+    # An eigenvector's sign is free, which is a turn of theta1: it is taken beside its separatrix.
     centre = p.beta0 + epsilon * p.alpha0
     theta1 += 2 * np.pi * np.round((centre - theta1[0]) / (2 * np.pi))
     return theta1, growth if leaving else -growth
@@ -206,17 +213,20 @@ def _direction(steps: Array, leaving: bool, p: Angles, epsilon: int) -> tuple[Ar
 def _eigenvector(whole: Array, leaving: bool) -> Array:
     """Eigenvector, of length 1, that grows or shrinks under a period."""
     trace = float(np.trace(whole))
+    # Written so that a trace that is not a number ends here too.
     if not abs(trace) > 2:
         raise NotHyperbolic(
             f"the pendulum motion is not hyperbolic: its multipliers have the sum {trace:.6g}, "
             "between -2 and 2"
         )
     # The determinant is 1: the product of the eigenvalues, so only the larger one is formed.
+    # Its root comes from a product, for trace^2 - 4 cancels beside the parabolic motion.
     root = math.sqrt((abs(trace) - 2) * (abs(trace) + 2))
     large = math.copysign((abs(trace) + root) / 2, trace)
     # By Cayley and Hamilton the columns of M - (the other eigenvalue) are eigenvectors.
     columns = whole - np.eye(2) * (1 / large if leaving else large)
     lengths = np.hypot(*columns)
+    # Both columns are eigenvectors, but one may be zero or nearly so: the longer one is taken.
     best = int(np.argmax(lengths))
     return np.asarray(columns[:, best] / lengths[best])
 

@@ -101,5 +101,6 @@ def in_plane(M: ArrayLike, beta0: float, start: float) -> tuple[Any, Any]:
 
 def _separatrix_l(alpha0: float, number: int) -> float:
     """Angle l = (theta1 - beta0)/2 of a separatrix."""
+    # cos(2 l) = cos(alpha0) at l = -+alpha0/2; half a turn further lie the circles' other halves.
     side = 1 if number % 2 == 0 else -1
     return side * alpha0 / 2 + (TURN / 2 if number > 2 else 0.0)

@@ -55,6 +55,7 @@ def follow(
     """
     end = crossing_time[-1] + (crossing_time[-1] - crossing_time[-2]) / 2
     t = np.arange(0.0, end, step)
+    # One integration for both: the samples to be drawn, and the crossings by which they are judged.
     times = np.union1d(t, crossing_time)
     states = integrate.sample(
         hodograph.field_without_alpha(problem.body),
@@ -71,6 +72,7 @@ def follow(
 
 def initial_state(problem: RouteProblem, theta2_0: float) -> Array:
     """State (7,) of the orbit at t' = 0, with theta3 = 0."""
+    # As route codes start in doubles, so that the route of the samples can be held against theirs.
     state = states_double(start(problem, 53, Scales()), np.array([theta2_0]), 0.0)[:, 0]
     return np.array([*state, 0.0])
 
@@ -131,6 +133,7 @@ def samples(body: Body, orbit: RouteOrbit) -> dict[str, Array]:
 
 def vertices(separatrices: ArrayLike) -> str:
     """Vertices of the heteroclinic cycle that a route passes, as the paper writes them."""
+    # 2 and 4 rise from vertex i to i*, 1 and 3 fall from i* to i.
     return "-".join(f"{i}-{i}*" if i in (2, 4) else f"{i}*-{i}" for i in np.ravel(separatrices))
 
 

@@ -6,6 +6,7 @@ M and omega are physical, in principal axes; rates are per unit of the time of d
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from typing import Any
@@ -64,6 +65,7 @@ def fixed_components(omega: Numbers, gamma: Numbers, alpha: Any) -> NDArray[np.f
         Radians.
     """
     omega_xi = _dot(omega, gamma)
+    # Not sqrt(|omega|^2 - omega_xi^2), which cancels where omega is nearly vertical.
     rho = np.linalg.norm(cross(gamma, omega), axis=0)
     return np.stack((omega_xi, rho * np.cos(alpha), rho * np.sin(alpha)), axis=-1)
 
@@ -86,11 +88,13 @@ def field(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
         # M is linear in the aligned components, so the same map takes their rates to its own.
         dM, _ = body_from_aligned(Aligned(*found[:6]), alpha0, s)
         omega, domega = angular_velocity(M, A), angular_velocity(dM, A)
+        # domega is the rate of omega in t', so that of alpha comes out in t' as well.
         return (*found, hodograph(omega, gamma, domega)[2])
 
     return rates
 
 
+@functools.lru_cache(maxsize=32)
 def field_without_alpha(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
     """Field of 7 numbers, without alpha, which (th_al) gives from theta3 without quadrature."""
     A, r, mu = [float(x) for x in body.A], [float(x) for x in body.r], float(body.mu)
@@ -99,6 +103,7 @@ def field_without_alpha(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
 
     def rates(state: Numbers, _: Any) -> tuple[Any, ...]:
         M, _ = body_from_aligned(Aligned(*state[:6]), p.alpha0, s)
+        # The precession is known per t, and t' = t s.
         return (*aligned(state[:6], coefficients), turning_rate(M, r, mu) / s)
 
     return rates

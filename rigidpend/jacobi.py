@@ -40,6 +40,7 @@ def K(k: Scalar, kc: Scalar, m: Elementary) -> Any:
 def _moduli(k: Scalar, kc: Scalar, m: Elementary) -> list[tuple[Any, Any]]:
     """Moduli below k, (1 - kc)/(1 + kc) each, until they are rounding; with 1 less each."""
     found = []
+    # The moduli fall quadratically, so a few steps do in any precision of `m`.
     while 1 + k * k != 1:
         # Only 1 + lower counts, so a difference does no harm.
         k, rest = (1 - kc) / (1 + kc), 2 * kc / (1 + kc)

@@ -42,6 +42,8 @@ def bracket(state: Numbers, p: Angles, m: Elementary = np) -> Any:
         Its mu has no part in this.
     m : namespace of sin and cos
     """
+    # H is linear in mu: H1 has the derivatives at mu = 1 less those at mu = 0. So the equations are
+    # written once, and any slip in them shows here too.
     free, heavy = unperturbed(state, p, m), eq1(state, p._replace(mu=1), m)
     H0_J1, H0_theta1 = free[0], -free[1]
     H1_J1, H1_theta1 = heavy[0] - free[0], free[1] - heavy[1]
@@ -55,6 +57,7 @@ def integrand(t: Scalar, motion: SeparatrixMotion, p: Angles, m: Elementary = np
     """
     at = separatrix(t, motion, p, m)
     share = at.J1 / motion.J2_0 * (at.J2mJ1 / motion.J2_0)
+    # sin(theta1 + theta2) - sin(theta2) as a product: the paper's cosine at theta1/2 + theta2.
     swing = m.cos(at.theta2 + at.theta1 / 2)
     return -direction(motion.number) * sigma(motion.number, p, m) * share * swing
 
@@ -84,6 +87,8 @@ def quadrature(
     more than are asked for: doubles leave 10 at nu = 14, 4 at nu = 30 and none at nu = 45.
     """
     nats, rate = 3 - math.log(eps), u(motion, p, m)
+    # The rule errs by exp(nu - 2 pi^2/step) beside an amplitude of exp(-nu): their ratio is to be
+    # exp(-nats). Beyond the reach the integrand is below that, for it falls as exp(-|u t|).
     step = 2 * m.pi**2 / (2 * p.nu + nats)
     reach = math.ceil((nats + p.nu) / step)
     middle = direction(motion.number) * v(motion, m) / rate
@@ -166,9 +171,11 @@ def zeros(problem: RouteProblem, number: int = 2) -> tuple[float, ...]:
     """
     if number % 2 and "Hess" in problem.body.special_cases:
         return ()
+    # For a tiny J1_0 the lag is many turns, which the remainder takes off: it needs more bits.
     bits = 113 + GUARD_BITS
     m, p = context(bits), problem.body.angles(bits)
     J1, J2 = problem.J1_0.in_context(m), problem.J2_0(bits)
     lag = delta(SeparatrixMotion(number, J1, J2 - J1, 0), p, m)
     found = sorted(float((quarter * m.pi / 2 - lag) % (2 * m.pi)) for quarter in (1, 3))
+    # A remainder just below 2 pi may round to the double 2 pi, which is phase 0.
     return tuple(x if x < math.tau else 0.0 for x in found)

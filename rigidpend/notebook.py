@@ -89,6 +89,7 @@ class StoredResult:
         try:
             tree: Any = self.data
             return f"{head}{tree._repr_html_()}"
+        # xarray is an extra: without it a result is still shown, by its head alone.
         except ModuleNotFoundError:
             return head
 
@@ -202,6 +203,7 @@ def run(
     pairs = {**(settings or {}), **{f"problem.{key}": value for key, value in problem.items()}}
     given = [(key, _written(value)) for key, value in pairs.items()]
     [path] = resolve((str(name),), Path(folder))
+    # The name that a sweep would give it, so that either finds the other's result.
     ending = sweeps.ending(given)
     options = [f"{key}={value}" for key, value in given]
     [group] = loading.load_groups([path], options, (), called or f"{path.stem}{ending}")
@@ -250,7 +252,7 @@ def orbit(
     step : float, optional
         t' between samples; a sixtieth of a rotation of the pendulum if not given.
     engine : {"taylor", "scipy"}, optional
-        `taylor` where heyoka is installed.
+        `taylor` by default.
 
     Raises
     ------
@@ -264,6 +266,7 @@ def orbit(
     from rigidpend.numbers.exact import PRECISIONS, exact
     from rigidpend.routes.problem import RouteProblem, rotation_period
 
+    # How many symbols are asked for has no part in an orbit: one is the least.
     problem = RouteProblem(body, exact(h0), exact(J1_0), 1)
     if not 0 < float(time) < float("inf"):
         raise ValueError(f"time must be a number above 0, got {time!r}")
@@ -276,6 +279,7 @@ def orbit(
         engine=arithmetic.engine,
         tolerance=float(arithmetic.tolerance),
     )
+    # No route is followed, so there are no crossings that it could be late at.
     sampled = herpolhode.samples(body, herpolhode.RouteOrbit(times, states, np.empty(0)))
     return SampledOrbit(**sampled)
 

@@ -51,6 +51,7 @@ def body_motion(
     if sign not in (1, -1):
         raise ValueError(f"a sign is 1 or -1, not {sign!r}")
     up, ahead, dn = swing(t * m.sqrt((h0 + mu) / (2 * A3)), h0, mu, m)
+    # 0 * dn is a zero of the kind and the shape of dn: number, array or mpmath number.
     M3, side, zero = sign * m.sqrt(2 * A3 * (h0 + mu)) * dn, sign * ahead, 0 * dn
     return (zero, zero, M3), (r[0] * up - r[1] * side, r[1] * up + r[0] * side, zero)
 
@@ -84,6 +85,7 @@ def canonical_motion(
     """
     upper = side_of(family) < 0
     up, ahead, dn = swing(t * rate(p, h0, m), h0, p.mu, m)
+    # Both families have the same J2, for (h0_new) at J1 = 0 and at J1 = J2 is one pendulum.
     J2 = m.sqrt(2 * (h0 + p.mu) / p.kappa) * dn
     return (J2 if upper else 0 * J2), J2, m.atan2(up, ahead)
 
@@ -122,4 +124,5 @@ def modulus(h0: Scalar, mu: Scalar, m: Elementary) -> tuple[Any, Any]:
     """
     if not h0 > mu:
         raise ValueError(f"h0 > mu is broken: h0 = {h0}, mu = {mu}; the pendulum does not turn")
+    # k' from h0 - mu itself: formed as sqrt(1 - k^2) it is lost where h0 is near mu.
     return m.sqrt(2 * mu / (h0 + mu)), m.sqrt((h0 - mu) / (h0 + mu))

@@ -47,7 +47,9 @@ def periodic_solution(
     lean = p.mu * (by_sin * m.sin(theta2) + by_cos * m.cos(theta2))
     phase = theta2 + centre if upper else theta2
     J2 = J2_0 - p.mu / (p.kappa * J2_0) * m.sin(phase)
+    # kappa J2_0^2 is 2 h0. In T2 the phase is theta2* + centre, where (tt) prints theta2* alone.
     ahead = p.mu / (2 * h0) * m.cos(phase)
+    # In T2 theta1 + theta2 is the pendulum's own phase: what theta1 gains, theta2 loses.
     return centre + lean, J2 if upper else 0 * J2, theta2 + ahead - (lean if upper else 0), J2
 
 
@@ -56,6 +58,7 @@ def swing_coefficients(
 ) -> tuple[Any, Any]:
     """Coefficients d_i1 and d_i2 of (tt), per mu; arguments of :func:`periodic_solution`."""
     half = _centre(p, epsilon) / 2
+    # 2 sin(half) is factored out of (tt), where 1 - cos(centre) cancels for a centre near 0.
     lean, turn = m.sin(half), side_of(family) * epsilon * m.sin(p.alpha0)
     size = 2 * lean / (2 * h0 / p.kappa * (p.kappa**2 + m.sin(p.alpha0) ** 2))
     return (
@@ -82,6 +85,7 @@ def Delta_1(p: Angles, h0: Scalar, epsilon: int, m: Elementary) -> Any:
         Radians.
     """
     lean = m.sin((p.beta0 + epsilon * p.alpha0) / 2)
+    # Half of cos(gamma0) - cos(alpha0), which cancels where A1 is near A2.
     both = m.sin((p.alpha0 + p.gamma0) / 2) * m.sin((p.alpha0 - p.gamma0) / 2)
     sin_alpha0 = m.sin(p.alpha0)
     return p.mu * sin_alpha0 * abs(lean) / (m.sqrt(sin_alpha0**2 + 16 * both**2) * h0)

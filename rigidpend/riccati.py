@@ -47,10 +47,12 @@ def coefficients(
     -a0(pi - tau), -a1(pi - tau), -a2(pi - tau).
     """
     side = side_of(family)
+    # cos(beta0) -+ cos(alpha0) as products, for the difference cancels beside the Hess case.
     mean, half = (p.alpha0 + p.beta0) / 2, (p.alpha0 - p.beta0) / 2
     # h - mu sin(tau), which is small at the top where h is near mu.
     kinetic = (h - p.mu) + 2 * p.mu * m.sin(m.pi / 4 - tau / 2) ** 2
     pull = p.mu / (2 * kinetic)
+    # 0 * pull gives the constant a0 the shape of the other two.
     return (
         side * m.sin(mean) * m.sin(half) / p.kappa + 0 * pull,
         side * m.sin(p.beta0) / p.kappa + pull * m.cos(tau),

@@ -108,6 +108,7 @@ def vertices(p: Angles, m: Elementary = np) -> dict[str, Vertex]:
 
     A separatrix n rises from the vertex n to n*, or falls from n* to n.
     """
+    # The ends of a separatrix differ in J1 alone, for theta1 is constant along it.
     at = {number: theta1(number, p, m) for number in SEPARATRICES}
     lower = {f"{number}": Vertex(x, 0) for number, x in at.items()}
     return lower | {f"{number}*": Vertex(x, 1) for number, x in at.items()}

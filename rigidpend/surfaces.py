@@ -65,6 +65,8 @@ def surface_problem(
     """
     if not M_0.at(113) > 0:
         raise ProblemError("M_0", f"M_0 > 0 is broken: M_0 = {M_0}")
+    # J2_0 = 2/sqrt(A3 kappa) of Fig. 3 is |M| = 2 in physical units. All is exact, so that no
+    # rounding decides whether a condition holds.
     h0 = M_0 * M_0 / (2 * A[2])
     if not (h0 - mu).at(113) > 0:
         shown = f"M_0 = {M_0}, A3 = {A[2]}, mu = {mu}"
@@ -109,6 +111,7 @@ def S1_minus(
     """
     p = problem.body.angles()
     begin = start(problem, 53, Scales())
+    # Started exactly at the separatrix's theta1, not on the surface: see the notes above.
     orbits = sample_orbits(
         begin.coefficients,
         states_double(begin, theta2_0, 0.0),
@@ -137,6 +140,7 @@ def S2_plus(lower: SurfaceCurves, alpha0: float, beta0: float) -> SurfaceCurves:
 def times(problem: RouteProblem) -> Array:
     """Equally spaced t' in which J1 goes from J1_0 to J2_0 - J1_0 on separatrix 2."""
     J2 = float(problem.J2_0(53))
+    # J1 = J2/2 is reached at u t = v of (sol_2), J2_0 - J1_0 after as much again.
     whole = 2 * math.log(J2 / float(problem.J1_0) - 1) / exponent(problem)
     steps = math.ceil(whole * phase_rate(problem) * PER_TURN / math.tau)
     return np.linspace(0, whole, steps + 1)
@@ -150,6 +154,7 @@ def exponent(problem: RouteProblem) -> float:
 def projected(orbits: Array, alpha0: float, beta0: float) -> tuple[Array, Array]:
     """Map aligned states (6, ...) to theta1, on the sheet of alpha0 + beta0, and J1/J2."""
     c = canonical_from_aligned(Aligned(*orbits), alpha0, beta0)
+    # theta1 is known modulo 4 pi: with the separatrix in the middle of the sheet no curve jumps.
     centre, sheet = alpha0 + beta0, 4 * math.pi
     return centre + np.mod(c.theta1 - centre + sheet / 2, sheet) - sheet / 2, c.J1 / c.J2
 
@@ -162,7 +167,9 @@ def points(x: Array, y: Array) -> NDArray[np.intp]:
     turn at a point over the length there.
     """
     outside = np.flatnonzero(np.abs(x) > 1)
+    # With the first point outside, so that the panel's edge cuts the curve, not the last sample.
     n = int(outside[0]) + 1 if outside.size else x.size
+    # As complex numbers: the angle of their quotient is the turn, with no jump at pi.
     step = np.diff(x[:n]) + 1j * np.diff(y[:n])
     turn = np.abs(np.angle(step[1:] * step[:-1].conj()))
     length = (np.abs(step[1:]) + np.abs(step[:-1])) / 2

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
+"""Units of time, descending, with their lengths in seconds; the last takes what is shorter."""
 
 
 class Table(NamedTuple):
@@ -37,10 +38,12 @@ def columns(rows: Sequence[Sequence[str]], width: int, margin: str = "") -> Iter
     natural = [max(map(len, column)) for column in zip(*rows, strict=True)]
     widths = _shares(rows, natural, width - len(margin) - 2 * (len(natural) - 1))
     for row in rows:
+        # Words stay whole even beyond the width: a path or a key that is broken cannot be copied.
         cells = [
             textwrap.wrap(cell, share, break_long_words=False, break_on_hyphens=False)
             for cell, share in zip(row, widths, strict=True)
         ]
+        # A row of empty cells is a line as well.
         for line in itertools.zip_longest(*cells, fillvalue="") if any(cells) else [("",)]:
             padded = (f"{cell:<{share}}" for cell, share in zip(line, widths, strict=False))
             yield f"{margin}{'  '.join(padded)}".rstrip()
@@ -53,6 +56,7 @@ def _shares(rows: Sequence[Sequence[str]], natural: Sequence[int], room: int) ->
         for column in zip(*rows, strict=True)
     ]
     widths, left = [natural[0]] * len(natural), room - natural[0]
+    # Narrow ones first: what they leave of their equal part is shared by the wider ones.
     rest = sorted(range(1, len(natural)), key=lambda k: natural[k])
     for count, k in zip(range(len(rest), 0, -1), rest, strict=True):
         widths[k] = max(1, min(natural[k], max(least[k], left // count)))
@@ -77,6 +81,7 @@ def markdown(table: Table) -> Iterator[str]:
     """Write a table line by line in Markdown, its caption above it as a paragraph."""
     yield from (table.caption, "") if table.caption else ()
     for cells in (table.header, ["---"] * len(table.header), *table.rows):
+        # A bar inside a cell would end it.
         yield f"| {' | '.join(str(cell).replace('|', '&#124;') for cell in cells)} |"
     yield from ("", table.note) if table.note else ()
 
@@ -85,6 +90,7 @@ def html(table: Table) -> str:
     """Write a table in HTML, everything escaped."""
     from markupsafe import Markup
 
+    # Every cell is escaped: names and notes come from configs and from files.
     head = Markup("").join(Markup('<th scope="col">{}</th>').format(x) for x in table.header)
     body = Markup("\n").join(
         Markup("<tr>{}</tr>").format(Markup("").join(Markup("<td>{}</td>").format(x) for x in row))

@@ -48,7 +48,7 @@ def rows(body: Body, h0: Scalar, J1_0: Scalar = None) -> list[Row]:
         h0 or J1_0 is out of range.
     """
     energy = exact(h0)
-    # A start halfway on a logarithmic scale stands in where none is given.
+    # Nothing but Melnikov's zeros depends on J1_0: where none is given, any one will do.
     start = exact(J1_0) if J1_0 is not None else exact("1e-8")
     problem = RouteProblem(body, energy, start, 1)
     p, J2_0 = body.angles(), float(problem.J2_0(53))
@@ -112,6 +112,7 @@ def _orbits(p: Angles, h0: float) -> Iterator[Row]:
         return
     yield number_row("period", "t', of the pendulum motions", leaving.period)
     yield number_row("multipliers", meaning, leaving.multiplier, approaching.multiplier)
+    # With the period of the true motion, so that beside it the multiplier shows what mu changes.
     limit = math.exp(math.sqrt(2 * h0 / p.kappa) * math.sin(p.alpha0) / 2 * leaving.period)
     yield number_row("multiplier, mu = 0", "exp(u T/2), u = J2_0 sin(alpha0)", limit)
 
@@ -124,4 +125,5 @@ class CalledTable(ModuleType):
         return import_module("rigidpend.notebook").theory(body, h0, J1_0)
 
 
+# The module, once imported, hides the function of its name in the package: so it is both.
 sys.modules[__name__].__class__ = CalledTable

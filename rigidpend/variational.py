@@ -42,9 +42,11 @@ def linearised(
     """
     by_theta1, by_J1, _, by_J2 = delta
     at, J2 = separatrix(t, motion, p, m), motion.J2_0
+    # (eq2) is written for separatrix 2; where the flow falls, sin(theta1 - beta0) is negative.
     steep = direction(motion.number) * m.sin(p.alpha0)
     pull, swing = p.mu / J2, m.sin(at.theta1 + at.theta2) - m.sin(at.theta2)
     upper, lower = m.cos(at.theta1 + at.theta2), m.cos(at.theta2)
+    # Where (eq2) has J2_0 - J1* and 2 J1* - J2_0, the small action is carried, not formed.
     across = at.J1 * at.J2mJ1
     return (
         (at.J1 - at.J2mJ1) * steep * by_theta1 + pull * swing,
@@ -100,6 +102,7 @@ def delta_theta1(t: float, begin: float, motion: SeparatrixMotion, p: Angles) ->
     def width(tau: float) -> float:
         return 2 * math.cosh((rate * tau - middle) / 2)
 
+    # J1* (J2_0 - J1*) is (J2_0/width)^2, so that its ratios are squares of ratios of widths.
     now = width(t)
     forced = _forced(t, lambda tau: (now / width(tau)) ** 2, motion, p)
     return (now / width(0)) ** 2 * begin + forced

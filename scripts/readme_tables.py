@@ -73,7 +73,7 @@ def provisional(result: Loaded) -> Iterator[str]:
 
 
 def bench_lines(result: Loaded) -> Iterator[str]:
-    """Losses, the codes of Fig. 4, the other problems in short, certificates, random phases."""
+    """Losses, the codes of Fig. 4, the other problems in short, cross-checks, random phases."""
     data = result["data"]
     yield from provisional(result)
     yield f"{machine(result)}; medians over rounds in which methods take turns."
@@ -81,8 +81,9 @@ def bench_lines(result: Loaded) -> Iterator[str]:
         reading.losses_table(data),
         reading.meeting_table(data, "codes"),
         shortest(data),
-        reading.certificates_table(data),
+        reading.cross_checks_table(data),
         reading.phases_table(data),
+        *([reading.many_table(data)] if data.get("many_orbits") else []),
         reading.cost_table(data),
     ):
         yield ""

@@ -18,6 +18,7 @@ from rigidpend import integrate
 from rigidpend.asymptotic.surface_orbits import (
     UnstableSurface,
     coefficients,
+    lag,
     launch,
     meet,
     numbers,
@@ -28,7 +29,6 @@ from rigidpend.body import Body
 from rigidpend.coordinates import Aligned, body_from_aligned
 from rigidpend.equations import AlignedCoefficients
 from rigidpend.integrate.arithmetic import Arithmetic
-from rigidpend.melnikov import delta
 from rigidpend.numbers.exact import Exact
 from rigidpend.precession import turning_rate
 from rigidpend.separatrices import u
@@ -87,7 +87,7 @@ def phase_at_start(s: UnstableSurface, g: float, arithmetic: Arithmetic) -> tupl
     m = numbers(s.bits)
     # Without weight g is the phase at the start plus a constant: the first slope is 1.
     goal, depth, slope = m.mpf(g), m.mpf(DEPTH), m.mpf(1)
-    phase = goal - delta(unperturbed(s, m.mpf(0), depth), s.p, m)
+    phase = goal - lag(s, depth)
     before: tuple[Any, Any] | None = None
     for _ in range(SECANTS):
         points = meet(s, [phase], depth, arithmetic)

@@ -11,25 +11,25 @@ is odd in mu and errs by O(mu^3), while the curve errs by d2 = O(mu^2).
 from __future__ import annotations
 
 import math
-from operator import mul
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rigidpend import melnikov
+from rigidpend.asymptotic.arrays import Arrays
 from rigidpend.asymptotic.surface_orbits import (
     J2_0,
     Points,
     UnstableSurface,
+    kind,
+    lag,
     meet,
     numbers,
     surface,
-    unperturbed,
 )
 from rigidpend.body import Body
 from rigidpend.integrate.arithmetic import Arithmetic
-from rigidpend.melnikov import delta
 from rigidpend.numbers.exact import Exact
 from rigidpend.numbers.generic import Scalar
 
@@ -119,8 +119,11 @@ def measure(body: Body, h0: Exact, arithmetic: Arithmetic, jobs: int = 1) -> Sur
         From two computations that share neither starts nor phases.
     """
     allowed = float(admitted(float(body.mu) / float(h0)))
+    n = FEWEST
     for bits in arithmetic.precisions:
-        s, n = surface(body, h0, bits), FEWEST
+        # Where rounding stopped the search, half as many orbits were seen to be too few, or that
+        # was not known: longer numbers need not begin anew.
+        s, n = surface(body, h0, bits), max(FEWEST, n // 2)
         found = _twice(s, n, arithmetic, allowed, jobs)
         while not found.resolved and n < _most(found) and found.error > _noise(s, arithmetic):
             n *= 2
@@ -151,14 +154,14 @@ def _twice(
     s: UnstableSurface, n: int, arithmetic: Arithmetic, allowed: float, jobs: int
 ) -> SurfaceSplitting:
     """Mean of two computations, with an error from their difference."""
-    m, first = numbers(s.bits), amplitude(s)
+    m, a, first = numbers(s.bits), kind(s, arithmetic), amplitude(s)
     depth = (s.bits + DEPTH_BITS) * m.log(2)
     found = []
     for shift, deeper in SHIFTS:
-        lag = delta(unperturbed(s, m.mpf(0), depth + deeper), s.p, m)
-        phases = [2 * m.pi * (k + m.mpf(shift)) / n - lag for k in range(n)]
+        behind = lag(s, depth + deeper)
+        phases = [2 * m.pi * (k + m.mpf(shift)) / n - behind for k in range(n)]
         points = meet(s, phases, depth + deeper, arithmetic, jobs)
-        measured = None if points is None else harmonics(points, m)
+        measured = None if points is None else harmonics(points, a)
         if measured is None:
             unknown = np.full(TOP, np.nan)
             return SurfaceSplitting(float(first), unknown, math.inf, allowed, s.bits, n)
@@ -170,7 +173,7 @@ def _twice(
     return SurfaceSplitting(float(first), mean, error, allowed, s.bits, n)
 
 
-def harmonics(points: Points, m: Any) -> list[Any] | None:
+def harmonics(points: Points, a: Arrays) -> list[Any] | None:
     """Harmonics d1, d2, ... from an even number of orbits, their phases evenly around the circle.
 
     The Fourier integral over g is taken over theta2_0, where the trapezoid rule and the
@@ -180,7 +183,8 @@ def harmonics(points: Points, m: Any) -> list[Any] | None:
     ----------
     points : Points
         n of them.
-    m : namespace of their numbers
+    a : Arrays
+        The kind of their numbers.
 
     Returns
     -------
@@ -188,27 +192,14 @@ def harmonics(points: Points, m: Any) -> list[Any] | None:
         Radians; None where the curve turns back in g: it has no distance at a phase then.
     """
     n = len(points.phase)
-    advance = [g - start for g, start in zip(points.phase, points.theta2_0, strict=True)]
-    slope = [1 + rate for rate in _derivative(advance, m)]
+    slope = 1 + a.derivative(points.advance)
     if min(slope) <= 0:
         return None
-    turned = [m.expj(-g) for g in points.phase]
-    terms = [x * rate / n for x, rate in zip(points.offset, slope, strict=True)]
+    cos, sin = a.cos(points.phase), a.sin(points.phase)
+    even, odd = points.offset * slope / n, 0 * points.offset
     found = []
     for k in range(1, min(TOP, n // 2 - 1) + 1):
-        terms = [x * e for x, e in zip(terms, turned, strict=True)]
-        total = m.fsum(terms)
-        found.append(4 * total.real if k % 2 else -4 * total.imag)
+        # The terms times cos kg and sin kg.
+        even, odd = even * cos - odd * sin, even * sin + odd * cos
+        found.append(4 * (even if k % 2 else odd).sum())
     return found
-
-
-def _derivative(values: list[Any], m: Any) -> list[Any]:
-    """Derivative of the trigonometric interpolant at its n nodes, an even number, around a circle.
-
-    The sums are of whole numbers, in units of 2^-P with P the precision of `m`: some ten times
-    as fast.
-    """
-    n, P = len(values), m.prec
-    weights = [m.mpf(0)] + [-((-1) ** k) / m.tan(m.pi * k / n) / 2 for k in range(1, n)]
-    whole, around = ([int(m.ldexp(x, P)) for x in numbers] for numbers in (values, weights * 2))
-    return [m.ldexp(sum(map(mul, around[n - j : 2 * n - j], whole)), -2 * P) for j in range(n)]

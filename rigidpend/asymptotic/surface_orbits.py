@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from rigidpend.asymptotic.arrays import Arrays, arrays
 from rigidpend.body import Angles, Body
 from rigidpend.coordinates import Canonical, aligned_from_canonical
 from rigidpend.equations import AlignedCoefficients, aligned_coefficients, hamiltonian_J3_0
 from rigidpend.integrate.arithmetic import Arithmetic
+from rigidpend.integrate.batch_sections import first_in_doubles
 from rigidpend.integrate.sections import first_crossings
 from rigidpend.melnikov import delta
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
-from rigidpend.numbers.generic import Elementary, Scalar
+from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.separatrices import SeparatrixMotion, theta1, u
 
 PATIENCE = 4
@@ -35,15 +39,17 @@ class UnstableSurface(NamedTuple):
 
 
 class Points(NamedTuple):
-    """Points of orbits on the section: lists of guarded numbers, an entry for each orbit."""
+    """Points of orbits on the section: arrays (n,) of doubles, or of guarded numbers."""
 
-    theta2_0: Sequence[Any]
+    theta2_0: Any
     """Phases at the start, radians."""
-    phase: Sequence[Any]
+    phase: Any
     """Phase g = theta1/2 + theta2, radians, on the branch next to the unperturbed motion's."""
-    offset: Sequence[Any]
+    advance: Any
+    """Phase less that of the unperturbed motion, radians, with less error than either has."""
+    offset: Any
     """Offset theta1 - alpha0 - beta0 from the separatrix, radians."""
-    time: Sequence[Any]
+    time: Any
     """Time t' from the start to the section."""
 
 
@@ -86,12 +92,12 @@ def unperturbed(s: UnstableSurface, theta2_0: Scalar, depth: Scalar) -> Separatr
 
 def launch(s: UnstableSurface, theta2_0: Scalar, depth: Scalar) -> list[Fraction]:
     """Start of an orbit, in aligned components of the working precision: see :func:`launches`."""
-    [state] = launches(s, [theta2_0], depth)
-    return state
+    a = arrays(s.bits + GUARD_BITS)
+    return [fraction(x, s.bits) for x in launches(s, a.array([theta2_0]), depth, a)[:, 0]]
 
 
-def launches(s: UnstableSurface, theta2_0: Iterable[Any], depth: Scalar) -> list[list[Fraction]]:
-    """Starts of orbits, in aligned components of the working precision.
+def launches(s: UnstableSurface, theta2_0: Any, depth: Scalar, a: Arrays) -> Any:
+    """Starts of orbits, in aligned components (6, n).
 
     At theta1 = alpha0 + beta0 they lie beside S1-, not on it. What they are off by shrinks as J1
     grows: at the section a part exp(-depth) of mu is left (dtheta).
@@ -99,10 +105,12 @@ def launches(s: UnstableSurface, theta2_0: Iterable[Any], depth: Scalar) -> list
     Parameters
     ----------
     s : UnstableSurface
-    theta2_0 : numbers
+    theta2_0 : (n,) array
         Radians.
     depth : number
         -ln(J1/J2) at the start.
+    a : Arrays
+        The kind of the numbers.
 
     Notes
     -----
@@ -119,15 +127,18 @@ def launches(s: UnstableSurface, theta2_0: Iterable[Any], depth: Scalar) -> list
         )
         kinetic = hamiltonian_J3_0(low, one, angles, p._replace(mu=zero), m)
         axes.append((*unit[3:], hamiltonian_J3_0(low, one, angles, p, m) - kinetic))
-    found = []
-    for phase in theta2_0:
-        cos, sin = m.cos_sin(m.mpf(phase))
-        *gamma, weight = (a * cos + b * sin for a, b in zip(*axes, strict=True))
-        J2 = m.sqrt((s.h0 - weight) / kinetic)
-        # Qm is zero on separatrix 2.
-        state = (unit.Qp * J2, zero, unit.M3 * J2, *gamma)
-        found.append([fraction(x, s.bits) for x in state])
-    return found
+    cos, sin = a.cos(theta2_0), a.sin(theta2_0)
+    *gamma, weight = (a.number(x) * cos + a.number(y) * sin for x, y in zip(*axes, strict=True))
+    J2 = a.sqrt((a.number(s.h0) - weight) / a.number(kinetic))
+    # Qm is zero on separatrix 2.
+    return np.stack((a.number(unit.Qp) * J2, 0 * J2, a.number(unit.M3) * J2, *gamma))
+
+
+def lag(s: UnstableSurface, depth: Scalar) -> Any:
+    """Phase g at the section less theta2_0 of unperturbed motions, radians, in [-pi, pi]."""
+    m = numbers(s.bits)
+    whole = delta(unperturbed(s, m.mpf(0), depth), s.p, m)
+    return whole - 2 * m.pi * m.nint(whole / (2 * m.pi))
 
 
 def coefficients(s: UnstableSurface) -> AlignedCoefficients:
@@ -161,42 +172,76 @@ def meet(
     Points or None
         None if an orbit does not come to the section beside separatrix 2.
     """
-    m, begin = numbers(s.bits), list(theta2_0)
-    reference = unperturbed(s, m.mpf(0), depth)
-    lag, rate = delta(reference, s.p, m), u(reference, s.p, m)
+    a, m = kind(s, arithmetic), numbers(s.bits)
+    starts = list(theta2_0)
+    begin = a.array(starts)
+    rate = u(unperturbed(s, m.mpf(0), depth), s.p, m)
+    limit = PATIENCE * float((depth + math.tau) / rate)
+    found = (_in_guarded if a.bits else _in_doubles)(
+        s, launches(s, begin, depth, a), limit, arithmetic, jobs
+    )
+    if found is None:
+        return None
+    time, state = found
+    # Beside separatrix 2 the orbit crosses with Qp > 0.
+    if (state[0] < 0).any():
+        return None
+    phase, offset = section_angles(state, a.number(s.p.alpha0), a)
+    # The branch of the unperturbed motion makes g continuous in the phase at the start.
+    behind, turn = lag(s, depth), 2 * a.pi
+    unperturbed_phases = [start + behind for start in starts]
+    expected = a.array(unperturbed_phases)
+    phase = phase + turn * a.nint((expected - phase) / turn)
+    rest = a.array(x - near for x, near in zip(unperturbed_phases, expected, strict=True))
+    return Points(begin, phase, (phase - expected) - rest, offset, time)
+
+
+def kind(s: UnstableSurface, arithmetic: Arithmetic) -> Arrays:
+    """Numbers in which points are given: the kernel's doubles, or guarded ones."""
+    doubles = s.bits == 53 and arithmetic.engine == "taylor"
+    return arrays(0 if doubles else s.bits + GUARD_BITS)
+
+
+def _in_doubles(
+    s: UnstableSurface, states: Any, limit: float, arithmetic: Arithmetic, _: int
+) -> tuple[Any, Any] | None:
+    """First crossings of states (6, n): times and states; None if an orbit has none."""
+    floats = AlignedCoefficients(*map(float, coefficients(s)))
+    time, found = first_in_doubles(floats, states, limit, arithmetic.tolerance)
+    return None if np.isnan(time).any() else (time, found)
+
+
+def _in_guarded(
+    s: UnstableSurface, states: Any, limit: float, arithmetic: Arithmetic, jobs: int
+) -> tuple[Any, Any] | None:
+    """The same of guarded numbers, integrated in the working precision."""
+    m = numbers(s.bits)
     found = first_crossings(
         coefficients(s),
-        launches(s, begin, depth),
-        PATIENCE * float((depth + math.tau) / rate),
+        [[fraction(x, s.bits) for x in state] for state in states.T],
+        limit,
         engine=arithmetic.engine,
         bits=s.bits,
         tolerance=arithmetic.tolerance,
         jobs=jobs,
     )
-    phases, offsets, times = [], [], []
-    for start, crossing in zip(begin, found, strict=True):
-        # Beside separatrix 2 the orbit crosses with Qp > 0.
-        if crossing is None or crossing.state[0] < 0:
-            return None
-        state = [m.mpf(x.numerator) / x.denominator for x in crossing.state]
-        phase, offset = section_angles(state, s.p.alpha0, m)
-        # The branch of the unperturbed motion makes g continuous in the phase at the start.
-        expected, turn = start + lag, 2 * m.pi
-        phases.append(phase + turn * m.nint((expected - phase) / turn))
-        offsets.append(offset)
-        times.append(m.mpf(crossing.time.numerator) / crossing.time.denominator)
-    return Points(begin, phases, offsets, times)
+    crossed = [one for one in found if one is not None]
+    if len(crossed) < len(found):
+        return None
+    rows = [(one.time, *one.state) for one in crossed]
+    time, *state = np.array([[m.mpf(x.numerator) / x.denominator for x in row] for row in rows]).T
+    return time, np.stack(state)
 
 
-def section_angles(state: Sequence[Any], alpha0: Scalar, m: Elementary) -> tuple[Any, Any]:
-    """Phase g and offset of a state with M3 = 0, J3 = 0, beside separatrix 2.
+def section_angles(state: Numbers, alpha0: Scalar, m: Any) -> tuple[Any, Any]:
+    """Phase g and offset of states with M3 = 0, J3 = 0, beside separatrix 2.
 
     There Qm = J2 sin(offset/2) and Qp = J2 sin(offset/2 + alpha0), so that a small offset
     keeps the relative precision of Qm.
 
     Parameters
     ----------
-    state : 6 numbers
+    state : 6 numbers or arrays
         Aligned components.
     alpha0 : number
     m : namespace of sin, cos and atan2

@@ -4,5 +4,5 @@
 hypothesis. `checker` is the proof, with `growth` (logarithmic norm), `signs`, `models`
 (polynomials with integer coefficients) and `balls` (enclosures of the problem's numbers) under
 it. `approximation` finds the polynomials and need not be trusted; `proofs` brings both
-together, `codes` makes route codes of them, `orbits`, `steps` and `storage` certificates.
+together, `codes` makes route codes of them, `certificates`, `steps` and `storage` certificates.
 """

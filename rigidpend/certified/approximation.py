@@ -70,9 +70,11 @@ class _Truncated(Model):
         return _Truncated.of(super().__add__(other), self.cut)
 
     def __mul__(self, other: Model) -> _Truncated:
+        # What is rounded and cut off is not recorded: the checker bounds what is wrong, not this.
         doubled = (self.doubled * other.doubled) // fmpz_poly([1 << (self.bits + 1)])
         degree = self.degree + other.degree
         if degree > self.cut:
+            # Coefficients are symmetric in z and 1/z, so as many go from either end.
             doubled = doubled.right_shift(degree - self.cut).truncate(2 * self.cut + 1)
             degree = self.cut
         return _Truncated.of(Model(doubled, degree, 0, self.bits), self.cut)
@@ -98,6 +100,7 @@ def rule(n: int) -> Rule:
     """The rule of n nodes."""
     angle = np.pi * np.arange(n) / (n - 1)
     values = np.cos(np.outer(angle[::-1], np.arange(n)))
+    # Series are w_0/2 + sum_j w_j T_j throughout, as in the certificates.
     values[:, 0] = 0.5
     # The inverse is known: the discrete cosine transform.
     ends = np.where((np.arange(n) == 0) | (np.arange(n) == n - 1), 0.5, 1.0)
@@ -112,6 +115,7 @@ def rule(n: int) -> Rule:
         if j + 1 < n:
             antiderivative[j, j + 1] = -1 / (2 * j)
     integral = values @ antiderivative @ series
+    # The integral is to vanish at -1: the constant that the series leaves open is taken off.
     return Rule(-np.cos(angle), integral - integral[:1], series, values, middles @ series)
 
 
@@ -132,30 +136,37 @@ class Approximation:
         self.state = [_fixed(x) for x in state]
         size = math.hypot(*(float(x.mid()) for x in state[:3]))
         c = self.doubles
+        # The pendulum rotates at kappa |M|, the saddle has the exponent sin(alpha0) |M|.
         self.longest = LONGEST / (size * max(c.kappa, 2 * c.half_sigma))
         self.size = size
         self._numbers: dict[int, AlignedCoefficients] = {}
 
     def step(self, bits: int) -> Step:
         """The next step, its coefficients in units of 2^-bits."""
+        # The last step's end has one bit more than its coefficients,
+        # and bits fall as the bound grows.
         begin = [
             x >> (here - bits) if here >= bits else x << (bits - here) for x, here in self.state
         ]
         half, states = self._in_doubles([x / 2**bits for x in begin])
         series, n = self._start(states, bits)
+        # The step's length is this whole number from here on, also for the checker.
         whole = round(half * 2**CLOCK)
         linear = _Linear(series @ rule(n).values.T, self.doubles, half)
         known = DOUBLE
         P = [_whole(row, bits) for row in series]
         while True:
+            # An early residual is not computed in more bits than its correction can use.
             work = min(bits, known + GAIN + GUARD)
             residual = self._residual(P, begin, whole, bits, work)
             size = max(map(abs, (x for row in residual for x in row)))
             P = _corrected(P, residual, size.bit_length(), linear, n)
             won = bits - size.bit_length() + GAIN
+            # Done, or stuck: then the checker will find a large defect, and say so.
             if won >= bits or won <= known:
                 break
             known = won
+        # T_j(1) = 1: the sum of the series, doubled, which is why it has one bit more.
         self.state = [(w[0] + 2 * (sum(w[2::2]) + sum(w[1::2])), bits + 1) for w in P]
         return Step(whole, bits, P)
 
@@ -165,7 +176,7 @@ class Approximation:
         while True:
             half = share * self.longest / 2
             states = _refined(_runge_kutta(begin, half, self.doubles), half, self.doubles)
-            # A step does not end where M3 changes its sign.
+            # A step does not end near M3 = 0, for the checker must tell its sign at both ends (H4).
             if abs(states[2, -1]) > CLEAR * self.size or share < SHORTEST:
                 return half, states
             share *= SHORTER
@@ -173,8 +184,10 @@ class Approximation:
     def _start(self, states: Array, bits: int) -> tuple[Array, int]:
         """Coefficients of the orbit in doubles, as many as so many bits ask for."""
         series = states @ rule(states.shape[1]).series.T
+        # The largest coefficient from each on, for single small ones do not end a series.
         tail = np.maximum.accumulate(np.abs(series).max(axis=0)[::-1])[::-1]
         enough = max(4, int((tail > 2.0**-KEPT * tail[0]).sum()))
+        # By a geometric decay so many times the bits need so many times the coefficients.
         n = -(-(int(FASTER * enough * bits / KEPT) + 4) // GRAIN) * GRAIN
         kept = np.zeros((6, n))
         m = min(n, enough + 1)
@@ -196,6 +209,7 @@ class Approximation:
             r = [whole * c >> CLOCK for c in rate.series[: n + 1]]
             r += [0] * (n + 1 - len(r))
             integral = [(r[j - 1] - r[j + 1]) // (2 * j) for j in range(1, n)]
+            # T_j(-1) = (-1)^j: the constant term that makes the integral begin at the start.
             first = 2 * ((x >> shift) - sum(integral[1::2]) + sum(integral[::2]))
             R = [(a - b) << shift for a, b in zip([first, *integral], w, strict=True)]
             found.append(R + rest)
@@ -218,6 +232,8 @@ class _Linear:
         Y = _fundamental(self.J, middle, half * np.diff(self.rule.nodes))
         self.Y, self.inverse = Y, np.linalg.inv(Y)
         integral = np.tensordot(self.rule.integral, half * (self.J @ Y), 1)
+        # One step of the iteration for Y itself, by which Runge and
+        # Kutta's few digits become enough.
         self.Y = Y + self.solve(integral + np.eye(6) - Y)
         self.inverse = np.linalg.inv(self.Y)
 
@@ -276,6 +292,7 @@ def _refined(states: Array, half: float, c: AlignedCoefficients) -> Array:
     """The same values to the rounding of doubles, by Newton's iteration."""
     linear = _Linear(states, c, half)
     begin, integral = states[:, :1], half * linear.rule.integral.T
+    # Each step squares the error: of the six digits at first two make all that doubles hold.
     for _ in range(2):
         residual = begin + np.array(aligned(states, c)) @ integral - states
         states = states + linear.solve(residual.T[..., None])[..., 0].T
@@ -286,6 +303,8 @@ def _corrected(
     P: Sequence[Sequence[int]], residual: Sequence[Sequence[int]], top: int, linear: _Linear, n: int
 ) -> list[list[int]]:
     """The series plus the residual plus what the linearised equation makes of it."""
+    # Integers beyond the range of doubles are shifted into it; the
+    # 60 bits left are more than theirs.
     down = top - 60
     scaled = [[x >> down for x in row] if down > 0 else row for row in residual]
     R = np.array(scaled, dtype=float)

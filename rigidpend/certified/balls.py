@@ -23,6 +23,7 @@ from rigidpend.routes.problem import RouteProblem
 class Balls:
     """Elementary functions over balls, in the precision that holds when they are called."""
 
+    # The name by which `Exact.over` makes a number in any namespace.
     mpf = arb
 
     @property
@@ -66,6 +67,8 @@ def enclosed(problem: RouteProblem, theta2_0: Exact, bits: int) -> Enclosed:
         p = _angles(problem.body)
         J1 = _ball(problem.J1_0)
         J2 = (2 * _ball(problem.h0) / p.kappa).sqrt()
+        # Divided by it |M| is about one, as fixed-point coefficients want
+        # it; a power of two rounds nothing.
         unit = _power_of_two(J2)
         start = Canonical(
             J1 / unit,
@@ -77,6 +80,8 @@ def enclosed(problem: RouteProblem, theta2_0: Exact, bits: int) -> Enclosed:
             arb(1),
         )
         state = aligned_from_canonical(start, p.alpha0, p.beta0, BALLS)
+        # With M in units of `unit` and t' in those of its inverse, a
+        # torque is in units of the square.
         scaled = p._replace(mu=p.mu / unit**2)
         return Enclosed(aligned_coefficients(scaled, BALLS), tuple(state), unit)
 

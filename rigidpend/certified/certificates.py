@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -83,6 +83,7 @@ def certify(
             report(f"{file} is up to date")
             return summaries(stored["data"])
     store.prepare(file)
+    # Kept under the fingerprint: parts of other orbits or of other code do not count.
     with Parts(file, provenance.config_hash(fingerprint)) as parts:
         data = {
             name: _array(name, problem, phases, parts, jobs, report)
@@ -92,6 +93,7 @@ def certify(
         resolved = json.dumps(config.resolved(), indent=2)
         made = provenance.provenance() | {"version_python_flint": extra.version()}
         store.write(file, store.Result(attributes, resolved, made, data))
+        # Not before the whole file stands.
         parts.drop()
     report(f"{file} written")
     return summaries(storage.read(file)["data"])
@@ -139,6 +141,7 @@ def check(file: Path, *, jobs: int, report: Report) -> list[Summary]:
     text = json.loads(stored["config"])
     for name, group in stored["data"].items():
         try:
+            # Of all that the file says, its config, phases and steps are taken, to be proven again.
             problem, phases = _problem(text), [exact(str(x)) for x in group["theta2_0"]]
             steps = storage.unpacked(group)
         except (store.StoreError, ExactError, ParameterError, KeyError, TypeError) as error:
@@ -179,6 +182,7 @@ def _array(
         some = [phases[k] for k in range(first, min(first + AT_ONCE, len(phases)))]
         found.append(parts.keep(f"{name}.{first:08d}", partial(_part, problem, some, jobs)))
         report(f"{name}: {first + len(some)} of {len(phases)} orbits")
+    # Columns come last in every field, and so do steps and bytes: parts join at their ends.
     joined = {
         field: np.concatenate([part[field].values for part in found], axis=-1)
         for field in (*storage.FIELDS, *storage.PROOF)
@@ -213,6 +217,7 @@ def _compare(place: str, group: Data, found: CertifiedCodes) -> None:
         stated, again = group[field], getattr(found, field)
         if stated.shape != again.shape:
             raise store.StoreError(f"{place}: {field} is not of as many symbols as its config says")
+        # NaN, which equals nothing, stands on both sides where no crossing is proven.
         wrong = np.argwhere((stated != again) & ~((stated != stated) & (again != again)))
         if wrong.size:
             row, column = wrong[0]
@@ -237,16 +242,13 @@ def _stored(source: Path) -> Data:
 
 
 def _fingerprint(config: LoadedConfig, routes: Mapping[str, Any]) -> dict[str, str]:
-    phases = {name: [x.text for x in _every(phases)] for name, (_, phases) in routes.items()}
+    phases = {name: [x.text for x in phases] for name, (_, phases) in routes.items()}
     return {
         "config_hash": provenance.config_hash(config.resolved()),
         "code_hash": provenance.code_hash_of(Path(codes.__file__)),
+        # Zooms tell their phases by a result, which the config's hash knows nothing of.
         "orbits_hash": provenance.config_hash(phases),
     }
-
-
-def _every(phases: Sequence[Exact]) -> Iterator[Exact]:
-    return (phases[k] for k in range(len(phases)))
 
 
 def _refused(config: LoadedConfig, message: str) -> ConfigError:

@@ -71,6 +71,8 @@ class OrbitChecker:
         with precision(SCALARS):
             begin = self._joined(models)
             leap = defect(models, duration, self.coefficients, self.growth)
+            # Finer parts only where coarse ones leave a sign in
+            # doubt: they cost eight times as much.
             for parts in PARTS:
                 M3 = Values(models[2], parts)
                 radius = self._tube(begin, leap, M3, duration, parts)
@@ -83,6 +85,7 @@ class OrbitChecker:
     def _joined(self, models: Sequence[Model]) -> arb:
         """H1: bound on the distance at the beginning, from the end of the step before."""
         here = [_end(model, -1) for model in models]
+        # In the polynomials' own bits, for the jump is a difference of nearly equal numbers.
         with precision(models[0].bits + SCALARS):
             before = self.start if self._end is None else self._end
             gap = tuple(abs(a - b).upper() for a, b in zip(here, before, strict=True))
@@ -91,9 +94,11 @@ class OrbitChecker:
 
     def _tube(self, begin: arb, leap: arb, M3: Values, duration: arb, parts: int) -> arb:
         """H2 and H3: the distance over the whole step, from the assumed radius of the tube."""
+        # The tube is assumed and then verified (H3); the rate depends on its radius but little.
         assumed = ROOM * (begin + 2 * leap)
         for _ in range(3):
             grown = self._grown(begin, leap, M3, duration, parts, assumed)
+            # Balls compare as true only where that is certain: what may be larger counts as larger.
             if not grown < LARGEST:
                 break
             if grown < assumed:
@@ -106,8 +111,10 @@ class OrbitChecker:
         self, begin: arb, leap: arb, M3: Values, duration: arb, parts: int, assumed: arb
     ) -> arb:
         """exp(integral of the rate) (distance at the beginning + integral of the defect)."""
+        # The lemma takes M3 halfway between both orbits: half of their distance more.
         wide = _up(assumed / (2 * self.growth.upright))
         rates = (self.growth.rate(_units(M3.most(k)) + wide, assumed) for k in range(parts))
+        # x has the range [-1, 1], of length 2, hence the factors 2 here and at the defect.
         total = sum(rates, arb(0)) * (2 * duration / parts)
         return _up(total.exp() * (begin + 2 * leap))
 
@@ -120,10 +127,13 @@ class OrbitChecker:
         """
         away = _whole(radius / self.growth.upright)
         sides = [(M3.at[k] > 0) - (M3.at[k] < 0) if M3.least(k) > away else 0 for k in range(parts)]
+        # Both ends must be told, the first as the step before left it:
+        # no crossing falls between steps.
         if not (sides[0] and sides[-1]) or (self._side and sides[0] != self._side):
             return False
         found = []
         for first, last in _gaps(sides):
+            # The same side again: a touch of M3 = 0, or two crossings that these parts do not part.
             if sides[first - 1] == sides[last + 1]:
                 return False
             crossing = self._crossing(models, range(first, last + 1), radius, duration, parts)
@@ -143,17 +153,21 @@ class OrbitChecker:
         least = min(map(rates.least, where))
         if least <= _whole(self._rate_apart(models, radius, duration)):
             return None
+        # Where M3 rises, beside 2 and 4, Qp is large and its sign
+        # tells which; beside 1 and 3 it is Qm.
         rising = rates.at[where[0]] > 0
         large = Values(models[0 if rising else 1], parts)
         if min(map(large.least, where)) <= _whole(radius):
             return None
         Q = large.at[where[0]]
         x = self._zero(models[2], slopes, where, parts, _up(radius / self.growth.upright), least)
+        # x = -1 is the beginning of the step, and t' here is in units of the inverse of `unit`.
         time = (self.time + (1 + x) * duration) / self.unit
         return ProvenCrossing(*_contained(time), separatrix_beside(rising, Q, Q), _double(radius))
 
     def _rate_apart(self, models: Sequence[Model], radius: arb, duration: arb) -> arb:
         """Bound on the distance of dM3/dx of the polynomial from that of the exact orbit."""
+        # The right side of H5, in which 1/(4 lambda) is `twist` and mu the length of mu r.
         c = self.coefficients
         widest = sum((_units(_sized(model)) for model in models[:2]), radius)
         torque = (c.mu_r1**2 + c.mu_r2**2).sqrt() * self.growth.weight
@@ -169,6 +183,7 @@ class OrbitChecker:
         x = (low + high) / 2
         for _ in range(NEWTON):
             x -= float((M3.at(arb(x)) / slopes.at(arb(x))).mid())
+            # Newton's step may leave the run; any x inside it gives a valid enclosure.
             x = min(max(x, low), high)
         off = abs(M3.at(arb(x))) / arb(2) ** M3.bits + away
         return arb(x, (off / _units(least)).upper())
@@ -211,6 +226,7 @@ def _double(x: arb) -> float:
 
 def _gaps(sides: Sequence[int]) -> list[tuple[int, int]]:
     """First and last index of each run of zeros."""
+    # The first and the last side are known, so every run of zeros has a neighbour on either side.
     starts = [k for k, side in enumerate(sides) if not side and sides[k - 1]]
     ends = [k for k, side in enumerate(sides) if not side and sides[k + 1]]
     return list(zip(starts, ends, strict=True))

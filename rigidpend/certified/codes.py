@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.body import Body
+
+# Before what needs python-flint, so that its absence is told in words.
 from rigidpend.certified import extra as extra
 from rigidpend.certified.proofs import Proof, bits_for, check, prove
 from rigidpend.certified.steps import MOST_BITS, Step
@@ -28,6 +30,7 @@ TRIES, MORE = 3, 1.3
 FEWEST_BITS = 8
 """Bits at the start at least."""
 AT_REST = "J1_0 = 0 is the pendulum motion itself, which never crosses J1 = J2/2"
+"""Reason for which nothing is proven where J1_0 is zero."""
 
 
 class CertifiedCodes(NamedTuple):
@@ -105,6 +108,8 @@ def certify_codes(
     if bits is not None and not (hasattr(bits, "__index__") and FEWEST_BITS <= bits <= MOST_BITS):
         raise ProblemError("bits", f"bits must be {FEWEST_BITS} to {MOST_BITS}, got {bits!r}")
     exactly = phases.exactly(range(len(phases)))
+    # Told apart, for route problems exclude it: nothing is
+    # integrated, and every orbit is undecided.
     at_rest = _named("J1_0", J1_0).fraction == 0
     problem = _problem(body, _named("h0", h0), _named("J1_0", J1_0), n_symbols)
     if at_rest:
@@ -137,6 +142,7 @@ def _orbit(orbit: tuple[Exact, float, int], problem: RouteProblem, bits: int | N
     for _ in range(tries):
         asked = min(asked, MOST_BITS)
         found = prove(problem, theta2_0, asked, n, limit)
+        # More bits help only where the bound outgrew them, which the reason says.
         if not found.reason or asked == MOST_BITS or "bits" not in found.reason:
             break
         asked = math.ceil(asked * MORE)
@@ -153,6 +159,7 @@ def _expected(problem: RouteProblem, theta2_0: Any) -> tuple[list[float], list[i
     Where there is no last crossing it is the time of a wait for it, and one trial tells as much
     as several.
     """
+    # Doubles are enough for an estimate of the time; where it is too short there is another trial.
     routes = route_codes(
         problem.body,
         theta2_0,
@@ -198,6 +205,7 @@ def _problem(body: Body, h0: Exact, J1_0: Exact, n_symbols: int) -> RouteProblem
     """The problem; with J1_0 = 0, which it excludes, that of another J1_0 is checked."""
     if J1_0.fraction == 0:
         A1, A2, A3 = body.A
+        # The root of |h0|, for a negative h0 is to reach the check and be refused there in words.
         J1_0 = function("sqrt", 2 * _size(h0) * A3 * (A1 - A2) / (A1 * A2)) / 1000
     return RouteProblem(body, h0, J1_0, n_symbols)
 

@@ -38,11 +38,15 @@ class LogarithmicNorm(NamedTuple):
     def of(cls, c: AlignedCoefficients) -> LogarithmicNorm:
         """Constants from the coefficients of the aligned equations, balls."""
         saddle = arb(c.half_sigma)
+        # With sigma^2 = 2 lambda^2 the free body's own terms cancel in the lemma,
+        # but for its saddle. The two that follow are its F and Omega, by which
+        # momentum and gamma drive each other.
         upright = saddle * arb(2).sqrt()
         torque = _larger(_hypotenuse(c.force_p, c.force_m), upright * _hypotenuse(c.mu_r1, c.mu_r2))
         turning = _larger(
             arb(2).sqrt() * _larger(abs(c.omega1), abs(c.omega2)), abs(c.kappa) / upright
         )
+        # The weight at which both are equal; any number will do, so the midpoint is taken as exact.
         best = (turning / torque).sqrt() if torque > arb(HEAVIEST) ** -2 * turning else HEAVIEST
         return cls(saddle, upright, arb(best).mid(), torque, turning)
 
@@ -56,6 +60,7 @@ class LogarithmicNorm(NamedTuple):
         radius : arb
             Bound on their distance; one of them has |gamma| = 1.
         """
+        # The larger eigenvalue of the lemma's quadratic form.
         steep = self.saddle * M3
         coupling = self.weight * self.torque + (1 + self.weight * radius / 2) * (
             self.turning / self.weight

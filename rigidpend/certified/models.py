@@ -34,6 +34,7 @@ class Model:
     def of_ball(cls, ball: arb, bits: int) -> Model:
         """Constant model that contains a ball of real numbers."""
         (centre, exponent), (radius, finer) = ball.mid().man_exp(), ball.rad().man_exp()
+        # Both are rounded down, so each may be off by a unit: 2 more in the error.
         units, away = _scaled(centre, exponent + bits), _scaled(radius, finer + bits)
         return cls(fmpz_poly([2 * units]), 0, away + 2, bits)
 
@@ -46,6 +47,7 @@ class Model:
     @cached_property
     def size(self) -> int:
         """Bound on |g| over [-1, 1] for every function of the model, in units of 2^-bits."""
+        # |T_j| <= 1 on [-1, 1]; w_0 counts half, rounded up.
         first, *further = self._half() or [fmpz(0)]
         return int((abs(first) + 1) // 2 + sum(map(abs, further))) + self.error
 
@@ -68,6 +70,8 @@ class Model:
         """Product: 2P 2Q/2, of which each coefficient is rounded down by less than a unit."""
         doubled = (self.doubled * other.doubled) // fmpz_poly([1 << (self.bits + 1)])
         degree = self.degree + other.degree
+        # Twice the product has 2 degree + 1 coefficients, each off by less than a unit. Sizes
+        # include the errors, so that the product of both errors is contained in what is carried.
         carried = 0
         if self.error or other.error:
             carried = -(-(self.size * other.error + other.size * self.error) >> self.bits)
@@ -92,6 +96,7 @@ class Model:
         """
         if self.error:
             raise ValueError("a model with an error has no derivative")
+        # By the recurrence w'_{j-1} = w'_{j+1} + 2 j w_j, which stays among whole numbers.
         w, slopes = self.series, [0] * (self.degree + 2)
         for j in range(self.degree, 0, -1):
             slopes[j - 1] = slopes[j + 1] + 2 * j * w[j]

@@ -68,9 +68,11 @@ def prove(
         steps.append(step)
         if checker.crossings:
             last = checker.crossings[-1].time
+        # On an invariant plane no crossing follows, and no finite piece of an orbit can show that.
         if float(checker.time) / unit - last > limit or len(steps) == STEPS:
             reason = f"no crossing within t' = {limit:.4g}"
             break
+        # The bound only grows, and coefficients much finer than it say nothing.
         work = min(work, MARGIN + _digits(checker.bound))
     return Proof(checker.crossings[:n_crossings], steps, reason)
 
@@ -79,6 +81,7 @@ def check(problem: RouteProblem, theta2_0: Exact, steps: Sequence[Step], n_cross
     """Check given steps again: what they prove, without integration."""
     if not steps:
         return Proof([], [], "there are no steps")
+    # In as many bits as `prove` took: what comes out is compared with the certificate bit by bit.
     start = enclosed(problem, theta2_0, steps[0].bits + AT_START)
     checker, reason = OrbitChecker(start), ""
     try:
@@ -95,6 +98,7 @@ def bits_for(problem: RouteProblem, time: float, theta2_0: Exact) -> int:
     """Bits that a proof up to a time t' asks for, by the mean growth of its bound."""
     start = enclosed(problem, theta2_0, AT_START)
     size = float(start.state[2].abs_upper())
+    # The rate at |M3| = |M|, as beside the periodic orbits, where an orbit spends most of its time.
     rate = float(OrbitChecker(start).growth.rate(arb(size), arb(0)))
     return math.ceil(MEAN * rate * time * float(start.unit) / math.log(2)) + LEFT
 

@@ -35,6 +35,7 @@ class Values:
         a, b = self.at[k], self.at[k + 1]
         if (a > 0) != (b > 0):
             return 0
+        # Between values of one sign g stays above (|a| + |b| - sup |g'| dx)/2.
         return max(0, (abs(a) + abs(b) - self.change) // 2 - self.doubt)
 
     def most(self, k: int) -> int:

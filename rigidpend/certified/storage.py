@@ -18,7 +18,9 @@ from rigidpend.results.layout import FLAG, FLOAT, TEXT, WHOLE, Field, Layout
 from rigidpend.results.tree import Data, Loaded
 
 SUFFIX = ".certificate.h5"
+"""Ending of a certificate's name, behind that of its result."""
 SYMBOLS, CROSSINGS = ("symbols", "columns"), ("symbols+1", "columns")
+"""Dimensions of what belongs to each symbol, and to each crossing."""
 
 FIELDS = {
     "theta2_0": Field(TEXT, ("columns",), "rad", "initial phase of each column, exact"),
@@ -39,6 +41,7 @@ FIELDS = {
     "bits": Field(WHOLE, ("columns",), "bit", "bits at the start of the orbit"),
     "reason": Field(TEXT, ("columns",), "", "reason for which the orbit is undecided"),
 }
+"""Fields that say what is proven."""
 PROOF = {
     "steps": Field(WHOLE, ("columns",), "1", "number of steps of each orbit"),
     "half_lengths": Field(
@@ -49,7 +52,9 @@ PROOF = {
     "widths": Field(WHOLE, ("coefficients",), "byte", "bytes of each coefficient"),
     "digits": Field(WHOLE, ("bytes",), "1", "coefficients, two's complement, lowest byte first"),
 }
+"""Fields of the proof: steps of all orbits one after the other, their coefficients as bytes."""
 LAYOUT: Layout = {"<arrays>": {**FIELDS, **PROOF}}
+"""Layout of a certificate: a group for each array of its result."""
 
 
 def certificate_of(result: Path) -> Path:
@@ -98,6 +103,7 @@ def marked(result: Loaded, certificate: Loaded | None) -> Loaded:
     held = dict(_groups(result["data"]))
     for name, proof, group in _pairs(result, certificate):
         codes = _columns(group["codes"])
+        # The config may be the same, and the symbols still of another version: each is compared.
         if proof["codes"].shape == codes.shape:
             proven = proof["proven"] & (proof["codes"] == codes)
             held[name] = {**group, "proven": proven.reshape(group["codes"].shape)}
@@ -141,6 +147,7 @@ def packed(orbits: Sequence[Sequence[Step]]) -> dict[str, Any]:
     """The steps of orbits as the arrays of `PROOF`."""
     steps = [step for orbit in orbits for step in orbit]
     numbers = [w for step in steps for row in step.series for w in row]
+    # With a bit for the sign. Widths differ, for the coefficients of a step decay to nothing.
     widths = [(w.bit_length() + 8) // 8 for w in numbers]
     digits = b"".join(
         w.to_bytes(width, "little", signed=True) for w, width in zip(numbers, widths, strict=True)
@@ -168,8 +175,11 @@ def unpacked(group: Data) -> list[list[Step]]:
     for half, bits, terms in zip(
         *(group[name].tolist() for name in ("half_lengths", "step_bits", "terms")), strict=True
     ):
+        # The numbers may be anybody's: they are held to their
+        # bounds before memory is taken by them.
         if not (0 < half < 2**62 and 0 < bits <= MOST_BITS and 0 < terms <= MOST_TERMS):
             raise store.StoreError("a step's length, bits or terms are out of range")
+        # The range comes first: it ends before zip takes a number too many.
         series = [[w for _, w in zip(range(terms), numbers, strict=False)] for _ in range(6)]
         if len(series[-1]) < terms:
             raise store.StoreError("coefficients are missing")

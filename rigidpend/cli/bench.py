@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from rigidpend.cli.common import JSON, OUT, SETTINGS, guarded, say
+from rigidpend.cli.common import JSON, OUT, SETTINGS, guarded, print_json, say
 
 
 @click.command("bench")
@@ -31,8 +31,6 @@ def command(
       rigidpend bench --quick
       rigidpend bench --set search.seconds=1 --json
     """
-    import json
-
     from rigidpend import render, tables
     from rigidpend.config import loading
     from rigidpend.config.names import resolve
@@ -43,6 +41,7 @@ def command(
     [path] = resolve(("bench_quick" if quick else "bench",))
     planned = runner.plan(loading.load(path, settings), folder, force=force)
     if planned.reason:
+        # One at a time: whatever runs beside a timing disturbs it.
         runner.follow(planned, jobs=1, say=say)
     else:
         say(f"{planned.config.name}: {planned.target} is up to date")
@@ -52,7 +51,7 @@ def command(
     result = store.load(planned.target)
     if as_json:
         found = {"machine": result["provenance"], **reading.summary(result["data"])}
-        click.echo(json.dumps(found, indent=2))
+        print_json(found)
         return
     machine = result["provenance"]
     click.echo(f"{machine['processor']}, {machine['system']}; {machine['created']}\n")

@@ -41,6 +41,7 @@ def command(clear: bool, each: bool, as_json: bool) -> None:
         click.echo(f"{cache.folder()}: {_size(sum(one.size for one in found))}")
         if found:
             print_table([_row(one) for one in found])
+        # Damaged files are named even where files are only counted: they are what to act on.
         for path in (path for one in found for path in one.files if each or path in one.damaged):
             damaged = any(path in one.damaged for one in found)
             click.echo(f"{path}  {_size(path.stat().st_size)}{'  damaged' if damaged else ''}")

@@ -52,12 +52,13 @@ def command(
     """
     if bool(names) == bool(file):
         raise click.UsageError("give names of configs, or a certificate with --check")
+    # Imported behind the check, so that wrong usage is told even without python-flint.
     from rigidpend.certified import certificates
-    from rigidpend.certified import extra as extra
     from rigidpend.config import loading
     from rigidpend.config.names import resolve
     from rigidpend.run.workers import cores
 
+    # Told at the end, so that --json prints one document.
     told = {}
     if file:
         told[str(file)] = certificates.check(file, jobs=jobs or cores(), report=say)

@@ -124,6 +124,7 @@ def guarded(command: Command) -> Command:
         except click.UsageError as error:
             _document_failure(kwargs, error.format_message(), MISUSED)
             raise
+        # click ends these itself, with words and exit codes of its own.
         except (click.ClickException, click.exceptions.Exit, click.Abort, BrokenPipeError):
             raise
         except KeyboardInterrupt:
@@ -136,9 +137,11 @@ def guarded(command: Command) -> Command:
             raise
         except Exception as error:
             code = exit_code(error)
+            # stdout may be what failed, as on a full disk: flushed at the end it would fail again.
             if isinstance(error, OSError):
                 drop(sys.stdout)
             said = sentence(error)
+            # A complaint about a config begins with its file and line: no name before those.
             say(said if code == MISUSED else f"rigidpend: {said}")
             _document_failure(kwargs, said, code)
             sys.exit(code)
@@ -155,8 +158,10 @@ def _document_failure(given: dict[str, Any], said: str, code: int) -> None:
 
 def exit_code(error: BaseException) -> int:
     """Exit code of an error, by its class."""
+    # A module of our own that is absent is a broken installation, no extra to be installed.
     if isinstance(error, ModuleNotFoundError) and str(error.name).startswith("rigidpend"):
         return INTERNAL
+    # The nearest class that is known decides, so that a kind may differ from what it derives from.
     names = (kind.__name__ for kind in type(error).__mro__)
     return next((KINDS[name] for name in names if name in KINDS), INTERNAL)
 

@@ -33,8 +33,10 @@ def _keys(file: Path) -> list[str]:
 
     try:
         values = reader.read(file).values
+    # While somebody types there is no place for a complaint.
     except ConfigError:
         return []
+    # What has keys inside is a section, which no setting gives as a whole.
     inner = {place[:-1] for place in values if place and isinstance(place[-1], str)}
     places = [place for place in values if place not in inner]
     return [f"{'.'.join(map(str, p))}=" for p in places if all(isinstance(x, str) for x in p)]

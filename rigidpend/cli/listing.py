@@ -23,7 +23,7 @@ from rigidpend.cli.common import (
 from rigidpend.config.catalogue import MEASURE
 
 if TYPE_CHECKING:
-    from rigidpend.config.loading import LoadedConfig
+    from rigidpend.run.recalled import AnyConfig
 
 
 @click.command("list")
@@ -56,15 +56,19 @@ def command(folder: Path, as_json: bool) -> None:
 
 def _entries(folder: Path) -> Iterator[dict[str, Any]]:
     """An entry for each config, for each member of its sweep, and for each other result."""
-    from rigidpend.config import catalogue, loading
+    from rigidpend.config import catalogue
     from rigidpend.config.complaints import ConfigError
 
     swept: set[str] = set()
     for name, path in _named(folder).items():
+        # Members of a sweep are listed by its config, not as strays once more.
         if path.suffix == ".h5" and name in swept:
             continue
         if path.suffix != ".h5" and catalogue.is_sweep(path):
+            # What is wrong with a sweep is said by its own entry, below.
             with contextlib.suppress(ConfigError):
+                from rigidpend.config import loading
+
                 [group] = loading.load_groups([path])
                 swept |= {member.name for member in group.members}
                 yield from (_entry(member.name, path, folder, member) for member in group.members)
@@ -80,23 +84,22 @@ def _named(folder: Path) -> dict[str, Path]:
     by_name = {**catalogue.known(), **catalogue.own()}
     stored = (path for path in sorted(folder.glob("*.h5")) if not is_certificate(path))
     stray = {path.stem: path for path in stored if path.stem not in by_name}
+    # Folders of what `all` includes first, then those of what is run by its name.
     files = sorted(by_name.values(), key=lambda path: not catalogue.in_all(path))
     places = dict.fromkeys(path.parent for path in files)
     known = [(name, x) for place in places for name, x in by_name.items() if x.parent == place]
     return dict(known) | stray
 
 
-def _entry(
-    name: str, path: Path, folder: Path, member: LoadedConfig | None = None
-) -> dict[str, Any]:
-    from rigidpend.config import catalogue, loading
-    from rigidpend.run import runner
+def _entry(name: str, path: Path, folder: Path, member: AnyConfig | None = None) -> dict[str, Any]:
+    from rigidpend.config import catalogue
+    from rigidpend.run import recalled, runner
 
     entry: dict[str, Any] = {"name": name, "experiment": None, "status": "cannot be used"}
     entry |= {"reason": None, "doubt": None, "in_all": catalogue.in_all(path)}
     entry |= {"config": str(path), "file": None}
     try:
-        loaded = member or loading.load(path)
+        loaded = member or recalled.load(path)
         entry["experiment"] = loaded.experiment
         planned = runner.plan(loaded, folder_of(path, folder))
     except Exception as error:

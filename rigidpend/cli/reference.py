@@ -37,6 +37,7 @@ def command(names: tuple[str, ...], reason: str, folder: Path, jobs: int | None)
     from rigidpend.results import regression
     from rigidpend.run import workers
 
+    # Not `required` of the option, for blanks are no reason either.
     if not reason.strip():
         raise click.UsageError("a reference is renewed for a reason: give it with --reason")
     paths = resolve(names or ("all",))

@@ -54,6 +54,7 @@ def command(names: tuple[str, ...], sweeps: tuple[str, ...], folder: Path, suffi
 
 def _members(path: Path, sweeps: tuple[str, ...]) -> tuple[str, list[str]]:
     """Names of the results that a config stands for, and of all of them together."""
+    # To draw one result its config need not be read, nor pydantic imported.
     if not sweeps and not (path.suffix != ".h5" and catalogue.is_sweep(path)):
         return path.stem, [path.stem]
     from rigidpend.config import loading

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
@@ -30,9 +30,9 @@ from rigidpend.cli.common import (
 )
 
 if TYPE_CHECKING:
-    from rigidpend.config.loading import LoadedConfig
     from rigidpend.run.logs import Logs
     from rigidpend.run.progress import Progress
+    from rigidpend.run.recalled import AnyConfig
     from rigidpend.run.runner import Plan
 
 
@@ -55,6 +55,17 @@ class RunOutcome:
     error: str | None = None
 
 
+class Where(NamedTuple):
+    """Means of a run: threads of this machine, or a cluster."""
+
+    jobs: int
+    """Threads in all."""
+    at_once: int
+    """Configs at a time."""
+    scheduler: str | None
+    """Address of a cluster; None for this machine."""
+
+
 @click.command("run")
 @NAMES
 @SETTINGS
@@ -62,6 +73,11 @@ class RunOutcome:
 @click.option("--name", metavar="NAME", help="Name of the result, for one config.")
 @OUT
 @JOBS
+@click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Let the workers of this Dask scheduler compute, as tcp://host:8786 (extra `cluster`).",
+)
 @click.option("--force", is_flag=True, help="Compute even what is up to date.")
 @click.option(
     "-n", "--dry-run", is_flag=True, help="Only print what would be computed, and the reason."
@@ -78,6 +94,7 @@ def command(
     name: str | None,
     folder: Path,
     jobs: int | None,
+    scheduler: str | None,
     force: bool,
     dry_run: bool,
     keep_going: bool,
@@ -105,18 +122,20 @@ def command(
       rigidpend run fig1 fig2 --keep-going --quiet --json
       rigidpend run fig4 --set problem.mu=0.01 --name heavy
       rigidpend run fig4 --sweep problem.mu=1e-4,1e-3 --sweep problem.J1_0=1e-8,1e-6
+      rigidpend run route_map --scheduler tcp://head:8786
     """
     begun = time.perf_counter()
     if quiet and verbose:
         raise click.UsageError("--quiet and --verbose exclude each other")
-    from rigidpend.config import loading
     from rigidpend.config.names import resolve
-    from rigidpend.run import progress, runner, workers
+    from rigidpend.run import progress, recalled, runner, workers
 
     paths = resolve(names, folder)
     if name is not None and len(paths) > 1:
         raise click.UsageError("--name is for one config; the results of several keep their names")
-    groups = loading.load_groups(paths, settings, sweeps, name)
+    groups = recalled.load_groups(paths, settings, sweeps, name)
+    if scheduler is not None:
+        _check_scheduler([each for x in groups for each in x.members])
     named = [(folder_of(x.path, folder), each, x.path) for x in groups for each in x.members]
     _check_twins([(place / each.name, path) for place, each, path in named])
     planned = [_plan(each, place, force, keep_going) for place, each, _ in named]
@@ -133,8 +152,24 @@ def command(
         for outcome in outcomes:
             _tell_plan(outcome, shown, dry_run, expected.get(outcome.name))
         if not dry_run:
-            code = max(code, _compute(waiting, shown, shared, at_once, keep_going))
+            where = Where(shared, at_once, scheduler)
+            code = max(code, _compute(waiting, shown, where, keep_going))
     sys.exit(code)
+
+
+def _check_scheduler(loaded: Sequence[AnyConfig]) -> None:
+    """Refuse a cluster where its client is absent, or for an experiment that it cannot serve."""
+    from rigidpend import experiments
+    from rigidpend.run import cluster
+
+    cluster.check_extra()
+    for each in loaded:
+        if not experiments.in_pieces(each.experiment):
+            served = ", ".join(name for name in experiments.names() if experiments.in_pieces(name))
+            raise click.UsageError(
+                f"--scheduler: {each.name} is of the experiment {each.experiment}, which is"
+                f" computed on one machine; a cluster serves {served}"
+            )
 
 
 def _check_twins(named: Sequence[tuple[Path, Path]]) -> None:
@@ -147,7 +182,7 @@ def _check_twins(named: Sequence[tuple[Path, Path]]) -> None:
 
 
 def _plan(
-    loaded: LoadedConfig, folder: Path, force: bool, keep_going: bool
+    loaded: AnyConfig, folder: Path, force: bool, keep_going: bool
 ) -> tuple[Plan | None, RunOutcome, int]:
     """Decide whether a config is to be run; failing that, return the failure and its exit code."""
     from rigidpend.run import runner
@@ -197,8 +232,7 @@ def _tell_plan(outcome: RunOutcome, shown: Progress, dry_run: bool, seconds: flo
 def _compute(
     waiting: Sequence[tuple[Plan, RunOutcome]],
     shown: Progress,
-    jobs: int,
-    at_once: int,
+    where: Where,
     keep_going: bool,
 ) -> int:
     """Compute the planned configs, so many at a time; return the worst exit code."""
@@ -213,13 +247,13 @@ def _compute(
 
         def follow(pair: tuple[Plan, RunOutcome]) -> None:
             if max(codes) == DONE or keep_going:
-                codes.append(_follow(*pair, shown, logs, max(1, jobs // at_once)))
+                codes.append(_follow(*pair, shown, logs, where))
 
-        workers.side_by_side(follow, (), False, waiting, at_once)
+        workers.side_by_side(follow, (), False, waiting, where.at_once)
     return max(codes)
 
 
-def _follow(planned: Plan, outcome: RunOutcome, shown: Progress, logs: Logs, jobs: int) -> int:
+def _follow(planned: Plan, outcome: RunOutcome, shown: Progress, logs: Logs, where: Where) -> int:
     """Compute one config; return its exit code."""
     from rigidpend.run import runner
 
@@ -231,7 +265,8 @@ def _follow(planned: Plan, outcome: RunOutcome, shown: Progress, logs: Logs, job
 
     outcome.status, code = "interrupted", DONE
     try:
-        runner.follow(planned, jobs=jobs, say=hear)
+        jobs = max(1, where.jobs // where.at_once)
+        runner.follow(planned, jobs=jobs, say=hear, scheduler=where.scheduler)
         outcome.status = "computed"
     except Exception as error:
         code, outcome.status = exit_code(error), "failed"

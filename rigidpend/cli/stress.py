@@ -7,13 +7,13 @@ from pathlib import Path
 
 import click
 
-from rigidpend.cli.common import DONE, FAILED, JOBS, OUT, SETTINGS, guarded, say
+from rigidpend.cli.common import DONE, FAILED, JOBS, JSON, OUT, SETTINGS, guarded, print_json, say
 
 
 @click.command("stress")
-@click.option("--quick", is_flag=True, help="Small version of every trial, under a minute.")
+@click.option("--quick", is_flag=True, help="Small version of every kind of trial: some minutes.")
 @OUT
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
+@JSON
 @SETTINGS
 @JOBS
 @click.option("--force", is_flag=True, help="Run even what is up to date.")
@@ -36,8 +36,6 @@ def command(
       rigidpend stress --quick
       rigidpend stress --set problem.honesty.orbits=1000000 --json
     """
-    import json
-
     from rigidpend import render
     from rigidpend.config import loading
     from rigidpend.config.names import resolve
@@ -56,7 +54,7 @@ def command(
     say(f"{planned.config.name}: {picture} drawn")
     machine, data = store.load(planned.target)["provenance"], store.read_tree(planned.target)
     if as_json:
-        click.echo(json.dumps({"machine": machine, **table.summary(data)}, indent=2))
+        print_json({"machine": machine, **table.summary(data)})
     else:
         click.echo(f"{machine['processor']}, {machine['system']}; {machine['created']}")
         click.echo("\n".join(table.text(data)))

@@ -81,6 +81,7 @@ def command(
         found.append(_compared(path, settings, folder, results, jobs))
         if not as_json:
             _tell(found[-1])
+    # Where everything is compared, a reference that no config makes is a difference as well.
     strays = _strays(folder, {path.stem for path in paths}) if everything else []
     same = not strays and all(one["same"] for one in found)
     if as_json:
@@ -115,7 +116,9 @@ def _compared(
     outcome: dict[str, Any] = {"name": loaded.name, "reference": str(stored), "same": False}
     outcome["absent"] = False
     try:
+        # The certificate of what is read, if results are given; else that of the reference.
         proof = storage.beside(read or stored)
+        # Settings of numerics leave the problem as it is: the stored reference stands.
         if settings and not read and not regression.is_of(loaded, stored):
             outcome["reference"], proof = ENGINES, None
             found = regression.verify_by_engines(loaded, jobs=many)
@@ -141,6 +144,7 @@ def _parts(difference: Any) -> dict[str, Any]:
     from rigidpend.results.compare import shown
 
     told = {"said": str(difference)}
+    # An experiment may say a difference in a mere sentence.
     if hasattr(difference, "place"):
         values = {"stored": difference.stored, "computed": difference.computed}
         told |= {"place": difference.place, **{k: shown(x) for k, x in values.items()}}

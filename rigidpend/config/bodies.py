@@ -26,6 +26,7 @@ class FreeBody(Part):
 
     @model_validator(mode="after")
     def _conditions(self) -> FreeBody:
+        # Body has the conditions that join fields; they are tried, not written once more.
         with physics():
             _ = self.body
         return self

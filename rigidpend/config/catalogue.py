@@ -10,7 +10,9 @@ MEASURE = "measure"
 NAMING, LOOKED_AT = re.compile(rb"^experiment *:", re.MULTILINE), 10_000
 """The key that every config has, and how many bytes of a file are searched for it."""
 SWEEPING = re.compile(rb"^sweep *:", re.MULTILINE)
+"""The key of a config that stands for several results."""
 PACKAGE = Path(__file__).resolve().parents[1]
+"""Folder of the package, in a checkout or as installed."""
 
 
 def folders() -> list[Path]:
@@ -52,6 +54,7 @@ def _is_config(path: Path) -> bool:
 
 def _has_line(path: Path, line: re.Pattern[bytes]) -> bool:
     try:
+        # A device or a pipe might never end.
         if not path.is_file():
             return False
         with path.open("rb") as file:

@@ -10,6 +10,9 @@ from rigidpend.numbers.decimals import as_written
 SHOWN = 3
 """Number of changes that a sentence lists."""
 ABSENT = "nothing"
+"""Word for the value of a key that one of the two configs has not."""
+WORDS = {"beta0": "gamma0"}
+"""Words that a config has for null, by the last name of the key; `auto` elsewhere."""
 
 
 class Change(NamedTuple):
@@ -37,7 +40,7 @@ def changes(before: Mapping[str, Any], after: Mapping[str, Any], prefix: str = "
         if isinstance(old, Mapping) and isinstance(new, Mapping):
             found += changes(old, new, f"{place}.")
         else:
-            found.append(Change(place, written(old), written(new)))
+            found.append(Change(place, written(old, key), written(new, key)))
     return found
 
 
@@ -48,12 +51,12 @@ def sentence(found: list[Change]) -> str:
     return f"{shown}, and {more} more" if more > 0 else shown
 
 
-def written(value: Any) -> str:
-    """Write a value of a resolved config as in YAML, in one line."""
+def written(value: Any, key: str = "") -> str:
+    """Write a value of a resolved config, and of a key, as in YAML, in one line."""
     if value is None:
-        return "auto"
+        return WORDS.get(key, "auto")
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{key}: {written(x)}" for key, x in value.items()) + "}"
+        return "{" + ", ".join(f"{key}: {written(x, key)}" for key, x in value.items()) + "}"
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(written, value))}]"
     return as_written(str(value))
@@ -63,7 +66,8 @@ def label(config: Mapping[str, Any], others: Sequence[Mapping[str, Any]]) -> str
     """Say in short by what a config differs from others: ``mu = 1e-3, J1_0 = 1e-8``."""
     keys = {change.key for other in others for change in changes(other, config)}
     values = [(key, value) for key, value in _leaves(config) if key in keys]
-    return ", ".join(f"{key.rpartition('.')[2]} = {written(value)}" for key, value in values)
+    named = ((key.rpartition(".")[2], value) for key, value in values)
+    return ", ".join(f"{key} = {written(value, key)}" for key, value in named)
 
 
 def _leaves(node: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

@@ -34,6 +34,7 @@ class Origin:
         """The source line with a caret under the place; empty for an option."""
         if self.line is None or self.column is None or not self.text.strip():
             return ""
+        # Of a long line the part around the place, so that the caret is never outside.
         first = max(0, self.column - 1 - MAX_LINE // 2) if len(self.text) > MAX_LINE else 0
         shown = plain(self.text[first : first + MAX_LINE])
         before = shown[: self.column - 1 - first]

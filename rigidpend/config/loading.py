@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
@@ -16,6 +16,7 @@ from rigidpend import experiments
 from rigidpend.config import catalogue, overrides, reader, validation
 from rigidpend.config import sweeps as sweeping
 from rigidpend.config.complaints import Complaint, ConfigError, Origin
+from rigidpend.config.groups import Group
 from rigidpend.config.reader import Document
 from rigidpend.config.schema import ExperimentConfig
 from rigidpend.config.sweeps import Sweep
@@ -39,6 +40,12 @@ class LoadedConfig:
     def resolved(self) -> dict[str, Any]:
         """All values, defaults included, as plain JSON data; numbers exact."""
         return dict(self.content.model_dump(mode="json"))
+
+    @property
+    def engine_asked(self) -> str | None:
+        """Engine that it asks for; None for any, empty where nothing is integrated."""
+        asked = self.content.numerics_asked
+        return asked["engine"] if asked else ""
 
     def with_engine(self, engine: str) -> LoadedConfig:
         """The same config, computed by that engine."""
@@ -103,21 +110,12 @@ def load(path: Path, settings: Sequence[str] = ()) -> LoadedConfig:
     return LoadedConfig(path.stem, experiment, content, tuple(asked))
 
 
-class Group(NamedTuple):
-    """The configs that one file stands for: one, or each combination of a sweep."""
-
-    path: Path
-    title: str
-    """Name of all of them together."""
-    members: list[LoadedConfig]
-
-
 def load_groups(
     paths: Sequence[Path],
     settings: Sequence[str] = (),
     sweeps: Sequence[str] = (),
     name: str | None = None,
-) -> list[Group]:
+) -> list[Group[LoadedConfig]]:
     """Load several configs, with their sweeps; the complaints about all are raised together.
 
     Parameters
@@ -137,7 +135,7 @@ def load_groups(
 
 def _group(
     path: Path, settings: Sequence[str], options: Sequence[Sweep], name: str | None
-) -> Group:
+) -> Group[LoadedConfig]:
     base = load(path, settings)
     given = {sweep.key: sweep for sweep in (*base.sweeps, *options)}
     if not given:

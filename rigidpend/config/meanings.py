@@ -18,7 +18,7 @@ UNITS = {
     **dict.fromkeys(("theta2_0", "between", "start", "step", "beta0"), "radians"),
     **dict.fromkeys(("azimuth", "elevation"), "radians"),
     **dict.fromkeys(("seconds", "slowest"), "seconds"),
-    **dict.fromkeys(("ends", "rows"), "of the axis"),
+    "ends": "of the axis",
     "r": "a direction",
     "rows": "in units of its axis",
 }
@@ -28,9 +28,11 @@ UNITS = {
 def meanings(part: type[BaseModel]) -> dict[str, str]:
     """The texts under the fields of a model and of those that it derives from."""
     found: dict[str, str] = {}
+    # Derived classes last: what they say of a field wins.
     for base in reversed(part.__mro__):
         if not issubclass(base, BaseModel) or not base.__module__.startswith("rigidpend"):
             continue
+        # Python drops texts under fields, so they are read from the source, where each stands once.
         [node] = ast.parse(textwrap.dedent(inspect.getsource(base))).body
         assert isinstance(node, ast.ClassDef)
         for field, text in zip(node.body, node.body[1:], strict=False):

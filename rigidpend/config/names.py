@@ -41,6 +41,7 @@ def resolve(names: tuple[str, ...], folder: Path = RESULTS) -> list[Path]:
             everything = filter(in_all, catalogue.values())
             paths.extend(everything if name == "all" else [_file(name, catalogue, folder)])
         except ConfigError as error:
+            # All names that are wrong are told at once.
             complaints += error.complaints
     if complaints:
         raise ConfigError(complaints)

@@ -28,6 +28,7 @@ def override(document: Document, setting: str) -> None:
     if indexed != path:
         message = f"an entry of a list is written {indexed}={written}"
         raise ConfigError([Complaint(origin, (), message)])
+    # The reader's bound, which a setting would pass by: recursion follows the depth.
     if path.count(".") >= MAX_DEPTH:
         message = f"more than {MAX_DEPTH} keys inside each other"
         raise ConfigError([Complaint(origin, (), message)])
@@ -40,6 +41,7 @@ def override(document: Document, setting: str) -> None:
     key = _key(holder, last, place, origin)
     holder[key] = value
     place = (*place, key)
+    # What the file said at this place and below is gone: complaints go to the option.
     for origins in (document.keys, document.values):
         for old in [old for old in origins if old[: len(place)] == place]:
             del origins[old]

@@ -51,6 +51,7 @@ class Document:
 
     def origin(self, place: Place, *, of_key: bool = False) -> Origin:
         """Origin of a value, or of the nearest thing around it that was written."""
+        # A section of which an option changed a part is complained about at that option.
         for changed, origin in self.settings.items():
             if changed[: len(place)] == place:
                 return origin
@@ -105,6 +106,7 @@ def parse(text: str, source: str) -> Document:
 def _text(path: Path) -> str:
     try:
         with path.open("rb") as file:
+            # One byte more tells that a file is too large, without reading it to its end.
             raw = file.read(MAX_BYTES + 1)
     except OSError as error:
         reason = error.strerror or str(error)
@@ -162,6 +164,7 @@ class _Reader:
                 self.stop(event.start_mark, place, "a key must be a plain word")
             inner = (*place, event.value)
             origin = self.origin(event.start_mark)
+            # YAML would let the last one win, without a word.
             if event.value in entries:
                 message = f"given twice, first at {self.target.keys[inner]}"
                 self.target.refuse(origin, inner, message)
@@ -181,6 +184,7 @@ class _Reader:
 
     def passed_over(self, events: Iterator[Any], place: Place) -> None:
         """Read a value and keep only its complaints."""
+        # Into a document that is thrown away, or its places would hide those of the first value.
         kept = self.target
         self.target = Document(kept.source, complaints=kept.complaints)
         self.node(next(events), events, place)
@@ -201,11 +205,14 @@ def _refused(event: Any) -> str:
     """Reason for which a node is refused; empty where it is read."""
     if isinstance(event, yaml.AliasEvent) or event.anchor:
         return "anchors and aliases are not read: write it out"
+    # Tags choose types, which are the schema's to choose.
     if event.tag is not None:
         return f"the tag {event.tag} is not read"
     value = getattr(event, "value", "")
     if len(value) > MAX_SCALAR:
         return f"a value of {len(value)} characters: at most {MAX_SCALAR} are read"
+    # YAML's escapes can write what moves a cursor, or half of a
+    # surrogate pair, which no file holds.
     if any(
         (x < " " and x not in "\t\n") or "\x7f" <= x < "\xa0" or "\ud800" <= x < "\ue000"
         for x in value

@@ -43,6 +43,7 @@ LARGEST_RESULT, COPIES = files.LARGEST, 3
 
 It holds them as parts, put together, and as the image of the file."""
 ENGINES = ("auto", "taylor", "scipy")
+"""Words for an engine in a config."""
 WRITTEN = "as written"
 """Context of a dump in which numbers and words are as a person writes them."""
 LARGEST = 10**15
@@ -50,6 +51,7 @@ LARGEST = 10**15
 
 
 def _number(value: Any) -> Exact:
+    # The reader leaves numbers as texts: a float here would have been rounded on its way.
     if not isinstance(value, str) or not value:
         raise ValueError("expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40")
     number = exact(value)
@@ -89,6 +91,7 @@ def _canonical(x: Exact, info: SerializationInfo) -> str:
     """
     if info.context == WRITTEN:
         return x.text
+    # A quotient in lowest terms; Python writes no integers of more than 4300 digits.
     if x.fraction is None or max(map(int.bit_length, x.fraction.as_integer_ratio())) > 10_000:
         return x.text
     return str(x.fraction)
@@ -107,6 +110,7 @@ def _ladder(bits: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def _moments(A: Any) -> Any:
+    # The other two are any that Body takes, here and below: one field is judged at a time.
     Body(A, (1, 0, 0), 0)
     return A
 
@@ -209,7 +213,7 @@ class EngineNumerics(Part):
     engine: Annotated[
         Literal["taylor", "scipy"] | None, BeforeValidator(_engine), absent_is("auto")
     ] = None
-    """taylor (heyoka) or scipy; auto is taylor where it is installed."""
+    """taylor, by a kernel compiled here, or scipy (DOP853); auto is taylor where LLVM is."""
 
 
 class DoubleNumerics(EngineNumerics):

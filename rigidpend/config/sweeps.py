@@ -17,14 +17,17 @@ from rigidpend.config.complaints import Complaint, ConfigError, Origin, Place
 from rigidpend.config.reader import Document, parse
 
 SECTION = "sweep"
+"""The key of a config under which a sweep stands."""
 MOST = 1000
 """Most results of one sweep."""
 LONGEST = 150
 """Characters of a name at most, which leaves room for what is added to it in files."""
 NAME = re.compile(r"\w[\w.,=+-]*")
+"""Form of a name: no blank, no slash, and no point or dash at its beginning."""
 IN_NAMES = str.maketrans({"/": "over", "*": "", " ": "", "[": "", "]": "", "(": "", ")": ""})
 """Stand-ins in names of files for what numbers are written with."""
 FORM = "expected KEY.KEY=VALUE,VALUE, as in problem.mu=1e-4,1e-3"
+"""Complaint about an option of another form."""
 
 
 class Sweep(NamedTuple):
@@ -97,6 +100,7 @@ def variants(sweeps: Sequence[Sweep]) -> list[Variant]:
     if len(set(keys)) < len(keys):
         raise ConfigError([Complaint(origin, (), f"a key is swept twice: {', '.join(keys)}")])
     found = []
+    # One more than allowed shows that there are too many, before all are made.
     for values in itertools.islice(itertools.product(*(s.values for s in sweeps)), MOST + 1):
         pairs = list(zip(keys, values, strict=True))
         found.append(Variant(ending(pairs), tuple(f"{key}={value}" for key, value in pairs)))

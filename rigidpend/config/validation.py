@@ -20,6 +20,7 @@ PLAIN = {
     "too_long": "expected at most {max_length} values",
     "literal_error": "expected {expected}",
 }
+"""Errors of pydantic in our words, by its names for them."""
 
 
 def config_error(document: Document, model: Any, errors: Iterable[Any]) -> ConfigError:
@@ -30,6 +31,7 @@ def config_error(document: Document, model: Any, errors: Iterable[Any]) -> Confi
 
 
 def _passed_over(document: Document, place: Place) -> bool:
+    # One cause, one complaint: of what the reader refused the schema need not speak.
     return any(place[:length] in document.unread for length in range(len(place) + 1))
 
 
@@ -46,6 +48,7 @@ def among(words: Iterable[str]) -> str:
 
 def _problem(document: Document, model: Any, error: Any) -> Complaint:
     place = _written(document, error["loc"])
+    # Conditions of ours name their field, where pydantic knows only the part that it is in.
     if error["type"] == "physics":
         place = (*place, error["ctx"]["field"])
         return Complaint(document.origin(place), place, error["ctx"]["message"])
@@ -76,6 +79,7 @@ def _plain(error: Any) -> str:
         return str(known["error"])
     got = f", got {given!r}" if isinstance(given, str | int) else ""
     if error["type"] == "literal_error" and isinstance(given, str):
+        # Pydantic gives the words in one text, each in quotes.
         words = [part for part in str(known["expected"]).split("'") if part.isalnum()]
         got += meant(given, words)
     if error["type"] == "tuple_type" and isinstance(given, str) and "," in given:
@@ -83,12 +87,14 @@ def _plain(error: Any) -> str:
     if error["type"] in PLAIN:
         return PLAIN[error["type"]].format(**known) + got
     message = str(error["msg"])
+    # Its sentences begin with a capital; here they go on behind a place.
     return message[0].lower() + message[1:] + got
 
 
 def _elsewhere(model: Any, word: str) -> str:
     """Suggest a key of another part of the config, if one is close."""
     known = {key.rpartition(".")[2]: key for key in _keys(model)}
+    # Stricter than among siblings: of all keys of a schema some are always alike.
     close = difflib.get_close_matches(word, known, 1, cutoff=0.7)
     return f"; did you mean {known[close[0]]}?" if close else ""
 
@@ -103,6 +109,7 @@ def _keys(model: Any, prefix: str = "") -> Iterator[str]:
 def _fields(kind: Any, place: Place) -> list[str]:
     """Keys that a schema knows at a place."""
     for key in place:
+        # In a mapping the key is the user's, and the schema's part is the type of its values.
         field = getattr(kind, "model_fields", {}).get(str(key))
         kind = field.annotation if field else next(iter(get_args(kind)[1:]), None)
     return list(getattr(kind, "model_fields", ()))

@@ -24,6 +24,7 @@ class _Dumper(yaml.SafeDumper):
     # Without PyYAML's own: to them a number is something else than its text.
     yaml_implicit_resolvers: dict[str, list[Any]] = {}  # noqa: RUF012
 
+    # The reader refuses anchors.
     def ignore_aliases(self, data: Any) -> bool:
         return True
 
@@ -60,6 +61,7 @@ def _section(values: dict[str, Any], schema: type[BaseModel], indent: str) -> It
     for key, lines in written.items():
         inner, named = nested(schema.model_fields[key].annotation)
         said = comment(schema, key)
+        # A part that YAML has put into one line stays there.
         if inner is not None and not named and isinstance(values[key], dict) and len(lines) > 1:
             yield f"{indent}{key}:"
             yield from _section(values[key], inner, indent + INDENT)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rigidpend.results.layout import Layout
 
 FOLDER = Path(__file__).parent
+"""Folder of the experiments, each in one of its own."""
 
 
 class UnknownExperiment(ValueError):
@@ -47,6 +48,11 @@ def cost(name: str, config: ExperimentConfig) -> float | None:
     """Estimate of the seconds that a config takes; None where its experiment gives none."""
     estimate = getattr(_module(name, "compute"), "cost", None)
     return None if estimate is None else float(estimate(config))
+
+
+def in_pieces(name: str) -> bool:
+    """Tell if an experiment is computed in pieces that may go to other machines."""
+    return bool(getattr(_module(name, "compute"), "PIECES", False))
 
 
 def layout(name: str) -> Layout:

@@ -19,7 +19,7 @@ no matplotlib, `draw.py` and `report.py` no integrator, for each is loaded witho
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias, TypeVar
 
 from rigidpend.description import Row as Row
@@ -34,12 +34,14 @@ if TYPE_CHECKING:
     from rigidpend.numbers.exact import Exact
     from rigidpend.results.tree import Loaded
     from rigidpend.routes.problem import RouteProblem
+    from rigidpend.run.parts import Piece
     from rigidpend.tables import Table
 
     Routes: TypeAlias = Mapping[str, tuple[RouteProblem, Sequence[Exact]]]
 
     C_contra = TypeVar("C_contra", bound=ExperimentConfig, contravariant=True)
 else:
+    # The bound is for type checkers alone: no schema is imported for it.
     C_contra = TypeVar("C_contra", contravariant=True)
 
 
@@ -50,6 +52,11 @@ def compute_now(name: str, compute: Callable[[], Tree]) -> Tree:
 
 def tell_nobody(text: str) -> None:
     """Drop a line of progress."""
+
+
+def compute_in_order(pieces: Sequence[Piece]) -> Iterator[Tree]:
+    """Compute parts one after the other, without checkpoints."""
+    return (piece.work(*piece.arguments) for piece in pieces)
 
 
 class Means(NamedTuple):
@@ -63,6 +70,8 @@ class Means(NamedTuple):
     """Receiver of lines of progress."""
     part: Callable[[str, Callable[[], Tree]], Tree] = compute_now
     """Checkpoint: ``part(name, compute)`` is ``compute()``, kept for an interrupted run."""
+    pieces: Callable[[Sequence[Piece]], Iterator[Tree]] = compute_in_order
+    """Checkpoints whose functions and arguments may go to other machines; trees in their order."""
 
 
 class Declaring(Protocol):
@@ -78,6 +87,7 @@ class Computation(Protocol[C_contra]):
 
     It may also have ``cost(config)``, an estimate of the seconds that :meth:`compute` takes on
     two cores, from what was measured of it: `run -n` tells it, and the time left begins with it.
+    ``PIECES = True`` says that all its work goes through ``means.pieces``: a cluster can do it.
     """
 
     def compute(self, config: C_contra, means: Means) -> Tree:

@@ -51,6 +51,8 @@ def array_differences(
     held = np.where(stored["certain"], 0.0, np.inf)
     found += compare.arrays("certain", stored["certain"], fresh["certain"], held)
     certain = stored["certain"] & fresh["certain"]
+    # A crossing is as certain as the symbol that it ends; the first, which ends
+    # none, as the symbol that it begins.
     after = np.vstack((certain[:1], certain))
     for field, mask, within in (
         ("codes", certain, 0.0),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from rigidpend.results.layout import FLOAT, TEXT, Field
 
 BODIES, EACH = ("bodies",), ("bodies", "mu")
+"""Dimensions of what each body has, and of what it has at each weight."""
 
 NAME = Field(TEXT, BODIES, "text", "(bodies,): as in the config")
 MU_OVER_H0 = Field(FLOAT, ("mu",), "1", "weight over energy")

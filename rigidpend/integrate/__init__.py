@@ -4,7 +4,7 @@
 engine   how                                          precisions (bits)
 ======== =========================================== ==================
 taylor   vectors of doubles, or of pairs of them      53, 106
-         heyoka: one orbit at a time                  64, 113, more
+         heyoka, if installed: one orbit at a time    64, 113, more
 scipy    DOP853, many orbits as one system            53
 bigint   Taylor series in integers, plain Python      any; serves where
                                                       the engine ends
@@ -26,9 +26,11 @@ from rigidpend.integrate.engines import (
     DEFAULT_TOLERANCE,
     ENGINES,
     FINEST_TOLERANCE,
+    KERNEL_BITS,
     EngineError,
     check_engine,
     default_engine,
+    has_heyoka,
     has_own_type,
     runs_in_threads,
 )
@@ -48,6 +50,7 @@ __all__ = [
     "crossings",
     "default_engine",
     "ends",
+    "has_heyoka",
     "has_own_type",
     "runs_in_threads",
     "sample",
@@ -126,9 +129,9 @@ def sample(
         from rigidpend.integrate import dop853
 
         return dop853.sample(field, state, times, tolerance)
-    from rigidpend.integrate import taylor_samples
+    from rigidpend.integrate import batch_samples
 
-    return taylor_samples.sample(field, state, times, tolerance)
+    return batch_samples.sample_field(field, state[:, None], times[:, None], tolerance)[..., 0]
 
 
 def ends(
@@ -166,9 +169,9 @@ def ends(
     times, states = np.asarray(times, dtype=float), np.asarray(states, dtype=float)
     tolerance = tolerance or FINEST_TOLERANCE[engine]
     if engine == "taylor" and states.size:
-        from rigidpend.integrate import taylor_samples
+        from rigidpend.integrate import batch_samples
 
-        return taylor_samples.ends(field, states, times, tolerance)
+        return batch_samples.ends_of_field(field, states, times, tolerance)
     found = states.copy()
     for k in np.flatnonzero(times):
         each = sample(field, states[:, k], [0.0, times[k]], engine=engine, tolerance=tolerance)
@@ -254,7 +257,7 @@ def _plan(
         # Parts that don't depend on `jobs`: orbits of one part share their steps.
         count = -(-orbits.states.shape[1] // dop853.SIDE_BY_SIDE)
         return dop853.crossings, (tolerance,), True, _split(orbits, count)
-    if bits in (53, 106):
+    if bits in KERNEL_BITS:
         from rigidpend.integrate import batch
 
         n = len(orbits.states) if bits > 53 else orbits.states.shape[1]

@@ -1,7 +1,7 @@
 """Arcs of the aligned field at given times, in any precision.
 
-`integrate.sample_orbits` serves doubles; here longer numbers are carried in heyoka's types
-where it has them, and in integers elsewhere.
+`integrate.sample_orbits` serves doubles; here longer numbers are carried in pairs of doubles up to
+106 bits, in heyoka's types where it has them, and in integers elsewhere.
 """
 
 from __future__ import annotations
@@ -11,10 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.equations import AlignedCoefficients
+from rigidpend.equations import AlignedCoefficients, aligned
 from rigidpend.integrate import FINEST_TOLERANCE, bigint, default_engine, has_own_type
 from rigidpend.integrate import sample_orbits as in_doubles
+from rigidpend.integrate.kernel.parts import in_parts
 from rigidpend.numbers.generic import Numbers, Scalar
+
+LARGEST_TYPE = 113
+"""Bits of the largest type of NumPy's arrays; numbers of more are mpmath's."""
 
 
 def arcs(coefficients: AlignedCoefficients, states: Numbers, times: Numbers, bits: int) -> Any:
@@ -36,10 +40,38 @@ def arcs(coefficients: AlignedCoefficients, states: Numbers, times: Numbers, bit
     """
     if bits == 53:
         return in_doubles(coefficients, states, np.concatenate(([0.0], times)))[:, 1:]
-    if default_engine() == "taylor" and has_own_type("taylor", bits):
+    compiled = default_engine() == "taylor"
+    if bits <= 106 and compiled:
+        return _in_pairs(coefficients, states, times)
+    own = compiled and has_own_type("taylor", bits)
+    if own and bits <= LARGEST_TYPE:
         return _in_series(coefficients, states, times, bits)
-    columns = [_in_integers(coefficients, state, times, bits) for state in states.T]
+    one = _in_reals if own else _in_integers
+    columns = [one(coefficients, state, times, bits) for state in states.T]
     return np.stack(columns, axis=-1)
+
+
+def _in_pairs(c: AlignedCoefficients, states: Numbers, times: Numbers) -> Any:
+    """Arcs by the kernel: to the doubles nearest to the times, and from there to the times."""
+    from rigidpend.integrate.batch_samples import sample_aligned
+    from rigidpend.integrate.compiled import exactly
+
+    number = type(states.flat[0])
+    begin = in_parts(np.frompyfunc(exactly, 1, 1)(states), 106)
+    nearest = np.array([float(t) for t in times])
+    late = np.array([t - number(near) for t, near in zip(times, nearest, strict=True)])
+    found = sample_aligned(
+        AlignedCoefficients(*map(exactly, c)),
+        begin,
+        np.concatenate(([0.0], nearest)),
+        106,
+        FINEST_TOLERANCE["taylor"] * 2.0**-53,
+    )[:, :, 1:]
+    high, low = (np.vectorize(number, otypes=[states.dtype])(part) for part in found)
+    here, h = high + low, late[:, None]
+    # The midpoint rule errs by h^3, with h below an ulp of a double.
+    middle = here + h / 2 * np.stack(aligned(here, c))
+    return here + h * np.stack(aligned(middle, c))
 
 
 def _in_series(c: AlignedCoefficients, states: Numbers, times: Numbers, bits: int) -> Any:
@@ -76,6 +108,17 @@ class _Arc:
         if len(found) != len(grid):
             raise ArithmeticError("an orbit did not reach the last of the times")
         return found[1:].T
+
+
+def _in_reals(c: AlignedCoefficients, state: Numbers, times: Numbers, bits: int) -> Any:
+    """(6, k) mpmath numbers, by heyoka's numbers of any precision."""
+    from rigidpend.integrate.states import in_series
+
+    exact = AlignedCoefficients(*map(_fraction, c))
+    found = in_series(exact, [_fraction(x) for x in state], [_fraction(t) for t in times], bits)
+    number = type(state[0]).context.mpf
+    made = [[number(x.numerator) / x.denominator for x in row] for row in found]
+    return np.array(made, dtype=object).T
 
 
 def _in_integers(c: AlignedCoefficients, state: Numbers, times: Numbers, bits: int) -> Any:

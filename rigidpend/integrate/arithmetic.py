@@ -52,7 +52,7 @@ def resolve(
     Parameters
     ----------
     engine : {"taylor", "scipy"}, optional
-        `taylor` where heyoka is installed.
+        `taylor` by default.
     tolerance : number, optional
         By default the engine's own; one finer than the engine can keep becomes its finest.
     precisions : sequence of int, optional

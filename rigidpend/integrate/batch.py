@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from rigidpend.integrate.bounds import touch
 from rigidpend.integrate.kernel import notes, taylor_step
+from rigidpend.integrate.kernel.aligned_field import Products
 from rigidpend.integrate.kernel.parts import in_parts
 from rigidpend.integrate.kernel.writer import LANES
 from rigidpend.integrate.passages import UNDECIDED, Found, Steps, crossings_on, no_crossing_found
@@ -58,25 +59,27 @@ def crossings_batch(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
     Crossings
         An orbit's are the same to the last bit whatever the other orbits.
     """
-    return _Batch(orbits, bits, tolerance * 2.0 ** (53 - bits)).run()
+    return Batch(orbits, bits, tolerance * 2.0 ** (53 - bits)).run()
 
 
-class _Batch:
+class Batch:
     """Orbits of one body on their way: each column is one that is not yet done."""
 
-    def __init__(self, orbits: Orbits, bits: int, tolerance: float) -> None:
+    def __init__(
+        self, orbits: Orbits, bits: int, tolerance: float, noted: int = notes.MOMENTA
+    ) -> None:
         self.orbits, self.bits, order = orbits, bits, taylor_step.order_of(tolerance)
-        self.kernel = notes.function(order, bits)
+        self.noted, self.kernel = noted, notes.function(order, bits, noted)
         self.initial = _initial(orbits, bits)
         self.n = self.initial.shape[1]
         self.width = min(TOGETHER[bits], -(-self.n // LANES) * LANES)
         self.found, self.seen = no_crossings(orbits.n_crossings, self.n), [no_crossing_found()]
-        self.parameters = in_parts(taylor_step.Products.of(orbits.coefficients), bits)
+        self.parameters = in_parts(Products.of(orbits.coefficients), bits)
         self.states, self.times = (
             np.zeros((len(self.initial), self.width)),
             np.zeros((2, self.width)),
         )
-        self.notes = np.empty((STEPS * self.width, notes.width_of_note(order, bits)))
+        self.notes = np.empty((STEPS * self.width, notes.width_of_note(order, bits, noted)))
         none = np.zeros(0, dtype=np.int64)
         self.columns, self.counts, self.silence = none, none.copy(), none.copy()
         """Number of the orbit in each column, its crossings so far, and steps since the last."""
@@ -118,7 +121,7 @@ class _Batch:
             self.notes.ctypes.data,
         )
         taken = self.notes[:count]
-        return Steps.of_notes(taken[taken[:, 0] < m], self.bits)
+        return Steps.of_notes(taken[taken[:, 0] < m], self.bits, self.noted)
 
     def _take(self, taken: Steps, number: int) -> None:
         """Take in the crossings on the steps."""

@@ -1,4 +1,4 @@
-"""Engine `scipy`: Dormand-Prince 8(5,3) on the aligned field, for platforms without heyoka.
+"""Engine `scipy`: Dormand-Prince 8(5,3) on the aligned field: the Taylor engine's rival.
 
 Orbits advance side by side as one system, so that a Python call serves all of them. Orbits
 that are done leave it.

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from fractions import Fraction
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.integrate.bounds import touch
 from rigidpend.integrate.kernel.lane_numbers import KINDS
-from rigidpend.integrate.kernel.notes import FIELDS, NOTED
+from rigidpend.integrate.kernel.notes import FIELDS, MOMENTA
 from rigidpend.integrate.records import Crossings, Outcome, separatrix_beside
 from rigidpend.integrate.roots import UndecidedTouch, derivative, value_at, zeros
 from rigidpend.numbers.generic import Numbers
@@ -32,18 +32,24 @@ class Steps(NamedTuple):
     fields: dict[str, Array]
     """Fields of the notes, each of m steps."""
     series: Array
-    """(m, 3, order + 1, parts), Qp, Qm and M3 in powers of t' from the step's beginning."""
+    """(m, noted, order + 1, parts), in powers of t' from the step's beginning; M3 is the third."""
 
     @staticmethod
-    def of_notes(notes: Array, bits: int) -> Steps:
-        """The steps from an array (m, width) of notes."""
+    def of_notes(notes: Array, bits: int, noted: int = MOMENTA) -> Steps:
+        """The steps from an array (m, width) of notes of so many components."""
         fields, series = np.split(notes, [len(FIELDS)], axis=1)
         parts = KINDS[bits].parts
-        shape = len(notes), len(NOTED), series.shape[1] // (len(NOTED) * parts), parts
+        shape = len(notes), noted, series.shape[1] // (noted * parts), parts
         return Steps(bits, dict(zip(FIELDS, fields.T, strict=True)), series.reshape(shape))
 
-    def chosen(self, where: NDArray[np.bool_]) -> Steps:
-        """Some of the steps."""
+    @staticmethod
+    def joined(parts: list[Steps]) -> Steps:
+        """All steps of several records."""
+        fields = {name: np.concatenate([x.fields[name] for x in parts]) for name in FIELDS}
+        return Steps(parts[0].bits, fields, np.concatenate([x.series for x in parts]))
+
+    def chosen(self, where: NDArray[Any]) -> Steps:
+        """Some of the steps, by a mask or by their numbers."""
         fields = {name: x[where] for name, x in self.fields.items()}
         return self._replace(fields=fields, series=self.series[where])
 
@@ -119,9 +125,9 @@ def _isolated(steps: Steps) -> Found:
     for k, series in enumerate(steps.series):
         length = f["length"][k]
         shares = series[..., 0] * length ** np.arange(series.shape[1])
-        depth = touch(steps.bits) * float(np.sqrt((shares[:, 0] ** 2).sum()))
+        depth = touch(steps.bits) * float(np.sqrt((shares[:MOMENTA, 0] ** 2).sum()))
         exactly = _exactly(series[2], length) if steps.bits > 53 else None
-        for share, separatrix in crossings_of_series(shares, depth, exactly):
+        for share, separatrix in crossings_of_series(shares[:MOMENTA], depth, exactly):
             seen.append((int(f["lane"][k]), f["time"][k] + share * length, separatrix))
     if not seen:
         return no_crossing_found()

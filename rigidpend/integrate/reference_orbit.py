@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.equations import AlignedCoefficients
+from rigidpend.integrate import pair_steps
 from rigidpend.integrate.bounds import touch
 from rigidpend.integrate.differences import DifferenceField, array, scaled, series_order, summed
 from rigidpend.integrate.engines import has_own_type
@@ -24,7 +25,7 @@ from rigidpend.numbers.exact import GUARD_BITS
 
 BLOCK = 8
 """Steps at a time, all in one precision."""
-PRECISIONS = (113, *range(192, 10_000, 64))
+PRECISIONS = (106, 113, *range(192, 10_000, 64))
 """Precisions that are taken.
 
 MPFR's numbers cost as much between multiples of 64, and to compile for 128 bits costs more than
@@ -154,6 +155,8 @@ class ReferenceOrbit:
             self._carry_tangent(k)
 
     def _advanced(self, state: Sequence[Fraction], bits: int) -> Any:
+        if self.engine == "taylor" and bits == pair_steps.BITS:
+            return pair_steps.advance(self.coefficients, state, BLOCK, self.tolerance)
         if has_own_type(self.engine, bits):
             from rigidpend.integrate import taylor
 

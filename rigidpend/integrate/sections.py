@@ -7,13 +7,18 @@ precision.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from rigidpend.equations import AlignedCoefficients
 from rigidpend.integrate import bigint
+from rigidpend.integrate.batch_sections import first_in_doubles, first_in_pairs
 from rigidpend.integrate.engines import has_own_type
+from rigidpend.integrate.kernel.aligned_field import COMPONENTS
 from rigidpend.numbers.generic import Numbers
 from rigidpend.run.workers import check_stop, side_by_side
 
@@ -65,13 +70,34 @@ def first_crossings(
         None for an orbit that does not cross within the limit.
     """
     compiled = engine == "taylor" and has_own_type(engine, bits)
-    follow = _in_series if compiled else _in_integers
+    follow = {53: _in_doubles, 106: _in_pairs}.get(bits, _in_series) if compiled else _in_integers
     parts = [states[k::jobs] for k in range(min(jobs, len(states)))]
     done = side_by_side(follow, (coefficients, limit, bits, tolerance), not compiled, parts, jobs)
     found: list[Crossing | None] = [None] * len(states)
     for k, part in enumerate(done):
         found[k::jobs] = part
     return found
+
+
+def _in_doubles(
+    states: Sequence[Any], c: AlignedCoefficients, limit: float, _: int, tolerance: float
+) -> list[Crossing | None]:
+    """Find the crossings by the kernel, in doubles."""
+    begin = np.array(states, dtype=float).reshape(-1, len(COMPONENTS)).T
+    floats = AlignedCoefficients(*map(float, c))
+    times, found = first_in_doubles(floats, begin, limit, tolerance)
+    return [
+        None if math.isnan(time) else Crossing(Fraction(time), tuple(map(Fraction, state)))
+        for time, state in zip(times.tolist(), found.T.tolist(), strict=True)
+    ]
+
+
+def _in_pairs(
+    states: Sequence[Any], c: AlignedCoefficients, limit: float, _: int, tolerance: float
+) -> list[Crossing | None]:
+    """Find the crossings by the kernel, in pairs of doubles."""
+    found = first_in_pairs(states, c, limit, tolerance)
+    return [None if one is None else Crossing(*one) for one in found]
 
 
 def _in_series(

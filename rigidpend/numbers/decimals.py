@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 RATIONAL = re.compile(r"-?\d{1,40}(/\d{1,40})?")
+"""Form of what is looked at: longer numbers stay as they stand, unread."""
 DIGITS, SMALL, LARGE = 16, Fraction(1, 1000), 10**6
 """Digits of a decimal form at most; below and above these it has an exponent."""
 
@@ -18,11 +19,15 @@ def as_written(text: str) -> str:
     >>> as_written("3/2"), as_written("1/100000000"), as_written("1/3"), as_written("3*pi/40")
     ('1.5', '1e-8', '1/3', '3*pi/40')
     """
-    if not RATIONAL.fullmatch(text) or text.endswith(("/0", "/")):
+    if not RATIONAL.fullmatch(text):
         return text
-    value = Fraction(text)
+    try:
+        value = Fraction(text)
+    except ZeroDivisionError:
+        return text
     with localcontext(prec=DIGITS):
         rounded = Decimal(value.numerator) / Decimal(value.denominator)
+    # A decimal that is merely close would say another number.
     if Fraction(rounded) != value:
         return text
     if value.denominator == 1 and abs(value) <= LARGE:

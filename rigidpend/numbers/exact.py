@@ -41,11 +41,23 @@ def context(bits: int) -> MPContext:
 
     Contexts are cached and never changed afterwards, so threads may share them.
     """
-    from mpmath import MPContext
-
-    made = MPContext()
+    made = _kind_of_context()()
     made.prec = bits
     return made
+
+
+@functools.cache
+def _kind_of_context() -> type[MPContext]:
+    from mpmath import MPContext
+
+    class Context(MPContext):  # type: ignore[misc]
+        """A context that leaves special functions as mpmath's own has wrapped them, once."""
+
+        @classmethod
+        def _wrap_specfun(cls, *_: Any) -> None:
+            """Leave out ten milliseconds of work that would be done for each precision."""
+
+    return Context
 
 
 def fraction(x: Any, bits: int) -> Fraction:
@@ -83,9 +95,11 @@ class Exact:
         while bits + guard < MOST_BITS:
             guard *= 3
             finer = self._rounded(bits, guard)
+            # Zero is never settled here: more bits may show that what cancelled was only tiny.
             if finer == value != 0:
                 return value
             value = finer
+        # Thousands of bits have cancelled: it is taken for 0.
         if abs(value) < context(bits).mpf(2) ** (-MOST_BITS // 4):
             return context(bits).mpf(0)
         raise ExactError(f"{shown(self.text)} cannot be told from its rounding errors")
@@ -114,11 +128,13 @@ class Exact:
         if self.fraction is None:
             return float(self.at(113))
         try:
+            # Python rounds a quotient of whole numbers correctly.
             return self.fraction.numerator / self.fraction.denominator
         except OverflowError:
             return math.inf if self.fraction > 0 else -math.inf
 
     def __reduce__(self) -> tuple[Any, ...]:
+        # By its text, for functions within functions cannot be pickled for a worker.
         return exact, (self.text,)
 
     def __str__(self) -> str:
@@ -188,12 +204,15 @@ def exact(value: Any) -> Exact:
     if isinstance(value, str):
         read = expressions.read(value, _READER)
         return Exact(value.strip(), read.fraction, read._evaluate)
+    # A bool is an int to Python, and no number that anybody means.
     if isinstance(value, bool):
         raise ExactError(f"{value!r} is not a real number")
+    # NumPy's integers have no as_integer_ratio.
     if isinstance(value, numbers.Integral):
         value = int(value)
     if not hasattr(value, "as_integer_ratio"):
         raise ExactError(f"{value!r} is not a real number")
+    # A Decimal may hold 1e999999 in a few bytes; its ratio cannot.
     if isinstance(value, Decimal) and value.is_finite() and abs(value.adjusted()) > MAX_EXPONENT:
         raise ExactError(f"{value}: exponents go to {MAX_EXPONENT}")
     try:
@@ -213,6 +232,7 @@ def function(name: str, x: Exact) -> Exact:
     if name == "sqrt":
         if x.fraction is not None and x.fraction < 0:
             raise ExactError(f"sqrt({x}) is not real")
+        # sqrt(4) is rational like 2, by which equal bodies are known as equal.
         root = _rational_root(x.fraction)
         if root is not None:
             return rational(root, f"sqrt({x})")
@@ -260,6 +280,7 @@ def rational(value: Fraction, text: str | None) -> Exact:
 def _shortest(value: Fraction) -> str:
     """Shortest text of a rational: a decimal where a double's is exact, else a quotient."""
     short = repr(float(value)) if abs(value) < 1e15 else ""
+    # repr gives the shortest digits of the double, which may not be those of this number.
     if short and Fraction(short) == value:
         return short.removesuffix(".0")
     try:
@@ -268,6 +289,7 @@ def _shortest(value: Fraction) -> str:
         raise ExactError("a number with more digits than can be written") from None
 
 
+# The plus rounds mpmath's constant, which has no precision of its own, to the context's.
 PI = Exact("pi", None, lambda m: +m.pi)
 
 
@@ -278,6 +300,7 @@ def combine(operator: str, a: Exact, b: Exact) -> Exact:
         raise ExactError(f"{text}: division by zero")
     if operator == "**":
         _check_power(text, a, b)
+    # Known as zero without evaluation, which could never tell it from something tiny.
     if operator == "*" and 0 in (a.fraction, b.fraction):
         return rational(Fraction(0), text)
     compute = _COMPUTE[operator]

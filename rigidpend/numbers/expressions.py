@@ -24,6 +24,7 @@ MAX_EXPONENT = 5000
 """Largest decimal exponent, of either sign."""
 
 FUNCTIONS = ("sqrt", "sin", "cos", "tan", "atan")
+"""Functions of one argument that a text may name."""
 
 _OPERATORS: dict[type[ast.operator], str] = {
     ast.Add: "+",
@@ -61,6 +62,7 @@ def read(text: str, reader: Reader[Number]) -> Number:
         raise ExactError(f"a number of {len(text)} characters: at most {MAX_TEXT} are read")
     source = text.strip()
     try:
+        # Python's grammar only: nothing is evaluated, and `_read` takes what it names and no more.
         tree = ast.parse(source, mode="eval")
         if sum(isinstance(node, ast.Call) for node in ast.walk(tree)) > MAX_CALLS:
             raise ExactError(f"more than {MAX_CALLS} functions in a number")
@@ -68,6 +70,7 @@ def read(text: str, reader: Reader[Number]) -> Number:
     except ExactError as error:
         before = "" if str(error).startswith(repr(source)) else f"{shown(text)!r}: "
         raise ExactError(f"{before}{shown(str(error))}") from None
+    # Python's parser gives up in all these ways, on nested brackets for one.
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise ExactError(f"{shown(text)!r} is not a number or an expression of numbers") from None
 
@@ -80,6 +83,7 @@ def shown(text: str) -> str:
 
 def _read(node: ast.expr, source: str, reader: Reader[Number]) -> Number:
     if isinstance(node, ast.Constant) and type(node.value) in (int, float):
+        # The digits as written, not the double that the parser has made of them.
         return _read_number(ast.get_source_segment(source, node) or "", reader)
     if isinstance(node, ast.Name) and node.id == "pi":
         return reader.pi

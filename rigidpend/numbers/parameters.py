@@ -11,6 +11,7 @@ class ParameterError(ValueError):
     """A parameter that its conditions exclude; the message names condition and values."""
 
     def __init__(self, field: str, message: str) -> None:
+        # Both, for an error that comes from a worker is made again from its arguments.
         super().__init__(field, message)
         self.field = field
         """The name of the parameter that is wrong."""

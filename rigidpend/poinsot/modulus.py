@@ -35,6 +35,7 @@ def modulus(kc: float) -> Modulus:
 def reduced(u: ArrayLike, modulus: Modulus) -> tuple[Any, Any]:
     """Reduce u to N and v with u = 2 N K + v and |v| <= K."""
     u = np.asarray(u, dtype=float)
+    # By half periods, for sn and cn there change only their signs.
     turns = np.rint(u / (2 * modulus.K))
     return turns, np.clip(u - 2 * modulus.K * turns, -modulus.K, modulus.K)
 

@@ -68,6 +68,7 @@ class Orbit(NamedTuple):
 def shape(body: Body) -> FreeBodyShape:
     """Compute the numbers of a body, whatever its r and mu."""
     A1, A2, A3 = body.A
+    # Exact numbers, rounded once: of nearly equal moments rounded differences are noise.
     whole = A3 * (A1 - A2)
     sin2, cos2 = float(A1 * (A3 - A2) / whole), float(A2 * (A1 - A3) / whole)
     s2 = float((A1 - A2) / (A1 * A2))
@@ -196,5 +197,6 @@ def _argument(sn: float, cn: float, dn: float, modulus: Modulus) -> float:
     """Argument u, |u| <= 2 K, of given sn, cn and dn."""
     from scipy.special import elliprf
 
+    # Carlson's form of F, DLMF 19.25.5; beyond K it is mirrored there, which cn < 0 tells.
     first = float(sn * elliprf(cn * cn, dn * dn, 1.0))
     return first if cn >= 0 else math.copysign(2 * modulus.K, sn) - first

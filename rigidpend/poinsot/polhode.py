@@ -31,6 +31,7 @@ def momentum(orbit: Orbit, t: ArrayLike) -> Array:
     2 ulp and the energy within 4.
     """
     sn, cn, dn = sncndn(orbit.rate * np.asarray(t, dtype=float), orbit.modulus)
+    # `along` is the encircled axis, of which M keeps its sign; `across` is the other of 1 and 2.
     along, across = orbit.side * orbit.reach * dn, orbit.p * orbit.height * cn
     M3 = orbit.side * orbit.height * sn
     return orbit.G * np.stack((along, across, M3) if orbit.axis == 1 else (across, along, M3))
@@ -52,6 +53,7 @@ def aligned_components(orbit: Orbit, t: ArrayLike) -> Array:
     M1, M2, M3 = math.sqrt(orbit.shape.s2) * momentum(orbit, t)
     x, y = orbit.shape.cos * M1, orbit.shape.sin * M2
     product = -orbit.sigma * orbit.shape.s2 * (orbit.G * orbit.p * orbit.coheight) ** 2
+    # The sum of two numbers of one sign is the larger of Qp and Qm, and has no cancellation.
     plus = x * y >= 0
     large = np.where(plus, x + y, x - y)
     Qp, Qm = np.where(plus, large, product / large), np.where(plus, product / large, large)

@@ -66,6 +66,7 @@ def arc(body: Body, t: ArrayLike, *, G: float = 1.0) -> Array:
 
     # The ellipse has semiaxes G/A3 along axis 3 and hypot(G/A3, rate) across.
     short, u = G / float(body.A[2]), rate(body, G) * np.asarray(t, dtype=float)
+    # The angle on the ellipse (Gudermann's of u), right at both ends; sech of a large u stays.
     phi = np.atan2(np.tanh(u), sech(u))
     return np.asarray(short * ellipeinc(phi, -((rate(body, G) / short) ** 2)))
 
@@ -75,6 +76,7 @@ def length(body: Body, *, G: float = 1.0) -> float:
     from scipy.special import elliprg
 
     short = G / float(body.A[2])
+    # Half of the perimeter 8 R_G(0, a^2, b^2), DLMF 19.30.5.
     return float(4 * elliprg(0.0, short**2, math.hypot(short, rate(body, G)) ** 2))
 
 

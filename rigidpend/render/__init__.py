@@ -29,9 +29,11 @@ KEYS = ("name", "config_hash", "code_hash", "engine")
 PIXELS = 20_000
 """The longest side of an image."""
 FORMATS = ("png", "svg", "pdf")
+"""Formats of an image, by the suffix of its file."""
 FOOT, LINE, CHARACTER, MARGIN = 6, 0.11, 0.043, 0.1
 """Size of the text at the foot in points; its lines, its mean characters and margins in inches."""
 STYLE = Path(__file__).with_name("rigidpend.mplstyle")
+"""Style sheet of all figures."""
 
 
 class Undrawable(store.StoreError):
@@ -110,6 +112,7 @@ def render_together(sources: Sequence[Path], target: Path) -> bool:
 
     configs = [json.loads(result["config"]) for result in results]
     labels = [changes.label(config, configs) for config in configs]
+    # Several results have no fingerprint of their own to be told by the image.
     attributes = {**results[0]["attributes"], "name": target.stem, "config_hash": "several"}
     with matplotlib.rc_context(fname=STYLE), _undrawable():
         figure = together(list(zip(labels, results, strict=True)))
@@ -147,6 +150,7 @@ def _image(figure: Figure, suffix: str, attributes: Any, foot: str) -> bytes:
         fontsize=FOOT,
         color="0.35",
         linespacing=LINE * 72 / FOOT / 1.2,
+        # A name may hold a dollar sign, which is drawn as it is.
         parse_math=False,
     )
     if figure.get_layout_engine() is not None:

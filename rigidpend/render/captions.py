@@ -30,6 +30,7 @@ def bodies(result: Loaded) -> list[str]:
     if not isinstance(problem, Mapping):
         return []
     shared = [f"{key} = {_shown(problem[key])}" for key in SHARED if problem.get(key) is not None]
+    # A config's word gamma0 is stored as null.
     if "beta0" in problem and problem["beta0"] is None:
         shared.insert(0, "beta0 = gamma0")
     own = list(_body(problem))

@@ -12,6 +12,7 @@ ZOOM, DOUBT, ZERO, NONE = RED, PINK, BLUE, "0.7"
 PROVEN = GREEN
 """Colour of a proven symbol's dot."""
 COLOURS = ListedColormap(["black", "white", NONE])
+"""Colours of the codes 0, 1 and 255, by the bounds of `NORM`."""
 NORM = BoundaryNorm([-0.5, 0.5, 1.5, 255.5], 3)
 
 

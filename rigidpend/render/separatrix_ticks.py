@@ -15,6 +15,7 @@ NAMES = (
     "$\\beta_0+\\alpha_0$\n$+2\\pi$",
     "$\\beta_0-\\alpha_0$\n$+4\\pi$",
 )
+"""Labels of the five places, as in (sol_1)-(sol_22)."""
 CLOSE = 0.14
 """Distance of places, in parts of the axis, below which their labels turn away not to touch."""
 

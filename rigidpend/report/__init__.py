@@ -1,6 +1,6 @@
 """One self-contained HTML page from a folder of results: figures beside numbers.
 
-A module here, named as an experiment, says what stands beside its figure: ``tables(result)``
+An experiment's ``report.py`` says what stands beside its figure: ``tables(result)``
 gives the numbers that the paper prints next to those computed, from the stored result alone.
 Experiments without such a module appear with their figure and provenance.
 """
@@ -75,6 +75,7 @@ def build(sources: Sequence[Path]) -> Page:
     """
     sections = [_section(source) for source in sources]
     problems = [found.problem for found in sections if found.problem]
+    # A page of nothing but complaints is no report: the first of them is the error.
     if len(problems) == len(sections):
         raise store.StoreError(problems[0])
     page = html(sorted(sections, key=lambda found: found.order), DEPARTURES)

@@ -68,6 +68,7 @@ def picture(png: bytes) -> str:
 
     small = io.BytesIO()
     with Image.open(io.BytesIO(png)) as full:
+        # Without dithering, whose noise in flat colours would not compress.
         reduced = full.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
         reduced.save(small, "png", optimize=True)
     return f"data:image/png;base64,{base64.b64encode(small.getvalue()).decode('ascii')}"
@@ -86,6 +87,7 @@ def html(sections: Sequence[ResultSection], departures: Sequence[Any]) -> str:
     environment = Environment(
         loader=FileSystemLoader(HERE),
         autoescape=True,
+        # A name that the template has and the page has not is an error, and no gap in the page.
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,

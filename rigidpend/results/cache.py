@@ -97,6 +97,7 @@ def save(path: Path, content: bytes, most: int) -> None:
 
 
 def _keep_newest(within: Path, most: int) -> None:
+    # Files that begin with a point are being written by others.
     found = [path for path in within.iterdir() if not path.name.startswith(".")]
     if len(found) <= most:
         return
@@ -130,6 +131,7 @@ def _looked_at(path: Path) -> Subfolder:
     inside = sorted(one for one in path.rglob("*") if one.is_file() and not one.is_symlink())
     meaning = MEANING.get(path.name, "of another version")
     size = sum(one.lstat().st_size for one in inside)
+    # How another version seals its files is not known here.
     damaged = [one for one in inside if path.name in MEANING and not _is_sound(one)]
     return Subfolder(path, meaning, inside, size, damaged)
 

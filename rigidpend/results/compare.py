@@ -15,6 +15,7 @@ NUMERICS = ("tolerance", "precisions")
 TOLD = ("reasons", "doubt", "seconds")
 """Those that only say what is compared elsewhere, or need not be."""
 PRESENT, ABSENT = "(present)", "(absent)"
+"""Stand-ins for values that only one side has, or that are passed over."""
 
 
 class Difference(str):
@@ -87,6 +88,8 @@ def outlines(stored: Any, fresh: Any, *, same_numerics: bool = True) -> list[Dif
     for place in [place for place in stored if place in fresh and place != PROVENANCE]:
         old, new = stored[place], fresh[place]
         if place == ROOT:
+            # Each engine has a tolerance of its own by default, which
+            # is no difference of the problem.
             engines = {str(one.get("engine")).partition(" ")[0] for one in (old, new)}
             passed: tuple[str, ...] = VOLATILE if len(engines) == 1 else (*VOLATILE, "tolerance")
             passed += () if same_numerics else NUMERICS
@@ -106,6 +109,7 @@ def plain(stored: Any, fresh: Any, place: str) -> list[Difference]:
     found = keys(stored, fresh, place)
     for name in stored.keys() & fresh.keys():
         found += plain(stored[name], fresh[name], f"{place}/{name}")
+    # The keys that both have are a set, which has no order of its own.
     return sorted(found)
 
 

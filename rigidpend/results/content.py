@@ -45,6 +45,7 @@ def _check_config(text: str) -> None:
 
 def _depth(node: Any) -> int:
     """Count the brackets inside each other; none is entered that is too deep."""
+    # Level by level: recursion could be exhausted by a file made for that.
     level, depth = [node], 0
     while level and depth <= DEEPEST:
         inner = [x.values() if isinstance(x, dict) else x for x in level if _is_bracket(x)]

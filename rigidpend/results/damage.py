@@ -19,10 +19,14 @@ from rigidpend.results.files import SEAL, SEAL_LENGTH, StoreError, unsealed
 from rigidpend.results.words import short
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
+"""First bytes of an HDF5 file."""
 PATIENCE = 30
 """Seconds after which another process that reads a file is taken to hang."""
-ALLOWANCE, RATE = 1, 2**21
-"""Seconds of the processor that reading any file may take, and bytes for each second more."""
+ALLOWANCE, RATE = 1, 2**19
+"""Seconds of the processor that reading any file may take, and bytes for each second more.
+
+Small objects take some 500 bytes each in a file, and 0.17 ms until its structure is found sound:
+0.18 s for so many bytes."""
 EACH = 4e-3
 """Seconds more for each object, once the structure is found sound.
 
@@ -62,6 +66,7 @@ def _said_length(content: bytes) -> int:
     version = content[8] if len(content) > 13 else 0
     size, first = (content[13:14], 24 + 4 * version) if version < 2 else (content[9:10], 12)
     width = int.from_bytes(size)
+    # The address of the end of the file, the third one of the superblock in all its versions.
     return int.from_bytes(content[first + 2 * width : first + 3 * width], "little")
 
 
@@ -92,6 +97,7 @@ def tried(read: Callable[[], Any], length: int, most: int) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         child = os.fork()
+    # Whatever happens to the child, no code of the parent's runs in it: `_try` does not return.
     if child == 0:
         _try(read, into, seconds(length), most + ROOM)
     os.close(into)
@@ -136,10 +142,12 @@ def _try(read: Callable[[], Any], into: int, seconds: int, memory: int) -> NoRet
         said = b"read"
     except (OSError, KeyError, RuntimeError, TypeError, ValueError, MemoryError) as error:
         said = (short(error).strip("'\"") or "more memory than its size allows").encode()
+    # Whatever it is, saying nothing tells the parent that HDF5 cannot cope.
     except BaseException:
         pass
     finally:
         os.write(into, said)
+        # At once: buffers and exit handlers are copies of the parent's, who runs its own.
         os._exit(0)
 
 
@@ -156,11 +164,14 @@ def _bound(seconds: int, memory: int) -> None:
     import faulthandler
     import resource
 
+    # A crash is an answer here, and not to be printed.
     faulthandler.disable()
+    # The limit is on all memory that is mapped, and a child begins with its parent's.
     with contextlib.suppress(OSError, ValueError, FileNotFoundError):
         with open("/proc/self/statm", "rb") as file:
             memory += int(file.read().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
     with contextlib.suppress(OSError, ValueError):
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        # The soft limit, which `grant` may raise, ends it by a signal that tells why.
         resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + PATIENCE))

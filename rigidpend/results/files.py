@@ -13,6 +13,7 @@ from pathlib import Path
 from rigidpend.results import locks
 
 SEAL = b"\nrigidpend sha256 "
+"""Mark between the content of a file and its digest."""
 SEAL_LENGTH = len(SEAL) + 64 + 1
 
 
@@ -132,6 +133,7 @@ def _temporary(path: Path) -> tuple[int, str]:
 
 
 def _umask() -> int:
+    # It cannot be read without being set.
     current = os.umask(0)
     os.umask(current)
     return current

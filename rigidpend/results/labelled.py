@@ -62,6 +62,7 @@ def _dataset(data: Mapping[str, Any], fields: Mapping[str, Field]) -> xarray.Dat
 
     variables = {
         key: xarray.Variable(
+            # A dimension that is a mere size is named after its array.
             [str(size) if isinstance(size, str) else f"{key}_{k}" for k, size in dims],
             np.asarray(data[key]),
             {"units": field.units, "description": field.description},

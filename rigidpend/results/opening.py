@@ -25,6 +25,7 @@ from rigidpend.results.structure import Checker, Unfit, attributes, told
 from rigidpend.results.words import short
 
 FORMAT, FORMAT_VERSION = "rigidpend", 1
+"""Mark of a result file, and the version of the form that this program reads."""
 LEAST, RATIO = 2**26, 100
 """Bytes that the arrays of any file may have, and how many for each byte of the file.
 
@@ -65,6 +66,7 @@ def opened(
         image = intact(files.content(path))
         most = min(files.LARGEST, max(LEAST, RATIO * len(image)))
         tried(lambda: _trial(path, image, most, whole, part, layout), len(image), most)
+        # The very bytes that were tried, whatever happens to the file meanwhile.
         file = h5py.File.in_memory(image)
     with file:
         with readable(path):
@@ -112,6 +114,7 @@ def _check(path: Path, file: h5py.File, most: int, part: bool, layout: Layout | 
     if not isinstance(given.get("format"), str) or given["format"] != FORMAT:
         raise StoreError(f"{path}: an HDF5 file, but not a result of rigidpend")
     version: Any = given.get("format_version")
+    # A foreign file may have anything here, of any type and shape.
     if not np.array_equal(version, FORMAT_VERSION):
         raise OtherVersion(
             f"{path}: its format version is {short(version, 60)}, this program reads"

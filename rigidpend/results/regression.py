@@ -65,6 +65,7 @@ def verify(
     same_numerics = configs[0].get("numerics") == configs[1].get("numerics")
     found: list[str] = [*compare.outlines(*outlines, same_numerics=same_numerics)]
     found += compare.plain(_problem(configs[0]), _problem(configs[1]), "config")
+    # Values are compared place by place, which only equal structures allow.
     if outlines[0].keys() == outlines[1].keys():
         found += experiments.computation(config.experiment).differences(old["data"], new["data"])
     if certificate:
@@ -133,6 +134,7 @@ def renew(config: LoadedConfig, target: Path, reason: str, *, jobs: int) -> None
         The file cannot be written.
     """
     before: list[str] = []
+    # One that is absent or damaged is renewed as well, with no earlier reasons to keep.
     with contextlib.suppress(store.StoreError):
         before = list(store.attributes(target).get("reasons", []))
     today = datetime.datetime.now(datetime.UTC).date().isoformat()

@@ -185,6 +185,7 @@ def _features(node: Any) -> dict[str, Any]:
 
 def _image(result: Result) -> bytes:
     """The bytes of the HDF5 file."""
+    # A form that HDF5 1.10 reads, by whichever version it is written.
     with h5py.File.in_memory(libver=("earliest", "v110")) as file:
         file.attrs.update({"format": FORMAT, "format_version": FORMAT_VERSION})
         file.attrs.update(result.attributes)
@@ -197,6 +198,7 @@ def _image(result: Result) -> bytes:
 
 def _put(group: h5py.Group, name: str, node: Dataset | Tree) -> None:
     if not isinstance(node, Dataset):
+        # Read back in the order of the layout, which figures and tables follow.
         inner = group.create_group(name, track_order=True)
         for key, value in node.items():
             _put(inner, key, value)
@@ -220,6 +222,7 @@ def _scale(group: h5py.Group, arrays: Mapping[str, Dataset]) -> None:
         for k, dimension in enumerate(array.dimensions):
             if isinstance(dimension, str):
                 group[key].dims[k].label = dimension
+            # No array is a scale of itself.
             if scales.get(dimension, key) != key:
                 group[key].dims[k].attach_scale(group[scales[dimension]])
 

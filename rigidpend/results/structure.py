@@ -24,14 +24,18 @@ ATTRIBUTES, ATTRIBUTE = 64, 2**16
 WIDEST = 4096
 """Bytes of a text in an array of texts."""
 WHERE = (h5d.COMPACT, h5d.CONTIGUOUS, h5d.CHUNKED)
+"""Ways of storage whose bytes lie in the file itself, unlike external and virtual ones."""
 FILTERS = (h5z.FILTER_DEFLATE, h5z.FILTER_SHUFFLE, h5z.FILTER_FLETCHER32)
+"""Filters that `store` writes with; any other could load a plugin."""
 DOUBLES = (h5t.IEEE_F64LE, h5t.IEEE_F64BE)
+"""Types of doubles, of either order of bytes."""
 WHOLES = tuple(
     getattr(h5t, f"STD_{sign}{bits}{order}")
     for sign in "IU"
     for bits in (8, 16, 32, 64)
     for order in ("LE", "BE")
 )
+"""Types of whole numbers, of either order of bytes."""
 HELD = {
     FLOAT: "doubles",
     WHOLE: "whole numbers",
@@ -39,6 +43,7 @@ HELD = {
     FLAG: "true or false",
     TEXT: "texts",
 }
+"""Words for the kinds of elements."""
 
 
 SCALES = {
@@ -125,12 +130,14 @@ class Checker:
             others = [name for name in found if name not in own]
             _same(place, dimension, sizes, len(others))
             for name in others:
+                # A copy: what is first met in a member has a size there alone.
                 self._visit(f"{place}/{name}", found[name], inner, dict(sizes))
 
     def _members(self, place: str, group: h5g.GroupID, most: int) -> dict[str, Any]:
         """The objects of a group by name: hard links only, and none too many."""
         attributes(place or "/", group)
         count = group.get_num_objs()
+        # Counted before any of them is opened.
         self._objects -= count
         if count > most or self._objects < 0:
             raise Unfit(f"{place or '/'} has {count} members, too many")
@@ -271,6 +278,8 @@ def _same(place: str, dimension: int | str, sizes: dict[str, int], n: int) -> No
     """Refuse a size that is not that of its dimension."""
     name, _, more = str(dimension).partition("+")
     further = int(more or 0)
+    # Where a name is met first it gets its size, less what is
+    # added: symbols+1 of 16 are 15 symbols.
     expected = dimension if isinstance(dimension, int) else sizes.setdefault(name, n - further)
     if n < further or n != expected + (0 if isinstance(dimension, int) else further):
         raise Unfit(f"{place} has another shape than the rest: {dimension} is {n} here")

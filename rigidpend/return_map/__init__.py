@@ -17,7 +17,12 @@ charts        from the section to the normal form and back, as tables
 passage       one passage, forward and backward, with its derivatives
 itinerary     many passages; orbits that begin beside the lower periodic orbit
 terms         the significant terms of tables, summed over any kind of numbers
-rapid         many orbits through a finished map for codes and times, compiled
+starts        starts in the normal form, as a table
+rates         rates of the normal form, and how deep orbits go into it
+rapid         many orbits through a finished map for codes and times
+program       a finished map as data for the kernel
+kernel        many orbits through any map, in machine code
+kernel_sums   tables and polynomials summed in lanes
 orders        sizes of the tables, from a first look at the splitting
 checks        errors at held-out points
 build         maps built, checked and refused

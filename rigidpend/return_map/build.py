@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 
 from rigidpend import floquet
 from rigidpend.body import Body
-from rigidpend.integrate import default_engine
 from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.return_map import storage
@@ -21,8 +20,9 @@ from rigidpend.return_map.normal_form import MapError, NormalForm, normal_form
 from rigidpend.return_map.orders import Layer, Orders, first_look, orders, radius
 from rigidpend.return_map.passage import EnergyLevel
 from rigidpend.return_map.precision import Precision, native, precision
-from rigidpend.return_map.rapid import Entry, Rapid, entry
+from rigidpend.return_map.rapid import Rapid
 from rigidpend.return_map.reduced import Coefficients, coefficients
+from rigidpend.return_map.starts import Entry, entry
 
 SLACK = 2.0**13
 """Allowed error of a map, in roundings of the working precision.
@@ -89,15 +89,14 @@ class ReturnMap:
         a = precision(self.bits)
         return EnergyLevel(self.normal_form, self.charts, a.array(h) * self._unit**2, a)
 
-    def rapid(self, bits: int, least_Qp: Scalar, most_Qp: Scalar, many: bool) -> Rapid:
+    def rapid(self, bits: int, least_Qp: Scalar, most_Qp: Scalar) -> Rapid:
         """Rapid passages through this map for many orbits that start at least_Qp <= Qp <= most_Qp.
 
-        `many` has more of them compiled, which pays from some hundred thousand orbits on. Raises
-        MapError where the normal form does not reach as far as `most_Qp`.
+        Raises MapError where the normal form does not reach as far as `most_Qp`.
         """
-        key = (bits, many, least_Qp, most_Qp)
+        key = (bits, least_Qp, most_Qp)
         if key not in self._begun:
-            self._begun[key] = self._rapid(bits, many).beginning(self._entry(least_Qp, most_Qp))
+            self._begun[key] = self._rapid(bits).beginning(self._entry(least_Qp, most_Qp))
         return self._begun[key]
 
     @functools.cached_property
@@ -110,9 +109,9 @@ class ReturnMap:
         return functools.cache(lambda least, most: entry(self.normal_form, least, most, a))
 
     @functools.cached_property
-    def _rapid(self) -> Callable[[int, bool], Rapid]:
+    def _rapid(self) -> Callable[[int], Rapid]:
         parts = self.normal_form, self.charts, self.errors.charts
-        return functools.cache(lambda bits, many: Rapid(*parts, bits, many))
+        return functools.cache(lambda bits: Rapid(*parts, bits))
 
     @property
     def _unit(self) -> Any:
@@ -164,7 +163,7 @@ def return_map(body: Body, *, h: Scalar, bits: int = 53, design: Design = FIRST)
 
 @functools.lru_cache(maxsize=16)
 def _kept(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> ReturnMap:
-    name = storage.name_of(body, low, high, bits, design, default_engine())
+    name = storage.name_of(body, low, high, bits, design, table_bits(bits))
     stored = storage.load(name, bits)
     if stored is None:
         made = build(body, low, high, bits, design)
@@ -290,7 +289,7 @@ def _designed(o: Orders, design: Design) -> Orders:
 
 def table_bits(bits: int) -> int:
     """Doubles come from tables of 64 bits, where these are fast: sharper tables, sharper maps."""
-    return 64 if bits == 53 and default_engine() == "taylor" and native(64) else bits
+    return 64 if bits == 53 and native(64) else bits
 
 
 def _exact_unit(design: Design) -> Any:

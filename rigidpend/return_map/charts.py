@@ -103,7 +103,7 @@ def _basis(table: ChartTable, x: Scalar, phase: Scalar, a: Precision, slope: str
     F = fourier_basis(phase, table.n_phase, a, slope=slope == "phase")
     if slope == "x":
         T = T / table.width
-    return (T[:, :, None] * F[:, None, :]).reshape(len(x), -1)
+    return (T[:, :, None] * F[:, None, :]).reshape(len(x), table.n_x * table.n_phase)
 
 
 def _contracted(basis: Any, values: Numbers) -> Any:

@@ -50,6 +50,15 @@ class Beside(NamedTuple):
     """theta3 less its mean (which is 0), radians."""
 
 
+def placed(
+    nf: NormalForm, weights: Numbers, psi: Scalar, u: Scalar, v: Scalar, a: Precision
+) -> tuple[Any, Any, Any]:
+    """Qp, Qm and the time less its mean of points in the normal form, (N,) each."""
+    series = _TorusSeries(nf, weights, psi, a)
+    (Qp, Qm, _), _, _ = series.values(u, v)
+    return Qp, Qm, series.time(u, v)
+
+
 def inverted(
     nf: NormalForm, weights: Numbers, psi: Scalar, Qp: Scalar, Qm: Scalar, a: Precision
 ) -> Beside:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend.integrate.compiled import heyoka, typed
-from rigidpend.integrate.engines import default_engine
+from rigidpend.integrate.engines import has_heyoka
 from rigidpend.numbers.exact import context
 from rigidpend.numbers.generic import Scalar
 
@@ -28,7 +28,7 @@ def native(bits: int) -> Any:
         return np.float64
     if bits == 64 and np.finfo(np.longdouble).nmant == 63:
         return np.longdouble
-    if bits == 113 and default_engine() == "taylor":
+    if bits == 113 and has_heyoka():
         return heyoka().real128
     return None
 

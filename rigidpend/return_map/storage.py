@@ -40,10 +40,10 @@ MOST = 200_000_000
 """Bytes of all kept maps; one over the energies of Fig. 4 takes half a million."""
 
 
-def name_of(body: Body, low: Exact, high: Exact, bits: int, design: Any, engine: str) -> str:
-    """The digest of what a map follows from."""
+def name_of(body: Body, low: Exact, high: Exact, bits: int, design: Any, table: int) -> str:
+    """The digest of what a map follows from, the precision of its tables among it."""
     parts = [__version__, _code(), *map(str, (*body.A, *body.r, body.mu, low, high))]
-    parts += [str(bits), json.dumps(tuple(design)), engine]
+    parts += [str(bits), json.dumps(tuple(design)), str(table)]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:32]
 
 

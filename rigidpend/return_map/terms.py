@@ -19,8 +19,6 @@ from rigidpend.return_map.expansions import chebyshev_terms, fourier_terms
 
 FUNCTIONS = 3
 """Functions of a chart that codes and times follow from: all but that of theta3."""
-HEAD = 2.0**-12
-"""Size of terms, relative to the largest, below which doubles serve sums in 64 bits."""
 
 
 class Terms(NamedTuple):
@@ -36,13 +34,6 @@ def significant(table: ChartTable, threshold: float) -> Terms:
     count = len(table.values)
     values = table.values.reshape(count, table.n_x, table.n_phase, -1)[..., :FUNCTIONS]
     return Terms(table.width, np.where(_sizes(values) > threshold, values, 0))
-
-
-def halves(terms: Terms) -> tuple[Terms, Terms]:
-    """The few large terms as they are, and the small ones in doubles."""
-    large = _sizes(terms.values) > HEAD
-    head, tail = np.where(large, terms.values, 0), np.where(large, 0, terms.values)
-    return Terms(terms.width, head), Terms(float(terms.width), tail.astype(float))
 
 
 def in_doubles(terms: Terms) -> Terms:

@@ -41,6 +41,7 @@ class Bracket(NamedTuple):
     def between(self, k: int, n: int) -> Exact:
         """The phase at k nths of the way; where it is not rational one close to it that is."""
         x = self.low + (self.high - self.low) * k / n
+        # Enough to tell the n parts apart, and guard bits beyond.
         bits = GUARD_BITS - min(0, math.floor(math.log2(self.width / n)))
         return rational(x.fraction or fraction(x.at(bits), bits), None)
 
@@ -133,10 +134,12 @@ def bisect(prefixes: Prefixes, bracket: Bracket, width: float) -> list[Bracket]:
     while path[-1].width > width:
         whole, n = path[-1], 2**AT_ONCE
         points = [whole.low, *(whole.between(k, n) for k in range(1, n)), whole.high]
+        # Orbits side by side cost little more than one: six halvings at a time.
         found = prefixes(points[1:-1])
         a, b = 0, n
         while b - a > 1 and path[-1].width > width:
             middle = (a + b) // 2
+            # `found` begins with the second point.
             a, b = (middle, b) if found[middle - 1] == left else (a, middle)
             path.append(Bracket(points[a], points[b]))
     return path

@@ -30,6 +30,7 @@ FEWEST, MOST, PIECES = 256, 1024, 8
 PIECE = 2048
 """Columns of a piece where maps serve."""
 METHODS = ("auto", "map", "integration")
+"""Ways in which codes are computed in double precision."""
 MANY = 8_000
 """Number of orbits from which on "auto" takes maps.
 
@@ -90,7 +91,7 @@ def route_codes(
     n_symbols : int, optional
         How many symbols to find on each orbit.
     engine : {"taylor", "scipy"}, optional
-        `taylor` where heyoka is installed.
+        `taylor` by default.
     tolerance : number, optional
         Local tolerance in double precision; by default the engine's own, at least its finest.
     precisions : sequence of int, optional
@@ -209,6 +210,7 @@ def _decided(
             )
             return *known, by_map
         except MapError:
+            # What was asked for by name is not replaced in silence.
             if method == "map":
                 raise
     return *_integrated(run, rate), np.zeros(n, dtype=bool)
@@ -223,6 +225,7 @@ def _integrated(run: Run, rate: float) -> Decided:
     engine, _, ladder = run.arithmetic
     threads = all(integrate.runs_in_threads(engine, bits) for bits in ladder)
     share = functools.partial(_shared, run.jobs) if threads else None
+    # Threads that share the columns start none of their own.
     alone = run._replace(jobs=1) if threads else run
     return certainty.decide(alone.crossings, len(run.phases), rate, ladder, share)
 
@@ -273,6 +276,7 @@ def tolerance_of(arithmetic: Arithmetic, bits: int, scales: Scales) -> float:
 
 
 _limit = functools.lru_cache(maxsize=32)(passage_limit)
+"""`passage_limit`, which takes mpmath and is the same for all columns of a run."""
 
 
 def _named(name: str, value: Any) -> Exact:

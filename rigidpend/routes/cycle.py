@@ -31,6 +31,7 @@ TURNS = (
 NO_SYMBOL = 255
 """The code where there is no symbol: the orbit does not cross J1 = J2/2 again."""
 
+# By numbers of the two separatrices. What is no turn, with 0 for no crossing, has no symbol.
 _SYMBOL = np.full((5, 5), NO_SYMBOL, dtype=np.uint8)
 for _turn in TURNS:
     _SYMBOL[_turn.arriving, _turn.leaving] = _turn.symbol

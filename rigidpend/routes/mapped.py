@@ -34,9 +34,7 @@ from rigidpend.routes.start import Scales
 
 BLOCK = 2048
 """Orbits at a time: their rows then stay in a core's own memory."""
-COMPILED = 150_000
-"""Orbits from which on more is compiled; it takes a second."""
-THIRDS = 20_000
+THIRDS = 6_000
 """Orbits from which on a third map is cheaper than a third integration of one in seven."""
 SAMPLE = 64
 """Number of orbits that are integrated as well and compared."""
@@ -109,38 +107,37 @@ class Maps:
         design, rapid = DESIGNS[scales], self._rapid(bits, DESIGNS[scales])
         blocks = [columns[k : k + BLOCK] for k in range(0, len(columns), BLOCK)] or [columns]
         parts = [self._follow(rapid, bits, design, block) for block in blocks]
-        time, separatrix, inside = (np.concatenate(x, axis=1) for x in zip(*parts, strict=True))
-        outcome = np.where(inside.all(axis=0), Outcome.COMPLETE, Outcome.FAILED)
+        time, separatrix = (np.concatenate(x, axis=1) for x in zip(*parts, strict=True))
+        outcome = np.where(separatrix[-1] != 0, Outcome.COMPLETE, Outcome.FAILED)
         return Crossings(time, separatrix, outcome.astype(np.uint8))
 
     def made(self, design: Design) -> ReturnMap:
         """The map of a design over the energies of all phases."""
+        # The energy is h0 + mu times a height, which is between -1 and 1 at every phase.
         low, high = (self.problem.h0 + side * self.problem.body.mu for side in (-1, 1))
         return return_map(self.problem.body, h=(low, high), bits=self.table_bits, design=design)
 
     def _rapid(self, bits: int, design: Design) -> Rapid:
         """The map of a design, ready for use."""
+        # Threads ask for the same map: one makes it, and the others wait.
         with self._lock:
             if (bits, design) not in self._ready:
                 least, most = (
-                    _start_Qp(self.problem, design.unit, self.table_bits, J1)
+                    start_Qp(self.problem, design.unit, self.table_bits, J1)
                     for J1 in (self.starts.least if self.starts else None, None)
                 )
-                many = self.orbits >= COMPILED
-                self._ready[bits, design] = self.made(design).rapid(bits, least, most, many)
+                self._ready[bits, design] = self.made(design).rapid(bits, least, most)
             return self._ready[bits, design]
 
-    def _follow(
-        self, rapid: Rapid, bits: int, design: Design, columns: Any
-    ) -> tuple[Any, Any, Any]:
-        """Times (n + 1, N) in t', separatrices, and whether the tables reach so far."""
+    def _follow(self, rapid: Rapid, bits: int, design: Design, columns: Any) -> tuple[Any, Any]:
+        """Times (n + 1, N) in t' and separatrices; NaN and 0 where the tables end."""
         J1 = self.starts.J1_0[columns] if self.starts else None
-        Qp = _start_Qp(self.problem, design.unit, bits, J1)
+        Qp = start_Qp(self.problem, design.unit, bits, J1)
         phase, height = self._begin(bits, design, J1, columns)
+        # Orbits that leave the tables may go on as NaN or infinity.
         with np.errstate(invalid="ignore", over="ignore"):
             found = rapid.follow(Qp + 0 * phase, phase, height, self.problem.n_symbols)
-        time = np.where(found.inside, found.time * float(exact(design.unit)), np.nan)
-        return time, np.where(found.inside, found.separatrix, np.uint8(0)), found.inside
+        return found.time * _unit(design.unit, 53), found.separatrix
 
     def _begin(self, bits: int, design: Design, J1_0: Any, columns: Any) -> tuple[Any, Any]:
         """The phase of entry, and the energy less h0 in units of mu, (N,) each.
@@ -150,6 +147,7 @@ class Maps:
         a, theta2 = precision(bits), self.phases.high[columns]
         p, J2, J1 = _constants(self.problem, bits)
         shifted = theta2 + design.origin
+        # Knuth's two-sum: what rounding the sum has lost, exactly.
         back = shifted - design.origin
         lost = (theta2 - back) + (design.origin - (shifted - back))
         rest = a.array(self.phases.rest[columns] + lost)
@@ -173,13 +171,18 @@ def _constants(problem: RouteProblem, bits: int) -> Constants:
     return Constants(angles, a.number(problem.J2_0(guarded)), a.number(problem.J1_0.at(guarded)))
 
 
-def _start_Qp(problem: RouteProblem, unit: str, bits: int, J1_0: Any = None) -> Any:
+@functools.cache
+def _unit(unit: str, bits: int) -> Any:
+    """A design's unit of M in a precision."""
+    return precision(bits).number(exact(unit).at(bits + GUARD_BITS))
+
+
+def start_Qp(problem: RouteProblem, unit: str, bits: int, J1_0: Any = None) -> Any:
     """Qp of starts in units of a design, for the problem's J1_0 or for doubles in its place."""
     a, (p, J2, J1) = precision(bits), _constants(problem, bits)
     J1 = J1 if J1_0 is None else a.array(J1_0)[()]
     begin = Canonical(J1, J2 - J1, 0, p.alpha0 + p.beta0, 0 * J1, 0, 1)
-    scale = a.number(exact(unit).at(bits + GUARD_BITS))
-    return scale * aligned_from_canonical(begin, p.alpha0, p.beta0, a).Qp
+    return _unit(unit, bits) * aligned_from_canonical(begin, p.alpha0, p.beta0, a).Qp
 
 
 class Mapped(NamedTuple):
@@ -230,22 +233,17 @@ def decided_by(
 ) -> Mapped:
     """Decide all orbits of some maps: :func:`decided` without their making.
 
-    What maps leave open is integrated if the precisions go beyond theirs: from 64 bits on, for
-    an integration in 64 bits errs less than a map whose tables are of 64 bits.
+    What maps leave open is integrated if the precisions go beyond theirs, and compared with what
+    they found last.
     """
     n, within = len(maps.phases), tuple(p for p in maps.ladder(precisions) if p <= maps.table_bits)
     compute, left = with_maps(maps, integrated, n, precisions)
     known = certainty.decide(compute, n, rate, within, share)
     open_ = np.flatnonzero(~known.certain.all(axis=0))
-    if open_.size and within != precisions:
+    beyond = tuple(p for p in precisions if p > maps.table_bits)
+    if open_.size and beyond:
         left[open_] = True
-        again = certainty.decide(
-            lambda bits, scales, columns: integrated(bits, scales, open_[columns]),
-            open_.size,
-            rate,
-            precisions[1:],
-        )
-        certainty.replace(known, open_, again)
+        certainty.climb(integrated, known, open_, rate, beyond)
     size = max(LEAST_SAMPLE, -(-SAMPLE * n // maps.orbits))
     _compare_sample(known, integrated, rate, precisions, size)
     return Mapped(known, (known.bits <= maps.table_bits) & ~left)
@@ -279,6 +277,7 @@ def _compare_sample(
 ) -> None:
     """Integrate a sample of the columns; raise MapError if a certain symbol is another one."""
     n = len(known.bits)
+    # Evenly spread and not by lot: the same sample in every run.
     sample = np.unique(np.linspace(0, n - 1, min(n, size)).astype(int))
     again = certainty.decide(
         lambda bits, scales, columns: integrated(bits, scales, sample[columns]),

@@ -54,6 +54,7 @@ class Neighbourhood:
     ) -> None:
         self.problem, self.centre, self.finest = problem, centre, finest
         self.arithmetic, self.jobs = arithmetic, jobs
+        # One reference serves 53 and 64 bits: it is made for the higher of those asked for.
         self.finest_bits = max((b for b in arithmetic.precisions if b in KINDS), default=53)
         self.bits = reference_bits(finest, self.finest_bits)
         """Bits of the reference orbit."""
@@ -77,6 +78,7 @@ class Neighbourhood:
         reference = self._reference(scales)
         begin = start(self.problem, self.bits, scales)
         states = states_exact(begin, [self.centre, *phases], self.bits)
+        # Differences of fractions are exact; `self.bits` leave the closest enough of their own.
         apart = [[x - y for x, y in zip(other, states[0], strict=True)] for other in states[1:]]
         unit = float(begin.time_unit)
         found = neighbours.crossings(
@@ -101,7 +103,7 @@ class Neighbourhood:
     def _orbit(self, phase: Exact, bits: int, scales: Scales) -> ReferenceOrbit:
         """The orbit of a phase, with its derivative in the phase."""
         begin = start(self.problem, bits, scales)
-        # A quarter turn further on gamma is its own derivative.
+        # A quarter turn further on gamma is its own derivative; M does not depend on the phase.
         state, further = states_exact(begin, [phase, phase + PI / 2], bits)
         return ReferenceOrbit(
             begin.coefficients,
@@ -116,10 +118,12 @@ class Neighbourhood:
 
     def _alone(self, bits: int, scales: Scales, phases: Sequence[Exact]) -> Crossings:
         """Each orbit by itself, in `bits` bits relative to its distance."""
+        # Each in a precision of its own, by its distance: none share a step.
         found = joined([self._integrated(bits, scales, phase) for phase in phases])
         return found._replace(time=found.time * float(exact(scales.momentum)))
 
     def _integrated(self, bits: int, scales: Scales, phase: Exact) -> Crossings:
+        # What is closer than is to be resolved gets no further bits.
         distance = max(self.finest, abs(float(phase - self.centre)))
         orbit = self._orbit(phase, reference_bits(distance, bits), scales)
         return neighbours.crossings_alone(

@@ -83,6 +83,7 @@ def _halves(x: Exact) -> tuple[float, float]:
         nearest = float(x)
         rest = x.fraction - Fraction(nearest) if math.isfinite(nearest) else Fraction(0)
         return nearest, float(rest)
+    # Twice the bits of a double, so that its rest has digits of its own.
     value = x.at(113)
     nearest = float(value)
     return nearest, float(value - nearest)

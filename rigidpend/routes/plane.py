@@ -96,6 +96,7 @@ class Plane:
 
 
 def _cells(found: Decided, by_map: NDArray[np.bool_]) -> Cells:
+    # Behind an uncertain symbol none is certain, so that their number says which.
     certain = found.certain.sum(axis=0)
     return Cells(symbols(found.crossings.separatrix), certain.astype(np.uint8), by_map)
 
@@ -116,7 +117,9 @@ class _Integrated:
             order.append(here)
             begun.append(self.run._replace(problem=problem).begin(bits, scales, columns[here]))
         states = _joined([states for _, states in begun], bits)
+        # Coefficients and units do not hang on J1_0, so any start has them.
         found = self.run.integrate(begun[0][0], states, bits, scales)
+        # Into the order in which they were asked for.
         back = np.argsort(np.concatenate(order))
         time, separatrix, outcome = found
         return Crossings(time[:, back], separatrix[:, back], outcome[back])

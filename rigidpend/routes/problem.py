@@ -13,6 +13,7 @@ from rigidpend.numbers.exact import GUARD_BITS, Exact, ExactError, context, func
 from rigidpend.numbers.parameters import ParameterError
 
 MAX_SYMBOLS = 100_000
+"""Symbols on an orbit at most."""
 LEAST = 1e-100
 """Least h0, and least mu relative to it: what is smaller is lost in doubles."""
 SMALLEST_RATIO = "1e-500"
@@ -68,6 +69,7 @@ class RouteProblem:
         shown = f"J1_0 = {self.J1_0}, J2_0 = {float(J2):.17g}"
         if not (J1 > 0 and self.J2mJ1_0(113) > 0):
             raise ProblemError("J1_0", f"0 < J1_0 < J2_0 is broken: {shown}")
+        # Closer to the section, rounding decides whether the start counts as a crossing.
         if abs(2 * J1 - J2) < m.mpf(2) ** -48 * J2:
             message = f"the start lies on the section J1 = J2/2 that counts crossings: {shown}"
             raise ProblemError("J1_0", message)
@@ -83,9 +85,11 @@ class RouteProblem:
     def J2mJ1_0(self, bits: int) -> Any:
         """J2_0 - J1_0, dimensionless, correctly rounded to `bits` bits however small it is."""
         A1, A2, A3 = self.body.A
+        # As an expression, which takes as many bits as the difference needs.
         J2_0 = function("sqrt", 2 * self.h0 * A3 * (A1 - A2) / (A1 * A2))
         try:
             return (J2_0 - self.J1_0).at(bits)
+        # Not to be told from zero, as where J1_0 is written as J2_0 is: refused like that.
         except ExactError:
             return context(bits).mpf(0)
 

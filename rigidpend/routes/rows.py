@@ -34,6 +34,7 @@ def row_problem(problem: RouteProblem, axis: str, value: float) -> RouteProblem:
         return replace(problem, h0=exact(value))
     if axis == "mu":
         return replace(problem, body=Body(body.A, body.r, value))
+    # r = (cos, sin) of beta0/2, by (phi).
     half = exact(value) / 2
     direction = function("cos", half), function("sin", half), 0
     return replace(problem, body=Body(body.A, direction, body.mu))

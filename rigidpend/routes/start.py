@@ -59,8 +59,10 @@ def start(problem: RouteProblem, bits: int, scales: Scales) -> Start:
             p.beta0,
             m,
         )
+        # gamma is linear in cos and sin of theta2: two starts give both coefficients.
         for theta2 in (m.mpf(0), m.pi / 2)
     ]
+    # mu has the unit of M^2 over that of gamma: so it is the same orbit in other units.
     scaled = p._replace(mu=p.mu * unit**2 / tall)
     rounded = _rounding(bits)
     return Start(
@@ -76,6 +78,7 @@ def start(problem: RouteProblem, bits: int, scales: Scales) -> Start:
 def states_double(begin: Start, theta2: NDArray[np.float64], rest: Any) -> NDArray[np.float64]:
     """States (6, n) in double precision for the phases ``theta2 + rest``, `rest` tiny."""
     cos, sin = np.cos(theta2), np.sin(theta2)
+    # To first order: the square of the rest is below the rounding of the rest itself.
     cos, sin = cos - rest * sin, sin + rest * cos
     states = np.zeros((6, theta2.size))
     states[0], states[2] = begin.Qp, begin.M3
@@ -94,6 +97,7 @@ def states_exact(begin: Start, theta2: Sequence[Exact], bits: int) -> list[list[
     for phase in theta2:
         cos, sin = m.cos_sin(phase.in_context(m))
         gamma = [rounded(a * cos + b * sin) for a, b in zip(*axes, strict=True)]
+        # Qm is exactly 0 on separatrix 2; a rounded one would be another orbit.
         states.append([begin.Qp, Fraction(0), begin.M3, *gamma])
     return states
 

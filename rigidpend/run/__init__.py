@@ -6,8 +6,12 @@ runner      from configs to result files; what is up to date is left alone
 parts       checkpoints: an interrupted run goes on from its finished parts
 provenance  what a result was made from: versions, commit, machine, code
 code_cache  what was read in source files, kept on disk
+memory      what was found out before, kept on disk
+recalled    configs that were read before, as far as a plan needs them
+stored      what a plan needs of a result file, remembered
 progress    progress display on a terminal
 logs        progress and errors kept beside the results
+cluster     parts computed by a Dask cluster
 workers     threads and processes side by side
 signals     signal handling (SIGTERM, SIGINT)
 """

@@ -5,12 +5,25 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
-from rigidpend.results import files, locks, store
-from rigidpend.results.tree import Tree
+from rigidpend.results import files, locks
+
+if TYPE_CHECKING:
+    from rigidpend.results.tree import Tree
+
+
+class Piece(NamedTuple):
+    """A part that is still to be computed; another process may do it."""
+
+    name: str
+    """Name of letters, digits, ``_``, ``.`` and ``-``."""
+    work: Callable[..., Tree]
+    """A function of a module."""
+    arguments: tuple[Any, ...]
 
 
 class Parts:
@@ -56,6 +69,9 @@ class Parts:
         StoreError
             It cannot be written.
         """
+        # HDF5 is for runs that keep something; a plan sweeps up without it.
+        from rigidpend.results import store
+
         self._join()
         path = self._folder / f"{name}.h5"
         if path.is_file():
@@ -65,6 +81,15 @@ class Parts:
         made = compute()
         store.write(path, store.Result({"part": name}, "", {}, made), lasting=False)
         return made
+
+    def has(self, name: str) -> bool:
+        """True if there is a part of that name."""
+        return (self._folder / f"{name}.h5").is_file()
+
+    def in_order(self, pieces: Sequence[Piece]) -> Iterator[Tree]:
+        """The parts one after the other, each :meth:`keep`."""
+        for piece in pieces:
+            yield self.keep(piece.name, partial(piece.work, *piece.arguments))
 
     def drop(self) -> None:
         """Remove all parts, those of other fingerprints too, unless another run needs them."""
@@ -82,7 +107,7 @@ class Parts:
                 # Another run has just removed it.
                 continue
             except OSError as error:
-                raise store.StoreError(f"{self._whole}: {error.strerror}") from None
+                raise files.StoreError(f"{self._whole}: {error.strerror}") from None
             locks.share(handle)
             if locks.is_at(handle, self._whole):
                 self._handle = handle

@@ -195,8 +195,8 @@ class Progress:
                 self._show("")
                 if well:
                     self._print(last)
-            # A log needs no word on what ends at once.
-            elif (self.course.left(self._clock()) or 0.0) >= 1.0:
+            # A log needs no word on what ends at once, and a failure may be the end of all.
+            elif well and (self.course.left(self._clock()) or 0.0) >= 1.0:
                 self._print(self.course.said(self._clock()))
 
     def tell(self, line: str, *, detail: bool = False) -> None:

@@ -19,6 +19,8 @@ from rigidpend.run.code_cache import CodeCache
 
 PACKAGE = Path(__file__).resolve().parents[1]
 LIBRARIES = ("numpy", "scipy", "mpmath", "h5py", "llvmlite", "heyoka")
+ABSENT = "absent"
+"""Version of a library that is not installed."""
 
 
 def config_hash(resolved: dict[str, Any]) -> str:
@@ -29,7 +31,12 @@ def config_hash(resolved: dict[str, Any]) -> str:
 
 def code_hash(experiment: str) -> str:
     """Hash the code that computes an experiment: comments and docstrings don't count."""
-    return code_hash_of(PACKAGE / "experiments" / experiment / "compute.py")
+    return code_hash_of_part(experiment, "compute")
+
+
+def code_hash_of_part(experiment: str, part: str) -> str:
+    """Hash the code of one of an experiment's files, its schema say."""
+    return code_hash_of(PACKAGE / "experiments" / experiment / f"{part}.py")
 
 
 def code_hash_of(file: Path) -> str:
@@ -40,11 +47,13 @@ def code_hash_of(file: Path) -> str:
 
 
 def engine_name(engine: str) -> str:
-    """Name of an engine with the version of the library behind it."""
+    """Name of an engine with the versions of the libraries behind it, as far as installed."""
     if not engine:
         return "no engine"
-    library = {"taylor": "heyoka", "scipy": "scipy"}[engine]
-    return f"{engine} ({library} {_version(library)})"
+    behind = {"taylor": ("llvmlite", "heyoka"), "scipy": ("scipy",)}[engine]
+    versions = {library: _version(library) for library in behind}
+    told = (f"{library} {its}" for library, its in versions.items() if its != ABSENT)
+    return f"{engine} ({', '.join(told)})"
 
 
 def provenance() -> dict[str, str]:
@@ -151,7 +160,7 @@ def _version(library: str) -> str:
     try:
         return importlib.metadata.version(library)
     except importlib.metadata.PackageNotFoundError:
-        return "absent"
+        return ABSENT
 
 
 def _commit() -> str:

@@ -4,31 +4,30 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from rigidpend import experiments
-from rigidpend.config import changes
-from rigidpend.config.loading import LoadedConfig
-from rigidpend.results import store
-from rigidpend.results.tree import Tree
-from rigidpend.run import provenance
-from rigidpend.run.parts import Parts, sweep
+from rigidpend.results import files
+from rigidpend.run import provenance, stored
+from rigidpend.run.parts import Parts, Piece, sweep
+from rigidpend.run.recalled import AnyConfig, RecalledConfig
 from rigidpend.run.signals import termination
+from rigidpend.run.stored import DOUBT, OTHER, SECONDS
 
+# What a plan that finds nothing to do does without is imported where it is used.
 if TYPE_CHECKING:
     from rigidpend.integrate.arithmetic import Arithmetic
+    from rigidpend.results.tree import Tree
 
 
 @dataclass(frozen=True)
 class Plan:
     """Plan of a run: a config, the file of its result, and the reason to compute it, if any."""
 
-    config: LoadedConfig
+    config: AnyConfig
     engine: str
     target: Path
     fingerprint: dict[str, str]
@@ -41,12 +40,6 @@ class Plan:
     """Seconds that the result there took, if it is of the same config; else 0."""
 
 
-OTHER = "of another version"
-"""Mark of a result that cannot be read for its format version."""
-SECONDS = "seconds"
-"""Root attribute of the time that a result took, unless it went on from parts."""
-DOUBT = "doubt"
-"""Root attribute of what is uncertain."""
 REASONS = {
     "config_hash": "its config changed",
     "code_hash": "the code that computes it changed",
@@ -54,12 +47,12 @@ REASONS = {
 }
 
 
-def plan(config: LoadedConfig, folder: Path, *, force: bool = False) -> Plan:
+def plan(config: AnyConfig, folder: Path, *, force: bool = False) -> Plan:
     """Decide whether a config is to be run; tidy up what a killed run left beside its result.
 
     Parameters
     ----------
-    config : LoadedConfig
+    config : LoadedConfig or RecalledConfig
     folder : Path
         Where results are kept.
     force : bool, optional
@@ -68,19 +61,19 @@ def plan(config: LoadedConfig, folder: Path, *, force: bool = False) -> Plan:
     engine = _engine(config)
     target = folder / f"{config.name}.h5"
     fingerprint = {
-        "config_hash": provenance.config_hash(config.resolved()),
+        "config_hash": _config_hash(config),
         "code_hash": provenance.code_hash(config.experiment),
         "engine": provenance.engine_name(engine),
     }
-    stored = {} if force else _stored_attributes(target)
-    reason = "--force" if force else _reason(stored, fingerprint)
-    if stored.get("config_hash", fingerprint["config_hash"]) != fingerprint["config_hash"]:
+    known = {} if force else stored.facts(target)
+    reason = "--force" if force else _reason(known, fingerprint)
+    if known.get("config_hash", fingerprint["config_hash"]) != fingerprint["config_hash"]:
         reason = reason.replace(REASONS["config_hash"], _changed(target, config))
     if not reason:
         sweep(target)
-    same = stored.get("config_hash") == fingerprint["config_hash"]
-    seconds = float(stored.get(SECONDS, 0.0)) if same else 0.0
-    return Plan(config, engine, target, fingerprint, reason, str(stored.get(DOUBT, "")), seconds)
+    same = known.get("config_hash") == fingerprint["config_hash"]
+    seconds = float(known.get(SECONDS, 0.0)) if same else 0.0
+    return Plan(config, engine, target, fingerprint, reason, str(known.get(DOUBT, "")), seconds)
 
 
 def expected_seconds(planned: Plan) -> float | None:
@@ -95,7 +88,9 @@ def expected_seconds(planned: Plan) -> float | None:
     return experiments.cost(planned.config.experiment, planned.config.content)
 
 
-def follow(planned: Plan, *, jobs: int, say: Callable[[str], None]) -> None:
+def follow(
+    planned: Plan, *, jobs: int, say: Callable[[str], None], scheduler: str | None = None
+) -> None:
     """Run a planned experiment and report its progress, each line beginning with its name.
 
     Parameters
@@ -103,6 +98,8 @@ def follow(planned: Plan, *, jobs: int, say: Callable[[str], None]) -> None:
     planned : Plan
     jobs : int
         Threads or processes; no result depends on it.
+    scheduler : str, optional
+        Address of a Dask cluster that computes the experiment's pieces.
     say : callable
         Takes lines of progress: the beginning with its reason, the parts, the end.
 
@@ -114,8 +111,14 @@ def follow(planned: Plan, *, jobs: int, say: Callable[[str], None]) -> None:
     name, start = planned.config.name, time.perf_counter()
     engine = planned.fingerprint["engine"]
     say(f"{name}: computing ({planned.reason}), {engine}")
+    if slow := _slow(planned):
+        say(f"{name}: {slow}")
     with termination():
-        told = run(planned, jobs=jobs, report=lambda text: say(f"{name}: {text}"))
+
+        def report(text: str) -> None:
+            say(f"{name}: {text}")
+
+        told = run(planned, jobs=jobs, report=report, scheduler=scheduler)
     doubt = f"; {told}" if told else ""
     say(f"{name}: {planned.target} written, {time.perf_counter() - start:.2f} s{doubt}")
 
@@ -126,6 +129,7 @@ def run(
     jobs: int,
     report: Callable[[str], None],
     further: Mapping[str, Any] | None = None,
+    scheduler: str | None = None,
 ) -> str:
     """Compute a planned experiment and write its result file.
 
@@ -139,6 +143,8 @@ def run(
         Takes a line of progress.
     further : dict, optional
         Root attributes besides.
+    scheduler : str, optional
+        Address of a Dask cluster that computes the experiment's pieces.
 
     Returns
     -------
@@ -150,17 +156,19 @@ def run(
     StoreError
         The file cannot be written.
     """
-    config = planned.config
+    from rigidpend.experiments.contract import Means
+    from rigidpend.results import store
+
+    config = _settled(planned)
     store.prepare(planned.target)
     with Parts(planned.target, provenance.config_hash(planned.fingerprint)) as parts:
         start, resumed = time.perf_counter(), len(parts)
         if resumed:
             report(f"goes on from {len(parts)} finished part{'s' if len(parts) > 1 else ''}")
-        # Imported here: a plan, which may find nothing to do, loads no arithmetic.
-        from rigidpend.experiments.contract import Means
-
         arithmetic = _arithmetic(planned)
-        means = Means(arithmetic, jobs, report, parts.keep)
+        pieces = _pieces(parts, config.experiment, scheduler, report)
+        # Each thread of a cluster's workers has a piece of its own.
+        means = Means(arithmetic, 1 if scheduler else jobs, report, parts.keep, pieces)
         data = experiments.computation(config.experiment).compute(config.content, means)
         attributes: dict[str, Any] = {
             "name": config.name,
@@ -180,11 +188,34 @@ def run(
         return str(attributes[DOUBT])
 
 
+def _pieces(
+    parts: Parts, experiment: str, scheduler: str | None, report: Callable[[str], None]
+) -> Callable[[Sequence[Piece]], Iterator[Tree]]:
+    """Choose who computes the pieces of an experiment: this process, or a cluster."""
+    if scheduler is None:
+        return parts.in_order
+    from rigidpend.run import cluster
+
+    return lambda pieces: cluster.computed(scheduler, experiment, parts, pieces, report)
+
+
+def _settled(planned: Plan) -> AnyConfig:
+    """The config of a plan, read and as it was when it was planned."""
+    config = planned.config
+    if isinstance(config, RecalledConfig):
+        config = config.loaded
+        if _config_hash(config) != planned.fingerprint["config_hash"]:
+            raise files.StoreError(f"{config.name}: its config was changed meanwhile; run it again")
+    return config
+
+
 def doubt(data: Tree) -> str:
     """Count the symbols of a result that are uncertain, in words; empty where none is.
 
     They are those of every array of flags of the name `certain`.
     """
+    import numpy as np
+
     flags = [each for each in _named("certain", data) if np.asarray(each).dtype == bool]
     uncertain = sum(int(np.count_nonzero(~np.asarray(each))) for each in flags)
     return f"{uncertain} of {sum(map(np.size, flags))} symbols uncertain" if uncertain else ""
@@ -208,18 +239,40 @@ def _arithmetic(planned: Plan) -> Arithmetic:
     return resolve(**{**planned.config.content.numerics_asked, "engine": planned.engine})
 
 
-def _stored(arithmetic: Arithmetic, config: LoadedConfig) -> dict[str, Any]:
+def _slow(planned: Plan) -> str:
+    """Sentence on what is slow here for want of a library; empty when it was said before."""
+    from rigidpend.integrate.engines import slow_precisions
+
+    if not planned.engine:
+        return ""
+    slow = slow_precisions(planned.engine, _arithmetic(planned).precisions)
+    if slow in _said:
+        return ""
+    _said.add(slow)
+    return slow
+
+
+_said: set[str] = set()
+
+
+def _stored(arithmetic: Arithmetic, config: AnyConfig) -> dict[str, Any]:
     """Part of the arithmetic that a config can choose, as root attributes."""
     chosen = set(config.content.numerics_asked) - {"engine"}
     return {name: value for name, value in arithmetic._asdict().items() if name in chosen}
 
 
-def _engine(config: LoadedConfig) -> str:
+def _config_hash(config: AnyConfig) -> str:
+    if isinstance(config, RecalledConfig):
+        return config.config_hash
+    return provenance.config_hash(config.resolved())
+
+
+def _engine(config: AnyConfig) -> str:
     """Engine that a config is computed with; empty for closed forms."""
     from rigidpend.integrate.engines import check_engine, default_engine
 
-    asked = config.content.numerics_asked
-    return check_engine(asked["engine"] or default_engine()) if asked else ""
+    asked = config.engine_asked
+    return asked if asked == "" else check_engine(asked or default_engine())
 
 
 def _reason(stored: Mapping[str, Any], fingerprint: dict[str, str]) -> str:
@@ -232,8 +285,11 @@ def _reason(stored: Mapping[str, Any], fingerprint: dict[str, str]) -> str:
     return "; ".join(changed)
 
 
-def _changed(target: Path, config: LoadedConfig) -> str:
+def _changed(target: Path, config: AnyConfig) -> str:
     """Reason that names the keys of the config that are others than in the result there."""
+    from rigidpend.config import changes
+    from rigidpend.results import store
+
     try:
         before = json.loads(store.config(target))
     except (store.StoreError, ValueError):
@@ -242,21 +298,3 @@ def _changed(target: Path, config: LoadedConfig) -> str:
     return (
         f"{REASONS['config_hash']}: {changes.sentence(found)}" if found else REASONS["config_hash"]
     )
-
-
-def _stored_attributes(target: Path) -> dict[str, Any]:
-    """Attributes of the result in a place; empty where there is none.
-
-    Raises
-    ------
-    StoreError
-        There is a file in its place that is no result of ours, or is damaged.
-    """
-    if not target.exists():
-        return {}
-    try:
-        return store.attributes(target)
-    except store.OtherVersion:
-        return {OTHER: True}
-    except store.StoreError as error:
-        raise store.StoreError(f"{error}; move it away, or overwrite it with --force") from None

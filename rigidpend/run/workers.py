@@ -9,8 +9,6 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from typing import Any, TypeVar
 
-import numpy as np
-
 from rigidpend.run.signals import held, interruption_kept_from_children
 
 Result = TypeVar("Result")
@@ -63,6 +61,9 @@ def cores() -> int:
 
 def spread(array: Any, parts: int, axis: int) -> list[Any]:
     """Split an array into at most `parts` successive pieces of nearly equal length, none empty."""
+    # Imported here: a plan that finds nothing to do has no use for it.
+    import numpy as np
+
     pieces = max(1, min(parts, array.shape[axis]))
     return list(np.array_split(array, pieces, axis=axis))
 

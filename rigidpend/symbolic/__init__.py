@@ -16,6 +16,12 @@ follow    the address of a given orbit
 find      the orbit of a given address
 closed    the periodic orbit of a word, its multiplier
 closing   closed orbits verified by integration
+stretching growth of deviations, finite-time Lyapunov exponents
+track     orbits of the unstable surface, followed by the map
+skeleton  every doubly asymptotic orbit with a short code
+doubly    the same to rounding, what theta3 gains along them
+launch    starts on the unstable surface itself, in 106 bits
+sharp     their phases to 30 digits
 """
 
 from rigidpend.symbolic.address import Address, AddressError

@@ -41,6 +41,13 @@ class Address(NamedTuple):
     half_turns: tuple[int, ...] | None
     """Half rotations of each passage; None where they are free."""
 
+    @staticmethod
+    def of(chi: Any, symbols: Sequence[Any] | NDArray[Any]) -> Address:
+        """The address of an orbit from chi (n + 1,) of its crossings, whole turns included."""
+        cells = cells_of(chi)
+        turns = tuple(int(n) for n in np.diff(cells))
+        return Address(int(cells[0]) % 2, tuple(int(s) for s in symbols), turns)
+
     def __str__(self) -> str:
         start = [] if self.first is None else [LETTERS[self.first]]
         if self.half_turns is None:
@@ -49,6 +56,11 @@ class Address(NamedTuple):
         groups = ((term, len(list(run))) for term, run in itertools.groupby(terms))
         shown = [f"{s}^{n}" if k == 1 else f"({s}^{n})*{k}" for (s, n), k in groups]
         return " ".join([*start, *shown])
+
+
+def cells_of(chi: Any) -> NDArray[np.int64]:
+    """The multiples of pi to which angles are nearest."""
+    return np.rint(np.asarray(chi) / np.pi).astype(np.int64)
 
 
 def parsed(text: str | Sequence[int] | NDArray[np.integer[Any]] | Address) -> Address:

@@ -100,12 +100,7 @@ def _addressed(level: Level, points: SectionCrossings, symbols: NDArray[np.uint8
     chi = points.chi[0] + np.concatenate(([0.0], np.cumsum(turned)))
     # Each end anew: what turned errs by does not add up.
     at = points.chi + 2 * np.pi * np.rint((chi - points.chi) / (2 * np.pi))
-    cells = np.rint(at / np.pi).astype(int)
-    return Address(
-        int(cells[0]) % 2,
-        tuple(int(s) for s in symbols),
-        tuple(int(n) for n in np.diff(cells)),
-    )
+    return Address.of(at, symbols)
 
 
 def crossings_of(
@@ -148,6 +143,4 @@ def followed(orbits: Surface, theta2: float, n: int) -> tuple[Address, Array]:
         chi, point = chi + float(passed.turned[0]), passed.point
         symbols.append(int(passed.symbol[0]))
         found.append(chi)
-    cells = np.rint(np.array(found) / np.pi).astype(int)
-    turns = tuple(int(x) for x in np.diff(cells))
-    return Address(int(cells[0]) % 2, tuple(symbols), turns), np.array(found)
+    return Address.of(found, symbols), np.array(found)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rigidpend.symbolic.address import cells_of
 from rigidpend.symbolic.chain import Arrival, Begin, Chain, NoOrbit, System
 from rigidpend.symbolic.tables import Array, Level, Signs
 
@@ -116,7 +117,7 @@ def _reason(system: System, made: Chain | None, longer: float) -> str:
 
 
 def _in_cells(chain: Chain, cells: Signs) -> Path:
-    off = np.flatnonzero(np.rint(chain.chi / np.pi).astype(int) != cells)
+    off = np.flatnonzero(cells_of(chain.chi) != cells)
     if off.size:
         k = int(off[0])
         raise NoOrbit(

@@ -10,12 +10,14 @@ import pytest
 from scipy.integrate import quad
 
 from rigidpend import Body
+from rigidpend.asymptotic.arrays import arrays
 from rigidpend.asymptotic.heteroclinic import phase_at_start
 from rigidpend.asymptotic.splitting import TOP, amplitude, distance, harmonics, measure
 from rigidpend.asymptotic.surface_orbits import (
     J2_0,
     Points,
     coefficients,
+    kind,
     launch,
     meet,
     numbers,
@@ -65,22 +67,30 @@ def test_first_order_distance_is_the_quadrature_of_the_linear_equation(
         assert float(amplitude(s)) * math.cos(g) == pytest.approx(found, rel=1e-6)
 
 
-def test_harmonics_are_those_of_a_known_curve() -> None:
+def points(start: list[Any], g: list[Any], offset: list[Any], bits: int) -> Points:
+    a = arrays(bits)
+    columns = (start, g, (x - y for x, y in zip(g, start, strict=True)), offset, g)
+    return Points(*map(a.array, columns))
+
+
+@pytest.mark.parametrize("bits", [0, 85])
+def test_harmonics_are_those_of_a_known_curve(bits: int) -> None:
     """offset(g) with known Fourier coefficients, at phases that lie unevenly."""
     n, lag = 32, M.mpf("0.7")
     start = [2 * M.pi * (k + M.mpf("0.3")) / n for k in range(n)]
     g = [s + lag + M.mpf("0.2") * M.sin(s) for s in start]
     offset = [3 + 5 * M.cos(x) + 7 * M.sin(x) + 2 * M.sin(2 * x) - 4 * M.cos(3 * x) for x in g]
-    found = [float(x) for x in harmonics(Points(start, g, offset, g), M) or []]
+    found = [float(x) for x in harmonics(points(start, g, offset, bits), arrays(bits)) or []]
     assert len(found) == 15
     # F(g) - F(pi - g) doubles what is odd about pi/2 and drops the rest.
     assert found[:4] == pytest.approx([10, 4, -8, 0], abs=1e-9)
 
 
-def test_a_curve_that_turns_back_has_no_harmonics() -> None:
+@pytest.mark.parametrize("bits", [0, 85])
+def test_a_curve_that_turns_back_has_no_harmonics(bits: int) -> None:
     start = [2 * M.pi * k / 32 for k in range(32)]
     g = [s + M.mpf("1.2") * M.sin(s) for s in start]
-    assert harmonics(Points(start, g, g, g), M) is None
+    assert harmonics(points(start, g, g, bits), arrays(bits)) is None
 
 
 def test_distance_vanishes_at_the_quarters_whatever_its_harmonics() -> None:
@@ -132,9 +142,9 @@ def test_invariant_odd_harmonics_are_odd_in_mu_and_even_ones_even() -> None:
     for sign in (1, -1):
         s = surface(GENERIC, H0, 53)
         s = s._replace(p=s.p._replace(mu=sign * s.p.mu))
-        points = meet(s, [2 * M.pi * k / 32 for k in range(32)], M.mpf(50), ARITHMETIC)
-        assert points is not None
-        found.append(np.array([float(x) for x in harmonics(points, M) or []]))
+        met = meet(s, [2 * M.pi * k / 32 for k in range(32)], M.mpf(50), ARITHMETIC)
+        assert met is not None
+        found.append(np.array(harmonics(met, kind(s, ARITHMETIC)), dtype=float))
     parity = (-1.0) ** np.arange(1, 16)
     np.testing.assert_allclose(found[1], parity * found[0], rtol=0, atol=1e-15)
     assert abs(found[0][1]) > 1e-5

@@ -23,10 +23,10 @@ GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.004")
 needs_heyoka = pytest.mark.skipif(
     importlib.util.find_spec("heyoka") is None, reason="heyoka is not installed"
 )
-ENGINES = [pytest.param("taylor", marks=needs_heyoka), "scipy"]
+ENGINES = ["taylor", "scipy"]
 WAYS = [
     # What serves: vectors of doubles, long double, pairs of doubles, real128; DOP853, integers.
-    pytest.param("taylor", 53, marks=needs_heyoka),
+    ("taylor", 53),
     pytest.param("taylor", 64, marks=needs_heyoka),
     ("taylor", 106),
     pytest.param("taylor", 113, marks=needs_heyoka),

@@ -2,28 +2,60 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
 
 from rigidpend import integrate
 from rigidpend.integrate import EngineError, engines
+from rigidpend.integrate.arithmetic import resolve
 from tests.integrate.problems import fan, find, needs_heyoka, same
 
 
-def without_heyoka(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(engines, "_has_heyoka", lambda: False)
+@pytest.fixture
+def without(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
+    """Lets a package seem not to be installed."""
+
+    def hide(package: str) -> None:
+        genuine = engines._installed
+        monkeypatch.setattr(engines, "_installed", lambda name: name != package and genuine(name))
+
+    return hide
 
 
-def test_engine_falls_back_to_scipy_without_heyoka(monkeypatch: pytest.MonkeyPatch) -> None:
-    without_heyoka(monkeypatch)
+def test_engine_falls_back_to_scipy_without_a_compiler(without: Callable[[str], None]) -> None:
+    without("llvmlite")
     assert integrate.default_engine() == "scipy"
     assert integrate.check_engine("scipy") == "scipy"
-    with pytest.raises(EngineError, match=r"'taylor' needs the package heyoka.*choose 'scipy'"):
+    with pytest.raises(EngineError, match=r"'taylor' needs the package llvmlite.*choose 'scipy'"):
         integrate.check_engine("taylor")
 
 
-@needs_heyoka
-def test_engine_is_taylor_with_heyoka() -> None:
+def test_engine_taylor_needs_no_heyoka_for_doubles_and_pairs(
+    without: Callable[[str], None],
+) -> None:
+    without("heyoka")
     assert integrate.default_engine() == integrate.check_engine("taylor") == "taylor"
+    offered = [integrate.has_own_type("taylor", bits) for bits in (53, 64, 106, 113, 160)]
+    assert offered == [True, False, True, False, False]
+    assert resolve(None, None, (53, 64, 106)).precisions == (53, 106)
+
+
+def test_what_is_slow_without_heyoka_is_told_with_what_to_do(
+    without: Callable[[str], None],
+) -> None:
+    without("heyoka")
+    told = engines.slow_precisions("taylor", (53, 106, 160))
+    assert "160 bits" in told
+    assert "106" not in told
+    assert "conda install -c conda-forge heyoka.py" in told
+    assert engines.slow_precisions("taylor", (53, 106)) == ""
+
+
+@needs_heyoka
+def test_nothing_is_said_to_be_slow_with_heyoka() -> None:
+    assert engines.slow_precisions("taylor", (53, 106, 160)) == ""
+    assert engines.slow_precisions("scipy", (53, 160)) == ""
 
 
 def test_engine_refuses_an_unknown_name() -> None:

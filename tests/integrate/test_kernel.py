@@ -14,6 +14,7 @@ import pytest
 from rigidpend.equations import AlignedCoefficients, aligned
 from rigidpend.integrate import bigint, sample_orbits
 from rigidpend.integrate.kernel import machine_code, taylor_step
+from rigidpend.integrate.kernel.aligned_field import Products
 from rigidpend.integrate.kernel.lane_numbers import KINDS
 from rigidpend.integrate.kernel.notes import FIELDS, function, width_of_note
 from rigidpend.integrate.kernel.parts import in_parts
@@ -32,7 +33,7 @@ def stepped(bits: int, order: int, steps_taken: int) -> tuple[list[Fraction], Fr
     parts = KINDS[bits].parts
     state = np.repeat(in_parts(STATE, bits).reshape(6 * parts, 1), LANES, axis=1)
     time = np.zeros((2, LANES))
-    parameters = in_parts(taylor_step.Products.of(C), bits)
+    parameters = in_parts(Products.of(C), bits)
     notes = np.zeros((LANES * steps_taken, width_of_note(order, bits)))
     count = function(order, bits)(
         state.ctypes.data,

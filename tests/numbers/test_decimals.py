@@ -26,6 +26,7 @@ from rigidpend.numbers.exact import exact
         ("10000000", "1e7"),
         ("3*pi/40", "3*pi/40"),
         ("1/0", "1/0"),
+        ("1/00", "1/00"),
         ("route_codes", "route_codes"),
     ],
 )

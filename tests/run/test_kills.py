@@ -84,7 +84,8 @@ def test_a_run_on_two_threads_goes_on_whenever_it_was_killed(
     left = {path.suffix for path in out.rglob("*") if path.is_file()}
     assert left <= {".h5", ".log"} or how == signal.SIGKILL, "half a file"
     planned = runner.plan(loaded, out)
-    assert bool(planned.reason) == bool(code)
+    # A signal may also come when the result is written and only the process still ends.
+    assert code or not planned.reason
     if planned.reason:
         runner.follow(planned, jobs=2, say=lambda _: None)
     assert content(out) == ["long.h5"]

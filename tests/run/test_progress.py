@@ -133,6 +133,16 @@ def test_elsewhere_every_line_is_plain() -> None:
     assert file.getvalue() == "a: computing\na: written\n1 of 2 done, 4 s, about 4 s left\n"
 
 
+def test_a_failure_says_nothing_of_what_is_left() -> None:
+    file = io.StringIO()
+    now = [0.0]
+    with Progress(Course(2), file, 0.0, clock=lambda: now[0]) as shown:
+        shown.hear("a: computing")
+        now = [4.0]
+        shown.end(well=False)
+    assert file.getvalue() == "a: computing\n"
+
+
 def test_verbose_has_details_and_times_and_quiet_nothing() -> None:
     said = {}
     for kind in ("verbose", "quiet", ""):

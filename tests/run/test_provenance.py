@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import ast
 import datetime
+import importlib.metadata
 import re
 import shutil
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
+import llvmlite
 import pytest
 import scipy
 
 from rigidpend.config import loading
 from rigidpend.results import files
-from rigidpend.run import code_cache, provenance
+from rigidpend.run import memory, provenance
 from rigidpend.run.code_cache import CodeCache
 from tests.config.samples import FIG4, TEXT, changed, written
 
@@ -154,7 +156,7 @@ def test_code_does_not_depend_on_fields_that_another_python_has(
 @pytest.fixture
 def parsed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[bytes]]:
     """The sources that are parsed, where no earlier process has kept anything."""
-    monkeypatch.setattr(code_cache, "user_cache", lambda: tmp_path)
+    monkeypatch.setattr(memory, "user_cache", lambda: tmp_path)
     provenance._cache.cache_clear()
     found: list[bytes] = []
     parse = ast.parse
@@ -267,6 +269,19 @@ def test_without_git_the_commit_is_unknown(monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_an_engine_is_named_with_its_version() -> None:
     assert provenance.engine_name("scipy") == f"scipy (scipy {scipy.__version__})"
+    assert provenance.engine_name("taylor").startswith(f"taylor (llvmlite {llvmlite.__version__}")
+
+
+def test_an_engine_is_named_with_what_is_installed_behind_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def version(library: str) -> str:
+        if library == "heyoka":
+            raise importlib.metadata.PackageNotFoundError
+        return "1.2"
+
+    monkeypatch.setattr(importlib.metadata, "version", version)
+    assert provenance.engine_name("taylor") == "taylor (llvmlite 1.2)"
 
 
 def test_the_commit_is_that_of_the_own_source_tree(

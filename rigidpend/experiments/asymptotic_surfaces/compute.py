@@ -131,12 +131,15 @@ def _curves_apart(stored: Data, fresh: Data) -> list[Difference]:
     )
     if old.theta2_0.shape != new.theta2_0.shape:
         return compare.arrays("theta2_0", old.theta2_0, new.theta2_0)
+    # Phases are modulo 2 pi: rounding may have put one at 0 and its equal just below a turn.
     turned = np.angle(np.exp(1j * (new.theta2_0 - old.theta2_0)))
     found = compare.arrays("theta2_0", old.theta2_0, old.theta2_0 + turned, 1e3 * ROUNDING)
+    # Which samples are kept may differ, and the offsets with them; their ends may not.
     ends = compare.arrays("offsets", [0, new.theta1.size], new.offsets[[0, -1]])
     if ends:
         return found + ends
     here, there = _shared(old, new)
+    # Two results with few times in common would agree by having nothing to be compared.
     if here.size < 0.9 * max(old.theta1.size, new.theta1.size):
         said = f": only {here.size} of {old.theta1.size} points are at the same times"
         return [*found, Difference("sample", old.theta1.size, here.size, words=said)]
@@ -144,6 +147,7 @@ def _curves_apart(stored: Data, fresh: Data) -> list[Difference]:
     at[here] = there
     # Where the other result has no point, there is nothing to compare.
     height = np.where(at < 0, np.inf, DRIFT)
+    # J1 (J2 - J1) of (dtheta), in units of its value at the section, where the factor is 1.
     across = height / (4 * J1 * (1 - J1))
     found += compare.arrays("theta1", old.theta1, new.theta1[at], across)
     return found + compare.arrays("J1_over_J2", J1, new.J1_over_J2[at], height)
@@ -151,6 +155,7 @@ def _curves_apart(stored: Data, fresh: Data) -> list[Difference]:
 
 def _shared(a: SurfaceCurves, b: SurfaceCurves) -> tuple[Any, Any]:
     """Find the points of two results that belong to the same orbit and time."""
+    # Curve and time in one integer, for intersect1d knows no pairs; times are below 2^31.
     first, second = (
         np.repeat(np.arange(c.offsets.size - 1), np.diff(c.offsets)) * 2**32 + c.sample
         for c in (a, b)
@@ -168,6 +173,7 @@ def _window(checked: RouteProblem, half_width: float) -> dict[str, Any]:
     p, h0 = checked.body.angles(), float(checked.h0)
     centre, delta, sides = p.alpha0 + p.beta0, Delta_1(p, h0, 1, math), np.array([-1, 1])
     step = surfaces.times(checked)[1]
+    # Surfaces are born with the swing Delta_1 of their periodic orbit (dt).
     born, window = centre + delta * sides, centre + half_width * delta * sides
     return dict(zip(WINDOW, (centre, delta, born, window, step), strict=True))
 

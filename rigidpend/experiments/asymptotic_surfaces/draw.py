@@ -25,6 +25,7 @@ ACROSS = 7
 """Largest number of bodies side by side; further ones stand below."""
 COLOURS = {"S2_plus": BLUE, "S1_minus": RED}
 NAMES = {"S2_plus": "$S_2^{+}$", "S1_minus": "$S_1^{-}$"}
+"""The surfaces from top to bottom, as the paper writes them."""
 THIN = 0.28
 """Line width of an orbit, points."""
 
@@ -40,6 +41,7 @@ def draw(result: Loaded) -> Figure:
     bodies, nu = result["data"]["bodies"], result["data"]["table"]["nu"]
     n, blocks = min(len(bodies), ACROSS), -(-len(bodies) // ACROSS)
     column = min(COLUMN, (WIDTH - LEFT - RIGHT - BETWEEN * (n - 1)) / n)
+    # A single column would leave no room for the legend.
     wide = max(LEFT + RIGHT + n * column + (n - 1) * BETWEEN, WIDTH / 2)
     pitch = BELOW + ABOVE + 2 * ROW + APART
     high = blocks * pitch
@@ -56,6 +58,7 @@ def draw(result: Loaded) -> Figure:
             if k == 0:
                 axes.set_ylabel("$J_1/J_2$", labelpad=2)
                 _name_row(axes, surface)
+        # The last two panels are this column's: the upper bears its title, the lower its axis.
         figure.axes[-2].set_title(_title(name, nu[number]), fontsize=8)
         figure.axes[-1].set_xlabel(_place(body), fontsize=7, labelpad=3, linespacing=1.5)
     figure.legend(handles=_legend_entries(), loc="lower center", ncols=3, borderaxespad=0.1)
@@ -75,6 +78,7 @@ def _draw_surface(axes: Axes, body: Data, surface: str) -> None:
     for edge in body["born"]:
         axes.axvline(edge, color="0.35", ls=(0, (4, 3)), lw=0.5, zorder=3)
     axes.set_xlim(_ends(body["window"]))
+    # A margin, or curves near the periodic orbits would lie under the frame.
     axes.set_ylim(-0.02, 1.02)
     axes.set_xticks(list(body["born"]), [r"$-\Delta_1$", r"$\Delta_1$"], fontsize=7)
     axes.set_yticks([0, 0.5, 1], ["0", "0.5", "1"])

@@ -11,6 +11,7 @@ ANGLES = {
     "gamma0": Field(FLOAT, BODIES, "rad", "gamma0 of each body"),
     "nu": Field(FLOAT, BODIES, "1", "pi kappa/sin(alpha0) of each body"),
 }
+"""Columns of Table 1, with nu by which the paper orders its panels."""
 WINDOW = {
     "centre": Field(FLOAT, (), "rad", "alpha0 + beta0, theta1 on separatrix 2"),
     "Delta_1": Field(
@@ -20,6 +21,7 @@ WINDOW = {
     "window": Field(FLOAT, (2,), "rad", "centre -+ half_width Delta_1"),
     "time_step": Field(FLOAT, (), "t' = t s", "step between samples"),
 }
+"""The window of a body's two panels."""
 
 
 def _curves(name: str) -> dict[str, Field]:
@@ -40,5 +42,6 @@ def _curves(name: str) -> dict[str, Field]:
 
 
 CURVES = {name: _curves(name) for name in ("S1_minus", "S2_plus")}
+"""Fields of each surface, whose dimensions are its own: the two differ in their points."""
 
 LAYOUT: Layout = {"table": ANGLES, "bodies": {"<bodies>": {**WINDOW, **CURVES}}}

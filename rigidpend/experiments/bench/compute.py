@@ -12,7 +12,7 @@ import numpy as np
 from rigidpend.description import Row, exact_row
 from rigidpend.experiments.bench.layout import PROBLEM
 from rigidpend.experiments.contract import Means
-from rigidpend.integrate.engines import EngineError, default_engine
+from rigidpend.integrate.engines import EngineError, has_heyoka
 from rigidpend.measure.benchmark import choice, problems, records
 from rigidpend.measure.benchmark.methods import METHODS
 from rigidpend.measure.benchmark.tasks import Sizes
@@ -41,14 +41,14 @@ def compute(config: Config, means: Means) -> Tree:
     -------
     Tree
         A group for each problem, with a record of the search for each method; `meetings`, by
-        the number of threads, then by problem; `random_phases`, by J1_0.
+        the number of threads, then by problem; `random_phases`, by J1_0; `many_orbits`.
 
     Raises
     ------
     EngineError
         heyoka, which makes the references in 113 bits, is not installed.
     """
-    if default_engine() != "taylor":
+    if not has_heyoka():
         raise EngineError("the references need the package heyoka, which is not installed")
     with tempfile.TemporaryDirectory() as folder:
         reference = Path(folder) / "reference.npz"
@@ -58,7 +58,9 @@ def compute(config: Config, means: Means) -> Tree:
             f"threads_{count}": _met(config, groups, str(reference), count, means)
             for count in config.meeting.threads
         }
-    return {**groups, "meetings": met, "random_phases": _random_phases(config, means)}
+    phases = _random_phases(config, means)
+    many = _many(config, groups, means)
+    return {**groups, "meetings": met, "random_phases": phases, "many_orbits": many}
 
 
 def describe(config: Config) -> list[Row]:
@@ -132,7 +134,10 @@ def _searched(config: Config, reference: str, means: Means) -> dict[str, dict[st
     """The records of every problem; a worker for each method."""
     groups: dict[str, dict[str, Any]] = {name: _titles(name) for name in config.problem.problems}
     for key in config.problem.methods:
-        found = means.part(f"search.{key}", lambda: _search(config, key, reference))  # noqa: B023
+        asked = _asked(config, key)
+        if not asked:
+            continue
+        found = means.part(f"search.{key}", lambda: _search(config, key, asked, reference))  # noqa: B023
         for name, record in found.items():
             groups[name][key] = record
         means.report(f"{METHODS[key].label}: {_said(found)}")
@@ -144,14 +149,19 @@ def _titles(name: str) -> dict[str, Any]:
     return datasets(PROBLEM, {name: getattr(problem, name.upper()) for name in PROBLEM})
 
 
-def _search(config: Config, key: str, reference: str) -> Tree:
-    """The records of a method, by problem."""
+def _asked(config: Config, key: str) -> dict[str, list[Any]]:
+    """The problems that a method answers, and the knobs it is tried with."""
     method = METHODS[key]
-    asked = {
+    return {
         name: choice.knobs(method, config.search, problems.module(name).KIND == "long")
         for name in config.problem.problems
         if method.answer(name, problems.module(name).KIND)
     }
+
+
+def _search(config: Config, key: str, asked: dict[str, list[Any]], reference: str) -> Tree:
+    """The records of a method, by problem."""
+    method = METHODS[key]
     if method.absent():
         return {name: records.absent(method.absent()) for name in asked}
     seconds = float(config.search.seconds)
@@ -176,8 +186,7 @@ def _met(config: Config, groups: Any, reference: str, threads: int, means: Means
     """The meetings of all problems with so many threads."""
     found = {}
     for name in config.problem.problems:
-        plain = {key: _plain(groups[name][key]) for key in METHODS if key in groups[name]}
-        chosen = choice.guests(name, plain, config, threads)
+        chosen = choice.guests(name, _records(groups[name]), config, threads)
         if len(chosen) < 2:
             continue
         order = Order(
@@ -209,9 +218,11 @@ def _meeting(order: Order) -> Tree:
     return {**found, "ended": records.ENDED._replace(values=said)}
 
 
-def _plain(record: Data) -> dict[str, Any]:
-    """The arrays of a record, without their meanings."""
-    return {name: node[0] for name, node in record.items()}
+def _records(group: Data) -> dict[str, dict[str, Any]]:
+    """The arrays of the methods' records at a problem, without their meanings."""
+    return {
+        key: {name: node[0] for name, node in group[key].items()} for key in METHODS if key in group
+    }
 
 
 def _random_phases(config: Config, means: Means) -> Tree:
@@ -242,6 +253,28 @@ def _phases(config: Config, key: str) -> Tree:
     if ended:
         raise RuntimeError(f"random phases, {METHODS[key].label}: {ended}")
     return {f"J1_0_{line['J1_0']}": records.counted(line) for line in lines}
+
+
+def _many(config: Config, groups: Any, means: Means) -> Tree:
+    """Times against the number of orbits, by method."""
+    codes, found = _records(groups.get("codes", {})), {}
+    for key in config.many.methods:
+        if METHODS[key].absent() or not METHODS[key].answer("many", "routes"):
+            continue
+        entry = choice.best("codes", key, codes, config.search)
+        found[key] = means.part(f"many.{key}", lambda: _many_of(config, key, entry))  # noqa: B023
+        means.report(f"many orbits, {METHODS[key].label}: {_ended(found[key])}")
+    return found
+
+
+def _many_of(config: Config, key: str, entry: dict[str, Any]) -> Tree:
+    numbers, few, seconds = config.many.orbits, config.problem.few, float(config.many.seconds)
+    sizes, repeats = _sizes(config)._asdict(), config.search.repeats
+    order = Order("many", [], {key: [entry]}, sizes, few, repeats, seconds, numbers=numbers)
+    lines, ended = measured(order, PATIENCE * seconds * len(numbers) + GRACE)
+    if not lines:
+        raise RuntimeError(f"many orbits, {METHODS[key].label}: {ended}")
+    return records.many(lines, ended, choice.spelt(entry))
 
 
 def _sizes(config: Config) -> Sizes:

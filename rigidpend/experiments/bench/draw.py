@@ -61,6 +61,7 @@ APPEARANCES = {
     "aligned_106": Appearance("ours, 106 bits", OURS, "D", ""),
     "aligned_64": Appearance("ours, 64 bits", OURS, "^", ""),
     "aligned_batch": Appearance("ours, batches", OURS, "s", "-", 2.0),
+    "route_codes_map": Appearance("ours, maps, certain", "black", "o", "-", 2.0),
     "route_codes": Appearance("ours, certain", "black", "P", ""),
     "closed_form": Appearance("ours, closed form", "black", "*", ""),
 }
@@ -81,6 +82,7 @@ def draw(result: Loaded) -> Figure:
     phases = list(data.get("random_phases", {}))
     heights = [_height(data, pair) for pair in _pairs(met)]
     further = [("search", name) for name in searched] + [("phases", name) for name in phases]
+    further += [("many", "many_orbits")] if data.get("many_orbits") else []
     heights += [PLOT] * -(-len(further) // 2)
     figure = Figure(figsize=(WIDTH, sum(heights) + FOOT))
     figure.set_layout_engine("constrained", w_pad=0.05, h_pad=0.05)
@@ -97,6 +99,9 @@ def draw(result: Loaded) -> Figure:
         if kind == "search":
             _draw_work(axes, data[name])
             _title(axes, letters, f"{data[name]['title']}: each alone")
+        elif kind == "many":
+            _draw_many(axes, data[name])
+            _title(axes, letters, "codes of ever more orbits")
         else:
             _draw_wrong(axes, data["random_phases"][name])
             _title(axes, letters, f"random phases, J1_0 = {name.removeprefix('J1_0_')}")
@@ -105,6 +110,7 @@ def draw(result: Loaded) -> Figure:
     shown = {x for name in searched for x in data[name]} | {
         x for name in phases for x in data["random_phases"][name]
     }
+    shown |= set(data.get("many_orbits", {}))
     handles = _legend(shown & set(APPEARANCES))
     figure.legend(handles=handles, loc="outside lower center", ncols=4, columnspacing=1.2)
     return figure
@@ -219,6 +225,30 @@ def _draw_wrong(axes: Axes, group: Data) -> None:
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_xlabel("time of an orbit (ms)")
     axes.set_ylabel("wrong, trusted, per million")
+    axes.grid(alpha=0.25, lw=0.4)
+
+
+def _draw_many(axes: Axes, group: Data) -> None:
+    """Time against the number of orbits; dashed with what is made ready once."""
+    ends = [float(edge(record["orbits"])) for record in group.values() for edge in (min, max)]
+    for name, look in APPEARANCES.items():
+        if name not in group:
+            continue
+        record = group[name]
+        orbits, warm = np.asarray(record["orbits"]), np.asarray(record["seconds"])
+        # Dotted beyond what was measured: scaled.
+        beyond = np.array([orbits[-1], max(ends)])
+        style: dict[str, Any] = {"color": look.colour, "lw": look.width, "zorder": _order(name)}
+        axes.plot(
+            orbits, warm, look.marker, ls="-", ms=_size(look), mew=0.7, label=name, **style
+        )  # fmt: skip
+        axes.plot(beyond, warm[-1] * beyond / orbits[-1], ls=":", label="_scaled", **style)
+        first = np.cumsum(record["prepare"]) + warm
+        axes.plot(orbits, first, ls="--", label="_first", **{**style, "lw": 0.7})
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlabel("number of orbits")
+    axes.set_ylabel("time (s)")
     axes.grid(alpha=0.25, lw=0.4)
 
 

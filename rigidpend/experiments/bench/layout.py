@@ -32,6 +32,12 @@ COUNTED: Layout = {
     name: Field(FLOAT, (), *said, gaps=True) for name, said in records.PHASES.items()
 }
 """Record of a method on random phases."""
+MANY: Layout = {
+    **{name: Field(FLOAT, ("numbers",), *said) for name, said in records.MANY.items()},
+    "chosen": Field(TEXT, (), *records.CHOSEN),
+    "ended": ENDED,
+}
+"""Record of a method at ever more orbits."""
 PROBLEM = {
     "title": Field(TEXT, (), "text", "the problem"),
     "error": Field(TEXT, (), "text", "what its error is"),
@@ -42,4 +48,5 @@ LAYOUT: Layout = {
     "<problems>": {**PROBLEM, "<methods>": SEARCHED},
     "meetings": {"<threads>": {"<problems that met>": {"ended": ENDED, "<methods that met>": MET}}},
     "random_phases": {"<starts>": {"<methods>": COUNTED}},
+    "many_orbits?": {"<methods of many>": MANY},
 }

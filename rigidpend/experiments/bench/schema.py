@@ -31,12 +31,23 @@ def _descending(values: tuple[Any, ...]) -> tuple[Any, ...]:
     return values
 
 
+def _ascending(values: tuple[int, ...]) -> tuple[int, ...]:
+    if list(values) != sorted(set(values)):
+        raise ValueError("expected numbers of orbits that ascend")
+    return values
+
+
 def _positive(x: Scalar) -> Any:
     if not 0 < float(x) <= 1e6:
         raise ValueError(f"expected seconds, more than 0 and at most 1e6, got {x}")
     return x
 
 
+MANY_METHODS = (
+    "route_codes_map", "route_codes", "aligned_batch", "heyoka_principal", "cyrk", "diffrax",
+    "heyoka_two_forms", "scipy_dop853",
+)  # fmt: skip
+"""Methods that are timed at ever more orbits, by default."""
 Methods = Annotated[tuple[str, ...], _of("method", tuple(METHODS))]
 Seconds = Annotated[Number, AfterValidator(_positive)]
 Count = Annotated[Whole, Field(ge=1, le=10**7)]
@@ -108,6 +119,17 @@ class RandomPhases(Part):
     """Budget of a method, seconds: after it no further phases are tried."""
 
 
+class ManyOrbits(Part):
+    """Time against the number of orbits, from random phases; one thread."""
+
+    methods: Methods = MANY_METHODS
+    """Names of the methods that are timed, at their settings for the codes of Fig. 4."""
+    orbits: Annotated[Counts, AfterValidator(_ascending)] = (95, 1000, 10**4, 10**5)
+    """Numbers of orbits, ascending."""
+    seconds: Annotated[Whole, Field(ge=1, le=10**6)] = 45
+    """Budget of a method at a number of orbits, seconds; beyond it times are scaled."""
+
+
 class Config(ExperimentConfig):
     """A whole config."""
 
@@ -116,3 +138,4 @@ class Config(ExperimentConfig):
     search: Search
     meeting: Meeting
     phases: RandomPhases
+    many: ManyOrbits = ManyOrbits()

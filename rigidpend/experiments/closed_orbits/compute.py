@@ -16,17 +16,20 @@ from rigidpend.results.layout import datasets
 from rigidpend.results.tree import Data, Tree
 from rigidpend.return_map import return_map
 from rigidpend.routes.cycle import NO_SYMBOL
-from rigidpend.symbolic.chain import on_surface, signs_of, tangents
+from rigidpend.symbolic.chain import on_surface, signs_of
 from rigidpend.symbolic.closed import ClosedOrbit, closed, lyapunov, words
 from rigidpend.symbolic.closing import closing
 from rigidpend.symbolic.confirm import passages
 from rigidpend.symbolic.shortest import path
+from rigidpend.symbolic.stretching import stretching
 from rigidpend.symbolic.tables import Level
 
 if TYPE_CHECKING:
     from rigidpend.experiments.closed_orbits.schema import Config, Problem
 
 SEED = 1
+FOUND, VERIFIED = 2e-3, 0.25
+"""Seconds that the words of a length take, over two to that power: found, and verified."""
 PARTS = 10
 """Parts of the long orbit, from whose scatter its error is estimated."""
 CLOSE = 1e-9
@@ -54,6 +57,12 @@ def compute(config: Config, means: Means) -> Tree:
         "averages": datasets(AVERAGES, _averages(problem, level, found)),
         "places": datasets(PLACES, _places(found)),
     }
+
+
+def cost(config: Config) -> float:
+    """Estimate of the seconds that a config takes: the words double with each symbol."""
+    problem = config.problem
+    return FOUND * 2.0**problem.longest + VERIFIED * 2.0 ** min(problem.verified, problem.longest)
 
 
 def _orbits(problem: Problem, level: Level, found: list[ClosedOrbit]) -> dict[str, Any]:
@@ -97,11 +106,7 @@ def _long_orbit(level: Level, n: int, half_turns: int) -> tuple[float, float]:
     """The Lyapunov exponent per passage of an orbit with random symbols, and its error."""
     symbols = np.random.default_rng(SEED).integers(0, 2, n)
     chain = path(level, on_surface, signs_of(symbols), half_turns * np.arange(n + 1), 0.0).chain
-    change, grown = np.array([0.0, 1.0]), np.empty(n)
-    for k, slope in enumerate(tangents(level, chain)):
-        change = slope[:2] @ change
-        size = math.hypot(*change)
-        change, grown[k] = change / size, math.log(size)
+    grown = stretching(level, chain)
     parts = [float(part.mean()) for part in np.array_split(grown, PARTS)]
     return float(grown.mean()), float(np.std(parts, ddof=1) / math.sqrt(PARTS))
 

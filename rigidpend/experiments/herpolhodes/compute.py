@@ -90,6 +90,7 @@ def _orbit(config: Config, routes: RouteCodes, means: Means) -> RouteOrbit:
         engine=means.arithmetic.engine,
         tolerance=means.arithmetic.tolerance,
     )
+    # The route may have been decided in more bits: samples in doubles must not tell another one.
     if not np.array_equal(separatrices(orbit.states), routes.separatrix[:, 0]):
         raise ArithmeticError(f"theta2_0 = {theta2_0}: the orbit in doubles leaves the route")
     return orbit
@@ -169,6 +170,7 @@ def _case_differences(stored: Data, fresh: Data) -> list[Difference]:
             return compare.arrays(key, stored[key], fresh[key])
     for key, allowed in _allowed(stored).items():
         old, new = np.asarray(stored[key]), np.asarray(fresh[key])
+        # theta1 is modulo 4 pi, and at its cut rounding decides the side.
         if key == "theta1":
             new = old + np.remainder(new - old + 2 * np.pi, 4 * np.pi) - 2 * np.pi
         found += compare.arrays(key, old, new, allowed)
@@ -179,12 +181,14 @@ def _allowed(stored: Data) -> dict[str, Any]:
     """Allowed difference of each field; `bits` hangs on the last bit and is not compared."""
     t, crossings = stored["t"], stored["crossing_time"]
     apart = crossing_tolerance(crossings.size + 1, GROWTH)[:, 0]
+    # A sample may be as far off as the next crossing; the last ones, too, have a next one.
     of_sample, of_crossing = apart[np.searchsorted(crossings, t)], apart[:-1]
     exactly = dict.fromkeys(("route", "codes", "separatrix", "certain", "wound"), 0.0)
     rounding = {
         key: ROUNDING * max(1.0, float(np.abs(stored[key]).max()))
         for key in ("theta2_0", "plateaus", "t")
     }
+    # In the time by which orbits are apart a field changes by its largest slope at most.
     moving = {
         key: 1e-12 + of_sample * float(np.abs(np.diff(stored[key], axis=0)).max() / t[1])
         for key in ("theta3", "alpha", "theta1", "J1_over_J2")

@@ -22,6 +22,7 @@ COLOUR = {1: GREEN, 2: BLUE, 3: PINK, 4: RED}
 STYLE: dict[int, Any] = {1: (0, (4, 1)), 2: "-", 3: (0, (4, 1, 1, 1)), 4: (0, (1.5, 0.8))}
 """Line style of each separatrix."""
 PLATEAU, PRECESSION = "black", "0.55"
+"""Colours of the predicted plateaus and of theta3."""
 
 
 def draw(result: Loaded) -> Figure:
@@ -109,6 +110,7 @@ def _ends(axes: Axes, case: Data) -> None:
     """Mark and name the vertices between which the curve runs."""
     first, last = case["wound"]
     passed = int((case["crossing_time"] < case["t"][last]).sum())
+    # The route names two vertices for each separatrix: where it begins, and where it ends.
     names = case["route"].split("-")
     outward = 1 if case["omega"][last, 2] > case["omega"][first, 2] else -1
     for k, name, marker, side in (

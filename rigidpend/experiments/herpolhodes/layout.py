@@ -19,6 +19,7 @@ SAMPLED = {
         "(n, 3): omega_xi, omega_eta, omega_zeta in physical units; xi is upward",
     ),
 }
+"""Fields of the samples along the orbit, in doubles."""
 OF_ROUTE = {
     "theta2_0": Field(FLOAT, (), "rad", "initial phase"),
     "codes": Field(
@@ -49,5 +50,6 @@ OF_ROUTE = {
         WHOLE, (2,), "1", "first and last sample between the first vertex and that of n_wound"
     ),
 }
+"""Fields of the route that it is to follow, decided beforehand, and of how well it does."""
 
 LAYOUT: Layout = {"<cases>": {**SAMPLED, **OF_ROUTE}}

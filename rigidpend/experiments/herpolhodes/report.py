@@ -48,6 +48,7 @@ def tables(result: Loaded) -> list[Table]:
 def _route(case: Data, published: bool) -> tuple[str, ...]:
     theta2_0 = float(case["theta2_0"])
     certain = "all symbols" if np.all(case["certain"]) else "not all symbols"
+    # The keys are the paper's phases as doubles, and so are those of its config.
     printed = ROUTES.get(theta2_0, "") if published else ""
     return f"{theta2_0:g}", printed, str(case["route"]), certain, str(case["bits"])
 

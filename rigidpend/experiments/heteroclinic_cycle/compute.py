@@ -111,6 +111,7 @@ def turn_edge(turn: Turn, theta1: NDArray[np.float64]) -> Edge:
 
 
 def _vertices(theta1: NDArray[np.float64]) -> Tree:
+    # The window is 4 pi wide, so that its right edge is its left one once more.
     numbers, x = [*SEPARATRICES, SEPARATRICES[0]], np.append(theta1, theta1[0] + 2 * TURN)
     labels = [vertex(number, J1) for J1 in (0.0, 1.0) for number in numbers]
     again = np.tile(np.arange(len(numbers)) >= len(SEPARATRICES), 2)
@@ -138,6 +139,7 @@ def _edges(edges: list[Edge]) -> Tree:
 
 def _rectangles(edges: list[Edge]) -> Tree:
     """Rectangles on both sides of the first separatrix."""
+    # The two turns behind the first separatrix: what they span are the paper's two rectangles.
     sides = sorted((e for e in edges if e.start == vertex(FIRST, 1.0)), key=lambda e: e.symbol)
     bounds = np.array([sorted(edge.theta1) for edge in sides]).T
     return datasets(RECTANGLES, {"name": _texts(["left", "right"]), "theta1": bounds})

@@ -34,9 +34,11 @@ LOOKS = {
     0: EdgeLook(BLUE, "-", "turn to the left, symbol 0"),
     1: EdgeLook(RED, (0, (4, 1.5)), "turn to the right, symbol 1"),
 }
+"""Looks by symbol; 255, no symbol, is that of the separatrices."""
 NARROW = 1.8
 """Width, in radians, below which a rectangle bears its name upright."""
 SHADES = {"left": "#D6E9F5", "right": "#FBE3D2"}
+"""Colours of the rectangles, pale ones of their symbols'."""
 
 
 def draw(result: Loaded) -> Figure:
@@ -78,6 +80,7 @@ def _draw_edges(axes: Axes, edges: Any) -> None:
             "color": colour,
         }
         arrow |= {"lw": 1.8, "ls": look.style, "shrinkA": 9, "shrinkB": 9, "mutation_scale": 12}
+        # An arrow's head comes first.
         ends = (x[1], y[1]), (x[0], y[0])
         label = f"{edges['from'][k]} -> {edges['to'][k]}"
         path = axes.annotate("", *ends, arrowprops=arrow, annotation_clip=False, label=label)

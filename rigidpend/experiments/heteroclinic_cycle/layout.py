@@ -7,6 +7,7 @@ from rigidpend.results.layout import FLAG, FLOAT, TEXT, WHOLE, Field, Layout
 FIRST = 2
 """Separatrix of the start; the rectangles on its two sides are called left and right."""
 ENDS = (2, "edges")
+"""Dimensions of what both ends of an edge have."""
 
 VERTICES = {
     "label": Field(TEXT, ("vertices",), "1", "number of the separatrix, starred on J1 = J2"),

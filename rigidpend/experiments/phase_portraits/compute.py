@@ -62,6 +62,7 @@ def compute(config: Config, means: Means) -> Tree:
     orbits, separatrices = _orbits(problem), _separatrices(body, problem.points)
     means.report(f"{len(orbits.M)} orbits, {len(separatrices.M)} separatrices, closed form")
     numbers = np.array(free_body.SEPARATRICES, dtype=np.uint8)
+    # In the order of `_orbits`: both sides of axis 2, then of axis 1, each with every height.
     heights = np.tile([float(x) for x in problem.heights], 4)
     families = np.repeat(np.array([2, 2, 1, 1], dtype=np.uint8), len(problem.heights))
     return {
@@ -85,6 +86,7 @@ def describe(config: Config) -> list[Row]:
     heights = ", ".join(map(str, problem.heights))
     places = free_body.separatrix_theta1(problem.body.alpha0, problem.body.beta0)
     return [
+        # mu is 0 by the experiment, not by choice.
         *(row for row in body_rows(problem.body) if row.name != "mu"),
         Row("heights", heights, "largest |M3|/|M| of the orbits"),
         exact_row("points", "on each curve", problem.points),
@@ -132,6 +134,7 @@ def _centres(body: Body) -> PortraitCurves:
 
 
 def _curves(body: Body, M: list[NDArray[np.float64]]) -> PortraitCurves:
+    # Cut at separatrix 1, which no orbit crosses: none falls apart at the edge of the window.
     start = body.beta0 - body.alpha0
     plane = [free_body.in_plane(points, body.beta0, start) for points in M]
     return PortraitCurves(M, [x for x, _ in plane], [y for _, y in plane])
@@ -152,6 +155,7 @@ def _group(
     offsets = np.cumsum([0, *(M.shape[1] for M in curves.M)])
     projected = axes @ points
     free = body.angles()._replace(mu=0.0)
+    # The energy of a curve, at its middle: at the poles, where separatrices end, theta1 is a limit.
     middle = [
         (J1[len(J1) // 2], x[len(x) // 2]) for J1, x in zip(curves.J1, curves.theta1, strict=True)
     ]
@@ -173,6 +177,7 @@ def _group(
 def _arrows(offsets: Any) -> Any:
     """Indices of the arrows: a quarter and three quarters along each curve."""
     sizes = np.diff(offsets)
+    # A centre is a curve of one point, and bears no arrow.
     starts = offsets[:-1][sizes > 4]
     return np.ravel([starts + part * sizes[sizes > 4] // 4 for part in (1, 3)])
 

@@ -25,6 +25,7 @@ ORBITS = {
     1: CurveLook(PINK, "#EFD6E4", 0.9, "-", r"orbits around $\pm M_1$"),
     2: CurveLook(GREEN, "#B3DDD0", 0.9, "-", r"orbits around $\pm M_2$"),
 }
+"""Looks of the orbits by the axis that they encircle."""
 RISING = CurveLook(BLUE, "#A3CBE3", 2.2, "-", "separatrices 2, 4 (up)")
 FALLING = CurveLook(RED, "#F1C09C", 1.8, (0, (4, 1)), "separatrices 1, 3 (down)")
 

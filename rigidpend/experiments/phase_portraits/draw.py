@@ -63,6 +63,7 @@ def _draw_sphere(axes: Axes, data: Data) -> None:
             "lw": 0.7 * look.width,
             "label": f"{curve.name}, hidden",
         }
+        # NaN breaks a line: each curve is drawn twice, its hidden parts paler and below.
         axes.plot(np.where(seen, np.nan, x), y, **pale)
         line: dict[str, Any] = {
             "color": look.colour,
@@ -76,6 +77,7 @@ def _draw_sphere(axes: Axes, data: Data) -> None:
             _name_separatrix(axes, curve)
     _draw_centres(axes, data["centres"])
     _draw_axes(axes, data["sphere"])
+    # More room to the right and above, where the names of the axes are.
     axes.set_xlim(-1.12, 1.5)
     axes.set_ylim(-1.05, 1.52)
 
@@ -151,6 +153,7 @@ def _draw_segment(axes: Axes, theta1: float, curve: Curve, number: str) -> None:
         "ls": look.style,
         "label": curve.name,
     }
+    # The outer ones lie on the edges, which would cut off half of their width.
     axes.plot(x, curve.J1, **line, clip_on=False, zorder=4)
     _draw_arrows(axes, x, curve.J1, curve.arrows, look)
     above: dict[str, Any] = {"xytext": (0, 3), "textcoords": "offset points", "ha": "center"}

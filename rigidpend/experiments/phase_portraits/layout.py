@@ -47,6 +47,7 @@ OF_ORBITS = {
     "height": Field(FLOAT, ("orbits",), "|M|", "largest |M3| of each orbit"),
     "around": Field(WHOLE, ("orbits",), "1", "axis that the orbit encircles, 1 or 2"),
 }
+"""Fields that orbits have besides those of curves."""
 NUMBER = Field(WHOLE, ("separatrices",), "1", "of each separatrix, 1..4")
 
 _TIPS = "projected, then the axes M1, M2, M3"
@@ -57,6 +58,7 @@ SPHERE = {
     "axis_feet": Field(FLOAT, (3, 3), "|M|", f"where the axes leave the sphere: {_TIPS}"),
     "axis_tips": Field(FLOAT, (3, 3), "|M|", f"where the axes are drawn to: {_TIPS}"),
 }
+"""Fields of the panel of the sphere, besides curves."""
 
 _SAID = "of the vertical segments; the last is the first again, 4 pi further"
 PLANE = {
@@ -64,6 +66,7 @@ PLANE = {
     "separatrix_theta1": Field(FLOAT, (5,), "rad", f"theta1 {_SAID}"),
     "separatrix": Field(WHOLE, (5,), "1", f"number {_SAID}"),
 }
+"""Fields of the panel of the plane, besides curves."""
 
 LAYOUT: Layout = {
     "orbits": {**ORBITS, **OF_ORBITS},

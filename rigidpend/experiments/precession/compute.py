@@ -78,6 +78,7 @@ def _told(bodies: list[Body], h0: float, found: list[heteroclinic.Increments]) -
     first = np.array([increments(body.angles(), h0) for body in bodies])
     gained = np.array([x.gained for x in found])
     unit = np.array([_unit(body, h0) for body in bodies])
+    # What the quadrature states of itself, and rounding, of which it knows nothing.
     error = np.array([x.error.max() for x in found]) + ROUNDING * unit
     mu_over_h0 = np.array([float(body.mu) for body in bodies]) / h0
     remainder = np.abs(gained - first[:, None]).max(axis=1)
@@ -102,6 +103,7 @@ def _told(bodies: list[Body], h0: float, found: list[heteroclinic.Increments]) -
 
 def _unit(body: Body, h0: float) -> float:
     """Increment of (tri1) where its sine is one."""
+    # theta1 = alpha0 + beta0 = pi on separatrix 2, where the sine of (tri1) is 1.
     p = body.angles()
     return float(increments(p._replace(beta0=np.pi - p.alpha0), h0)[1])
 
@@ -117,6 +119,7 @@ def in_order(gained: Array, groups: Iterable[Iterable[int]], error: float) -> bo
     error : float
         By how much equal increments may differ.
     """
+    # Number 0 is no increment, as in `Regime`.
     with_zero = np.array([0.0, *gained])
     sorted_groups = [with_zero[list(group)] for group in groups]
     equal = all(np.ptp(group) <= 2 * error for group in sorted_groups)
@@ -177,6 +180,7 @@ def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
         **dict.fromkeys(("slope", "mean_slope"), SLOPE),
         **dict.fromkeys(("remainder", "mean_remainder"), error[..., None]),
         "gained": error[..., None, None],
+        # Held against what is declared, above, and not against the stored one.
         "error": np.inf,
     }
     for key in ("name", *OF_BODY):

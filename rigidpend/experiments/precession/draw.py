@@ -107,6 +107,7 @@ def _draw_orders(axes: Axes, data: Data) -> None:
             axes.axvline(row - 0.5, color="0.85", lw=0.6)
     axes.axhline(0, color="0.4", lw=0.7, zorder=0)
     axes.set_xlim(-0.5, len(unit) - 0.5)
+    # In these units increments are within +-1; the rest is room for the numbers.
     axes.set_ylim(-1.45, 1.45)
     axes.set_xticks(
         range(len(unit)), [_about(bodies, row) for row in range(len(unit))], linespacing=1.5
@@ -160,6 +161,7 @@ def _about(bodies: Data, row: int) -> str:
 def _draw_remainder(axes: Axes, data: Data, field: str, separatrix: int) -> None:
     bodies, ratios = data["bodies"], data["mu_over_h0"]
     values = bodies[field][..., separatrix]
+    # A config may have 26 bodies, more than there are looks: these come again.
     for row, (colour, style, marker) in zip(range(len(values)), cycle(BODIES), strict=False):
         axes.loglog(
             ratios,
@@ -174,6 +176,7 @@ def _draw_remainder(axes: Axes, data: Data, field: str, separatrix: int) -> None
         )
     low, high = ratios[0], ratios[-1]
     slope = 3 if field == "mean_remainder" else 2
+    # Above the curves, so that nothing but its slope is read.
     guide = 4 * values[:, -1].max() * (np.array([low, high]) / high) ** slope
     axes.plot([low, high], guide, color="black", lw=0.7, label="guide")
     axes.text(0.06, 0.94, f"slope {slope}", transform=axes.transAxes, va="top")

@@ -49,6 +49,7 @@ LONG = 200
 """Rotations from which on passages are said to be long, before they begin."""
 
 PHASES = {"theta2_0": ROUNDING, "melnikov_zeros": ROUNDING}
+"""Fields of an array that may differ by rounding, radians."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -88,6 +89,7 @@ def _in_parts(name: str, phases: Grid, config: Config, means: Means) -> RouteCod
     mapped = means.arithmetic.precisions[0] == 53 and len(phases) >= MANY
     while first < len(phases):
         at_once = max(LANES * means.jobs, int(PART * means.jobs / seconds))
+        # Maps serve many columns at once. Where a column is slow parts stay short, maps or not.
         if mapped and at_once >= MANY // 10:
             at_once = max(at_once, MAPPED)
         columns = [phases[k] for k in range(first, min(first + at_once, len(phases)))]
@@ -178,6 +180,7 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
     """
     found = compare.keys(stored, fresh)
     for name in [name for name in stored if name in fresh]:
+        # Which columns maps decided depends on the method, not on the problem.
         old, new = (
             {key: x for key, x in side[name].items() if key != "by_map"} for side in (stored, fresh)
         )

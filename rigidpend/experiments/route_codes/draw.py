@@ -36,11 +36,13 @@ LOWEST = 0.06
 NARROWEST, ENTRY, ROW = 3.4, 1.4, 0.2
 """Least width of a figure, width and height of an entry of its legend, inches."""
 LEFT, RIGHT, BELOW, ABOVE, BETWEEN = 0.45, 0.12, 0.75, 0.25, 0.55
+"""Margins around the arrays, and the space between two, inches."""
 ACROSS, APART, TALLEST = 6, 0.55, 100.0
 """Arrays side by side, at most; inches between bands of them, and of the highest array."""
 
 
 MAGNIFIED = "magnified part"
+"""Label of the legend's entry for frames, which results drawn together have not."""
 
 
 class Array(NamedTuple):
@@ -58,6 +60,7 @@ class Array(NamedTuple):
     def edges(self) -> NDArray[np.float64]:
         """Edges of the columns: halfway between phases."""
         phases = self.theta2_0
+        # A single column has no spacing: any width shows it.
         step = np.diff(phases) if phases.size > 1 else np.array([1.0])
         inner = phases[:-1] + np.diff(phases) / 2
         return np.concatenate(([phases[0] - step[0] / 2], inner, [phases[-1] + step[-1] / 2]))
@@ -159,6 +162,7 @@ def _read(name: str, group: Data) -> Array:
 
 def _draw_array(axes: Axes, array: Array) -> None:
     rows = array.codes.shape[0]
+    # Between more cells than that there would be nothing but lines to be seen.
     line: dict[str, Any] = (
         {"edgecolors": "0.6", "linewidth": 0.25} if array.codes.size < 5000 else {}
     )
@@ -204,6 +208,7 @@ def _mark_zooms(axes: Axes, array: Array, arrays: list[Array]) -> None:
 
 def _magnifies(detail: Array, whole: Array) -> bool:
     """True if an array lies inside another one and is finer."""
+    # Phases may descend.
     inner, outer = np.sort(detail.edges), np.sort(whole.edges)
     finer = np.ptp(inner) / len(inner) < np.ptp(outer) / len(outer)
     return bool(finer and outer[0] <= inner[0] and inner[-1] <= outer[-1])

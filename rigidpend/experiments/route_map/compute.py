@@ -7,7 +7,7 @@ is faster for so many cells.
 
 from __future__ import annotations
 
-from functools import partial
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from rigidpend.description import Row, body_rows
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_map.layout import FREQUENCY, MARKED, PLANE, Y_AXIS
+from rigidpend.integrate.arithmetic import Arithmetic
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference
 from rigidpend.results.layout import datasets
@@ -23,17 +24,20 @@ from rigidpend.results.tree import Data, Tree
 from rigidpend.routes.codes import MANY
 from rigidpend.routes.plane import Cells, Plane
 from rigidpend.routes.rows import row_problem
+from rigidpend.run.parts import Piece
 
 if TYPE_CHECKING:
     from rigidpend.experiments.route_map.schema import Axis, Config, Problem
 
-TILE = 65_536
+PIECES = True
+"""All work goes through pieces, which a cluster can compute."""
+TILE = 131_072
 """Cells computed at a time, and kept if the run is interrupted: about half a second by maps."""
 ROUNDING = 1e-14
 """Allowed difference of the axes, relative: their rounding."""
 LOST = 1e-3
 """Allowed mean loss of certain symbols a cell, where doubles round otherwise."""
-BY_MAP, BY_INTEGRATION, TABLES = 1e-5, 1e-3, 4.0
+BY_MAP, BY_INTEGRATION, TABLES = 7e-6, 4e-4, 4.0
 """Seconds of a core for a cell of 15 symbols, and for three maps that are not kept yet.
 
 Measured with the body of Fig. 4; 64 bits included, 113 not."""
@@ -81,10 +85,11 @@ def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -
     codes = np.empty((problem.n_symbols, *shape), dtype=np.uint8)
     certain, by_map = np.empty(shape, dtype=np.uint8), np.empty(shape, dtype=bool)
     at_once = max(1, TILE // x.size) if problem.rows.axis == "log10_J1_0" else 1
-    for first in range(0, y.size, at_once):
-        rows = slice(first, min(first + at_once, y.size))
-        part = partial(_tile, x, y, rows, problem, means)
-        tile: Any = means.part(f"{name or 'plane'}.{first:06d}", part)
+    tiles = [slice(first, min(first + at_once, y.size)) for first in range(0, y.size, at_once)]
+    given = x, y, problem, means.arithmetic, means.jobs
+    pieces = [Piece(f"{name or 'plane'}.{t.start:06d}", _tile, (t, *given)) for t in tiles]
+    found: Iterator[Any] = means.pieces(pieces)
+    for rows, tile in zip(tiles, found, strict=True):
         codes[:, rows], certain[rows], by_map[rows] = (
             tile[key].values for key in ("codes", "certain", "by_map")
         )
@@ -93,9 +98,11 @@ def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -
     return datasets(PLANE, values)
 
 
-def _tile(x: Values, y: Values, rows: slice, problem: Problem, means: Means) -> Tree:
+def _tile(
+    rows: slice, x: Values, y: Values, problem: Problem, arithmetic: Arithmetic, jobs: int
+) -> Tree:
     """The cells of some rows."""
-    found = _cells(x, y, rows, problem, means)
+    found = _cells(rows, x, y, problem, arithmetic, jobs)
     shape = rows.stop - rows.start, x.size
     values = {
         "codes": found.codes.reshape(-1, *shape),
@@ -105,7 +112,9 @@ def _tile(x: Values, y: Values, rows: slice, problem: Problem, means: Means) -> 
     return datasets({name: PLANE[name] for name in values}, values)
 
 
-def _cells(x: Values, y: Values, rows: slice, problem: Problem, means: Means) -> Cells:
+def _cells(
+    rows: slice, x: Values, y: Values, problem: Problem, arithmetic: Arithmetic, jobs: int
+) -> Cells:
     common, axis = problem.routes, problem.rows.axis
     if axis == "log10_J1_0":
         ends, orbits = _common_starts(problem)
@@ -115,9 +124,7 @@ def _cells(x: Values, y: Values, rows: slice, problem: Problem, means: Means) ->
         own = float(common.J1_0)
         ends, orbits = (own, own), x.size
         theta2, starts = x, np.full(x.size, own)
-    plane = Plane(
-        common.body, common.h0, ends, common.n_symbols, means.arithmetic, orbits, means.jobs
-    )
+    plane = Plane(common.body, common.h0, ends, common.n_symbols, arithmetic, orbits, jobs)
     return plane.cells(theta2, starts)
 
 
@@ -139,7 +146,7 @@ def describe(config: Config) -> list[Row]:
         Row("J2_0", f"{J2:.16g}", "initial |M|, dimensionless"),
         Row("n_symbols", str(problem.n_symbols), "symbols on each orbit"),
         *(_plane_row(name, axes, problem) for name, axes in problem.planes.items()),
-        Row("cost", f"about {_cost(problem):.2g} s", "of one core, of this year's kind"),
+        Row("cost", f"about {cost(config):.2g} s", "of one core, of this year's kind"),
     ]
 
 
@@ -149,9 +156,9 @@ def _plane_row(name: str, axes: tuple[Axis, Axis], problem: Problem) -> Row:
     return Row(f"zoom {name}" if name else "plane", across, what)
 
 
-def _cost(problem: Problem) -> float:
-    """Seconds of one core, tables included."""
-    total = 0.0
+def cost(config: Config) -> float:
+    """Estimate the seconds that a config takes on one core, tables included."""
+    problem, total = config.problem, 0.0
     for columns, rows in problem.planes.values():
         arrays = 1 if problem.rows.axis == "log10_J1_0" else rows.count
         cells = columns.count * rows.count

@@ -43,6 +43,8 @@ if TYPE_CHECKING:
 
 FINER = 2.0**-20
 """Width to which the change is found, as a share of the finest step: no column comes closer."""
+LEVEL, COLUMNS = 0.02, 25
+"""Seconds that a level takes for each symbol, and the columns that double them."""
 CENTRE_BITS = 200
 """Bits of a centre that are written, or more where the step is finer."""
 
@@ -67,6 +69,7 @@ def compute(config: Config, means: Means) -> Tree:
     *brackets, last = [
         Bracket(exact(each["low"].values), exact(each["high"].values)) for each in found.values()
     ]
+    # One reference for all levels: the orbit closest to the change, to which all columns are near.
     around = Neighbourhood(problem.routes, last.between(1, 2), finest, means.arithmetic, means.jobs)
     groups: dict[str, Tree] = {}
     for level, (bracket, step) in enumerate(zip(brackets, steps, strict=True)):
@@ -84,6 +87,12 @@ def compute(config: Config, means: Means) -> Tree:
     }
 
 
+def cost(config: Config) -> float:
+    """Estimate of the seconds that a config takes on two cores."""
+    problem = config.problem
+    return LEVEL * problem.levels * (problem.n_symbols + 1) * (1 + problem.count / COLUMNS)
+
+
 def _steps(problem: Problem) -> list[Exact]:
     """The spacing of each level's columns, radians."""
     return [problem.step / problem.factor**level for level in range(problem.levels)]
@@ -91,6 +100,7 @@ def _steps(problem: Problem) -> list[Exact]:
 
 def _centres(problem: Problem, steps: Sequence[Exact], means: Means) -> Tree:
     """Find the brackets of all levels, and a last one, as texts that say them exactly."""
+    # Symbols behind the one that changes have no part in the search.
     short = dataclasses.replace(problem.routes, n_symbols=problem.symbol)
     path = narrowed(
         short,
@@ -99,6 +109,7 @@ def _centres(problem: Problem, steps: Sequence[Exact], means: Means) -> Tree:
         means.arithmetic,
         lambda width: means.report(f"the change is known to {width:.0e} rad"),
     )
+    # Each level is centred on a bracket within half of its step: its change lies in the middle.
     chosen = [next(b for b in path if b.width <= float(step) / 2) for step in steps]
     return {f"bracket{k:02d}": _texts(b) for k, b in enumerate([*chosen, path[-1]])}
 
@@ -114,6 +125,7 @@ def _level(around: Neighbourhood, problem: Problem, bracket: Bracket, step: Exac
     """Compute an array around the middle of a bracket, whose ends prove the change."""
     centre = bracket.between(1, 2)
     grid = _grid(centre, problem, step)
+    # The bracket's ends go with the columns, for they prove that the symbol changes between them.
     routes = around.routes([*bracket, *(grid[k] for k in range(problem.count))])
     ends = slice(problem.symbol), slice(2)
     if not routes.certain[ends].all():
@@ -155,7 +167,7 @@ def describe(config: Config) -> list[Row]:
 def differences(stored: Data, fresh: Data) -> list[Difference]:
     """Find where two results of a config disagree by more than their arithmetic explains.
 
-    Neighbourhood a doubly asymptotic orbit errors grow as fast as the zoom: crossing times are held
+    Beside a doubly asymptotic orbit errors grow as fast as the zoom: crossing times are held
     to what certain symbols allow. What is given, and how it rounds, must be the same.
     """
     found = compare.keys(stored, fresh)
@@ -177,6 +189,7 @@ def _level_differences(stored: Data, fresh: Data) -> list[Difference]:
 def _group(routes: Mapping[str, NDArray[Any]], centre: Exact, step: Exact) -> Tree:
     n = routes["bits"].size
     offset = (np.arange(n) - (n - 1) / 2) * float(step)
+    # Enough digits to tell neighbouring columns apart, and guard bits beyond.
     bits = max(CENTRE_BITS, GUARD_BITS - math.floor(math.log2(float(step))))
     place = {"centre": str(centre.at(bits)), "offset": offset, "step": float(step)}
     return {

@@ -58,6 +58,7 @@ def draw(result: Loaded) -> Figure:
 def _draw_level(axes: Axes, level: Data, symbol: int) -> None:
     """Draw one array, its columns counted in steps from the centre."""
     step, codes = float(level["step"]), level["codes"]
+    # Phases themselves are beyond doubles, of which neighbours would be the same.
     columns = level["offset"] / step
     axes.pcolormesh(columns, np.arange(1, len(codes) + 1), codes, cmap=COLOURS, norm=NORM)
     row, column = np.nonzero(~level["certain"])

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from rigidpend.asymptotic import surface_orbits
 from rigidpend.asymptotic.splitting import (
     COARSEST,
+    FEWEST,
     TOP,
     SurfaceSplitting,
     admitted,
@@ -24,6 +25,7 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.splitting.layout import CLOSED_FORM, CURVE, OF_BODY
 from rigidpend.experiments.weight_layout import MU_OVER_H0
 from rigidpend.experiments.weight_series import mu_over_h0, plain, slope
+from rigidpend.integrate.engines import DEFAULT_TOLERANCE
 from rigidpend.results import compare
 from rigidpend.results.layout import datasets
 from rigidpend.results.tree import Data, Tree
@@ -34,6 +36,10 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+BEGIN, ORBIT, ORBITS = 1.0, (5e-4, 8e-3), 1200
+"""Seconds of any run, those of an orbit in doubles or in pairs of them, orbits per mu/h0.
+
+The configuration that is shipped took 12 s, half of it in pairs."""
 ROUNDING = 1e-13
 """Allowed relative difference of numbers of closed form."""
 MARGIN = 2
@@ -64,6 +70,22 @@ def compute(config: Config, means: Means) -> Tree:
         "curve": _curve(problem, found[problem.drawn]),
         "closed_form": _closed_form(max(plain(body["nu"]) for body in found.values())),
     }
+
+
+def cost(config: Config) -> float:
+    """Estimate of the seconds that a config takes on two cores.
+
+    Doubles resolve a distance as long as their rounding, which a large nu makes large beside it,
+    is below what is admitted. The larger the weight, the more orbits a curve takes.
+    """
+    problem, ratio = config.problem, mu_over_h0(config.problem)
+    orbits = FEWEST + ORBITS * ratio
+    seconds = BEGIN
+    for shape in problem.bodies.values():
+        nu = shape.heavy(problem.mu[0]).nu
+        doubles = DEFAULT_TOLERANCE["taylor"] / _decay(nu) < admitted(ratio)
+        seconds += float((orbits * np.where(doubles, *ORBIT)).sum())
+    return seconds
 
 
 def _body(config: Config, name: str, means: Means) -> Tree:

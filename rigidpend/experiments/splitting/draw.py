@@ -30,7 +30,7 @@ LOOKS: tuple[tuple[str, Any], ...] = (
 """Colour and line of the curves, weight by weight."""
 CHOSEN = ((BLUE, "o"), (RED, "s"), (GREEN, "^"))
 """Colour and marker of the bodies that stand out: least nu, the drawn one, largest nu."""
-BITS = {53: "#FFFFFF", 64: "#B9DDF1", 113: "#5FB0E0"}
+BITS = {53: "#FFFFFF", 64: "#DCEEF8", 106: "#9DCFEB", 113: "#5FB0E0"}
 """Colour of a cell of the table, by the precision that decided."""
 NONE = "#F2B8A0"
 """Colour of a cell of the table that no precision decided."""
@@ -230,7 +230,9 @@ def _draw_table(axes: Axes, data: Data) -> str:
     axes.set_xlabel(r"$\mu/h_0$")
     axes.set_ylabel(r"body, $\nu$")
     keys = [
-        Patch(fc=colour, ec="0.5", lw=0.5, label=f"{bits} bits") for bits, colour in BITS.items()
+        Patch(fc=colour, ec="0.5", lw=0.5, label=f"{bits} bits")
+        for bits, colour in BITS.items()
+        if (np.asarray(bodies["bits"])[np.asarray(bodies["resolved"])] == bits).any()
     ]
     keys.append(Patch(fc=NONE, ec="0.5", lw=0.5, label="not resolved"))
     axes.legend(

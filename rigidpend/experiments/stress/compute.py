@@ -37,6 +37,7 @@ GROUPS = {
     "lower_starts": extremes.LOWER,
     "upper_starts": extremes.UPPER,
 }
+"""Route problems at the ends of their ranges, by kind."""
 SYMBOLS_PER_BIT = 1.5
 """Number of symbols that are asked for per bit, so that no precision decides all."""
 
@@ -62,6 +63,7 @@ def compute(config: Config, means: Means) -> Tree:
         made: Any = means.part(f"{kind}.{label}", partial(tried, trial))
         group = found.setdefault(kind, {"claims": {}, "curves": {}})
         group["claims"] |= made["claims"]
+        # A trial that refuses to compute has none, and an empty group would not fit the layout.
         if made["curves"]:
             group["curves"][label] = made["curves"]
         verdicts = ", ".join(str(claim["verdict"].values) for claim in made["claims"].values())
@@ -89,6 +91,8 @@ def _extremes(body: Body, asked: Any, engine: str, jobs: int) -> Iterator[tuple[
     common = {"columns": asked.columns, "engine": engine, "jobs": jobs}
     for group, members in GROUPS.items():
         for extreme in members:
+            if extreme.long and not asked.long:
+                continue
             yield group, extremes.trial(extreme, n_symbols=asked.n_symbols, **common)
     for place in starts.PLACES:
         yield "separatrices", starts.trial(body, place, n_crossings=5, **common)
@@ -130,6 +134,7 @@ def _honesty(body: Body, problem: Problem, engine: str, jobs: int) -> Iterator[t
             problem.h0,
             J1_0,
             list(map(str, asked.tolerances)),
+            # What the division leaves goes to the first starts, so that no orbit is lost.
             orbits=asked.orbits // thirds + (k < asked.orbits % thirds),
             checked=asked.checked // thirds + (k < asked.checked % thirds),
             n_symbols=asked.n_symbols,
@@ -138,6 +143,7 @@ def _honesty(body: Body, problem: Problem, engine: str, jobs: int) -> Iterator[t
             jobs=jobs,
         )
         yield "honesty", trial
+    # Return maps are compiled by heyoka: with the other engine there is none to be spoilt.
     if engine == "taylor":
         yield (
             "honesty",
@@ -188,6 +194,7 @@ def _long_time(
 
 def _label(name: str) -> str:
     """A name of letters, digits, points and dashes."""
+    # Labels name groups in a file and parts on the disk, which bear no blank, slash or bracket.
     return re.sub(r"[^A-Za-z0-9.-]+", "_", name).strip("_")
 
 
@@ -220,6 +227,7 @@ def differences(stored: Data, fresh: Data) -> list[str]:
     for name in sorted(set(old) & set(new)):
         if old[name] != new[name]:
             found.append(f"{name}: {old[name]} stored, {new[name]} computed")
+        # To agree is not enough: what fails in both is refuted in both.
         elif new[name] == FAILED:
             found.append(f"{name}: {FAILED}")
     return found

@@ -38,6 +38,9 @@ LOOKS = {
     "FAILED": Look(RED, "X", "beyond: failed"),
 }
 INTEGRALS = (("energy", BLUE), (r"$|\gamma|$", RED), (r"$M\cdot\gamma$", GREEN))
+"""Integrals of motion in the order in which results have them, with their colours."""
+NOTHING: dict[str, Any] = {"curves": {}}
+"""A kind of trial that refused to compute: it has claims, but no curves."""
 BESIDE, LINES = 46, 6.3
 """Characters in a line beside the claims, and its size in points."""
 
@@ -67,14 +70,16 @@ def draw(result: Loaded) -> Figure:
     _draw_engines(figure.add_subplot(grid[0, :3]), engines)
     _draw_splittings(figure.add_subplot(grid[0, 3:]), methods)
     _draw_claims(figure.add_axes((0.125, 0.355, 0.86, 0.3)), data)
-    _draw_growth(figure.add_subplot(grid[2, :3]), data["passages"]["curves"]["growth"])
-    _draw_symbols(figure.add_subplot(grid[2, 3:]), data["passages"]["curves"])
+    curves = data.get("passages", NOTHING)["curves"]
+    if "growth" in curves:
+        _draw_growth(figure.add_subplot(grid[2, :3]), curves["growth"])
+    _draw_symbols(figure.add_subplot(grid[2, 3:]), curves)
     return figure
 
 
 def _drifts(data: Data) -> tuple[list[Any], list[Any]]:
     """The drifts of engines, and those of splittings."""
-    curves = [x for x in data["long_time"]["curves"].values() if "drift" in x]
+    curves = [x for x in data.get("long_time", NOTHING)["curves"].values() if "drift" in x]
     splittings = [x for x in curves if str(x["name"]).startswith("splitting")]
     return [x for x in curves if not str(x["name"]).startswith("splitting")], splittings
 
@@ -83,9 +88,11 @@ def _draw_engines(axes: Axes, engines: list[Any]) -> None:
     """Drift against time with the predicted walk; the legend tells the fitted powers of t."""
     axes.set_title("(a) drift of the integrals, engines", loc="left")
     entries = [Line2D([], [], color=colour, label=name) for name, colour in INTEGRALS]
-    longest = max(engines, key=lambda x: x["rotations"][-1])
-    axes.plot(longest["rotations"], longest["walk"], color="0.75", lw=3, zorder=0)
-    entries.append(Line2D([], [], color="0.75", lw=3, label=r"predicted, $\sqrt{t}$"))
+    if engines:
+        # One prediction serves all: that of the engine which was followed longest.
+        longest = max(engines, key=lambda x: x["rotations"][-1])
+        axes.plot(longest["rotations"], longest["walk"], color="0.75", lw=3, zorder=0)
+        entries.append(Line2D([], [], color="0.75", lw=3, label=r"predicted, $\sqrt{t}$"))
     for curve, style in zip(engines, ("--", "-", ":"), strict=False):
         for row, (_, colour) in zip(curve["drift"], INTEGRALS, strict=True):
             axes.plot(curve["rotations"], row, style, color=colour, lw=0.9)
@@ -103,6 +110,7 @@ def _draw_engines(axes: Axes, engines: list[Any]) -> None:
         title_fontsize=6.5,
     )
     _log(axes, "rotations", "rms drift, relative")
+    # Room for the legend above the curves.
     low, high = axes.get_ylim()
     axes.set_ylim(low, high * 10**3.5)
 
@@ -147,6 +155,7 @@ def _draw_claims(axes: Axes, data: Data) -> None:
     counts = dict.fromkeys(LOOKS, 0)
     for row, group in enumerate(groups):
         members = [x for x in _claims(data) if x[0] == group]
+        # Below each other, or claims of equal ratio would look like one.
         lift = np.linspace(-0.32, 0.32, len(members)) if len(members) > 1 else [0.0]
         for (*_, ratio, verdict), up in zip(members, lift, strict=True):
             look, x = LOOKS[verdict], min(max(ratio, FLOOR), CEILING)
@@ -157,6 +166,7 @@ def _draw_claims(axes: Axes, data: Data) -> None:
     total = sum(counts.values())
     axes.set_title(f"(c) all {total} claims", loc="left")
     axes.set_xscale("log")
+    # Far beyond the last ratio, for the names of what is beyond its bound.
     axes.set_xlim(FLOOR / 3, 1e12)
     ticks = [10.0**k for k in range(-16, 3, 2)]
     axes.set_xticks([FLOOR, *ticks], ["0", *(f"$10^{{{k}}}$" for k in range(-16, 3, 2))])
@@ -211,6 +221,7 @@ def _draw_growth(axes: Axes, growth: Any) -> None:
     axes.set_title("(d) rounding error at each crossing", loc="left")
     x = growth["crossing"] + 1
     for column in growth["scatter"].T:
+        # An error of exactly 0 has no place on a logarithmic axis.
         axes.plot(x, np.where(column > 0, column, np.nan), ".", color="0.75", ms=2, zorder=0)
     axes.plot(x, growth["measured"], "o", color=BLUE, ms=4, label="measured")
     axes.plot(x, growth["predicted"], "-", color=RED, label="predicted, nothing fitted")
@@ -229,7 +240,7 @@ def _draw_growth(axes: Axes, growth: Any) -> None:
 def _draw_symbols(axes: Axes, curves: Any) -> None:
     """Draw the symbols that each precision decides: share of orbits with at least so many."""
     axes.set_title("(e) symbols that a precision decides", loc="left")
-    looks = {53: (BLUE, "-"), 64: (GREEN, "--"), 113: (RED, "-.")}
+    looks = {53: (BLUE, "-"), 64: (GREEN, "--"), 106: (ORANGE, ":"), 113: (RED, "-.")}
     for curve in (x for x in curves.values() if "bits" in x):
         bits = int(curve["bits"])
         colour, style = looks[bits]

@@ -41,6 +41,8 @@ class Extremes(Part):
     """Orbits of each."""
     n_symbols: Annotated[Whole, Field(ge=1, le=15)] = 15
     """Symbols on each orbit, fewer where a passage takes many rotations."""
+    long: bool = True
+    """True to try also what takes minutes."""
 
 
 class Passages(Part):
@@ -50,9 +52,9 @@ class Passages(Part):
     """Whose errors are measured."""
     n_crossings: Annotated[Whole, Field(ge=8, le=20)] = 16
     """On each orbit."""
-    columns: dict[Literal["53", "64", "113"], Count]
+    columns: dict[Literal["53", "64", "106", "113"], Count]
     """Orbits on which each precision decides what it can."""
-    checked: dict[Literal["53", "64", "113"], Count]
+    checked: dict[Literal["53", "64", "106", "113"], Count]
     """Number of them that are held against a higher precision."""
 
 

@@ -41,12 +41,19 @@ class Doubles:
 
     def constant(self, value: Fraction) -> list[str]:
         """A number's parts as LLVM reads them."""
-        written, rest = [], value
+        return [hexadecimal(part) for part in self.rounded(value)]
+
+    def rounded(self, value: Fraction) -> list[float]:
+        """The doubles that make up a number, the largest first."""
+        found, rest = [], value
         for _ in range(self.parts):
-            head = float(rest)
-            written.append(hexadecimal(head))
-            rest -= Fraction(head)
-        return written
+            found.append(float(rest))
+            rest -= Fraction(found[-1])
+        return found
+
+    def of_double(self, x: str) -> Value:
+        """The number with the value of a double."""
+        return (x, *("zeroinitializer",) * (self.parts - 1))
 
     def times(self, a: Value, b: Value) -> Value:
         return (self.code.binary("fmul", a[0], b[0]),)
@@ -74,9 +81,17 @@ class Doubles:
         opposite = code(f"fneg {code.vector} {quotient}")
         return (code.fma(code.fma(opposite, whole, a[0]), share[0], quotient),)
 
+    def quotient(self, a: Value, b: Value) -> Value:
+        """a / b."""
+        return (self.code.binary("fdiv", a[0], b[0]),)
+
     def horner(self, total: Value, x: str, c: Value) -> Value:
         """total x + c, of a double x."""
         return (self.code.fma(total[0], x, c[0]),)
+
+    def horner_at(self, total: Value, x: Value, c: Value) -> Value:
+        """total x + c, of a number x."""
+        return self.horner(total, x[0], c)
 
 
 class Pairs(Doubles):
@@ -112,10 +127,21 @@ class Pairs(Doubles):
     def divided(self, a: Value, share: Value, whole: str) -> Value:
         return self.times(a, share)
 
+    def quotient(self, a: Value, b: Value) -> Value:
+        quotients, rest = [], a
+        for _ in range(3):
+            quotients.append(self.code.binary("fdiv", rest[0], b[0]))
+            rest = self.minus(rest, self.times(self.of_double(quotients[-1]), b))
+        first, second, third = quotients
+        return self._joined(first, self.code.binary("fadd", second, third))
+
     def horner(self, total: Value, x: str, c: Value) -> Value:
         product, error = self._product(total[0], x)
         error = self.code.fma(total[1], x, error)
         return self.plus((product, error), c)
+
+    def horner_at(self, total: Value, x: Value, c: Value) -> Value:
+        return self.plus(self.times(total, x), c)
 
     def _product(self, a: str, b: str) -> tuple[str, str]:
         """a b and its rounding error, exactly."""

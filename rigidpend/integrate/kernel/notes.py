@@ -12,28 +12,30 @@ import functools
 from typing import Any
 
 from rigidpend.integrate.kernel import machine_code
+from rigidpend.integrate.kernel.aligned_field import ALIGNED, COMPONENTS
 from rigidpend.integrate.kernel.lane_numbers import KINDS
-from rigidpend.integrate.kernel.taylor_step import COMPONENTS, Kernel
+from rigidpend.integrate.kernel.taylor_step import Kernel
 from rigidpend.integrate.kernel.writer import LANES
 
-FIELDS = ("lane", "time", "length", "after", "steady", "zero", "correction", "Qp", "Qm")
+FIELDS = ("lane", "time", "length", "after", "steady", "zero", "correction", "Qp", "Qm", "late")
 """Contents of a note before the series.
 
 They are: which lane, t' at the beginning, the step's length, M3 at its end, 1 if M3 is monotone,
 and where it is the time of its zero from there on (with what the time leaves over, so that the
-sum is rounded once), Newton's last correction, and Qp and Qm there."""
+sum is rounded once), Newton's last correction, and Qp and Qm there; and what the time at the
+beginning leaves over."""
 NEWTON = 4
 """Iterations from the chord's zero; each doubles the digits, of which the first has two."""
-NOTED = COMPONENTS[:3]
-"""Components whose series are noted."""
+MOMENTA = 3
+"""Number of components, Qp, Qm and M3, whose series tell a crossing: others are noted if asked."""
 
 
-def width_of_note(order: int, bits: int) -> int:
+def width_of_note(order: int, bits: int, noted: int = MOMENTA) -> int:
     """Number of doubles in a note: the fields, and the parts of the series."""
-    return len(FIELDS) + len(NOTED) * (order + 1) * KINDS[bits].parts
+    return len(FIELDS) + noted * (order + 1) * KINDS[bits].parts
 
 
-def text(order: int, bits: int) -> str:
+def text(order: int, bits: int, noted: int = MOMENTA) -> str:
     """The kernel's text for series of an order, in doubles (53 bits) or pairs of them (106).
 
     It defines ``carry(state, stride, time, parameters, depth, groups, steps, notes)``, all
@@ -44,21 +46,26 @@ def text(order: int, bits: int) -> str:
     - parameters: `taylor_step.Products`, 9 for each part;
     - depth: a touch of M3 = 0 that is no deeper is noted too;
     - groups, steps: vectors of lanes, and steps for each of them;
-    - notes: rows of `width_of_note` doubles, room for one on each step of each lane.
+    - notes: rows of `width_of_note` doubles, room for one on each step of each lane; the series
+      are those of the first `noted` components.
     """
-    return _Carrying(order, bits).whole()
+    return _Carrying(order, bits, noted).whole()
 
 
 @functools.cache
-def function(order: int, bits: int) -> Any:
+def function(order: int, bits: int, noted: int = MOMENTA) -> Any:
     """The compiled kernel (see :func:`text`)."""
     pointer, count, number = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
     kinds = (pointer, count, pointer, pointer, number, count, count, pointer)
-    return machine_code.function(text(order, bits), "carry", *kinds)
+    return machine_code.function(text(order, bits, noted), "carry", *kinds)
 
 
 class _Carrying(Kernel):
     """The function `carry`."""
+
+    def __init__(self, order: int, bits: int, noted: int) -> None:
+        super().__init__(order, bits, ALIGNED)
+        self.noted = noted
 
     def whole(self) -> str:
         """All of the text."""
@@ -79,7 +86,7 @@ class _Carrying(Kernel):
             " ptr noalias %parameters, double %depth, i64 %groups, i64 %steps,"
             " ptr noalias %notes) {"
         )
-        return self.function(head, code.load(self.count, "i64", 8))
+        return code.function(head, code.load(self.count, "i64", 8), self.field.functions)
 
     def _step(self, first: str) -> None:
         self.expand()
@@ -105,7 +112,8 @@ class _Carrying(Kernel):
         doubtful = code.logic("xor", code.logic("or", far, steady), code.everywhere("true", "i1"))
         mask = code(f"bitcast {code.mask} {code.logic('or', changed, doubtful)} to i{LANES}")
         with code.when(code(f"icmp ne i{LANES} {mask}, 0")):
-            self._note(first, mask, (h, after, code.one_where(steady), *self._zero(h, after)))
+            late = code.load(self.time[1])
+            self._note(first, mask, (h, after, code.one_where(steady), *self._zero(h, after), late))
 
     def _zero(self, h: str, after: str) -> tuple[str, ...]:
         """Time from the beginning to the zero of M3, the last correction, and Qp, Qm there."""
@@ -140,7 +148,8 @@ class _Carrying(Kernel):
                 self._note_lane(first, lane, told)
 
     def _note_lane(self, first: str, lane: str, told: str) -> None:
-        code, width = self.code, width_of_note(self.order, self.numbers.bits)
+        code = self.code
+        width = width_of_note(self.order, self.numbers.bits, self.noted)
         count = code.load(self.count, "i64", 8)
         note = code.at("%notes", code(f"mul i64 {count}, {width}"), "double")
         number = code(f"sitofp i64 {code(f'add i64 {first}, {lane}')} to double")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 LANES = 8
@@ -132,6 +132,16 @@ class Writer:
         yield
         self._jump(f"{name}.end")
         self._label(f"{name}.end")
+
+    def function(self, head: str, result: str, functions: Sequence[str] = ()) -> str:
+        """The whole text of a function that has these lines and calls those functions of LLVM."""
+        v = self.vector
+        declared = (
+            f"declare {v} @llvm.fma.{self.suffix}({v}, {v}, {v})",
+            *(f"declare {v} @llvm.{x}.{self.suffix}({v})" for x in ("fabs", "floor", *functions)),
+        )
+        body = [*declared, head, "entry:", *self.variables, *self.lines]
+        return "\n".join([*body, f"  ret i64 {result}", "}"]) + "\n"
 
     def _jump(self, label: str) -> None:
         self.do(f"br label %{label}")

@@ -9,6 +9,7 @@ threads    orbits shared out among threads
 protocol   how methods are searched and timed in turn
 choice     which setting of a method goes to a meeting with the others
 phases     wrong symbols on random phases
+many       time against the number of orbits
 worker     measurements in a process of their own
 records    the data of a measurement
 reading    what the data says: ratios, losses, tables

@@ -56,14 +56,25 @@ def guests(problem: str, group: Data, config: Any, threads: int) -> dict[str, di
             config.meeting.slowest
         ):
             continue
-        knob = record["knob"][k]
-        variant = method.variants[int(record["setting"][k])]
-        found[name] = {
-            "knob": None if np.isnan(knob) else float(knob),
-            "setting": {**method.forms[int(record["form"])], **variant},
-            "part": float(record["part"][k]),
-        }
+        found[name] = {**setting(method, record, k), "part": float(record["part"][k])}
     return found
+
+
+def best(problem: str, name: str, group: Data, search: Any) -> dict[str, Any]:
+    """Knob and setting of a method: those that its search at a problem chose, or the finest."""
+    method, record = METHODS[name], group.get(name, {})
+    if "seconds" in record:
+        return setting(method, record, chosen(problem, record))
+    return finest(method, search)
+
+
+def setting(method: Method, record: Data, k: int) -> dict[str, Any]:
+    """Knob and setting of a row of a method's search."""
+    knob, variant = record["knob"][k], method.variants[int(record["setting"][k])]
+    return {
+        "knob": None if np.isnan(knob) else float(knob),
+        "setting": {**method.forms[int(record["form"])], **variant},
+    }
 
 
 def chosen(problem: str, record: Data) -> int:

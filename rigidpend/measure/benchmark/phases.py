@@ -50,7 +50,7 @@ def counted(
     -------
     dict
         ``symbols`` compared, ``wrong`` among them, ``wrong_trusted`` of those that the method
-        vouches for (all, where it gives no certificate), ``undecided``, ``orbits``, ``seconds``,
+        vouches for (all, where nothing is cross-checked), ``undecided``, ``orbits``, ``seconds``,
         and ``last_crossing``, the median error of its t'.
     """
     theta2_0, true, last = _truth(J1_0)

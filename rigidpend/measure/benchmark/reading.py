@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.measure.benchmark import choice
+from rigidpend.measure.benchmark import choice, many
 from rigidpend.measure.benchmark.methods import METHODS
 from rigidpend.measure.benchmark.problems import NAMES
 from rigidpend.numbers.generic import Scalar
@@ -23,6 +23,8 @@ from rigidpend.tables import Table, seconds, times
 LEVELS = (1e-3, 1e-6, 1e-9, 1e-12)
 RULE_OF_THREE = 3.0
 """Rule of three: an event absent in n trials has a chance of less than 3/n, at 95 %."""
+MAPS = "route_codes_map"
+"""The method of return maps."""
 OWN = ("ours", "lie_poisson")
 """Families that are ours, or in this package: they are no peers."""
 
@@ -100,8 +102,9 @@ def tables(data: Data) -> list[Table]:
     found = [losses_table(data)]
     for problem in _problems(data):
         found += [meeting_table(data, problem)] if met(data, problem, 1) else []
-    found += [certificates_table(data)] if "codes" in data else []
+    found += [cross_checks_table(data)] if "codes" in data else []
     found += [phases_table(data)] if data.get("random_phases") else []
+    found += [many_table(data)] if data.get("many_orbits") else []
     found += [cost_table(data)] if "codes" in data and met(data, "codes", 1) else []
     return found + [search_table(data, problem) for problem in _problems(data)]
 
@@ -143,13 +146,13 @@ def meeting_table(data: Data, problem: str) -> Table:
     return Table(level_text(data, problem), ("method", *heads, "error"), rows, note)
 
 
-def certificates_table(data: Data) -> Table:
+def cross_checks_table(data: Data) -> Table:
     """Table of the cost of trust at the codes of Fig. 4: methods that vouch for symbols."""
     rows = []
     results = {r.method: r for r in met(data, "codes", 1)}
     own = results.get("route_codes")
     for result in results.values():
-        if not METHODS[result.method].certificate:
+        if not METHODS[result.method].cross_checked:
             continue
         record = result.record
         ratio = math.nan if own is None else _middle_ratio(record, own.record)
@@ -162,9 +165,9 @@ def certificates_table(data: Data) -> Table:
                 f"{float(record['wrong_trusted']):.0f}",
             )
         )
-    header = ("certificate", "time", "times route_codes", "not decided", "wrong, trusted")
+    header = ("cross-check", "time", "times route_codes", "not decided", "wrong, trusted")
     note = "A peer's user runs twice, compares, and runs a third time where the two differ."
-    return Table("Certificate against certificate, codes of Fig. 4, one thread", header, rows, note)
+    return Table("Cross-check against cross-check, codes of Fig. 4, one thread", header, rows, note)
 
 
 def phases_table(data: Data) -> Table:
@@ -190,6 +193,56 @@ def phases_table(data: Data) -> Table:
         f"95 %, fewer than {1e6 * RULE_OF_THREE / fewest:,.0f}, for {fewest:,.0f} symbols or more."
     )
     return Table("Random phases", ("method", *heads), rows, note)
+
+
+def many_table(data: Data) -> Table:
+    """Time of each method against the number of orbits, in units of that of return maps too."""
+    group = data["many_orbits"]
+    numbers = many_numbers(data)
+    most = numbers[-1]
+    own = many.at(group[MAPS], most).seconds if MAPS in group else math.nan
+    rows = []
+    for name in (name for name in METHODS if name in group):
+        found = [many.at(group[name], number) for number in numbers]
+        cells = [
+            seconds(one.seconds) + (" ~" if one.orbits < number else "")
+            for one, number in zip(found, numbers, strict=True)
+        ]
+        undecided = f"{float(group[name]['undecided'][-1]):.0f}" if _vouches(name) else "-"
+        ratio = times(found[-1].seconds / own)
+        cells += [seconds(found[-1].prepare), ratio, _crossing(group, name), undecided]
+        rows.append((METHODS[name].label, *cells))
+    header = (
+        "method",
+        *(f"{number:,.0f}" for number in numbers),
+        "to prepare",
+        f"times maps, {most:,.0f}",
+        "maps faster from",
+        "not decided",
+    )
+    note = (
+        "Orbits from random phases, 15 symbols each in the record, warm. To prepare: tables of the "
+        "maps and compilation, once; where maps are faster it counts. ~ scaled from fewer orbits."
+    )
+    return Table("Time against the number of orbits, one thread", header, rows, note)
+
+
+def many_numbers(data: Data) -> list[float]:
+    """Numbers of orbits that any method was timed with, ascending, without those of the slow."""
+    group = data["many_orbits"]
+    longest = max((record["orbits"] for record in group.values()), key=len)
+    return [float(number) for number in longest]
+
+
+def _vouches(name: str) -> bool:
+    return METHODS[name].cross_checked
+
+
+def _crossing(group: Data, name: str) -> str:
+    if name == MAPS or MAPS not in group:
+        return "-"
+    number = many.crossing(group[MAPS], group[name])
+    return f"{number:,.0f}" if math.isfinite(number) else "never"
 
 
 def cost_table(data: Data, multiples: tuple[float, ...] = (1, 2, 10)) -> Table:
@@ -245,6 +298,9 @@ def summary(data: Data) -> dict[str, Any]:
     found["random_phases"] = {
         start: {name: _plain(record) for name, record in group.items()}
         for start, group in data.get("random_phases", {}).items()
+    }
+    found["many_orbits"] = {
+        name: _plain(record) for name, record in data.get("many_orbits", {}).items()
     }
     return found
 

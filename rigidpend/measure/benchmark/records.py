@@ -37,10 +37,17 @@ PHASES = {
     "orbits": ("1", "random phases that were tried"),
     "symbols": ("1", "symbols compared with 113-bit arithmetic"),
     "wrong": ("1", "of them wrong"),
-    "wrong_trusted": ("1", "of them wrong and vouched for; without a certificate, all wrong ones"),
+    "wrong_trusted": ("1", "of them wrong and vouched for; without a cross-check, all wrong ones"),
     "undecided": ("1", "of them not vouched for"),
     "seconds": ("s", "warm, one thread, for all these orbits"),
     "last_crossing": ("t' = t s", "median error of the last crossing; the truth has 7 decimals"),
+}
+MANY = {
+    "orbits": ("1", "number of orbits from random phases"),
+    "seconds": ("s", "warm, one thread, the median, for all these orbits"),
+    "prepare": ("s", "what the first solve took beyond: tables of maps, compilation"),
+    "repeats": ("1", "how many repetitions the median is of"),
+    "undecided": ("1", "number of symbols that the method does not vouch for"),
 }
 FORM = {
     "form": ("1", "index of the form that was chosen"),
@@ -97,6 +104,16 @@ def met(line: dict[str, Any], setting: str) -> Tree:
 def counted(line: dict[str, Any]) -> Tree:
     """The record of a method on random phases."""
     return {name: Dataset(float(line[name]), *meaning) for name, meaning in PHASES.items()}
+
+
+def many(lines: list[dict[str, Any]], ended: str, setting: str) -> Tree:
+    """The record of a method at ever more orbits."""
+    found: dict[str, Any] = {
+        name: Dataset(np.array([line[name] for line in lines], dtype=float), *meaning)
+        for name, meaning in MANY.items()
+    }
+    said = ENDED._replace(values=ended or COMPLETE)
+    return {**found, "chosen": Dataset(setting, *CHOSEN), "ended": said}
 
 
 def _said(wrong: str, rows: list[Any], planned: int) -> str:

@@ -22,7 +22,7 @@ class Order(NamedTuple):
     """Order of measurements."""
 
     work: str
-    """``search``, ``meeting`` or ``phases``."""
+    """``search``, ``meeting``, ``phases`` or ``many``."""
     problems: list[str]
     methods: dict[str, list[dict[str, Any]]]
     """Entries by method, one a problem: of `knobs`, or of `knob`, `setting` and `part`."""
@@ -34,6 +34,8 @@ class Order(NamedTuple):
     reference: str = ""
     """A file of NumPy's arrays, named PROBLEM.NAME."""
     threads: int = 1
+    numbers: tuple[int, ...] = ()
+    """Numbers of orbits, ascending."""
 
 
 def measured(order: Order, limit: float) -> tuple[list[dict[str, Any]], str]:
@@ -85,7 +87,9 @@ def _lines(text: str) -> list[dict[str, Any]]:
 def main() -> None:
     order = Order(**json.load(sys.stdin))
     keep_to(order.threads)
-    work = {"search": searched, "meeting": met, "phases": random_phases}[order.work]
+    work = {"search": searched, "meeting": met, "phases": random_phases, "many": many_orbits}[
+        order.work
+    ]
     for line in work(order):
         print(json.dumps(line), flush=True)
 
@@ -150,6 +154,21 @@ def random_phases(order: Order) -> Iterator[dict[str, Any]]:
             make = methods.function(method.answers["routes"], 1, entry["setting"])
             counted = phases.counted(J1_0, make, entry["knob"], order.repeats, order.seconds)
             yield {"method": name, "J1_0": J1_0, **counted}
+
+
+def many_orbits(order: Order) -> Iterator[dict[str, Any]]:
+    """One method at ever more orbits; a line a number."""
+    from rigidpend.measure.benchmark import many, methods, protocol
+
+    [(name, [entry])] = order.methods.items()
+    method = methods.METHODS[name]
+    answer = method.answer("many", "routes")
+    assert answer is not None
+    trial = protocol.Attempt(method, answer, entry["setting"], entry["knob"])
+    numbers = order.numbers if trial.abreast else (order.few,)
+    make = methods.function(answer, 1, entry["setting"])
+    share, n_symbols = order.seconds, order.sizes["n_symbols"]
+    yield from many.counted(make, entry["knob"], numbers, n_symbols, order.repeats, share)
 
 
 def _stage(order: Order, problem: str) -> Any:

@@ -1,7 +1,7 @@
 """Trials at the limits of what the package says: each claim has a bound, declared before.
 
-Rooms
------
+Modules
+-------
 claims      claims that a run may refute, their limits and verdicts
 fields      the fields of claims and of the curves behind them, as they are stored
 principal   orbits in principal axes, another formulation

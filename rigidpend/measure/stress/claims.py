@@ -88,6 +88,7 @@ def tree(claims: Iterable[Claim], found: Findings) -> Tree:
     if undeclared := sorted(set(found.values) - set(declared)):
         raise ValueError(f"measured, but not declared before: {', '.join(undeclared)}")
     stored = {
+        # What was claimed and not measured is NaN, which fails.
         name: _stored(claim, float(found.values.get(name, math.nan)), (found.notes or {}).get(name))
         for name, claim in declared.items()
     }

@@ -18,6 +18,7 @@ class Dual:
     value: Any
     slope: Any
 
+    # The fields are polynomials, so sums and products are all that is asked for.
     def __add__(self, other: Scalar) -> Dual:
         b = _dual(other)
         return Dual(self.value + b.value, self.slope + b.slope)

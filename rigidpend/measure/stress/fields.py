@@ -29,23 +29,27 @@ GROWTH = {
     "growth_predicted": _number("1", "growth a passage"),
     "growth_whisker": _number("1", "growth a passage if phases were random"),
 }
+"""Errors at each crossing, and their growth a passage: see `passages.growth_trial`."""
 DECIDED = {
     "bits": _number("1", "precision"),
     "measured": _number("1", "symbols decided on each orbit", "columns"),
     "predicted": _number("1", "the same on orbits of the prediction", "tangents"),
     "asked": _number("1", "symbols asked for"),
 }
+"""Symbols that a precision decides: see `passages.decided_trial`."""
 SPOILT = {
     "tolerance": _number("1", "local, spoilt", "tolerances"),
     "symbols": _number("1", "symbols compared", "tolerances"),
     "wrong": _number("1", "of them wrong at this tolerance", "tolerances"),
     "lies": _number("1", "of them wrong and called certain", "tolerances"),
 }
+"""Counts of symbols at each spoilt tolerance: see `honesty`."""
 PENDULUM = {
     "rotations": _number("1", "periods", "periods"),
     "phase": _number("rad", "phase error", "periods"),
     "walk": _number("rad", "predicted", "periods"),
 }
+"""Phase errors of the motion with J1 = 0: see `pendulum`."""
 DRIFT = {
     "name": Field(TEXT, (), "", "what integrates"),
     "rotations": _number("1", "time in rotations without weight", "times"),
@@ -53,3 +57,4 @@ DRIFT = {
     "walk": _number("1", "predicted random walk of roundings", "times"),
     "power": _number("1", "fitted power of t of each", 3),
 }
+"""Drift of the integrals of motion: see `long_time`."""

@@ -28,7 +28,7 @@ It is 1/sqrt(12) of the mantissa's last bit, the mantissa being distributed as 1
 SHARE = math.exp(-2)
 """Step of a Taylor series over its radius of convergence."""
 SAMPLES = 0.2
-"""Number of samples of cotangent vectors in a time 1/u."""
+"""Time between samples of cotangent vectors, in units of 1/u."""
 DEEPEST = 30.0
 """Longest time, in units of 1/u, that an orbit is followed backwards in one go."""
 TOLERANCE = 1e-11
@@ -79,6 +79,7 @@ def predicted_errors(
     for t in crossings:
         inside = (times == t) | (np.isin(times, restarts) & (times < t))
         squares = _squares(c, times[inside], states[:, inside], rate, u, engine)
+        # One rounding a step: the sum over steps is the integral over the length of a step.
         errors.append(noise(engine) * math.sqrt(squares / step(u)))
     return np.array(errors)
 
@@ -102,14 +103,17 @@ def _squares(
     """Integral of (weight times component)^2, summed, back from a crossing at the last time."""
 
     def backward(y: Scalar, _: Any) -> list[Any]:
+        # Cotangents obey the transposed equations with the opposite sign.
         back = cotangent(lambda x: aligned(x, c), y[:6], y[6:])
         return [*aligned(y[:6], c), *(-w for w in back)]
 
+    # As in a Newton step: a deviation of M3 shifts the crossing by that over -M3'.
     weights = np.array([0, 0, -rate / aligned(states[:, -1], c)[2], 0, 0, 0])
     total = 0.0
     for k in range(times.size - 1, 0, -1):
         span = times[k] - times[k - 1]
         grid = np.linspace(times[k], times[k - 1], max(8, math.ceil(span * u / SAMPLES)))
+        # The weights go on from piece to piece, the orbit from where it was forwards.
         start = np.r_[states[:, k], weights]
         y = sample(backward, start, grid, engine=engine, tolerance=TOLERANCE)
         total += ((y[:6] * y[6:]) ** 2).sum(axis=0).mean() * span
@@ -134,6 +138,7 @@ def growths(
         From the first crossing on, where the growth is 0.
     """
     times = np.arange(0.0, until, SAMPLES / u)
+    # A shift of the phase: M is nearly along Oz at the start, and gamma turns about that axis.
     direction = np.array([0.0, 0.0, 0.0, -state[4], state[3], 0.0])
 
     def forward(y: Scalar, _: Any) -> list[Any]:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.body import Body
-from rigidpend.integrate import default_engine, has_own_type
+from rigidpend.integrate import has_heyoka, has_own_type
 from rigidpend.measure.stress import principal, truth
 from rigidpend.measure.stress.claims import Claim, Findings, Trial
 from rigidpend.measure.stress.fields import SPOILT
@@ -76,6 +76,7 @@ def trial(
     """
     claims = _claims(J1_0, tolerances)
     contradicted, uncertain, useless = (claim.name for claim in claims[-3:])
+    # Other phases for each J1_0, and the same in every run.
     random = np.random.default_rng((seed, *J1_0.encode()))
     phases = random.uniform(0, 2 * np.pi, orbits)
 
@@ -165,7 +166,7 @@ def true_codes(
         All, but without heyoka only those checked, in integers of 113 bits.
     """
     known = np.ones(phases.size, dtype=bool)
-    if default_engine() != "taylor":
+    if not has_heyoka():
         known[checked:] = False
         true = doubted.copy()
         found = truth.route_crossings(
@@ -174,6 +175,7 @@ def true_codes(
         true[:, :checked] = symbols(found.separatrix)
         return true, known
     true = principal.codes(problem, phases, bits=53, jobs=jobs)
+    # 64 bits settle most of what differs, at far less than the cost of 113.
     for bits in (64, truth.BITS):
         differ = (true != doubted).any(axis=0)
         differ[:checked] |= bits == truth.BITS
@@ -184,7 +186,9 @@ def true_codes(
 
 
 HARD = Body((2, 1, "3/2"), (1, 1, 0), "1/1000")
+"""Body of the hard orbit, that of Fig. 4."""
 HARD_START: dict[str, Any] = {"h0": "1.3342", "J1_0": 1e-8, "n_symbols": 32}
+"""Its start, and the symbols asked for."""
 HARD_PHASE = 3.453198983306014
 """An orbit whose error outruns the difference of two computations twentyfold, at 64 bits."""
 HARD_CLAIM = Claim(

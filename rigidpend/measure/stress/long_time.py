@@ -27,6 +27,7 @@ from rigidpend.run.workers import side_by_side, spread
 Array = NDArray[Any]
 
 INTEGRALS = ("energy", "gamma", "M.gamma")
+"""Integrals of motion, in the order of `Setting.integrals`."""
 POINTS = 61
 """Times at which the integrals are looked at, evenly spread in their logarithm."""
 BEGIN = 100
@@ -34,6 +35,7 @@ BEGIN = 100
 FACTOR = 4.0
 """Allowed factor of a drift above the predicted random walk."""
 SIGMAS = 4.0
+"""Standard errors by which a fitted power may miss 1/2."""
 BIASED = (
     "the series' truncation at the default tolerance, chosen for routes of some hundred t', has"
     " a bias of 1e-16 a rotation in |gamma|; for long times take the finest tolerance"
@@ -83,6 +85,7 @@ class Setting(NamedTuple):
         s = float(scale(self.moments))
         h = energy(M, gamma, self.moments, self.direction, float(self.body.mu))
         h0 = self.body.kappa * self.J2**2 / 2
+        # Half of |gamma|^2 deviates from 1/2 as |gamma| from 1.
         return np.stack((h / h0, (gamma**2).sum(axis=0) / 2, (M * gamma).sum(axis=0) * s / self.J2))
 
 
@@ -133,6 +136,7 @@ def _engine_drift(
     c, states = float_coefficients(setting.body), setting.states(orbits)
     parts = spread(states, -(-orbits // SIDE_BY_SIDE[engine]), axis=1)
     found = side_by_side(_sampled, (c, marks, engine, tolerance), engine == "scipy", parts, jobs)
+    # In long doubles, or the evaluation of the integrals would hide their drift.
     aligned = np.concatenate(found, axis=2).astype(np.longdouble)
     s = float(scale(setting.moments))
     return _drift(setting.integrals(*body_from_aligned(Aligned(*aligned), setting.body.alpha0, s)))
@@ -255,6 +259,7 @@ def _splitting_drift(setting: Setting, order: int, counts: Any, orbits: int) -> 
     s = float(scale(setting.moments))
     made = splitting(setting.moments, setting.direction, float(setting.body.mu), order)
     vectors = body_from_aligned(Aligned(*setting.states(orbits)), setting.body.alpha0, s)
+    # Splittings know physical time alone.
     h = STEPS[order] * setting.rotation / s
     now: list[Any] = [np.stack(pair) for pair in zip(*vectors, strict=True)]
     kept = [setting.integrals(*_pair(now))]

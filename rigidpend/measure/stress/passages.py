@@ -105,6 +105,7 @@ def _errors(
     c, states, u, rate = truth.float_coefficients(fan.body), fan.states(orbits), fan.u, fan.rate
     task = Orbits(c, states, n_crossings, 500 / u)
     tolerance = DEFAULT_TOLERANCE[engine]
+    # The truth of the very same doubles: what rounds their starts is no error of the integration.
     ways: Any = ((task, 53), (truth.exactly(task), truth.BITS))
     found, true = (
         integrate.crossings(x, engine=engine, bits=bits, tolerance=tolerance, jobs=jobs)
@@ -207,6 +208,7 @@ def decided_trial(
     claims += [_contradicted(bits, checked)] if checked else []
 
     def measure() -> Findings:
+        # Predicted before anything is measured.
         predicted = predicted_symbols(fan, bits, n_symbols, tangents, engine)
         common: dict[str, Any] = {"h0": h0, "J1_0": fan.J1, "n_symbols": n_symbols, "jobs": jobs}
         phases = fan.phases(columns)
@@ -226,8 +228,8 @@ def decided_trial(
 
 
 def finer(bits: int) -> int:
-    """The precision that judges what `bits` bits decide."""
-    return truth.BITS if bits < truth.BITS else 2 * bits
+    """The precision that judges what `bits` bits decide: half as many bits again at least."""
+    return truth.BITS if 3 * bits <= 2 * truth.BITS else 2 * bits
 
 
 def _wrong(fan: Fan, found: RouteCodes, phases: Array, engine: str, common: Any) -> float:
@@ -254,6 +256,7 @@ def predicted_symbols(
     for x in fan.states(tangents).T:
         times, grown = growth.growths(c, x, until, u, engine)
         there = growth.predicted_errors(c, x, times[: LEVEL + 1], u, fan.rate, "taylor")[-1]
+        # In other precisions roundings are larger or smaller, and what becomes of them is the same.
         difference = math.sqrt(2) * there * np.exp(grown - grown[LEVEL]) * 2.0 ** (53 - bits)
         numbers.append(growth.decided(difference[: n_symbols + 1], UNDECIDED))
     return np.array(numbers)

@@ -54,6 +54,7 @@ def trial(body: Body, h0: Scalar, *, rotations: int, engine: str) -> Trial:
 
 def _followed(body: Body, h0: Exact, rotations: int, engine: str) -> tuple[Any, ...]:
     """Numbers of periods, their times t', the phase errors there and the predicted ones."""
+    # J1_0 and the number of symbols have no part in the period.
     problem = RouteProblem(body, h0, exact("1e-8"), 1)
     p, period = body.angles(), rotation_period(problem)
     # From the lowest position, where the kinetic energy is h0 + mu.
@@ -66,7 +67,9 @@ def _followed(body: Body, h0: Exact, rotations: int, engine: str) -> tuple[Any, 
         float_coefficients(body), start[:, None], times, engine=engine, tolerance=tolerance
     )[:, 1:, 0]
     gamma, times = found[3:], times[1:]
+    # The angle from the lowest position, to which every whole period returns.
     phase = np.abs(np.arctan2(lowest[0] * gamma[1] - lowest[1] * gamma[0], lowest @ gamma))
     rate = p.kappa * J2
     walk = noise(engine) * np.sqrt(times / step(J2 * math.sin(p.alpha0)) / 3)
+    # The rounding of the period itself adds up as well, in proportion to the time.
     return counts, times, phase, rate * times * (walk + 2.0**-52)

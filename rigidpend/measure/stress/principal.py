@@ -55,6 +55,7 @@ def codes(
     """
     body, m = problem.body, context(bits + GUARD_BITS)
     numbers = [fraction(x.in_context(m), bits) for x in (*body.A, *body.r, body.mu)]
+    # In physical time, t = t'/s.
     limit = passage_limit(problem, bits) / float(scale([float(x) for x in body.A]))
     task = PrincipalTask(tuple(numbers), problem.n_symbols + 1, limit, bits)
     states = _states(problem, phases, bits)
@@ -106,6 +107,7 @@ def _angles(states: Sequence[Sequence[Any]], task: PrincipalTask) -> NDArray[np.
     for column, state in enumerate(states):
         orbit.clear()
         integrator.time, integrator.state[:] = kind(0), [typed(x, kind) for x in state]
+        # heyoka looks away from an event for a while after it: the last orbit's are not this one's.
         integrator.reset_cooldowns()
         integrator.propagate_until(kind(task.limit * task.n_crossings))
         found[: len(orbit), column] = orbit

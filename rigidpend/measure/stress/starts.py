@@ -51,6 +51,7 @@ PLACES = (
     Place("M.gamma = 1.2", 4, 1e-3, 1.4, 1e-5, 1.2),
     Place("M.gamma = -0.999 |M|", 3, 1e-2, 1.4, 0.0, -0.999 * 1.41),
 )
+"""Starts on every separatrix near both its ends, beside it, and with M . gamma."""
 
 
 def state(place: Place, body: Body, theta2: float) -> NDArray[np.float64]:
@@ -61,6 +62,7 @@ def state(place: Place, body: Body, theta2: float) -> NDArray[np.float64]:
     at = float(theta1(place.separatrix, p, np)) + place.aside
     c = Canonical(place.J1, place.J2mJ1, place.J3, at, theta2, 0.0, cosq)
     made = aligned_from_canonical(c, p.alpha0, p.beta0)
+    # The sine of a rounded theta1 is not quite 0, which the start must not depend on.
     if not place.aside:
         made = made._replace(**{"Qm" if place.separatrix in (2, 4) else "Qp": 0.0})
     return np.array(made)

@@ -17,8 +17,11 @@ from rigidpend.routes.problem import RouteProblem, passage_limit
 from rigidpend.routes.start import Scales, start, states_exact
 
 BITS = 113
-INTEGER_BITS = 160
-"""Precision in bits of the truth about what 113 bits decided."""
+"""Precision of the truth about what fewer bits decided."""
+INTEGER_BITS = 192
+"""Precision, in integers, of the truth about what took `BITS` or more.
+
+It is above the last of the default precisions, so that nothing judges itself."""
 
 
 def float_coefficients(body: Body) -> AlignedCoefficients:
@@ -37,6 +40,7 @@ def route_crossings(
     states = states_exact(begin, exacts(phases), bits)
     limit = passage_limit(problem, bits)
     orbits = Orbits(begin.coefficients, states, problem.n_symbols + 1, limit)
+    # The tolerance is that of doubles, and halved by every bit beyond.
     return integrate.crossings(orbits, engine=engine, bits=bits, tolerance=1e-13, jobs=jobs)
 
 

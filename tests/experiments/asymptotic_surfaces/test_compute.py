@@ -17,6 +17,7 @@ from rigidpend.experiments.contract import Means
 from rigidpend.integrate.arithmetic import resolve
 from rigidpend.integrate.engines import default_engine
 from rigidpend.results import store
+from tests.experiments.trees import plain
 from tests.integrate.problems import needs_heyoka
 
 CONFIG = Path(__file__).parents[3] / "configs" / "fig3.yaml"
@@ -35,11 +36,6 @@ def content() -> Any:
 def computed(content: Any, engine: str) -> Any:
     tree = asymptotic_surfaces.compute(content, Means(resolve(engine), 1, lambda _: None))
     return plain(tree)
-
-
-def plain(tree: Any) -> Any:
-    """The arrays of a tree, as `store.load` gives them."""
-    return {k: plain(x) if isinstance(x, dict) else np.array(x.values) for k, x in tree.items()}
 
 
 @pytest.fixture(scope="module")

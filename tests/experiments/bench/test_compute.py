@@ -46,6 +46,9 @@ SMALL = [
     "meeting.rounds=2",
     "phases.methods=[route_codes, diffrax]",
     "phases.orbits=20",
+    "many.methods=[route_codes_map, route_codes, diffrax]",
+    "many.orbits=[3, 9]",
+    "many.seconds=5",
 ]
 
 
@@ -78,6 +81,7 @@ def data(said: Any, folder: Path) -> Any:
 def test_the_command_prints_one_json_document_and_draws(said: Any, folder: Path) -> None:
     found = json.loads(said.stdout)
     assert set(found) >= {"machine", "losses", "pendulum", "codes", "long_time", "random_phases"}
+    assert set(found["many_orbits"]) == {"route_codes_map", "route_codes"}
     assert found["machine"]["processor"]
     assert (folder / "bench_quick.png").stat().st_size > 10_000
     assert "reference" in said.stderr
@@ -176,7 +180,7 @@ def test_a_larger_error_and_a_wrong_symbol_are_found(data: Any) -> None:
 
 
 def test_without_heyoka_there_is_no_reference(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bench, "default_engine", lambda: "scipy")
+    monkeypatch.setattr(bench, "has_heyoka", lambda: False)
     means = Means(CLOSED_FORM, 1, lambda _: None)
     with pytest.raises(EngineError, match="heyoka"):
         bench.compute(typed(Config, QUICK), means)

@@ -85,6 +85,16 @@ def test_wrong_symbols_are_per_million_and_none_lies_on_the_floor(figure: Figure
     assert axes.get_ylim()[0] == 0
 
 
+def test_ever_more_orbits_are_dotted_beyond_what_was_measured(figure: Figure) -> None:
+    axes = panel(figure, "ever more orbits")
+    np.testing.assert_array_equal(xy(axes, "route_codes_map")[:, 1], [1e-3, 1e-2, 0.1])
+    dotted = [np.asarray(x.get_xydata()) for x in axes.lines if x.get_linestyle() == ":"]
+    assert max(line[-1, 1] for line in dotted) == pytest.approx(2000), "0.2 s an orbit, 10,000"
+    dashed = [np.asarray(x.get_xydata()) for x in axes.lines if x.get_linestyle() == "--"]
+    assert max(line[0, 1] for line in dashed) == pytest.approx(2.001)
+    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
+
+
 def test_axes_name_what_they_show_with_units(figure: Figure) -> None:
     drawn = [axes for axes in figure.axes if axes.axison]
     assert all(axes.get_xlabel() for axes in drawn)
@@ -94,5 +104,12 @@ def test_axes_name_what_they_show_with_units(figure: Figure) -> None:
 def test_the_legend_holds_what_is_shown(figure: Figure) -> None:
     [legend] = figure.legends
     shown = {text.get_text() for text in legend.get_texts()}
-    names = {"route_codes", "aligned_batch", "heyoka_eq1", "heyoka_principal", "scipy_dop853"}
+    names = {
+        "route_codes",
+        "route_codes_map",
+        "aligned_batch",
+        "heyoka_eq1",
+        "heyoka_principal",
+        "scipy_dop853",
+    }
     assert shown == {APPEARANCES[name].label for name in names | {"diffrax"}}

@@ -15,14 +15,10 @@ from rigidpend.experiments.contract import Means
 from rigidpend.integrate.arithmetic import resolve
 from rigidpend.integrate.engines import default_engine
 from tests.config.samples import content as typed
+from tests.experiments.trees import plain
 
 CONFIG = Path(__file__).parents[3] / "configs" / "closed_orbits.yaml"
 SMALL = ["problem.longest=5", "problem.verified=2", "problem.symbols=1000"]
-
-
-def plain(tree: Any) -> Any:
-    """The arrays of a tree, as `store.load` gives them."""
-    return {k: plain(x) if isinstance(x, dict) else np.array(x.values) for k, x in tree.items()}
 
 
 @pytest.fixture(scope="module")
@@ -76,3 +72,12 @@ def test_a_difference_is_found(data: Any, place: tuple[str, str], change: float)
 def test_rows_tell_what_is_asked() -> None:
     rows = {row.name: row.value for row in closed_orbits.describe(typed(Config, CONFIG, SMALL))}
     assert rows["words"] == "14"
+
+
+def test_the_estimate_doubles_with_each_symbol_that_is_verified() -> None:
+    few, more = (
+        closed_orbits.cost(typed(Config, CONFIG, [f"problem.verified={n}"])) for n in (4, 6)
+    )
+    # Measured: 5 and 18 s.
+    assert 2 < few < 10
+    assert 9 < more < 36

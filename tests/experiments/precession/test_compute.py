@@ -20,6 +20,7 @@ from rigidpend.integrate.arithmetic import resolve
 from rigidpend.integrate.engines import default_engine
 from rigidpend.results import store
 from tests.config.samples import content as typed
+from tests.experiments.trees import plain
 
 CONFIG = Path(__file__).parents[3] / "configs" / "precession.yaml"
 SMALL = ["problem.mu=[1e-4, 1e-3, 1e-2, 0.1]"]
@@ -29,11 +30,6 @@ BODIES = ("i", "ii", "iii", "iv", "v")
 def computed(settings: list[str]) -> Any:
     content = typed(Config, CONFIG, settings)
     return precession.compute(content, Means(resolve(default_engine()), 1, lambda _: None))
-
-
-def plain(tree: Any) -> Any:
-    """The arrays of a tree, as `store.load` gives them."""
-    return {k: plain(x) if isinstance(x, dict) else np.array(x.values) for k, x in tree.items()}
 
 
 @pytest.fixture(scope="module")

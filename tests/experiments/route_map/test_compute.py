@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from rigidpend.experiments.route_map import compute as route_map
 from rigidpend.integrate.arithmetic import resolve
 from rigidpend.integrate.engines import default_engine
 from tests.config.samples import refused
+from tests.experiments.trees import plain
 
 SHIPPED = Path(__file__).parents[3] / "configs" / "route_map.yaml"
 SMALL = (
@@ -48,12 +49,6 @@ def tree() -> Any:
 @pytest.fixture
 def data(tree: Any) -> Any:
     return plain(tree)
-
-
-def plain(tree: Any) -> Any:
-    return {
-        key: plain(x) if isinstance(x, dict) else np.array(x.values)[()] for key, x in tree.items()
-    }
 
 
 def test_every_cell_is_the_orbit_of_its_middle(data: Any) -> None:
@@ -100,17 +95,18 @@ def test_tiles_are_kept_and_none_is_computed_twice(
     names: list[str] = []
     kept: dict[str, Any] = {}
 
-    def part(name: str, compute: Callable[[], Any]) -> Any:
-        names.append(name)
-        if name not in kept:
-            kept[name] = compute()
-        return kept[name]
+    def pieces(several: Any) -> Iterator[Any]:
+        for piece in several:
+            names.append(piece.name)
+            if piece.name not in kept:
+                kept[piece.name] = piece.work(*piece.arguments)
+            yield kept[piece.name]
 
     given = content(ONE_ZOOM)
-    first = plain(computed(given, part=part))
+    first = plain(computed(given, pieces=pieces))
     assert len(set(names)) == len(names) == 4
     monkeypatch.setattr(route_map, "_cells", lambda *_: pytest.fail("computed again"))
-    again = plain(computed(given, part=part))
+    again = plain(computed(given, pieces=pieces))
     assert np.array_equal(first["codes"], again["codes"])
     assert not route_map.differences(data, first)
 

@@ -152,3 +152,12 @@ def test_describe_tells_the_steps(given: Any) -> None:
 def test_a_zoom_that_cannot_be_is_refused(setting: str, said: str) -> None:
     [found] = refused(catalogue.known()["fig4_zoom"], [setting])
     assert said in str(found)
+
+
+def test_the_estimate_grows_with_levels_and_symbols() -> None:
+    def estimate(*settings: str) -> float:
+        return route_zoom.cost(loading.load(SHIPPED, settings).content)  # type: ignore[arg-type]
+
+    # Measured: some 9 s.
+    assert 4 < estimate() < 20
+    assert estimate(*SMALL) < estimate("problem.levels=3") < estimate() / 3

@@ -20,6 +20,7 @@ from rigidpend.integrate.arithmetic import resolve
 from rigidpend.integrate.engines import default_engine
 from rigidpend.results import store
 from tests.config.samples import content as typed
+from tests.experiments.trees import plain
 
 CONFIG = Path(__file__).parents[3] / "configs" / "splitting.yaml"
 BODIES = "{a: {A: [2, 0.2, 1.8], r: [1, 2, 0]}, fig4: {A: [2, 1, 1.5], r: [1, 1, 0]}}"
@@ -29,11 +30,6 @@ SMALL = [f"problem.bodies={BODIES}", "problem.mu=[1e-3, 3e-3, 1e-2, 0.1]", "prob
 def computed(settings: list[str]) -> Any:
     content = typed(Config, CONFIG, settings)
     return splitting.compute(content, Means(resolve(**content.numerics_asked), 2, lambda _: None))
-
-
-def plain(tree: Any) -> Any:
-    """The arrays of a tree, as `store.load` gives them."""
-    return {k: plain(x) if isinstance(x, dict) else np.array(x.values) for k, x in tree.items()}
 
 
 @pytest.fixture(scope="module")
@@ -225,3 +221,20 @@ def test_the_config_spans_what_it_is_to_show() -> None:
     assert (float(problem.mu[0]), float(problem.mu[-1])) == (1e-6, 0.3)
     grioli = [shape.heavy(problem.mu[0]).special_cases for shape in problem.bodies.values()]
     assert sum("Grioli" in cases for cases in grioli) == 8
+
+
+def test_the_estimate_counts_what_takes_more_than_doubles_and_more_orbits() -> None:
+    """A body of large nu is the dear one, and of its weights the heavy ones."""
+    shipped = typed(Config, CONFIG)
+    whole, measured = splitting.cost(shipped), 12
+    light, dear = (
+        splitting.cost(shipped.model_copy(update={"problem": one}))
+        for one in (_with_body(shipped, "fig4"), _with_body(shipped, "i"))
+    )
+    assert light < dear / 3 < whole
+    assert measured / 4 < whole < 4 * measured
+
+
+def _with_body(config: Config, name: str) -> Any:
+    bodies = {name: config.problem.bodies[name]}
+    return config.problem.model_copy(update={"bodies": bodies, "drawn": name})

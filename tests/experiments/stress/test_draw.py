@@ -53,10 +53,17 @@ def figure() -> Any:
             t=drift("taylor at 2.2e-16", 0.5),
             s=drift("splitting 4", 0.25),
         ),
-        "passages": group(("p", 0.5, "passed"), growth=growth, b64=bits),
+        "passages": group(("p", 0.5, "passed"), growth=growth, b64=bits, b106=bits | {"bits": 106}),
     }
     with matplotlib.rc_context(fname=STYLE):
         return draw(loaded(data))
+
+
+def test_trials_that_refused_leave_their_panels_empty() -> None:
+    refused = {"passages": group(("p", np.inf, "FAILED")), "bodies": group(("b", 0.5, "passed"))}
+    drawn = draw(loaded(refused))
+    assert [len(panel(drawn, letter).lines) for letter in "ab"] == [0, 0]
+    assert len(panel(drawn, "c").lines) == 3
 
 
 def panel(figure: Any, letter: str) -> Any:
@@ -113,7 +120,7 @@ def test_measured_and_predicted_growth_are_told(figure: Any) -> None:
 
 def test_shares_fall_from_one_to_zero(figure: Any) -> None:
     steps = [line for line in panel(figure, "e").lines if len(line.get_xdata()) > 1]
-    assert len(steps) == 2
+    assert len(steps) == 4, "two precisions"
     for line in steps:
         assert line.get_ydata()[[0, -1]].tolist() == [1, 0]
     assert steps[0].get_xdata().tolist() == [0, 20, 30, 40]

@@ -49,6 +49,15 @@ def counted(wrong: float, undecided: float = 0.0) -> dict[str, Any]:
     return {**told, "undecided": undecided, "seconds": 0.02, "last_crossing": 1e-7}
 
 
+def many(orbits: Any, seconds: Any, prepare: Any, undecided: float = 0.0) -> dict[str, Any]:
+    """The record of a method at ever more orbits."""
+    arrays = {"orbits": orbits, "seconds": seconds, "prepare": prepare}
+    found = {name: np.array(values, dtype=float) for name, values in arrays.items()}
+    ones = np.ones(len(orbits))
+    told = {"repeats": 3 * ones, "undecided": undecided * ones}
+    return {**found, **told, "chosen": "", "ended": "complete"}
+
+
 def data() -> dict[str, Any]:
     """Three problems, some methods, two meetings and random phases."""
     texts = {"error": "largest error", "default": "aligned_batch"}
@@ -104,5 +113,10 @@ def data() -> dict[str, Any]:
         },
         "random_phases": {
             "J1_0_1e-10": {"route_codes": counted(0), "heyoka_principal": counted(3)},
+        },
+        "many_orbits": {
+            "route_codes_map": many([100, 1000, 10000], [1e-3, 1e-2, 0.1], [2.0, 0, 1.0]),
+            "route_codes": many([100, 1000, 10000], [0.05, 0.5, 5.0], [0.1, 0, 0], undecided=2),
+            "scipy_dop853": many([3], [0.6], [0.0]),
         },
     }

@@ -127,9 +127,9 @@ def test_what_compiles_long_agrees_on_the_codes(name: str) -> None:
     check("codes", name, answered("codes", name, fine(name)))
 
 
-def test_a_certificate_trusts_up_to_the_first_disagreement() -> None:
+def test_a_cross_check_trusts_up_to_the_first_disagreement() -> None:
     """Two runs differ in a column; the third sides with the second up to its own difference."""
-    from rigidpend.measure.benchmark.methods.certificates import compared
+    from rigidpend.measure.benchmark.methods.cross_checks import compared
 
     task, _ = given("codes")
     a = np.array([[0, 0, 1], [1, 1, 0], [0, 0, 1]], dtype=np.uint8)

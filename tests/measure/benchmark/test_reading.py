@@ -109,8 +109,8 @@ def test_one_and_two_threads_stand_beside_each_other() -> None:
     assert row(table, "route_codes")[3:5] == ("-", "-")
 
 
-def test_certificates_are_compared_with_ours() -> None:
-    table = reading.certificates_table(data())
+def test_cross_checks_are_compared_with_ours() -> None:
+    table = reading.cross_checks_table(data())
     assert len(table.rows) == 2
     assert row(table, "heyoka, both forms")[1:] == ("25 ms", "1.25", "15", "0")
 
@@ -130,7 +130,7 @@ def test_what_is_absent_or_cut_is_said() -> None:
 
 def test_every_table_can_be_written_and_the_summary_is_json() -> None:
     lines = [line for table in reading.tables(data()) for line in terminal(table)]
-    assert any("Certificate against certificate" in line for line in lines)
+    assert any("Cross-check against cross-check" in line for line in lines)
     found = json.loads(json.dumps(reading.summary(data()), allow_nan=False))
     assert found["losses"][0]["method"] == "heyoka_principal"
     assert found["free_body"]["methods"]["heyoka_eq1"]["error"][2] is None

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from rigidpend import Body, integrate
-from rigidpend.measure.stress import extremes, starts
-from rigidpend.measure.stress.claims import FAILED, LIMIT, PASSED, tried
-from rigidpend.numbers.exact import exact
+from rigidpend.measure.stress import extremes, starts, truth
+from rigidpend.measure.stress.claims import FAILED, PASSED, tried
+from rigidpend.numbers.exact import PRECISIONS, exact
 from rigidpend.routes import RouteProblem, route_codes
 from rigidpend.routes.problem import phase_rate
 
@@ -76,14 +76,17 @@ def test_an_uncertain_symbol_fails_where_no_limit_is_declared(
 ) -> None:
     replaced(monkeypatch, lambda x: x._replace(certain=np.zeros_like(x.certain)))
     assert run(ORDINARY) == [PASSED, FAILED]
-    assert run(ORDINARY._replace(out_of_reach="known")) == [PASSED, LIMIT]
 
 
-@pytest.mark.parametrize("out_of_reach", ["", "known"])
-def test_a_refusal_fails_whatever_is_declared(out_of_reach: str) -> None:
-    refused = extremes.Extreme("x", J1_0="5", out_of_reach=out_of_reach)
-    assert run(refused) == [FAILED, FAILED]
+def test_a_refusal_fails() -> None:
+    assert run(extremes.Extreme("x", J1_0="5")) == [FAILED, FAILED]
 
 
-def test_one_extreme_alone_is_declared_to_be_out_of_reach() -> None:
-    assert [x.name for x in EVERY if x.out_of_reach] == ["near-spherical, J1_0 = 1e-80"]
+def test_no_extreme_has_a_declared_limit() -> None:
+    trials = [extremes.trial(x, columns=1, n_symbols=1, engine=ENGINE, jobs=1) for x in EVERY]
+    assert not any(claim.limit for trial in trials for claim in trial.claims)
+
+
+def test_the_truth_has_more_bits_than_what_it_judges() -> None:
+    assert max(PRECISIONS) < truth.INTEGER_BITS
+    assert [x.name for x in EVERY if x.long] == ["near-spherical, J1_0 = 1e-80"]

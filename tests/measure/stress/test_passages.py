@@ -111,6 +111,7 @@ def test_bounds_are_those_of_theory() -> None:
     assert (agreement.verdict(5.0), agreement.verdict(7.0)) == ("passed", "FAILED")
     assert passages._contradicted(53, 2).verdict(1) == "FAILED"
     assert {passages.finer(bits) for bits in (53, 64)} == {113}
+    assert [passages.finer(bits) for bits in (106, 113)] == [212, 226]
     assert passages.finer(113) == 226
 
 

@@ -43,7 +43,7 @@ class Method(NamedTuple):
     """True if the method carries orbits side by side; else only a few are measured."""
     threads: bool = True
     """True if a second thread can serve it: it leaves Python's lock while it computes."""
-    certificate: bool = False
+    cross_checked: bool = False
     """True if the method says which of its symbols can be trusted."""
 
     def answer(self, problem: str, kind: str) -> Answer | None:
@@ -62,15 +62,15 @@ def _answers(module: str, prefix: str = "", kinds: str = "motion long routes ang
     return {kind: Answer(module, prefix + functions[kind]) for kind in kinds.split()}
 
 
-def _certificate(label: str, family: str, function: str, *libraries: str) -> Method:
+def _cross_check(label: str, family: str, function: str, *libraries: str) -> Method:
     return Method(
         label,
         family,
-        {"routes": Answer("certificates", function)},
+        {"routes": Answer("cross_checks", function)},
         knob="none",
         libraries=libraries,
         threads=family != "scipy",
-        certificate=True,
+        cross_checked=True,
     )
 
 
@@ -95,10 +95,21 @@ METHODS = {
     "route_codes": Method(
         "route_codes, every symbol certain",
         "ours",
-        {"routes": Answer("aligned_taylor", "route_codes")},
+        {
+            "routes": Answer("aligned_taylor", "route_codes"),
+            "many": Answer("aligned_taylor", "route_codes", {"method": "integration"}),
+        },
         knob="none",
         libraries=HEYOKA,
-        certificate=True,
+        cross_checked=True,
+    ),
+    "route_codes_map": Method(
+        "route_codes by return maps, every symbol certain",
+        "ours",
+        {"many": Answer("aligned_taylor", "route_codes", {"method": "map"})},
+        knob="none",
+        libraries=HEYOKA,
+        cross_checked=True,
     ),
     "aligned_batch": Method(
         "aligned Taylor, batches",
@@ -211,19 +222,19 @@ METHODS = {
         )
         for method in ("LSODA", "Radau")
     },
-    "heyoka_two_forms": _certificate(
+    "heyoka_two_forms": _cross_check(
         "heyoka, both forms compared", "heyoka", "heyoka_two_forms", "heyoka"
     ),
-    "heyoka_two_tolerances": _certificate(
+    "heyoka_two_tolerances": _cross_check(
         "heyoka, two tolerances compared", "heyoka", "heyoka_two_tolerances", "heyoka"
     ),
-    "cyrk_two_methods": _certificate(
+    "cyrk_two_methods": _cross_check(
         "CyRK, two methods compared", "cyrk", "cyrk_two_methods", "CyRK", "numba"
     ),
-    "diffrax_two_tolerances": _certificate(
+    "diffrax_two_tolerances": _cross_check(
         "diffrax, two tolerances compared", "diffrax", "diffrax_two_tolerances", *JAX
     ),
-    "scipy_two_tolerances": _certificate(
+    "scipy_two_tolerances": _cross_check(
         "SciPy DOP853, two tolerances compared", "scipy", "scipy_two_tolerances", *SCIPY
     ),
 }
@@ -255,10 +266,10 @@ def _aligned_taylor() -> Any:
     return aligned_taylor
 
 
-def _certificates() -> Any:
-    from rigidpend.measure.benchmark.methods import certificates
+def _cross_checks() -> Any:
+    from rigidpend.measure.benchmark.methods import cross_checks
 
-    return certificates
+    return cross_checks
 
 
 def _closed_form() -> Any:
@@ -312,7 +323,7 @@ def _sundials_cvode() -> Any:
 # Spelt out, so that the hash of the code that computes finds them.
 _MODULES: dict[str, Callable[[], Any]] = {
     "aligned_taylor": _aligned_taylor,
-    "certificates": _certificates,
+    "cross_checks": _cross_checks,
     "closed_form": _closed_form,
     "cyrk_compiled": _cyrk_compiled,
     "diffrax_vmapped": _diffrax_vmapped,

@@ -53,13 +53,13 @@ def motion(task: MotionTask, tolerance: float, threads: int) -> Carrier:
     return Carrier(made.start, made.to, lambda: _principal(task, made.states()))
 
 
-def route_codes(task: RouteTask, _: None, threads: int) -> Solver:
+def route_codes(task: RouteTask, _: None, threads: int, method: str = "auto") -> Solver:
     """Route codes as a user gets them: every symbol by two computations, all else by default."""
     p = task.problem
     given: dict[str, Any] = {"h0": p.h0, "J1_0": p.J1_0, "n_symbols": p.n_symbols}
 
     def solve() -> Any:
-        return certified(p.body, task.theta2_0, **given, jobs=threads)
+        return certified(p.body, task.theta2_0, **given, jobs=threads, method=method)
 
     return Solver(
         solve, lambda found: Crossed(found.codes, found.crossing_time, certain=found.certain)
@@ -67,7 +67,7 @@ def route_codes(task: RouteTask, _: None, threads: int) -> Solver:
 
 
 def crossings(task: RouteTask, tolerance: float | None, threads: int, bits: int = 53) -> Solver:
-    """One computation in `bits` bits, and no certificate."""
+    """One computation in `bits` bits, and no cross-check."""
     p, tolerance = task.problem, tolerance or integrate.DEFAULT_TOLERANCE["taylor"]
     phases, limit = Phases(task.theta2_0), passage_limit(p, bits)
 

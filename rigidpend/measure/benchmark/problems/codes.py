@@ -2,7 +2,7 @@
 
 Like is compared with like: other methods deliver symbols and no word on whether they are right.
 The default is therefore what rigidpend picks for that, the aligned components in batches, once.
-`route_codes`, which gives every symbol with its certificate, computes all of them twice and the
+`route_codes`, which gives every symbol cross-checked, computes all of them twice and the
 doubtful ones once more; it is a line of its own, which shows what certainty costs.
 """
 

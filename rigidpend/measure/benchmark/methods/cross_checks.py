@@ -1,4 +1,4 @@
-"""Certificates of peers: two runs compared, and a third where they differ.
+"""Cross-checks of peers: two runs compared, and a third where they differ.
 
 A symbol is trusted where two runs agree on it and on all before it. Where the first two differ the
 third decides, if it agrees with one of them. Nothing tells how near an agreement must be, as it

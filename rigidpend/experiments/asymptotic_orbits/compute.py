@@ -1,0 +1,205 @@
+"""Experiment `asymptotic_orbits`: homoclinic and heteroclinic orbits, all that have short codes."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rigidpend import hodograph, integrate
+from rigidpend.description import Row, body_rows, exact_row
+from rigidpend.experiments.asymptotic_orbits.layout import COUNTED, DRAWN, ORBITS, PLANE
+from rigidpend.experiments.contract import Means
+from rigidpend.experiments.route_arrays import ROUNDING
+from rigidpend.herpolhode import RouteOrbit, samples
+from rigidpend.results import compare
+from rigidpend.results.compare import Difference
+from rigidpend.results.layout import datasets
+from rigidpend.results.tree import Data, Tree
+from rigidpend.return_map import return_map
+from rigidpend.routes.codes import route_codes
+from rigidpend.routes.problem import rotation_period
+from rigidpend.symbolic.doubly import DoublyAsymptotic, doubly_asymptotic
+from rigidpend.symbolic.launch import Launch
+from rigidpend.symbolic.sharp import sharp
+from rigidpend.symbolic.skeleton import skeleton
+from rigidpend.symbolic.tables import Level
+
+if TYPE_CHECKING:
+    from rigidpend.experiments.asymptotic_orbits.schema import Config, Problem
+
+SECONDS, EACH = 15.0, 2.6
+"""Seconds that orbits with up to six symbols took, and the factor for each symbol more."""
+SAMPLES = 64
+"""Samples of a drawn orbit in a rotation."""
+FADED = 1e-3
+"""Distance from its last periodic orbit at which a drawn orbit ends."""
+CLOSE = {"flight": 1e-10, "theta3": 1e-12, "theta2_0_rest": 1e-29}
+"""Allowed differences of times and angles, which err by some 1e-13 a crossing, and of phases.
+
+A unit of their 30th digit is 1e-29."""
+DECLARED = {"residual": 1e-11, "moved": 1e-12, "error": 1e-29}
+"""The largest errors that a result may state of itself."""
+SAMPLED = 1e-6
+"""Allowed difference of drawn samples, where doubles have grown by the passages before."""
+
+
+def compute(config: Config, means: Means) -> Tree:
+    """Find all orbits, their phases to 30 digits, and sample a few.
+
+    Parameters
+    ----------
+    config : Config
+    means : Means
+
+    Raises
+    ------
+    ArithmeticError
+        The body has no return map, or integration does not confirm the map's orbits.
+    """
+    problem = config.problem
+    level = Level(return_map(problem.body, h=problem.h), float(problem.h))
+    launch = Launch(problem.body, level, problem.h, problem.J1_0)
+    lengths: dict[str, Tree] = {}
+    drawn: dict[str, Tree] = {}
+    for rough in skeleton(level, problem.symbols, problem.half_turns):
+        name, orbits = str(rough.n), _ordered(launch, doubly_asymptotic(level, rough))
+        means.report(f"{name} symbols: {len(orbits.b)} orbits")
+        lengths[name] = means.part(
+            f"{name} symbols", partial(_orbits, launch, orbits, rough.arcs, means.jobs)
+        )
+        if rough.n < problem.drawn and len(orbits.b):
+            drawn[name] = _sampled(config, launch, orbits, means)
+    return {"orbits": lengths, "plane": _plane(problem, means), "drawn": drawn}
+
+
+def cost(config: Config) -> float:
+    """Estimate of the seconds that a config takes."""
+    return SECONDS * EACH ** (config.problem.symbols - 6)
+
+
+def _ordered(launch: Launch, orbits: DoublyAsymptotic) -> DoublyAsymptotic:
+    """The orbits by their phases in [0, 2 pi)."""
+    phase = np.mod(launch.theta2(orbits.b, float(launch.J1_0)), 2 * np.pi)
+    return orbits.part(np.argsort(phase))
+
+
+def _orbits(launch: Launch, orbits: DoublyAsymptotic, arcs: int, jobs: int) -> Tree:
+    """The orbits with as many symbols, their phases to 30 digits."""
+    fine = sharp(launch, orbits, jobs)
+    high = np.array([float(x) for x in fine.theta2_0])
+    values: dict[str, Any] = {
+        "word": orbits.symbols,
+        "half_turns": np.diff(orbits.cells, axis=0),
+        "first": orbits.cells[0] % 2,
+        "theta2_0": high,
+        "theta2_0_rest": np.array(
+            [float(x - Fraction(y)) for x, y in zip(fine.theta2_0, high, strict=True)]
+        ),
+        "flight": orbits.flight,
+        "theta3": orbits.theta3,
+        "residual": orbits.residual,
+        "moved": fine.moved,
+        "error": fine.error,
+        "arcs": arcs,
+        "ends": "homoclinic" if len(orbits.symbols) % 2 else "heteroclinic",
+    }
+    return {**datasets(ORBITS, values), **datasets(COUNTED, values)}
+
+
+def _sampled(config: Config, launch: Launch, orbits: DoublyAsymptotic, means: Means) -> Tree:
+    """The orbit with the shortest flight, from where J1 = J1_0, in doubles."""
+    problem, k = config.problem, int(np.argmin(orbits.flight))
+    one, level = orbits.part(np.array([k])), launch.level
+    start, shown = (
+        float(launch.clock(launch.theta2(one.b, J1), J1)[0])
+        for J1 in (float(launch.J1), float(launch.J1_0))
+    )
+    anchors = launch.anchors(one.b)
+    [state] = launch.states(anchors, [Fraction(float(anchors.theta2[0]))])
+    crossed = float(one.begun(level)[0])
+    end = crossed + float((one.flight + one.faded(level, FADED))[0])
+    t = np.arange(shown, end, rotation_period(problem.routes) / SAMPLES)
+    states = integrate.sample(
+        hodograph.field_without_alpha(problem.body),
+        np.array([*map(float, state), 0.0]),
+        np.concatenate(([start], t)),
+        engine=means.arithmetic.engine,
+        tolerance=means.arithmetic.tolerance,
+    )[:, 1:]
+    at = samples(problem.body, RouteOrbit(t - crossed, states, np.zeros(0)))
+    return datasets(DRAWN, {**at, "orbit": k})
+
+
+def _plane(problem: Problem, means: Means) -> Tree:
+    """Route codes of Fig. 4's orbits, whose changes the orbits are."""
+    phases = 2 * np.pi * (np.arange(problem.columns) + 0.5) / problem.columns
+    found = route_codes(
+        problem.body,
+        list(phases),
+        h0=problem.h,
+        J1_0=problem.J1_0,
+        n_symbols=problem.symbols + 1,
+        engine=means.arithmetic.engine,
+        tolerance=means.arithmetic.tolerance,
+        jobs=means.jobs,
+    )
+    return datasets(PLANE, {name: getattr(found, name) for name in PLANE})
+
+
+def describe(config: Config) -> list[Row]:
+    """Describe a config in rows, with what follows from it, units named."""
+    problem = config.problem
+    return [
+        *body_rows(problem.body),
+        exact_row("h", "energy of the orbits", problem.h),
+        exact_row("J1_0", "action at which theta2_0 is told", problem.J1_0),
+        exact_row("symbols", "of the longest codes", problem.symbols),
+        exact_row("half_turns", "half rotations of a passage at most", problem.half_turns),
+        exact_row("drawn", "orbits that are sampled", problem.drawn),
+        exact_row("columns", "phases of the route codes beside them", problem.columns),
+    ]
+
+
+def differences(stored: Data, fresh: Data) -> list[Difference]:
+    """Find where two results disagree by more than their arithmetic explains.
+
+    Errors that the fresh result states of itself must be as small as declared.
+
+    Parameters
+    ----------
+    stored, fresh : dict
+        ``/data`` of the two files, loaded.
+    """
+    found = compare.keys(stored["orbits"], fresh["orbits"], "orbits")
+    for name in stored["orbits"].keys() & fresh["orbits"].keys():
+        found += _length(f"orbits/{name}", stored["orbits"][name], fresh["orbits"][name])
+    found += compare.keys(stored["drawn"], fresh["drawn"], "drawn")
+    for name in stored["drawn"].keys() & fresh["drawn"].keys():
+        old, new = stored["drawn"][name], fresh["drawn"][name]
+        found += compare.differences(old, new, SAMPLED, f"drawn/{name}")
+    return sorted(found) + _planes(stored["plane"], fresh["plane"])
+
+
+def _length(place: str, old: Data, new: Data) -> list[Difference]:
+    if np.shape(old["word"]) != np.shape(new["word"]):
+        return compare.arrays(f"{place}/word", old["word"], new["word"])
+    found: list[Difference] = []
+    # A phase of 30 digits decides its double: what may differ is in the rest.
+    for key in ("word", "half_turns", "first", "arcs", "ends", "theta2_0", *CLOSE):
+        found += compare.arrays(f"{place}/{key}", old[key], new[key], CLOSE.get(key, 0.0))
+    for key, most in DECLARED.items():
+        found += compare.beyond(f"{place}/{key}", new[key], np.full(np.shape(new[key]), most))
+    return found
+
+
+def _planes(old: Data, new: Data) -> list[Difference]:
+    found = compare.arrays("plane/theta2_0", old["theta2_0"], new["theta2_0"], ROUNDING)
+    if found or old["codes"].shape != new["codes"].shape:
+        return found or compare.arrays("plane/codes", old["codes"], new["codes"])
+    held = np.where(old["certain"], 0.0, np.inf)
+    found += compare.arrays("plane/certain", old["certain"], new["certain"], held)
+    certain = np.where(old["certain"] & new["certain"], 0.0, np.inf)
+    return found + compare.arrays("plane/codes", old["codes"], new["codes"], certain)

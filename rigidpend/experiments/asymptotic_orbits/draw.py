@@ -1,0 +1,117 @@
+"""Doubly asymptotic orbits: as the skeleton of Fig. 4's plane, on the sphere, and in space."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from rigidpend.render.code_arrays import symbol_entries
+from rigidpend.render.palette import BLUE, GREEN, PINK, RED, WIDTH
+
+if TYPE_CHECKING:
+    from rigidpend.results.tree import Data, Loaded
+
+HEIGHT = 5.4
+"""Height of the figure, inches."""
+ENDS = {"homoclinic": RED, "heteroclinic": BLUE}
+CURVES = (BLUE, RED, GREEN, PINK)
+STYLES = ("-", (0, (6, 2)), (0, (2, 2)), (0, (1, 4)))
+"""Line styles of the sampled orbits, where they lie upon each other."""
+SHADES = ("0.35", "white", "0.85")
+"""Colours of symbols 0 and 1 and of no return, light enough for the skeleton upon them."""
+
+
+def draw(result: Loaded) -> Figure:
+    """Draw the skeleton over the route codes, and below it the orbits that were sampled.
+
+    Parameters
+    ----------
+    result : dict
+        Of the experiment `asymptotic_orbits`, as loaded.
+    """
+    data = result["data"]
+    drawn = sorted(data["drawn"].items())
+    figure = Figure(figsize=(WIDTH, HEIGHT if drawn else HEIGHT / 2), layout="constrained")
+    if not drawn:
+        _draw_plane(figure.subplots(), data)
+        return figure
+    parts: Any = figure.subfigures(2, 1, height_ratios=(1.35, 1))
+    above, below = parts
+    _draw_plane(above.subplots(), data)
+    axes = below.subplots(1, 1 + len(drawn), width_ratios=(1.5, *(1 for _ in drawn)))
+    _draw_heights(axes[0], drawn)
+    for one, (name, curve), colour, letter in zip(axes[1:], drawn, CURVES, "cdef", strict=False):
+        _draw_hodograph(one, curve, colour)
+        one.set_title(f"{letter})  {_title(name)}", loc="left", fontsize=8.5)
+    return figure
+
+
+def _title(name: str) -> str:
+    return {"0": "no symbol", "1": "1 symbol"}.get(name, f"{name} symbols")
+
+
+def _draw_plane(axes: Axes, data: Data) -> None:
+    plane = data["plane"]
+    rows, columns = plane["codes"].shape
+    edges = np.linspace(0, 2 * np.pi, columns + 1)
+    axes.pcolormesh(
+        edges,
+        np.arange(rows + 1) + 0.5,
+        plane["codes"],
+        cmap=ListedColormap(list(SHADES)),
+        norm=BoundaryNorm([-0.5, 0.5, 1.5, 255.5], 3),
+        rasterized=True,
+    )
+    for name, orbits in data["orbits"].items():
+        row = int(name) + 1
+        axes.vlines(
+            orbits["theta2_0"], row - 0.5, row + 0.5, ENDS[str(orbits["ends"])], lw=0.8,
+            label=f"orbits {name}",
+        )  # fmt: skip
+    axes.set_xlim(0, 2 * np.pi)
+    axes.set_ylim(0.5, rows + 0.5)
+    axes.set_yticks(range(1, rows + 1))
+    axes.set_xlabel(r"$\theta_2^0$ (rad)")
+    axes.set_ylabel("$i$", rotation=0, va="center")
+    axes.set_title("a)  route codes", loc="left", fontsize=8.5)
+    zero, one = symbol_entries()
+    zero.set_facecolor(SHADES[0])
+    lines = [
+        Line2D([], [], color=ENDS["heteroclinic"], label="heteroclinic"),
+        Line2D([], [], color=ENDS["homoclinic"], label="homoclinic"),
+    ]
+    axes.legend(
+        handles=[zero, one, *lines], ncols=4, fontsize=7.5, frameon=False,
+        loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.1,
+    )  # fmt: skip
+
+
+def _draw_heights(axes: Axes, drawn: list[tuple[str, Data]]) -> None:
+    for (name, curve), colour, style in zip(drawn, CURVES, STYLES, strict=False):
+        theta1, height = curve["theta1"] / np.pi, curve["J1_over_J2"]
+        # theta1 is modulo 4 pi: no line where it begins anew.
+        broken = np.flatnonzero(np.abs(np.diff(theta1)) > 2) + 1
+        theta1, height = np.insert(theta1, broken, np.nan), np.insert(height, broken, np.nan)
+        axes.plot(theta1, height, color=colour, ls=style, lw=1.2, label=_title(name))
+    axes.set_xlim(0, 4)
+    axes.set_ylim(-0.02, 1.02)
+    axes.set_xlabel(r"$\theta_1/\pi$")
+    axes.set_ylabel("$J_1/J_2$")
+    axes.legend(fontsize=7, frameon=False, loc="center right", handlelength=2.4)
+    axes.set_title("b)  the sampled orbits", loc="left", fontsize=8.5)
+
+
+def _draw_hodograph(axes: Axes, curve: Data, colour: str) -> None:
+    omega = curve["omega"]
+    axes.plot(omega[:, 2], omega[:, 0], color=colour, lw=0.6, label="omega")
+    axes.set_aspect("equal")
+    axes.xaxis.set_major_locator(MaxNLocator(3))
+    axes.yaxis.set_major_locator(MaxNLocator(3))
+    axes.set_xlabel(r"$\omega_\zeta$ ($1/t$)")
+    axes.set_ylabel(r"$\omega_\xi$ ($1/t$)")

@@ -1,0 +1,47 @@
+"""The config of `experiment: asymptotic_orbits`: all doubly asymptotic orbits with short codes."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from rigidpend.config.bodies import HeavyBody
+from rigidpend.config.schema import DoubleNumerics, ExperimentConfig, Number, Whole, physics
+from rigidpend.routes.problem import RouteProblem
+
+
+class Problem(HeavyBody):
+    """A heavy body, and which of its doubly asymptotic orbits are sought."""
+
+    h: Number
+    """Energy of all orbits (eq. h0_new), dimensionless."""
+    J1_0: Number
+    """Action at which theta2_0 of an orbit is told, dimensionless, small beside J2."""
+    symbols: Annotated[Whole, Field(ge=0, le=8)]
+    """Symbols of the longest codes: passages between the first crossing and the last."""
+    half_turns: Annotated[Whole, Field(ge=1, le=1000)]
+    """Half rotations of a passage, at most."""
+    drawn: Annotated[Whole, Field(ge=0, le=4)]
+    """Number of orbits that are sampled: one with no symbol, one with one, and so on."""
+    columns: Annotated[Whole, Field(ge=10, le=10_000)]
+    """Phases of the route codes beside which the orbits are put."""
+
+    @property
+    def routes(self) -> RouteProblem:
+        """The problem of Fig. 4 whose plane the orbits divide."""
+        return RouteProblem(self.body, self.h, self.J1_0, self.symbols + 1)
+
+    @model_validator(mode="after")
+    def _allowed(self) -> Self:
+        with physics():
+            _ = self.routes
+        return self
+
+
+class Config(ExperimentConfig):
+    """A whole config of this experiment."""
+
+    experiment: Literal["asymptotic_orbits"]
+    problem: Problem
+    numerics: DoubleNumerics = DoubleNumerics()

@@ -1,0 +1,59 @@
+"""Starts of orbits beside the lower periodic orbit, put into the normal form as a table."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigidpend.numbers.generic import Scalar
+from rigidpend.return_map.charts import ChartTable, fitted, grid
+from rigidpend.return_map.conjugacy import inverted
+from rigidpend.return_map.normal_form import MapError, NormalForm
+from rigidpend.return_map.precision import Precision
+
+MOST_NODES = 20
+"""Chebyshev nodes in Qp from which on a start counts as outside of the normal form."""
+
+ROUNDINGS = 8
+"""Roundings in a coefficient of the table of starts; relative, for the largest is of order 1."""
+
+
+class Entry(NamedTuple):
+    """Starts at Qm = 0 put into the normal form, as a table."""
+
+    centre: Any
+    half_width: Any
+    """Half of the interval of Qp; 0 where it is a point."""
+    table: ChartTable
+    """v/Qp, u/Qp, tau and sigma over (x, psi), x = (Qp - centre)/half_width."""
+
+    def place(self, Qp: Scalar, a: Precision) -> Any:
+        """x of starts, in a precision."""
+        if not self.half_width:
+            return 0 * Qp
+        centre, half_width = (float(z) if a.bits == 53 else z for z in self[:2])
+        return np.clip((Qp - centre) * (1 / half_width), -1, 1)
+
+
+def entry(nf: NormalForm, least: Scalar, most: Scalar, a: Precision) -> Entry:
+    """Starts at Qp from `least` to `most`, numbers of the precision.
+
+    Raises
+    ------
+    MapError
+        The normal form does not reach as far as `most`.
+    """
+    centre, half_width = (least + most) / 2, (most - least) / 2
+    for n_x in range(6, MOST_NODES, 3) if half_width else (1,):
+        x, psi = grid(a.number(1), n_x, nf.n, a)
+        Qp, found = centre + half_width * x, []
+        for h in nf.energies.nodes(a):
+            at = inverted(nf, nf.energies.basis(h, a)[None], psi, Qp, 0 * Qp, a)
+            found.append(np.stack((at.v / Qp, at.u / Qp, at.tau, at.sigma)).T)
+        values = np.stack([one.reshape(n_x, nf.n, 4) for one in found], axis=2)
+        table = fitted(values, a.number(1), nf.energies, a)
+        last = table.values.reshape(len(found), n_x, nf.n, 4)[:, -2:, :, :3]
+        if n_x == 1 or a.largest(last) <= ROUNDINGS * a.epsilon:
+            return Entry(centre, half_width, table)
+    raise MapError("the start lies outside of the range of the normal form")

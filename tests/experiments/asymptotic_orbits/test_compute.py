@@ -1,0 +1,130 @@
+"""The experiment `asymptotic_orbits`: counts, codes, sampled orbits, results told apart."""
+
+from __future__ import annotations
+
+import copy
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from rigidpend.body import Body
+from rigidpend.experiments.asymptotic_orbits import compute as asymptotic_orbits
+from rigidpend.experiments.asymptotic_orbits.report import address, digits, tables
+from rigidpend.experiments.asymptotic_orbits.schema import Config
+from rigidpend.experiments.contract import Means
+from rigidpend.integrate.arithmetic import resolve
+from rigidpend.integrate.engines import default_engine
+from rigidpend.routes import route_codes
+from tests.config.samples import content as typed
+from tests.experiments.trees import plain
+
+CONFIG = Path(__file__).parents[3] / "configs" / "asymptotic_orbits.yaml"
+SMALL = ["problem.symbols=2", "problem.columns=60"]
+
+
+@pytest.fixture(scope="module")
+def data() -> Any:
+    content = typed(Config, CONFIG, SMALL)
+    means = Means(resolve(default_engine()), 1, lambda _: None)
+    return plain(asymptotic_orbits.compute(content, means))
+
+
+def test_the_estimate_grows_as_the_number_of_orbits() -> None:
+    counts, seconds = (22, 104, 714), []
+    for symbols in (2, 4, 6):
+        asked = typed(Config, CONFIG, [f"problem.symbols={symbols}"])
+        seconds.append(asymptotic_orbits.cost(asked))
+    ratios = np.divide(seconds[1:], seconds[:-1]) / np.divide(counts[1:], counts[:-1])
+    assert ((ratios > 0.5) & (ratios < 2)).all()
+    assert 2 < seconds[-1] < 60
+
+
+def test_every_kind_is_counted(data: Any) -> None:
+    assert [len(data["orbits"][n]["theta2_0"]) for n in "012"] == [2, 2, 22]
+    assert [str(data["orbits"][n]["ends"]) for n in "012"] == [
+        "heteroclinic",
+        "homoclinic",
+        "heteroclinic",
+    ]
+    assert data["orbits"]["2"]["half_turns"].max() == 10
+    for orbits in data["orbits"].values():
+        assert (np.diff(orbits["theta2_0"]) > 0).all()
+
+
+def test_symbols_change_at_the_orbits(data: Any) -> None:
+    """By integration from Fig. 4's starts, with J1_0 so small that they lie on the surface.
+
+    On the way from 1e-24 to 1e-8 theta2 advances by the same as the orbit's own does.
+    """
+    body = Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
+    for n in (0, 1, 2):
+        orbits = data["orbits"][str(n)]
+        for k in (0, 1):
+            phase = orbits["theta2_0"][k]
+            seen = route_codes(
+                body, [phase - 2e-2, phase + 2e-2], h0="1.3342", J1_0="1e-8", n_symbols=n + 1
+            ).codes
+            np.testing.assert_array_equal(seen[:n, 0], orbits["word"][:, k])
+            if n < 2:
+                np.testing.assert_array_equal(seen[:n, 1], orbits["word"][:, k])
+                assert seen[n, 0] != seen[n, 1]
+
+
+def test_sampled_orbits_gain_the_theta3_that_the_map_tells(data: Any) -> None:
+    """What is left out behind the end is of first order in mu and in its distance, 1e-3."""
+    for n in "012":
+        curve = data["drawn"][n]
+        assert curve["J1_over_J2"][0] < 1e-7
+        ended = curve["J1_over_J2"][-1]
+        assert min(ended, 1 - ended) < 1e-5
+        gained = data["orbits"][n]["theta3"][int(curve["orbit"])]
+        assert abs(curve["theta3"][-1] - gained) < 3e-6
+
+
+def test_thirty_digits_are_shown(data: Any) -> None:
+    orbits = data["orbits"]["1"]
+    high, rest = float(orbits["theta2_0"][0]), float(orbits["theta2_0_rest"][0])
+    shown = digits(high, rest)
+    assert abs(Fraction(shown) - Fraction(high) - Fraction(rest)) <= Fraction(1, 2 * 10**29)
+    assert digits(0.5, -(2.0**-60), 5) == "0.50000"
+    assert len(shown) == 31
+    assert 0 < abs(rest) < 1e-15
+    assert address(data["orbits"]["2"], 0)[0] in "ab"
+
+
+@pytest.mark.parametrize(
+    ("place", "change"),
+    [
+        (("orbits", "2", "theta2_0"), 1e-15),
+        (("orbits", "2", "theta2_0_rest"), 1e-28),
+        (("orbits", "1", "flight"), 1e-9),
+        (("orbits", "1", "theta3"), 1e-11),
+        (("orbits", "2", "word"), 1),
+        (("orbits", "2", "residual"), 1e-10),
+        (("orbits", "0", "moved"), 1e-11),
+        (("orbits", "0", "error"), 1e-28),
+        (("drawn", "1", "theta1"), 1e-5),
+        (("plane", "codes"), 1),
+    ],
+)
+def test_a_difference_is_found(data: Any, place: tuple[str, ...], change: float) -> None:
+    other = copy.deepcopy(data)
+    at = other
+    for name in place[:-1]:
+        at = at[name]
+    at[place[-1]][..., 0] += np.asarray(change).astype(at[place[-1]].dtype)
+    [found] = asymptotic_orbits.differences(data, other)
+    assert "/".join(place) in str(found)
+    assert not asymptotic_orbits.differences(data, copy.deepcopy(data))
+
+
+def test_rows_and_tables_tell_what_was_found(data: Any) -> None:
+    rows = asymptotic_orbits.describe(typed(Config, CONFIG, SMALL))
+    assert {row.name: row.value for row in rows}["half_turns"] == "10"
+    counts, first = tables(cast("Any", {"data": data}))
+    assert [row[1] for row in counts.rows] == ["2", "2", "22"]
+    assert first.rows[0][0] in ("a", "b")
+    assert first.rows[2][0].startswith(("a 0^10", "a 1^10", "b 0^10", "b 1^10"))

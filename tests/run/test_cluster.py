@@ -1,0 +1,194 @@
+"""Parts computed by a real scheduler and its worker processes, which come and go."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from rigidpend.cli import main
+from rigidpend.config import loading
+from rigidpend.experiments.route_map import compute
+from rigidpend.results import store
+from rigidpend.run import cluster, provenance, runner
+from rigidpend.run.workers import WorkerError
+from tests.config.samples import written
+from tests.integrate.problems import needs_heyoka
+
+MAP = """\
+figure: route map
+experiment: route_map
+
+problem:
+  A: [2, 1, 1.5]
+  r: [1, 1, 0]
+  mu: 0.001
+  h0: 1.3342
+  J1_0: 1e-8
+  n_symbols: 16
+  theta2_0: {ends: [0, 2*pi], count: 12}
+  rows: {axis: log10_J1_0, ends: [-10, -5], count: 12}
+
+numerics:
+  precisions: [53, 106]
+"""
+"""Twelve tiles of a row each, half a second together."""
+
+
+class Dask:
+    """A scheduler and its workers, processes of this test."""
+
+    def __init__(self, folder: Path) -> None:
+        self.file, self.log = folder / "scheduler.json", (folder / "dask.log").open("wb")
+        self.processes: list[subprocess.Popen[bytes]] = []
+        local = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard")
+        self._start("scheduler", *local)
+
+    @property
+    def address(self) -> str:
+        end = time.monotonic() + 60
+        while not self.file.exists() and time.monotonic() < end:
+            time.sleep(0.05)
+        return str(json.loads(self.file.read_text())["address"])
+
+    def worker(self) -> subprocess.Popen[bytes]:
+        one = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--local-directory")
+        return self._start("worker", *one, str(self.file.parent))
+
+    def end(self) -> None:
+        for process in reversed(self.processes):
+            process.kill()
+            process.wait()
+        self.log.close()
+
+    def _start(self, what: str, *given: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-m", "dask", what, "--scheduler-file", str(self.file), *given]
+        found = subprocess.Popen(command, stdout=self.log, stderr=self.log)
+        self.processes.append(found)
+        return found
+
+
+@pytest.fixture
+def dask(tmp_path: Path) -> Iterator[Dask]:
+    pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
+    found = Dask(tmp_path)
+    yield found
+    found.end()
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Path]:
+    """Run the map in tiles of a row; the place of its result."""
+    monkeypatch.setattr(compute, "TILE", 12)
+
+    def follow(name: str, hear: Callable[[str], None], scheduler: str | None) -> Path:
+        loaded = loading.load(written(tmp_path, MAP, f"{name}.yaml"))
+        planned = runner.plan(loaded, tmp_path)
+        runner.follow(planned, jobs=1, say=hear, scheduler=scheduler)
+        return planned.target
+
+    return follow
+
+
+def silent(_: str) -> None:
+    """Hear nothing."""
+
+
+@needs_heyoka
+@pytest.mark.slow
+def test_the_same_file_with_a_worker_killed_and_one_that_comes_late(
+    dask: Dask, run: Callable[..., Path]
+) -> None:
+    first, lines = dask.worker(), []
+
+    def hear(line: str) -> None:
+        lines.append(line)
+        if "cluster: 3 of 12" in line:
+            # The only worker dies with a part in its hands; another one comes.
+            first.kill()
+            dask.worker()
+
+    far = run("far", hear, dask.address)
+    assert any("12 of 12" in line for line in lines)
+    assert first.wait() != 0
+    near = run("near", silent, None)
+    one, other = (store.load(path)["data"] for path in (far, near))
+    assert set(one) == set(other)
+    for name, values in one.items():
+        assert np.array_equal(values, other[name]), name
+
+
+@needs_heyoka
+@pytest.mark.slow
+def test_a_run_without_its_scheduler_goes_on_here(dask: Dask, run: Callable[..., Path]) -> None:
+    dask.worker()
+    lines: list[str] = []
+
+    def hear(line: str) -> None:
+        lines.append(line)
+        if "cluster: 3 of 12" in line:
+            dask.processes[0].kill()
+
+    with pytest.raises(WorkerError, match=r"went away; what is finished is kept"):
+        run("lost", hear, dask.address)
+    found = run("lost", lines.append, None)
+    assert any("goes on from" in line for line in lines)
+    assert store.load(found)["data"]["codes"].shape == (16, 12, 12)
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_does_not_answer_is_named(
+    run: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
+    monkeypatch.setattr(cluster, "PATIENCE", "1s")
+    with pytest.raises(WorkerError, match=r"no Dask scheduler answers at tcp://127\.0\.0\.1:9"):
+        run("nobody", silent, "tcp://127.0.0.1:9")
+
+
+@pytest.mark.parametrize("error", [OSError("Timed out"), ConnectionResetError()])
+def test_a_connection_that_is_not_made_again_is_the_scheduler_s_end(error: OSError) -> None:
+    pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
+    said = pytest.raises(WorkerError, match="went away; what is finished is kept")
+    with said, cluster._named_errors("tcp://head:8786"):
+        raise error
+
+
+def test_a_worker_with_other_code_is_refused() -> None:
+    with pytest.raises(WorkerError, match=r"has other code .* install the same rigidpend there"):
+        cluster._on_worker("route_map", "another", dict, ())
+    own = provenance.code_hash("route_map")
+    assert cluster._on_worker("route_map", own, dict, ()) == {}
+
+
+def test_without_the_extra_the_command_says_how_to_install_it(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    real = importlib.util.find_spec
+    absent = {"distributed"}
+    monkeypatch.setattr(
+        "importlib.util.find_spec", lambda name: None if name in absent else real(name)
+    )
+    given = ["run", "route_map", "--scheduler", "tcp://nowhere:1", "--out", str(tmp_path)]
+    done = CliRunner().invoke(main, given)
+    assert done.exit_code == 3
+    assert "python -m pip install 'rigidpend[cluster]'" in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_experiment_that_is_not_in_pieces_is_refused(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(cluster, "check_extra", lambda: None)
+    given = ["run", "fig4", "--scheduler", "tcp://nowhere:1", "--out", str(tmp_path)]
+    done = CliRunner().invoke(main, given)
+    assert done.exit_code == 2
+    assert "a cluster serves route_map" in done.stderr
