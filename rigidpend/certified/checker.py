@@ -35,6 +35,10 @@ class Undecided(Exception):
     """The polynomials do not prove what comes next; the text says why."""
 
 
+class Outgrown(Undecided):
+    """The bound on the distance has grown too large: more bits would help."""
+
+
 class ProvenCrossing(NamedTuple):
     """A proven crossing of M3 = 0."""
 
@@ -105,7 +109,7 @@ class OrbitChecker:
                 self.bound = grown
                 return grown
             assumed = 2 * grown
-        raise Undecided("the bound on the distance has grown too large for the bits used")
+        raise Outgrown("the bound on the distance has grown too large for the bits used")
 
     def _grown(
         self, begin: arb, leap: arb, M3: Values, duration: arb, parts: int, assumed: arb

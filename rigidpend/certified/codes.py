@@ -142,8 +142,7 @@ def _orbit(orbit: tuple[Exact, float, int], problem: RouteProblem, bits: int | N
     for _ in range(tries):
         asked = min(asked, MOST_BITS)
         found = prove(problem, theta2_0, asked, n, limit)
-        # More bits help only where the bound outgrew them, which the reason says.
-        if not found.reason or asked == MOST_BITS or "bits" not in found.reason:
+        if not found.outgrown or asked == MOST_BITS:
             break
         asked = math.ceil(asked * MORE)
     return found

@@ -10,7 +10,7 @@ from flint import arb
 
 from rigidpend.certified.approximation import Approximation
 from rigidpend.certified.balls import enclosed
-from rigidpend.certified.checker import OrbitChecker, ProvenCrossing, Undecided
+from rigidpend.certified.checker import OrbitChecker, Outgrown, ProvenCrossing, Undecided
 from rigidpend.certified.steps import Step
 from rigidpend.numbers.exact import Exact
 from rigidpend.routes.problem import RouteProblem
@@ -30,6 +30,8 @@ class Proof(NamedTuple):
     steps: list[Step]
     reason: str
     """Reason for which it ends early; empty where it is whole."""
+    outgrown: bool = False
+    """Whether it ends because its bound has grown too large for its bits."""
 
     @property
     def bits(self) -> int:
@@ -56,14 +58,14 @@ def prove(
     """
     start = enclosed(problem, theta2_0, bits + MARGIN + AT_START)
     orbit, checker = Approximation(start.coefficients, start.state), OrbitChecker(start)
-    unit, steps, reason = float(start.unit), [], ""
+    unit, steps, reason, outgrown = float(start.unit), [], "", False
     work, last = bits + MARGIN, 0.0
     while len(checker.crossings) < n_crossings:
         step = orbit.step(work)
         try:
             checker.take(step)
         except Undecided as doubt:
-            reason = str(doubt)
+            reason, outgrown = str(doubt), isinstance(doubt, Outgrown)
             break
         steps.append(step)
         if checker.crossings:
@@ -74,7 +76,7 @@ def prove(
             break
         # The bound only grows, and coefficients much finer than it say nothing.
         work = min(work, MARGIN + _digits(checker.bound))
-    return Proof(checker.crossings[:n_crossings], steps, reason)
+    return Proof(checker.crossings[:n_crossings], steps, reason, outgrown)
 
 
 def check(problem: RouteProblem, theta2_0: Exact, steps: Sequence[Step], n_crossings: int) -> Proof:

@@ -11,6 +11,7 @@ import pytest
 
 import rigidpend
 from rigidpend import Body, certify_codes, route_codes
+from rigidpend.certified import codes
 from rigidpend.numbers.parameters import ExactError
 from rigidpend.routes.problem import ProblemError
 from tests.routes.reference import fig4_left
@@ -70,6 +71,15 @@ def test_too_few_bits_are_undecided_and_no_code_is_wrong() -> None:
     assert np.array_equal(found.codes[proven, 0], known.codes[proven, column])
     assert (found.codes[~proven, 0] == 255).all()
     assert np.isnan(found.crossing_time[-1, 0])
+
+
+def test_bits_that_do_not_suffice_are_followed_by_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    few = certify_codes(BODY, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2, bits=20)
+    assert few.status == ["undecided"]
+    monkeypatch.setattr(codes, "bits_for", lambda *_: 20)
+    found = certify_codes(BODY, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2)
+    assert found.proven.all()
+    assert found.bits[0] > 20
 
 
 def test_an_orbit_on_a_separatrix_is_undecided_with_the_reason() -> None:
