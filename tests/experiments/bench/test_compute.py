@@ -142,7 +142,9 @@ def test_a_result_that_is_up_to_date_is_not_measured_again(said: Any, folder: Pa
 def test_an_interrupted_run_goes_on_where_it_was(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    small = [*SMALL, "problem.problems=[pendulum]", "problem.methods=[closed_form, lie_poisson]"]
+    smaller = ["phases.orbits=1", "many.methods=[aligned_batch]", "many.orbits=[3]"]
+    few = ["problem.problems=[pendulum]", "problem.methods=[closed_form, lie_poisson]"]
+    small = [*SMALL, *smaller, *few]
     planned = runner.plan(loading.load(QUICK, small), tmp_path)
     asked: list[str] = []
 
