@@ -94,8 +94,18 @@ def direction(number: int) -> int:
 
 
 def u(motion: SeparatrixMotion, p: Angles, m: Elementary = np) -> Any:
-    """Rate u = J2_0 sin(alpha0) at which separatrices leave and approach, per t'."""
-    return motion.J2_0 * m.sin(p.alpha0)
+    """Rate u of a separatrix motion, per t'."""
+    return exponent(motion.J2_0, p, m)
+
+
+def exponent(J2: Scalar, p: Angles, m: Elementary = np) -> Any:
+    """Rate u = J2 sin(alpha0) at which orbits leave and approach the pendulum rotation, per t'."""
+    return J2 * m.sin(p.alpha0)
+
+
+def fastest_rate(J2: Scalar, p: Angles, m: Elementary = np) -> Any:
+    """The faster of an orbit's rates, radians per t': rotation kappa J2 or exponent u."""
+    return max(p.kappa * J2, exponent(J2, p, m))
 
 
 def v(motion: SeparatrixMotion, m: Elementary = np) -> Any:

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend import separatrices
 from rigidpend.body import Body
 from rigidpend.coordinates import Aligned, canonical_from_aligned
 from rigidpend.integrate import sample_orbits
@@ -148,7 +149,7 @@ def times(problem: RouteProblem) -> Array:
 
 def exponent(problem: RouteProblem) -> float:
     """Rate u = J2_0 sin(alpha0) at which orbits approach and leave, per t'."""
-    return float(problem.J2_0(53)) * math.sin(problem.body.alpha0)
+    return separatrices.exponent(float(problem.J2_0(53)), problem.body.angles(), math)
 
 
 def projected(orbits: Array, alpha0: float, beta0: float) -> tuple[Array, Array]:

@@ -11,6 +11,7 @@ from rigidpend import pendulum
 from rigidpend.body import Body
 from rigidpend.numbers.exact import GUARD_BITS, Exact, ExactError, context, function
 from rigidpend.numbers.parameters import ParameterError
+from rigidpend.separatrices import fastest_rate
 
 MAX_SYMBOLS = 100_000
 """Symbols on an orbit at most."""
@@ -96,8 +97,7 @@ class RouteProblem:
 
 def phase_rate(problem: RouteProblem) -> float:
     """The fastest of the problem's rates, radians per t': rotation kappa J2 or exponent u."""
-    p, J2 = problem.body.angles(), float(problem.J2_0(53))
-    return J2 * max(p.kappa, math.sin(p.alpha0))
+    return fastest_rate(float(problem.J2_0(53)), problem.body.angles(), math)
 
 
 def rotation_period(problem: RouteProblem) -> float:

@@ -23,6 +23,7 @@ from rigidpend.measure.stress.truth import float_coefficients
 from rigidpend.results import layout
 from rigidpend.results.tree import Dataset
 from rigidpend.run.workers import side_by_side, spread
+from rigidpend.separatrices import exponent
 
 Array = NDArray[Any]
 
@@ -107,7 +108,7 @@ def engine_trial(
     """
     name = f"{engine} at {tolerance:.1e}"
     marks = np.r_[0.0, np.geomspace(1, rotations, POINTS)] * setting.rotation
-    u = setting.J2 * math.sin(setting.body.alpha0)
+    u = exponent(setting.J2, setting.body.angles(), math)
     steps, at = marks[1:] / step(u), marks[1:] / setting.rotation
     walk = ROUNDING * 2.0**-52 * np.sqrt(steps)
     named = [f"{name}, {integral}" for integral in INTEGRALS]

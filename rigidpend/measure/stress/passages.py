@@ -23,6 +23,7 @@ from rigidpend.numbers.generic import Scalar
 from rigidpend.results import layout
 from rigidpend.results.tree import Dataset
 from rigidpend.routes import RouteCodes, route_codes
+from rigidpend.separatrices import exponent, fastest_rate
 
 Array = NDArray[np.float64]
 
@@ -58,11 +59,11 @@ class Fan(NamedTuple):
 
     @property
     def u(self) -> float:
-        return self.J2 * math.sin(self.body.alpha0)
+        return exponent(self.J2, self.body.angles(), math)
 
     @property
     def rate(self) -> float:
-        return self.J2 * max(self.body.kappa, math.sin(self.body.alpha0))
+        return fastest_rate(self.J2, self.body.angles(), math)
 
     def phases(self, n: int) -> Array:
         return np.random.default_rng(self.seed).uniform(0, 2 * np.pi, n)

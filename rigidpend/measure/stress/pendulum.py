@@ -19,6 +19,7 @@ from rigidpend.numbers.exact import Exact, exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.results import layout
 from rigidpend.routes.problem import RouteProblem, rotation_period
+from rigidpend.separatrices import exponent
 
 CLAIM = Claim(
     "pendulum at J1 = 0",
@@ -70,6 +71,6 @@ def _followed(body: Body, h0: Exact, rotations: int, engine: str) -> tuple[Any, 
     # The angle from the lowest position, to which every whole period returns.
     phase = np.abs(np.arctan2(lowest[0] * gamma[1] - lowest[1] * gamma[0], lowest @ gamma))
     rate = p.kappa * J2
-    walk = noise(engine) * np.sqrt(times / step(J2 * math.sin(p.alpha0)) / 3)
+    walk = noise(engine) * np.sqrt(times / step(exponent(J2, p, math)) / 3)
     # The rounding of the period itself adds up as well, in proportion to the time.
     return counts, times, phase, rate * times * (walk + 2.0**-52)

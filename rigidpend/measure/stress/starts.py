@@ -20,7 +20,7 @@ from rigidpend.measure.stress import truth
 from rigidpend.measure.stress.claims import Claim, Findings, Trial
 from rigidpend.measure.stress.growth import predicted_errors
 from rigidpend.numbers.exact import exact
-from rigidpend.separatrices import theta1
+from rigidpend.separatrices import exponent, fastest_rate, theta1
 
 PHASES = ("3/10", "29/10", "47/10", "7/5", "1/5", "6", "22/7", "13/4")
 """theta2_0 of the columns, radians: nothing special."""
@@ -106,7 +106,7 @@ def _over_predicted(
     states = np.stack([state(place, body, x) for x in phases], axis=1)
     p, c = body.angles(), truth.float_coefficients(body)
     J2 = place.J1 + place.J2mJ1
-    u, rate = J2 * math.sin(p.alpha0), J2 * max(p.kappa, math.sin(p.alpha0))
+    u, rate = exponent(J2, p, math), fastest_rate(J2, p, math)
     # From 1e-300 an orbit takes some 700 units of 1/u to arrive.
     orbits = Orbits(c, states, n_crossings, 2000 / u)
     tolerance = DEFAULT_TOLERANCE[engine]

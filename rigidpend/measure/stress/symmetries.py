@@ -23,6 +23,7 @@ from rigidpend.measure.stress.truth import float_coefficients, phase_errors
 from rigidpend.numbers.exact import PI, exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.routes import route_codes
+from rigidpend.separatrices import exponent, fastest_rate
 
 Array = NDArray[np.float64]
 
@@ -122,7 +123,7 @@ def trial(body: Body, J2: float, n: int, engine: str, jobs: int) -> Trial:
 def _measured(body: Body, J2: float, n: int, engine: str, jobs: int) -> list[float]:
     """The values of `CLAIMS`, in their order."""
     p, c, states = body.angles(), float_coefficients(body), fan(body, n, J2)
-    u, rate = J2 * math.sin(p.alpha0), J2 * max(p.kappa, math.sin(p.alpha0))
+    u, rate = exponent(J2, p, math), fastest_rate(J2, p, math)
 
     def follow(states: Array, coefficients: AlignedCoefficients = c, unit: float = 1) -> Crossings:
         orbits = Orbits(coefficients, states, 5, 300 / u / unit)
