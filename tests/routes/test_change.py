@@ -10,6 +10,7 @@ import pytest
 from rigidpend import Body, route_codes
 from rigidpend.integrate.arithmetic import resolve
 from rigidpend.numbers.exact import Exact, exact
+from rigidpend.routes import change
 from rigidpend.routes.change import AT_ONCE, Bracket, NoChange, bisect, narrowed
 from rigidpend.routes.problem import RouteProblem
 
@@ -61,6 +62,22 @@ def test_an_earlier_change_is_none() -> None:
 
     with pytest.raises(NoChange):
         bisect(both, Bracket(exact("0"), exact("1")), 1e-3)
+
+
+def test_narrowing_ends_at_a_width_that_is_met_to_the_last_bit(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(change, "_by_differences", lambda *_: threshold)
+    told: list[float] = []
+
+    def counted(width: float) -> None:
+        told.append(width)
+        assert len(told) < 9, "it goes on for ever"
+
+    problem = RouteProblem(BODY, exact("1.3342"), exact("1e-8"), 2)
+    path = narrowed(problem, Bracket(exact("0"), exact("1")), 2.0**-60, resolve(), counted)
+    assert path[-1].width == 2.0**-60
+    assert len(path) == 61
 
 
 @pytest.mark.slow

@@ -11,7 +11,7 @@ from rigidpend import Body, route_codes
 from rigidpend.integrate import ENGINES, EngineError, check_engine, differences
 from rigidpend.integrate.arithmetic import resolve
 from rigidpend.numbers.exact import PI, Exact, exact
-from rigidpend.routes import neighbourhood
+from rigidpend.routes import certainty, neighbourhood
 from rigidpend.routes.neighbourhood import Neighbourhood
 from rigidpend.routes.problem import RouteProblem
 
@@ -69,6 +69,19 @@ def test_another_body_and_a_centre_that_is_not_special() -> None:
     both = found.certain & true.certain
     assert both.all()
     assert np.array_equal(found.codes, true.codes)
+
+
+def test_the_reference_orbit_has_the_derivative_of_its_start_in_the_phase(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    given: list[Any] = []
+    monkeypatch.setattr(neighbourhood, "ReferenceOrbit", lambda *orbit, **_: given.append(orbit))
+    around, step = Neighbourhood(problem(4), exact("4.7"), 1e-14, resolve()), exact("1e-6")
+    for phase in (exact("4.7") - step, exact("4.7"), exact("4.7") + step):
+        around._orbit(phase, 200, certainty.FIRST)
+    (_, before, _), (_, _, tangent), (_, after, _) = given
+    rate = [float(y - x) / 2e-6 for x, y in zip(before, after, strict=True)]
+    np.testing.assert_allclose([float(x) for x in tangent], rate, rtol=0, atol=1e-11)
 
 
 def test_the_reference_itself_is_one_of_its_neighbours() -> None:
