@@ -44,6 +44,17 @@ SLOW = (
     "tests/results/test_reference.py::test_every_build_agrees_with_the_same_references",
 )
 """Left out: each takes seconds, and a mutant that lives has to sit through all of them."""
+BESIDE = (
+    "tests/integrate/test_neighbours.py",
+    "tests/integrate/test_differences.py",
+    "tests/integrate/test_reference_orbit.py",
+    "tests/routes/test_neighbourhood.py",
+)
+ON_SECTIONS = (
+    "tests/integrate/test_sections.py",
+    "tests/integrate/test_arcs.py",
+    "tests/return_map",
+)
 TESTS = {
     "rigidpend/results/compare.py": (
         "tests/results/test_compare.py",
@@ -61,6 +72,12 @@ TESTS = {
     "rigidpend/equations.py": ("tests/test_equations.py", "tests/integrate/test_analytic.py"),
     "rigidpend/routes": ("tests/routes", "tests/experiments/heteroclinic_cycle/test_compute.py"),
     "rigidpend/integrate": ("tests/integrate", "tests/routes/test_codes.py"),
+    "rigidpend/integrate/neighbours.py": BESIDE,
+    "rigidpend/integrate/differences.py": BESIDE,
+    "rigidpend/integrate/reference_orbit.py": BESIDE,
+    "rigidpend/integrate/sections.py": ON_SECTIONS,
+    "rigidpend/integrate/batch_sections.py": ON_SECTIONS,
+    "rigidpend/integrate/arcs.py": ON_SECTIONS,
 }
 """The tests of each module, or of each folder of modules; the quickest to tell come first."""
 
@@ -181,14 +198,13 @@ def source(mutant: Mutant) -> str:
 def files() -> list[str]:
     """The files that are mutated."""
     found = [ROOT / name for name in TESTS]
-    inner = [sorted(path.rglob("*.py")) if path.is_dir() else [path] for path in found]
-    return [str(path.relative_to(ROOT)) for group in inner for path in group]
+    inner = {file for path in found for file in (path.rglob("*.py") if path.is_dir() else [path])}
+    return sorted(str(path.relative_to(ROOT)) for path in inner)
 
 
 def room_of(path: str) -> tuple[str, tuple[str, ...]]:
-    """The entry of `TESTS` to which a module belongs."""
-    [found] = [(x, y) for x, y in TESTS.items() if path == x or path.startswith(f"{x}/")]
-    return found
+    """The narrowest entry of `TESTS` to which a module belongs."""
+    return max((x, y) for x, y in TESTS.items() if path == x or path.startswith(f"{x}/"))
 
 
 def tests_of(path: str) -> list[str]:

@@ -219,6 +219,14 @@ def test_a_changed_config_is_said_with_both_values(copy: Path) -> None:
     assert "  config/problem/mu: stored 1/1000, computed 1/500" in done.stdout.splitlines()
 
 
+def test_a_result_is_of_a_config_with_other_numerics_but_not_of_another_problem(copy: Path) -> None:
+    """By what is asked, in whatever order: only the settings of numerics may be others."""
+    own, stored = Path("configs/small.yaml"), Path("results/small.h5")
+    assert regression.is_of(loading.load(own, ["numerics.precisions=[53, 106, 200]"]), stored)
+    assert not regression.is_of(loading.load(own, ["problem.mu=0.002"]), stored)
+    assert not regression.is_of(loading.load(own), Path("results/absent.h5"))
+
+
 def test_files_are_left_as_they_were(copy: Path) -> None:
     def state() -> Iterator[tuple[Path, int, bytes]]:
         for path in sorted(copy.rglob("*.*")):
