@@ -31,7 +31,7 @@ class Proof(NamedTuple):
     reason: str
     """Reason for which it ends early; empty where it is whole."""
     outgrown: bool = False
-    """Whether it ends because its bound has grown too large for its bits."""
+    """True if it ends because its bound has grown too large for its bits."""
 
     @property
     def bits(self) -> int:
