@@ -75,7 +75,7 @@ def own_value(problem: Problem) -> float:
     axis = problem.rows.axis
     if axis == "log10_J1_0":
         return float(np.log10(float(problem.J1_0)))
-    return float(problem.body.beta0 if axis == "beta0" else getattr(problem, axis))
+    return float(getattr(problem.body if axis in ("beta0", "alpha0") else problem, axis))
 
 
 def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -> Tree:
