@@ -72,7 +72,7 @@ class RowAxis(Axis):
     """The other axis, with what it is."""
 
     axis: Literal["log10_J1_0", "mu", "h0", "beta0", "alpha0"]
-    """Parameter that changes from row to row (alpha0 by A3); along a row the phase theta2_0 does."""
+    """Parameter that changes from row to row (alpha0 by A3); along a row theta2_0 does."""
 
 
 class Zoom(Part):
