@@ -37,7 +37,7 @@ ROUNDING = 1e-14
 """Allowed difference of the axes, relative: their rounding."""
 LOST = 1e-3
 """Allowed mean loss of certain symbols a cell, where doubles round otherwise."""
-BY_MAP, BY_INTEGRATION, TABLES = 7e-6, 4e-4, 4.0
+BY_MAP, BY_INTEGRATION, TABLES = 3.5e-6, 2e-4, 1.5
 """Seconds of a core for a cell of 15 symbols, and for three maps that are not kept yet.
 
 Measured with the body of Fig. 4; 64 bits included, 113 not."""
