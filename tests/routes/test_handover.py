@@ -76,13 +76,16 @@ def truth() -> Any:
 def test_agrees_with_integration_all_the_way_far_better_than_the_maps_do(
     maps: mapped.Maps, truth: Any
 ) -> None:
-    alone, integrated = maps.crossings(64, certainty.FIRST, ALL), Integrated()
+    alone = [maps.crossings(64, s, ALL).time[-1] for s in (certainty.FIRST, certainty.SECOND)]
+    integrated = Integrated()
     found = decided(maps, integrated)
     assert found.certain.all()
     assert not integrated.crossed, "none all the way"
     assert np.array_equal(found.crossings.separatrix, truth.separatrix)
     assert set(found.bits) == {106}
-    late, before = (np.abs(x.time[-1] - truth.time[-1]) for x in (found.crossings, alone))
+    late = np.abs(found.crossings.time[-1] - truth.time[-1])
+    # One of two maps may be right by chance.
+    before = np.abs(np.array(alone) - truth.time[-1]).max(axis=0)
     # Two thousandfold is what the rule for computations of different precision asks for; errors
     # of more than a radian grow no more, and times are doubles of some 500.
     linear = before < certainty.LINEAR
