@@ -14,11 +14,13 @@ import numpy as np
 from rigidpend.equations import AlignedCoefficients, aligned
 from rigidpend.integrate import FINEST_TOLERANCE, bigint, default_engine, has_own_type
 from rigidpend.integrate import sample_orbits as in_doubles
-from rigidpend.integrate.kernel.parts import in_parts
+from rigidpend.integrate.kernel.parts import in_parts, split
 from rigidpend.numbers.generic import Numbers, Scalar
 
 LARGEST_TYPE = 113
 """Bits of the largest type of NumPy's arrays; numbers of more are mpmath's."""
+SPARE_BITS = 16
+"""Bits below the precision to which series are cut off in pairs of doubles."""
 
 
 def arcs(coefficients: AlignedCoefficients, states: Numbers, times: Numbers, bits: int) -> Any:
@@ -42,7 +44,7 @@ def arcs(coefficients: AlignedCoefficients, states: Numbers, times: Numbers, bit
         return in_doubles(coefficients, states, np.concatenate(([0.0], times)))[:, 1:]
     compiled = default_engine() == "taylor"
     if bits <= 106 and compiled:
-        return _in_pairs(coefficients, states, times)
+        return _in_pairs(coefficients, states, times, bits)
     own = compiled and has_own_type("taylor", bits)
     if own and bits <= LARGEST_TYPE:
         return _in_series(coefficients, states, times, bits)
@@ -51,13 +53,13 @@ def arcs(coefficients: AlignedCoefficients, states: Numbers, times: Numbers, bit
     return np.stack(columns, axis=-1)
 
 
-def _in_pairs(c: AlignedCoefficients, states: Numbers, times: Numbers) -> Any:
+def _in_pairs(c: AlignedCoefficients, states: Numbers, times: Numbers, bits: int) -> Any:
     """Arcs by the kernel: to the doubles nearest to the times, and from there to the times."""
     from rigidpend.integrate.batch_samples import sample_aligned
     from rigidpend.integrate.compiled import exactly
 
-    number = type(states.flat[0])
-    begin = in_parts(np.frompyfunc(exactly, 1, 1)(states), 106)
+    number, of_numpy = type(states.flat[0]), states.dtype != object
+    begin = split(states, 2) if of_numpy else in_parts(np.frompyfunc(exactly, 1, 1)(states), 106)
     nearest = np.array([float(t) for t in times])
     late = np.array([t - number(near) for t, near in zip(times, nearest, strict=True)])
     found = sample_aligned(
@@ -65,9 +67,10 @@ def _in_pairs(c: AlignedCoefficients, states: Numbers, times: Numbers) -> Any:
         begin,
         np.concatenate(([0.0], nearest)),
         106,
-        FINEST_TOLERANCE["taylor"] * 2.0**-53,
+        FINEST_TOLERANCE["taylor"] * 2.0 ** (53 - min(106, bits + SPARE_BITS)),
     )[:, :, 1:]
-    high, low = (np.vectorize(number, otypes=[states.dtype])(part) for part in found)
+    made = found.astype(states.dtype) if of_numpy else np.frompyfunc(number, 1, 1)(found)
+    high, low = made
     here, h = high + low, late[:, None]
     # The midpoint rule errs by h^3, with h below an ulp of a double.
     middle = here + h / 2 * np.stack(aligned(here, c))

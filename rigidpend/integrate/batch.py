@@ -33,11 +33,11 @@ Array = NDArray[np.float64]
 MAX_STEPS = 1_000_000
 """Steps without a crossing after which an orbit counts as failed; a passage takes some fifty."""
 TOGETHER = {53: 512, 106: 64}
-"""Orbits, by bits, that are carried at a time: the kernel then works for 5 ms or more."""
+"""Orbits, by bits, that are carried at a time: the kernel then works for 4 ms or more."""
 WORTH = {53: 256, 106: 16}
 """Orbits, by bits, that are worth a thread: 20 ms of work."""
-STEPS = 128
-"""Steps in a call; an orbit that is done sooner goes on to no purpose, on the average for half."""
+STEPS = {53: 128, 106: 32}
+"""Steps in a call, by bits; who is done sooner goes on to no purpose, on the average for half."""
 EXPECTED = 50
 """Steps that a passage takes."""
 
@@ -66,12 +66,19 @@ class Batch:
     """Orbits of one body on their way: each column is one that is not yet done."""
 
     def __init__(
-        self, orbits: Orbits, bits: int, tolerance: float, noted: int = notes.MOMENTA
+        self,
+        orbits: Orbits,
+        bits: int,
+        tolerance: float,
+        noted: int = notes.MOMENTA,
+        wanted: NDArray[np.int64] | None = None,
     ) -> None:
         self.orbits, self.bits, order = orbits, bits, taylor_step.order_of(tolerance)
         self.noted, self.kernel = noted, notes.function(order, bits, noted)
         self.initial = _initial(orbits, bits)
         self.n = self.initial.shape[1]
+        self.wanted = np.full(self.n, orbits.n_crossings) if wanted is None else wanted
+        """Number of crossings after which an orbit is done."""
         self.width = min(TOGETHER[bits], -(-self.n // LANES) * LANES)
         self.found, self.seen = no_crossings(orbits.n_crossings, self.n), [no_crossing_found()]
         self.parameters = in_parts(Products.of(orbits.coefficients), bits)
@@ -79,7 +86,7 @@ class Batch:
             np.zeros((len(self.initial), self.width)),
             np.zeros((2, self.width)),
         )
-        self.notes = np.empty((STEPS * self.width, notes.width_of_note(order, bits, noted)))
+        self.notes = np.empty((STEPS[bits] * self.width, notes.width_of_note(order, bits, noted)))
         none = np.zeros(0, dtype=np.int64)
         self.columns, self.counts, self.silence = none, none.copy(), none.copy()
         """Number of the orbit in each column, its crossings so far, and steps since the last."""
@@ -100,8 +107,8 @@ class Batch:
 
     def _number(self) -> int:
         """Number of steps of the next call: few where all orbits are nearly done."""
-        left = self.orbits.n_crossings - int(self.counts.min())
-        return max(8, min(STEPS, MAX_STEPS, left * EXPECTED // 2))
+        left = int((self.wanted[self.columns] - self.counts).max())
+        return max(8, min(STEPS[self.bits], MAX_STEPS, left * EXPECTED // 2))
 
     def _carried(self, number: int) -> Steps:
         """All columns some steps further: those on which M3 may have been zero."""
@@ -138,7 +145,7 @@ class Batch:
     def _ended(self) -> NDArray[np.bool_]:
         """The columns whose orbits are done; their outcomes are noted."""
         m = self.columns.size
-        complete = self.counts >= self.orbits.n_crossings
+        complete = self.counts >= self.wanted[self.columns]
         finite = np.isfinite(self.states[:, :m].sum(axis=0))
         late = finite & (self.times[0, :m] > self.last + self.orbits.passage_limit)
         self.found.outcome[self.columns[complete]] = Outcome.COMPLETE

@@ -1,24 +1,25 @@
-"""Engine `taylor`, first crossings of M3 = 0 with the states there, by the kernel `notes`.
+"""Engine `taylor`, the states at a crossing of M3 = 0, by the kernel `notes`.
 
-The kernel notes all six series of a step on which M3 may have been zero. On that of the first
-crossing Newton's method finds the time, and the series the state, to the last digits.
+The kernel notes all six series of a step on which M3 may have been zero. On that of the crossing
+asked for Newton's method finds the time, and the series the state, to the last digits.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.equations import AlignedCoefficients
-from rigidpend.integrate.batch import Batch
+from rigidpend.integrate.batch import WORTH, Batch
 from rigidpend.integrate.bigint import fixed, value_at
 from rigidpend.integrate.kernel.aligned_field import COMPONENTS
 from rigidpend.integrate.passages import Steps
-from rigidpend.integrate.records import Orbits, Outcome
+from rigidpend.integrate.records import Orbits
+from rigidpend.run.workers import side_by_side
 
 NEWTON = 3
 """Iterations from a crossing time in doubles; each doubles the digits."""
@@ -48,18 +49,13 @@ def first_in_doubles(
         NaN for an orbit that does not cross within the limit.
     states : (6, n) array
     """
-    run = _FirstCrossings(Orbits(coefficients, states, 1, limit), 53, tolerance)
+    run = _ToCrossings(Orbits(coefficients, states, 1, limit), 53, tolerance)
     times, found = np.full(states.shape[1], np.nan), np.full(states.shape, np.nan)
-    columns, steps, crossed = run.first()
-    if not columns.size:
-        return times, found
-    begin, series = steps.fields["time"], steps.series[..., 0].transpose(1, 2, 0)
-    x, M3 = crossed - begin, series[2]
-    slopes = M3[1:] * np.arange(1.0, len(M3))[:, None]
-    for _ in range(NEWTON):
-        x = x - _value(M3, x) / _value(slopes, x)
-    times[columns] = begin + x
-    found[:, columns] = [_value(one, x) for one in series]
+    columns, steps, crossed = run.there()
+    if columns.size:
+        begin = steps.fields["time"]
+        x, found[:, columns] = _at_zero(steps.series[..., 0], crossed - begin)
+        times[columns] = begin + x
     return times, found
 
 
@@ -73,9 +69,9 @@ def first_in_pairs(
 
     Parameters are those of :func:`first_in_doubles`, the numbers Fractions of 106 bits.
     """
-    run = _FirstCrossings(Orbits(coefficients, list(states), 1, limit), 106, tolerance)
+    run = _ToCrossings(Orbits(coefficients, list(states), 1, limit), 106, tolerance)
     found: list[tuple[Fraction, tuple[Fraction, ...]] | None] = [None] * len(states)
-    columns, steps, crossed = run.first()
+    columns, steps, crossed = run.there()
     for k, column in enumerate(columns):
         begin = steps.fields["time"][k]
         found[column] = _polished(
@@ -84,17 +80,64 @@ def first_in_pairs(
     return found
 
 
-class _FirstCrossings(Batch):
-    """Orbits on their way to their first crossing, with the steps that may have one."""
+class Reached(NamedTuple):
+    """Orbits up to a crossing of M3 = 0, each to one of its own."""
 
-    def __init__(self, orbits: Orbits, bits: int, tolerance: float) -> None:
-        super().__init__(orbits, bits, tolerance * 2.0 ** (53 - bits), noted=len(COMPONENTS))
+    time: Array
+    """(crossings, n), t'; NaN behind the orbit's last one, or where it never came so far."""
+    separatrix: NDArray[np.uint8]
+    """(crossings, n), 1..4; 0 for none."""
+    state: NDArray[np.longdouble]
+    """(6, n), at the last one, to the bits of a `long double`; NaN where it never came so far."""
+
+
+def reached(orbits: Orbits, wanted: NDArray[np.int64], *, tolerance: float, jobs: int) -> Reached:
+    """Follow orbits in pairs of doubles up to a crossing of their own.
+
+    Parameters
+    ----------
+    orbits : Orbits
+        Of 106 bits, with the largest number of crossings that is wanted.
+    wanted : (n,) array of int
+        How many crossings of each.
+    tolerance : float
+        Of the Taylor series in 53 bits.
+    jobs : int
+        Threads. No result depends on it.
+    """
+    size = max(WORTH[106], -(-wanted.size // jobs))
+    parts = [
+        (orbits._replace(states=orbits.states[k : k + size]), wanted[k : k + size])
+        for k in range(0, wanted.size, size)
+    ]
+    found = side_by_side(_reached, (tolerance,), False, parts, jobs)
+    return Reached(*(np.concatenate(x, axis=1) for x in zip(*found, strict=True)))
+
+
+def _reached(part: tuple[Orbits, NDArray[np.int64]], tolerance: float) -> Reached:
+    orbits, wanted = part
+    run = _ToCrossings(orbits, 106, tolerance, wanted)
+    columns, steps, crossed = run.there()
+    state = np.full((len(COMPONENTS), wanted.size), np.nan, dtype=np.longdouble)
+    if columns.size:
+        series = steps.series.sum(axis=-1, dtype=np.longdouble)
+        _, state[:, columns] = _at_zero(series, crossed - steps.fields["time"])
+    behind = np.arange(orbits.n_crossings)[:, None] >= wanted
+    time, separatrix, _ = run.found
+    return Reached(np.where(behind, np.nan, time), np.where(behind, 0, separatrix), state)
+
+
+class _ToCrossings(Batch):
+    """Orbits on their way to the last of so many crossings, with the steps that may have one."""
+
+    def __init__(self, orbits: Orbits, bits: int, tolerance: float, wanted: Any = None) -> None:
+        finest = tolerance * 2.0 ** (53 - bits)
+        super().__init__(orbits, bits, finest, noted=len(COMPONENTS), wanted=wanted)
         self.kept: list[tuple[NDArray[np.int64], Steps]] = []
 
-    def first(self) -> tuple[NDArray[np.int64], Steps, Array]:
-        """The orbits that cross, the step of each on which it does, and its time in doubles."""
-        found = self.run()
-        times = np.where(found.outcome == Outcome.COMPLETE, found.time[0], np.nan)
+    def there(self) -> tuple[NDArray[np.int64], Steps, Array]:
+        """The orbits that come so far, the step of each on which they do, its time in doubles."""
+        times = self.run().time[self.wanted - 1, np.arange(self.n)]
         of_orbit, steps = self._all_steps()
         at, begin = times[of_orbit], steps.fields["time"]
         # A crossing between two steps is on either, to rounding.
@@ -110,6 +153,16 @@ class _FirstCrossings(Batch):
     def _all_steps(self) -> tuple[NDArray[np.int64], Steps]:
         columns, steps = zip(*self.kept, strict=True)
         return np.concatenate(columns), Steps.joined(list(steps))
+
+
+def _at_zero(series: Any, x: Array) -> tuple[Any, Any]:
+    """Time from the beginning of steps to the zero of M3 near x, and the states (6, m) there."""
+    series = series.transpose(1, 2, 0)
+    M3 = series[2]
+    slopes = M3[1:] * np.arange(1.0, len(M3))[:, None]
+    for _ in range(NEWTON):
+        x = x - _value(M3, x) / _value(slopes, x)
+    return x, np.stack([_value(one, x) for one in series])
 
 
 def _value(series: Array, x: Array) -> Array:

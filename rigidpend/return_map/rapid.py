@@ -142,6 +142,25 @@ class Rapid:
         x = self._start.entry.place(Qp, self.a)
         return Followed(*kernel.follow(self._program, np.stack((x, phase, e, Qp)), n + 1))
 
+    def onward(self, number: int, d: Scalar, chi: Scalar, e: Scalar, n: int) -> Followed:
+        """Orbits from a crossing through n more, by the kernel; times are since that crossing.
+
+        Parameters
+        ----------
+        number : int
+            Of the crossing that they are at, 0 for the first.
+        d, chi : (N,) arrays
+            Of the crossings, as if beside separatrix 2 or 3; chi in radians.
+        e : (N,) array
+            Energies, -1 to 1 in the map's interval.
+        n : int
+        """
+        rising = number % 2 == 0
+        x = d / self._widths[rising][0]
+        phase = reduced_angle(chi if rising else -chi, self.a)
+        rows = np.stack((x, phase, e, 1 + 0 * e))
+        return Followed(*kernel.follow(self._program, rows, n, begun=number + 1))
+
     def interpreted(self, Qp: Scalar, phase: Scalar, e: Scalar, n: int) -> Followed:
         """The same by arrays."""
         d, chi, time, inside = self.enter(Qp, phase, e)

@@ -121,7 +121,7 @@ def decide(
         return _climb(compute, Decided(first, unknown, bits), columns, rate, steps[1:2])
 
     def climb(columns: Columns) -> Decided:
-        return _climb(compute, _part(found, columns), columns, rate, steps[2:])
+        return _climb(compute, part(found, columns), columns, rate, steps[2:])
 
     pieces = share(settle, np.arange(n), False)
     found = Decided(
@@ -157,7 +157,7 @@ def climb(
         Bits, ascending, more than those of what is found.
     """
     steps = [(precision, scales) for precision in precisions for scales in (FIRST, SECOND)]
-    replace(found, columns, _climb(compute, _part(found, columns), columns, rate, steps))
+    replace(found, columns, _climb(compute, part(found, columns), columns, rate, steps))
 
 
 def _undivided(
@@ -211,7 +211,7 @@ def _columns(crossings: Crossings, columns: Any) -> Crossings:
     return Crossings(time[:, columns], separatrix[:, columns], outcome[columns])
 
 
-def _part(decided: Decided, columns: Columns) -> Decided:
+def part(decided: Decided, columns: Columns) -> Decided:
     """A copy of some columns."""
     crossings = _columns(decided.crossings, columns)
     return Decided(crossings, decided.certain[:, columns], decided.bits[columns])

@@ -10,7 +10,7 @@ from __future__ import annotations
 import functools
 import threading
 from collections.abc import Callable
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,14 +18,16 @@ from numpy.typing import NDArray
 from rigidpend.body import Angles
 from rigidpend.coordinates import Canonical, aligned_from_canonical
 from rigidpend.equations import height
+from rigidpend.integrate.batch_sections import Reached
 from rigidpend.integrate.records import Crossings, Outcome
 from rigidpend.numbers.exact import GUARD_BITS, exact
 from rigidpend.return_map import MapError, ReturnMap, return_map
 from rigidpend.return_map.build import FIRST, SECOND, THIRD, Design, table_bits
 from rigidpend.return_map.itinerary import entry_phase
+from rigidpend.return_map.poincare import section_point
 from rigidpend.return_map.precision import precision
-from rigidpend.return_map.rapid import Rapid
-from rigidpend.routes import certainty
+from rigidpend.return_map.rapid import Followed, Rapid
+from rigidpend.routes import certainty, handover
 from rigidpend.routes.certainty import Decided
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
@@ -42,8 +44,23 @@ LEAST_SAMPLE = 8
 """Number of them in each part of the orbits, at least."""
 
 DESIGNS = {certainty.FIRST: FIRST, certainty.SECOND: SECOND, certainty.THIRD: THIRD}
+"""The map in the place of an integration in some scales, with the same unit of M."""
 
 Compute: TypeAlias = Callable[[int, Scales, Any], Crossings]
+
+
+class Integration(Protocol):
+    """Integration of the orbits, some columns at a time."""
+
+    @property
+    def in_pairs(self) -> bool:
+        """True if 106 bits are pairs of doubles, so that orbits may be left at a crossing."""
+
+    def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
+        """The crossings of those columns in `bits` bits, in t'."""
+
+    def reached(self, scales: Scales, columns: Any, wanted: NDArray[np.int64]) -> Reached:
+        """Those columns up to so many crossings of each, in pairs of doubles, in t'."""
 
 
 class Starts(NamedTuple):
@@ -110,6 +127,28 @@ class Maps:
         time, separatrix = (np.concatenate(x, axis=1) for x in zip(*parts, strict=True))
         outcome = np.where(separatrix[-1] != 0, Outcome.COMPLETE, Outcome.FAILED)
         return Crossings(time, separatrix, outcome.astype(np.uint8))
+
+    def onward(self, scales: Scales, columns: Any, number: int, states: Any) -> Followed:
+        """The crossings behind a crossing that some columns are at; times in t' since then.
+
+        Parameters
+        ----------
+        scales : Scales
+            Units of the states, and so the design.
+        columns : array of int
+        number : int
+            Of the crossing, 0 for the first.
+        states : (6, n) array of long doubles
+            Aligned components.
+        """
+        design, bits = DESIGNS[scales], self.table_bits
+        a, c = precision(bits), self.made(design).coefficients
+        d, chi = section_point(number % 2 == 0, states, c, a)
+        J1 = self.starts.J1_0[columns] if self.starts else None
+        _, height = self._begin(bits, design, J1, columns)
+        left = self.problem.n_symbols - number
+        found = self._rapid(bits, design).onward(number, d, chi, height, left)
+        return found._replace(time=found.time * _unit(design.unit, 53))
 
     def made(self, design: Design) -> ReturnMap:
         """The map of a design over the energies of all phases."""
@@ -194,7 +233,7 @@ class Mapped(NamedTuple):
 
 
 def decided(
-    integrated: Compute,
+    integrated: Integration,
     problem: RouteProblem,
     phases: Phases,
     rate: float,
@@ -205,8 +244,7 @@ def decided(
 
     Parameters
     ----------
-    integrated : callable
-        ``integrated(bits, scales, columns)`` gives crossings by integration, in t'.
+    integrated : Integration
     problem : RouteProblem
     phases : Phases
     rate : float
@@ -226,26 +264,29 @@ def decided(
 
 def decided_by(
     maps: Maps,
-    integrated: Compute,
+    integrated: Integration,
     rate: float,
     precisions: tuple[int, ...],
     share: certainty.Share | None = None,
 ) -> Mapped:
     """Decide all orbits of some maps: :func:`decided` without their making.
 
-    What maps leave open is integrated if the precisions go beyond theirs, and compared with what
-    they found last.
+    What maps leave open is integrated if the precisions go beyond theirs, in part (`handover`)
+    or all of it, and compared with what they found last.
     """
     n, within = len(maps.phases), tuple(p for p in maps.ladder(precisions) if p <= maps.table_bits)
-    compute, left = with_maps(maps, integrated, n, precisions)
+    compute, left = with_maps(maps, integrated.crossings, n, precisions)
     known = certainty.decide(compute, n, rate, within, share)
     open_ = np.flatnonzero(~known.certain.all(axis=0))
     beyond = tuple(p for p in precisions if p > maps.table_bits)
     if open_.size and beyond:
         left[open_] = True
-        certainty.climb(integrated, known, open_, rate, beyond)
+        if integrated.in_pairs and maps.table_bits > 53:
+            handover.decide(maps, integrated, known, open_, rate)
+            open_ = open_[~known.certain[:, open_].all(axis=0)]
+        certainty.climb(integrated.crossings, known, open_, rate, beyond)
     size = max(LEAST_SAMPLE, -(-SAMPLE * n // maps.orbits))
-    _compare_sample(known, integrated, rate, precisions, size)
+    _compare_sample(known, integrated.crossings, rate, precisions, size)
     return Mapped(known, (known.bits <= maps.table_bits) & ~left)
 
 

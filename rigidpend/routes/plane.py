@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from rigidpend.body import Body
 from rigidpend.integrate.arithmetic import Arithmetic
+from rigidpend.integrate.batch_sections import Reached
 from rigidpend.integrate.records import Crossings
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Scalar
@@ -23,7 +24,7 @@ from rigidpend.routes.codes import MANY, Run, in_threads
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, phase_rate
-from rigidpend.routes.start import Scales
+from rigidpend.routes.start import Scales, Start
 
 
 class Cells(NamedTuple):
@@ -82,7 +83,7 @@ class Plane:
         The doubles are taken as exact; radians, and dimensionless.
         """
         run = Run(self.least, Phases(theta2_0), self.arithmetic, self.jobs)
-        compute = _Integrated(run, J1_0).crossings
+        integrated = IntegratedStarts(run, J1_0)
         rate, ladder = phase_rate(self.largest), self.arithmetic.precisions
         if self.orbits >= MANY and ladder[0] == 53:
             starts = mapped.Starts(J1_0, self.range[0], self.orbits)
@@ -90,8 +91,8 @@ class Plane:
             # Where no map resolves the orbits, or integration contradicts it, integration stays.
             with contextlib.suppress(MapError):
                 maps = mapped.Maps(self.largest, run.phases, starts)
-                return _cells(*mapped.decided_by(maps, compute, rate, ladder, share))
-        found = certainty.decide(compute, theta2_0.size, rate, ladder)
+                return _cells(*mapped.decided_by(maps, integrated, rate, ladder, share))
+        found = certainty.decide(integrated.crossings, theta2_0.size, rate, ladder)
         return _cells(found, np.zeros(theta2_0.size, dtype=bool))
 
 
@@ -101,7 +102,7 @@ def _cells(found: Decided, by_map: NDArray[np.bool_]) -> Cells:
     return Cells(symbols(found.crossings.separatrix), certain.astype(np.uint8), by_map)
 
 
-class _Integrated:
+class IntegratedStarts:
     """Integration of columns whose J1_0 differ."""
 
     def __init__(self, run: Run, J1_0: NDArray[np.float64]) -> None:
@@ -109,6 +110,19 @@ class _Integrated:
 
     def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
         """The crossings of those columns in `bits` bits, in t'."""
+        return self.run.integrate(*self._begin(bits, scales, columns), bits, scales)
+
+    def reached(self, scales: Scales, columns: Any, wanted: NDArray[np.int64]) -> Reached:
+        """Those columns up to so many crossings of each, in pairs of doubles."""
+        return self.run.approach(*self._begin(106, scales, columns), scales, wanted)
+
+    @property
+    def in_pairs(self) -> bool:
+        """True if 106 bits are pairs of doubles."""
+        return self.run.in_pairs
+
+    def _begin(self, bits: int, scales: Scales, columns: Any) -> tuple[Start, Any]:
+        """A start for coefficients and units, which do not hang on J1_0, and the states."""
         values, which = np.unique(self.J1_0[columns], return_inverse=True)
         order, begun = [], []
         for k, J1 in enumerate(values):
@@ -116,15 +130,13 @@ class _Integrated:
             problem = replace(self.run.problem, J1_0=exact(float(J1)))
             order.append(here)
             begun.append(self.run._replace(problem=problem).begin(bits, scales, columns[here]))
-        states = _joined([states for _, states in begun], bits)
-        # Coefficients and units do not hang on J1_0, so any start has them.
-        found = self.run.integrate(begun[0][0], states, bits, scales)
-        # Into the order in which they were asked for.
         back = np.argsort(np.concatenate(order))
-        time, separatrix, outcome = found
-        return Crossings(time[:, back], separatrix[:, back], outcome[back])
+        return begun[0][0], _ordered([states for _, states in begun], back, bits)
 
 
-def _joined(parts: Sequence[Any], bits: int) -> Any:
-    """States (6, n) in doubles, or a list of those in more bits."""
-    return np.concatenate(parts, axis=1) if bits == 53 else [x for part in parts for x in part]
+def _ordered(parts: Sequence[Any], order: Any, bits: int) -> Any:
+    """States in an order: (6, n) in doubles, or a list of those in more bits."""
+    if bits == 53:
+        return np.concatenate(parts, axis=1)[:, order]
+    joined = [x for part in parts for x in part]
+    return [joined[k] for k in order]

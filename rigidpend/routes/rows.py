@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
-from rigidpend.body import Body
+from rigidpend.body import Body, BodyError
 from rigidpend.numbers.exact import exact, function
 from rigidpend.routes.problem import RouteProblem
 
-AXES = ("log10_J1_0", "mu", "h0", "beta0")
+AXES = ("log10_J1_0", "mu", "h0", "beta0", "alpha0")
 """Parameters that may change from row to row."""
 
 
@@ -19,7 +20,7 @@ def row_problem(problem: RouteProblem, axis: str, value: float) -> RouteProblem:
     ----------
     problem : RouteProblem
     axis : str
-        One of `AXES`; beta0 in radians, the rest dimensionless.
+        One of `AXES`; beta0 and alpha0 in radians, the rest dimensionless.
     value : float
 
     Raises
@@ -34,7 +35,14 @@ def row_problem(problem: RouteProblem, axis: str, value: float) -> RouteProblem:
         return replace(problem, h0=exact(value))
     if axis == "mu":
         return replace(problem, body=Body(body.A, body.r, value))
-    # r = (cos, sin) of beta0/2, by (phi).
     half = exact(value) / 2
-    direction = function("cos", half), function("sin", half), 0
-    return replace(problem, body=Body(body.A, direction, body.mu))
+    cos, sin = function("cos", half), function("sin", half)
+    if axis == "beta0":
+        # r = (cos, sin) of beta0/2, by (phi).
+        return replace(problem, body=Body(body.A, (cos, sin, 0), body.mu))
+    if not 0 < value < math.pi:
+        raise BodyError("alpha0", f"pi > alpha0 > 0 is broken: alpha0 = {value}")
+    A1, A2, _ = body.A
+    # The A3 between A1 and A2 at which (phi) gives this alpha0.
+    A3 = A1 * A2 / (A1 * cos * cos + A2 * sin * sin)
+    return replace(problem, body=Body((A1, A2, A3), body.r, body.mu))

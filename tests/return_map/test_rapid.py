@@ -151,3 +151,23 @@ def test_orbits_beyond_the_tables_are_told(made: ReturnMap) -> None:
     width = float(made.charts[1].forward.width)
     rows = np.array([[0.1 * width, 1.1 * width, 30 * width], [1.0, 1.0, 1.0], [0.0, 0.0, 0.0]])
     assert fast.passage(True, rows)[1].tolist() == [True, False, False]
+
+
+@needs_heyoka
+@pytest.mark.parametrize("rising", [True, False])
+def test_agrees_the_way_on_from_a_crossing_with_passages_by_arrays(
+    made: ReturnMap, rising: bool
+) -> None:
+    fast = started(made, 53)
+    d, chi, e = points(made, rising)
+    found = fast.onward(4 if rising else 3, d, chi, e, 2)
+    rows = np.stack((d, chi if rising else -chi, e))
+    passed, inside = fast.passage(rising, rows)
+    # The reversor turns time and chi over beside the lower orbit.
+    side = 1 if rising else -1
+    late = np.abs(found.time[0] - side * passed[2])[inside]
+    assert np.quantile(late, 0.8) < 1e-12
+    names = {True: (3, 1), False: (2, 4)}[rising]
+    beside = np.where(passed[3] > 0, names[0], names[1])
+    assert (found.separatrix[0] == beside)[inside].all()
+    assert inside.mean() > 0.9

@@ -88,12 +88,20 @@ def test_rows_replace_one_value_and_no_other() -> None:
     turned = row_problem(problem, "beta0", 1.0).body
     assert float(turned.beta0) == pytest.approx(1.0, rel=1e-15)
     assert turned.A == FIG4.A
-    assert set(AXES) == {"log10_J1_0", "mu", "h0", "beta0"}
+    wider = row_problem(problem, "alpha0", 1.8).body
+    assert float(wider.alpha0) == pytest.approx(1.8, rel=1e-15)
+    assert (wider.A[:2], wider.r, wider.mu) == (FIG4.A[:2], FIG4.r, FIG4.mu)
+    assert set(AXES) == {"log10_J1_0", "mu", "h0", "beta0", "alpha0"}
 
 
 @pytest.mark.parametrize(
     ("axis", "value", "error"),
-    [("h0", 1e-4, ProblemError), ("log10_J1_0", 1.0, ProblemError), ("beta0", 4.0, BodyError)],
+    [
+        ("h0", 1e-4, ProblemError),
+        ("log10_J1_0", 1.0, ProblemError),
+        ("beta0", 4.0, BodyError),
+        ("alpha0", 3.5, BodyError),
+    ],
 )
 def test_rows_that_the_problem_excludes_are_refused(axis: str, value: float, error: Any) -> None:
     problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 3)

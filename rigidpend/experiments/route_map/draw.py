@@ -23,6 +23,7 @@ NAMES = {
     "mu": r"$\mu$",
     "h0": r"$h_0$",
     "beta0": r"$\beta_0$ (rad)",
+    "alpha0": r"$\alpha_0$ (rad)",
 }
 LINES = ((0.9, "0.0"), (0.55, "0.12"), (0.3, "0.25"))
 """Widths and greys of the lines where symbols 1, 2, 3 change."""

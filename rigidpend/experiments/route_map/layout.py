@@ -20,7 +20,7 @@ PLANE = {
     "x": Field(FLOAT, ("columns",), "rad", "theta2_0 of the columns"),
     "y": Field(FLOAT, ("rows",), "see y_axis", "values of the rows"),
 }
-Y_AXIS = Field(TEXT, (), "", "what y is: log10_J1_0, mu, h0 (dimensionless) or beta0 (rad)")
+Y_AXIS = Field(TEXT, (), "", "what y is: log10_J1_0, mu, h0 (dimensionless), beta0 or alpha0 (rad)")
 MARKED = Field(FLOAT, (), "see y_axis", "the row of the config's own value")
 FREQUENCY = Field(FLOAT, (), "1", "nu, by which a change of a symbol repeats: exp(pi^2/nu)")
 

@@ -71,8 +71,8 @@ def distinct(axis: Axis, field: str) -> None:
 class RowAxis(Axis):
     """The other axis, with what it is."""
 
-    axis: Literal["log10_J1_0", "mu", "h0", "beta0"]
-    """Parameter that changes from row to row; along a row it is the phase theta2_0."""
+    axis: Literal["log10_J1_0", "mu", "h0", "beta0", "alpha0"]
+    """Parameter that changes from row to row (alpha0 by A3); along a row theta2_0 does."""
 
 
 class Zoom(Part):

@@ -30,6 +30,7 @@ ROWS: dict[str, str] = {
     "mu": "{axis: mu, ends: [1/1000, 2/1000], count: 4}",
     "h0": "{axis: h0, ends: [1, 2], count: 4}",
     "beta0": "{axis: beta0, ends: [0.5, 2], count: 4}",
+    "alpha0": "{axis: alpha0, ends: [1.6, 2], count: 4}",
 }
 
 
@@ -78,13 +79,16 @@ def test_rows_of_other_bodies_and_energies(axis: str) -> None:
     y, x = found["y"], found["x"]
     half = float(y[2]) / 2
     r = (float(np.cos(half)), float(np.sin(half)), 0) if axis == "beta0" else (1, 1, 0)
-    body = Body((2, 1, "1.5"), r, float(y[2]) if axis == "mu" else "0.001")
+    # tan^2(alpha0/2) = A1 (A3 - A2)/(A2 (A1 - A3)), solved for A3.
+    slope = float(np.tan(half)) ** 2
+    A3 = 2 * (1 + slope) / (2 + slope) if axis == "alpha0" else "1.5"
+    body = Body((2, 1, A3), r, float(y[2]) if axis == "mu" else "0.001")
     h0 = float(y[2]) if axis == "h0" else "1.3342"
     alone = route_codes(body, x, h0=h0, J1_0="1e-8", n_symbols=3)
     known = np.arange(3)[:, None] < found["certain"][2]
     assert (alone.codes == found["codes"][:, 2])[known].all()
     assert known.all()
-    own = {"mu": 0.001, "h0": 1.3342, "beta0": float(given.problem.body.beta0)}
+    own = {"mu": 0.001, "h0": 1.3342, "beta0": np.pi / 2, "alpha0": 1.9106332362490186}
     assert float(found["marked"]) == pytest.approx(own[axis])
 
 
@@ -140,7 +144,8 @@ def test_the_description_says_what_it_costs() -> None:
         ("problem.theta2_0.ends=[2, 1]", "theta2_0", "ascend"),
         ("problem.theta2_0.ends=[1, 1.000000000000001]", "theta2_0", "too fine"),
         ("problem.rows.ends=[-10, 1]", "problem", "J1_0"),
-        ("problem.rows={axis: alpha0, ends: [1, 2], count: 4}", "problem.rows", "log10_J1_0"),
+        ("problem.rows={axis: gamma0, ends: [1, 2], count: 4}", "problem.rows", "log10_J1_0"),
+        ("problem.rows={axis: alpha0, ends: [1, 4], count: 4}", "problem", "pi > alpha0 > 0"),
         ("problem.rows={axis: h0, ends: [1/10000, 2], count: 4}", "problem", "h0 > mu"),
         ("problem.n_symbols=251", "problem", "at most 250"),
         ("problem.theta2_0.count=1", "count", "2"),
