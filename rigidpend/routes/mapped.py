@@ -229,7 +229,7 @@ class Mapped(NamedTuple):
 
     decided: Decided
     by_map: NDArray[np.bool_]
-    """(n,), False where an orbit was integrated after all."""
+    """(n,), False where an orbit was integrated after all, for some or all of its way."""
 
 
 def decided(
