@@ -16,6 +16,7 @@ follow    the address of a given orbit
 find      the orbit of a given address
 closed    the periodic orbit of a word, its multiplier
 closing   closed orbits verified by integration
+action    their actions
 stretching growth of deviations, finite-time Lyapunov exponents
 track     orbits of the unstable surface, followed by the map
 skeleton  every doubly asymptotic orbit with a short code
