@@ -18,6 +18,7 @@ closed    the periodic orbit of a word, its multiplier
 closing   closed orbits verified by integration
 action    their actions
 stretching growth of deviations, finite-time Lyapunov exponents
+exponents the same for many orbits of Fig. 4's kind at once
 track     orbits of the unstable surface, followed by the map
 skeleton  every doubly asymptotic orbit with a short code
 doubly    the same to rounding, what theta3 gains along them
