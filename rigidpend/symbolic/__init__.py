@@ -14,6 +14,7 @@ refine    theta2_0 to any number of digits, by integration
 confirm   every passage of a chain integrated alone
 follow    the address of a given orbit
 find      the orbit of a given address
+round_phases phases of few decimals that have a code
 closed    the periodic orbit of a word, its multiplier
 closing   closed orbits verified by integration
 action    their actions
