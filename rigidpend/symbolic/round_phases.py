@@ -101,7 +101,7 @@ def _address(problem: RouteProblem, phase: Decimal, symbols: tuple[int, ...]) ->
 
 
 def _meant(asked: Address, own: Address | None) -> bool:
-    """Whether an orbit with the symbols that are asked for has the rest of the address too."""
+    """True if an orbit with the symbols that are asked for has the rest of the address too."""
     if own is None:
         return asked.first is None and asked.half_turns is None
     given = own.first if asked.first is None else asked.first, asked.half_turns or own.half_turns

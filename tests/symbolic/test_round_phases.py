@@ -62,10 +62,10 @@ def test_an_address_leaves_those_that_have_it() -> None:
 
 
 def test_where_doubles_do_not_follow_the_address_is_integrated() -> None:
-    code = route_codes(FIG4, ["0.3"], **START, n_symbols=30).codes[:, 0]
+    code = route_codes(FIG4, ["3.3"], **START, n_symbols=24).codes[:, 0]
     found = round_phases(FIG4, code, **START, decimals=1)
-    assert found.theta2_0 == (Decimal("0.3"),)
-    assert found.addresses == (address_of(FIG4, "0.3", **START, n_symbols=30),)
+    assert found.theta2_0 == (Decimal("3.3"),)
+    assert found.addresses == (address_of(FIG4, "3.3", **START, n_symbols=24),)
 
 
 def test_what_is_not_certain_is_counted_and_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
