@@ -184,7 +184,10 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
     growth = np.broadcast_to(n * np.where(both, old, 0.0), (n, *old.shape))
     allowed = np.where(both, rounding(growth) / n, np.inf)
     found += compare.arrays("exponent", old, new, allowed)
-    found += compare.differences(stored["growth"], fresh["growth"], QUANTILE, "growth")
+    for name in GROWTH:
+        within = QUANTILE if name == "exponent" else 0.0
+        at = stored["growth"][name], fresh["growth"][name]
+        found += compare.arrays(f"growth/{name}", *at, within)
     return found + _checks(stored["checked"], fresh["checked"])
 
 
@@ -198,5 +201,6 @@ def _checks(old: Data, new: Data) -> list[Difference]:
         return found
     both = np.isfinite(old["growth"]) & np.isfinite(new["growth"])
     allowed = np.where(both, old["allowed"], np.inf)
-    found += compare.arrays("checked/growth", old["growth"], new["growth"], allowed)
+    for name in ("growth", "allowed"):
+        found += compare.arrays(f"checked/{name}", old[name], new[name], allowed)
     return found + compare.beyond("checked/difference", np.abs(new["difference"]), allowed)

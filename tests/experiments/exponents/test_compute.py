@@ -78,6 +78,7 @@ def test_quantiles_are_those_of_the_cells(data: Any) -> None:
         (("theta2_0",), 1e-12),
         (("growth", "exponent"), 1e-2),
         (("checked", "growth"), 1e-3),
+        (("checked", "allowed"), 1e-3),
         (("checked", "difference"), 1e-3),
     ],
 )
