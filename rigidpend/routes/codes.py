@@ -64,7 +64,7 @@ class RouteCodes(NamedTuple):
     separatrix: NDArray[np.uint8]
     """(n_symbols + 1, n), 1..4; 0 where there is no crossing."""
     by_map: NDArray[np.bool_]
-    """(n,), True where return maps alone found the column; else some or all of it was integrated."""
+    """(n,), True where return maps alone found the column, without integration of any part."""
 
 
 def route_codes(
