@@ -18,6 +18,7 @@ from rigidpend.equations import AlignedCoefficients, aligned
 from rigidpend.integrate import Crossings, Orbits, Outcome, bigint, crossings
 from rigidpend.integrate.bounds import TOUCH, bounds, slopes, touch
 from rigidpend.integrate.roots import UndecidedTouch, zeros
+from rigidpend.integrate.sections import first_crossings
 from rigidpend.numbers.exact import context
 
 HEAVY = Body(A=(2, 1, "1.5"), r=(1, 3, 0), mu="0.4")
@@ -129,6 +130,12 @@ def test_more_bits_decide_what_doubles_leave(depth: str, bits: int) -> None:
 @pytest.mark.parametrize("bits", [106, 113, 200])
 def test_a_touch_itself_is_undecided_in_every_precision(bits: int) -> None:
     assert found("0", bits).outcome.tolist() == [Outcome.FAILED]
+
+
+@pytest.mark.parametrize(("engine", "bits"), [("taylor", 106), ("scipy", 113)])
+def test_a_first_crossing_that_is_not_decided_is_none(engine: str, bits: int) -> None:
+    given: dict[str, Any] = {"engine": engine, "bits": bits, "tolerance": 2.0**-52, "jobs": 1}
+    assert first_crossings(body(53), [before_touch("0")], 2 * BACK, **given) == [None]
 
 
 def test_touch_becomes_finer_with_the_precision() -> None:
