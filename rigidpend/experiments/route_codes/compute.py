@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,22 +30,27 @@ from rigidpend.run import progress, workers
 if TYPE_CHECKING:
     from rigidpend.config.schema import PhaseGrid
     from rigidpend.experiments.contract import Routes
-    from rigidpend.experiments.route_codes.schema import Config
+    from rigidpend.experiments.route_codes.schema import Config, Problem
 
 
-ROTATION, BEGIN = 1e-5, 0.3
-"""Seconds that a rotation of an orbit takes on one core, and those of a whole run besides.
+BEGIN = 0.3
+"""Seconds of a whole run besides its orbits."""
+ROTATION = {53: 4e-6, 64: 2.4e-4, 106: 9e-5, 113: 8e-3}
+"""Seconds that a rotation of an orbit takes on one core, twice computed in so many bits.
 
-4,000 orbits of 15 symbols of Fig. 4, four and a half rotations a passage, took 2.8 s with the
-higher precisions of uncertain columns."""
+Measured on orbits of 15 to 200 symbols of Fig. 4, four and a half rotations a passage."""
+BEYOND = 1.7e-2
+"""The same in more bits, and where a precision is none of these; 160 bits were measured."""
+SPARE = 7
+"""Bits that a symbol needs to be established: two computations agree to 1e-2 at least."""
 MAPPED = 65_536
 """Number of columns at a time where return maps serve."""
-SLOWER = 100
-"""Factor by which a rotation takes longer where the first precision is above that of doubles."""
 PART = 2.0
 """Seconds on one core that columns take which are kept together if a run is interrupted."""
 LANES = 8
 """Columns that are carried at once at least: fewer would leave the processor's lanes empty."""
+SLOW = 10.0
+"""Seconds from which on a column is carried alone, for it climbs to where there are no lanes."""
 LONG = 200
 """Rotations from which on passages are said to be long, before they begin."""
 
@@ -88,7 +94,8 @@ def _in_parts(name: str, phases: Grid, config: Config, means: Means) -> RouteCod
     first, seconds = 0, column_cost(config)
     mapped = means.arithmetic.precisions[0] == 53 and len(phases) >= MANY
     while first < len(phases):
-        at_once = max(LANES * means.jobs, int(PART * means.jobs / seconds))
+        fewest = LANES if seconds < SLOW else 1
+        at_once = max(fewest * means.jobs, int(PART * means.jobs / seconds))
         # Maps serve many columns at once. Where a column is slow parts stay short, maps or not.
         if mapped and at_once >= MANY // 10:
             at_once = max(at_once, MAPPED)
@@ -118,13 +125,29 @@ def column_cost(config: Config) -> float:
     """Estimate of the seconds that a column takes on one core."""
     problem = config.problem
     rotations = passage_rotations(problem.routes) if problem.routes.body.angles().mu else 1.0
-    slower = SLOWER if config.numerics.precisions[0] > 53 else 1
-    return ROTATION * rotations * (problem.n_symbols + 1) * slower
+    first, *_ = ladder = config.numerics.precisions
+    seconds = ROTATION.get(first, BEYOND) + sum(
+        _share_open(problem, before) * ROTATION.get(bits, BEYOND)
+        for before, bits in pairwise(ladder)
+    )
+    return seconds * rotations * (problem.n_symbols + 1)
+
+
+def _share_open(problem: Problem, bits: int) -> float:
+    """Estimate of the share of columns that so many bits do not decide to their ends.
+
+    An error grows by a factor a passage, whose mean tells how many passages the bits last; orbits
+    of 200 symbols of Fig. 4 lasted for half of that number to twice as many.
+    """
+    growth = math.log(melnikov.whisker_growth(problem.routes.body.nu))
+    passages = (bits - SPARE) * math.log(2) / growth
+    return min(1.0, max(0.0, problem.n_symbols / passages - 0.5))
 
 
 def _part(phases: Sequence[Exact], config: Config, means: Means) -> Tree:
     """Routes of some columns; few of them are shared among threads by the lanes they fill."""
-    few = len(phases) <= LANES * means.jobs and means.arithmetic.engine == "taylor"
+    # Eight or less fill one thread's lanes; what they need beyond doubles, all threads share.
+    few = LANES < len(phases) <= LANES * means.jobs and means.arithmetic.engine == "taylor"
     if not few:
         return _group(_routes(phases, config, means, means.jobs))
     pieces = [phases[k : k + LANES] for k in range(0, len(phases), LANES)]

@@ -153,16 +153,6 @@ def growths(
     return times[k] + share * (times[k + 1] - times[k]), logarithm - logarithm[:1]
 
 
-def whisker_growth(nu: float) -> float:
-    """The mean growth of an error a passage where phases are as good as random.
-
-    A passage at distance q lasts (2/u) ln(1/q) and turns the phase by (2 nu/pi) ln(1/q), and
-    q is made anew by Melnikov's sine: the phase's derivative is 1 - (2 nu/pi) cot(phase),
-    whose logarithm has the mean ln sqrt(1 + (2 nu/pi)^2).
-    """
-    return math.hypot(1, 2 * nu / math.pi)
-
-
 def decided(errors: Array, limit: float) -> int:
     """Count the decided symbols: crossings behind the first, up to an error beyond `limit`."""
     beyond = errors > limit

@@ -19,6 +19,7 @@ from rigidpend.measure.stress import growth, truth
 from rigidpend.measure.stress.claims import Claim, Findings, Trial
 from rigidpend.measure.stress.fields import DECIDED, GROWTH
 from rigidpend.measure.stress.starts import Place, state
+from rigidpend.melnikov import whisker_growth
 from rigidpend.numbers.generic import Scalar
 from rigidpend.results import layout
 from rigidpend.results.tree import Dataset
@@ -36,7 +37,7 @@ LOG_NORMAL = math.pi / math.sqrt(8)
 LOG_PASSAGE = math.pi / 2
 """Standard deviation of ln of the growth a passage, if phases were random.
 
-It is that of ln of the size of a Cauchy variable, see `growth.whisker_growth`."""
+It is that of ln of the size of a Cauchy variable, see `melnikov.whisker_growth`."""
 UNDECIDED = 1e-3
 """Radians by which two computations differ where a symbol is no longer decided by them."""
 GEOMETRIC = math.exp(-(np.euler_gamma + math.log(2)) / 2)
@@ -149,7 +150,7 @@ def _growth_curves(
 ) -> dict[str, Dataset]:
     typical = np.exp(_typical(measured)), GEOMETRIC * np.exp(_typical(predicted))
     a_passage = np.exp(slopes.mean(axis=1))
-    whisker = growth.whisker_growth(nu)
+    whisker = whisker_growth(nu)
     return layout.datasets(
         GROWTH,
         {
@@ -285,7 +286,7 @@ def median_spread(bits: int, columns: int, tangents: int, nu: float) -> float:
     An error grows from 2^-bits to one as a random walk of its logarithm, of mean step g and
     deviation `LOG_PASSAGE`; it takes n = bits ln 2/g passages, give or take LOG_PASSAGE sqrt(n)/g.
     """
-    g = math.log(growth.whisker_growth(nu))
+    g = math.log(whisker_growth(nu))
     deviation = LOG_PASSAGE * math.sqrt(bits * math.log(2) / g) / g
     return SIGMAS * deviation * math.sqrt(math.pi / 2 * (1 / columns + 1 / tangents))
 

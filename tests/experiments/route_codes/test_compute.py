@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from rigidpend.routes import RouteProblem
 from rigidpend.routes import route_codes as compute_codes
 from tests.config.samples import SMALL, written
 
+FIG4 = Path(__file__).resolve().parents[3] / "configs" / "fig4.yaml"
 SECOND = "problem.arrays.second={start: 3*pi/40, step: 1/100, count: 2}"
 
 Data = dict[str, dict[str, Any]]
@@ -330,3 +332,18 @@ def test_what_maps_decided_is_told_where_there_was_a_choice(
         for name, group in mapped.items()
     }
     assert route_codes.differences(data, fresh) == []
+
+
+def test_an_estimate_counts_the_bits_that_long_codes_take() -> None:
+    """63 and 32 columns; of 15 symbols doubles decide nearly all, of 5,000 no bits are enough."""
+
+    def seconds(*settings: str) -> float:
+        content: Any = loading.load(FIG4, list(settings)).content
+        return route_codes.cost(content)
+
+    doubles = "numerics.precisions=[53]"
+    assert seconds("problem.n_symbols=15") < 1.2 * seconds("problem.n_symbols=15", doubles)
+    assert seconds("problem.n_symbols=300", "numerics.precisions=[53, 106]") == pytest.approx(
+        95 * 301 * 4.5 * 9.4e-5 / 2, rel=0.2
+    )
+    assert seconds("problem.n_symbols=5000") > 3600 > seconds("problem.n_symbols=5000", doubles)

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
 
 from rigidpend import integrate
 from rigidpend.integrate import Orbits
@@ -72,18 +71,6 @@ def test_a_long_passage_is_divided_backwards() -> None:
     assert {10.0, 110.0} <= set(times)
     assert np.diff(times[1:]).max() <= growth.DEEPEST
     assert 115.0 not in times
-
-
-def test_whisker_growth_is_the_mean_over_random_phases() -> None:
-    nu = 4.4
-    a = 2 * nu / math.pi
-    zero = math.atan(a)
-
-    def logarithm(x: float) -> float:
-        return math.log(abs(1 - a / math.tan(x)))
-
-    found = quad(logarithm, 0, math.pi, points=[zero], limit=500, epsabs=1e-9)[0] / math.pi
-    assert math.log(growth.whisker_growth(nu)) == pytest.approx(found, abs=1e-6)
 
 
 def test_symbols_are_decided_up_to_the_first_large_error() -> None:
