@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rigidpend.cli import complete
-from rigidpend.cli.common import JSON, SETTINGS, guarded, print_json, print_table
+from rigidpend.cli.common import JSON, SETTINGS, guarded, print_json, print_table, say
 
 if TYPE_CHECKING:
     from rigidpend.symbolic import FoundOrbit
@@ -32,6 +32,12 @@ SHOWN = 400
 @click.option(
     "--digits", type=int, default=28, show_default=True, help="Digits of theta2_0 behind the point."
 )
+@click.option(
+    "--decimals",
+    type=int,
+    metavar="N",
+    help="List all phases with N decimals, 0 to 4, whose orbits have the code.",
+)
 @SETTINGS
 @JSON
 @guarded
@@ -40,6 +46,7 @@ def command(
     code: str,
     near: str | None,
     digits: int,
+    decimals: int | None,
     settings: tuple[str, ...],
     as_json: bool,
 ) -> None:
@@ -47,12 +54,14 @@ def command(
 
     NAME is a config with one body, an energy constant h0 and an initial action J1_0, as fig4 and
     fig5. Where half rotations are not given they are few. Integration of the full equations
-    confirms the symbols that the digits determine. Exit code 1: there is no such orbit, and why.
+    confirms the symbols that the digits determine. Infinitely many orbits have a code: --decimals
+    lists those whose phase is round. Exit code 1: there is no such orbit, and why.
 
     \b
     Examples:
       rigidpend find fig4 --code 0001101
       rigidpend find fig5 --code 00011 --near 1.02
+      rigidpend find fig5 --code 00011 --decimals 2
       rigidpend find fig4 --code "0^11 1^10 1^11" --digits 45 --json
     """
     from rigidpend.config import loading
@@ -64,15 +73,42 @@ def command(
     problem: Any = loading.load(path, settings).content.problem
     if not all(hasattr(problem, each) for each in ("body", "h0", "J1_0")):
         raise click.UsageError(f"{path} has not one body, h0 and J1_0, as fig4 and fig5 have")
+    given = {name: getattr(problem, name) for name in ("body", "h0", "J1_0")}
+    if decimals is not None:
+        if near is not None:
+            raise click.UsageError("--decimals lists orbits, and --near chooses one: give one")
+        _list(code, decimals, given, as_json)
+        return
     from rigidpend.symbolic import find_orbit
 
-    found = find_orbit(
-        problem.body, code, h0=problem.h0, J1_0=problem.J1_0, near=near, digits=digits
-    )
+    found = find_orbit(code=code, near=near, digits=digits, **given)
     if as_json:
         print_json(_document(found))
     else:
         print_table(_rows(found))
+
+
+def _list(code: str, decimals: int, given: dict[str, Any], as_json: bool) -> None:
+    """Print the round phases of a code."""
+    from rigidpend.run.workers import cores
+    from rigidpend.symbolic import NoOrbit
+    from rigidpend.symbolic.round_phases import round_phases
+
+    found = round_phases(code=code, decimals=decimals, jobs=cores(), **given)
+    if not found.theta2_0:
+        raise NoOrbit(
+            f"none of the {found.tried} phases with {decimals} decimals has this code: try one more"
+        )
+    rows = [
+        (str(phase), "outside of the return map" if address is None else str(address))
+        for phase, address in zip(found.theta2_0, found.addresses, strict=True)
+    ]
+    if as_json:
+        phases = [{"theta2_0": phase, "address": address} for phase, address in rows]
+        print_json({"phases": phases, "tried": found.tried, "uncertain": found.uncertain})
+    else:
+        print_table(rows)
+        say(f"{len(rows)} of {found.tried} phases; {found.uncertain} have uncertain symbols")
 
 
 def _rows(found: FoundOrbit) -> list[tuple[str, str, str]]:

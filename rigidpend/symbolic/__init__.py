@@ -14,9 +14,12 @@ refine    theta2_0 to any number of digits, by integration
 confirm   every passage of a chain integrated alone
 follow    the address of a given orbit
 find      the orbit of a given address
+round_phases phases of few decimals that have a code
 closed    the periodic orbit of a word, its multiplier
 closing   closed orbits verified by integration
+action    their actions
 stretching growth of deviations, finite-time Lyapunov exponents
+exponents the same for many orbits of Fig. 4's kind at once
 track     orbits of the unstable surface, followed by the map
 skeleton  every doubly asymptotic orbit with a short code
 doubly    the same to rounding, what theta3 gains along them

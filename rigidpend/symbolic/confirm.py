@@ -14,7 +14,7 @@ from rigidpend.integrate.records import Orbits
 from rigidpend.numbers.exact import GUARD_BITS
 from rigidpend.return_map.poincare import section_state
 from rigidpend.return_map.precision import precision
-from rigidpend.return_map.reduced import coefficients
+from rigidpend.return_map.reduced import Coefficients, coefficients
 from rigidpend.routes.cycle import symbols
 from rigidpend.symbolic.chain import Chain
 from rigidpend.symbolic.tables import Array, Level, Mask
@@ -44,21 +44,37 @@ def passages(body: Body, level: Level, chain: Chain) -> Confirmation:
     chain : Chain
         That begins with an upward crossing.
     """
-    a, n = precision(53), len(chain.b)
-    c = coefficients(body.angles(53 + GUARD_BITS), "1", a)
-    right, late = np.zeros(n, dtype=bool), np.full(n, np.inf)
-    for rising in (True, False):
-        here = np.arange(0 if rising else 1, n, 2)
-        if not here.size:
-            continue
-        states = section_state(rising, chain.d[here], chain.chi[here], level.h, c, a)
-        time, separatrix = _next(c.aligned, states, float(chain.time.max()) * PATIENCE)
-        begun = np.full(here.size, 2 if rising else 3)
-        found = symbols(np.stack((begun, separatrix)))[0]
-        upper = rising
-        right[here] = found == np.where((chain.I[here] > 0) == upper, 1, 0)
-        late[here] = time - chain.time[here]
-    return Confirmation(right, late)
+    c, rising = doubles(body), upward(len(chain.b))
+    limit = float(chain.time.max()) * PATIENCE
+    time, separatrix = _next(c.aligned, crossing_states(c, level, chain), limit)
+    found = symbols(np.stack((np.where(rising, 2, 3), separatrix)))[0]
+    right = found == np.where((chain.I > 0) == rising, 1, 0)
+    return Confirmation(right, time - chain.time)
+
+
+def doubles(body: Body) -> Coefficients:
+    """The coefficients of a body in doubles."""
+    return coefficients(body.angles(53 + GUARD_BITS), "1", precision(53))
+
+
+def upward(n: int) -> Mask:
+    """The first n crossings of an orbit: whether they are upward, as the very first is."""
+    return np.arange(n) % 2 == 0
+
+
+def crossing_states(c: Coefficients, level: Level, chain: Chain) -> Array:
+    """The aligned components (6, n) at the crossings from which a chain's passages begin.
+
+    They are those on separatrix 2 or 3, the orbit's own or their mirror images.
+    """
+    n, a = len(chain.b), precision(53)
+    rising, states = upward(n), np.empty((6, n))
+    for side in (True, False):
+        here = rising == side
+        if here.any():
+            d, chi = chain.d[:n][here], chain.chi[:n][here]
+            states[:, here] = section_state(side, d, chi, level.h, c, a)
+    return states
 
 
 def _next(c: AlignedCoefficients, states: Array, limit: float) -> tuple[Array, NDArray[np.uint8]]:

@@ -105,7 +105,7 @@ def find_orbit(
     near : number, optional
         A phase, radians: half rotations are taken from its orbit as far as that has the code.
     digits : int, optional
-        Digits of theta2_0 behind the point, 10 to 200. Some 2 symbols take a digit.
+        Digits of theta2_0 behind the point, 10 to 200. A symbol takes 1.2 or more of them.
 
     Returns
     -------

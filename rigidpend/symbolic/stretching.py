@@ -8,6 +8,8 @@ exponent. Another measure changes the sum by a bounded amount alone.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 
@@ -34,3 +36,34 @@ def stretching(level: Level, chain: Chain) -> Array:
         change = change / size
         grown.append(math.log(size))
     return np.array(grown)
+
+
+def most_stretched(slopes: Iterable[Array], unit: float) -> Array:
+    """ln of the growth of the deviation that grows most, through 1 to n passages, (n, ...).
+
+    Over the number of passages it is the finite-time exponent of whatever comes first.
+
+    Parameters
+    ----------
+    slopes : iterable of (2, 2, ...) arrays
+        Derivatives of d and chi behind each passage in d and chi before it.
+    unit : float
+        Measure of d, dimensionless.
+    """
+    whole: Any = ((1.0, 0.0), (0.0, 1.0))
+    found = []
+    for slope in slopes:
+        (a, b), (c, d) = slope
+        here = ((a, b / unit), (c * unit, d))
+        whole = tuple(
+            tuple(sum(x * column[k] for x, column in zip(row, whole, strict=True)) for k in (0, 1))
+            for row in here
+        )
+        found.append(np.log(largest_singular(*whole)))
+    return np.array(found)
+
+
+def largest_singular(first: Any, second: Any) -> Any:
+    """The larger singular value of matrices with two rows of two numbers or arrays."""
+    (a, b), (c, d) = first, second
+    return (np.hypot(a + d, b - c) + np.hypot(a - d, b + c)) / 2

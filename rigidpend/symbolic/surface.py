@@ -5,13 +5,16 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rigidpend.equations import hamiltonian_J3_0
 from rigidpend.return_map import MapError, ReturnMap, return_map
 from rigidpend.return_map.conjugacy import inverted
+from rigidpend.return_map.itinerary import Entered, enter
+from rigidpend.return_map.passage import EnergyLevel
+from rigidpend.routes.mapped import start_Qp
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start
 from rigidpend.symbolic.chain import Arrival
@@ -37,9 +40,18 @@ class Surface(NamedTuple):
 
     def energy(self, theta2: float) -> float:
         """The energy of the orbit of a phase (eq. h0_new), dimensionless."""
+        return float(self.energies(theta2, float(self.problem.J1_0.at(53))))
+
+    def energies(self, theta2: Any, J1_0: Any) -> Any:
+        """The energies of orbits with other J1_0, arrays."""
         p, J2 = self.problem.body.angles(), float(self.problem.J2_0(53))
-        J1 = float(self.problem.J1_0.at(53))
-        return float(hamiltonian_J3_0(J1, J2, (p.alpha0 + p.beta0, theta2), p, np))
+        return hamiltonian_J3_0(J1_0, J2, (p.alpha0 + p.beta0, theta2), p, np)
+
+    def first_crossings(self, theta2: Array, J1_0: Array) -> tuple[EnergyLevel, Entered]:
+        """The first crossings of orbits with other J1_0, and the map at the energy of each."""
+        level = self.made.at(self.energies(theta2, J1_0))
+        Qp = start_Qp(self.problem, "1", 53, J1_0)
+        return level, enter(level, Qp, _phase(self.problem, theta2))
 
     def energy_slope(self, theta2: float) -> float:
         """Its derivative, per radian."""

@@ -49,6 +49,11 @@ class PassageEnds(NamedTuple):
         )
 
 
+def widest_d(level: EnergyLevel) -> float:
+    """Largest |d| of the tables of a map, the measure of its deviations."""
+    return max(float(chart.forward.width) for chart in level.charts)
+
+
 class Level:
     """A map's inverse charts at one energy, in the form in which chains use them.
 
@@ -67,7 +72,7 @@ class Level:
         self.h = float(h)
         charts = self.map_level.charts
         self.widest = min(float(chart.inverse.width) for chart in charts)
-        self.unit = max(float(chart.forward.width) for chart in charts)
+        self.unit = widest_d(self.map_level)
         values = (each[1][0] for each in self.map_level.values)
         self._tables = [
             _Sloped(chart.inverse, np.asarray(each, dtype=float))

@@ -16,6 +16,7 @@ from rigidpend.results.layout import datasets
 from rigidpend.results.tree import Data, Tree
 from rigidpend.return_map import return_map
 from rigidpend.routes.cycle import NO_SYMBOL
+from rigidpend.symbolic.action import actions
 from rigidpend.symbolic.chain import on_surface, signs_of
 from rigidpend.symbolic.closed import ClosedOrbit, closed, lyapunov, words
 from rigidpend.symbolic.closing import closing
@@ -81,6 +82,7 @@ def _orbits(problem: Problem, level: Level, found: list[ClosedOrbit]) -> dict[st
             name: np.array([getattr(orbit, name) for orbit in found])
             for name in ("period", "mirrored", "exponent", "stable")
         },
+        "action": actions(problem.body, level, [orbit.chain for orbit in found]),
         "positive": np.array([orbit.trace > 0 for orbit in found]),
         "residual": np.array([orbit.chain.residual for orbit in found]),
         "alone": np.array([np.abs(each.late).max() for each in alone]),

@@ -14,6 +14,7 @@ ORBITS = {
         "symbols, read from a passage past the upper orbit on; 255 behind the end",
     ),
     "period": Field(FLOAT, WORDS, "t'", "time of the word's passages, twice for odd words"),
+    "action": Field(FLOAT, WORDS, "1", "integral of J1 dtheta1 + J2 dtheta2 over that time"),
     "mirrored": Field(FLAG, WORDS, "1", "whether it is at its mirror image after these passages"),
     "positive": Field(FLAG, WORDS, "1", "whether the Floquet multiplier of these is positive"),
     "exponent": Field(FLOAT, WORDS, "1", "ln of the Floquet multiplier's modulus, per passage"),

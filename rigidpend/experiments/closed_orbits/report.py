@@ -29,10 +29,17 @@ def tables(result: Loaded) -> list[Table]:
     return [
         Table(
             f"Closed orbits of words of up to {SHORT} symbols",
-            ("word", "period (t')", "exponent per passage", "multiplier", "gap in 113 bits"),
+            (
+                "word",
+                "period (t')",
+                "action",
+                "exponent per passage",
+                "multiplier",
+                "gap in 113 bits",
+            ),
             [_row(k, word, orbits) for k, word in enumerate(words) if len(word) <= SHORT],
-            "The gap is what one period leaves open in d and chi; words of odd length are read"
-            " twice.",
+            "The action is the integral of J1 dtheta1 + J2 dtheta2, dimensionless. The gap is what"
+            " one period leaves open in d and chi; words of odd length are read twice.",
         ),
         Table(
             "Averages over all points of a length",
@@ -53,4 +60,5 @@ def _row(k: int, word: str, orbits: Data) -> tuple[str, ...]:
     gap = float(orbits["closing"][k])
     sign = "positive" if orbits["positive"][k] else "negative"
     shown = "not verified" if np.isnan(gap) else f"{gap:.0e}"
-    return word, f"{orbits['period'][k]:.6f}", f"{orbits['exponent'][k]:.6f}", sign, shown
+    numbers = (f"{orbits[key][k]:.6f}" for key in ("period", "action", "exponent"))
+    return word, *numbers, sign, shown

@@ -27,7 +27,8 @@ from rigidpend.routes.rows import row_problem
 from rigidpend.run.parts import Piece
 
 if TYPE_CHECKING:
-    from rigidpend.experiments.route_map.schema import Axis, Config, Problem
+    from rigidpend.config.axes import Axis
+    from rigidpend.experiments.route_map.schema import Config, Problem
 
 PIECES = True
 """All work goes through pieces, which a cluster can compute."""

@@ -13,6 +13,7 @@ from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
 from rigidpend.render.code_arrays import DOUBT, ZOOM
+from rigidpend.render.code_planes import LINES, cell_ends, draw_changes
 from rigidpend.render.palette import WIDTH
 
 if TYPE_CHECKING:
@@ -25,8 +26,6 @@ NAMES = {
     "beta0": r"$\beta_0$ (rad)",
     "alpha0": r"$\alpha_0$ (rad)",
 }
-LINES = ((0.9, "0.0"), (0.55, "0.12"), (0.3, "0.25"))
-"""Widths and greys of the lines where symbols 1, 2, 3 change."""
 SHADES = LinearSegmentedColormap.from_list(
     "word", ["#1d3557", "#3f6f9f", "#9cc3d5", "#f3efe0", "#efc88b", "#cf7a4c", "#7a2e2e"]
 )
@@ -96,7 +95,7 @@ def words(codes: NDArray[np.uint8]) -> NDArray[np.float64]:
 
 def _draw_plane(axes: Axes, plane: Data, data: Data) -> None:
     x, y = np.asarray(plane["x"]), np.asarray(plane["y"])
-    codes, extent = np.asarray(plane["codes"]), (*_ends(x), *_ends(y))
+    codes, extent = np.asarray(plane["codes"]), (*cell_ends(x), *cell_ends(y))
     axes.imshow(
         words(codes),
         origin="lower",
@@ -107,10 +106,7 @@ def _draw_plane(axes: Axes, plane: Data, data: Data) -> None:
         vmax=1,
         interpolation="nearest",
     )
-    for i, (width, grey) in reversed(list(enumerate(LINES[: len(codes)]))):
-        layer = codes[i]
-        if (layer != layer.flat[0]).any():
-            axes.contour(x, y, layer == 1, [0.5], colors=grey, linewidths=width)
+    draw_changes(axes, x, y, codes)
     row, column = np.nonzero(np.asarray(plane["certain"]) < len(codes))
     if row.size:
         axes.plot(x[column], y[row], ",", color=DOUBT, label="uncertain", rasterized=True)
@@ -128,14 +124,9 @@ def _draw_plane(axes: Axes, plane: Data, data: Data) -> None:
     axes.ticklabel_format(useOffset=False)
 
 
-def _ends(values: NDArray[np.float64]) -> tuple[float, float]:
-    half = (values[1] - values[0]) / 2
-    return float(values[0] - half), float(values[-1] + half)
-
-
 def _frame(before: dict[str, Axes], zoom: Data, name: str) -> None:
     """Frame a zoom in the smallest plane drawn so far that holds it."""
-    (left, right), (low, top) = (_ends(np.asarray(zoom[key])) for key in ("x", "y"))
+    (left, right), (low, top) = (cell_ends(np.asarray(zoom[key])) for key in ("x", "y"))
 
     def holds(axes: Axes) -> bool:
         (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()

@@ -15,6 +15,7 @@ from rigidpend.experiments.contract import Means
 from rigidpend.integrate import DEFAULT_TOLERANCE, FINEST_TOLERANCE
 from rigidpend.integrate.lie_poisson import SCHEMES
 from rigidpend.measure.stress import (
+    addresses,
     extremes,
     honesty,
     long_time,
@@ -80,6 +81,9 @@ def _trials(problem: Problem, means: Means) -> Iterator[tuple[str, Trial]]:
     yield from _extremes(body, problem.extremes, engine, jobs)
     yield from _passages(body, J2, problem, engine, jobs)
     yield from _honesty(body, problem, engine, jobs)
+    # In integers, as without that engine, an orbit of many digits takes minutes.
+    if engine == "taylor":
+        yield from _addresses(problem)
     yield from _long_time(body, J2, problem, engine, jobs)
 
 
@@ -159,6 +163,20 @@ def _honesty(body: Body, problem: Problem, engine: str, jobs: int) -> Iterator[t
         )
 
 
+def _addresses(problem: Problem) -> Iterator[tuple[str, Trial]]:
+    asked, seed = problem.addresses, problem.seed
+    setups = {"own body": addresses.Setup(problem.body, problem.h0, problem.J1_0)}
+    for k in range(asked.bodies):
+        setups[f"body {k + 1}"] = addresses.drawn(1000 * seed + k)
+    for k, (name, setup) in enumerate(setups.items()):
+        yield (
+            "addresses",
+            addresses.trial(
+                name, setup, words=asked.words, n_symbols=asked.n_symbols, seed=seed + k
+            ),
+        )
+
+
 def _long_time(
     body: Body, J2: float, problem: Problem, engine: str, jobs: int
 ) -> Iterator[tuple[str, Trial]]:
@@ -213,6 +231,7 @@ def describe(config: Config) -> list[Row]:
         Row("passages", f"{problem.passages.orbits} orbits", "measured and predicted errors"),
         Row("honesty", f"{problem.honesty.orbits} orbits", f"at tolerances {tolerances}"),
         Row("checked", f"{problem.honesty.checked} of them", "in principal axes, 113 bits"),
+        Row("addresses", f"{problem.addresses.bodies} random bodies", "orbits by their codes"),
     ]
 
 

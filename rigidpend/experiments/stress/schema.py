@@ -71,6 +71,17 @@ class Honesty(Part):
     """Local tolerances in double precision."""
 
 
+class Addresses(Part):
+    """Orbits found from random codes, and from longer addresses of the same symbols."""
+
+    bodies: Annotated[Whole, Field(ge=0, le=1000)] = 8
+    """Random bodies, beside the body of this config."""
+    words: Count = 5
+    """Codes of each body; two orbits are found for each."""
+    n_symbols: Annotated[Whole, Field(ge=1, le=10)] = 10
+    """Symbols of each code."""
+
+
 class Problem(HeavyBody):
     """The body of the trials that do not bring their own, and how much is tried."""
 
@@ -84,6 +95,7 @@ class Problem(HeavyBody):
     extremes: Extremes = Extremes()
     passages: Passages
     honesty: Honesty
+    addresses: Addresses = Addresses()
 
     @model_validator(mode="after")
     def _physics(self) -> Problem:

@@ -55,6 +55,7 @@ def test_averages_agree_with_the_long_orbit(data: Any) -> None:
     ("place", "change"),
     [
         (("orbits", "period"), 1e-8),
+        (("orbits", "action"), 1e-8),
         (("orbits", "alone"), 1e-7),
         (("orbits", "closing"), 1e-14),
         (("averages", "mean"), 1e-8),

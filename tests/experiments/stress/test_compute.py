@@ -61,6 +61,7 @@ def test_configs_ask_for_every_trial_under_its_own_name(name: str) -> None:
         "separatrices",
         "passages",
         "honesty",
+        "addresses",
         "long_time",
     }
 
@@ -111,6 +112,7 @@ def test_describe_tells_how_much_is_tried(given: Any) -> None:
     rows = {row.name: row.value for row in stress.describe(given)}
     assert rows["long time"] == "10000 rotations, 16 orbits"
     assert rows["honesty"] == "3000 orbits"
+    assert rows["addresses"] == "1 random bodies"
 
 
 @pytest.mark.parametrize(("value", "code"), [(0.5, 0), (2.0, 1)])
@@ -203,6 +205,7 @@ BOUNDS: dict[str, dict[str, float]] = {
         "113 bits": 18,
     },
     "honesty": {"right at": 0.999, "certain, all off": 0.5, "": 0},
+    "addresses": {"delay": 1e-9, "": 0},
     "long_time": {
         "pendulum": 4,
         "scipy": 1,

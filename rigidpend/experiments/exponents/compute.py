@@ -1,0 +1,206 @@
+"""Experiment `exponents`: the growth of deviations over a plane of initial phases and actions."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.description import Row, body_rows, exact_row
+from rigidpend.experiments.contract import Means
+from rigidpend.experiments.exponents.layout import CHECKED, GROWTH, MARKED, PLANE
+from rigidpend.numbers.exact import exact
+from rigidpend.results import compare
+from rigidpend.results.compare import Difference
+from rigidpend.results.layout import FLOAT, WHOLE, Field, datasets
+from rigidpend.results.tree import Data, Tree
+from rigidpend.routes.plane import Plane
+from rigidpend.symbolic.exponents import integrated, rounding, stretched
+from rigidpend.symbolic.surface import Surface, surface
+
+if TYPE_CHECKING:
+    from rigidpend.experiments.exponents.schema import Config, Problem
+
+TILE = 8192
+"""Cells at a time: each has tables of its own energy."""
+SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)
+TABLES, CELL, CHECK = 4.0, 2e-5, 5e-5
+"""Seconds for maps that are not kept yet, and of a cell of one symbol, followed and checked."""
+AXES = 1e-14
+"""Allowed difference of the axes, relative: their rounding."""
+LOST = 1e-3
+"""Allowed share of cells that are known in one of two results alone, where doubles round otherwise.
+
+As many may move a quantile by the distance of neighbours: `QUANTILE`."""
+QUANTILE = 1e-3
+
+Values = NDArray[np.float64]
+PIECE = {
+    "growth": Field(FLOAT, ("symbols", "cells"), "1", "ln of the growth through the passages"),
+    "codes": Field(WHOLE, ("symbols", "cells"), "1", "symbols by the map"),
+}
+
+
+def compute(config: Config, means: Means) -> Tree:
+    """Compute the exponents of a plane.
+
+    Parameters
+    ----------
+    config : Config
+    means : Means
+
+    Raises
+    ------
+    MapError
+        The body has no return map.
+    """
+    problem = config.problem
+    x, y = problem.theta2_0.values, problem.log10_J1_0.values
+    theta2, J1 = np.tile(x, y.size), np.repeat(10.0**y, x.size)
+    ends = float(J1[0]), float(J1[-1])
+    n, shape = problem.n_symbols, (y.size, x.size)
+    plane = Plane(problem.body, problem.h0, ends, n, means.arithmetic, theta2.size, means.jobs)
+    codes = plane.cells(theta2, J1)
+    orbits = surface(replace(problem.routes, J1_0=exact(ends[1])))
+    grown, followed = _followed(orbits, theta2, J1, n, means)
+    # A growth is told of the orbit that has the established code, and of no other.
+    known = (codes.certain == n) & (followed == codes.codes).all(axis=0)
+    means.report(f"{int(known.sum())} of {known.size} cells are known")
+    values = {
+        "codes": codes.codes.reshape(n, *shape),
+        "exponent": np.where(known, grown[-1] / n, np.nan).reshape(shape),
+        "theta2_0": x,
+        "log10_J1_0": y,
+    }
+    return {
+        **datasets(PLANE, values),
+        "marked": MARKED.dataset(float(np.log10(float(problem.J1_0)))),
+        "growth": datasets(GROWTH, _quantiles(grown[:, known])),
+        "checked": datasets(CHECKED, _checked(problem, orbits, known, (theta2, J1))),
+    }
+
+
+def _followed(
+    orbits: Surface, theta2: Values, J1: Values, n: int, means: Means
+) -> tuple[Values, NDArray[np.uint8]]:
+    """The growth (n, N) through 1 to n passages, and the symbols; 255 outside of the map."""
+    parts: list[Any] = []
+    for first in range(0, theta2.size, TILE):
+        part = slice(first, first + TILE)
+        tile = partial(_tile, orbits, theta2[part], J1[part], n)
+        parts.append(means.part(f"cells.{first:09d}", tile))
+        means.report(f"cells to {min(part.stop, theta2.size)} of {theta2.size}")
+    grown, codes = (
+        np.concatenate([part[name].values for part in parts], axis=1)
+        for name in ("growth", "codes")
+    )
+    return grown, codes
+
+
+def _tile(orbits: Surface, theta2: Values, J1: Values, n: int) -> Tree:
+    found = stretched(orbits, theta2, J1, n)
+    codes = np.where(found.inside, found.symbols, 255).astype(np.uint8)
+    return datasets(PIECE, {"growth": found.growth, "codes": codes})
+
+
+def _quantiles(grown: Values) -> dict[str, Any]:
+    passages = np.arange(1, len(grown) + 1)
+    exponents = grown / passages[:, None]
+    found = np.full((len(SHARES), len(grown)), np.nan)
+    if grown.size:
+        found = np.quantile(exponents, SHARES, axis=1)
+    return {"passages": passages, "share": np.array(SHARES), "exponent": found}
+
+
+def _checked(
+    problem: Problem, orbits: Surface, known: NDArray[np.bool_], starts: tuple[Values, Values]
+) -> dict[str, Any]:
+    """The growth in some cells beside that by the variational equations."""
+    # Evenly spread and not by lot: the same cells in every run.
+    count = min(problem.checked, known.size)
+    cells = np.linspace(0, known.size - 1, count + 2)[1:-1].astype(int)
+    some = cells[known[cells]]
+    found = stretched(orbits, starts[0][some], starts[1][some], problem.n_symbols)
+    row, column = np.divmod(cells, problem.theta2_0.count)
+    values: dict[str, Any] = {"row": row, "column": column}
+    for name, each in (
+        ("growth", found.growth[-1]),
+        ("difference", integrated(problem.body, found) - found.growth[-1]),
+        ("allowed", rounding(found.growth)),
+    ):
+        values[name] = np.full(cells.size, np.nan)
+        values[name][known[cells]] = each
+    return values
+
+
+def describe(config: Config) -> list[Row]:
+    """Describe a config in rows, with what follows from it, units named."""
+    problem = config.problem
+    across, along = problem.theta2_0, problem.log10_J1_0
+    return [
+        *body_rows(problem.body),
+        exact_row("h0", "energy constant, kappa J2_0^2/2", problem.h0),
+        exact_row("J1_0", "initial action that is marked, dimensionless", problem.J1_0),
+        Row("n_symbols", str(problem.n_symbols), "passages through which deviations grow"),
+        Row("theta2_0", f"{across.ends[0]} to {across.ends[1]} in {across.count}", "rad"),
+        Row("log10_J1_0", f"{along.ends[0]} to {along.ends[1]} in {along.count}", "of the rows"),
+        Row("checked", str(problem.checked), "cells, by the variational equations"),
+    ]
+
+
+def cost(config: Config) -> float:
+    """Estimate the seconds that a config takes."""
+    problem = config.problem
+    cells = problem.theta2_0.count * problem.log10_J1_0.count
+    return TABLES + problem.n_symbols * (cells * CELL + problem.checked * CHECK)
+
+
+def differences(stored: Data, fresh: Data) -> list[Difference]:
+    """Find where two results disagree by more than roundings explain.
+
+    Exponents are compared where both are known, up to roundings as they have grown there. What
+    the fresh result is off from the variational equations must be within as much.
+
+    Parameters
+    ----------
+    stored, fresh : dict
+        ``/data`` of the two files, loaded.
+    """
+    found = compare.keys(stored, fresh)
+    if stored["codes"].shape != fresh["codes"].shape:
+        return found + compare.arrays("codes", stored["codes"], fresh["codes"])
+    for name in ("theta2_0", "log10_J1_0", "marked"):
+        within = AXES * float(np.abs(stored[name]).max())
+        found += compare.arrays(name, stored[name], fresh[name], within)
+    old, new = stored["exponent"], fresh["exponent"]
+    both, n = np.isfinite(old) & np.isfinite(new), len(stored["codes"])
+    lost = np.array([(np.isfinite(old) & ~both).mean()])
+    found += compare.beyond("exponent", lost, np.array([LOST]))
+    found += compare.arrays("codes", stored["codes"], fresh["codes"], np.where(both, 0.0, np.inf))
+    # Of the growth through fewer passages nothing is stored: the whole stands for each.
+    growth = np.broadcast_to(n * np.where(both, old, 0.0), (n, *old.shape))
+    allowed = np.where(both, rounding(growth) / n, np.inf)
+    found += compare.arrays("exponent", old, new, allowed)
+    for name in GROWTH:
+        within = QUANTILE if name == "exponent" else 0.0
+        at = stored["growth"][name], fresh["growth"][name]
+        found += compare.arrays(f"growth/{name}", *at, within)
+    return found + _checks(stored["checked"], fresh["checked"])
+
+
+def _checks(old: Data, new: Data) -> list[Difference]:
+    found = [
+        difference
+        for name in ("row", "column")
+        for difference in compare.arrays(f"checked/{name}", old[name], new[name])
+    ]
+    if found:
+        return found
+    both = np.isfinite(old["growth"]) & np.isfinite(new["growth"])
+    allowed = np.where(both, old["allowed"], np.inf)
+    for name in ("growth", "allowed"):
+        found += compare.arrays(f"checked/{name}", old[name], new[name], allowed)
+    return found + compare.beyond("checked/difference", np.abs(new["difference"]), allowed)

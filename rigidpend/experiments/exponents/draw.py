@@ -1,0 +1,89 @@
+"""Finite-time exponents over a plane, their spread, and the check of some of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from rigidpend.render.code_planes import cell_ends, draw_changes
+from rigidpend.render.palette import BLUE, RED, WIDTH
+
+if TYPE_CHECKING:
+    from rigidpend.results.tree import Data, Loaded
+
+HEIGHT = 5.6
+"""Height of the figure, inches."""
+HIGHEST = 0.99
+"""Share of the cells whose exponents have colours of their own; of the rest it is the last."""
+CHANGES = ((0.6, "white"), (0.35, "0.8"), (0.2, "0.7"))
+"""Lines along which symbols 1, 2, 3 change."""
+
+
+def draw(result: Loaded) -> Figure:
+    """Draw the plane, and below it the exponents' spread and their check.
+
+    Parameters
+    ----------
+    result : dict
+        Of the experiment `exponents`, as loaded.
+    """
+    data = result["data"]
+    figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
+    grid = figure.add_gridspec(2, 2, height_ratios=(1.7, 1))
+    _draw_plane(figure, figure.add_subplot(grid[0, :]), data)
+    _draw_spread(figure.add_subplot(grid[1, 0]), data["growth"])
+    _draw_check(figure.add_subplot(grid[1, 1]), data["checked"])
+    return figure
+
+
+def _draw_plane(figure: Figure, axes: Axes, data: Data) -> None:
+    x, y, exponent = data["theta2_0"], data["log10_J1_0"], data["exponent"]
+    known = exponent[np.isfinite(exponent)]
+    shown = axes.imshow(
+        exponent,
+        origin="lower",
+        extent=(*cell_ends(x), *cell_ends(y)),
+        aspect="auto",
+        cmap="magma",
+        vmin=0,
+        vmax=float(np.quantile(known, HIGHEST)) if known.size else 1,
+        interpolation="nearest",
+    )
+    figure.colorbar(shown, ax=axes, label="exponent per passage", extend="max", pad=0.01)
+    draw_changes(axes, x, y, data["codes"], CHANGES)
+    if y[0] <= data["marked"] <= y[-1]:
+        axes.axhline(float(data["marked"]), color="white", lw=0.8, ls=(0, (5, 3)), label="marked")
+    axes.set_xlabel(r"$\theta_2^0$ (rad)")
+    axes.set_ylabel(r"$\log_{10} J_1^0$")
+    n = len(data["codes"])
+    axes.set_title(f"a)  exponents of {n} passages", loc="left", fontsize=8.5)
+
+
+def _draw_spread(axes: Axes, growth: Data) -> None:
+    n, shares = growth["passages"], growth["share"]
+    middle = len(shares) // 2
+    for k in range(middle):
+        low, high = growth["exponent"][k], growth["exponent"][-1 - k]
+        label = f"{100 * (shares[-1 - k] - shares[k]):.0f} % of cells"
+        axes.fill_between(n, low, high, color=BLUE, alpha=0.25, lw=0, label=label)
+    axes.plot(n, growth["exponent"][middle], "o-", color=BLUE, ms=4, lw=1, label="median")
+    axes.set_ylim(bottom=0)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.set_xlabel("passages")
+    axes.set_ylabel("exponent per passage")
+    axes.legend(fontsize=7.5, frameon=False)
+    axes.set_title("b)  over fewer passages", loc="left", fontsize=8.5)
+
+
+def _draw_check(axes: Axes, checked: Data) -> None:
+    order = np.argsort(checked["growth"])
+    growth, difference = checked["growth"][order], np.abs(checked["difference"][order])
+    axes.semilogy(growth, difference, ".", color=BLUE, ms=3, label="difference")
+    axes.semilogy(growth, checked["allowed"][order], color=RED, lw=0.9, label="allowed")
+    axes.set_xlabel("ln of the growth")
+    axes.set_title("c)  by variational equations, less map", loc="left", fontsize=8.5)
+    axes.legend(fontsize=7.5, frameon=False, loc="upper left")

@@ -1,0 +1,43 @@
+"""Finite-time exponents: their quantiles by the number of passages, and their check."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigidpend.tables import Table
+
+if TYPE_CHECKING:
+    from rigidpend.results.tree import Data, Loaded
+
+CAPTION = (
+    "Growth of deviations over a plane of initial phases and actions: the logarithm of the largest"
+    " growth through some passages, a passage, from the derivatives of the return map. It is"
+    " greatest where a symbol of the route code changes. In some cells the variational equations"
+    " are integrated as well."
+)
+
+
+def tables(result: Loaded) -> list[Table]:
+    """Table of the quantiles, with the check below."""
+    data = result["data"]
+    growth = data["growth"]
+    header = ("passages", *(f"{100 * share:.0f} % of cells below" for share in growth["share"]))
+    rows = [
+        (str(n), *(f"{value:.4f}" for value in column))
+        for n, column in zip(growth["passages"], growth["exponent"].T, strict=True)
+    ]
+    return [Table("Finite-time exponents, a passage", header, rows, _note(data))]
+
+
+def _note(data: Data) -> str:
+    exponent, difference = data["exponent"], np.abs(data["checked"]["difference"])
+    known, held = np.isfinite(exponent), difference[np.isfinite(difference)]
+    found = f"{int(known.sum())} of {known.size} cells are known."
+    if not held.size:
+        return found
+    return (
+        f"{found} The variational equations differ by {np.median(held):.1g} in ln of the growth"
+        f" (median of {held.size} cells), by {held.max():.1g} at most."
+    )

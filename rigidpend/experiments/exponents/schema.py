@@ -1,0 +1,47 @@
+"""The config of `experiment: exponents`: finite-time exponents over a plane of initial values."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from rigidpend.config.axes import Axis
+from rigidpend.config.route_start import RouteStart
+from rigidpend.config.schema import ExperimentConfig, Numerics, Whole, afford, physics
+
+MOST_SYMBOLS = 10
+"""Passages at most: beyond them roundings of doubles have grown to what is to be told."""
+
+
+class Problem(RouteStart):
+    """A plane of initial phases and actions, and through how many passages deviations grow."""
+
+    theta2_0: Axis
+    """Initial phases, radians."""
+    log10_J1_0: Axis
+    """Decadic logarithms of the initial actions. J1_0 above is marked in the drawing."""
+    checked: Annotated[Whole, Field(ge=0, le=10_000)]
+    """Cells for which the variational equations are integrated as well."""
+
+    @model_validator(mode="after")
+    def _plane(self) -> Self:
+        if self.n_symbols > MOST_SYMBOLS:
+            raise ValueError(f"n_symbols must be at most {MOST_SYMBOLS}, got {self.n_symbols}")
+        from rigidpend.routes.rows import row_problem
+
+        with physics():
+            for value in map(float, self.log10_J1_0.ends):
+                row_problem(self.routes, "log10_J1_0", value)
+        cells = self.theta2_0.count * self.log10_J1_0.count
+        what = f"{cells} cells of {self.n_symbols} symbols"
+        afford("theta2_0", cells, self.n_symbols + 9, what)
+        return self
+
+
+class Config(ExperimentConfig):
+    """A whole config of this experiment."""
+
+    experiment: Literal["exponents"]
+    problem: Problem
+    numerics: Numerics = Numerics()

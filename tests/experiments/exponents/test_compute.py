@@ -1,0 +1,136 @@
+"""The experiment `exponents`: cells, their check, and results told apart."""
+
+from __future__ import annotations
+
+import copy
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from rigidpend.experiments.contract import Means
+from rigidpend.experiments.exponents import compute as exponents
+from rigidpend.experiments.exponents.report import tables
+from rigidpend.experiments.exponents.schema import Config
+from rigidpend.integrate.arithmetic import resolve
+from rigidpend.integrate.engines import default_engine
+from rigidpend.numbers.exact import exact
+from rigidpend.routes.plane import Cells, Plane
+from rigidpend.routes.problem import RouteProblem
+from rigidpend.symbolic.exponents import stretched
+from rigidpend.symbolic.surface import surface
+from tests.config.samples import content as typed
+from tests.config.samples import refused
+from tests.experiments.trees import plain
+from tests.symbolic.fig4 import BODY, H
+
+CONFIG = Path(__file__).parents[3] / "configs" / "exponents.yaml"
+SMALL = [
+    "problem.theta2_0.count=6",
+    "problem.log10_J1_0.count=4",
+    "problem.checked=5",
+    "problem.n_symbols=3",
+    "numerics.precisions=[53]",
+]
+
+
+@pytest.fixture(scope="module")
+def data() -> Any:
+    means = Means(resolve(default_engine(), None, (53,)), 1, lambda _: None)
+    return plain(exponents.compute(typed(Config, CONFIG, SMALL), means))
+
+
+def test_every_cell_is_the_orbit_of_its_middle(data: Any) -> None:
+    assert data["exponent"].shape == (4, 6)
+    problem = RouteProblem(BODY, H, exact("1e-7"), 3)
+    for row, y in enumerate(data["log10_J1_0"]):
+        seen = stretched(surface(problem), data["theta2_0"], np.full(6, 10.0**y), 3)
+        known = np.isfinite(data["exponent"][row])
+        assert known.sum() >= 5
+        np.testing.assert_allclose(
+            data["exponent"][row][known], seen.growth[-1][known] / 3, rtol=1e-7
+        )
+        np.testing.assert_array_equal(data["codes"][:, row][:, known], seen.symbols[:, known])
+
+
+def test_cells_that_are_checked_agree_with_the_variational_equations(data: Any) -> None:
+    checked = data["checked"]
+    assert np.isfinite(checked["growth"]).sum() >= 4
+    known = np.isfinite(checked["growth"])
+    assert (np.abs(checked["difference"]) < checked["allowed"])[known].all()
+    at = checked["row"][known], checked["column"][known]
+    np.testing.assert_allclose(data["exponent"][at], checked["growth"][known] / 3, rtol=1e-12)
+
+
+def test_quantiles_are_those_of_the_cells(data: Any) -> None:
+    exponent = data["exponent"]
+    known = exponent[np.isfinite(exponent)]
+    assert data["growth"]["exponent"][2, -1] == pytest.approx(float(np.median(known)))
+    assert (np.diff(data["growth"]["exponent"], axis=0) >= 0).all()
+
+
+@pytest.mark.parametrize(
+    ("place", "change"),
+    [
+        (("exponent",), 1e-3),
+        (("codes",), 1),
+        (("theta2_0",), 1e-12),
+        (("growth", "exponent"), 1e-2),
+        (("checked", "growth"), 1e-3),
+        (("checked", "allowed"), 1e-3),
+        (("checked", "difference"), 1e-3),
+    ],
+)
+def test_a_difference_is_found(data: Any, place: tuple[str, ...], change: float) -> None:
+    other = copy.deepcopy(data)
+    at = other
+    for name in place[:-1]:
+        at = at[name]
+    at[place[-1]][..., -1] += np.asarray(change).astype(at[place[-1]].dtype)
+    [found] = exponents.differences(data, other)
+    assert "/".join(place) in str(found)
+    assert not exponents.differences(data, copy.deepcopy(data))
+
+
+def test_cells_that_are_no_longer_known_are_a_difference(data: Any) -> None:
+    other = copy.deepcopy(data)
+    other["exponent"][1, 1] = np.nan
+    [found] = exponents.differences(data, other)
+    assert "is stated, at most 0.001 is declared" in str(found)
+
+
+def test_more_passages_than_doubles_tell_are_refused() -> None:
+    [found] = refused(CONFIG, ["problem.n_symbols=11"])
+    assert "at most 10" in str(found)
+
+
+def test_rows_tables_and_the_estimate_tell_what_is_asked(data: Any) -> None:
+    asked = typed(Config, CONFIG, SMALL)
+    rows = {row.name: row.value for row in exponents.describe(asked)}
+    assert rows["checked"] == "5"
+    [table] = tables(cast("Any", {"data": data}))
+    assert len(table.rows) == 3
+    assert "of 24 cells are known" in table.note
+    # Measured: 7 s from nothing, 3 s where the maps are kept.
+    assert 5 < exponents.cost(typed(Config, CONFIG, [])) < 20
+
+
+class Doubted(Plane):
+    """A plane of which one cell is not certain, and another has a code that no map finds."""
+
+    def cells(self, theta2_0: Any, J1_0: Any) -> Cells:
+        found = super().cells(theta2_0, J1_0)
+        found.certain[7] -= 1
+        found.codes[0, 9] ^= 1
+        return found
+
+
+def test_without_an_established_code_a_cell_stays_blank(
+    data: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(exponents, "Plane", Doubted)
+    means = Means(resolve(default_engine(), None, (53,)), 1, lambda _: None)
+    other: Any = plain(exponents.compute(typed(Config, CONFIG, SMALL), means))
+    blank = np.isnan(other["exponent"]) & np.isfinite(data["exponent"])
+    np.testing.assert_array_equal(np.flatnonzero(blank), [7, 9])
