@@ -28,7 +28,7 @@ from rigidpend.integrate import sample
 from rigidpend.numbers.exact import PRECISIONS, exact
 from rigidpend.precession import plateaus
 from rigidpend.routes import RouteProblem
-from tests.integrate.problems import ENGINES, needs_heyoka
+from tests.integrate.problems import ENGINES
 
 H0, J1_0 = "10/9", "2.39205e-9"
 TOLERANCE = {"taylor": 3e-14, "scipy": 1e-13}
@@ -100,7 +100,6 @@ def test_crossing_error_is_how_much_later_the_samples_cross() -> None:
     np.testing.assert_allclose(found.crossing_error, shift, atol=1e-6)
 
 
-@needs_heyoka
 @pytest.mark.parametrize("theta2_0", PUBLISHED)
 def test_order_plateaus_differ_from_tri1_in_the_second_order(theta2_0: str) -> None:
     """Behind k separatrices by less than 6 k mu^2; the first by a quarter at half of mu."""

@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 
 from tests.cli.calls import UNTRACED
-from tests.integrate.problems import needs_heyoka
 
 PROMPT = 2.0
 """Seconds within which a run ends after a signal, when the processor is its own."""
@@ -87,7 +86,6 @@ def ended(process: subprocess.Popen[str]) -> tuple[int, float, str]:
     return process.returncode, time.monotonic() - began, said
 
 
-@needs_heyoka
 @pytest.mark.parametrize(
     ("work", "jobs"),
     # On one thread it is the same calls that are waited for, of any work.
@@ -102,7 +100,6 @@ def test_ctrl_c_ends_any_work_soon(work: str, jobs: int) -> None:
     assert seconds < PROMPT * max(1.0, os.getloadavg()[0])
 
 
-@needs_heyoka
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_sigterm_ends_it_as_well(jobs: int) -> None:
     process = begun("long codes in doubles", jobs)
@@ -112,7 +109,6 @@ def test_sigterm_ends_it_as_well(jobs: int) -> None:
     assert seconds < PROMPT * max(1.0, os.getloadavg()[0])
 
 
-@needs_heyoka
 def test_signals_upon_signals_end_it_without_a_core_dump() -> None:
     process = begun("long codes in doubles", 2)
     for number in (signal.SIGINT, signal.SIGINT, signal.SIGINT, signal.SIGTERM):

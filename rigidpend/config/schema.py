@@ -150,7 +150,9 @@ def absent_is(word: str) -> WrapSerializer:
 class Part(BaseModel):
     """A part of a config: frozen, unknown keys refused."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, arbitrary_types_allowed=True, defer_build=True
+    )
 
 
 class PhaseGrid(Part):

@@ -10,10 +10,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
+from itertools import pairwise
 from operator import mul
 from typing import TypeAlias
 
 from rigidpend.equations import AlignedCoefficients, aligned
+from rigidpend.integrate.bounds import touch
 from rigidpend.integrate.records import (
     Crossings,
     Orbits,
@@ -22,6 +24,7 @@ from rigidpend.integrate.records import (
     separatrix_beside,
     silent_outcome,
 )
+from rigidpend.integrate.roots import UndecidedTouch
 from rigidpend.numbers.exact import GUARD_BITS
 
 MAX_STEPS = 100_000
@@ -30,7 +33,7 @@ SHRINK = math.exp(-2)
 LONGEST = 2.0
 """The logarithm of the largest radius that is believed: a series may end in zeros."""
 FINEST = 2.0**-20
-"""Below this share of a step two crossings count as a touch, which is no crossing."""
+"""Share of a step below which M3 is looked at in integers, not in doubles."""
 
 WEIGHTS = ("force_p", "force_m", "mu_r1", "mu_r2")
 """The coefficients that are proportional to mu."""
@@ -58,29 +61,39 @@ def crossings(orbits: Orbits, bits: int) -> Crossings:
 
 def follow(orbits: Orbits, state: Sequence[Fraction], bits: int) -> Path:
     """One orbit: its crossings as (time, separatrix), and how it ended."""
+    path: list[tuple[float, int]] = []
+    try:
+        return path, _followed(orbits, state, bits, path)
+    except UndecidedTouch:
+        return path, Outcome.FAILED
+
+
+def _followed(
+    orbits: Orbits, state: Sequence[Fraction], bits: int, path: list[tuple[float, int]]
+) -> Outcome:
+    """Append the crossings of an orbit to a path; return how it ended."""
     unit = unit_of(state)
     coefficients, state = in_units(orbits.coefficients, state, unit)
     P = fractional_bits((*state, *coefficients), bits)
     flow = Flow([fixed(x, P) for x in coefficients], P)
-    here = [fixed(x, P) for x in state]
-    path: list[tuple[float, int]] = []
+    here, depth = [fixed(x, P) for x in state], depth_of_touch(state, bits, P)
     time = last = 0
     limit = fixed(Fraction(orbits.passage_limit) * unit, P)
     for _ in range(MAX_STEPS):
         series, step = flow.expand(here)
-        for at in crossings_within(series[2], step, P):
+        for at in crossings_within(series[2], step, P, depth):
             last = time + at
             Qp, Qm, speed = (value_at(s, at, P) for s in (*series[:2], _derivative(series[2])))
             path.append(
                 (float(Fraction(last, 1 << P) / unit), separatrix_beside(speed > 0, Qp, Qm))
             )
             if len(path) == orbits.n_crossings:
-                return path, Outcome.COMPLETE
+                return Outcome.COMPLETE
         here = [value_at(s, step, P) for s in series]
         time += step
         if time - last > limit:
-            return path, silent_outcome(*here[:2])
-    return path, Outcome.FAILED
+            return silent_outcome(*here[:2])
+    return Outcome.FAILED
 
 
 def advance(
@@ -240,47 +253,72 @@ def _derivative(series: Sequence[int]) -> list[int]:
     return [k * term for k, term in enumerate(series)][1:]
 
 
-def crossings_within(series: Sequence[int], step: int, P: int) -> Iterator[int]:
-    """The zeros of a series in (0, step], in order, to full precision."""
+def depth_of_touch(state: Sequence[Fraction], bits: int, P: int) -> int:
+    """The depth of a touch of M3 = 0 that is not decided, of an orbit through a state."""
+    size = Fraction(math.hypot(*map(float, state[:3])))
+    return fixed(Fraction(touch(bits)) * size, P)
+
+
+def crossings_within(series: Sequence[int], step: int, P: int, depth: int) -> Iterator[int]:
+    """The zeros of a series in (0, step], in order, to full precision.
+
+    Parameters
+    ----------
+    series : sequence of int
+    step : int
+    P : int
+        Fractional bits of all these numbers.
+    depth : int
+        A turning point that is no farther from zero is not decided.
+
+    Raises
+    ------
+    UndecidedTouch
+        When the iteration comes to such a turning point.
+    """
     size = step / (1 << P)
     scaled = [term / (1 << P) * size**k for k, term in enumerate(series)]
     slopes = _derivative(series)
-    for share in _zeros(scaled, 0.0, 1.0):
-        at = int(share * 2**53) * step >> 53
-        for _ in range(P.bit_length()):
-            at -= (value_at(series, at, P) << P) // value_at(slopes, at, P)
-        yield at
+    for a, b in _pieces(scaled, depth / (1 << P), 0.0, 1.0):
+        low, high = (int(share * 2**53) * step >> 53 for share in (a, b))
+        turns = _zero_between(slopes, low, high, P)
+        if any(abs(value_at(series, turn, P)) <= depth for turn in turns):
+            raise UndecidedTouch((a + b) / 2)
+        for left, right in pairwise((low, *turns, high)):
+            yield from _zero_between(series, left, right, P)
 
 
-def _zeros(c: Sequence[float], a: float, b: float) -> Iterator[float]:
-    """The simple zeros of sum c_k x^k in (a, b], by exclusion and bisection.
+def _pieces(c: Sequence[float], depth: float, a: float, b: float) -> Iterator[tuple[float, float]]:
+    """The parts of (a, b] where sum c_k x^k may come near zero, with one turning point at most.
 
-    A derivative's bound over (0, 1) is the sum of its coefficients' sizes.
+    By exclusion and bisection: a derivative's bound over (0, 1) is the sum of its coefficients'
+    sizes.
     """
     middle, half = (a + b) / 2, (b - a) / 2
     steepest = sum(k * abs(x) for k, x in enumerate(c))
-    if abs(_horner(c, middle)) > steepest * half or half < FINEST:
+    if abs(_horner(c, middle)) > steepest * half + depth:
         return
     slopes = [k * x for k, x in enumerate(c)][1:]
     bend = sum(k * abs(x) for k, x in enumerate(slopes))
-    if abs(_horner(slopes, middle)) > bend * half:
-        left, right = _horner(c, a), _horner(c, b)
-        if left * right < 0 or right == 0:
-            yield _bisect(c, a, b)
+    if abs(_horner(slopes, middle)) > bend * half or half < FINEST:
+        yield a, b
         return
-    yield from _zeros(c, a, middle)
-    yield from _zeros(c, middle, b)
+    yield from _pieces(c, depth, a, middle)
+    yield from _pieces(c, depth, middle, b)
 
 
-def _bisect(c: Sequence[float], a: float, b: float) -> float:
-    rising = _horner(c, b) > _horner(c, a)
-    while b - a > 2.0**-30:
-        middle = (a + b) / 2
-        if (_horner(c, middle) > 0) == rising:
-            b = middle
+def _zero_between(series: Sequence[int], low: int, high: int, P: int) -> list[int]:
+    """The zero of a monotone series in (low, high], by bisection; empty where it has none."""
+    left, right = value_at(series, low, P), value_at(series, high, P)
+    if left * right > 0 or left == 0:
+        return []
+    while high - low > 1:
+        middle = (low + high) // 2
+        if value_at(series, middle, P) * left > 0:
+            low = middle
         else:
-            a = middle
-    return (a + b) / 2
+            high = middle
+    return [high]
 
 
 def _horner(c: Sequence[float], x: float) -> float:

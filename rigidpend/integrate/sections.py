@@ -19,6 +19,7 @@ from rigidpend.integrate import bigint
 from rigidpend.integrate.batch_sections import first_in_doubles, first_in_pairs
 from rigidpend.integrate.engines import has_own_type
 from rigidpend.integrate.kernel.aligned_field import COMPONENTS
+from rigidpend.integrate.roots import UndecidedTouch
 from rigidpend.numbers.generic import Numbers
 from rigidpend.run.workers import check_stop, side_by_side
 
@@ -115,7 +116,13 @@ def _in_integers(
     states: Sequence[Any], c: AlignedCoefficients, limit: float, bits: int, _: float
 ) -> list[Crossing | None]:
     """Find the crossings by Taylor series in integers, of an error below their rounding."""
-    return [_integer_crossing(c, state, limit, bits) for state in states]
+    found: list[Crossing | None] = []
+    for state in states:
+        try:
+            found.append(_integer_crossing(c, state, limit, bits))
+        except UndecidedTouch:
+            found.append(None)
+    return found
 
 
 def _integer_crossing(
@@ -126,9 +133,10 @@ def _integer_crossing(
     P = bigint.fractional_bits((*state, *c), bits)
     flow = bigint.Flow([bigint.fixed(x, P) for x in c], P)
     here, time = [bigint.fixed(x, P) for x in state], 0
+    depth = bigint.depth_of_touch(state, bits, P)
     while time < bigint.fixed(Fraction(limit) * unit, P):
         series, step = flow.expand(here)
-        for at in bigint.crossings_within(series[2], step, P):
+        for at in bigint.crossings_within(series[2], step, P, depth):
             there = [Fraction(bigint.value_at(s, at, P), 1 << P) for s in series]
             momenta = (x * unit for x in there[:3])
             return Crossing(Fraction(time + at, 1 << P) / unit, (*momenta, *there[3:]))

@@ -99,7 +99,7 @@ def verify_by_engines(config: LoadedConfig, *, jobs: int) -> list[str]:
     NoReference
         The experiment is in closed form: there is no second engine.
     EngineError
-        heyoka is not installed.
+        llvmlite, which engine `taylor` needs, is not installed.
     """
     if not config.content.numerics_asked:
         raise NoReference(

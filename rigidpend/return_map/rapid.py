@@ -1,4 +1,4 @@
-"""Rapid passages: many orbits through a finished map, in machine code where heyoka is.
+"""Rapid passages: many orbits through a finished map, in machine code where LLVM is.
 
 What `passage` and `itinerary` do with derivatives and theta3 in any precision is done here for
 codes and times alone, in doubles and in 64 bits: by `kernel`, or over arrays.

@@ -51,7 +51,7 @@ class Decided(NamedTuple):
 Columns: TypeAlias = NDArray[np.intp]
 Compute: TypeAlias = Callable[[int, Scales, Any], Crossings]
 Share: TypeAlias = Callable[
-    [Callable[[Columns], Decided], Columns, bool], list[tuple[Columns, Decided]]
+    [Callable[[Columns], Decided], Columns, int], list[tuple[Columns, Decided]]
 ]
 
 
@@ -108,32 +108,37 @@ def decide(
     precisions : tuple of int
         Bits, ascending.
     share : callable, optional
-        ``share(work, columns, alone)`` lets `work` decide the columns, some at a time, or each
-        alone: a list of the columns of each piece with what was decided. By default all at once.
+        ``share(work, columns, bits)`` lets `work` decide the columns in a precision, some at a
+        time: a list of the columns of each piece with what was decided. By default all at once.
     """
-    share = share or _undivided
-    steps = [(precision, scales) for precision in precisions for scales in (FIRST, SECOND)]
+    share, least = share or undivided, precisions[0]
 
     def settle(columns: Columns) -> Decided:
-        first = compute(*steps[0], columns)
+        first = compute(least, FIRST, columns)
         unknown = np.zeros((len(first.time) - 1, columns.size), dtype=bool)
-        bits = np.full(columns.size, precisions[0], dtype=np.uint16)
-        return _climb(compute, Decided(first, unknown, bits), columns, rate, steps[1:2])
+        bits = np.full(columns.size, least, dtype=np.uint16)
+        return _climb(compute, Decided(first, unknown, bits), columns, rate, [(least, SECOND)])
 
-    def climb(columns: Columns) -> Decided:
-        return _climb(compute, part(found, columns), columns, rate, steps[2:])
-
-    pieces = share(settle, np.arange(n), False)
+    pieces = share(settle, np.arange(n), least)
     found = Decided(
         joined([piece.crossings for _, piece in pieces]),
         np.concatenate([piece.certain for _, piece in pieces], axis=1),
         np.concatenate([piece.bits for _, piece in pieces]),
     )
-    left = np.flatnonzero(~found.certain.all(axis=0))
-    if left.size and steps[2:]:
-        for columns, piece in share(climb, left, True):
+    for bits in precisions[1:]:
+        left = np.flatnonzero(~found.certain.all(axis=0))
+        if not left.size:
+            break
+        further = functools.partial(_further, compute, found, rate, bits)
+        for columns, piece in share(further, left, bits):
             replace(found, columns, piece)
     return found
+
+
+def _further(compute: Compute, found: Decided, rate: float, bits: int, columns: Columns) -> Decided:
+    """Decide some columns in a precision, from what is found of them on."""
+    steps = [(bits, FIRST), (bits, SECOND)]
+    return _climb(compute, part(found, columns), columns, rate, steps)
 
 
 def climb(
@@ -156,13 +161,14 @@ def climb(
     precisions : tuple of int
         Bits, ascending, more than those of what is found.
     """
-    steps = [(precision, scales) for precision in precisions for scales in (FIRST, SECOND)]
-    replace(found, columns, _climb(compute, part(found, columns), columns, rate, steps))
+    for bits in precisions:
+        replace(found, columns, _further(compute, found, rate, bits, columns))
 
 
-def _undivided(
-    work: Callable[[Columns], Decided], columns: Columns, _: bool
+def undivided(
+    work: Callable[[Columns], Decided], columns: Columns, _: int
 ) -> list[tuple[Columns, Decided]]:
+    """All columns decided at once: what `share` is where nothing is shared."""
     return [(columns, work(columns))]
 
 

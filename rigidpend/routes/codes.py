@@ -64,7 +64,7 @@ class RouteCodes(NamedTuple):
     separatrix: NDArray[np.uint8]
     """(n_symbols + 1, n), 1..4; 0 where there is no crossing."""
     by_map: NDArray[np.bool_]
-    """(n,), True where return maps alone found the column; else some or all of it was integrated."""
+    """(n,), True where return maps alone found the column, without integration of any part."""
 
 
 def route_codes(
@@ -173,23 +173,23 @@ def checked_jobs(jobs: Any) -> int:
 
 
 def _shared(
-    jobs: int, work: Callable[[Any], Decided], columns: Any, alone: bool
+    jobs: int, work: Callable[[Any], Decided], columns: Any, bits: int
 ) -> list[tuple[Any, Decided]]:
     """Let threads decide columns, in pieces that are small beside a thread's share."""
-    fewest = LANES if alone else FEWEST
+    fewest = LANES if bits > 53 else FEWEST
     size = min(MOST, max(fewest, -(-len(columns) // (PIECES * jobs))))
     parts = [columns[k : k + size] for k in range(0, len(columns), size)] or [columns]
     return list(zip(parts, side_by_side(work, (), False, parts, jobs), strict=True))
 
 
 def in_threads(
-    jobs: int, work: Callable[[Any], Decided], columns: Any, alone: bool
+    jobs: int, work: Callable[[Any], Decided], columns: Any, bits: int
 ) -> list[tuple[Any, Decided]]:
     """Let threads decide columns in doubles, in pieces of one size; the rest at once.
 
     Return maps serve many columns best, and round alike where the pieces are.
     """
-    if alone:
+    if bits > 53:
         return [(columns, work(columns))]
     parts = [columns[k : k + PIECE] for k in range(0, len(columns), PIECE)]
     return list(zip(parts, side_by_side(work, (), False, parts, jobs), strict=True))
@@ -224,15 +224,24 @@ def _decided(
 def _integrated(run: Run, rate: float) -> Decided:
     """Decide all columns by integration.
 
-    Where all is compiled, threads share the columns and decide their own to the end; else
-    processes share the orbits of each computation.
+    Where a precision is compiled, threads share the columns and decide their own to its end; else
+    processes share the orbits of each computation. It is asked for when columns come to it: to
+    learn what types heyoka has would import it.
     """
-    engine, _, ladder = run.arithmetic
-    threads = all(integrate.runs_in_threads(engine, bits) for bits in ladder)
-    share = functools.partial(_shared, run.jobs) if threads else None
-    # Threads that share the columns start none of their own.
-    alone = run._replace(jobs=1) if threads else run
-    return certainty.decide(alone.crossings, len(run.phases), rate, ladder, share)
+
+    def in_own(bits: int) -> bool:
+        return integrate.runs_in_threads(run.arithmetic.engine, bits)
+
+    def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
+        # Threads that share the columns start none of their own.
+        return (run._replace(jobs=1) if in_own(bits) else run).crossings(bits, scales, columns)
+
+    def share(work: Callable[[Any], Decided], columns: Any, bits: int) -> list[tuple[Any, Decided]]:
+        if in_own(bits):
+            return _shared(run.jobs, work, columns, bits)
+        return certainty.undivided(work, columns, bits)
+
+    return certainty.decide(compute, len(run.phases), rate, run.arithmetic.precisions, share)
 
 
 class Run(NamedTuple):

@@ -80,7 +80,7 @@ def _needed(first: Path) -> dict[Path, str]:
         file = waiting.pop()
         if file not in found:
             found[file], imported = _cache().entry(file.read_bytes(), _read)
-            waiting += [path for name in imported if (path := _file(name)) is not None]
+            waiting += _files(PACKAGE, tuple(imported))
     return found
 
 
@@ -113,12 +113,12 @@ def _running(tree: ast.AST) -> Iterator[ast.AST]:
         waiting += ast.iter_child_nodes(node)
 
 
-def _file(module: str) -> Path | None:
-    """File of a module of this package; None for other packages and for mere names."""
-    first, *inner = module.split(".")
-    if first != PACKAGE.name or not inner:
-        return None
-    return _file_in(PACKAGE, tuple(inner))
+@functools.cache
+def _files(package: Path, modules: tuple[str, ...]) -> list[Path]:
+    """Files of modules of this package; other packages and mere names have none."""
+    inner = (module.split(".") for module in modules)
+    own = (tuple(rest) for first, *rest in inner if first == package.name and rest)
+    return [file for each in own if (file := _file_in(package, each)) is not None]
 
 
 @functools.cache

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -161,7 +162,10 @@ def run(
 
     config = _settled(planned)
     store.prepare(planned.target)
-    with Parts(planned.target, provenance.config_hash(planned.fingerprint)) as parts:
+    whole = provenance.config_hash(planned.fingerprint)
+    with Parts(planned.target, whole) as parts, ThreadPoolExecutor(1) as aside:
+        # Git is asked while the experiment is computed.
+        told = aside.submit(provenance.provenance)
         start, resumed = time.perf_counter(), len(parts)
         if resumed:
             report(f"goes on from {len(parts)} finished part{'s' if len(parts) > 1 else ''}")
@@ -181,7 +185,7 @@ def run(
             **(further or {}),
         }
         resolved = json.dumps(config.resolved(), indent=2)
-        result = store.Result(attributes, resolved, provenance.provenance(), data)
+        result = store.Result(attributes, resolved, told.result(), data)
         store.write(planned.target, result)
         # Only now: a failure before this line leaves the parts for the next run.
         parts.drop()

@@ -151,13 +151,13 @@ def test_invariant_odd_harmonics_are_odd_in_mu_and_even_ones_even() -> None:
 
 
 WAYS = [
-    *(pytest.param("taylor", bits, marks=needs_heyoka) for bits in (53, 64, 113)),
+    *(("taylor", bits) for bits in (53, 64, 113)),
     ("scipy", 53),
 ]
 
 
 @pytest.mark.slow
-@needs_heyoka
+@needs_heyoka("integers take a minute for the truth")
 @pytest.mark.parametrize("bits", [53, 64])
 def test_agrees_precisions_with_113_bits_within_the_errors_they_tell(bits: int) -> None:
     truth = measure(TABLE_1A, H0, resolve("taylor", 3e-14)._replace(precisions=(113,)))

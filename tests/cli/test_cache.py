@@ -12,7 +12,6 @@ import pytest
 from rigidpend.results import cache, store
 from tests.cli.calls import call
 from tests.config.samples import SMALL, written
-from tests.integrate.problems import needs_heyoka
 
 
 @pytest.fixture
@@ -44,7 +43,6 @@ def test_subfolders_files_and_damage_are_told_and_removed(folder: Path, tmp_path
     assert not folder.exists()
 
 
-@needs_heyoka
 @pytest.mark.slow
 def test_a_run_with_damaged_code_says_so_and_makes_it_anew(folder: Path, tmp_path: Path) -> None:
     """In processes of their own, for integrators are kept in memory too."""

@@ -6,12 +6,10 @@ import json
 from pathlib import Path
 
 from tests.cli.calls import call
-from tests.integrate.problems import needs_heyoka
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
-@needs_heyoka
 def test_a_code_gives_a_phase() -> None:
     done = call(ROOT, "find", "fig4", "--code", "0^11 1^10 0^11")
     assert done.returncode == 0
@@ -26,7 +24,6 @@ def test_a_code_gives_a_phase() -> None:
     assert len(found["crossing_time"]) == 4
 
 
-@needs_heyoka
 def test_no_orbit_says_why() -> None:
     done = call(ROOT, "find", "fig4", "--code", "0^5 1^10")
     assert done.returncode == 1
@@ -41,7 +38,6 @@ def test_wrong_usage_is_told() -> None:
     assert call(ROOT, "find", "--code", "01", "--near", "x").returncode == 2
 
 
-@needs_heyoka
 def test_round_phases_are_listed() -> None:
     done = call(ROOT, "find", "fig4", "--code", "011", "--decimals", "1")
     rows = dict(line.split(maxsplit=1) for line in done.stdout.splitlines())

@@ -46,7 +46,7 @@ def test_agrees_every_engine_with_integers_of_200_bits(name: str, engine: str, b
     assert (np.diff(found.time, axis=0) > 10).all(), "each passage takes its time"
 
 
-@needs_heyoka
+@needs_heyoka("heyoka's numbers against integers")
 def test_agrees_integers_with_real128_to_the_last_bit_of_a_double() -> None:
     """From J1 = 1e-12: the small component has its own leading zeros."""
     begin = fan(1, J1=1e-12)

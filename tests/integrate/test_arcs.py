@@ -80,7 +80,7 @@ def carried(bits: int, sign: int) -> Any:
     return arcs(c.aligned, state, a.array([sign * 1, sign * 3]), bits)
 
 
-@needs_heyoka
+@needs_heyoka("heyoka's numbers against integers")
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("bits", [128, 160])
 def test_arcs_above_113_bits_are_those_of_integers(

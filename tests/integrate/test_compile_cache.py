@@ -38,12 +38,12 @@ def moved(integrator: Any) -> Any:
     return integrator.state.copy()
 
 
-@needs_heyoka
+@needs_heyoka("the cache of its integrators")
 def test_heyoka_s_own_cache_which_checks_nothing_is_off() -> None:
     assert not compiled.heyoka().llvm_state.get_diskcache_enabled()
 
 
-@needs_heyoka
+@needs_heyoka("the cache of its integrators")
 def test_a_kept_integrator_is_the_compiled_one(integrators: Path) -> None:
     first = pendulum()
     [path] = integrators.iterdir()
@@ -56,7 +56,7 @@ def test_a_kept_integrator_is_the_compiled_one(integrators: Path) -> None:
     assert pendulum().time == 0
 
 
-@needs_heyoka
+@needs_heyoka("the cache of its integrators")
 def test_each_difference_has_an_integrator_of_its_own(
     integrators: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -68,7 +68,7 @@ def test_each_difference_has_an_integrator_of_its_own(
     assert len(list(integrators.iterdir())) == 4
 
 
-@needs_heyoka
+@needs_heyoka("the cache of its integrators")
 @pytest.mark.slow
 @pytest.mark.parametrize("bits", [53, 64, 113, 160])
 def test_another_process_finds_the_integrators_of_this_one(integrators: Path, bits: int) -> None:
@@ -87,7 +87,7 @@ def _types() -> tuple[int, ...]:
     return precisions()
 
 
-@needs_heyoka
+@needs_heyoka("the cache of its integrators")
 @pytest.mark.parametrize("place", [0, 0.3, 0.6, 0.9, -1])
 def test_damaged_code_is_never_run(integrators: Path, place: float) -> None:
     """In bytes anywhere, the digest's own included."""
@@ -104,7 +104,7 @@ def test_damaged_code_is_never_run(integrators: Path, place: float) -> None:
     assert np.array_equal(moved(pendulum()), expected)
 
 
-@needs_heyoka
+@needs_heyoka("the cache of its integrators")
 def test_what_calls_back_is_not_kept(integrators: Path) -> None:
     """A copy from the cache would call a copy of the function, not the caller's own."""
     hy, seen = compiled.heyoka(), []
@@ -116,7 +116,7 @@ def test_what_calls_back_is_not_kept(integrators: Path) -> None:
     assert not integrators.exists()
 
 
-@needs_heyoka
+@needs_heyoka("the cache of its integrators")
 def test_where_nothing_can_be_kept_all_is_compiled(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -52,7 +52,7 @@ def test_what_is_slow_without_heyoka_is_told_with_what_to_do(
     assert engines.slow_precisions("taylor", (53, 106)) == ""
 
 
-@needs_heyoka
+@needs_heyoka("where it is")
 def test_nothing_is_said_to_be_slow_with_heyoka() -> None:
     assert engines.slow_precisions("taylor", (53, 106, 160)) == ""
     assert engines.slow_precisions("scipy", (53, 160)) == ""
@@ -67,20 +67,19 @@ def test_engine_scipy_has_doubles_only() -> None:
     assert [integrate.has_own_type("scipy", bits) for bits in (53, 64, 113)] == [True, False, False]
 
 
-@needs_heyoka
+@needs_heyoka("where it is")
 def test_engine_taylor_has_every_precision_above_113_bits() -> None:
     offered = [integrate.has_own_type("taylor", bits) for bits in (53, 80, 106, 113, 114, 200)]
     assert offered == [True, False, True, True, True, True]
 
 
-@needs_heyoka
+@needs_heyoka("heyoka's numbers against integers")
 @pytest.mark.parametrize("bits", [160, 240])
 def test_agrees_arbitrary_precision_with_integers_to_the_last_bit(bits: int) -> None:
     begin = fan(1, J1=1e-12)
     assert same(find(begin, "scipy", bits), find(begin, "taylor", bits))
 
 
-@needs_heyoka
 def test_jobs_change_no_bit_of_a_batch() -> None:
     """Orbits longer than the passage limit, in other company for each number of jobs."""
     states = fan(21)
@@ -90,7 +89,7 @@ def test_jobs_change_no_bit_of_a_batch() -> None:
         assert same(alone, found)
 
 
-@needs_heyoka
+@needs_heyoka("its real128")
 def test_jobs_change_no_bit_of_real128() -> None:
     states = fan(3)
     alone = find(states, "taylor", 113)

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from rigidpend.integrate.sections import Crossing, first_crossings
-from tests.integrate.problems import WAYS, fan, find, needs_heyoka, task
+from tests.integrate.problems import WAYS, fan, find, task
 
 ORBITS = task(fan(5), 113)
 
@@ -67,7 +67,7 @@ def test_agrees_with_the_first_of_all_crossings(engine: str, bits: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("engine", [pytest.param("taylor", marks=needs_heyoka), "scipy"])
+@pytest.mark.parametrize("engine", ["taylor", "scipy"])
 def test_the_number_of_jobs_changes_nothing(engine: str) -> None:
     assert crossed(engine, 53, jobs=3) == crossed(engine, 53, jobs=1)
 

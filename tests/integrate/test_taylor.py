@@ -13,7 +13,7 @@ from rigidpend.integrate import taylor as engine
 from rigidpend.integrate.compiled import typed
 from tests.integrate.problems import FIG4, FREE, GENERIC, fan, find, needs_heyoka, same
 
-pytestmark = needs_heyoka
+pytestmark = needs_heyoka("its integrators")
 
 
 def width() -> int:

@@ -18,8 +18,8 @@ from rigidpend.equations import AlignedCoefficients, aligned
 from rigidpend.integrate import Crossings, Orbits, Outcome, bigint, crossings
 from rigidpend.integrate.bounds import TOUCH, bounds, slopes, touch
 from rigidpend.integrate.roots import UndecidedTouch, zeros
+from rigidpend.integrate.sections import first_crossings
 from rigidpend.numbers.exact import context
-from tests.integrate.problems import needs_heyoka
 
 HEAVY = Body(A=(2, 1, "1.5"), r=(1, 3, 0), mu="0.4")
 BITS = 240
@@ -94,7 +94,6 @@ def sign_of_bend() -> float:
     return float(np.sign(slopes(ahead[:, None], c)[0]))
 
 
-@needs_heyoka
 @pytest.mark.parametrize("bits", [53, 64, 106, 113, 160])
 @pytest.mark.parametrize("size", ["1e-2", "1e-3", "1e-4"])
 def test_a_pair_of_crossings_beside_a_touch_is_found_and_none_where_it_misses(
@@ -112,7 +111,6 @@ def test_a_pair_of_crossings_beside_a_touch_is_found_and_none_where_it_misses(
     assert np.isnan(missed.time).all()
 
 
-@needs_heyoka
 @pytest.mark.parametrize("depth", ["0", "1e-6", "-1e-6", "1e-12", "-1e-12"])
 @pytest.mark.parametrize("bits", [53, 64])
 def test_what_doubles_cannot_decide_they_leave_to_higher_precision(depth: str, bits: int) -> None:
@@ -121,17 +119,23 @@ def test_what_doubles_cannot_decide_they_leave_to_higher_precision(depth: str, b
     assert np.isnan(undecided.time[1]), "the crossing behind, without which no symbol is certain"
 
 
-@needs_heyoka
-@pytest.mark.parametrize("depth", ["1e-6", "-1e-6", "1e-12", "-1e-12"])
-def test_113_bits_decide_what_doubles_leave(depth: str) -> None:
-    fine = found(depth, 113)
+@pytest.mark.parametrize("depth", ["1e-6", "-1e-6", "1e-12", "-1e-12", "1e-18", "-1e-18"])
+@pytest.mark.parametrize("bits", [113, 200])
+def test_more_bits_decide_what_doubles_leave(depth: str, bits: int) -> None:
+    fine = found(depth, bits)
     crossed = (float(depth) > 0) == (sign_of_bend() < 0)
     assert fine.outcome.tolist() == [Outcome.COMPLETE if crossed else Outcome.NO_CROSSING]
 
 
-@needs_heyoka
-def test_a_touch_itself_is_undecided_in_every_precision() -> None:
-    assert found("0", 113).outcome.tolist() == [Outcome.FAILED]
+@pytest.mark.parametrize("bits", [106, 113, 200])
+def test_a_touch_itself_is_undecided_in_every_precision(bits: int) -> None:
+    assert found("0", bits).outcome.tolist() == [Outcome.FAILED]
+
+
+@pytest.mark.parametrize(("engine", "bits"), [("taylor", 106), ("scipy", 113)])
+def test_a_first_crossing_that_is_not_decided_is_none(engine: str, bits: int) -> None:
+    given: dict[str, Any] = {"engine": engine, "bits": bits, "tolerance": 2.0**-52, "jobs": 1}
+    assert first_crossings(body(53), [before_touch("0")], 2 * BACK, **given) == [None]
 
 
 def test_touch_becomes_finer_with_the_precision() -> None:

@@ -183,8 +183,8 @@ def test_order_the_splitting_is_melnikovs_amplitude_to_first_order(
 @pytest.mark.parametrize(
     "bits",
     [
-        pytest.param(64, marks=needs_heyoka),
-        pytest.param(113, marks=[needs_heyoka, pytest.mark.slow]),
+        64,
+        pytest.param(113, marks=[needs_heyoka("mpmath's numbers take a minute"), pytest.mark.slow]),
         pytest.param(80, marks=pytest.mark.slow),
     ],
 )

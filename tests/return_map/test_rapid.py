@@ -14,12 +14,12 @@ from rigidpend.return_map.itinerary import enter, follow
 from rigidpend.return_map.precision import native, precision
 from rigidpend.return_map.rapid import Rapid
 from rigidpend.return_map.terms import evaluated, nested, significant
-from tests.integrate.problems import FIG4, GENERIC, needs_heyoka
+from tests.integrate.problems import FIG4, GENERIC
 
 ENERGIES = ("1.3332", "1.3352")
 N = 200
 LEAST, MOST = 1e-5, 3e-4
-BITS = [53, pytest.param(64, marks=needs_heyoka)]
+BITS = [53, 64]
 
 
 @pytest.fixture(scope="module", params=[FIG4, GENERIC], ids=["Fig. 4", "generic"])
@@ -95,7 +95,6 @@ def test_agrees_starts_of_an_interval_with_those_of_a_point(made: ReturnMap) -> 
         np.testing.assert_allclose(one.astype(float), other.astype(float), rtol=0, atol=2e-13)
 
 
-@needs_heyoka
 @pytest.mark.parametrize("bits", [53, 64])
 @pytest.mark.parametrize("ends", [(LEAST, MOST), (1.3e-4, 1.3e-4)], ids=["interval", "point"])
 def test_agrees_the_kernel_with_arrays(
@@ -117,7 +116,6 @@ def test_agrees_the_kernel_with_arrays(
     assert np.nanquantile(late[-1], 0.8) < (1e-9 if bits == 53 else 1e-12)
 
 
-@needs_heyoka
 def test_the_kernel_tells_orbits_beyond_the_tables(made: ReturnMap) -> None:
     fast = started(made, 53)
     inside = np.full(3, 1.3e-4)
@@ -153,7 +151,6 @@ def test_orbits_beyond_the_tables_are_told(made: ReturnMap) -> None:
     assert fast.passage(True, rows)[1].tolist() == [True, False, False]
 
 
-@needs_heyoka
 @pytest.mark.parametrize("rising", [True, False])
 def test_agrees_the_way_on_from_a_crossing_with_passages_by_arrays(
     made: ReturnMap, rising: bool

@@ -109,7 +109,6 @@ def test_hess_body_never_crosses_its_invariant_plane(engine: str) -> None:
 
 
 @pytest.mark.slow
-@needs_heyoka
 @pytest.mark.parametrize(
     ("body", "n_symbols"),
     # Of six symbols of Fig. 5 integers decide the last ones: half a minute.
@@ -128,7 +127,6 @@ def test_agrees_engines_on_special_bodies(body: Body, n_symbols: int) -> None:
 
 
 @pytest.mark.slow
-@needs_heyoka
 @pytest.mark.parametrize("theta2_0", ["31/10", 3.1])
 def test_agrees_hard_orbit_with_113_bits(theta2_0: Any) -> None:
     """Its last symbols hang on the last bits of doubles."""
@@ -142,7 +140,7 @@ def test_agrees_hard_orbit_with_113_bits(theta2_0: Any) -> None:
 
 
 @pytest.mark.slow
-@needs_heyoka
+@needs_heyoka("integers take five minutes")
 def test_agrees_deep_start_with_113_bits() -> None:
     doubles = codes(["1", "2"], J1_0="1e-300", n_symbols=4)
     sure = codes(["1", "2"], J1_0="1e-300", precisions=(113,), n_symbols=4)
@@ -155,7 +153,6 @@ def test_agrees_deep_start_with_113_bits() -> None:
     np.testing.assert_allclose(later, 292 * np.log(10) / u, rtol=2e-3)
 
 
-@needs_heyoka
 def test_agrees_a_start_one_turn_deeper_on_the_same_surface() -> None:
     """On S1- a factor exp(-2 pi sin(alpha0)/kappa) in J1_0 gives the same orbit again."""
     one_turn = np.exp(-2 * np.pi * np.sin(FIG4.alpha0) / FIG4.kappa)
@@ -228,7 +225,6 @@ def test_ladder_leaves_out_64_bits_where_there_is_no_such_type() -> None:
 
 
 @pytest.mark.slow
-@needs_heyoka
 def test_jobs_change_nothing() -> None:
     """Orbits longer than the passage limit, some of which climb to more bits."""
     phases = np.linspace(0, 6.2, 200)
@@ -287,7 +283,6 @@ def test_the_integers_integrate_the_free_body() -> None:
     assert found.crossing_time[0, 0] == pytest.approx(codes("1", FREE).crossing_time[0, 0])
 
 
-@needs_heyoka
 @pytest.mark.parametrize("bits", [64, 113])
 def test_computations_in_more_bits_have_two_tolerances_too(
     bits: int, monkeypatch: pytest.MonkeyPatch
@@ -331,7 +326,6 @@ def test_masked_phases_are_refused_rather_than_unmasked() -> None:
         codes([0.1], n_symbols=1, h0=np.ma.masked)
 
 
-@needs_heyoka
 def test_jobs_change_no_bit_of_certified_codes() -> None:
     phases = np.linspace(0, 6.28, 150)
     alone = codes(phases)

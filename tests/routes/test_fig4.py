@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 
 from rigidpend import RouteCodes, route_codes
-from tests.integrate.problems import needs_heyoka
 from tests.routes.reference import Reference, fig4_left, vertex_theta1
 
 RIGHT = [f"3*pi/40 + {k}/100" for k in range(32)]
 
 
 LEFT = [
-    pytest.param("taylor", marks=needs_heyoka),
+    "taylor",
     # Integers decide what DOP853 leaves uncertain: some seconds for a seventh of the columns.
     pytest.param("scipy", marks=pytest.mark.slow),
 ]
@@ -77,7 +76,6 @@ def test_agrees_theta1_of_the_left_array_lies_on_the_separatrix_named(left: Left
 
 
 @pytest.mark.slow
-@needs_heyoka
 def test_agrees_engines_on_the_right_array() -> None:
     reference = fig4_left()
     taylor, scipy = (

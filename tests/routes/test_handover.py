@@ -18,7 +18,7 @@ from rigidpend.routes.codes import Run
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, phase_rate
 from rigidpend.routes.start import Scales
-from tests.integrate.problems import FIG4, needs_heyoka
+from tests.integrate.problems import FIG4
 
 N = 30
 PROBLEM = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), N)
@@ -27,7 +27,6 @@ PHASES = Phases(np.random.default_rng(21).uniform(0, 6.28, 24))
 RUN = Run(PROBLEM, PHASES, resolve("taylor", None, (53, 106)), 1)
 ALL = np.arange(len(PHASES))
 pytestmark = [
-    needs_heyoka,
     pytest.mark.skipif(native(64) is None, reason="there are no tables of 64 bits"),
 ]
 

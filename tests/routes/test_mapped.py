@@ -13,7 +13,7 @@ from rigidpend.return_map import MapError, ReturnMap, return_map
 from rigidpend.return_map.build import FIRST
 from rigidpend.routes import ProblemError, RouteCodes, certainty, codes, mapped, route_codes
 from rigidpend.routes.start import Scales
-from tests.integrate.problems import FIG4, GENERIC, needs_heyoka
+from tests.integrate.problems import FIG4, GENERIC
 
 LIGHT = Body((2, 1, "1.5"), (1, 1, 0), "1e-6")
 HEAVY = Body((2, 1, "1.5"), (1, 1, 0), "0.005")
@@ -26,7 +26,6 @@ def found(body: Body, phases: Any = PHASES, **more: Any) -> RouteCodes:
     return route_codes(body, phases, **{**TASK, **more})
 
 
-@needs_heyoka
 @pytest.mark.parametrize(
     ("body", "J1_0", "more"),
     [
@@ -55,7 +54,6 @@ def test_agrees_codes_and_times_with_integration(
     assert late[after].max() < 20 * certainty.AGREEMENT
 
 
-@needs_heyoka
 def test_the_maps_take_the_place_of_integration(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing is integrated but the sample and what leaves the tables or stays uncertain."""
     counted: list[int] = []
@@ -74,7 +72,6 @@ def test_the_maps_take_the_place_of_integration(monkeypatch: pytest.MonkeyPatch)
     assert sum(counted) <= 3 * (4 + left) + 30, "of 600 orbits"
 
 
-@needs_heyoka
 def test_where_maps_of_more_bits_do_not_settle_their_columns_are_integrated(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -98,7 +95,6 @@ def test_where_maps_of_more_bits_do_not_settle_their_columns_are_integrated(
     assert (record.codes == found(FIG4, phases, method="integration", **given).codes).all()
 
 
-@needs_heyoka
 @pytest.mark.parametrize(
     ("which", "size"), [("first", 1e-15), ("first", 1e-12), ("second", 1e-10), ("both", 1e-12)]
 )
@@ -134,7 +130,6 @@ def truth(phases: Any) -> Any:
     return _true[len(phases)]
 
 
-@needs_heyoka
 def test_a_sample_that_disagrees_discards_the_maps(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two maps that err alike are found out by integration."""
     real = mapped.Maps.crossings

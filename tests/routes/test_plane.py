@@ -16,7 +16,7 @@ from rigidpend.routes import mapped, plane
 from rigidpend.routes.plane import Cells, Plane
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.rows import AXES, cell_problem
-from tests.integrate.problems import FIG4, needs_heyoka
+from tests.integrate.problems import FIG4
 
 N = 6
 STARTS = np.array([1e-9, 1e-7, 1e-5])
@@ -31,7 +31,6 @@ def made(monkeypatch: Any, many: bool, **more: Any) -> Cells:
     return Plane(FIG4, "1.3342", ends, N, arithmetic, 1000, **more).cells(THETA2, J1_0)
 
 
-@needs_heyoka
 @pytest.mark.parametrize("many", [True, False])
 def test_agrees_the_codes_with_those_of_each_start_alone(
     many: bool, monkeypatch: pytest.MonkeyPatch
@@ -46,7 +45,6 @@ def test_agrees_the_codes_with_those_of_each_start_alone(
         assert (alone.codes == found.codes[:, here])[known & alone.certain].all()
 
 
-@needs_heyoka
 @pytest.mark.parametrize("many", [True, False])
 def test_no_result_depends_on_the_jobs(many: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("rigidpend.routes.codes.PIECE", 16)
@@ -55,7 +53,6 @@ def test_no_result_depends_on_the_jobs(many: bool, monkeypatch: pytest.MonkeyPat
         assert np.array_equal(a, b)
 
 
-@needs_heyoka
 def test_only_the_sample_and_what_stays_open_is_integrated(monkeypatch: pytest.MonkeyPatch) -> None:
     counted: list[int] = []
     real = integrate.crossings

@@ -9,10 +9,7 @@ import pytest
 
 from rigidpend import RouteCodes, route_codes
 from rigidpend.routes.certainty import LINEAR
-from tests.integrate.problems import needs_heyoka
 from tests.routes.reference import random_phases
-
-pytestmark = needs_heyoka
 
 J1_0S = ["1e-6", "1e-10"]
 

@@ -21,7 +21,6 @@ from rigidpend.results import store
 from rigidpend.run import cluster, provenance, runner
 from rigidpend.run.workers import WorkerError
 from tests.config.samples import written
-from tests.integrate.problems import needs_heyoka
 
 MAP = """\
 figure: route map
@@ -102,7 +101,6 @@ def silent(_: str) -> None:
     """Hear nothing."""
 
 
-@needs_heyoka
 @pytest.mark.slow
 def test_the_same_file_with_a_worker_killed_and_one_that_comes_late(
     dask: Dask, run: Callable[..., Path]
@@ -126,7 +124,6 @@ def test_the_same_file_with_a_worker_killed_and_one_that_comes_late(
         assert np.array_equal(values, other[name]), name
 
 
-@needs_heyoka
 @pytest.mark.slow
 def test_a_run_without_its_scheduler_goes_on_here(dask: Dask, run: Callable[..., Path]) -> None:
     dask.worker()

@@ -15,7 +15,7 @@ from rigidpend.symbolic.closed import ClosedOrbit, closed, lyapunov, words
 from rigidpend.symbolic.closing import closing
 from rigidpend.symbolic.shortest import path
 from rigidpend.symbolic.tables import Level
-from tests.integrate.problems import FIG4, needs_heyoka
+from tests.integrate.problems import FIG4
 
 H = "1.3342"
 
@@ -44,7 +44,6 @@ def test_all_words_have_an_orbit(orbits: list[ClosedOrbit]) -> None:
     assert not any(orbit.stable for orbit in orbits)
 
 
-@needs_heyoka
 @pytest.mark.parametrize("word", [(0,), (1,), (0, 1), (0, 0, 1), (0, 0, 1, 0, 1, 1)])
 def test_integration_closes_to_rounding(level: Level, word: tuple[int, ...]) -> None:
     orbit = closed(level, word, 11)

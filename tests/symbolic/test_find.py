@@ -12,13 +12,11 @@ from rigidpend import Body, address_of, find_orbit, route_codes
 from rigidpend.return_map import MapError
 from rigidpend.routes import ProblemError
 from rigidpend.symbolic import Address, AddressError, NoOrbit
-from tests.integrate.problems import FIG4, needs_heyoka
+from tests.integrate.problems import FIG4
 
 START: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8"}
 FIG5 = Body(A=(2, "3/2", "9/5"), r=(0, 1, 0), mu="0.01")
 ROUTE: dict[str, Any] = {"h0": "10/9", "J1_0": "2.39205e-9"}
-
-pytestmark = needs_heyoka
 
 
 def codes_of(body: Body, theta2_0: Any, n: int, start: dict[str, Any], bits: int) -> str:

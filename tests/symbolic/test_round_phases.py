@@ -11,10 +11,8 @@ from rigidpend import Body, address_of, route_codes
 from rigidpend.routes import ProblemError
 from rigidpend.symbolic import AddressError
 from rigidpend.symbolic.round_phases import round_phases
-from tests.integrate.problems import FIG4, needs_heyoka
+from tests.integrate.problems import FIG4
 from tests.symbolic.test_find import FIG5, ROUTE, START
-
-pytestmark = needs_heyoka
 
 
 @pytest.mark.slow

@@ -147,7 +147,7 @@ def _honesty(body: Body, problem: Problem, engine: str, jobs: int) -> Iterator[t
             jobs=jobs,
         )
         yield "honesty", trial
-    # Return maps are compiled by heyoka: with the other engine there is none to be spoilt.
+    # Maps are held against the kernel's orbits, in 64 bits too, which the other engine lacks.
     if engine == "taylor":
         yield (
             "honesty",

@@ -8,6 +8,7 @@ is left out, so that the flags stand alone.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -154,10 +155,6 @@ def _codes(maps: mapped.Maps, precisions: tuple[int, ...], jobs: int) -> tuple[A
     run = Run(maps.problem, maps.phases, arithmetic, jobs)
     # Not `mapped.decided_by`, whose integrated sample would discard such maps.
     compute, _ = mapped.with_maps(maps, run.crossings, len(maps.phases), arithmetic.precisions)
-
-    def share(work: Any, columns: Any, alone: bool) -> Any:
-        return in_threads(jobs, work, columns, alone)
-
-    rate = phase_rate(maps.problem)
+    rate, share = phase_rate(maps.problem), partial(in_threads, jobs)
     found = certainty.decide(compute, len(maps.phases), rate, arithmetic.precisions, share)
     return symbols(found.crossings.separatrix), found.certain

@@ -18,7 +18,6 @@ from rigidpend.integrate.arithmetic import resolve
 from rigidpend.integrate.engines import default_engine
 from rigidpend.results import store
 from tests.experiments.trees import plain
-from tests.integrate.problems import needs_heyoka
 
 CONFIG = Path(__file__).parents[3] / "configs" / "fig3.yaml"
 TABLE_1 = {
@@ -88,7 +87,6 @@ def test_a_result_does_not_differ_from_itself(data: Any) -> None:
 
 
 @pytest.mark.slow
-@needs_heyoka
 def test_agrees_engines(content: Any) -> None:
     scipy, taylor = (computed(content, engine) for engine in ("scipy", "taylor"))
     assert asymptotic_surfaces.differences(scipy, taylor) == []

@@ -77,7 +77,7 @@ def data(said: Any, folder: Path) -> Any:
     return store.load(folder / "bench_quick.h5")["data"]
 
 
-@needs_heyoka
+@needs_heyoka("the references in 113 bits")
 def test_the_command_prints_one_json_document_and_draws(said: Any, folder: Path) -> None:
     found = json.loads(said.stdout)
     assert set(found) >= {"machine", "losses", "pendulum", "codes", "long_time", "random_phases"}
@@ -87,7 +87,7 @@ def test_the_command_prints_one_json_document_and_draws(said: Any, folder: Path)
     assert "reference" in said.stderr
 
 
-@needs_heyoka
+@needs_heyoka("the references in 113 bits")
 def test_every_method_that_answers_has_a_record(data: Any) -> None:
     assert set(data["pendulum"]) & set(METHODS) == {
         "closed_form", "aligned_batch", "lie_poisson", "diffrax"
@@ -101,7 +101,7 @@ def test_every_method_that_answers_has_a_record(data: Any) -> None:
         assert 0 < record["memory_before"] <= record["memory"].min()
 
 
-@needs_heyoka
+@needs_heyoka("the references in 113 bits")
 def test_methods_meet_with_one_thread_and_with_two(data: Any) -> None:
     one, two = data["meetings"]["threads_1"]["codes"], data["meetings"]["threads_2"]["codes"]
     assert set(one) - {"ended"} == {"route_codes", "aligned_batch", "lie_poisson"}
@@ -111,7 +111,7 @@ def test_methods_meet_with_one_thread_and_with_two(data: Any) -> None:
     assert [r.method for r in reading.met(data, "codes", 1)][-1] in one
 
 
-@needs_heyoka
+@needs_heyoka("the references in 113 bits")
 def test_symbols_on_random_phases_are_counted(data: Any) -> None:
     for group in data["random_phases"].values():
         assert set(group) == {"route_codes"}, "what is absent is left out"
@@ -120,7 +120,7 @@ def test_symbols_on_random_phases_are_counted(data: Any) -> None:
         assert group["route_codes"]["last_crossing"] < 1e-6
 
 
-@needs_heyoka
+@needs_heyoka("the references in 113 bits")
 def test_an_absent_method_is_said_to_be_absent(data: Any, said: Any) -> None:
     for problem in ("pendulum", "codes", "long_time"):
         record = data[problem]["diffrax"]
@@ -129,7 +129,7 @@ def test_an_absent_method_is_said_to_be_absent(data: Any, said: Any) -> None:
     assert any("absent" in row[-1] for row in reading.search_table(data, "codes").rows)
 
 
-@needs_heyoka
+@needs_heyoka("the references in 113 bits")
 def test_a_result_that_is_up_to_date_is_not_measured_again(said: Any, folder: Path) -> None:
     settings = [x for setting in SMALL for x in ("--set", setting)]
     again = CliRunner().invoke(command.command, ["--quick", "--out", str(folder), *settings])
@@ -138,7 +138,7 @@ def test_a_result_that_is_up_to_date_is_not_measured_again(said: Any, folder: Pa
     assert again.stdout.index("faster than ours") < again.stdout.index("time to reach an error")
 
 
-@needs_heyoka
+@needs_heyoka("the references in 113 bits")
 def test_an_interrupted_run_goes_on_where_it_was(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -161,7 +161,7 @@ def test_an_interrupted_run_goes_on_where_it_was(
     assert asked[:3] == ["closed_form", "lie_poisson", "lie_poisson"]
 
 
-@needs_heyoka
+@needs_heyoka("the references in 113 bits")
 def test_a_result_does_not_differ_from_itself_nor_by_its_times(data: Any) -> None:
     fresh = copy.deepcopy(data)
     fresh["codes"]["aligned_batch"]["seconds"] *= 100
@@ -169,7 +169,7 @@ def test_a_result_does_not_differ_from_itself_nor_by_its_times(data: Any) -> Non
     assert bench.differences(data, fresh) == []
 
 
-@needs_heyoka
+@needs_heyoka("the references in 113 bits")
 def test_a_larger_error_and_a_wrong_symbol_are_found(data: Any) -> None:
     fresh = copy.deepcopy(data)
     fresh["pendulum"]["aligned_batch"]["error"][1] *= 1e3

@@ -135,7 +135,7 @@ def test_a_result_does_not_differ_from_itself_nor_from_its_file(
 
 @pytest.mark.slow
 def test_agrees_a_computation_in_more_bits(data: Any) -> None:
-    finer = plain(computed([*SMALL, "numerics.precisions=[64]"]))
+    finer = plain(computed([*SMALL, "numerics.precisions=[106]"]))
     assert (finer["bodies"]["bits"] != data["bodies"]["bits"]).all()
     assert splitting.differences(data, finer) == []
 

@@ -30,7 +30,7 @@ from rigidpend.numbers.exact import context
 from rigidpend.routes.start import Scales, start, states_double
 from tests.integrate.problems import GENERIC, needs_heyoka
 
-pytestmark = needs_heyoka
+pytestmark = needs_heyoka("the references in 113 bits")
 SMALL = Sizes(orbits=3, turns=2, columns=3, n_symbols=3, companions=2, periods=3)
 
 # JAX and CyRK compile for many seconds; both are tried on the codes below, where installed.

@@ -8,7 +8,7 @@ import pytest
 
 from rigidpend.measure.stress import addresses, claims
 from rigidpend.symbolic import Address, FoundOrbit, NoOrbit, find_orbit
-from tests.integrate.problems import FIG4, needs_heyoka
+from tests.integrate.problems import FIG4
 
 OWN = addresses.Setup(FIG4, "1.3342")
 
@@ -24,7 +24,6 @@ def orbit() -> FoundOrbit:
     return find_orbit(FIG4, "a 0^11 1^12 1^11 0^13", h0="1.3342", J1_0="1e-8", digits=26)
 
 
-@needs_heyoka
 @pytest.mark.slow
 def test_orbits_are_found_and_read_back(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
@@ -41,7 +40,6 @@ def test_orbits_are_found_and_read_back(monkeypatch: pytest.MonkeyPatch) -> None
     assert min(longer.half_turns or ()) > 10
 
 
-@needs_heyoka
 @pytest.mark.parametrize(
     ("changed", "own", "expected"),
     [

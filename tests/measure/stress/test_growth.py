@@ -13,7 +13,7 @@ from rigidpend.integrate import Orbits
 from rigidpend.measure.stress import growth
 from rigidpend.measure.stress.passages import Fan
 from rigidpend.measure.stress.truth import exactly, float_coefficients, phase_errors
-from tests.integrate.problems import FIG4, needs_heyoka, on_separatrix
+from tests.integrate.problems import FIG4, on_separatrix
 
 FAN = Fan(FIG4, 1e-4, 1.4, 3)
 C = float_coefficients(FIG4)
@@ -47,7 +47,6 @@ def test_growths_agree_with_two_orbits_side_by_side() -> None:
 
 
 @pytest.mark.slow
-@needs_heyoka
 def test_predicted_errors_are_those_that_are_made() -> None:
     states = FAN.states(12)
     task = Orbits(C, states, 6, 500.0)

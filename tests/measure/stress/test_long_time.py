@@ -12,7 +12,7 @@ from rigidpend.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.integrate.lie_poisson import splitting
 from rigidpend.measure.stress import long_time
 from rigidpend.measure.stress.claims import tried
-from tests.integrate.problems import FIG4, GENERIC, needs_heyoka
+from tests.integrate.problems import FIG4, GENERIC
 
 ENGINE = integrate.default_engine()
 SETTING = long_time.Setting(GENERIC, 1.3, 4)
@@ -52,7 +52,6 @@ def test_slope_is_the_power_of_the_late_times() -> None:
     assert reach == pytest.approx(np.log(100), rel=0.05)
 
 
-@needs_heyoka
 def test_the_finest_tolerance_walks_at_random_and_a_coarse_one_does_not() -> None:
     assert set(verdicts(drift("taylor", 2.0**-52))) == {"passed"}
     coarse = verdicts(drift("taylor", 1e-9))

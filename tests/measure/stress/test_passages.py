@@ -11,7 +11,7 @@ from rigidpend import integrate
 from rigidpend.measure.stress import passages
 from rigidpend.measure.stress.claims import tried
 from rigidpend.routes import route_codes
-from tests.integrate.problems import FIG4, needs_heyoka
+from tests.integrate.problems import FIG4
 
 ENGINE = integrate.default_engine()
 FAN = passages.Fan(FIG4, 1e-6, 1.4, 11)
@@ -28,7 +28,6 @@ def test_geometric_mean_of_a_normal_error() -> None:
 
 
 @pytest.mark.slow
-@needs_heyoka
 def test_errors_are_as_predicted_and_others_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     def run() -> Any:
         trial = passages.growth_trial(FAN, orbits=6, n_crossings=8, engine="taylor", jobs=1)
@@ -56,14 +55,12 @@ def decided(checked: int) -> Any:
     return tried(trial)
 
 
-@needs_heyoka
 def test_decided_symbols_are_as_predicted_and_right() -> None:
     made = decided(2)
     assert set(verdicts(made).values()) == {"passed"}
     assert 10 < np.median(made["curves"]["measured"].values) < 50
 
 
-@needs_heyoka
 def test_a_certain_symbol_that_more_bits_contradict_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     """Also where the higher precision is not sure of itself."""
 

@@ -9,10 +9,9 @@ import pytest
 from rigidpend.measure.stress import pendulum
 from rigidpend.measure.stress.claims import tried
 from rigidpend.routes.problem import RouteProblem, rotation_period
-from tests.integrate.problems import FIG4, needs_heyoka
+from tests.integrate.problems import FIG4
 
 
-@needs_heyoka
 def test_the_pendulum_keeps_its_period_and_another_is_noticed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -14,7 +14,7 @@ from tests.integrate.problems import FIG4, GENERIC, needs_heyoka
 from tests.routes.reference import fig4_left
 
 
-@needs_heyoka
+@needs_heyoka("orbits in principal axes")
 @pytest.mark.parametrize("bits", [53, 113])
 def test_agrees_the_left_array_of_fig_4(bits: int) -> None:
     phases = [exact(f"{k}/10") for k in (1, 17, 40)]
@@ -23,7 +23,7 @@ def test_agrees_the_left_array_of_fig_4(bits: int) -> None:
     assert np.array_equal(principal.codes(problem, phases, bits=bits, jobs=1), expected)
 
 
-@needs_heyoka
+@needs_heyoka("orbits in principal axes")
 def test_agrees_another_body_and_the_jobs_change_nothing() -> None:
     phases: Any = np.array([0.3, 1.9, 4.4])
     problem = RouteProblem(GENERIC, exact("1.3"), exact("1e-3"), 4)
@@ -33,7 +33,7 @@ def test_agrees_another_body_and_the_jobs_change_nothing() -> None:
         assert np.array_equal(found, expected)
 
 
-@needs_heyoka
+@needs_heyoka("orbits in principal axes")
 def test_where_an_orbit_does_not_cross_in_time_there_is_no_symbol(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from rigidpend.measure.stress import claims, spoilt_maps
 from rigidpend.routes import certainty
-from tests.integrate.problems import FIG4, needs_heyoka
+from tests.integrate.problems import FIG4
 
 
 def verdicts() -> dict[str, str]:
@@ -20,13 +20,11 @@ def verdicts() -> dict[str, str]:
     return {name: str(claim["verdict"].values) for name, claim in made["claims"].items()}
 
 
-@needs_heyoka
 @pytest.mark.slow
 def test_no_flag_lies_where_maps_are_spoilt() -> None:
     assert set(verdicts().values()) == {"passed"}
 
 
-@needs_heyoka
 @pytest.mark.slow
 def test_flags_that_ask_for_no_agreement_are_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
     for limit in ("CLOSE", "AGREEMENT", "LINEAR"):

@@ -13,7 +13,7 @@ from tests.integrate.problems import FIG4, needs_heyoka
 
 
 @pytest.mark.slow
-@needs_heyoka
+@needs_heyoka("heyoka's numbers against integers")
 def test_integers_agree_with_heyoka_in_113_bits() -> None:
     problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-6"), 3)
     ours, integers = (
