@@ -2,53 +2,63 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.body import Body
 from rigidpend.integrate.arithmetic import Arithmetic
 from rigidpend.routes import certainty
-from rigidpend.routes.codes import Run
+from rigidpend.routes.codes import Run, longest_wait
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.plane import Cells, IntegratedStarts, cells_of
-from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
+from rigidpend.routes.problem import RouteProblem, phase_rate
+from rigidpend.routes.rows import OF_BODY, cell_problem
 from rigidpend.run.workers import side_by_side, spread
 
 SHARES = 4
 """Parts of the bodies that each process gets: few, for each is sent to it."""
 
+Values: TypeAlias = NDArray[np.float64]
+Group: TypeAlias = tuple[dict[str, Values], Values]
+
 
 def cells_of_each(
-    problems: Sequence[RouteProblem],
-    theta2_0: NDArray[np.float64],
+    problem: RouteProblem,
+    values: Mapping[str, Values],
+    theta2_0: Values,
     arithmetic: Arithmetic,
     jobs: int = 1,
 ) -> Cells:
     """Route codes of orbits of several bodies, all of them integrated.
 
-    Orbits of one body go side by side, whatever their energies.
+    Orbits of one body go side by side, whatever their energies and actions.
 
     Parameters
     ----------
-    problems : sequence of n RouteProblem
-        All with as many symbols.
+    problem : RouteProblem
+        What is common to all.
+    values : mapping of (n,) arrays
+        What is not, as for `cell_problem`.
     theta2_0 : (n,) array
         Radians; the doubles are taken as exact.
     arithmetic : Arithmetic
     jobs : int, optional
         Processes, for most of the work is to begin the orbits. No result depends on it.
+
+    Raises
+    ------
+    ParameterError
+        A value that the problem or the body excludes.
     """
-    bodies: dict[Body, list[int]] = {}
-    for k, problem in enumerate(problems):
-        bodies.setdefault(problem.body, []).append(k)
-    groups = [np.array(columns) for columns in bodies.values()]
+    groups = _bodies(values, theta2_0.size)
     shares = spread(np.arange(len(groups)), jobs * SHARES, 0)
-    parts = [
-        [([problems[k] for k in groups[i]], theta2_0[groups[i]]) for i in share] for share in shares
+    parts: list[list[Group]] = [
+        [({name: x[here] for name, x in values.items()}, theta2_0[here]) for here in share]
+        for share in ([groups[k] for k in numbers] for numbers in shares)
     ]
-    found = side_by_side(_decided, (arithmetic,), True, parts, jobs)
+    found = side_by_side(_decided, (problem, arithmetic), True, parts, jobs)
     back = np.argsort(np.concatenate(groups))
     codes, certain, by_map = zip(*(cells for part in found for cells in part), strict=True)
     return Cells(
@@ -58,17 +68,26 @@ def cells_of_each(
     )
 
 
-def _decided(
-    groups: Sequence[tuple[Sequence[RouteProblem], NDArray[np.float64]]], arithmetic: Arithmetic
-) -> list[Cells]:
-    return [_of_one_body(*group, arithmetic) for group in groups]
+def _bodies(values: Mapping[str, Values], n: int) -> list[NDArray[np.intp]]:
+    """The numbers of the orbits of each body."""
+    bodies: dict[tuple[float, ...], list[int]] = {}
+    of_body = [values[name].tolist() for name in OF_BODY if name in values]
+    for k in range(n):
+        bodies.setdefault(tuple(x[k] for x in of_body), []).append(k)
+    return [np.array(columns) for columns in bodies.values()]
+
+
+def _decided(groups: Sequence[Group], problem: RouteProblem, arithmetic: Arithmetic) -> list[Cells]:
+    return [_of_one_body(*group, problem, arithmetic) for group in groups]
 
 
 def _of_one_body(
-    problems: Sequence[RouteProblem], theta2_0: NDArray[np.float64], arithmetic: Arithmetic
+    values: Mapping[str, Values], theta2_0: Values, problem: RouteProblem, arithmetic: Arithmetic
 ) -> Cells:
+    each = zip(*(x.tolist() for x in values.values()), strict=True)
+    problems = [cell_problem(problem, dict(zip(values, cell, strict=True))) for cell in each]
     # The longest wait and the fastest rate of all: what is certain by them is by an orbit's own.
-    patient = max(problems, key=lambda problem: passage_limit(problem, arithmetic.precisions[0]))
+    patient = max(problems, key=lambda one: longest_wait(one, arithmetic.precisions[0]))
     run = Run(patient, Phases(theta2_0), arithmetic, 1)
     integrated = IntegratedStarts(run, np.arange(len(problems)), problems.__getitem__)
     rate = max(map(phase_rate, problems))

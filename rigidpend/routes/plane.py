@@ -100,7 +100,7 @@ class Plane:
 
 
 def cells_of(found: Decided, by_map: NDArray[np.bool_]) -> Cells:
-    """What a plane keeps of decided orbits, (n,)."""
+    """The part of decided orbits that a plane keeps, by_map (n,)."""
     # Behind an uncertain symbol none is certain, so that their number says which.
     certain = found.certain.sum(axis=0)
     return Cells(symbols(found.crossings.separatrix), certain.astype(np.uint8), by_map)

@@ -31,7 +31,7 @@ class Problem(RouteStart):
         from rigidpend.routes.rows import cell_problem
 
         with physics():
-            for value in map(float, self.log10_J1_0.ends):
+            for value in self.log10_J1_0.ends:
                 cell_problem(self.routes, {"log10_J1_0": value})
         cells = self.theta2_0.count * self.log10_J1_0.count
         what = f"{cells} cells of {self.n_symbols} symbols"

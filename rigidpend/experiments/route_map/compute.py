@@ -54,9 +54,10 @@ BY_MAP, BY_INTEGRATION, TABLES = 3.5e-6, 2e-4, 1.5
 """Seconds of a core for a cell of 15 symbols, and for three maps that are not kept yet.
 
 Measured with the body of Fig. 4; 64 bits included, 113 not."""
-BEGUN, ALONE = 4e-3, 5e-3
-"""Seconds of a core to begin an orbit that has a body or an energy of its own, and, 15 symbols of
-it, to integrate it alone."""
+BEGUN, OWN_BODY, ALONE = 2.2e-3, 3.3e-3, 3e-3
+"""Seconds of a core for an orbit of its own energy, more for its own body, for 15 symbols alone.
+
+The first two are spent before it is integrated, most of them on its numbers in 113 bits."""
 UNITS = {"theta2_0": "rad", "beta0": "rad", "alpha0": "rad"}
 
 Values = NDArray[np.float64]
@@ -154,22 +155,24 @@ def _cells(x: Values, y: Values, problem: Problem, arithmetic: Arithmetic, jobs:
     """The cells in the order of their rows."""
     spread = np.tile(x, y.size), np.repeat(y, x.size)
     values = dict(zip(problem.names, spread, strict=True))
-    theta2 = values.pop("theta2_0", None)
-    if theta2 is None:
-        theta2 = np.full(x.size * y.size, own_value(problem, "theta2_0"))
-    common = problem.routes
-    if not set(values) & set(OF_START) and len(values) == 2:
-        each = zip(*(axis.tolist() for axis in values.values()), strict=True)
-        problems = [cell_problem(common, dict(zip(values, pair, strict=True))) for pair in each]
-        return cells_of_each(problems, theta2, arithmetic, jobs)
+    fixed = 0.0 if "theta2_0" in values else own_value(problem, "theta2_0")
+    theta2 = values.pop("theta2_0", np.full(x.size * y.size, fixed))
+    if not _shares_maps(problem):
+        return cells_of_each(problem.routes, values, theta2, arithmetic, jobs)
     logarithms = values.pop("log10_J1_0", None)
-    common = cell_problem(common, {name: float(axis[0]) for name, axis in values.items()})
+    # What is left has one value in all of the tile.
+    common = cell_problem(problem.routes, {name: float(v[0]) for name, v in values.items()})
     J1 = np.full(theta2.size, float(common.J1_0)) if logarithms is None else 10.0**logarithms
     ends, orbits = (float(J1.min()), float(J1.max())), theta2.size
     if not values:
         ends, orbits = _common_starts(problem)
     plane = Plane(common.body, common.h0, ends, common.n_symbols, arithmetic, orbits, jobs)
     return plane.cells(theta2, J1)
+
+
+def _shares_maps(problem: Problem) -> bool:
+    """True if one axis at most changes the body or the energy."""
+    return any(name in OF_START for name in problem.names)
 
 
 def _common_starts(problem: Problem) -> tuple[tuple[float, float], int]:
@@ -220,11 +223,12 @@ def cost(config: Config) -> float:
 def _cost(columns: int, rows: int, problem: Problem) -> float:
     """Seconds for a plane."""
     share, cells = problem.n_symbols / 15, columns * rows
-    across, upwards = (name in OF_START for name in problem.names)
-    if not (across or upwards):
+    if not _shares_maps(problem):
         # Orbits of one body go side by side; the lone ones leave most of a vector empty.
-        together = "h0" in problem.names
-        return cells * (BEGUN + share * (BY_INTEGRATION if together else ALONE))
+        if "h0" in problem.names:
+            return cells * (BEGUN + share * BY_INTEGRATION)
+        return cells * (BEGUN + OWN_BODY + share * ALONE)
+    across, upwards = (name in OF_START for name in problem.names)
     arrays = 1 if across and upwards else rows if across else columns
     by_map = cells // arrays >= MANY
     each = cells * share * (BY_MAP if by_map else BY_INTEGRATION)

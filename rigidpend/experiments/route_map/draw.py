@@ -51,13 +51,15 @@ def draw(result: Loaded) -> Figure:
     bands = -(-len(zooms) // ACROSS)
     high = ABOVE + TALL + bands * (SMALL + GAP) + BELOW
     figure = Figure(figsize=(WIDTH, high))
-    wide = (WIDTH - LEFT - 0.12) / WIDTH
+    # A label at the end of an axis of small numbers is wide.
+    right = 0.12 if "x_axis" not in data else 0.3
+    wide = (WIDTH - LEFT - right) / WIDTH
     whole = figure.add_axes(
         (LEFT / WIDTH, 1 - (ABOVE + TALL) / high, wide, TALL / high), label="plane"
     )
     _draw_plane(whole, data, data)
     columns = min(ACROSS, max(1, len(zooms)))
-    each = (WIDTH - LEFT - 0.12 - (columns - 1) * GAP) / columns
+    each = (WIDTH - LEFT - right - (columns - 1) * GAP) / columns
     before = {"": whole}
     for k, (name, zoom) in enumerate(zooms.items()):
         left = LEFT + (k % ACROSS) * (each + GAP)
@@ -122,6 +124,9 @@ def _draw_plane(axes: Axes, plane: Data, data: Data) -> None:
         axes.set_ylabel(NAMES[str(data["y_axis"])], labelpad=3)
     axes.tick_params(labelsize=8 if axes.get_label() == "plane" else 6.5, pad=2)
     axes.locator_params(axis="x", nbins=3 if axes.get_label() != "plane" else 8)
+    if axes.get_label() != "plane" and str(data["y_axis"]) == "mu":
+        # More ticks would have more digits than there is room for.
+        axes.locator_params(axis="y", nbins=3)
     axes.ticklabel_format(useOffset=False)
 
 

@@ -88,8 +88,6 @@ class Problem(RouteStart):
     def _plane(self) -> Self:
         if self.n_symbols > 250:
             raise ValueError(f"n_symbols of a plane must be at most 250, got {self.n_symbols}")
-        from rigidpend.routes.rows import cell_problem
-
         with physics():
             for field, message in self._contradictions():
                 raise ParameterError(field, message)
@@ -99,11 +97,23 @@ class Problem(RouteStart):
                 distinct(axis, f"zooms.{name}.{field}" if name else field)
             cells += axes[0].count * axes[1].count
             with physics():
-                for corner in product(*(map(float, axis.ends) for axis in axes)):
-                    cell_problem(self.routes, dict(zip(self.names, corner, strict=True)))
+                self._check_corners(axes, f"zooms.{name}." if name else "")
         what = f"{cells} cells of {self.n_symbols} symbols"
         afford(self._across, cells, self.n_symbols + 2, what)
         return self
+
+    def _check_corners(self, axes: tuple[Axis, Axis], place: str) -> None:
+        """Refuse ends that the problem excludes, where they are written."""
+        from rigidpend.routes.rows import cell_problem
+
+        keys = dict(zip(self.names, (self._across, "rows"), strict=True))
+        for corner in product(*(axis.ends for axis in axes)):
+            try:
+                cell_problem(self.routes, dict(zip(self.names, corner, strict=True)))
+            except ParameterError as error:
+                name = {"J1_0": "log10_J1_0"}.get(error.field, error.field)
+                field = f"{place}{keys[name]}" if name in keys else error.field
+                raise ParameterError(field, str(error)) from None
 
     def _contradictions(self) -> Iterator[tuple[str, str]]:
         """Fields that do not fit to others, each with what to do about it."""
