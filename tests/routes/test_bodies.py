@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -9,8 +11,10 @@ from rigidpend import Body, route_codes
 from rigidpend.body import BodyError
 from rigidpend.integrate.arithmetic import resolve
 from rigidpend.numbers.exact import exact
+from rigidpend.routes import certainty
 from rigidpend.routes.bodies import cells_of_each
-from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
+from rigidpend.routes.rows import cell_problem
 from tests.integrate.problems import FIG4
 
 N = 4
@@ -28,6 +32,23 @@ def test_orbits_of_mixed_bodies_and_energies_have_their_own_codes() -> None:
         body = Body((2, 1, "1.5"), (1, 1, 0), mu)
         alone = route_codes(body, [THETA2[k]], h0=h0, J1_0="1e-8", n_symbols=N)
         assert (alone.codes[:, 0] == found.codes[:, k]).all()
+
+
+def test_agreement_is_held_against_the_fastest_and_the_wait_is_the_longest(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[tuple[float, float]] = []
+    real = certainty.decide
+
+    def noted(compute: Any, n: int, rate: float, precisions: Any) -> Any:
+        asked.append((rate, passage_limit(compute.__self__.run.problem, 53)))
+        return real(compute, n, rate, precisions)
+
+    monkeypatch.setattr(certainty, "decide", noted)
+    cells_of_each(PROBLEM, {"h0": H0}, THETA2, resolve(None, None, (53,)))
+    each = [cell_problem(PROBLEM, {"h0": h0}) for h0 in H0.tolist()]
+    rates, waits = map(phase_rate, each), (passage_limit(problem, 53) for problem in each)
+    assert asked == [(max(rates), max(waits))]
 
 
 @pytest.mark.slow
