@@ -118,7 +118,7 @@ def command(
     Examples:
       rigidpend run all
       rigidpend run all -n
-      rigidpend run fig4 --set problem.n_symbols=30 --set numerics.engine=scipy
+      rigidpend run fig4 --set problem.n_symbols=6 --set numerics.engine=scipy
       rigidpend run fig1 fig2 --keep-going --quiet --json
       rigidpend run fig4 --set problem.mu=0.01 --name heavy
       rigidpend run fig4 --sweep problem.mu=1e-4,1e-3 --sweep problem.J1_0=1e-8,1e-6
