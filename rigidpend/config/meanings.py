@@ -5,7 +5,8 @@ from __future__ import annotations
 import ast
 import inspect
 import textwrap
-from typing import Annotated, Any, get_args, get_origin
+from types import UnionType
+from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import BaseModel
 
@@ -20,7 +21,7 @@ UNITS = {
     **dict.fromkeys(("seconds", "slowest"), "seconds"),
     "ends": "of the axis",
     "r": "a direction",
-    "rows": "in units of its axis",
+    **dict.fromkeys(("rows", "columns"), "in units of its axis"),
 }
 """The units of settings that are numbers, by their last name. Whole numbers and words have none."""
 
@@ -49,6 +50,9 @@ def nested(annotation: Any) -> tuple[type[BaseModel] | None, bool]:
         return nested(get_args(annotation)[0])
     if origin is dict:
         return nested(get_args(annotation)[1])[0], True
+    if origin in (Union, UnionType):
+        # A section, or something else in its place: the section's keys are told.
+        return next((x for x in map(nested, get_args(annotation)) if x[0]), (None, False))
     if inspect.isclass(annotation) and issubclass(annotation, BaseModel):
         return annotation, False
     return None, False

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, get_args
 
 from rigidpend.config.complaints import Complaint, ConfigError, Place
+from rigidpend.config.meanings import nested
 from rigidpend.config.reader import Document
 
 PLAIN = {
@@ -112,4 +113,4 @@ def _fields(kind: Any, place: Place) -> list[str]:
         # In a mapping the key is the user's, and the schema's part is the type of its values.
         field = getattr(kind, "model_fields", {}).get(str(key))
         kind = field.annotation if field else next(iter(get_args(kind)[1:]), None)
-    return list(getattr(kind, "model_fields", ()))
+    return list(getattr(nested(kind)[0], "model_fields", ()))

@@ -3,7 +3,8 @@
 `codes` is the way in; `problem` and `phases` hold what is asked, `start` where the orbits
 begin, `certainty` what makes a symbol certain, `cycle` the graph of Fig. 2 and its symbols.
 `mapped` finds routes by return maps, `neighbourhood` those of phases close together beside one
-reference orbit, `change` the phase at which a symbol changes.
+reference orbit, `change` the phase at which a symbol changes. `plane` finds those over a plane of
+theta2_0 and J1_0, `bodies` those of orbits of several bodies and energies.
 """
 
 from rigidpend.routes.codes import RouteCodes, route_codes

@@ -272,7 +272,7 @@ class Run(NamedTuple):
     ) -> Reached:
         """Orbits from given states of 106 bits up to so many crossings of each; times in t'."""
         unit = float(begin.time_unit)
-        limit = _limit(self.problem, 106) / unit
+        limit = longest_wait(self.problem, 106) / unit
         found = batch_sections.reached(
             Orbits(begin.coefficients, states, int(wanted.max()), limit),
             wanted,
@@ -289,7 +289,7 @@ class Run(NamedTuple):
     def integrate(self, begin: Start, states: Any, bits: int, scales: Scales) -> Crossings:
         """The crossings of orbits from given states, in t'."""
         unit = float(begin.time_unit)
-        limit = _limit(self.problem, bits) / unit
+        limit = longest_wait(self.problem, bits) / unit
         found = integrate.crossings(
             Orbits(begin.coefficients, states, self.problem.n_symbols + 1, limit),
             engine=self.arithmetic.engine,
@@ -312,7 +312,7 @@ def tolerance_of(arithmetic: Arithmetic, bits: int, scales: Scales) -> float:
     return tolerance if first else max(tolerance / SHARPENING, finest)
 
 
-_limit = functools.lru_cache(maxsize=32)(passage_limit)
+longest_wait = functools.lru_cache(maxsize=32)(passage_limit)
 """`passage_limit`, which takes mpmath and is the same for all columns of a run."""
 
 

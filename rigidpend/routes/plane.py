@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -83,7 +83,7 @@ class Plane:
         The doubles are taken as exact; radians, and dimensionless.
         """
         run = Run(self.least, Phases(theta2_0), self.arithmetic, self.jobs)
-        integrated = IntegratedStarts(run, J1_0)
+        integrated = IntegratedStarts(run, J1_0, self._with_action)
         rate, ladder = phase_rate(self.largest), self.arithmetic.precisions
         if self.orbits >= MANY and ladder[0] == 53:
             starts = mapped.Starts(J1_0, self.range[0], self.orbits)
@@ -91,22 +91,38 @@ class Plane:
             # Where no map resolves the orbits, or integration contradicts it, integration stays.
             with contextlib.suppress(MapError):
                 maps = mapped.Maps(self.largest, run.phases, starts)
-                return _cells(*mapped.decided_by(maps, integrated, rate, ladder, share))
+                return cells_of(*mapped.decided_by(maps, integrated, rate, ladder, share))
         found = certainty.decide(integrated.crossings, theta2_0.size, rate, ladder)
-        return _cells(found, np.zeros(theta2_0.size, dtype=bool))
+        return cells_of(found, np.zeros(theta2_0.size, dtype=bool))
+
+    def _with_action(self, J1_0: float) -> RouteProblem:
+        return replace(self.least, J1_0=exact(float(J1_0)))
 
 
-def _cells(found: Decided, by_map: NDArray[np.bool_]) -> Cells:
+def cells_of(found: Decided, by_map: NDArray[np.bool_]) -> Cells:
+    """The part of decided orbits that a plane keeps, by_map (n,)."""
     # Behind an uncertain symbol none is certain, so that their number says which.
     certain = found.certain.sum(axis=0)
     return Cells(symbols(found.crossings.separatrix), certain.astype(np.uint8), by_map)
 
 
 class IntegratedStarts:
-    """Integration of columns whose J1_0 differ."""
+    """Integration of columns of one body whose J1_0 or h0 differ.
 
-    def __init__(self, run: Run, J1_0: NDArray[np.float64]) -> None:
-        self.run, self.J1_0 = run, J1_0
+    Parameters
+    ----------
+    run : Run
+        Its problem says how long to wait for a crossing.
+    keys : (n,) array
+        What differs: equal ones have the same problem.
+    problem_of : callable
+        The problem of a key.
+    """
+
+    def __init__(
+        self, run: Run, keys: NDArray[Any], problem_of: Callable[[Any], RouteProblem]
+    ) -> None:
+        self.run, self.keys, self.problem_of = run, keys, problem_of
 
     def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
         """The crossings of those columns in `bits` bits, in t'."""
@@ -122,14 +138,14 @@ class IntegratedStarts:
         return self.run.in_pairs
 
     def _begin(self, bits: int, scales: Scales, columns: Any) -> tuple[Start, Any]:
-        """A start for coefficients and units, which do not hang on J1_0, and the states."""
-        values, which = np.unique(self.J1_0[columns], return_inverse=True)
+        """A start for coefficients and units, which the body decides, and the states."""
+        keys, which = np.unique(self.keys[columns], return_inverse=True)
         order, begun = [], []
-        for k, J1 in enumerate(values):
+        for k, key in enumerate(keys):
             here = np.flatnonzero(which == k)
-            problem = replace(self.run.problem, J1_0=exact(float(J1)))
             order.append(here)
-            begun.append(self.run._replace(problem=problem).begin(bits, scales, columns[here]))
+            one = self.run._replace(problem=self.problem_of(key))
+            begun.append(one.begin(bits, scales, columns[here]))
         back = np.argsort(np.concatenate(order))
         return begun[0][0], _ordered([states for _, states in begun], back, bits)
 

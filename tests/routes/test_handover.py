@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -173,7 +174,9 @@ def test_orbits_from_several_starts_are_handed_over_like_those_from_one(truth: A
         PHASES,
         mapped.Starts(starts, 1e-8, mapped.THIRDS),
     )
-    integrated = plane.IntegratedStarts(RUN, starts)
+    integrated = plane.IntegratedStarts(
+        RUN, starts, lambda J1_0: replace(RUN.problem, J1_0=exact(float(J1_0)))
+    )
     wanted = handover.crossings_in_common(many, ALL, RATE)
     begun = integrated.reached(certainty.SECOND, ALL, wanted)
     found = handover.continued(many, certainty.SECOND, ALL, begun, wanted)

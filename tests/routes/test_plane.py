@@ -15,7 +15,7 @@ from rigidpend.return_map import MapError
 from rigidpend.routes import mapped, plane
 from rigidpend.routes.plane import Cells, Plane
 from rigidpend.routes.problem import ProblemError, RouteProblem
-from rigidpend.routes.rows import AXES, row_problem
+from rigidpend.routes.rows import AXES, cell_problem
 from tests.integrate.problems import FIG4
 
 N = 6
@@ -79,13 +79,13 @@ def test_orbits_without_a_map_are_integrated(monkeypatch: pytest.MonkeyPatch) ->
 
 def test_rows_replace_one_value_and_no_other() -> None:
     problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 3)
-    assert float(row_problem(problem, "log10_J1_0", -7.0).J1_0) == 10.0**-7.0
-    assert row_problem(problem, "h0", 1.5).h0 == exact(1.5)
-    assert float(row_problem(problem, "mu", 0.002).body.mu) == 0.002
-    turned = row_problem(problem, "beta0", 1.0).body
+    assert float(cell_problem(problem, {"log10_J1_0": -7.0}).J1_0) == 10.0**-7.0
+    assert cell_problem(problem, {"h0": 1.5}).h0 == exact(1.5)
+    assert float(cell_problem(problem, {"mu": 0.002}).body.mu) == 0.002
+    turned = cell_problem(problem, {"beta0": 1.0}).body
     assert float(turned.beta0) == pytest.approx(1.0, rel=1e-15)
     assert turned.A == FIG4.A
-    wider = row_problem(problem, "alpha0", 1.8).body
+    wider = cell_problem(problem, {"alpha0": 1.8}).body
     assert float(wider.alpha0) == pytest.approx(1.8, rel=1e-15)
     assert (wider.A[:2], wider.r, wider.mu) == (FIG4.A[:2], FIG4.r, FIG4.mu)
     assert set(AXES) == {"log10_J1_0", "mu", "h0", "beta0", "alpha0"}
@@ -103,4 +103,4 @@ def test_rows_replace_one_value_and_no_other() -> None:
 def test_rows_that_the_problem_excludes_are_refused(axis: str, value: float, error: Any) -> None:
     problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 3)
     with pytest.raises(error):
-        row_problem(problem, axis, value)
+        cell_problem(problem, {axis: value})

@@ -28,11 +28,11 @@ class Problem(RouteStart):
     def _plane(self) -> Self:
         if self.n_symbols > MOST_SYMBOLS:
             raise ValueError(f"n_symbols must be at most {MOST_SYMBOLS}, got {self.n_symbols}")
-        from rigidpend.routes.rows import row_problem
+        from rigidpend.routes.rows import cell_problem
 
         with physics():
-            for value in map(float, self.log10_J1_0.ends):
-                row_problem(self.routes, "log10_J1_0", value)
+            for value in self.log10_J1_0.ends:
+                cell_problem(self.routes, {"log10_J1_0": value})
         cells = self.theta2_0.count * self.log10_J1_0.count
         what = f"{cells} cells of {self.n_symbols} symbols"
         afford("theta2_0", cells, self.n_symbols + 9, what)

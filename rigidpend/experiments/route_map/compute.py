@@ -1,8 +1,8 @@
 """Experiment `route_map`: route codes over a plane, cell by cell.
 
-Where the rows differ in J1_0 the body and its return maps are the same for all cells; where they
-differ in mu, h0 or beta0 each row is an array of its own, by maps or by integration, whichever
-is faster for so many cells.
+Over theta2_0 and J1_0 the body and its return maps are the same for all cells. Where one axis
+changes the body or the energy, each of its values makes an array of its own, by maps or by
+integration, whichever is faster for so many cells; where both do, every cell is integrated.
 """
 
 from __future__ import annotations
@@ -15,15 +15,23 @@ from numpy.typing import NDArray
 
 from rigidpend.description import Row, body_rows
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.route_map.layout import FREQUENCY, MARKED, PLANE, Y_AXIS
+from rigidpend.experiments.route_map.layout import (
+    COLUMNS,
+    FREQUENCY,
+    MARKED,
+    OTHER_X,
+    PLANE,
+    Y_AXIS,
+)
 from rigidpend.integrate.arithmetic import Arithmetic
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference
 from rigidpend.results.layout import datasets
 from rigidpend.results.tree import Data, Tree
+from rigidpend.routes.bodies import cells_of_each
 from rigidpend.routes.codes import MANY
 from rigidpend.routes.plane import Cells, Plane
-from rigidpend.routes.rows import row_problem
+from rigidpend.routes.rows import cell_problem
 from rigidpend.run.parts import Piece
 
 if TYPE_CHECKING:
@@ -38,10 +46,19 @@ ROUNDING = 1e-14
 """Allowed difference of the axes, relative: their rounding."""
 LOST = 1e-3
 """Allowed mean loss of certain symbols a cell, where doubles round otherwise."""
+OF_START = ("theta2_0", "log10_J1_0")
+"""Parameters that leave body and energy as they are, and so the return maps."""
+OWN_TILE = 2048
+"""Cells computed at a time where each has a body or an energy of its own: some seconds."""
 BY_MAP, BY_INTEGRATION, TABLES = 3.5e-6, 2e-4, 1.5
 """Seconds of a core for a cell of 15 symbols, and for three maps that are not kept yet.
 
 Measured with the body of Fig. 4; 64 bits included, 113 not."""
+BEGUN, OWN_BODY, ALONE = 2.2e-3, 3.3e-3, 3e-3
+"""Seconds of a core for an orbit of its own energy, more for its own body, for 15 symbols alone.
+
+The first two are spent before it is integrated, most of them on its numbers in 113 bits."""
+UNITS = {"theta2_0": "rad", "beta0": "rad", "alpha0": "rad"}
 
 Values = NDArray[np.float64]
 
@@ -57,23 +74,25 @@ def compute(config: Config, means: Means) -> Tree:
     Returns
     -------
     Tree
-        The fields of the plane, what its rows are, and a group for each zoom.
+        The fields of the plane, what its axes are, and a group for each zoom.
     """
     problem = config.problem
     planes = {name: _plane(name, axes, problem, means) for name, axes in problem.planes.items()}
     zooms = {name: plane for name, plane in planes.items() if name}
+    across, upwards = problem.names
+    columns = {"x_axis": across, "marked_x": own_value(problem, across)} if problem.columns else {}
     return {
         **planes[""],
-        "y_axis": Y_AXIS.dataset(problem.rows.axis),
-        "marked": MARKED.dataset(own_value(problem)),
+        "y_axis": Y_AXIS.dataset(upwards),
+        "marked": MARKED.dataset(own_value(problem, upwards)),
+        **{name: COLUMNS[name].dataset(value) for name, value in columns.items()},
         "nu": FREQUENCY.dataset(float(problem.body.nu)),
         **({"zooms": zooms} if zooms else {}),
     }
 
 
-def own_value(problem: Problem) -> float:
-    """The value that the config gives for what changes from row to row."""
-    axis = problem.rows.axis
+def own_value(problem: Problem, axis: str) -> float:
+    """The value that the config gives for a parameter."""
     if axis == "log10_J1_0":
         return float(np.log10(float(problem.J1_0)))
     return float(getattr(problem.body if axis in ("beta0", "alpha0") else problem, axis))
@@ -85,55 +104,84 @@ def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -
     shape = y.size, x.size
     codes = np.empty((problem.n_symbols, *shape), dtype=np.uint8)
     certain, by_map = np.empty(shape, dtype=np.uint8), np.empty(shape, dtype=bool)
-    at_once = max(1, TILE // x.size) if problem.rows.axis == "log10_J1_0" else 1
-    tiles = [slice(first, min(first + at_once, y.size)) for first in range(0, y.size, at_once)]
-    given = x, y, problem, means.arithmetic, means.jobs
-    pieces = [Piece(f"{name or 'plane'}.{t.start:06d}", _tile, (t, *given)) for t in tiles]
+    tiles = list(_tiles(problem.names, *shape))
+    given = problem, means.arithmetic, means.jobs
+    pieces = [
+        Piece(f"{name or 'plane'}.{number:06d}", _tile, (x[columns], y[rows], *given))
+        for number, (rows, columns) in tiles
+    ]
     found: Iterator[Any] = means.pieces(pieces)
-    for rows, tile in zip(tiles, found, strict=True):
-        codes[:, rows], certain[rows], by_map[rows] = (
+    for (_, (rows, columns)), tile in zip(tiles, found, strict=True):
+        codes[:, rows, columns], certain[rows, columns], by_map[rows, columns] = (
             tile[key].values for key in ("codes", "certain", "by_map")
         )
-        means.report(f"{name or 'plane'}: rows to {rows.stop} of {y.size}")
+        done = rows.stop * x.size if columns.stop == x.size else columns.stop * y.size
+        means.report(f"{name or 'plane'}: {done} of {certain.size} cells")
     values = {"codes": codes, "certain": certain, "by_map": by_map, "x": x, "y": y}
-    return datasets(PLANE, values)
+    return datasets({**PLANE, "x": OTHER_X} if problem.columns else PLANE, values)
 
 
-def _tile(
-    rows: slice, x: Values, y: Values, problem: Problem, arithmetic: Arithmetic, jobs: int
-) -> Tree:
-    """The cells of some rows."""
-    found = _cells(rows, x, y, problem, arithmetic, jobs)
-    shape = rows.stop - rows.start, x.size
+def _tiles(
+    names: tuple[str, str], height: int, width: int
+) -> Iterator[tuple[int, tuple[slice, slice]]]:
+    """The rows and columns of each tile, with the number of its first row or column.
+
+    All cells of a tile share what can be shared: return maps, if one axis at most changes the
+    body or the energy; else the work of processes.
+    """
+    across, upwards = (name in OF_START for name in names)
+    if upwards and not across:
+        yield from ((k, (slice(0, height), slice(k, k + 1))) for k in range(width))
+        return
+    at_once = 1
+    if across == upwards:
+        at_once = max(1, (TILE if across else OWN_TILE) // width)
+    for first in range(0, height, at_once):
+        yield first, (slice(first, min(first + at_once, height)), slice(0, width))
+
+
+def _tile(x: Values, y: Values, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Tree:
+    """The cells of some rows and columns."""
+    found = _cells(x, y, problem, arithmetic, jobs)
     values = {
-        "codes": found.codes.reshape(-1, *shape),
-        "certain": found.certain.reshape(shape),
-        "by_map": found.by_map.reshape(shape),
+        "codes": found.codes.reshape(-1, y.size, x.size),
+        "certain": found.certain.reshape(y.size, x.size),
+        "by_map": found.by_map.reshape(y.size, x.size),
     }
     return datasets({name: PLANE[name] for name in values}, values)
 
 
-def _cells(
-    rows: slice, x: Values, y: Values, problem: Problem, arithmetic: Arithmetic, jobs: int
-) -> Cells:
-    common, axis = problem.routes, problem.rows.axis
-    if axis == "log10_J1_0":
+def _cells(x: Values, y: Values, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Cells:
+    """The cells in the order of their rows."""
+    spread = np.tile(x, y.size), np.repeat(y, x.size)
+    values = dict(zip(problem.names, spread, strict=True))
+    fixed = 0.0 if "theta2_0" in values else own_value(problem, "theta2_0")
+    theta2 = values.pop("theta2_0", np.full(x.size * y.size, fixed))
+    if not _shares_maps(problem):
+        return cells_of_each(problem.routes, values, theta2, arithmetic, jobs)
+    logarithms = values.pop("log10_J1_0", None)
+    # What is left has one value in all of the tile.
+    common = cell_problem(problem.routes, {name: float(v[0]) for name, v in values.items()})
+    J1 = np.full(theta2.size, float(common.J1_0)) if logarithms is None else 10.0**logarithms
+    ends, orbits = (float(J1.min()), float(J1.max())), theta2.size
+    if not values:
         ends, orbits = _common_starts(problem)
-        theta2, starts = np.tile(x, rows.stop - rows.start), np.repeat(10.0 ** y[rows], x.size)
-    else:
-        common = row_problem(common, axis, float(y[rows.start]))
-        own = float(common.J1_0)
-        ends, orbits = (own, own), x.size
-        theta2, starts = x, np.full(x.size, own)
     plane = Plane(common.body, common.h0, ends, common.n_symbols, arithmetic, orbits, jobs)
-    return plane.cells(theta2, starts)
+    return plane.cells(theta2, J1)
+
+
+def _shares_maps(problem: Problem) -> bool:
+    """True if one axis at most changes the body or the energy."""
+    return any(name in OF_START for name in problem.names)
 
 
 def _common_starts(problem: Problem) -> tuple[tuple[float, float], int]:
     """The least and the largest J1_0 of all planes, so that they share their tables; the cells."""
-    planes = [(x.count, 10.0**y.values) for x, y in problem.planes.values()]
-    ends = min(y[0] for _, y in planes), max(y[-1] for _, y in planes)
-    return (float(ends[0]), float(ends[1])), sum(n * y.size for n, y in planes)
+    planes = problem.planes.values()
+    upwards = problem.names.index("log10_J1_0")
+    starts = [10.0 ** axes[upwards].values for axes in planes]
+    ends = min(J1[0] for J1 in starts), max(J1[-1] for J1 in starts)
+    return (float(ends[0]), float(ends[1])), sum(x.count * y.count for x, y in planes)
 
 
 def describe(config: Config) -> list[Row]:
@@ -144,6 +192,11 @@ def describe(config: Config) -> list[Row]:
         *body_rows(problem.body),
         Row("h0", str(problem.h0), "energy constant, kappa J2_0^2/2"),
         Row("J1_0", str(problem.J1_0), "initial action, dimensionless"),
+        *(
+            [Row("theta2_0", str(problem.theta2_0), "initial phase, rad")]
+            if problem.columns
+            else ()
+        ),
         Row("J2_0", f"{J2:.16g}", "initial |M|, dimensionless"),
         Row("n_symbols", str(problem.n_symbols), "symbols on each orbit"),
         *(_plane_row(name, axes, problem) for name, axes in problem.planes.items()),
@@ -153,21 +206,33 @@ def describe(config: Config) -> list[Row]:
 
 def _plane_row(name: str, axes: tuple[Axis, Axis], problem: Problem) -> Row:
     across, along = (f"{axis.ends[0]} to {axis.ends[1]} in {axis.count}" for axis in axes)
-    what = f"rad, theta2_0; by {problem.rows.axis} {along}"
-    return Row(f"zoom {name}" if name else "plane", across, what)
+    what = ", ".join(filter(None, (UNITS.get(problem.names[0]), problem.names[0])))
+    return Row(
+        f"zoom {name}" if name else "plane", across, f"{what}; by {problem.names[1]} {along}"
+    )
 
 
 def cost(config: Config) -> float:
     """Estimate the seconds that a config takes on one core, tables included."""
-    problem, total = config.problem, 0.0
-    for columns, rows in problem.planes.values():
-        arrays = 1 if problem.rows.axis == "log10_J1_0" else rows.count
-        cells = columns.count * rows.count
-        by_map = cells // arrays >= MANY
-        share = problem.n_symbols / 15
-        total += cells * share * (BY_MAP if by_map else BY_INTEGRATION)
-        total += arrays * TABLES if by_map else 0
-    return total
+    problem = config.problem
+    return sum(
+        _cost(columns.count, rows.count, problem) for columns, rows in problem.planes.values()
+    )
+
+
+def _cost(columns: int, rows: int, problem: Problem) -> float:
+    """Seconds for a plane."""
+    share, cells = problem.n_symbols / 15, columns * rows
+    if not _shares_maps(problem):
+        # Orbits of one body go side by side; the lone ones leave most of a vector empty.
+        if "h0" in problem.names:
+            return cells * (BEGUN + share * BY_INTEGRATION)
+        return cells * (BEGUN + OWN_BODY + share * ALONE)
+    across, upwards = (name in OF_START for name in problem.names)
+    arrays = 1 if across and upwards else rows if across else columns
+    by_map = cells // arrays >= MANY
+    each = cells * share * (BY_MAP if by_map else BY_INTEGRATION)
+    return each + (arrays * TABLES if by_map else 0)
 
 
 def differences(stored: Data, fresh: Data) -> list[Difference]:
@@ -182,7 +247,8 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
         ``/data`` of the two files, loaded.
     """
     found = compare.keys(stored, fresh)
-    for name in ("y_axis", "marked", "nu"):
+    single = ("y_axis", "marked", "nu", *COLUMNS)
+    for name in [name for name in single if name in stored and name in fresh]:
         found += compare.differences(stored[name], fresh[name], ROUNDING, name)
     found += _plane_differences(stored, fresh)
     old, new = stored.get("zooms", {}), fresh.get("zooms", {})

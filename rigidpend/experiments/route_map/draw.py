@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from rigidpend.results.tree import Data, Loaded
 
 NAMES = {
+    "theta2_0": r"$\theta_2^0$ (rad)",
     "log10_J1_0": r"$\log_{10} J_1^0$",
     "mu": r"$\mu$",
     "h0": r"$h_0$",
@@ -49,13 +51,15 @@ def draw(result: Loaded) -> Figure:
     bands = -(-len(zooms) // ACROSS)
     high = ABOVE + TALL + bands * (SMALL + GAP) + BELOW
     figure = Figure(figsize=(WIDTH, high))
-    wide = (WIDTH - LEFT - 0.12) / WIDTH
+    # A label at the end of an axis of small numbers is wide.
+    right = 0.12 if "x_axis" not in data else 0.3
+    wide = (WIDTH - LEFT - right) / WIDTH
     whole = figure.add_axes(
         (LEFT / WIDTH, 1 - (ABOVE + TALL) / high, wide, TALL / high), label="plane"
     )
     _draw_plane(whole, data, data)
     columns = min(ACROSS, max(1, len(zooms)))
-    each = (WIDTH - LEFT - 0.12 - (columns - 1) * GAP) / columns
+    each = (WIDTH - LEFT - right - (columns - 1) * GAP) / columns
     before = {"": whole}
     for k, (name, zoom) in enumerate(zooms.items()):
         left = LEFT + (k % ACROSS) * (each + GAP)
@@ -110,18 +114,27 @@ def _draw_plane(axes: Axes, plane: Data, data: Data) -> None:
     row, column = np.nonzero(np.asarray(plane["certain"]) < len(codes))
     if row.size:
         axes.plot(x[column], y[row], ",", color=DOUBT, label="uncertain", rasterized=True)
-    marked = float(data["marked"])
-    if extent[2] <= marked <= extent[3]:
-        axes.axhline(marked, color="white", lw=1.6)
-        axes.axhline(marked, color=ZOOM, lw=0.8, ls=(0, (5, 3)), label="marked")
+    _mark(axes.axhline, float(data["marked"]), extent[2:])
+    if "marked_x" in data:
+        _mark(axes.axvline, float(data["marked_x"]), extent[:2])
     axes.set_xlim(extent[:2])
     axes.set_ylim(extent[2:])
-    axes.set_xlabel(r"$\theta_2^0$ (rad)", labelpad=2)
+    axes.set_xlabel(NAMES[str(data.get("x_axis", "theta2_0"))], labelpad=2)
     if axes.get_position().x0 * WIDTH < 1.01 * LEFT:
         axes.set_ylabel(NAMES[str(data["y_axis"])], labelpad=3)
     axes.tick_params(labelsize=8 if axes.get_label() == "plane" else 6.5, pad=2)
     axes.locator_params(axis="x", nbins=3 if axes.get_label() != "plane" else 8)
+    if axes.get_label() != "plane" and str(data["y_axis"]) == "mu":
+        # More ticks would have more digits than there is room for.
+        axes.locator_params(axis="y", nbins=3)
     axes.ticklabel_format(useOffset=False)
+
+
+def _mark(line: Callable[..., Any], value: float, ends: tuple[float, ...]) -> None:
+    """Mark a value of an axis by a line, if it is between the ends."""
+    if ends[0] <= value <= ends[1]:
+        line(value, color="white", lw=1.6)
+        line(value, color=ZOOM, lw=0.8, ls=(0, (5, 3)), label="marked")
 
 
 def _frame(before: dict[str, Axes], zoom: Data, name: str) -> None:
@@ -143,11 +156,12 @@ def _frame(before: dict[str, Axes], zoom: Data, name: str) -> None:
 
 def _entries(data: Data, zooms: Data) -> list[Any]:
     """Entries of the legend: those of what the figure shows."""
+    own = "the config's own " + ("values" if "marked_x" in data else "row")
     entries: list[Any] = [
         Patch(facecolor=SHADES(0.12), label=r"$z_1 = 0$; shades: later symbols"),
         Patch(facecolor=SHADES(0.85), label=r"$z_1 = 1$; shades: later symbols"),
         Line2D([], [], color=LINES[0][1], lw=LINES[0][0], label="changes of symbols 1, 2, 3"),
-        Line2D([], [], color=ZOOM, lw=0.8, ls=(0, (5, 3)), label="the config's own row"),
+        Line2D([], [], color=ZOOM, lw=0.8, ls=(0, (5, 3)), label=own),
     ]
     if zooms:
         entries.append(Patch(fill=False, edgecolor=ZOOM, lw=1.2, label="magnified part"))

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from rigidpend.results.tree import Data, Loaded
 
 CAPTION = (
-    "Route codes over a plane: the initial phase theta2_0 across, another parameter upwards. Zooms"
+    "Route codes over a plane of two parameters, mostly the initial phase theta2_0 across. Zooms"
     " around a change of symbol 1 are alike: they repeat after a factor of exp(pi^2/nu)."
 )
 
@@ -23,7 +23,10 @@ def tables(result: Loaded) -> list[Table]:
     planes = {"whole": data, **data.get("zooms", {})}
     header = ("plane", "columns", "rows", "symbols", "certain", "cells by return maps")
     axis, nu = str(data["y_axis"]), float(data["nu"])
-    note = f"Upwards: {axis}. nu = {nu:.6f}: a zoom repeats after {np.exp(np.pi**2 / nu):.6g}."
+    across = f"Across: {data['x_axis']}. " if "x_axis" in data else ""
+    note = (
+        f"{across}Upwards: {axis}. nu = {nu:.6f}: a zoom repeats after {np.exp(np.pi**2 / nu):.6g}."
+    )
     return [Table("Planes", header, [_row(*pair) for pair in planes.items()], note)]
 
 

@@ -72,17 +72,21 @@ def test_zooms_have_as_many_cells(data: Any) -> None:
     assert near["y"][-1] == pytest.approx(-7.7)
 
 
+def body_of(values: dict[str, float]) -> Body:
+    """The body of a cell, from its angles by closed forms in doubles."""
+    beta0, alpha0 = values.get("beta0"), values.get("alpha0")
+    r = (1, 1, 0) if beta0 is None else (float(np.cos(beta0 / 2)), float(np.sin(beta0 / 2)), 0)
+    # tan^2(alpha0/2) = A1 (A3 - A2)/(A2 (A1 - A3)), solved for A3.
+    slope = 2 if alpha0 is None else float(np.tan(alpha0 / 2)) ** 2
+    return Body((2, 1, 2 * (1 + slope) / (2 + slope)), r, values.get("mu", "0.001"))
+
+
 @pytest.mark.parametrize("axis", ROWS)
 def test_rows_of_other_bodies_and_energies(axis: str) -> None:
     given = content("problem.zooms={}", f"problem.rows={ROWS[axis]}")
     found = plain(computed(given))
     y, x = found["y"], found["x"]
-    half = float(y[2]) / 2
-    r = (float(np.cos(half)), float(np.sin(half)), 0) if axis == "beta0" else (1, 1, 0)
-    # tan^2(alpha0/2) = A1 (A3 - A2)/(A2 (A1 - A3)), solved for A3.
-    slope = float(np.tan(half)) ** 2
-    A3 = 2 * (1 + slope) / (2 + slope) if axis == "alpha0" else "1.5"
-    body = Body((2, 1, A3), r, float(y[2]) if axis == "mu" else "0.001")
+    body = body_of({axis: float(y[2])})
     h0 = float(y[2]) if axis == "h0" else "1.3342"
     alone = route_codes(body, x, h0=h0, J1_0="1e-8", n_symbols=3)
     known = np.arange(3)[:, None] < found["certain"][2]
@@ -90,6 +94,85 @@ def test_rows_of_other_bodies_and_energies(axis: str) -> None:
     assert known.all()
     own = {"mu": 0.001, "h0": 1.3342, "beta0": np.pi / 2, "alpha0": 1.9106332362490186}
     assert float(found["marked"]) == pytest.approx(own[axis])
+
+
+ENDS = {
+    "theta2_0": "[0, 6]",
+    "log10_J1_0": "[-9, -7]",
+    "mu": "[1/1000, 2/1000]",
+    "h0": "[1, 2]",
+    "beta0": "[0.5, 2]",
+    "alpha0": "[1.6, 2]",
+}
+PAIRS = [
+    ("log10_J1_0", "mu"),
+    ("mu", "log10_J1_0"),
+    ("log10_J1_0", "theta2_0"),
+    ("h0", "theta2_0"),
+    ("mu", "h0"),
+    ("beta0", "alpha0"),
+]
+
+
+def axis_of(name: str, count: int) -> str:
+    return f"{{axis: {name}, ends: {ENDS[name]}, count: {count}}}"
+
+
+def over(across: str, upwards: str, *settings: str) -> Any:
+    """A small plane of two parameters."""
+    axes = f"problem.columns={axis_of(across, 3)}", f"problem.rows={axis_of(upwards, 4)}"
+    return content("problem.zooms={}", "problem.theta2_0=1.2", *axes, *settings)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("across", "upwards"), PAIRS)
+def test_any_two_parameters_make_a_plane_whose_cells_are_their_orbits(
+    across: str, upwards: str
+) -> None:
+    found = plain(computed(over(across, upwards)))
+    assert found["codes"].shape == (3, 4, 3)
+    assert (str(found["x_axis"]), str(found["y_axis"])) == (across, upwards)
+    for row, column in np.ndindex(4, 3):
+        values = {across: float(found["x"][column]), upwards: float(found["y"][row])}
+        J1_0 = 10.0 ** values["log10_J1_0"] if "log10_J1_0" in values else 1e-8
+        phase, h0 = values.get("theta2_0", 1.2), values.get("h0", "1.3342")
+        alone = route_codes(body_of(values), [phase], h0=h0, J1_0=J1_0, n_symbols=3)
+        assert found["certain"][row, column] == 3
+        assert (alone.codes[:, 0] == found["codes"][:, row, column]).all()
+    own = {"theta2_0": 1.2, "log10_J1_0": -8, "mu": 0.001, "h0": 1.3342, "beta0": np.pi / 2}
+    assert float(found["marked_x"]) == pytest.approx(own[across])
+
+
+def test_columns_of_theta2_0_are_those_of_its_own_cells(data: Any) -> None:
+    ends = "{axis: theta2_0, ends: [0, 2*pi], count: 5}"
+    given = content("problem.zooms={}", "problem.theta2_0=1", f"problem.columns={ends}")
+    same = plain(computed(given))
+    for name in ("codes", "certain", "x", "y"):
+        assert np.array_equal(same[name], data[name])
+
+
+@pytest.mark.parametrize(
+    ("across", "upwards", "tiles"),
+    [
+        ("theta2_0", "log10_J1_0", 2),
+        ("log10_J1_0", "theta2_0", 2),
+        ("theta2_0", "mu", 7),
+        ("mu", "log10_J1_0", 5),
+        ("mu", "h0", 3),
+    ],
+)
+def test_tiles_share_what_they_can_and_have_every_cell_once(
+    across: str, upwards: str, tiles: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(route_map, "TILE", 20)
+    monkeypatch.setattr(route_map, "OWN_TILE", 15)
+    times = np.zeros((7, 5), dtype=int)
+    numbers = set()
+    for number, place in route_map._tiles((across, upwards), *times.shape):
+        times[place] += 1
+        numbers.add(number)
+    assert (times == 1).all()
+    assert len(numbers) == tiles
 
 
 def test_tiles_are_kept_and_none_is_computed_twice(
@@ -138,6 +221,12 @@ def test_the_description_says_what_it_costs() -> None:
     assert few < 1 < float(many["cost"].split()[1]) < 60
 
 
+def test_cells_of_their_own_bodies_cost_most() -> None:
+    one, energies, bodies = (route_map.cost(over(*pair)) for pair in (PAIRS[2], PAIRS[4], PAIRS[5]))
+    assert one < energies < bodies
+    assert bodies == pytest.approx(12 * 6e-3, rel=0.5)
+
+
 @pytest.mark.parametrize(
     ("setting", "field", "reason"),
     [
@@ -149,11 +238,40 @@ def test_the_description_says_what_it_costs() -> None:
         ("problem.rows={axis: h0, ends: [1/10000, 2], count: 4}", "problem", "h0 > mu"),
         ("problem.n_symbols=251", "problem", "at most 250"),
         ("problem.theta2_0.count=1", "count", "2"),
+        ("problem.theta2_0.cuont=1", "cuont", "did you mean count"),
+        ("problem.theta2_0=1", "theta2_0", "give columns"),
+        (f"problem.columns={axis_of('mu', 2)}", "theta2_0", "one number"),
+        (f"problem.rows={axis_of('theta2_0', 2)}", "rows", "both theta2_0"),
     ],
 )
 def test_planes_that_make_no_sense_are_refused_with_their_place(
     setting: str, field: str, reason: str
 ) -> None:
     said = "\n".join(map(str, refused(SHIPPED, [*SMALL, setting])))
+    assert field in said
+    assert reason in said
+
+
+@pytest.mark.parametrize(
+    ("settings", "field", "reason"),
+    [
+        ((f"problem.rows={axis_of('h0', 4)}",), "columns", "both h0"),
+        (("problem.columns.ends=[2, 1]",), "columns.ends", "ascend"),
+        (("problem.columns.ends=[1/10000, 1]",), "problem.columns", "h0 = 1/10000, mu = 1/1000"),
+        (("problem.zooms={a: {rows: [1, 2]}}",), "zooms.a", "has columns and rows"),
+        ((ONE_ZOOM,), "zooms.near", "not theta2_0"),
+        (
+            ("problem.zooms={a: {columns: [2, 1], rows: [0.001, 0.002]}}",),
+            "zooms.a.columns",
+            "ascend",
+        ),
+    ],
+)
+def test_columns_that_do_not_fit_are_refused(
+    settings: tuple[str, ...], field: str, reason: str
+) -> None:
+    base = f"problem.columns={axis_of('h0', 3)}", f"problem.rows={axis_of('mu', 4)}"
+    asked = [*SMALL[2:], "problem.zooms={}", "problem.theta2_0=1.2", *base, *settings]
+    said = "\n".join(map(str, refused(SHIPPED, asked)))
     assert field in said
     assert reason in said

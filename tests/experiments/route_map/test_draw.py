@@ -73,3 +73,16 @@ def test_the_row_of_the_config_is_marked_where_it_is_shown(marked: float, shown:
     (axes,) = figure_of(marked=marked).axes
     lines = [line for line in axes.lines if line.get_label() == "marked"]
     assert len(lines) == shown
+
+
+def test_columns_have_their_name_and_their_own_value_marked() -> None:
+    data = {**plane(0, 6), "y_axis": "mu", "marked": -8.0, "nu": 4.4}
+    (axes,) = draw(loaded({**data, "x_axis": "h0", "marked_x": 1.5})).axes
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("$h_0$", r"$\mu$")
+    lines = [line for line in axes.lines if line.get_label() == "marked"]
+    assert [(*np.ravel(line.get_xdata()), *np.ravel(line.get_ydata())) for line in lines] == [
+        (0, 1, -8.0, -8.0),
+        (1.5, 1.5, 0, 1),
+    ]
+    (plain,) = draw(loaded(data)).axes
+    assert plain.get_xlabel() == r"$\theta_2^0$ (rad)"
