@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from rigidpend.integrate import neighbours
+from rigidpend.integrate.passages import UNDECIDED
 from rigidpend.integrate.records import Crossings, Outcome
+from rigidpend.integrate.reference_orbit import Passed
 
 
 @pytest.mark.parametrize(
@@ -29,3 +31,16 @@ def test_crossings_that_do_not_rise_and_sink_in_turn_end_an_orbit(
     assert np.isnan(found.time[kept:]).all()
     whole = kept == np.count_nonzero(separatrix)
     assert found.outcome[0] == (Outcome.COMPLETE if whole else Outcome.FAILED)
+
+
+def test_an_orbit_is_complete_with_its_last_crossing_and_not_with_a_touch() -> None:
+    """Three orbits are noted: whole, on their way, and ended by a touch that is not decided."""
+    beside = neighbours.Neighbours(np.zeros((6, 3)), np.zeros(3), 2, 10.0)
+    walk = neighbours._Walk(None, beside, 53, 20)  # type: ignore[arg-type]
+    walk.note(iter([Passed(1.0, 2)]))
+    walk.note(iter([Passed(2.0, 1)]), 0)
+    walk.note(iter([Passed(2.0, UNDECIDED)]), 2)
+    assert walk.found.outcome.tolist() == [Outcome.COMPLETE, Outcome.FAILED, Outcome.FAILED]
+    assert walk.found.separatrix.T.tolist() == [[2, 1], [2, 0], [2, 0]]
+    walk.note(iter([Passed(3.0, 3)]))
+    assert walk.found.separatrix.T.tolist() == [[2, 1], [2, 3], [2, 0]]
