@@ -126,7 +126,8 @@ def _compared(
             found = regression.verify(loaded, stored, jobs=many, fresh=read, certificate=proof)
     except store.StoreError as error:
         absent = isinstance(error, files.Absent)
-        return {**outcome, "absent": absent, "error": str(error), "differences": []}
+        mend = "" if stored.exists() else f"; call: rigidpend reference {path} --reason WHY"
+        return {**outcome, "absent": absent, "error": f"{error}{mend}", "differences": []}
     except (LookupError, TypeError, ValueError, ZeroDivisionError) as error:
         if exit_code(error) != INTERNAL:
             raise

@@ -52,6 +52,7 @@ def called(*arguments: str) -> Any:
 
 
 READ = ("configs/small.yaml", "--results", "results")
+MEND = "call: rigidpend reference configs/other.yaml --reason WHY"
 
 
 def test_a_recomputed_and_a_read_result_are_the_same(copy: Path) -> None:
@@ -188,7 +189,7 @@ def test_json_is_one_document_whatever_happens(copy: Path) -> None:
     small, other = document["results"]
     assert (small["name"], small["same"], small["error"]) == ("small", True, None)
     assert (other["name"], other["same"], other["differences"]) == ("other", False, [])
-    assert other["error"] == "results/reference/other.h5: there is no such file"
+    assert other["error"] == f"results/reference/other.h5: there is no such file; {MEND}"
 
 
 def test_one_absent_reference_does_not_keep_the_others_from_being_compared(copy: Path) -> None:
@@ -196,7 +197,8 @@ def test_one_absent_reference_does_not_keep_the_others_from_being_compared(copy:
     done = called("configs/other.yaml", *READ)
     assert done.exit_code == 3
     assert done.stdout == "small: the same as in results/reference/small.h5\n"
-    assert done.stderr == "rigidpend: results/reference/other.h5: there is no such file\n"
+    said = f"results/reference/other.h5: there is no such file; {MEND}"
+    assert done.stderr == f"rigidpend: {said}\n"
 
 
 def test_all_are_compared_if_none_is_named_and_strays_are_told(
