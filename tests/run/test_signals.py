@@ -5,9 +5,12 @@ from __future__ import annotations
 import signal
 import threading
 from collections.abc import Iterator
+from typing import Annotated
 
 import pytest
+from pydantic import PlainSerializer
 
+from rigidpend.config.schema import Part
 from rigidpend.run.signals import Terminated, held, termination
 
 
@@ -45,6 +48,23 @@ def test_sigterm_waits_too_and_then_unwinds() -> None:
         disturbed()
     assert done == ["all"]
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+@pytest.mark.parametrize(
+    ("number", "stop"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Terminated)]
+)
+def test_a_stop_while_a_config_is_written_is_a_stop(
+    number: signal.Signals, stop: type[BaseException]
+) -> None:
+    def stopped(x: int) -> int:
+        signal.raise_signal(number)
+        return x
+
+    class Stopped(Part):
+        x: Annotated[int, PlainSerializer(stopped)] = 1
+
+    with termination(), pytest.raises(stop):
+        Stopped().model_dump(mode="json")
 
 
 def test_other_threads_are_let_alone() -> None:
