@@ -31,6 +31,9 @@ TURNS = (
 NO_SYMBOL = 255
 """The code where there is no symbol: the orbit does not cross J1 = J2/2 again."""
 
+MIRRORED = np.array([0, 3, 4, 1, 2], dtype=np.uint8)
+"""Separatrices of the mirror image of an orbit: 1 and 3, 2 and 4 change places; 0 is none."""
+
 # By numbers of the two separatrices. What is no turn, with 0 for no crossing, has no symbol.
 _SYMBOL = np.full((5, 5), NO_SYMBOL, dtype=np.uint8)
 for _turn in TURNS:

@@ -22,6 +22,7 @@ from rigidpend.integrate.records import Crossings, Outcome
 from rigidpend.return_map.rapid import Followed
 from rigidpend.routes import certainty
 from rigidpend.routes.certainty import Decided
+from rigidpend.routes.cycle import MIRRORED
 from rigidpend.routes.start import Scales
 
 if TYPE_CHECKING:
@@ -33,8 +34,6 @@ HANDOVER = 1e-10
 `certainty.LINEAR` asks for errors two thousand times smaller. Of 134 orbits of 30 symbols of
 Fig. 4 they were 12,000 times smaller at least than those of two maps, and twenty million times
 in the median."""
-OTHER_SIDE = np.array([0, 3, 4, 1, 2], dtype=np.uint8)
-"""Separatrices of the image under the symmetry: 1 and 3, 2 and 4 change places."""
 
 
 def decide(
@@ -93,7 +92,7 @@ def continued(
         after: Followed = maps.onward(scales, columns[here], last, begun.state[:, here])
         # Beside 4 and 1 the map follows the image.
         image = np.isin(separatrix[last, here], (4, 1))
-        beside = np.where(image, OTHER_SIDE[after.separatrix], after.separatrix)
+        beside = np.where(image, MIRRORED[after.separatrix], after.separatrix)
         time[count:, here], separatrix[count:, here] = time[last, here] + after.time, beside
     outcome = np.where(separatrix[-1] != 0, Outcome.COMPLETE, Outcome.FAILED)
     return Crossings(time, separatrix, outcome.astype(np.uint8))

@@ -43,6 +43,8 @@ SAMPLE = 64
 LEAST_SAMPLE = 8
 """Number of them in each part of the orbits, at least."""
 
+UNKEPT = 1.5
+"""Seconds of a core for the tables of the three designs, where they are not kept yet."""
 DESIGNS = {certainty.FIRST: FIRST, certainty.SECOND: SECOND, certainty.THIRD: THIRD}
 """The map in the place of an integration in some scales, with the same unit of M."""
 

@@ -92,7 +92,9 @@ def integrated(body: Body, found: Stretched) -> Array:
     for by in ((STEP * unit, 0.0), (0.0, STEP)):
         ahead, back = (_section(body, found, side * by[0], side * by[1]) for side in (1, -1))
         off = (ahead - back) / (2 * STEP)
-        ended = integrate.ends(_field(c.aligned), np.concatenate((begun, off)), found.time)
+        ended = integrate.ends(
+            variational_equations(c.aligned), np.concatenate((begun, off)), found.time
+        )
         changes.append(_on_section(body, ended, c.aligned, unit))
     rows = np.moveaxis(np.array(changes), 0, 1)
     return np.asarray(np.log(largest_singular(*rows)))
@@ -117,8 +119,8 @@ def _on_section(body: Body, ended: Array, c: AlignedCoefficients, unit: float) -
     return np.stack(((ahead.d - back.d) / unit, turn)) * size / (2 * STEP)
 
 
-def _field(c: AlignedCoefficients) -> Any:
-    """The aligned equations with their variational equations."""
+def variational_equations(c: AlignedCoefficients) -> Any:
+    """The field of the aligned components with a deviation from them, 12 numbers, per t'."""
 
     def rates(state: Any, _: Any) -> tuple[Any, ...]:
         here, off = state[:6], state[6:]

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from rigidpend import integrate
-from rigidpend.equations import AlignedCoefficients, aligned
+from rigidpend.equations import aligned
 from rigidpend.return_map.poincare import section_state
 from rigidpend.return_map.precision import precision
 from rigidpend.return_map.reduced import coefficients
 from rigidpend.symbolic.chain import Chain, on_surface, signs_of, tangents
 from rigidpend.symbolic.closed import closed
+from rigidpend.symbolic.exponents import variational_equations
 from rigidpend.symbolic.follow import section_points
 from rigidpend.symbolic.shortest import path
 from rigidpend.symbolic.stretching import stretching
@@ -26,19 +27,6 @@ STEP = 1e-6
 def long_chain(n: int) -> Chain:
     symbols = np.random.default_rng(3).integers(0, 2, n)
     return path(level(), on_surface, signs_of(symbols), 11 * np.arange(n + 1), 0.0).chain
-
-
-def variational(c: AlignedCoefficients) -> Any:
-    """The field with a deviation beside it: of a quadratic field half of a difference is exact."""
-
-    def rates(state: Any, _: Any) -> tuple[Any, ...]:
-        here, off = state[:6], state[6:]
-        ahead, back = (
-            aligned([x + side * y for x, y in zip(here, off, strict=True)], c) for side in (1, -1)
-        )
-        return (*aligned(here, c), *((x - y) / 2 for x, y in zip(ahead, back, strict=True)))
-
-    return rates
 
 
 @pytest.mark.parametrize("k", [0, 1, 2])
@@ -57,7 +45,7 @@ def test_slopes_are_those_of_the_variational_equations(k: int) -> None:
     for column, (by_d, by_chi) in enumerate(((STEP, 0.0), (0.0, STEP))):
         off = (state(d + by_d, chi + by_chi) - state(d - by_d, chi - by_chi)) / (2 * STEP)
         end = integrate.sample(
-            variational(c.aligned), np.append(state(d, chi), off), [0.0, chain.time[k]]
+            variational_equations(c.aligned), np.append(state(d, chi), off), [0.0, chain.time[k]]
         )[:, -1]
         flow = np.array(aligned(end[:6], c.aligned))
         moved = end[6:] - flow * end[8] / flow[2]

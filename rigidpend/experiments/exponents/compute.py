@@ -17,6 +17,8 @@ from rigidpend.results import compare
 from rigidpend.results.compare import Difference
 from rigidpend.results.layout import FLOAT, WHOLE, Field, datasets
 from rigidpend.results.tree import Data, Tree
+from rigidpend.routes.cycle import NO_SYMBOL
+from rigidpend.routes.mapped import UNKEPT
 from rigidpend.routes.plane import Plane
 from rigidpend.symbolic.exponents import integrated, rounding, stretched
 from rigidpend.symbolic.surface import Surface, surface
@@ -27,8 +29,8 @@ if TYPE_CHECKING:
 TILE = 8192
 """Cells at a time: each has tables of its own energy."""
 SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)
-TABLES, CELL, CHECK = 4.0, 2e-5, 5e-5
-"""Seconds for maps that are not kept yet, and of a cell of one symbol, followed and checked."""
+CELL, CHECK = 2e-5, 5e-5
+"""Seconds of a core for a cell of one symbol, followed and checked."""
 AXES = 1e-14
 """Allowed difference of the axes, relative: their rounding."""
 LOST = 1e-3
@@ -86,7 +88,7 @@ def compute(config: Config, means: Means) -> Tree:
 def _followed(
     orbits: Surface, theta2: Values, J1: Values, n: int, means: Means
 ) -> tuple[Values, NDArray[np.uint8]]:
-    """The growth (n, N) through 1 to n passages, and the symbols; 255 outside of the map."""
+    """The growth (n, N) through 1 to n passages, and the symbols, none outside of the map."""
     parts: list[Any] = []
     for first in range(0, theta2.size, TILE):
         part = slice(first, first + TILE)
@@ -102,7 +104,7 @@ def _followed(
 
 def _tile(orbits: Surface, theta2: Values, J1: Values, n: int) -> Tree:
     found = stretched(orbits, theta2, J1, n)
-    codes = np.where(found.inside, found.symbols, 255).astype(np.uint8)
+    codes = np.where(found.inside, found.symbols, NO_SYMBOL).astype(np.uint8)
     return datasets(PIECE, {"growth": found.growth, "codes": codes})
 
 
@@ -155,7 +157,7 @@ def cost(config: Config) -> float:
     """Estimate the seconds that a config takes."""
     problem = config.problem
     cells = problem.theta2_0.count * problem.log10_J1_0.count
-    return TABLES + problem.n_symbols * (cells * CELL + problem.checked * CHECK)
+    return UNKEPT + problem.n_symbols * (cells * CELL + problem.checked * CHECK)
 
 
 def differences(stored: Data, fresh: Data) -> list[Difference]:

@@ -140,8 +140,9 @@ def _share_open(problem: Problem, bits: int) -> float:
     of 200 symbols of Fig. 4 lasted for half of that number to twice as many.
     """
     growth = math.log(melnikov.whisker_growth(problem.routes.body.nu))
-    passages = (bits - SPARE) * math.log(2) / growth
-    return min(1.0, max(0.0, problem.n_symbols / passages - 0.5))
+    # The passages that are asked for, over those that the bits last.
+    used = problem.n_symbols * growth / ((bits - SPARE) * math.log(2))
+    return min(1.0, max(0.0, used - 0.5))
 
 
 def _part(phases: Sequence[Exact], config: Config, means: Means) -> Tree:

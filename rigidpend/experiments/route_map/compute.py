@@ -30,6 +30,7 @@ from rigidpend.results.layout import datasets
 from rigidpend.results.tree import Data, Tree
 from rigidpend.routes.bodies import cells_of_each
 from rigidpend.routes.codes import MANY
+from rigidpend.routes.mapped import UNKEPT
 from rigidpend.routes.plane import Cells, Plane
 from rigidpend.routes.rows import cell_problem
 from rigidpend.run.parts import Piece
@@ -50,8 +51,8 @@ OF_START = ("theta2_0", "log10_J1_0")
 """Parameters that leave body and energy as they are, and so the return maps."""
 OWN_TILE = 2048
 """Cells computed at a time where each has a body or an energy of its own: some seconds."""
-BY_MAP, BY_INTEGRATION, TABLES = 3.5e-6, 2e-4, 1.5
-"""Seconds of a core for a cell of 15 symbols, and for three maps that are not kept yet.
+BY_MAP, BY_INTEGRATION = 3.5e-6, 2e-4
+"""Seconds of a core for a cell of 15 symbols.
 
 Measured with the body of Fig. 4; 64 bits included, 113 not."""
 BEGUN, OWN_BODY, ALONE = 2.2e-3, 3.3e-3, 3e-3
@@ -232,7 +233,7 @@ def _cost(columns: int, rows: int, problem: Problem) -> float:
     arrays = 1 if across and upwards else rows if across else columns
     by_map = cells // arrays >= MANY
     each = cells * share * (BY_MAP if by_map else BY_INTEGRATION)
-    return each + (arrays * TABLES if by_map else 0)
+    return each + (arrays * UNKEPT if by_map else 0)
 
 
 def differences(stored: Data, fresh: Data) -> list[Difference]:

@@ -5,7 +5,7 @@ They are `rigidpend.equations.aligned` term by term: products become sums over j
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from rigidpend.equations import AlignedCoefficients
 
@@ -16,28 +16,20 @@ if TYPE_CHECKING:
 COMPONENTS = ("Qp", "Qm", "M3", "gamma1", "gamma2", "gamma3")
 
 
-class Products(NamedTuple):
-    """The parameters of the recurrences, whose products are with omega rather than with Q and M."""
+class Products(AlignedCoefficients):
+    """The parameters of the recurrences, whose products are with omega rather than with Q and M.
 
-    half_sigma: Any
-    """Divided by kappa, for the product with omega3 = kappa M3."""
-    force_p: Any
-    force_m: Any
-    twist: Any
-    """Divided by omega1 omega2."""
-    mu_r1: Any
-    mu_r2: Any
-    omega1: Any
-    omega2: Any
-    kappa: Any
+    `half_sigma` is divided by kappa, for the product with omega3 = kappa M3, and `twist` by
+    omega1 omega2.
+    """
 
-    @staticmethod
-    def of(c: AlignedCoefficients) -> Products:
+    __slots__ = ()
+
+    @classmethod
+    def of(cls, c: AlignedCoefficients) -> Products:
         """The parameters of a body."""
-        values = c._asdict()
-        values["half_sigma"] = c.half_sigma / c.kappa
-        values["twist"] = c.twist / (c.omega1 * c.omega2)
-        return Products(**values)
+        twist = c.twist / (c.omega1 * c.omega2)
+        return cls(*c._replace(half_sigma=c.half_sigma / c.kappa, twist=twist))
 
 
 class AlignedField(NamedTuple):

@@ -43,7 +43,7 @@ def text(order: int, bits: int, noted: int = MOMENTA) -> str:
 
     - state: 6 rows of `stride` doubles for each part of a number, carried on in place;
     - time: 2 rows, t' and what its last digit leaves over;
-    - parameters: `taylor_step.Products`, 9 for each part;
+    - parameters: `aligned_field.Products`, 9 for each part;
     - depth: a touch of M3 = 0 that is no deeper is noted too;
     - groups, steps: vectors of lanes, and steps for each of them;
     - notes: rows of `width_of_note` doubles, room for one on each step of each lane; the series

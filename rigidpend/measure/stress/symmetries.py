@@ -23,6 +23,7 @@ from rigidpend.measure.stress.truth import float_coefficients, phase_errors
 from rigidpend.numbers.exact import PI, exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.routes import route_codes
+from rigidpend.routes.cycle import MIRRORED
 from rigidpend.separatrices import exponent, fastest_rate
 
 Array = NDArray[np.float64]
@@ -31,8 +32,6 @@ MIRROR = np.array([-1, -1, 1, 1, 1, -1])
 """Reflection in the plane of r: gamma3 and, M being axial, M1 and M2 change sign."""
 REVERSAL = np.array([1, 1, -1, 1, 1, -1])
 """Time reversal (M changes sign), seen in that mirror: M3 and gamma3 change sign."""
-MIRRORED = np.array([0, 3, 4, 1, 2])
-"""Images of the separatrices under the mirror."""
 BACK = 30.0
 """t' after which an orbit returns."""
 BITWISE = "a change of sign rounds nothing: the same numbers, bit for bit"
