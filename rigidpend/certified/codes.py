@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.alphabet import NO_SYMBOL
 from rigidpend.body import Body
 
 # Before what needs python-flint, so that its absence is told in words.
@@ -20,7 +21,7 @@ from rigidpend.certified.steps import MOST_BITS, Step
 from rigidpend.numbers.exact import Exact, ExactError, exact, function
 from rigidpend.numbers.generic import Scalar
 from rigidpend.routes.codes import checked_jobs, route_codes
-from rigidpend.routes.cycle import NO_SYMBOL, symbols
+from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem, passage_limit
 from rigidpend.run.workers import side_by_side

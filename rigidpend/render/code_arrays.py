@@ -5,6 +5,7 @@ from __future__ import annotations
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
 
+from rigidpend.alphabet import NO_SYMBOL
 from rigidpend.render.palette import BLUE, GREEN, PINK, RED
 
 ZOOM, DOUBT, ZERO, NONE = RED, PINK, BLUE, "0.7"
@@ -12,8 +13,8 @@ ZOOM, DOUBT, ZERO, NONE = RED, PINK, BLUE, "0.7"
 PROVEN = GREEN
 """Colour of a proven symbol's dot."""
 COLOURS = ListedColormap(["black", "white", NONE])
-"""Colours of the codes 0, 1 and 255, by the bounds of `NORM`."""
-NORM = BoundaryNorm([-0.5, 0.5, 1.5, 255.5], 3)
+"""Colours of the codes 0, 1 and `NO_SYMBOL`, by the bounds of `NORM`."""
+NORM = BoundaryNorm([-0.5, 0.5, 1.5, NO_SYMBOL + 0.5], 3)
 
 
 def symbol_entries(zero: str = r"$z_i = 0$ (left)", one: str = r"$z_i = 1$ (right)") -> list[Patch]:

@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rigidpend.alphabet import NO_SYMBOL
+
 
 class Turn(NamedTuple):
     """Turn of an orbit near a periodic orbit: from one separatrix to the next."""
@@ -27,9 +29,6 @@ TURNS = (
     Turn(3, 4, 1),
 )
 """Symbol 0 leaves towards smaller theta1 (left), 1 towards larger (right), modulo 4 pi."""
-
-NO_SYMBOL = 255
-"""The code where there is no symbol: the orbit does not cross J1 = J2/2 again."""
 
 MIRRORED = np.array([0, 3, 4, 1, 2], dtype=np.uint8)
 """Separatrices of the mirror image of an orbit: 1 and 3, 2 and 4 change places; 0 is none."""

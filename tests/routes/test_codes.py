@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from rigidpend import Body, RouteCodes, integrate, route_codes
+from rigidpend.alphabet import NO_SYMBOL
 from rigidpend.integrate import Crossings, EngineError, Orbits
 from rigidpend.integrate.arithmetic import NumericsError, resolve
 from rigidpend.numbers.exact import ExactError, exact
 from rigidpend.routes import ProblemError, RouteProblem
-from rigidpend.routes.cycle import NO_SYMBOL, symbols
+from rigidpend.routes.cycle import symbols
 from tests.integrate.problems import ENGINES, FIG4, FREE, needs_heyoka
 
 HESS = Body.from_angles("1.9", "1.9", "1.5", "0.001")

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from rigidpend.render.code_arrays import symbol_entries
+from rigidpend.render.code_arrays import NORM, symbol_entries
 from rigidpend.render.palette import BLUE, GREEN, PINK, RED, WIDTH
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def _draw_plane(axes: Axes, data: Data) -> None:
         np.arange(rows + 1) + 0.5,
         plane["codes"],
         cmap=ListedColormap(list(SHADES)),
-        norm=BoundaryNorm([-0.5, 0.5, 1.5, 255.5], 3),
+        norm=NORM,
         rasterized=True,
     )
     for name, orbits in data["orbits"].items():

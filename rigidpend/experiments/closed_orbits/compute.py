@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.alphabet import NO_SYMBOL
 from rigidpend.description import Row, body_rows
 from rigidpend.experiments.closed_orbits.layout import AVERAGES, ORBITS, PLACES
 from rigidpend.experiments.contract import Means
@@ -15,7 +16,6 @@ from rigidpend.results import compare
 from rigidpend.results.layout import datasets
 from rigidpend.results.tree import Data, Tree
 from rigidpend.return_map import return_map
-from rigidpend.routes.cycle import NO_SYMBOL
 from rigidpend.symbolic.action import actions
 from rigidpend.symbolic.chain import on_surface, signs_of
 from rigidpend.symbolic.closed import ClosedOrbit, closed, lyapunov, words

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigidpend.alphabet import NO_SYMBOL
 from rigidpend.tables import Table
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ def tables(result: Loaded) -> list[Table]:
     """Table of the shortest orbits, and that of the averages over each length."""
     data = result["data"]
     orbits, averages = data["orbits"], data["averages"]
-    words = ["".join(map(str, word[word < 255])) for word in orbits["word"]]
+    words = ["".join(map(str, word[word != NO_SYMBOL])) for word in orbits["word"]]
     long, error = float(averages["long_orbit"]), float(averages["long_orbit_error"])
     return [
         Table(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.alphabet import NO_SYMBOL
 from rigidpend.description import Row, body_rows, exact_row
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.exponents.layout import CHECKED, GROWTH, MARKED, PLANE
@@ -17,7 +18,6 @@ from rigidpend.results import compare
 from rigidpend.results.compare import Difference
 from rigidpend.results.layout import FLOAT, WHOLE, Field, datasets
 from rigidpend.results.tree import Data, Tree
-from rigidpend.routes.cycle import NO_SYMBOL
 from rigidpend.routes.mapped import UNKEPT
 from rigidpend.routes.plane import Plane
 from rigidpend.symbolic.exponents import integrated, rounding, stretched

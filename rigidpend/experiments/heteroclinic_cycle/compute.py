@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.alphabet import NO_SYMBOL
 from rigidpend.coordinates import TURN
 from rigidpend.description import Row, body_rows
 from rigidpend.experiments.contract import Means
@@ -15,7 +16,7 @@ from rigidpend.free_body import SEPARATRICES, separatrix_theta1
 from rigidpend.results import compare
 from rigidpend.results.layout import datasets
 from rigidpend.results.tree import Data, Tree
-from rigidpend.routes.cycle import NO_SYMBOL, TURNS, Turn
+from rigidpend.routes.cycle import TURNS, Turn
 
 if TYPE_CHECKING:
     from rigidpend.experiments.heteroclinic_cycle.schema import Config

@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from rigidpend.alphabet import NO_SYMBOL
 from rigidpend.render import separatrix_ticks
 from rigidpend.render.palette import BLUE, RED, WIDTH
 
@@ -30,11 +31,11 @@ class EdgeLook(NamedTuple):
 
 
 LOOKS = {
-    255: EdgeLook("black", "-", "separatrix 1, 3 (down), 2, 4 (up)"),
+    NO_SYMBOL: EdgeLook("black", "-", "separatrix 1, 3 (down), 2, 4 (up)"),
     0: EdgeLook(BLUE, "-", "turn to the left, symbol 0"),
     1: EdgeLook(RED, (0, (4, 1.5)), "turn to the right, symbol 1"),
 }
-"""Looks by symbol; 255, no symbol, is that of the separatrices."""
+"""Looks by symbol; `NO_SYMBOL` is that of the separatrices."""
 NARROW = 1.8
 """Width, in radians, below which a rectangle bears its name upright."""
 SHADES = {"left": "#D6E9F5", "right": "#FBE3D2"}

@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
+from rigidpend.alphabet import NO_SYMBOL
 from rigidpend.render.code_arrays import (
     COLOURS,
     DOUBT,
@@ -222,7 +223,7 @@ def _legend_entries(arrays: list[Array]) -> list[Artist]:
         entries.append(Line2D([], [], color=ZERO, marker="^", ls="", ms=5, label=label))
     if any(_magnifies(a, b) for a in arrays for b in arrays):
         entries.append(Patch(fill=False, edgecolor=ZOOM, lw=1.4, label=MAGNIFIED))
-    if any((array.codes == 255).any() for array in arrays):
+    if any((array.codes == NO_SYMBOL).any() for array in arrays):
         entries.append(Patch(facecolor=NONE, edgecolor="0.6", label="no return"))
     if any(array.proven.any() for array in arrays):
         entries.append(

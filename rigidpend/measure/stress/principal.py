@@ -41,7 +41,7 @@ class PrincipalTask(NamedTuple):
 def codes(
     problem: RouteProblem, phases: Sequence[Any], *, bits: int, jobs: int
 ) -> NDArray[np.uint8]:
-    """The symbols of orbits, (n_symbols, n), 255 where there is none.
+    """The symbols of orbits, (n_symbols, n), `NO_SYMBOL` where there is none.
 
     Parameters
     ----------

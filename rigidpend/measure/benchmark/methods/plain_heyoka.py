@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from rigidpend.alphabet import NO_SYMBOL
 from rigidpend.body import Body
 from rigidpend.coordinates import (
     andoyer_from_body,
@@ -138,4 +139,4 @@ def _from_eq1(found: Array, body: Body) -> Array:
 def _by_side(found: BatchCrossings) -> Crossed:
     """A symbol is 1 where theta1 has grown from a crossing to the next."""
     step = np.diff(found.kept[0], axis=0)
-    return Crossed(np.where(np.isnan(step), 255, step > 0).astype(np.uint8), found.time)
+    return Crossed(np.where(np.isnan(step), NO_SYMBOL, step > 0).astype(np.uint8), found.time)
