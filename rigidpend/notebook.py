@@ -13,6 +13,8 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rigidpend.config.catalogue import RESULTS
+
 if TYPE_CHECKING:
     import numpy as np
     import xarray
@@ -23,8 +25,6 @@ if TYPE_CHECKING:
     from rigidpend.description import Row
     from rigidpend.results.tree import Loaded
 
-KEPT = Path("results")
-"""Folder of the results where none is given."""
 POINTS = 60
 """Samples in a rotation of the pendulum, if no step is given: as many as in Fig. 5."""
 
@@ -156,7 +156,7 @@ def load(source: Path | str) -> StoredResult:
 
     path = Path(source)
     if path.suffix != ".h5":
-        path = KEPT / f"{source}.h5"
+        path = RESULTS / f"{source}.h5"
     return StoredResult(path, store.load(path))
 
 
@@ -164,7 +164,7 @@ def run(
     name: str | Path,
     settings: Mapping[str, Any] | None = None,
     *,
-    folder: Path | str = KEPT,
+    folder: Path | str = RESULTS,
     called: str | None = None,
     jobs: int | None = None,
     progress: Callable[[str], None] | None = None,

@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 import click
 
 from rigidpend.cli import complete
+from rigidpend.config.catalogue import RESULTS
 from rigidpend.run.signals import Terminated, termination
 
 DONE, FAILED, MISUSED, ABSENT, INTERNAL = 0, 1, 2, 3, 4
@@ -77,7 +78,7 @@ OUT = click.option(
     "--out",
     "folder",
     type=FOLDER,
-    default=Path("results"),
+    default=RESULTS,
     show_default=True,
     help="Folder of the results.",
 )

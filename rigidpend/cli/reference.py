@@ -8,6 +8,7 @@ import click
 
 from rigidpend.cli import complete
 from rigidpend.cli.common import FOLDER, JOBS, NAMED, guarded, say
+from rigidpend.config.catalogue import REFERENCES
 
 
 @click.command("reference")
@@ -19,7 +20,7 @@ from rigidpend.cli.common import FOLDER, JOBS, NAMED, guarded, say
     "--reference",
     "folder",
     type=FOLDER,
-    default=Path("results/reference"),
+    default=REFERENCES,
     show_default=True,
     help="Folder of the references.",
 )

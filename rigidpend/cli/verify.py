@@ -94,11 +94,10 @@ def command(
 
 def references() -> Path:
     """Folder of the references: here, of the checkout, or as installed with the package."""
-    from rigidpend.config.catalogue import PACKAGE
+    from rigidpend.config.catalogue import PACKAGE, REFERENCES
 
-    here = Path("results/reference")
-    known = (here, PACKAGE.parent / here, PACKAGE / "reference")
-    return next((folder for folder in known if folder.is_dir()), here)
+    known = (REFERENCES, PACKAGE.parent / REFERENCES, PACKAGE / "reference")
+    return next((folder for folder in known if folder.is_dir()), REFERENCES)
 
 
 def _compared(

@@ -13,6 +13,10 @@ SWEEPING = re.compile(rb"^sweep *:", re.MULTILINE)
 """The key of a config that stands for several results."""
 PACKAGE = Path(__file__).resolve().parents[1]
 """Folder of the package, in a checkout or as installed."""
+RESULTS = Path("results")
+"""Folder of results where none is given."""
+REFERENCES = RESULTS / "reference"
+"""Folder of references where none is given."""
 
 
 def folders() -> list[Path]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from pathlib import Path
 
-from rigidpend.config.catalogue import in_all, known, own
+from rigidpend.config.catalogue import RESULTS, in_all, known, own
 from rigidpend.config.complaints import Complaint, ConfigError, Origin
 
 __all__ = ["known", "resolve"]
@@ -13,8 +13,6 @@ __all__ = ["known", "resolve"]
 
 SUFFIXES = (".yaml", ".yml", ".h5")
 """Endings of files that hold a config: as text, or in a result."""
-RESULTS = Path("results")
-"""Folder of results where none is given."""
 
 
 def resolve(names: tuple[str, ...], folder: Path = RESULTS) -> list[Path]:
