@@ -11,10 +11,11 @@ draw.py    :class:`Drawing`: a figure from a stored result               require
 report.py  :class:`Reporting`: tables beside that figure                 optional
 ========== ============================================================= ==========
 
-Modules are the implementations: a module satisfies the protocol by its functions. Nothing is
-registered; a folder with a ``schema.py`` is an experiment. `schema.py` and `compute.py` import
-no matplotlib, `draw.py` and `report.py` no integrator, for each is loaded without the others;
-`layout.py` imports neither: whoever opens a result holds it against that first.
+Modules are the implementations: a module satisfies the protocol by its functions, whose
+parameters are described here alone. Nothing is registered; a folder with a ``schema.py`` is an
+experiment. `schema.py` and `compute.py` import no matplotlib, `draw.py` and `report.py` no
+integrator, for each is loaded without the others; `layout.py` imports neither: whoever opens a
+result holds it against that first.
 """
 
 from __future__ import annotations

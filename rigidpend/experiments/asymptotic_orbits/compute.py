@@ -49,11 +49,6 @@ SAMPLED = 1e-6
 def compute(config: Config, means: Means) -> Tree:
     """Find all orbits, their phases to 30 digits, and sample a few.
 
-    Parameters
-    ----------
-    config : Config
-    means : Means
-
     Raises
     ------
     ArithmeticError
@@ -167,11 +162,6 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
     """Find where two results disagree by more than their arithmetic explains.
 
     Errors that the fresh result states of itself must be as small as declared.
-
-    Parameters
-    ----------
-    stored, fresh : dict
-        ``/data`` of the two files, loaded.
     """
     found = compare.keys(stored["orbits"], fresh["orbits"], "orbits")
     for name in stored["orbits"].keys() & fresh["orbits"].keys():

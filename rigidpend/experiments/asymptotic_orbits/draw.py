@@ -28,13 +28,7 @@ SHADES = ("0.35", "white", "0.85")
 
 
 def draw(result: Loaded) -> Figure:
-    """Draw the skeleton over the route codes, and below it the orbits that were sampled.
-
-    Parameters
-    ----------
-    result : dict
-        Of the experiment `asymptotic_orbits`, as loaded.
-    """
+    """Draw the skeleton over the route codes, and below it the orbits that were sampled."""
     data = result["data"]
     drawn = sorted(data["drawn"].items())
     figure = Figure(figsize=(WIDTH, HEIGHT if drawn else HEIGHT / 2), layout="constrained")

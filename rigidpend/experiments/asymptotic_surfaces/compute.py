@@ -34,11 +34,6 @@ DRIFT = 1e-12
 def compute(config: Config, means: Means) -> Tree:
     """Compute Table 1 and the two surfaces of every body.
 
-    Parameters
-    ----------
-    config : Config
-    means : Means
-
     Returns
     -------
     Tree
@@ -88,11 +83,6 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
 
     Curves are compared at the times that both hold: which samples are kept may hang on the
     last digit. By eq. (dtheta) an error of theta1 grows as J2^2/(J1 (J2 - J1)).
-
-    Parameters
-    ----------
-    stored, fresh : dict
-        ``/data`` of the two files, loaded.
     """
     found = compare.keys(stored, fresh) or _rounded(stored, fresh, "table", ANGLES)
     old, new = stored["bodies"], fresh["bodies"]

@@ -31,13 +31,7 @@ THIN = 0.28
 
 
 def draw(result: Loaded) -> Figure:
-    """Draw both surfaces of every body, all panels of one height.
-
-    Parameters
-    ----------
-    result : dict
-        Of the experiment `asymptotic_surfaces`, as loaded.
-    """
+    """Draw both surfaces of every body, all panels of one height."""
     bodies, nu = result["data"]["bodies"], result["data"]["table"]["nu"]
     n, blocks = min(len(bodies), ACROSS), -(-len(bodies) // ACROSS)
     column = min(COLUMN, (WIDTH - LEFT - RIGHT - BETWEEN * (n - 1)) / n)

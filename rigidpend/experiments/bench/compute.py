@@ -32,11 +32,6 @@ SAME, CHAOTIC = 30, 1e-3
 def compute(config: Config, means: Means) -> Tree:
     """Search for the best setting of each method, let them meet, and count wrong symbols.
 
-    Parameters
-    ----------
-    config : Config
-    means : Means
-
     Returns
     -------
     Tree
@@ -82,11 +77,6 @@ def differences(stored: Data, fresh: Data) -> list[str]:
 
     What one run alone has measured, for its budget was larger, is passed over, and so is a
     method that one of them lacked.
-
-    Parameters
-    ----------
-    stored, fresh : dict
-        ``/data`` of the two files, loaded.
     """
     found = [f"problem {name} is in one file only" for name in sorted(set(stored) ^ set(fresh))]
     for problem in sorted(set(stored) & set(fresh) & set(problems.NAMES)):

@@ -69,13 +69,7 @@ APPEARANCES = {
 
 
 def draw(result: Loaded) -> Figure:
-    """Draw all panels of a result.
-
-    Parameters
-    ----------
-    result : dict
-        Of the experiment `bench`, as loaded.
-    """
+    """Draw all panels of a result."""
     data = result["data"]
     met = [name for name in NAMES if name in data and reading.met(data, name, 1)]
     searched = [name for name in ("codes", "free_body") if name in data]

@@ -42,13 +42,7 @@ Passages alone are integrated in doubles, whose roundings of 1e-16 grow by some 
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """Find and verify the closed orbits of all words.
-
-    Parameters
-    ----------
-    config : Config
-    means : Means
-    """
+    """Find and verify the closed orbits of all words."""
     problem = config.problem
     level = Level(return_map(problem.body, h=problem.h), float(problem.h))
     found = [closed(level, word, problem.half_turns) for word in words(problem.longest)]
@@ -149,11 +143,6 @@ def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
     """Find where two results disagree by more than the map's error explains.
 
     Errors that the fresh result states of itself must be as small as declared.
-
-    Parameters
-    ----------
-    stored, fresh : dict
-        ``/data`` of the two files, loaded.
     """
     found = compare.keys(stored, fresh)
     old, new = stored["orbits"], fresh["orbits"]

@@ -17,13 +17,7 @@ HEIGHT = 3.2
 
 
 def draw(result: Loaded) -> Figure:
-    """Draw the orbits' upward crossings, and the exponent of every word.
-
-    Parameters
-    ----------
-    result : dict
-        Of the experiment `closed_orbits`, as loaded.
-    """
+    """Draw the orbits' upward crossings, and the exponent of every word."""
     data = result["data"]
     figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
     left, right = figure.subplots(1, 2)

@@ -49,11 +49,6 @@ PIECE = {
 def compute(config: Config, means: Means) -> Tree:
     """Compute the exponents of a plane.
 
-    Parameters
-    ----------
-    config : Config
-    means : Means
-
     Raises
     ------
     MapError
@@ -165,11 +160,6 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
 
     Exponents are compared where both are known, up to roundings as they have grown there. What
     the fresh result is off from the variational equations must be within as much.
-
-    Parameters
-    ----------
-    stored, fresh : dict
-        ``/data`` of the two files, loaded.
     """
     found = compare.keys(stored, fresh)
     if stored["codes"].shape != fresh["codes"].shape:

@@ -24,13 +24,7 @@ CHANGES = ((0.6, "white"), (0.35, "0.8"), (0.2, "0.7"))
 
 
 def draw(result: Loaded) -> Figure:
-    """Draw the plane, and below it the exponents' spread and their check.
-
-    Parameters
-    ----------
-    result : dict
-        Of the experiment `exponents`, as loaded.
-    """
+    """Draw the plane, and below it the exponents' spread and their check."""
     data = result["data"]
     figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
     grid = figure.add_gridspec(2, 2, height_ratios=(1.7, 1))

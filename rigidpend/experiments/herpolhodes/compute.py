@@ -38,11 +38,6 @@ crossings and 1e-6 at the sixth."""
 def compute(config: Config, means: Means) -> Tree:
     """Compute the orbit of every case of a config.
 
-    Parameters
-    ----------
-    config : Config
-    means : Means
-
     Returns
     -------
     Tree
@@ -150,11 +145,6 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
 
     Routes must be the same. Samples may differ by what they change in the time by which two
     orbits may be apart: little at first, and more behind each passage.
-
-    Parameters
-    ----------
-    stored, fresh : dict
-        ``/data`` of the two files, loaded.
     """
     found = compare.keys(stored, fresh)
     for name in [name for name in stored if name in fresh]:

@@ -26,13 +26,7 @@ PLATEAU, PRECESSION = "black", "0.55"
 
 
 def draw(result: Loaded) -> Figure:
-    """Draw the cases of a result below each other.
-
-    Parameters
-    ----------
-    result : dict
-        Of the experiment `herpolhodes`, as loaded.
-    """
+    """Draw the cases of a result below each other."""
     cases = result["data"]
     figure = Figure(figsize=(WIDTH, ROW * len(cases) + 0.35))
     figure.set_layout_engine("constrained", w_pad=0.08)

@@ -41,11 +41,6 @@ class Edge(NamedTuple):
 def compute(config: Config, means: Means) -> Tree:
     """Compute the graph of a config's body: vertices, edges and the two rectangles.
 
-    Parameters
-    ----------
-    config : Config
-    means : Means
-
     Returns
     -------
     Tree

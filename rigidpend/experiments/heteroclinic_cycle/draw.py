@@ -43,13 +43,7 @@ SHADES = {"left": "#D6E9F5", "right": "#FBE3D2"}
 
 
 def draw(result: Loaded) -> Figure:
-    """Draw the graph of a result.
-
-    Parameters
-    ----------
-    result : dict
-        Of the experiment `heteroclinic_cycle`, as loaded.
-    """
+    """Draw the graph of a result."""
     data = result["data"]
     figure = Figure(figsize=(WIDTH, HEIGHT))
     axes = figure.add_axes(PANEL)

@@ -47,11 +47,6 @@ class PortraitCurves(NamedTuple):
 def compute(config: Config, means: Means) -> Tree:
     """Compute both phase portraits of a config, all in closed form.
 
-    Parameters
-    ----------
-    config : Config
-    means : Means
-
     Returns
     -------
     Tree

@@ -32,13 +32,7 @@ SPHERE, PLANE = (0.02, 0.10, 0.43, 0.86), (0.515, 0.305, 0.432, 0.565)
 
 
 def draw(result: Loaded) -> Figure:
-    """Draw both phase portraits of a result.
-
-    Parameters
-    ----------
-    result : dict
-        Of the experiment `phase_portraits`, as loaded.
-    """
+    """Draw both phase portraits of a result."""
     data = result["data"]
     figure = Figure(figsize=(WIDTH, HEIGHT))
     _draw_sphere(figure.add_axes(SPHERE), data)

@@ -42,11 +42,6 @@ SLOPE = 1e-3
 def compute(config: Config, means: Means) -> Tree:
     """Integrate the heteroclinic orbits of every body at every mu.
 
-    Parameters
-    ----------
-    config : Config
-    means : Means
-
     Returns
     -------
     Tree
@@ -160,11 +155,6 @@ def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
     Increments may differ by the error that the stored result states and the one that is
     declared of any, and remainders by as much. The fresh result's own error opens nothing: it
     must be as small as declared.
-
-    Parameters
-    ----------
-    stored, fresh : dict
-        ``/data`` of the two files, loaded.
     """
     found = compare.keys(stored, fresh)
     for key in ("mu_over_h0", "drawn"):

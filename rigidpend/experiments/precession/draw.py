@@ -32,13 +32,7 @@ BODIES: tuple[tuple[str, Any, str], ...] = (
 
 
 def draw(result: Loaded) -> Figure:
-    """Draw the increments of every body, and their remainders against mu.
-
-    Parameters
-    ----------
-    result : dict
-        Of the experiment `precession`, as loaded.
-    """
+    """Draw the increments of every body, and their remainders against mu."""
     data = result["data"]
     figure = Figure(figsize=(WIDTH, HEIGHT))
     figure.set_layout_engine("constrained", w_pad=0.05, h_pad=0.06, hspace=0.05)

@@ -61,11 +61,6 @@ PHASES = {"theta2_0": ROUNDING, "melnikov_zeros": ROUNDING}
 def compute(config: Config, means: Means) -> Tree:
     """Compute every array of a config.
 
-    Parameters
-    ----------
-    config : Config
-    means : Means
-
     Returns
     -------
     Tree
@@ -196,11 +191,6 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
 
     Symbols and separatrices must be the same where both are certain. Which precision decided
     a column hangs on the last bit and is not compared, nor whether maps did.
-
-    Parameters
-    ----------
-    stored, fresh : dict
-        ``/data`` of the two files, loaded.
     """
     found = compare.keys(stored, fresh)
     for name in [name for name in stored if name in fresh]:

@@ -74,13 +74,7 @@ class Array(NamedTuple):
 
 
 def draw(result: Loaded) -> Figure:
-    """Draw every array of a result, side by side as far as there is room, with square cells.
-
-    Parameters
-    ----------
-    result : dict
-        Of the experiment `route_codes`, as loaded.
-    """
+    """Draw every array of a result, side by side as far as there is room, with square cells."""
     arrays = [_read(name, group) for name, group in result["data"].items()]
     bands = [arrays[k : k + ACROSS] for k in range(0, len(arrays), ACROSS)]
     cell = min(LARGEST, *(_room(band) / _columns(band) for band in bands))
@@ -113,13 +107,7 @@ def draw(result: Loaded) -> Figure:
 
 
 def draw_together(results: Sequence[tuple[str, Loaded]]) -> Figure:
-    """Draw the arrays of several results, a row for each, in one figure.
-
-    Parameters
-    ----------
-    results : sequence of pairs
-        Label of a row and its result, as for :func:`draw`.
-    """
+    """Draw the arrays of several results, a row for each, in one figure."""
     bands = [
         (label, [_read(name, group) for name, group in result["data"].items()][:ACROSS])
         for label, result in results

@@ -67,11 +67,6 @@ Values = NDArray[np.float64]
 def compute(config: Config, means: Means) -> Tree:
     """Compute the plane of a config and its zooms.
 
-    Parameters
-    ----------
-    config : Config
-    means : Means
-
     Returns
     -------
     Tree
@@ -241,11 +236,6 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
 
     Symbols must be the same where both are certain. What decided a cell hangs on the last bit
     and is not compared.
-
-    Parameters
-    ----------
-    stored, fresh : dict
-        ``/data`` of the two files, loaded.
     """
     found = compare.keys(stored, fresh)
     single = ("y_axis", "marked", "nu", *COLUMNS)

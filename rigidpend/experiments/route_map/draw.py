@@ -39,13 +39,7 @@ ACROSS = 3
 
 
 def draw(result: Loaded) -> Figure:
-    """Draw the plane of a result, and its zooms below.
-
-    Parameters
-    ----------
-    result : dict
-        Of the experiment `route_map`, as loaded.
-    """
+    """Draw the plane of a result, and its zooms below."""
     data = result["data"]
     zooms = dict(data.get("zooms", {}))
     bands = -(-len(zooms) // ACROSS)

@@ -52,11 +52,6 @@ CENTRE_BITS = 200
 def compute(config: Config, means: Means) -> Tree:
     """Compute every level of a config.
 
-    Parameters
-    ----------
-    config : Config
-    means : Means
-
     Returns
     -------
     Tree

@@ -24,13 +24,7 @@ HIGH, TOP, BOTTOM, LEFT, GAP = 0.95, 0.3, 1.25, 0.4, 0.42
 
 
 def draw(result: Loaded) -> Figure:
-    """Draw every level of a result, coarse to fine, in reading order.
-
-    Parameters
-    ----------
-    result : dict
-        Of the experiment `route_zoom`, as loaded.
-    """
+    """Draw every level of a result, coarse to fine, in reading order."""
     data = result["data"]
     levels = list(data["levels"].values())
     rows = -(-len(levels) // ACROSS)

@@ -51,11 +51,6 @@ GRID = np.linspace(-np.pi, np.pi, 721)
 def compute(config: Config, means: Means) -> Tree:
     """Measure the splitting of every body at every mu.
 
-    Parameters
-    ----------
-    config : Config
-    means : Means
-
     Returns
     -------
     Tree
@@ -182,11 +177,6 @@ def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
 
     What is resolved may differ by the errors that are admitted of it, what follows from it as
     well. Those that the fresh result states open nothing: they must be as small as admitted.
-
-    Parameters
-    ----------
-    stored, fresh : dict
-        ``/data`` of the two files, loaded.
     """
     found = compare.keys(stored, fresh)
     for key in ("mu_over_h0", "closed_form"):

@@ -37,13 +37,7 @@ NONE = "#F2B8A0"
 
 
 def draw(result: Loaded) -> Figure:
-    """Draw the distance of a body, the errors of the formula, its decay, and the precisions.
-
-    Parameters
-    ----------
-    result : dict
-        Of the experiment `splitting`, as loaded.
-    """
+    """Draw the distance of a body, the errors of the formula, its decay, and the precisions."""
     data = result["data"]
     figure = Figure(figsize=(WIDTH, HEIGHT))
     figure.set_layout_engine("constrained", w_pad=0.06, h_pad=0.07, wspace=0.03, hspace=0.03)

@@ -46,11 +46,6 @@ SYMBOLS_PER_BIT = 1.5
 def compute(config: Config, means: Means) -> Tree:
     """Run all trials of a config; what an interrupted run finished is not run again.
 
-    Parameters
-    ----------
-    config : Config
-    means : Means
-
     Returns
     -------
     Tree

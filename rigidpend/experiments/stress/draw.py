@@ -46,13 +46,7 @@ BESIDE, LINES = 46, 6.3
 
 
 def draw(result: Loaded) -> Figure:
-    """Draw a result.
-
-    Parameters
-    ----------
-    result : dict
-        Of the experiment `stress`, as loaded.
-    """
+    """Draw a result."""
     data = result["data"]
     figure = Figure(figsize=(WIDTH, HEIGHT))
     grid = figure.add_gridspec(
