@@ -11,8 +11,8 @@ from rigidpend.numbers.decimals import as_written
 if TYPE_CHECKING:
     from rigidpend.results.tree import Loaded
 
-SHARED = ("beta0", "mu", "h0", "M_0", "J1_0")
-"""Keys of a problem that are told beside the body, in this order."""
+SHARED = ("beta0", "mu", "h0", "M_0", "J1_0", "theta2_0")
+"""Keys of a problem that are told beside the body, in this order, if one value is given."""
 LONGEST = 300
 """Characters of a value that are shown."""
 
@@ -29,7 +29,13 @@ def bodies(result: Loaded) -> list[str]:
     problem = json.loads(result["config"]).get("problem", {})
     if not isinstance(problem, Mapping):
         return []
-    shared = [f"{key} = {_shown(problem[key])}" for key in SHARED if problem.get(key) is not None]
+    given = {key: problem.get(key) for key in SHARED}
+    shared = [
+        f"{key} = {_shown(value)}"
+        for key, value in given.items()
+        # Cells of an axis are shown by the figure itself.
+        if value is not None and not isinstance(value, Mapping)
+    ]
     # A config's word gamma0 is stored as null.
     if "beta0" in problem and problem["beta0"] is None:
         shared.insert(0, "beta0 = gamma0")

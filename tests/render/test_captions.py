@@ -1,0 +1,29 @@
+"""The line at the foot of a figure tells what its axes do not."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from rigidpend.config import loading
+from rigidpend.render import captions
+
+PLANE = Path(__file__).parents[2] / "configs" / "route_map.yaml"
+BODY = "A = (2, 1, 1.5), r along (1, 1, 0), mu = 0.001, h0 = 1.3342, J1_0 = 1e-8"
+
+
+def told(*settings: str) -> list[str]:
+    """The captions of a result of the plane, with settings."""
+    result: Any = {"config": json.dumps(loading.load(PLANE, settings).resolved())}
+    return captions.bodies(result)
+
+
+def test_a_phase_that_all_cells_have_is_told() -> None:
+    columns = "problem.columns={axis: mu, ends: [1/1000, 2/1000], count: 4}"
+    found = told("problem.theta2_0=4.7057", columns, "problem.zooms={}")
+    assert found == [f"{BODY}, theta2_0 = 4.7057"]
+
+
+def test_phases_along_an_axis_are_not_told() -> None:
+    assert told() == [BODY]
