@@ -11,7 +11,7 @@ from rigidpend.numbers.exact import GUARD_BITS, PI, Exact, context, exact, exact
 from rigidpend.numbers.generic import Elementary, Scalar
 from rigidpend.numbers.parameters import ParameterError
 
-ROUNDING = 1e-15
+SAME_WITHIN = 1e-15
 """Distance below which two angles are equal to within the rounding of doubles, radians."""
 
 
@@ -102,7 +102,7 @@ class Body:
             values = f"alpha0 = {alpha}, gamma0 = {gamma}"
             raise BodyError("alpha0", f"pi > alpha0 > gamma0 > 0 is broken: {values}")
         # beta0 = 0 and pi are cases of (trieq): a double beside them must not fail by its rounding.
-        if not -ROUNDING <= beta.at(113) <= PI.at(113) + ROUNDING:
+        if not -SAME_WITHIN <= beta.at(113) <= PI.at(113) + SAME_WITHIN:
             raise BodyError("beta0", f"0 <= beta0 <= pi is broken: beta0 = {_written(beta)}")
         half_alpha, half_beta, half_gamma = alpha / 2, beta / 2, gamma / 2
         a1 = _single("A1", A1)
@@ -148,9 +148,9 @@ class Body:
         p = self.angles(113)
         a1, a2, a3 = (x.at(113) for x in self.A)
         cases = {
-            "Hess": abs(p.alpha0 - p.beta0) <= ROUNDING,
-            "Grioli": abs(p.gamma0 - p.beta0) <= ROUNDING,
-            "flat": abs(a2 + a3 - a1) <= ROUNDING * a1,
+            "Hess": abs(p.alpha0 - p.beta0) <= SAME_WITHIN,
+            "Grioli": abs(p.gamma0 - p.beta0) <= SAME_WITHIN,
+            "flat": abs(a2 + a3 - a1) <= SAME_WITHIN * a1,
         }
         return tuple(name for name, holds in cases.items() if holds)
 
@@ -282,7 +282,7 @@ def _negative(x: Exact, scale: Exact) -> bool:
     """True if x < 0; an irrational x may fall short of zero by its rounding in doubles."""
     if x.fraction is not None:
         return x.fraction < 0
-    return bool(x.at(113) < -ROUNDING * scale.at(113))
+    return bool(x.at(113) < -SAME_WITHIN * scale.at(113))
 
 
 def _shown(values: Sequence[Exact]) -> str:

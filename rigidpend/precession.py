@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rigidpend.body import ROUNDING, Angles, Body
+from rigidpend.body import SAME_WITHIN, Angles, Body
 from rigidpend.numbers.exact import context
 from rigidpend.numbers.generic import Numbers, Scalar
 
@@ -47,9 +47,9 @@ def regime(body: Body) -> Regime:
         beta0 < alpha0, v where beta0 = 0.
     """
     p, pi = body.angles(113), context(113).pi
-    if abs(pi - p.beta0) <= ROUNDING:
+    if abs(pi - p.beta0) <= SAME_WITHIN:
         return Regime.i
-    if abs(p.beta0) <= ROUNDING:
+    if abs(p.beta0) <= SAME_WITHIN:
         return Regime.v
     if "Hess" in body.special_cases:
         return Regime.iii

@@ -38,7 +38,7 @@ FASTER = 0.9
 """Share of the coefficients that a geometric decay asks for; they decay faster, as measured."""
 NOISE = 2.0**-42
 """Share of a correction below which it is rounding."""
-FIRST = 64
+FIRST_NODES = 64
 """Nodes of the first solution of a step."""
 GUARD = 8
 """Bits of a residual beyond those that its correction can use."""
@@ -272,7 +272,7 @@ def _fundamental(J: Array, middle: Array, lengths: Array) -> Array:
 def _runge_kutta(begin: Sequence[float], half: float, c: AlignedCoefficients) -> Array:
     """Values at the nodes of the first rule, (6, n), to some six digits."""
     found = [tuple(begin)]
-    for dx in np.diff(rule(FIRST).nodes):
+    for dx in np.diff(rule(FIRST_NODES).nodes):
         h, x = half * float(dx), found[-1]
         a = aligned(x, c)
         b = aligned([u + h / 2 * v for u, v in zip(x, a, strict=True)], c)

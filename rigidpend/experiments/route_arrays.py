@@ -14,9 +14,7 @@ from rigidpend.results import compare
 from rigidpend.results.compare import Difference
 from rigidpend.results.tree import Data
 
-ROUNDING = 1e-14
-"""Allowed difference of phases, radians: their rounding."""
-FIRST, SECOND, GROWTH = 1e-12, 1e-8, 3.5
+AT_FIRST, AT_SECOND, GROWTH = 1e-12, 1e-8, 3.5
 """Allowed difference of the times of crossings 1 and 2, t', and its growth from there on."""
 APART = 0.02
 """Allowed difference of the times of certain crossings, t'.
@@ -77,6 +75,6 @@ def crossing_tolerance(crossings: int, growth: float = GROWTH) -> NDArray[np.flo
     `APART` no certain symbol leaves room for.
     """
     # In logarithms, for of a thousand crossings the power itself has no double.
-    exponent = np.log(SECOND) + np.log(growth) * np.arange(crossings - 1.0)
+    exponent = np.log(AT_SECOND) + np.log(growth) * np.arange(crossings - 1.0)
     grown = np.minimum(np.exp(np.minimum(exponent, 0.0)), APART)
-    return np.concatenate(([FIRST], grown))[:, None]
+    return np.concatenate(([AT_FIRST], grown))[:, None]

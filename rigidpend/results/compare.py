@@ -17,6 +17,9 @@ TOLD = ("reasons", "doubt", "seconds")
 PRESENT, ABSENT = "(present)", "(absent)"
 """Stand-ins for values that only one side has, or that are passed over."""
 
+ROUNDING = 1e-14
+"""Allowed difference of what only rounds: of angles in radians, of other numbers relative."""
+
 
 class Difference(str):
     """A sentence on where two results differ, which also knows its parts."""

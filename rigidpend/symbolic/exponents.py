@@ -28,7 +28,7 @@ STEP = 1e-6
 """Step of differences on the section: its square, 1e-12, is left."""
 FLOOR = 1e-8
 """Allowed error of ln of a growth by differences: STEP^2 times third derivatives, 1e4 at most."""
-ROUNDING = 1e-11
+ERROR_PER_GROWTH = 1e-11
 """Allowed error for each growth of a crossing's place.
 
 The map errs by some hundred roundings, 1e-14, and ln of a growth by what the distance to the
@@ -76,7 +76,7 @@ def stretched(orbits: Surface, theta2_0: Array, J1_0: Array, n: int) -> Stretche
 
 def rounding(growth: Array) -> Array:
     """Allowed error of ln of a growth (n, ...) through all passages, from that through each."""
-    return FLOOR + ROUNDING * np.exp(growth).sum(axis=0)
+    return FLOOR + ERROR_PER_GROWTH * np.exp(growth).sum(axis=0)
 
 
 def integrated(body: Body, found: Stretched) -> Array:

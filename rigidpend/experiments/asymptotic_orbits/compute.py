@@ -12,7 +12,6 @@ from rigidpend import hodograph, integrate
 from rigidpend.description import Row, body_rows, exact_row
 from rigidpend.experiments.asymptotic_orbits.layout import COUNTED, DRAWN, ORBITS, PLANE
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.route_arrays import ROUNDING
 from rigidpend.herpolhode import RouteOrbit, samples
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference
@@ -186,7 +185,7 @@ def _length(place: str, old: Data, new: Data) -> list[Difference]:
 
 
 def _planes(old: Data, new: Data) -> list[Difference]:
-    found = compare.arrays("plane/theta2_0", old["theta2_0"], new["theta2_0"], ROUNDING)
+    found = compare.arrays("plane/theta2_0", old["theta2_0"], new["theta2_0"], compare.ROUNDING)
     if found or old["codes"].shape != new["codes"].shape:
         return found or compare.arrays("plane/codes", old["codes"], new["codes"])
     held = np.where(old["certain"], 0.0, np.inf)

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from rigidpend.experiments.asymptotic_surfaces.schema import Config, Problem
 
 
-ROUNDING = 1e-14
-"""Allowed relative difference of numbers of closed form."""
 DRIFT = 1e-12
 """Allowed difference of theta1 (radians) and J1/J2 where orbits neither approach nor leave."""
 
@@ -109,7 +107,7 @@ def _rounded(stored: Data, fresh: Data, group: str, fields: Any) -> list[Differe
         return compare.inside(group, _rounded(stored[group], fresh[group], "", fields))
     found = compare.keys(stored, fresh)
     for field in [field for field in fields if field in stored and field in fresh]:
-        allowed = ROUNDING * np.abs(stored[field])
+        allowed = compare.ROUNDING * np.abs(stored[field])
         found += compare.arrays(field, stored[field], fresh[field], allowed)
     return found
 
@@ -123,7 +121,7 @@ def _curves_apart(stored: Data, fresh: Data) -> list[Difference]:
         return compare.arrays("theta2_0", old.theta2_0, new.theta2_0)
     # Phases are modulo 2 pi: rounding may have put one at 0 and its equal just below a turn.
     turned = np.angle(np.exp(1j * (new.theta2_0 - old.theta2_0)))
-    found = compare.arrays("theta2_0", old.theta2_0, old.theta2_0 + turned, 1e3 * ROUNDING)
+    found = compare.arrays("theta2_0", old.theta2_0, old.theta2_0 + turned, 1e3 * compare.ROUNDING)
     # Which samples are kept may differ, and the offsets with them; their ends may not.
     ends = compare.arrays("offsets", [0, new.theta1.size], new.offsets[[0, -1]])
     if ends:

@@ -31,8 +31,6 @@ TILE = 8192
 SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)
 CELL, CHECK = 2e-5, 5e-5
 """Seconds of a core for a cell of one symbol, followed and checked."""
-AXES = 1e-14
-"""Allowed difference of the axes, relative: their rounding."""
 LOST = 1e-3
 """Allowed share of cells that are known in one of two results alone, where doubles round otherwise.
 
@@ -165,7 +163,7 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
     if stored["codes"].shape != fresh["codes"].shape:
         return found + compare.arrays("codes", stored["codes"], fresh["codes"])
     for name in ("theta2_0", "log10_J1_0", "marked"):
-        within = AXES * float(np.abs(stored[name]).max())
+        within = compare.ROUNDING * float(np.abs(stored[name]).max())
         found += compare.arrays(name, stored[name], fresh[name], within)
     old, new = stored["exponent"], fresh["exponent"]
     both, n = np.isfinite(old) & np.isfinite(new), len(stored["codes"])

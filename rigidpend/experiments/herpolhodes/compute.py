@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rigidpend.description import Row, body_rows, exact_row, number_row
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.herpolhodes.layout import OF_ROUTE, SAMPLED
-from rigidpend.experiments.route_arrays import ROUNDING, crossing_tolerance
+from rigidpend.experiments.route_arrays import crossing_tolerance
 from rigidpend.herpolhode import RouteOrbit, follow, samples, separatrices, vertices
 from rigidpend.precession import increments, plateaus
 from rigidpend.results import compare
@@ -175,7 +175,7 @@ def _allowed(stored: Data) -> dict[str, Any]:
     of_sample, of_crossing = apart[np.searchsorted(crossings, t)], apart[:-1]
     exactly = dict.fromkeys(("route", "codes", "separatrix", "certain", "wound"), 0.0)
     rounding = {
-        key: ROUNDING * max(1.0, float(np.abs(stored[key]).max()))
+        key: compare.ROUNDING * max(1.0, float(np.abs(stored[key]).max()))
         for key in ("theta2_0", "plateaus", "t")
     }
     # In the time by which orbits are apart a field changes by its largest slope at most.

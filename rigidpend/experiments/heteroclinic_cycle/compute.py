@@ -11,7 +11,7 @@ from rigidpend.alphabet import NO_SYMBOL
 from rigidpend.coordinates import TURN
 from rigidpend.description import Row, body_rows
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.heteroclinic_cycle.layout import EDGES, FIRST, RECTANGLES, VERTICES
+from rigidpend.experiments.heteroclinic_cycle.layout import EDGES, RECTANGLES, START, VERTICES
 from rigidpend.free_body import SEPARATRICES, separatrix_theta1
 from rigidpend.results import compare
 from rigidpend.results.layout import datasets
@@ -20,10 +20,6 @@ from rigidpend.routes.cycle import TURNS, Turn
 
 if TYPE_CHECKING:
     from rigidpend.experiments.heteroclinic_cycle.schema import Config
-
-
-ROUNDING = 1e-14
-"""Allowed difference of values: a few roundings of numbers of up to 4 pi."""
 
 
 class Edge(NamedTuple):
@@ -69,7 +65,7 @@ def describe(config: Config) -> list[Row]:
 
 def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
     """Find where two results differ by more than the rounding of closed forms."""
-    return compare.differences(stored, fresh, ROUNDING)
+    return compare.differences(stored, fresh, compare.ROUNDING)
 
 
 def rises(number: int) -> bool:
@@ -136,7 +132,7 @@ def _edges(edges: list[Edge]) -> Tree:
 def _rectangles(edges: list[Edge]) -> Tree:
     """Rectangles on both sides of the first separatrix."""
     # The two turns behind the first separatrix: what they span are the paper's two rectangles.
-    sides = sorted((e for e in edges if e.start == vertex(FIRST, 1.0)), key=lambda e: e.symbol)
+    sides = sorted((e for e in edges if e.start == vertex(START, 1.0)), key=lambda e: e.symbol)
     bounds = np.array([sorted(edge.theta1) for edge in sides]).T
     return datasets(RECTANGLES, {"name": _texts(["left", "right"]), "theta1": bounds})
 

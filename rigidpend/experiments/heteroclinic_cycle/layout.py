@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rigidpend.results.layout import FLAG, FLOAT, TEXT, WHOLE, Field, Layout
 
-FIRST = 2
+START = 2
 """Separatrix of the start; the rectangles on its two sides are called left and right."""
 ENDS = (2, "edges")
 """Dimensions of what both ends of an edge have."""
@@ -24,7 +24,7 @@ EDGES = {
     "again": Field(FLAG, ("edges",), "1", "whether it repeats another edge, 4 pi further"),
 }
 RECTANGLES = {
-    "name": Field(TEXT, (2,), "1", f"side of separatrix {FIRST}: symbol 0, symbol 1"),
+    "name": Field(TEXT, (2,), "1", f"side of separatrix {START}: symbol 0, symbol 1"),
     "theta1": Field(FLOAT, (2, 2), "rad", "lower and upper bound of each"),
 }
 

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from rigidpend.experiments.phase_portraits.schema import Config, Problem
 
 
-ROUNDING = 1e-14
-"""Allowed difference of values: a few roundings of numbers of up to 4 pi."""
 AXIS = 1.4
 """Length of the axes as drawn, in units of |M|."""
 
@@ -93,7 +91,7 @@ def describe(config: Config) -> list[Row]:
 
 def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
     """Find where two results differ by more than the rounding of closed forms."""
-    return compare.differences(_without_limb(stored), _without_limb(fresh), ROUNDING)
+    return compare.differences(_without_limb(stored), _without_limb(fresh), compare.ROUNDING)
 
 
 def view_axes(view: Any) -> NDArray[np.float64]:
@@ -112,7 +110,10 @@ def _without_limb(data: Data) -> Any:
 def _settled(group: Data) -> Any:
     if not {"visible", "projected"} <= set(group):
         return group
-    return {**group, "visible": group["visible"] | (np.abs(group["projected"][2]) <= ROUNDING)}
+    return {
+        **group,
+        "visible": group["visible"] | (np.abs(group["projected"][2]) <= compare.ROUNDING),
+    }
 
 
 def _orbits(problem: Problem) -> PortraitCurves:

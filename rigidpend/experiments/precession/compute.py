@@ -27,14 +27,14 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-ROUNDING = 1e-13
+UNCERTAINTY = 1e-13
 """Allowed uncertainty of an increment, relative to the largest of its body.
 
 It is the integration's rounding over some hundred steps."""
 DECLARED = 1e-12
 """The largest error of an increment, relative to the largest of its body.
 
-It is `ROUNDING`, and what the quadrature adds where mu is a tenth of h0, 3e-13 as measured."""
+It is `UNCERTAINTY`, and what the quadrature adds where mu is a tenth of h0, 3e-13 as measured."""
 SLOPE = 1e-3
 """Allowed difference of fitted slopes."""
 
@@ -74,7 +74,7 @@ def _told(bodies: list[Body], h0: float, found: list[heteroclinic.Increments]) -
     gained = np.array([x.gained for x in found])
     unit = np.array([_unit(body, h0) for body in bodies])
     # What the quadrature states of itself, and rounding, of which it knows nothing.
-    error = np.array([x.error.max() for x in found]) + ROUNDING * unit
+    error = np.array([x.error.max() for x in found]) + UNCERTAINTY * unit
     mu_over_h0 = np.array([float(body.mu) for body in bodies]) / h0
     remainder = np.abs(gained - first[:, None]).max(axis=1)
     mean = gained.mean(axis=1)
@@ -158,7 +158,7 @@ def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
     """
     found = compare.keys(stored, fresh)
     for key in ("mu_over_h0", "drawn"):
-        found += compare.arrays(key, stored[key], fresh[key], ROUNDING)
+        found += compare.arrays(key, stored[key], fresh[key], UNCERTAINTY)
     old, new = stored["bodies"], fresh["bodies"]
     if np.shape(old["error"]) != np.shape(new["error"]):
         return found + compare.arrays("bodies/error", old["error"], new["error"])
@@ -166,7 +166,7 @@ def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
     found += compare.beyond("bodies/error", new["error"], declared)
     error = np.asarray(old["error"]) + declared
     allowed = {
-        **dict.fromkeys(("alpha0", "beta0", "unit", "first_order"), ROUNDING),
+        **dict.fromkeys(("alpha0", "beta0", "unit", "first_order"), UNCERTAINTY),
         **dict.fromkeys(("slope", "mean_slope"), SLOPE),
         **dict.fromkeys(("remainder", "mean_remainder"), error[..., None]),
         "gained": error[..., None, None],

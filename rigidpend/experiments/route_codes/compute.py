@@ -14,7 +14,7 @@ import numpy as np
 from rigidpend import melnikov
 from rigidpend.description import Row, body_rows, exact_row, number_row
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.route_arrays import ROUNDING, array_differences
+from rigidpend.experiments.route_arrays import array_differences
 from rigidpend.experiments.route_codes.layout import BY_MAP, ZEROS
 from rigidpend.experiments.route_layout import MEANING
 from rigidpend.numbers.exact import Exact
@@ -54,7 +54,7 @@ SLOW = 10.0
 LONG = 200
 """Rotations from which on passages are said to be long, before they begin."""
 
-PHASES = {"theta2_0": ROUNDING, "melnikov_zeros": ROUNDING}
+PHASES = {"theta2_0": compare.ROUNDING, "melnikov_zeros": compare.ROUNDING}
 """Fields of an array that may differ by rounding, radians."""
 
 

@@ -43,8 +43,6 @@ PIECES = True
 """All work goes through pieces, which a cluster can compute."""
 TILE = 131_072
 """Cells computed at a time, and kept if the run is interrupted: about half a second by maps."""
-ROUNDING = 1e-14
-"""Allowed difference of the axes, relative: their rounding."""
 LOST = 1e-3
 """Allowed mean loss of certain symbols a cell, where doubles round otherwise."""
 OF_START = ("theta2_0", "log10_J1_0")
@@ -240,7 +238,7 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
     found = compare.keys(stored, fresh)
     single = ("y_axis", "marked", "nu", *COLUMNS)
     for name in [name for name in single if name in stored and name in fresh]:
-        found += compare.differences(stored[name], fresh[name], ROUNDING, name)
+        found += compare.differences(stored[name], fresh[name], compare.ROUNDING, name)
     found += _plane_differences(stored, fresh)
     old, new = stored.get("zooms", {}), fresh.get("zooms", {})
     found += compare.keys(old, new, "zooms")
@@ -254,7 +252,7 @@ def _plane_differences(stored: Data, fresh: Data) -> list[Difference]:
         return compare.arrays("codes", stored["codes"], fresh["codes"])
     found = []
     for name in ("x", "y"):
-        within = ROUNDING * float(np.abs(stored[name]).max())
+        within = compare.ROUNDING * float(np.abs(stored[name]).max())
         found += compare.arrays(name, stored[name], fresh[name], within)
     both = np.minimum(stored["certain"], fresh["certain"])
     known = np.arange(len(stored["codes"]))[:, None, None] < both

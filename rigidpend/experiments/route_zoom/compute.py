@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from rigidpend.description import Row, body_rows, exact_row
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.route_arrays import APART, ROUNDING, array_differences
+from rigidpend.experiments.route_arrays import APART, array_differences
 from rigidpend.experiments.route_zoom.layout import (
     PLACE,
     REFERENCE_BITS,
@@ -167,7 +167,7 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
     """
     found = compare.keys(stored, fresh)
     for name in ("repeats_after", "symbol"):
-        found += compare.arrays(name, stored[name], fresh[name], 10 * ROUNDING)
+        found += compare.arrays(name, stored[name], fresh[name], 10 * compare.ROUNDING)
     old, new = stored["levels"], fresh["levels"]
     found += compare.keys(old, new, "levels")
     for name in [name for name in old if name in new]:
@@ -177,7 +177,7 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
 
 def _level_differences(stored: Data, fresh: Data) -> list[Difference]:
     found = compare.arrays("centre", stored["centre"], fresh["centre"])
-    rounding = dict.fromkeys(("offset", "step"), ROUNDING * abs(float(stored["step"])))
+    rounding = dict.fromkeys(("offset", "step"), compare.ROUNDING * abs(float(stored["step"])))
     return found + array_differences(stored, fresh, rounding, APART)
 
 

@@ -40,7 +40,7 @@ BEGIN, ORBIT, ORBITS = 1.0, (5e-4, 8e-3), 1200
 """Seconds of any run, those of an orbit in doubles or in pairs of them, orbits per mu/h0.
 
 The configuration that is shipped took 12 s, half of it in pairs."""
-ROUNDING = 1e-13
+RELATIVE = 1e-13
 """Allowed relative difference of numbers of closed form."""
 MARGIN = 2
 """Allowed difference of two results, in units of the error that is admitted of each."""
@@ -180,7 +180,7 @@ def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
     """
     found = compare.keys(stored, fresh)
     for key in ("mu_over_h0", "closed_form"):
-        found += compare.differences(stored[key], fresh[key], ROUNDING, key)
+        found += compare.differences(stored[key], fresh[key], RELATIVE, key)
     coarsest = MARGIN * TOP * COARSEST
     found += compare.differences(stored["curve"], fresh["curve"], coarsest, "curve")
     old, new = stored["bodies"], fresh["bodies"]
@@ -199,17 +199,17 @@ def _allowed(stored: Data, within: Array) -> dict[str, Any]:
     """Allowed difference of fields; infinite for what is not resolved, or how it was found."""
     error, first = MARGIN * within, np.abs(stored["excess"][..., 0])
     # Of a slope: what the error does to the logarithms it is fitted to.
-    slope = np.where(np.isfinite(error), error / first, 0.0).max(axis=1) + ROUNDING
-    rounding = {key: ROUNDING * np.abs(stored[key]) for key in ("nu", "amplitude", "largest")}
+    slope = np.where(np.isfinite(error), error / first, 0.0).max(axis=1) + RELATIVE
+    rounding = {key: RELATIVE * np.abs(stored[key]) for key in ("nu", "amplitude", "largest")}
     return {
         **dict.fromkeys(("error", "bits", "orbits"), np.inf),
-        **dict.fromkeys(("alpha0", "beta0"), ROUNDING),
+        **dict.fromkeys(("alpha0", "beta0"), RELATIVE),
         "nu": rounding["nu"],
         "amplitude": rounding["amplitude"],
         "slope_amplitude": slope,
         "slope_curve": slope,
         "largest": TOP * error * stored["amplitude"] + np.nan_to_num(rounding["largest"]),
-        "reduced": error + ROUNDING,
+        "reduced": error + RELATIVE,
         "curve_excess": TOP * error,
         "excess": error[..., None],
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rigidpend.measure.stress.fields import CLAIM, DECIDED, DRIFT, GROWTH, PENDULUM, SPOILT
+from rigidpend.measure.stress.fields import DECIDED, DRIFT, GROWTH, OF_CLAIM, PENDULUM, SPOILT
 from rigidpend.results.layout import Layout
 
 CURVES: dict[str, Layout] = {
@@ -14,8 +14,8 @@ CURVES: dict[str, Layout] = {
 
 LAYOUT: Layout = {
     **{
-        f"{kind}?": {"claims": {f"<claims of {kind}>": CLAIM}, "curves": curves}
+        f"{kind}?": {"claims": {f"<claims of {kind}>": OF_CLAIM}, "curves": curves}
         for kind, curves in CURVES.items()
     },
-    "<kinds>": {"claims": {"<claims>": CLAIM}, "curves": {}},
+    "<kinds>": {"claims": {"<claims>": OF_CLAIM}, "curves": {}},
 }

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
-from rigidpend.measure.stress.fields import CLAIM
+from rigidpend.measure.stress.fields import OF_CLAIM
 from rigidpend.results.tree import Tree
 from rigidpend.routes.problem import ProblemError
 
@@ -113,5 +113,5 @@ def _stored(claim: Claim, value: float, note: str | None) -> Tree:
     }
     return {
         name: field.dataset(values[name])._replace(**meaning.get(name, {}))
-        for name, field in CLAIM.items()
+        for name, field in OF_CLAIM.items()
     }

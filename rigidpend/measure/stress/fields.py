@@ -9,7 +9,7 @@ def _number(units: str, description: str, *dimensions: int | str) -> Field:
     return Field(NUMBER, dimensions, units, description, gaps=True)
 
 
-CLAIM = {
+OF_CLAIM = {
     "value": _number("", ""),
     "bound": _number("", ""),
     "ratio": _number("1", "value over bound"),
