@@ -45,21 +45,27 @@ def array_differences(
         return found or compare.arrays("codes", stored["codes"], fresh["codes"])
     for field, limit in rounding.items():
         found += compare.arrays(field, stored[field], fresh[field], limit)
-    # A symbol that has become certain is no loss.
-    held = np.where(stored["certain"], 0.0, np.inf)
-    found += compare.arrays("certain", stored["certain"], fresh["certain"], held)
+    found += symbol_differences(stored, fresh)
     certain = stored["certain"] & fresh["certain"]
     # A crossing is as certain as the symbol that it ends; the first, which ends
     # none, as the symbol that it begins.
     after = np.vstack((certain[:1], certain))
-    for field, mask, within in (
-        ("codes", certain, 0.0),
-        ("separatrix", after, 0.0),
-        ("crossing_time", after, crossing_tolerance(len(after)) if times is None else times),
-    ):
-        allowed = np.where(mask, within, np.inf)
+    within = crossing_tolerance(len(after)) if times is None else times
+    for field, most in (("separatrix", 0.0), ("crossing_time", within)):
+        allowed = np.where(after, most, np.inf)
         found += compare.arrays(field, stored[field], fresh[field], allowed)
     return found
+
+
+def symbol_differences(stored: Data, fresh: Data) -> list[Difference]:
+    """Find where symbols differ that both know, and those that are not certain any more."""
+    # A symbol that has become certain is no loss.
+    held = np.where(stored["certain"], 0.0, np.inf)
+    known = np.where(stored["certain"] & fresh["certain"], 0.0, np.inf)
+    return [
+        *compare.arrays("certain", stored["certain"], fresh["certain"], held),
+        *compare.arrays("codes", stored["codes"], fresh["codes"], known),
+    ]
 
 
 def crossing_tolerance(crossings: int, growth: float = GROWTH) -> NDArray[np.float64]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any, Self
 
 import numpy as np
@@ -69,6 +69,17 @@ def keys(stored: Any, fresh: Any, place: str = "") -> list[Difference]:
         *(Difference(f"{at}{x}", PRESENT, ABSENT, words=" is only stored") for x in lost),
         *(Difference(f"{at}{x}", ABSENT, PRESENT, words=" is only computed") for x in new),
     ]
+
+
+def members(
+    stored: Any, fresh: Any, apart: Callable[[Any, Any], Iterable[Difference]], place: str = ""
+) -> list[Difference]:
+    """Find where groups of the same names differ, by what `apart` finds in two of one name."""
+    found = keys(stored, fresh, place)
+    for name in [name for name in stored if name in fresh]:
+        group = f"{place}/{name}" if place else name
+        found += inside(group, apart(stored[name], fresh[name]))
+    return found
 
 
 def attributes(stored: Any, fresh: Any, place: str) -> list[Difference]:
@@ -161,6 +172,11 @@ def arrays(place: str, stored: Any, fresh: Any, allowed: Any = 0.0) -> list[Diff
     index = f"[{', '.join(map(str, at))}]" if at else ""
     words = f": stored {shown(a[at])}, computed {shown(b[at])}{_aside(excess, limit)}"
     return [Difference(f"{place}{index}", a[at], b[at], limit, words)]
+
+
+def rounded(place: str, stored: Any, fresh: Any) -> list[Difference]:
+    """The worst element of two arrays that should differ by rounding, relative to their largest."""
+    return arrays(place, stored, fresh, ROUNDING * float(np.abs(stored).max()))
 
 
 def beyond(place: str, stated: Any, declared: Any) -> list[Difference]:

@@ -12,6 +12,7 @@ from rigidpend import hodograph, integrate
 from rigidpend.description import Row, body_rows, exact_row
 from rigidpend.experiments.asymptotic_orbits.layout import COUNTED, DRAWN, ORBITS, PLANE
 from rigidpend.experiments.contract import Means
+from rigidpend.experiments.route_arrays import symbol_differences
 from rigidpend.herpolhode import RouteOrbit, samples
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference
@@ -162,33 +163,25 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
 
     Errors that the fresh result states of itself must be as small as declared.
     """
-    found = compare.keys(stored["orbits"], fresh["orbits"], "orbits")
-    for name in stored["orbits"].keys() & fresh["orbits"].keys():
-        found += _length(f"orbits/{name}", stored["orbits"][name], fresh["orbits"][name])
-    found += compare.keys(stored["drawn"], fresh["drawn"], "drawn")
-    for name in stored["drawn"].keys() & fresh["drawn"].keys():
-        old, new = stored["drawn"][name], fresh["drawn"][name]
-        found += compare.differences(old, new, SAMPLED, f"drawn/{name}")
-    return sorted(found) + _planes(stored["plane"], fresh["plane"])
+    found = compare.members(stored["orbits"], fresh["orbits"], _length, "orbits")
+    found += compare.differences(stored["drawn"], fresh["drawn"], SAMPLED, "drawn")
+    return sorted(found) + compare.inside("plane", _plane_apart(stored["plane"], fresh["plane"]))
 
 
-def _length(place: str, old: Data, new: Data) -> list[Difference]:
+def _length(old: Data, new: Data) -> list[Difference]:
     if np.shape(old["word"]) != np.shape(new["word"]):
-        return compare.arrays(f"{place}/word", old["word"], new["word"])
+        return compare.arrays("word", old["word"], new["word"])
     found: list[Difference] = []
     # A phase of 30 digits decides its double: what may differ is in the rest.
     for key in ("word", "half_turns", "first", "arcs", "ends", "theta2_0", *CLOSE):
-        found += compare.arrays(f"{place}/{key}", old[key], new[key], CLOSE.get(key, 0.0))
+        found += compare.arrays(key, old[key], new[key], CLOSE.get(key, 0.0))
     for key, most in DECLARED.items():
-        found += compare.beyond(f"{place}/{key}", new[key], np.full(np.shape(new[key]), most))
+        found += compare.beyond(key, new[key], np.full(np.shape(new[key]), most))
     return found
 
 
-def _planes(old: Data, new: Data) -> list[Difference]:
-    found = compare.arrays("plane/theta2_0", old["theta2_0"], new["theta2_0"], compare.ROUNDING)
+def _plane_apart(old: Data, new: Data) -> list[Difference]:
+    found = compare.arrays("theta2_0", old["theta2_0"], new["theta2_0"], compare.ROUNDING)
     if found or old["codes"].shape != new["codes"].shape:
-        return found or compare.arrays("plane/codes", old["codes"], new["codes"])
-    held = np.where(old["certain"], 0.0, np.inf)
-    found += compare.arrays("plane/certain", old["certain"], new["certain"], held)
-    certain = np.where(old["certain"] & new["certain"], 0.0, np.inf)
-    return found + compare.arrays("plane/codes", old["codes"], new["codes"], certain)
+        return found or compare.arrays("codes", old["codes"], new["codes"])
+    return symbol_differences(old, new)

@@ -82,29 +82,23 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
     Curves are compared at the times that both hold: which samples are kept may hang on the
     last digit. By eq. (dtheta) an error of theta1 grows as J2^2/(J1 (J2 - J1)).
     """
-    found = compare.keys(stored, fresh) or _rounded(stored, fresh, "table", ANGLES)
-    old, new = stored["bodies"], fresh["bodies"]
-    found += compare.keys(old, new, "bodies")
-    for name in [name for name in old if name in new]:
-        apart = [*compare.keys(old[name], new[name])]
-        apart = apart or _body_differences(old[name], new[name])
-        found += compare.inside(f"bodies/{name}", apart)
-    return found
+    if found := compare.keys(stored, fresh):
+        return found
+    found = compare.inside("table", _rounded(stored["table"], fresh["table"], ANGLES))
+    return found + compare.members(stored["bodies"], fresh["bodies"], _body_differences, "bodies")
 
 
 def _body_differences(stored: Data, fresh: Data) -> list[Difference]:
-    found = _rounded(stored, fresh, "", WINDOW)
+    if found := compare.keys(stored, fresh):
+        return found
+    found = _rounded(stored, fresh, WINDOW)
     for surface in CURVES:
-        apart = compare.keys(stored[surface], fresh[surface])
-        apart = apart or _curves_apart(stored[surface], fresh[surface])
-        found += compare.inside(surface, apart)
+        found += compare.inside(surface, _curves_apart(stored[surface], fresh[surface]))
     return found
 
 
-def _rounded(stored: Data, fresh: Data, group: str, fields: Any) -> list[Difference]:
+def _rounded(stored: Data, fresh: Data, fields: Any) -> list[Difference]:
     """Compare numbers of closed form, up to their rounding."""
-    if group:
-        return compare.inside(group, _rounded(stored[group], fresh[group], "", fields))
     found = compare.keys(stored, fresh)
     for field in [field for field in fields if field in stored and field in fresh]:
         allowed = compare.ROUNDING * np.abs(stored[field])
@@ -113,6 +107,8 @@ def _rounded(stored: Data, fresh: Data, group: str, fields: Any) -> list[Differe
 
 
 def _curves_apart(stored: Data, fresh: Data) -> list[Difference]:
+    if found := compare.keys(stored, fresh):
+        return found
     old, new = (
         SurfaceCurves(*(np.asarray(group[field]) for field in SurfaceCurves._fields))
         for group in (stored, fresh)

@@ -163,8 +163,7 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
     if stored["codes"].shape != fresh["codes"].shape:
         return found + compare.arrays("codes", stored["codes"], fresh["codes"])
     for name in ("theta2_0", "log10_J1_0", "marked"):
-        within = compare.ROUNDING * float(np.abs(stored[name]).max())
-        found += compare.arrays(name, stored[name], fresh[name], within)
+        found += compare.rounded(name, stored[name], fresh[name])
     old, new = stored["exponent"], fresh["exponent"]
     both, n = np.isfinite(old) & np.isfinite(new), len(stored["codes"])
     lost = np.array([(np.isfinite(old) & ~both).mean()])

@@ -146,10 +146,7 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
     Routes must be the same. Samples may differ by what they change in the time by which two
     orbits may be apart: little at first, and more behind each passage.
     """
-    found = compare.keys(stored, fresh)
-    for name in [name for name in stored if name in fresh]:
-        found += compare.inside(name, _case_differences(stored[name], fresh[name]))
-    return found
+    return compare.members(stored, fresh, _case_differences)
 
 
 def _case_differences(stored: Data, fresh: Data) -> list[Difference]:

@@ -192,14 +192,13 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
     Symbols and separatrices must be the same where both are certain. Which precision decided
     a column hangs on the last bit and is not compared, nor whether maps did.
     """
-    found = compare.keys(stored, fresh)
-    for name in [name for name in stored if name in fresh]:
-        # Which columns maps decided depends on the method, not on the problem.
-        old, new = (
-            {key: x for key, x in side[name].items() if key != "by_map"} for side in (stored, fresh)
-        )
-        found += compare.inside(name, array_differences(old, new, PHASES))
-    return found
+    return compare.members(stored, fresh, _array_differences)
+
+
+def _array_differences(stored: Data, fresh: Data) -> list[Difference]:
+    # Which columns maps decided depends on the method, not on the problem.
+    old, new = ({key: x for key, x in side.items() if key != "by_map"} for side in (stored, fresh))
+    return array_differences(old, new, PHASES)
 
 
 def _array_row(name: str, grid: PhaseGrid) -> Row:

@@ -241,10 +241,7 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
         found += compare.differences(stored[name], fresh[name], compare.ROUNDING, name)
     found += _plane_differences(stored, fresh)
     old, new = stored.get("zooms", {}), fresh.get("zooms", {})
-    found += compare.keys(old, new, "zooms")
-    for name in [name for name in old if name in new]:
-        found += compare.inside(f"zooms/{name}", _plane_differences(old[name], new[name]))
-    return found
+    return found + compare.members(old, new, _plane_differences, "zooms")
 
 
 def _plane_differences(stored: Data, fresh: Data) -> list[Difference]:
@@ -252,8 +249,7 @@ def _plane_differences(stored: Data, fresh: Data) -> list[Difference]:
         return compare.arrays("codes", stored["codes"], fresh["codes"])
     found = []
     for name in ("x", "y"):
-        within = compare.ROUNDING * float(np.abs(stored[name]).max())
-        found += compare.arrays(name, stored[name], fresh[name], within)
+        found += compare.rounded(name, stored[name], fresh[name])
     both = np.minimum(stored["certain"], fresh["certain"])
     known = np.arange(len(stored["codes"]))[:, None, None] < both
     allowed = np.where(known, 0.0, np.inf)

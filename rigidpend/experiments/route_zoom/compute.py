@@ -168,11 +168,7 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
     found = compare.keys(stored, fresh)
     for name in ("repeats_after", "symbol"):
         found += compare.arrays(name, stored[name], fresh[name], 10 * compare.ROUNDING)
-    old, new = stored["levels"], fresh["levels"]
-    found += compare.keys(old, new, "levels")
-    for name in [name for name in old if name in new]:
-        found += compare.inside(f"levels/{name}", _level_differences(old[name], new[name]))
-    return found
+    return found + compare.members(stored["levels"], fresh["levels"], _level_differences, "levels")
 
 
 def _level_differences(stored: Data, fresh: Data) -> list[Difference]:
