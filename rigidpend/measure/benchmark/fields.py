@@ -14,6 +14,9 @@ from rigidpend.precession import turning_rate
 
 Field = Callable[[Any], tuple[Any, ...]]
 
+SMALLER = 1e-2
+"""The absolute tolerance, of the relative one: for components that pass through zero."""
+
 
 def principal(A: Numbers, r: Numbers, mu: Scalar) -> Field:
     """Euler-Poisson in principal axes, of 6 numbers."""

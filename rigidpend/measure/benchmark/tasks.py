@@ -106,6 +106,33 @@ class Crossed(NamedTuple):
     """(n_symbols, n), of a method that says which symbols it vouches for."""
 
 
+def carrier(
+    first: Any,
+    advance: Callable[[Any, float, float], Any],
+    read: Callable[[Any], Array] = np.asarray,
+) -> Carrier:
+    """A carrier that keeps the time and the states of all orbits.
+
+    Parameters
+    ----------
+    first : array
+        States at time 0.
+    advance : callable
+        From states, their time and a later one to the states then.
+    read : callable, optional
+        From states, in whatever form they are kept, to those of the answer.
+    """
+    now: list[Any] = [0.0, first]
+
+    def begin() -> None:
+        now[:] = [0.0, first]
+
+    def to(time: float) -> None:
+        now[:] = [time, advance(now[1], now[0], time)]
+
+    return Carrier(begin, to, lambda: read(now[1]))
+
+
 def orbits_of(task: Any, columns: Any) -> Any:
     """The same task for some of its orbits.
 
@@ -126,7 +153,7 @@ def orbits_of(task: Any, columns: Any) -> Any:
     return task._replace(**changes)
 
 
-def crossed(time: Any, M: Any, rising: Any, body: Body) -> Crossed:
+def crossed(time: Any, M: Any, body: Body, rising: Any = None) -> Crossed:
     """The answer from what was found at crossings of M3 = 0.
 
     Parameters
@@ -135,9 +162,12 @@ def crossed(time: Any, M: Any, rising: Any, body: Body) -> Crossed:
         Physical; NaN where there is no crossing.
     M : (2 or more, n_symbols + 1, n) array
         M1 and M2 there, or near enough to have the signs of Qp and Qm.
-    rising : (n_symbols + 1, n) or (n_symbols + 1, 1) array of bool
-        Whether M3 grows there.
+    body : Body
+    rising : (n_symbols + 1, n) array of bool, optional
+        Whether M3 grows there; by default upwards and downwards in turn.
     """
+    if rising is None:
+        rising = np.arange(len(time))[:, None] % 2 == 0
     half = body.alpha0 / 2
     along, across = math.cos(half) * M[0], math.sin(half) * M[1]
     beside = np.where(rising, np.where(along + across > 0, 2, 4), np.where(along < across, 1, 3))

@@ -257,79 +257,46 @@ def function(answer: Answer, threads: int, setting: Setting) -> Callable[[Any, A
 
 def _module(name: str) -> Any:
     """A module of methods; each is imported alone, for it may need what is not installed."""
-    return _MODULES[name]()
+    # Spelt out, so that the hash of the code that computes finds them.
+    match name:
+        case "aligned_taylor":
+            from rigidpend.measure.benchmark.methods import aligned_taylor
 
+            return aligned_taylor
+        case "cross_checks":
+            from rigidpend.measure.benchmark.methods import cross_checks
 
-def _aligned_taylor() -> Any:
-    from rigidpend.measure.benchmark.methods import aligned_taylor
+            return cross_checks
+        case "closed_form":
+            from rigidpend.measure.benchmark.methods import closed_form
 
-    return aligned_taylor
+            return closed_form
+        case "cyrk_compiled":
+            from rigidpend.measure.benchmark.methods import cyrk_compiled
 
+            return cyrk_compiled
+        case "diffrax_vmapped":
+            from rigidpend.measure.benchmark.methods import diffrax_vmapped
 
-def _cross_checks() -> Any:
-    from rigidpend.measure.benchmark.methods import cross_checks
+            return diffrax_vmapped
+        case "operator_splitting":
+            from rigidpend.measure.benchmark.methods import operator_splitting
 
-    return cross_checks
+            return operator_splitting
+        case "plain_heyoka":
+            from rigidpend.measure.benchmark.methods import plain_heyoka
 
+            return plain_heyoka
+        case "rebound_ode":
+            from rigidpend.measure.benchmark.methods import rebound_ode
 
-def _closed_form() -> Any:
-    from rigidpend.measure.benchmark.methods import closed_form
+            return rebound_ode
+        case "scipy_ivp":
+            from rigidpend.measure.benchmark.methods import scipy_ivp
 
-    return closed_form
+            return scipy_ivp
+        case "sundials_cvode":
+            from rigidpend.measure.benchmark.methods import sundials_cvode
 
-
-def _cyrk_compiled() -> Any:
-    from rigidpend.measure.benchmark.methods import cyrk_compiled
-
-    return cyrk_compiled
-
-
-def _diffrax_vmapped() -> Any:
-    from rigidpend.measure.benchmark.methods import diffrax_vmapped
-
-    return diffrax_vmapped
-
-
-def _operator_splitting() -> Any:
-    from rigidpend.measure.benchmark.methods import operator_splitting
-
-    return operator_splitting
-
-
-def _plain_heyoka() -> Any:
-    from rigidpend.measure.benchmark.methods import plain_heyoka
-
-    return plain_heyoka
-
-
-def _rebound_ode() -> Any:
-    from rigidpend.measure.benchmark.methods import rebound_ode
-
-    return rebound_ode
-
-
-def _scipy_ivp() -> Any:
-    from rigidpend.measure.benchmark.methods import scipy_ivp
-
-    return scipy_ivp
-
-
-def _sundials_cvode() -> Any:
-    from rigidpend.measure.benchmark.methods import sundials_cvode
-
-    return sundials_cvode
-
-
-# Spelt out, so that the hash of the code that computes finds them.
-_MODULES: dict[str, Callable[[], Any]] = {
-    "aligned_taylor": _aligned_taylor,
-    "cross_checks": _cross_checks,
-    "closed_form": _closed_form,
-    "cyrk_compiled": _cyrk_compiled,
-    "diffrax_vmapped": _diffrax_vmapped,
-    "operator_splitting": _operator_splitting,
-    "plain_heyoka": _plain_heyoka,
-    "rebound_ode": _rebound_ode,
-    "scipy_ivp": _scipy_ivp,
-    "sundials_cvode": _sundials_cvode,
-}
+            return sundials_cvode
+    raise KeyError(name)

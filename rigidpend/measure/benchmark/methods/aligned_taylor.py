@@ -21,6 +21,7 @@ from rigidpend.measure.benchmark.tasks import (
     RouteTask,
     Solver,
     aligned_states,
+    carrier,
     time_unit,
 )
 from rigidpend.measure.benchmark.threads import shared_out
@@ -37,17 +38,11 @@ def motion(task: MotionTask, tolerance: float, threads: int) -> Carrier:
     s = time_unit(task.body)
 
     def part(first: Array) -> Carrier:
-        now: list[Any] = [0.0, first]
+        def advance(states: Array, start: float, end: float) -> Array:
+            times = [s * start, s * end]
+            return integrate.sample_orbits(coefficients, states, times, tolerance=tolerance)[:, -1]
 
-        def begin() -> None:
-            now[:] = [0.0, first]
-
-        def to(time: float) -> None:
-            times = [s * now[0], s * time]
-            ended = integrate.sample_orbits(coefficients, now[1], times, tolerance=tolerance)
-            now[:] = [time, ended[:, -1]]
-
-        return Carrier(begin, to, lambda: now[1])
+        return carrier(first, advance)
 
     made = shared_out(part, aligned_states(task.body, task.states), threads)
     return Carrier(made.start, made.to, lambda: _principal(task, made.states()))

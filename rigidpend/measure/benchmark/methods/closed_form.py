@@ -15,6 +15,7 @@ from rigidpend.measure.benchmark.tasks import (
     Carrier,
     MotionTask,
     aligned_states,
+    carrier,
     direction,
     moments,
 )
@@ -29,26 +30,22 @@ def pendulum(task: MotionTask, _: float, threads: int) -> Carrier:
     A3, r, mu = moments(task.body)[2], direction(task.body), float(task.body.mu)
     assert task.h0 is not None
     energies = [float(h0) for h0 in task.h0]
-    found: list[Array] = []
 
-    def to(time: float) -> None:
+    def at(time: float) -> Array:
         ends = [body_motion(time, -1, A3, r, h0, mu, math) for h0 in energies]
-        found[:] = [np.array([(*M, *gamma) for M, gamma in ends]).T]
+        return np.array([(*M, *gamma) for M, gamma in ends]).T
 
-    return Carrier(found.clear, to, lambda: found[0])
+    return carrier(task.states, lambda _, __, time: at(time))
 
 
 def free_body(task: MotionTask, _: float, threads: int) -> Carrier:
     """The free body by Jacobi's functions, one orbit after the other."""
-    orbits, now = [_orbit(task, state) for state in task.states.T], [task.states]
+    orbits = [_orbit(task, state) for state in task.states.T]
 
-    def begin() -> None:
-        now[:] = [task.states]
+    def at(time: float) -> Array:
+        return np.stack([_ended(*orbit, time) for orbit in orbits], axis=1)
 
-    def to(time: float) -> None:
-        now[:] = [np.stack([_ended(*orbit, time) for orbit in orbits], axis=1)]
-
-    return Carrier(begin, to, lambda: now[0])
+    return carrier(task.states, lambda _, __, time: at(time))
 
 
 def _orbit(task: MotionTask, state: Array) -> tuple[Orbit, float, float]:

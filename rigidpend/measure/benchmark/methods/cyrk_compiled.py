@@ -5,6 +5,7 @@ Its events need Python, so crossings are looked up in its dense output, as numba
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from CyRK import nb_diffeq_addr, nbsolve2_ivp
 from numba import njit
 
 from rigidpend.body import Body
+from rigidpend.measure.benchmark.fields import SMALLER
 from rigidpend.measure.benchmark.methods.compiled_rates import rates
 from rigidpend.measure.benchmark.tasks import (
     AngleTask,
@@ -20,12 +22,11 @@ from rigidpend.measure.benchmark.tasks import (
     MotionTask,
     RouteTask,
     Solver,
+    carrier,
     crossed,
 )
 from rigidpend.measure.benchmark.threads import shared_out
 
-SMALLER = 1e-2
-"""The absolute tolerance, of the relative one: for components that pass through zero."""
 PIECES = 8
 """Pieces of the horizon; crossings are looked up in each, until there are enough."""
 FALSE_POSITIONS = 40
@@ -37,16 +38,11 @@ def motion(task: MotionTask, tolerance: float, threads: int, method: str) -> Car
     address = _address(task.body)
 
     def part(first: Array) -> Carrier:
-        now: list[Any] = [0.0, first]
+        def advance(states: Array, start: float, end: float) -> Array:
+            times = np.full(states.shape[1], end)
+            return _carried(address, states, start, times, method, tolerance)
 
-        def begin() -> None:
-            now[:] = [0.0, first]
-
-        def to(time: float) -> None:
-            times = np.full(first.shape[1], time)
-            now[:] = [time, _carried(address, now[1], now[0], times, method, tolerance)]
-
-        return Carrier(begin, to, lambda: now[1])
+        return carrier(first, advance)
 
     made: Carrier = shared_out(part, task.states, threads)
     return made
@@ -71,20 +67,15 @@ def codes(task: RouteTask, tolerance: float, threads: int, method: str) -> Solve
         return lambda: np.moveaxis(_crossings(*given), 0, -1)
 
     def read(found: Array) -> Any:
-        rising = np.arange(wanted)[:, None] % 2 == 0
-        return crossed(found[:, 0], found[:, 1:].swapaxes(0, 1), rising, task.problem.body)
+        return crossed(found[:, 0], found[:, 1:].swapaxes(0, 1), task.problem.body)
 
     return Solver(shared_out(part, task.states, threads), read)
 
 
-_kept: dict[tuple[Body, bool], Any] = {}
-
-
+@functools.cache
 def _address(body: Body, angles: bool = False) -> int:
     """The address of the compiled field."""
-    if (body, angles) not in _kept:
-        _kept[body, angles] = nb_diffeq_addr(rates(body, "dy, t, y, args", angles))
-    address: int = _kept[body, angles]
+    address: int = nb_diffeq_addr(rates(body, "dy, t, y, args", angles))
     return address
 
 

@@ -13,6 +13,7 @@ import optimistix
 
 from rigidpend.body import Body
 from rigidpend.measure.benchmark import fields
+from rigidpend.measure.benchmark.fields import SMALLER
 from rigidpend.measure.benchmark.tasks import (
     AngleTask,
     Array,
@@ -20,6 +21,7 @@ from rigidpend.measure.benchmark.tasks import (
     MotionTask,
     RouteTask,
     Solver,
+    carrier,
     crossed,
 )
 from rigidpend.measure.benchmark.threads import shared_out
@@ -31,8 +33,6 @@ ready: Any = jax.block_until_ready
 
 AT_ONCE = 1e-3
 """A time, physical, until which to go when only compilation is wanted."""
-SMALLER = 1e-2
-"""The absolute tolerance, of the relative one, as for SciPy."""
 
 
 def motion(task: MotionTask, tolerance: float, threads: int, solver: str) -> Carrier:
@@ -40,18 +40,12 @@ def motion(task: MotionTask, tolerance: float, threads: int, solver: str) -> Car
     solve = _to(task.body, False, solver)
 
     def part(states: Array) -> Carrier:
-        first = jnp.asarray(states.T)
-        now: list[Any] = [0.0, first]
+        def advance(states: Any, start: float, end: float) -> Any:
+            return ready(solve(states, start, jnp.asarray(np.full(len(states), end)), tolerance))
 
-        def begin() -> None:
-            now[:] = [0.0, first]
-
-        def to(time: float) -> None:
-            ends = jnp.asarray(np.full(len(first), time))
-            now[:] = [time, ready(solve(now[1], now[0], ends, tolerance))]
-
-        to(AT_ONCE)
-        return Carrier(begin, to, lambda: np.asarray(now[1]).T)
+        made = carrier(jnp.asarray(states.T), advance, lambda found: np.asarray(found).T)
+        made.to(AT_ONCE)
+        return made
 
     made: Carrier = shared_out(part, task.states, threads)
     return made
@@ -84,11 +78,8 @@ def codes(task: RouteTask, tolerance: float, threads: int, solver: str) -> Solve
 
         return run
 
-    rising = np.arange(wanted)[:, None] % 2 == 0
-    return Solver(
-        shared_out(part, task.states, threads),
-        lambda found: crossed(found[0], found[1:], rising, body),
-    )
+    solve_all = shared_out(part, task.states, threads)
+    return Solver(solve_all, lambda found: crossed(found[0], found[1:], body))
 
 
 @functools.cache

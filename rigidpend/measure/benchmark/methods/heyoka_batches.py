@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.integrate.compiled import heyoka
+from rigidpend.measure.benchmark import tasks
 from rigidpend.measure.benchmark.tasks import Array, Carrier
 
 
@@ -39,15 +40,11 @@ class BatchCrossings(NamedTuple):
 def carrier(system: Any, states: Array, tolerance: float, build: Build) -> Carrier:
     """Carry orbits (d, n) on, as many at once as there are lanes."""
     made = _compiled(system, tolerance, build)
-    now: list[Any] = [0.0, states]
 
-    def begin() -> None:
-        now[:] = [0.0, states]
+    def advance(states: Array, start: float, end: float) -> Array:
+        return _carried(made, states, start, np.full(states.shape[1], end))
 
-    def to(time: float) -> None:
-        now[:] = [time, _carried(made, now[1], now[0], np.full(states.shape[1], time))]
-
-    return Carrier(begin, to, lambda: now[1])
+    return tasks.carrier(states, advance)
 
 
 def ends(
@@ -62,25 +59,19 @@ def ensemble(system: Any, states: Array, tolerance: float, build: Build, threads
     """Carry orbits on by `ensemble_propagate_until_batch`, which copies its integrator."""
     hy, width = heyoka(), build.lanes
     made = _compiled(system, tolerance, build)
-    now: list[Any] = [0.0, states]
 
-    def begin() -> None:
-        now[:] = [0.0, states]
-
-    def to(time: float) -> None:
-        start, before = now
-
+    def advance(before: Array, start: float, end: float) -> Array:
         def loaded(integrator: Any, part: int) -> Any:
             integrator.set_time(start)
             integrator.state[:] = _lanes(before, part * width, width)
             return integrator
 
         parts = -(-before.shape[1] // width)
-        ended = hy.ensemble_propagate_until_batch(made, time, parts, loaded, max_workers=threads)
+        ended = hy.ensemble_propagate_until_batch(made, end, parts, loaded, max_workers=threads)
         after = np.concatenate([result[0].state for result in ended], axis=1)
-        now[:] = [time, after[:, : before.shape[1]]]
+        return after[:, : before.shape[1]]
 
-    return Carrier(begin, to, lambda: now[1])
+    return tasks.carrier(states, advance)
 
 
 def crossings(

@@ -20,6 +20,7 @@ from rigidpend.measure.benchmark.tasks import (
     MotionTask,
     RouteTask,
     Solver,
+    carrier,
     direction,
     moments,
     time_unit,
@@ -33,17 +34,12 @@ REFINEMENTS = 4
 def motion(task: MotionTask, steps: float, threads: int, order: int) -> Carrier:
     """Orbits in M and gamma."""
     made, h = _made(task.body, order), task.period / steps
-    first = _vectors(task.states)
-    now: list[Any] = [0.0, first]
 
-    def begin() -> None:
-        now[:] = [0.0, first]
+    def advance(v: list[Array], start: float, end: float) -> list[Array]:
+        count = math.ceil((end - start) / h)
+        return made.advance(v, (end - start) / count, count)
 
-    def to(time: float) -> None:
-        count = math.ceil((time - now[0]) / h)
-        now[:] = [time, made.advance(now[1], (time - now[0]) / count, count)]
-
-    return Carrier(begin, to, lambda: _states(now[1]))
+    return carrier(_vectors(task.states), advance, _states)
 
 
 def codes(task: RouteTask, steps: float, threads: int, order: int) -> Solver:

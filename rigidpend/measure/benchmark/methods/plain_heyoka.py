@@ -89,7 +89,7 @@ def principal_codes(task: RouteTask, tolerance: float, threads: int, **build: An
         task.states,
         threads,
     )
-    return Solver(solve, lambda found: crossed(found.time, found.kept, found.rising, body))
+    return Solver(solve, lambda found: crossed(found.time, found.kept, body, found.rising))
 
 
 def principal_angle(task: AngleTask, tolerance: float, threads: int, **build: Any) -> Solver:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,6 @@ AWAY = 0.1
 
 _Vector: Any = types.CPointer(types.float64)
 _SIGNATURE = types.void(types.voidptr, _Vector, _Vector, types.float64)
-_compiled: dict[tuple[Body, bool], Any] = {}
 
 
 def motion(task: MotionTask, tolerance: float, threads: int) -> Carrier:
@@ -69,7 +69,6 @@ def codes(task: RouteTask, tolerance: float, threads: int) -> Solver:
     """Crossings of M3 = 0: steps until it changes sign, then Newton's."""
     body, wanted = task.problem.body, task.problem.n_symbols + 1
     slope = rates(body, "t, y, dy")
-    rising = np.arange(wanted)[:, None] % 2 == 0
 
     def one(state: Array) -> Array:
         simulation, ode = _begun(body, state, tolerance)
@@ -90,7 +89,7 @@ def codes(task: RouteTask, tolerance: float, threads: int) -> Solver:
     def solve() -> Array:
         return np.stack([one(state) for state in task.states.T], axis=-1)
 
-    return Solver(solve, lambda found: crossed(found[0], found[1:], rising, body))
+    return Solver(solve, lambda found: crossed(found[0], found[1:], body))
 
 
 def _begun(body: Body, state: Array, tolerance: float) -> tuple[Any, Any]:
@@ -105,7 +104,6 @@ def _begun(body: Body, state: Array, tolerance: float) -> tuple[Any, Any]:
     return simulation, ode
 
 
+@functools.cache
 def _address(body: Body, angles: bool) -> Any:
-    if (body, angles) not in _compiled:
-        _compiled[body, angles] = cfunc(_SIGNATURE)(rates(body, "ode, dy, y, t", angles))
-    return _compiled[body, angles]
+    return cfunc(_SIGNATURE)(rates(body, "ode, dy, y, t", angles))

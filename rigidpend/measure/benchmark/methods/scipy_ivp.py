@@ -14,6 +14,7 @@ import numpy as np
 from scipy.integrate import DOP853, solve_ivp
 
 from rigidpend.measure.benchmark import fields
+from rigidpend.measure.benchmark.fields import SMALLER
 from rigidpend.measure.benchmark.flat import flat
 from rigidpend.measure.benchmark.tasks import (
     AngleTask,
@@ -22,11 +23,10 @@ from rigidpend.measure.benchmark.tasks import (
     MotionTask,
     RouteTask,
     Solver,
+    carrier,
     crossed,
 )
 
-SMALLER = 1e-2
-"""The absolute tolerance, of the relative one: for components that pass through zero."""
 FALSE_POSITIONS = 12
 """Steps from the ends of a step to the crossings in it."""
 
@@ -36,21 +36,13 @@ def motion(
 ) -> Carrier:
     """Orbits in M and gamma."""
     rates = flat(fields.of_body(task.body), 6)
-    now: list[Any] = [0.0, task.states]
 
-    def begin() -> None:
-        now[:] = [0.0, task.states]
-
-    def to(time: float) -> None:
-        span = (now[0], time)
+    def advance(states: Array, *span: float) -> Array:
         if abreast:
-            now[1] = _system(rates, now[1], span, method, tolerance)
-        else:
-            ends = [_end(rates, y, span, method, tolerance) for y in now[1].T]
-            now[1] = np.array(ends).T
-        now[0] = time
+            return _system(rates, states, span, method, tolerance)
+        return np.array([_end(rates, y, span, method, tolerance) for y in states.T]).T
 
-    return Carrier(begin, to, lambda: now[1])
+    return carrier(task.states, advance)
 
 
 def codes(
@@ -59,7 +51,6 @@ def codes(
     """Crossings of M3 = 0: by `events`, or abreast by the dense output of each step."""
     rates, body = flat(fields.of_body(task.problem.body), 6), task.problem.body
     wanted = task.problem.n_symbols + 1
-    rising = np.arange(wanted)[:, None] % 2 == 0
 
     def solve() -> Array:
         if abreast:
@@ -69,7 +60,7 @@ def codes(
         ]
         return np.stack(each, axis=-1)
 
-    return Solver(solve, lambda found: crossed(found[0], found[1:], rising, body))
+    return Solver(solve, lambda found: crossed(found[0], found[1:], body))
 
 
 def angle(

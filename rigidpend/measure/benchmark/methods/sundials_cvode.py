@@ -9,6 +9,7 @@ from numba import njit
 from sksundae.cvode import CVODE
 
 from rigidpend.body import Body
+from rigidpend.measure.benchmark.fields import SMALLER
 from rigidpend.measure.benchmark.methods.compiled_rates import rates
 from rigidpend.measure.benchmark.tasks import (
     AngleTask,
@@ -17,11 +18,10 @@ from rigidpend.measure.benchmark.tasks import (
     MotionTask,
     RouteTask,
     Solver,
+    carrier,
     crossed,
 )
 
-SMALLER = 1e-2
-"""The absolute tolerance, of the relative one: for components that pass through zero."""
 STEPS = 10_000_000
 """More steps than any orbit needs; the library's own limit is 500."""
 
@@ -29,15 +29,9 @@ STEPS = 10_000_000
 def motion(task: MotionTask, tolerance: float, threads: int, method: str) -> Carrier:
     """Orbits in M and gamma."""
     solver = _solver(task.body, tolerance, method)
-    now: list[Any] = [0.0, task.states]
-
-    def begin() -> None:
-        now[:] = [0.0, task.states]
-
-    def to(time: float) -> None:
-        now[:] = [time, np.array([_end(solver, y, now[0], time) for y in now[1].T]).T]
-
-    return Carrier(begin, to, lambda: now[1])
+    return carrier(
+        task.states, lambda states, *span: np.array([_end(solver, y, *span) for y in states.T]).T
+    )
 
 
 def angle(task: AngleTask, tolerance: float, threads: int, method: str) -> Solver:
@@ -56,7 +50,6 @@ def codes(task: RouteTask, tolerance: float, threads: int, method: str) -> Solve
 
     section.terminal = [wanted]  # type: ignore[attr-defined]
     compiled = njit(rates(body, "t, y, dy"))
-    rising = np.arange(wanted)[:, None] % 2 == 0
 
     def one(state: Array) -> Array:
         # A solver that has met its last event tells the same events again: each orbit has its own.
@@ -71,7 +64,7 @@ def codes(task: RouteTask, tolerance: float, threads: int, method: str) -> Solve
     def solve() -> Array:
         return np.stack([one(state) for state in task.states.T], axis=-1)
 
-    return Solver(solve, lambda found: crossed(found[0], found[1:], rising, body))
+    return Solver(solve, lambda found: crossed(found[0], found[1:], body))
 
 
 def _solver(body: Body, tolerance: float, method: str, angles: bool = False) -> Any:
