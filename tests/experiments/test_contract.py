@@ -86,6 +86,7 @@ def imported(file: Path) -> Iterator[str]:
 
 
 SHARED = (
+    "rigidpend.alphabet",
     "rigidpend.certified.storage",
     "rigidpend.config.changes",
     "rigidpend.numbers.decimals",
