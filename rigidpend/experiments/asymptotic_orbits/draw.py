@@ -8,11 +8,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from rigidpend.render.code_arrays import NORM, symbol_entries
 from rigidpend.render.palette import BLUE, GREEN, PINK, RED, WIDTH
+from rigidpend.render.panels import entry, title
 
 if TYPE_CHECKING:
     from rigidpend.results.tree import Data, Loaded
@@ -42,11 +42,11 @@ def draw(result: Loaded) -> Figure:
     _draw_heights(axes[0], drawn)
     for one, (name, curve), colour, letter in zip(axes[1:], drawn, CURVES, "cdef", strict=False):
         _draw_hodograph(one, curve, colour)
-        one.set_title(f"{letter})  {_title(name)}", loc="left", fontsize=8.5)
+        title(one, letter, _count(name))
     return figure
 
 
-def _title(name: str) -> str:
+def _count(name: str) -> str:
     return {"0": "no symbol", "1": "1 symbol"}.get(name, f"{name} symbols")
 
 
@@ -73,15 +73,15 @@ def _draw_plane(axes: Axes, data: Data) -> None:
     axes.set_yticks(range(1, rows + 1))
     axes.set_xlabel(r"$\theta_2^0$ (rad)")
     axes.set_ylabel("$i$", rotation=0, va="center")
-    axes.set_title("a)  route codes", loc="left", fontsize=8.5)
+    title(axes, "a", "route codes")
     zero, one = symbol_entries()
     zero.set_facecolor(SHADES[0])
     lines = [
-        Line2D([], [], color=ENDS["heteroclinic"], label="heteroclinic"),
-        Line2D([], [], color=ENDS["homoclinic"], label="homoclinic"),
+        entry("heteroclinic", color=ENDS["heteroclinic"]),
+        entry("homoclinic", color=ENDS["homoclinic"]),
     ]
     axes.legend(
-        handles=[zero, one, *lines], ncols=4, fontsize=7.5, frameon=False,
+        handles=[zero, one, *lines], ncols=4, fontsize=7.5,
         loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.1,
     )  # fmt: skip
 
@@ -92,13 +92,13 @@ def _draw_heights(axes: Axes, drawn: list[tuple[str, Data]]) -> None:
         # theta1 is modulo 4 pi: no line where it begins anew.
         broken = np.flatnonzero(np.abs(np.diff(theta1)) > 2) + 1
         theta1, height = np.insert(theta1, broken, np.nan), np.insert(height, broken, np.nan)
-        axes.plot(theta1, height, color=colour, ls=style, lw=1.2, label=_title(name))
+        axes.plot(theta1, height, color=colour, ls=style, lw=1.2, label=_count(name))
     axes.set_xlim(0, 4)
     axes.set_ylim(-0.02, 1.02)
     axes.set_xlabel(r"$\theta_1/\pi$")
     axes.set_ylabel("$J_1/J_2$")
-    axes.legend(fontsize=7, frameon=False, loc="center right", handlelength=2.4)
-    axes.set_title("b)  the sampled orbits", loc="left", fontsize=8.5)
+    axes.legend(fontsize=7, loc="center right", handlelength=2.4)
+    title(axes, "b", "the sampled orbits")
 
 
 def _draw_hodograph(axes: Axes, curve: Data, colour: str) -> None:

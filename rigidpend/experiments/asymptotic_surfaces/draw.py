@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from rigidpend.render.palette import BLUE, RED, WIDTH
+from rigidpend.render.panels import entry
 
 if TYPE_CHECKING:
     from rigidpend.results.tree import Data, Loaded
@@ -99,8 +100,6 @@ def _place(body: Data) -> str:
 
 def _legend_entries() -> list[Line2D]:
     return [
-        *(Line2D([], [], color=COLOURS[name], label=f"orbits on {NAMES[name]}") for name in NAMES),
-        Line2D(
-            [], [], color="0.35", ls=(0, (4, 3)), lw=0.8, label=r"$\alpha_0 + \beta_0 \pm \Delta_1$"
-        ),
+        *(entry(f"orbits on {NAMES[name]}", color=COLOURS[name]) for name in NAMES),
+        entry(r"$\alpha_0 + \beta_0 \pm \Delta_1$", color="0.35", ls=(0, (4, 3)), lw=0.8),
     ]

@@ -16,6 +16,7 @@ from rigidpend.measure.benchmark import reading
 from rigidpend.measure.benchmark.methods import METHODS
 from rigidpend.measure.benchmark.problems import NAMES
 from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, SKY, WIDTH
+from rigidpend.render.panels import entry
 
 if TYPE_CHECKING:
     from rigidpend.results.tree import Data, Loaded
@@ -257,17 +258,9 @@ def _order(name: str) -> float:
 
 
 def _legend(shown: set[str]) -> list[Line2D]:
-    return [
-        Line2D(
-            [],
-            [],
-            color=look.colour,
-            ls=look.line or "none",
-            lw=look.width,
-            marker=look.marker,
-            ms=_size(look),
-            label=look.label,
-        )
-        for name, look in reversed(APPEARANCES.items())
-        if name in shown
-    ]
+    return [_entry(look) for name, look in reversed(APPEARANCES.items()) if name in shown]
+
+
+def _entry(look: Appearance) -> Line2D:
+    style: dict[str, Any] = {"color": look.colour, "ls": look.line or "none", "lw": look.width}
+    return entry(look.label, **style, marker=look.marker, ms=_size(look))

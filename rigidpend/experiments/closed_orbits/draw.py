@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rigidpend.render.palette import BLUE, RED, WIDTH
+from rigidpend.render.panels import title
 
 if TYPE_CHECKING:
     from rigidpend.results.tree import Data, Loaded
@@ -35,7 +36,7 @@ def _draw_places(figure: Figure, axes: Axes, data: Data) -> None:
     axes.set_xlabel(r"$\chi$ (rad)")
     axes.set_ylabel(r"$d$")
     axes.ticklabel_format(axis="y", style="sci", scilimits=(0, 0), useMathText=True)
-    axes.set_title("a)  upward crossings of all orbits", loc="left", fontsize=8.5)
+    title(axes, "a", "upward crossings of all orbits")
 
 
 def _draw_exponents(axes: Axes, data: Data) -> None:
@@ -50,5 +51,5 @@ def _draw_exponents(axes: Axes, data: Data) -> None:
     axes.axhline(mean, color=RED, lw=0.9, label="long orbit")
     axes.set_xlabel("symbols of the word")
     axes.set_ylabel("Lyapunov exponent per passage")
-    axes.legend(fontsize=7.5, frameon=False)
-    axes.set_title("b)  averages over closed orbits", loc="left", fontsize=8.5)
+    axes.legend(fontsize=7.5)
+    title(axes, "b", "averages over closed orbits")

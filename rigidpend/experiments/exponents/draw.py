@@ -11,6 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 from rigidpend.render.code_planes import cell_ends, draw_changes
 from rigidpend.render.palette import BLUE, RED, WIDTH
+from rigidpend.render.panels import title
 
 if TYPE_CHECKING:
     from rigidpend.results.tree import Data, Loaded
@@ -54,7 +55,7 @@ def _draw_plane(figure: Figure, axes: Axes, data: Data) -> None:
     axes.set_xlabel(r"$\theta_2^0$ (rad)")
     axes.set_ylabel(r"$\log_{10} J_1^0$")
     n = len(data["codes"])
-    axes.set_title(f"a)  exponents of {n} passages", loc="left", fontsize=8.5)
+    title(axes, "a", f"exponents of {n} passages")
 
 
 def _draw_spread(axes: Axes, growth: Data) -> None:
@@ -69,8 +70,8 @@ def _draw_spread(axes: Axes, growth: Data) -> None:
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_xlabel("passages")
     axes.set_ylabel("exponent per passage")
-    axes.legend(fontsize=7.5, frameon=False)
-    axes.set_title("b)  over fewer passages", loc="left", fontsize=8.5)
+    axes.legend(fontsize=7.5)
+    title(axes, "b", "over fewer passages")
 
 
 def _draw_check(axes: Axes, checked: Data) -> None:
@@ -79,5 +80,5 @@ def _draw_check(axes: Axes, checked: Data) -> None:
     axes.semilogy(growth, difference, ".", color=BLUE, ms=3, label="difference")
     axes.semilogy(growth, checked["allowed"][order], color=RED, lw=0.9, label="allowed")
     axes.set_xlabel("ln of the growth")
-    axes.set_title("c)  by variational equations, less map", loc="left", fontsize=8.5)
-    axes.legend(fontsize=7.5, frameon=False, loc="upper left")
+    title(axes, "c", "by variational equations, less map")
+    axes.legend(fontsize=7.5, loc="upper left")

@@ -10,7 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from rigidpend.numbers.generic import Scalar
-from rigidpend.render.palette import BLUE, GREEN, PINK, RED, WIDTH
+from rigidpend.render.palette import SEPARATRIX as COLOUR
+from rigidpend.render.palette import WIDTH
+from rigidpend.render.panels import entry
 
 if TYPE_CHECKING:
     from rigidpend.results.tree import Data, Loaded
@@ -18,7 +20,6 @@ if TYPE_CHECKING:
 
 ROW = 2.75
 """Height of a case, inches."""
-COLOUR = {1: GREEN, 2: BLUE, 3: PINK, 4: RED}
 STYLE: dict[int, Any] = {1: (0, (4, 1)), 2: "-", 3: (0, (4, 1, 1, 1)), 4: (0, (1.5, 0.8))}
 """Line style of each separatrix."""
 PLATEAU, PRECESSION = "black", "0.55"
@@ -142,9 +143,9 @@ def _arrows(axes: Axes, x: Scalar, y: Scalar, colour: str) -> None:
 def _legend(cases: Data) -> list[Line2D]:
     shown = sorted({int(i) for case in cases.values() for i in case["separatrix"]})
     return [
-        *(Line2D([], [], color=COLOUR[i], ls=STYLE[i], label=f"separatrix {i}") for i in shown),
-        Line2D([], [], color=PRECESSION, lw=2.2, label=r"$\theta_3$"),
-        Line2D([], [], color=PLATEAU, ls="--", lw=0.8, label="predicted plateau"),
-        Line2D([], [], color="black", marker="o", mfc="white", ls="", label="start"),
-        Line2D([], [], color="black", marker="s", mfc="white", ls="", label="end"),
+        *(entry(f"separatrix {i}", color=COLOUR[i], ls=STYLE[i]) for i in shown),
+        entry(r"$\theta_3$", color=PRECESSION, lw=2.2),
+        entry("predicted plateau", color=PLATEAU, ls="--", lw=0.8),
+        entry("start", color="black", marker="o", mfc="white", ls=""),
+        entry("end", color="black", marker="s", mfc="white", ls=""),
     ]

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from rigidpend.alphabet import NO_SYMBOL
 from rigidpend.render import separatrix_ticks
 from rigidpend.render.palette import BLUE, RED, WIDTH
+from rigidpend.render.panels import entry
 
 if TYPE_CHECKING:
     from rigidpend.results.tree import Loaded
@@ -51,9 +51,7 @@ def draw(result: Loaded) -> Figure:
     _draw_edges(axes, data["edges"])
     _draw_vertices(axes, data["vertices"])
     _name_axes(axes, data["vertices"])
-    handles = [
-        Line2D([], [], color=k.colour, ls=k.style, lw=1.8, label=k.label) for k in LOOKS.values()
-    ]
+    handles = [entry(k.label, color=k.colour, ls=k.style, lw=1.8) for k in LOOKS.values()]
     figure.legend(handles=handles, loc="lower center", ncols=3, handlelength=2.6)
     return figure
 

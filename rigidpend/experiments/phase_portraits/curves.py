@@ -20,6 +20,11 @@ class CurveLook(NamedTuple):
     style: Any
     label: str
 
+    @property
+    def line(self) -> dict[str, Any]:
+        """What `Axes.plot` is told of it."""
+        return {"color": self.colour, "lw": self.width, "ls": self.style}
+
 
 ORBITS = {
     1: CurveLook(PINK, "#EFD6E4", 0.9, "-", r"orbits around $\pm M_1$"),

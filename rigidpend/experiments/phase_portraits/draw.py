@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from rigidpend.experiments.phase_portraits.curves import (
     FALLING,
@@ -20,6 +19,7 @@ from rigidpend.experiments.phase_portraits.curves import (
 from rigidpend.numbers.generic import Scalar
 from rigidpend.render import separatrix_ticks
 from rigidpend.render.palette import WIDTH
+from rigidpend.render.panels import entry
 
 if TYPE_CHECKING:
     from rigidpend.results.tree import Data, Loaded
@@ -29,6 +29,8 @@ HEIGHT = 3.3
 """Height of the figure, inches."""
 SPHERE, PLANE = (0.02, 0.10, 0.43, 0.86), (0.515, 0.305, 0.432, 0.565)
 """Left, bottom, width and height of the panels, in parts of the figure."""
+ARROW = {"arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0}
+"""Arrows that end at their points."""
 
 
 def draw(result: Loaded) -> Figure:
@@ -40,7 +42,7 @@ def draw(result: Loaded) -> Figure:
     for x, name in ((SPHERE[0], "a"), (PLANE[0], "b")):
         figure.text(x, 0.94, name, style="italic", fontsize=9)
     looks = (RISING, FALLING, *ORBITS.values())
-    handles = [Line2D([], [], color=k.colour, lw=k.width, ls=k.style, label=k.label) for k in looks]
+    handles = [entry(look.label, **look.line) for look in looks]
     figure.legend(handles=handles, loc="lower center", ncols=4, handlelength=2.2, columnspacing=1.4)
     return figure
 
@@ -52,20 +54,10 @@ def _draw_sphere(axes: Axes, data: Data) -> None:
     for curve in all_curves(data):
         x, y, _ = curve.projected
         look, seen = curve.look, curve.visible
-        pale: dict[str, Any] = {
-            "color": look.pale,
-            "lw": 0.7 * look.width,
-            "label": f"{curve.name}, hidden",
-        }
         # NaN breaks a line: each curve is drawn twice, its hidden parts paler and below.
-        axes.plot(np.where(seen, np.nan, x), y, **pale)
-        line: dict[str, Any] = {
-            "color": look.colour,
-            "lw": look.width,
-            "ls": look.style,
-            "label": curve.name,
-        }
-        axes.plot(np.where(seen, x, np.nan), y, **line, zorder=4)
+        hidden, said = np.where(seen, np.nan, x), f"{curve.name}, hidden"
+        axes.plot(hidden, y, color=look.pale, lw=0.7 * look.width, label=said)
+        axes.plot(np.where(seen, x, np.nan), y, **look.line, label=curve.name, zorder=4)
         _draw_arrows(axes, x, y, curve.arrows[seen[curve.arrows]], look)
         if curve.name != "orbit":
             _name_separatrix(axes, curve)
@@ -104,13 +96,7 @@ def _draw_axes(axes: Axes, sphere: Any) -> None:
     """Draw the axes outside the sphere; those away from the viewer lie behind it."""
     for i in range(3):
         foot, tip = sphere["axis_feet"][:, i], sphere["axis_tips"][:2, i]
-        arrow: dict[str, Any] = {
-            "arrowstyle": "-|>",
-            "lw": 0.9,
-            "color": "black",
-            "shrinkA": 0,
-            "shrinkB": 0,
-        }
+        arrow: dict[str, Any] = {**ARROW, "lw": 0.9, "color": "black"}
         note = axes.annotate("", tip, foot[:2], arrowprops=arrow, annotation_clip=False)
         note.set_zorder(6 if foot[2] >= 0 else 0)
         # The name stands on the far side of the tip, away from the arrow.
@@ -122,9 +108,7 @@ def _draw_axes(axes: Axes, sphere: Any) -> None:
 def _draw_plane(axes: Axes, data: Data) -> None:
     plane, curves = data["plane"], all_curves(data)
     for curve in (c for c in curves if c.name == "orbit"):
-        axes.plot(
-            curve.theta1, curve.J1, color=curve.look.colour, lw=curve.look.width, label="orbit"
-        )
+        axes.plot(curve.theta1, curve.J1, **curve.look.line, label="orbit")
         _draw_arrows(axes, curve.theta1, curve.J1, curve.arrows, curve.look)
     named = {curve.name: curve for curve in curves}
     for x, number in zip(plane["separatrix_theta1"], plane["separatrix"], strict=True):
@@ -141,14 +125,8 @@ def _draw_plane(axes: Axes, data: Data) -> None:
 def _draw_segment(axes: Axes, theta1: float, curve: Curve, number: str) -> None:
     """Draw a separatrix at its place, or 4 pi further."""
     look, x = curve.look, np.full_like(curve.J1, theta1)
-    line: dict[str, Any] = {
-        "color": look.colour,
-        "lw": look.width,
-        "ls": look.style,
-        "label": curve.name,
-    }
     # The outer ones lie on the edges, which would cut off half of their width.
-    axes.plot(x, curve.J1, **line, clip_on=False, zorder=4)
+    axes.plot(x, curve.J1, **look.line, label=curve.name, clip_on=False, zorder=4)
     _draw_arrows(axes, x, curve.J1, curve.arrows, look)
     above: dict[str, Any] = {"xytext": (0, 3), "textcoords": "offset points", "ha": "center"}
     axes.annotate(number, (theta1, 1), **above, color=look.colour, weight="bold")
@@ -157,13 +135,7 @@ def _draw_segment(axes: Axes, theta1: float, curve: Curve, number: str) -> None:
 def _draw_arrows(axes: Axes, x: Scalar, y: Scalar, indices: Any, look: CurveLook) -> None:
     """Draw arrow heads that point from each marked point to the next."""
     for i in indices:
-        head: dict[str, Any] = {
-            "arrowstyle": "-|>",
-            "color": look.colour,
-            "lw": 0,
-            "shrinkA": 0,
-            "shrinkB": 0,
-        }
+        head: dict[str, Any] = {**ARROW, "color": look.colour, "lw": 0}
         head["mutation_scale"] = 6 + 3 * look.width
         ends = (x[i + 1], y[i + 1]), (x[i], y[i])
         axes.annotate("", *ends, arrowprops=head, annotation_clip=False, zorder=5)

@@ -10,7 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, WIDTH
+from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, SEPARATRIX, WIDTH
+from rigidpend.render.panels import entry, title
 
 if TYPE_CHECKING:
     from rigidpend.results.tree import Data, Loaded
@@ -18,8 +19,8 @@ if TYPE_CHECKING:
 
 HEIGHT = 5.4
 """Height of the figure, inches."""
-SEPARATRICES = ((GREEN, "o"), (BLUE, "s"), (PINK, "D"), (RED, "^"))
-"""Colour and marker of the separatrices 1, 2, 3, 4."""
+MARKERS = "osD^"
+"""Markers of the separatrices 1, 2, 3, 4."""
 BODIES: tuple[tuple[str, Any, str], ...] = (
     (BLUE, "-", "o"),
     (ORANGE, (0, (5, 1)), "s"),
@@ -41,14 +42,14 @@ def draw(result: Loaded) -> Figure:
     _draw_orders(above.subplots(), data)
     panels = below.subplots(1, 3, sharey=True)
     fields = (("remainder", 1), ("remainder", 0), ("mean_remainder", 1))
-    titles = (
+    texts = (
         "separatrices 2 and 4",
         "separatrices 1 and 3",
         "2 and 4, mean of the two orbits",
     )
-    for axes, (field, separatrix), title, letter in zip(panels, fields, titles, "bcd", strict=True):
+    for axes, (field, separatrix), text, letter in zip(panels, fields, texts, "bcd", strict=True):
         _draw_remainder(axes, data, field, separatrix)
-        axes.set_title(f"{letter})  {title}", loc="left", fontsize=8)
+        title(axes, letter, text, size=8)
     panels[0].set_ylabel(r"$|\Delta\theta_3 -$ (tri1)$|$ (rad)")
     figure.legend(
         handles=_bodies(data["bodies"]), loc="outside lower center", ncols=6, columnspacing=1.6
@@ -64,7 +65,7 @@ def _draw_orders(axes: Axes, data: Data) -> None:
     gained = bodies["gained"][:, drawn] / unit[:, None, None]
     for row, name in enumerate(bodies["name"]):
         axes.hlines(first[row], row - 0.36, row + 0.36, color="0.75", lw=0.8, zorder=0)
-        for k, (colour, marker) in enumerate(SEPARATRICES):
+        for k, (colour, marker) in enumerate(zip(SEPARATRIX.values(), MARKERS, strict=True)):
             x = row + 0.18 * (k - 1.5)
             axes.plot(
                 x,
@@ -108,32 +109,11 @@ def _draw_orders(axes: Axes, data: Data) -> None:
     )
     axes.tick_params(axis="x", length=0)
     axes.set_ylabel(r"$\Delta\theta_3$ / $(\mu\pi\varkappa/h_0\sin\alpha_0)$")
-    axes.set_title(
-        rf"a)  increments along separatrices 1 to 4, $\mu/h_0 = {data['mu_over_h0'][drawn]:g}$",
-        loc="left",
-        fontsize=8.5,
-    )
+    ratio = rf"$\mu/h_0 = {data['mu_over_h0'][drawn]:g}$"
+    title(axes, "a", f"increments along separatrices 1 to 4, {ratio}")
     handles = [
-        Line2D(
-            [],
-            [],
-            color="black",
-            marker="s",
-            mfc="none",
-            ms=9,
-            mew=0.7,
-            lw=0,
-            label="(tri1), first order",
-        ),
-        Line2D(
-            [],
-            [],
-            color=BLUE,
-            marker="s",
-            ms=4.5,
-            lw=0,
-            label="full dynamics, two orbits each",
-        ),
+        entry("(tri1), first order", color="black", marker="s", mfc="none", ms=9, mew=0.7, lw=0),
+        entry("full dynamics, two orbits each", color=BLUE, marker="s", ms=4.5, lw=0),
     ]
     axes.legend(
         handles=handles,
@@ -189,6 +169,6 @@ def _name_zeros(axes: Axes, bodies: Data, separatrix: int) -> None:
 
 def _bodies(bodies: Data) -> list[Line2D]:
     return [
-        Line2D([], [], color=colour, ls=style, marker=marker, ms=3.5, mfc="none", label=f"{name})")
+        entry(f"{name})", color=colour, ls=style, marker=marker, ms=3.5, mfc="none")
         for name, (colour, style, marker) in zip(bodies["name"], cycle(BODIES), strict=False)
-    ] + [Line2D([], [], color="black", lw=0.7, label="guide")]
+    ] + [entry("guide", color="black", lw=0.7)]

@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
@@ -25,6 +24,7 @@ from rigidpend.render.code_arrays import (
     symbol_entries,
 )
 from rigidpend.render.palette import WIDTH
+from rigidpend.render.panels import entry
 
 if TYPE_CHECKING:
     from rigidpend.results.tree import Data, Loaded
@@ -207,16 +207,13 @@ def _legend_entries(arrays: list[Array]) -> list[Artist]:
     """Entries of the legend: those of what the figure shows, and no more."""
     entries: list[Artist] = [*symbol_entries()]
     if any(array.zeros_shown for array in arrays):
-        label = "zero of Melnikov's integral"
-        entries.append(Line2D([], [], color=ZERO, marker="^", ls="", ms=5, label=label))
+        entries.append(entry("zero of Melnikov's integral", color=ZERO, marker="^", ls="", ms=5))
     if any(_magnifies(a, b) for a in arrays for b in arrays):
         entries.append(Patch(fill=False, edgecolor=ZOOM, lw=1.4, label=MAGNIFIED))
     if any((array.codes == NO_SYMBOL).any() for array in arrays):
         entries.append(Patch(facecolor=NONE, edgecolor="0.6", label="no return"))
     if any(array.proven.any() for array in arrays):
-        entries.append(
-            Line2D([], [], color=PROVEN, marker="o", ls="", ms=2.5, label="proven symbol")
-        )
+        entries.append(entry("proven symbol", color=PROVEN, marker="o", ls="", ms=2.5))
     if not all(array.certain.all() for array in arrays):
-        entries.append(Line2D([], [], color=DOUBT, marker="x", ls="", label="uncertain"))
+        entries.append(entry("uncertain", color=DOUBT, marker="x", ls=""))
     return entries

@@ -9,13 +9,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
 from rigidpend.render.code_arrays import DOUBT, ZOOM
 from rigidpend.render.code_planes import LINES, cell_ends, draw_changes
 from rigidpend.render.palette import WIDTH
+from rigidpend.render.panels import entry
 
 if TYPE_CHECKING:
     from rigidpend.results.tree import Data, Loaded
@@ -154,12 +154,12 @@ def _entries(data: Data, zooms: Data) -> list[Any]:
     entries: list[Any] = [
         Patch(facecolor=SHADES(0.12), label=r"$z_1 = 0$; shades: later symbols"),
         Patch(facecolor=SHADES(0.85), label=r"$z_1 = 1$; shades: later symbols"),
-        Line2D([], [], color=LINES[0][1], lw=LINES[0][0], label="changes of symbols 1, 2, 3"),
-        Line2D([], [], color=ZOOM, lw=0.8, ls=(0, (5, 3)), label=own),
+        entry("changes of symbols 1, 2, 3", color=LINES[0][1], lw=LINES[0][0]),
+        entry(own, color=ZOOM, lw=0.8, ls=(0, (5, 3))),
     ]
     if zooms:
         entries.append(Patch(fill=False, edgecolor=ZOOM, lw=1.2, label="magnified part"))
     planes = [data, *zooms.values()]
     if any((np.asarray(plane["certain"]) < len(plane["codes"])).any() for plane in planes):
-        entries.append(Line2D([], [], color=DOUBT, marker=".", ls="", label="uncertain"))
+        entries.append(entry("uncertain", color=DOUBT, marker=".", ls=""))
     return entries

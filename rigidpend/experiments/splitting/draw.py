@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, Rectangle
 
 from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, WIDTH
+from rigidpend.render.panels import entry, title
 
 if TYPE_CHECKING:
     from rigidpend.results.tree import Data, Loaded
@@ -45,8 +45,7 @@ def draw(result: Loaded) -> Figure:
     for axes, drawn, letter in zip(
         panels, (_draw_curve, _draw_error, _draw_decay, _draw_table), "abcd", strict=True
     ):
-        title = drawn(axes, data)
-        axes.set_title(f"{letter})  {title}", loc="left", fontsize=8.5)
+        title(axes, letter, drawn(axes, data))
     return figure
 
 
@@ -132,18 +131,10 @@ def _draw_error(axes: Axes, data: Data) -> str:
     axes.set_xlabel(r"$\mu/h_0$")
     axes.set_ylabel("relative error of Melnikov's formula", fontsize=8.5)
     named = [
-        Line2D(
-            [],
-            [],
-            color=colour,
-            marker=marker,
-            ms=4,
-            lw=0.9,
-            label=_name(bodies["name"][row], bodies["nu"][row]),
-        )
-        for row, (colour, marker) in chosen.items()
+        entry(_name(bodies["name"][k], bodies["nu"][k]), color=colour, marker=marker, ms=4, lw=0.9)
+        for k, (colour, marker) in chosen.items()
     ]
-    named.append(Line2D([], [], color="0.72", lw=0.6, label="the other bodies"))
+    named.append(entry("the other bodies", color="0.72", lw=0.6))
     axes.legend(handles=named, loc="lower right", fontsize=7, labelspacing=0.3, borderaxespad=0.3)
     return r"the curve errs by $O(\mu)$, its $\cos g$ part by $O(\mu^2)$"
 
@@ -243,6 +234,4 @@ def _draw_table(axes: Axes, data: Data) -> str:
 
 
 def _cell(column: int, row: int, colour: str, label: str) -> Patch:
-    from matplotlib.patches import Rectangle
-
     return Rectangle((column - 0.5, row - 0.5), 1, 1, fc=colour, ec="0.75", lw=0.5, label=label)

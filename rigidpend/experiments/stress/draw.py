@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, WIDTH
+from rigidpend.render.panels import entry
 
 if TYPE_CHECKING:
     from rigidpend.results.tree import Data, Loaded
@@ -81,18 +81,18 @@ def _drifts(data: Data) -> tuple[list[Any], list[Any]]:
 def _draw_engines(axes: Axes, engines: list[Any]) -> None:
     """Drift against time with the predicted walk; the legend tells the fitted powers of t."""
     axes.set_title("(a) drift of the integrals, engines", loc="left")
-    entries = [Line2D([], [], color=colour, label=name) for name, colour in INTEGRALS]
+    entries = [entry(name, color=colour) for name, colour in INTEGRALS]
     if engines:
         # One prediction serves all: that of the engine which was followed longest.
         longest = max(engines, key=lambda x: x["rotations"][-1])
         axes.plot(longest["rotations"], longest["walk"], color="0.75", lw=3, zorder=0)
-        entries.append(Line2D([], [], color="0.75", lw=3, label=r"predicted, $\sqrt{t}$"))
+        entries.append(entry(r"predicted, $\sqrt{t}$", color="0.75", lw=3))
     for curve, style in zip(engines, ("--", "-", ":"), strict=False):
         for row, (_, colour) in zip(curve["drift"], INTEGRALS, strict=True):
             axes.plot(curve["rotations"], row, style, color=colour, lw=0.9)
         powers = ", ".join(f"{x:.2f}" for x in curve["power"])
         label = f"{str(curve['name']).replace(' at', '')}: {powers}"
-        entries.append(Line2D([], [], color="0.2", ls=style, lw=0.9, label=label))
+        entries.append(entry(label, color="0.2", ls=style, lw=0.9))
     axes.legend(
         handles=entries,
         fontsize=6.5,
@@ -122,7 +122,7 @@ def _draw_splittings(axes: Axes, methods: list[Any]) -> None:
         axes.plot(x, gamma, color=colour, ls=style, lw=0.6)
         axes.plot(x, along, color=colour, ls=style, lw=0.6)
         label = str(curve["name"]).replace("splitting", "order")
-        entries.append(Line2D([], [], color=colour, ls=style, label=label))
+        entries.append(entry(label, color=colour, ls=style))
     if methods:
         axes.text(0.97, 0.86, "energy", transform=axes.transAxes, ha="right", fontsize=7.5)
         axes.text(
@@ -169,15 +169,7 @@ def _draw_claims(axes: Axes, data: Data) -> None:
     axes.set_ylim(len(groups) - 0.4, -0.6)
     axes.set_xlabel("value / bound")
     entries = [
-        Line2D(
-            [],
-            [],
-            ls="",
-            marker=look.marker,
-            color=look.colour,
-            ms=4,
-            label=f"{counts[key]} {look.label}",
-        )
+        entry(f"{counts[key]} {look.label}", ls="", marker=look.marker, color=look.colour, ms=4)
         for key, look in LOOKS.items()
         if counts[key]
     ]

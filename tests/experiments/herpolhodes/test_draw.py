@@ -11,8 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from rigidpend.experiments.herpolhodes.draw import COLOUR, draw
+from rigidpend.experiments.herpolhodes.draw import draw
 from rigidpend.render import STYLE
+from rigidpend.render.palette import SEPARATRIX
 from tests.results.loaded import loaded
 
 Data = dict[str, dict[str, Any]]
@@ -84,7 +85,7 @@ def test_alpha_is_drawn_whole_each_part_in_its_separatrix_s_colour(
         for i, time in zip(group["separatrix"], group["crossing_time"], strict=True):
             assert parts[int(i)][0, 0] < time < parts[int(i)][-1, 0]
         colours = [line.get_color() for line in axes.lines if line.get_label() in names(parts)]
-        assert colours == [COLOUR[i] for i in parts]
+        assert colours == [SEPARATRIX[i] for i in parts]
 
 
 def names(parts: dict[int, Any]) -> set[str]:
