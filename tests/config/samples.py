@@ -17,9 +17,9 @@ C = TypeVar("C", bound=ExperimentConfig)
 FIG4 = Path(__file__).resolve().parents[2] / "configs" / "fig4.yaml"
 TEXT = FIG4.read_text(encoding="utf-8")
 
-SMALL = """\
+HEAD = """\
 figure: "4"
-experiment: route_codes
+experiment: {experiment}
 
 problem:
   A: [2, 1, 1.5]
@@ -27,9 +27,13 @@ problem:
   mu: 0.001
   h0: 1.3342
   J1_0: 1e-8
-  n_symbols: 3
+  n_symbols: {n_symbols}
+"""
+"""The body of Fig. 4 and where its orbits start: configs of several experiments begin so."""
+SMALL = f"""\
+{HEAD.format(experiment="route_codes", n_symbols=3)}\
   arrays:
-    only: {start: 1, step: 1/10, count: 5}
+    only: {{start: 1, step: 1/10, count: 5}}
 
 numerics:
   precisions: [53]
@@ -73,3 +77,13 @@ def content(kind: type[C], path: Path, settings: Sequence[str] = ()) -> C:
     found = loading.load(path, settings).content
     assert isinstance(found, kind)
     return found
+
+
+def refused_there(
+    folder: Path, text: str, at: str | int, place: str, message: str | None = None
+) -> str:
+    """Write a config that has one fault, which must be said at its place; the message."""
+    path = written(folder, text)
+    [problem] = refused(path)
+    assert str(problem) == complaint(path, text, at, place, message or problem.message)
+    return problem.message

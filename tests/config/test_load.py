@@ -12,7 +12,15 @@ import pytest
 
 from rigidpend.config import loading
 from rigidpend.experiments.route_codes.schema import Config
-from tests.config.samples import FIG4, TEXT, changed, complaint, content, refused, written
+from tests.config.samples import (
+    FIG4,
+    TEXT,
+    changed,
+    content,
+    refused,
+    refused_there,
+    written,
+)
 
 
 def test_fig4_holds_the_paper_s_values_exactly() -> None:
@@ -124,10 +132,8 @@ def test_all_errors_are_said_at_once(tmp_path: Path) -> None:
 
 def test_an_experiment_that_is_none_is_named_with_what_was_meant(tmp_path: Path) -> None:
     text = changed("experiment: route_codes", "experiment: route_code")
-    path = written(tmp_path, text)
-    [problem] = refused(path)
-    assert re.match("no such experiment: 'route_code'; did you mean route_codes", problem.message)
-    assert str(problem) == complaint(path, text, "route_code\n", "experiment", problem.message)
+    message = refused_there(tmp_path, text, "route_code\n", "experiment")
+    assert re.match("no such experiment: 'route_code'; did you mean route_codes", message)
 
 
 @pytest.mark.parametrize("line", ["experiment: [a]", "experiment: {a: b}", "experiment: null", ""])

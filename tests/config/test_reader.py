@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rigidpend.config import complaints, loading, reader
-from tests.config.samples import FIG4, TEXT, changed, complaint, refused, written
+from tests.config.samples import FIG4, TEXT, changed, complaint, refused, refused_there, written
 
 REFUSED = {
     # What is written instead of what; where the caret must be; place and message.
@@ -74,10 +74,7 @@ REFUSED = {
 def test_what_surprises_is_refused_where_it_stands(
     tmp_path: Path, old: str, new: str, at: str, place: str, message: str
 ) -> None:
-    text = changed(old, new)
-    path = written(tmp_path, text)
-    [problem] = refused(path)
-    assert str(problem) == complaint(path, text, at, place, message)
+    refused_there(tmp_path, changed(old, new), at, place, message)
 
 
 def test_a_key_given_twice_is_refused_with_both_places(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rigidpend.experiments.route_codes.schema import Config
-from tests.config.samples import SMALL, changed, complaint, content, refused, written
+from tests.config.samples import SMALL, changed, content, refused, refused_there, written
 
 NUMBER = "expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40"
 PROBLEM_KEYS = "(known: A, r, mu, h0, J1_0, n_symbols, arrays)"
@@ -126,10 +126,7 @@ WRONG = {
 def test_an_error_has_its_place_its_line_and_a_caret(
     tmp_path: Path, old: str, new: str, at: str, place: str, message: str
 ) -> None:
-    text = changed(old, new)
-    path = written(tmp_path, text)
-    [problem] = refused(path)
-    assert str(problem) == complaint(path, text, at, place, message)
+    refused_there(tmp_path, changed(old, new), at, place, message)
 
 
 @pytest.mark.parametrize(
@@ -137,10 +134,7 @@ def test_an_error_has_its_place_its_line_and_a_caret(
 )
 def test_what_is_no_finite_number_is_refused_where_it_stands(tmp_path: Path, text: str) -> None:
     given = changed("1.5]", f"{text}]")
-    path = written(tmp_path, given)
-    [problem] = refused(path)
-    assert str(problem) == complaint(path, given, f"{text}]", "problem.A.2", problem.message)
-    assert text in problem.message
+    assert text in refused_there(tmp_path, given, f"{text}]", "problem.A.2")
 
 
 PHYSICS = {
@@ -164,11 +158,8 @@ def test_physics_out_of_range_is_located_at_its_key(
     tmp_path: Path, old: str, new: str, condition: str
 ) -> None:
     text, key = changed(old, new), new.partition(":")[0]
-    path = written(tmp_path, text)
-    [problem] = refused(path)
-    assert condition in problem.message
     value = text.index(new) + len(f"{key}: ")
-    assert str(problem) == complaint(path, text, value, f"problem.{key}", problem.message)
+    assert condition in refused_there(tmp_path, text, value, f"problem.{key}")
 
 
 def test_limits_that_the_paper_admits_are_admitted(tmp_path: Path) -> None:
@@ -195,10 +186,7 @@ def test_an_array_s_name_must_be_a_short_word(tmp_path: Path, name: str) -> None
 def test_an_unknown_key_of_two_words_is_shown_where_it_stands(
     tmp_path: Path, old: str, new: str, at: str, place: str
 ) -> None:
-    text = changed(old, new)
-    path = written(tmp_path, text)
-    [problem] = refused(path)
-    assert str(problem) == complaint(path, text, at, place, problem.message)
+    refused_there(tmp_path, changed(old, new), at, place)
 
 
 @pytest.mark.parametrize(

@@ -20,21 +20,12 @@ from rigidpend.experiments.route_map import compute
 from rigidpend.results import store
 from rigidpend.run import cluster, provenance, runner
 from rigidpend.run.workers import WorkerError
-from tests.config.samples import written
+from tests.config.samples import HEAD, written
 
-MAP = """\
-figure: route map
-experiment: route_map
-
-problem:
-  A: [2, 1, 1.5]
-  r: [1, 1, 0]
-  mu: 0.001
-  h0: 1.3342
-  J1_0: 1e-8
-  n_symbols: 16
-  theta2_0: {ends: [0, 2*pi], count: 12}
-  rows: {axis: log10_J1_0, ends: [-10, -5], count: 12}
+MAP = f"""\
+{HEAD.format(experiment="route_map", n_symbols=16)}\
+  theta2_0: {{ends: [0, 2*pi], count: 12}}
+  rows: {{axis: log10_J1_0, ends: [-10, -5], count: 12}}
 
 numerics:
   precisions: [53, 106]

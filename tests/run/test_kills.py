@@ -16,24 +16,15 @@ from rigidpend.config import loading
 from rigidpend.results import regression
 from rigidpend.run import runner
 from tests.cli.calls import UNTRACED
-from tests.config.samples import written
+from tests.config.samples import HEAD, written
 from tests.run.test_faults import AS_FROM_A_SHELL, CODES, content
 
 KILLS = int(os.environ.get("RIGIDPEND_KILLS", "3"))
-LONG = """\
-figure: "4"
-experiment: route_codes
-
-problem:
-  A: [2, 1, 1.5]
-  r: [1, 1, 0]
-  mu: 0.001
-  h0: 1.3342
-  J1_0: 1e-8
-  n_symbols: 300
+LONG = f"""\
+{HEAD.format(experiment="route_codes", n_symbols=300)}\
   arrays:
-    first: {start: 0, step: 1/10, count: 16}
-    second: {start: 1/20, step: 1/10, count: 16}
+    first: {{start: 0, step: 1/10, count: 16}}
+    second: {{start: 1/20, step: 1/10, count: 16}}
 
 numerics:
   precisions: [53]
