@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -12,6 +9,7 @@ import pytest
 from rigidpend.cli import main
 from rigidpend.integrate.engines import default_engine
 from tests.config.samples import SMALL, changed, written
+from tests.processes import modules
 
 HEAVY = {"numpy", "scipy", "h5py", "mpmath", "pydantic", "yaml", "matplotlib", "heyoka", "flint"}
 
@@ -23,21 +21,6 @@ try:
 except SystemExit as end:
     assert not end.code, end.code
 """
-MODULES = "\nimport sys\nprint('modules', *sys.modules)\n"
-
-
-def modules(code: str, folder: Path, *arguments: str) -> set[str]:
-    """The names of all modules that a fresh Python has imported in the end."""
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", code + MODULES, json.dumps(arguments)],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return set(done.stdout.splitlines()[-1].split()[1:])
 
 
 @pytest.fixture(scope="module")

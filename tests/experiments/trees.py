@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+import copy
+import functools
+import operator
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from rigidpend.results import store
+from rigidpend.results.tree import Loaded
 
 
 def plain(tree: Any) -> Any:
@@ -12,3 +20,27 @@ def plain(tree: Any) -> Any:
     if isinstance(tree, dict):
         return {name: plain(node) for name, node in tree.items()}
     return tree.values if isinstance(tree.values, str) else np.array(tree.values)
+
+
+def from_file(folder: Path, experiment: str, tree: Any) -> Loaded:
+    """What an experiment computed, as it comes back from a result file."""
+    path = folder / f"{experiment}.h5"
+    store.write(path, store.Result({"experiment": experiment}, "{}", {}, tree))
+    return store.load(path)
+
+
+def with_change(data: Any, change: Callable[[Any], Any]) -> Any:
+    """A copy of the data of a result, changed."""
+    other = copy.deepcopy(data)
+    change(other)
+    return other
+
+
+def shifted(data: Any, place: tuple[str, ...], by: float, at: int = 0) -> Any:
+    """A copy of the data of a result, of which one array is off at an index of its last axis."""
+
+    def change(other: Any) -> None:
+        array = functools.reduce(operator.getitem, place, other)
+        array[..., at] += np.asarray(by).astype(array.dtype)
+
+    return with_change(data, change)

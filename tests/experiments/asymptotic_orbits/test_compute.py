@@ -19,7 +19,7 @@ from rigidpend.integrate.arithmetic import resolve
 from rigidpend.integrate.engines import default_engine
 from rigidpend.routes import route_codes
 from tests.config.samples import content as typed
-from tests.experiments.trees import plain
+from tests.experiments.trees import plain, shifted
 
 CONFIG = Path(__file__).parents[3] / "configs" / "asymptotic_orbits.yaml"
 SMALL = ["problem.symbols=2", "problem.columns=60"]
@@ -111,12 +111,7 @@ def test_thirty_digits_are_shown(data: Any) -> None:
     ],
 )
 def test_a_difference_is_found(data: Any, place: tuple[str, ...], change: float) -> None:
-    other = copy.deepcopy(data)
-    at = other
-    for name in place[:-1]:
-        at = at[name]
-    at[place[-1]][..., 0] += np.asarray(change).astype(at[place[-1]].dtype)
-    [found] = asymptotic_orbits.differences(data, other)
+    [found] = asymptotic_orbits.differences(data, shifted(data, place, change))
     assert "/".join(place) in str(found)
     assert not asymptotic_orbits.differences(data, copy.deepcopy(data))
 

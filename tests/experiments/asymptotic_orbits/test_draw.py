@@ -6,12 +6,11 @@ import copy
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 
 from rigidpend.experiments.asymptotic_orbits.draw import draw
-from rigidpend.render import STYLE
 from rigidpend.results import store
+from tests.experiments.figures import styled
 
 REFERENCE = Path(__file__).parents[3] / "results" / "reference" / "asymptotic_orbits.h5"
 
@@ -19,8 +18,7 @@ REFERENCE = Path(__file__).parents[3] / "results" / "reference" / "asymptotic_or
 def test_orbits_are_drawn_where_the_file_has_them() -> None:
     result = copy.deepcopy(store.load(REFERENCE))
     data = result["data"]
-    with matplotlib.rc_context(fname=STYLE):
-        plane, heights, *hodographs = draw(result).axes
+    plane, heights, *hodographs = styled(draw, result).axes
     lines: dict[Any, Any] = {line.get_label(): line for line in plane.collections[1:]}
     for name, orbits in data["orbits"].items():
         segments = np.array(lines[f"orbits {name}"].get_segments())
@@ -41,6 +39,5 @@ def test_orbits_are_drawn_where_the_file_has_them() -> None:
 def test_without_sampled_orbits_the_plane_is_alone() -> None:
     result = copy.deepcopy(store.load(REFERENCE))
     result["data"]["drawn"] = {}
-    with matplotlib.rc_context(fname=STYLE):
-        [plane] = draw(result).axes
+    [plane] = styled(draw, result).axes
     assert plane.get_title("left").startswith("a)")

@@ -11,13 +11,12 @@ import numpy as np
 import pytest
 
 from rigidpend.config import loading
-from rigidpend.config.reader import ConfigError
 from rigidpend.experiments.asymptotic_surfaces import compute as asymptotic_surfaces
 from rigidpend.experiments.contract import Means
 from rigidpend.integrate.arithmetic import resolve
 from rigidpend.integrate.engines import default_engine
-from rigidpend.results import store
-from tests.experiments.trees import plain
+from tests.config.samples import refused
+from tests.experiments.trees import from_file, plain, with_change
 
 CONFIG = Path(__file__).parents[3] / "configs" / "fig3.yaml"
 TABLE_1 = {
@@ -113,9 +112,7 @@ def set_at(surface: str, field: str, gap: float) -> Callable[[Any], None]:
     ],
 )
 def test_tells_results_apart(data: Any, change: Callable[[Any], Any], told: str) -> None:
-    other = copy.deepcopy(data)
-    change(other)
-    found = asymptotic_surfaces.differences(data, other)
+    found = asymptotic_surfaces.differences(data, with_change(data, change))
     assert len(found) == 1
     assert told in found[0]
 
@@ -135,15 +132,12 @@ def test_tells_results_apart(data: Any, change: Callable[[Any], Any], told: str)
     ],
 )
 def test_refuses_what_has_no_meaning_where_it_is_written(setting: str, place: str) -> None:
-    with pytest.raises(ConfigError) as refused:
-        loading.load(CONFIG, [setting])
-    assert place in str(refused.value)
+    [found] = refused(CONFIG, [setting])
+    assert place in str(found)
 
 
 def test_the_file_holds_what_was_computed(content: Any, data: Any, tmp_path: Path) -> None:
     tree = asymptotic_surfaces.compute(content, Means(resolve(default_engine()), 1, lambda _: None))
-    target = tmp_path / "fig3.h5"
-    store.write(target, store.Result({"experiment": "asymptotic_surfaces"}, "{}", {}, tree))
-    loaded = store.load(target)["data"]
+    loaded = from_file(tmp_path, "asymptotic_surfaces", tree)["data"]
     assert asymptotic_surfaces.differences(data, loaded) == []
     assert list(loaded["bodies"]) == list("abcdefg")

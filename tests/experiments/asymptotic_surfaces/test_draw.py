@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
@@ -15,7 +12,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from rigidpend.experiments.asymptotic_surfaces.draw import draw
-from rigidpend.render import STYLE
+from tests.experiments.figures import styled
+from tests.processes import modules
 from tests.results.loaded import loaded
 
 NAMES = ("a", "b", "c")
@@ -54,8 +52,7 @@ def data() -> dict[str, Any]:
 
 
 def drawn(data: Any) -> Figure:
-    with matplotlib.rc_context(fname=STYLE):
-        return draw(loaded(data))
+    return styled(draw, loaded(data))
 
 
 def panel(figure: Figure, name: str, surface: str) -> Axes:
@@ -125,21 +122,17 @@ def test_any_number_of_bodies_fits_the_page(n: int) -> None:
 
 
 @pytest.mark.slow
-def test_the_figure_is_drawn_without_an_integrator_or_pyplot() -> None:
-    code = (
-        "import sys, rigidpend.experiments.asymptotic_surfaces.draw\n"
-        "bad = {'heyoka', 'scipy', 'matplotlib.pyplot', 'rigidpend.surfaces',"
-        " 'rigidpend.integrate', 'rigidpend.periodic'}\n"
-        "print(sorted(bad & set(sys.modules)))"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=Path(__file__).parents[3],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert done.stdout.strip() == "[]"
+def test_the_figure_is_drawn_without_an_integrator_or_pyplot(tmp_path: Path) -> None:
+    found = modules("import rigidpend.experiments.asymptotic_surfaces.draw", tmp_path)
+    computing = {
+        "heyoka",
+        "scipy",
+        "matplotlib.pyplot",
+        "rigidpend.surfaces",
+        "rigidpend.integrate",
+        "rigidpend.periodic",
+    }
+    assert found & computing == set()
 
 
 def test_a_surface_s_name_stands_left_of_its_row_in_the_upper_half(data: Any) -> None:

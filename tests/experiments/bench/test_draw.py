@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import matplotlib
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
@@ -13,17 +12,14 @@ from matplotlib.figure import Figure
 
 from rigidpend.experiments.bench.draw import APPEARANCES, LOSS, draw
 from rigidpend.measure.benchmark.methods import METHODS
-from rigidpend.render import STYLE
+from tests.experiments.figures import styled
 from tests.measure.benchmark.data import data
 from tests.results.loaded import loaded
 
 
 @pytest.fixture(scope="module")
 def figure() -> Figure:
-    with matplotlib.rc_context(fname=STYLE):
-        made = draw(loaded(data()))
-        made.draw_without_rendering()
-    return made
+    return styled(draw, loaded(data()), laid_out=True)
 
 
 def panel(figure: Figure, title: str) -> Axes:

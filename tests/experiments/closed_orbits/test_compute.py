@@ -15,7 +15,7 @@ from rigidpend.experiments.contract import Means
 from rigidpend.integrate.arithmetic import resolve
 from rigidpend.integrate.engines import default_engine
 from tests.config.samples import content as typed
-from tests.experiments.trees import plain
+from tests.experiments.trees import plain, shifted
 
 CONFIG = Path(__file__).parents[3] / "configs" / "closed_orbits.yaml"
 SMALL = ["problem.longest=5", "problem.verified=2", "problem.symbols=1000"]
@@ -63,9 +63,7 @@ def test_averages_agree_with_the_long_orbit(data: Any) -> None:
     ],
 )
 def test_a_difference_is_found(data: Any, place: tuple[str, str], change: float) -> None:
-    other = copy.deepcopy(data)
-    other[place[0]][place[1]][0] += change
-    [found] = closed_orbits.differences(data, other)
+    [found] = closed_orbits.differences(data, shifted(data, place, change))
     assert "/".join(place) in str(found)
     assert not closed_orbits.differences(data, copy.deepcopy(data))
 

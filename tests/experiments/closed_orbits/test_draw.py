@@ -5,12 +5,11 @@ from __future__ import annotations
 import copy
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 
 from rigidpend.experiments.closed_orbits.draw import draw
-from rigidpend.render import STYLE
 from rigidpend.results import store
+from tests.experiments.figures import styled
 
 REFERENCE = Path(__file__).parents[3] / "results" / "reference" / "closed_orbits.h5"
 
@@ -18,8 +17,7 @@ REFERENCE = Path(__file__).parents[3] / "results" / "reference" / "closed_orbits
 def test_crossings_and_exponents_are_drawn() -> None:
     result = copy.deepcopy(store.load(REFERENCE))
     data = result["data"]
-    with matplotlib.rc_context(fname=STYLE):
-        left, right, *_ = draw(result).axes
+    left, right, *_ = styled(draw, result).axes
     offsets = np.asarray(left.collections[0].get_offsets())
     np.testing.assert_allclose(offsets, np.stack((data["places"]["chi"], data["places"]["d"]), 1))
     single, mean = right.lines[:2]

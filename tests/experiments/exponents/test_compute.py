@@ -22,7 +22,7 @@ from rigidpend.symbolic.exponents import stretched
 from rigidpend.symbolic.surface import surface
 from tests.config.samples import content as typed
 from tests.config.samples import refused
-from tests.experiments.trees import plain
+from tests.experiments.trees import plain, shifted
 from tests.symbolic.fig4 import BODY, H
 
 CONFIG = Path(__file__).parents[3] / "configs" / "exponents.yaml"
@@ -83,12 +83,7 @@ def test_quantiles_are_those_of_the_cells(data: Any) -> None:
     ],
 )
 def test_a_difference_is_found(data: Any, place: tuple[str, ...], change: float) -> None:
-    other = copy.deepcopy(data)
-    at = other
-    for name in place[:-1]:
-        at = at[name]
-    at[place[-1]][..., -1] += np.asarray(change).astype(at[place[-1]].dtype)
-    [found] = exponents.differences(data, other)
+    [found] = exponents.differences(data, shifted(data, place, change, at=-1))
     assert "/".join(place) in str(found)
     assert not exponents.differences(data, copy.deepcopy(data))
 

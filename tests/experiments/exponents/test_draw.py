@@ -5,12 +5,11 @@ from __future__ import annotations
 import copy
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 
 from rigidpend.experiments.exponents.draw import draw
-from rigidpend.render import STYLE
 from rigidpend.results import store
+from tests.experiments.figures import styled
 
 REFERENCE = Path(__file__).parents[3] / "results" / "reference" / "exponents.h5"
 
@@ -18,8 +17,7 @@ REFERENCE = Path(__file__).parents[3] / "results" / "reference" / "exponents.h5"
 def test_exponents_and_their_check_are_drawn() -> None:
     result = copy.deepcopy(store.load(REFERENCE))
     data = result["data"]
-    with matplotlib.rc_context(fname=STYLE):
-        plane, _, spread, check = draw(result).axes
+    plane, _, spread, check = styled(draw, result).axes
     np.testing.assert_allclose(np.asarray(plane.images[0].get_array()), data["exponent"])
     assert np.asarray(plane.lines[0].get_ydata())[0] == data["marked"]
     [median] = spread.lines
@@ -33,6 +31,5 @@ def test_a_plane_of_which_nothing_is_known_is_drawn() -> None:
     result = copy.deepcopy(store.load(REFERENCE))
     for values in (result["data"]["exponent"], result["data"]["checked"]["growth"]):
         values[:] = np.nan
-    with matplotlib.rc_context(fname=STYLE):
-        figure = draw(result)
+    figure = styled(draw, result)
     assert len(figure.axes) == 4

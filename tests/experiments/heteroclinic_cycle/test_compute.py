@@ -12,11 +12,11 @@ from rigidpend.equations import eq1
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.heteroclinic_cycle import compute as heteroclinic_cycle
 from rigidpend.experiments.heteroclinic_cycle.schema import Config
-from rigidpend.results import store
 from rigidpend.routes.cycle import symbols
 from tests.config.samples import content as typed
 from tests.config.samples import refused
-from tests.experiments.phase_portraits.test_compute import modules_of
+from tests.experiments.trees import from_file
+from tests.processes import modules_of_computing
 
 FIG2 = Path(__file__).resolve().parents[3] / "configs" / "fig2.yaml"
 MEANS = Means()
@@ -49,14 +49,11 @@ def tree(content: Any) -> Any:
 @pytest.fixture
 def data(tree: Any, tmp_path: Path) -> Any:
     """The result as it comes back from a file."""
-    store.write(
-        tmp_path / "a.h5", store.Result({"experiment": "heteroclinic_cycle"}, "{}", {}, tree)
-    )
-    return store.load(tmp_path / "a.h5")["data"]
+    return from_file(tmp_path, "heteroclinic_cycle", tree)["data"]
 
 
 def test_nothing_is_integrated_to_compute_it() -> None:
-    found = modules_of("heteroclinic_cycle", FIG2)
+    found = modules_of_computing("heteroclinic_cycle", FIG2)
     assert "rigidpend.routes.cycle" in found
     assert found & {"scipy.integrate", "heyoka", "matplotlib"} == set()
 
@@ -149,13 +146,12 @@ def test_describe_names_the_places_of_the_separatrices() -> None:
 
 
 @pytest.mark.parametrize(
-    ("setting", "place", "message"),
+    ("setting", "told"),
     [
-        ("problem.r=[0, 0, 0]", "problem.r", "r must have a direction"),
-        ("problem.mu=0", "problem.mu", "unknown key"),
+        ("problem.r=[0, 0, 0]", "problem.r: r must have a direction"),
+        ("problem.mu=0", "problem.mu: unknown key"),
     ],
 )
-def test_a_config_that_cannot_be_is_refused(setting: str, place: str, message: str) -> None:
+def test_a_config_that_cannot_be_is_refused(setting: str, told: str) -> None:
     [found] = refused(FIG2, [setting])
-    assert ".".join(map(str, found.place)) == place
-    assert found.message.startswith(message)
+    assert told in str(found)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -16,27 +15,22 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.heteroclinic_cycle import compute as heteroclinic_cycle
 from rigidpend.experiments.heteroclinic_cycle.draw import draw
 from rigidpend.experiments.heteroclinic_cycle.schema import Config
-from rigidpend.render import STYLE
-from rigidpend.results import store
 from tests.config.samples import content as typed
+from tests.experiments.figures import styled
+from tests.experiments.trees import from_file
 
 FIG2 = Path(__file__).resolve().parents[3] / "configs" / "fig2.yaml"
 
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    path = tmp_path_factory.mktemp("result") / "fig2.h5"
     tree = heteroclinic_cycle.compute(typed(Config, FIG2), Means())
-    store.write(path, store.Result({"experiment": "heteroclinic_cycle"}, "{}", {}, tree))
-    return store.load(path)
+    return from_file(tmp_path_factory.mktemp("result"), "heteroclinic_cycle", tree)
 
 
 @pytest.fixture(scope="module")
 def figure(result: Any) -> Figure:
-    with matplotlib.rc_context(fname=STYLE):
-        made = draw(result)
-        made.draw_without_rendering()
-    return made
+    return styled(draw, result, laid_out=True)
 
 
 def arrows(figure: Figure) -> list[Annotation]:

@@ -17,27 +17,22 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.phase_portraits import compute as phase_portraits
 from rigidpend.experiments.phase_portraits.draw import draw
 from rigidpend.experiments.phase_portraits.schema import Config
-from rigidpend.render import STYLE
-from rigidpend.results import store
 from tests.config.samples import content as typed
+from tests.experiments.figures import styled
+from tests.experiments.trees import from_file
 
 FIG1 = Path(__file__).resolve().parents[3] / "configs" / "fig1.yaml"
 
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    path = tmp_path_factory.mktemp("result") / "fig1.h5"
     tree = phase_portraits.compute(typed(Config, FIG1), Means())
-    store.write(path, store.Result({"experiment": "phase_portraits"}, "{}", {}, tree))
-    return store.load(path)
+    return from_file(tmp_path_factory.mktemp("result"), "phase_portraits", tree)
 
 
 @pytest.fixture(scope="module")
 def figure(result: Any) -> Figure:
-    with matplotlib.rc_context(fname=STYLE):
-        made = draw(result)
-        made.draw_without_rendering()
-    return made
+    return styled(draw, result, laid_out=True)
 
 
 def lines(axes: Axes, label: str) -> list[Line2D]:

@@ -10,17 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.config import loading
-from rigidpend.config.reader import ConfigError
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.precession import compute as precession
 from rigidpend.experiments.precession.compute import in_order
 from rigidpend.experiments.precession.schema import Config
 from rigidpend.integrate.arithmetic import resolve
 from rigidpend.integrate.engines import default_engine
-from rigidpend.results import store
 from tests.config.samples import content as typed
-from tests.experiments.trees import plain
+from tests.config.samples import refused
+from tests.experiments.trees import from_file, plain, with_change
 
 CONFIG = Path(__file__).parents[3] / "configs" / "precession.yaml"
 SMALL = ["problem.mu=[1e-4, 1e-3, 1e-2, 0.1]"]
@@ -128,9 +126,7 @@ def test_describe_tells_the_increments_and_the_regime() -> None:
 
 
 def test_a_result_does_not_differ_from_itself_nor_from_its_file(tree: Any, tmp_path: Path) -> None:
-    target = tmp_path / "precession.h5"
-    store.write(target, store.Result({"experiment": "precession"}, "{}", {}, tree))
-    loaded = store.load(target)["data"]
+    loaded = from_file(tmp_path, "precession", tree)["data"]
     assert precession.differences(loaded, copy.deepcopy(loaded)) == []
     assert list(loaded["bodies"]["name"]) == list(BODIES)
 
@@ -154,9 +150,7 @@ def added(key: str, gap: float) -> Callable[[Any], Any]:
     ],
 )
 def test_tells_results_apart(data: Any, change: Callable[[Any], Any], told: str) -> None:
-    other = copy.deepcopy(data)
-    change(other)
-    found = precession.differences(data, other)
+    found = precession.differences(data, with_change(data, change))
     assert [told in text for text in found] == [True], found
 
 
@@ -171,9 +165,8 @@ def test_tells_results_apart(data: Any, change: Callable[[Any], Any], told: str)
     ],
 )
 def test_refuses_what_has_no_meaning_where_it_is_written(setting: str, place: str) -> None:
-    with pytest.raises(ConfigError) as refused:
-        loading.load(CONFIG, [setting])
-    assert place in str(refused.value)
+    [found] = refused(CONFIG, [setting])
+    assert place in str(found)
 
 
 def test_a_stated_error_opens_no_tolerance_and_fails_if_it_is_more_than_declared(

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-import matplotlib
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rigidpend.experiments.precession.draw import draw
-from rigidpend.render import STYLE
+from tests.experiments.figures import styled
 from tests.results.loaded import loaded
 
 RATIOS = np.array([1e-4, 1e-3, 1e-2])
@@ -43,8 +42,7 @@ def data() -> dict[str, Any]:
 
 
 def drawn(data: Any) -> Figure:
-    with matplotlib.rc_context(fname=STYLE):
-        return draw(loaded(data))
+    return styled(draw, loaded(data))
 
 
 def panel(figure: Figure, letter: str) -> Axes:

@@ -19,6 +19,7 @@ from rigidpend.integrate.engines import default_engine
 from rigidpend.routes import RouteProblem
 from rigidpend.routes import route_codes as compute_codes
 from tests.config.samples import SMALL, written
+from tests.experiments.trees import plain, with_change
 
 FIG4 = Path(__file__).resolve().parents[3] / "configs" / "fig4.yaml"
 SECOND = "problem.arrays.second={start: 3*pi/40, step: 1/100, count: 2}"
@@ -46,16 +47,7 @@ def tree(content: Any, reported: list[str]) -> Any:
 @pytest.fixture
 def data(tree: Any) -> Data:
     """The arrays of a result, each test's own."""
-    return {
-        name: {field: np.array(dataset.values) for field, dataset in group.items()}
-        for name, group in tree.items()
-    }
-
-
-def with_change(data: Data, change: Callable[[Data], None]) -> Data:
-    other = {name: {k: x.copy() for k, x in group.items()} for name, group in data.items()}
-    change(other)
-    return other
+    return plain(tree)
 
 
 def test_compute_is_route_codes_of_each_array(content: Any, tree: Any) -> None:

@@ -15,8 +15,8 @@ from matplotlib.patches import Rectangle
 
 from rigidpend import render
 from rigidpend.experiments.route_codes.draw import draw
-from rigidpend.render import STYLE
 from rigidpend.results import store
+from tests.experiments.figures import styled
 from tests.results.loaded import loaded
 
 REFERENCE = Path(__file__).resolve().parents[3] / "results" / "reference" / "fig4.h5"
@@ -44,10 +44,7 @@ def data() -> Data:
 
 
 def drawn(data: Data) -> Figure:
-    with matplotlib.rc_context(fname=STYLE):
-        figure = draw(loaded(data))
-        figure.draw_without_rendering()
-    return figure
+    return styled(draw, loaded(data), laid_out=True)
 
 
 def mesh(axes: Axes) -> QuadMesh:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-import matplotlib
 import numpy as np
 import pytest
 
 from rigidpend.experiments.route_map.draw import draw, words
-from rigidpend.render import STYLE
+from tests.experiments.figures import styled
 from tests.results.loaded import loaded
 
 N = 8
@@ -28,8 +27,7 @@ def plane(low: float, high: float, doubtful: bool = False) -> dict[str, Any]:
 
 def figure_of(doubtful: bool = False, marked: float = -8.0, **zooms: Any) -> Any:
     data = {**plane(0, 6, doubtful), "y_axis": "log10_J1_0", "marked": marked, "nu": 4.4}
-    with matplotlib.rc_context(fname=STYLE):
-        return draw(loaded({**data, "zooms": zooms} if zooms else data))
+    return styled(draw, loaded({**data, "zooms": zooms} if zooms else data))
 
 
 def test_words_are_a_gray_code_between_0_and_1() -> None:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.collections import QuadMesh
 
 from rigidpend.experiments.route_zoom.draw import draw
-from rigidpend.render import STYLE
+from tests.experiments.figures import styled
 from tests.results.loaded import loaded
 
 N = 5
@@ -30,8 +29,7 @@ def level(step: float, seed: int, doubtful: bool = False) -> dict[str, Any]:
 
 def figure_of(**levels: Any) -> Any:
     data = {"levels": levels, "symbol": 1, "repeats_after": 9.22, "reference_bits": 192}
-    with matplotlib.rc_context(fname=STYLE):
-        return draw(loaded(data))
+    return styled(draw, loaded(data))
 
 
 def test_every_level_is_drawn_with_its_step_and_its_codes() -> None:

@@ -12,15 +12,14 @@ import pytest
 
 from rigidpend.asymptotic.splitting import admitted
 from rigidpend.config import loading
-from rigidpend.config.reader import ConfigError
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.splitting import compute as splitting
 from rigidpend.experiments.splitting.schema import Config
 from rigidpend.integrate.arithmetic import resolve
 from rigidpend.integrate.engines import default_engine
-from rigidpend.results import store
 from tests.config.samples import content as typed
-from tests.experiments.trees import plain
+from tests.config.samples import refused
+from tests.experiments.trees import from_file, plain, with_change
 
 CONFIG = Path(__file__).parents[3] / "configs" / "splitting.yaml"
 BODIES = "{a: {A: [2, 0.2, 1.8], r: [1, 2, 0]}, fig4: {A: [2, 1, 1.5], r: [1, 1, 0]}}"
@@ -125,9 +124,7 @@ def test_describe_tells_nu_and_the_first_order() -> None:
 def test_a_result_does_not_differ_from_itself_nor_from_its_file(
     tree: Any, data: Any, tmp_path: Path
 ) -> None:
-    target = tmp_path / "splitting.h5"
-    store.write(target, store.Result({"experiment": "splitting"}, "{}", {}, tree))
-    loaded = store.load(target)["data"]
+    loaded = from_file(tmp_path, "splitting", tree)["data"]
     assert splitting.differences(loaded, copy.deepcopy(loaded)) == []
     np.testing.assert_array_equal(loaded["bodies"]["excess"], data["bodies"]["excess"])
     assert list(loaded["bodies"]["name"]) == ["a", "fig4"]
@@ -161,9 +158,7 @@ def multiplied(key: str, factor: float) -> Callable[[Any], Any]:
     ],
 )
 def test_tells_results_apart(data: Any, change: Callable[[Any], Any], told: str) -> None:
-    other = copy.deepcopy(data)
-    change(other)
-    found = splitting.differences(data, other)
+    found = splitting.differences(data, with_change(data, change))
     assert [told in text for text in found] == [True], found
 
 
@@ -207,9 +202,8 @@ def test_two_results_may_differ_by_twice_what_is_admitted_of_each(
     ],
 )
 def test_refuses_what_has_no_meaning_where_it_is_written(setting: str, place: str) -> None:
-    with pytest.raises(ConfigError) as refused:
-        loading.load(CONFIG, [setting])
-    assert place in str(refused.value)
+    [found] = refused(CONFIG, [setting])
+    assert place in str(found)
 
 
 def test_the_config_spans_what_it_is_to_show() -> None:

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
@@ -15,7 +12,8 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from rigidpend.experiments.splitting.draw import BITS, NONE, draw
-from rigidpend.render import STYLE
+from tests.experiments.figures import styled
+from tests.processes import modules
 from tests.results.loaded import loaded
 
 RATIOS = np.array([1e-6, 1e-3, 0.03, 0.1, 0.3])
@@ -53,8 +51,7 @@ def data() -> dict[str, Any]:
 
 
 def drawn(data: Any) -> Figure:
-    with matplotlib.rc_context(fname=STYLE):
-        return draw(loaded(data))
+    return styled(draw, loaded(data))
 
 
 def line(axes: Axes, label: str) -> Any:
@@ -145,21 +142,20 @@ def test_one_body_alone_can_be_drawn(data: Any) -> None:
 
 
 @pytest.mark.slow
-def test_the_figure_is_drawn_without_an_integrator_or_pyplot() -> None:
-    code = (
-        "import sys, rigidpend.experiments.splitting.draw, rigidpend.experiments.precession.draw\n"
-        "bad = {'heyoka', 'scipy', 'matplotlib.pyplot', 'rigidpend.asymptotic',"
-        " 'rigidpend.integrate', 'rigidpend.precession'}\n"
-        "print(sorted(bad & set(sys.modules)))"
+def test_the_figure_is_drawn_without_an_integrator_or_pyplot(tmp_path: Path) -> None:
+    found = modules(
+        "import rigidpend.experiments.splitting.draw, rigidpend.experiments.precession.draw",
+        tmp_path,
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=Path(__file__).parents[3],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert done.stdout.strip() == "[]"
+    computing = {
+        "heyoka",
+        "scipy",
+        "matplotlib.pyplot",
+        "rigidpend.asymptotic",
+        "rigidpend.integrate",
+        "rigidpend.precession",
+    }
+    assert found & computing == set()
 
 
 def test_labels_of_the_slopes_stand_beside_their_own_curves(data: Any) -> None:

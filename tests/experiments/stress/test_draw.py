@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-import matplotlib
 import numpy as np
 import pytest
 
 from rigidpend.experiments.stress.draw import CEILING, FLOOR, LOOKS, draw
-from rigidpend.render import STYLE
+from tests.experiments.figures import styled
 from tests.results.loaded import loaded
 
 ROTATIONS = np.geomspace(0.1, 1e4, 21)
@@ -55,8 +54,7 @@ def figure() -> Any:
         ),
         "passages": group(("p", 0.5, "passed"), growth=growth, b64=bits, b106=bits | {"bits": 106}),
     }
-    with matplotlib.rc_context(fname=STYLE):
-        return draw(loaded(data))
+    return styled(draw, loaded(data))
 
 
 def test_trials_that_refused_leave_their_panels_empty() -> None:
