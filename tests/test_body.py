@@ -17,9 +17,8 @@ from rigidpend import Body
 from rigidpend.body import BodyError, angles_from_moments
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.problem import ProblemError
+from tests.bodies import FIG4
 from tests.strategies import FINE, bodies, fine_angles, largest_difference, numbers, repeatable
-
-FIG4 = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu="0.001")
 
 TABLE_1 = {
     # The paper, Table 1: alpha0, gamma0; the moments behind them are found with A1 = 2.

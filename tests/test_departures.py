@@ -28,9 +28,9 @@ from rigidpend.equations import aligned, aligned_coefficients, hamiltonian_J3_0,
 from rigidpend.integrate import sample
 from rigidpend.precession import increments, regime
 from rigidpend.separatrices import SeparatrixMotion, separatrix, theta1, u
+from tests.bodies import GENERIC
 from tests.strategies import FINE, fine_angles
 
-GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.004")
 J2_0 = 0.8
 MIDDLE = SeparatrixMotion(2, J2_0 / 2, J2_0 / 2, 0.0)
 

@@ -14,9 +14,9 @@ from rigidpend.body import Body
 from rigidpend.coordinates import andoyer_from_body, canonical_from_andoyer, scale
 from rigidpend.equations import energy, euler_poisson, hamiltonian_J3_0
 from rigidpend.integrate import sample
+from tests.bodies import FREE
 from tests.strategies import ROUNDING, bodies, floats_of, numbers, repeatable
 
-FIG1 = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu=0)
 PHI = np.linspace(-3, 3, 61)
 HALF = np.linspace(-1.5, 1.5, 41)
 UP = np.array([0.0, 0.0, 1.0])
@@ -69,7 +69,7 @@ def test_invariant_a_separatrix_has_the_energy_of_the_middle_axis(body: Body) ->
 @pytest.mark.parametrize("family", FAMILIES)
 @pytest.mark.parametrize("height", [0.2, 0.9, 0.999])
 def test_the_height_is_the_largest_M3(family: Family, height: float) -> None:
-    M = family(FIG1.alpha0, height, 1, np.linspace(0, 2 * np.pi, 401))
+    M = family(FREE.alpha0, height, 1, np.linspace(0, 2 * np.pi, 401))
     assert M[2].max() == pytest.approx(height, rel=1e-15)
     assert M[2].min() == pytest.approx(-height, rel=1e-15)
 
@@ -79,7 +79,7 @@ def test_the_height_is_the_largest_M3(family: Family, height: float) -> None:
 def test_the_side_is_the_sign_on_the_axis_which_the_orbit_encircles(
     family: Family, side: int
 ) -> None:
-    M = family(FIG1.alpha0, 0.9, side, np.linspace(0, 2 * np.pi, 401))
+    M = family(FREE.alpha0, 0.9, side, np.linspace(0, 2 * np.pi, 401))
     axis = AXIS[family]
     assert (side * M[axis] > 0).all()
     assert np.ptp(np.sign(M[1 - axis])) == np.ptp(np.sign(M[2])) == 2
@@ -107,8 +107,8 @@ def test_orbits_run_in_the_sense_and_at_the_rate_that_is_said(
 
 @pytest.mark.parametrize("number", free_body.SEPARATRICES)
 def test_separatrices_run_in_the_sense_of_the_flow(number: int) -> None:
-    M = free_body.separatrix(FIG1.alpha0, number, HALF)
-    along = (np.diff(M, axis=1) * rate(FIG1, M)[:, 1:]).sum(axis=0)
+    M = free_body.separatrix(FREE.alpha0, number, HALF)
+    along = (np.diff(M, axis=1) * rate(FREE, M)[:, 1:]).sum(axis=0)
     assert (along > 0).all()
     assert (np.diff(M[2]) > 0).all() == (number in (2, 4))
     assert (np.diff(M[2]) < 0).all() == (number in (1, 3))
@@ -119,23 +119,23 @@ def test_separatrices_run_in_the_sense_of_the_flow(number: int) -> None:
 @pytest.mark.parametrize("side", [1, -1])
 def test_agrees_with_the_integrated_orbit(family: Family, height: float, side: int) -> None:
     times = np.linspace(0, 40, 161)
-    found = orbit(FIG1, family(FIG1.alpha0, height, side, np.array([0.7]))[:, 0], times)
+    found = orbit(FREE, family(FREE.alpha0, height, side, np.array([0.7]))[:, 0], times)
     # The angle is told from M3 and from one other component; the third is then a test.
     other = 1 - AXIS[family]
-    reach = family(FIG1.alpha0, height, side, np.array([0.0]))[other, 0]
+    reach = family(FREE.alpha0, height, side, np.array([0.0]))[other, 0]
     phi = np.atan2(side * found[2] / height, found[other] / reach)
-    expected = family(FIG1.alpha0, height, side, phi)
+    expected = family(FREE.alpha0, height, side, phi)
     np.testing.assert_allclose(found, expected, atol=1e-12)
     assert np.ptp(phi) > 4
 
 
 @pytest.mark.parametrize("number", free_body.SEPARATRICES)
 def test_agrees_with_the_integrated_separatrix(number: int) -> None:
-    M = free_body.separatrix(FIG1.alpha0, number, np.array([-0.9]))[:, 0]
-    found = orbit(FIG1, M, np.linspace(0, 4, 41))
+    M = free_body.separatrix(FREE.alpha0, number, np.array([-0.9]))[:, 0]
+    found = orbit(FREE, M, np.linspace(0, 4, 41))
     phi = np.arcsin(found[2] * (1 if number in (2, 4) else -1))
     assert (np.diff(phi) > 0).all()
-    np.testing.assert_allclose(found, free_body.separatrix(FIG1.alpha0, number, phi), atol=1e-10)
+    np.testing.assert_allclose(found, free_body.separatrix(FREE.alpha0, number, phi), atol=1e-10)
 
 
 @given(body=bodies())
@@ -150,10 +150,10 @@ def test_the_separatrices_in_the_plane_are_where_the_paper_has_them(body: Body) 
 
 @pytest.mark.parametrize("number", free_body.SEPARATRICES)
 def test_a_separatrix_on_the_sphere_is_the_one_of_that_number_in_the_plane(number: int) -> None:
-    M = free_body.separatrix(FIG1.alpha0, number, HALF)
-    start = FIG1.beta0 - FIG1.alpha0 - 0.1
-    theta1, _ = free_body.in_plane(M, FIG1.beta0, start)
-    expected = free_body.separatrix_theta1(FIG1.alpha0, FIG1.beta0)[number - 1]
+    M = free_body.separatrix(FREE.alpha0, number, HALF)
+    start = FREE.beta0 - FREE.alpha0 - 0.1
+    theta1, _ = free_body.in_plane(M, FREE.beta0, start)
+    expected = free_body.separatrix_theta1(FREE.alpha0, FREE.beta0)[number - 1]
     np.testing.assert_allclose(theta1, expected, atol=1e-14)
 
 
@@ -162,19 +162,19 @@ def test_a_separatrix_on_the_sphere_is_the_one_of_that_number_in_the_plane(numbe
 def test_in_the_plane_an_orbit_is_a_level_curve_of_the_hamiltonian(
     family: Family, start: float
 ) -> None:
-    M = family(FIG1.alpha0, 0.9, 1, PHI)
-    theta1, J1 = free_body.in_plane(M, FIG1.beta0, start)
+    M = family(FREE.alpha0, 0.9, 1, PHI)
+    theta1, J1 = free_body.in_plane(M, FREE.beta0, start)
     assert ((theta1 >= start) & (theta1 < start + 4 * np.pi)).all()
-    H = hamiltonian_J3_0(J1, 1.0, (theta1, 0.3), FIG1.angles(), np)
+    H = hamiltonian_J3_0(J1, 1.0, (theta1, 0.3), FREE.angles(), np)
     # In units of J2^2, dimensionless: |M|^2 s^2.
-    A, _, _ = floats_of(FIG1)
-    np.testing.assert_allclose(H, kinetic(FIG1, M) / (2 * scale(A) ** 2), rtol=ROUNDING)
+    A, _, _ = floats_of(FREE)
+    np.testing.assert_allclose(H, kinetic(FREE, M) / (2 * scale(A) ** 2), rtol=ROUNDING)
 
 
 def test_in_the_plane_theta1_does_not_depend_on_gamma() -> None:
-    M = free_body.around_M2(FIG1.alpha0, 0.9, -1, PHI)
-    theta1, J1 = free_body.in_plane(M, FIG1.beta0, 0.0)
+    M = free_body.around_M2(FREE.alpha0, 0.9, -1, PHI)
+    theta1, J1 = free_body.in_plane(M, FREE.beta0, 0.0)
     gamma = np.tile([[0.6], [0.0], [-0.8]], PHI.size)
-    expected = canonical_from_andoyer(andoyer_from_body(M, gamma), FIG1.beta0)
+    expected = canonical_from_andoyer(andoyer_from_body(M, gamma), FREE.beta0)
     np.testing.assert_array_equal(theta1, expected.theta1)
     np.testing.assert_array_equal(J1, expected.J1 / expected.J2)

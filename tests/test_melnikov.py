@@ -19,6 +19,7 @@ from rigidpend.free_body import SEPARATRICES
 from rigidpend.numbers.exact import context, exact
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.separatrices import SeparatrixMotion, direction, separatrix
+from tests.bodies import FIG4, GENERIC
 from tests.strategies import (
     DERIVATIVE,
     FINE,
@@ -32,9 +33,7 @@ from tests.strategies import (
     repeatable,
 )
 
-GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.004")
 HESS = Body.from_angles("1.2", "1.2", "0.9", "0.01")
-FIG4 = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu="0.001")
 MAX_NU = 9
 """The integral is about nu exp(-nu) of its integrand: beyond, quadrature in doubles is blind."""
 

@@ -14,6 +14,7 @@ from rigidpend.equations import euler_poisson
 from rigidpend.free_body import SEPARATRICES
 from rigidpend.integrate import sample
 from rigidpend.separatrices import SeparatrixMotion, separatrix, unperturbed
+from tests.bodies import GENERIC
 from tests.strategies import (
     DERIVATIVE,
     FINE,
@@ -29,7 +30,6 @@ from tests.strategies import (
     repeatable,
 )
 
-GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.004")
 HALF_PLANES = {1: (0, -1), 2: (1, 0), 3: (0, 1), 4: (-1, 0)}
 """The signs of Qp and Qm on each separatrix (`equations.aligned`)."""
 

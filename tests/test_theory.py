@@ -12,8 +12,8 @@ from rigidpend.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.problem import ProblemError
 from rigidpend.theory import rows as theory_rows
+from tests.bodies import FIG4
 
-FIG4 = Body((2, 1, "1.5"), (1, 1, 0), "0.001")
 NAMES = (
     *("A", "r", "mu", "alpha0", "beta0", "gamma0", "kappa", "nu", "special cases", "h0", "J2_0"),
     *("Delta_1(+1)", "Delta_1(-1)", "Melnikov amplitude", "J1_0", "Melnikov zeros"),

@@ -15,6 +15,7 @@ from rigidpend.free_body import SEPARATRICES
 from rigidpend.integrate import sample
 from rigidpend.separatrices import SeparatrixMotion, direction, separatrix
 from rigidpend.variational import delta_theta1, delta_theta1_by_actions, first_integral, linearised
+from tests.bodies import GENERIC
 from tests.strategies import (
     DERIVATIVE,
     FINE,
@@ -26,7 +27,6 @@ from tests.strategies import (
     repeatable,
 )
 
-GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.004")
 DELTA = (0.7, -0.4, 1.1, 0.3)
 FORMS = [delta_theta1, delta_theta1_by_actions]
 

@@ -29,9 +29,9 @@ from rigidpend.integrate import sample_orbits
 from rigidpend.integrate.arithmetic import resolve
 from rigidpend.integrate.engines import default_engine
 from rigidpend.numbers.exact import exact
+from tests.bodies import FIG4
 from tests.integrate.problems import needs_heyoka
 
-FIG4 = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu="0.001")
 GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.02")
 LARGE_NU = Body(A=(2, "1.7", "1.85"), r=(2, 1, 0), mu="0.3")
 TABLE_1A = Body(A=(2, "0.2", "1.8"), r=("sqrt(0.2)", "sqrt(1.6)", 0), mu="1e-6")

@@ -8,16 +8,15 @@ from fractions import Fraction
 import pytest
 from flint import arb
 
-from rigidpend import Body
 from rigidpend.certified.balls import enclosed
 from rigidpend.certified.checker import OrbitChecker, Undecided
 from rigidpend.certified.proofs import MARGIN, check, prove
 from rigidpend.certified.steps import CLOCK, Step
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.problem import RouteProblem
+from tests.bodies import FIG4
 from tests.certified import rational
 
-BODY = Body((2, 1, "3/2"), (1, 1, 0), "0.001")
 PHASE = exact("3/10")
 BITS = 70
 """At the start: enough for three crossings of this orbit."""
@@ -25,7 +24,7 @@ LIMIT = 100.0
 
 
 def problem(n_symbols: int = 2) -> RouteProblem:
-    return RouteProblem(BODY, exact("1.3342"), exact("1e-8"), n_symbols)
+    return RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), n_symbols)
 
 
 @pytest.fixture(scope="module")

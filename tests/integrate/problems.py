@@ -15,10 +15,9 @@ from rigidpend import Body
 from rigidpend.coordinates import Canonical, aligned_from_canonical
 from rigidpend.equations import aligned_coefficients
 from rigidpend.integrate import Crossings, Orbits, crossings
-
-FIG4 = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu="0.001")
-FREE = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu=0)
-GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.004")
+from tests.bodies import FIG4 as FIG4
+from tests.bodies import FREE as FREE
+from tests.bodies import GENERIC as GENERIC
 
 
 def needs_heyoka(why: str) -> pytest.MarkDecorator:

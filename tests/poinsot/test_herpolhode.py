@@ -8,17 +8,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from rigidpend.body import Body
 from rigidpend.equations import cross
 from rigidpend.hodograph import angular_velocity, hodograph
 from rigidpend.poinsot import herpolhode as space
 from rigidpend.poinsot import polhode as free
 from rigidpend.poinsot.orbit import Orbit, encircling
+from tests.bodies import FREE
 from tests.poinsot.reference import EPS, in_space, orbits, rate, textbook
 from tests.strategies import FINE, ROUNDING, relative, repeatable
 
-BODY = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu=0)
-A = [float(x) for x in BODY.A]
+A = [float(x) for x in FREE.A]
 FAMILIES = [(axis, side) for axis in (1, 2) for side in (1, -1)]
 
 
@@ -40,7 +39,7 @@ def gauss(function: Any, a: float, b: float, panels: int) -> float:
 @pytest.mark.parametrize(("axis", "side"), FAMILIES)
 @pytest.mark.parametrize("coheight", [0.9, 0.3, 1e-2, 1e-4])
 def test_agrees_with_omega_integrated_in_space(axis: int, side: int, coheight: float) -> None:
-    orbit = encircling(BODY, axis, side, G=1.5, coheight=coheight)
+    orbit = encircling(FREE, axis, side, G=1.5, coheight=coheight)
     times = np.linspace(0, 0.7, 141) * orbit.period
     _, expected = in_space(free.momentum(orbit, 0.0), A, times)
     found = space.herpolhode(orbit, times)
@@ -69,18 +68,18 @@ def test_agrees_with_the_quadrature_of_eqPV(orbit: Orbit) -> None:
 @pytest.mark.parametrize("axis", [1, 2])
 @pytest.mark.parametrize("coheight", [0.5, 1e-3, 1e-10])
 def test_agrees_with_the_quadrature_of_eqPV_in_60_digits(axis: int, coheight: float) -> None:
-    orbit = encircling(BODY, axis, coheight=coheight)
-    exact = [x.in_context(FINE) for x in BODY.A]
+    orbit = encircling(FREE, axis, coheight=coheight)
+    exact = [x.in_context(FINE) for x in FREE.A]
     t = 0.6 * orbit.period
 
     def turning(t: Any) -> Any:
-        return by_hodograph(textbook(BODY, orbit, coheight, t), exact)[2]
+        return by_hodograph(textbook(FREE, orbit, coheight, t), exact)[2]
 
     panels = FINE.linspace(0, FINE.mpf(t), int(6 + orbit.rate * t))
     # Degree 4 is 24 points a panel, which a unit of u is wide.
     expected = FINE.quad(turning, panels, method="gauss-legendre", maxdegree=4)
     assert abs(space.angle(orbit, t) - expected) < 2 * EPS * (1 + t / A[2])
-    square = by_hodograph(textbook(BODY, orbit, coheight, t), exact)[1]
+    square = by_hodograph(textbook(FREE, orbit, coheight, t), exact)[1]
     found = FINE.mpf(float(space.radius(orbit, t)))
     assert abs(found / FINE.sqrt(square) - 1) < 10 * EPS * (1 + orbit.rate * t)
 
@@ -137,7 +136,7 @@ def test_an_ellipsoid_that_is_no_body_has_inflexions() -> None:
 
 @pytest.mark.parametrize("axis", [1, 2])
 def test_curvature_is_that_of_the_curve(axis: int) -> None:
-    orbit = encircling(BODY, axis, G=1.5, coheight=0.4)
+    orbit = encircling(FREE, axis, G=1.5, coheight=0.4)
     t, step = np.linspace(0.1, 0.9, 9) * orbit.period, 1e-3
     behind, here, ahead = (space.herpolhode(orbit, t + d)[1:] for d in (-step, 0, step))
     first, second = (ahead - behind) / (2 * step), (ahead - 2 * here + behind) / step**2
@@ -149,7 +148,7 @@ def test_curvature_is_that_of_the_curve(axis: int) -> None:
 @pytest.mark.parametrize("axis", [1, 2])
 def test_limit_beside_a_permanent_rotation_is_an_ellipse_in_turning_axes(axis: int) -> None:
     """omega = Omega e + small: in axes that turn with the body at Omega the pole oscillates."""
-    orbit = encircling(BODY, axis, G=1.5, height=1e-8)
+    orbit = encircling(FREE, axis, G=1.5, height=1e-8)
     spin = 1.5 / A[axis - 1]
     # M is the axis; in the body the across part of omega is M_i (1/A_i - 1/A_axis).
     t = np.linspace(0, 2, 31) * orbit.period
@@ -166,7 +165,7 @@ def test_limit_beside_a_permanent_rotation_is_an_ellipse_in_turning_axes(axis: i
 def test_the_elementary_angle_carries_on_the_one_by_carlson(
     axis: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    orbit = encircling(BODY, axis, coheight=1e-20)
+    orbit = encircling(FREE, axis, coheight=1e-20)
     t = np.linspace(-1.5, 1.5, 400) * orbit.period
     expected = space.angle(orbit, t)
     monkeypatch.setattr(space, "ELEMENTARY", 1.0)
@@ -176,8 +175,8 @@ def test_the_elementary_angle_carries_on_the_one_by_carlson(
 @pytest.mark.parametrize("axis", [1, 2])
 def test_limit_of_the_passage_beside_the_middle_axis(axis: int) -> None:
     """M turns from separatrix to separatrix, by alpha0 or its supplement, and psi less pi."""
-    orbit = encircling(BODY, axis, coheight=1e-140)
+    orbit = encircling(FREE, axis, coheight=1e-140)
     beyond = space.angle_per_period(orbit) - orbit.period / 2 / A[2]
-    turned = BODY.alpha0 if axis == 2 else np.pi - BODY.alpha0
+    turned = FREE.alpha0 if axis == 2 else np.pi - FREE.alpha0
     assert beyond == pytest.approx(orbit.sigma * (turned - np.pi), rel=1e-12)
     assert relative(space.radius(orbit, orbit.period / 4), space.radii(orbit)[0]) < 1e-12

@@ -16,12 +16,12 @@ from rigidpend.equations import aligned_coefficients, energy, euler_poisson
 from rigidpend.integrate import FINEST_TOLERANCE, default_engine, sample, sample_orbits
 from rigidpend.poinsot import polhode as free
 from rigidpend.poinsot.orbit import Orbit, encircling, from_energy, through
+from tests.bodies import FREE
 from tests.poinsot.reference import EPS, NOWHERE, bodies_and_orbits, orbits, textbook
 from tests.strategies import FINE, ROUNDING, jacobian, relative, repeatable
 
-BODY = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu=0)
 OTHER = Body(A=(2, "0.3", "1.8"), r=(1, 1, 0), mu=0)
-A = [float(x) for x in BODY.A]
+A = [float(x) for x in FREE.A]
 FAMILIES = [(axis, side) for axis in (1, 2) for side in (1, -1)]
 SMALL = [0.9, 1e-2, 1e-6, 1e-10, 1e-16]
 PARTS = np.array([-1.3, -0.49, -0.2, 0.01, 0.11, 0.26, 0.38, 0.7])
@@ -35,7 +35,7 @@ def error(found: Any, expected: list[Any], u: float) -> float:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("body", [BODY, OTHER])
+@pytest.mark.parametrize("body", [FREE, OTHER])
 @pytest.mark.parametrize(("axis", "side"), FAMILIES)
 @pytest.mark.parametrize("coheight", SMALL)
 def test_agrees_with_60_digits_beside_the_separatrix_relative_to_each_component(
@@ -47,7 +47,7 @@ def test_agrees_with_60_digits_beside_the_separatrix_relative_to_each_component(
         assert error(free.momentum(orbit, t), expected, orbit.rate * t) < 40
 
 
-@pytest.mark.parametrize("body", [BODY, OTHER])
+@pytest.mark.parametrize("body", [FREE, OTHER])
 @pytest.mark.parametrize(("axis", "side"), FAMILIES)
 @pytest.mark.parametrize("height", SMALL)
 def test_agrees_with_60_digits_beside_a_permanent_rotation(
@@ -62,7 +62,7 @@ def test_agrees_with_60_digits_beside_a_permanent_rotation(
 @pytest.mark.parametrize(("axis", "side"), FAMILIES)
 @pytest.mark.parametrize("coheight", [0.9, 0.1, 1e-5, 1e-10])
 def test_agrees_with_the_integrated_orbit(axis: int, side: int, coheight: float) -> None:
-    orbit = encircling(BODY, axis, side, coheight=coheight)
+    orbit = encircling(FREE, axis, side, coheight=coheight)
     # One passage: beyond it the integration has lost what tells the orbit's time.
     times = np.linspace(-0.24, 0.24, 101) * orbit.period
     M0 = free.momentum(orbit, times[0])
@@ -78,10 +78,10 @@ def test_agrees_with_the_integrated_orbit(axis: int, side: int, coheight: float)
 def test_aligned_components_agree_with_integration_relative_to_each(
     axis: int, side: int, coheight: float
 ) -> None:
-    orbit = encircling(BODY, axis, side, coheight=coheight)
+    orbit = encircling(FREE, axis, side, coheight=coheight)
     times = np.linspace(-0.24, 0.49, 74) * orbit.period
     start = [*free.aligned_components(orbit, times[0]), 0.0, 0.0, 1.0]
-    coefficients = aligned_coefficients(BODY.angles(), math)
+    coefficients = aligned_coefficients(FREE.angles(), math)
     # The engine's own tolerance is relative to |M|: it leaves 1e-8 of a small Q at 1e-14.
     finest = FINEST_TOLERANCE[default_engine()]
     state = np.array(start)[:, None]
@@ -122,11 +122,11 @@ def test_a_period_and_no_half_of_it_brings_the_orbit_back(orbit: Orbit) -> None:
 
 @pytest.mark.parametrize(("axis", "side"), FAMILIES)
 def test_the_curve_is_the_one_without_time(axis: int, side: int) -> None:
-    orbit = encircling(BODY, axis, side, G=2.0, height=0.8)
+    orbit = encircling(FREE, axis, side, G=2.0, height=0.8)
     family = free_body.around_M1 if axis == 1 else free_body.around_M2
     M = free.momentum(orbit, np.linspace(-1, 1, 81) * orbit.period)
     phi = np.atan2(side * M[2], M[2 - axis] / orbit.p)
-    np.testing.assert_allclose(M, 2 * family(BODY.alpha0, 0.8, side, phi), atol=1e-15 * 4)
+    np.testing.assert_allclose(M, 2 * family(FREE.alpha0, 0.8, side, phi), atol=1e-15 * 4)
     # phi starts where that of the family does, and grows.
     assert phi[40] == 0
     assert np.ptp(np.unwrap(phi)) == pytest.approx(4 * np.pi, rel=1e-14)
@@ -165,11 +165,11 @@ def test_from_energy_inverts_the_energy(pair: tuple[Body, Orbit]) -> None:
 def test_limit_beside_a_permanent_rotation_is_the_frequency_of_linear_oscillations(
     axis: int,
 ) -> None:
-    orbit = encircling(BODY, axis, G=1.5, height=1e-9)
+    orbit = encircling(FREE, axis, G=1.5, height=1e-9)
     # The eigenvalues of the linearised equations, by differences in 60 digits.
     M0 = [FINE.mpf(0)] * 3
     M0[axis - 1] = FINE.mpf("1.5")
-    exact = [x.in_context(FINE) for x in BODY.A]
+    exact = [x.in_context(FINE) for x in FREE.A]
     linear = jacobian(lambda M: euler_poisson(M, NOWHERE, exact, NOWHERE, 0)[:3], M0)
     frequency = np.abs(np.linalg.eigvals(linear.astype(float)).imag).max()
     assert 2 * np.pi / orbit.period == pytest.approx(frequency, rel=1e-14)
@@ -191,24 +191,24 @@ def test_limit_beside_a_permanent_rotation_is_the_frequency_of_linear_oscillatio
 )
 def test_what_is_no_orbit_is_refused(wrong: dict[str, Any]) -> None:
     with pytest.raises(ValueError, match=r"orbit|axis|give"):
-        encircling(BODY, **wrong)
+        encircling(FREE, **wrong)
 
 
 @pytest.mark.parametrize("excess", [0.0, 0.51, -0.26, math.nan])
 def test_an_energy_without_orbit_is_refused(excess: float) -> None:
     with pytest.raises(ValueError, match="energy"):
-        from_energy(BODY, excess)
+        from_energy(FREE, excess)
 
 
 def test_states_on_a_separatrix_and_at_rest_are_refused() -> None:
     for Q in ((0.0, 1.0), (1.0, 0.0), (0.0, 0.0)):
         with pytest.raises(ValueError, match="separatrix"):
-            through(BODY, Aligned(*Q, 0.0, 0, 0, 0))
+            through(FREE, Aligned(*Q, 0.0, 0, 0, 0))
 
 
 @pytest.mark.parametrize(("M", "axis", "side"), [((2, 0, 0), 1, 1), ((0, -2, 0), 2, -1)])
 def test_through_a_permanent_rotation_goes_itself(M: Any, axis: int, side: int) -> None:
-    a = aligned_from_body(M, (0, 0, 1), BODY.alpha0, float(scale(A)))
-    found, t = through(BODY, a)
+    a = aligned_from_body(M, (0, 0, 1), FREE.alpha0, float(scale(A)))
+    found, t = through(FREE, a)
     assert (found.axis, found.side, t) == (axis, side, 0)
     np.testing.assert_allclose(free.momentum(found, 3.0), M, atol=ROUNDING)

@@ -15,11 +15,11 @@ from rigidpend.poinsot import herpolhode as space
 from rigidpend.poinsot import polhode as free
 from rigidpend.poinsot import spiral
 from rigidpend.poinsot.orbit import Orbit, encircling
+from tests.bodies import FREE
 from tests.poinsot.reference import EPS, NOWHERE, in_space, orbits
 from tests.strategies import FINE, ROUNDING, bodies, relative, repeatable
 
-BODY = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu=0)
-A = [float(x) for x in BODY.A]
+A = [float(x) for x in FREE.A]
 NUMBERS = free_body.SEPARATRICES
 
 
@@ -40,12 +40,12 @@ def integrated_length(curve: Any, a: float, b: float, panels: int) -> float:
 @pytest.mark.parametrize("number", NUMBERS)
 def test_agrees_with_integration_in_body_and_space(number: int) -> None:
     times = np.linspace(0, 25, 101)
-    expected, omega = in_space(spiral.momentum(BODY, number, 0.0, G=1.5), A, times)
+    expected, omega = in_space(spiral.momentum(FREE, number, 0.0, G=1.5), A, times)
     # The middle axis is unstable: rounding grows as the distance falls, to 4e-16 e^u.
-    bound = 1e-15 * np.exp(spiral.rate(BODY, 1.5) * times) + 1e-13
-    found = spiral.momentum(BODY, number, times, G=1.5)
+    bound = 1e-15 * np.exp(spiral.rate(FREE, 1.5) * times) + 1e-13
+    found = spiral.momentum(FREE, number, times, G=1.5)
     assert (np.abs(found - expected) <= bound).all()
-    assert (np.abs(spiral.herpolhode(BODY, times, G=1.5) - omega) <= bound).all()
+    assert (np.abs(spiral.herpolhode(FREE, times, G=1.5) - omega) <= bound).all()
 
 
 @pytest.mark.slow
@@ -64,9 +64,9 @@ def test_invariant_length_of_M_and_energy_of_the_middle_axis(number: int, body: 
 
 @pytest.mark.parametrize("number", NUMBERS)
 def test_the_curve_is_the_one_without_time(number: int) -> None:
-    M = spiral.momentum(BODY, number, np.linspace(-20, 20, 81), G=2.0)
+    M = spiral.momentum(FREE, number, np.linspace(-20, 20, 81), G=2.0)
     phi = np.arcsin(np.abs(M[2]) / 2) * np.sign(M[2]) * (1 if number in (2, 4) else -1)
-    expected = 2 * free_body.separatrix(BODY.alpha0, number, phi)
+    expected = 2 * free_body.separatrix(FREE.alpha0, number, phi)
     np.testing.assert_allclose(M, expected, atol=1e-7)
     assert (np.diff(phi) > 0).all()
 
@@ -75,28 +75,28 @@ def test_the_curve_is_the_one_without_time(number: int) -> None:
 def test_is_the_limit_of_orbits_relative_to_each_component(
     axis: int, side: int, number: int
 ) -> None:
-    orbit = encircling(BODY, axis, side, coheight=1e-100)
+    orbit = encircling(FREE, axis, side, coheight=1e-100)
     t = np.linspace(-300, 300, 61)
     expected = free.momentum(orbit, t)
-    found = spiral.momentum(BODY, number, t)
+    found = spiral.momentum(FREE, number, t)
     still = np.abs(t) > 0
     assert relative(found[:, still], expected[:, still]) < 1e-13
     np.testing.assert_allclose(
-        spiral.herpolhode(BODY, t), space.herpolhode(orbit, t), atol=1e-15 * 4
+        spiral.herpolhode(FREE, t), space.herpolhode(orbit, t), atol=1e-15 * 4
     )
 
 
 def test_the_spiral_is_symmetric_and_winds_around_Q() -> None:
     t = np.linspace(0, 150, 2001)
-    xi, eta, zeta = spiral.herpolhode(BODY, t)
-    behind = spiral.herpolhode(BODY, -t)
+    xi, eta, zeta = spiral.herpolhode(FREE, t)
+    behind = spiral.herpolhode(FREE, -t)
     np.testing.assert_array_equal(behind, [xi, eta, -zeta])
     assert np.ptp(xi) == 0
     assert xi[0] == pytest.approx(1 / A[2])
     radius = np.hypot(eta, zeta)
     assert (np.diff(radius) < 0).all()
     assert np.unwrap(np.atan2(zeta, eta))[-1] == pytest.approx(150 / A[2], rel=1e-13)
-    assert radius[0] == spiral.rate(BODY)
+    assert radius[0] == spiral.rate(FREE)
 
 
 @given(body=bodies())
@@ -113,10 +113,10 @@ def test_the_length_of_the_spiral_is_that_of_the_polhode(body: Body) -> None:
 
 @pytest.mark.parametrize("span", [(0.0, 1.0), (-3.0, 2.0), (5.0, 30.0)])
 def test_equal_arcs_in_equal_times_on_the_separatrix(span: tuple[float, float]) -> None:
-    before, after = spiral.arc(BODY, np.array(span), G=1.5)
+    before, after = spiral.arc(FREE, np.array(span), G=1.5)
     for curve in (
-        lambda t: spiral.herpolhode(BODY, t, G=1.5),
-        lambda t: spiral.polhode(BODY, 4, t, G=1.5),
+        lambda t: spiral.herpolhode(FREE, t, G=1.5),
+        lambda t: spiral.polhode(FREE, 4, t, G=1.5),
     ):
         assert integrated_length(curve, *span, 40) == pytest.approx(after - before, rel=1e-12)
 
@@ -135,16 +135,16 @@ def test_equal_arcs_in_equal_times_on_any_orbit(orbit: Orbit) -> None:
 
 
 def test_the_whole_length_is_both_ends_and_half_a_perimeter_in_60_digits() -> None:
-    ends = spiral.arc(BODY, np.array([-400.0, 400.0]), G=1.5)
-    assert np.diff(ends)[0] == pytest.approx(spiral.length(BODY, G=1.5), rel=2 * EPS)
+    ends = spiral.arc(FREE, np.array([-400.0, 400.0]), G=1.5)
+    assert np.diff(ends)[0] == pytest.approx(spiral.length(FREE, G=1.5), rel=2 * EPS)
     # Around the ellipse by its own points, where the trapezoidal rule is exact.
     phi = [FINE.pi * k / 200 for k in range(200)]
-    M0 = [FINE.mpf(float(x)) for x in spiral.momentum(BODY, 2, 0.0, G=1.5)]
+    M0 = [FINE.mpf(float(x)) for x in spiral.momentum(FREE, 2, 0.0, G=1.5)]
     across = FINE.sqrt(sum((M0[i] / FINE.mpf(A[i])) ** 2 for i in (0, 1)))
     along = FINE.mpf(1.5) / FINE.mpf(A[2])
     speeds = [FINE.sqrt((across * FINE.sin(x)) ** 2 + (along * FINE.cos(x)) ** 2) for x in phi]
     expected = FINE.fsum(speeds) * FINE.pi / 200
-    assert spiral.length(BODY, G=1.5) == pytest.approx(float(expected), rel=4 * EPS)
+    assert spiral.length(FREE, G=1.5) == pytest.approx(float(expected), rel=4 * EPS)
 
 
 def test_sech_is_precise_where_it_is_small() -> None:
