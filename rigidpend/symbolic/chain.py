@@ -23,7 +23,7 @@ MOST_ITERATIONS = 12
 LONGEST_STEP = 0.5
 """Largest change of an angle in one iteration, radians."""
 SETTLED = 1e-9
-"""Size of the last correction, radians; what is left is its square, below rounding."""
+"""Size of the last correction, radians or widths of tables; its square, below rounding, is left."""
 WIDTH = 2
 """Number of diagonals of the Jacobian above and below the main one."""
 
@@ -39,6 +39,11 @@ class Arrival(NamedTuple):
     b: float
     I_slope: float
     b_slope: float
+
+    def crossing(self, level: Level) -> PassageEnds:
+        """The first crossing, an upward one: where that passage ends."""
+        upper, rising = np.array([True]), np.array([False])
+        return level.crossings(upper, rising, np.array([self.I]), np.array([self.b]))
 
 
 Begin: TypeAlias = Callable[[float], Arrival]

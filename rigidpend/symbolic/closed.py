@@ -20,13 +20,20 @@ from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.return_map import return_map
 from rigidpend.symbolic.address import AddressError, parsed
-from rigidpend.symbolic.chain import Arrival, Chain, NoOrbit, System, signs_of, tangents
+from rigidpend.symbolic.chain import (
+    LONGEST_STEP,
+    SETTLED,
+    Chain,
+    NoOrbit,
+    System,
+    on_surface,
+    signs_of,
+    tangents,
+)
 from rigidpend.symbolic.shortest import INSIDE, MORE
 from rigidpend.symbolic.tables import Level, Signs
 
 MOST_ITERATIONS = 20
-SETTLED = 1e-9
-LONGEST_STEP = 0.5
 MOST_SYMBOLS = 60
 """Longest word: its equations are a dense system."""
 
@@ -105,7 +112,7 @@ def closed(level: Level, word: tuple[int, ...], half_turns: int | None = None) -
     signs = signs_of(symbols)
     if half_turns is not None:
         return _record(level, word, half_turns, _solved(level, signs, half_turns))
-    least = max(1, math.floor(level.half_turns(2 * level.splitting)))
+    least = max(1, level.fewest_half_turns)
     reason: NoOrbit | None = None
     for n in range(least, least + MORE):
         try:
@@ -140,11 +147,7 @@ def _solved(level: Level, signs: Signs, n: int) -> Chain:
     """The chain whose last crossing is its first one, n half rotations a passage."""
     P, total = len(signs), math.pi * n * len(signs)
     angles = np.pi * n * np.arange(P + 1.0)
-
-    def begin(_: float) -> Arrival:
-        return Arrival(0.0, 0.0, 0.0, 1.0)
-
-    system = System(level, begin, signs, 0.0)
+    system = System(level, on_surface, signs, 0.0)
     x = system.guess(angles, 0.0)
     for _ in range(MOST_ITERATIONS):
         rows, matrix, chain = system.cyclic(x, total)

@@ -17,14 +17,12 @@ from numpy.typing import NDArray
 from rigidpend.return_map import Passage, SectionPoint
 from rigidpend.return_map.charts import look_up
 from rigidpend.symbolic.address import Address, cells_of
-from rigidpend.symbolic.chain import NoOrbit
+from rigidpend.symbolic.chain import SETTLED, NoOrbit
 from rigidpend.symbolic.skeleton import Skeleton
 from rigidpend.symbolic.tables import Array, Level
 from rigidpend.symbolic.track import Leaving, arrivals, leaving
 
 MOST_ITERATIONS = 8
-SETTLED = 1e-9
-"""Size of the last correction, radians or widths of the tables; its square is left."""
 MOVED = 1e-3
 """Largest correction of a track, radians or widths: its error is 1e-16, grown along the orbit."""
 

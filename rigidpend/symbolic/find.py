@@ -223,7 +223,7 @@ def _either(
     signs, begin = signs_of(np.array(address.symbols)), orbits.begin(level)
     given = address.half_turns or ()
     found, reason = [], None
-    origin = float(level.crossings(*_lower(begin(0.0).I, begin(0.0).b)).chi[0])
+    origin = float(begin(0.0).crossing(level).chi[0])
     for cell in _first_cells((origin + middle) / math.pi):
         if address.first is not None and cell % 2 != address.first:
             continue
@@ -246,11 +246,6 @@ def _first_cells(place: float) -> tuple[int, int]:
     """The cell of a place in half rotations, and its nearer neighbour."""
     cell = round(place)
     return cell, cell + 1 if place > cell else cell - 1
-
-
-def _lower(I: float, b: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_], Array, Array]:
-    """A passage past the lower orbit that ends in an upward crossing."""
-    return np.array([True]), np.array([False]), np.array([I]), np.array([b])
 
 
 def _at_own_energy(orbits: Surface, made: Path, h: float, level: Level) -> Solved:

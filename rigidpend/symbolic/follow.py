@@ -131,9 +131,7 @@ def followed(orbits: Surface, theta2: float, n: int) -> tuple[Address, Array]:
     With it comes chi of its crossings, radians, whole turns included.
     """
     level = orbits.level(orbits.energy(theta2))
-    arrival = orbits.begin(level)(theta2)
-    yes, none = np.array([True]), np.array([False])
-    at = level.crossings(yes, none, np.array([arrival.I]), np.array([arrival.b]))
+    at = orbits.begin(level)(theta2).crossing(level)
     point, chi = SectionPoint(True, at.d, at.chi), float(at.chi[0])
     symbols, found = [], [chi]
     for _ in range(n):

@@ -66,8 +66,7 @@ def growth(orbits: Surface, solved: Solved, h_factor: float) -> Growth:
     slopes = tangents(level, chain)
     theta = chain.unknown
     arrival = orbits.begin(level)(theta)
-    yes, none = np.array([True]), np.array([False])
-    at = level.crossings(yes, none, np.array([arrival.I]), np.array([arrival.b]))
+    at = arrival.crossing(level)
     early, late = orbits.first_time(level, theta + STEP * np.array([-1.0, 1.0]))
     change = np.array(
         [

@@ -215,7 +215,7 @@ def shortest(
         None was found.
     """
     n, free = len(signs), len(signs) - len(given)
-    least = max(1, math.floor(level.half_turns(2 * level.splitting)))
+    least = max(1, level.fewest_half_turns)
     reason = None
     for each in range(least, least + MORE):
         turns = np.array([*given, *[each] * free])

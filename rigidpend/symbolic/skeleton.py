@@ -109,7 +109,7 @@ class _Arcs:
     def __init__(self, level: Level, low: Array, high: Array, n: int, half_turns: int) -> None:
         self.level, self.n, self.most = level, n, half_turns
         self.low, self.width = low, high - low
-        least = math.floor(level.half_turns(2 * level.splitting))
+        least = level.fewest_half_turns
         reach = PER_CELL * max(half_turns + 3 - least, 3)
         for _ in range(WIDENINGS):
             if self._sampled(reach):

@@ -134,6 +134,11 @@ class Level:
         """The half rotations that a passage takes between crossings at multiples of pi."""
         return (-math.log(abs(I)) / self.exponent + self.shift) / math.pi
 
+    @property
+    def fewest_half_turns(self) -> int:
+        """The half rotations that any passage takes at least."""
+        return math.floor(self.half_turns(2 * self.splitting))
+
     def invariant(self, half_turns: float) -> float:
         """The |I| of passages with so many half rotations, the inverse of `half_turns`."""
         return math.exp((self.shift - math.pi * half_turns) * self.exponent)
