@@ -36,10 +36,6 @@ def regime(body: Body) -> Regime:
     beta0 = pi, beta0 = 0 and alpha0 = beta0 (the Hess case) are recognised as `Body.special_cases`
     tells: to within the rounding of doubles, from angles in 113 bits.
 
-    Parameters
-    ----------
-    body : Body
-
     Returns
     -------
     Regime

@@ -75,13 +75,7 @@ def picture(png: bytes) -> str:
 
 
 def html(sections: Sequence[ResultSection], departures: Sequence[Any]) -> str:
-    """Write the whole page as HTML.
-
-    Parameters
-    ----------
-    sections : sequence of ResultSection
-    departures : sequence of Departure
-    """
+    """Write the whole page as HTML."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(

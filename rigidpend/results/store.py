@@ -6,7 +6,8 @@ as the experiment's layout declares it. Every dataset has `units` and `descripti
 all stands behind the HDF5 file, where HDF5 itself does not look.
 
 There is one way to read: regular files of bounded size, tried in a process of its own, each
-object inside the file and as declared, before a value is used.
+object inside the file and as declared, before a value is used. What reads raises the errors of
+:func:`opened`.
 """
 
 from __future__ import annotations
@@ -101,37 +102,19 @@ def load(path: Path, layout: Layout | None = None) -> Loaded:
 
 
 def read_tree(path: Path, *, part: bool = False) -> Tree:
-    """The data of a result file as they were given to :func:`write`, units and all.
-
-    Raises
-    ------
-    StoreError
-        As :func:`opened`.
-    """
+    """The data of a result file as they were given to :func:`write`, units and all."""
     with opened(path, whole=True, part=part) as file, readable(path):
         return _tree(file["data"])
 
 
 def config(path: Path) -> str:
-    """The config that a result file was made from, as JSON.
-
-    Raises
-    ------
-    StoreError
-        As :func:`opened`.
-    """
+    """The config that a result file was made from, as JSON."""
     with opened(path, whole=True) as file, readable(path):
         return str(_plain(file["config"]))
 
 
 def attributes(path: Path) -> dict[str, Any]:
-    """The root attributes of a result file.
-
-    Raises
-    ------
-    StoreError
-        As :func:`opened`.
-    """
+    """The root attributes of a result file."""
     with opened(path) as file, readable(path):
         return dict(file.attrs)
 
@@ -140,11 +123,6 @@ def outline(path: Path) -> dict[str, dict[str, Any]]:
     """Every object of a result file by its place, ``/`` first, with its attributes.
 
     Datasets have two more, ``(kind)`` of their numbers and ``(dimensions)``.
-
-    Raises
-    ------
-    StoreError
-        As :func:`opened`.
     """
     with opened(path) as file, readable(path):
         found = {"/": dict(file.attrs)}

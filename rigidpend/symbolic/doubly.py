@@ -90,11 +90,6 @@ def doubly_asymptotic(level: Level, rough: Skeleton) -> DoublyAsymptotic:
     Newton's method for all crossings at once: each passage must lead to the next crossing, and
     the last crossing lie on the stable surface. So no error grows along the orbit.
 
-    Parameters
-    ----------
-    level : Level
-    rough : Skeleton
-
     Raises
     ------
     NoOrbit

@@ -80,13 +80,7 @@ def rounding(growth: Array) -> Array:
 
 
 def integrated(body: Body, found: Stretched) -> Array:
-    """ln of the growth through all passages, by the variational equations, (N,).
-
-    Parameters
-    ----------
-    body : Body
-    found : Stretched
-    """
+    """ln of the growth through all passages, by the variational equations, (N,)."""
     c, unit = doubles(body), widest_d(found.level)
     begun, changes = _section(body, found, 0.0, 0.0), []
     for by in ((STEP * unit, 0.0), (0.0, STEP)):

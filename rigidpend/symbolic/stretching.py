@@ -22,11 +22,6 @@ def stretching(level: Level, chain: Chain) -> Array:
 
     The deviation begins along chi, and has turned to the growing direction behind the first
     passage, but for a share of 1/growth^2.
-
-    Parameters
-    ----------
-    level : Level
-    chain : Chain
     """
     scale = np.array([level.unit, 1.0])
     change, grown = np.array([0.0, 1.0]), []

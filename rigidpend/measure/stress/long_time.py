@@ -207,14 +207,7 @@ def _curves(name: str, rotations: Array, drift: Array, walk: Array) -> dict[str,
 
 
 def splitting_trial(setting: Setting, *, order: int, rotations: int, orbits: int) -> Trial:
-    """A Lie-Poisson splitting: energy bounded, |gamma| and M . gamma kept to rounding.
-
-    Parameters
-    ----------
-    setting : Setting
-    order : int
-    rotations, orbits : int
-    """
+    """A Lie-Poisson splitting: energy bounded, |gamma| and M . gamma kept to rounding."""
     name = f"splitting {order}"
     counts = np.unique(np.geomspace(1, max(10, rotations / STEPS[order]), POINTS).astype(int))
     walk, at = (

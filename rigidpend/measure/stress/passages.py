@@ -76,15 +76,7 @@ class Fan(NamedTuple):
 
 
 def growth_trial(fan: Fan, *, orbits: int, n_crossings: int, engine: str, jobs: int) -> Trial:
-    """Errors of doubles at each crossing, measured against 113 bits, and predicted.
-
-    Parameters
-    ----------
-    fan : Fan
-    orbits, n_crossings : int
-    engine : str
-    jobs : int
-    """
+    """Errors of doubles at each crossing, measured against 113 bits, and predicted."""
     size, growing = claims = _growth_claims(orbits, n_crossings)
 
     def measure() -> Findings:
