@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from rigidpend.cli.common import JSON, OUT, SETTINGS, guarded, print_json, say
+from rigidpend.cli.common import JSON, OUT, SETTINGS, guarded, measured, print_json
 
 
 @click.command("bench")
@@ -31,29 +31,16 @@ def command(
       rigidpend bench --quick
       rigidpend bench --set search.seconds=1 --json
     """
-    from rigidpend import render, tables
-    from rigidpend.config import loading
-    from rigidpend.config.names import resolve
+    from rigidpend import tables
     from rigidpend.measure.benchmark import reading
     from rigidpend.results import store
-    from rigidpend.run import runner
 
-    [path] = resolve(("bench_quick" if quick else "bench",))
-    planned = runner.plan(loading.load(path, settings), folder, force=force)
-    if planned.reason:
-        # One at a time: whatever runs beside a timing disturbs it.
-        runner.follow(planned, jobs=1, say=say)
-    else:
-        say(f"{planned.config.name}: {planned.target} is up to date")
-    picture = planned.target.with_suffix(".png")
-    render.render(planned.target, picture)
-    say(f"{planned.config.name}: {picture} drawn")
-    result = store.load(planned.target)
-    if as_json:
-        found = {"machine": result["provenance"], **reading.summary(result["data"])}
-        print_json(found)
-        return
+    # One at a time: whatever runs beside a timing disturbs it.
+    result = store.load(measured("bench", quick, settings, folder, force=force, jobs=1))
     machine = result["provenance"]
+    if as_json:
+        print_json({"machine": machine, **reading.summary(result["data"])})
+        return
     click.echo(f"{machine['processor']}, {machine['system']}; {machine['created']}\n")
     for table in reading.tables(result["data"]):
         for line in tables.terminal(table):

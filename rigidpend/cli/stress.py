@@ -7,7 +7,17 @@ from pathlib import Path
 
 import click
 
-from rigidpend.cli.common import DONE, FAILED, JOBS, JSON, OUT, SETTINGS, guarded, print_json, say
+from rigidpend.cli.common import (
+    DONE,
+    FAILED,
+    JOBS,
+    JSON,
+    OUT,
+    SETTINGS,
+    guarded,
+    measured,
+    print_json,
+)
 
 
 @click.command("stress")
@@ -36,23 +46,13 @@ def command(
       rigidpend stress --quick
       rigidpend stress --set problem.honesty.orbits=1000000 --json
     """
-    from rigidpend import render
-    from rigidpend.config import loading
-    from rigidpend.config.names import resolve
     from rigidpend.measure.stress import table
     from rigidpend.results import store
-    from rigidpend.run import runner, workers
+    from rigidpend.run import workers
 
-    [path] = resolve(("stress_quick" if quick else "stress",))
-    planned = runner.plan(loading.load(path, settings), folder, force=force)
-    if planned.reason:
-        runner.follow(planned, jobs=jobs or workers.cores(), say=say)
-    else:
-        say(f"{planned.config.name}: {planned.target} is up to date")
-    picture = planned.target.with_suffix(".png")
-    render.render(planned.target, picture)
-    say(f"{planned.config.name}: {picture} drawn")
-    machine, data = store.load(planned.target)["provenance"], store.read_tree(planned.target)
+    many = jobs or workers.cores()
+    target = measured("stress", quick, settings, folder, force=force, jobs=many)
+    machine, data = store.load(target)["provenance"], store.read_tree(target)
     if as_json:
         print_json({"machine": machine, **table.summary(data)})
     else:

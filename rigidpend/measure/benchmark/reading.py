@@ -52,7 +52,7 @@ def met(data: Data, problem: str, threads: int) -> list[Standing]:
     if default is None:
         return []
     found = []
-    for name in (name for name in METHODS if name in group):
+    for name in _measured(group):
         record = group[name]
         both = np.isfinite(record["rounds"]) & np.isfinite(default["rounds"])
         if not both.any():
@@ -202,13 +202,15 @@ def many_table(data: Data) -> Table:
     most = numbers[-1]
     own = many.at(group[MAPS], most).seconds if MAPS in group else math.nan
     rows = []
-    for name in (name for name in METHODS if name in group):
+    for name in _measured(group):
         found = [many.at(group[name], number) for number in numbers]
         cells = [
             seconds(one.seconds) + (" ~" if one.orbits < number else "")
             for one, number in zip(found, numbers, strict=True)
         ]
-        undecided = f"{float(group[name]['undecided'][-1]):.0f}" if _vouches(name) else "-"
+        undecided = (
+            f"{float(group[name]['undecided'][-1]):.0f}" if METHODS[name].cross_checked else "-"
+        )
         ratio = times(found[-1].seconds / own)
         cells += [seconds(found[-1].prepare), ratio, _crossing(group, name), undecided]
         rows.append((METHODS[name].label, *cells))
@@ -232,10 +234,6 @@ def many_numbers(data: Data) -> list[float]:
     group = data["many_orbits"]
     longest = max((record["orbits"] for record in group.values()), key=len)
     return [float(number) for number in longest]
-
-
-def _vouches(name: str) -> bool:
-    return METHODS[name].cross_checked
 
 
 def _crossing(group: Data, name: str) -> str:

@@ -56,13 +56,16 @@ class Method(NamedTuple):
         return missing[0] if missing else ""
 
 
-def _answers(module: str, prefix: str = "", kinds: str = "motion long routes angle") -> Any:
+def _answers(
+    module: str, prefix: str = "", kinds: str = "motion long routes angle", **told: Any
+) -> Any:
     """The answers of a module whose functions are called motion, codes and angle."""
     functions = {"motion": "motion", "long": "motion", "routes": "codes", "angle": "angle"}
-    return {kind: Answer(module, prefix + functions[kind]) for kind in kinds.split()}
+    return {kind: Answer(module, prefix + functions[kind], told) for kind in kinds.split()}
 
 
-def _cross_check(label: str, family: str, function: str, *libraries: str) -> Method:
+def _cross_check(label: str, function: str, libraries: tuple[str, ...]) -> Method:
+    family = function.partition("_")[0]
     return Method(
         label,
         family,
@@ -198,10 +201,7 @@ METHODS = {
     "scipy_dop853": Method(
         "SciPy DOP853",
         "scipy",
-        {
-            kind: answer._replace(told={"method": "DOP853"})
-            for kind, answer in _answers("scipy_ivp").items()
-        },
+        _answers("scipy_ivp", method="DOP853"),
         finest=2.3e-14,
         libraries=SCIPY,
         forms=({"abreast": True}, {"abreast": False}),
@@ -211,10 +211,7 @@ METHODS = {
         f"scipy_{method.lower()}": Method(
             f"SciPy {method}",
             "scipy",
-            {
-                kind: answer._replace(told={"method": method})
-                for kind, answer in _answers("scipy_ivp").items()
-            },
+            _answers("scipy_ivp", method=method),
             finest=2.3e-14,
             libraries=SCIPY,
             abreast=False,
@@ -222,21 +219,16 @@ METHODS = {
         )
         for method in ("LSODA", "Radau")
     },
-    "heyoka_two_forms": _cross_check(
-        "heyoka, both forms compared", "heyoka", "heyoka_two_forms", "heyoka"
-    ),
-    "heyoka_two_tolerances": _cross_check(
-        "heyoka, two tolerances compared", "heyoka", "heyoka_two_tolerances", "heyoka"
-    ),
-    "cyrk_two_methods": _cross_check(
-        "CyRK, two methods compared", "cyrk", "cyrk_two_methods", "CyRK", "numba"
-    ),
-    "diffrax_two_tolerances": _cross_check(
-        "diffrax, two tolerances compared", "diffrax", "diffrax_two_tolerances", *JAX
-    ),
-    "scipy_two_tolerances": _cross_check(
-        "SciPy DOP853, two tolerances compared", "scipy", "scipy_two_tolerances", *SCIPY
-    ),
+    **{
+        function: _cross_check(label, function, libraries)
+        for function, label, libraries in (
+            ("heyoka_two_forms", "heyoka, both forms compared", HEYOKA),
+            ("heyoka_two_tolerances", "heyoka, two tolerances compared", HEYOKA),
+            ("cyrk_two_methods", "CyRK, two methods compared", ("CyRK", "numba")),
+            ("diffrax_two_tolerances", "diffrax, two tolerances compared", JAX),
+            ("scipy_two_tolerances", "SciPy DOP853, two tolerances compared", SCIPY),
+        )
+    },
 }
 
 
