@@ -160,7 +160,7 @@ class Approximation:
             work = min(bits, known + GAIN + GUARD)
             residual = self._residual(P, begin, whole, bits, work)
             size = max(map(abs, (x for row in residual for x in row)))
-            P = _corrected(P, residual, size.bit_length(), linear, n)
+            P = _corrected(P, residual, size.bit_length(), linear)
             won = bits - size.bit_length() + GAIN
             # Done, or stuck: then the checker will find a large defect, and say so.
             if won >= bits or won <= known:
@@ -300,7 +300,7 @@ def _refined(states: Array, half: float, c: AlignedCoefficients) -> Array:
 
 
 def _corrected(
-    P: Sequence[Sequence[int]], residual: Sequence[Sequence[int]], top: int, linear: _Linear, n: int
+    P: Sequence[Sequence[int]], residual: Sequence[Sequence[int]], top: int, linear: _Linear
 ) -> list[list[int]]:
     """The series plus the residual plus what the linearised equation makes of it."""
     # Integers beyond the range of doubles are shifted into it; the

@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
 from rigidpend.render.palette import BLUE, RED, WIDTH
 from rigidpend.render.panels import entry
@@ -72,7 +71,7 @@ def _draw_surface(axes: Axes, body: Data, surface: str) -> None:
     axes.add_collection(LineCollection(lines, colors=COLOURS[surface], linewidths=THIN))
     for edge in body["born"]:
         axes.axvline(edge, color="0.35", ls=(0, (4, 3)), lw=0.5, zorder=3)
-    axes.set_xlim(_ends(body["window"]))
+    axes.set_xlim(*map(float, body["window"]))
     # A margin, or curves near the periodic orbits would lie under the frame.
     axes.set_ylim(-0.02, 1.02)
     axes.set_xticks(list(body["born"]), [r"$-\Delta_1$", r"$\Delta_1$"], fontsize=7)
@@ -83,10 +82,6 @@ def _draw_surface(axes: Axes, body: Data, surface: str) -> None:
 def _name_row(axes: Axes, surface: str) -> None:
     place, colour = axes.transAxes, COLOURS[surface]
     axes.text(-0.44, 0.75, NAMES[surface], transform=place, color=colour, fontsize=11, ha="center")
-
-
-def _ends(window: NDArray[np.float64]) -> tuple[float, float]:
-    return float(window[0]), float(window[1])
 
 
 def _place(body: Data) -> str:

@@ -192,9 +192,8 @@ def _draw_table(axes: Axes, data: Data) -> str:
         for column in range(n_weights):
             known = bool(bodies["resolved"][row, column])
             colour = BITS.get(int(bodies["bits"][row, column]), BITS[113]) if known else NONE
-            axes.add_patch(
-                _cell(column, row, colour, label=f"{bodies['name'][row]} {ratios[column]:g}")
-            )
+            corner, label = (column - 0.5, row - 0.5), f"{bodies['name'][row]} {ratios[column]:g}"
+            axes.add_patch(Rectangle(corner, 1, 1, fc=colour, ec="0.75", lw=0.5, label=label))
             said = (
                 f"{np.ceil(np.log10(bodies['error'][row, column])):.0f}".replace(
                     "-", "\N{MINUS SIGN}"
@@ -231,7 +230,3 @@ def _draw_table(axes: Axes, data: Data) -> str:
         handletextpad=0.4,
     )
     return r"what is resolved: $\log_{10}$ of the error, precision"
-
-
-def _cell(column: int, row: int, colour: str, label: str) -> Patch:
-    return Rectangle((column - 0.5, row - 0.5), 1, 1, fc=colour, ec="0.75", lw=0.5, label=label)

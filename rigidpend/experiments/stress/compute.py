@@ -72,7 +72,7 @@ def _trials(problem: Problem, means: Means) -> Iterator[tuple[str, Trial]]:
     """All trials, each with its group, in the order in which they are run."""
     body, engine, jobs = problem.body, means.arithmetic.engine, means.jobs
     J2 = math.sqrt(2 * float(problem.h0) / body.kappa)
-    yield from _symmetries(body, J2, engine, jobs)
+    yield "symmetries", symmetries.trial(body, J2, 4, engine, jobs)
     yield from _extremes(body, problem.extremes, engine, jobs)
     yield from _passages(body, J2, problem, engine, jobs)
     yield from _honesty(body, problem, engine, jobs)
@@ -80,10 +80,6 @@ def _trials(problem: Problem, means: Means) -> Iterator[tuple[str, Trial]]:
     if engine == "taylor":
         yield from _addresses(problem)
     yield from _long_time(body, J2, problem, engine, jobs)
-
-
-def _symmetries(body: Body, J2: float, engine: str, jobs: int) -> Iterator[tuple[str, Trial]]:
-    yield "symmetries", symmetries.trial(body, J2, 4, engine, jobs)
 
 
 def _extremes(body: Body, asked: Any, engine: str, jobs: int) -> Iterator[tuple[str, Trial]]:

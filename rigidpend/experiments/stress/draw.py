@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -137,21 +136,16 @@ def _draw_splittings(axes: Axes, methods: list[Any]) -> None:
     _log(axes, "rotations", "rms drift, relative")
 
 
-def _claims(data: Data) -> Iterator[tuple[str, str, float, str]]:
-    for group, content in data.items():
-        for name, claim in content["claims"].items():
-            yield group, name, float(claim["ratio"]), str(claim["verdict"])
-
-
 def _draw_claims(axes: Axes, data: Data) -> None:
     """Value over bound of every claim, a row a group; what is beyond its bound is named."""
     groups = list(data)
     counts = dict.fromkeys(LOOKS, 0)
     for row, group in enumerate(groups):
-        members = [x for x in _claims(data) if x[0] == group]
+        claims = data[group]["claims"]
+        members = [(name, float(x["ratio"]), str(x["verdict"])) for name, x in claims.items()]
         # Below each other, or claims of equal ratio would look like one.
         lift = np.linspace(-0.32, 0.32, len(members)) if len(members) > 1 else [0.0]
-        for (*_, ratio, verdict), up in zip(members, lift, strict=True):
+        for (_, ratio, verdict), up in zip(members, lift, strict=True):
             look, x = LOOKS[verdict], min(max(ratio, FLOOR), CEILING)
             counts[verdict] += 1
             axes.plot(x, row + up, look.marker, color=look.colour, ms=3.2, mew=0, clip_on=False)
@@ -183,10 +177,10 @@ def _draw_claims(axes: Axes, data: Data) -> None:
     )
 
 
-def _name(axes: Axes, row: int, members: list[tuple[str, str, float, str]]) -> None:
+def _name(axes: Axes, row: int, members: list[tuple[str, float, str]]) -> None:
     """Name the claims of a group that are beyond their bounds."""
     beyond: dict[str, list[str]] = {}
-    for _, name, _, verdict in members:
+    for name, _, verdict in members:
         if verdict != "passed":
             setting, _, rest = name.partition(", ")
             beyond.setdefault(setting, []).append(rest)

@@ -28,7 +28,7 @@ SMALL = ["problem.symbols=2", "problem.columns=60"]
 @pytest.fixture(scope="module")
 def data() -> Any:
     content = typed(Config, CONFIG, SMALL)
-    means = Means(resolve(default_engine()), 1, lambda _: None)
+    means = Means(resolve(default_engine()))
     return plain(asymptotic_orbits.compute(content, means))
 
 

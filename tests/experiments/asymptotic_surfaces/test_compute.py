@@ -32,7 +32,7 @@ def content() -> Any:
 
 
 def computed(content: Any, engine: str) -> Any:
-    tree = asymptotic_surfaces.compute(content, Means(resolve(engine), 1, lambda _: None))
+    tree = asymptotic_surfaces.compute(content, Means(resolve(engine)))
     return plain(tree)
 
 
@@ -137,7 +137,7 @@ def test_refuses_what_has_no_meaning_where_it_is_written(setting: str, place: st
 
 
 def test_the_file_holds_what_was_computed(content: Any, data: Any, tmp_path: Path) -> None:
-    tree = asymptotic_surfaces.compute(content, Means(resolve(default_engine()), 1, lambda _: None))
+    tree = asymptotic_surfaces.compute(content, Means(resolve(default_engine())))
     loaded = from_file(tmp_path, "asymptotic_surfaces", tree)["data"]
     assert asymptotic_surfaces.differences(data, loaded) == []
     assert list(loaded["bodies"]) == list("abcdefg")

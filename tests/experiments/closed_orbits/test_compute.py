@@ -24,7 +24,7 @@ SMALL = ["problem.longest=5", "problem.verified=2", "problem.symbols=1000"]
 @pytest.fixture(scope="module")
 def data() -> Any:
     content = typed(Config, CONFIG, SMALL)
-    means = Means(resolve(default_engine()), 1, lambda _: None)
+    means = Means(resolve(default_engine()))
     return plain(closed_orbits.compute(content, means))
 
 

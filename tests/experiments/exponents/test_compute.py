@@ -37,7 +37,7 @@ SMALL = [
 
 @pytest.fixture(scope="module")
 def data() -> Any:
-    means = Means(resolve(default_engine(), None, (53,)), 1, lambda _: None)
+    means = Means(resolve(default_engine(), None, (53,)))
     return plain(exponents.compute(typed(Config, CONFIG, SMALL), means))
 
 
@@ -125,7 +125,7 @@ def test_without_an_established_code_a_cell_stays_blank(
     data: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(exponents, "Plane", Doubted)
-    means = Means(resolve(default_engine(), None, (53,)), 1, lambda _: None)
+    means = Means(resolve(default_engine(), None, (53,)))
     other: Any = plain(exponents.compute(typed(Config, CONFIG, SMALL), means))
     blank = np.isnan(other["exponent"]) & np.isfinite(data["exponent"])
     np.testing.assert_array_equal(np.flatnonzero(blank), [7, 9])

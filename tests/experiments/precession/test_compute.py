@@ -27,7 +27,7 @@ BODIES = ("i", "ii", "iii", "iv", "v")
 
 def computed(settings: list[str]) -> Any:
     content = typed(Config, CONFIG, settings)
-    return precession.compute(content, Means(resolve(default_engine()), 1, lambda _: None))
+    return precession.compute(content, Means(resolve(default_engine())))
 
 
 @pytest.fixture(scope="module")

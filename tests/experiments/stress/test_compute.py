@@ -46,7 +46,7 @@ def given() -> Any:
 
 
 def means(**replaced: Any) -> Means:
-    return Means(resolve("taylor"), 1, lambda _: None)._replace(**replaced)
+    return Means(resolve("taylor"))._replace(**replaced)
 
 
 @pytest.mark.parametrize("name", ["stress", "stress_quick"])
