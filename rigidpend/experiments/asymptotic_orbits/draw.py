@@ -68,8 +68,7 @@ def _draw_plane(axes: Axes, data: Data) -> None:
             orbits["theta2_0"], row - 0.5, row + 0.5, ENDS[str(orbits["ends"])], lw=0.8,
             label=f"orbits {name}",
         )  # fmt: skip
-    axes.set_xlim(0, 2 * np.pi)
-    axes.set_ylim(0.5, rows + 0.5)
+    axes.set(xlim=(0, 2 * np.pi), ylim=(0.5, rows + 0.5))
     axes.set_yticks(range(1, rows + 1))
     axes.set_xlabel(r"$\theta_2^0$ (rad)")
     axes.set_ylabel("$i$", rotation=0, va="center")
@@ -93,10 +92,7 @@ def _draw_heights(axes: Axes, drawn: list[tuple[str, Data]]) -> None:
         broken = np.flatnonzero(np.abs(np.diff(theta1)) > 2) + 1
         theta1, height = np.insert(theta1, broken, np.nan), np.insert(height, broken, np.nan)
         axes.plot(theta1, height, color=colour, ls=style, lw=1.2, label=_count(name))
-    axes.set_xlim(0, 4)
-    axes.set_ylim(-0.02, 1.02)
-    axes.set_xlabel(r"$\theta_1/\pi$")
-    axes.set_ylabel("$J_1/J_2$")
+    axes.set(xlim=(0, 4), ylim=(-0.02, 1.02), xlabel=r"$\theta_1/\pi$", ylabel="$J_1/J_2$")
     axes.legend(fontsize=7, loc="center right", handlelength=2.4)
     title(axes, "b", "the sampled orbits")
 
@@ -107,5 +103,4 @@ def _draw_hodograph(axes: Axes, curve: Data, colour: str) -> None:
     axes.set_aspect("equal")
     axes.xaxis.set_major_locator(MaxNLocator(3))
     axes.yaxis.set_major_locator(MaxNLocator(3))
-    axes.set_xlabel(r"$\omega_\zeta$ ($1/t$)")
-    axes.set_ylabel(r"$\omega_\xi$ ($1/t$)")
+    axes.set(xlabel=r"$\omega_\zeta$ ($1/t$)", ylabel=r"$\omega_\xi$ ($1/t$)")

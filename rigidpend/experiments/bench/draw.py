@@ -184,8 +184,7 @@ def _draw_work(axes: Axes, group: Data) -> None:
             x, y, look.marker, color=look.colour, ls=style, lw=look.width, ms=_size(look), mfc=face,
             mew=0.7, zorder=_order(name), label=name,
         )  # fmt: skip
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log")
     axes.invert_xaxis()
     codes = "wrong_symbols" in group.get("aligned_batch", {})
     axes.set_xlabel("error of the crossing times ($t'$)" if codes else "error (relative)")
@@ -218,8 +217,7 @@ def _draw_wrong(axes: Axes, group: Data) -> None:
     low, high = axes.get_xlim()
     axes.set_xlim(low / 1.5, high * 1.5)
     axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.set_xlabel("time of an orbit (ms)")
-    axes.set_ylabel("wrong, trusted, per million")
+    axes.set(xlabel="time of an orbit (ms)", ylabel="wrong, trusted, per million")
     axes.grid(alpha=0.25, lw=0.4)
 
 
@@ -240,10 +238,7 @@ def _draw_many(axes: Axes, group: Data) -> None:
         axes.plot(beyond, warm[-1] * beyond / orbits[-1], ls=":", label="_scaled", **style)
         first = np.cumsum(record["prepare"]) + warm
         axes.plot(orbits, first, ls="--", label="_first", **{**style, "lw": 0.7})
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlabel("number of orbits")
-    axes.set_ylabel("time (s)")
+    axes.set(xscale="log", yscale="log", xlabel="number of orbits", ylabel="time (s)")
     said = "dashed: with tables and\ncompilation, made once\ndotted: scaled from\nfewer orbits"
     axes.text(1.06, 0.95, said, transform=axes.transAxes, va="top", fontsize=7.5, linespacing=1.5)
     axes.grid(alpha=0.25, lw=0.4)

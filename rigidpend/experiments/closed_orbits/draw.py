@@ -33,8 +33,7 @@ def _draw_places(figure: Figure, axes: Axes, data: Data) -> None:
         places["chi"], places["d"], c=exponent[places["of"]], s=9, lw=0, cmap="viridis"
     )
     figure.colorbar(shown, ax=axes, label="exponent per passage")
-    axes.set_xlabel(r"$\chi$ (rad)")
-    axes.set_ylabel(r"$d$")
+    axes.set(xlabel=r"$\chi$ (rad)", ylabel=r"$d$")
     axes.ticklabel_format(axis="y", style="sci", scilimits=(0, 0), useMathText=True)
     title(axes, "a", "upward crossings of all orbits")
 
@@ -49,7 +48,6 @@ def _draw_exponents(axes: Axes, data: Data) -> None:
     mean, error = float(averages["long_orbit"]), float(averages["long_orbit_error"])
     axes.axhspan(mean - error, mean + error, color=RED, alpha=0.25, lw=0)
     axes.axhline(mean, color=RED, lw=0.9, label="long orbit")
-    axes.set_xlabel("symbols of the word")
-    axes.set_ylabel("Lyapunov exponent per passage")
+    axes.set(xlabel="symbols of the word", ylabel="Lyapunov exponent per passage")
     axes.legend(fontsize=7.5)
     title(axes, "b", "averages over closed orbits")

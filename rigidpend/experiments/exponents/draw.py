@@ -52,8 +52,7 @@ def _draw_plane(figure: Figure, axes: Axes, data: Data) -> None:
     draw_changes(axes, x, y, data["codes"], CHANGES)
     if y[0] <= data["marked"] <= y[-1]:
         axes.axhline(float(data["marked"]), color="white", lw=0.8, ls=(0, (5, 3)), label="marked")
-    axes.set_xlabel(r"$\theta_2^0$ (rad)")
-    axes.set_ylabel(r"$\log_{10} J_1^0$")
+    axes.set(xlabel=r"$\theta_2^0$ (rad)", ylabel=r"$\log_{10} J_1^0$")
     n = len(data["codes"])
     title(axes, "a", f"exponents of {n} passages")
 
@@ -68,8 +67,7 @@ def _draw_spread(axes: Axes, growth: Data) -> None:
     axes.plot(n, growth["exponent"][middle], "o-", color=BLUE, ms=4, lw=1, label="median")
     axes.set_ylim(bottom=0)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_xlabel("passages")
-    axes.set_ylabel("exponent per passage")
+    axes.set(xlabel="passages", ylabel="exponent per passage")
     axes.legend(fontsize=7.5)
     title(axes, "b", "over fewer passages")
 

@@ -62,9 +62,7 @@ def _draw_angle(axes: Axes, case: Data) -> None:
     # Room for the numbers above the curve.
     axes.set_ylim(low - 0.05 * (high - low), high + 0.16 * (high - low))
     _number(axes, case)
-    axes.set_xlim(t[0], t[-1])
-    axes.set_xlabel("$t'$ (dimensionless)")
-    axes.set_ylabel(r"$\alpha$ (rad)")
+    axes.set(xlim=(t[0], t[-1]), xlabel="$t'$ (dimensionless)", ylabel=r"$\alpha$ (rad)")
 
 
 def _number(axes: Axes, case: Data) -> None:
@@ -97,8 +95,7 @@ def _draw_spiral(axes: Axes, case: Data) -> None:
             _arrows(axes, x, y, COLOUR[int(i)])
     _ends(axes, case)
     axes.set_aspect("equal")
-    axes.set_xlabel(r"$\omega_\zeta$ ($1/t$)")
-    axes.set_ylabel(r"$\omega_\xi$ ($1/t$)")
+    axes.set(xlabel=r"$\omega_\zeta$ ($1/t$)", ylabel=r"$\omega_\xi$ ($1/t$)")
 
 
 def _ends(axes: Axes, case: Data) -> None:

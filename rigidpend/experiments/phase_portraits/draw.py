@@ -64,8 +64,7 @@ def _draw_sphere(axes: Axes, data: Data) -> None:
     _draw_centres(axes, data["centres"])
     _draw_axes(axes, data["sphere"])
     # More room to the right and above, where the names of the axes are.
-    axes.set_xlim(-1.12, 1.5)
-    axes.set_ylim(-1.05, 1.52)
+    axes.set(xlim=(-1.12, 1.5), ylim=(-1.05, 1.52))
 
 
 def _name_separatrix(axes: Axes, curve: Curve) -> None:

@@ -111,8 +111,7 @@ def _draw_plane(axes: Axes, plane: Data, data: Data) -> None:
     _mark(axes.axhline, float(data["marked"]), extent[2:])
     if "marked_x" in data:
         _mark(axes.axvline, float(data["marked_x"]), extent[:2])
-    axes.set_xlim(extent[:2])
-    axes.set_ylim(extent[2:])
+    axes.set(xlim=extent[:2], ylim=extent[2:])
     axes.set_xlabel(NAMES[str(data.get("x_axis", "theta2_0"))], labelpad=2)
     if axes.get_position().x0 * WIDTH < 1.01 * LEFT:
         axes.set_ylabel(NAMES[str(data["y_axis"])], labelpad=3)

@@ -173,8 +173,7 @@ def _draw_decay(axes: Axes, data: Data) -> str:
     ):
         said = "4" if name == "fig4" else name
         axes.annotate(said, (nu, value), (4, 6), textcoords="offset points", fontsize=7)
-    axes.set_xlim(0, closed["nu"][-1])
-    axes.set_xlabel(r"$\nu = \pi\varkappa/\sin\alpha_0$")
+    axes.set(xlim=(0, closed["nu"][-1]), xlabel=r"$\nu = \pi\varkappa/\sin\alpha_0$")
     axes.set_ylabel(r"$\cos g$ part of the distance, relative to $\nu = 0$", fontsize=8.5)
     axes.legend(loc="lower left", fontsize=7, labelspacing=0.3)
     return "exponentially small in $\\nu$"
@@ -202,8 +201,7 @@ def _draw_table(axes: Axes, data: Data) -> str:
                 else "\N{MULTIPLICATION SIGN}"
             )
             axes.text(column, row, said, ha="center", va="center", fontsize=6.5)
-    axes.set_xlim(-0.5, n_weights - 0.5)
-    axes.set_ylim(n_bodies - 0.5, -0.5)
+    axes.set(xlim=(-0.5, n_weights - 0.5), ylim=(n_bodies - 0.5, -0.5))
     axes.set_xticks(range(n_weights), [f"${_power(x)}$" for x in ratios], fontsize=6.5)
     names = [
         f"{'Fig. 4' if name == 'fig4' else name}  {nu:.1f}"
@@ -211,8 +209,7 @@ def _draw_table(axes: Axes, data: Data) -> str:
     ]
     axes.set_yticks(range(n_bodies), names, fontsize=7)
     axes.tick_params(length=0)
-    axes.set_xlabel(r"$\mu/h_0$")
-    axes.set_ylabel(r"body, $\nu$")
+    axes.set(xlabel=r"$\mu/h_0$", ylabel=r"body, $\nu$")
     keys = [
         Patch(fc=colour, ec="0.5", lw=0.5, label=f"{bits} bits")
         for bits, colour in BITS.items()

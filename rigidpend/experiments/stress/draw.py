@@ -160,8 +160,7 @@ def _draw_claims(axes: Axes, data: Data) -> None:
     axes.set_xticks([FLOOR, *ticks], ["0", *(f"$10^{{{k}}}$" for k in range(-16, 3, 2))])
     axes.set_xticks([], minor=True)
     axes.set_yticks(range(len(groups)), [x.replace("_", " ") for x in groups])
-    axes.set_ylim(len(groups) - 0.4, -0.6)
-    axes.set_xlabel("value / bound")
+    axes.set(ylim=(len(groups) - 0.4, -0.6), xlabel="value / bound")
     entries = [
         entry(f"{counts[key]} {look.label}", ls="", marker=look.marker, color=look.colour, ms=4)
         for key, look in LOOKS.items()
@@ -206,9 +205,7 @@ def _draw_growth(axes: Axes, growth: Any) -> None:
     axes.plot(x, growth["measured"], "o", color=BLUE, ms=4, label="measured")
     axes.plot(x, growth["predicted"], "-", color=RED, label="predicted, nothing fitted")
     axes.plot(x, growth["floor"], ":", color="0.4", label="last bit of the time")
-    axes.set_yscale("log")
-    axes.set_xlabel("crossing")
-    axes.set_ylabel("phase error, rad")
+    axes.set(yscale="log", xlabel="crossing", ylabel="phase error, rad")
     factors = (float(growth[f"growth_{kind}"]) for kind in ("measured", "predicted"))
     said = "a passage: ×{:.2f} measured,\n×{:.2f} predicted".format(*factors)
     paper = {"fc": "white", "lw": 0, "alpha": 0.85, "pad": 1.5}
@@ -241,15 +238,9 @@ def _draw_symbols(axes: Axes, curves: Any) -> None:
             )
         axes.plot([], [], style, color=colour, label=f"{bits} bits")
     axes.plot([], [], "-", color="0.6", lw=2.6, label="predicted")
-    axes.set_xlabel("symbols")
-    axes.set_ylabel("share of orbits with more")
-    axes.set_ylim(0, 1.02)
-    axes.set_xlim(0, None)
+    axes.set(xlabel="symbols", ylabel="share of orbits with more", ylim=(0, 1.02), xlim=(0, None))
     axes.legend(loc="upper right", fontsize=7)
 
 
 def _log(axes: Axes, x: str, y: str) -> None:
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlabel(x)
-    axes.set_ylabel(y)
+    axes.set(xscale="log", yscale="log", xlabel=x, ylabel=y)
