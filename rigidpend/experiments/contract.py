@@ -26,14 +26,13 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias, TypeVar
 from rigidpend.description import Row as Row
 from rigidpend.integrate.arithmetic import CLOSED_FORM, Arithmetic
 from rigidpend.results.layout import Layout
-from rigidpend.results.tree import Data, Tree
+from rigidpend.results.tree import Data, Loaded, Tree
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from rigidpend.config.schema import ExperimentConfig
     from rigidpend.numbers.exact import Exact
-    from rigidpend.results.tree import Loaded
     from rigidpend.routes.problem import RouteProblem
     from rigidpend.run.parts import Piece
     from rigidpend.tables import Table

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rigidpend.numbers.decimals import as_written
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Loaded
+from rigidpend.results.tree import Loaded
 
 SHARED = ("beta0", "mu", "h0", "M_0", "J1_0", "theta2_0")
 """Keys of a problem that are told beside the body, in this order, if one value is given."""

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from rigidpend import experiments
 from rigidpend.results.layout import FLOAT, NUMBER, Field, Layout, members, named
 from rigidpend.results.structure import Unfit
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Loaded
+from rigidpend.results.tree import Loaded
 
 LONGEST, DEEPEST = 2**22, 32
 """Characters of a config, and its brackets inside each other, at most."""

@@ -8,12 +8,10 @@ import shutil
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 from rigidpend.results import files, locks
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Tree
+from rigidpend.results.tree import Tree
 
 
 class Piece(NamedTuple):

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigidpend import experiments
 from rigidpend.results import files
+from rigidpend.results.tree import Tree
 from rigidpend.run import provenance, stored
 from rigidpend.run.parts import Parts, Piece, sweep
 from rigidpend.run.recalled import AnyConfig, RecalledConfig
@@ -21,7 +22,6 @@ from rigidpend.run.stored import DOUBT, OTHER, SECONDS
 # What a plan that finds nothing to do does without is imported where it is used.
 if TYPE_CHECKING:
     from rigidpend.integrate.arithmetic import Arithmetic
-    from rigidpend.results.tree import Tree
 
 
 @dataclass(frozen=True)

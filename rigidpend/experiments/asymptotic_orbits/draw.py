@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,9 +13,7 @@ from matplotlib.ticker import MaxNLocator
 from rigidpend.render.code_arrays import NORM, symbol_entries
 from rigidpend.render.palette import BLUE, GREEN, PINK, RED, WIDTH
 from rigidpend.render.panels import entry, title
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Data, Loaded
+from rigidpend.results.tree import Data, Loaded
 
 HEIGHT = 5.4
 """Height of the figure, inches."""

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigidpend.results.tree import Data, Loaded
 from rigidpend.tables import Table
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Data, Loaded
 
 CAPTION = (
     "Homoclinic orbits, which leave a periodic orbit and return to it, and heteroclinic ones,"

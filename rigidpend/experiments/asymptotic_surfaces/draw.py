@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
@@ -12,10 +10,7 @@ from matplotlib.lines import Line2D
 
 from rigidpend.render.palette import BLUE, RED, WIDTH
 from rigidpend.render.panels import entry
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Data, Loaded
-
+from rigidpend.results.tree import Data, Loaded
 
 COLUMN, ROW = 0.87, 2.35
 """Largest width and the height of a panel, inches."""

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from rigidpend.results.tree import Loaded
 from rigidpend.tables import Table
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Loaded
 
 CAPTION = (
     "Asymptotic surfaces of the periodic orbits beside separatrix 2: S2+ above, S1- below, in"

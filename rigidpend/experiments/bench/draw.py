@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import count
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,10 +17,7 @@ from rigidpend.measure.benchmark.methods import METHODS
 from rigidpend.measure.benchmark.problems import NAMES
 from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, SKY, WIDTH
 from rigidpend.render.panels import entry
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Data, Loaded
-
+from rigidpend.results.tree import Data, Loaded
 
 BASE, ROW, PLOT, FOOT = 0.75, 0.155, 2.6, 1.0
 """Inches: a panel of ratios without rows, a row, a diagram, the legend."""

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from rigidpend.measure.benchmark import reading
+from rigidpend.results.tree import Loaded
 from rigidpend.tables import Table
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Loaded
 
 CAPTION = "Run time against error, every method used as its own documentation does, on one machine."
 

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rigidpend.render.palette import BLUE, RED, WIDTH
 from rigidpend.render.panels import title
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Data, Loaded
+from rigidpend.results.tree import Data, Loaded
 
 HEIGHT = 3.2
 """Height of the figure, inches."""

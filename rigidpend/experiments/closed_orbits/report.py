@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from rigidpend.alphabet import NO_SYMBOL
+from rigidpend.results.tree import Data, Loaded
 from rigidpend.tables import Table
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Data, Loaded
 
 CAPTION = (
     "Periodic orbits of the perturbed body, one for each periodic word of symbols, found by the"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -12,9 +10,7 @@ from matplotlib.ticker import MaxNLocator
 from rigidpend.render.code_planes import cell_ends, draw_changes
 from rigidpend.render.palette import BLUE, RED, WIDTH
 from rigidpend.render.panels import title
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Data, Loaded
+from rigidpend.results.tree import Data, Loaded
 
 HEIGHT = 5.6
 """Height of the figure, inches."""

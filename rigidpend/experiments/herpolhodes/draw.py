@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,10 +13,7 @@ from rigidpend.numbers.generic import Scalar
 from rigidpend.render.palette import SEPARATRIX as COLOUR
 from rigidpend.render.palette import WIDTH
 from rigidpend.render.panels import entry
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Data, Loaded
-
+from rigidpend.results.tree import Data, Loaded
 
 ROW = 2.75
 """Height of a case, inches."""

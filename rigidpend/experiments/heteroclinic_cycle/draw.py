@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -11,10 +11,7 @@ from rigidpend.alphabet import NO_SYMBOL
 from rigidpend.render import separatrix_ticks
 from rigidpend.render.palette import BLUE, RED, WIDTH
 from rigidpend.render.panels import entry
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Loaded
-
+from rigidpend.results.tree import Loaded
 
 HEIGHT = 3.4
 """Height of the figure, inches."""

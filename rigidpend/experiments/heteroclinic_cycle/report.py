@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from rigidpend.results.tree import Data, Loaded
 from rigidpend.tables import Table
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Data, Loaded
 
 CAPTION = (
     "The heteroclinic cycle in the plane of theta1 and J1/J2: separatrices 1 to 4 between the two"

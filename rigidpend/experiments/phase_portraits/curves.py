@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from rigidpend.render.palette import BLUE, GREEN, PINK, RED
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Data
+from rigidpend.results.tree import Data
 
 
 class CurveLook(NamedTuple):

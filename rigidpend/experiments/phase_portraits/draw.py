@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,10 +20,7 @@ from rigidpend.numbers.generic import Scalar
 from rigidpend.render import separatrix_ticks
 from rigidpend.render.palette import WIDTH
 from rigidpend.render.panels import entry
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Data, Loaded
-
+from rigidpend.results.tree import Data, Loaded
 
 HEIGHT = 3.3
 """Height of the figure, inches."""

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from rigidpend.results.tree import Loaded
 from rigidpend.tables import Table
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Loaded
 
 CAPTION = (
     "Orbits of the free body, mu = 0, on the sphere of the angular momentum and in the plane of"

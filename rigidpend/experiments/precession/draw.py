@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import cycle
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,10 +12,7 @@ from matplotlib.lines import Line2D
 
 from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, SEPARATRIX, WIDTH
 from rigidpend.render.panels import entry, title
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Data, Loaded
-
+from rigidpend.results.tree import Data, Loaded
 
 HEIGHT = 5.4
 """Height of the figure, inches."""

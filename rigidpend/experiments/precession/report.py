@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.results.tree import Loaded
 from rigidpend.tables import Table
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Loaded
 
 CAPTION = (
     "Increments of theta3 along the heteroclinic orbits of each separatrix, by the full dynamics,"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -25,10 +25,7 @@ from rigidpend.render.code_arrays import (
 )
 from rigidpend.render.palette import WIDTH
 from rigidpend.render.panels import entry
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Data, Loaded
-
+from rigidpend.results.tree import Data, Loaded
 
 LARGEST = 0.12
 """Largest side of a cell, inches."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,9 +16,7 @@ from rigidpend.render.code_arrays import DOUBT, ZOOM
 from rigidpend.render.code_planes import LINES, cell_ends, draw_changes
 from rigidpend.render.palette import WIDTH
 from rigidpend.render.panels import entry
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Data, Loaded
+from rigidpend.results.tree import Data, Loaded
 
 NAMES = {
     "theta2_0": r"$\theta_2^0$ (rad)",

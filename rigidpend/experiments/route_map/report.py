@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from rigidpend.results.tree import Data, Loaded
 from rigidpend.tables import Table
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Data, Loaded
 
 CAPTION = (
     "Route codes over a plane of two parameters, mostly the initial phase theta2_0 across. Zooms"

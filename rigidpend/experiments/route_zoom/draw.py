@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import textwrap
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,10 +11,7 @@ from matplotlib.patches import Patch
 
 from rigidpend.render.code_arrays import COLOURS, DOUBT, NORM, ZOOM, symbol_entries
 from rigidpend.render.palette import WIDTH
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Data, Loaded
-
+from rigidpend.results.tree import Data, Loaded
 
 ACROSS = 3
 """Number of levels side by side."""

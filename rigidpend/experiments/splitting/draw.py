@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,10 +11,7 @@ from matplotlib.patches import Patch, Rectangle
 
 from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, WIDTH
 from rigidpend.render.panels import entry, title
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Data, Loaded
-
+from rigidpend.results.tree import Data, Loaded
 
 HEIGHT = 6.1
 """Height of the figure, inches."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,10 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, WIDTH
 from rigidpend.render.panels import entry
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Data, Loaded
-
+from rigidpend.results.tree import Data, Loaded
 
 HEIGHT = 8.8
 """Inches."""

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rigidpend.measure.stress.claims import FAILED, LIMIT, PASSED
+from rigidpend.results.tree import Loaded
 from rigidpend.tables import Table
-
-if TYPE_CHECKING:
-    from rigidpend.results.tree import Loaded
 
 CAPTION = (
     "Trials at the limits: drift of the integrals, every trial's value as a share of the bound"
