@@ -73,11 +73,6 @@ class PeriodicOrbit(NamedTuple):
         """Floquet multiplier of (M, gamma), negative where the direction comes back reversed."""
         return (-1) ** self.turns * math.exp(self.exponent_per_period)
 
-    @property
-    def action_multiplier(self) -> float:
-        """Growth of J1 or J2 - J1 in a period, as a factor: exp(u T) in the limit mu = 0."""
-        return math.exp(2 * self.exponent_per_period)
-
 
 def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> PeriodicOrbit:
     """Compute a hyperbolic periodic orbit to rounding, wherever mu < h0 and it is hyperbolic.

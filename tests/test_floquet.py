@@ -209,7 +209,6 @@ def test_order_the_multipliers_without_weight(p: Angles, family: int, epsilon: i
     free = periodic_orbit(p, 1.0, family, epsilon)
     assert free.period == pytest.approx(T, rel=1e-14)
     assert free.exponent == pytest.approx(side * u / 2, rel=1e-13, abs=1e-14)
-    assert free.action_multiplier == pytest.approx(math.exp(side * u * T), rel=1e-12)
     assert free.multiplier == pytest.approx(math.exp(side * u * T / 2), rel=1e-12)
     np.testing.assert_allclose(free.theta1, p.beta0 + epsilon * p.alpha0, atol=1e-13)
 

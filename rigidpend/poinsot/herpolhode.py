@@ -80,11 +80,6 @@ def angle_per_period(orbit: Orbit) -> float:
     return orbit.G / orbit.shape.A[2] * orbit.period / 2 + orbit.sigma * _gain(orbit)
 
 
-def mean_rate(orbit: Orbit) -> float:
-    """Mean rate dpsi/dt, radians per t."""
-    return 2 * angle_per_period(orbit) / orbit.period
-
-
 def curvature(M: Numbers, A: Numbers) -> Any:
     """Signed curvature of the herpolhode, positive where it bends towards growing psi.
 

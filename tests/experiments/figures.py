@@ -18,3 +18,17 @@ def styled(draw: Callable[[Loaded], Figure], result: Loaded, *, laid_out: bool =
         if laid_out:
             made.draw_without_rendering()
     return made
+
+
+def check_on_page(figure: Figure) -> None:
+    """Hold that the figure is no wider than a page, and nothing of a panel sticks out of it."""
+    assert figure.get_size_inches()[0] <= 7.2 + 1e-9
+    figure.draw_without_rendering()
+    width, height = figure.bbox.size
+    for axes in figure.axes:
+        box = axes.get_tightbbox()
+        assert box is not None
+        assert box.x0 > -1
+        assert box.y0 > -1
+        assert box.x1 < width + 1
+        assert box.y1 < height + 1
