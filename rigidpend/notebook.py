@@ -198,6 +198,7 @@ def run(
     """
     from rigidpend.config import loading, sweeps
     from rigidpend.config.names import resolve
+    from rigidpend.experiments.contract import tell_nobody
     from rigidpend.run import runner, workers
 
     pairs = {**(settings or {}), **{f"problem.{key}": value for key, value in problem.items()}}
@@ -210,8 +211,7 @@ def run(
     [config] = group.members
     planned = runner.plan(config, Path(folder))
     if planned.reason:
-        say = progress or _say_nothing
-        runner.follow(planned, jobs=jobs or workers.cores(), say=say)
+        runner.follow(planned, jobs=jobs or workers.cores(), say=progress or tell_nobody)
     return load(planned.target)
 
 
@@ -312,7 +312,3 @@ def _written(value: Any) -> str:
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(_written, value))}]"
     return str(value)
-
-
-def _say_nothing(line: str) -> None:
-    """Drop a line of progress."""

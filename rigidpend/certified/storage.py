@@ -67,6 +67,11 @@ def is_certificate(file: Path) -> bool:
     return file.name.endswith(SUFFIX)
 
 
+def results_in(folder: Path) -> list[Path]:
+    """Result files directly in a folder, by name, without the certificates beside them."""
+    return sorted(file for file in folder.glob("*.h5") if not is_certificate(file))
+
+
 def read(path: Path) -> Loaded:
     """A certificate as plain data; what is proven in it is not checked again.
 

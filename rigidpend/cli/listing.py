@@ -78,12 +78,11 @@ def _entries(folder: Path) -> Iterator[dict[str, Any]]:
 
 def _named(folder: Path) -> dict[str, Path]:
     """Files of all names: configs that are known, those in this folder, then results."""
-    from rigidpend.certified.storage import is_certificate
+    from rigidpend.certified.storage import results_in
     from rigidpend.config import catalogue
 
     by_name = {**catalogue.known(), **catalogue.own()}
-    stored = (path for path in sorted(folder.glob("*.h5")) if not is_certificate(path))
-    stray = {path.stem: path for path in stored if path.stem not in by_name}
+    stray = {path.stem: path for path in results_in(folder) if path.stem not in by_name}
     # Folders of what `all` includes first, then those of what is run by its name.
     files = sorted(by_name.values(), key=lambda path: not catalogue.in_all(path))
     places = dict.fromkeys(path.parent for path in files)

@@ -167,7 +167,6 @@ def _tell(outcome: dict[str, Any]) -> None:
 
 def _strays(reference: Path, names: set[str]) -> list[str]:
     """Names of stored results that belong to no config."""
-    from rigidpend.certified.storage import is_certificate
+    from rigidpend.certified.storage import results_in
 
-    stored = sorted(file for file in reference.glob("*.h5") if not is_certificate(file))
-    return [str(file) for file in stored if file.stem not in names]
+    return [str(file) for file in results_in(reference) if file.stem not in names]

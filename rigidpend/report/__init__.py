@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rigidpend import experiments
-from rigidpend.certified.storage import beside, is_certificate, marked
+from rigidpend.certified.storage import beside, marked, results_in
 from rigidpend.departures import DEPARTURES
 from rigidpend.report.page import ResultSection, html, picture, problem
 from rigidpend.results import store, words
@@ -37,7 +37,7 @@ def results(folder: Path) -> list[Path]:
     Absent
         There is none.
     """
-    found = [file for file in sorted(folder.glob("*.h5")) if not is_certificate(file)]
+    found = results_in(folder)
     if not found:
         raise Absent(f"{folder}: no results; call: rigidpend run all --out {folder}")
     return found

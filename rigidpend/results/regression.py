@@ -12,6 +12,7 @@ from typing import Any
 from rigidpend import experiments
 from rigidpend.certified import storage
 from rigidpend.config.loading import LoadedConfig
+from rigidpend.experiments.contract import tell_nobody
 from rigidpend.results import compare, files, store
 from rigidpend.results.tree import Loaded
 from rigidpend.run.runner import plan, run
@@ -57,7 +58,7 @@ def verify(
     with tempfile.TemporaryDirectory() as folder:
         if fresh is None:
             planned = plan(config, Path(folder))
-            run(planned, jobs=jobs, report=_nowhere)
+            run(planned, jobs=jobs, report=tell_nobody)
             fresh = planned.target
         new = store.load(fresh)
         outlines = store.outline(stored), store.outline(fresh)
@@ -108,7 +109,7 @@ def verify_by_engines(config: LoadedConfig, *, jobs: int) -> list[str]:
         )
     with tempfile.TemporaryDirectory() as folder:
         first = plan(config.with_engine("taylor"), Path(folder))
-        run(first, jobs=jobs, report=_nowhere)
+        run(first, jobs=jobs, report=tell_nobody)
         return verify(config.with_engine("scipy"), first.target, jobs=jobs)
 
 
@@ -140,8 +141,4 @@ def renew(config: LoadedConfig, target: Path, reason: str, *, jobs: int) -> None
     today = datetime.datetime.now(datetime.UTC).date().isoformat()
     planned = plan(config, target.parent, force=True)
     reasons = [*before, f"{today} {' '.join(reason.split())}"]
-    run(planned, jobs=jobs, report=_nowhere, further={"reasons": reasons})
-
-
-def _nowhere(_: str) -> None:
-    """Drop a line of progress."""
+    run(planned, jobs=jobs, report=tell_nobody, further={"reasons": reasons})
