@@ -141,6 +141,7 @@ def meeting_table(data: Data, problem: str) -> Table:
     heads = [x for n in counts for x in (f"{_threads_text(n)}", "times ours")]
     note = (
         "In turn in one process: medians, and in brackets the quartiles of the ratio. "
+        "Of two threads a method takes one where that is faster. "
         "* what rigidpend picks; + did not reach the level; ~ few orbits, scaled to all."
     )
     return Table(level_text(data, problem), ("method", *heads, "error"), rows, note)
@@ -345,7 +346,7 @@ def _error(result: Standing) -> str:
 
 
 def _threads_text(count: int) -> str:
-    return f"{count} thread{'s' * (count > 1)}"
+    return f"up to {count} threads" if count > 1 else "1 thread"
 
 
 def _threads(data: Data) -> list[int]:
