@@ -15,7 +15,7 @@ from rigidpend.integrate.kernel.aligned_field import Products
 from rigidpend.integrate.kernel.parts import in_parts
 from rigidpend.integrate.kernel.tape import trace
 from rigidpend.integrate.kernel.traced_field import TracedField
-from rigidpend.integrate.kernel.writer import LANES
+from rigidpend.integrate.kernel.writer import FEW, LANES
 from rigidpend.run.workers import check_stop
 
 STEPS = 5_000
@@ -54,8 +54,9 @@ def sample_aligned(
     -------
     (parts, 6, k, n) array
     """
-    kernel = samples.function(taylor_step.order_of(tolerance), bits)
-    run = _Run(kernel, in_parts(Products.of(coefficients), bits))
+    lanes = _lanes_for(states.shape[-1])
+    kernel = samples.function(taylor_step.order_of(tolerance), bits, lanes=lanes)
+    run = _Run(kernel, in_parts(Products.of(coefficients), bits), lanes)
     return _in_portions(run, states, times if times.ndim > 1 else times[:, None])
 
 
@@ -68,7 +69,7 @@ def sample_field(
     -------
     (d, k, n) array
     """
-    run = _traced(field, len(states), taylor_step.order_of(tol))
+    run = _traced(field, len(states), taylor_step.order_of(tol), _lanes_for(states.shape[1]))
     return _in_portions(run, states[None], times)[0]
 
 
@@ -91,14 +92,21 @@ class _Run(NamedTuple):
 
     kernel: Any
     parameters: Array
+    lanes: int
+    """In a vector."""
+
+
+def _lanes_for(orbits: int) -> int:
+    """Lanes of the vectors that carry so many orbits."""
+    return FEW if orbits <= FEW else LANES
 
 
 @functools.lru_cache(maxsize=32)
-def _traced(field: Callable[[Any, Any], Any], size: int, order: int) -> _Run:
+def _traced(field: Callable[[Any, Any], Any], size: int, order: int, lanes: int) -> _Run:
     """The kernel of a field; one that is integrated again is not taken down again."""
     traced = trace(field, size)
-    kernel = samples.function(order, 53, TracedField(traced.lines, traced.rates))
-    return _Run(kernel, np.array([traced.parameters], dtype=float))
+    kernel = samples.function(order, 53, TracedField(traced.lines, traced.rates), lanes)
+    return _Run(kernel, np.array([traced.parameters], dtype=float), lanes)
 
 
 def _in_portions(run: _Run, states: Array, times: Array) -> Array:
@@ -115,8 +123,8 @@ def _in_portions(run: _Run, states: Array, times: Array) -> Array:
 def _lanes(run: _Run, states: Array, times: Array) -> Array:
     """Samples of some orbits; lanes without an orbit repeat the first."""
     (parts, size, n), count = states.shape, len(times)
-    groups = -(-n // LANES)
-    width = groups * LANES
+    groups = -(-n // run.lanes)
+    width = groups * run.lanes
     idle = np.zeros(width - n, dtype=np.int64)
     lanes = np.concatenate((np.arange(n), idle))
     state = np.ascontiguousarray(states.reshape(parts * size, n)[:, lanes])

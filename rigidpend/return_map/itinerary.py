@@ -106,7 +106,6 @@ def _separatrix(rising: bool, image: Any) -> Any:
     return np.where(image, 4, 2) if rising else np.where(image, 1, 3)
 
 
-def entry_phase(theta2: Any, rest: Any, beta0: Any, a: Precision) -> Any:
-    """pi/2 - beta0/2 - theta2 to rounding, for theta2 + rest, `rest` tiny; radians."""
-    sin, cos = a.sin(theta2), a.cos(theta2)
-    return a.pi / 2 - beta0 / 2 - a.atan2(sin + rest * cos, cos - rest * sin)
+def entry_phase(cos: Any, sin: Any, beta0: Any, a: Precision) -> Any:
+    """pi/2 - beta0/2 - theta2 to rounding, from the cosine and the sine of theta2; radians."""
+    return a.pi / 2 - beta0 / 2 - a.atan2(sin, cos)

@@ -77,9 +77,10 @@ def agreement(a: Crossings, b: Crossings, rate: float, limit: float) -> NDArray[
     """
     with np.errstate(invalid="ignore"):
         close = rate * np.abs(a.time - b.time) <= limit
-    ended = (a.outcome == Outcome.ASYMPTOTIC) & (b.outcome == Outcome.ASYMPTOTIC)
-    absent = (a.separatrix == 0) & (b.separatrix == 0) & ended
-    same = (close & (a.separatrix == b.separatrix)) | absent
+    same = close & (a.separatrix == b.separatrix)
+    ended = np.flatnonzero((a.outcome == Outcome.ASYMPTOTIC) & (b.outcome == Outcome.ASYMPTOTIC))
+    if ended.size:
+        same[:, ended] |= (a.separatrix[:, ended] == 0) & (b.separatrix[:, ended] == 0)
     # A symbol is worth no more than those before it, and needs the crossing behind it.
     return np.logical_and.accumulate(same, axis=0)[1:]
 
@@ -184,7 +185,8 @@ def _climb(
         open_ = np.flatnonzero(~found.certain.all(axis=0))
         if not open_.size:
             break
-        before = _columns(found.crossings, open_)
+        whole = open_.size == found.bits.size
+        before = found.crossings if whole else _columns(found.crossings, open_)
         sharper = compute(precision, scales, columns[open_])
         # The first in a precision is held against one of a lower, the second against its equal.
         if scales == FIRST:
@@ -192,8 +194,11 @@ def _climb(
         else:
             third = functools.partial(compute, precision, THIRD)
             certain = _established(before, sharper, rate, third, columns[open_])
-        bits = np.full(open_.size, precision, dtype=np.uint16)
-        replace(found, open_, Decided(sharper, certain, bits))
+        decided = Decided(sharper, certain, np.full(open_.size, precision, dtype=np.uint16))
+        if whole:
+            found = decided
+        else:
+            replace(found, open_, decided)
     return found
 
 
@@ -201,14 +206,17 @@ def _established(
     a: Crossings, b: Crossings, rate: float, third: Callable[[Any], Crossings], columns: Any
 ) -> NDArray[np.bool_]:
     """Mask of the symbols that computations of equal precision establish: two, or a third."""
-    found, near = (agreement(a, b, rate, limit) for limit in (CLOSE, AGREEMENT))
-    doubtful = np.flatnonzero((near & ~found).any(axis=0))
+    found = agreement(a, b, rate, CLOSE)
+    left = np.flatnonzero(~found[-1])
+    near = agreement(_columns(a, left), _columns(b, left), rate, AGREEMENT)
+    some = (near & ~found[:, left]).any(axis=0)
+    doubtful, near = left[some], near[:, some]
     if doubtful.size:
         c = third(columns[doubtful])
         for each in (a, b):
             # The third must agree with both.
-            near[:, doubtful] &= agreement(_columns(each, doubtful), c, rate, AGREEMENT)
-        found[:, doubtful] |= near[:, doubtful]
+            near &= agreement(_columns(each, doubtful), c, rate, AGREEMENT)
+        found[:, doubtful] |= near
     return found
 
 

@@ -192,9 +192,15 @@ class Maps:
         back = shifted - design.origin
         lost = (theta2 - back) + (design.origin - (shifted - back))
         rest = a.array(self.phases.rest[columns] + lost)
-        phase = entry_phase(a.array(shifted), rest, p.beta0, a) + design.origin
-        theta = p.alpha0 + p.beta0, a.array(theta2) + a.array(self.phases.rest[columns])
-        return phase, height(J1 if J1_0 is None else a.array(J1_0), J2, theta, a)
+        cos, sin = a.cos(a.array(shifted)), a.sin(a.array(shifted))
+        cos, sin = cos - rest * sin, sin + rest * cos
+        J1 = J1 if J1_0 is None else a.array(J1_0)
+        # The height is linear in the cosine and the sine of the phase.
+        along, across = (
+            height(J1, J2, (p.alpha0 + p.beta0, x - design.origin), a)
+            for x in (a.number(0.0), a.pi / 2)
+        )
+        return entry_phase(cos, sin, p.beta0, a) + design.origin, along * cos + across * sin
 
 
 class Constants(NamedTuple):
@@ -220,8 +226,18 @@ def _unit(unit: str, bits: int) -> Any:
 
 def start_Qp(problem: RouteProblem, unit: str, bits: int, J1_0: Any = None) -> Any:
     """Qp of starts in units of a design, for the problem's J1_0 or for doubles in its place."""
-    a, (p, J2, J1) = precision(bits), _constants(problem, bits)
-    J1 = J1 if J1_0 is None else a.array(J1_0)[()]
+    if J1_0 is None:
+        return _own_Qp(problem, unit, bits)
+    return _Qp(problem, unit, bits, precision(bits).array(J1_0)[()])
+
+
+@functools.lru_cache(maxsize=16)
+def _own_Qp(problem: RouteProblem, unit: str, bits: int) -> Any:
+    return _Qp(problem, unit, bits, _constants(problem, bits).J1_0)
+
+
+def _Qp(problem: RouteProblem, unit: str, bits: int, J1: Any) -> Any:
+    a, (p, J2, _) = precision(bits), _constants(problem, bits)
     begin = Canonical(J1, J2 - J1, 0, p.alpha0 + p.beta0, 0 * J1, 0, 1)
     return _unit(unit, bits) * aligned_from_canonical(begin, p.alpha0, p.beta0, a).Qp
 
@@ -271,7 +287,21 @@ def decided_by(
     precisions: tuple[int, ...],
     share: certainty.Share | None = None,
 ) -> Mapped:
-    """Decide all orbits of some maps: :func:`decided` without their making.
+    """Decide all orbits of some maps: :func:`decided` without their making."""
+    found = unsampled(maps, integrated, rate, precisions, share)
+    size = max(LEAST_SAMPLE, -(-SAMPLE * len(maps.phases) // maps.orbits))
+    _compare_sample(found.decided, integrated.crossings, rate, precisions, size)
+    return found
+
+
+def unsampled(
+    maps: Maps,
+    integrated: Integration,
+    rate: float,
+    precisions: tuple[int, ...],
+    share: certainty.Share | None = None,
+) -> Mapped:
+    """Decide all orbits of some maps without the sample that is integrated as well.
 
     What maps leave open is integrated if the precisions go beyond theirs, in part (`handover`)
     or all of it, and compared with what they found last.
@@ -287,8 +317,6 @@ def decided_by(
             handover.decide(maps, integrated, known, open_, rate)
             open_ = open_[~known.certain[:, open_].all(axis=0)]
         certainty.climb(integrated.crossings, known, open_, rate, beyond)
-    size = max(LEAST_SAMPLE, -(-SAMPLE * n // maps.orbits))
-    _compare_sample(known, integrated.crossings, rate, precisions, size)
     return Mapped(known, (known.bits <= maps.table_bits) & ~left)
 
 

@@ -13,7 +13,8 @@ from scipy.special import ellipj, ellipk
 from rigidpend import Body
 from rigidpend.equations import aligned, aligned_coefficients
 from rigidpend.integrate import ends, sample, sample_orbits
-from rigidpend.integrate.kernel import machine_code
+from rigidpend.integrate.kernel import machine_code, samples
+from rigidpend.integrate.kernel.writer import FEW, LANES
 from tests.integrate.problems import ENGINES, FIG4, GENERIC, fan, on_separatrix
 
 K2 = 0.9
@@ -211,6 +212,23 @@ def test_ends_of_many_orbits_are_those_of_each_alone() -> None:
     together = ends(rotor, begin, until, engine="taylor")
     alone = [ends(rotor, begin[:, [k]], until[[k]], engine="taylor")[:, 0] for k in range(n)]
     np.testing.assert_array_equal(together, np.stack(alone, axis=1))
+
+
+def test_two_orbits_take_narrow_vectors_and_keep_every_bit(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    numbers, times = aligned_coefficients(GENERIC.angles(), math), np.linspace(1, 9, 5)
+    taken: list[int] = []
+    real = samples.function
+
+    def watched(*given: Any, lanes: int) -> Any:
+        taken.append(lanes)
+        return real(*given, lanes=lanes)
+
+    monkeypatch.setattr(samples, "function", watched)
+    three, two = (sample_orbits(numbers, fan(3)[:, :n], times, engine="taylor") for n in (3, 2))
+    assert taken == [LANES, FEW]
+    np.testing.assert_array_equal(three[..., :2], two)
 
 
 @pytest.mark.parametrize("engine", ENGINES)

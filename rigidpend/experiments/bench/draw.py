@@ -121,7 +121,7 @@ def _title(axes: Axes, letters: Any, text: str) -> None:
 
 
 def _draw_ratios(axes: Axes, data: Data, problem: str) -> None:
-    """Times a method needs in units of ours, the fastest on top; hollow: two threads, both."""
+    """Times a method needs in units of ours, the fastest on top; rings: up to two threads, both."""
     results = reading.met(data, problem, 1)
     more = {result.method: result for result in reading.met(data, problem, 2)}
     default = str(data[problem]["default"])
@@ -158,7 +158,7 @@ def _explain(axes: Axes) -> None:
     axes.set_axis_off()
     text = (
         "dot: one thread, and the quartiles\n"
-        "ring: two threads, ours with two too\n"
+        "ring: up to two threads, ours too\n"
         "tinted, name in red: faster than ours\n"
         "$^+$ did not reach the error asked for"
     )

@@ -17,6 +17,17 @@ Value: TypeAlias = tuple[str, ...]
 """Registers that make up a number in each lane, the largest part first."""
 
 
+def as_doubles(value: Fraction, parts: int) -> list[float]:
+    """The doubles that make up a number, the largest first."""
+    found, numerator, denominator = [], value.numerator, value.denominator
+    for _ in range(parts):
+        # Python rounds a quotient of whole numbers correctly; nothing here needs lowest terms.
+        found.append(numerator / denominator)
+        p, q = found[-1].as_integer_ratio()
+        numerator, denominator = numerator * q - p * denominator, denominator * q
+    return found
+
+
 class Doubles:
     """Numbers of 53 bits, one vector each."""
 
@@ -45,11 +56,7 @@ class Doubles:
 
     def rounded(self, value: Fraction) -> list[float]:
         """The doubles that make up a number, the largest first."""
-        found, rest = [], value
-        for _ in range(self.parts):
-            found.append(float(rest))
-            rest -= Fraction(found[-1])
-        return found
+        return as_doubles(value, self.parts)
 
     def of_double(self, x: str) -> Value:
         """The number with the value of a double."""

@@ -13,7 +13,7 @@ from rigidpend.integrate.kernel.taylor_step import Kernel, LaneField
 from rigidpend.integrate.kernel.writer import LANES, hexadecimal
 
 
-def text(order: int, bits: int, field: LaneField = ALIGNED) -> str:
+def text(order: int, bits: int, field: LaneField = ALIGNED, lanes: int = LANES) -> str:
     """The kernel's text for series of an order, in doubles (53 bits) or pairs of them (106).
 
     It defines ``sample(state, stride, time, parameters, grid, apart, count, next, sense, groups,
@@ -28,16 +28,16 @@ def text(order: int, bits: int, field: LaneField = ALIGNED) -> str:
     - groups, steps: vectors of lanes, and steps for each of them at most;
     - samples: rows of `stride` doubles, for each time those of `state`.
     """
-    return _Sampling(order, bits, field).whole()
+    return _Sampling(order, bits, field, lanes).whole()
 
 
 @functools.cache
-def function(order: int, bits: int, field: LaneField = ALIGNED) -> Any:
+def function(order: int, bits: int, field: LaneField = ALIGNED, lanes: int = LANES) -> Any:
     """The compiled kernel (see :func:`text`)."""
     pointer, count, number = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
     state = (pointer, count, pointer, pointer)
     kinds = (*state, pointer, count, count, pointer, number, count, count, pointer)
-    return machine_code.function(text(order, bits, field), "sample", *kinds)
+    return machine_code.function(text(order, bits, field, lanes), "sample", *kinds)
 
 
 class _Sampling(Kernel):
@@ -55,7 +55,7 @@ class _Sampling(Kernel):
         self.left = code.variable("i64")
         code.store("0", self.left, "i64", 8)
         with code.loop("%groups") as group:
-            self._group(code(f"mul i64 {group}, {LANES}"))
+            self._group(code(f"mul i64 {group}, {code.lanes}"))
         head = (
             "define i64 @sample(ptr noalias %state, i64 %stride, ptr noalias %time,"
             " ptr noalias %parameters, ptr noalias %grid, i64 %apart, i64 %count,"
@@ -67,14 +67,14 @@ class _Sampling(Kernel):
         code = self.code
         places = self.places(first)
         self.load_lanes(places)
-        with code.loop(LANES) as lane:
+        with code.loop(code.lanes) as lane:
             self._set_due(first, lane)
         with code.loop("%steps"):
             open_ = code.compare("olt", code.size(code.load(self.due)), self.never)
             with code.when(self._any(open_)):
                 self._step(first)
         self.store_lanes(places)
-        with code.loop(LANES) as lane:
+        with code.loop(code.lanes) as lane:
             passed = code.load(code.at("%next", code(f"add i64 {first}, {lane}"), "i64"), "i64", 8)
             more = code(f"zext i1 {code(f'icmp slt i64 {passed}, %count')} to i64")
             total = code(f"add i64 {code.load(self.left, 'i64', 8)}, {more}")
@@ -116,18 +116,18 @@ class _Sampling(Kernel):
     def _any(self, mask: str) -> str:
         """True where a mask holds in some lane."""
         code = self.code
-        bits = code(f"bitcast {code.mask} {mask} to i{LANES}")
-        return code(f"icmp ne i{LANES} {bits}, 0")
+        bits = code(f"bitcast {code.mask} {mask} to i{code.lanes}")
+        return code(f"icmp ne i{code.lanes} {bits}, 0")
 
     def _write(self, first: str, since: Value, mask: str) -> None:
         """Write down where the lanes of a mask are at the time that is due."""
         code = self.code
         for i, name in enumerate(self.components):
             self.numbers.store(self.at_number(name, since), self.found, i)
-        bits = code(f"bitcast {code.mask} {mask} to i{LANES}")
-        with code.loop(LANES) as lane:
-            bit = code(f"lshr i{LANES} {bits}, {code(f'trunc i64 {lane} to i{LANES}')}")
-            with code.when(code(f"trunc i{LANES} {bit} to i1")):
+        bits = code(f"bitcast {code.mask} {mask} to i{code.lanes}")
+        with code.loop(code.lanes) as lane:
+            bit = code(f"lshr i{code.lanes} {bits}, {code(f'trunc i64 {lane} to i{code.lanes}')}")
+            with code.when(code(f"trunc i{code.lanes} {bit} to i1")):
                 self._write_lane(first, lane)
 
     def _write_lane(self, first: str, lane: str) -> None:

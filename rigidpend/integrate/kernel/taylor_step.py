@@ -16,7 +16,7 @@ from fractions import Fraction
 from typing import Protocol
 
 from rigidpend.integrate.kernel.lane_numbers import KINDS, Value
-from rigidpend.integrate.kernel.writer import Writer
+from rigidpend.integrate.kernel.writer import LANES, Writer
 
 LONGEST = 32.0
 """Longest step, t'; only an orbit that stands still comes to it."""
@@ -56,8 +56,8 @@ def order_of(tolerance: float) -> int:
 class Kernel:
     """Parts of a function that takes Taylor steps; what is done with each is up to the heirs."""
 
-    def __init__(self, order: int, bits: int, field: LaneField) -> None:
-        self.order, self.code = order, Writer()
+    def __init__(self, order: int, bits: int, field: LaneField, lanes: int = LANES) -> None:
+        self.order, self.code = order, Writer(lanes)
         self.field, self.components = field, field.components
         self.numbers = KINDS[bits](self.code)
         self.parts, rows = self.numbers.parts, (order + 1) * self.numbers.parts

@@ -8,6 +8,8 @@ from contextlib import contextmanager
 
 LANES = 8
 """Doubles in a vector: one of AVX-512, two of AVX2, four of NEON."""
+FEW = 2
+"""Doubles in a vector where there are no more orbits: processors do several such at a time."""
 
 
 class Writer:
@@ -19,7 +21,7 @@ class Writer:
     def __init__(self, lanes: int = LANES) -> None:
         self.vector = f"<{lanes} x double>"
         self.mask, self.whole = f"<{lanes} x i1>", f"<{lanes} x i64>"
-        self.suffix, self.lanes = f"v{lanes}f64", lanes
+        self.suffix, self.lanes, self.bytes = f"v{lanes}f64", lanes, 8 * lanes
         self.variables: list[str] = []
         self.lines: list[str] = []
         self.made = 0
@@ -42,11 +44,12 @@ class Writer:
         """The place of an element."""
         return self(f"getelementptr {kind or self.vector}, ptr {base}, i64 {index}")
 
-    def load(self, place: str, kind: str = "", align: int = 64) -> str:
-        return self(f"load {kind or self.vector}, ptr {place}, align {align}")
+    def load(self, place: str, kind: str = "", align: int = 0) -> str:
+        return self(f"load {kind or self.vector}, ptr {place}, align {align or self.bytes}")
 
-    def store(self, value: str, place: str, kind: str = "", align: int = 64) -> None:
-        self.do(f"store {kind or self.vector} {value}, ptr {place}, align {align}")
+    def store(self, value: str, place: str, kind: str = "", align: int = 0) -> None:
+        aligned = align or self.bytes
+        self.do(f"store {kind or self.vector} {value}, ptr {place}, align {aligned}")
 
     def element(self, base: str, index: str | int) -> str:
         return self.load(self.at(base, index))

@@ -29,6 +29,8 @@ LOOKS = 20
 """Number of times at which the integrals are looked at, over long times."""
 WARM = 8.0
 """Seconds: a first solve that took less, compilation and all, is always followed by a second."""
+TRIED = 3
+"""Solves by which a method finds out whether several threads serve it."""
 GROWTH = 2.0
 """Expected cost of the next knob, relative to the last one."""
 
@@ -220,7 +222,7 @@ def meeting(
     for name, trial in trials.items():
         task, truth, scaled = stage.part(trial.abreast)
         part = parts.get(name, 1.0)
-        solver = solver_of(stage, task, trial.make(task), part)
+        threads, solver = _at_its_best(stage, trial, task, part)
         errors = stage.module.error(solver.read(solver.solve()), truth)
         guests.append(Guest(name, solver, truth, scaled / part))
         found[name] = {
@@ -228,6 +230,7 @@ def meeting(
             **errors,
             "orbits": float(task.states.shape[1]),
             "part": part,
+            "threads": float(threads),
             "rounds": [math.nan] * rounds,
         }
     spent = dict.fromkeys(trials, 0.0)
@@ -240,6 +243,22 @@ def meeting(
             spent[guest.name] += taken
             found[guest.name]["rounds"][k] = taken * guest.factor
     return found
+
+
+def _at_its_best(stage: Stage, trial: Attempt, task: Any, part: float) -> tuple[int, Solver]:
+    """The number of threads that takes a method least time, up to the trial's; its solver.
+
+    Where orbits are few two threads cost more than they save, and no user would take them.
+    """
+    found = []
+    for threads in sorted({1, trial.threads}):
+        solver = solver_of(stage, task, trial._replace(threads=threads).make(task), part)
+        if trial.threads == 1:
+            return 1, solver
+        solver.solve()
+        found.append((min(timed(solver.solve)[0] for _ in range(TRIED)), threads, solver))
+    _, threads, solver = min(found, key=lambda one: one[0])
+    return threads, solver
 
 
 def memory() -> float:

@@ -138,9 +138,10 @@ def meeting_table(data: Data, problem: str) -> Table:
             there = by_count[count].get(name)
             cells += [seconds(there.seconds), _spread(there)] if there else ["-", "-"]
         rows.append((*cells, _error(result)))
-    heads = [x for n in counts for x in (f"{n} thread{'s' * (n > 1)}", "times ours")]
+    heads = [x for n in counts for x in (_threads_text(n), "times ours")]
     note = (
         "In turn in one process: medians, and in brackets the quartiles of the ratio. "
+        "Of two threads a method takes one where that is faster. "
         "* what rigidpend picks; + did not reach the level; ~ few orbits, scaled to all."
     )
     return Table(level_text(data, problem), ("method", *heads, "error"), rows, note)
@@ -340,6 +341,10 @@ def _spread(result: Standing) -> str:
 def _error(result: Standing) -> str:
     wrong = float(result.record["wrong_symbols"]) if "wrong_symbols" in result.record else 0.0
     return f"{wrong:.0f} symbols wrong" if wrong else f"{float(result.record['error']):.1e}"
+
+
+def _threads_text(count: int) -> str:
+    return f"up to {count} threads" if count > 1 else "1 thread"
 
 
 def _threads(data: Data) -> list[int]:

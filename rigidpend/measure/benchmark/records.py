@@ -27,6 +27,7 @@ MEANING = {
     "repeats": ("1", "how many repetitions the median is of"),
     "prepare": ("s", "made ready and solved first, beyond a warm solve: compilation, mostly"),
     "memory": ("MB", "peak of the process so far"),
+    "threads": ("1", "of those allowed at the meeting, as many as took it least time"),
     "rounds": ("s", "each round of the meeting, scaled to the whole problem; NaN: not timed"),
 }
 ONCE = {

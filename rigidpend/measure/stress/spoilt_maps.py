@@ -21,7 +21,7 @@ from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.return_map import ReturnMap
 from rigidpend.return_map.build import FIRST, Design
-from rigidpend.routes import certainty, mapped
+from rigidpend.routes import mapped
 from rigidpend.routes.codes import Run, in_threads, route_codes
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
@@ -37,10 +37,9 @@ CERTAIN = 0.5
 Three maps that are off by 1e-12 leave a tenth certain, of 300 other orbits."""
 
 CLIMBING = 100
-"""One orbit in so many is followed in 64 bits too.
+"""One orbit in so many is followed in 64 bits too, and in 106 where integration takes part.
 
-Maps in 64 bits take two hundred times as long as in doubles, and spoilt ones leave most symbols
-uncertain."""
+Each takes hundreds of times as long as in doubles, and spoilt maps leave most symbols open."""
 
 
 def spoilt(made: ReturnMap, size: float, seed: int) -> ReturnMap:
@@ -85,7 +84,7 @@ def trial(
     seed: int,
     jobs: int,
 ) -> Trial:
-    """Codes by spoilt maps in doubles, and of some orbits in 64 bits too, against the truth.
+    """Codes by spoilt maps in doubles, and of some orbits in more bits too, against the truth.
 
     Parameters
     ----------
@@ -141,7 +140,7 @@ def _flagged(
     """Flags of wrong symbols and of certain ones, (n_symbols, orbits and some of them again)."""
     some = slice(None, None, CLIMBING)
     wrong, certain = [], []
-    for precisions, chosen in (((53,), slice(None)), ((53, 64), some)):
+    for precisions, chosen in (((53,), slice(None)), ((53, 64), some), ((53, 64, 106), some)):
         maps = SpoiltMaps(problem, Phases(phases[chosen]), size, every)
         codes, flags = _codes(maps, precisions, jobs)
         wrong.append(codes != true[:, chosen])
@@ -152,9 +151,9 @@ def _flagged(
 def _codes(maps: mapped.Maps, precisions: tuple[int, ...], jobs: int) -> tuple[Any, Any]:
     """The symbols and their flags in such precisions, without the sample."""
     arithmetic = resolve("taylor", None, precisions)
-    run = Run(maps.problem, maps.phases, arithmetic, jobs)
-    # Not `mapped.decided_by`, whose integrated sample would discard such maps.
-    compute, _ = mapped.with_maps(maps, run.crossings, len(maps.phases), arithmetic.precisions)
-    rate, share = phase_rate(maps.problem), partial(in_threads, jobs)
-    found = certainty.decide(compute, len(maps.phases), rate, arithmetic.precisions, share)
+    run, share = Run(maps.problem, maps.phases, arithmetic, jobs), partial(in_threads, jobs)
+    # The integrated sample would discard such maps.
+    found = mapped.unsampled(
+        maps, run, phase_rate(maps.problem), arithmetic.precisions, share
+    ).decided
     return symbols(found.crossings.separatrix), found.certain

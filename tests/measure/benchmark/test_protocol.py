@@ -131,6 +131,30 @@ def test_methods_meet_in_turn_and_the_order_turns(monkeypatch: pytest.MonkeyPatc
     assert all(len(found[name]["rounds"]) == 3 for name in "abc")
 
 
+def test_with_two_threads_a_method_takes_one_where_that_is_faster(
+    clock: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seconds = {("lone", 1): 0.1, ("lone", 2): 0.4, ("shared", 1): 0.4, ("shared", 2): 0.3}
+    calls: list[tuple[str, int]] = []
+
+    def function(answer: Any, threads: int, setting: Any) -> Any:
+        which = setting["name"], threads
+
+        def solve() -> None:
+            calls.append(which)
+            clock[0] += seconds[which]
+
+        return lambda task, knob: Solver(solve, lambda found: found)
+
+    monkeypatch.setattr(protocol, "function", function)
+    trials = {
+        name: Attempt(method(), ANSWER, {"name": name}, None, 2) for name in ("lone", "shared")
+    }
+    found = protocol.meeting(stage(), trials, {}, 3, 9.0)
+    assert (found["lone"]["threads"], found["shared"]["threads"]) == (1, 2)
+    assert calls[-6:].count(("lone", 1)) == calls[-6:].count(("shared", 2)) == 3
+
+
 def test_who_has_spent_his_time_misses_the_rounds_that_are_left(napping: Any) -> None:
     trials = {
         "slow": Attempt(method(), ANSWER, {"nap": 0.03}, None),

@@ -103,7 +103,7 @@ def test_marks_say_who_is_the_default_who_fell_short_and_who_was_scaled() -> Non
 def test_one_and_two_threads_stand_beside_each_other() -> None:
     table = reading.meeting_table(data(), "codes")
     assert tuple(table.header) == (
-        "method", "1 thread", "times ours", "2 threads", "times ours", "error"
+        "method", "1 thread", "times ours", "up to 2 threads", "times ours", "error"
     )  # fmt: skip
     assert row(table, "heyoka, Euler")[3:5] == ("12 ms", "2 (2 to 2)")
     assert row(table, "route_codes")[3:5] == ("-", "-")
