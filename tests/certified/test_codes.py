@@ -14,9 +14,9 @@ from rigidpend import Body, certify_codes, route_codes
 from rigidpend.certified import codes
 from rigidpend.numbers.parameters import ExactError
 from rigidpend.routes.problem import ProblemError
-from tests.bodies import FIG4
 from tests.routes.reference import fig4_left
 
+BODY = Body((2, 1, "3/2"), (1, 1, 0), "0.001")
 COLUMNS = [0, 33, 47]
 """Columns of Fig. 4, left; doubles do not decide the second."""
 
@@ -25,7 +25,7 @@ COLUMNS = [0, 33, 47]
 def test_columns_of_fig4_are_proven_and_are_those_of_113_bits() -> None:
     known = fig4_left()
     phases = [known.theta2_0[k] for k in COLUMNS]
-    found = certify_codes(FIG4, phases, h0=known.h0, J1_0=known.J1_0, n_symbols=15)
+    found = certify_codes(BODY, phases, h0=known.h0, J1_0=known.J1_0, n_symbols=15)
     assert found.status == ["proven"] * len(COLUMNS)
     assert found.reason == [""] * len(COLUMNS)
     assert found.proven.all()
@@ -38,8 +38,8 @@ def test_columns_of_fig4_are_proven_and_are_those_of_113_bits() -> None:
 @pytest.mark.slow
 def test_few_symbols_are_proven_and_enclose_those_of_113_bits() -> None:
     phases = ["1/10", "3*pi/40 + 1/100", "47/10"]
-    found = certify_codes(FIG4, phases, h0="1.3342", J1_0="1e-8", n_symbols=3)
-    finer = route_codes(FIG4, phases, h0="1.3342", J1_0="1e-8", n_symbols=3, precisions=(113,))
+    found = certify_codes(BODY, phases, h0="1.3342", J1_0="1e-8", n_symbols=3)
+    finer = route_codes(BODY, phases, h0="1.3342", J1_0="1e-8", n_symbols=3, precisions=(113,))
     assert found.proven.all()
     assert np.array_equal(found.codes, finer.codes)
     assert np.array_equal(found.separatrix, finer.separatrix)
@@ -51,7 +51,7 @@ def test_few_symbols_are_proven_and_enclose_those_of_113_bits() -> None:
 
 @pytest.mark.slow
 def test_two_settings_and_two_processes_give_the_same_codes() -> None:
-    prove = partial(certify_codes, FIG4, ["1", "2"], h0="1.3342", J1_0="1e-10", n_symbols=2)
+    prove = partial(certify_codes, BODY, ["1", "2"], h0="1.3342", J1_0="1e-10", n_symbols=2)
     one, other = prove(bits=70), prove(bits=110, jobs=2)
     assert one.proven.all()
     assert np.array_equal(one.codes, other.codes)
@@ -61,7 +61,7 @@ def test_two_settings_and_two_processes_give_the_same_codes() -> None:
 
 
 def test_too_few_bits_are_undecided_and_no_code_is_wrong() -> None:
-    found = certify_codes(FIG4, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=15, bits=50)
+    found = certify_codes(BODY, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=15, bits=50)
     known = fig4_left()
     column = known.theta2_0.index("0.3")
     proven = found.proven[:, 0]
@@ -74,16 +74,16 @@ def test_too_few_bits_are_undecided_and_no_code_is_wrong() -> None:
 
 
 def test_bits_that_do_not_suffice_are_followed_by_more(monkeypatch: pytest.MonkeyPatch) -> None:
-    few = certify_codes(FIG4, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2, bits=20)
+    few = certify_codes(BODY, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2, bits=20)
     assert few.status == ["undecided"]
     monkeypatch.setattr(codes, "bits_for", lambda *_: 20)
-    found = certify_codes(FIG4, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2)
+    found = certify_codes(BODY, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2)
     assert found.proven.all()
     assert found.bits[0] > 20
 
 
 def test_an_orbit_on_a_separatrix_is_undecided_with_the_reason() -> None:
-    found = certify_codes(FIG4, ["1", "2"], h0="1.3342", J1_0=0, n_symbols=4)
+    found = certify_codes(BODY, ["1", "2"], h0="1.3342", J1_0=0, n_symbols=4)
     assert found.status == ["undecided"] * 2
     assert "never crosses" in found.reason[0]
     assert not found.proven.any()
@@ -99,7 +99,7 @@ def test_an_orbit_that_does_not_come_in_time_is_undecided() -> None:
 
 
 def test_no_orbits_are_no_trouble() -> None:
-    found = certify_codes(FIG4, [], h0="1.3342", J1_0="1e-8", n_symbols=2)
+    found = certify_codes(BODY, [], h0="1.3342", J1_0="1e-8", n_symbols=2)
     assert found.codes.shape == (2, 0)
     assert found.status == []
 
@@ -118,7 +118,7 @@ def test_both_ends_and_other_bodies_agree_with_integration() -> None:
     cases = [
         (Body((2, "3/2", "9/5"), (0, 1, 0), "0.01"), "10/9", "2.39205e-9"),
         (Body((3, 1, "5/2"), (3, 1, 0), "0.05"), "2", "1e-3"),
-        (FIG4, "1.3342", "1.4"),
+        (BODY, "1.3342", "1.4"),
         (Body((2, 1, "3/2"), (1, 1, 0), "1e-9"), "1.3342e-6", "1e-11"),
     ]
     for body, h0, J1_0 in cases:
@@ -170,7 +170,7 @@ def test_what_is_excluded_is_said(changed: dict[str, Any], message: str) -> None
         "n_symbols": 2,
     } | changed
     with pytest.raises((ProblemError, ExactError), match=message):
-        certify_codes(FIG4, given.pop("theta2_0"), **given)
+        certify_codes(BODY, given.pop("theta2_0"), **given)
 
 
 def test_it_is_a_public_name() -> None:
