@@ -20,14 +20,13 @@ other map holds in both.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Elementary, Numbers, Scalar
-
-Array: TypeAlias = NDArray[np.float64]
 
 TURN = 2 * np.pi
 """A whole turn, radians. theta1 lives modulo two of them, for l = (theta1 - beta0)/2."""

@@ -25,8 +25,7 @@ from numpy.typing import NDArray
 from rigidpend import jacobi, pendulum
 from rigidpend.body import Angles
 from rigidpend.equations import aligned, aligned_coefficients
-
-Array = NDArray[np.float64]
+from rigidpend.numbers.doubles import Array
 
 STAGES = 10
 """Number of Gauss points in a step, which make a method of order 20."""

@@ -13,11 +13,10 @@ from rigidpend.body import Body
 from rigidpend.coordinates import Aligned, body_from_aligned, canonical_from_aligned, scale
 from rigidpend.equations import aligned, aligned_coefficients
 from rigidpend.integrate.records import separatrix_beside
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Numbers
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_double
-
-Array = NDArray[np.float64]
 
 
 class RouteOrbit(NamedTuple):

@@ -13,11 +13,10 @@ from rigidpend import separatrices
 from rigidpend.body import Body
 from rigidpend.coordinates import Aligned, canonical_from_aligned
 from rigidpend.integrate import sample_orbits
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import Exact, exact, function
 from rigidpend.routes.problem import ProblemError, RouteProblem, phase_rate
 from rigidpend.routes.start import Scales, start, states_double
-
-Array = NDArray[np.float64]
 
 PER_TURN = 96
 """Number of samples in a turn of theta2, or in a time 2 pi/u where that is shorter."""

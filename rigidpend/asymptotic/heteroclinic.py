@@ -12,7 +12,6 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigidpend import integrate
 from rigidpend.asymptotic.surface_orbits import (
@@ -29,11 +28,10 @@ from rigidpend.body import Body
 from rigidpend.coordinates import Aligned, body_from_aligned
 from rigidpend.equations import AlignedCoefficients
 from rigidpend.integrate.arithmetic import Arithmetic
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import Exact
 from rigidpend.precession import turning_rate
 from rigidpend.separatrices import u
-
-Array = NDArray[np.float64]
 
 DEPTH = 76.0
 """Depth of the start, -ln(J1/J2).

@@ -14,7 +14,7 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from rigidpend import melnikov
 from rigidpend.asymptotic.arrays import Arrays
@@ -30,6 +30,7 @@ from rigidpend.asymptotic.surface_orbits import (
 )
 from rigidpend.body import Body
 from rigidpend.integrate.arithmetic import Arithmetic
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import Exact
 from rigidpend.numbers.generic import Scalar
 
@@ -56,8 +57,6 @@ CAUTION = 4
 """Factor on the difference of two computations, for both may round alike by chance."""
 DEPTH_BITS = 20
 """Depth of the starts beyond the precision, in bits: J1/J2 = 2^-(bits + DEPTH_BITS)."""
-
-Array = NDArray[np.float64]
 
 
 class SurfaceSplitting(NamedTuple):

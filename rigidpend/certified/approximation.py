@@ -15,18 +15,15 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 from flint import arb, fmpz_poly
-from numpy.typing import NDArray
 
 from rigidpend.certified.models import Model
 from rigidpend.certified.steps import CLOCK, Step
 from rigidpend.equations import AlignedCoefficients, aligned
-
-Array: TypeAlias = NDArray[np.float64]
-
+from rigidpend.numbers.doubles import Array
 
 GAIN = 35
 """Bits that an iteration wins: what the linear equation is solved to, in doubles."""

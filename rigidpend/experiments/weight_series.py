@@ -7,17 +7,15 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigidpend.experiments.weight_layout import NAME
+from rigidpend.numbers.doubles import Array
 from rigidpend.results.layout import TEXT, Field, Fields
 from rigidpend.results.tree import Dataset, Tree
 
 if TYPE_CHECKING:
     from rigidpend.config.bodies import WeightedBodies
     from rigidpend.experiments.contract import Means
-
-Array = NDArray[np.float64]
 
 SMALL = 1e-2
 """Largest mu/h0 at which slopes are fitted: above it the next order in mu shows."""

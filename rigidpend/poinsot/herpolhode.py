@@ -11,15 +11,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from rigidpend.equations import cross, euler_poisson
 from rigidpend.hodograph import angular_velocity
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.poinsot.modulus import reduced, sncndn
 from rigidpend.poinsot.orbit import Orbit
-
-Array = NDArray[np.float64]
 
 ELEMENTARY = 1e-30
 """Coheight below which the third integral is elementary: its square is far beneath rounding."""

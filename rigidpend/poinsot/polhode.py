@@ -11,13 +11,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from rigidpend.hodograph import angular_velocity
+from rigidpend.numbers.doubles import Array
 from rigidpend.poinsot.modulus import sncndn
 from rigidpend.poinsot.orbit import Orbit
-
-Array = NDArray[np.float64]
 
 
 def momentum(orbit: Orbit, t: ArrayLike) -> Array:

@@ -8,14 +8,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from rigidpend import free_body
 from rigidpend.body import Body
 from rigidpend.hodograph import angular_velocity
+from rigidpend.numbers.doubles import Array
 from rigidpend.poinsot.orbit import shape
-
-Array = NDArray[np.float64]
 
 
 def momentum(body: Body, number: int, t: ArrayLike, *, G: float = 1.0) -> Array:

@@ -16,9 +16,10 @@ import numpy as np
 from rigidpend import integrate
 from rigidpend.body import Body
 from rigidpend.equations import AlignedCoefficients, aligned
+from rigidpend.numbers.doubles import Array
 from rigidpend.symbolic.chain import Chain
 from rigidpend.symbolic.confirm import crossing_states, doubles
-from rigidpend.symbolic.tables import Array, Level
+from rigidpend.symbolic.tables import Level
 
 
 def actions(body: Body, level: Level, chains: Sequence[Chain]) -> Array:

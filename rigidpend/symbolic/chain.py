@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_banded
 
+from rigidpend.numbers.doubles import Array
 from rigidpend.return_map import SectionPoint
-from rigidpend.symbolic.tables import Array, Level, PassageEnds, Signs
+from rigidpend.symbolic.tables import Level, PassageEnds, Signs
 
 MOST_ITERATIONS = 12
 LONGEST_STEP = 0.5

@@ -11,6 +11,7 @@ import numpy as np
 from rigidpend.body import Body
 from rigidpend.equations import AlignedCoefficients, aligned
 from rigidpend.integrate.states import states_at
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import GUARD_BITS, context, exact, fraction
 from rigidpend.numbers.generic import Scalar
 from rigidpend.return_map.poincare import section_state
@@ -18,7 +19,7 @@ from rigidpend.return_map.precision import Precision
 from rigidpend.return_map.reduced import Coefficients, coefficients
 from rigidpend.symbolic.chain import NoOrbit, tangents
 from rigidpend.symbolic.closed import ClosedOrbit
-from rigidpend.symbolic.tables import Array, Level
+from rigidpend.symbolic.tables import Level
 
 ROUNDS = 12
 LOST = 12

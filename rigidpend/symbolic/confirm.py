@@ -11,13 +11,14 @@ from rigidpend import integrate
 from rigidpend.body import Body
 from rigidpend.equations import AlignedCoefficients
 from rigidpend.integrate.records import Orbits
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import GUARD_BITS
 from rigidpend.return_map.poincare import section_state
 from rigidpend.return_map.precision import precision
 from rigidpend.return_map.reduced import Coefficients, coefficients
 from rigidpend.routes.cycle import symbols
 from rigidpend.symbolic.chain import Chain
-from rigidpend.symbolic.tables import Array, Level, Mask
+from rigidpend.symbolic.tables import Level, Mask
 
 EARLY = 1e-3
 """Time t' below which a zero of M3 is the crossing that an orbit starts from."""

@@ -14,12 +14,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.numbers.doubles import Array
 from rigidpend.return_map import Passage, SectionPoint
 from rigidpend.return_map.charts import look_up
 from rigidpend.symbolic.address import Address, cells_of
 from rigidpend.symbolic.chain import SETTLED, NoOrbit
 from rigidpend.symbolic.skeleton import Skeleton
-from rigidpend.symbolic.tables import Array, Level
+from rigidpend.symbolic.tables import Level
 from rigidpend.symbolic.track import Leaving, arrivals, leaving
 
 MOST_ITERATIONS = 8

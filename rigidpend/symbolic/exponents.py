@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from rigidpend import integrate
 from rigidpend.body import Body
 from rigidpend.equations import AlignedCoefficients, aligned
+from rigidpend.numbers.doubles import Array
 from rigidpend.return_map import SectionPoint
 from rigidpend.return_map.passage import EnergyLevel
 from rigidpend.return_map.poincare import section_state
@@ -22,7 +23,7 @@ from rigidpend.symbolic.confirm import doubles
 from rigidpend.symbolic.follow import section_points
 from rigidpend.symbolic.stretching import largest_singular, most_stretched
 from rigidpend.symbolic.surface import Surface
-from rigidpend.symbolic.tables import Array, Mask, widest_d
+from rigidpend.symbolic.tables import Mask, widest_d
 
 STEP = 1e-6
 """Step of differences on the section: its square, 1e-12, is left."""

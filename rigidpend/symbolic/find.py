@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.body import Body
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import Exact, exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.routes import route_codes
@@ -22,7 +23,7 @@ from rigidpend.symbolic.follow import followed
 from rigidpend.symbolic.refine import Refined, refined
 from rigidpend.symbolic.shortest import Path, exactly, followed_on, shortest
 from rigidpend.symbolic.surface import SECANTS, SETTLED, Surface, surface
-from rigidpend.symbolic.tables import Array, Level
+from rigidpend.symbolic.tables import Level
 
 MOST_SYMBOLS = 10_000
 DIGITS = 28

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rigidpend.body import Body
 from rigidpend.integrate.states import states_at
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import PRECISIONS, Exact, exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.return_map import MapError, SectionPoint
@@ -21,7 +22,7 @@ from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.symbolic.address import Address
 from rigidpend.symbolic.surface import Surface, surface
-from rigidpend.symbolic.tables import Array, Level
+from rigidpend.symbolic.tables import Level
 
 LEAST_BITS = 64
 """Least precision of the states at crossings."""

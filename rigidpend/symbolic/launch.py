@@ -18,12 +18,13 @@ from rigidpend.body import Body
 from rigidpend.coordinates import Canonical, aligned_from_canonical
 from rigidpend.equations import AlignedCoefficients, eq1, hamiltonian_J3_0
 from rigidpend.integrate.states import PAIRS, states_after
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
 from rigidpend.return_map.conjugacy import placed
 from rigidpend.return_map.poincare import rotation_phase
 from rigidpend.return_map.precision import precision
 from rigidpend.return_map.reduced import coefficients
-from rigidpend.symbolic.tables import Array, Level
+from rigidpend.symbolic.tables import Level
 
 DEPTH = Fraction(1, 10**16)
 """J1 of the starts over J1_0: 1e-16 of it is how far off the surface theta2_0 is told."""

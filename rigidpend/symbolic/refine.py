@@ -17,11 +17,11 @@ import numpy as np
 
 from rigidpend.equations import aligned
 from rigidpend.integrate.states import states_at
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import context, exact, fraction
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.symbolic.chain import NoOrbit, tangents
 from rigidpend.symbolic.surface import STEP, Surface
-from rigidpend.symbolic.tables import Array
 
 if TYPE_CHECKING:
     from rigidpend.symbolic.find import Solved

@@ -15,12 +15,12 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from rigidpend.integrate.states import states_after
+from rigidpend.numbers.doubles import Array
 from rigidpend.return_map.conjugacy import inverted
 from rigidpend.return_map.poincare import rotation_phase
 from rigidpend.symbolic.chain import NoOrbit
 from rigidpend.symbolic.doubly import DoublyAsymptotic
 from rigidpend.symbolic.launch import Anchors, Launch
-from rigidpend.symbolic.tables import Array
 
 FIRST_ERROR = 1e-12
 """Error of b by the map in doubles, radians, at most."""

@@ -8,9 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rigidpend.numbers.doubles import Array
 from rigidpend.symbolic.address import cells_of
 from rigidpend.symbolic.chain import Arrival, Begin, Chain, NoOrbit, System
-from rigidpend.symbolic.tables import Array, Level, Signs
+from rigidpend.symbolic.tables import Level, Signs
 
 APART = 4
 """Half rotations beyond the splitting's from which no crossing disturbs the next."""

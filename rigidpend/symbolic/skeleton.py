@@ -19,8 +19,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rigidpend.numbers.doubles import Array
 from rigidpend.symbolic.chain import NoOrbit
-from rigidpend.symbolic.tables import Array, Level, Mask, Signs
+from rigidpend.symbolic.tables import Level, Mask, Signs
 from rigidpend.symbolic.track import Track, track
 
 PER_CELL = 10

@@ -13,8 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from rigidpend.numbers.doubles import Array
 from rigidpend.symbolic.chain import Chain, tangents
-from rigidpend.symbolic.tables import Array, Level
+from rigidpend.symbolic.tables import Level
 
 
 def stretching(level: Level, chain: Chain) -> Array:

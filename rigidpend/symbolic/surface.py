@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.equations import hamiltonian_J3_0
+from rigidpend.numbers.doubles import Array
 from rigidpend.return_map import MapError, ReturnMap, return_map
 from rigidpend.return_map.conjugacy import inverted
 from rigidpend.return_map.itinerary import Entered, enter
@@ -18,7 +19,7 @@ from rigidpend.routes.mapped import start_Qp
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start
 from rigidpend.symbolic.chain import Arrival
-from rigidpend.symbolic.tables import Array, Level
+from rigidpend.symbolic.tables import Level
 
 STEP = 1e-4
 """Step of the differences in theta2_0, radians: its square is the error of a slope."""

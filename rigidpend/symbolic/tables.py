@@ -9,6 +9,7 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebder
 from numpy.typing import NDArray
 
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Scalar
 from rigidpend.return_map import EnergyLevel, ReturnMap
 from rigidpend.return_map.charts import ChartTable, look_up
@@ -16,7 +17,6 @@ from rigidpend.return_map.conjugacy import TorusRates, torus_rates
 from rigidpend.return_map.expansions import chebyshev_basis, fourier_basis
 from rigidpend.return_map.precision import precision
 
-Array: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 Signs: TypeAlias = NDArray[np.int64]
 

@@ -7,10 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.numbers.doubles import Array
 from rigidpend.return_map import SectionPoint
 from rigidpend.return_map.charts import look_up, look_up_slopes
 from rigidpend.symbolic.address import cells_of
-from rigidpend.symbolic.tables import Array, Level, Mask, Signs
+from rigidpend.symbolic.tables import Level, Mask, Signs
 
 TOGETHER = 2000
 """Orbits that are followed at a time, so that their tables stay in the processor's cache."""

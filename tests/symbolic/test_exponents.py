@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from rigidpend import route_codes
+from rigidpend.numbers.doubles import Array
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.symbolic.chain import on_surface, signs_of, tangents
 from rigidpend.symbolic.closed import closed
@@ -13,7 +14,6 @@ from rigidpend.symbolic.exponents import Stretched, integrated, rounding, stretc
 from rigidpend.symbolic.shortest import path
 from rigidpend.symbolic.stretching import most_stretched
 from rigidpend.symbolic.surface import Surface, surface
-from rigidpend.symbolic.tables import Array
 from tests.symbolic.fig4 import BODY, J1_0, H, level
 
 PASSAGES = 5

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from rigidpend.numbers.doubles import Array
 from rigidpend.symbolic import skeleton as module
 from rigidpend.symbolic.skeleton import skeleton
-from rigidpend.symbolic.tables import Array
 from rigidpend.symbolic.track import track
 from tests.symbolic.fig4 import HALF_TURNS, level, rough
 

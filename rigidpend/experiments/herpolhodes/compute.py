@@ -13,6 +13,7 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.herpolhodes.layout import OF_ROUTE, SAMPLED
 from rigidpend.experiments.route_arrays import crossing_tolerance
 from rigidpend.herpolhode import RouteOrbit, follow, samples, separatrices, vertices
+from rigidpend.numbers.doubles import Array
 from rigidpend.precession import increments, plateaus
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference
@@ -24,9 +25,6 @@ from rigidpend.routes.problem import rotation_period
 if TYPE_CHECKING:
     from rigidpend.experiments.contract import Routes
     from rigidpend.experiments.herpolhodes.schema import Config, HerpolhodeCase
-
-
-Array = NDArray[np.float64]
 
 GROWTH = 10.0
 """Allowed growth of the distance of two orbits from one crossing to the next.

@@ -7,7 +7,6 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigidpend.asymptotic import heteroclinic
 from rigidpend.body import Body
@@ -16,6 +15,7 @@ from rigidpend.experiments import weight_series
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.precession.layout import DRAWN, OF_BODY
 from rigidpend.experiments.weight_layout import MU_OVER_H0
+from rigidpend.numbers.doubles import Array
 from rigidpend.precession import increments, regime
 from rigidpend.results import compare
 from rigidpend.results.layout import datasets
@@ -23,9 +23,6 @@ from rigidpend.results.tree import Data, Tree
 
 if TYPE_CHECKING:
     from rigidpend.experiments.precession.schema import Config
-
-
-Array = NDArray[np.float64]
 
 UNCERTAINTY = 1e-13
 """Allowed uncertainty of an increment, relative to the largest of its body.

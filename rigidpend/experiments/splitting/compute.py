@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigidpend.asymptotic import surface_orbits
 from rigidpend.asymptotic.splitting import (
@@ -26,15 +25,13 @@ from rigidpend.experiments.splitting.layout import CLOSED_FORM, CURVE, OF_BODY
 from rigidpend.experiments.weight_layout import MU_OVER_H0
 from rigidpend.experiments.weight_series import mu_over_h0, plain, slope
 from rigidpend.integrate.engines import DEFAULT_TOLERANCE
+from rigidpend.numbers.doubles import Array
 from rigidpend.results import compare
 from rigidpend.results.layout import datasets
 from rigidpend.results.tree import Data, Tree
 
 if TYPE_CHECKING:
     from rigidpend.experiments.splitting.schema import Config, Problem
-
-
-Array = NDArray[np.float64]
 
 BEGIN, ORBIT, ORBITS = 1.0, (5e-4, 8e-3), 1200
 """Seconds of any run, those of an orbit in doubles or in pairs of them, orbits per mu/h0.

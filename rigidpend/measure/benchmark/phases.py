@@ -15,7 +15,8 @@ import numpy as np
 
 from rigidpend.measure.benchmark.problems import codes
 from rigidpend.measure.benchmark.protocol import timed
-from rigidpend.measure.benchmark.tasks import Array, RouteTask
+from rigidpend.measure.benchmark.tasks import RouteTask
+from rigidpend.numbers.doubles import Array
 
 STORED = Path(__file__).parent / "random_phases_113bit.json"
 """2,000 phases for each of two starts J1_0, with codes of 15 symbols and the last crossing's t'."""

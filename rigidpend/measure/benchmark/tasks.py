@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 
 from rigidpend.body import Body
 from rigidpend.coordinates import momentum, scale, vertical
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import GUARD_BITS, context
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import RouteProblem
-
-Array = NDArray[np.float64]
 
 
 class Sizes(NamedTuple):

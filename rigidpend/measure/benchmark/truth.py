@@ -11,7 +11,8 @@ from rigidpend.hodograph import alpha_ahead, angular_velocity
 from rigidpend.integrate.compiled import heyoka
 from rigidpend.integrate.compiled import typed as typed_in
 from rigidpend.measure.benchmark import fields
-from rigidpend.measure.benchmark.tasks import AngleTask, Array, initial
+from rigidpend.measure.benchmark.tasks import AngleTask, initial
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import context
 from rigidpend.numbers.generic import Numbers, Scalar
 

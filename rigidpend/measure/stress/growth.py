@@ -12,14 +12,12 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigidpend.equations import AlignedCoefficients, aligned
 from rigidpend.integrate import DEFAULT_TOLERANCE, sample
 from rigidpend.measure.stress.dual import cotangent, tangent
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Scalar
-
-Array = NDArray[np.float64]
 
 ROUNDING = math.sqrt(3 / (8 * math.log(2)) / 12)
 """Root mean square of a rounding, relative to its number, in units of 2^(1 - bits).

@@ -20,13 +20,12 @@ from rigidpend.measure.stress.claims import Claim, Findings, Trial
 from rigidpend.measure.stress.fields import DECIDED, GROWTH
 from rigidpend.measure.stress.starts import Place, state
 from rigidpend.melnikov import whisker_growth
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Scalar
 from rigidpend.results import layout
 from rigidpend.results.tree import Dataset
 from rigidpend.routes import RouteCodes, route_codes
 from rigidpend.separatrices import exponent, fastest_rate
-
-Array = NDArray[np.float64]
 
 FACTOR = 3.0
 """Allowed factor between a measured error and the predicted one."""

@@ -9,7 +9,6 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigidpend import integrate
 from rigidpend.body import Body
@@ -20,13 +19,12 @@ from rigidpend.measure.stress.dual import tangent
 from rigidpend.measure.stress.growth import noise, predicted_errors, step
 from rigidpend.measure.stress.starts import DEVIATIONS, Place, state
 from rigidpend.measure.stress.truth import float_coefficients, phase_errors
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import PI, exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.routes import route_codes
 from rigidpend.routes.cycle import MIRRORED
 from rigidpend.separatrices import exponent, fastest_rate
-
-Array = NDArray[np.float64]
 
 MIRROR = np.array([-1, -1, 1, 1, 1, -1])
 """Reflection in the plane of r: gamma3 and, M being axial, M1 and M2 change sign."""

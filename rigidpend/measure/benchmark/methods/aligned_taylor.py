@@ -14,7 +14,6 @@ from rigidpend.herpolhode import alpha_at, initial_state
 from rigidpend.integrate.records import Crossings, Orbits
 from rigidpend.measure.benchmark.tasks import (
     AngleTask,
-    Array,
     Carrier,
     Crossed,
     MotionTask,
@@ -25,6 +24,7 @@ from rigidpend.measure.benchmark.tasks import (
     time_unit,
 )
 from rigidpend.measure.benchmark.threads import shared_out
+from rigidpend.numbers.doubles import Array
 from rigidpend.routes.codes import route_codes as certified
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases

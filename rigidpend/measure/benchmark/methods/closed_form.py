@@ -11,7 +11,6 @@ from rigidpend.coordinates import Aligned
 from rigidpend.equations import cross
 from rigidpend.hodograph import angular_velocity
 from rigidpend.measure.benchmark.tasks import (
-    Array,
     Carrier,
     MotionTask,
     aligned_states,
@@ -19,6 +18,7 @@ from rigidpend.measure.benchmark.tasks import (
     direction,
     moments,
 )
+from rigidpend.numbers.doubles import Array
 from rigidpend.pendulum import body_motion
 from rigidpend.poinsot.herpolhode import angle
 from rigidpend.poinsot.orbit import Orbit, through

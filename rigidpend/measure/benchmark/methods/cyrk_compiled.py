@@ -17,7 +17,6 @@ from rigidpend.measure.benchmark.fields import SMALLER
 from rigidpend.measure.benchmark.methods.compiled_rates import rates
 from rigidpend.measure.benchmark.tasks import (
     AngleTask,
-    Array,
     Carrier,
     MotionTask,
     RouteTask,
@@ -26,6 +25,7 @@ from rigidpend.measure.benchmark.tasks import (
     crossed,
 )
 from rigidpend.measure.benchmark.threads import shared_out
+from rigidpend.numbers.doubles import Array
 
 PIECES = 8
 """Pieces of the horizon; crossings are looked up in each, until there are enough."""

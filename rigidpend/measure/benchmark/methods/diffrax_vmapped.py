@@ -16,7 +16,6 @@ from rigidpend.measure.benchmark import fields
 from rigidpend.measure.benchmark.fields import SMALLER
 from rigidpend.measure.benchmark.tasks import (
     AngleTask,
-    Array,
     Carrier,
     MotionTask,
     RouteTask,
@@ -25,6 +24,7 @@ from rigidpend.measure.benchmark.tasks import (
     crossed,
 )
 from rigidpend.measure.benchmark.threads import shared_out
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Numbers
 
 settings: Any = jax.config

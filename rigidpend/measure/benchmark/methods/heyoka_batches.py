@@ -14,7 +14,8 @@ import numpy as np
 
 from rigidpend.integrate.compiled import heyoka
 from rigidpend.measure.benchmark import tasks
-from rigidpend.measure.benchmark.tasks import Array, Carrier
+from rigidpend.measure.benchmark.tasks import Carrier
+from rigidpend.numbers.doubles import Array
 
 
 class Build(NamedTuple):

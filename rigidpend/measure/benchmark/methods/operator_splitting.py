@@ -14,7 +14,6 @@ from rigidpend.hodograph import angular_velocity
 from rigidpend.integrate.lie_poisson import Splitting, splitting
 from rigidpend.measure.benchmark.tasks import (
     AngleTask,
-    Array,
     Carrier,
     Crossed,
     MotionTask,
@@ -25,6 +24,7 @@ from rigidpend.measure.benchmark.tasks import (
     moments,
     time_unit,
 )
+from rigidpend.numbers.doubles import Array
 from rigidpend.routes.cycle import symbols
 
 REFINEMENTS = 4

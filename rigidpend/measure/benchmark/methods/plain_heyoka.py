@@ -22,7 +22,6 @@ from rigidpend.measure.benchmark.methods import heyoka_batches as batches
 from rigidpend.measure.benchmark.methods.heyoka_batches import BatchCrossings, Build
 from rigidpend.measure.benchmark.tasks import (
     AngleTask,
-    Array,
     Carrier,
     Crossed,
     MotionTask,
@@ -32,6 +31,7 @@ from rigidpend.measure.benchmark.tasks import (
     time_unit,
 )
 from rigidpend.measure.benchmark.threads import shared_out
+from rigidpend.numbers.doubles import Array
 from rigidpend.routes.phases import Phases
 
 

@@ -13,7 +13,6 @@ from rigidpend.body import Body
 from rigidpend.measure.benchmark.methods.compiled_rates import rates
 from rigidpend.measure.benchmark.tasks import (
     AngleTask,
-    Array,
     Carrier,
     MotionTask,
     RouteTask,
@@ -21,6 +20,7 @@ from rigidpend.measure.benchmark.tasks import (
     crossed,
 )
 from rigidpend.measure.benchmark.threads import shared_out
+from rigidpend.numbers.doubles import Array
 
 NEWTON = 4
 """Steps to a crossing, each a short integration; each doubles the digits."""

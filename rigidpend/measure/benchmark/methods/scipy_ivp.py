@@ -18,7 +18,6 @@ from rigidpend.measure.benchmark.fields import SMALLER
 from rigidpend.measure.benchmark.flat import flat
 from rigidpend.measure.benchmark.tasks import (
     AngleTask,
-    Array,
     Carrier,
     MotionTask,
     RouteTask,
@@ -26,6 +25,7 @@ from rigidpend.measure.benchmark.tasks import (
     carrier,
     crossed,
 )
+from rigidpend.numbers.doubles import Array
 
 FALSE_POSITIONS = 12
 """Steps from the ends of a step to the crossings in it."""

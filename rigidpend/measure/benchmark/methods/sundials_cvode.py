@@ -13,7 +13,6 @@ from rigidpend.measure.benchmark.fields import SMALLER
 from rigidpend.measure.benchmark.methods.compiled_rates import rates
 from rigidpend.measure.benchmark.tasks import (
     AngleTask,
-    Array,
     Carrier,
     MotionTask,
     RouteTask,
@@ -21,6 +20,7 @@ from rigidpend.measure.benchmark.tasks import (
     carrier,
     crossed,
 )
+from rigidpend.numbers.doubles import Array
 
 STEPS = 10_000_000
 """More steps than any orbit needs; the library's own limit is 500."""

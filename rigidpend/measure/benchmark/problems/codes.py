@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from rigidpend.body import Body
-from rigidpend.measure.benchmark.tasks import Array, Crossed, RouteTask, Sizes, initial, time_unit
+from rigidpend.measure.benchmark.tasks import Crossed, RouteTask, Sizes, initial, time_unit
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import PI, exact
 from rigidpend.results.tree import Data
 from rigidpend.routes.codes import route_codes

@@ -13,8 +13,9 @@ import numpy as np
 from rigidpend.body import Body
 from rigidpend.equations import cross
 from rigidpend.free_body import around_M1, around_M2
-from rigidpend.measure.benchmark.tasks import Array, MotionTask, Sizes
+from rigidpend.measure.benchmark.tasks import MotionTask, Sizes
 from rigidpend.measure.benchmark.truth import carried
+from rigidpend.numbers.doubles import Array
 from rigidpend.results.tree import Data
 
 TITLE = "free body"

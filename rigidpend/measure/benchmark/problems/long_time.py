@@ -9,7 +9,8 @@ import numpy as np
 from rigidpend.body import Body
 from rigidpend.equations import energy
 from rigidpend.measure.benchmark.problems import codes
-from rigidpend.measure.benchmark.tasks import Array, MotionTask, Sizes, direction, moments
+from rigidpend.measure.benchmark.tasks import MotionTask, Sizes, direction, moments
+from rigidpend.numbers.doubles import Array
 from rigidpend.results.tree import Data
 
 TITLE = "integrals over long times"

@@ -8,7 +8,8 @@ import numpy as np
 
 from rigidpend.body import Body
 from rigidpend.measure.benchmark.problems.free_body import error as error
-from rigidpend.measure.benchmark.tasks import Array, MotionTask, Sizes, direction, moments
+from rigidpend.measure.benchmark.tasks import MotionTask, Sizes, direction, moments
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import context
 from rigidpend.pendulum import body_motion
 

@@ -8,8 +8,9 @@ import numpy as np
 
 from rigidpend.body import Body
 from rigidpend.hodograph import alpha_ahead, angular_velocity
-from rigidpend.measure.benchmark.tasks import AngleTask, Array, Sizes, initial, moments, time_unit
+from rigidpend.measure.benchmark.tasks import AngleTask, Sizes, initial, moments, time_unit
 from rigidpend.measure.benchmark.truth import alpha
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact
 from rigidpend.results.tree import Data
 from rigidpend.routes.codes import route_codes
