@@ -13,6 +13,7 @@ from rigidpend.alphabet import NO_SYMBOL
 from rigidpend.description import Row, body_rows, exact_row
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.exponents.layout import CHECKED, GROWTH, MARKED, PLANE
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference
@@ -37,7 +38,6 @@ LOST = 1e-3
 As many may move a quantile by the distance of neighbours: `QUANTILE`."""
 QUANTILE = 1e-3
 
-Values = NDArray[np.float64]
 PIECE = {
     "growth": Field(FLOAT, ("symbols", "cells"), "1", "ln of the growth through the passages"),
     "codes": Field(WHOLE, ("symbols", "cells"), "1", "symbols by the map"),
@@ -79,8 +79,8 @@ def compute(config: Config, means: Means) -> Tree:
 
 
 def _followed(
-    orbits: Surface, theta2: Values, J1: Values, n: int, means: Means
-) -> tuple[Values, NDArray[np.uint8]]:
+    orbits: Surface, theta2: Array, J1: Array, n: int, means: Means
+) -> tuple[Array, NDArray[np.uint8]]:
     """The growth (n, N) through 1 to n passages, and the symbols, none outside of the map."""
     parts: list[Any] = []
     for first in range(0, theta2.size, TILE):
@@ -95,13 +95,13 @@ def _followed(
     return grown, codes
 
 
-def _tile(orbits: Surface, theta2: Values, J1: Values, n: int) -> Tree:
+def _tile(orbits: Surface, theta2: Array, J1: Array, n: int) -> Tree:
     found = stretched(orbits, theta2, J1, n)
     codes = np.where(found.inside, found.symbols, NO_SYMBOL).astype(np.uint8)
     return datasets(PIECE, {"growth": found.growth, "codes": codes})
 
 
-def _quantiles(grown: Values) -> dict[str, Any]:
+def _quantiles(grown: Array) -> dict[str, Any]:
     passages = np.arange(1, len(grown) + 1)
     exponents = grown / passages[:, None]
     found = np.full((len(SHARES), len(grown)), np.nan)
@@ -111,7 +111,7 @@ def _quantiles(grown: Values) -> dict[str, Any]:
 
 
 def _checked(
-    problem: Problem, orbits: Surface, known: NDArray[np.bool_], starts: tuple[Values, Values]
+    problem: Problem, orbits: Surface, known: NDArray[np.bool_], starts: tuple[Array, Array]
 ) -> dict[str, Any]:
     """The growth in some cells beside that by the variational equations."""
     # Evenly spread and not by lot: the same cells in every run.

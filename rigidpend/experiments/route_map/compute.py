@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigidpend.description import Row, body_rows
 from rigidpend.experiments.contract import Means
@@ -24,6 +23,7 @@ from rigidpend.experiments.route_map.layout import (
     Y_AXIS,
 )
 from rigidpend.integrate.arithmetic import Arithmetic
+from rigidpend.numbers.doubles import Array
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference
 from rigidpend.results.layout import datasets
@@ -58,8 +58,6 @@ BEGUN, OWN_BODY, ALONE = 2.2e-3, 3.3e-3, 3e-3
 
 The first two are spent before it is integrated, most of them on its numbers in 113 bits."""
 UNITS = {"theta2_0": "rad", "beta0": "rad", "alpha0": "rad"}
-
-Values = NDArray[np.float64]
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -134,7 +132,7 @@ def _tiles(
         yield first, (slice(first, min(first + at_once, height)), slice(0, width))
 
 
-def _tile(x: Values, y: Values, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Tree:
+def _tile(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Tree:
     """The cells of some rows and columns."""
     found = _cells(x, y, problem, arithmetic, jobs)
     values = {
@@ -145,7 +143,7 @@ def _tile(x: Values, y: Values, problem: Problem, arithmetic: Arithmetic, jobs: 
     return datasets({name: PLANE[name] for name in values}, values)
 
 
-def _cells(x: Values, y: Values, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Cells:
+def _cells(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Cells:
     """The cells in the order of their rows."""
     spread = np.tile(x, y.size), np.repeat(y, x.size)
     values = dict(zip(problem.names, spread, strict=True))
