@@ -13,6 +13,7 @@ import numpy as np
 
 from rigidpend.results import store
 from rigidpend.results.tree import Loaded
+from tests.cli.calls import REFERENCE
 
 
 def plain(tree: Any) -> Any:
@@ -20,6 +21,11 @@ def plain(tree: Any) -> Any:
     if isinstance(tree, dict):
         return {name: plain(node) for name, node in tree.items()}
     return tree.values if isinstance(tree.values, str) else np.array(tree.values)
+
+
+def reference(name: str) -> Loaded:
+    """The stored reference of a config."""
+    return store.load(REFERENCE / f"{name}.h5")
 
 
 def from_file(folder: Path, experiment: str, tree: Any) -> Loaded:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import copy
 import struct
-from pathlib import Path
 from typing import Any
 
 import matplotlib
@@ -16,23 +14,17 @@ from rigidpend import render
 from rigidpend.experiments.asymptotic_surfaces import draw as surfaces
 from rigidpend.experiments.precession import draw as precession
 from rigidpend.experiments.route_codes import draw as codes
-from rigidpend.results import store
-
-REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
-
-
-def loaded(name: str) -> Any:
-    return copy.deepcopy(store.load(REFERENCE / f"{name}.h5"))
+from tests.experiments.trees import reference
 
 
 def arrays(count: int) -> Any:
-    result = loaded("fig4")
+    result = reference("fig4")
     result["data"] = {f"a{k}": result["data"]["right"] for k in range(count)}
     return result
 
 
 def bodies(count: int) -> Any:
-    result = loaded("fig3")
+    result = reference("fig3")
     one = result["data"]["bodies"]["a"]
     result["data"]["bodies"] = {f"b__{k}_": one for k in range(count)}
     table = result["data"]["table"]
@@ -69,7 +61,7 @@ def test_any_number_of_bodies_has_its_panels(count: int) -> None:
 
 
 def test_every_body_has_its_curve() -> None:
-    result = loaded("precession")
+    result = reference("precession")
     group = result["data"]["bodies"]
     result["data"]["bodies"] = {name: np.concatenate([x] * 3) for name, x in group.items()}
     with matplotlib.rc_context(fname=render.STYLE):

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import copy
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from rigidpend.experiments.asymptotic_orbits.draw import draw
-from rigidpend.results import store
 from tests.experiments.figures import styled
-
-REFERENCE = Path(__file__).parents[3] / "results" / "reference" / "asymptotic_orbits.h5"
+from tests.experiments.trees import reference
 
 
 def test_orbits_are_drawn_where_the_file_has_them() -> None:
-    result = copy.deepcopy(store.load(REFERENCE))
+    result = reference("asymptotic_orbits")
     data = result["data"]
     plane, heights, *hodographs = styled(draw, result).axes
     lines: dict[Any, Any] = {line.get_label(): line for line in plane.collections[1:]}
@@ -37,7 +33,7 @@ def test_orbits_are_drawn_where_the_file_has_them() -> None:
 
 
 def test_without_sampled_orbits_the_plane_is_alone() -> None:
-    result = copy.deepcopy(store.load(REFERENCE))
+    result = reference("asymptotic_orbits")
     result["data"]["drawn"] = {}
     [plane] = styled(draw, result).axes
     assert plane.get_title("left").startswith("a)")

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import copy
-from pathlib import Path
-
 import numpy as np
 
 from rigidpend.experiments.closed_orbits.draw import draw
-from rigidpend.results import store
 from tests.experiments.figures import styled
-
-REFERENCE = Path(__file__).parents[3] / "results" / "reference" / "closed_orbits.h5"
+from tests.experiments.trees import reference
 
 
 def test_crossings_and_exponents_are_drawn() -> None:
-    result = copy.deepcopy(store.load(REFERENCE))
+    result = reference("closed_orbits")
     data = result["data"]
     left, right, *_ = styled(draw, result).axes
     offsets = np.asarray(left.collections[0].get_offsets())

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import copy
-from pathlib import Path
-
 import numpy as np
 
 from rigidpend.experiments.exponents.draw import draw
-from rigidpend.results import store
 from tests.experiments.figures import styled
-
-REFERENCE = Path(__file__).parents[3] / "results" / "reference" / "exponents.h5"
+from tests.experiments.trees import reference
 
 
 def test_exponents_and_their_check_are_drawn() -> None:
-    result = copy.deepcopy(store.load(REFERENCE))
+    result = reference("exponents")
     data = result["data"]
     plane, _, spread, check = styled(draw, result).axes
     np.testing.assert_allclose(np.asarray(plane.images[0].get_array()), data["exponent"])
@@ -28,7 +23,7 @@ def test_exponents_and_their_check_are_drawn() -> None:
 
 
 def test_a_plane_of_which_nothing_is_known_is_drawn() -> None:
-    result = copy.deepcopy(store.load(REFERENCE))
+    result = reference("exponents")
     for values in (result["data"]["exponent"], result["data"]["checked"]["growth"]):
         values[:] = np.nan
     figure = styled(draw, result)
