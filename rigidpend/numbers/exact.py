@@ -182,6 +182,11 @@ class Exact:
         return self.text == other.text
 
     def __hash__(self) -> int:
+        return self._hash
+
+    @functools.cached_property
+    def _hash(self) -> int:
+        # A key of caches: the hash of a Fraction takes a modular power each time.
         return hash(self.text if self.fraction is None else self.fraction)
 
 
@@ -280,6 +285,11 @@ def rational(value: Fraction, text: str | None) -> Exact:
 def _shortest(value: Fraction) -> str:
     """Shortest text of a rational: a decimal where a double's is exact, else a quotient."""
     short = repr(float(value)) if abs(value) < 1e15 else ""
+    twos = (value.denominator & -value.denominator).bit_length() - 1
+    decimals = short.partition(".")[2]
+    if decimals.isdigit() and len(decimals) < twos:
+        # Most doubles: as many decimals as halvings would be needed.
+        short = ""
     # repr gives the shortest digits of the double, which may not be those of this number.
     if short and Fraction(short) == value:
         return short.removesuffix(".0")
