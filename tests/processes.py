@@ -1,4 +1,4 @@
-"""What a fresh Python has imported when it has run some code."""
+"""Code in a fresh Python, and what that has imported in the end."""
 
 from __future__ import annotations
 
@@ -6,20 +6,27 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 MODULES = "\nimport sys\nprint('modules', *sys.modules)\n"
 
 
-def modules(code: str, folder: Path, *arguments: str) -> set[str]:
-    """The names of all modules that a fresh Python has imported in the end."""
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", code + MODULES, json.dumps(arguments)],
+def python(folder: Path, *arguments: str, **more: Any) -> subprocess.CompletedProcess[str]:
+    """What a fresh Python does in a folder, warnings being errors."""
+    return subprocess.run(
+        [sys.executable, "-W", "error", *arguments],
         cwd=folder,
         capture_output=True,
         text=True,
         timeout=120,
         check=False,
+        **more,
     )
+
+
+def modules(code: str, folder: Path, *arguments: str) -> set[str]:
+    """The names of all modules that a fresh Python has imported in the end."""
+    done = python(folder, "-c", code + MODULES, json.dumps(arguments))
     assert done.returncode == 0, done.stderr
     return set(done.stdout.splitlines()[-1].split()[1:])
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -18,6 +16,7 @@ from rigidpend.certified.steps import Step
 from rigidpend.results import store
 from tests.cli.calls import call
 from tests.config.samples import SMALL, changed, written
+from tests.processes import python
 
 TINY = changed("count: 5", "count: 2", changed("n_symbols: 3", "n_symbols: 2", SMALL))
 FILE = "tiny.certificate.h5"
@@ -163,14 +162,7 @@ def test_wrong_usage_is_said(folder: Path) -> None:
 def test_without_the_extra_it_says_what_to_install(folder: Path) -> None:
     absent = "import sys; sys.modules['flint'] = None; from rigidpend.cli import main; main()"
     for arguments in (("tiny.yaml",), ("--check", FILE)):
-        done = subprocess.run(
-            [sys.executable, "-c", absent, "certify", *arguments],
-            cwd=folder,
-            capture_output=True,
-            text=True,
-            timeout=120,
-            check=False,
-        )
+        done = python(folder, "-c", absent, "certify", *arguments)
         assert done.returncode == 3
         assert done.stderr.endswith(
             "install it with: python -m pip install 'rigidpend[certified]'\n"

@@ -11,6 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from rigidpend import cli
+from tests.processes import python
 
 REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
 ENVIRONMENT = {name: x for name, x in os.environ.items() if name != "DISPLAY"}
@@ -34,16 +35,8 @@ def call(folder: Path, *arguments: str) -> Done:
 
 def called(folder: Path, *arguments: str, backend: str = "nonsense") -> Done:
     """A command in a folder, in a process of its own, in an environment without a display."""
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-m", "rigidpend", *arguments],
-        cwd=folder,
-        env=ENVIRONMENT | {"MPLBACKEND": backend},
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-    return plain(done)
+    environment = ENVIRONMENT | {"MPLBACKEND": backend}
+    return plain(python(folder, "-m", "rigidpend", *arguments, env=environment))
 
 
 def plain(done: Done) -> Done:
