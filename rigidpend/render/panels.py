@@ -1,4 +1,4 @@
-"""What the panels of all figures share: their titles, and the entries of their legends."""
+"""Titles of panels and entries of legends, as all figures have them."""
 
 from __future__ import annotations
 

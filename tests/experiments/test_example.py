@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import h5py
@@ -14,7 +16,6 @@ from mypy import api
 
 from rigidpend import Body
 from tests.experiments.test_contract import seam
-from tests.processes import python
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "experiments.md").read_text(encoding="utf-8")
@@ -39,8 +40,15 @@ def house(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def rigidpend(house: Path, *arguments: str) -> str:
     """What a command of that copy prints."""
-    environment = {**os.environ, "PYTHONPATH": str(house)}
-    done = python(house, "-m", "rigidpend", *arguments, env=environment)
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-m", "rigidpend", *arguments],
+        cwd=house,
+        env={**os.environ, "PYTHONPATH": str(house)},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr
     return done.stdout + done.stderr
 

@@ -20,7 +20,7 @@ class CurveLook(NamedTuple):
 
     @property
     def line(self) -> dict[str, Any]:
-        """What `Axes.plot` is told of it."""
+        """Arguments of `Axes.plot` for the curve."""
         return {"color": self.colour, "lw": self.width, "ls": self.style}
 
 
