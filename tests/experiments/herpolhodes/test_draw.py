@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import matplotlib
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
@@ -11,8 +12,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from rigidpend.experiments.herpolhodes.draw import draw
+from rigidpend.render import STYLE
 from rigidpend.render.palette import SEPARATRIX
-from tests.experiments.figures import styled
 from tests.results.loaded import loaded
 
 Data = dict[str, dict[str, Any]]
@@ -46,7 +47,10 @@ def data() -> Data:
 
 @pytest.fixture
 def figure(data: Data) -> Figure:
-    return styled(draw, loaded(data), laid_out=True)
+    with matplotlib.rc_context(fname=STYLE):
+        made = draw(loaded(data))
+        made.draw_without_rendering()
+    return made
 
 
 def lines(axes: Axes, name: str) -> dict[int, Any]:
