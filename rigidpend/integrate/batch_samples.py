@@ -93,7 +93,7 @@ class _Run(NamedTuple):
     kernel: Any
     parameters: Array
     lanes: int
-    """In a vector."""
+    """Number of lanes of a vector."""
 
 
 def _lanes_for(orbits: int) -> int:

@@ -246,7 +246,7 @@ def _attempt(
         inverse = inverse_table(rising, forward, a.number(layer.invariant), nf, a)
         charts.append(Chart(forward, inverse))
         found.append(held_out(rising, charts[-1], nf, c, length, a))
-    cut = [tails(table, a) for chart in charts for table in chart]
+    cut = [tails(table) for chart in charts for table in chart]
     middle = float(nf.energies.basis(energies.centre, a) @ nf.exponent[:, 0])
     errors = Errors(
         nf.disagreement,

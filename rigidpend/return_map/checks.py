@@ -72,7 +72,7 @@ def held_out(
     return a.largest((seen - direct) / scale), max(off)
 
 
-def tails(table: ChartTable, a: Precision) -> tuple[float, float, float]:
+def tails(table: ChartTable) -> tuple[float, float, float]:
     """The last coefficients of a table in x, phase and energy, relative to the largest."""
     shape = (len(table.values), table.n_x, table.n_phase, 4)
     sizes = np.abs(table.values.astype(float)).reshape(shape)
