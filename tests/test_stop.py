@@ -69,7 +69,7 @@ def begun(work: str, jobs: int) -> subprocess.Popen[str]:
     )
     assert process.stdout is not None
     assert process.stdout.readline() == "at work\n"
-    time.sleep(0.5)
+    time.sleep(0.1)
     assert process.poll() is None, "it is still at work"
     return process
 

@@ -16,7 +16,7 @@ import pytest
 from click.shell_completion import ShellComplete
 from click.testing import CliRunner
 
-from rigidpend import cli
+from rigidpend import cli, render
 from rigidpend.config import catalogue
 from rigidpend.run import runner
 from tests.cli.calls import ENVIRONMENT, call, called
@@ -25,8 +25,12 @@ from tests.config.samples import FIG4, SMALL, written
 COMMANDS = cli.main.commands
 
 SMALLER = {
-    # What is added to an example with that word, so that it takes seconds.
+    # What is added to an example with that word, so that it takes little.
     "numerics.engine=scipy": ["--set", "numerics.precisions=[53]"],
+    "--near": ["--digits", "12"],
+    "0^11 1^10 1^11": ["--code", "0^11 1^10"],
+    "certify": ["-j", "1"],
+    "verify": ["-j", "1"],
 }
 MINUTES = ("stress", "bench")
 """Commands that take long at their smallest: their examples are run up to the computation.
@@ -85,6 +89,8 @@ def place(template: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pa
     monkeypatch.setattr(catalogue, "PACKAGE", tmp_path / "nowhere")
     monkeypatch.setattr(catalogue, "shipped", lambda: shipped)
     monkeypatch.chdir(folder)
+    # A small image goes the same way as a large one.
+    monkeypatch.setattr(render, "PIXELS", 800)
     # An example empties the cache: not the user's own.
     (folder / "cache" / "rigidpend" / "maps").mkdir(parents=True)
     monkeypatch.setenv("XDG_CACHE_HOME", str(folder / "cache"))
