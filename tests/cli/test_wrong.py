@@ -196,7 +196,7 @@ def test_an_error_outside_of_a_run_is_logged_too(
 
 @pytest.mark.slow
 def test_a_reader_that_ends_early_is_no_error(tmp_path: Path) -> None:
-    for _ in range(3):
+    for _ in range(2):
         with subprocess.Popen(
             [sys.executable, "-m", "rigidpend", "describe", "all"],
             cwd=tmp_path,

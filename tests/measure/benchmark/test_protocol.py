@@ -191,8 +191,8 @@ def test_a_worker_searches_in_its_own_process(
 
 def test_a_worker_that_is_too_slow_is_ended_and_what_it_had_is_kept() -> None:
     order = worker.Order("phases", [], {"lie_poisson": [SLOW]}, {}, 1, 250, 50.0)
-    lines, ended = worker.measured(order, 3.0)
-    assert "ended at 3 s" in ended
+    lines, ended = worker.measured(order, 1.5)
+    assert "ended at 1.5 s" in ended
     assert lines == []
 
 
