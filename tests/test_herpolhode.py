@@ -92,7 +92,6 @@ def test_the_orbit_in_doubles_follows_the_certain_route(theta2_0: str, engine: s
     assert np.abs(orbit.crossing_error).max() < 1e-5
 
 
-@pytest.mark.slow
 def test_crossing_error_is_how_much_later_the_samples_cross() -> None:
     route = route_of("1.02")
     shift = np.array([1e-4, -2e-4, 1e-4, 0, -1e-4, 2e-4])
@@ -181,7 +180,6 @@ def test_agrees_with_eq1_and_th3_in_other_variables() -> None:
     np.testing.assert_allclose(made["theta1"][until], theta1, atol=1e-5)
 
 
-@pytest.mark.slow
 def test_omega_keeps_the_energy() -> None:
     """M . omega/2 + mu r . gamma = const, with M horizontal of length J2 along theta3."""
     p = problem("0.01")

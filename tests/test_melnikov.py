@@ -288,6 +288,7 @@ def test_the_zeros_ascend_in_a_turn_and_are_half_a_turn_apart(
     assert second - first == pytest.approx(math.pi, abs=1e-15)
 
 
+@pytest.mark.slow
 @repeatable(50)
 @given(bodies(), st.integers(1, 3))
 def test_the_same_orbit_passed_a_turn_later_has_the_same_zeros(body: Body, turns: int) -> None:

@@ -73,6 +73,7 @@ def test_annotations_and_docstrings_are_left_alone(mutants: Any) -> None:
     assert list(mutants.places(tree)) == []
 
 
+@pytest.mark.slow
 def test_a_mutant_is_its_file_with_one_change(mutants: Any) -> None:
     path = "rigidpend/routes/certainty.py"
     plain = ast.unparse(ast.parse((ROOT / path).read_text())).splitlines()

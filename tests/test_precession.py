@@ -168,6 +168,7 @@ def flat_gamma0(alpha0: float) -> float:
     return 2 * math.acos(math.sqrt(math.cos(alpha0 / 2)))
 
 
+@pytest.mark.slow
 @repeatable(100)
 @given(numbers(0.05, 3.1), numbers(0.001, 0.99))
 def test_tri1_in_the_grioli_case_has_the_printed_forms_and_bounds(

@@ -86,6 +86,7 @@ def ended(process: subprocess.Popen[str]) -> tuple[int, float, str]:
     return process.returncode, time.monotonic() - began, said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("work", "jobs"),
     # On one thread it is the same calls that are waited for, of any work.
@@ -100,6 +101,7 @@ def test_ctrl_c_ends_any_work_soon(work: str, jobs: int) -> None:
     assert seconds < PROMPT * max(1.0, os.getloadavg()[0])
 
 
+@pytest.mark.slow
 def test_sigterm_ends_it_as_well() -> None:
     process = begun("long codes in doubles", 2)
     process.send_signal(signal.SIGTERM)
@@ -108,6 +110,7 @@ def test_sigterm_ends_it_as_well() -> None:
     assert seconds < PROMPT * max(1.0, os.getloadavg()[0])
 
 
+@pytest.mark.slow
 def test_signals_upon_signals_end_it_without_a_core_dump() -> None:
     process = begun("long codes in doubles", 2)
     for number in (signal.SIGINT, signal.SIGINT, signal.SIGINT, signal.SIGTERM):

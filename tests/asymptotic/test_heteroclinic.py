@@ -72,6 +72,7 @@ def directly(separatrix: int) -> list[float]:
     return sorted(gains)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("separatrix", [1, 2, 3, 4])
 def test_agrees_with_each_separatrix_integrated_directly(separatrix: int) -> None:
     found = np.sort(increments(GENERIC, H0, ARITHMETIC).gained[:, separatrix - 1])
@@ -115,6 +116,7 @@ def test_agrees_engines() -> None:
     np.testing.assert_allclose(found, increments(HESS, H0, ARITHMETIC).gained, rtol=0, atol=1e-13)
 
 
+@pytest.mark.slow
 def test_an_orbit_that_is_not_found_is_an_error() -> None:
     body = Body(A=(2, "1.7", "1.85"), r=(2, 1, 0), mu="0.95")
     with pytest.raises(ArithmeticError, match=r"meets the section at g = -?1\.57"):

@@ -43,6 +43,7 @@ def spent() -> float:
     return sum(each.ru_utime + each.ru_stime for each in times)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "seal"),
     # A seal is nothing to rely on, so every file has one; without it the same checks follow.
@@ -75,6 +76,7 @@ def test_an_attack_is_a_sentence_or_a_figure(
     assert said.startswith(f"{path}: cannot be drawn: ") != (name in DRAWN)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "seal"),
     [("external storage", True), ("external storage of another shape", False)],
@@ -124,6 +126,7 @@ def refused_bombs(folder: Path) -> tuple[int, float]:
     return refused, max(fuzz.peaks())
 
 
+@pytest.mark.slow
 def test_the_memory_that_a_bomb_takes_is_bounded(tmp_path: Path) -> None:
     # In a fresh process, which has started nothing else.
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as fresh:

@@ -17,6 +17,7 @@ FUZZED = int(os.environ.get("RIGIDPEND_FUZZ", "60"))
 """Number of files of each kind; one takes some 20 ms."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seal", [True, False], ids=["sealed", "unsealed"])
 def test_a_fuzzed_file_is_a_sentence_or_data(tmp_path: Path, seal: bool) -> None:
     # In a fresh process: the peak counts all that a process ever started, and what it inherits.

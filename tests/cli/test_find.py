@@ -5,11 +5,14 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import pytest
+
 from tests.cli.calls import call
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
+@pytest.mark.slow
 def test_a_code_gives_a_phase() -> None:
     asked = ("--code", "0^11 1^10", "--digits", "12")
     done = call(ROOT, "find", "fig4", *asked)

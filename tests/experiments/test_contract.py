@@ -69,11 +69,13 @@ def checked(folder: Path, **sources: str) -> str:
     return mypy(ROOT, *(str(folder / f"{name}.py") for name in sources))
 
 
+@pytest.mark.slow
 def test_every_experiment_keeps_the_contract(tmp_path: Path) -> None:
     sources = {f"seam_{name}": seam(name) for name in NAMES}
     assert checked(tmp_path, **sources).startswith("Success")
 
 
+@pytest.mark.slow
 def test_an_experiment_with_another_config_does_not(tmp_path: Path) -> None:
     wrong = seam("route_codes").replace("route_codes.schema", "precession.schema")
     said = checked(tmp_path, wrong=wrong)
@@ -155,6 +157,7 @@ def fields(layout: Layout) -> list[Field]:
     return found
 
 
+@pytest.mark.slow
 def test_without_a_layout_an_experiment_does_not_keep_the_contract(tmp_path: Path) -> None:
     wrong = seam("route_codes").replace("route_codes.layout as", "route_codes.schema as")
     assert '"Declaring"' in checked(tmp_path, wrong=wrong)

@@ -73,6 +73,7 @@ def test_engine_taylor_has_every_precision_above_113_bits() -> None:
     assert offered == [True, False, True, True, True, True]
 
 
+@pytest.mark.slow
 @needs_heyoka("heyoka's numbers against integers")
 @pytest.mark.parametrize("bits", [160, 240])
 def test_agrees_arbitrary_precision_with_integers_to_the_last_bit(bits: int) -> None:
@@ -90,6 +91,7 @@ def test_jobs_change_no_bit_of_a_batch() -> None:
         assert same(alone, found)
 
 
+@pytest.mark.slow
 @needs_heyoka("its real128")
 def test_jobs_change_no_bit_of_real128() -> None:
     states = fan(3)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import html.parser
 import shutil
 from pathlib import Path
@@ -45,12 +44,6 @@ class Parsed(html.parser.HTMLParser):
 
     def handle_data(self, data: str) -> None:
         self.words.append(data)
-
-
-@functools.cache
-def drawn(name: str) -> page.ResultSection:
-    """The part of a reference, drawn once for all tests."""
-    return report.section(store.load(REFERENCE / f"{name}.h5"))
 
 
 @pytest.fixture(scope="module")
@@ -97,7 +90,8 @@ def test_the_page_is_well_formed_and_needs_nothing_else(parsed: Parsed, text: st
     assert "url(" not in text
 
 
-def test_every_departure_is_in_the_page(parsed: Parsed) -> None:
+def test_every_departure_is_in_the_page() -> None:
+    parsed = Parsed(page.html((), DEPARTURES))
     for departure in DEPARTURES:
         assert set(departure.row) <= set(parsed.words)
 
@@ -165,9 +159,16 @@ def test_a_page_that_cannot_be_built_leaves_the_old_one(tmp_path: Path) -> None:
     assert target.read_text() == "old"
 
 
-def test_every_experiment_has_a_caption_and_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Parts of the page have no pictures."""
     monkeypatch.setattr(render, "image", lambda *_: b"")
     monkeypatch.setattr(report, "picture", lambda _: "")
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("undrawn")
+def test_every_experiment_has_a_caption_and_numbers() -> None:
     for path in sorted(REFERENCE.glob("*.h5")):
         if is_certificate(path):
             continue
@@ -179,19 +180,23 @@ def test_every_experiment_has_a_caption_and_numbers(monkeypatch: pytest.MonkeyPa
         assert "A = (2, " in said, path
 
 
+@pytest.mark.slow
 def test_pictures_take_little_room_in_the_page() -> None:
     """Fig. 3 is the largest: shaded surfaces, 4 MB with all their colours."""
-    assert 20_000 < len(drawn("fig3").picture) < 1_200_000
+    found = report.section(store.load(REFERENCE / "fig3.h5"))
+    assert 20_000 < len(found.picture) < 1_200_000
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_numbers_printed_for_one_body_do_not_stand_beside_another(folder: Path) -> None:
     result = store.load(folder / "fig5.h5")
     result["attributes"]["figure"] = ""
     routes, plateaus = herpolhodes.tables(result)
     assert {row[1] for row in routes.rows} == {row[2] for row in plateaus.rows} == {""}
-    assert drawn("fig3")._replace(figure="").title == "Asymptotic surfaces: fig3"
+    assert report.section(result).title == "Herpolhodes: fig5"
 
 
+@pytest.mark.slow
 def test_one_bad_file_is_a_section_with_its_reason(folder: Path, tmp_path: Path) -> None:
     shutil.copyfile(folder / "fig2.h5", tmp_path / "good.h5")
     (tmp_path / "bad.h5").write_bytes(b"no HDF5")

@@ -205,6 +205,7 @@ def ceiling(name: str, place: tuple[str, ...]) -> float:
     return next((known[end] for end in ends if end in known), 1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(path.stem for path in FOLDER.glob("*.h5")))
 def test_every_dataset_altered_by_more_than_its_allowance_is_noticed(name: str) -> None:
     """Half of the allowance passes, and what is compared exactly may change by nothing."""
@@ -296,6 +297,7 @@ def test_a_reference_is_not_renewed_without_a_reason(
     assert not (tmp_path / "reference").exists()
 
 
+@pytest.mark.slow
 def test_reasons_are_kept_with_those_before(tmp_path: Path) -> None:
     for reason in ("the first", "a better\n tolerance"):
         done = called(tmp_path, "--reason", reason)
@@ -318,6 +320,7 @@ def test_a_damaged_reference_can_be_renewed(tmp_path: Path) -> None:
     assert [x.partition(" ")[2] for x in store.attributes(target)["reasons"]] == ["it was damaged"]
 
 
+@pytest.mark.slow
 def test_every_shipped_reference_keeps_its_reason() -> None:
     shipped = sorted(FOLDER.glob("*.h5"))
     assert shipped

@@ -154,6 +154,7 @@ def test_agrees_the_derivatives_with_differences(rising: bool, backward: bool) -
         assert (np.abs(moved - slopes) < 1e-5 * scale)[:, same].all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "mu", "within"), [((2, 1, "1.5"), "1e-6", 1e-6), ((2, "1.2", "1.7"), "1e-4", 1e-4)]
 )

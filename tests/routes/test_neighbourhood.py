@@ -62,6 +62,7 @@ def test_agrees_with_integration_at_every_distance(engine: str) -> None:
     assert apart.max() < 1e-3
 
 
+@pytest.mark.slow
 def test_another_body_and_a_centre_that_is_not_special() -> None:
     """There the reference leaves the periodic orbit with its neighbours."""
     asked, centre = problem(3, OTHER, "0.8"), exact("1.3")
@@ -86,6 +87,7 @@ def test_the_reference_orbit_has_the_derivative_of_its_start_in_the_phase(
     np.testing.assert_allclose([float(x) for x in tangent], rate, rtol=0, atol=1e-11)
 
 
+@pytest.mark.slow
 def test_the_reference_itself_is_one_of_its_neighbours() -> None:
     asked, centre = problem(2), exact("4.7")
     found = Neighbourhood(asked, centre, 1e-14, resolve()).routes([centre])
@@ -93,6 +95,7 @@ def test_the_reference_itself_is_one_of_its_neighbours() -> None:
     assert np.array_equal(found.codes, truth(asked, (centre,), 113).codes)
 
 
+@pytest.mark.slow
 def test_higher_precisions_integrate_each_orbit() -> None:
     asked, centre = problem(2), exact(FIRST)
     phases = [centre + exact("1e-12"), centre - exact("3e-12")]
@@ -106,12 +109,14 @@ def test_higher_precisions_integrate_each_orbit() -> None:
     assert apart.max() < 1e-6
 
 
+@pytest.mark.slow
 def test_a_phase_may_be_irrational() -> None:
     asked, centre = problem(2), PI * exact("3/2")
     found = Neighbourhood(asked, centre, 1e-14, resolve()).routes([centre + exact("1e-9")])
     assert np.array_equal(found.codes, truth(asked, (centre + exact("1e-9"),), 113).codes)
 
 
+@pytest.mark.slow
 def test_spoilt_differences_make_no_wrong_symbol_certain(monkeypatch: pytest.MonkeyPatch) -> None:
     """A millionth of every difference is wrong, another one in each computation."""
     random, array = np.random.default_rng(0), differences.array
@@ -132,6 +137,7 @@ def test_spoilt_differences_make_no_wrong_symbol_certain(monkeypatch: pytest.Mon
     assert not (wrong & found.certain & honest.certain).any()
 
 
+@pytest.mark.slow
 def test_without_weight_no_orbit_leaves_and_none_is_certain() -> None:
     """At mu = 0 all phases share one orbit, which never crosses twice."""
     free = problem(2, Body(A=(2, 1, 1.5), r=(1, 1, 0), mu=0))

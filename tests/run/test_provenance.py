@@ -170,6 +170,7 @@ def parsed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[byt
     provenance._cache.cache_clear()
 
 
+@pytest.mark.slow
 def test_each_file_is_parsed_once(parsed: list[bytes]) -> None:
     for experiment in ("route_codes", "route_zoom", "route_codes"):
         provenance.code_hash(experiment)
@@ -184,6 +185,7 @@ def test_what_one_process_has_read_the_next_does_not_parse(parsed: list[bytes]) 
     assert parsed == []
 
 
+@pytest.mark.slow
 def test_a_damaged_cache_is_made_again(parsed: list[bytes], tmp_path: Path) -> None:
     first, path = code_hash(), tmp_path / "rigidpend" / "code.json"
     whole = path.read_bytes()

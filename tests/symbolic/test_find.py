@@ -28,6 +28,7 @@ def codes_of(body: Body, theta2_0: Any, n: int, start: dict[str, Any], bits: int
     return "".join(map(str, routes.codes[:, 0]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "n"), [(0, 12), (1, 6)])
 def test_integration_finds_the_code(seed: int, n: int) -> None:
     code = "".join(map(str, np.random.default_rng(seed).integers(0, 2, n)))
@@ -38,6 +39,7 @@ def test_integration_finds_the_code(seed: int, n: int) -> None:
     assert found.passage_error < 1e-10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("theta2_0", ["1/10", "2.5", "5.1"])
 def test_the_address_of_an_orbit_leads_to_one_that_has_it(theta2_0: str) -> None:
     address = address_of(FIG4, theta2_0, **START, n_symbols=7)
@@ -47,6 +49,7 @@ def test_the_address_of_an_orbit_leads_to_one_that_has_it(theta2_0: str) -> None
     assert address_of(FIG4, found.theta2_0, **START, n_symbols=7, precisions=(113,)) == address
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("theta2_0", "code", "address"),
     [
@@ -64,6 +67,7 @@ def test_both_published_routes_come_out_of_their_addresses(
     assert str(find_orbit(FIG5, code, **ROUTE, near=theta2_0, digits=12).address) == address
 
 
+@pytest.mark.slow
 def test_the_orbit_returns_on_its_own_way() -> None:
     """It ends at gamma3 = 0: behind that the signs of I come again in the opposite order."""
     found = find_orbit(FIG4, "a 0^11 1^12 1^11 0^13", **START)
@@ -72,6 +76,7 @@ def test_the_orbit_returns_on_its_own_way() -> None:
     assert signs == signs[::-1]
 
 
+@pytest.mark.slow
 def test_more_digits_agree_with_fewer() -> None:
     few, many = (find_orbit(FIG4, "0^11 1^10", **START, digits=n) for n in (12, 45))
     assert abs(few.theta2_0 - many.theta2_0) < 1e-12
@@ -80,6 +85,7 @@ def test_more_digits_agree_with_fewer() -> None:
     assert len(str(many.theta2_0)) == 47
 
 
+@pytest.mark.slow
 def test_few_digits_fix_the_first_symbols_alone() -> None:
     found = find_orbit(FIG4, "00110" * 4, **START, digits=12)
     assert 3 <= found.fixed < 20
@@ -87,6 +93,7 @@ def test_few_digits_fix_the_first_symbols_alone() -> None:
     assert found.passages == 20
 
 
+@pytest.mark.slow
 def test_a_thousand_symbols() -> None:
     code = np.random.default_rng(3).integers(0, 2, 1000)
     found = find_orbit(FIG4, code, **START, digits=12)

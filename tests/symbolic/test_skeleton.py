@@ -25,6 +25,7 @@ def scanned(low: float, high: float, count: int, n: int, half_turns: int) -> Arr
     return np.asarray(middle[at[few]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("half_turns", "counts"), [(10, (2, 2, 22)), (11, (2, 6, 34))])
 def test_a_blind_scan_finds_the_same_orbits(half_turns: int, counts: tuple[int, ...]) -> None:
     found = skeleton(level(), 2, half_turns)

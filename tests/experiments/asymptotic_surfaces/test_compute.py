@@ -140,6 +140,7 @@ def test_refuses_what_has_no_meaning_where_it_is_written(setting: str, place: st
     assert place in str(refused.value)
 
 
+@pytest.mark.slow
 def test_the_file_holds_what_was_computed(content: Any, data: Any, tmp_path: Path) -> None:
     tree = asymptotic_surfaces.compute(content, Means(resolve(default_engine()), 1, lambda _: None))
     target = tmp_path / "fig3.h5"

@@ -55,6 +55,7 @@ def data(tree: Any, tmp_path: Path) -> Any:
     return store.load(tmp_path / "a.h5")["data"]
 
 
+@pytest.mark.slow
 def test_nothing_is_integrated_to_compute_it() -> None:
     found = modules_of("heteroclinic_cycle", FIG2)
     assert "rigidpend.routes.cycle" in found

@@ -101,6 +101,7 @@ def errors_of(problem: str, name: str, form: int = 0) -> dict[str, Any]:
     return {"error": np.abs(end / given(problem)[1]["energy"] - 1).max()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("problem", "method"), PAIRS)
 def test_agrees_with_the_truth(apart: Executor, problem: str, method: str) -> None:
     check(problem, method, apart.submit(errors_of, problem, method).result())
@@ -116,6 +117,7 @@ def check(problem: str, method: str, errors: dict[str, Any]) -> None:
     assert errors.get("undecided", 0) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["heyoka_principal", "heyoka_eq1", "scipy_dop853"])
 @pytest.mark.parametrize("problem", ["free_body", "codes"])
 def test_every_form_agrees_with_the_truth(apart: Executor, problem: str, name: str) -> None:
@@ -123,6 +125,7 @@ def test_every_form_agrees_with_the_truth(apart: Executor, problem: str, name: s
         check(problem, name, apart.submit(errors_of, problem, name, form).result())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("terminal", [True, False])
 @pytest.mark.parametrize("lanes", [1, 2])
 def test_crossings_that_do_not_end_a_step_are_found_too(terminal: bool, lanes: int) -> None:
@@ -142,6 +145,7 @@ def test_two_threads_give_what_one_gives(name: str) -> None:
     np.testing.assert_allclose(one, two, rtol=0, atol=1e-13)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in SLOW if not METHODS[name].absent()])
 def test_what_compiles_long_agrees_on_the_codes(apart: Executor, name: str) -> None:
     check("codes", name, apart.submit(errors_of, "codes", name).result())

@@ -70,12 +70,14 @@ def honest() -> tuple[Any, list[Any]]:
         return decided(), computed
 
 
+@pytest.mark.slow
 def test_decided_symbols_are_as_predicted_and_right(honest: tuple[Any, list[Any]]) -> None:
     made, _ = honest
     assert set(verdicts(made).values()) == {"passed"}
     assert 10 < np.median(made["curves"]["measured"].values) < 50
 
 
+@pytest.mark.slow
 def test_a_certain_symbol_that_more_bits_contradict_fails(
     monkeypatch: pytest.MonkeyPatch, honest: tuple[Any, list[Any]]
 ) -> None:
@@ -104,6 +106,7 @@ def test_slopes_of_orbits_spread_as_those_of_normal_errors() -> None:
     assert passages.slope_spread(64, 16) / deviation == pytest.approx(4, rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bits", [53, 113])
 def test_medians_spread_as_those_of_random_walks(bits: int) -> None:
     """Walks with steps ln |1 - (2 nu/pi) cot(phase)|, from 2^-bits to one."""
