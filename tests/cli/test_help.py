@@ -28,7 +28,7 @@ SMALLER = {
     # What is added to an example with that word, so that it takes little.
     "numerics.engine=scipy": ["--set", "numerics.precisions=[53]"],
     "--near": ["--digits", "12"],
-    "0^11 1^10 1^11": ["--code", "0^11 1^10"],
+    "0^11 1^10 1^11": ["--code", "0^11"],
     "certify": ["-j", "1"],
     "verify": ["-j", "1"],
 }

@@ -396,7 +396,7 @@ def test_what_takes_too_long_to_read_is_ended_by_the_processor_s_time(
     monkeypatch.setattr(opening, "_trial", busy)
     monkeypatch.setattr(damage, "ALLOWANCE", 1)
     begun = time.monotonic()
-    assert refusal(path).endswith(damage.TOO_LONG)
+    assert complaint(path).endswith(damage.TOO_LONG)
     assert time.monotonic() - begun < damage.PATIENCE
 
 
