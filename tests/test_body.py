@@ -261,6 +261,7 @@ def test_refused_floats_are_shown_as_they_are() -> None:
         Body((0.1, 0.2, 0.3), (1, 0, 0), 0)
 
 
+@pytest.mark.slow
 @repeatable(50)
 @given(bodies())
 def test_invariant_r_has_length_one(body: Body) -> None:

@@ -93,13 +93,13 @@ def test_eq_depri_g_leans_by_q_and_turns_by_g_from_the_momentum(c: Canonical) ->
     assert largest_difference(fine_state([G, L, H, g, l])[3:], expected) < DERIVATIVE
 
 
-@repeatable(100)
+@repeatable(50)
 @given(momenta(), verticals())
 def test_agrees_body_to_andoyer_and_back(M: Any, gamma: Any) -> None:
     assert_same_state(co.body_from_andoyer(co.andoyer_from_body(M, gamma)), M, gamma)
 
 
-@repeatable(100)
+@repeatable(50)
 @given(canonicals(), numbers(0, math.pi))
 def test_invariant_gamma_is_a_unit_vector_at_height_H(c: Canonical, beta0: float) -> None:
     a = co.andoyer_from_canonical(c, beta0)
@@ -130,7 +130,7 @@ def test_eq_gamma_dep_holds_in_every_quadrant_where_the_printed_form_does_not(
     assert error <= ROUNDING if right else error > 0.5
 
 
-@repeatable(100)
+@repeatable(50)
 @given(slight(), numbers(0, math.pi))
 def test_agrees_canonical_to_andoyer_and_back(c: Canonical, beta0: float) -> None:
     found = co.canonical_from_andoyer(co.andoyer_from_canonical(c, beta0), beta0)
@@ -141,7 +141,7 @@ def test_agrees_canonical_to_andoyer_and_back(c: Canonical, beta0: float) -> Non
 
 
 @pytest.mark.slow
-@repeatable(100)
+@repeatable(50)
 @given(slight(), bodies())
 def test_agrees_canonical_to_aligned_and_back(c: Canonical, body: Body) -> None:
     aligned = co.aligned_from_canonical(c, body.alpha0, body.beta0)

@@ -68,6 +68,7 @@ def files() -> list[str]:
     return sorted(str(path.relative_to(PACKAGE)) for path in PACKAGE.rglob("*.py"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", [file for file in files() if file not in NOT_YET])
 def test_docstrings_begin_with_a_phrase_that_stands_alone(file: str) -> None:
     source = (PACKAGE / file).read_text()
@@ -126,11 +127,13 @@ def homes() -> dict[str, list[str]]:
     return found
 
 
+@pytest.mark.slow
 def test_no_two_classes_share_a_name() -> None:
     shared = {name: where for name, where in homes().items() if len(where) > 1}
     assert {name: shared[name] for name in set(shared) - set(COMMON) - set(STILL_SHARED)} == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in COMMON if name not in STILL_SHARED])
 def test_names_that_are_common_belong_to_schemas(name: str) -> None:
     assert {Path(file).name for file in homes()[name]} == {"schema.py"}

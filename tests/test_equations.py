@@ -45,7 +45,7 @@ def on_both_sides(f: Any, x: Any, v: Any) -> Any:
 
 
 @pytest.mark.slow
-@repeatable(100)
+@repeatable(50)
 @given(rational_vectors(), rational_vectors(), MOMENTS, rational_vectors(), WEIGHTS)
 def test_invariant_euler_poisson_keeps_its_three_integrals(
     M: Any, gamma: Any, A: Any, r: Any, mu: Fraction
@@ -60,7 +60,7 @@ def test_invariant_euler_poisson_keeps_its_three_integrals(
 
 
 @pytest.mark.slow
-@repeatable(100)
+@repeatable(50)
 @given(rational_vectors(), rational_vectors(), MOMENTS, rational_vectors(), WEIGHTS)
 def test_eq_eq_is_the_bracket_with_the_energy(
     M: Any, gamma: Any, A: Any, r: Any, mu: Fraction
@@ -165,7 +165,7 @@ def andoyer_and_energy(body: Body, c: Canonical) -> tuple[co.Andoyer, Any]:
 
 
 @pytest.mark.slow
-@repeatable(100)
+@repeatable(50)
 @given(bodies(), canonicals())
 def test_eq_h_d_is_the_energy_of_the_body(body: Body, c: Canonical) -> None:
     a, energy = andoyer_and_energy(body, c)
@@ -174,7 +174,7 @@ def test_eq_h_d_is_the_energy_of_the_body(body: Body, c: Canonical) -> None:
 
 
 @pytest.mark.slow
-@repeatable(100)
+@repeatable(50)
 @given(bodies(), canonicals())
 def test_eq_h_new_is_the_energy_of_the_body(body: Body, c: Canonical) -> None:
     _, energy = andoyer_and_energy(body, c)
@@ -235,7 +235,7 @@ def test_agrees_aligned_with_hamilton_s_equations_at_any_J3(body: Body, c: Canon
 
 
 @pytest.mark.slow
-@repeatable(100)
+@repeatable(50)
 @given(bodies(), momenta(), verticals())
 def test_agrees_aligned_with_euler_poisson(body: Body, M: Any, gamma: Any) -> None:
     A, r, mu = floats_of(body)

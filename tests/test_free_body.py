@@ -85,6 +85,7 @@ def test_the_side_is_the_sign_on_the_axis_which_the_orbit_encircles(
     assert np.ptp(np.sign(M[1 - axis])) == np.ptp(np.sign(M[2])) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
 @given(body=bodies(), height=numbers(0.01, 0.999))
 @repeatable(20)

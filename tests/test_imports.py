@@ -107,6 +107,7 @@ def test_an_engine_is_imported_when_it_computes_and_not_before(
     assert by_second_run & engines == set()
 
 
+@pytest.mark.slow
 def test_a_run_imports_one_engine_only(by_run: set[str]) -> None:
     needed = {"taylor": "llvmlite", "scipy": "scipy.integrate"}[default_engine()]
     assert by_run & {"heyoka", "llvmlite", "scipy.integrate"} == {needed}

@@ -91,6 +91,7 @@ def test_each_equation_has_exactly_one_home(label: str) -> None:
     assert len(found) == 1, found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("label", EQUATIONS)
 def test_each_equation_has_a_test_that_imports_it(label: str) -> None:
     [name] = {name for known, _, name in HOMES if known == label}
@@ -99,6 +100,7 @@ def test_each_equation_has_a_test_that_imports_it(label: str) -> None:
     assert any(name in names(module) for module, _ in found), f"none of them uses {name}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("label", EQUATIONS)
 def test_each_of_these_tests_can_fail(label: str) -> None:
     for _, test in named_after(label):

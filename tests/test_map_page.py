@@ -17,7 +17,6 @@ from scripts import map_page
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "return-map.md"
 
 
-@pytest.mark.slow
 def test_coefficients_fall_geometrically_to_rounding() -> None:
     body = Body(map_page.A, map_page.R, "0.001")
     made = return_map(body, h=("1.3332", "1.3352"))
@@ -49,7 +48,6 @@ def test_the_table_names_reach_and_reason() -> None:
 
 
 @pytest.mark.skipif(default_engine() != "taylor", reason="the limits are those of 64-bit tables")
-@pytest.mark.slow
 def test_a_start_within_the_normal_form_is_found_and_one_without_weight_has_none() -> None:
     start = map_page.largest_start(Body(map_page.A, map_page.R, "0.001"), map_page.H0)
     assert 1e-5 < start < 1e-1

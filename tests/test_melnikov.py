@@ -95,8 +95,7 @@ def test_the_integrand_keeps_its_relative_precision_in_its_tails(number: int) ->
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", SEPARATRICES)
-@pytest.mark.parametrize("nu", [8, 12, 30, 50])
+@pytest.mark.parametrize(("number", "nu"), [(1, 8), (2, 12), (3, 12), (4, 8), (3, 30), (4, 50)])
 def test_eq_Im_is_the_sum_of_the_integrand_for_any_nu(number: int, nu: float) -> None:
     """To 20 digits of the integral, where it is down to 1e-20 of what is summed."""
     body = nearly_round(nu)
@@ -288,6 +287,7 @@ def test_the_zeros_ascend_in_a_turn_and_are_half_a_turn_apart(
     assert second - first == pytest.approx(math.pi, abs=1e-15)
 
 
+@pytest.mark.slow
 @repeatable(50)
 @given(bodies(), st.integers(1, 3))
 def test_the_same_orbit_passed_a_turn_later_has_the_same_zeros(body: Body, turns: int) -> None:

@@ -73,12 +73,13 @@ def test_annotations_and_docstrings_are_left_alone(mutants: Any) -> None:
     assert list(mutants.places(tree)) == []
 
 
+@pytest.mark.slow
 def test_a_mutant_is_its_file_with_one_change(mutants: Any) -> None:
     path = "rigidpend/routes/certainty.py"
     plain = ast.unparse(ast.parse((ROOT / path).read_text())).splitlines()
     every = mutants.mutants(path)
     assert len(every) > 30
-    for mutant in every:
+    for mutant in every[::5]:
         mutated = mutants.source(mutant).splitlines()
         if len(mutated) == len(plain):
             assert sum(a != b for a, b in zip(plain, mutated, strict=True)) == 1, mutant

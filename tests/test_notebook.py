@@ -26,6 +26,7 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> Any:
     return rigidpend.run(written(folder, SMALL, "small.yaml"), mu="0.01", folder=folder)
 
 
+@pytest.mark.slow
 def test_a_run_is_named_by_what_is_set_and_done_once(result: Any) -> None:
     assert result.path.name == "small_mu=0.01.h5"
     assert result.config["problem"]["mu"] == "1/100"
@@ -48,6 +49,7 @@ def test_a_run_is_named_by_what_is_set_and_done_once(result: Any) -> None:
     assert said[-1].startswith("more: ")
 
 
+@pytest.mark.slow
 def test_arrays_have_their_dimensions_units_and_coordinates(result: Any) -> None:
     pytest.importorskip("xarray")
     codes = result["only"]["codes"]
@@ -59,6 +61,7 @@ def test_arrays_have_their_dimensions_units_and_coordinates(result: Any) -> None
     assert codes.coords["theta2_0"].attrs["units"] == "rad"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", sorted(REFERENCE.glob("*.h5")), ids=lambda path: path.stem)
 def test_every_stored_array_is_in_the_tree(path: Path) -> None:
     pytest.importorskip("xarray")
@@ -122,6 +125,7 @@ def test_a_table_finds_its_values_by_name() -> None:
     assert "<td>1.9106332362490186</td>" in table._repr_html_()
 
 
+@pytest.mark.slow
 def test_what_is_shown_is_short_and_safe(result: Any, tmp_path: Path) -> None:
     said = "<route_codes 'small_mu=0.01'; A = (2, 1, 1.5), r along (1, 1, 0), mu = 0.01,"
     assert repr(result).startswith(said)

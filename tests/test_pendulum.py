@@ -55,6 +55,7 @@ def test_eq_5_3_solves_euler_poisson_at_energy_h0(
     assert state[2] * sign > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
 @repeatable(15)
 @given(bodies(), numbers(1.001, 3), numbers(-4, 4), numbers(0, 12))

@@ -117,12 +117,14 @@ def _each_measurement_is_read_once() -> Iterator[None]:
         yield
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", readme_tables.PAGES)
 def test_the_tables_are_those_of_the_stored_measurement(page: str) -> None:
     assert (readme_tables.MEASURED / "bench.h5").is_file()
     assert readme_tables.renewed(page, TEXTS[page]) == TEXTS[page]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("page", "block"), [("README.md", "speed"), ("docs/measured.md", "bench")])
 def test_a_figure_that_is_not_the_measured_one_is_noticed(page: str, block: str) -> None:
     text = TEXTS[page]

@@ -69,7 +69,7 @@ def begun(work: str, jobs: int) -> subprocess.Popen[str]:
     )
     assert process.stdout is not None
     assert process.stdout.readline() == "at work\n"
-    time.sleep(0.5)
+    time.sleep(0.1)
     assert process.poll() is None, "it is still at work"
     return process
 
@@ -86,6 +86,7 @@ def ended(process: subprocess.Popen[str]) -> tuple[int, float, str]:
     return process.returncode, time.monotonic() - began, said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("work", "jobs"),
     # On one thread it is the same calls that are waited for, of any work.
@@ -100,15 +101,16 @@ def test_ctrl_c_ends_any_work_soon(work: str, jobs: int) -> None:
     assert seconds < PROMPT * max(1.0, os.getloadavg()[0])
 
 
-@pytest.mark.parametrize("jobs", [1, 2])
-def test_sigterm_ends_it_as_well(jobs: int) -> None:
-    process = begun("long codes in doubles", jobs)
+@pytest.mark.slow
+def test_sigterm_ends_it_as_well() -> None:
+    process = begun("long codes in doubles", 2)
     process.send_signal(signal.SIGTERM)
     code, seconds, said = ended(process)
     assert (code, said) == (143, "")
     assert seconds < PROMPT * max(1.0, os.getloadavg()[0])
 
 
+@pytest.mark.slow
 def test_signals_upon_signals_end_it_without_a_core_dump() -> None:
     process = begun("long codes in doubles", 2)
     for number in (signal.SIGINT, signal.SIGINT, signal.SIGINT, signal.SIGTERM):

@@ -63,6 +63,7 @@ def test_the_zeros_are_left_out_where_the_start_is_not_known() -> None:
     assert set(NAMES) - names == {"J1_0", "Melnikov zeros"}
 
 
+@pytest.mark.slow
 def test_an_elliptic_pendulum_motion_is_said_to_be_one() -> None:
     found = None
     for mu in np.linspace(0.3, 0.99, 40):

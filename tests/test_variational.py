@@ -54,7 +54,7 @@ def beside(motion: SeparatrixMotion, t: Any, p: Any, s: Any) -> list[Any]:
 
 
 @pytest.mark.parametrize("number", SEPARATRICES)
-@repeatable(10)
+@repeatable(5)
 @given(bodies(), numbers(-4, 4))
 def test_eq_eq2_is_the_slope_of_eq1_in_mu_and_the_distance(
     number: int, body: Body, t: float

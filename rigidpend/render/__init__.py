@@ -153,9 +153,10 @@ def _image(figure: Figure, suffix: str, attributes: Any, foot: str) -> bytes:
         # A name may hold a dollar sign, which is drawn as it is.
         parse_math=False,
     )
-    if figure.get_layout_engine() is not None:
+    engine = figure.get_layout_engine()
+    if engine is not None:
         # Laid out before the line below changes the edges.
-        figure.draw_without_rendering()
+        engine.execute(figure)
         figure.set_layout_engine("none")
     for legend in figure.legends:
         # One that is not anchored would follow the new edge.

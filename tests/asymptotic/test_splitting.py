@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import Any
 
@@ -181,6 +182,7 @@ def test_agrees_points_of_the_section_with_160_bit_integers(engine: str, bits: i
     assert abs(exactly[1]) > 0.1 * swing
 
 
+@functools.cache
 def _met(engine: str, bits: int) -> tuple[Any, Any]:
     """Where an orbit that starts alike in any precision meets the section."""
     s = surface(TABLE_1G, H0, bits)

@@ -43,12 +43,17 @@ def spent() -> float:
     return sum(each.ru_utime + each.ru_stime for each in times)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "seal"),
     # A seal is nothing to rely on, so every file has one; without it the same checks follow.
     [(name, True) for name in craft.ATTACKS] + [(name, False) for name in UNSEALED],
 )
-def test_an_attack_is_a_sentence_or_a_figure(tmp_path: Path, name: str, seal: bool) -> None:
+def test_an_attack_is_a_sentence_or_a_figure(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, seal: bool
+) -> None:
+    # A small image goes the same way as a large one.
+    monkeypatch.setattr(render, "PIXELS", 800)
     path = craft.written(tmp_path, name, seal=seal)
     begun = spent()
     try:
@@ -71,8 +76,12 @@ def test_an_attack_is_a_sentence_or_a_figure(tmp_path: Path, name: str, seal: bo
     assert said.startswith(f"{path}: cannot be drawn: ") != (name in DRAWN)
 
 
-@pytest.mark.parametrize("name", ["external storage", "external storage of another shape"])
-@pytest.mark.parametrize("seal", [True, False], ids=["sealed", "unsealed"])
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "seal"),
+    [("external storage", True), ("external storage of another shape", False)],
+    ids=["sealed", "unsealed"],
+)
 def test_no_command_tells_what_another_file_holds(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, seal: bool
 ) -> None:
@@ -80,6 +89,7 @@ def test_no_command_tells_what_another_file_holds(
     craft.written(results, name, seal=seal).rename(results / "fig5.h5")
     shutil.copy(craft.REFERENCE / "fig2.h5", results / "fig2.h5")
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(render, "PIXELS", 800)
     for command, code in (
         (["report"], 1),
         (["render", "fig5"], 1),
@@ -116,6 +126,7 @@ def refused_bombs(folder: Path) -> tuple[int, float]:
     return refused, max(fuzz.peaks())
 
 
+@pytest.mark.slow
 def test_the_memory_that_a_bomb_takes_is_bounded(tmp_path: Path) -> None:
     # In a fresh process, which has started nothing else.
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as fresh:

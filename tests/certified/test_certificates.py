@@ -111,6 +111,7 @@ def ask_for_too_many_bits(group: Any) -> None:
     group["step_bits"][0] = 60_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "change",
     [

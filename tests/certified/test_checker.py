@@ -42,7 +42,7 @@ def fraction(x: arb) -> Fraction:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("k", [0, 5, 12])
+@pytest.mark.parametrize("k", [0, 5])
 def test_plain_fractions_give_the_same_bound_of_a_step(steps: list[Step], k: int) -> None:
     start = enclosed(problem(), PHASE, BITS + 100)
     checker = OrbitChecker(start)

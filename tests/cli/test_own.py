@@ -25,6 +25,7 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_a_sweep_has_a_result_for_each_value(swept: Path) -> None:
     for mu, stored in (("1e-4", "1/10000"), ("1e-3", "1/1000"), ("1e-2", "1/100")):
         path = swept / "results" / f"mine_mu={mu}.h5"
@@ -33,6 +34,7 @@ def test_a_sweep_has_a_result_for_each_value(swept: Path) -> None:
         assert path.with_suffix(".log").is_file()
 
 
+@pytest.mark.slow
 def test_a_sweep_is_resumed_and_listed(swept: Path) -> None:
     again = call(swept, "run", "mine", "--sweep", "problem.mu=1e-4,0.1", "--json", "-n")
     assert [one["status"] for one in json.loads(again.stdout)] == ["up to date", "planned"]
@@ -52,7 +54,6 @@ def test_a_sweep_side_by_side_is_the_same_as_one_by_one(swept: Path, tmp_path: P
         assert all(one[key].tobytes() == two[key].tobytes() for key in one)
 
 
-@pytest.mark.slow
 def test_the_first_failure_of_a_sweep_is_its_exit_code(swept: Path, tmp_path: Path) -> None:
     (tmp_path / "mine_mu=1e-4.h5").write_bytes(b"mine")
     done = call(swept, "run", "mine", *SWEEP, "--out", str(tmp_path), "-k", "--json")
@@ -69,6 +70,7 @@ def test_a_sweep_is_drawn_one_by_one_and_together(swept: Path) -> None:
     assert drawn == {"mine_mu=1e-4", "mine_mu=1e-3", "mine_mu=1e-2", "mine_mu"}
 
 
+@pytest.mark.slow
 def test_a_single_result_can_have_a_name(swept: Path) -> None:
     done = call(swept, "run", "mine", "--set", "problem.mu=0.1", "--name", "heavy")
     assert done.returncode == 0, done.stderr
@@ -82,6 +84,7 @@ def test_a_single_result_can_have_a_name(swept: Path) -> None:
     assert "--name is for one config" in both.stderr
 
 
+@pytest.mark.slow
 def test_a_result_is_a_config_for_every_command(swept: Path) -> None:
     result = "results/mine_mu=1e-2.h5"
     assert call(swept, "verify", result).stdout == f"mine_mu=1e-2: the same as in {result}\n"

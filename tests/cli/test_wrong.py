@@ -58,7 +58,6 @@ def strange(desk: Path) -> Path:
     return desk
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("command", "code", "sentence"), WRONG.values(), ids=WRONG)
 def test_what_goes_wrong_is_one_sentence_and_an_exit_code(
     strange: Path, command: tuple[str, ...], code: int, sentence: str
@@ -196,7 +195,7 @@ def test_an_error_outside_of_a_run_is_logged_too(
 
 @pytest.mark.slow
 def test_a_reader_that_ends_early_is_no_error(tmp_path: Path) -> None:
-    for _ in range(3):
+    for _ in range(2):
         with subprocess.Popen(
             [sys.executable, "-m", "rigidpend", "describe", "all"],
             cwd=tmp_path,
@@ -211,7 +210,6 @@ def test_a_reader_that_ends_early_is_no_error(tmp_path: Path) -> None:
         assert said == b""
 
 
-@pytest.mark.slow
 def test_a_name_that_is_no_text_is_a_sentence_too(tmp_path: Path) -> None:
     for arguments in (("run", "\udcff"), ("run", "fig4", "--set", "problem.\udcff=1")):
         done = call(tmp_path, *arguments)

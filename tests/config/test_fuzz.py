@@ -21,7 +21,7 @@ Load = Callable[[bytes], bool]
 
 PATIENCE = 5.0
 """Seconds of this process that no config may take; the slowest takes a few tenths."""
-FUZZED = int(os.environ.get("RIGIDPEND_FUZZ", "1500"))
+FUZZED = int(os.environ.get("RIGIDPEND_FUZZ", "600"))
 """Number of mutated trees; a load takes some 7 ms."""
 MUCH = 30_000
 """Characters that no complaint may have."""
@@ -77,7 +77,7 @@ def edits(draw: st.DrawFn) -> bytes:
 
 
 @pytest.mark.slow
-@repeatable(400)
+@repeatable(150)
 @given(content=edits())
 def test_any_mutation_of_fig4_loads_or_is_refused(loads: Load, content: bytes) -> None:
     loads(content)
@@ -98,7 +98,7 @@ VALUES = st.one_of(
 
 
 @pytest.mark.slow
-@repeatable(300)
+@repeatable(150)
 @given(key=st.sampled_from(["mu", "h0", "J1_0", "n_symbols", "A", "r"]), value=VALUES)
 def test_any_value_of_a_number_loads_or_is_refused(loads: Load, key: str, value: str) -> None:
     lines = [f"  {key}: {value}" if f" {key}:" in line else line for line in TEXT.splitlines()]
@@ -119,7 +119,7 @@ def test_mutated_trees_load_or_are_refused(loads: Load) -> None:
 @pytest.mark.slow
 def test_any_settings_load_or_are_refused() -> None:
     chance, tree = random.Random(2), mutations.trees()[3]
-    for _ in range(300):
+    for _ in range(150):
         given = mutations.settings(tree, chance)
         said = ""
         try:

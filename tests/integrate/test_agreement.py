@@ -46,6 +46,7 @@ def test_agrees_every_engine_with_integers_of_200_bits(name: str, engine: str, b
     assert (np.diff(found.time, axis=0) > 10).all(), "each passage takes its time"
 
 
+@pytest.mark.slow
 @needs_heyoka("heyoka's numbers against integers")
 def test_agrees_integers_with_real128_to_the_last_bit_of_a_double() -> None:
     """From J1 = 1e-12: the small component has its own leading zeros."""
@@ -53,6 +54,7 @@ def test_agrees_integers_with_real128_to_the_last_bit_of_a_double() -> None:
     assert same(find(begin, "scipy", 113), find(begin, "taylor", 113))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("engine", "bits"), WAYS)
 def test_outcome_too_short_a_limit_is_no_crossing(engine: str, bits: int) -> None:
     # The first crossing comes at 9.8, the second 20 later.
@@ -79,6 +81,7 @@ def test_outcome_orbits_that_end_differently_share_a_call(engine: str, bits: int
     assert found.separatrix[:, 1].tolist() == [2, 0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("engine", "bits"), WAYS)
 def test_agrees_an_orbit_that_starts_near_the_top(engine: str, bits: int) -> None:
     """On separatrix 2 above M3 = 0 the first crossing lies beside 1 or 3."""

@@ -77,6 +77,7 @@ def test_precision_113_bits_give_the_doubles_of_200() -> None:
     assert same(find(begin, "scipy", 113), find(begin, "scipy", 200))
 
 
+@pytest.mark.slow
 def test_precision_fewer_bits_err_more() -> None:
     """12 bits are a factor of 4,000, give or take what rounding makes of it."""
     orbits = task(fan(1), 113)

@@ -30,6 +30,7 @@ def test_groups_follow_each_other_in_order() -> None:
     np.testing.assert_array_equal(found.time[:, 33:], last.time)
 
 
+@pytest.mark.slow
 def test_order_a_coarser_tolerance_errs_more() -> None:
     truth = find(fan(1), "scipy", 113).time
     errors = [
@@ -40,6 +41,7 @@ def test_order_a_coarser_tolerance_errs_more() -> None:
     assert errors[2] < 1e-7
 
 
+@pytest.mark.slow
 def test_small_components_keep_their_relative_precision() -> None:
     """Qp grows from 1e-12 to one; what it errs, relatively, the crossing time errs."""
     begin = fan(1, J1=1e-24)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from fractions import Fraction
 from typing import Any
 
@@ -61,8 +62,8 @@ def test_a_falling_precision_costs_no_neighbour_a_bit(
         check_engine(engine)
     except EngineError:
         pytest.skip(f"no engine {engine}")
-    phase, bits, used = "4.705696853133541796856", reference_bits(1e-20, 53), []
-    falling, high = orbit(phase, bits, engine), orbit(phase, bits)
+    used: list[int] = []
+    falling, high = orbit(PHASE, BITS, engine), exactly()
     advanced = falling._advanced
 
     def noted(state: Any, bits: int) -> Any:
@@ -70,7 +71,6 @@ def test_a_falling_precision_costs_no_neighbour_a_bit(
         return advanced(state, bits)
 
     monkeypatch.setattr(falling, "_advanced", noted)
-    monkeypatch.setattr(high, "_advanced", lambda state, _: _fine(high, state))
     k = next(k for k in range(1000) if falling.reaches(k) and falling.growth[k] > 1e17)
     assert (used[0], used[-1]) == (192, 106)
     time, state = falling.points[k][:2]
@@ -80,11 +80,21 @@ def test_a_falling_precision_costs_no_neighbour_a_bit(
     assert 0 < off < 2.0**-53 * falling.growth[k] * 1e-20
 
 
-def _fine(orbit: ReferenceOrbit, state: Any) -> Any:
-    """Steps in twice the bits, by integers, that never fall."""
+PHASE, BITS = "4.705696853133541796856", reference_bits(1e-20, 53)
+
+
+@functools.cache
+def exactly() -> ReferenceOrbit:
+    """The same orbit with steps in twice the bits, by integers, that never fall."""
     from rigidpend.integrate import bigint
 
-    return bigint.advance(orbit.coefficients, state, 8, 2 * orbit.bits)
+    high = orbit(PHASE, BITS)
+
+    def fine(state: Any, _: int) -> Any:
+        return bigint.advance(high.coefficients, state, 8, 2 * high.bits)
+
+    pytest.MonkeyPatch().setattr(high, "_advanced", fine)
+    return high
 
 
 def _at(orbit: ReferenceOrbit, k: int, time: Fraction) -> list[Fraction]:

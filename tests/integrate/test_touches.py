@@ -94,6 +94,7 @@ def sign_of_bend() -> float:
     return float(np.sign(slopes(ahead[:, None], c)[0]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bits", [53, 64, 106, 113, 160])
 @pytest.mark.parametrize("size", ["1e-2", "1e-3", "1e-4"])
 def test_a_pair_of_crossings_beside_a_touch_is_found_and_none_where_it_misses(
@@ -119,6 +120,7 @@ def test_what_doubles_cannot_decide_they_leave_to_higher_precision(depth: str, b
     assert np.isnan(undecided.time[1]), "the crossing behind, without which no symbol is certain"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("depth", ["1e-6", "-1e-6", "1e-12", "-1e-12", "1e-18", "-1e-18"])
 @pytest.mark.parametrize("bits", [113, 200])
 def test_more_bits_decide_what_doubles_leave(depth: str, bits: int) -> None:

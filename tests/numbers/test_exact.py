@@ -184,7 +184,8 @@ def test_refused_text_is_shown_whole() -> None:
     assert "'cot(2)' is not understood" in str(caught.value)
 
 
-@repeatable(200)
+@pytest.mark.slow
+@repeatable(100)
 @given(st.one_of(st.text(), st.text("0123456789.eE+-*/() pisqrtanco_,", max_size=12)))
 def test_refused_garbage_raises_nothing_but_exact_errors(text: str) -> None:
     try:

@@ -93,6 +93,7 @@ def test_aligned_components_agree_with_integration_relative_to_each(
     assert np.abs(expected).min() < 2 * coheight * scale(A)
 
 
+@pytest.mark.slow
 @given(orbit=orbits())
 @repeatable(40)
 def test_invariant_length_and_energy_to_rounding(orbit: Orbit) -> None:

@@ -121,6 +121,7 @@ def test_equal_arcs_in_equal_times_on_the_separatrix(span: tuple[float, float]) 
         assert integrated_length(curve, *span, 40) == pytest.approx(after - before, rel=1e-12)
 
 
+@pytest.mark.slow
 @given(orbit=orbits(-6))
 @repeatable(25)
 def test_equal_arcs_in_equal_times_on_any_orbit(orbit: Orbit) -> None:

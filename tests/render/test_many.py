@@ -43,7 +43,8 @@ def inside(figure: Figure) -> None:
         assert not any(box.overlaps(other) for other in boxes[:k])
 
 
-@pytest.mark.parametrize("count", [1, 6, 7, 14, 40])
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [1, 6, 7, 20])
 def test_any_number_of_arrays_has_its_panels(count: int) -> None:
     with matplotlib.rc_context(fname=render.STYLE):
         figure = codes.draw(arrays(count))
@@ -52,7 +53,8 @@ def test_any_number_of_arrays_has_its_panels(count: int) -> None:
     assert figure.get_figwidth() <= 7.2 + 1e-9
 
 
-@pytest.mark.parametrize("count", [1, 7, 8, 40])
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [1, 7, 8, 20])
 def test_any_number_of_bodies_has_its_panels(count: int) -> None:
     with matplotlib.rc_context(fname=render.STYLE):
         figure = surfaces.draw(bodies(count))
@@ -71,6 +73,7 @@ def test_every_body_has_its_curve() -> None:
         assert len(curves) == 15
 
 
+@pytest.mark.slow
 def test_an_image_of_many_parts_has_no_more_pixels_than_can_be_made(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -82,5 +85,6 @@ def test_an_image_of_many_parts_has_no_more_pixels_than_can_be_made(
         assert 700 < max(width, height) <= 800
 
 
+@pytest.mark.slow
 def test_names_with_underscores_are_drawn() -> None:
     assert render.image(bodies(2), "png").startswith(b"\x89PNG")

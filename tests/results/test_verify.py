@@ -55,6 +55,7 @@ READ = ("configs/small.yaml", "--results", "results")
 MEND = "call: rigidpend reference configs/other.yaml --reason WHY"
 
 
+@pytest.mark.slow
 def test_a_recomputed_and_a_read_result_are_the_same(copy: Path) -> None:
     for arguments in (READ, READ[:1]):
         done = called(*arguments)
@@ -201,6 +202,7 @@ def test_one_absent_reference_does_not_keep_the_others_from_being_compared(copy:
     assert done.stderr == f"rigidpend: {said}\n"
 
 
+@pytest.mark.slow
 def test_all_are_compared_if_none_is_named_and_strays_are_told(
     copy: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -214,6 +216,7 @@ def test_all_are_compared_if_none_is_named_and_strays_are_told(
     assert called(*READ).exit_code == 0
 
 
+@pytest.mark.slow
 def test_a_changed_config_is_said_with_both_values(copy: Path) -> None:
     written(copy / "configs", changed("mu: 0.001", "mu: 0.002", SMALL), "small.yaml")
     done = called("configs/small.yaml")
@@ -229,6 +232,7 @@ def test_a_result_is_of_a_config_with_other_numerics_but_not_of_another_problem(
     assert not regression.is_of(loading.load(own), Path("results/absent.h5"))
 
 
+@pytest.mark.slow
 def test_files_are_left_as_they_were(copy: Path) -> None:
     def state() -> Iterator[tuple[Path, int, bytes]]:
         for path in sorted(copy.rglob("*.*")):

@@ -95,6 +95,7 @@ def test_wrong_arguments_are_refused() -> None:
         return_map(FIG4, h=("1.34", "1.33"))
 
 
+@pytest.mark.slow
 def test_a_map_is_kept_and_taken_again(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made = return_map(FIG4, h=H)
     assert len(list(cache.iterdir())) == 1

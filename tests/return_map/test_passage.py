@@ -154,8 +154,10 @@ def test_agrees_the_derivatives_with_differences(rising: bool, backward: bool) -
         assert (np.abs(moved - slopes) < 1e-5 * scale)[:, same].all()
 
 
-@pytest.mark.parametrize(("mu", "within"), [("1e-6", 1e-6), ("1e-4", 1e-4)])
-@pytest.mark.parametrize("shape", [(2, 1, "1.5"), (2, "1.2", "1.7")])
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("shape", "mu", "within"), [((2, 1, "1.5"), "1e-6", 1e-6), ((2, "1.2", "1.7"), "1e-4", 1e-4)]
+)
 def test_order_the_splitting_is_melnikovs_amplitude_to_first_order(
     shape: Any, mu: str, within: float
 ) -> None:

@@ -48,6 +48,7 @@ def started(made: ReturnMap, bits: int, least: float = LEAST, most: float = MOST
     return made.rapid(bits, a.number(least), a.number(most))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rising", [True, False])
 @pytest.mark.parametrize("bits", BITS)
 def test_agrees_a_rapid_passage_with_the_full_one(made: ReturnMap, rising: bool, bits: int) -> None:

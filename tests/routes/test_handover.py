@@ -167,6 +167,7 @@ def test_an_orbit_is_done_at_its_own_last_crossing(monkeypatch: pytest.MonkeyPat
     assert one < all_ / 2
 
 
+@pytest.mark.slow
 def test_orbits_from_several_starts_are_handed_over_like_those_from_one(truth: Any) -> None:
     starts = np.where(ALL % 2, 1e-8, 3e-7)
     many = mapped.Maps(

@@ -87,6 +87,7 @@ def test_columns_come_in_the_order_asked() -> None:
     assert [str(x) for x in Phases(TENTHS).exactly([31, 0, 5])] == ["31/10", "0/10", "5/10"]
 
 
+@pytest.mark.slow
 @given(st.fractions(-5, 5), st.fractions("0.001", 1), st.integers(0, 20))
 @repeatable(50)
 def test_grid_has_the_phases_of_the_list_it_stands_for(

@@ -128,6 +128,7 @@ def scaled_times(scales: Scales, engine: str, bits: int) -> Any:
     return unit * crossings(orbits, engine=engine, bits=bits, tolerance=1e-13, jobs=1).time
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_scales_change_crossing_times_by_rounding_alone(engine: str) -> None:
     first, second = (scaled_times(scales, engine, 53) for scales in (FIRST, SECOND))

@@ -43,6 +43,7 @@ def means_of(path: Path, settings: list[str], monkeypatch: pytest.MonkeyPatch) -
     return means
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "path"), CONFIGS, ids=[name for name, _ in CONFIGS])
 @pytest.mark.parametrize("setting", CHOICES)
 def test_every_setting_of_numerics_arrives_or_is_refused(
@@ -66,6 +67,7 @@ def test_a_closed_form_has_no_engine(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert means_of(path, [], monkeypatch).arithmetic is CLOSED_FORM
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("asked", ["1e-20", "auto", "1e-9"])
 def test_the_tolerance_in_the_file_is_the_one_that_was_used(
     asked: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

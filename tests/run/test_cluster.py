@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import json
 import subprocess
@@ -45,9 +46,12 @@ class Dask:
     @property
     def address(self) -> str:
         end = time.monotonic() + 60
-        while not self.file.exists() and time.monotonic() < end:
+        while time.monotonic() < end:
+            # The file is there before it is written.
+            with contextlib.suppress(FileNotFoundError, json.JSONDecodeError):
+                return str(json.loads(self.file.read_text())["address"])
             time.sleep(0.05)
-        return str(json.loads(self.file.read_text())["address"])
+        raise TimeoutError("the scheduler did not start")
 
     def worker(self) -> subprocess.Popen[bytes]:
         one = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--local-directory")

@@ -12,7 +12,7 @@ from rigidpend.config import loading
 from rigidpend.results import regression
 from rigidpend.run import runner
 from tests.config.samples import written
-from tests.run.test_faults import ZOOM, content, finished
+from tests.run.test_faults import ZOOM, content, finished, once_more
 
 SMALL_SIZE, LARGE_SIZE = "72k", "8m"
 """Room for some parts, of 4 to 8 kB each, and not for the result; then for everything."""
@@ -56,8 +56,7 @@ def test_a_full_disk_is_one_sentence_and_with_more_room_the_run_goes_on(
     kept = list(disk.glob(".zoom.parts/*/[!.]*.h5"))
     assert kept, "what was finished while there was room"
     assert mounted("-o", f"remount,size={LARGE_SIZE}", str(disk)) == ""
-    done = finished(disk)
-    assert f"zoom: goes on from {len(kept)} finished parts" in done.stderr.splitlines()
+    assert f"zoom: goes on from {len(kept)} finished parts" in once_more(disk)
     assert content(disk) == ["zoom.h5"]
     loaded = loading.load(tmp_path / "zoom.yaml")
     elsewhere = tmp_path / "out"

@@ -114,6 +114,7 @@ def test_all_reasons_are_said(tmp_path: Path, out: Path, monkeypatch: pytest.Mon
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("content", [b"", b"words", b"\x89HDF\r\n\x1a\n"])
 def test_a_file_that_cannot_be_read_is_not_overwritten(
     loaded: loading.LoadedConfig, out: Path, content: bytes

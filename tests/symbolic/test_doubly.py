@@ -24,6 +24,7 @@ def test_theta3_grows_as_integration_has_it() -> None:
     np.testing.assert_allclose(np.sort(orbits(0).theta3), np.sort(gained), rtol=0, atol=1e-13)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [2, 4])
 def test_the_reversor_takes_heteroclinic_orbits_to_such_and_symmetric_codes_to_themselves(
     n: int,

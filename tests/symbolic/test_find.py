@@ -28,25 +28,28 @@ def codes_of(body: Body, theta2_0: Any, n: int, start: dict[str, Any], bits: int
     return "".join(map(str, routes.codes[:, 0]))
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_integration_finds_the_code(seed: int) -> None:
-    code = "".join(map(str, np.random.default_rng(seed).integers(0, 2, 12)))
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "n"), [(0, 12), (1, 6)])
+def test_integration_finds_the_code(seed: int, n: int) -> None:
+    code = "".join(map(str, np.random.default_rng(seed).integers(0, 2, n)))
     found = find_orbit(FIG4, code, **START)
-    assert codes_of(FIG4, found.theta2_0, 12, START, 113) == code
-    assert found.fixed == found.confirmed == found.passages == 12
+    assert codes_of(FIG4, found.theta2_0, n, START, 113) == code
+    assert found.fixed == found.confirmed == found.passages == n
     assert found.delay < 1e-10
     assert found.passage_error < 1e-10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("theta2_0", ["1/10", "2.5", "5.1"])
 def test_the_address_of_an_orbit_leads_to_one_that_has_it(theta2_0: str) -> None:
     address = address_of(FIG4, theta2_0, **START, n_symbols=7)
-    found = find_orbit(FIG4, address, **START, near=theta2_0)
+    found = find_orbit(FIG4, address, **START, near=theta2_0, digits=12)
     assert found.address == address
     assert float(found.theta2_0) == pytest.approx(float(Fraction(theta2_0)), abs=1e-4)
     assert address_of(FIG4, found.theta2_0, **START, n_symbols=7, precisions=(113,)) == address
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("theta2_0", "code", "address"),
     [
@@ -58,12 +61,13 @@ def test_both_published_routes_come_out_of_their_addresses(
     theta2_0: str, code: str, address: str
 ) -> None:
     """The paper prints two decimals of theta2_0, and the routes of Fig. 5."""
-    found = find_orbit(FIG5, address, **ROUTE)
+    found = find_orbit(FIG5, address, **ROUTE, digits=12)
     assert f"{found.theta2_0:.2f}" == theta2_0
     assert codes_of(FIG5, found.theta2_0, 5, ROUTE, 113) == code
-    assert str(find_orbit(FIG5, code, **ROUTE, near=theta2_0).address) == address
+    assert str(find_orbit(FIG5, code, **ROUTE, near=theta2_0, digits=12).address) == address
 
 
+@pytest.mark.slow
 def test_the_orbit_returns_on_its_own_way() -> None:
     """It ends at gamma3 = 0: behind that the signs of I come again in the opposite order."""
     found = find_orbit(FIG4, "a 0^11 1^12 1^11 0^13", **START)
@@ -72,14 +76,16 @@ def test_the_orbit_returns_on_its_own_way() -> None:
     assert signs == signs[::-1]
 
 
+@pytest.mark.slow
 def test_more_digits_agree_with_fewer() -> None:
-    few, many = (find_orbit(FIG4, "0^11 1^10 1^11", **START, digits=n) for n in (12, 45))
+    few, many = (find_orbit(FIG4, "0^11 1^10", **START, digits=n) for n in (12, 45))
     assert abs(few.theta2_0 - many.theta2_0) < 1e-12
-    assert few.fixed == many.fixed == 3
+    assert few.fixed == many.fixed == 2
     assert many.bits > 113
     assert len(str(many.theta2_0)) == 47
 
 
+@pytest.mark.slow
 def test_few_digits_fix_the_first_symbols_alone() -> None:
     found = find_orbit(FIG4, "00110" * 4, **START, digits=12)
     assert 3 <= found.fixed < 20
@@ -87,19 +93,21 @@ def test_few_digits_fix_the_first_symbols_alone() -> None:
     assert found.passages == 20
 
 
+@pytest.mark.slow
 def test_a_thousand_symbols() -> None:
     code = np.random.default_rng(3).integers(0, 2, 1000)
-    found = find_orbit(FIG4, code, **START)
+    found = find_orbit(FIG4, code, **START, digits=12)
     assert found.passages == 1000
     assert found.passage_error < 1e-8
-    assert found.confirmed == found.fixed > 10
+    assert found.confirmed == found.fixed > 4
     assert found.residual < 1e-11
     np.testing.assert_array_equal(found.symbols, code)
 
 
 def test_longer_passages_lie_between_shorter_ones() -> None:
     """Beside every change of a symbol further rotations accumulate, at the Floquet rate."""
-    phases = [float(find_orbit(FIG4, f"a 0^{n}", **START).theta2_0) for n in range(11, 23, 2)]
+    addresses = [f"a 0^{n}" for n in range(11, 23, 2)]
+    phases = [float(find_orbit(FIG4, a, **START, digits=12).theta2_0) for a in addresses]
     ratios = np.diff(phases)[:-1] / np.diff(phases)[1:]
     # One rotation is a factor exp(2 pi Lambda_0) = 9.22.
     np.testing.assert_allclose(ratios[-2:], 9.22, rtol=2e-2)

@@ -59,6 +59,7 @@ def test_an_address_leaves_those_that_have_it() -> None:
     assert all(cells)
 
 
+@pytest.mark.slow
 def test_where_doubles_do_not_follow_the_address_is_integrated() -> None:
     code = route_codes(FIG4, ["3.3"], **START, n_symbols=24).codes[:, 0]
     found = round_phases(FIG4, code, **START, decimals=1)

@@ -25,6 +25,7 @@ def scanned(low: float, high: float, count: int, n: int, half_turns: int) -> Arr
     return np.asarray(middle[at[few]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("half_turns", "counts"), [(10, (2, 2, 22)), (11, (2, 6, 34))])
 def test_a_blind_scan_finds_the_same_orbits(half_turns: int, counts: tuple[int, ...]) -> None:
     found = skeleton(level(), 2, half_turns)
@@ -37,18 +38,18 @@ def test_a_blind_scan_finds_the_same_orbits(half_turns: int, counts: tuple[int, 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("n", "count"), [(3, 18), (4, 104), (5, 100), (6, 714)])
+@pytest.mark.parametrize(("n", "count"), [(3, 18), (4, 104), (5, 100)])
 def test_a_blind_scan_of_windows_finds_the_same_orbits(n: int, count: int) -> None:
     """Windows in the densest parts, where arcs turn back and zeros end in pairs."""
-    b = np.sort(np.mod(rough(6)[n].b, 2 * np.pi))
+    b = np.sort(np.mod(rough(5)[n].b, 2 * np.pi))
     assert len(b) == count
     gaps = np.diff(b)
     for k in np.argsort(gaps)[[0, len(gaps) // 8, len(gaps) // 2]]:
         low, high = max(0.0, b[k] - 13 * gaps[k]), min(b[k] + 40 * gaps[k], 2 * np.pi)
         inside = b[(b > low) & (b < high)]
-        blind = scanned(low, high, 40_000, n, HALF_TURNS)
+        blind = scanned(low, high, 20_000, n, HALF_TURNS)
         assert inside.size >= 2
-        np.testing.assert_allclose(blind, inside, rtol=0, atol=(high - low) / 20_000)
+        np.testing.assert_allclose(blind, inside, rtol=0, atol=(high - low) / 10_000)
 
 
 @pytest.mark.slow

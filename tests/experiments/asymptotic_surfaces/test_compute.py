@@ -136,6 +136,7 @@ def test_refuses_what_has_no_meaning_where_it_is_written(setting: str, place: st
     assert place in str(found)
 
 
+@pytest.mark.slow
 def test_the_file_holds_what_was_computed(content: Any, data: Any, tmp_path: Path) -> None:
     tree = asymptotic_surfaces.compute(content, Means(resolve(default_engine())))
     loaded = from_file(tmp_path, "asymptotic_surfaces", tree)["data"]

@@ -37,8 +37,7 @@ def case(theta2_0: float, separatrix: list[int], route: str) -> dict[str, Any]:
     }
 
 
-@pytest.fixture
-def data() -> Data:
+def cases() -> Data:
     return {
         "case1": case(1.02, [2, 1, 4, 3], "2-2*-1*-1-4-4*-3*-3"),
         "case2": case(1.83, [2, 3, 4, 1], "2-2*-3*-3-4-4*-1*-1"),
@@ -46,9 +45,15 @@ def data() -> Data:
 
 
 @pytest.fixture
-def figure(data: Data) -> Figure:
+def data() -> Data:
+    return cases()
+
+
+@pytest.fixture(scope="module")
+def figure() -> Figure:
+    """The figure of the same numbers, drawn once for all tests that look at it."""
     with matplotlib.rc_context(fname=STYLE):
-        made = draw(loaded(data))
+        made = draw(loaded(cases()))
         made.draw_without_rendering()
     return made
 
@@ -59,6 +64,7 @@ def lines(axes: Axes, name: str) -> dict[int, Any]:
     return {int(str(line.get_label()).split()[1]): np.array(line.get_xydata()) for line in found}
 
 
+@pytest.mark.slow
 def test_four_panels_are_lettered_and_named(figure: Figure) -> None:
     titles = [axes.get_title(loc="left") for axes in figure.axes]
     assert [title[:2] for title in titles] == ["a)", "b)", "c)", "d)"]
@@ -100,6 +106,7 @@ def test_theta3_is_drawn_whole(figure: Figure, data: Data) -> None:
         np.testing.assert_array_equal(line.get_xydata(), expected)
 
 
+@pytest.mark.slow
 def test_plateaus_are_dashed_between_the_crossings(figure: Figure, data: Data) -> None:
     for axes, group in zip(figure.axes[::2], data.values(), strict=True):
         [dashes] = [c for c in axes.collections if isinstance(c, LineCollection)]
@@ -113,6 +120,7 @@ def test_plateaus_are_dashed_between_the_crossings(figure: Figure, data: Data) -
         assert patterns[0][1] is not None
 
 
+@pytest.mark.slow
 def test_separatrices_are_numbered_at_their_crossings(figure: Figure, data: Data) -> None:
     for axes, group in zip(figure.axes[::2], data.values(), strict=True):
         found = [(text.get_text(), text.xy[0]) for text in axes.texts]  # type: ignore[attr-defined]
@@ -145,6 +153,7 @@ def test_the_curve_is_omega_between_its_ends_with_arrows(figure: Figure, data: D
             assert place[tuple(head.xy)] == start + 1  # type: ignore[attr-defined]
 
 
+@pytest.mark.slow
 def test_the_ends_are_marked_with_their_vertices(figure: Figure, data: Data) -> None:
     for axes, group in zip(figure.axes[1::2], data.values(), strict=True):
         marked = {
@@ -160,6 +169,7 @@ def test_the_ends_are_marked_with_their_vertices(figure: Figure, data: Data) -> 
         assert [text.get_text() for text in axes.texts if text.get_text()] == ["$2$", "$4^*$"]
 
 
+@pytest.mark.slow
 def test_the_legend_names_what_is_drawn(figure: Figure) -> None:
     [legend] = figure.legends
     assert [text.get_text() for text in legend.get_texts()] == [
@@ -176,6 +186,7 @@ def test_one_case_is_a_figure_too(data: Data) -> None:
     assert len(draw(loaded(data)).axes) == 2
 
 
+@pytest.mark.slow
 def test_the_names_of_the_ends_stand_outside_and_below(figure: Figure, data: Data) -> None:
     """Away from the curve, which runs between the ends: the left one's name is on the left."""
     for axes, group in zip(figure.axes[1::2], data.values(), strict=True):
@@ -189,6 +200,7 @@ def test_the_names_of_the_ends_stand_outside_and_below(figure: Figure, data: Dat
             assert middle[1] < end[1] - 5
 
 
+@pytest.mark.slow
 def test_the_numbers_of_the_separatrices_stand_inside_at_the_top(figure: Figure) -> None:
     for axes in figure.axes[::2]:
         for text in axes.texts:

@@ -52,6 +52,7 @@ def data(tree: Any, tmp_path: Path) -> Any:
     return from_file(tmp_path, "heteroclinic_cycle", tree)["data"]
 
 
+@pytest.mark.slow
 def test_nothing_is_integrated_to_compute_it() -> None:
     found = modules_of_computing("heteroclinic_cycle", FIG2)
     assert "rigidpend.routes.cycle" in found

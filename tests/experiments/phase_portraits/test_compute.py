@@ -60,6 +60,7 @@ def test_every_dataset_has_a_unit_and_a_description(tree: Any) -> None:
         assert all(dataset.units and dataset.description for dataset in group.values())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["orbits", "separatrices", "centres"])
 def test_every_curve_has_its_energy_on_the_sphere_and_in_the_plane(
     content: Any, data: Any, name: str
@@ -149,6 +150,7 @@ def test_the_projection_is_a_rotation_with_M3_upright(content: Any) -> None:
     assert np.arcsin(axes[2, 2]) == pytest.approx(elevation)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["orbits", "separatrices", "centres"])
 def test_what_is_visible_is_nearer_than_what_it_hides(content: Any, data: Any, name: str) -> None:
     group = data[name]
@@ -184,6 +186,7 @@ def test_a_result_does_not_differ_from_itself(data: Any) -> None:
     assert phase_portraits.differences(data, data) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("group", "field"), [("orbits", "theta1"), ("separatrices", "points"), ("plane", "window")]
 )

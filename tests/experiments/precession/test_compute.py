@@ -77,6 +77,7 @@ def test_in_the_Hess_case_the_remainder_is_rounding(data: Any) -> None:
     assert (hess < 1e-15 * data["bodies"]["unit"][2][:, None]).all()
 
 
+@pytest.mark.slow
 def test_the_drawn_mu_is_the_one_of_the_config(data: Any) -> None:
     assert data["mu_over_h0"][data["drawn"]] == 0.1
     other = plain(computed([*SMALL, "problem.drawn=1/1000", "problem.mu=[1e-3, 1e-2]"]))
@@ -105,6 +106,7 @@ def test_equal_increments_are_equal_within_their_errors() -> None:
     assert not in_order(gained, groups, 0.02)
 
 
+@pytest.mark.slow
 def test_each_body_is_a_part_of_the_run() -> None:
     parts = []
 

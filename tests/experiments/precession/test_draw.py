@@ -116,6 +116,7 @@ def test_the_legend_names_the_bodies(data: Any) -> None:
     assert [text.get_text() for text in legend.get_texts()] == ["i)", "iii)", "guide"]
 
 
+@pytest.mark.slow
 def test_a_separatrix_s_number_stands_on_the_far_side_of_its_increment_from_zero(
     data: Any,
 ) -> None:

@@ -94,6 +94,7 @@ def test_levels_are_what_integration_alone_finds(tree: Any, given: Any) -> None:
         assert np.allclose(routes.crossing_time, level["crossing_time"].values, rtol=0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_rows_repeat_after_the_zoom_that_is_said(tree: Any, given: Any) -> None:
     """Symbols 2 and 3 at a distance d and at d/exp(pi^2/nu) agree, at others they do not."""
     p, growth = given.problem, float(tree["repeats_after"].values)

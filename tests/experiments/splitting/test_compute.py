@@ -41,7 +41,6 @@ def data(tree: Any) -> Any:
     return plain(tree)
 
 
-@pytest.mark.slow
 def test_all_are_resolved_and_the_errors_are_small_beside_what_is_measured(data: Any) -> None:
     bodies = data["bodies"]
     assert bodies["resolved"].all()
@@ -49,7 +48,6 @@ def test_all_are_resolved_and_the_errors_are_small_beside_what_is_measured(data:
     assert bodies["excess"].shape[:2] == (2, 4)
 
 
-@pytest.mark.slow
 def test_order_the_slopes_are_one_for_the_curve_and_two_for_its_cosine(data: Any) -> None:
     np.testing.assert_allclose(data["bodies"]["slope_amplitude"], 2, atol=2e-3)
     np.testing.assert_allclose(data["bodies"]["slope_curve"], 1, atol=0.05)

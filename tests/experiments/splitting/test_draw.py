@@ -163,6 +163,7 @@ def test_labels_of_the_slopes_stand_beside_their_own_curves(data: Any) -> None:
     assert whole[0] < cosine[0]
 
 
+@pytest.mark.slow
 def test_a_body_s_name_stands_above_and_right_of_its_mark(data: Any) -> None:
     figure = drawn(data)
     figure.draw_without_rendering()

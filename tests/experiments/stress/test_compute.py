@@ -115,6 +115,7 @@ def test_describe_tells_how_much_is_tried(given: Any) -> None:
     assert rows["addresses"] == "1 random bodies"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("value", "code"), [(0.5, 0), (2.0, 1)])
 def test_command_draws_tells_and_ends_as_the_claims_do(
     value: float, code: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path

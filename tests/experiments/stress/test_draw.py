@@ -69,7 +69,6 @@ def panel(figure: Any, letter: str) -> Any:
     return found
 
 
-@pytest.mark.slow
 def test_every_case_is_a_point_at_its_ratio(figure: Any) -> None:
     axes = panel(figure, "c")
     looks = {look.colour: verdict for verdict, look in LOOKS.items()}

@@ -53,6 +53,7 @@ def changed(monkeypatch: pytest.MonkeyPatch, change: Any) -> None:
     monkeypatch.setattr(honesty, "route_codes", other)
 
 
+@pytest.mark.slow
 @needs_heyoka("orbits in principal axes")
 def test_wrong_symbols_come_and_none_is_called_certain() -> None:
     made = run(300)
@@ -90,6 +91,7 @@ def test_the_default_run_is_no_judge_of_itself(monkeypatch: pytest.MonkeyPatch) 
     assert failed(run(40)) == {"lies by default"}
 
 
+@pytest.mark.slow
 def test_an_error_in_the_columns_checked_in_113_bits_is_told(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -102,11 +104,13 @@ def test_an_error_in_the_columns_checked_in_113_bits_is_told(
     assert failed(run(10)) == {"against 113 bits", "uncertain"}
 
 
+@pytest.mark.slow
 def test_a_computation_that_is_never_sure_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     changed(monkeypatch, lambda made, _: made._replace(certain=np.zeros_like(made.certain)))
     assert failed(run(10)) == {"uncertain"}
 
 
+@pytest.mark.slow
 def test_without_wrong_symbols_the_trial_says_that_it_shows_nothing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -131,6 +135,7 @@ def test_without_heyoka_the_orbits_checked_are_followed_in_integers(
     assert (true[:, 1:] == 9).all()
 
 
+@pytest.mark.slow
 def test_the_hard_orbit_tells_where_a_computation_is_compared_with_itself(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

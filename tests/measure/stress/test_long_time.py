@@ -105,6 +105,7 @@ def test_a_method_that_is_no_poisson_map_fails(monkeypatch: pytest.MonkeyPatch) 
     assert verdicts(split(2, 2)) == ["FAILED"] * 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [2, 4, 6, 8])
 def test_an_energy_error_of_a_fifth_of_its_bound_comes_and_one_of_the_bound_does_not(
     order: int,

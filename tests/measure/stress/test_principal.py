@@ -14,6 +14,7 @@ from tests.integrate.problems import FIG4, GENERIC, needs_heyoka
 from tests.routes.reference import fig4_left
 
 
+@pytest.mark.slow
 @needs_heyoka("orbits in principal axes")
 @pytest.mark.parametrize("bits", [53, 113])
 def test_agrees_the_left_array_of_fig_4(bits: int) -> None:
@@ -23,6 +24,7 @@ def test_agrees_the_left_array_of_fig_4(bits: int) -> None:
     assert np.array_equal(principal.codes(problem, phases, bits=bits, jobs=1), expected)
 
 
+@pytest.mark.slow
 @needs_heyoka("orbits in principal axes")
 def test_agrees_another_body_and_the_jobs_change_nothing() -> None:
     phases: Any = np.array([0.3, 1.9, 4.4])
