@@ -145,11 +145,11 @@ class Entry(NamedTuple):
     def fits(self) -> list[Mutant]:
         """The mutants of the present code that it declares."""
         lines = (ROOT / self.path).read_text().splitlines()
-        alike = [
+        alike = sorted(
             x
             for x in mutants(self.path)
             if x.said == self.change and lines[x.line - 1].strip() == self.line
-        ]
+        )
         return alike[self.nth - 1 : self.nth] if self.nth else alike
 
 

@@ -66,6 +66,13 @@ def test_outcome_too_short_a_limit_is_no_crossing(engine: str, bits: int) -> Non
     assert found.separatrix.tolist() == [[2, 2], [0, 0], [0, 0], [0, 0]]
 
 
+@pytest.mark.parametrize(("engine", "bits"), WAYS)
+def test_outcome_a_crossing_just_before_the_limit_is_found(engine: str, bits: int) -> None:
+    waited = float(np.diff(truth("Fig. 4").time, axis=0)[0].max())
+    found = find(fan(2), engine, bits, n_crossings=2, passage_limit=waited * (1 + 1e-9))
+    assert found.outcome.tolist() == [Outcome.COMPLETE] * 2
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("engine", "bits"), WAYS)
 def test_outcome_orbits_that_end_differently_share_a_call(engine: str, bits: int) -> None:

@@ -117,3 +117,12 @@ def test_an_orbit_that_does_not_cross_ends() -> None:
     assert short.reaches(8)
     assert not short.reaches(1000)
     assert short.last_below(1e300) == len(short.points) - 1
+
+
+def test_each_halving_of_the_least_distance_costs_a_bit_and_one_beyond_1_none() -> None:
+    at_one = reference_bits(1.0, 53)
+    assert at_one >= 53 + 8, "a byte to spare"
+    assert [reference_bits(2.0**-k, 53) for k in range(4)] == [at_one + k for k in range(4)]
+    assert reference_bits(0.75, 53) == at_one + 1
+    assert reference_bits(1.5, 53) == reference_bits(8.0, 53) == at_one
+    assert reference_bits(1.0, 64) == at_one + 11
