@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import threading
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
 
 from rigidpend.integrate import Crossings, Outcome, batch
 from rigidpend.integrate import taylor as engine
+from rigidpend.integrate.bounds import touch
 from rigidpend.integrate.compiled import typed
-from tests.integrate.problems import FIG4, FREE, GENERIC, fan, find, needs_heyoka, same
+from tests.integrate.problems import FIG4, FREE, GENERIC, fan, find, needs_heyoka, same, task
 
 pytestmark = needs_heyoka("its integrators")
 
@@ -52,6 +54,24 @@ def test_outcome_out_of_steps_is_failed(bits: int, monkeypatch: pytest.MonkeyPat
     assert np.isnan(found.time).all()
     monkeypatch.undo()
     assert find(fan(3), "taylor", bits).outcome.tolist() == [Outcome.COMPLETE] * 3
+
+
+@pytest.mark.parametrize("bits", [53, 106])
+def test_steps_are_noted_to_twice_the_depth_of_a_touch_of_the_largest_orbit(bits: int) -> None:
+    """So that none is missed which `passages` would not decide, though |M| grows on the way."""
+    states = fan(11) * np.geomspace(3, 1, 11)
+    run = batch.Batch(task(states, bits), bits, 2.0 ** (1 - bits))
+    run._load()
+    depths = []
+
+    def kernel(*given: Any) -> int:
+        depths.append(given[4])
+        return 0
+
+    run.kernel = kernel
+    run._carried(8)
+    largest = np.linalg.norm(states[:3], axis=0).max()
+    assert depths == [pytest.approx(2 * touch(bits) * largest, rel=1e-12)]
 
 
 def test_threads_that_call_at_once_get_the_results_of_one() -> None:
