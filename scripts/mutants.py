@@ -141,11 +141,11 @@ def room_of(path: str) -> tuple[str, tuple[str, ...]]:
     return max((x, y) for x, y in TESTS.items() if path == x or path.startswith(f"{x}/"))
 
 
-def quick_of(path: str) -> tuple[str, ...]:
+def quick_of(path: str, root: Path = ROOT) -> tuple[str, ...]:
     """The tests that know a module best: its own file, where there is one, and others."""
-    own = ROOT / "tests" / Path(path).parent.relative_to("rigidpend") / f"test_{Path(path).name}"
+    own = root / "tests" / Path(path).parent.relative_to("rigidpend") / f"test_{Path(path).name}"
     named = [x for name, found in QUICK.items() if path.startswith(name) for x in found]
-    return tuple(dict.fromkeys([*([str(own.relative_to(ROOT))] if own.exists() else []), *named]))
+    return tuple(dict.fromkeys([*([str(own.relative_to(root))] if own.exists() else []), *named]))
 
 
 class Desk:
@@ -200,8 +200,9 @@ class Desk:
         whole = WIDE if wide else tests
         # In calls of their own: within one, pytest would take a folder's files by their names.
         calls = {whole: self.limits[whole]}
-        if not wide and quick_of(mutant.path):
-            calls = {quick_of(mutant.path): min(SECONDS, self.limits[whole]), **calls}
+        quick = quick_of(mutant.path, folder)
+        if quick and not wide:
+            calls = {quick: min(SECONDS, self.limits[whole]), **calls}
         try:
             if all(passes(folder, x, cache, calls[x], wide=wide) for x in calls):
                 return SURVIVED if wide else OPEN

@@ -234,6 +234,9 @@ def desk(folder: Path, monkeypatch: pytest.MonkeyPatch, *paths: str) -> mutants.
     for path in paths:
         (folder / "0" / path).parent.mkdir(parents=True, exist_ok=True)
         (folder / "0" / path).write_text((ROOT / path).read_text())
+        for test in mutants.quick_of(path):
+            (folder / "0" / test).parent.mkdir(parents=True, exist_ok=True)
+            (folder / "0" / test).touch()
     for kind in ("maps", "kernels"):
         (folder / "compiled" / "rigidpend" / kind).mkdir(parents=True)
     return made
