@@ -17,7 +17,7 @@ from rigidpend import Body
 from rigidpend.equations import AlignedCoefficients, aligned
 from rigidpend.integrate import Crossings, Orbits, Outcome, bigint, crossings
 from rigidpend.integrate.bounds import TOUCH, bounds, slopes, touch
-from rigidpend.integrate.roots import UndecidedTouch, zeros
+from rigidpend.integrate.roots import UndecidedTouch, _Polynomial, zeros
 from rigidpend.integrate.sections import first_crossings
 from rigidpend.numbers.exact import context
 
@@ -180,3 +180,11 @@ def test_a_double_zero_is_told() -> None:
     with pytest.raises(UndecidedTouch) as told:
         list(zeros([0.09, -0.6, 1.0], 1e-9))
     assert told.value.at == pytest.approx(0.3, abs=1e-3)
+
+
+def test_where_no_turn_lies_between_the_middle_is_told() -> None:
+    """Steep or nearly flat, as long as the slope keeps its sign."""
+    for slope in (0.5, 1e-6):
+        with pytest.raises(UndecidedTouch) as told:
+            list(_Polynomial([0.0, slope, slope], 10.0, None)._at_turn(0.25, 0.5))
+        assert told.value.at == 0.375
