@@ -12,7 +12,7 @@ import pytest
 from rigidpend.integrate import Crossings, Outcome, batch
 from rigidpend.integrate import taylor as engine
 from rigidpend.integrate.bounds import touch
-from rigidpend.integrate.compiled import typed
+from rigidpend.integrate.compiled import stepper, typed
 from rigidpend.integrate.kernel import taylor_step
 from tests.integrate.problems import FIG4, FREE, GENERIC, fan, find, needs_heyoka, same, task
 
@@ -146,3 +146,11 @@ def test_precisions_of_this_machine_ascend_from_doubles() -> None:
     assert offered[0] == 53
     assert sorted(set(offered)) == list(offered)
     assert set(offered) <= {53, 64, 106, 113}
+
+
+@pytest.mark.parametrize(("bits", "compact"), [(53, False), (64, False), (113, True), (160, True)])
+def test_only_types_that_the_processor_lacks_are_compiled_compactly(
+    bits: int, compact: bool
+) -> None:
+    """Else a step of long doubles would be made of calls, and compiling real128 take long."""
+    assert stepper(bits, 2.0**-52).compact_mode is compact
