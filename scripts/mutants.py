@@ -221,7 +221,8 @@ def passes(
 ) -> bool:
     """Whether tests pass in a copy of the project, which they may be given so many seconds for."""
     left_out = [] if wide else [f"--deselect={name}" for name in SLOW]
-    call = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *left_out]
+    plugins = ["-p", "no:cacheprovider", "-p", "tests.unshrunk"]
+    call = [sys.executable, "-m", "pytest", "-x", "-q", *plugins, *left_out]
     where = {"PYTHONPATH": str(folder), "XDG_CACHE_HOME": str(cache)}
     done = subprocess.run(
         [*call, *tests],
