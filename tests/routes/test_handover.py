@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rigidpend.integrate import batch
-from rigidpend.integrate.arithmetic import resolve
+from rigidpend.integrate.arithmetic import Arithmetic, resolve
 from rigidpend.measure.stress.spoilt_maps import SpoiltMaps
 from rigidpend.numbers.exact import exact
 from rigidpend.return_map.precision import native
@@ -196,3 +196,14 @@ def test_few_orbits_have_no_third_map_and_are_integrated_then(
     integrated = Integrated()
     assert decided(maps, integrated).certain.all()
     assert sum(map(len, integrated.crossed)) > 0
+
+
+@pytest.mark.parametrize(
+    ("engine", "precisions", "expected"),
+    [("taylor", (53, 106), True), ("taylor", (53, 113), False), ("scipy", (53, 106), False)],
+)
+def test_orbits_are_handed_over_where_pairs_of_doubles_integrate(
+    engine: str, precisions: tuple[int, ...], expected: bool
+) -> None:
+    run = RUN._replace(arithmetic=Arithmetic(engine, 1e-13, precisions))
+    assert run.in_pairs is expected
