@@ -295,7 +295,7 @@ def told(chosen: list[Mutant], verdicts: Verdicts, reasons: dict[Mutant, str]) -
     """Say how a sample came out: the share that was killed of those that are not equivalent."""
     counts = Counter(verdicts[str(mutant)] for mutant in chosen if mutant not in reasons)
     alike = sum(mutant in reasons for mutant in chosen)
-    killed, able = counts.total() - counts[SURVIVED], counts.total()
+    killed, able = counts["killed"] + counts["timeout"], counts.total()
     print(f"{len(chosen)} mutants: {alike} declared equivalent, {dict(counts)}")
     share = 100 * killed / max(1, able)
     print(f"{share:.1f} % killed of the {able} that are not equivalent")
