@@ -57,7 +57,6 @@ def test_pairs_of_doubles_agree_with_integers(bits: int, ulps: int, sense: int) 
     assert max(gaps) < ulps * Fraction(2) ** -bits
 
 
-@needs_heyoka("arcs by the kernel")
 def test_a_time_beside_a_double_is_met_by_going_on_from_there() -> None:
     """Half an ulp of 200 is 2^-46: of its square, some 2^-92, nothing is lost."""
     (c, states, _), a = given(106, 1), precision(106)
