@@ -78,7 +78,7 @@ TESTS = {
     "rigidpend/integrate/differences.py": BESIDE,
     "rigidpend/integrate/reference_orbit.py": BESIDE,
     "rigidpend/integrate/sections.py": ON_SECTIONS,
-    "rigidpend/integrate/batch_sections.py": ON_SECTIONS,
+    "rigidpend/integrate/batch_sections.py": (*ON_SECTIONS, "tests/routes/test_handover.py"),
     "rigidpend/integrate/arcs.py": ON_SECTIONS,
 }
 """The tests of each module, or of each folder of modules; the quickest to tell come first."""
