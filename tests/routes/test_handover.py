@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.integrate import batch
+from rigidpend.integrate import batch, batch_sections
 from rigidpend.integrate.arithmetic import Arithmetic, resolve
 from rigidpend.integrate.batch_sections import Reached
 from rigidpend.measure.stress.spoilt_maps import SpoiltMaps
 from rigidpend.numbers.exact import exact
 from rigidpend.return_map.precision import native
-from rigidpend.routes import certainty, codes, handover, mapped, plane
+from rigidpend.routes import certainty, handover, mapped, plane
 from rigidpend.routes.certainty import Decided
 from rigidpend.routes.codes import Run, tolerance_of
 from rigidpend.routes.phases import Phases
@@ -218,9 +218,11 @@ def test_series_are_cut_off_at_92_bits_on_the_way_to_a_handover(
     def reached(orbits: Any, wanted: Any, *, tolerance: float, jobs: int) -> Any:
         # `batch_sections` halves it with every bit above 53.
         cut.append(tolerance * 2.0 ** (53 - 106))
-        return Reached(np.zeros((2, 1)), np.zeros((2, 1), np.uint8), np.zeros((6, 1)))
+        return Reached(
+            np.zeros((2, 1)), np.zeros((2, 1), np.uint8), np.zeros((6, 1), np.longdouble)
+        )
 
-    monkeypatch.setattr(codes.batch_sections, "reached", reached)
+    monkeypatch.setattr(batch_sections, "reached", reached)
     for scales in (certainty.FIRST, certainty.SECOND):
         RUN.reached(scales, np.arange(1), np.array([2]))
     in_doubles = [tolerance_of(RUN.arithmetic, 106, x) for x in (certainty.FIRST, certainty.SECOND)]
