@@ -54,8 +54,8 @@ docs: $(VENV)/.installed-docs ## build the documentation into build/docs/; needs
 	@! grep -rlE '<(script|link|img)[^>]*(src|href)="(https?:)?//' --include='*.html' build/docs \
 	  || { echo "the pages above would fetch something from elsewhere" >&2; exit 1; }
 
-mutants: $(VENV)/.installed-test ## change the code in places drawn by lot: do tests fail? half an hour; COUNT= SEED=
-	$(BIN)/python scripts/mutants.py $(if $(COUNT),--count $(COUNT)) $(if $(SEED),--seed $(SEED)) $(if $(JOBS),--processes $(JOBS))
+mutants: $(VENV)/.installed-test ## change the code in places drawn by lot: do tests fail? an hour or two; COUNT= SEED=; goes on where it was
+	$(BIN)/python -m scripts.mutants --keep build/mutants/$(or $(SEED),1).txt $(if $(COUNT),--count $(COUNT)) $(if $(SEED),--seed $(SEED)) $(if $(JOBS),--processes $(JOBS))
 
 verify: $(VENV)/.installed ## compute every experiment again and compare with results/reference/
 	$(RUN) verify all $(if $(JOBS),-j $(JOBS))

@@ -6,15 +6,17 @@ interpreter (mutmut) or wrap every function (its trampolines) meet compiled inte
 survive no fork, functions that are handed to worker processes, and functions that run over
 heyoka's symbols; so this one rewrites files and starts anew.
 
-    python scripts/mutants.py --count 150 --seed 1 --processes 2
-    python scripts/mutants.py --only rigidpend/results/compare.py:57
+    python -m scripts.mutants --count 150 --seed 1 --processes 2 --keep build/mutants.txt
+    python -m scripts.mutants --only rigidpend/results/compare.py:57
+
+Verdicts that are kept in a file are not sought again: a run that was stopped goes on where it was.
+What is declared in `tests/equivalent_mutants.yaml` is not run, and counts apart.
 """
 
 from __future__ import annotations
 
 import argparse
-import ast
-import copy
+import hashlib
 import os
 import queue
 import random
@@ -24,12 +26,12 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import NamedTuple
 
-ROOT = Path(__file__).resolve().parents[1]
+from scripts.mutations import ROOT, Mutant, equivalent, mutants, source
+
 COPIED = ("rigidpend", "tests", "configs", "results", "pyproject.toml", "README.md")
 PATIENCE = 5
 """A mutant counts as killed after so many times what its tests take without it."""
@@ -43,7 +45,7 @@ SLOW = (
     "tests/results/test_reference.py::test_every_dataset_altered_by_more_than_its_allowance_is_noticed",
     "tests/results/test_reference.py::test_every_build_agrees_with_the_same_references",
 )
-"""Left out: each takes seconds, and a mutant that lives has to sit through all of them."""
+"""Left for the end: each takes seconds, and hardly a mutant gets as far as them."""
 BESIDE = (
     "tests/integrate/test_neighbours.py",
     "tests/integrate/test_differences.py",
@@ -76,123 +78,55 @@ TESTS = {
     "rigidpend/integrate/differences.py": BESIDE,
     "rigidpend/integrate/reference_orbit.py": BESIDE,
     "rigidpend/integrate/sections.py": ON_SECTIONS,
-    "rigidpend/integrate/batch_sections.py": ON_SECTIONS,
+    "rigidpend/integrate/batch_sections.py": (*ON_SECTIONS, "tests/routes/test_handover.py"),
     "rigidpend/integrate/arcs.py": ON_SECTIONS,
 }
 """The tests of each module, or of each folder of modules; the quickest to tell come first."""
-
-COMPARISONS: dict[type[ast.cmpop], type[ast.cmpop]] = {
-    ast.Lt: ast.LtE,
-    ast.LtE: ast.Lt,
-    ast.Gt: ast.GtE,
-    ast.GtE: ast.Gt,
-    ast.Eq: ast.NotEq,
-    ast.NotEq: ast.Eq,
-    ast.In: ast.NotIn,
-    ast.NotIn: ast.In,
-    ast.Is: ast.IsNot,
-    ast.IsNot: ast.Is,
+QUICK = {
+    "rigidpend/integrate/kernel": (
+        "tests/integrate/test_kernel_functions.py",
+        "tests/integrate/test_sample.py",
+        "tests/integrate/test_kernel.py",
+    ),
+    "rigidpend/integrate/batch": (
+        "tests/integrate/test_taylor.py",
+        "tests/integrate/test_sections.py",
+        "tests/integrate/test_sample.py",
+    ),
+    "rigidpend/integrate/bounds": ("tests/integrate/test_touches.py",),
+    "rigidpend/integrate/compiled": ("tests/integrate/test_taylor.py",),
+    "rigidpend/integrate/passages": (
+        "tests/integrate/test_neighbours.py",
+        "tests/integrate/test_reference_orbit.py",
+    ),
+    "rigidpend/integrate/roots": (
+        "tests/integrate/test_touches.py",
+        "tests/integrate/test_bigint.py",
+    ),
+    "rigidpend/routes/rows": ("tests/routes/test_plane.py", "tests/routes/test_bodies.py"),
 }
-OPERATORS: dict[type[ast.operator], type[ast.operator]] = {
-    ast.Add: ast.Sub,
-    ast.Sub: ast.Add,
-    ast.Mult: ast.Div,
-    ast.Div: ast.Mult,
-    ast.FloorDiv: ast.Mult,
-    ast.Mod: ast.Mult,
-    ast.Pow: ast.Mult,
-    ast.BitAnd: ast.BitOr,
-    ast.BitOr: ast.BitAnd,
-    ast.LShift: ast.RShift,
-    ast.RShift: ast.LShift,
-}
-
-
-class Mutant(NamedTuple):
-    """One change of one place."""
-
-    path: str
-    line: int
-    number: int
-    """Of the place in the file, in the order of :func:`places`."""
-    said: str
-
-    def __str__(self) -> str:
-        return f"{self.path}:{self.line}#{self.number}: {self.said}"
-
-
-def changed(node: ast.AST) -> tuple[ast.AST, str] | None:
-    """A mutated copy of a node with what changed in it, if it is of a kind that is mutated."""
-    other = copy.deepcopy(node)
-    match other:
-        case ast.Compare(ops=[op, *_]) if type(op) in COMPARISONS:
-            other.ops[0] = COMPARISONS[type(op)]()
-        case ast.BinOp(op=op) if type(op) in OPERATORS:
-            other.op = OPERATORS[type(op)]()
-        case ast.AugAssign(op=op) if type(op) in OPERATORS:
-            other.op = OPERATORS[type(op)]()
-        case ast.BoolOp():
-            other.op = ast.Or() if isinstance(other.op, ast.And) else ast.And()
-        case ast.UnaryOp(op=ast.USub() | ast.Not()):
-            other = other.operand
-        case ast.Constant(value=bool() as value):
-            other.value = not value
-        case ast.Constant(value=int() | float() as value):
-            other.value = value + 1 if isinstance(value, int) else 2 * value + (value == 0)
-        case ast.IfExp() | ast.If() | ast.While():
-            other.test = ast.UnaryOp(ast.Not(), other.test)
-        case ast.Expr(value=ast.Call()):
-            other.value = ast.Constant(None)
-        case ast.Return(value=ast.expr()):
-            other.value = ast.Constant(None)
-        case _:
-            return None
-    return other, f"{_shown(node)}  ->  {_shown(other)}"
-
-
-def _shown(node: ast.AST) -> str:
-    first, *rest = ast.unparse(ast.fix_missing_locations(copy.deepcopy(node))).splitlines()
-    return first[:70] + (" ..." if rest or len(first) > 70 else "")
-
-
-def places(tree: ast.Module) -> Iterator[tuple[ast.AST, str, int | None, ast.AST]]:
-    """Every place that can be mutated: its holder, field, index, and the node there."""
-    skipped = set()
-    for holder in ast.walk(tree):
-        if isinstance(holder, ast.AnnAssign | ast.arg) and holder.annotation:
-            skipped |= set(ast.walk(holder.annotation))
-        if isinstance(holder, ast.FunctionDef) and holder.returns:
-            skipped |= set(ast.walk(holder.returns))
-    for holder in ast.walk(tree):
-        for field, value in ast.iter_fields(holder):
-            members = list(enumerate(value)) if isinstance(value, list) else [(None, value)]
-            for index, node in members:
-                if isinstance(node, ast.AST) and node not in skipped and changed(node):
-                    yield holder, field, index, node
-
-
-def mutants(path: str) -> list[Mutant]:
-    """All mutants of a file."""
-    tree = ast.parse((ROOT / path).read_text())
-    made = []
-    for number, (*_, node) in enumerate(places(tree)):
-        change = changed(node)
-        assert change
-        made.append(Mutant(path, getattr(node, "lineno", 0), number, change[1]))
-    return made
-
-
-def source(mutant: Mutant) -> str:
-    """The file's text with the mutant in it."""
-    tree = ast.parse((ROOT / mutant.path).read_text())
-    holder, field, index, node = list(places(tree))[mutant.number]
-    change = changed(node)
-    assert change
-    if index is None:
-        setattr(holder, field, change[0])
-    else:
-        getattr(holder, field)[index] = change[0]
-    return ast.unparse(ast.fix_missing_locations(tree))
+"""Those of a room that know modules of that name best: they run before the others."""
+WIDE = (
+    "tests/integrate",
+    "tests/return_map",
+    "tests/routes",
+    "tests/results",
+    "tests/symbolic",
+    "tests/asymptotic",
+    "tests/measure/stress",
+    "tests/test_coordinates.py",
+    "tests/test_coordinates_limits.py",
+    "tests/test_equations.py",
+    "tests/test_imports.py",
+    "tests/test_variational.py",
+)
+"""What a mutant has to pass that survives the tests of its module: tests of what is built on it."""
+SECONDS = 120
+"""What those that know a module best may take at most: they take some 5, or 40 with compiling."""
+OPEN, SURVIVED = "open", "survived"
+"""Verdicts on a mutant that its own tests do not notice, and that no test does."""
+OF_MAPS = ("rigidpend/routes", "rigidpend/results")
+"""Modules of which no return map is made: the maps that are kept are those of the code as it is."""
 
 
 def files() -> list[str]:
@@ -207,34 +141,93 @@ def room_of(path: str) -> tuple[str, tuple[str, ...]]:
     return max((x, y) for x, y in TESTS.items() if path == x or path.startswith(f"{x}/"))
 
 
-def tests_of(path: str) -> list[str]:
-    """The tests of a module: its own file first, where there is one, then those of its room."""
-    room, tests = room_of(path)
-    own = ROOT / "tests" / Path(room).name / f"test_{Path(path).stem}.py"
-    return [*([str(own.relative_to(ROOT))] if own.exists() else []), *tests]
+def quick_of(path: str, root: Path = ROOT) -> tuple[str, ...]:
+    """The tests that know a module best: its own file, where there is one, and others."""
+    own = root / "tests" / Path(path).parent.relative_to("rigidpend") / f"test_{Path(path).name}"
+    named = [x for name, found in QUICK.items() if path.startswith(name) for x in found]
+    return tuple(dict.fromkeys([*([str(own.relative_to(root))] if own.exists() else []), *named]))
 
 
-def verdict(mutant: Mutant, folder: Path, limit: float) -> str:
-    """Make the mutant in a copy of the project, run its tests there, undo it."""
-    target = folder / mutant.path
-    before = target.read_text()
-    target.write_text(source(mutant))
-    try:
-        return "survived" if passes(folder, tests_of(mutant.path), limit) else "killed"
-    except subprocess.TimeoutExpired:
-        return "timeout"
-    finally:
-        target.write_text(before)
+class Desk:
+    """Copies of the project in which mutants are made, one for each that works at a time.
+
+    A mutant has compiled code and return maps of its own, and begins with those of the code as it
+    is: what a mutated module compiles must not be found by the next one, nor by the user.
+    """
+
+    def __init__(self, folder: Path, copies: int, limit: float) -> None:
+        self.compiled = folder / "compiled"
+        self.free: queue.Queue[Path] = queue.Queue()
+        self.limit = limit
+        self.limits: dict[tuple[str, ...], float] = {}
+        for k in range(copies):
+            self.free.put(copied(folder / str(k)))
+
+    def measure(self, tests: tuple[str, ...]) -> None:
+        """How long a mutant may take for tests; without one they must pass."""
+        folder, begun = self.free.get(), time.monotonic()
+        try:
+            passed = passes(folder, tests, self.compiled, wide=tests == WIDE)
+        finally:
+            self.free.put(folder)
+        if not passed:
+            raise SystemExit(f"without a mutant these fail: {' '.join(tests)}")
+        taken = time.monotonic() - begun
+        print(f"{taken:.0f} s without a mutant: {' '.join(tests)}", flush=True)
+        self.limits[tests] = self.limit or 30 + PATIENCE * taken
+
+    def judge(self, mutant: Mutant, *, wide: bool = False) -> str:
+        """The verdict of a mutant's own tests, or of the wide ones, which is said."""
+        folder, begun = self.free.get(), time.monotonic()
+        target = folder / mutant.path
+        before = target.read_text()
+        target.write_text(source(mutant))
+        try:
+            found = self._verdict(mutant, folder, wide=wide)
+        finally:
+            target.write_text(before)
+            self.free.put(folder)
+        print(f"{found:8} {time.monotonic() - begun:5.0f} s  {mutant}", flush=True)
+        return found
+
+    def _verdict(self, mutant: Mutant, folder: Path, *, wide: bool) -> str:
+        cache = folder / "cache"
+        shutil.rmtree(cache, ignore_errors=True)
+        shutil.copytree(self.compiled, cache)
+        if not mutant.path.startswith(OF_MAPS):
+            shutil.rmtree(cache / "rigidpend" / "maps", ignore_errors=True)
+        _, tests = room_of(mutant.path)
+        whole = WIDE if wide else tests
+        # In calls of their own: within one, pytest would take a folder's files by their names.
+        calls = {whole: self.limits[whole]}
+        quick = quick_of(mutant.path, folder)
+        if quick and not wide:
+            calls = {quick: min(SECONDS, self.limits[whole]), **calls}
+        try:
+            if all(passes(folder, x, cache, calls[x], wide=wide) for x in calls):
+                return SURVIVED if wide else OPEN
+        except subprocess.TimeoutExpired:
+            return "timeout"
+        return "killed"
 
 
-def passes(folder: Path, tests: Sequence[str], limit: float | None = None) -> bool:
+def passes(
+    folder: Path,
+    tests: Sequence[str],
+    cache: Path,
+    limit: float | None = None,
+    *,
+    wide: bool = False,
+) -> bool:
     """Whether tests pass in a copy of the project, which they may be given so many seconds for."""
-    left_out = [f"--deselect={name}" for name in SLOW]
-    call = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *left_out]
+    left_out = [] if wide else [f"--deselect={name}" for name in SLOW]
+    plugins = ["-p", "no:cacheprovider", "-p", "tests.unshrunk"]
+    call = [sys.executable, "-m", "pytest", "-x", "-q", *plugins, *left_out]
+    where = {"PYTHONPATH": str(folder), "XDG_CACHE_HOME": str(cache)}
     done = subprocess.run(
         [*call, *tests],
         cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"},
+        env={**os.environ, **where, "PYTHONDONTWRITEBYTECODE": "1"},
         capture_output=True,
         timeout=limit,
         check=False,
@@ -242,30 +235,6 @@ def passes(folder: Path, tests: Sequence[str], limit: float | None = None) -> bo
     if done.returncode >= 4:
         raise SystemExit(f"pytest could not run {' '.join(tests)}:\n{done.stdout.decode()}")
     return done.returncode == 0
-
-
-def run(chosen: list[Mutant], processes: int, limit: float) -> list[tuple[Mutant, str]]:
-    """The verdicts of mutants, each said as it comes."""
-    with tempfile.TemporaryDirectory() as desk:
-        folders: queue.Queue[Path] = queue.Queue()
-        for k in range(processes):
-            folders.put(copied(Path(desk) / str(k)))
-        limits = {
-            room: limit or limit_of(room, Path(desk) / "0")
-            for room in {room_of(mutant.path) for mutant in chosen}
-        }
-
-        def judged(mutant: Mutant) -> tuple[Mutant, str]:
-            folder, begun = folders.get(), time.monotonic()
-            try:
-                found = verdict(mutant, folder, limits[room_of(mutant.path)])
-            finally:
-                folders.put(folder)
-            print(f"{found:8} {time.monotonic() - begun:5.0f} s  {mutant}", flush=True)
-            return mutant, found
-
-        with ThreadPoolExecutor(processes) as pool:
-            return list(pool.map(judged, chosen))
 
 
 def copied(folder: Path) -> Path:
@@ -277,14 +246,66 @@ def copied(folder: Path) -> Path:
     return folder
 
 
-def limit_of(room: tuple[str, tuple[str, ...]], folder: Path) -> float:
-    """Seconds for a mutant in a room; without one its tests must pass."""
-    begun = time.monotonic()
-    if not passes(folder, room[1]):
-        raise SystemExit(f"without a mutant these fail: {' '.join(room[1])}")
-    taken = time.monotonic() - begun
-    print(f"{taken:.0f} s without a mutant: {room[0]}", flush=True)
-    return 30 + PATIENCE * taken
+class Verdicts(dict[str, str]):
+    """The verdicts on mutants, by what they are called; kept in a file, if one is given."""
+
+    def __init__(self, kept: Path | None) -> None:
+        super().__init__()
+        self.kept = kept
+        if not kept:
+            return
+        if not kept.exists():
+            kept.parent.mkdir(parents=True, exist_ok=True)
+            kept.write_text(f"{_digest()}\n")
+        first, *lines = kept.read_text().splitlines()
+        if first != _digest():
+            raise SystemExit(f"{kept}: these verdicts are on other code; remove it to begin anew")
+        self.update((mutant, found) for found, _, mutant in (x.partition("\t") for x in lines))
+
+    def add(self, mutant: Mutant, found: str) -> None:
+        self[str(mutant)] = found
+        if self.kept:
+            with self.kept.open("a") as file:
+                file.write(f"{found}\t{mutant}\n")
+
+
+def _digest() -> str:
+    texts = [(ROOT / path).read_bytes() for path in files()]
+    return hashlib.sha256(b"\0".join(texts)).hexdigest()
+
+
+def run(chosen: list[Mutant], processes: int, limit: float, verdicts: Verdicts) -> None:
+    """Judge mutants by their own tests, then those that survive by the wide ones."""
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(processes) as pool:
+        desk = Desk(Path(folder), processes, limit)
+
+        def judged(mutant: Mutant) -> None:
+            verdicts.add(mutant, desk.judge(mutant, wide=verdicts.get(str(mutant)) == OPEN))
+
+        fresh = [mutant for mutant in chosen if verdicts.get(str(mutant)) != OPEN]
+        list(pool.map(desk.measure, sorted({room_of(mutant.path)[1] for mutant in fresh})))
+        list(pool.map(judged, fresh))
+        open_ = [mutant for mutant in chosen if verdicts[str(mutant)] == OPEN]
+        if open_:
+            desk.measure(WIDE)
+        list(pool.map(judged, open_))
+
+
+def told(chosen: list[Mutant], verdicts: Verdicts, reasons: dict[Mutant, str]) -> float:
+    """Say how a sample came out: the share that was killed of those that are not equivalent."""
+    counts = Counter(verdicts[str(mutant)] for mutant in chosen if mutant not in reasons)
+    alike = sum(mutant in reasons for mutant in chosen)
+    killed, able = counts["killed"] + counts["timeout"], counts.total()
+    print(f"{len(chosen)} mutants: {alike} declared equivalent, {dict(counts)}")
+    share = 100 * killed / max(1, able)
+    print(f"{share:.1f} % killed of the {able} that are not equivalent")
+    print(f"{100 * killed / max(1, len(chosen)):.1f} % killed of all {len(chosen)} that were drawn")
+    for mutant in chosen:
+        if mutant in reasons:
+            print(f"equivalent: {mutant}: {reasons[mutant]}")
+        elif verdicts[str(mutant)] == SURVIVED:
+            print(f"survived: {mutant}")
+    return share
 
 
 def main() -> int:
@@ -294,6 +315,8 @@ def main() -> int:
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--limit", type=float, default=0, help="seconds; measured if not given")
     parser.add_argument("--only", default="", help="PATH or PATH:LINE, all mutants there")
+    parser.add_argument("--keep", type=Path, help="a file of verdicts, to go on from")
+    parser.add_argument("--again", action="store_true", help="judge kept survivors once more")
     parser.add_argument("--least", type=float, default=90.0, help="share to be killed, in %%")
     asked = parser.parse_args()
     every = [mutant for path in files() for mutant in mutants(path)]
@@ -302,13 +325,13 @@ def main() -> int:
         chosen = [x for x in every if x.path == path and (not line or x.line == int(line))]
     else:
         chosen = random.Random(asked.seed).sample(every, min(asked.count, len(every)))
-    found = run(chosen, asked.processes, asked.limit)
-    counts = Counter(verdict for _, verdict in found)
-    share = 100 * (1 - counts["survived"] / max(1, len(found)))
-    print(f"{len(found)} of {len(every)} mutants, seed {asked.seed}: {dict(counts)}")
-    print(f"{share:.1f} % killed")
-    print("\n".join(f"survived: {mutant}" for mutant, one in found if one == "survived"))
-    return int(share < asked.least)
+    reasons, verdicts = equivalent(), Verdicts(asked.keep)
+    sought = (None, OPEN, asked.again and SURVIVED)
+    able = [x for x in chosen if x not in reasons and verdicts.get(str(x)) in sought]
+    print(f"seed {asked.seed}: {len(chosen)} of {len(every)} mutants, {len(able)} to be judged")
+    if able:
+        run(able, asked.processes, asked.limit, verdicts)
+    return int(told(chosen, verdicts, reasons) < asked.least)
 
 
 if __name__ == "__main__":

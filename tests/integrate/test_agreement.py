@@ -70,6 +70,19 @@ def test_outcome_too_short_a_limit_is_no_crossing(engine: str, bits: int) -> Non
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("engine", "bits"), WAYS)
+def test_outcome_a_crossing_just_before_the_limit_is_found(engine: str, bits: int) -> None:
+    """Wherever between two looks at the orbit the crossings lie."""
+    for J1 in (1e-4, 2e-4, 5e-4, 1e-3, 2e-3):
+        begin = fan(1, J1=J1)
+        expected = find(begin, engine, bits, n_crossings=2)
+        waited = float(np.diff(expected.time, axis=0)[0, 0])
+        assert waited > 10
+        found = find(begin, engine, bits, n_crossings=2, passage_limit=waited * (1 + 1e-9))
+        assert same(found, expected), J1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("engine", "bits"), WAYS)
 def test_outcome_orbits_that_end_differently_share_a_call(engine: str, bits: int) -> None:
     """gamma = 0 takes the weight away: such an orbit is asymptotic beside others that go on."""
     states = fan(3)

@@ -91,3 +91,14 @@ def test_outcome_out_of_steps_is_failed(monkeypatch: pytest.MonkeyPatch) -> None
     found = find(fan(1), "scipy", 80)
     assert found.outcome.tolist() == [Outcome.FAILED]
     assert np.isnan(found.time).all()
+
+
+@pytest.mark.parametrize(
+    ("momentum", "expected"),
+    [(("1", "-0.5", "0"), 1), (("0", "0.1", "-5"), 4), (("0.2", "0", "0.1"), "0.25")],
+)
+def test_the_unit_is_a_power_of_two_next_to_the_largest_momentum(
+    momentum: tuple[str, ...], expected: str
+) -> None:
+    state = [*map(Fraction, momentum), Fraction(1000), Fraction(-2000), Fraction(3000)]
+    assert bigint.unit_of(state) == Fraction(expected)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from rigidpend.integrate import Outcome
-from tests.integrate.problems import fan, find
+from rigidpend.integrate.dop853 import _Group
+from tests.integrate.problems import fan, find, task
 
 
 @pytest.mark.slow
@@ -47,3 +48,18 @@ def test_small_components_keep_their_relative_precision() -> None:
     begin = fan(1, J1=1e-24)
     found, truth = (find(begin, "scipy", bits, n_crossings=1) for bits in (53, 113))
     np.testing.assert_allclose(found.time, truth.time, rtol=1e-11)
+
+
+def test_errors_of_Q_count_by_the_smallest_orbit_and_others_by_one() -> None:
+    states = np.concatenate((fan(2, J1=1e-4), fan(1, J1=1e-24), fan(1, J1=1e-8)), axis=1)
+    states[1] = states[0] / 1024
+    smallest = abs(states[0, 2])
+    assert smallest < 1e-11
+    floor = _Group(task(states), 2.0**-30).floor
+    np.testing.assert_array_equal(floor.T * 2.0**30, [[smallest, smallest, 1, 1, 1, 1]])
+
+
+def test_an_orbit_without_Q_is_measured_by_one() -> None:
+    states = fan(1)
+    states[:2] = 0
+    np.testing.assert_array_equal(_Group(task(states), 0.5).floor, np.full((6, 1), 0.5))

@@ -50,6 +50,7 @@ def test_what_is_slow_without_heyoka_is_told_with_what_to_do(
     assert "106" not in told
     assert "conda install -c conda-forge heyoka.py" in told
     assert engines.slow_precisions("taylor", (53, 106)) == ""
+    assert engines.slow_precisions("scipy", (53, 160)) == "", "with it too"
 
 
 @needs_heyoka("where it is")

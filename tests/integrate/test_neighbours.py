@@ -44,3 +44,16 @@ def test_an_orbit_is_complete_with_its_last_crossing_and_not_with_a_touch() -> N
     assert walk.found.separatrix.T.tolist() == [[2, 1], [2, 0], [2, 0]]
     walk.note(iter([Passed(3.0, 3)]))
     assert walk.found.separatrix.T.tolist() == [[2, 1], [2, 3], [2, 0]]
+
+
+@pytest.mark.parametrize(("gap", "expected"), [(1e-3, []), (1e-7, [UNDECIDED])])
+def test_the_depth_of_a_touch_is_relative_to_the_momentum_alone(
+    gap: float, expected: list[int]
+) -> None:
+    """M3 of the reference turns at a gap from zero, and its neighbour's with it."""
+    series = np.zeros((3, 6, 2))
+    series[:, 2, 0] = 0.25 + gap, -1.0, 1.0
+    series[0, :2, 0] = 0.6, 0.8
+    state = np.array([0.6, 0.8, 0.25, 1e4, 1e4, 1e4])
+    found = [separatrix for _, _, separatrix in neighbours._crossed(series, state, 53)]
+    assert found == expected

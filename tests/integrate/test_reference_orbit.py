@@ -11,7 +11,14 @@ import pytest
 
 from rigidpend import Body
 from rigidpend.equations import aligned
-from rigidpend.integrate import ENGINES, EngineError, check_engine, crossings, default_engine
+from rigidpend.integrate import (
+    ENGINES,
+    EngineError,
+    check_engine,
+    crossings,
+    default_engine,
+    neighbours,
+)
 from rigidpend.integrate.records import Orbits
 from rigidpend.integrate.reference_orbit import ReferenceOrbit, reference_bits
 from rigidpend.numbers.exact import exact
@@ -127,3 +134,24 @@ def test_an_orbit_that_does_not_cross_ends() -> None:
     assert short.reaches(8)
     assert not short.reaches(1000)
     assert short.last_below(1e300) == len(short.points) - 1
+
+
+def test_each_halving_of_the_least_distance_costs_a_bit_and_one_beyond_1_none() -> None:
+    at_one = reference_bits(1.0, 53)
+    assert at_one >= 53 + 8, "a byte to spare"
+    assert [reference_bits(2.0**-k, 53) for k in range(4)] == [at_one + k for k in range(4)]
+    assert reference_bits(0.75, 53) == at_one + 1
+    assert reference_bits(1.5, 53) == reference_bits(8.0, 53) == at_one
+    assert reference_bits(1.0, 64) == at_one + 11
+
+
+def test_differences_that_are_multiples_of_the_tangent_are_not_integrated() -> None:
+    """Those of the farther neighbour stay below what its square would add."""
+    reference, shifts = orbit("4.7", 192), np.array([1e-30, -2e-30])
+    tangent = reference.tangents[0]
+    beside = neighbours.Neighbours(np.outer(tangent, shifts), shifts, 2, 1e3)
+    walk = neighbours._Walk(reference, beside, 53, 20)
+    k, small = walk._skip(), 2.0 ** -(53 + neighbours.MARGIN)
+    assert k > 4
+    assert reference.growth[k] * 2e-30 < small <= reference.growth[k + 1] * 2e-30
+    np.testing.assert_array_equal(walk.differences, np.outer(reference.tangents[k], shifts))

@@ -182,6 +182,17 @@ def test_a_field_of_every_operation_agrees_with_its_closed_form() -> None:
     np.testing.assert_allclose(found, expected, rtol=2e-15, atol=2e-15)
 
 
+def test_whole_powers_of_either_sign_agree_with_their_closed_forms() -> None:
+    def powers(state: Any, _: Any) -> list[Any]:
+        a, b, c, d = state
+        return [a**-2, b**-1, c**0, d**3]
+
+    t = np.linspace(0.0, 0.4, 5)
+    found = sample(powers, np.ones(4), t, engine="taylor")
+    expected = [np.cbrt(1 + 3 * t), np.sqrt(1 + 2 * t), 1 + t, 1 / np.sqrt(1 - 2 * t)]
+    np.testing.assert_allclose(found, expected, rtol=4e-15)
+
+
 def products(state: Any, m: Any) -> list[Any]:
     """Sines, cosines and quotients of expressions, powers, differences from numbers."""
     x, y, z = state

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import threading
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
 
 from rigidpend.integrate import Crossings, Outcome, batch
 from rigidpend.integrate import taylor as engine
-from rigidpend.integrate.compiled import typed
-from tests.integrate.problems import FIG4, FREE, GENERIC, fan, find, needs_heyoka, same
+from rigidpend.integrate.bounds import touch
+from rigidpend.integrate.compiled import stepper, typed
+from rigidpend.integrate.kernel import taylor_step
+from tests.integrate.problems import FIG4, FREE, GENERIC, fan, find, needs_heyoka, same, task
 
 pytestmark = needs_heyoka("its integrators")
 
@@ -52,6 +55,51 @@ def test_outcome_out_of_steps_is_failed(bits: int, monkeypatch: pytest.MonkeyPat
     assert np.isnan(found.time).all()
     monkeypatch.undo()
     assert find(fan(3), "taylor", bits).outcome.tolist() == [Outcome.COMPLETE] * 3
+
+
+@pytest.mark.parametrize("bits", [53, 106])
+def test_steps_are_noted_to_twice_the_depth_of_a_touch_of_the_largest_orbit(bits: int) -> None:
+    """So that none is missed which `passages` would not decide, though |M| grows on the way."""
+    states = fan(11) * np.geomspace(3, 1, 11)
+    run = batch.Batch(task(states, bits), bits, 2.0 ** (1 - bits))
+    run._load()
+    depths = []
+
+    def kernel(*given: Any) -> int:
+        depths.append(given[4])
+        return 0
+
+    run.kernel = kernel
+    run._carried(8)
+    largest = np.linalg.norm(states[:3], axis=0).max()
+    assert depths == [pytest.approx(2 * touch(bits) * largest, rel=1e-12)]
+
+
+@pytest.mark.parametrize("bits", [53, 106])
+def test_an_orbit_makes_room_for_the_next(bits: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three times as many as are carried at a time, which end after different numbers of steps."""
+    states = np.concatenate([fan(8, J1=J1) for J1 in (1e-4, 1e-2, 1e-6)], axis=1)
+    whole = find(states, "taylor", bits, n_crossings=2)
+    assert whole.outcome.tolist() == [Outcome.COMPLETE] * 24
+    monkeypatch.setattr(batch, "TOGETHER", {bits: 8})
+    monkeypatch.setattr(batch, "STEPS", {bits: 8})
+    assert same(find(states, "taylor", bits, n_crossings=2), whole)
+
+
+@pytest.mark.parametrize(("bits", "expected"), [(53, 2.0**-40), (106, 2.0**-93)])
+def test_every_bit_halves_the_tolerance(
+    bits: int, expected: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[float] = []
+    order_of = taylor_step.order_of
+
+    def noted(tolerance: float) -> int:
+        asked.append(tolerance)
+        return order_of(tolerance)
+
+    monkeypatch.setattr(taylor_step, "order_of", noted)
+    find(fan(1), "taylor", bits, tolerance=2.0**-40, n_crossings=1)
+    assert set(asked) == {expected}
 
 
 def test_threads_that_call_at_once_get_the_results_of_one() -> None:
@@ -98,3 +146,11 @@ def test_precisions_of_this_machine_ascend_from_doubles() -> None:
     assert offered[0] == 53
     assert sorted(set(offered)) == list(offered)
     assert set(offered) <= {53, 64, 106, 113}
+
+
+@pytest.mark.parametrize(("bits", "compact"), [(53, False), (64, False), (113, True), (160, True)])
+def test_only_types_that_the_processor_lacks_are_compiled_compactly(
+    bits: int, compact: bool
+) -> None:
+    """Else a step of long doubles would be made of calls, and compiling real128 take long."""
+    assert stepper(bits, 2.0**-52).compact_mode is compact

@@ -7,6 +7,7 @@ bits, from where every engine has to find what it does there.
 from __future__ import annotations
 
 import functools
+import math
 from fractions import Fraction
 from typing import Any
 
@@ -14,12 +15,14 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
-from rigidpend.equations import AlignedCoefficients, aligned
+from rigidpend.coordinates import Aligned, body_from_aligned
+from rigidpend.equations import AlignedCoefficients, aligned, aligned_coefficients
 from rigidpend.integrate import Crossings, Orbits, Outcome, bigint, crossings
 from rigidpend.integrate.bounds import TOUCH, bounds, slopes, touch
-from rigidpend.integrate.roots import UndecidedTouch, zeros
+from rigidpend.integrate.roots import UndecidedTouch, _Polynomial, zeros
 from rigidpend.integrate.sections import first_crossings
 from rigidpend.numbers.exact import context
+from tests.integrate.problems import FIG4, GENERIC
 
 HEAVY = Body(A=(2, 1, "1.5"), r=(1, 3, 0), mu="0.4")
 BITS = 240
@@ -29,7 +32,6 @@ BACK = 1.0
 
 @functools.cache
 def body(bits: int) -> AlignedCoefficients:
-    from rigidpend.equations import aligned_coefficients
     from rigidpend.numbers.exact import fraction
 
     m = context(BITS + 60)
@@ -158,6 +160,15 @@ def test_bounds_are_not_exceeded_by_random_states() -> None:
     assert (np.abs(rate[2]) > 0.9 * (b.a**2 - states[2] ** 2) / 2).any(), "it is nearly reached"
 
 
+@pytest.mark.parametrize("heavy", [HEAVY, FIG4, GENERIC])
+def test_without_gamma_the_bound_of_M3_is_the_momentum_s_size(heavy: Body) -> None:
+    states = np.random.default_rng(6).normal(size=(6, 50))
+    states[3:] = 0
+    M, _ = body_from_aligned(Aligned(*states), heavy.alpha0, 1.0)
+    b = bounds(states, np.zeros(50), aligned_coefficients(heavy.angles(), math))
+    np.testing.assert_allclose(b.a, np.linalg.norm(M, axis=0), rtol=1e-13)
+
+
 @pytest.mark.parametrize(
     ("coefficients", "expected"),
     [
@@ -182,3 +193,11 @@ def test_a_double_zero_is_told() -> None:
     with pytest.raises(UndecidedTouch) as told:
         list(zeros([0.09, -0.6, 1.0], 1e-9))
     assert told.value.at == pytest.approx(0.3, abs=1e-3)
+
+
+def test_where_no_turn_lies_between_the_middle_is_told() -> None:
+    """Steep or nearly flat, as long as the slope keeps its sign."""
+    for slope in (0.5, 1e-6):
+        with pytest.raises(UndecidedTouch) as told:
+            list(_Polynomial([0.0, slope, slope], 10.0, None)._at_turn(0.25, 0.5))
+        assert told.value.at == 0.375

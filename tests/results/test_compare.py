@@ -77,7 +77,9 @@ def test_another_shape_is_found() -> None:
 
 
 def test_a_group_for_an_array_is_found() -> None:
-    assert differences(tree(), {**tree(), "b": {"c": np.array([1])}}, 0.0) != []
+    group = {**tree(), "b": {"c": np.array([1])}}
+    assert differences(tree(), group, 0.0) == ["b: shape (2,) stored, () computed"]
+    assert differences(group, tree(), 0.0) == ["b: shape () stored, (2,) computed"]
 
 
 @pytest.mark.parametrize(

@@ -233,6 +233,22 @@ def test_a_result_is_of_a_config_with_other_numerics_but_not_of_another_problem(
 
 
 @pytest.mark.slow
+def test_two_engines_are_compared_and_agree(copy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    engines = []
+    verified = regression.verify
+
+    def noted(config: Any, stored: Path, **more: Any) -> list[str]:
+        of = json.loads(store.load(stored)["config"]), config.resolved()
+        engines.append([one["numerics"]["engine"] for one in of])
+        return verified(config, stored, **more)
+
+    monkeypatch.setattr(regression, "verify", noted)
+    loaded = loading.load(Path("configs/small.yaml"))
+    assert regression.verify_by_engines(loaded, jobs=1) == []
+    assert engines == [["taylor", "scipy"]]
+
+
+@pytest.mark.slow
 def test_files_are_left_as_they_were(copy: Path) -> None:
     def state() -> Iterator[tuple[Path, int, bytes]]:
         for path in sorted(copy.rglob("*.*")):

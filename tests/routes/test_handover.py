@@ -8,14 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.integrate import batch
-from rigidpend.integrate.arithmetic import resolve
+from rigidpend.integrate import batch, batch_sections
+from rigidpend.integrate.arithmetic import Arithmetic, resolve
+from rigidpend.integrate.batch_sections import Reached
 from rigidpend.measure.stress.spoilt_maps import SpoiltMaps
 from rigidpend.numbers.exact import exact
 from rigidpend.return_map.precision import native
 from rigidpend.routes import certainty, handover, mapped, plane
 from rigidpend.routes.certainty import Decided
-from rigidpend.routes.codes import Run
+from rigidpend.routes.codes import Run, tolerance_of
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, phase_rate
 from rigidpend.routes.start import Scales
@@ -197,3 +198,33 @@ def test_few_orbits_have_no_third_map_and_are_integrated_then(
     integrated = Integrated()
     assert decided(maps, integrated).certain.all()
     assert sum(map(len, integrated.crossed)) > 0
+
+
+@pytest.mark.parametrize(
+    ("engine", "precisions", "expected"),
+    [("taylor", (53, 106), True), ("taylor", (53, 113), False), ("scipy", (53, 106), False)],
+)
+def test_orbits_are_handed_over_where_pairs_of_doubles_integrate(
+    engine: str, precisions: tuple[int, ...], expected: bool
+) -> None:
+    run = RUN._replace(arithmetic=Arithmetic(engine, 1e-13, precisions))
+    assert run.in_pairs is expected
+
+
+def test_series_are_cut_off_at_92_bits_on_the_way_to_a_handover(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    cut = []
+
+    def reached(orbits: Any, wanted: Any, *, tolerance: float, jobs: int) -> Any:
+        # `batch_sections` halves it with every bit above 53.
+        cut.append(tolerance * 2.0 ** (53 - 106))
+        return Reached(
+            np.zeros((2, 1)), np.zeros((2, 1), np.uint8), np.zeros((6, 1), np.longdouble)
+        )
+
+    monkeypatch.setattr(batch_sections, "reached", reached)
+    for scales in (certainty.FIRST, certainty.SECOND):
+        RUN.reached(scales, np.arange(1), np.array([2]))
+    in_doubles = [tolerance_of(RUN.arithmetic, 106, x) for x in (certainty.FIRST, certainty.SECOND)]
+    assert cut == [2.0 ** (53 - 92) * one for one in in_doubles]

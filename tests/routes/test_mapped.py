@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from rigidpend import Body, integrate
+from rigidpend.integrate import Crossings, Outcome
 from rigidpend.measure.stress.spoilt_maps import spoilt
+from rigidpend.numbers.exact import exact
 from rigidpend.return_map import MapError, ReturnMap, return_map
 from rigidpend.return_map.build import FIRST
 from rigidpend.routes import ProblemError, RouteCodes, certainty, codes, mapped, route_codes
+from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales
 from tests.integrate.problems import FIG4, GENERIC
 
@@ -147,6 +151,64 @@ def test_a_sample_that_disagrees_discards_the_maps(monkeypatch: pytest.MonkeyPat
     record = found(FIG4, PHASES[:10])
     assert not record.by_map.any()
     assert (record.codes == found(FIG4, PHASES[:10], method="integration").codes).all()
+
+
+def test_orbits_that_leave_the_tables_on_the_way_have_failed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    separatrix = np.array([[2, 2, 2, 0], [3, 3, 0, 0], [4, 0, 0, 0]], dtype=np.uint8)
+    time = np.where(separatrix > 0, [[1.0], [2.0], [3.0]], np.nan)
+    maps = object.__new__(mapped.Maps)
+
+    def follow(_: Any, __: int, ___: Any, columns: Any) -> Any:
+        return time[:, columns], separatrix[:, columns]
+
+    monkeypatch.setattr(maps, "_rapid", lambda *_: None, raising=False)
+    monkeypatch.setattr(maps, "_follow", follow, raising=False)
+    record = maps.crossings(53, certainty.FIRST, np.arange(4))
+    assert record.outcome.tolist() == [Outcome.COMPLETE] + [Outcome.FAILED] * 3
+    np.testing.assert_array_equal(record.separatrix, separatrix)
+    np.testing.assert_array_equal(record.time, time)
+
+
+def test_orbits_of_every_phase_begin_at_one_distance(monkeypatch: pytest.MonkeyPatch) -> None:
+    maps, begun = object.__new__(mapped.Maps), []
+    maps.problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 3)
+    maps.starts = None
+    phases = np.array([-2.0, 0.0, 1e-300, 3.0])
+
+    def follow(Qp: Any, phase: Any, *_: Any) -> Any:
+        begun.append((Qp, phase))
+        return SimpleNamespace(time=np.zeros((4, 4)), separatrix=np.ones((4, 4)))
+
+    monkeypatch.setattr(maps, "_begin", lambda *_: (phases, 0 * phases), raising=False)
+    design = mapped.DESIGNS[certainty.FIRST]
+    maps._follow(SimpleNamespace(follow=follow), 53, design, np.arange(4))  # type: ignore[arg-type]
+    [(Qp, phase)] = begun
+    assert Qp.tolist() == [mapped.start_Qp(maps.problem, design.unit, 53)] * 4
+    assert phase is phases
+
+
+@pytest.mark.parametrize(
+    ("n", "size", "expected"),
+    [(1, 5, [0]), (11, 3, [0, 5, 10]), (11, 2, [0, 10]), (4, 9, [0, 1, 2, 3])],
+)
+def test_the_sample_reaches_from_the_first_orbit_to_the_last(
+    n: int, size: int, expected: list[int]
+) -> None:
+    asked: set[int] = set()
+    certain, bits = np.ones((1, n), dtype=bool), np.full(n, 53, dtype=np.uint16)
+
+    def integrated(_: int, __: Scales, columns: Any) -> Crossings:
+        asked.update(columns.tolist())
+        m = len(columns)
+        whole = np.full((2, m), 2, dtype=np.uint8)
+        return Crossings(np.ones((2, m)), whole, np.zeros(m, dtype=np.uint8))
+
+    known = certainty.Decided(integrated(53, Scales(), np.arange(n)), certain, bits)
+    asked.clear()
+    mapped._compare_sample(known, integrated, 1.0, (53,), size)
+    assert sorted(asked) == expected
 
 
 def test_few_orbits_are_integrated_and_many_are_not(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -122,6 +122,7 @@ def test_grid_is_exact_where_sums_of_doubles_are_not() -> None:
         (["1", "one"], "'one'"),
         (None, "None is not a real number"),
         (1j, "not a real number"),
+        (np.array(1), "not a real number"),
     ],
 )
 def test_refuses_what_is_no_finite_number(values: Any, told: str) -> None:

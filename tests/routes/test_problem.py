@@ -159,3 +159,9 @@ def test_passages_take_as_many_rotations_as_is_foretold(name: str) -> None:
 
 def test_without_weight_no_passage_ends() -> None:
     assert passage_rotations(problem(Body((2, 1, "1.5"), (1, 1, 0), 0), "1")) == math.inf
+
+
+def test_a_passage_takes_a_rotation_at_least() -> None:
+    """With a heavy body of small exponents the estimate would be a share of one."""
+    heavy = Body((2, "0.25", "1.8"), (1, 1, 0), "0.99")
+    assert passage_rotations(problem(heavy, "1", J1_0="1e-2")) == 1.0
