@@ -66,7 +66,7 @@ def test_agrees_with_the_quadrature_of_eqPV(orbit: Orbit) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("axis", "coheight"), [(1, 0.5), (2, 0.5), (1, 1e-3), (2, 1e-10)])
+@pytest.mark.parametrize(("axis", "coheight"), [(1, 0.5), (2, 0.5), (1, 1e-3), (2, 1e-6)])
 def test_agrees_with_the_quadrature_of_eqPV_in_60_digits(axis: int, coheight: float) -> None:
     orbit = encircling(FREE, axis, coheight=coheight)
     exact = [x.in_context(FINE) for x in FREE.A]

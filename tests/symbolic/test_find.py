@@ -29,7 +29,7 @@ def codes_of(body: Body, theta2_0: Any, n: int, start: dict[str, Any], bits: int
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("seed", "n"), [(0, 12), (1, 6)])
+@pytest.mark.parametrize(("seed", "n"), [(0, 10), (1, 4)])
 def test_integration_finds_the_code(seed: int, n: int) -> None:
     code = "".join(map(str, np.random.default_rng(seed).integers(0, 2, n)))
     found = find_orbit(FIG4, code, **START)
