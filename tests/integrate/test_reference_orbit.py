@@ -20,7 +20,7 @@ from rigidpend.integrate import (
     neighbours,
 )
 from rigidpend.integrate.records import Orbits
-from rigidpend.integrate.reference_orbit import ReferenceOrbit, reference_bits
+from rigidpend.integrate.reference_orbit import ReferenceOrbit, _rung, reference_bits
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
@@ -155,3 +155,8 @@ def test_differences_that_are_multiples_of_the_tangent_are_not_integrated() -> N
     assert k > 4
     assert reference.growth[k] * 2e-30 < small <= reference.growth[k + 1] * 2e-30
     np.testing.assert_array_equal(walk.differences, np.outer(reference.tangents[k], shifts))
+
+
+def test_the_least_precision_that_suffices_serves() -> None:
+    rungs = [_rung(bits) for bits in (60.0, 106.0, 106.5, 113.0, 113.5, 10_000.2)]
+    assert rungs == [106, 106, 113, 113, 192, 10_001]
