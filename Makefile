@@ -24,8 +24,8 @@ check: $(VENV)/.installed-test ## check format, lint and types
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 
-test: check ## check, then run every test, on all cores
-	$(PYTEST)
+test: check ## check, then run every test, on all cores; COVERAGE=1 counts the lines they run
+	$(PYTEST) $(if $(COVERAGE),--cov --cov-report=term:skip-covered)
 
 test-fast: $(VENV)/.installed-test ## run the tests that are not marked slow: the inner loop
 	$(PYTEST) -m "not slow"
