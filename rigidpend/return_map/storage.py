@@ -28,13 +28,7 @@ from rigidpend.return_map.charts import Chart, ChartTable
 from rigidpend.return_map.expansions import Interval
 from rigidpend.return_map.normal_form import NormalForm
 from rigidpend.return_map.precision import Precision, precision
-
-FORMULAS = (
-    "precision", "build", "charts", "checks", "conjugacy", "expansions", "jets", "normal_form",
-    "orders", "poincare", "reduced",
-)  # fmt: skip
-"""The modules behind a map's numbers."""
-
+from rigidpend.run.provenance import code_hash_of
 
 MOST = 200_000_000
 """Bytes of all kept maps; one over the energies of Fig. 4 takes half a million."""
@@ -49,9 +43,8 @@ def name_of(body: Body, low: Exact, high: Exact, bits: int, design: Any, table: 
 
 @functools.cache
 def _code() -> str:
-    here = Path(__file__).parent
-    texts = [(here / f"{name}.py").read_bytes() for name in FORMULAS]
-    return hashlib.sha256(b"\0".join(texts)).hexdigest()
+    """The hash of the code that builds maps, and of all that it imports of the package."""
+    return code_hash_of(Path(__file__).with_name("build.py"))
 
 
 def save(name: str, nf: NormalForm, charts: tuple[Chart, Chart], facts: dict[str, Any]) -> None:

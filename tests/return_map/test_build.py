@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
+from rigidpend.numbers.exact import exact
 from rigidpend.return_map import MapError, ReturnMap, build, return_map, storage
 from rigidpend.return_map.build import FIRST, SECOND, Design
 from rigidpend.return_map.charts import at_energies, look_up
 from rigidpend.return_map.precision import native
+from rigidpend.run import provenance
+from rigidpend.run.code_cache import CodeCache
 from tests.integrate.problems import FIG4
 
 H = "1.3342"
@@ -127,8 +130,6 @@ def test_a_cache_that_cannot_be_written_costs_time_alone(
 
 
 def test_names_tell_all_apart_that_a_map_follows_from() -> None:
-    from rigidpend.numbers.exact import exact
-
     h, other = exact(H), exact("1.3343")
     heavier = Body(FIG4.A, FIG4.r, "0.002")
     tasks = [
@@ -140,6 +141,29 @@ def test_names_tell_all_apart_that_a_map_follows_from() -> None:
         (FIG4, h, h, 53, FIRST, 53),
     ]
     assert len({storage.name_of(*task) for task in tasks}) == len(tasks)
+
+
+@pytest.mark.parametrize(
+    "module", ["return_map/charts.py", "integrate/arcs.py", "integrate/kernel/functions.py"]
+)
+def test_a_map_of_other_code_has_another_name(
+    module: str, cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What integrates for the tables counts as well as what fits them."""
+    h, changed, real = exact(H), (provenance.PACKAGE / module).read_bytes(), provenance._read
+
+    def edited(source: bytes) -> tuple[str, list[str]]:
+        code, names = real(source)
+        return f"{code} edited" if source == changed else code, names
+
+    before = storage.name_of(FIG4, h, h, 53, FIRST, 64)
+    monkeypatch.setattr(provenance, "_read", edited)
+    entries = CodeCache(b"of this test")
+    monkeypatch.setattr(provenance, "_cache", lambda: entries)
+    storage._code.cache_clear()
+    after = storage.name_of(FIG4, h, h, 53, FIRST, 64)
+    storage._code.cache_clear()
+    assert after != before
 
 
 def test_the_package_and_its_function_share_a_name() -> None:
