@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,8 @@ from matplotlib.figure import Figure
 
 from rigidpend.experiments.bench.draw import APPEARANCES, LOSS, draw
 from rigidpend.measure.benchmark.methods import METHODS
-from tests.experiments.figures import styled
+from rigidpend.results.store import load
+from tests.experiments.figures import check_on_page, styled
 from tests.measure.benchmark.data import data
 from tests.results.loaded import loaded
 
@@ -36,6 +38,14 @@ def test_every_method_has_an_appearance_of_its_own() -> None:
     assert set(APPEARANCES) == set(METHODS)
     looks = {(look.colour, look.marker, look.line) for look in APPEARANCES.values()}
     assert len(looks) == len(APPEARANCES)
+
+
+def test_the_stored_measurement_fills_the_page_and_does_not_leave_it() -> None:
+    """Words beside a panel take no width from the others."""
+    made = styled(draw, load(Path("results/measured/bench.h5")), laid_out=True)
+    check_on_page(made)
+    panels = [axes for axes in made.axes if axes.axison]
+    assert sum(axes.get_position().width for axes in panels[:2]) > 0.6
 
 
 def test_ratios_are_those_of_the_meeting_with_the_fastest_on_top(figure: Figure) -> None:
