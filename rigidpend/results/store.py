@@ -102,19 +102,28 @@ def load(path: Path, layout: Layout | None = None) -> Loaded:
 
 
 def read_tree(path: Path, *, part: bool = False) -> Tree:
-    """The data of a result file as they were given to :func:`write`, units and all."""
+    """The data of a result file as they were given to :func:`write`, units and all.
+
+    Raises the errors of :func:`opened`.
+    """
     with opened(path, whole=True, part=part) as file, readable(path):
         return _tree(file["data"])
 
 
 def config(path: Path) -> str:
-    """The config that a result file was made from, as JSON."""
+    """The config that a result file was made from, as JSON.
+
+    Raises the errors of :func:`opened`.
+    """
     with opened(path, whole=True) as file, readable(path):
         return str(_plain(file["config"]))
 
 
 def attributes(path: Path) -> dict[str, Any]:
-    """The root attributes of a result file."""
+    """The root attributes of a result file.
+
+    Raises the errors of :func:`opened`.
+    """
     with opened(path) as file, readable(path):
         return dict(file.attrs)
 
@@ -122,7 +131,8 @@ def attributes(path: Path) -> dict[str, Any]:
 def outline(path: Path) -> dict[str, dict[str, Any]]:
     """Every object of a result file by its place, ``/`` first, with its attributes.
 
-    Datasets have two more, ``(kind)`` of their numbers and ``(dimensions)``.
+    Datasets have two more, ``(kind)`` of their numbers and ``(dimensions)``. Raises the errors of
+    :func:`opened`.
     """
     with opened(path) as file, readable(path):
         found = {"/": dict(file.attrs)}

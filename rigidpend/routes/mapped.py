@@ -286,25 +286,14 @@ def decided_by(
     rate: float,
     precisions: tuple[int, ...],
     share: certainty.Share | None = None,
+    *,
+    sampled: bool = True,
 ) -> Mapped:
-    """Decide all orbits of some maps: :func:`decided` without their making."""
-    found = unsampled(maps, integrated, rate, precisions, share)
-    size = max(LEAST_SAMPLE, -(-SAMPLE * len(maps.phases) // maps.orbits))
-    _compare_sample(found.decided, integrated.crossings, rate, precisions, size)
-    return found
-
-
-def unsampled(
-    maps: Maps,
-    integrated: Integration,
-    rate: float,
-    precisions: tuple[int, ...],
-    share: certainty.Share | None = None,
-) -> Mapped:
-    """Decide all orbits of some maps without the sample that is integrated as well.
+    """Decide all orbits of some maps: :func:`decided` without their making.
 
     What maps leave open is integrated if the precisions go beyond theirs, in part (`handover`)
-    or all of it, and compared with what they found last.
+    or all of it, and compared with what they found last. A sample is integrated as well, unless
+    the flags alone are on trial.
     """
     n, within = len(maps.phases), tuple(p for p in maps.ladder(precisions) if p <= maps.table_bits)
     compute, left = with_maps(maps, integrated.crossings, n, precisions)
@@ -317,6 +306,9 @@ def unsampled(
             handover.decide(maps, integrated, known, open_, rate)
             open_ = open_[~known.certain[:, open_].all(axis=0)]
         certainty.climb(integrated.crossings, known, open_, rate, beyond)
+    if sampled:
+        size = max(LEAST_SAMPLE, -(-SAMPLE * n // maps.orbits))
+        _compare_sample(known, integrated.crossings, rate, precisions, size)
     return Mapped(known, (known.bits <= maps.table_bits) & ~left)
 
 

@@ -248,3 +248,27 @@ def test_two_asymptotic_ends_after_different_crossings_establish_nothing_more() 
     early = record([10.0, 20.0, np.nan, np.nan], (2, 1, 0, 0), Outcome.ASYMPTOTIC)
     late = record([10.0, 20.0, 30.0, np.nan], (2, 1, 4, 0), Outcome.ASYMPTOTIC)
     assert certain(early, late) == [True, False, False]
+
+
+def test_a_third_computation_decides_its_own_column_and_no_other() -> None:
+    """Between columns that agree at once: one that it refuses, and one that it grants.
+
+    Column 3 differs by more than `AGREEMENT`, so that no third one is asked for.
+    """
+    second = np.array([0.0, 10 * CLOSE, 0.0, 10 * AGREEMENT, 10 * CLOSE])
+    third = np.array([0.0, 10 * AGREEMENT, 0.0, 0.0, 0.0])
+    asked: list[list[int]] = []
+
+    def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
+        columns = np.asarray(columns)
+        off = {FIRST: np.zeros(5), SECOND: second, THIRD: third}[scales]
+        if scales == THIRD:
+            asked.append(columns.tolist())
+        time = np.array(BASE)[:, None] + off[columns]
+        separatrix = np.tile(np.array([2, 1, 4, 3], dtype=np.uint8)[:, None], columns.size)
+        return Crossings(time, separatrix, np.zeros(columns.size, dtype=np.uint8))
+
+    found = decide(compute, 5, 1.0, (53,))
+    assert asked == [[1, 4]]
+    assert found.certain.all(axis=0).tolist() == [True, False, True, False, True]
+    assert not found.certain[:, [1, 3]].any()

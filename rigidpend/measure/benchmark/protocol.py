@@ -250,11 +250,11 @@ def _at_its_best(stage: Stage, trial: Attempt, task: Any, part: float) -> tuple[
 
     Where orbits are few two threads cost more than they save, and no user would take them.
     """
+    if trial.threads == 1:
+        return 1, solver_of(stage, task, trial.make(task), part)
     found = []
-    for threads in sorted({1, trial.threads}):
+    for threads in (1, trial.threads):
         solver = solver_of(stage, task, trial._replace(threads=threads).make(task), part)
-        if trial.threads == 1:
-            return 1, solver
         solver.solve()
         found.append((min(timed(solver.solve)[0] for _ in range(TRIED)), threads, solver))
     _, threads, solver = min(found, key=lambda one: one[0])

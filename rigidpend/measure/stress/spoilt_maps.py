@@ -152,8 +152,7 @@ def _codes(maps: mapped.Maps, precisions: tuple[int, ...], jobs: int) -> tuple[A
     """The symbols and their flags in such precisions, without the sample."""
     arithmetic = resolve("taylor", None, precisions)
     run, share = Run(maps.problem, maps.phases, arithmetic, jobs), partial(in_threads, jobs)
+    rate, ladder = phase_rate(maps.problem), arithmetic.precisions
     # The integrated sample would discard such maps.
-    found = mapped.unsampled(
-        maps, run, phase_rate(maps.problem), arithmetic.precisions, share
-    ).decided
+    found = mapped.decided_by(maps, run, rate, ladder, share, sampled=False).decided
     return symbols(found.crossings.separatrix), found.certain
