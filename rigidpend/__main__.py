@@ -1,5 +1,31 @@
-"""Entry point of ``python -m rigidpend``: the command line."""
+"""Entry point of the process, as ``rigidpend`` and as ``python -m rigidpend``."""
 
-from rigidpend.cli import main
+import os
+import sys
 
-main(prog_name="rigidpend")
+
+def main() -> None:
+    """Run the command line; from the first line a signal ends it in good order."""
+    settle_streams()
+    from rigidpend.run import signals
+
+    signals.watch()
+    # Only now: these imports take longer than many a command.
+    from rigidpend.cli import main as command
+
+    command(prog_name="rigidpend")
+
+
+def settle_streams() -> None:
+    """Give closed standard streams somewhere to go, before a file takes their number."""
+    for number in (0, 1, 2):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+
+
+if __name__ == "__main__":
+    main()

@@ -15,30 +15,29 @@ from tests.cli.calls import UNTRACED
 
 PROMPT = 2.0
 """Seconds within which a run ends after a signal, when the processor is its own."""
-EXIT = {signal.SIGINT: 130, signal.SIGTERM: 143}
 
 SCRIPT = """
-import os, signal, sys, time
+import signal, sys
 import numpy as np
 from rigidpend import Body, route_codes
-from rigidpend.run.signals import Terminated, termination
+from rigidpend.run import signals
 signal.signal(signal.SIGINT, signal.default_int_handler)
+if WATCHED:
+    # Nothing is ended by force here: work ends by itself.
+    signals.GRACE = 60
+    signals.watch()
 body = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu="0.001")
 def codes(n, symbols, **more):
     return route_codes(body, np.arange(n) / 100, h0="1.3342", J1_0="1e-8", n_symbols=symbols,
                        jobs=JOBS, **more)
 try:
-    with termination():
-        codes(3, 1, MORE)
-        print("at work", flush=True)
-        codes(COUNT, SYMBOLS, MORE)
+    codes(3, 1, MORE)
+    print("at work", flush=True)
+    codes(COUNT, SYMBOLS, MORE)
+except signals.Stopped:
+    sys.exit(128 + signals.came())
 except KeyboardInterrupt:
-    code = 130
-except Terminated:
-    code = 143
-else:
-    code = 0
-sys.exit(code)
+    sys.exit(1)
 """
 
 WORK = {
@@ -52,11 +51,12 @@ WORK = {
 }
 
 
-def begun(work: str, jobs: int) -> subprocess.Popen[str]:
-    """A process that is at work."""
+def begun(work: str, jobs: int, *, watched: bool = True) -> subprocess.Popen[str]:
+    """A process that is at work, as a command, or as a script of a user's own."""
     count, symbols, *more = WORK[work].split(", ")
     script = SCRIPT.replace("COUNT", count).replace("SYMBOLS", symbols)
     script = script.replace("MORE", ", ".join(more)).replace("JOBS", str(jobs))
+    script = script.replace("WATCHED", str(watched))
     # Worker processes import the script that begins them: it must not compute then.
     script = "if __name__ == '__main__':\n" + "\n".join("    " + x for x in script.splitlines())
     process = subprocess.Popen(
@@ -111,11 +111,22 @@ def test_sigterm_ends_it_as_well() -> None:
 
 
 @pytest.mark.slow
+def test_in_a_script_ctrl_c_is_python_s_and_ends_the_threads_as_well() -> None:
+    process = begun("long codes in doubles", 2, watched=False)
+    process.send_signal(signal.SIGINT)
+    code, seconds, said = ended(process)
+    assert (code, said) == (1, "")
+    assert seconds < PROMPT * max(1.0, os.getloadavg()[0])
+
+
+@pytest.mark.slow
 def test_signals_upon_signals_end_it_without_a_core_dump() -> None:
     process = begun("long codes in doubles", 2)
-    for number in (signal.SIGINT, signal.SIGINT, signal.SIGINT, signal.SIGTERM):
+    for number in (signal.SIGINT, signal.SIGINT, signal.SIGTERM, signal.SIGINT):
         process.send_signal(number)
         time.sleep(0.01)
-    code, _, _ = ended(process)
-    # Python itself ends by the signal where one comes while it shuts down.
-    assert code in (130, 143, 1, -signal.SIGINT, -signal.SIGTERM)
+    code, seconds, said = ended(process)
+    # While Python shuts down signals are the system's again.
+    assert code in (130, -signal.SIGINT, -signal.SIGTERM)
+    assert not said
+    assert seconds < PROMPT * max(1.0, os.getloadavg()[0])

@@ -41,7 +41,6 @@ def main() -> None:
       rigidpend run fig4 --set problem.J1_0=1e-10 --out /tmp/mine
       eval "$(rigidpend completion bash)"
     """
-    common.settle_streams()
     common.settle_warnings()
 
 

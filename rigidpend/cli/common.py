@@ -7,6 +7,7 @@ import json
 import math
 import os
 import shutil
+import signal
 import sys
 import warnings
 from collections.abc import Callable, Sequence
@@ -18,7 +19,7 @@ import click
 
 from rigidpend.cli import complete
 from rigidpend.config.catalogue import RESULTS
-from rigidpend.run.signals import Terminated, termination
+from rigidpend.run import signals
 
 DONE, FAILED, MISUSED, ABSENT, INTERNAL = 0, 1, 2, 3, 4
 """Exit codes of the commands.
@@ -29,8 +30,6 @@ MOST = 200
 """Largest number of characters of a path that a message shows."""
 PRINTED = "rigidpend.printed"
 """Note in a command's context that its document is printed."""
-INTERRUPTED = 130
-"""Exit code after Ctrl-C; after SIGTERM it is 143."""
 
 KINDS = {
     "Absent": ABSENT,
@@ -120,22 +119,20 @@ def guarded(command: Command) -> Command:
     @wraps(command)
     def run(*args: Any, **kwargs: Any) -> Any:
         try:
-            with termination():
-                return command(*args, **kwargs)
+            if signals.came():
+                raise signals.Stopped
+            return command(*args, **kwargs)
         except click.UsageError as error:
             _document_failure(kwargs, error.format_message(), MISUSED)
             raise
         # click ends these itself, with words and exit codes of its own.
         except (click.ClickException, click.exceptions.Exit, click.Abort, BrokenPipeError):
             raise
-        except KeyboardInterrupt:
-            said = "interrupted; finished results are kept"
+        except (signals.Stopped, KeyboardInterrupt):
+            code, said = signals.conclude(signals.came() or signal.SIGINT)
             say(said)
-            _document_failure(kwargs, said, INTERRUPTED)
-            sys.exit(INTERRUPTED)
-        except Terminated:
-            say("terminated; finished results are kept")
-            raise
+            _document_failure(kwargs, said, code)
+            sys.exit(code)
         except Exception as error:
             code = exit_code(error)
             # stdout may be what failed, as on a full disk: flushed at the end it would fail again.
@@ -231,17 +228,6 @@ def drop(stream: Any) -> None:
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, stream.fileno())
         os.close(nowhere)
-
-
-def settle_streams() -> None:
-    """Give closed standard streams somewhere to go, before a file takes their number."""
-    for number in (0, 1, 2):
-        try:
-            os.fstat(number)
-        except OSError:
-            os.open(os.devnull, os.O_RDWR)
-    if sys.stderr is None:
-        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
 
 
 def settle_warnings() -> None:

@@ -38,11 +38,13 @@ def command(names: tuple[str, ...], sweeps: tuple[str, ...], folder: Path, suffi
     """
     from rigidpend import render as drawing
     from rigidpend.config import names as known
+    from rigidpend.run.workers import check_stop
 
     for path in known.resolve(names, folder):
         title, members = _members(path, sweeps)
         sources = [folder_of(path, folder) / f"{name}.h5" for name in members]
         for source in sources:
+            check_stop()
             _check_there(source, path.stem)
             target = source.parent / f"{source.stem}.{suffix}"
             drawing.render(source, target)

@@ -72,12 +72,14 @@ def command(
       rigidpend verify fig4 --set problem.mu=0.01
     """
     from rigidpend.config.names import resolve
+    from rigidpend.run.workers import check_stop
 
     everything = not names or "all" in names
     paths = resolve(names or ("all",))
     folder = reference or references()
     found = []
     for path in paths:
+        check_stop()
         found.append(_compared(path, settings, folder, results, jobs))
         if not as_json:
             _tell(found[-1])

@@ -32,7 +32,6 @@ from pydantic_core import PydanticCustomError
 from rigidpend.body import Body
 from rigidpend.numbers.exact import FINEST, PRECISIONS, Exact, exact
 from rigidpend.results import files
-from rigidpend.run.signals import held
 
 if TYPE_CHECKING:
     from rigidpend.routes.phases import Grid
@@ -154,12 +153,6 @@ class Part(BaseModel):
     model_config = ConfigDict(
         extra="forbid", frozen=True, arbitrary_types_allowed=True, defer_build=True
     )
-
-    def model_dump(self, **how: Any) -> dict[str, Any]:
-        """Plain data of this part, as `pydantic.BaseModel.model_dump` gives it."""
-        # A stop within one of our serialisers would end as an error of serialisation.
-        with held():
-            return super().model_dump(**how)
 
 
 class PhaseGrid(Part):

@@ -14,14 +14,12 @@ import numpy as np
 from rigidpend.equations import AlignedCoefficients, aligned
 from rigidpend.integrate import compile_cache
 from rigidpend.numbers.generic import Numbers, Scalar
-from rigidpend.run.signals import held
 
 
 @functools.cache
 def heyoka() -> Any:
     """heyoka as this package uses it: what it has compiled before is read, and checked."""
-    with held():
-        import heyoka as imported
+    import heyoka as imported
 
     imported.set_logger_level_error()
     return compile_cache.with_cache(imported)

@@ -17,6 +17,7 @@ from rigidpend.departures import DEPARTURES
 from rigidpend.report.page import ResultSection, html, picture, problem
 from rigidpend.results import store, words
 from rigidpend.results.files import Absent
+from rigidpend.run.workers import check_stop
 from rigidpend.tables import Table
 
 __all__ = ["build", "write"]
@@ -86,6 +87,7 @@ def _section(source: Path) -> ResultSection:
     """The part of a file; a sentence where it cannot be shown."""
     from rigidpend.render import Undrawable
 
+    check_stop()
     try:
         return section(marked(store.load(source), beside(source)))
     except Undrawable as error:

@@ -11,6 +11,7 @@ import tempfile
 from pathlib import Path
 
 from rigidpend.results import locks
+from rigidpend.run import signals
 
 SEAL = b"\nrigidpend sha256 "
 """Mark between the content of a file and its digest."""
@@ -83,6 +84,7 @@ def replace(path: Path, content: bytes, *, lasting: bool = True) -> None:
     """
     sweep(path)
     handle, temporary = _temporary(path)
+    signals.unfinished.add(temporary)
     try:
         with os.fdopen(handle, "wb") as file:
             file.write(content)
@@ -96,6 +98,8 @@ def replace(path: Path, content: bytes, *, lasting: bool = True) -> None:
         with contextlib.suppress(OSError):
             os.unlink(temporary)
         raise
+    finally:
+        signals.unfinished.discard(temporary)
 
 
 def sweep(path: Path) -> None:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, Self
 
 from rigidpend.results import files, locks
 from rigidpend.results.tree import Tree
+from rigidpend.run.workers import check_stop
 
 
 class Piece(NamedTuple):
@@ -76,6 +77,7 @@ class Parts:
             # A damaged part is none: it is computed again.
             with contextlib.suppress(store.StoreError):
                 return store.read_tree(path, part=True)
+        check_stop()
         made = compute()
         store.write(path, store.Result({"part": name}, "", {}, made), lasting=False)
         return made

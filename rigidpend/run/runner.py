@@ -16,8 +16,8 @@ from rigidpend.results.tree import Tree
 from rigidpend.run import provenance, stored
 from rigidpend.run.parts import Parts, Piece, sweep
 from rigidpend.run.recalled import AnyConfig, RecalledConfig
-from rigidpend.run.signals import termination
 from rigidpend.run.stored import DOUBT, OTHER, SECONDS
+from rigidpend.run.workers import check_stop
 
 # What a plan that finds nothing to do does without is imported where it is used.
 if TYPE_CHECKING:
@@ -59,6 +59,7 @@ def plan(config: AnyConfig, folder: Path, *, force: bool = False) -> Plan:
     force : bool, optional
         Compute even what is up to date.
     """
+    check_stop()
     engine = _engine(config)
     target = folder / f"{config.name}.h5"
     fingerprint = {
@@ -114,12 +115,11 @@ def follow(
     say(f"{name}: computing ({planned.reason}), {engine}")
     if slow := _slow(planned):
         say(f"{name}: {slow}")
-    with termination():
 
-        def report(text: str) -> None:
-            say(f"{name}: {text}")
+    def report(text: str) -> None:
+        say(f"{name}: {text}")
 
-        told = run(planned, jobs=jobs, report=report, scheduler=scheduler)
+    told = run(planned, jobs=jobs, report=report, scheduler=scheduler)
     doubt = f"; {told}" if told else ""
     say(f"{name}: {planned.target} written, {time.perf_counter() - start:.2f} s{doubt}")
 
@@ -169,6 +169,7 @@ def run(
         start, resumed = time.perf_counter(), len(parts)
         if resumed:
             report(f"goes on from {len(parts)} finished part{'s' if len(parts) > 1 else ''}")
+        check_stop()
         arithmetic = _arithmetic(planned)
         pieces = _pieces(parts, config.experiment, scheduler, report)
         # Each thread of a cluster's workers has a piece of its own.
@@ -185,6 +186,8 @@ def run(
             **(further or {}),
         }
         resolved = json.dumps(config.resolved(), indent=2)
+        # What a signal does to Git may be in the provenance, or to a worker in the data.
+        check_stop()
         result = store.Result(attributes, resolved, told.result(), data)
         store.write(planned.target, result)
         # Only now: a failure before this line leaves the parts for the next run.

@@ -1,66 +1,95 @@
-"""Signal handling (SIGTERM, SIGINT): both unwind the program, so that nothing is left half done."""
+"""Ctrl-C and SIGTERM on the command line: noted at once, heeded where work can end.
+
+A handler of Python's runs between any two instructions of the main thread, be it in a destructor
+or in a function that a library in C calls: what is raised there is lost, and the program goes on.
+So the handlers here do nothing. The system puts the signal's number into a pipe, a thread reads
+it, work looks at :func:`came` where it can end, and the process ends whatever it does meanwhile.
+
+In a notebook nothing of this is installed: there Ctrl-C is Python's `KeyboardInterrupt`.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import os
 import signal
 import threading
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import Any, NoReturn
 
-TERMINATED = 128 + signal.SIGTERM
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+GRACE = 1.5
+"""Seconds that work has to end by itself after a signal, before the process does."""
 
+unfinished: set[str] = set()
+"""Files that are being written, not yet under their names: none of them stays behind."""
 
-class Terminated(SystemExit):
-    """Exit on SIGTERM, with exit code 143."""
-
-
-@contextmanager
-def termination() -> Iterator[None]:
-    """Raise `Terminated` on SIGTERM within, unless the program has a handler of its own."""
-    ours = threading.current_thread() is threading.main_thread()
-    if not ours or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
-        yield
-        return
-    signal.signal(signal.SIGTERM, _terminate)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+_came: list[int] = []
+_concluded = threading.Event()
 
 
-@contextmanager
-def held() -> Iterator[None]:
-    """Hold Ctrl-C and SIGTERM until the end: a library in C takes them for a failure of its own."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    waiting: list[int] = []
-    before = {
-        number: signal.signal(number, lambda number, _: waiting.append(number))
-        for number in (signal.SIGINT, signal.SIGTERM)
-    }
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, signal.SIG_DFL if handler is None else handler)
-        for came in waiting:
-            signal.raise_signal(came)
+class Stopped(BaseException):
+    """Work that is not wanted any more ends, at a place where it can."""
 
 
-@contextmanager
+def came() -> int:
+    """Number of the signal that asks this process to end; 0 if there was none."""
+    return _came[0] if _came else 0
+
+
+def watch() -> None:
+    """From now on let no Ctrl-C and no SIGTERM be lost; for the main thread of a command line.
+
+    What a shell has told to be ignored, as Ctrl-C in the background, stays ignored.
+    """
+    out, into = os.pipe()
+    # A handler must not wait; on Windows it need not be said.
+    if os.name == "posix":
+        os.set_blocking(into, False)
+    signal.set_wakeup_fd(into, warn_on_full_buffer=False)
+    for number in SIGNALS:
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, lambda *_: None)
+    threading.Thread(target=_heed, args=(out,), daemon=True).start()
+
+
+def conclude(number: int) -> tuple[int, str]:
+    """Exit code after a signal and the sentence about it, which is said once."""
+    _concluded.set()
+    word = "terminated" if number == signal.SIGTERM else "interrupted"
+    return 128 + number, f"{word}; finished results are kept"
+
+
+def _heed(out: int) -> None:
+    """Wait for a signal, let work end, then end the process."""
+    while (number := os.read(out, 1)[0]) not in SIGNALS:
+        pass
+    _came.append(number)
+    time.sleep(GRACE)
+    said = _concluded.is_set()
+    code, sentence = conclude(number)
+    # The stream's lock may be held by the thread that does not end; a terminal has a line open.
+    with contextlib.suppress(OSError):
+        opening = "\n" if os.isatty(2) else ""
+        os.write(2, b"" if said else f"{opening}{sentence}\n".encode())
+    for path in list(unfinished):
+        with contextlib.suppress(OSError):
+            os.unlink(path)
+    os._exit(code)
+
+
+@contextlib.contextmanager
 def interruption_kept_from_children() -> Iterator[None]:
     """Hide Ctrl-C from processes started within: it is for their parent, which ends them."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
+    from multiprocessing import resource_tracker
+
+    # A process of Python's own, at whose start it lets signals in again.
+    resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _terminate(*_: Any) -> NoReturn:
-    raise Terminated(TERMINATED)

@@ -6,17 +6,16 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor, wait
 from typing import Any, TypeVar
 
-from rigidpend.run.signals import held, interruption_kept_from_children
+from rigidpend.run.signals import Stopped, came, interruption_kept_from_children
 
 Result = TypeVar("Result")
 
 
-class Stopped(BaseException):
-    """Work that is not wanted any more ends, between two calls of what cannot be interrupted."""
-
+PERIOD = 0.1
+"""Seconds between two looks whether what is waited for is still wanted."""
 
 _of_thread = threading.local()
 
@@ -40,11 +39,11 @@ def check_stop() -> None:
     Raises
     ------
     Stopped
-        In a thread of a pool that is being stopped, never in the main thread, which signals
-        interrupt themselves.
+        In a thread of a pool that is being stopped, and in all of a command line after Ctrl-C
+        or SIGTERM.
     """
     stop = getattr(_of_thread, "stop", None)
-    if stop is not None and stop.is_set():
+    if came() or (stop is not None and stop.is_set()):
         raise Stopped
 
 
@@ -97,14 +96,16 @@ def side_by_side(
     """
     workers = min(jobs, len(parts))
     if workers <= 1:
-        return [work(part, *arguments) for part in parts]
+        return [_done(work, part, *arguments) for part in parts]
     stop = _Stop(getattr(_of_thread, "stop", None))
     pool = _pool(workers, holds_interpreter, stop)
     try:
         with interruption_kept_from_children():
             futures = [pool.submit(work, part, *arguments) for part in parts]
-        return [future.result() for future in futures]
+        return [_result(future) for future in futures]
     except BrokenExecutor:
+        # A signal may be sent to all processes at once.
+        check_stop()
         raise WorkerError(
             "a worker process was killed, perhaps for want of memory; what is finished is kept:"
             " the same command again continues"
@@ -114,9 +115,20 @@ def side_by_side(
         _end_processes(pool)
         raise
     finally:
-        # A second Ctrl-C waits: the interpreter must not end while a thread computes.
-        with held():
-            pool.shutdown(cancel_futures=True)
+        pool.shutdown(cancel_futures=True)
+
+
+def _done(work: Callable[..., Result], *given: Any) -> Result:
+    """Do work in this thread, if it is still wanted."""
+    check_stop()
+    return work(*given)
+
+
+def _result(future: Future[Result]) -> Result:
+    """Wait for a result as long as it is wanted."""
+    while wait([future], PERIOD).not_done:
+        check_stop()
+    return future.result()
 
 
 def _pool(workers: int, holds_interpreter: bool, stop: _Stop) -> Executor:
@@ -124,6 +136,7 @@ def _pool(workers: int, holds_interpreter: bool, stop: _Stop) -> Executor:
         return ThreadPoolExecutor(workers, initializer=_heed, initargs=(stop,))
     # Imported here: a run that needs no process does not pay for it.
     import multiprocessing
+    from concurrent.futures import ProcessPoolExecutor
 
     # A fork would copy the locks of threads that do not run in the child.
     spawn = multiprocessing.get_context("spawn")

@@ -12,7 +12,6 @@ import resource
 import signal
 import subprocess
 import sys
-import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -399,26 +398,3 @@ def alive(number: int) -> bool:
     except FileNotFoundError:
         return False
     return stat.rpartition(")")[2].split()[0] != "Z"
-
-
-def test_signals_are_left_alone_in_threads_and_where_a_program_has_its_own() -> None:
-    from rigidpend.run.signals import termination
-
-    def own(*_: Any) -> None: ...
-
-    before = signal.signal(signal.SIGTERM, own)
-    try:
-        with termination():
-            assert signal.getsignal(signal.SIGTERM) is own
-    finally:
-        signal.signal(signal.SIGTERM, before)
-    seen: list[Any] = []
-
-    def inside() -> None:
-        with termination():
-            seen.append(signal.getsignal(signal.SIGTERM))
-
-    thread = threading.Thread(target=inside)
-    thread.start()
-    thread.join()
-    assert seen == [before]

@@ -1,80 +1,165 @@
-"""Signals that are held: they wait, then do what they do otherwise."""
+"""Ctrl-C and SIGTERM to commands: none is lost, each ends the process soon and in good order."""
 
 from __future__ import annotations
 
+import json
+import os
 import signal
-import threading
-from collections.abc import Iterator
-from typing import Annotated
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import NamedTuple
 
 import pytest
-from pydantic import PlainSerializer
 
-from rigidpend.config.schema import Part
-from rigidpend.run.signals import Terminated, held, termination
+from rigidpend.run import signals
+from tests.cli.calls import UNTRACED, call
+from tests.config.samples import SMALL, written
+
+BOUND = 2.0
+"""Seconds within which a command ends after a signal, when the processor is its own."""
+BOTH = [signal.SIGINT, signal.SIGTERM]
+SAID = {
+    signal.SIGINT: "interrupted; finished results are kept",
+    signal.SIGTERM: "terminated; finished results are kept",
+}
+LONG = ("run", "fig4", "--set", "problem.n_symbols=9999", "--set", "numerics.precisions=[53]")
+"""A command that takes some seconds."""
+
+PROGRAM = """
+import os, runpy, signal, sys, time, weakref
+from rigidpend.results import files
+from rigidpend.run import runner
+number, run = signal.Signals(int(sys.argv.pop(1))), runner.run
+# Tests may be started in the background, where Ctrl-C is ignored; their programs are not.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+class Dying:
+    pass
+def come(*_):
+    os.kill(os.getpid(), number)
+    # A handler runs between two instructions: here is room for it.
+    for _ in range(1000):
+        pass
+def disturbed(*given, **named):
+    dying = Dying()
+    kept = weakref.ref(dying, REFERENCE)
+    del dying
+    return run(*given, **named)
+replace = os.replace
+def hanging(written, path):
+    if "small" not in str(path):
+        return replace(written, path)
+    while True:
+        try:
+            come()
+            time.sleep(60)
+        except BaseException:
+            pass
+CHANGE
+runpy.run_module("rigidpend", run_name="__main__", alter_sys=True)
+"""
+DISTURBED = "runner.run = disturbed"
+HANGING = "files.os.replace = hanging"
+SWALLOWS = {
+    "a destructor": PROGRAM.replace("REFERENCE", "None").replace(
+        "CHANGE", f"Dying.__del__ = come; {DISTURBED}"
+    ),
+    "a weak reference": PROGRAM.replace("REFERENCE", "come").replace("CHANGE", DISTURBED),
+}
 
 
-@pytest.fixture(autouse=True)
-def as_in_the_foreground() -> Iterator[None]:
-    """Where tests are started in the background, Ctrl-C is ignored: not so in these."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
+class End(NamedTuple):
+    """How a process ended."""
+
+    code: int
+    seconds: float
+    said: str
 
 
-def test_an_interruption_waits_for_the_end_of_what_must_not_be_disturbed() -> None:
-    done = []
-
-    def disturbed() -> None:
-        with held():
-            signal.raise_signal(signal.SIGINT)
-            done.append("all")
-
-    with pytest.raises(KeyboardInterrupt):
-        disturbed()
-    assert done == ["all"]
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
-
-
-def test_sigterm_waits_too_and_then_unwinds() -> None:
-    done = []
-
-    def disturbed() -> None:
-        with termination(), held():
-            signal.raise_signal(signal.SIGTERM)
-            done.append("all")
-
-    with pytest.raises(Terminated):
-        disturbed()
-    assert done == ["all"]
-    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+def ended(script: str, *given: str) -> End:
+    """A script that calls a command and sends itself a signal."""
+    begun = time.monotonic()
+    done = subprocess.run(
+        [sys.executable, "-c", script, *given],
+        env=UNTRACED,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    return End(done.returncode, time.monotonic() - begun, done.stderr)
 
 
-@pytest.mark.parametrize(
-    ("number", "stop"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Terminated)]
-)
-def test_a_stop_while_a_config_is_written_is_a_stop(
-    number: signal.Signals, stop: type[BaseException]
+@pytest.mark.slow
+@pytest.mark.parametrize("number", BOTH)
+@pytest.mark.parametrize("where", SWALLOWS)
+def test_a_signal_is_heeded_that_comes_where_python_swallows_exceptions(
+    tmp_path: Path, where: str, number: signal.Signals
 ) -> None:
-    def stopped(x: int) -> int:
-        signal.raise_signal(number)
-        return x
-
-    class Stopped(Part):
-        x: Annotated[int, PlainSerializer(stopped)] = 1
-
-    with termination(), pytest.raises(stop):
-        Stopped().model_dump(mode="json")
+    end = ended(SWALLOWS[where], str(int(number)), *LONG, "--out", str(tmp_path))
+    assert (end.code, end.said.splitlines()[-1]) == (128 + number, SAID[number])
+    assert "Traceback" not in end.said
+    assert not list(tmp_path.rglob("*.part"))
 
 
-def test_other_threads_are_let_alone() -> None:
-    found = []
+@pytest.mark.slow
+def test_a_command_that_does_not_end_by_itself_is_ended_and_leaves_no_half_file(
+    tmp_path: Path,
+) -> None:
+    written(tmp_path, SMALL, "small.yaml")
+    script = PROGRAM.replace("REFERENCE", "None").replace("CHANGE", HANGING)
+    given = ("run", str(tmp_path / "small.yaml"), "--out", str(tmp_path / "out"))
+    end = ended(script, str(int(signal.SIGTERM)), *given)
+    assert (end.code, end.said.splitlines()[-1]) == (143, SAID[signal.SIGTERM])
+    assert {path.suffix for path in tmp_path.rglob("*") if path.is_file()} == {".yaml", ".log"}
 
-    def work() -> None:
-        with held():
-            found.append(signal.getsignal(signal.SIGINT))
 
-    thread = threading.Thread(target=work)
-    thread.start()
-    thread.join()
-    assert found == [signal.default_int_handler]
+@pytest.mark.slow
+def test_what_a_shell_lets_be_ignored_is_ignored(tmp_path: Path) -> None:
+    written(tmp_path, SMALL, "small.yaml")
+    change = f"signal.signal(signal.SIGINT, signal.SIG_IGN); Dying.__del__ = come; {DISTURBED}"
+    script = PROGRAM.replace("REFERENCE", "None").replace("CHANGE", change)
+    given = ("run", str(tmp_path / "small.yaml"), "--out", str(tmp_path / "out"))
+    assert ended(script, str(int(signal.SIGINT)), *given).code == 0
+    assert (tmp_path / "out" / "small.h5").is_file()
+
+
+@pytest.mark.parametrize("number", BOTH)
+def test_a_command_asked_to_end_says_so_and_prints_its_document(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: signal.Signals
+) -> None:
+    written(tmp_path, SMALL, "small.yaml")
+    monkeypatch.setattr(signals, "_came", [number])
+    done = call(tmp_path, "run", "small.yaml", "--json")
+    assert (done.returncode, done.stderr) == (128 + number, f"{SAID[number]}\n")
+    assert json.loads(done.stdout) == {"error": SAID[number], "exit_code": 128 + number}
+
+
+def test_a_program_that_calls_the_package_keeps_its_own_handlers(tmp_path: Path) -> None:
+    before = [signal.getsignal(number) for number in BOTH]
+    written(tmp_path, SMALL, "small.yaml")
+    assert call(tmp_path, "run", "small.yaml").returncode == 0
+    assert [signal.getsignal(number) for number in BOTH] == before
+    assert signal.set_wakeup_fd(-1) == -1
+
+
+@pytest.mark.slow
+def test_processes_are_begun_deaf_to_an_interruption(tmp_path: Path) -> None:
+    """Python's own tracker of resources lets signals in again when it starts: not then."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import multiprocessing, os, signal\n"
+        "from rigidpend.run.signals import interruption_kept_from_children\n"
+        "if __name__ == '__main__':\n"
+        "    with interruption_kept_from_children():\n"
+        "        child = multiprocessing.get_context('spawn').Process(target=os.getpid)\n"
+        "        child.start()\n"
+        "        deaf = signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, [])\n"
+        "    assert deaf\n"
+        "    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])\n"
+        "    child.join()\n"
+    )
+    root = str(Path(__file__).resolve().parents[2])
+    environment = {**os.environ, "PYTHONPATH": root}
+    subprocess.run([sys.executable, script], env=environment, check=True, timeout=60)

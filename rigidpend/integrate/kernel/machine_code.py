@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 from rigidpend.results import cache
-from rigidpend.run.signals import held
 
 MOST = 256
 """Kernels that are kept, of some 20 kB each."""
@@ -38,21 +37,20 @@ def function(text: str, name: str, *arguments: Any) -> Any:
     name : str
     arguments : ctypes types
     """
-    with held():
-        import llvmlite.binding as llvm
+    import llvmlite.binding as llvm
 
-        machine = _machine(llvm)
-        key = hashlib.sha256(
-            repr((text, machine.triple, *_processor(llvm), llvm.llvm_version_info)).encode()
-        ).hexdigest()
-        path = folder() / key[:32]
-        code = cache.load(path)
-        if code is None:
-            code = _compiled(llvm, machine, text)
-            cache.save(path, code, MOST)
-        loaded = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
-        loaded.add_object_file(llvm.ObjectFileRef.from_data(code))
-        loaded.finalize_object()
+    machine = _machine(llvm)
+    key = hashlib.sha256(
+        repr((text, machine.triple, *_processor(llvm), llvm.llvm_version_info)).encode()
+    ).hexdigest()
+    path = folder() / key[:32]
+    code = cache.load(path)
+    if code is None:
+        code = _compiled(llvm, machine, text)
+        cache.save(path, code, MOST)
+    loaded = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
+    loaded.add_object_file(llvm.ObjectFileRef.from_data(code))
+    loaded.finalize_object()
     _loaded.append(loaded)
     return ctypes.CFUNCTYPE(ctypes.c_int64, *arguments)(loaded.get_function_address(name))
 
