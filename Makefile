@@ -46,7 +46,7 @@ test-plain: ## run every test without heyoka, as on macOS and Windows, in build/
 	build/plain/bin/python -m pytest -n $(or $(JOBS),auto) --dist loadfile
 
 attacks: $(VENV)/.installed-test ## fuzz 2000 files of each kind and configs, kill 100 runs: half an hour; COUNT=
-	RIGIDPEND_FUZZ=$(or $(COUNT),2000) RIGIDPEND_KILLS=100 $(PYTEST) tests/attacks tests/config/test_fuzz.py tests/run/test_faults.py
+	RIGIDPEND_FUZZ=$(or $(COUNT),2000) RIGIDPEND_KILLS=100 $(PYTEST) tests/attacks tests/config/test_fuzz.py tests/run/test_faults.py tests/run/test_signals.py
 
 coverage: $(VENV)/.installed-test ## run every test and say which lines and branches they leave out
 	$(PYTEST) --cov --cov-report=term:skip-covered --cov-report=html:build/coverage

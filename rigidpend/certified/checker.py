@@ -20,6 +20,7 @@ from rigidpend.certified.signs import BITS, PARTS, Values
 from rigidpend.certified.steps import CLOCK, Step
 from rigidpend.equations import AlignedCoefficients, aligned
 from rigidpend.integrate.records import separatrix_beside
+from rigidpend.run.workers import check_stop
 
 NEWTON = 3
 """Iterations in doubles to the place of a crossing."""
@@ -70,6 +71,7 @@ class OrbitChecker:
         Undecided
             Its inequality, or a sign on it, is not shown.
         """
+        check_stop()
         models = [Model.of_series(w, step.bits) for w in step.series]
         duration = arb(step.half_length) / 2**CLOCK
         with precision(SCALARS):

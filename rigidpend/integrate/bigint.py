@@ -26,6 +26,7 @@ from rigidpend.integrate.records import (
 )
 from rigidpend.integrate.roots import UndecidedTouch
 from rigidpend.numbers.exact import GUARD_BITS
+from rigidpend.run.workers import check_stop
 
 MAX_STEPS = 100_000
 SHRINK = math.exp(-2)
@@ -211,6 +212,7 @@ class Flow:
         for variable, value in zip(self.variables, state, strict=True):
             variable.terms.append(value)
         for k in range(1, self.order + 1):
+            check_stop()
             for node in self.tape:
                 node.extend()
             for variable, rate in zip(self.variables, self.rates, strict=True):

@@ -20,6 +20,7 @@ from rigidpend.integrate.records import (
     separatrix_beside,
     silent_outcome,
 )
+from rigidpend.run.workers import check_stop
 
 SIDE_BY_SIDE = 64
 """Number of orbits in one system: all take the step of the most demanding one."""
@@ -96,6 +97,7 @@ class _Group:
             atol=np.broadcast_to(self.floor, shape).ravel(),
         )
         while True:
+            check_stop()
             before = solver.y.reshape(shape)[2]
             solver.step()
             now = solver.y.reshape(shape)

@@ -1,9 +1,14 @@
-"""Ctrl-C and SIGTERM to commands: none is lost, each ends the process soon and in good order."""
+"""Ctrl-C and SIGTERM to commands: none is lost, each ends the process soon and in good order.
+
+How many are sent at random moments: 6, or as many as ``RIGIDPEND_KILLS`` says.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
+import random
 import signal
 import subprocess
 import sys
@@ -15,7 +20,7 @@ import pytest
 
 from rigidpend.run import signals
 from tests.cli.calls import UNTRACED, call
-from tests.config.samples import SMALL, written
+from tests.config.samples import HEAD, SMALL, written
 
 BOUND = 2.0
 """Seconds within which a command ends after a signal, when the processor is its own."""
@@ -67,6 +72,24 @@ SWALLOWS = {
     ),
     "a weak reference": PROGRAM.replace("REFERENCE", "come").replace("CHANGE", DISTURBED),
 }
+
+
+KILLS = int(os.environ.get("RIGIDPEND_KILLS", "6"))
+COMMANDS = {
+    "run on one thread": ("run", "work.yaml", "--force", "-j", "1"),
+    "run on two threads": ("run", "work.yaml", "--force", "-j", "2"),
+    "run on two processes": ("run", "whole.yaml", "--force", "-j", "2"),
+    "render": ("render", "results/work.h5"),
+    "verify on one thread": ("verify", "work.yaml", "--reference", "results", "-j", "1"),
+    "verify on two threads": ("verify", "work.yaml", "--reference", "results", "-j", "2"),
+    "certify in one process": ("certify", "small.yaml", "--force", "-j", "1"),
+    "certify in two processes": ("certify", "small.yaml", "--force", "-j", "2"),
+    "find": ("find", "fig4", "--code", "0001101"),
+    "report": ("report",),
+}
+"""Commands of a second or some, in a folder with their configs and results."""
+LASTS = 3.0
+"""Seconds from their start within which signals are sent."""
 
 
 class End(NamedTuple):
@@ -163,3 +186,67 @@ def test_processes_are_begun_deaf_to_an_interruption(tmp_path: Path) -> None:
     root = str(Path(__file__).resolve().parents[2])
     environment = {**os.environ, "PYTHONPATH": root}
     subprocess.run([sys.executable, script], env=environment, check=True, timeout=60)
+
+
+@pytest.fixture(scope="module")
+def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder for the commands, where each has ended well once."""
+    found = tmp_path_factory.mktemp("desk")
+    prepare(found)
+    return found
+
+
+def prepare(folder: Path) -> None:
+    """Put there what the commands need."""
+    work = HEAD.format(experiment="route_codes", n_symbols=60)
+    written(folder, f"{work}  phases: {{start: 0, step: 1/10, count: 63}}\n", "work.yaml")
+    whole = SMALL.replace("precisions: [53]", "engine: scipy\n  precisions: [53, 113]")
+    for name, text in (("small", SMALL), ("whole", whole)):
+        written(folder, text, f"{name}.yaml")
+    assert call(folder, "run", "work.yaml", "small.yaml").returncode == 0
+
+
+def disturbed(folder: Path, command: str, number: signal.Signals, moment: float) -> End:
+    """Send a signal at a moment after a command's start, in seconds, to all of its processes."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "rigidpend", *COMMANDS[command]],
+        cwd=folder,
+        env=UNTRACED,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        # Tests may be started in the background, where Ctrl-C is ignored.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
+    time.sleep(moment)
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(process.pid, number)
+    begun = time.monotonic()
+    _, said = process.communicate(timeout=60)
+    return End(process.returncode, time.monotonic() - begun, said)
+
+
+def wrong(folder: Path, end: End, number: signal.Signals) -> str:
+    """What is wrong with an end, in words; empty if it is as it should be."""
+    # While Python itself begins, Ctrl-C is its own exception: nothing of ours has run.
+    if end.code in (1, -number) and "KeyboardInterrupt" in end.said and "cli" not in end.said:
+        return ""
+    if end.code not in (0, 128 + number, -number):
+        return f"exit code {end.code}"
+    if "Traceback" in end.said or "Exception" in end.said:
+        return "a traceback"
+    if end.code == 128 + number and end.said.splitlines()[-1] != SAID[number]:
+        return "not said"
+    return "half a file" if list(folder.rglob("*.part")) else ""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("index", range(KILLS))
+def test_a_signal_at_any_moment_ends_any_command(desk: Path, index: int) -> None:
+    chance = random.Random(index)
+    command, number = list(COMMANDS)[index % len(COMMANDS)], chance.choice(BOTH)
+    end = disturbed(desk, command, number, chance.uniform(0, LASTS))
+    assert not wrong(desk, end, number), (command, number, end)
+    # Other work on the machine may take its turn.
+    assert end.seconds < BOUND * max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))

@@ -13,9 +13,12 @@ import os
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
+
+from rigidpend.run.workers import PERIOD, check_stop
 
 
 class Order(NamedTuple):
@@ -52,18 +55,37 @@ def measured(order: Order, limit: float) -> tuple[list[dict[str, Any]], str]:
         environment = {**os.environ, **limited_to(order.threads), "XDG_CACHE_HOME": cache}
         command = [sys.executable, "-m", "rigidpend.measure.benchmark.worker"]
         given = json.dumps(order._asdict())
-        try:
-            done = subprocess.run(
-                command, input=given, capture_output=True, text=True, env=environment,
-                timeout=limit, check=False,
-            )  # fmt: skip
-        except subprocess.TimeoutExpired as late:
-            # Even where text is asked for, what came before the end is bytes.
-            told: Any = late.stdout or b""
-            return _lines(bytes(told).decode()), f"ended at {limit:g} s"
-    said = done.stderr.strip().splitlines()
-    ended = "" if not done.returncode else f"failed: {said[-1] if said else done.returncode}"
-    return _lines(done.stdout), ended
+        process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            text=True, env=environment,
+        )  # fmt: skip
+        with process:
+            out, err, late = _heard(process, given, limit)
+    if late:
+        return _lines(out), f"ended at {limit:g} s"
+    said = err.strip().splitlines()
+    code = process.returncode
+    return _lines(out), f"failed: {said[-1] if said else code}" if code else ""
+
+
+def _heard(process: subprocess.Popen[str], given: str, limit: float) -> tuple[str, str, bool]:
+    """What a process says on stdout and stderr, and whether it had to be ended at the limit."""
+    until = time.monotonic() + limit
+    asked: str | None = given
+    try:
+        while True:
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                out, err = process.communicate(asked, timeout=PERIOD)
+                # A signal may be sent to both: then it failed for nothing of its own.
+                check_stop()
+                return out, err, False
+            asked = None
+            check_stop()
+            if time.monotonic() > until:
+                process.kill()
+                return *process.communicate(), True
+    finally:
+        process.kill()
 
 
 def limited_to(threads: int) -> dict[str, str]:
