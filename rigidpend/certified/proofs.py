@@ -11,7 +11,7 @@ from flint import arb
 from rigidpend.certified.approximation import Approximation
 from rigidpend.certified.balls import enclosed
 from rigidpend.certified.checker import OrbitChecker, Outgrown, ProvenCrossing, Undecided
-from rigidpend.certified.steps import Step
+from rigidpend.certified.steps import STEPS, Step
 from rigidpend.numbers.exact import Exact
 from rigidpend.routes.problem import RouteProblem
 
@@ -19,8 +19,6 @@ MARGIN = 26
 """Bits of a step beyond its bound: a defect is that much larger than a unit."""
 AT_START = 64
 """Bits beyond those of the first step in which the exact problem is enclosed."""
-STEPS = 20_000
-"""Steps of an orbit at most."""
 
 
 class Proof(NamedTuple):
