@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -14,6 +14,7 @@ from pydantic import ValidationError
 from rigidpend import experiments
 from rigidpend.alphabet import NO_SYMBOL
 from rigidpend.certified import codes, extra, storage
+from rigidpend.certified.progress import Report
 from rigidpend.config.complaints import Complaint, ConfigError, Origin
 from rigidpend.config.loading import LoadedConfig
 from rigidpend.numbers.exact import Exact, exact
@@ -37,7 +38,6 @@ MOST_ORBITS = 2000
 REASON = {"reason": Field(TEXT, ("columns",), "", "reason for which an orbit is undecided")}
 """Field of the parts of a proof, of which the certificate has nothing."""
 
-Report = Callable[[str], None]
 Routes: TypeAlias = Mapping[str, tuple[RouteProblem, Sequence[Exact]]]
 """Arrays of orbits by name: their problem and their exact phases."""
 
@@ -276,7 +276,9 @@ def _array(
     found: list[Any] = []
     for first in range(0, len(phases), AT_ONCE):
         some = [phases[k] for k in range(first, min(first + AT_ONCE, len(phases)))]
-        found.append(parts.keep(f"{name}.{first:08d}", partial(_part, problem, some, jobs)))
+        report(f"{name}: orbits from {first} of {len(phases)}")
+        part = partial(_part, problem, some, jobs, report)
+        found.append(parts.keep(f"{name}.{first:08d}", part))
         report(f"{name}: {first + len(some)} of {len(phases)} orbits")
     # Columns come last in every field, and so do steps and bytes: parts join at their ends.
     fields = {**storage.FIELDS, **storage.PROOF, **REASON}
@@ -286,7 +288,7 @@ def _array(
     return datasets(fields, joined)
 
 
-def _part(problem: RouteProblem, phases: Sequence[Exact], jobs: int) -> Tree:
+def _part(problem: RouteProblem, phases: Sequence[Exact], jobs: int, report: Report) -> Tree:
     found = codes.certify_codes(
         problem.body,
         phases,
@@ -294,6 +296,7 @@ def _part(problem: RouteProblem, phases: Sequence[Exact], jobs: int) -> Tree:
         J1_0=problem.J1_0,
         n_symbols=problem.n_symbols,
         jobs=jobs,
+        report=report,
     )
     told = found._asdict() | {
         "theta2_0": np.array([_text(phase).encode() for phase in phases], dtype=bytes),
