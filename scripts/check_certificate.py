@@ -108,6 +108,9 @@ class Interval:
     def __rtruediv__(self, other: Any) -> Interval:
         return Interval.of(other) / self
 
+    def __ge__(self, other: int) -> bool:
+        return self.low >= other << self.digits
+
     def __pow__(self, n: int) -> Interval:
         found = Interval.of(1)
         for _ in range(abs(n)):
@@ -257,11 +260,11 @@ class Problem(NamedTuple):
 
 def problem_of(given: dict[str, Any], theta2_0: Any) -> Problem:
     """The problem of a config's numbers and of a phase."""
-    A1, A2, A3 = (number(x) for x in given["A"])
-    r1, r2, r3 = (number(x) for x in given["r"])
+    (A1, A2, A3), (r1, r2, r3) = (map(number, given[key]) for key in ("A", "r"))
     mu, h0, J1 = (number(given[key]) for key in ("mu", "h0", "J1_0"))
-    if not (Interval.of(A1 - A3).low > 0 and Interval.of(A3 - A2).low > 0 and r3 == 0):
-        raise Refused("A1 > A3 > A2 or r3 = 0 is broken")
+    ordered = Interval.of(A1 - A3).low > 0 and Interval.of(A3 - A2).low > 0
+    if not (ordered and Interval.of(A2).low > 0 and r3 == 0 and r1 >= 0 and r2 >= 0):
+        raise Refused("A1 > A3 > A2 > 0 or r1, r2 >= 0 = r3 is broken, or cannot be told")
     # Of the angles only sines and cosines of their halves are needed, which are roots.
     c = sqrt(Interval.of(A2 * (A1 - A3) / (A3 * (A1 - A2))))
     s = sqrt(Interval.of(A1 * (A3 - A2) / (A3 * (A1 - A2))))
