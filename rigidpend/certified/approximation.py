@@ -24,6 +24,7 @@ from rigidpend.certified.models import Model
 from rigidpend.certified.steps import CLOCK, Step
 from rigidpend.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.doubles import Array
+from rigidpend.run.workers import check_stop
 
 GAIN = 35
 """Bits that an iteration wins: what the linear equation is solved to, in doubles."""
@@ -153,6 +154,8 @@ class Approximation:
         known = DOUBLE
         P = [_whole(row, bits) for row in series]
         while True:
+            # Of thousands of bits a step takes half a minute.
+            check_stop()
             # An early residual is not computed in more bits than its correction can use.
             work = min(bits, known + GAIN + GUARD)
             residual = self._residual(P, begin, whole, bits, work)

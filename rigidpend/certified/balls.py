@@ -68,8 +68,8 @@ def enclosed(problem: RouteProblem, theta2_0: Exact, bits: int) -> Enclosed:
         J1 = _ball(problem.J1_0)
         J2 = (2 * _ball(problem.h0) / p.kappa).sqrt()
         # Divided by it |M| is about one, as fixed-point coefficients want
-        # it; a power of two rounds nothing.
-        unit = _power_of_two(J2)
+        # it; a power of two rounds nothing. A J2 that is one itself is told in spite of rounding.
+        unit = _power_of_two(J2 * (1 + arb(2) ** -20))
         start = Canonical(
             J1 / unit,
             (J2 - J1) / unit,

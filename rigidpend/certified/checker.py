@@ -76,16 +76,19 @@ class OrbitChecker:
         duration = arb(step.half_length) / 2**CLOCK
         with precision(SCALARS):
             begin = self._joined(models)
+            _check_below("H1: the distance where two steps join", begin)
             leap = defect(models, duration, self.coefficients, self.growth)
+            _check_below("H2: the distance with a step's defect", begin + 2 * leap)
             # Finer parts only where coarse ones leave a sign in
             # doubt: they cost eight times as much.
             for parts in PARTS:
                 M3 = Values(models[2], parts)
                 radius = self._tube(begin, leap, M3, duration, parts)
-                if self._signs(models, M3, radius, duration, parts):
+                doubt = self._doubt(models, M3, radius, duration, parts)
+                if not doubt:
                     break
             else:
-                raise Undecided("M3 touches zero, or crosses it too slowly to be told")
+                raise Undecided(doubt)
             self.time += 2 * duration
 
     def _joined(self, models: Sequence[Model]) -> arb:
@@ -103,15 +106,18 @@ class OrbitChecker:
         # The tube is assumed and then verified (H3); the rate depends on its radius but little.
         assumed = ROOM * (begin + 2 * leap)
         for _ in range(3):
+            # A wider tube is never needed, and the rate would be larger in it.
+            assumed = assumed.min(arb(LARGEST))
             grown = self._grown(begin, leap, M3, duration, parts, assumed)
             # Balls compare as true only where that is certain: what may be larger counts as larger.
-            if not grown < LARGEST:
-                break
             if grown < assumed:
                 self.bound = grown
                 return grown
+            if not grown < LARGEST:
+                break
             assumed = 2 * grown
-        raise Outgrown("the bound on the distance has grown too large for the bits used")
+        _check_below("H3: the distance at the end of a step", grown)
+        raise Outgrown("H3: no tube is shown to hold the orbit; more bits would help")
 
     def _grown(
         self, begin: arb, leap: arb, M3: Values, duration: arb, parts: int, assumed: arb
@@ -124,10 +130,10 @@ class OrbitChecker:
         total = sum(rates, arb(0)) * (2 * duration / parts)
         return _up(total.exp() * (begin + 2 * leap))
 
-    def _signs(
+    def _doubt(
         self, models: Sequence[Model], M3: Values, radius: arb, duration: arb, parts: int
-    ) -> bool:
-        """H4 and H5: whether the sign of M3 is known on every part but those of one crossing each.
+    ) -> str:
+        """H4 and H5: what of M3's signs and crossings is not shown on a step; empty if all is.
 
         The crossings are recorded, each with the sign that tells its separatrix.
         """
@@ -136,35 +142,35 @@ class OrbitChecker:
         # Both ends must be told, the first as the step before left it:
         # no crossing falls between steps.
         if not (sides[0] and sides[-1]) or (self._side and sides[0] != self._side):
-            return False
+            return "H4: M3 is too near zero at an end of a step for its sign to be told"
         found = []
         for first, last in _gaps(sides):
             # The same side again: a touch of M3 = 0, or two crossings that these parts do not part.
             if sides[first - 1] == sides[last + 1]:
-                return False
+                return "H4: M3 comes too near zero without crossing it"
             crossing = self._crossing(models, range(first, last + 1), radius, duration, parts)
-            if crossing is None:
-                return False
+            if isinstance(crossing, str):
+                return crossing
             found.append(crossing)
         self.crossings += found
         self._side = sides[-1]
-        return True
+        return ""
 
     def _crossing(
         self, models: Sequence[Model], where: range, radius: arb, duration: arb, parts: int
-    ) -> ProvenCrossing | None:
-        """H5: the one crossing on some parts; None where it is not shown to be just one."""
+    ) -> ProvenCrossing | str:
+        """H5: the one crossing on some parts, or what of it is not shown."""
         slopes = models[2].derivative()
         rates = Values(slopes, parts)
         least = min(map(rates.least, where))
         if least <= _whole(self._rate_apart(models, radius, duration)):
-            return None
+            return "H5: M3 crosses zero too slowly for it to be one crossing"
         # Where M3 rises, beside 2 and 4, Qp is large and its sign
         # tells which; beside 1 and 3 it is Qm.
         rising = rates.at[where[0]] > 0
         large = Values(models[0 if rising else 1], parts)
         if min(map(large.least, where)) <= _whole(radius):
-            return None
+            return "H5: Q is too near zero at a crossing to tell its separatrix"
         Q = large.at[where[0]]
         x = self._zero(models[2], slopes, where, parts, _up(radius / self.growth.upright), least)
         # x = -1 is the beginning of the step, and t' here is in units of the inverse of `unit`.
@@ -217,6 +223,13 @@ def _end(model: Model, x: int) -> arb:
     twice = w[0] + 2 * (x * sum(signs[0]) + sum(signs[1]))
     with precision(model.bits + SCALARS):
         return arb(twice) / arb(2) ** (model.bits + 1)
+
+
+def _check_below(what: str, distance: arb) -> None:
+    # Balls compare as true only where that is certain: what may be larger counts as larger.
+    if not distance < LARGEST:
+        said = f"{what} may be {float(distance.mid()):.3g}, more than {LARGEST}"
+        raise Outgrown(f"{said}; more bits would help")
 
 
 def _contained(ball: arb) -> tuple[float, float]:

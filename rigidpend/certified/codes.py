@@ -16,8 +16,10 @@ from rigidpend.body import Body
 
 # Before what needs python-flint, so that its absence is told in words.
 from rigidpend.certified import extra as extra
-from rigidpend.certified.proofs import Proof, bits_for, check, prove
+from rigidpend.certified.progress import Progress, Report
+from rigidpend.certified.proofs import Proof, bits_for, check, prove, steps_for
 from rigidpend.certified.steps import MOST_BITS, Step
+from rigidpend.experiments.contract import tell_nobody
 from rigidpend.numbers.exact import Exact, ExactError, exact, function
 from rigidpend.numbers.generic import Scalar
 from rigidpend.routes.codes import checked_jobs, route_codes
@@ -73,6 +75,7 @@ def certify_codes(
     n_symbols: int = 15,
     bits: int | None = None,
     jobs: int = 1,
+    report: Report = tell_nobody,
 ) -> CertifiedCodes:
     """Prove the binary route codes of orbits on S1-, as in Fig. 4.
 
@@ -95,6 +98,9 @@ def certify_codes(
         integration in doubles tells, and more where these do not suffice.
     jobs : int, optional
         How many processes. No result depends on it.
+    report : callable, optional
+        Takes lines on proofs that take long. With several processes it is called in these, so it
+        must be a function of a module.
 
     Returns
     -------
@@ -118,7 +124,7 @@ def certify_codes(
     else:
         orbits = list(zip(exactly, *_expected(problem, theta2_0), strict=True))
         with _one_thread_each():
-            proofs = side_by_side(_orbit, (problem, bits), True, orbits, jobs)
+            proofs = side_by_side(_orbit, (problem, bits, report), True, orbits, jobs)
     return _record(phases.high, proofs, problem.n_symbols)
 
 
@@ -133,16 +139,23 @@ def checked_codes(
     return _record(high, proofs, problem.n_symbols)
 
 
-def _orbit(orbit: tuple[Exact, float, int], problem: RouteProblem, bits: int | None) -> Proof:
+def _orbit(
+    orbit: tuple[Exact, float, int], problem: RouteProblem, bits: int | None, report: Report
+) -> Proof:
     """Prove one orbit, with more bits where the first do not suffice."""
     theta2_0, time, tries = orbit
-    n, limit = problem.n_symbols + 1, passage_limit(problem, 53)
-    if bits is not None:
-        return prove(problem, theta2_0, bits, n, limit)
-    found, asked = Proof([], [], ""), bits_for(problem, time, theta2_0)
+    n, limit, name = problem.n_symbols + 1, passage_limit(problem, 53), f"theta2_0 = {theta2_0}"
+    steps = steps_for(problem, time, theta2_0)
+    asked, tries = (bits_for(problem, time, theta2_0), tries) if bits is None else (bits, 1)
+    found, spent = Proof([], [], ""), 0
     for _ in range(tries):
         asked = min(asked, MOST_BITS)
-        found = prove(problem, theta2_0, asked, n, limit)
+        progress = Progress(name, steps, asked, report, spent)
+        # What bits are given for is not refused, only bounded.
+        if bits is None and (reason := progress.refusal()):
+            return found if found.reason else Proof([], [], reason)
+        found = prove(problem, theta2_0, asked, n, limit, progress)
+        spent += progress.work
         if not found.outgrown or asked == MOST_BITS:
             break
         asked = math.ceil(asked * MORE)

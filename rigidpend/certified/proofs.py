@@ -11,16 +11,16 @@ from flint import arb
 from rigidpend.certified.approximation import Approximation
 from rigidpend.certified.balls import enclosed
 from rigidpend.certified.checker import OrbitChecker, Outgrown, ProvenCrossing, Undecided
-from rigidpend.certified.steps import Step
+from rigidpend.certified.progress import Progress
+from rigidpend.certified.steps import STEPS, Step
 from rigidpend.numbers.exact import Exact
 from rigidpend.routes.problem import RouteProblem
+from rigidpend.run.workers import check_stop
 
 MARGIN = 26
 """Bits of a step beyond its bound: a defect is that much larger than a unit."""
 AT_START = 64
 """Bits beyond those of the first step in which the exact problem is enclosed."""
-STEPS = 20_000
-"""Steps of an orbit at most."""
 
 
 class Proof(NamedTuple):
@@ -40,7 +40,12 @@ class Proof(NamedTuple):
 
 
 def prove(
-    problem: RouteProblem, theta2_0: Exact, bits: int, n_crossings: int, limit: float
+    problem: RouteProblem,
+    theta2_0: Exact,
+    bits: int,
+    n_crossings: int,
+    limit: float,
+    progress: Progress | None = None,
 ) -> Proof:
     """Find steps that prove crossings, from a bound of 2^-bits at the start.
 
@@ -55,12 +60,15 @@ def prove(
         Crossings after which to stop.
     limit : float
         Longest wait for the next crossing, t'.
+    progress : Progress, optional
+        Tells how far it is, and ends it where it takes too much work.
     """
     start = enclosed(problem, theta2_0, bits + MARGIN + AT_START)
     orbit, checker = Approximation(start.coefficients, start.state), OrbitChecker(start)
     unit, steps, reason, outgrown = float(start.unit), [], "", False
     work, last = bits + MARGIN, 0.0
     while len(checker.crossings) < n_crossings:
+        check_stop()
         step = orbit.step(work)
         try:
             checker.take(step)
@@ -73,6 +81,9 @@ def prove(
         # On an invariant plane no crossing follows, and no finite piece of an orbit can show that.
         if float(checker.time) / unit - last > limit or len(steps) == STEPS:
             reason = f"no crossing within t' = {limit:.4g}"
+            break
+        if progress and not progress.step(step.bits):
+            reason = f"an orbit may take no more work than these {len(steps)} steps"
             break
         # The bound only grows, and coefficients much finer than it say nothing.
         work = min(work, MARGIN + _digits(checker.bound))
@@ -94,6 +105,13 @@ def check(problem: RouteProblem, theta2_0: Exact, steps: Sequence[Step], n_cross
     if not reason and len(checker.crossings) < n_crossings:
         reason = "the steps end before the last crossing"
     return Proof(checker.crossings[:n_crossings], list(steps), reason)
+
+
+def steps_for(problem: RouteProblem, time: float, theta2_0: Exact) -> int:
+    """Number of steps that a proof up to a time t' takes, if each has its full length."""
+    start = enclosed(problem, theta2_0, AT_START)
+    longest = Approximation(start.coefficients, start.state).longest
+    return min(STEPS, math.ceil(time * float(start.unit) / longest))
 
 
 def bits_for(problem: RouteProblem, time: float, theta2_0: Exact) -> int:

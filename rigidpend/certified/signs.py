@@ -13,6 +13,8 @@ GRAIN = 64
 """Numbers of terms of a table are multiples of it."""
 BITS = 62
 """Values are integers in units of 2^-BITS."""
+SPARE = 34
+"""Bits of the recurrence of T_j beyond these."""
 
 
 class Values:
@@ -43,22 +45,23 @@ class Values:
         return (abs(self.at[k]) + abs(self.at[k + 1]) + self.change) // 2 + 1 + self.doubt
 
 
-@functools.lru_cache(maxsize=64)
+@functools.lru_cache(maxsize=8)
 def _table(parts: int, terms: int) -> list[list[int]]:
-    """T_j at the ends of the parts, rounded down to units of 2^-BITS."""
-    rows = []
+    """T_j at the ends of the parts, a power of two of them, within a unit of 2^-BITS."""
+    # By the recurrence with bits to spare: n terms lose n^2/2 of its units, and half of one of
+    # ours when they are rounded.
+    rows, half = [], 1 << (SPARE - 1)
     for k in range(parts + 1):
-        # T_j(x) parts^j at x = (2 k - parts)/parts is whole.
-        x, before, here = 2 * k - parts, 1, 2 * k - parts
-        row = [1 << BITS]
-        scale = parts
-        for _ in range(terms - 1):
-            row.append((here << BITS) // scale)
-            before, here = here, 2 * x * here - parts * parts * before
-            scale *= parts
-        rows.append(row)
-    # P = w_0/2 + ...
-    return [[row[0] // 2, *row[1:terms]] for row in rows]
+        # x = (2 k - parts)/parts, and so 2 x here is a shift of a product.
+        twice, shift = 2 * (2 * k - parts), parts.bit_length() - 1
+        before, here = 1 << (BITS + SPARE), (twice << (BITS + SPARE - 1)) // parts
+        row = []
+        for _ in range(terms):
+            row.append((before + half) >> SPARE)
+            before, here = here, ((twice * here) >> shift) - before
+        # P = w_0/2 + ...
+        rows.append([row[0] // 2, *row[1:]])
+    return rows
 
 
 def _shifted(x: int, by: int) -> int:

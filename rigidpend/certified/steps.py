@@ -11,6 +11,8 @@ MOST_BITS = 4096
 """Bits of a coefficient at most."""
 MOST_TERMS = 4096
 """Coefficients of a component in a step at most."""
+STEPS = 20_000
+"""Steps of an orbit at most."""
 
 
 class Step(NamedTuple):

@@ -1,45 +1,44 @@
-"""Certificates as files: what is proven, and the polynomials that prove it.
+"""Certificates as files: of what they are, what is proven, and the polynomials that prove it.
 
 A certificate is data, and nobody's word: whoever reads it may check it again. To read what is
-proven takes no library of its own; only the check needs python-flint.
+proven takes no library of its own; only the check needs python-flint. Its config says the
+experiment and the problem, whole; each column says its phase, and which symbols are proven of
+it. What follows from these, as crossing times do, is not stored, so nothing in it can disagree.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from rigidpend.certified.steps import MOST_BITS, MOST_TERMS, Step
+from rigidpend.alphabet import NO_SYMBOL
+from rigidpend.certified.steps import MOST_BITS, MOST_TERMS, STEPS, Step
+from rigidpend.numbers.exact import exact
 from rigidpend.results import store
-from rigidpend.results.layout import FLAG, FLOAT, TEXT, WHOLE, Field, Layout
+from rigidpend.results.layout import TEXT, WHOLE, Field, Layout
 from rigidpend.results.tree import Data, Loaded
 
 SUFFIX = ".certificate.h5"
 """Ending of a certificate's name, behind that of its result."""
-SYMBOLS, CROSSINGS = ("symbols", "columns"), ("symbols+1", "columns")
-"""Dimensions of what belongs to each symbol, and to each crossing."""
+RATIO = 8
+"""Bytes of its arrays for each byte of a certificate at most: digits cannot be compressed."""
+EACH = 128
+"""Bytes of a certificate for each of its steps at least; the shortest ones have some 300."""
+NUMBERS = 1
+"""Coefficients for each byte of a certificate at most; ordinary ones take several bytes each."""
 
 FIELDS = {
     "theta2_0": Field(TEXT, ("columns",), "rad", "initial phase of each column, exact"),
-    "codes": Field(WHOLE, SYMBOLS, "1", "symbols, row 0 = symbol 1: 0 left, 1 right, 255 unproven"),
-    "proven": Field(FLAG, SYMBOLS, "1", "whether the symbol is proven"),
-    "crossing_time": Field(
-        FLOAT, CROSSINGS, "t' = t s", "times of the crossings of J1 = J2/2, NaN: unproven", True
+    "codes": Field(
+        WHOLE,
+        ("symbols", "columns"),
+        "1",
+        "symbols, row 0 = symbol 1: 0 left, 1 right, each proven; 255 unproven",
     ),
-    "time_radius": Field(
-        FLOAT, CROSSINGS, "t' = t s", "distance of the exact time from it at most", True
-    ),
-    "bound": Field(
-        FLOAT, CROSSINGS, "1", "distance of the exact orbit from the computed one at most", True
-    ),
-    "separatrix": Field(
-        WHOLE, CROSSINGS, "1", "separatrix beside which it lies, 1..4, 0: unproven"
-    ),
-    "bits": Field(WHOLE, ("columns",), "bit", "bits at the start of the orbit"),
-    "reason": Field(TEXT, ("columns",), "", "reason for which the orbit is undecided"),
 }
 """Fields that say what is proven."""
 PROOF = {
@@ -78,9 +77,46 @@ def read(path: Path) -> Loaded:
     Raises
     ------
     StoreError
-        As `rigidpend.results.store.load`.
+        As `rigidpend.results.store.load`; also where it says something that no certificate says,
+        or claims more than a file of its length can prove.
     """
-    return store.load(path, LAYOUT)
+    loaded = store.load(path, LAYOUT, ratio=RATIO)
+    _check_words(path, store.outline(path, LAYOUT))
+    try:
+        json.loads(loaded["config"])
+    except (ValueError, RecursionError):
+        raise store.StoreError(f"{path}: its config is not JSON") from None
+    length = path.stat().st_size
+    for what, most in (("half_lengths", length // EACH), ("widths", NUMBERS * length)):
+        count = sum(group[what].size for group in loaded["data"].values())
+        if count > most:
+            said = "steps" if what == "half_lengths" else "coefficients"
+            raise store.StoreError(
+                f"{path}: {count} {said}, and a certificate of {length} bytes has {most} at most"
+            )
+    return loaded
+
+
+def _check_words(path: Path, outline: Mapping[str, Mapping[str, Any]]) -> None:
+    """Refuse attributes that are not those of the layout: they could say another unit."""
+    fields = {**FIELDS, **PROOF}
+    for place, found in outline.items():
+        told = {name: x for name, x in found.items() if not name.startswith("(")}
+        expected: dict[str, Any] = {}
+        if place == "/":
+            expected = {"format": told.get("format"), "format_version": store.FORMAT_VERSION}
+        elif place in ("/config", "/provenance"):
+            continue
+        elif place.count("/") == DEEP:
+            field = fields[place.rpartition("/")[2]]
+            expected = {"units": field.units, "description": field.description}
+        if told != expected:
+            wrong = min(key for key in {*told, *expected} if told.get(key) != expected.get(key))
+            raise store.StoreError(f"{path}: {place}: its attribute {wrong} is not a certificate's")
+
+
+DEEP = 3
+"""Slashes in the place of a field: /data/left/codes."""
 
 
 def beside(result: Path) -> Loaded | None:
@@ -98,19 +134,17 @@ def beside(result: Path) -> Loaded | None:
 def marked(result: Loaded, certificate: Loaded | None) -> Loaded:
     """A result whose arrays of codes have a further field `proven`, where a certificate has it.
 
-    A symbol is marked where the certificate is of the same config and proves this very symbol.
+    A symbol is marked where the certificate is of the same problem and of the same phases, and
+    proves this very symbol.
     """
-    if certificate is None or any(
-        certificate["attributes"].get(key) != result["attributes"].get(key)
-        for key in ("config_hash", "experiment")
-    ):
+    if certificate is None or not _same_problem(result, certificate):
         return result
     held = dict(_groups(result["data"]))
     for name, proof, group in _pairs(result, certificate):
-        codes = _columns(group["codes"])
-        # The config may be the same, and the symbols still of another version: each is compared.
-        if proof["codes"].shape == codes.shape:
-            proven = proof["proven"] & (proof["codes"] == codes)
+        # The problem may be the same, and the symbols still of another version: each is compared.
+        if not _unlike(proof, group):
+            codes = _columns(group["codes"])
+            proven = (proof["codes"] == codes) & (codes != NO_SYMBOL)
             held[name] = {**group, "proven": proven.reshape(group["codes"].shape)}
     data = {**result["data"], "levels": held} if "levels" in result["data"] else held
     return {**result, "data": data}
@@ -118,16 +152,59 @@ def marked(result: Loaded, certificate: Loaded | None) -> Loaded:
 
 def contradictions(result: Loaded, certificate: Loaded) -> list[str]:
     """Sentences on certain symbols of a result that a certificate proves to be others."""
+    if not _same_problem(result, certificate):
+        return ["config: the certificate is of another problem; prove this one, or remove it"]
     found = []
     for name, proof, group in _pairs(result, certificate):
-        codes, certain = _columns(group["codes"]), _columns(group["certain"])
-        if proof["codes"].shape != codes.shape:
-            found.append(f"{name}: the certificate is of other orbits")
+        if unlike := _unlike(proof, group):
+            found.append(f"{name}: the certificate is of {unlike}")
             continue
-        held = proof["proven"] & certain
+        codes, certain = _columns(group["codes"]), _columns(group["certain"])
+        held = (proof["codes"] != NO_SYMBOL) & certain
         for symbol, column in np.argwhere(held & (proof["codes"] != codes)):
             found.append(f"{name}: symbol {symbol + 1} of column {column} is proven to be another")
     return found
+
+
+def count(certificate: Loaded) -> int:
+    """Number of the symbols that a certificate says to prove."""
+    return sum(int((x["codes"] != NO_SYMBOL).sum()) for x in certificate["data"].values())
+
+
+def _same_problem(result: Loaded, certificate: Loaded) -> bool:
+    """True if a certificate is of the experiment and the problem of a result.
+
+    Its numerics and the name of its figure do not count: what is proven is exact.
+    """
+    given, proven = (json.loads(x["config"]) for x in (result, certificate))
+    # Of anybody: a config may be any JSON.
+    return isinstance(given, dict) and proven == {
+        key: given.get(key) for key in ("experiment", "problem")
+    }
+
+
+def _unlike(proof: Data, group: Data) -> str:
+    """What the columns of a certificate are of, if not of a result's; empty where they are."""
+    if proof["codes"].shape != _columns(group["codes"]).shape:
+        return "other orbits"
+    stated = [exact(str(x)) for x in proof["theta2_0"]]
+    # A zoom is about a centre that its config does not tell, and that doubles do not hold.
+    if "centre" in group:
+        return "" if exact(str(group["centre"])) == centre(proof) else "another centre"
+    doubles = np.array([float(x) for x in stated])
+    return "" if np.array_equal(doubles, np.atleast_1d(group["theta2_0"])) else "other phases"
+
+
+def centre(proof: Data) -> Any:
+    """Middle of the phases of an array, exact, in radians.
+
+    Raises
+    ------
+    ExactError
+        A phase is no number.
+    """
+    first, last = (exact(str(proof["theta2_0"][k])) for k in (0, -1))
+    return (first + last) / 2
 
 
 def _pairs(result: Loaded, certificate: Loaded) -> Iterator[tuple[str, Data, Data]]:
@@ -175,39 +252,47 @@ def unpacked(group: Data) -> list[list[Step]]:
     StoreError
         The arrays do not fit together.
     """
-    numbers = _numbers(group)
-    steps = []
-    for half, bits, terms in zip(
-        *(group[name].tolist() for name in ("half_lengths", "step_bits", "terms")), strict=True
+    counts, widths = _whole(group["steps"]), _whole(group["widths"])
+    halves, bits, terms = (_whole(group[name]) for name in ("half_lengths", "step_bits", "terms"))
+    # The numbers may be anybody's: they are held to their
+    # bounds before memory is taken by them.
+    _between("number of steps of an orbit", counts, 0, STEPS)
+    _between("half-length of a step", halves, 1, 2**62)
+    _between("number of bits of a step", bits, 1, MOST_BITS)
+    _between("number of terms of a step", terms, 1, MOST_TERMS)
+    _between("width of a coefficient", widths, 1, MOST_BITS // 4)
+    for what, found, expected in (
+        ("steps are not as many as the orbits say", halves.size, counts.sum()),
+        ("coefficients are not as many as the steps say", widths.size, 6 * terms.sum()),
+        ("digits are not as many as their widths say", group["digits"].size, widths.sum()),
     ):
-        # The numbers may be anybody's: they are held to their
-        # bounds before memory is taken by them.
-        if not (0 < half < 2**62 and 0 < bits <= MOST_BITS and 0 < terms <= MOST_TERMS):
-            raise store.StoreError("a step's length, bits or terms are out of range")
-        # The range comes first: it ends before zip takes a number too many.
-        series = [[w for _, w in zip(range(terms), numbers, strict=False)] for _ in range(6)]
-        if len(series[-1]) < terms:
-            raise store.StoreError("coefficients are missing")
-        steps.append(Step(half, bits, series))
-    if next(numbers, None) is not None:
-        raise store.StoreError("there are coefficients of no step")
-    return _orbits(steps, group["steps"].tolist())
+        if found != expected:
+            raise store.StoreError(f"{what}: {found}, not {expected}")
+    numbers = _numbers(group["digits"], widths)
+    steps = (
+        Step(half, fine, [[next(numbers) for _ in range(n)] for _ in range(6)])
+        for half, fine, n in zip(halves.tolist(), bits.tolist(), terms.tolist(), strict=True)
+    )
+    return [[next(steps) for _ in range(n)] for n in counts.tolist()]
 
 
-def _orbits(steps: Sequence[Step], counts: Sequence[int]) -> list[list[Step]]:
-    if min(counts, default=0) < 0 or sum(counts) != len(steps):
-        raise store.StoreError("the steps of the orbits are not as many as there are")
-    rest = iter(steps)
-    return [[step for _, step in zip(range(n), rest, strict=False)] for n in counts]
+def _whole(values: Any) -> Any:
+    """Whole numbers of any type as int64; what is beyond it becomes its greatest number."""
+    return (
+        np.minimum(values.astype(object), 2**63 - 1).astype(np.int64)
+        if (values.dtype.kind == "u" and values.dtype.itemsize == 8)
+        else values.astype(np.int64)
+    )
 
 
-def _numbers(group: Mapping[str, Any]) -> Iterator[int]:
-    digits, at = group["digits"].astype(np.uint8).tobytes(), 0
-    widths = group["widths"].tolist()
-    if min(widths, default=1) < 1 or max(widths, default=1) > MOST_BITS // 4:
-        raise store.StoreError("the width of a coefficient is out of range")
-    if sum(widths) != len(digits):
-        raise store.StoreError("the digits are not as many as their widths say")
-    for width in widths:
-        yield int.from_bytes(digits[at : at + width], "little", signed=True)
+def _between(what: str, values: Any, least: int, most: int) -> None:
+    if values.size and not (least <= values.min() and values.max() <= most):
+        wrong = values[(values < least) | (values > most)][0]
+        raise store.StoreError(f"the {what} is {wrong}, not {least} to {most}")
+
+
+def _numbers(digits: Any, widths: Any) -> Iterator[int]:
+    content, at = digits.astype(np.uint8).tobytes(), 0
+    for width in widths.tolist():
+        yield int.from_bytes(content[at : at + width], "little", signed=True)
         at += width

@@ -42,7 +42,12 @@ class OtherVersion(StoreError):
 
 @contextmanager
 def opened(
-    path: Path, *, whole: bool = False, part: bool = False, layout: Layout | None = None
+    path: Path,
+    *,
+    whole: bool = False,
+    part: bool = False,
+    layout: Layout | None = None,
+    ratio: int = RATIO,
 ) -> Iterator[h5py.File]:
     """A result file, open for reading; its structure is checked.
 
@@ -55,6 +60,8 @@ def opened(
         Whether it is a part of a run, of which no layout is declared.
     layout : Layout, optional
         Layout of its data; by default the one that its experiment declares.
+    ratio : int, optional
+        Bytes that its arrays may have for each byte of the file.
 
     Raises
     ------
@@ -64,7 +71,7 @@ def opened(
     """
     with readable(path):
         image = intact(files.content(path))
-        most = min(files.LARGEST, max(LEAST, RATIO * len(image)))
+        most = min(files.LARGEST, max(LEAST, ratio * len(image)))
         tried(lambda: _trial(path, image, most, whole, part, layout), len(image), most)
         # The very bytes that were tried, whatever happens to the file meanwhile.
         file = h5py.File.in_memory(image)

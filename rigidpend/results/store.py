@@ -22,7 +22,7 @@ import numpy as np
 from rigidpend.results import content
 from rigidpend.results.files import StoreError, prepare, replace, sealed
 from rigidpend.results.layout import Layout
-from rigidpend.results.opening import FORMAT, FORMAT_VERSION, OtherVersion, opened, readable
+from rigidpend.results.opening import FORMAT, FORMAT_VERSION, RATIO, OtherVersion, opened, readable
 from rigidpend.results.structure import SCALES, told
 from rigidpend.results.tree import Dataset, Loaded, Tree
 
@@ -75,7 +75,7 @@ def write(path: Path, result: Result, *, lasting: bool = True) -> None:
         raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
-def load(path: Path, layout: Layout | None = None) -> Loaded:
+def load(path: Path, layout: Layout | None = None, *, ratio: int = RATIO) -> Loaded:
     """A whole result file as plain data: `attributes`, `config`, `provenance`, `data`.
 
     Parameters
@@ -83,6 +83,8 @@ def load(path: Path, layout: Layout | None = None) -> Loaded:
     path : Path
     layout : Layout, optional
         Layout of its data; by default the one that its experiment declares.
+    ratio : int, optional
+        Bytes that its arrays may have for each byte of the file.
 
     Raises
     ------
@@ -90,7 +92,7 @@ def load(path: Path, layout: Layout | None = None) -> Loaded:
         As :func:`opened`; also where a checksum says that the data changed on disk, or where
         values are not finite that must be.
     """
-    with opened(path, whole=True, layout=layout) as file, readable(path):
+    with opened(path, whole=True, layout=layout, ratio=ratio) as file, readable(path):
         loaded: Loaded = {
             "attributes": dict(file.attrs),
             "config": _plain(file["config"]),
@@ -128,13 +130,13 @@ def attributes(path: Path) -> dict[str, Any]:
         return dict(file.attrs)
 
 
-def outline(path: Path) -> dict[str, dict[str, Any]]:
+def outline(path: Path, layout: Layout | None = None) -> dict[str, dict[str, Any]]:
     """Every object of a result file by its place, ``/`` first, with its attributes.
 
-    Datasets have two more, ``(kind)`` of their numbers and ``(dimensions)``. Raises the errors of
-    :func:`opened`.
+    Datasets have two more, ``(kind)`` of their numbers and ``(dimensions)``. The layout is that
+    of :func:`load`. Raises the errors of :func:`opened`.
     """
-    with opened(path) as file, readable(path):
+    with opened(path, layout=layout) as file, readable(path):
         found = {"/": dict(file.attrs)}
         file.visititems(lambda name, node: found.update({f"/{name}": _features(node)}))
         return found
