@@ -195,12 +195,16 @@ def run(
     ------
     ConfigError, StoreError
         As the command `run` tells them.
+    ProblemError
+        No whole number of jobs from 1 on.
     """
     from rigidpend.config import loading, sweeps
     from rigidpend.config.names import resolve
     from rigidpend.experiments.contract import tell_nobody
+    from rigidpend.routes.codes import checked_jobs
     from rigidpend.run import runner, workers
 
+    threads = workers.cores() if jobs is None else checked_jobs(jobs)
     pairs = {**(settings or {}), **{f"problem.{key}": value for key, value in problem.items()}}
     given = [(key, _written(value)) for key, value in pairs.items()]
     [path] = resolve((str(name),), Path(folder))
@@ -211,7 +215,7 @@ def run(
     [config] = group.members
     planned = runner.plan(config, Path(folder))
     if planned.reason:
-        runner.follow(planned, jobs=jobs or workers.cores(), say=progress or tell_nobody)
+        runner.follow(planned, jobs=threads, say=progress or tell_nobody)
     return load(planned.target)
 
 
@@ -258,6 +262,8 @@ def orbit(
     ------
     ProblemError, EngineError
         A value that is excluded, or an engine that is not installed.
+    ValueError
+        A time or a step that is not above 0.
     """
     import numpy as np
 
@@ -270,7 +276,11 @@ def orbit(
     problem = RouteProblem(body, exact(h0), exact(J1_0), 1)
     if not 0 < float(time) < float("inf"):
         raise ValueError(f"time must be a number above 0, got {time!r}")
-    times = np.arange(0.0, float(time), step or rotation_period(problem) / POINTS)
+    if step is None:
+        step = rotation_period(problem) / POINTS
+    if not step > 0:
+        raise ValueError(f"step must be a number above 0, got {step!r}")
+    times = np.arange(0.0, float(time), step)
     arithmetic = resolve(engine, None, PRECISIONS)
     states = integrate.sample(
         hodograph.field_without_alpha(body),

@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 from rigidpend import Body, melnikov, route_codes
 from rigidpend.equations import hamiltonian_J3_0
 from rigidpend.free_body import SEPARATRICES
-from rigidpend.numbers.exact import context, exact
+from rigidpend.numbers.exact import exact
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.separatrices import SeparatrixMotion, direction, separatrix
 from tests.bodies import FIG4, GENERIC
@@ -124,8 +124,7 @@ def test_eq_Im_is_adaptive_quadrature_of_the_bracket(number: int, phase: float) 
 @pytest.mark.parametrize("nu", [8, 20])
 def test_eq_Im_is_its_middle_form_with_legendre_s_integral(nu: float) -> None:
     """The printed factor of sigma_0/u cos(delta + phase), the paper's minus sign apart."""
-    m = context(160)
-    p = nearly_round(nu).angles(160)
+    m, p = FINE, fine_angles(nearly_round(nu))
 
     def legendre(x: Any) -> Any:
         return m.sin(2 * p.nu * x) / (m.exp(2 * m.pi * x) + 1)

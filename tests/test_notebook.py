@@ -112,6 +112,10 @@ def test_an_orbit_has_its_angles_and_its_hodograph() -> None:
     assert repr(made) == f"<orbit of {n} samples, t' = 0 to {made.t[-1]:.6g}>"
     with pytest.raises(ValueError, match="time must be a number above 0"):
         rigidpend.orbit(body, 1, h0=1, J1_0="1e-8", time=0)
+    with pytest.raises(ValueError, match="step must be a number above 0, got 0"):
+        rigidpend.orbit(body, 1, h0=1, J1_0="1e-8", time=1, step=0)
+    with pytest.raises(ValueError, match="jobs must be a whole number from 1 on, got 0"):
+        rigidpend.run("fig4", jobs=0)
 
 
 def test_a_table_finds_its_values_by_name() -> None:

@@ -42,6 +42,7 @@ KINDS = {
     "WorkerError": FAILED,
     "UnknownExperiment": FAILED,
     "NoChange": FAILED,
+    "Contradiction": FAILED,
     "MemoryError": FAILED,
     # The package's own kinds say that a computation failed; Python's say that a program did.
     "ZeroDivisionError": INTERNAL,

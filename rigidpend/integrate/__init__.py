@@ -118,11 +118,11 @@ def sample(
     ArithmeticError
         The integration did not reach the last of the times.
     ValueError
-        The times neither ascend nor descend.
+        The times neither ascend nor descend, or a tolerance that is not above 0.
     """
     engine = check_engine(engine or default_engine())
     times, state = _checked_times(times), np.asarray(state, dtype=float)
-    tolerance = tolerance or FINEST_TOLERANCE[engine]
+    tolerance = _checked_tolerance(tolerance, engine)
     if times.size == 1:
         return state[:, None]
     if engine == "scipy":
@@ -164,10 +164,12 @@ def ends(
     ------
     ArithmeticError
         An orbit did not reach its time.
+    ValueError
+        A tolerance that is not above 0.
     """
     engine = check_engine(engine or default_engine())
     times, states = np.asarray(times, dtype=float), np.asarray(states, dtype=float)
-    tolerance = tolerance or FINEST_TOLERANCE[engine]
+    tolerance = _checked_tolerance(tolerance, engine)
     if engine == "taylor" and states.size:
         from rigidpend.integrate import batch_samples
 
@@ -210,10 +212,12 @@ def sample_orbits(
     ------
     ArithmeticError
         An orbit did not reach the last of the times.
+    ValueError
+        The times neither ascend nor descend, or a tolerance that is not above 0.
     """
     engine = check_engine(engine or default_engine())
     times, states = _checked_times(times), np.asarray(states, dtype=float)
-    tolerance = tolerance or FINEST_TOLERANCE[engine]
+    tolerance = _checked_tolerance(tolerance, engine)
     if times.size == 1:
         return states[:, None]
     if engine == "scipy":
@@ -230,6 +234,15 @@ def sample_orbits(
     from rigidpend.integrate import batch_samples
 
     return batch_samples.sample_batch(coefficients, states, times, tolerance)
+
+
+def _checked_tolerance(tolerance: float | None, engine: str) -> float:
+    """A local tolerance, the engine's finest where none is given."""
+    if tolerance is None:
+        return FINEST_TOLERANCE[engine]
+    if not 0 < tolerance < float("inf"):
+        raise ValueError(f"tolerance must be a number above 0, got {tolerance}")
+    return tolerance
 
 
 def _checked_times(times: Numbers) -> NDArray[np.float64]:

@@ -39,11 +39,9 @@ MAX_SIZE = 40_000
 def context(bits: int) -> MPContext:
     """Context of mpmath with `bits` bits: a namespace of numbers with its own precision.
 
-    Contexts are cached and never changed afterwards, so threads may share them.
+    Contexts are cached, and nothing can change their precision, so threads may share them.
     """
-    made = _kind_of_context()()
-    made.prec = bits
-    return made
+    return _kind_of_context()(bits)
 
 
 @functools.cache
@@ -51,7 +49,24 @@ def _kind_of_context() -> type[MPContext]:
     from mpmath import MPContext
 
     class Context(MPContext):  # type: ignore[misc]
-        """A context that leaves special functions as mpmath's own has wrapped them, once."""
+        """A context of one precision for good.
+
+        mpmath's special functions raise their context's precision for a moment, which another
+        thread would compute with, or keep: here they fail.
+        """
+
+        def __init__(self, bits: int) -> None:
+            super().__init__()
+            self._set_prec(bits)
+
+        prec = property(lambda self: self._prec, doc="Bits of the numbers.")
+        dps = property(lambda self: self._dps, doc="Decimal digits of the numbers.")
+
+        def expm1(self, x: Any) -> Any:
+            """exp(x) - 1, with as many bits more as cancel."""
+            x = self.convert(x)
+            bits = self.prec + GUARD_BITS - min(0, _magnitude(x))
+            return self.fsub(self.exp(x, prec=bits), 1)
 
         @classmethod
         def _wrap_specfun(cls, *_: Any) -> None:

@@ -18,6 +18,10 @@ from typing import Any, NoReturn
 from rigidpend.results.files import SEAL, SEAL_LENGTH, StoreError, unsealed
 from rigidpend.results.words import short
 
+# Python and others warn of a fork beside threads; `tried` says why these are no matter. Once for
+# all, for to change the filters for a while would change them for every thread.
+warnings.filterwarnings("ignore", r".*fork\(\)", module=r"rigidpend\.results\.damage$")
+
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 """First bytes of an HDF5 file."""
 PATIENCE = 30
@@ -94,9 +98,7 @@ def tried(read: Callable[[], Any], length: int, most: int) -> None:
     out, into = os.pipe()
     said: bytes | None = b""
     # Threads are no matter: the child only reads with HDF5, whose lock Python takes at a fork.
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        child = os.fork()
+    child = os.fork()
     # Whatever happens to the child, no code of the parent's runs in it: `_try` does not return.
     if child == 0:
         _try(read, into, seconds(length), most + ROOM)

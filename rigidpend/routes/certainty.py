@@ -38,6 +38,14 @@ LINEAR = 1e-2
 """Phase difference up to which two of different precision do."""
 
 
+class Contradiction(Exception):
+    """Error: two computations call different symbols certain, so that neither is to be believed.
+
+    It is no reason to go on with one of the two, and so derives from no error that is caught on
+    the way to the user.
+    """
+
+
 class Decided(NamedTuple):
     """Crossings with what is known of them."""
 

@@ -124,6 +124,8 @@ def route_codes(
         An engine that is not known or not installed.
     MapError
         The method is "map" and the orbits have none; the message gives the reason.
+    Contradiction
+        Maps and integration call different symbols of an orbit certain.
 
     Notes
     -----

@@ -275,7 +275,9 @@ def decided(
     Raises
     ------
     MapError
-        The orbits have no map, or a certain symbol differs from the sample's.
+        The orbits have no map.
+    Contradiction
+        A certain symbol is another one by integration.
     """
     return decided_by(Maps(problem, phases), integrated, rate, precisions, share)
 
@@ -308,7 +310,9 @@ def decided_by(
         certainty.climb(integrated.crossings, known, open_, rate, beyond)
     if sampled:
         size = max(LEAST_SAMPLE, -(-SAMPLE * n // maps.orbits))
-        _compare_sample(known, integrated.crossings, rate, precisions, size)
+        wrong = contradicted(known, integrated.crossings, rate, precisions, size)
+        if wrong.size:
+            raise certainty.Contradiction(_alarm(maps, wrong))
     return Mapped(known, (known.bits <= maps.table_bits) & ~left)
 
 
@@ -335,10 +339,22 @@ def with_maps(
     return compute, left
 
 
-def _compare_sample(
+def _alarm(maps: Maps, wrong: NDArray[np.intp]) -> str:
+    """Sentence about orbits of a sample of which maps and integration find other symbols."""
+    first = wrong[0]
+    J1 = maps.starts.J1_0[first] if maps.starts else maps.problem.J1_0
+    return (
+        "return maps and integration call different symbols certain, so that neither is to be"
+        f" believed: of a sample {wrong.size} differ, the first at theta2_0 ="
+        f" {maps.phases.high[first]} and J1_0 = {J1}; please report it (precisions that do not"
+        " begin with 53 do without maps)"
+    )
+
+
+def contradicted(
     known: Decided, integrated: Compute, rate: float, precisions: tuple[int, ...], size: int
-) -> None:
-    """Integrate a sample of the columns; raise MapError if a certain symbol is another one."""
+) -> NDArray[np.intp]:
+    """Integrate a sample of the columns; those of which a certain symbol is another one."""
     n = len(known.bits)
     # Evenly spread and not by lot: the same sample in every run.
     sample = np.unique(np.linspace(0, n - 1, min(n, size)).astype(int))
@@ -350,5 +366,4 @@ def _compare_sample(
     )
     both = again.certain & known.certain[:, sample]
     differ = symbols(again.crossings.separatrix) != symbols(known.crossings.separatrix[:, sample])
-    if (both & differ).any():
-        raise MapError("integration finds other symbols than the maps for orbits of a sample")
+    return sample[(both & differ).any(axis=0)]

@@ -80,7 +80,8 @@ class Plane:
     def cells(self, theta2_0: NDArray[np.float64], J1_0: NDArray[np.float64]) -> Cells:
         """Route codes of the orbits that start at (theta2_0, J1_0), (n,) each.
 
-        The doubles are taken as exact; radians, and dimensionless.
+        The doubles are taken as exact; radians, and dimensionless. Raises Contradiction where
+        maps and integration call different symbols of an orbit certain.
         """
         run = Run(self.least, Phases(theta2_0), self.arithmetic, self.jobs)
         integrated = IntegratedStarts(run, J1_0, self._with_action)
@@ -88,7 +89,7 @@ class Plane:
         if self.orbits >= MANY and ladder[0] == 53:
             starts = mapped.Starts(J1_0, self.range[0], self.orbits)
             share = functools.partial(in_threads, self.jobs)
-            # Where no map resolves the orbits, or integration contradicts it, integration stays.
+            # Where no map resolves the orbits integration stays.
             with contextlib.suppress(MapError):
                 maps = mapped.Maps(self.largest, run.phases, starts)
                 return cells_of(*mapped.decided_by(maps, integrated, rate, ladder, share))

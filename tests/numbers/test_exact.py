@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
+import sys
 import threading
 import time
 from decimal import Decimal
@@ -405,3 +406,47 @@ def test_invariant_values_do_not_depend_on_other_threads() -> None:
     for thread in threads:
         thread.join()
     assert wrong == []
+
+
+def test_invariant_no_call_of_any_thread_changes_a_context() -> None:
+    """A function that raised the precision for a moment would change it for the other threads."""
+    bits = (85, 113, 160, 298)
+    tasks = [(b, x) for b in bits for x in ("-0.3", "1e-40", "2")]
+    alone = {(b, x): context(b).expm1(context(b).mpf(x))._mpf_ for b, x in tasks}
+    wrong: list[tuple[int, str]] = []
+    ready, often = threading.Barrier(4), sys.getswitchinterval()
+
+    def work(shift: int) -> None:
+        ready.wait()
+        for k in range(100 * len(tasks)):
+            b, x = tasks[(k + shift) % len(tasks)]
+            if context(b).expm1(context(b).mpf(x))._mpf_ != alone[b, x]:
+                wrong.append((b, x))
+
+    threads = [threading.Thread(target=work, args=(i,)) for i in range(4)]
+    sys.setswitchinterval(1e-6)
+    try:
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    finally:
+        sys.setswitchinterval(often)
+    assert wrong == []
+    assert [context(b).prec for b in bits] == list(bits)
+
+
+@pytest.mark.parametrize("x", ["-0.3", "1e-40", "-1e-3000", "0", "3", "-200"])
+def test_expm1_rounds_once(x: str) -> None:
+    m = context(113)
+    with mpmath.workprec(20_000):
+        true = mpmath.expm1(mpmath.mpf(m.mpf(x)))
+    assert m.expm1(m.mpf(x)) == m.mpf(true)
+
+
+@pytest.mark.parametrize("call", ["sech", "prec", "dps"])
+def test_what_would_change_a_context_fails(call: str) -> None:
+    m = context(113)
+    with pytest.raises(AttributeError, match="no setter"):
+        m.sech(1) if call == "sech" else setattr(m, call, 300)
+    assert (m.prec, m.mpf(1) / 3 == context(113).mpf(1) / 3) == (113, True)

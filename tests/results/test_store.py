@@ -488,3 +488,30 @@ def test_without_locks_nothing_is_taken_to_be_left(
     left = left_behind(path)
     store.write(path, OTHER)
     assert left.exists()
+
+
+FORKING = """
+import os, warnings
+from rigidpend.results import damage
+
+fork = os.fork
+
+def warned():
+    warnings.warn("This process is multi-threaded, use of fork() may hang", stacklevel=2)
+    # As another thread would, while a file is read.
+    warnings.warn("of another thread", stacklevel=1)
+    return fork()
+
+os.fork = warned
+before = list(warnings.filters)
+damage.tried(lambda: None, 0, 2**30)
+print(warnings.filters == before)
+"""
+
+
+def test_warnings_of_other_threads_are_shown_while_a_file_is_read() -> None:
+    given = [sys.executable, "-W", "always", "-c", FORKING]
+    done = subprocess.run(given, capture_output=True, text=True, check=True)
+    [said] = [line for line in done.stderr.splitlines() if "Warning: " in line]
+    assert said.endswith("of another thread")
+    assert done.stdout == "True\n"

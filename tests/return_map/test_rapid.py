@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from rigidpend.integrate import default_engine
-from rigidpend.return_map import ReturnMap, SectionPoint, return_map
+from rigidpend.integrate.kernel.writer import LANES
+from rigidpend.return_map import ReturnMap, SectionPoint, kernel, return_map
 from rigidpend.return_map.charts import at_energies, look_up
 from rigidpend.return_map.itinerary import enter, follow
 from rigidpend.return_map.precision import native, precision
 from rigidpend.return_map.rapid import Rapid
 from rigidpend.return_map.terms import evaluated, nested, significant
+from rigidpend.run.workers import Stopped
 from tests.integrate.problems import FIG4, GENERIC
 
 ENERGIES = ("1.3332", "1.3352")
@@ -169,3 +171,28 @@ def test_agrees_the_way_on_from_a_crossing_with_passages_by_arrays(
     beside = np.where(passed[3] > 0, names[0], names[1])
     assert (found.separatrix[0] == beside)[inside].all()
     assert inside.mean() > 0.9
+
+
+@pytest.mark.parametrize("bits", BITS)
+def test_the_kernel_follows_in_pieces_between_which_it_may_be_stopped(
+    made: ReturnMap, bits: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    random, fast, asked = np.random.default_rng(11), started(made, bits), [0]
+    phase, e = (fast.a.array(random.uniform(*ends, 20)) for ends in ((0, 6.28), (-1, 1)))
+    given = fast.a.array(2e-4 + 0 * phase), phase, e, 6
+    whole = fast.follow(*given)
+
+    def count(most: int) -> None:
+        asked[0] += 1
+        if asked[0] == most:
+            raise Stopped
+
+    monkeypatch.setattr(kernel, "AT_ONCE", 2 * LANES)
+    monkeypatch.setattr(kernel, "check_stop", lambda: count(0))
+    for one, other in zip(fast.follow(*given), whole, strict=True):
+        np.testing.assert_array_equal(one, other)
+    # Three groups of orbits, each two crossings at a time.
+    assert asked == [12]
+    monkeypatch.setattr(kernel, "check_stop", lambda: count(14))
+    with pytest.raises(Stopped):
+        fast.follow(*given)

@@ -114,7 +114,7 @@ def test_no_wrong_symbol_is_certain_where_tables_are_spoilt(
         return spoilt(made, size, 1 + first) if hit else made
 
     monkeypatch.setattr(mapped, "return_map", damaged)
-    monkeypatch.setattr(mapped, "_compare_sample", lambda *_: None)
+    monkeypatch.setattr(mapped, "contradicted", lambda *_: np.array([], dtype=int))
     monkeypatch.setattr(certainty, "AGREEMENT", certainty.CLOSE)
     record = found(FIG4, phases, method="map", precisions=(53,))
     assert not (record.certain & (record.codes != true)).any()
@@ -132,25 +132,6 @@ def truth(phases: Any) -> Any:
         assert record.certain.mean() > 0.99
         _true[len(phases)] = record.codes
     return _true[len(phases)]
-
-
-def test_a_sample_that_disagrees_discards_the_maps(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two maps that err alike are found out by integration."""
-    real = mapped.Maps.crossings
-
-    def alike(self: mapped.Maps, bits: int, scales: Scales, columns: Any) -> Any:
-        right = real(self, bits, scales, columns)
-        return right._replace(
-            separatrix=np.array([0, 1, 4, 3, 2], dtype=np.uint8)[right.separatrix]
-        )
-
-    monkeypatch.setattr(mapped.Maps, "crossings", alike)
-    with pytest.raises(MapError, match="sample"):
-        found(FIG4, PHASES[:10], method="map")
-    monkeypatch.setattr(codes, "MANY", 1)
-    record = found(FIG4, PHASES[:10])
-    assert not record.by_map.any()
-    assert (record.codes == found(FIG4, PHASES[:10], method="integration").codes).all()
 
 
 def test_orbits_that_leave_the_tables_on_the_way_have_failed(
@@ -207,7 +188,7 @@ def test_the_sample_reaches_from_the_first_orbit_to_the_last(
 
     known = certainty.Decided(integrated(53, Scales(), np.arange(n)), certain, bits)
     asked.clear()
-    mapped._compare_sample(known, integrated, 1.0, (53,), size)
+    assert not mapped.contradicted(known, integrated, 1.0, (53,), size).size
     assert sorted(asked) == expected
 
 

@@ -63,7 +63,9 @@ def route_codes(task: RouteTask, _: None, threads: int, method: str = "auto") ->
 
 def crossings(task: RouteTask, tolerance: float | None, threads: int, bits: int = 53) -> Solver:
     """One computation in `bits` bits, and no cross-check."""
-    p, tolerance = task.problem, tolerance or integrate.DEFAULT_TOLERANCE["taylor"]
+    p = task.problem
+    if tolerance is None:
+        tolerance = integrate.DEFAULT_TOLERANCE["taylor"]
     phases, limit = Phases(task.theta2_0), passage_limit(p, bits)
 
     def solve() -> Crossings:
