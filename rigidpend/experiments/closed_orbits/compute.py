@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from rigidpend.experiments.closed_orbits.schema import Config, Problem
 
 SEED = 1
-FOUND, VERIFIED = 2e-3, 0.25
+FOUND, VERIFIED = 7e-3, 0.35
 """Seconds that the words of a length take, over two to that power: found, and verified."""
 PARTS = 10
 """Parts of the long orbit, from whose scatter its error is estimated."""
