@@ -9,7 +9,7 @@ from typing import Any
 from rigidpend.numbers.decimals import as_written
 from rigidpend.results.tree import Loaded
 
-SHARED = ("beta0", "mu", "h0", "M_0", "J1_0", "theta2_0")
+SHARED = ("beta0", "mu", "h", "h0", "half_turns", "M_0", "J1_0", "theta2_0")
 """Keys of a problem that are told beside the body, in this order, if one value is given."""
 LONGEST = 300
 """Characters of a value that are shown."""

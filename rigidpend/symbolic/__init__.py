@@ -21,7 +21,7 @@ action    their actions
 stretching growth of deviations, finite-time Lyapunov exponents
 exponents the same for many orbits of Fig. 4's kind at once
 track     orbits of the unstable surface, followed by the map
-skeleton  every doubly asymptotic orbit with a short code
+skeleton  the doubly asymptotic orbits with short codes
 doubly    the same to rounding, what theta3 gains along them
 launch    starts on the unstable surface itself, in 106 bits
 sharp     their phases to 30 digits

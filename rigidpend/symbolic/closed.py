@@ -1,9 +1,15 @@
 """Closed orbits by their codes: the periodic orbit that repeats a word for ever.
 
 A word is read from a passage past the upper periodic orbit on, and the passages past the two
-orbits take turns. So a word of odd length is read twice before the orbit can close. Where an odd
-number of its passages changes sides, the orbit then is at its own mirror image by the symmetry
-(-M1, -M2, M3, gamma1, gamma2, -gamma3), and closes at the second time.
+orbits take turns. So a word of even length and the same word read from its second symbol on are
+two orbits, 01 and 10 for example, and a word is told apart from its turns by an odd number of
+symbols. A word of odd length is read twice before the orbit can close, and its turns are one orbit.
+Where an odd number of its passages changes sides, the orbit then is at its own mirror image by
+the symmetry (-M1, -M2, M3, gamma1, gamma2, -gamma3), and closes at the second time.
+
+The reversor swaps the two periodic orbits, left and right, before and behind: the orbit of a word
+reversed is that of the word read backward with 0 and 1 exchanged. Both have the same period,
+action and multiplier.
 """
 
 from __future__ import annotations
@@ -44,6 +50,8 @@ class ClosedOrbit(NamedTuple):
     word: tuple[int, ...]
     half_turns: int
     """Half rotations of every passage."""
+    first: int
+    """Parity of the cell of its first crossing, 0 or 1: `a` or `b` of an address."""
     h: float
     """Energy, dimensionless."""
     mirrored: bool
@@ -70,8 +78,17 @@ class ClosedOrbit(NamedTuple):
 
     @property
     def exponent(self) -> float:
-        """Lyapunov exponent, per passage."""
+        """Lyapunov exponent, per passage; over the mean time of a passage it is that in 1/t'."""
         return math.log(abs(self.multiplier)) / len(self.chain.b)
+
+    @property
+    def points(self) -> int:
+        """Its upward crossings in a period: points that the second return takes to each other.
+
+        They are as many as words are read along it: one from each of its passages past the
+        upper periodic orbit on.
+        """
+        return len(self.chain.b) // 2
 
 
 def closed_orbit(
@@ -83,7 +100,8 @@ def closed_orbit(
     ----------
     body : Body
     word : str or sequence of int
-        Symbols, read from a passage past the upper periodic orbit on.
+        Symbols, read from a passage past the upper periodic orbit on. Before them a text may have
+        the first crossing's cell, `a` or `b`; without it that is `a`.
     h : number
         Energy (eq. h0_new), dimensionless.
     half_turns : int, optional
@@ -103,50 +121,58 @@ def closed_orbit(
         raise AddressError(f"a word is 1 to {MOST_SYMBOLS} symbols, without half rotations")
     energy = exact(h)
     level = Level(return_map(body, h=energy), float(energy))
-    return closed(level, address.symbols, half_turns)
+    return closed(level, address.symbols, half_turns, address.first or 0)
 
 
-def closed(level: Level, word: tuple[int, ...], half_turns: int | None = None) -> ClosedOrbit:
-    """:func:`closed_orbit` on a level that is at hand."""
+def closed(
+    level: Level, word: tuple[int, ...], half_turns: int | None = None, first: int = 0
+) -> ClosedOrbit:
+    """:func:`closed_orbit` on a level that is at hand, from an even (0) or odd (1) cell on."""
     symbols = np.array(word * (1 + len(word) % 2))
     signs = signs_of(symbols)
     if half_turns is not None:
-        return _record(level, word, half_turns, _solved(level, signs, half_turns))
+        return _record(level, word, half_turns, first, _solved(level, signs, half_turns, first))
     least = max(1, level.fewest_half_turns)
     reason: NoOrbit | None = None
     for n in range(least, least + MORE):
         try:
-            chain = _solved(level, signs, n)
+            chain = _solved(level, signs, n, first)
         except NoOrbit as error:
             reason = error
             continue
-        if _spread(chain, n) <= INSIDE:
-            return _record(level, word, n, chain)
+        if _spread(chain, n, first) <= INSIDE:
+            return _record(level, word, n, first, chain)
     raise NoOrbit(f"none with {least} to {least + MORE - 1} half rotations a passage: {reason}")
 
 
 def words(longest: int) -> Iterator[tuple[int, ...]]:
-    """Primitive words of up to so many symbols, the least of each cyclic class, by length."""
+    """Words of up to so many symbols, one for each closed orbit, by length.
+
+    They are primitive, and the least of those that are read along the orbit. These begin at every
+    second symbol, for the passages past the upper orbit are every other one: of an even word they
+    are the turns by an even number of symbols, of an odd one all turns.
+    """
     for n in range(1, longest + 1):
         for word in itertools.product((0, 1), repeat=n):
             turned = [word[k:] + word[:k] for k in range(1, n)]
-            if all(word < other for other in turned):
+            along = turned if n % 2 else turned[1::2]
+            if word not in turned and all(word < other for other in along):
                 yield word
 
 
-def _record(level: Level, word: tuple[int, ...], n: int, chain: Chain) -> ClosedOrbit:
+def _record(level: Level, word: tuple[int, ...], n: int, first: int, chain: Chain) -> ClosedOrbit:
     matrix = np.eye(2)
     for slope in tangents(level, chain):
         matrix = slope[:2] @ matrix
     mirrored = bool((chain.I < 0).sum() % 2)
     period, trace = float(chain.time.sum()), float(np.trace(matrix))
-    return ClosedOrbit(word, n, level.h, mirrored, period, trace, chain)
+    return ClosedOrbit(word, n, first, level.h, mirrored, period, trace, chain)
 
 
-def _solved(level: Level, signs: Signs, n: int) -> Chain:
+def _solved(level: Level, signs: Signs, n: int, first: int) -> Chain:
     """The chain whose last crossing is its first one, n half rotations a passage."""
     P, total = len(signs), math.pi * n * len(signs)
-    angles = np.pi * n * np.arange(P + 1.0)
+    angles = np.pi * (first + n * np.arange(P + 1.0))
     system = System(level, on_surface, signs, 0.0)
     x = system.guess(angles, 0.0)
     for _ in range(MOST_ITERATIONS):
@@ -161,30 +187,31 @@ def _solved(level: Level, signs: Signs, n: int) -> Chain:
             chain = system.cyclic(x, total)[2]
             if (np.abs(chain.I) >= level.widest).any():
                 break
-            if _spread(chain, n) > 0.5:
+            if _spread(chain, n, first) > 0.5:
                 raise NoOrbit("the orbit found has other half rotations")
             return chain
     raise NoOrbit(f"Newton's method does not settle with {n} half rotations a passage")
 
 
-def _spread(chain: Chain, n: int) -> float:
-    cells = n * np.arange(len(chain.chi))
+def _spread(chain: Chain, n: int, first: int) -> float:
+    cells = first + n * np.arange(len(chain.chi))
     return float(np.abs(chain.chi / np.pi - cells).max())
 
 
 def lyapunov(orbits: Sequence[ClosedOrbit], length: int) -> float:
-    """The mean Lyapunov exponent per passage, every word of `length` symbols counted alike.
+    """The mean Lyapunov exponent per passage over all words of `length` symbols, counted alike.
 
-    The points of period `length` are those of the orbits whose word divides it; there are
-    2^length of them in a full shift.
+    Each of the 2^length words is read at one upward crossing of the orbit that repeats it. Of an
+    even length these crossings are all points of the invariant set that length/2 second returns
+    take to themselves; of an odd one, those that also repeat their symbols after `length` of them.
 
     Raises
     ------
     ValueError
-        The orbits are not all of those whose length divides `length`.
+        The orbits are not all of those whose words repeat to `length` symbols.
     """
     found = [orbit for orbit in orbits if length % len(orbit.word) == 0]
-    points = sum(len(orbit.word) for orbit in found)
+    points = sum(orbit.points for orbit in found)
     if points != 2**length:
         raise ValueError(f"{points} points of period {length} instead of {2**length}")
-    return sum(len(orbit.word) * orbit.exponent for orbit in found) / points
+    return sum(orbit.points * orbit.exponent for orbit in found) / points

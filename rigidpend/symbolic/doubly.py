@@ -2,9 +2,10 @@
 
 They arrive from the lower periodic orbit with I = 0, and their last crossing has U = 0. With an
 even number of symbols they end at the upper orbit (heteroclinic), with an odd number at the lower
-one again (homoclinic). The reversor takes heteroclinic orbits to such with reversed codes, and
-homoclinic ones to those of the upper orbit. Orbits from the upper orbit to the lower one are no
-images of these.
+one again (homoclinic). The reversor swaps the two periodic orbits, and left and right. So it takes
+a heteroclinic orbit to another of these, with symbols and half rotations read backward, 0 and 1
+exchanged, and homoclinic orbits to those of the upper orbit. Orbits from the upper orbit to the
+lower one are no images of these.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The skeleton: every doubly asymptotic orbit with few symbols and few half rotations.
+"""The skeleton: the doubly asymptotic orbits with few symbols and few half rotations.
 
 They are the zeros of U along the unstable surface of the lower periodic orbit, a curve with one
 angle b. Between two zeros of U behind n passages U has one sign, and the phase of the next
@@ -10,6 +10,10 @@ in every cell. Where chi is least the curve turns back, and zeros end in pairs, 
 So every arc between two zeros is looked at on a grid that is even in chi far out. Between two
 samples a pair of zeros needs two extrema of U; where |U| has a minimum on the grid it is found.
 An arc is followed on if any of its samples has few half rotations, whatever its ends have.
+
+That no orbit is missed is an argument and not a proof: it takes for granted that the surfaces meet
+once in each half rotation, and that a grid sees every extremum of U. Scans with evenly spaced
+angles and other grids find the same orbits.
 """
 
 from __future__ import annotations
@@ -70,7 +74,7 @@ class _Zeros(NamedTuple):
 
 
 def skeleton(level: Level, symbols: int, half_turns: int) -> list[Skeleton]:
-    """All doubly asymptotic orbits of the surface, for each number of symbols up to `symbols`.
+    """The doubly asymptotic orbits of the surface, for each number of symbols up to `symbols`.
 
     Parameters
     ----------

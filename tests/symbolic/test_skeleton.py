@@ -1,4 +1,4 @@
-"""The skeleton misses no orbit: held against scans that know nothing of arcs and phases."""
+"""The skeleton misses no orbit of scans that know nothing of arcs and phases."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Experiment `asymptotic_orbits`: homoclinic and heteroclinic orbits, all that have short codes."""
+"""Experiment `asymptotic_orbits`: homoclinic and heteroclinic orbits with short codes."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ SAMPLED = 1e-6
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """Find all orbits, their phases to 30 digits, and sample a few.
+    """Find the orbits, their phases to 30 digits, and sample a few.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The config of `experiment: asymptotic_orbits`: all doubly asymptotic orbits with short codes."""
+"""The config of `experiment: asymptotic_orbits`: doubly asymptotic orbits with short codes."""
 
 from __future__ import annotations
 

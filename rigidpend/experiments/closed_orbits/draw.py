@@ -1,49 +1,95 @@
-"""Closed orbits on the section, and their exponents beside that of a long orbit."""
+"""Exponents of closed orbits by the length of their words, and how fast their averages settle."""
 
 from __future__ import annotations
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
+from rigidpend.alphabet import NO_SYMBOL
 from rigidpend.render.palette import BLUE, RED, WIDTH
 from rigidpend.render.panels import title
 from rigidpend.results.tree import Data, Loaded
 
 HEIGHT = 3.2
 """Height of the figure, inches."""
+LEAST, APART = 4, 4
+"""Least width of the marks of one length, and the room between two lengths, marks."""
+NAMED = 2
+"""Symbols of the longest words that are written beside their orbits."""
+ALIKE = 9
+"""Digits behind the point to which an exponent is right."""
 
 
 def draw(result: Loaded) -> Figure:
-    """Draw the orbits' upward crossings, and the exponent of every word."""
+    """Draw the exponent of every orbit, and how far averages are from that of the longest words."""
     data = result["data"]
     figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    _draw_places(figure, left, data)
-    _draw_exponents(right, data)
+    left, right = figure.subplots(1, 2, width_ratios=(1.5, 1))
+    _draw_orbits(left, data)
+    _draw_averages(right, data["averages"])
     return figure
 
 
-def _draw_places(figure: Figure, axes: Axes, data: Data) -> None:
-    places, exponent = data["places"], data["orbits"]["exponent"]
-    shown = axes.scatter(
-        places["chi"], places["d"], c=exponent[places["of"]], s=9, lw=0, cmap="viridis"
-    )
-    figure.colorbar(shown, ax=axes, label="exponent per passage")
-    axes.set(xlabel=r"$\chi$ (rad)", ylabel=r"$d$")
-    axes.ticklabel_format(axis="y", style="sci", scilimits=(0, 0), useMathText=True)
-    title(axes, "a", "upward crossings of all orbits")
-
-
-def _draw_exponents(axes: Axes, data: Data) -> None:
+def _draw_orbits(axes: Axes, data: Data) -> None:
+    """Each orbit has a mark; those of one length stand beside each other in ascending order."""
     orbits, averages = data["orbits"], data["averages"]
-    length = (orbits["word"] < 2).sum(axis=1)
-    axes.plot(length, orbits["exponent"], ".", color="0.6", ms=5, label="one orbit")
-    axes.plot(
-        averages["length"], averages["mean"], "o-", color=BLUE, ms=4, lw=1, label="mean over points"
-    )
+    exponent, length = orbits["exponent"], (orbits["word"] != NO_SYMBOL).sum(axis=1)
     mean, error = float(averages["long_orbit"]), float(averages["long_orbit_error"])
-    axes.axhspan(mean - error, mean + error, color=RED, alpha=0.25, lw=0)
-    axes.axhline(mean, color=RED, lw=0.9, label="long orbit")
+    axes.axhspan(
+        mean - error, mean + error, color=RED, alpha=0.3, lw=0,
+        label="random orbit and its standard error",
+    )  # fmt: skip
+    place, middles = _places(length, exponent)
+    for here, name, colour, inside in (
+        (orbits["positive"], "positive", BLUE, BLUE),
+        (~orbits["positive"], "negative", "0.4", "white"),
+    ):
+        axes.plot(
+            place[here], exponent[here], "o", ms=2.7, mew=0.7, color=colour, mfc=inside,
+            label=f"one orbit, multiplier {name}",
+        )  # fmt: skip
+    for k in np.flatnonzero(length <= NAMED):
+        left = place[k] < middles[length[k] - 1]
+        axes.annotate(
+            "".join(map(str, orbits["word"][k, : length[k]])), (place[k], exponent[k]),
+            (-4 if left else 4, 0), textcoords="offset points",
+            ha="right" if left else "left", va="center", fontsize=7.5,
+        )  # fmt: skip
     axes.set(xlabel="symbols of the word", ylabel="Lyapunov exponent per passage")
-    axes.legend(fontsize=7.5)
+    axes.set_xticks(middles, [str(n + 1) for n in range(len(middles))])
+    axes.legend(fontsize=7, loc="upper right")
+    title(axes, "a", f"all {len(length)} orbits")
+
+
+def _places(length: Data, exponent: Data) -> tuple[Data, list[float]]:
+    """Where the marks of the orbits stand, and the middles of those of each length."""
+    places, middles, end = np.empty(len(length)), [], 0.0
+    for n in range(1, int(length.max()) + 1):
+        here = np.flatnonzero(length == n)
+        # Orbits and their reversed ones have one exponent but for rounding: they keep their order.
+        order = here[np.argsort(exponent[here].round(ALIKE), kind="stable")]
+        middles.append(end + max(len(here), LEAST) / 2)
+        places[order] = middles[-1] + np.arange(len(here)) - (len(here) - 1) / 2
+        end = middles[-1] + max(len(here), LEAST) / 2 + APART
+    return places, middles
+
+
+def _draw_averages(axes: Axes, averages: Data) -> None:
+    length, mean = averages["length"], averages["mean"]
+    axes.axhline(
+        float(averages["long_orbit_error"]), color=RED, lw=0.9, ls="--",
+        label="standard error of the random orbit",
+    )  # fmt: skip
+    axes.semilogy(
+        length[:-1], np.abs(mean[:-1] - mean[-1]), "o-", color=BLUE, ms=4, lw=1,
+        label="mean over all words",
+    )  # fmt: skip
+    axes.set(
+        xlabel="symbols of the words",
+        ylabel=f"distance from {mean[-1]:.6f}, that of {length[-1]}",
+    )
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.legend(fontsize=7)
     title(axes, "b", "averages over closed orbits")

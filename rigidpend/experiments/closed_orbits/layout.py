@@ -33,9 +33,9 @@ ORBITS = {
 }  # fmt: skip
 AVERAGES = {
     "length": Field(WHOLE, LENGTHS, "1", "symbols of the words that are averaged over"),
-    "points": Field(WHOLE, LENGTHS, "1", "points of that period, by the orbits that were found"),
-    "mean": Field(FLOAT, LENGTHS, "1", "Lyapunov exponent per passage, all points alike"),
-    "long_orbit": Field(FLOAT, (), "1", "that of a long orbit of random symbols"),
+    "points": Field(WHOLE, LENGTHS, "1", "upward crossings of the orbits that repeat such a word"),
+    "mean": Field(FLOAT, LENGTHS, "1", "Lyapunov exponent per passage, all these words alike"),
+    "long_orbit": Field(FLOAT, (), "1", "that of a long orbit of random symbols, per passage"),
     "long_orbit_error": Field(FLOAT, (), "1", "its standard error, from ten parts of the orbit"),
 }
 PLACES = {

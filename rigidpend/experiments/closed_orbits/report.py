@@ -9,12 +9,14 @@ from rigidpend.results.tree import Data, Loaded
 from rigidpend.tables import Table
 
 CAPTION = (
-    "Periodic orbits of the perturbed body, one for each periodic word of symbols, found by the"
-    " return map and verified by integration over a period. Their Floquet multipliers, averaged"
-    " over all points of a length, give the Lyapunov exponent of long orbits."
+    "Periodic orbits of the perturbed body, one for each way to repeat a word of symbols from a"
+    " passage past the upper orbit on, found by the return map. Their Lyapunov exponents, averaged"
+    " over all words of a length, tend to that of long orbits of random symbols: each symbol more"
+    " leaves a small part of the distance, where a random orbit must be a hundred times as long for"
+    " each digit."
 )
 SHORT = 4
-"""Words of up to so many symbols have a row of their own; there are six."""
+"""Words of up to so many symbols have a row of their own; there are twelve."""
 
 
 def tables(result: Loaded) -> list[Table]:
@@ -36,13 +38,16 @@ def tables(result: Loaded) -> list[Table]:
             ),
             [_row(k, word, orbits) for k, word in enumerate(words) if len(word) <= SHORT],
             "The action is the integral of J1 dtheta1 + J2 dtheta2, dimensionless. The gap is what"
-            " one period leaves open in d and chi; words of odd length are read twice.",
+            " one period leaves open in d and chi. Words are read from a passage past the upper"
+            " orbit on: one of odd length twice, while one of even length and the same from its"
+            " second symbol on are two orbits. A word read backward with 0 and 1 exchanged is that"
+            " of the reversed orbit, which has the same numbers.",
         ),
         Table(
-            "Averages over all points of a length",
-            ("length", "points", "Lyapunov exponent per passage"),
+            "Averages over all words of a length",
+            ("symbols", "words", "Lyapunov exponent per passage"),
             [
-                (str(length), str(points), f"{mean:.4f}")
+                (str(length), str(points), f"{mean:.9f}")
                 for length, points, mean in zip(
                     averages["length"], averages["points"], averages["mean"], strict=True
                 )

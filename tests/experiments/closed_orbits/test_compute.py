@@ -41,14 +41,18 @@ def test_points_are_those_of_a_full_shift(data: Any) -> None:
 def test_orbits_close(data: Any) -> None:
     orbits = data["orbits"]
     verified = np.isfinite(orbits["closing"])
-    assert verified.sum() == 3
+    assert verified.sum() == 4
     assert (orbits["closing"][verified] < orbits["closing_expected"][verified]).all()
     assert orbits["alone"].max() < 1e-11
 
 
 def test_averages_agree_with_the_long_orbit(data: Any) -> None:
     averages = data["averages"]
-    assert abs(averages["mean"][-1] - averages["long_orbit"]) < 4 * averages["long_orbit_error"]
+    off = np.abs(averages["mean"][1:] - averages["long_orbit"])
+    assert (off < 4 * averages["long_orbit_error"]).all()
+    # They settle exponentially: neighbours further off matter ever less.
+    near = np.abs(averages["mean"][:-1] - averages["mean"][-1])
+    assert (near[1:] < near[:-1] / 10).all()
 
 
 @pytest.mark.parametrize(
@@ -70,13 +74,13 @@ def test_a_difference_is_found(data: Any, place: tuple[str, str], change: float)
 
 def test_rows_tell_what_is_asked() -> None:
     rows = {row.name: row.value for row in closed_orbits.describe(typed(Config, CONFIG, SMALL))}
-    assert rows["words"] == "14"
+    assert rows["words"] == "18"
 
 
 def test_the_estimate_doubles_with_each_symbol_that_is_verified() -> None:
     few, more = (
         closed_orbits.cost(typed(Config, CONFIG, [f"problem.verified={n}"])) for n in (4, 6)
     )
-    # Measured: 5 and 18 s.
-    assert 2 < few < 10
-    assert 9 < more < 36
+    # 44 and 212 passages are integrated, 0.12 s each, beside 2 s for all else.
+    assert 4 < few < 15
+    assert 14 < more < 55
