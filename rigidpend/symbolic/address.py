@@ -1,10 +1,12 @@
 """Addresses: the symbols of an orbit, with its half rotations between crossings.
 
-At a crossing of M3 = 0 the phase chi = theta1/2 + theta2 + pi/2 grows past. The surfaces of the
-two periodic orbits meet where gamma3 = -sin(chi) = 0, at every multiple of pi, whatever the
-body: there they are each other's image in the reversor. A crossing lies in cell j if chi is
-nearer to j pi than to any other multiple. An address is the parity of the first crossing's cell,
-then for every passage its symbol and the growth of j, the half rotations that it takes.
+The phase chi of a crossing of M3 = 0 is theta1/2 + theta2 + pi/2 with theta1 modulo 2 pi: beside
+alpha0 + beta0 if it is upward, beside 2 pi - alpha0 + beta0 if downward (`return_map.poincare`).
+Through a passage theta1 + theta2 is followed past the upper periodic orbit, theta2 past the lower
+one; the docs have it in M and gamma. The orbits' surfaces meet where gamma3 = 0, at every multiple
+of pi, whatever the body: there they are each other's image in the reversor. A crossing lies in
+cell j if chi is nearer to j pi than to any other multiple. An address is the parity of the first
+crossing's cell, then for every passage its symbol and the growth of j, its half rotations.
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ class PassageEnds(NamedTuple):
 
 
 def widest_d(level: EnergyLevel) -> float:
-    """Largest |d| of the tables of a map, the measure of its deviations."""
+    """Largest |d| of the tables of a map, the scale of d in Newton's method and in roundings."""
     return max(float(chart.forward.width) for chart in level.charts)
 
 

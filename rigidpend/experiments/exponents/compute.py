@@ -21,7 +21,7 @@ from rigidpend.results.layout import FLOAT, WHOLE, Field, datasets
 from rigidpend.results.tree import Data, Tree
 from rigidpend.routes.mapped import UNKEPT
 from rigidpend.routes.plane import Plane
-from rigidpend.symbolic.exponents import integrated, rounding, stretched
+from rigidpend.symbolic.exponents import integrated, stretched
 from rigidpend.symbolic.surface import Surface, surface
 
 if TYPE_CHECKING:
@@ -41,6 +41,7 @@ QUANTILE = 1e-3
 PIECE = {
     "growth": Field(FLOAT, ("symbols", "cells"), "1", "ln of the growth through the passages"),
     "codes": Field(WHOLE, ("symbols", "cells"), "1", "symbols by the map"),
+    "allowed": Field(FLOAT, ("cells",), "1", "bound of the rounding of the last growth"),
 }
 
 
@@ -60,13 +61,15 @@ def compute(config: Config, means: Means) -> Tree:
     plane = Plane(problem.body, problem.h0, ends, n, means.arithmetic, theta2.size, means.jobs)
     codes = plane.cells(theta2, J1)
     orbits = surface(replace(problem.routes, J1_0=exact(ends[1])))
-    grown, followed = _followed(orbits, theta2, J1, n, means)
+    grown, followed, allowed = _followed(orbits, theta2, J1, n, means)
     # A growth is told of the orbit that has the established code, and of no other.
     known = (codes.certain == n) & (followed == codes.codes).all(axis=0)
     means.report(f"{int(known.sum())} of {known.size} cells are known")
     values = {
         "codes": codes.codes.reshape(n, *shape),
         "exponent": np.where(known, grown[-1] / n, np.nan).reshape(shape),
+        # Up to a power of two: some bits a cell in the file.
+        "allowed": np.where(known, 2.0 ** np.ceil(np.log2(allowed / n)), np.nan).reshape(shape),
         "theta2_0": x,
         "log10_J1_0": y,
     }
@@ -80,25 +83,25 @@ def compute(config: Config, means: Means) -> Tree:
 
 def _followed(
     orbits: Surface, theta2: Array, J1: Array, n: int, means: Means
-) -> tuple[Array, NDArray[np.uint8]]:
-    """The growth (n, N) through 1 to n passages, and the symbols, none outside of the map."""
+) -> tuple[Array, NDArray[np.uint8], Array]:
+    """The growth (n, N) through 1 to n passages, the symbols, and the allowed errors, (N,)."""
     parts: list[Any] = []
     for first in range(0, theta2.size, TILE):
         part = slice(first, first + TILE)
         tile = partial(_tile, orbits, theta2[part], J1[part], n)
         parts.append(means.part(f"cells.{first:09d}", tile))
         means.report(f"cells to {min(part.stop, theta2.size)} of {theta2.size}")
-    grown, codes = (
-        np.concatenate([part[name].values for part in parts], axis=1)
-        for name in ("growth", "codes")
+    grown, codes, allowed = (
+        np.concatenate([part[name].values for part in parts], axis=-1) for name in PIECE
     )
-    return grown, codes
+    return grown, codes, allowed
 
 
 def _tile(orbits: Surface, theta2: Array, J1: Array, n: int) -> Tree:
     found = stretched(orbits, theta2, J1, n)
     codes = np.where(found.inside, found.symbols, NO_SYMBOL).astype(np.uint8)
-    return datasets(PIECE, {"growth": found.growth, "codes": codes})
+    values = {"growth": found.growth, "codes": codes, "allowed": found.allowed}
+    return datasets(PIECE, values)
 
 
 def _quantiles(grown: Array) -> dict[str, Any]:
@@ -123,8 +126,8 @@ def _checked(
     values: dict[str, Any] = {"row": row, "column": column}
     for name, each in (
         ("growth", found.growth[-1]),
-        ("difference", integrated(problem.body, found) - found.growth[-1]),
-        ("allowed", rounding(found.growth)),
+        ("difference", integrated(found) - found.growth[-1]),
+        ("allowed", found.allowed),
     ):
         values[name] = np.full(cells.size, np.nan)
         values[name][known[cells]] = each
@@ -156,8 +159,8 @@ def cost(config: Config) -> float:
 def differences(stored: Data, fresh: Data) -> list[Difference]:
     """Find where two results disagree by more than roundings explain.
 
-    Exponents are compared where both are known, up to roundings as they have grown there. What
-    the fresh result is off from the variational equations must be within as much.
+    Exponents are compared where both are known, up to the stored bound of their rounding. What the
+    fresh result is off from the variational equations must be within as much.
     """
     found = compare.keys(stored, fresh)
     if stored["codes"].shape != fresh["codes"].shape:
@@ -165,14 +168,13 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
     for name in ("theta2_0", "log10_J1_0", "marked"):
         found += compare.rounded(name, stored[name], fresh[name])
     old, new = stored["exponent"], fresh["exponent"]
-    both, n = np.isfinite(old) & np.isfinite(new), len(stored["codes"])
+    both = np.isfinite(old) & np.isfinite(new)
     lost = np.array([(np.isfinite(old) & ~both).mean()])
     found += compare.beyond("exponent", lost, np.array([LOST]))
     found += compare.arrays("codes", stored["codes"], fresh["codes"], np.where(both, 0.0, np.inf))
-    # Of the growth through fewer passages nothing is stored: the whole stands for each.
-    growth = np.broadcast_to(n * np.where(both, old, 0.0), (n, *old.shape))
-    allowed = np.where(both, rounding(growth) / n, np.inf)
-    found += compare.arrays("exponent", old, new, allowed)
+    allowed = np.where(both, stored["allowed"], np.inf)
+    for name in ("exponent", "allowed"):
+        found += compare.arrays(name, stored[name], fresh[name], allowed)
     for name in GROWTH:
         within = QUANTILE if name == "exponent" else 0.0
         at = stored["growth"][name], fresh["growth"][name]

@@ -14,8 +14,10 @@ from rigidpend.results.tree import Data, Loaded
 
 HEIGHT = 5.6
 """Height of the figure, inches."""
+SHADES = ("#cfe3f1", "#8fbfdf")
+"""Colours of the spread's wider and narrower band."""
 HIGHEST = 0.99
-"""Share of the cells whose exponents have colours of their own; of the rest it is the last."""
+"""Share of the cells below the largest exponent with a colour of its own, and above the least."""
 CHANGES = ((0.6, "white"), (0.35, "0.8"), (0.2, "0.7"))
 """Lines along which symbols 1, 2, 3 change."""
 
@@ -40,17 +42,17 @@ def _draw_plane(figure: Figure, axes: Axes, data: Data) -> None:
         extent=(*cell_ends(x), *cell_ends(y)),
         aspect="auto",
         cmap="magma",
-        vmin=0,
+        vmin=float(np.quantile(known, 1 - HIGHEST)) if known.size else 0,
         vmax=float(np.quantile(known, HIGHEST)) if known.size else 1,
         interpolation="nearest",
     )
-    figure.colorbar(shown, ax=axes, label="exponent per passage", extend="max", pad=0.01)
+    figure.colorbar(shown, ax=axes, label="exponent per passage", extend="both", pad=0.01)
     draw_changes(axes, x, y, data["codes"], CHANGES)
     if y[0] <= data["marked"] <= y[-1]:
         axes.axhline(float(data["marked"]), color="white", lw=0.8, ls=(0, (5, 3)), label="marked")
     axes.set(xlabel=r"$\theta_2^0$ (rad)", ylabel=r"$\log_{10} J_1^0$")
     n = len(data["codes"])
-    title(axes, "a", f"exponents of {n} passages")
+    title(axes, "a", rf"exponents of {n} passages, Euclidean norm of $(M', \gamma)$")
 
 
 def _draw_spread(axes: Axes, growth: Data) -> None:
@@ -59,7 +61,8 @@ def _draw_spread(axes: Axes, growth: Data) -> None:
     for k in range(middle):
         low, high = growth["exponent"][k], growth["exponent"][-1 - k]
         label = f"{100 * (shares[-1 - k] - shares[k]):.0f} % of cells"
-        axes.fill_between(n, low, high, color=BLUE, alpha=0.25, lw=0, label=label)
+        # Colours of their own and not one over the other, so that the legend shows them.
+        axes.fill_between(n, low, high, color=SHADES[k], lw=0, label=label)
     axes.plot(n, growth["exponent"][middle], "o-", color=BLUE, ms=4, lw=1, label="median")
     axes.set_ylim(bottom=0)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
@@ -72,7 +75,7 @@ def _draw_check(axes: Axes, checked: Data) -> None:
     order = np.argsort(checked["growth"])
     growth, difference = checked["growth"][order], np.abs(checked["difference"][order])
     axes.semilogy(growth, difference, ".", color=BLUE, ms=3, label="difference")
-    axes.semilogy(growth, checked["allowed"][order], color=RED, lw=0.9, label="allowed")
-    axes.set_xlabel("ln of the growth")
-    title(axes, "c", "by variational equations, less map")
+    axes.semilogy(growth, checked["allowed"][order], ".", color=RED, ms=3, label="allowed")
+    axes.set(xlabel="ln of the growth", ylabel="difference in it")
+    title(axes, "c", "variational equations less map")
     axes.legend(fontsize=7.5, loc="upper left")

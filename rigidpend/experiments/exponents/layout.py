@@ -14,8 +14,16 @@ PLANE = {
         FLOAT,
         CELLS,
         "1",
-        "ln of the growth of the deviation that grows most through all passages, a passage;"
-        " NaN where the code is not certain, or return maps do not reach",
+        "ln of the growth of the deviation that grows most through all passages, a passage, on the"
+        " section M3 = 0 at the orbit's energy, in the Euclidean norm of (M', gamma), all"
+        " dimensionless; NaN where the code is not certain, or return maps do not reach",
+        gaps=True,
+    ),
+    "allowed": Field(
+        FLOAT,
+        CELLS,
+        "1",
+        "bound of the exponent's rounding, a power of two; NaN as above",
         gaps=True,
     ),
     "theta2_0": Field(FLOAT, ("columns",), "rad", "initial phases of the columns"),
@@ -38,7 +46,7 @@ CHECKED = {
     "difference": Field(
         FLOAT, CHECKED_, "1", "that by the variational equations, integrated, less it", gaps=True
     ),
-    "allowed": Field(FLOAT, CHECKED_, "1", "roundings, grown through the passages", gaps=True),
+    "allowed": Field(FLOAT, CHECKED_, "1", "bound of the rounding of the growth", gaps=True),
 }
 LAYOUT: Layout = {
     **PLANE,

@@ -9,7 +9,8 @@ from rigidpend.tables import Table
 
 CAPTION = (
     "Growth of deviations over a plane of initial phases and actions: the logarithm of the largest"
-    " growth through some passages, a passage, from the derivatives of the return map. It is"
+    " growth through some passages, a passage, from the derivatives of the return map, in the"
+    " Euclidean norm of (M', gamma), dimensionless, on the section at the orbit's energy. It is"
     " greatest where a symbol of the route code changes. In some cells the variational equations"
     " are integrated as well."
 )
