@@ -110,11 +110,11 @@ class Parts:
             if locks.is_at(handle, self._whole):
                 self._handle = handle
             else:
-                os.close(handle)
+                locks.release(handle)
 
     def _leave(self) -> None:
         if self._handle is not None:
-            os.close(self._handle)
+            locks.release(self._handle)
         self._handle = None
 
 

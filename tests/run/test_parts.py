@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -63,6 +64,17 @@ def test_dropped_parts_leave_nothing(tmp_path: Path) -> None:
         with Parts(tmp_path / "fig.h5", fingerprint) as parts:
             parts.keep("first", lambda: PART)
     Parts(tmp_path / "fig.h5", "a").drop()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_copy_of_the_open_folder_that_a_child_has_holds_nothing(tmp_path: Path) -> None:
+    """Between fork and exec a child has one: git is started for each result."""
+    with Parts(tmp_path / "fig.h5", "a") as parts:
+        parts.keep("first", lambda: PART)
+        assert parts._handle is not None
+        copy = os.dup(parts._handle)
+        parts.drop()
+        os.close(copy)
     assert list(tmp_path.iterdir()) == []
 
 
