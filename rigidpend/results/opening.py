@@ -42,7 +42,11 @@ class OtherVersion(StoreError):
 
 @contextmanager
 def opened(
-    path: Path, *, whole: bool = False, part: bool = False, layout: Layout | None = None
+    path: Path,
+    *,
+    whole: bool = False,
+    part: bytes | None = None,
+    layout: Layout | None = None,
 ) -> Iterator[h5py.File]:
     """A result file, open for reading; its structure is checked.
 
@@ -51,8 +55,8 @@ def opened(
     path : Path
     whole : bool, optional
         Whether its values are to be read: then another process has read them before.
-    part : bool, optional
-        Whether it is a part of a run, of which no layout is declared.
+    part : bytes, optional
+        The content, where it is a kept part of a run, of which no layout is declared.
     layout : Layout, optional
         Layout of its data; by default the one that its experiment declares.
 
@@ -63,14 +67,15 @@ def opened(
         the results of its experiment.
     """
     with readable(path):
-        image = intact(files.content(path))
+        image = intact(files.content(path)) if part is None else part
+        is_part = part is not None
         most = min(files.LARGEST, max(LEAST, RATIO * len(image)))
-        tried(lambda: _trial(path, image, most, whole, part, layout), len(image), most)
+        tried(lambda: _trial(path, image, most, whole, is_part, layout), len(image), most)
         # The very bytes that were tried, whatever happens to the file meanwhile.
         file = h5py.File.in_memory(image)
     with file:
         with readable(path):
-            _check(path, file, most, part, layout)
+            _check(path, file, most, is_part, layout)
         yield file
 
 
