@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 def command(clear: bool, each: bool, as_json: bool) -> None:
     """Print the folder of the cache, with its subfolders and their sizes.
 
-    It holds compiled code and return maps, which are made again when they are needed. Each file
-    has a digest, without which it is not used; what is damaged is said.
+    It holds compiled code, return maps and what plans found out, which are made again when they
+    are needed. Each file says what it is of, under a digest; one that is damaged, or of something
+    else, is told and made again.
 
     \b
     Examples:

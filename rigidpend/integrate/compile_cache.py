@@ -1,4 +1,4 @@
-"""Cache of compiled integrators: one file each, with a digest that is compared before its use.
+"""Cache of compiled integrators: one file each, with what it is of, compared before its use.
 
 heyoka has a cache on disk of its own, which believes what it reads: with bits flipped there, two
 runs of five crashed and one had other numbers. It is off; what is kept here instead is the
@@ -22,10 +22,9 @@ import numpy as np
 
 from rigidpend import __version__
 from rigidpend.results import cache
-from rigidpend.results.cache import user_cache as user_cache
 
-MOST = 256
-"""Integrators that are kept, of some 0.5 MB each; all experiments together make some 50."""
+MOST = 150_000_000
+"""Bytes of all kept integrators, of some 0.5 MB each; all experiments together make some 50."""
 CONSTRUCTORS = ("taylor_adaptive", "taylor_adaptive_batch")
 EVENTS = ("t_events", "nt_events")
 
@@ -46,22 +45,22 @@ def _kept(make: Callable[..., Any], version: str) -> Callable[..., Any]:
 
     @functools.wraps(make)
     def made(*given: Any, **options: Any) -> Any:
-        name = _name(make.__name__, version, given, options)
-        if name is None:
+        of = _followed(make.__name__, version, given, options)
+        if of is None:
             return make(*given, **options)
-        path = cache.folder() / "integrators" / name
-        content = cache.load(path)
+        within = cache.folder() / "integrators"
+        content = cache.load(within, of)
         if content is not None:
             return pickle.loads(content)
         integrator = make(*given, **options)
-        cache.save(path, pickle.dumps(integrator), MOST)
+        cache.save(within, of, pickle.dumps(integrator), MOST)
         return integrator
 
     return made
 
 
-def _name(make: str, version: str, given: Any, options: dict[str, Any]) -> str | None:
-    """The digest of what an integrator follows from; None if it calls back into a program."""
+def _followed(make: str, version: str, given: Any, options: dict[str, Any]) -> bytes | None:
+    """What an integrator follows from, whole; None if it calls back into a program."""
     events = [event for kind in EVENTS for event in options.get(kind, ())]
     # What is called back is this program's own object, of which a cache would keep a copy.
     if options.get("nt_events") or any(event.callback is not None for event in events):
@@ -69,7 +68,7 @@ def _name(make: str, version: str, given: Any, options: dict[str, Any]) -> str |
     versions = (__version__, version, platform.python_version(), processor_key())
     spelt = io.BytesIO()
     _Speller(spelt).dump((make, versions, given, sorted(options.items())))
-    return hashlib.sha256(spelt.getvalue()).hexdigest()[:32]
+    return spelt.getvalue()
 
 
 class _Speller(pickle.Pickler):

@@ -10,7 +10,8 @@ structure   what a file is made of, held against the layout before a value is re
 content     what a file says, checked before it is used
 words       words from a file, fit for a message
 files       files replaced in one step and sealed with a digest
-cache       what can be made again: compiled code, return maps
+kept        files of what can be made again, each with what it is of
+cache       the user's folder of such files: compiled code, return maps
 damage      damage noticed, and files tried in a process of its own
 locks       folders and files held together with other runs
 compare     differences of two results, by value

@@ -1,14 +1,14 @@
 """Cache of what can be made again: compiled code, return maps, in the user's folder.
 
-Each file is sealed with a digest, which is compared before the content is used. Compiled code
-with a bit flipped crashes, or gives other numbers: so what is damaged is removed and told, and
-made again by whoever needs it.
+Each file is a kept one (see `kept`), under the name of what it is of. Compiled code with a bit
+flipped crashes, or gives other numbers: so what does not fit is never used.
 """
 
 from __future__ import annotations
 
 import contextlib
 import errno
+import functools
 import os
 import shutil
 import sys
@@ -16,18 +16,15 @@ import warnings
 from pathlib import Path
 from typing import NamedTuple
 
-from rigidpend.results import files
+from rigidpend.results import kept
 
 MEANING = {
     "integrators": "compiled integrators",
     "kernels": "compiled kernels",
     "maps": "return maps",
+    "plans": "what plans found out",
 }
 """The subfolders of this version; others are of another."""
-
-
-class DamagedCacheWarning(UserWarning):
-    """Warning: a file of the cache was damaged, and was removed."""
 
 
 class Subfolder(NamedTuple):
@@ -39,7 +36,7 @@ class Subfolder(NamedTuple):
     size: int
     """Bytes of all files."""
     damaged: list[Path]
-    """Files whose digest does not fit; always empty for a subfolder of another version."""
+    """Files that do not fit; always empty for a subfolder of another version."""
 
 
 def user_cache() -> Path:
@@ -54,68 +51,69 @@ def folder() -> Path:
     return user_cache() / "rigidpend"
 
 
-def load(path: Path) -> bytes | None:
-    """The content of a file of the cache.
-
-    Returns
-    -------
-    bytes or None
-        None where there is no such file, or where it was damaged: then it is removed, with a
-        `DamagedCacheWarning`.
-    """
-    try:
-        stored = files.content(path)
-    except (OSError, ValueError):
-        return None
-    content = files.unsealed(stored)
-    if content is None:
+def load(within: Path, of: bytes) -> bytes | None:
+    """The content of the file of a subfolder that is of something (see `kept.load`)."""
+    path = within / kept.name_of(of)
+    content = kept.load(path, of)
+    if content is not None:
         with contextlib.suppress(OSError):
-            path.unlink()
-        said = f"{path.parent}: a file of this cache was damaged; it is removed and made again"
-        warnings.warn(said, DamagedCacheWarning, stacklevel=2)
-        return None
-    with contextlib.suppress(OSError):
-        # The time of the last use, by which `keep_newest` chooses.
-        os.utime(path)
+            # The time of the last use, by which `_bound` chooses.
+            os.utime(path)
     return content
 
 
-def save(path: Path, content: bytes, most: int) -> None:
-    """Keep a content in a file of the cache; nothing is kept where that cannot be written.
+def save(within: Path, of: bytes, content: bytes, most: int) -> None:
+    """Keep a content in a subfolder; where it cannot be written that is told, once.
 
     Parameters
     ----------
-    path : Path
+    within : Path
+        The subfolder.
+    of : bytes
+        All that the content follows from.
     content : bytes
     most : int
-        Number of files that stay in its folder; those used longest ago are removed.
+        Bytes that stay in the subfolder; the files used longest ago are removed.
     """
-    with contextlib.suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        files.replace(path, files.sealed(content), lasting=False)
-        _keep_newest(path.parent, most)
+    path = within / kept.name_of(of)
+    try:
+        kept.save(path, of, content)
+        _bound(within, most)
+    except OSError as error:
+        _tell_once(f"{folder()}: nothing can be kept there ({kept.reason(error)})")
 
 
-def _keep_newest(within: Path, most: int) -> None:
+@functools.cache
+def _tell_once(said: str) -> None:
+    """Warn of what is the same for all files, the first time."""
+    end = "what takes long is made again at each run; XDG_CACHE_HOME names another folder"
+    warnings.warn(f"{said}: {end}", kept.KeptFileWarning, stacklevel=3)
+
+
+def _bound(within: Path, most: int) -> None:
     # Files that begin with a point are being written by others.
-    found = [path for path in within.iterdir() if not path.name.startswith(".")]
-    if len(found) <= most:
-        return
-    for path in sorted(found, key=_last_use)[: len(found) - most]:
+    found = [(path, _looked_up(path)) for path in within.iterdir() if path.name[0] != "."]
+    total = sum(size for _, (_, size) in found)
+    for path, (_, size) in sorted(found, key=lambda one: one[1]):
+        if total <= most:
+            break
         with contextlib.suppress(OSError):
             path.unlink()
+        total -= size
 
 
-def _last_use(path: Path) -> float:
+def _looked_up(path: Path) -> tuple[int, int]:
+    """Time of a file's last use, and its size."""
     try:
-        return path.lstat().st_mtime
+        found = path.lstat()
     except OSError:
         # Another process has removed it.
-        return 0.0
+        return 0, 0
+    return found.st_mtime_ns, found.st_size
 
 
 def subfolders() -> list[Subfolder]:
-    """All subfolders of the cache, in the order of their names, every digest compared."""
+    """All subfolders of the cache, in the order of their names, every file compared."""
     try:
         found = sorted(path for path in folder().iterdir() if _is_own_folder(path))
     except OSError:
@@ -132,15 +130,8 @@ def _looked_at(path: Path) -> Subfolder:
     meaning = MEANING.get(path.name, "of another version")
     size = sum(one.lstat().st_size for one in inside)
     # How another version seals its files is not known here.
-    damaged = [one for one in inside if path.name in MEANING and not _is_sound(one)]
+    damaged = [one for one in inside if path.name in MEANING and not kept.is_sound(one)]
     return Subfolder(path, meaning, inside, size, damaged)
-
-
-def _is_sound(path: Path) -> bool:
-    try:
-        return files.unsealed(files.content(path)) is not None
-    except (OSError, ValueError):
-        return False
 
 
 def clear() -> None:

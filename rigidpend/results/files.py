@@ -30,19 +30,26 @@ class Absent(StoreError):
     """Error: a result that is needed and not there."""
 
 
-def content(path: Path) -> bytes:
+def content(path: Path, *, links: bool = True) -> bytes:
     """Read a file, if it is a regular one and of bearable size.
+
+    Parameters
+    ----------
+    path : Path
+    links : bool, optional
+        Whether the file may be a link to another.
 
     Raises
     ------
     OSError
-        As :func:`open`; nothing is waited for.
+        As :func:`open`; nothing is waited for. ELOOP for a link that may not be one.
     ValueError
         It is a pipe, a device or a folder, or too large.
     """
     # Looked at first, for to open a device can have effects; then again, for it may have changed.
     _check_regular(os.stat(path))
-    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    handle = os.open(path, flags | (0 if links else getattr(os, "O_NOFOLLOW", 0)))
     with os.fdopen(handle, "rb") as file:
         _check_regular(os.fstat(handle))
         found = file.read(LARGEST + 1)

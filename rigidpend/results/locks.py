@@ -33,6 +33,17 @@ def hold(handle: int) -> None:
         _locked(handle, fcntl.LOCK_EX)
 
 
+def release(handle: int) -> None:
+    """Give up the lock, then close.
+
+    To close alone would leave it to copies: a child has one from the fork until it runs another
+    program or ends.
+    """
+    if fcntl is not None:
+        _locked(handle, fcntl.LOCK_UN)
+    os.close(handle)
+
+
 def is_at(handle: int, path: str | Path) -> bool:
     """True if an open file or folder is still the one of that name."""
     try:
@@ -53,7 +64,7 @@ def deserted(path: Path) -> Iterator[bool]:
     try:
         yield fcntl is not None and _locked(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     finally:
-        os.close(handle)
+        release(handle)
 
 
 def _locked(handle: int, operation: int) -> bool:

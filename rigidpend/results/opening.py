@@ -45,7 +45,7 @@ def opened(
     path: Path,
     *,
     whole: bool = False,
-    part: bool = False,
+    part: bytes | None = None,
     layout: Layout | None = None,
     ratio: int = RATIO,
 ) -> Iterator[h5py.File]:
@@ -56,8 +56,8 @@ def opened(
     path : Path
     whole : bool, optional
         Whether its values are to be read: then another process has read them before.
-    part : bool, optional
-        Whether it is a part of a run, of which no layout is declared.
+    part : bytes, optional
+        The content, where it is a kept part of a run, of which no layout is declared.
     layout : Layout, optional
         Layout of its data; by default the one that its experiment declares.
     ratio : int, optional
@@ -70,14 +70,15 @@ def opened(
         the results of its experiment.
     """
     with readable(path):
-        image = intact(files.content(path))
+        image = intact(files.content(path)) if part is None else part
+        is_part = part is not None
         most = min(files.LARGEST, max(LEAST, ratio * len(image)))
-        tried(lambda: _trial(path, image, most, whole, part, layout), len(image), most)
+        tried(lambda: _trial(path, image, most, whole, is_part, layout), len(image), most)
         # The very bytes that were tried, whatever happens to the file meanwhile.
         file = h5py.File.in_memory(image)
     with file:
         with readable(path):
-            _check(path, file, most, part, layout)
+            _check(path, file, most, is_part, layout)
         yield file
 
 

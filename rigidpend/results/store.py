@@ -12,6 +12,7 @@ object inside the file and as declared, before a value is used. What reads raise
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
@@ -103,13 +104,34 @@ def load(path: Path, layout: Layout | None = None, *, ratio: int = RATIO) -> Loa
         return loaded
 
 
-def read_tree(path: Path, *, part: bool = False) -> Tree:
-    """The data of a result file as they were given to :func:`write`, units and all.
+def read_tree(path: Path) -> Tree:
+    """The data of a result file as they were given to :func:`write`, units and meaning.
 
     Raises the errors of :func:`opened`.
     """
-    with opened(path, whole=True, part=part) as file, readable(path):
-        return _tree(file["data"])
+    with opened(path, whole=True) as file, readable(path):
+        return _tree(file["data"], {})
+
+
+def part(tree: Tree) -> bytes:
+    """An HDF5 file in memory that holds a part of a result, for :func:`read_part`."""
+    # Names of dimensions are no attributes of ours in a file, and a part lacks some of its axes.
+    return _image(Result({}, json.dumps(_dimensions(tree)), {}, tree))
+
+
+def read_part(path: Path, content: bytes) -> Tree:
+    """A part of a result as it was given to :func:`part`, the names of dimensions included.
+
+    Raises the errors of :func:`opened`.
+
+    Parameters
+    ----------
+    path : Path
+        Where the content was kept.
+    content : bytes
+    """
+    with opened(path, whole=True, part=content) as file, readable(path):
+        return _tree(file["data"], json.loads(_plain(file["config"])))
 
 
 def config(path: Path) -> str:
@@ -149,12 +171,25 @@ def _plain(node: Any) -> Any:
     return {name: _plain(inner) for name, inner in node.items()}
 
 
-def _tree(group: h5py.Group) -> Tree:
+def _tree(group: h5py.Group, dimensions: Mapping[str, Any]) -> Tree:
     return {
-        name: _tree(node)
+        name: _tree(node, dimensions.get(name, {}))
         if isinstance(node, h5py.Group)
-        else Dataset(_values(node), node.attrs["units"], node.attrs["description"])
+        else Dataset(
+            _values(node),
+            node.attrs["units"],
+            node.attrs["description"],
+            tuple(dimensions.get(name, ())),
+        )
         for name, node in group.items()
+    }
+
+
+def _dimensions(tree: Tree) -> dict[str, Any]:
+    """The names of the dimensions of all arrays, in the groups of the tree."""
+    return {
+        name: node.dimensions if isinstance(node, Dataset) else _dimensions(node)
+        for name, node in tree.items()
     }
 
 

@@ -163,12 +163,12 @@ def return_map(body: Body, *, h: Scalar, bits: int = 53, design: Design = FIRST)
 
 @functools.lru_cache(maxsize=16)
 def _kept(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> ReturnMap:
-    name = storage.name_of(body, low, high, bits, design, table_bits(bits))
-    stored = storage.load(name, bits)
+    of = storage.followed(body, low, high, bits, design, table_bits(bits))
+    stored = storage.load(of, bits)
     if stored is None:
         made = build(body, low, high, bits, design)
         facts = {"orders": made.orders._asdict(), "errors": made.errors._asdict()}
-        storage.save(name, made.normal_form, made.charts, facts)
+        storage.save(of, made.normal_form, made.charts, facts)
         return made
     nf, charts, facts = stored
     p = body.angles(precision(bits).bits + GUARD_BITS)

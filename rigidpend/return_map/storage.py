@@ -1,18 +1,15 @@
-"""Storage of finished maps: one sealed file each, in the user's cache, named by its content.
+"""Storage of finished maps: one file each, in the user's cache, with all that it follows from.
 
-The name is a digest of all that a map follows from: the body, the energies, the precision, the
-design and this version of the code that builds. So a stored map is the one that would be built.
-Numbers of any precision are stored as sums of doubles, without loss.
+That is the body, the energies, the precision, the design and this version of the code that
+builds. It is compared when a map is read, so a stored map is the one that would be built. Numbers
+of any precision are stored as sums of doubles, without loss.
 """
 
 from __future__ import annotations
 
-import contextlib
 import functools
-import hashlib
 import io
 import json
-import os
 from pathlib import Path
 from typing import Any
 
@@ -20,10 +17,9 @@ import numpy as np
 
 from rigidpend import __version__
 from rigidpend.body import Body
-from rigidpend.integrate.compile_cache import user_cache
 from rigidpend.numbers.exact import Exact
 from rigidpend.numbers.generic import Scalar
-from rigidpend.results import files
+from rigidpend.results import cache
 from rigidpend.return_map.charts import Chart, ChartTable
 from rigidpend.return_map.expansions import Interval
 from rigidpend.return_map.normal_form import NormalForm
@@ -34,11 +30,11 @@ MOST = 200_000_000
 """Bytes of all kept maps; one over the energies of Fig. 4 takes half a million."""
 
 
-def name_of(body: Body, low: Exact, high: Exact, bits: int, design: Any, table: int) -> str:
-    """The digest of what a map follows from, the precision of its tables among it."""
+def followed(body: Body, low: Exact, high: Exact, bits: int, design: Any, table: int) -> bytes:
+    """What a map follows from, whole, the precision of its tables among it."""
     parts = [__version__, _code(), *map(str, (*body.A, *body.r, body.mu, low, high))]
     parts += [str(bits), json.dumps(tuple(design)), str(table)]
-    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:32]
+    return "\n".join(parts).encode()
 
 
 @functools.cache
@@ -47,8 +43,8 @@ def _code() -> str:
     return code_hash_of(Path(__file__).with_name("build.py"))
 
 
-def save(name: str, nf: NormalForm, charts: tuple[Chart, Chart], facts: dict[str, Any]) -> None:
-    """Keep a map; where the cache cannot be written nothing is kept."""
+def save(of: bytes, nf: NormalForm, charts: tuple[Chart, Chart], facts: dict[str, Any]) -> None:
+    """Keep a map with what it follows from."""
     arrays = {f"nf_{k}": _split(x) for k, x in _numbers(nf).items()}
     for rising, chart in enumerate(charts):
         for which, table in zip(Chart._fields, chart, strict=True):
@@ -62,33 +58,12 @@ def save(name: str, nf: NormalForm, charts: tuple[Chart, Chart], facts: dict[str
     }
     content = io.BytesIO()
     np.savez(content, text=np.array(json.dumps(text)), **arrays)
-    with contextlib.suppress(OSError):
-        path = _path(name)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        files.replace(path, files.sealed(content.getvalue()), lasting=False)
-        bound(path.parent)
+    cache.save(_folder(), of, content.getvalue(), MOST)
 
 
-def bound(folder: Path, most: int = MOST) -> None:
-    """Remove the maps used longest ago until the rest take at most `most` bytes."""
-    known = [(path, path.stat()) for path in folder.glob("*.npz")]
-    total = sum(stat.st_size for _, stat in known)
-    for path, stat in sorted(known, key=lambda one: one[1].st_mtime_ns):
-        if total <= most:
-            break
-        path.unlink(missing_ok=True)
-        total -= stat.st_size
-
-
-def load(name: str, bits: int) -> tuple[NormalForm, tuple[Chart, Chart], dict[str, Any]] | None:
-    """A map that was kept; None where there is none, or its file is damaged."""
-    try:
-        content = files.unsealed(_path(name).read_bytes())
-    except OSError:
-        return None
-    with contextlib.suppress(OSError):
-        # The time of its last use, by which the folder is kept small.
-        os.utime(_path(name))
+def load(of: bytes, bits: int) -> tuple[NormalForm, tuple[Chart, Chart], dict[str, Any]] | None:
+    """The map that was kept of what it follows from; None where there is none that fits."""
+    content = cache.load(_folder(), of)
     if content is None:
         return None
     a = precision(bits)
@@ -120,8 +95,8 @@ def _numbers(nf: NormalForm) -> dict[str, Any]:
     return {**found, "centre": nf.energies.centre, "half_width": nf.energies.half_width}
 
 
-def _path(name: str) -> Path:
-    return user_cache() / "rigidpend" / "maps" / f"{name}.npz"
+def _folder() -> Path:
+    return cache.folder() / "maps"
 
 
 def _split(x: Scalar) -> Any:

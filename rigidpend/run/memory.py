@@ -6,17 +6,17 @@ missing, or damaged, is found out again.
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import json
 from pathlib import Path
 from typing import Any
 
-from rigidpend.results import files
-from rigidpend.results.cache import user_cache
+from rigidpend.results import cache
 
 MOST = 2000
 """Entries at most, some 300 bytes each; then those that are not in use go."""
+BYTES = 10_000_000
+"""Bytes of all memories, of which there are three."""
 
 
 class Memory:
@@ -25,7 +25,7 @@ class Memory:
     Parameters
     ----------
     name : str
-        Name of the file without its ending.
+        What it is a memory of.
     """
 
     def __init__(self, name: str) -> None:
@@ -36,11 +36,8 @@ class Memory:
     @functools.cached_property
     def kept(self) -> dict[str, Any]:
         """Entries of earlier processes."""
-        with contextlib.suppress(OSError, ValueError, AttributeError):
-            content = files.unsealed(self._path().read_bytes())
-            if content is not None:
-                return dict(json.loads(content).items())
-        return {}
+        content = cache.load(_folder(), self._of)
+        return {} if content is None else dict(json.loads(content))
 
     def get(self, key: str) -> Any:
         """Take an entry out of the memory; None where there is none."""
@@ -54,15 +51,18 @@ class Memory:
         self.used[key] = entry
 
     def save(self) -> None:
-        """Write new entries; where that is not possible nothing is kept."""
+        """Write new entries, if that is possible."""
         if not self.new:
             return
         every = {**self.kept, **self.used}
         content = json.dumps(every if len(every) <= MOST else self.used).encode()
-        with contextlib.suppress(OSError, files.StoreError):
-            self._path().parent.mkdir(parents=True, exist_ok=True)
-            files.replace(self._path(), files.sealed(content), lasting=False)
+        cache.save(_folder(), self._of, content, BYTES)
         self.new = False
 
-    def _path(self) -> Path:
-        return user_cache() / "rigidpend" / f"{self.name}.json"
+    @property
+    def _of(self) -> bytes:
+        return f"memory of {self.name}".encode()
+
+
+def _folder() -> Path:
+    return cache.folder() / "plans"

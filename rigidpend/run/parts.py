@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import shutil
 from collections.abc import Callable, Iterator, Sequence
@@ -10,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
-from rigidpend.results import files, locks
+from rigidpend.results import files, kept, locks
 from rigidpend.results.tree import Tree
 from rigidpend.run.workers import check_stop
 
@@ -36,12 +35,13 @@ class Parts:
     target : Path
         The result file.
     fingerprint : str
-        What the result depends on. Parts of another fingerprint are not used.
+        All that the result depends on. Parts of another fingerprint are not used.
     """
 
     def __init__(self, target: Path, fingerprint: str) -> None:
         self._whole = _folder(target)
-        self._folder = self._whole / fingerprint
+        self._fingerprint = fingerprint
+        self._folder = self._whole / kept.name_of(fingerprint.encode())
         self._handle: int | None = None
 
     def __enter__(self) -> Self:
@@ -55,6 +55,8 @@ class Parts:
 
     def keep(self, name: str, compute: Callable[[], Tree]) -> Tree:
         """The part of that name: as kept by an earlier run, or computed and kept.
+
+        One that does not fit is told, and computed again (see `kept.load`).
 
         Parameters
         ----------
@@ -72,14 +74,19 @@ class Parts:
         from rigidpend.results import store
 
         self._join()
-        path = self._folder / f"{name}.h5"
-        if path.is_file():
-            # A damaged part is none: it is computed again.
-            with contextlib.suppress(store.StoreError):
-                return store.read_tree(path, part=True)
+        path, of = self._folder / f"{name}.h5", f"{self._fingerprint}, part {name}".encode()
+        content = kept.load(path, of)
+        if content is not None:
+            try:
+                return store.read_part(path, content)
+            except store.StoreError as error:
+                kept.tell(path, str(error))
         check_stop()
         made = compute()
-        store.write(path, store.Result({"part": name}, "", {}, made), lasting=False)
+        try:
+            kept.save(path, of, store.part(made))
+        except OSError as error:
+            raise store.StoreError(f"{path}: cannot be written: {error.strerror}") from None
         return made
 
     def has(self, name: str) -> bool:
@@ -112,11 +119,11 @@ class Parts:
             if locks.is_at(handle, self._whole):
                 self._handle = handle
             else:
-                os.close(handle)
+                locks.release(handle)
 
     def _leave(self) -> None:
         if self._handle is not None:
-            os.close(self._handle)
+            locks.release(self._handle)
         self._handle = None
 
 

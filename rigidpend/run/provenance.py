@@ -11,7 +11,7 @@ import json
 import os
 import platform
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -30,18 +30,23 @@ def config_hash(resolved: dict[str, Any]) -> str:
 
 
 def code_hash(experiment: str) -> str:
-    """Hash the code that computes an experiment: comments and docstrings don't count."""
-    return code_hash_of_part(experiment, "compute")
+    """Hash the code that a result follows from: that of its config's schema, and what computes.
+
+    With them counts every module of the package that they import, directly or not: its
+    expansion of an axis is as much a cause of a result as an integrator. Comments and docstrings
+    don't count, nor what only type checkers import.
+    """
+    return code_hash_of(_part(experiment, "schema"), _part(experiment, "compute"))
 
 
 def code_hash_of_part(experiment: str, part: str) -> str:
     """Hash the code of one of an experiment's files, its schema say."""
-    return code_hash_of(PACKAGE / "experiments" / experiment / f"{part}.py")
+    return code_hash_of(_part(experiment, part))
 
 
-def code_hash_of(file: Path) -> str:
-    """Hash the code of one of the package's files and of all that it imports of the package."""
-    found = sorted((f"{each.relative_to(PACKAGE)}", code) for each, code in _needed(file).items())
+def code_hash_of(*files: Path) -> str:
+    """Hash the code of some of the package's files and of all that they import of the package."""
+    found = sorted(_needed(files).items())
     _cache().save()
     return _digest(json.dumps(found))
 
@@ -72,16 +77,34 @@ def provenance() -> dict[str, str]:
     }
 
 
-def _needed(first: Path) -> dict[Path, str]:
-    """Collect the code of the package's files that one of them imports, directly or not."""
-    found: dict[Path, str] = {}
-    waiting = [first]
+def _part(experiment: str, part: str) -> Path:
+    return PACKAGE / "experiments" / experiment / f"{part}.py"
+
+
+def _needed(first: Sequence[Path]) -> dict[str, str]:
+    """Collect the code of the package's files that some of them import, by their places."""
+    found: dict[str, str] = {}
+    package = str(PACKAGE)
+    waiting = [each.relative_to(PACKAGE).as_posix() for each in first]
+    waiting += [init for place in waiting for init in _around(package, place.rpartition("/")[0])]
     while waiting:
-        file = waiting.pop()
-        if file not in found:
-            found[file], imported = _cache().entry(file.read_bytes(), _read)
-            waiting += _files(PACKAGE, tuple(imported))
+        place = waiting.pop()
+        if place not in found:
+            found[place], imported = _looked_up(package, place)
+            waiting += imported
     return found
+
+
+@functools.cache
+def _looked_up(package: str, place: str) -> tuple[str, list[str]]:
+    """A file's code, and the places of the files that it imports.
+
+    Each is read once in a process, whose own code does not change meanwhile either.
+    """
+    with open(f"{package}/{place}", "rb") as file:
+        code, imported = _cache().entry(file.read(), _read)
+    found = (each for module in imported for each in _files(package, module))
+    return code, list(dict.fromkeys(found))
 
 
 @functools.cache
@@ -114,18 +137,23 @@ def _running(tree: ast.AST) -> Iterator[ast.AST]:
 
 
 @functools.cache
-def _files(package: Path, modules: tuple[str, ...]) -> list[Path]:
-    """Files of modules of this package; other packages and mere names have none."""
-    inner = (module.split(".") for module in modules)
-    own = (tuple(rest) for first, *rest in inner if first == package.name and rest)
-    return [file for each in own if (file := _file_in(package, each)) is not None]
+def _files(package: str, module: str) -> list[str]:
+    """Places of what runs when a module is imported; mere names and other packages have none."""
+    first, _, inner = module.partition(".")
+    place = inner.replace(".", "/")
+    candidates = (f"{place}.py", f"{place}/__init__.py".lstrip("/"))
+    for each in candidates if first == "rigidpend" else ():
+        if os.path.isfile(f"{package}/{each}"):
+            return [each, *_around(package, each.rpartition("/")[0])]
+    return []
 
 
 @functools.cache
-def _file_in(package: Path, inner: tuple[str, ...]) -> Path | None:
-    place = package.joinpath(*inner)
-    candidates = (place.with_suffix(".py"), place / "__init__.py")
-    return next((file for file in candidates if file.is_file()), None)
+def _around(package: str, folder: str) -> list[str]:
+    """Places of the modules of a folder itself, and of those around it, as far as they have one."""
+    init = f"{folder}/__init__.py".lstrip("/")
+    own = [init] if os.path.isfile(f"{package}/{init}") else []
+    return own + (_around(package, folder.rpartition("/")[0]) if folder else [])
 
 
 def _code(node: Any) -> str:

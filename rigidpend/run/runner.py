@@ -162,8 +162,8 @@ def run(
 
     config = _settled(planned)
     store.prepare(planned.target)
-    whole = provenance.config_hash(planned.fingerprint)
-    with Parts(planned.target, whole) as parts, ThreadPoolExecutor(1) as aside:
+    fingerprint = json.dumps(planned.fingerprint)
+    with Parts(planned.target, fingerprint) as parts, ThreadPoolExecutor(1) as aside:
         # Git is asked while the experiment is computed.
         told = aside.submit(provenance.provenance)
         start, resumed = time.perf_counter(), len(parts)

@@ -27,19 +27,20 @@ def test_an_empty_cache_is_told(folder: Path, tmp_path: Path) -> None:
 
 
 def test_subfolders_files_and_damage_are_told_and_removed(folder: Path, tmp_path: Path) -> None:
-    cache.save(folder / "maps" / "a", bytes(2_000_000), 9)
-    cache.save(folder / "maps" / "b", b"content", 9)
-    (folder / "maps" / "b").write_bytes(b"else")
+    for of in (b"a", b"b"):
+        cache.save(folder / "maps", of, bytes(1_000_000), 10**7)
+    good, spoilt = sorted((folder / "maps").iterdir())
+    spoilt.write_bytes(b"else")
     head, row, bad = call(tmp_path, "cache").stdout.splitlines()
-    assert head == f"{folder}: 2.0 MB"
-    assert row.split("  ") == ["maps", "2 files, 1 damaged", "2.0 MB", "return maps"]
-    assert bad == f"{folder / 'maps' / 'b'}  4 bytes  damaged"
+    assert head == f"{folder}: 1.0 MB"
+    assert row.split("  ") == ["maps", "2 files, 1 damaged", "1.0 MB", "return maps"]
+    assert bad == f"{spoilt}  4 bytes  damaged"
     *_, first, second = call(tmp_path, "cache", "--files").stdout.splitlines()
-    assert (first, second) == (f"{folder / 'maps' / 'a'}  2.0 MB", bad)
+    assert (first, second) == (f"{good}  1.0 MB", bad)
     [told] = json.loads(call(tmp_path, "cache", "--json").stdout)["subfolders"]
-    assert told["damaged"] == [str(folder / "maps" / "b")]
+    assert told["damaged"] == [str(spoilt)]
     done = call(tmp_path, "cache", "--clear")
-    assert done.stderr == f"{folder}: 2.0 MB removed\n"
+    assert done.stderr == f"{folder}: 1.0 MB removed\n"
     assert not folder.exists()
 
 
@@ -60,6 +61,6 @@ def test_a_run_with_damaged_code_says_so_and_makes_it_anew(folder: Path, tmp_pat
         lines = done.stderr.splitlines()
         assert bool(lines) == damaged
         assert all(line.startswith(said) for line in lines)
-        assert all(line.endswith("it is removed and made again") for line in lines)
+        assert all(line.endswith("damaged; it is made again") for line in lines)
         results.append(repr(store.read_tree(tmp_path / "results" / "small.h5")))
     assert results[0] == results[1] == results[2]

@@ -154,20 +154,22 @@ def test_what_is_no_regular_file_makes_room_or_is_left_alone(
 
 
 def test_a_folder_elsewhere_gets_no_parts(tmp_path: Path) -> None:
+    from rigidpend.results import kept
     from rigidpend.results.tree import Dataset
     from rigidpend.run.parts import Parts
 
     other = tmp_path / "other"
     other.mkdir()
-    for place in (tmp_path / ".fig.parts", tmp_path / ".fig.parts" / "a"):
+    inner = tmp_path / ".fig.parts" / kept.name_of(b"a")
+    for place in (inner.parent, inner):
         place.parent.mkdir(exist_ok=True)
         place.symlink_to(other)
         with Parts(tmp_path / "fig.h5", "a") as parts:
             parts.keep("first", lambda: {"one": Dataset(1, "1", "one")})
         assert list(other.iterdir()) == []
-        assert (tmp_path / ".fig.parts" / "a" / "first.h5").is_file()
-        (tmp_path / ".fig.parts" / "a" / "first.h5").unlink()
-        (tmp_path / ".fig.parts" / "a").rmdir()
+        assert (inner / "first.h5").is_file()
+        (inner / "first.h5").unlink()
+        inner.rmdir()
 
 
 @pytest.mark.parametrize("make", [os.mkfifo, lambda path: path.symlink_to("/dev/zero")])

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from rigidpend.integrate import compile_cache, compiled
-from rigidpend.results.cache import DamagedCacheWarning
+from rigidpend.results import cache
+from rigidpend.results.kept import KeptFileWarning
 from tests.integrate.problems import needs_heyoka
 
 INTEL = "model name\t: A processor 3 GHz\nflags\t\t: fpu sse2 avx2 avx512f"
@@ -97,7 +98,7 @@ def test_damaged_code_is_never_run(integrators: Path, place: float) -> None:
     content = bytearray(path.read_bytes())
     content[int(place * len(content)) if place >= 0 else -2] ^= 4
     path.write_bytes(content)
-    with pytest.warns(DamagedCacheWarning, match=rf"^{integrators}: a file of this cache was dam"):
+    with pytest.warns(KeptFileWarning, match=rf"^{path}: damaged; it is made again$"):
         again = pendulum()
     assert np.array_equal(moved(again), expected)
     assert path.read_bytes() != bytes(content)
@@ -123,7 +124,9 @@ def test_where_nothing_can_be_kept_all_is_compiled(
 ) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    assert np.isfinite(moved(pendulum())).all()
+    cache._tell_once.cache_clear()
+    with pytest.warns(KeptFileWarning, match="nothing can be kept"):
+        assert np.isfinite(moved(pendulum())).all()
 
 
 def test_the_key_differs_by_the_flags_of_the_processor_alone(

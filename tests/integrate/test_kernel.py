@@ -19,7 +19,8 @@ from rigidpend.integrate.kernel.lane_numbers import KINDS
 from rigidpend.integrate.kernel.notes import FIELDS, function, width_of_note
 from rigidpend.integrate.kernel.parts import in_parts
 from rigidpend.integrate.kernel.writer import LANES, Writer
-from rigidpend.results.cache import DamagedCacheWarning
+from rigidpend.results import cache
+from rigidpend.results.kept import KeptFileWarning
 from tests.integrate.problems import fan, find
 
 C = AlignedCoefficients(
@@ -163,12 +164,12 @@ def test_machine_code_is_kept_and_a_damaged_file_made_anew(
         spoilt[place] ^= 16
         file.write_bytes(spoilt)
         before = len(made)
-        with pytest.warns(DamagedCacheWarning, match=str(tmp_path)):
+        with pytest.warns(KeptFileWarning, match=str(tmp_path)):
             assert fresh() == 41
         assert len(made) == before + 1
         assert file.read_bytes() == whole, "and the file is mended"
     file.write_bytes(whole[:-7])
-    with pytest.warns(DamagedCacheWarning):
+    with pytest.warns(KeptFileWarning):
         assert fresh() == 41
     machine_code.function.cache_clear()
 
@@ -180,7 +181,9 @@ def test_a_folder_that_cannot_be_written_costs_no_more_than_a_compilation(
     blocked.write_text("")
     monkeypatch.setattr(machine_code, "folder", lambda: blocked / "kernels")
     machine_code.function.cache_clear()
-    assert machine_code.function(identity(), "same", ctypes.c_int64)(7) == 7
+    cache._tell_once.cache_clear()
+    with pytest.warns(KeptFileWarning, match="nothing can be kept"):
+        assert machine_code.function(identity(), "same", ctypes.c_int64)(7) == 7
     machine_code.function.cache_clear()
 
 

@@ -1,14 +1,16 @@
-"""The cache: sealed files, bounded, listed and removed without following a link."""
+"""The cache: kept files, bounded, listed and removed without following a link."""
 
 from __future__ import annotations
 
+import errno
 import os
+import shutil
 import sys
 from pathlib import Path
 
 import pytest
 
-from rigidpend.results import cache
+from rigidpend.results import cache, files, kept
 
 
 @pytest.fixture
@@ -31,50 +33,53 @@ def test_it_lies_where_the_user_s_programs_keep_theirs(
     assert cache.folder() == tmp_path / "Library" / "Caches" / "rigidpend"
 
 
-def test_what_is_saved_is_loaded(folder: Path) -> None:
-    cache.save(folder / "maps" / "a", b"content", 9)
-    assert cache.load(folder / "maps" / "a") == b"content"
-    assert cache.load(folder / "maps" / "b") is None
-
-
-@pytest.mark.parametrize("place", [0, 3, 10, -1])
-def test_what_is_damaged_is_removed_and_told(folder: Path, place: int) -> None:
-    path = folder / "kernels" / "a"
-    cache.save(path, b"content", 9)
-    content = bytearray(path.read_bytes())
-    content[place] ^= 1
-    path.write_bytes(content)
-    with pytest.warns(cache.DamagedCacheWarning, match=str(path.parent)):
-        assert cache.load(path) is None
-    assert not path.exists()
-
-
-def test_a_pipe_is_no_file_of_the_cache(folder: Path) -> None:
-    folder.mkdir(parents=True)
-    os.mkfifo(folder / "a")
-    assert cache.load(folder / "a") is None
+def test_what_is_saved_is_loaded_by_what_it_is_of(folder: Path) -> None:
+    cache.save(folder / "maps", b"a", b"content", 999)
+    assert cache.load(folder / "maps", b"a") == b"content"
+    assert cache.load(folder / "maps", b"b") is None
 
 
 def test_those_used_longest_ago_make_room(folder: Path) -> None:
-    for k, name in enumerate("abc"):
-        cache.save(folder / "maps" / name, name.encode(), 3)
-        os.utime(folder / "maps" / name, (k, k))
-    assert cache.load(folder / "maps" / "a") == b"a"
-    cache.save(folder / "maps" / "d", b"d", 3)
-    assert sorted(path.name for path in (folder / "maps").iterdir()) == ["a", "c", "d"]
+    maps = folder / "maps"
+    for k, of in enumerate((b"a", b"b", b"c")):
+        cache.save(maps, of, bytes(1000), 10_000)
+        os.utime(maps / kept.name_of(of), (k, k))
+    # To be used counts: so it is not the oldest any more.
+    assert cache.load(maps, b"a") == bytes(1000)
+    cache.save(maps, b"d", bytes(1000), 4000)
+    left = {path.name for path in maps.iterdir()}
+    assert left == {kept.name_of(of) for of in (b"a", b"c", b"d")}
+
+
+def test_a_folder_that_cannot_be_written_is_told_once(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(files, "replace", full)
+    said = rf"^{folder}: nothing can be kept there \(No space left on device\)"
+    with pytest.warns(kept.KeptFileWarning, match=said):
+        cache.save(folder / "maps", b"a", b"content", 999)
+    # A second warning would be an error here.
+    cache.save(folder / "kernels", b"a", b"content", 999)
+    assert cache.load(folder / "maps", b"a") is None
 
 
 def test_every_subfolder_is_told_with_what_is_damaged(folder: Path) -> None:
     assert cache.subfolders() == []
-    cache.save(folder / "maps" / "a", b"content", 9)
-    cache.save(folder / "integrators" / "b", b"content", 9)
-    (folder / "integrators" / "b").write_bytes(b"something")
+    cache.save(folder / "maps", b"a", b"content", 999)
+    cache.save(folder / "integrators", b"b", b"content", 999)
+    cache.save(folder / "kernels", b"a", b"content", 999)
+    (folder / "integrators" / kept.name_of(b"b")).write_bytes(b"something")
+    shutil.copy(folder / "maps" / kept.name_of(b"a"), folder / "kernels" / kept.name_of(b"c"))
     (folder / "old").mkdir()
     (folder / "old" / "cache.db").write_bytes(b"12345")
     found = {one.path.name: one for one in cache.subfolders()}
-    assert list(found) == ["integrators", "maps", "old"]
-    assert [len(one.files) for one in found.values()] == [1, 1, 1]
-    assert [len(one.damaged) for one in found.values()] == [1, 0, 0]
+    assert list(found) == ["integrators", "kernels", "maps", "old"]
+    assert [len(one.files) for one in found.values()] == [1, 2, 1, 1]
+    # A copy under another name is as unfit as what was overwritten.
+    assert [len(one.damaged) for one in found.values()] == [1, 1, 0, 0]
     assert found["old"].size == 5
     assert found["old"].meaning == "of another version"
 
@@ -83,7 +88,7 @@ def test_clearing_follows_no_link(folder: Path, tmp_path: Path) -> None:
     mine = tmp_path / "mine"
     mine.mkdir()
     (mine / "thesis").write_text("text")
-    cache.save(folder / "maps" / "a", b"content", 9)
+    cache.save(folder / "maps", b"a", b"content", 999)
     (folder / "linked").symlink_to(mine)
     (folder / "maps" / "linked").symlink_to(mine / "thesis")
     assert [one.path.name for one in cache.subfolders()] == ["maps"]

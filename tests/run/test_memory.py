@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from rigidpend.config import loading
-from rigidpend.results import files, store
+from rigidpend.results import cache, files, kept, store
 from rigidpend.run import memory, recalled, runner, stored
 from tests.config.samples import SMALL, written
 
@@ -17,7 +17,7 @@ from tests.config.samples import SMALL, written
 @pytest.fixture
 def fresh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with a config, where no earlier process has remembered anything."""
-    monkeypatch.setattr(memory, "user_cache", lambda: tmp_path / "cache")
+    monkeypatch.setattr(cache, "folder", lambda: tmp_path / "cache")
     forget()
     written(tmp_path, SMALL, "small.yaml")
     return tmp_path
@@ -142,10 +142,12 @@ def test_a_config_that_is_refused_is_not_remembered(fresh: Path, counted: list[s
 
 def test_a_memory_that_was_damaged_is_made_again(made: Path, counted: list[str]) -> None:
     plan(made.parent)
-    for name in ("configs", "results"):
-        path = made.parent / "cache" / "rigidpend" / f"{name}.json"
+    paths = list((made.parent / "cache" / "plans").iterdir())
+    assert len(paths) >= 2
+    for path in paths:
         path.write_bytes(files.sealed(b"[1]"))
-    assert plan(made.parent).reason == ""
+    with pytest.warns(kept.KeptFileWarning):
+        assert plan(made.parent).reason == ""
     assert counted == ["load", "open"] * 2
 
 

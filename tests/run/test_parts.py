@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from rigidpend.results import store
+from rigidpend.results import kept
+from rigidpend.results.kept import KeptFileWarning
 from rigidpend.results.tree import Dataset, Tree
 from rigidpend.run.parts import Parts, sweep
 
 PART: Tree = {
-    "inner": {"x": Dataset(np.array([1.5, np.nan]), "rad", "angles")},
-    "words": Dataset(np.array([b"left", b"right"]), "1", "sides"),
+    "inner": {"x": Dataset(np.array([1.5, np.nan]), "rad", "angles", ("samples",))},
+    "words": Dataset(np.array([b"left", b"right"]), "1", "sides", ("bodies", 2)),
     "text": Dataset("grüße", "", "a text"),
     "flags": Dataset(np.array([True, False]), "1", "flags"),
     "one": Dataset(np.float64(2.0), "1", "a number"),
@@ -54,8 +57,31 @@ def test_a_damaged_part_is_computed_again(tmp_path: Path) -> None:
     parts.keep("first", lambda: PART)
     [path] = tmp_path.rglob("first.h5")
     path.write_bytes(path.read_bytes()[:100])
-    assert parts.keep("first", lambda: {"new": PART["one"]}).keys() == {"new"}
-    assert store.read_tree(path, part=True).keys() == {"new"}
+    with pytest.warns(KeptFileWarning, match=f"{path}: damaged; it is made again"):
+        assert parts.keep("first", lambda: {"new": PART["one"]}).keys() == {"new"}
+    assert parts.keep("first", not_again).keys() == {"new"}
+
+
+@pytest.mark.parametrize("other", ["second", "first"])
+def test_a_part_copied_over_another_is_computed_again(tmp_path: Path, other: str) -> None:
+    """Another part of the same run, or the same part of another run."""
+    own, copied = (Parts(tmp_path / f"{name}.h5", name) for name in ("fig", other))
+    copied.keep("second" if other == "second" else "first", lambda: {"wrong": PART["one"]})
+    own.keep("first", lambda: PART)
+    [source] = (tmp_path / f".{other}.parts").rglob("*.h5")
+    [path] = (tmp_path / ".fig.parts").rglob("*.h5")
+    shutil.copy(source, path)
+    with pytest.warns(KeptFileWarning, match=f"{path}: of something else than its name says"):
+        assert own.keep("first", lambda: PART).keys() == PART.keys()
+
+
+def test_a_part_that_is_no_tree_is_told_and_computed_again(tmp_path: Path) -> None:
+    parts = Parts(tmp_path / "fig.h5", "a")
+    parts.keep("first", lambda: PART)
+    [path] = tmp_path.rglob("first.h5")
+    kept.save(path, b"a, part first", b"nothing")
+    with pytest.warns(KeptFileWarning, match="HDF5"):
+        assert parts.keep("first", lambda: PART) is PART
 
 
 def test_dropped_parts_leave_nothing(tmp_path: Path) -> None:
@@ -63,6 +89,17 @@ def test_dropped_parts_leave_nothing(tmp_path: Path) -> None:
         with Parts(tmp_path / "fig.h5", fingerprint) as parts:
             parts.keep("first", lambda: PART)
     Parts(tmp_path / "fig.h5", "a").drop()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_copy_of_the_open_folder_that_a_child_has_holds_nothing(tmp_path: Path) -> None:
+    """Between fork and exec a child has one: git is started for each result."""
+    with Parts(tmp_path / "fig.h5", "a") as parts:
+        parts.keep("first", lambda: PART)
+        assert parts._handle is not None
+        copy = os.dup(parts._handle)
+        parts.drop()
+        os.close(copy)
     assert list(tmp_path.iterdir()) == []
 
 

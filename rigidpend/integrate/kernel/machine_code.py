@@ -1,22 +1,21 @@
 """Machine code of the kernels: compiled by LLVM for this processor, kept on disk, loaded.
 
-A file of the cache holds the object code of one kernel, under a name that is the digest of the
-kernel's text, the processor and LLVM's version. One that was damaged is told and compiled anew,
-never run: a flipped bit in machine code would end the process, or be wrong without a word.
+A file of the cache holds the object code of one kernel, with what it is of: the kernel's text,
+the processor and LLVM's version. One that does not fit is told and compiled anew, never run: a
+flipped bit in machine code would end the process, or be wrong without a word.
 """
 
 from __future__ import annotations
 
 import ctypes
 import functools
-import hashlib
 from pathlib import Path
 from typing import Any
 
 from rigidpend.results import cache
 
-MOST = 256
-"""Kernels that are kept, of some 20 kB each."""
+MOST = 50_000_000
+"""Bytes of all kept kernels, of 0.1 to 0.6 MB each, most of it the text."""
 LEVEL = 3
 """Effort of LLVM's optimisation; with 2 the steps take as long."""
 
@@ -40,14 +39,11 @@ def function(text: str, name: str, *arguments: Any) -> Any:
     import llvmlite.binding as llvm
 
     machine = _machine(llvm)
-    key = hashlib.sha256(
-        repr((text, machine.triple, *_processor(llvm), llvm.llvm_version_info)).encode()
-    ).hexdigest()
-    path = folder() / key[:32]
-    code = cache.load(path)
+    of = repr((text, machine.triple, *_processor(llvm), llvm.llvm_version_info)).encode()
+    code = cache.load(folder(), of)
     if code is None:
         code = _compiled(llvm, machine, text)
-        cache.save(path, code, MOST)
+        cache.save(folder(), of, code, MOST)
     loaded = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
     loaded.add_object_file(llvm.ObjectFileRef.from_data(code))
     loaded.finalize_object()
