@@ -7,7 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from rigidpend.numbers.exact import GUARD_BITS, PI, Exact, context, exact, exacts, function
+from rigidpend.numbers import checked
+from rigidpend.numbers.exact import GUARD_BITS, PI, Exact, ExactError, context, exact, function
+from rigidpend.numbers.expressions import named
 from rigidpend.numbers.generic import Elementary, Scalar
 from rigidpend.numbers.parameters import ParameterError
 
@@ -75,7 +77,7 @@ class Body:
     def __init__(self, A: Sequence[Any], r: Sequence[Any], mu: Scalar) -> None:
         # Frozen, so that bodies are keys of caches: hence this way round the ban on assignment.
         object.__setattr__(self, "A", _triple("A", A))
-        object.__setattr__(self, "mu", _single("mu", mu))
+        object.__setattr__(self, "mu", checked.number("mu", mu, BodyError))
         _check_moments(self.A)
         _check_weight(self.mu)
         object.__setattr__(self, "r", _unit(_triple("r", r)))
@@ -95,8 +97,10 @@ class Body:
         A1 : number, optional
             The largest moment of inertia, which sets the scale.
         """
-        alpha, beta = _single("alpha0", alpha0), _single("beta0", beta0)
-        gamma = _single("gamma0", gamma0)
+        alpha, beta, gamma = (
+            checked.number(name, value, BodyError)
+            for name, value in (("alpha0", alpha0), ("beta0", beta0), ("gamma0", gamma0))
+        )
         # In 113 bits, for pi is no double, and an angle may lie closer to it than doubles tell.
         if not 0 < gamma.at(113) < alpha.at(113) < PI.at(113):
             values = f"alpha0 = {alpha}, gamma0 = {gamma}"
@@ -105,7 +109,7 @@ class Body:
         if not -SAME_WITHIN <= beta.at(113) <= PI.at(113) + SAME_WITHIN:
             raise BodyError("beta0", f"0 <= beta0 <= pi is broken: beta0 = {_written(beta)}")
         half_alpha, half_beta, half_gamma = alpha / 2, beta / 2, gamma / 2
-        a1 = _single("A1", A1)
+        a1 = checked.number("A1", A1, BodyError)
         a3 = a1 * (function("sin", half_gamma) / function("sin", half_alpha)) ** 2
         a2 = a3 * (function("cos", half_alpha) / function("cos", half_gamma)) ** 2
         direction = (function("cos", half_beta), function("sin", half_beta), exact(0))
@@ -195,24 +199,17 @@ def _angles(body: Body, bits: int) -> Angles:
     return Angles(*map(rounded, made))
 
 
-def _single(name: str, value: Scalar) -> Exact:
-    try:
-        return exact(value)
-    except ValueError as error:
-        raise BodyError(name, f"{name}: {error}") from None
-
-
 def _triple(name: str, values: Sequence[Any]) -> tuple[Exact, Exact, Exact]:
     message = f"{name} needs three numbers"
-    if isinstance(values, str):
-        raise BodyError(name, f"{message}, got {values!r}")
     try:
-        x, y, z = exacts(values)
-    except TypeError:
-        raise BodyError(name, f"{message}, got {values!r}") from None
-    except ValueError as error:
+        # Of a text each letter would be one.
+        x, y, z = () if isinstance(values, str | bytes) else values
+    except (TypeError, ValueError):
+        raise BodyError(name, f"{message}, got {named(values)}") from None
+    try:
+        return exact(x), exact(y), exact(z)
+    except ExactError as error:
         raise BodyError(name, f"{message}: {error}") from None
-    return x, y, z
 
 
 def _unit(r: tuple[Exact, Exact, Exact]) -> tuple[Exact, Exact, Exact]:

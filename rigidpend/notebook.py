@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,6 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rigidpend.config.catalogue import RESULTS
+from rigidpend.numbers import checked
+from rigidpend.numbers.parameters import ParameterError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -27,6 +30,10 @@ if TYPE_CHECKING:
 
 POINTS = 60
 """Samples in a rotation of the pendulum, if no step is given: as many as in Fig. 5."""
+MOST_SAMPLES, SAMPLE = 2_000_000, 350
+"""Samples of an orbit at most, and bytes of memory that each takes while they are made."""
+MOST_ROTATIONS, ROTATION = 10_000_000, 3e-5
+"""Rotations of the pendulum that an orbit may take, and seconds that one takes, as measured."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -149,12 +156,12 @@ def load(source: Path | str) -> StoredResult:
 
     Raises
     ------
-    StoreError
-        There is none, or it cannot be read.
+    ParameterError, StoreError
+        It is no path; there is none, or it cannot be read.
     """
     from rigidpend.results import store
 
-    path = Path(source)
+    path = checked.path("source", source)
     if path.suffix != ".h5":
         path = RESULTS / f"{source}.h5"
     return StoredResult(path, store.load(path))
@@ -193,29 +200,31 @@ def run(
 
     Raises
     ------
-    ConfigError, StoreError
-        As the command `run` tells them.
-    ProblemError
-        No whole number of jobs from 1 on.
+    ParameterError, ConfigError, StoreError
+        An argument that is none, or as the command `run` tells them.
     """
     from rigidpend.config import loading, sweeps
     from rigidpend.config.names import resolve
     from rigidpend.experiments.contract import tell_nobody
-    from rigidpend.routes.codes import checked_jobs
     from rigidpend.run import runner, workers
 
-    threads = workers.cores() if jobs is None else checked_jobs(jobs)
-    pairs = {**(settings or {}), **{f"problem.{key}": value for key, value in problem.items()}}
+    pairs = checked.of_kind("settings", {} if settings is None else settings, Mapping)
+    say = checked.of_kind("progress", tell_nobody if progress is None else progress, Callable)
+    folder = checked.path("folder", folder)
+    if jobs is not None:
+        jobs = checked.whole("jobs", jobs, 1)
+    pairs = {**pairs, **{f"problem.{key}": value for key, value in problem.items()}}
     given = [(key, _written(value)) for key, value in pairs.items()]
-    [path] = resolve((str(name),), Path(folder))
+    [path] = resolve((str(checked.path("name", name)),), folder)
     # The name that a sweep would give it, so that either finds the other's result.
     ending = sweeps.ending(given)
     options = [f"{key}={value}" for key, value in given]
-    [group] = loading.load_groups([path], options, (), called or f"{path.stem}{ending}")
+    chosen = f"{path.stem}{ending}" if called is None else called
+    [group] = loading.load_groups([path], options, (), chosen)
     [config] = group.members
-    planned = runner.plan(config, Path(folder))
+    planned = runner.plan(config, folder)
     if planned.reason:
-        runner.follow(planned, jobs=threads, say=progress or tell_nobody)
+        runner.follow(planned, jobs=workers.cores() if jobs is None else jobs, say=say)
     return load(planned.target)
 
 
@@ -225,7 +234,9 @@ def plot(result: StoredResult | Path | str) -> Figure:
 
     from rigidpend import experiments, render
 
-    stored = result if isinstance(result, StoredResult) else load(result)
+    stored = result
+    if not isinstance(stored, StoredResult):
+        stored = load(checked.path("result", stored))
     with rc_context(fname=render.STYLE):
         return experiments.drawing(stored.experiment).draw(stored.loaded)
 
@@ -254,37 +265,32 @@ def orbit(
     time : float
         How long, t', dimensionless.
     step : float, optional
-        t' between samples; a sixtieth of a rotation of the pendulum if not given.
+        t' between samples, of which the last is at `time`; a sixtieth of a rotation of the
+        pendulum if not given.
     engine : {"taylor", "scipy"}, optional
         `taylor` by default.
 
     Raises
     ------
-    ProblemError, EngineError
-        A value that is excluded, or an engine that is not installed.
-    ValueError
-        A time or a step that is not above 0.
+    ParameterError, EngineError
+        A value that is excluded, or an engine that is not installed; more samples or more
+        rotations than memory or patience has.
     """
     import numpy as np
 
     from rigidpend import herpolhode, hodograph, integrate
     from rigidpend.integrate.arithmetic import resolve
-    from rigidpend.numbers.exact import PRECISIONS, exact
+    from rigidpend.numbers.exact import PRECISIONS
     from rigidpend.routes.problem import RouteProblem, rotation_period
 
     # How many symbols are asked for has no part in an orbit: one is the least.
-    problem = RouteProblem(body, exact(h0), exact(J1_0), 1)
-    if not 0 < float(time) < float("inf"):
-        raise ValueError(f"time must be a number above 0, got {time!r}")
-    if step is None:
-        step = rotation_period(problem) / POINTS
-    if not step > 0:
-        raise ValueError(f"step must be a number above 0, got {step!r}")
-    times = np.arange(0.0, float(time), step)
+    problem = RouteProblem(body, h0, J1_0, 1)
+    period = rotation_period(problem)
+    times = _samples(time, period / POINTS if step is None else step, period)
     arithmetic = resolve(engine, None, PRECISIONS)
     states = integrate.sample(
         hodograph.field_without_alpha(body),
-        herpolhode.initial_state(problem, float(exact(theta2_0))),
+        herpolhode.initial_state(problem, float(checked.number("theta2_0", theta2_0))),
         times,
         engine=arithmetic.engine,
         tolerance=float(arithmetic.tolerance),
@@ -313,6 +319,30 @@ def theory(body: Body, h0: Any, J1_0: Any = None) -> TheoryTable:
     from rigidpend.theory import rows
 
     return TheoryTable(rows(body, h0, J1_0))
+
+
+def _samples(time: Any, step: Any, period: float) -> NDArray[np.float64]:
+    """Times t' of samples from 0 to `time`, a step apart, the last at most that.
+
+    What would take hours or all memory is refused, with what it would take.
+    """
+    import numpy as np
+
+    end, apart = (float(checked.number(*given)) for given in (("time", time), ("step", step)))
+    for name, value in (("time", end), ("step", apart)):
+        if not 0 < value < float("inf"):
+            raise ParameterError(name, f"{name} must be a number above 0, got {value}")
+    count, rotations = end / apart, end / period
+    if count > MOST_SAMPLES:
+        needed = f"{count:.3g} samples, {count * SAMPLE / 1e9:.3g} GB of memory"
+        message = f"time = {end:g} in steps of {apart:.3g} takes {needed}; {MOST_SAMPLES} samples"
+        raise ParameterError("time", f"{message} are the most: shorten time or lengthen step")
+    if rotations > MOST_ROTATIONS:
+        needed = f"{rotations:.3g} rotations of the pendulum, about {rotations * ROTATION:.2g} s"
+        message = f"time = {end:g} takes {needed}; {MOST_ROTATIONS} rotations are the most"
+        raise ParameterError("time", f"{message}: give at most {MOST_ROTATIONS * period:.3g}")
+    # A sample that rounding puts just before the last is the last.
+    return np.append(apart * np.arange(math.ceil(count - 1e-9)), end)
 
 
 def _written(value: Any) -> str:

@@ -47,10 +47,9 @@ def rows(body: Body, h0: Scalar, J1_0: Scalar = None) -> list[Row]:
     ProblemError
         h0 or J1_0 is out of range.
     """
-    energy = exact(h0)
     # Nothing but Melnikov's zeros depends on J1_0: where none is given, any one will do.
-    start = exact(J1_0) if J1_0 is not None else exact("1e-8")
-    problem = RouteProblem(body, energy, start, 1)
+    problem = RouteProblem(body, h0, exact("1e-8") if J1_0 is None else J1_0, 1)
+    energy = problem.h0
     p, J2_0 = body.angles(), float(problem.J2_0(53))
     regime = precession.regime(body)
     return [

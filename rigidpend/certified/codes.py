@@ -20,9 +20,10 @@ from rigidpend.certified.progress import Progress, Report
 from rigidpend.certified.proofs import Proof, bits_for, check, prove, steps_for
 from rigidpend.certified.steps import MOST_BITS, Step
 from rigidpend.experiments.contract import tell_nobody
-from rigidpend.numbers.exact import Exact, ExactError, exact, function
+from rigidpend.numbers import checked
+from rigidpend.numbers.exact import Exact, function
 from rigidpend.numbers.generic import Scalar
-from rigidpend.routes.codes import checked_jobs, route_codes
+from rigidpend.routes.codes import route_codes
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem, passage_limit
@@ -111,14 +112,15 @@ def certify_codes(
     ProblemError, ExactError
         A value that is excluded or that is no number; the message says which.
     """
-    phases, jobs = Phases(theta2_0), checked_jobs(jobs)
-    if bits is not None and not (hasattr(bits, "__index__") and FEWEST_BITS <= bits <= MOST_BITS):
-        raise ProblemError("bits", f"bits must be {FEWEST_BITS} to {MOST_BITS}, got {bits!r}")
+    phases, jobs = Phases(theta2_0), checked.whole("jobs", jobs, 1, error=ProblemError)
+    if bits is not None:
+        bits = checked.whole("bits", bits, FEWEST_BITS, MOST_BITS, ProblemError)
     exactly = phases.exactly(range(len(phases)))
     # Told apart, for route problems exclude it: nothing is
     # integrated, and every orbit is undecided.
-    at_rest = _named("J1_0", J1_0).fraction == 0
-    problem = _problem(body, _named("h0", h0), _named("J1_0", J1_0), n_symbols)
+    h0, J1_0 = (checked.number(n, x, ProblemError) for n, x in (("h0", h0), ("J1_0", J1_0)))
+    at_rest = J1_0.fraction == 0
+    problem = _problem(body, h0, J1_0, n_symbols)
     if at_rest:
         proofs = [Proof([], [], AT_REST) for _ in exactly]
     else:
@@ -226,14 +228,6 @@ def _problem(body: Body, h0: Exact, J1_0: Exact, n_symbols: int) -> RouteProblem
 def _size(x: Exact) -> Exact:
     """The size of a number."""
     return -x if float(x) < 0 else x
-
-
-def _named(name: str, value: Scalar) -> Exact:
-    """A number of the problem, exact, with its name in what is wrong with it."""
-    try:
-        return exact(value)
-    except ExactError as error:
-        raise ProblemError(name, f"{name}: {error}") from None
 
 
 @contextmanager

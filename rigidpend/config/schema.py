@@ -11,7 +11,6 @@ import difflib
 import re
 from collections.abc import Iterator
 from fractions import Fraction
-from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import (
@@ -30,7 +29,8 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from rigidpend.body import Body
-from rigidpend.numbers.exact import FINEST, PRECISIONS, Exact, exact
+from rigidpend.numbers import checked
+from rigidpend.numbers.exact import PRECISIONS, Exact, exact
 from rigidpend.results import files
 
 if TYPE_CHECKING:
@@ -104,9 +104,7 @@ def _tolerance(x: Exact) -> Exact:
 
 
 def _ladder(bits: tuple[int, ...]) -> tuple[int, ...]:
-    if not bits or bits[0] < 53 or bits[-1] > FINEST or not all(a < b for a, b in pairwise(bits)):
-        raise ValueError(f"precisions must ascend from 53 bits to {FINEST} at most, got {bits}")
-    return bits
+    return checked.precisions(bits)
 
 
 def _moments(A: Any) -> Any:

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 from rigidpend.config.complaints import Complaint, ConfigError, Origin, Place
 from rigidpend.config.reader import Document, parse
+from rigidpend.numbers.expressions import named
 
 SECTION = "sweep"
 """The key of a config under which a sweep stands."""
@@ -126,9 +127,10 @@ def checked_name(name: str, origin: Origin) -> str:
     ConfigError
         It cannot.
     """
-    if not NAME.fullmatch(name) or len(name) > LONGEST or name == "all":
+    formed = isinstance(name, str) and NAME.fullmatch(name) and len(name) <= LONGEST
+    if not formed or name == "all":
         message = f"a name is made of up to {LONGEST} letters, digits and _ . , = + -"
-        raise ConfigError([Complaint(origin, (), f"{message}; got {name!r}")])
+        raise ConfigError([Complaint(origin, (), f"{message}; got {named(name)}")])
     return name
 
 

@@ -6,6 +6,8 @@ import functools
 import importlib.util
 from collections.abc import Sequence
 
+from rigidpend.numbers.expressions import named
+
 ENGINES = ("taylor", "scipy")
 DEFAULT_TOLERANCE = {"taylor": 3e-14, "scipy": 1e-13}
 """Local tolerance of each engine in double precision.
@@ -38,8 +40,9 @@ def check_engine(engine: str) -> str:
     EngineError
         It is not, with what to do about it.
     """
-    if engine not in ENGINES:
-        raise EngineError(f"engine {engine!r} is not known; choose one of {', '.join(ENGINES)}")
+    if not isinstance(engine, str) or engine not in ENGINES:
+        known = ", ".join(ENGINES)
+        raise EngineError(f"engine {named(engine)} is not known; choose one of {known}")
     if engine == "taylor" and not _installed("llvmlite"):
         raise EngineError(
             "engine 'taylor' needs the package llvmlite, which is not installed; choose 'scipy'"

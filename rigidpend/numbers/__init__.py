@@ -5,4 +5,5 @@ Modules
 exact        rational numbers and pi, kept exact; functions of them in any precision
 expressions  texts such as 3*pi/40, read for any kind of number
 parameters   the errors of values
+checked      arguments of functions, taken or refused in a sentence
 """

@@ -17,7 +17,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from rigidpend.numbers import expressions
-from rigidpend.numbers.expressions import MAX_EXPONENT, MAX_TEXT, shown
+from rigidpend.numbers.expressions import MAX_EXPONENT, MAX_TEXT, named, shown
 from rigidpend.numbers.parameters import ExactError as ExactError
 
 if TYPE_CHECKING:
@@ -226,19 +226,22 @@ def exact(value: Any) -> Exact:
         return Exact(value.strip(), read.fraction, read._evaluate)
     # A bool is an int to Python, and no number that anybody means.
     if isinstance(value, bool):
-        raise ExactError(f"{value!r} is not a real number")
+        raise ExactError(f"{named(value)} is not a real number")
     # NumPy's integers have no as_integer_ratio.
     if isinstance(value, numbers.Integral):
         value = int(value)
     if not hasattr(value, "as_integer_ratio"):
-        raise ExactError(f"{value!r} is not a real number")
+        raise ExactError(f"{named(value)} is not a real number")
     # A Decimal may hold 1e999999 in a few bytes; its ratio cannot.
     if isinstance(value, Decimal) and value.is_finite() and abs(value.adjusted()) > MAX_EXPONENT:
         raise ExactError(f"{value}: exponents go to {MAX_EXPONENT}")
     try:
         taken = Fraction(*map(int, value.as_integer_ratio()))
     except (ValueError, OverflowError):
-        raise ExactError(f"{value!r} is not finite") from None
+        raise ExactError(f"{named(value)} is not finite") from None
+    # A class has the method too, and no number to call it on.
+    except TypeError:
+        raise ExactError(f"{named(value)} is not a real number") from None
     return rational(taken, None)
 
 

@@ -7,6 +7,8 @@ module knows nothing of :class:`rigidpend.numbers.exact.Exact`, which builds on 
 from __future__ import annotations
 
 import ast
+import reprlib
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, TypeVar
@@ -79,6 +81,19 @@ def shown(text: str) -> str:
     """Shorten a number for a message, by leaving out the middle of a long one."""
     half = MAX_SHOWN // 2
     return text if len(text) <= MAX_SHOWN else f"{text[:half]} ... {text[-half:]}"
+
+
+def named(value: object) -> str:
+    """Name a value of any kind for a message: in one line, and short."""
+    try:
+        return " ".join(_SHORT.repr(value).split())
+    # Python writes no integers of more than 4300 digits.
+    except ValueError:
+        return f"a number of more than {sys.get_int_max_str_digits()} digits"
+
+
+_SHORT = reprlib.Repr()
+_SHORT.maxstring = _SHORT.maxlong = _SHORT.maxother = MAX_SHOWN // 2
 
 
 def _read(node: ast.expr, source: str, reader: Reader[Number]) -> Number:

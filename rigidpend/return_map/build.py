@@ -10,8 +10,11 @@ from typing import Any, NamedTuple
 
 from rigidpend import floquet
 from rigidpend.body import Body
-from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
+from rigidpend.numbers import checked
+from rigidpend.numbers.exact import FINEST, GUARD_BITS, Exact, exact
+from rigidpend.numbers.expressions import named
 from rigidpend.numbers.generic import Scalar
+from rigidpend.numbers.parameters import ParameterError
 from rigidpend.return_map import storage
 from rigidpend.return_map.charts import Chart, ChartTable, forward_table, inverse_table
 from rigidpend.return_map.checks import Errors, held_out, tails
@@ -142,22 +145,23 @@ def return_map(body: Body, *, h: Scalar, bits: int = 53, design: Design = FIRST)
     MapError
         The orbits are not resolved: an elliptic periodic orbit, too large a mu, a negative
         multiplier; the message gives the reason.
-    ExactError
-        An energy that is no number.
-    ValueError
-        Fewer than 53 bits, or energies that don't ascend.
+    ParameterError
+        Energies that are no numbers or don't ascend, or bits that are not 53 to `FINEST`.
 
     Examples
     --------
     >>> body = Body(A=(2, 1, 1.5), r=(1, 1, 0), mu="0.001")
     >>> level = return_map(body, h="1.3342").at(1.3342)
     """
+    checked.of_kind("body", body, Body)
+    checked.of_kind("design", design, Design)
+    bits = checked.whole("bits", bits, 53, FINEST)
     ends = list(h) if isinstance(h, (tuple, list)) else [h, h]
-    low, high = (exact(x) for x in ends)
-    if bits < 53:
-        raise ValueError(f"bits must be 53 or more, got {bits}")
+    if len(ends) != 2:
+        raise ParameterError("h", f"h must be an energy or a pair of energies, got {named(h)}")
+    low, high = (checked.number("h", x) for x in ends)
     if float(high - low) < 0:
-        raise ValueError(f"the energies must ascend, got {low} and {high}")
+        raise ParameterError("h", f"the energies must ascend, got {low} and {high}")
     return _kept(body, low, high, bits, design)
 
 

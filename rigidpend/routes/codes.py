@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import operator
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -17,7 +16,8 @@ from rigidpend.integrate.arithmetic import Arithmetic, resolve
 from rigidpend.integrate.batch_sections import Reached
 from rigidpend.integrate.kernel.writer import LANES
 from rigidpend.integrate.records import Crossings, Orbits
-from rigidpend.numbers.exact import PRECISIONS, Exact, ExactError, exact
+from rigidpend.numbers import checked
+from rigidpend.numbers.exact import PRECISIONS, Exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.routes import certainty
 from rigidpend.routes.certainty import Decided
@@ -102,8 +102,8 @@ def route_codes(
     tolerance : number, optional
         Local tolerance in double precision; by default the engine's own, at least its finest.
     precisions : sequence of int, optional
-        Bits, ascending, 53 or more. Columns with an uncertain symbol go to the next. 64 is
-        passed over where the engine has no such type.
+        Bits, from 53 to 9,000, ascending by 11 or more. Columns with an uncertain symbol go to the
+        next. 64 is passed over where the engine has no such type.
     jobs : int, optional
         How many threads (or processes, where Python itself computes). No result depends on it.
     method : {"auto", "map", "integration"}, optional
@@ -134,9 +134,9 @@ def route_codes(
     all crossing times up to the one behind it: see `rigidpend.routes.certainty`, which says
     the rule and the measurement behind its threshold.
     """
-    problem = RouteProblem(body, _named("h0", h0), _named("J1_0", J1_0), n_symbols)
+    problem = RouteProblem(body, h0, J1_0, n_symbols)
     arithmetic = resolve(engine, tolerance, precisions)
-    phases, jobs = Phases(theta2_0), checked_jobs(jobs)
+    phases, jobs = Phases(theta2_0), checked.whole("jobs", jobs, 1, error=ProblemError)
     run = Run(problem, phases, arithmetic, jobs)
     return routes_of(phases, *_decided(run, phase_rate(problem), method))
 
@@ -158,20 +158,6 @@ def routes_of(
         separatrix=found.separatrix,
         by_map=by_map,
     )
-
-
-def checked_jobs(jobs: Any) -> int:
-    """The number of jobs as an int.
-
-    Raises
-    ------
-    ProblemError
-        It is no whole number from 1 on.
-    """
-    whole = hasattr(jobs, "__index__") and not isinstance(jobs, bool | np.bool_)
-    if not whole or operator.index(jobs) < 1:
-        raise ProblemError("jobs", f"jobs must be a whole number from 1 on, got {jobs!r}")
-    return operator.index(jobs)
 
 
 def _shared(
@@ -201,9 +187,7 @@ def _decided(
     run: Run, rate: float, method: str
 ) -> tuple[Crossings, NDArray[np.bool_], NDArray[np.uint16], NDArray[np.bool_]]:
     """Crossings, which symbols are certain, in which precision, and which columns by maps."""
-    if method not in METHODS:
-        message = f"method must be one of {', '.join(METHODS)}, got {method!r}"
-        raise ProblemError("method", message)
+    checked.choice("method", method, METHODS, ProblemError)
     n, ladder = len(run.phases), run.arithmetic.precisions
     if method == "map" and ladder[0] != 53:
         message = f"the maps are in double precision: precisions must begin with 53, got {ladder}"
@@ -316,13 +300,3 @@ def tolerance_of(arithmetic: Arithmetic, bits: int, scales: Scales) -> float:
 
 longest_wait = functools.lru_cache(maxsize=32)(passage_limit)
 """`passage_limit`, which takes mpmath and is the same for all columns of a run."""
-
-
-def _named(name: str, value: Any) -> Exact:
-    """The value, exact; what is wrong with it is said with its name."""
-    if np.ma.is_masked(value):
-        raise ProblemError(name, f"{name} is masked")
-    try:
-        return exact(value)
-    except ExactError as error:
-        raise ProblemError(name, f"{name}: {error}") from None

@@ -57,7 +57,10 @@ class Phases:
             self.rest = np.zeros(values.size)
         else:
             self._given = values if _is_sequence(values) else [values]
-            halves = [_halves(exact(x)) for x in self._given]
+            try:
+                halves = [_halves(exact(x)) for x in self._given]
+            except ExactError as error:
+                raise ExactError(f"theta2_0: {error}") from None
             self.high, self.rest = np.array(halves, dtype=float).reshape(-1, 2).T
         if self.high.ndim > 1:
             raise ExactError(f"theta2_0 must be a list of numbers, got {self.high.ndim} dimensions")

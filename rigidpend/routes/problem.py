@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import operator
 from dataclasses import dataclass
 from typing import Any
 
 from rigidpend import pendulum
 from rigidpend.body import Body
+from rigidpend.numbers import checked
 from rigidpend.numbers.exact import GUARD_BITS, Exact, ExactError, context, function
 from rigidpend.numbers.parameters import ParameterError
 from rigidpend.separatrices import fastest_rate
@@ -33,7 +33,7 @@ class RouteProblem:
     ----------
     body : Body
     h0 : Exact
-        Energy constant, h0 > mu.
+        Energy constant, h0 > mu; any number is taken exactly.
     J1_0 : Exact
         Initial action (dimensionless), 0 < J1_0 < J2_0, not on the section J1 = J2/2.
     n_symbols : int
@@ -51,12 +51,11 @@ class RouteProblem:
     n_symbols: int
 
     def __post_init__(self) -> None:
-        whole = hasattr(self.n_symbols, "__index__") and not isinstance(self.n_symbols, bool)
-        if not whole or not 1 <= operator.index(self.n_symbols) <= MAX_SYMBOLS:
-            message = f"n_symbols must be 1 to {MAX_SYMBOLS}, got {self.n_symbols!r}"
-            raise ProblemError("n_symbols", message)
-        # One more in a number of eight bits may be 0.
-        object.__setattr__(self, "n_symbols", operator.index(self.n_symbols))
+        checked.of_kind("body", self.body, Body, ProblemError)
+        n = checked.whole("n_symbols", self.n_symbols, 1, MAX_SYMBOLS, ProblemError)
+        object.__setattr__(self, "n_symbols", n)
+        for name in ("h0", "J1_0"):
+            object.__setattr__(self, name, checked.number(name, getattr(self, name), ProblemError))
         m = context(113)
         if not self.h0.in_context(m) > self.body.mu.in_context(m):
             message = f"h0 > mu is broken: h0 = {self.h0}, mu = {self.body.mu}"

@@ -12,6 +12,7 @@ crossing's cell, then for every passage its symbol and the growth of j, its half
 from __future__ import annotations
 
 import itertools
+import operator
 import re
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -19,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.numbers.expressions import named
 from rigidpend.numbers.parameters import ParameterError
 
 LETTERS = "ab"
@@ -76,7 +78,7 @@ def parsed(text: str | Sequence[int] | NDArray[np.integer[Any]] | Address) -> Ad
     if isinstance(text, Address):
         return _checked(text)
     if not isinstance(text, str):
-        return _checked(Address(None, tuple(int(s) for s in text), None))
+        return _checked(Address(None, _entries(text), None))
     words = text.split()
     first = LETTERS.index(words.pop(0)) if words and words[0] in tuple(LETTERS) else None
     terms: list[tuple[str, str | None]] = []
@@ -87,6 +89,15 @@ def parsed(text: str | Sequence[int] | NDArray[np.integer[Any]] | Address) -> Ad
         raise AddressError(f"give the half rotations of all passages or of none: {_cut(text)}")
     half_turns = tuple(map(int, given)) if given else None
     return _checked(Address(first, tuple(int(s) for s, _ in terms), half_turns))
+
+
+def _entries(code: Sequence[int] | NDArray[np.integer[Any]]) -> tuple[int, ...]:
+    """The symbols of a sequence of numbers."""
+    try:
+        return tuple(map(operator.index, code))
+    except TypeError:
+        message = f"a code is a text such as 0011 or a list of 0 and 1, got {named(code)}"
+        raise AddressError(message) from None
 
 
 def _terms(word: str) -> list[tuple[str, str | None]]:

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.body import Body
+from rigidpend.numbers import checked
 from rigidpend.numbers.doubles import Array
-from rigidpend.numbers.exact import Exact, exact
+from rigidpend.numbers.exact import Exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.routes import route_codes
 from rigidpend.routes.problem import ProblemError, RouteProblem
@@ -129,14 +130,14 @@ def find_orbit(
     'b (0^11)*2 (1^11)*2'
     """
     address = parsed(code)
-    if not 10 <= digits <= MOST_DIGITS:
-        raise ProblemError("digits", f"digits must be 10 to {MOST_DIGITS}, got {digits}")
+    digits = checked.whole("digits", digits, 10, MOST_DIGITS, ProblemError)
     n = len(address.symbols)
     if n > MOST_SYMBOLS:
         raise AddressError(f"a code has at most {MOST_SYMBOLS} symbols, got {n}")
-    problem = RouteProblem(body, exact(h0), exact(J1_0), n)
+    problem = RouteProblem(body, h0, J1_0, n)
+    near = None if near is None else checked.number("near", near, ProblemError)
     orbits = surface(problem)
-    solved = _solved(orbits, address, None if near is None else exact(near))
+    solved = _solved(orbits, address, near)
     fine = refined(orbits, solved, digits)
     return _record(body, solved, address, fine, _confirmed(problem, address, fine), digits)
 

@@ -11,14 +11,15 @@ from numpy.typing import NDArray
 
 from rigidpend.body import Body
 from rigidpend.integrate.states import states_at
+from rigidpend.numbers import checked
 from rigidpend.numbers.doubles import Array
-from rigidpend.numbers.exact import PRECISIONS, Exact, exact
+from rigidpend.numbers.exact import PRECISIONS, Exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.return_map import MapError, SectionPoint
 from rigidpend.return_map.precision import precision
 from rigidpend.return_map.reduced import coefficients
 from rigidpend.routes import route_codes
-from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.symbolic.address import Address
 from rigidpend.symbolic.surface import Surface, surface
@@ -69,8 +70,8 @@ def address_of(
     ProblemError, ExactError
         A value that is excluded or that is no number.
     """
-    problem = RouteProblem(body, exact(h0), exact(J1_0), n_symbols)
-    phase = exact(theta2_0)
+    problem = RouteProblem(body, h0, J1_0, n_symbols)
+    phase = checked.number("theta2_0", theta2_0, ProblemError)
     routes = route_codes(
         body, [phase], h0=problem.h0, J1_0=problem.J1_0, n_symbols=n_symbols,
         precisions=precisions, method="integration",

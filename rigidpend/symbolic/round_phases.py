@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.body import Body
-from rigidpend.numbers.exact import exact
+from rigidpend.numbers import checked
 from rigidpend.numbers.generic import Scalar
 from rigidpend.return_map import MapError
 from rigidpend.routes import route_codes
@@ -70,19 +70,18 @@ def round_phases(
     AddressError, ProblemError, ExactError
         A value that is excluded or that is no number; the message says which.
     """
-    address, energy, action = parsed(code), exact(h0), exact(J1_0)
+    address = parsed(code)
     n = len(address.symbols)
-    if not 0 <= decimals <= MOST_DECIMALS:
-        raise ProblemError("decimals", f"decimals must be 0 to {MOST_DECIMALS}, got {decimals}")
+    decimals = checked.whole("decimals", decimals, 0, MOST_DECIMALS, ProblemError)
     if n > MOST_SYMBOLS:
         raise AddressError(f"a code of round phases has at most {MOST_SYMBOLS} symbols, got {n}")
     tried = math.floor(2 * math.pi * 10**decimals) + 1
     phases = [Decimal(k).scaleb(-decimals) for k in range(tried)]
-    routes = route_codes(body, phases, h0=energy, J1_0=action, n_symbols=n, jobs=jobs)
+    routes = route_codes(body, phases, h0=h0, J1_0=J1_0, n_symbols=n, jobs=jobs)
     certain = routes.certain.all(axis=0)
     asked = np.array(address.symbols)[:, None]
     found = np.flatnonzero(certain & (routes.codes == asked).all(axis=0))
-    problem = RouteProblem(body, energy, action, n)
+    problem = RouteProblem(body, h0, J1_0, n)
     each = {phases[k]: _address(problem, phases[k], address.symbols) for k in found}
     kept = {phase: own for phase, own in each.items() if _meant(address, own)}
     return RoundPhases(tuple(kept), tuple(kept.values()), tried, int((~certain).sum()))

@@ -66,8 +66,8 @@ def test_what_may_be_written_is_computed_soon(text: str) -> None:
         (f"problem.mu={'1+' * 1900}1+", "is not a number"),
         (f"problem.{'a.' * 30_000}b=1", "more than 32 keys inside each other"),
         (f"{'x' * 100_000}=1", "unknown key"),
-        (f"numerics.precisions=[{FINEST + 1}]", f"to {FINEST} at most"),
-        ("numerics.precisions=[9936]", f"to {FINEST} at most"),
+        (f"numerics.precisions=[{FINEST + 1}]", f"from 53 to {FINEST}"),
+        ("numerics.precisions=[9936]", f"from 53 to {FINEST}"),
     ],
     ids=["sine", "tower", "long", "deep", "long key", "precision", "known precision"],
 )

@@ -103,14 +103,22 @@ WRONG = {
         "[64, 53]",
         "[64",
         "numerics.precisions",
-        "precisions must ascend from 53 bits to 9000 at most, got (64, 53)",
+        "precisions must ascend, got (64, 53)",
+    ),
+    "precisions too close": (
+        "[53, 106, 160]",
+        "[53, 63]",
+        "[53",
+        "numerics.precisions",
+        "precisions 53 and 63 are too close: computations that differ by fewer than 11 bits err"
+        " nearly alike, so that their agreement tells nothing; take 64 or more after 53",
     ),
     "precision below doubles": (
         "[53, 106, 160]",
         "[52]",
         "[52",
         "numerics.precisions",
-        "precisions must ascend from 53 bits to 9000 at most, got (52,)",
+        "precisions must be whole numbers of bits from 53 to 9000, got (52,)",
     ),
     "list for a part": (
         "{start: 0, step: 1/10, count: 63}",
@@ -149,7 +157,11 @@ PHYSICS = {
     "J1_0 of nothing": ("J1_0: 1e-8", "J1_0: 0.0", "0 < J1_0 < J2_0 is broken: J1_0 = 0.0"),
     "J1_0 above J2_0": ("J1_0: 1e-8", "J1_0: 1.5", "0 < J1_0 < J2_0 is broken: J1_0 = 1.5"),
     "J1_0 too small": ("J1_0: 1e-8", "J1_0: 1e-501", "J1_0 = 1e-501 is below 1e-500 J2_0"),
-    "no symbol": ("n_symbols: 15", "n_symbols: 0", "n_symbols must be 1 to 100000, got 0"),
+    "no symbol": (
+        "n_symbols: 15",
+        "n_symbols: 0",
+        "n_symbols must be a whole number from 1 to 100000, got 0",
+    ),
 }
 
 

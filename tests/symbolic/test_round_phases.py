@@ -81,7 +81,7 @@ def test_what_is_not_certain_is_counted_and_left_out(monkeypatch: pytest.MonkeyP
 
 
 def test_wrong_values_are_named() -> None:
-    with pytest.raises(ProblemError, match="decimals must be 0 to 4, got 5"):
+    with pytest.raises(ProblemError, match="decimals must be a whole number from 0 to 4, got 5"):
         round_phases(FIG4, "01", **START, decimals=5)
     with pytest.raises(AddressError, match="at most 50"):
         round_phases(FIG4, "01" * 26, **START, decimals=1)

@@ -1,0 +1,137 @@
+"""Arguments of public functions: taken as they are meant, or refused in a sentence that names them.
+
+Configs and functions share what is checked here, so that one value is refused in one way.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from rigidpend.numbers.exact import FINEST, Exact, ExactError, exact
+from rigidpend.numbers.expressions import named
+from rigidpend.numbers.parameters import ParameterError
+
+GAP = 11
+"""Least number of bits between two precisions.
+
+Their errors then differ some two thousandfold, and only so does the agreement of two computations
+tell that both are right: see `rigidpend.routes.certainty`."""
+
+LONGEST = 4096
+"""Characters of a path at most, as on Linux."""
+
+Error = type[ParameterError]
+
+
+def number(name: str, value: Any, error: Error = ParameterError) -> Exact:
+    """The number that a value says, exact.
+
+    Raises
+    ------
+    ParameterError
+        It says none.
+    """
+    try:
+        return exact(value)
+    except ExactError as wrong:
+        raise error(name, f"{name}: {wrong}") from None
+
+
+def whole(
+    name: str, value: Any, least: int, most: int | None = None, error: Error = ParameterError
+) -> int:
+    """A whole number within limits, as an int: that of NumPy may have eight bits.
+
+    Raises
+    ------
+    ParameterError
+        It is none, or beyond a limit.
+    """
+    found = _index(value)
+    if found is None or found < least or (most is not None and found > most):
+        limits = f"from {least} on" if most is None else f"from {least} to {most}"
+        raise error(name, f"{name} must be a whole number {limits}, got {named(value)}")
+    return found
+
+
+def of_kind(name: str, value: Any, kind: Any, error: Error = ParameterError) -> Any:
+    """A value of a type.
+
+    Raises
+    ------
+    ParameterError
+        It is another.
+    """
+    if not isinstance(value, kind):
+        raise error(name, f"{name} must be a {kind.__name__}, got {named(value)}")
+    return value
+
+
+def path(name: str, value: Any, error: Error = ParameterError) -> Path:
+    """The path of a file or a folder.
+
+    Raises
+    ------
+    ParameterError
+        It is neither a text nor a path, empty, or what no system takes as a name.
+    """
+    text = str(value) if isinstance(value, str | Path) else ""
+    if not text or "\0" in text or len(text) > LONGEST:
+        raise error(name, f"{name} must be a path, as a text or a Path, got {named(value)}")
+    return Path(value)
+
+
+def choice(name: str, value: Any, known: Sequence[str], error: Error = ParameterError) -> str:
+    """One of the words that are known.
+
+    Raises
+    ------
+    ParameterError
+        It is none of them.
+    """
+    if not isinstance(value, str) or value not in known:
+        raise error(name, f"{name} must be one of {', '.join(known)}, got {named(value)}")
+    return value
+
+
+def precisions(values: Any, error: Error = ParameterError) -> tuple[int, ...]:
+    """Working precisions in bits, ascending: what one cannot decide goes to the next.
+
+    Raises
+    ------
+    ParameterError
+        They are no whole numbers from 53 to `FINEST`, or do not ascend by `GAP` or more.
+    """
+    try:
+        ladder = tuple(map(operator.index, values))
+    except TypeError:
+        ladder = ()
+    if not ladder or not 53 <= min(ladder) <= max(ladder) <= FINEST:
+        message = f"precisions must be whole numbers of bits from 53 to {FINEST}"
+        raise error("precisions", f"{message}, got {named(values)}")
+    for low, high in pairwise(ladder):
+        if high <= low:
+            raise error("precisions", f"precisions must ascend, got {named(values)}")
+        if high - low < GAP:
+            raise error(
+                "precisions",
+                f"precisions {low} and {high} are too close: computations that differ by fewer"
+                f" than {GAP} bits err nearly alike, so that their agreement tells nothing; take"
+                f" {low + GAP} or more after {low}",
+            )
+    return ladder
+
+
+def _index(value: Any) -> int | None:
+    """The int that a whole number is; None for anything else, truth values among them."""
+    # NumPy's truth value has no index, and an array of one entry has.
+    if isinstance(value, bool) or getattr(value, "shape", None):
+        return None
+    try:
+        return operator.index(value)
+    except TypeError:
+        return None
