@@ -19,7 +19,7 @@ from rigidpend.return_map.expansions import Interval
 from rigidpend.return_map.normal_form import MapError, NormalForm, normal_form
 from rigidpend.return_map.orders import Layer, Orders, first_look, orders, radius
 from rigidpend.return_map.passage import EnergyLevel
-from rigidpend.return_map.precision import Precision, native, precision
+from rigidpend.return_map.precision import Precision, in_pairs, precision
 from rigidpend.return_map.rapid import Rapid
 from rigidpend.return_map.reduced import Coefficients, coefficients
 from rigidpend.return_map.starts import Entry, entry
@@ -34,6 +34,7 @@ MOST_DEGREE = 45
 """Largest degree of the normal form in doubles, and in proportion to the bits.
 
 With the body of Fig. 4 mu = 0.045 takes 43 and 7 s."""
+TABLE_BITS = 72
 FLOQUET = 1e-11
 """Largest difference from the Floquet exponent, which is found in doubles."""
 
@@ -111,7 +112,7 @@ class ReturnMap:
     @functools.cached_property
     def _rapid(self) -> Callable[[int], Rapid]:
         parts = self.normal_form, self.charts, self.errors.charts
-        return functools.cache(lambda bits: Rapid(*parts, bits))
+        return functools.cache(lambda bits: Rapid(*parts, bits, precision(self.bits)))
 
     @property
     def _unit(self) -> Any:
@@ -289,7 +290,7 @@ def _designed(o: Orders, design: Design) -> Orders:
 
 def table_bits(bits: int) -> int:
     """Doubles come from tables of 64 bits, where these are fast: sharper tables, sharper maps."""
-    return 64 if bits == 53 and native(64) else bits
+    return TABLE_BITS if bits == 53 and in_pairs(TABLE_BITS) else bits
 
 
 def _exact_unit(design: Design) -> Any:

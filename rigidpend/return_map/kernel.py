@@ -18,9 +18,9 @@ import numpy as np
 
 from rigidpend.integrate.kernel import machine_code
 from rigidpend.integrate.kernel.lane_numbers import Value
-from rigidpend.integrate.kernel.parts import split
 from rigidpend.integrate.kernel.writer import LANES
 from rigidpend.return_map.kernel_sums import Sums
+from rigidpend.integrate.pair_arrays import in_doubles
 from rigidpend.return_map.program import STAGE, Program
 from rigidpend.return_map.terms import FUNCTIONS
 
@@ -61,7 +61,7 @@ def follow(
     stride = groups * LANES
     parts = len(program.values)
     rows = np.zeros((parts, len(orbits), stride))
-    rows[:, :, :n] = split(orbits, parts)
+    rows[:, :, :n] = in_doubles(orbits, parts)
     times = np.empty((crossings, stride))
     separatrices = np.empty((crossings, stride), dtype=np.uint8)
     most = len(program.lengths) * FUNCTIONS + program.energies + 2 * max(1, program.most)

@@ -27,6 +27,7 @@ from rigidpend.results import files
 from rigidpend.return_map.charts import Chart, ChartTable
 from rigidpend.return_map.expansions import Interval
 from rigidpend.return_map.normal_form import NormalForm
+from rigidpend.integrate.pair_arrays import PairArray
 from rigidpend.return_map.precision import Precision, precision
 from rigidpend.run.provenance import code_hash_of
 
@@ -126,6 +127,8 @@ def _path(name: str) -> Path:
 
 def _split(x: Scalar) -> Any:
     """Numbers of any precision as a sum of doubles, (terms, ...)."""
+    if isinstance(x, PairArray):
+        return x.parts
     rest = np.asarray(x)
     parts: list[Any] = []
     while not parts or np.any(parts[-1]):
@@ -136,6 +139,8 @@ def _split(x: Scalar) -> Any:
 
 def _joined(parts: Any, a: Precision) -> Any:
     """The numbers that :func:`_split` has split, for the last part first."""
+    if a.in_pairs:
+        return PairArray(parts)
     total = a.array(parts[-1])
     for part in parts[-2::-1]:
         total = a.array(part) + total
