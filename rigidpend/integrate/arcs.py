@@ -20,7 +20,7 @@ from rigidpend.numbers.generic import Numbers, Scalar
 
 LARGEST_TYPE = 113
 """Bits of the largest type of NumPy's arrays; numbers of more are mpmath's."""
-SPARE_BITS = 16
+SPARE_BITS = 8
 """Bits below the precision to which series are cut off in pairs of doubles."""
 
 

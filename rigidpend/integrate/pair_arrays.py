@@ -81,7 +81,10 @@ class PairArray:
 
     def exactly(self) -> Fraction:
         """The value of a single number."""
-        return sum(map(Fraction, self.parts.ravel().tolist()), Fraction(0))
+        if self.ndim:
+            raise TypeError("an array of pairs is no single number")
+        high, low = self.parts.tolist()
+        return Fraction(high) + Fraction(low)
 
     def __len__(self) -> int:
         return len(self.parts[0])
@@ -145,7 +148,8 @@ class PairArray:
     def __ne__(self, other: object) -> Any:
         return (self - other).parts[0] != 0
 
-    __hash__ = None  # type: ignore[assignment]
+    def __hash__(self) -> int:
+        return hash(self.exactly())
 
     def __lt__(self, other: Any) -> Any:
         return (self - other).parts[0] < 0
