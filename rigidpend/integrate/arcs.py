@@ -15,11 +15,12 @@ from rigidpend.equations import AlignedCoefficients, aligned
 from rigidpend.integrate import FINEST_TOLERANCE, bigint, default_engine, has_own_type
 from rigidpend.integrate import sample_orbits as in_doubles
 from rigidpend.integrate.kernel.parts import in_parts, split
+from rigidpend.integrate.pair_arrays import PairArray
 from rigidpend.numbers.generic import Numbers, Scalar
 
 LARGEST_TYPE = 113
 """Bits of the largest type of NumPy's arrays; numbers of more are mpmath's."""
-SPARE_BITS = 16
+SPARE_BITS = 8
 """Bits below the precision to which series are cut off in pairs of doubles."""
 
 
@@ -42,6 +43,8 @@ def arcs(coefficients: AlignedCoefficients, states: Numbers, times: Numbers, bit
     """
     if bits == 53:
         return in_doubles(coefficients, states, np.concatenate(([0.0], times)))[:, 1:]
+    if isinstance(states, PairArray):
+        return _of_pairs(coefficients, states, times, bits)
     compiled = default_engine() == "taylor"
     if bits <= 106 and compiled:
         return _in_pairs(coefficients, states, times, bits)
@@ -51,6 +54,23 @@ def arcs(coefficients: AlignedCoefficients, states: Numbers, times: Numbers, bit
     one = _in_reals if own else _in_integers
     columns = [one(coefficients, state, times, bits) for state in states.T]
     return np.stack(columns, axis=-1)
+
+
+def _of_pairs(c: AlignedCoefficients, states: PairArray, times: PairArray, bits: int) -> PairArray:
+    """Arcs by the kernel: to the doubles nearest to the times, and from there to the times."""
+    from rigidpend.integrate.batch_samples import sample_aligned
+
+    nearest, late = times.parts
+    found = sample_aligned(
+        AlignedCoefficients(*(x.exactly() for x in c)),
+        states.parts,
+        np.concatenate(([0.0], nearest)),
+        106,
+        FINEST_TOLERANCE["taylor"] * 2.0 ** (53 - min(106, bits + SPARE_BITS)),
+    )[:, :, 1:]
+    # What is left of a time is below an ulp of a double: doubles tell its change to 2^-104.
+    rates = np.stack(aligned(found[0], AlignedCoefficients(*map(float, c))))
+    return PairArray(found) + late[:, None] * rates
 
 
 def _in_pairs(c: AlignedCoefficients, states: Numbers, times: Numbers, bits: int) -> Any:

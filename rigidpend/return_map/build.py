@@ -22,15 +22,17 @@ from rigidpend.return_map.expansions import Interval
 from rigidpend.return_map.normal_form import MapError, NormalForm, normal_form
 from rigidpend.return_map.orders import Layer, Orders, first_look, orders, radius
 from rigidpend.return_map.passage import EnergyLevel
-from rigidpend.return_map.precision import Precision, native, precision
+from rigidpend.return_map.precision import Precision, in_pairs, precision
 from rigidpend.return_map.rapid import Rapid
 from rigidpend.return_map.reduced import Coefficients, coefficients
 from rigidpend.return_map.starts import Entry, entry
 
 SLACK = 2.0**13
-"""Allowed error of a map, in roundings of the working precision.
+"""Allowed error of a map, in roundings of the working precision, where its tables have no more.
 
 With the body of Fig. 4 finished maps err by some tens of them, and by 700 at mu = 0.01."""
+SPARE_BITS = 4
+"""Bits by which the tables of a map are sharper than it is said to be, in pairs of doubles."""
 ATTEMPTS = 4
 """Number of times the orders are raised before a map is refused."""
 MOST_DEGREE = 45
@@ -114,7 +116,7 @@ class ReturnMap:
     @functools.cached_property
     def _rapid(self) -> Callable[[int], Rapid]:
         parts = self.normal_form, self.charts, self.errors.charts
-        return functools.cache(lambda bits: Rapid(*parts, bits))
+        return functools.cache(lambda bits: Rapid(*parts, bits, precision(self.bits)))
 
     @property
     def _unit(self) -> Any:
@@ -203,8 +205,8 @@ def build(body: Body, low: Exact, high: Exact, bits: int, design: Design = FIRST
     ends = float(low * scale), float(high * scale)
     exponent = _floquet_exponent(body, float(low), float(high))
     layer = first_look(rough, sum(ends) / 2)
-    planned = orders(rough, ends, layer, bits)
-    planned = _designed(planned, design)
+    planned = _designed(orders(rough, ends, layer, bits if bits == 53 else a.bits), design)
+    allowed = 2.0**-bits * (SLACK if bits in (53, a.bits) else 1.0)
     middle, half = (low + high) / 2 * scale, (high - low) / 2 * scale
     for _ in range(ATTEMPTS):
         if planned.degree > MOST_DEGREE * bits / 53:
@@ -213,9 +215,9 @@ def build(body: Body, low: Exact, high: Exact, bits: int, design: Design = FIRST
             )
         energies = Interval(_number(middle, a), _number(half, a), planned.n_energy)
         nf, charts, errors = _attempt(c, energies, layer, planned, exponent, a)
-        if max(errors.exponents, errors.charts, errors.inverse) < SLACK * 2.0**-bits:
+        if max(errors.exponents, errors.charts, errors.inverse) < allowed:
             break
-        small = SLACK / 8 * 2.0**-bits
+        small = allowed / 8
         x, phase, energy = (tail > small for tail in errors[-3:])
         planned = planned.larger(inner=not (x or phase or energy), x=x, phase=phase, energy=energy)
     else:
@@ -284,16 +286,19 @@ def _designed(o: Orders, design: Design) -> Orders:
     return Orders(
         o.degree + more,
         o.n_phase_orbit + more,
-        o.n_x + more,
+        o.n_x + more // 2,
         o.n_phase + more,
-        o.n_energy + more if o.n_energy > 1 else 1,
+        o.n_energy + more // 2 if o.n_energy > 1 else 1,
         o.length * design.stretch,
     )
 
 
 def table_bits(bits: int) -> int:
-    """Doubles come from tables of 64 bits, where these are fast: sharper tables, sharper maps."""
-    return 64 if bits == 53 and native(64) else bits
+    """Bits of a map's tables: more than its own where these are pairs of doubles.
+
+    Sharper tables make a sharper map, in doubles too.
+    """
+    return bits + SPARE_BITS if in_pairs(bits + SPARE_BITS) else bits
 
 
 def _exact_unit(design: Design) -> Any:

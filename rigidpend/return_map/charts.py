@@ -78,8 +78,8 @@ class Looked(NamedTuple):
 def look_up(table: ChartTable, values: Numbers, x: Scalar, phase: Scalar, a: Precision) -> Any:
     """The four functions at points, (4, N).
 
-    `values` are the table's at the points' energies: (1, n_x n_phase, 4) for a common one, else
-    (N, ...), see :func:`at_energies`.
+    `values` are the table's at the points' energies, (E, n_x n_phase, 4), see
+    :func:`at_energies`: the points come in E groups of one length, each with an energy in common.
     """
     return _contracted(_basis(table, x, phase, a), values)
 
@@ -92,7 +92,7 @@ def look_up_slopes(
 
 
 def at_energies(table: ChartTable, weights: Numbers) -> Any:
-    """A table's coefficients at energies, (N or 1, n_x n_phase, 4)."""
+    """A table's coefficients at E energies, (E, n_x n_phase, 4)."""
     flat = table.values.reshape(len(table.values), -1)
     return (weights @ flat).reshape(len(weights), -1, 4)
 
@@ -107,9 +107,8 @@ def _basis(table: ChartTable, x: Scalar, phase: Scalar, a: Precision, slope: str
 
 
 def _contracted(basis: Any, values: Numbers) -> Any:
-    if len(values) == 1:
-        return (basis @ values[0]).T
-    return np.matmul(basis[:, None, :], values)[:, 0].T
+    groups = basis.reshape(len(values), -1, basis.shape[-1])
+    return np.matmul(groups, values).reshape(-1, 4).T
 
 
 def section_chart(
@@ -130,8 +129,8 @@ def section_chart(
     rising : bool
         Upward crossings (separatrix 2) or downward ones (3).
     d, chi, h : (N,) arrays
-    weights : (N or 1, count) array
-        Of the energies h.
+    weights : (E, count) array
+        Of the energies h, which E groups of points have in common.
     nf : NormalForm
     c : Coefficients
     length : number
@@ -193,10 +192,17 @@ class Chart(NamedTuple):
     """d, chi - s, and the same constants, of (I, s)."""
 
 
-def grid(width: Scalar, n_x: int, n_phase: int, a: Precision) -> tuple[Any, Any]:
-    """The nodes of a table at one energy: x and phase, (n_x n_phase,) each."""
-    x, phase = width * nodes(n_x, a), phases(n_phase, a)
-    return np.repeat(x, n_phase), np.tile(phase, n_x)
+def grid(
+    width: Scalar, n_x: int, n_phase: int, energies: Interval, a: Precision
+) -> tuple[Any, Any, Any]:
+    """The nodes of a table: x, phase and energy, (energies n_x n_phase,) each; phases run fastest."""
+    x, phase, h = width * nodes(n_x, a), phases(n_phase, a), energies.nodes(a)
+    n = len(h)
+    return (
+        np.tile(np.repeat(x, n_phase), n),
+        np.tile(phase, n * n_x),
+        np.repeat(h, n_x * n_phase),
+    )
 
 
 class Invariants(NamedTuple):
@@ -220,12 +226,10 @@ def forward_table(
     a: Precision,
 ) -> ChartTable:
     """The chart of a section as a table over |d| <= width."""
-    d, chi = grid(width, n_x, n_phase, a)
-    found = [
-        section_chart(rising, d, chi, h + 0 * d, nf.energies.basis(h, a)[None], nf, c, length, a)
-        for h in nf.energies.nodes(a)
-    ]
-    return fitted(_arranged(found, n_x, n_phase), width, nf.energies, a)
+    d, chi, energies = grid(width, n_x, n_phase, nf.energies, a)
+    weights = nf.energies.basis(nf.energies.nodes(a), a)
+    found = section_chart(rising, d, chi, energies, weights, nf, c, length, a)
+    return fitted(arranged(found, n_x, n_phase), width, nf.energies, a)
 
 
 def inverse_table(
@@ -238,21 +242,19 @@ def inverse_table(
     MapError
         The invariants don't belong to points of the section within the chart.
     """
-    I, s = grid(width, forward.n_x, forward.n_phase, a)
-    found = []
-    for h in nf.energies.nodes(a):
-        weights = nf.energies.basis(h, a)[None]
-        values = at_energies(forward, weights)
-        rates = weights @ nf.exponent, weights @ nf.rotation
-        d, chi = _solved(rising, forward, values, rates, (I, s), a)
-        _, _, time, theta3 = look_up(forward, values, d, chi, a)
-        found.append(np.stack((d, chi - s, time, theta3)))
-    return fitted(_arranged(found, forward.n_x, forward.n_phase), width, nf.energies, a)
+    I, s, _ = grid(width, forward.n_x, forward.n_phase, nf.energies, a)
+    weights = nf.energies.basis(nf.energies.nodes(a), a)
+    values = at_energies(forward, weights)
+    rates = weights @ nf.exponent, weights @ nf.rotation
+    d, chi = _solved(rising, forward, values, rates, (I, s), a)
+    _, _, time, theta3 = look_up(forward, values, d, chi, a)
+    found = np.stack((d, chi - s, time, theta3))
+    return fitted(arranged(found, forward.n_x, forward.n_phase), width, nf.energies, a)
 
 
-def _arranged(found: list[Any], n_x: int, n_phase: int) -> Any:
-    """The values (4, N) of each energy as (n_x, n_phase, count, 4)."""
-    return np.stack([one.T.reshape(n_x, n_phase, 4) for one in found], axis=2)
+def arranged(found: Any, n_x: int, n_phase: int) -> Any:
+    """The values (4, N) at the points of a grid as (n_x, n_phase, energies, 4)."""
+    return found.reshape(4, -1, n_x, n_phase).transpose(2, 3, 1, 0)
 
 
 def _solved(

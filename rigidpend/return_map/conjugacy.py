@@ -1,7 +1,7 @@
 """The normal form evaluated: rates on a torus, and (u, v) of a point beside the orbit.
 
-`weights` are values (N, count) of the Chebyshev polynomials at the energies of N points, or
-(1, count) where they have one energy in common.
+`weights` are values (E, count) of the Chebyshev polynomials at energies: the points come in E
+groups of one length, each with an energy in common.
 """
 
 from __future__ import annotations
@@ -28,11 +28,13 @@ class TorusRates(NamedTuple):
 
 
 def torus_rates(exponent: Scalar, rotation: Scalar, I: Scalar) -> TorusRates:
-    """The rates from their coefficients (N or 1, K) at the invariants I."""
+    """The rates from their coefficients (E, K) at the invariants I, in E groups."""
     return TorusRates(*_polynomial(exponent, I), *_polynomial(rotation, I))
 
 
 def _polynomial(c: Any, x: Scalar) -> tuple[Any, Any]:
+    if 1 < len(c) < len(x):
+        c = np.repeat(c, len(x) // len(c), axis=0)
     value, slope = c[:, -1] + 0 * x, 0 * x
     for k in range(c.shape[1] - 2, -1, -1):
         value, slope = value * x + c[:, k], slope * x + value
@@ -91,9 +93,9 @@ def inverted(
     return Beside(u, v, series.time(u, v), series.values(u, v)[0][2])
 
 
-def _level(weights: Numbers, part: Any, n: int) -> Any:
-    """Coefficients (n, terms) at one energy."""
-    return (weights @ part.reshape(weights.shape[1], -1)).reshape(n, -1)
+def _levels(weights: Numbers, part: Any, n: int) -> Any:
+    """Coefficients (E, n, terms) at E energies."""
+    return (weights @ part.reshape(weights.shape[1], -1)).reshape(len(weights), n, -1)
 
 
 class _TorusSeries:
@@ -102,11 +104,14 @@ class _TorusSeries:
     def __init__(self, nf: NormalForm, weights: Numbers, psi: Scalar, a: Precision) -> None:
         basis = fourier_basis(psi, nf.n, a)
         odd, even = nf.odd.reshape(len(nf.odd), -1), nf.even
-        if len(weights) == 1:
-            odd, even = (_level(weights, part, nf.n) for part in (odd, even))
+        if len(weights) < len(psi):
+            odd, even = (_levels(weights, part, nf.n) for part in (odd, even))
+            basis = basis.reshape(len(weights), -1, nf.n)
         else:
             basis = (weights[:, :, None] * basis[:, None, :]).reshape(len(psi), -1)
-        self.odd, self.even = (basis @ odd).reshape(len(psi), -1, 3), basis @ even
+        N = len(psi)
+        self.odd = np.matmul(basis, odd).reshape(N, -1, 3)
+        self.even = np.matmul(basis, even).reshape(N, -1)
         self.a, self.degree = a, nf.degree
         self.odd_powers, self.even_powers = powers(nf.degree, 1), powers(nf.degree, 0)
 
@@ -127,7 +132,7 @@ class _TorusSeries:
         return (self.even * self._powers(u)[:, j] * self._powers(v)[:, k]).sum(axis=1)
 
     def _powers(self, x: Scalar) -> Any:
-        found = np.ones((len(x), self.degree + 1), dtype=float).astype(self.a.dtype)
+        found = self.a.array(np.ones((len(x), self.degree + 1)))
         for k in range(1, self.degree + 1):
             found[:, k] = found[:, k - 1] * x
         return found

@@ -23,7 +23,7 @@ def phases(n: int, a: Precision) -> Any:
 def fourier_basis(phase: Scalar, n: int, a: Precision, *, slope: bool = False) -> Any:
     """The n functions 1, cos, sin, cos 2, ... at phases: (..., n), or their derivatives."""
     found = fourier_terms(phase, n, a)
-    basis = np.zeros((*np.shape(phase), n), dtype=a.dtype)
+    basis = a.zeros((*np.shape(phase), n))
     basis[..., 0] = a.number(0 if slope else 1)
     for k in range(1, n // 2 + 1):
         c, s = found[2 * k - 1 : 2 * k + 1]
@@ -60,7 +60,7 @@ def nodes(n: int, a: Precision) -> Any:
 
 def chebyshev_basis(x: Scalar, n: int, a: Precision, *, slope: bool = False) -> Any:
     """The Chebyshev polynomials T_0 .. T_{n-1} at x: (..., n), or their derivatives."""
-    T = np.zeros((*np.shape(x), n), dtype=a.dtype)
+    T = a.zeros((*np.shape(x), n))
     T[..., 0] = a.number(1)
     for k, term in enumerate(chebyshev_terms(x, n)[1:], 1):
         T[..., k] = term

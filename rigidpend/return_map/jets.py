@@ -12,6 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from rigidpend.integrate import pair_arrays
+from rigidpend.integrate.pair_arrays import PairArray
+
 
 class Jet:
     """A series whose parts of degree `first`, `first` + 2, ... are told, or found by a subclass."""
@@ -107,6 +110,8 @@ class Deferred(Jet):
 
 def convolved(a: Any, b: Any) -> Any:
     """The product of two homogeneous parts: a convolution over the powers of u."""
+    if isinstance(a, PairArray):
+        return pair_arrays.convolved(a, b)
     if len(a) > len(b):
         a, b = b, a
     shape = (len(a) + len(b) - 1, *np.broadcast_shapes(a.shape[1:], b.shape[1:]))

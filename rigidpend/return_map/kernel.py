@@ -19,8 +19,8 @@ import numpy as np
 
 from rigidpend.integrate.kernel import machine_code
 from rigidpend.integrate.kernel.lane_numbers import Value
-from rigidpend.integrate.kernel.parts import split
 from rigidpend.integrate.kernel.writer import LANES
+from rigidpend.integrate.pair_arrays import in_doubles
 from rigidpend.return_map.kernel_sums import Sums
 from rigidpend.return_map.program import STAGE, Program
 from rigidpend.return_map.terms import FUNCTIONS
@@ -68,7 +68,7 @@ def follow(
     stride = groups * LANES
     parts = len(program.values)
     rows = np.zeros((parts, len(ROWS), stride))
-    rows[:, : len(orbits), :n] = split(orbits, parts)
+    rows[:, : len(orbits), :n] = in_doubles(orbits, parts)
     rows[0, [IMAGE, INSIDE]] = 1.0
     times = np.empty((crossings, stride))
     separatrices = np.empty((crossings, stride), dtype=np.uint8)

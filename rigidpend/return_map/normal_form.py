@@ -168,7 +168,7 @@ class _Finder:
         size = float("inf")
         for _ in range(MOST_CORRECTIONS):
             rest = self._left(A, P, exponent)
-            before, size = size, self.a.largest(np.array(rest))
+            before, size = size, max(self.a.largest(x) for row in rest for x in row)
             if (size < SETTLED and size > before / 2) or not size < DIVERGED:
                 break
             found = self._mean(rest[0][0]) - self._mean(rest[1][1])
@@ -210,7 +210,7 @@ class _Finder:
 
     def extend(self, D: int) -> None:
         """Find Qp and Qm in degree D, and the next coefficient of Lambda."""
-        self._tell(D, [np.zeros((D + 1, *self.P[0][0].shape), dtype=self.a.dtype)] * 2)
+        self._tell(D, [self.a.zeros((D + 1, *self.P[0][0].shape))] * 2)
         known = [self._beside(flow, D, Q.parts) for flow, Q in zip(self.flow, self.Q, strict=False)]
         (a, b), (c, d) = self.inverse
         rest = [a * known[0] + b * known[1], c * known[0] + d * known[1]]

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.integrate.kernel.lane_numbers import KINDS
-from rigidpend.integrate.kernel.parts import split
+from rigidpend.integrate.pair_arrays import PairArray, in_doubles
 from rigidpend.numbers.exact import context, fraction
 from rigidpend.return_map.terms import FUNCTIONS, Terms
 
@@ -61,12 +61,11 @@ class Program(NamedTuple):
 
 def program(stages: tuple[Leg, Leg, Leg], bits: int) -> Program:
     """The program of three stages, in doubles (53 bits) or pairs of them (more)."""
-    writer = _Writer()
+    writer = _Writer(KINDS[bits].parts)
     rows = [
         [*writer.table(stage.into), *writer.table(stage.out), *writer.rates(stage.rates)]
         for stage in stages
     ]
-    values = np.concatenate(writer.values)
     limits = [[stage.largest, *radians(stage.turns)] for stage in stages]
     return Program(
         bits,
@@ -75,7 +74,7 @@ def program(stages: tuple[Leg, Leg, Leg], bits: int) -> Program:
         np.array(rows, dtype=np.int64),
         np.array(writer.harmonics, dtype=np.int64),
         np.array(writer.lengths, dtype=np.int64),
-        np.ascontiguousarray(split(values, KINDS[bits].parts)),
+        np.concatenate(writer.values, axis=1),
         np.array(limits, dtype=float),
     )
 
@@ -83,7 +82,8 @@ def program(stages: tuple[Leg, Leg, Leg], bits: int) -> Program:
 class _Writer:
     """Tables written one behind the other; a table that two stages share is written once."""
 
-    def __init__(self) -> None:
+    def __init__(self, parts: int) -> None:
+        self.parts = parts
         self.harmonics: list[int] = []
         self.lengths: list[int] = []
         self.values: list[Any] = []
@@ -93,44 +93,51 @@ class _Writer:
         """Write a table: its rows from the second on, then the first."""
         if id(terms) not in self.known:
             first, listed = len(self.lengths), len(self.harmonics)
-            used = (terms.values != 0).any(axis=(0, 3))
+            values = in_doubles(terms.values, self.parts)
+            used = (values[0] != 0).any(axis=(0, 3))
             rows = 1 + int(np.flatnonzero(used.any(axis=1)).max(initial=0))
             counts = [(1 + int(np.flatnonzero(row).max(initial=0))) // 2 for row in used[:rows]]
             self.harmonics += counts
             for i in (*range(1, rows), 0):
                 # The sums over harmonics begin with zero, and the constant comes last.
                 for k in (*range(1, 2 * counts[i] + 1), 0):
-                    self._write(terms.values[:, i, k])
+                    self._write(values[:, :, i, k])
             self.known[id(terms)] = rows, first, listed, max(counts)
         return self.known[id(terms)]
 
     def rates(self, coefficients: Any) -> tuple[int, int]:
         """Write polynomials in I, the highest power first."""
         first = len(self.lengths)
+        values = in_doubles(coefficients, self.parts)
         for k in range(coefficients.shape[1] - 1, -1, -1):
-            self._write(coefficients[:, k])
+            self._write(values[:, :, k])
         return coefficients.shape[1], first
 
     def _write(self, series: Any) -> None:
-        """Write three sums over polynomials of the energy, (energies, 3)."""
-        length = 1 + int(np.flatnonzero((series != 0).any(axis=1)).max(initial=0))
+        """Write three sums over polynomials of the energy, (parts, energies, 3)."""
+        length = 1 + int(np.flatnonzero((series[0] != 0).any(axis=1)).max(initial=0))
         self.lengths.append(length)
-        self.values.append(series[length - 1 :: -1])
+        self.values.append(series[:, length - 1 :: -1])
 
 
 def scaled(terms: Terms, order: tuple[int, int], factors: tuple[Any, Any, Any]) -> Terms:
     """A table with its first two functions in an order, each function times a factor."""
     values = terms.values[..., [*order, FUNCTIONS - 1]]
-    return Terms(terms.width, values * np.array(factors, dtype=values.dtype))
+    several = np.stack if isinstance(values, PairArray) else np.array
+    return Terms(terms.width, values * several(factors))
 
 
 def joined_rates(rates: Any, side: int, width: Any) -> Any:
     """The coefficients of three polynomials in I as those of one in I/width: (energies, K, 3)."""
     most = max(x.shape[1] for x in rates)
-    found = np.zeros((len(rates[0]), most, len(rates)), dtype=rates[0].dtype)
+    found = np.zeros_like(rates[0], shape=(len(rates[0]), most, len(rates)))
     for j, x in enumerate(rates):
         found[:, : x.shape[1], j] = side * x
-    return found * (width ** np.arange(most))[:, None]
+    power = width
+    for k in range(1, most):
+        found[:, k] = found[:, k] * power
+        power = power * width
+    return found
 
 
 def radians(turns: float) -> tuple[float, float]:

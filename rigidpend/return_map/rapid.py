@@ -20,7 +20,7 @@ from rigidpend.numbers.generic import Scalar
 from rigidpend.return_map import kernel
 from rigidpend.return_map.normal_form import NormalForm
 from rigidpend.return_map.passage import reduced_angle
-from rigidpend.return_map.precision import precision
+from rigidpend.return_map.precision import Precision, precision
 from rigidpend.return_map.program import Leg, Program, joined_rates, program, scaled
 from rigidpend.return_map.rates import Rates, chart_rates, depth_of, rates_at
 from rigidpend.return_map.starts import Entry
@@ -50,12 +50,13 @@ class Rapid:
         53 or 64.
     """
 
-    def __init__(self, nf: NormalForm, charts: Any, error: float, bits: int) -> None:
-        own = self._precision = precision(64 if nf.exponent.dtype == np.longdouble else 53)
+    def __init__(
+        self, nf: NormalForm, charts: Any, error: float, bits: int, own: Precision
+    ) -> None:
+        self._precision = own
         self.a, self._nf = precision(bits), nf
         threshold = self._threshold = max(2.0 ** -(bits + 2), error / 16)
         self._terms = [[significant(table, threshold) for table in chart] for chart in charts]
-        self._rounded = [[self._listed(terms) for terms in chart] for chart in self._terms]
         self._widths = [[table.width for table in chart] for chart in charts]
         self._start: _Start
         self._rates = [
@@ -186,6 +187,10 @@ class Rapid:
         """A table's terms in this precision."""
         rounded = in_doubles(terms) if self.a.bits == 53 else terms
         return rounded, nested(rounded)
+
+    @functools.cached_property
+    def _rounded(self) -> Any:
+        return [[self._listed(terms) for terms in chart] for chart in self._terms]
 
     @functools.cached_property
     def _program(self) -> Program:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers.generic import Scalar
-from rigidpend.return_map.charts import ChartTable, fitted, grid
+from rigidpend.return_map.charts import ChartTable, arranged, fitted, grid
 from rigidpend.return_map.conjugacy import inverted
 from rigidpend.return_map.normal_form import MapError, NormalForm
 from rigidpend.return_map.precision import Precision
@@ -33,7 +33,8 @@ class Entry(NamedTuple):
         if not self.half_width:
             return 0 * Qp
         centre, half_width = (float(z) if a.bits == 53 else z for z in self[:2])
-        return np.clip((Qp - centre) * (1 / half_width), -1, 1)
+        x = (Qp - centre) * (1 / half_width)
+        return np.where(x > 1, 1.0, np.where(x < -1, -1.0, x))
 
 
 def entry(nf: NormalForm, least: Scalar, most: Scalar, a: Precision) -> Entry:
@@ -45,15 +46,14 @@ def entry(nf: NormalForm, least: Scalar, most: Scalar, a: Precision) -> Entry:
         The normal form does not reach as far as `most`.
     """
     centre, half_width = (least + most) / 2, (most - least) / 2
+    weights = nf.energies.basis(nf.energies.nodes(a), a)
     for n_x in range(6, MOST_NODES, 3) if half_width else (1,):
-        x, psi = grid(a.number(1), n_x, nf.n, a)
-        Qp, found = centre + half_width * x, []
-        for h in nf.energies.nodes(a):
-            at = inverted(nf, nf.energies.basis(h, a)[None], psi, Qp, 0 * Qp, a)
-            found.append(np.stack((at.v / Qp, at.u / Qp, at.tau, at.sigma)).T)
-        values = np.stack([one.reshape(n_x, nf.n, 4) for one in found], axis=2)
-        table = fitted(values, a.number(1), nf.energies, a)
-        last = table.values.reshape(len(found), n_x, nf.n, 4)[:, -2:, :, :3]
+        x, psi, _ = grid(a.number(1), n_x, nf.n, nf.energies, a)
+        Qp = centre + half_width * x
+        at = inverted(nf, weights, psi, Qp, 0 * Qp, a)
+        found = np.stack((at.v / Qp, at.u / Qp, at.tau, at.sigma))
+        table = fitted(arranged(found, n_x, nf.n), a.number(1), nf.energies, a)
+        last = table.values.reshape(len(weights), n_x, nf.n, 4)[:, -2:, :, :3]
         if n_x == 1 or a.largest(last) <= ROUNDINGS * a.epsilon:
             return Entry(centre, half_width, table)
     raise MapError("the start lies outside of the range of the normal form")

@@ -17,6 +17,7 @@ import numpy as np
 
 from rigidpend import __version__
 from rigidpend.body import Body
+from rigidpend.integrate.pair_arrays import PairArray
 from rigidpend.numbers.exact import Exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.results import cache
@@ -101,6 +102,8 @@ def _folder() -> Path:
 
 def _split(x: Scalar) -> Any:
     """Numbers of any precision as a sum of doubles, (terms, ...)."""
+    if isinstance(x, PairArray):
+        return x.parts
     rest = np.asarray(x)
     parts: list[Any] = []
     while not parts or np.any(parts[-1]):
@@ -111,6 +114,8 @@ def _split(x: Scalar) -> Any:
 
 def _joined(parts: Any, a: Precision) -> Any:
     """The numbers that :func:`_split` has split, for the last part first."""
+    if a.in_pairs:
+        return PairArray(parts)
     total = a.array(parts[-1])
     for part in parts[-2::-1]:
         total = a.array(part) + total

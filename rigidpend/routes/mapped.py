@@ -22,12 +22,12 @@ from rigidpend.integrate.batch_sections import Reached
 from rigidpend.integrate.records import Crossings, Outcome
 from rigidpend.numbers.exact import GUARD_BITS, exact
 from rigidpend.return_map import MapError, ReturnMap, return_map
-from rigidpend.return_map.build import FIRST, SECOND, THIRD, Design, table_bits
+from rigidpend.return_map.build import FIRST, SECOND, THIRD, Design
 from rigidpend.return_map.itinerary import entry_phase
 from rigidpend.return_map.poincare import section_point
-from rigidpend.return_map.precision import precision
+from rigidpend.return_map.precision import in_pairs, precision
 from rigidpend.return_map.rapid import Followed, Rapid
-from rigidpend.routes import certainty, handover
+from rigidpend.routes import certainty
 from rigidpend.routes.certainty import Decided
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
@@ -43,6 +43,8 @@ SAMPLE = 64
 LEAST_SAMPLE = 8
 """Number of them in each part of the orbits, at least."""
 
+SHARPER = 64
+"""Bits of the maps that decide what those in doubles leave open, in pairs of doubles."""
 UNKEPT = 1.5
 """Seconds of a core for the tables of the three designs, where they are not kept yet."""
 DESIGNS = {certainty.FIRST: FIRST, certainty.SECOND: SECOND, certainty.THIRD: THIRD}
@@ -96,7 +98,7 @@ class Maps:
     def __init__(self, problem: RouteProblem, phases: Phases, starts: Starts | None = None) -> None:
         self.problem, self.phases, self.starts = problem, phases, starts
         self.orbits = starts.orbits if starts else len(phases)
-        self.table_bits, self._lock = table_bits(53), threading.Lock()
+        self.table_bits, self._lock = SHARPER if in_pairs(SHARPER) else 53, threading.Lock()
         self._ready: dict[tuple[int, Design], Rapid] = {}
         try:
             self.crossings(53, certainty.FIRST, np.arange(1))
@@ -163,11 +165,12 @@ class Maps:
         # Threads ask for the same map: one makes it, and the others wait.
         with self._lock:
             if (bits, design) not in self._ready:
+                made = self.made(design)
                 least, most = (
-                    start_Qp(self.problem, design.unit, self.table_bits, J1)
+                    start_Qp(self.problem, design.unit, made.bits, J1)
                     for J1 in (self.starts.least if self.starts else None, None)
                 )
-                self._ready[bits, design] = self.made(design).rapid(bits, least, most)
+                self._ready[bits, design] = made.rapid(bits, least, most)
             return self._ready[bits, design]
 
     def _follow(self, rapid: Rapid, bits: int, design: Design, columns: Any) -> tuple[Any, Any]:
@@ -304,9 +307,6 @@ def decided_by(
     beyond = tuple(p for p in precisions if p > maps.table_bits)
     if open_.size and beyond:
         left[open_] = True
-        if integrated.in_pairs and maps.table_bits > 53:
-            handover.decide(maps, integrated, known, open_, rate)
-            open_ = open_[~known.certain[:, open_].all(axis=0)]
         certainty.climb(integrated.crossings, known, open_, rate, beyond)
     if sampled:
         size = max(LEAST_SAMPLE, -(-SAMPLE * n // maps.orbits))

@@ -161,6 +161,6 @@ class _Numbers(Precision):
     def __init__(self, bits: int) -> None:
         super().__init__(bits)
         m = context(bits)
-        self.dtype = np.dtype(object)
+        self.dtype, self.in_pairs = np.dtype(object), False
         for name, arguments in (("sin", 1), ("cos", 1), ("sqrt", 1), ("atan2", 2)):
             setattr(self, name, np.frompyfunc(getattr(m, name), arguments, 1))
