@@ -19,7 +19,7 @@ LEAST, APART = 4, 4
 NAMED = 2
 """Symbols of the longest words that are written beside their orbits."""
 ALIKE = 9
-"""Digits behind the point to which an exponent is right."""
+"""Digits behind the point to which exponents are compared: rounding moves them by 1e-12."""
 
 
 def draw(result: Loaded) -> Figure:
