@@ -27,3 +27,11 @@ def test_a_phase_that_all_cells_have_is_told() -> None:
 
 def test_phases_along_an_axis_are_not_told() -> None:
     assert told() == [BODY]
+
+
+def test_the_energy_and_the_half_rotations_of_closed_orbits_are_told() -> None:
+    result: Any = {
+        "config": json.dumps(loading.load(PLANE.with_name("closed_orbits.yaml")).resolved())
+    }
+    [found] = captions.bodies(result)
+    assert found.endswith("mu = 0.001, h = 1.3342, half_turns = 11")

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from typing import Any, TypeAlias
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
 from rigidpend.alphabet import NO_SYMBOL
 from rigidpend.render.palette import BLUE, RED, WIDTH
 from rigidpend.render.panels import title
 from rigidpend.results.tree import Data, Loaded
+
+Array: TypeAlias = NDArray[Any]
 
 HEIGHT = 3.2
 """Height of the figure, inches."""
@@ -19,7 +24,7 @@ LEAST, APART = 4, 4
 NAMED = 2
 """Symbols of the longest words that are written beside their orbits."""
 ALIKE = 9
-"""Digits behind the point to which an exponent is right."""
+"""Digits behind the point to which exponents are compared: rounding moves them by 1e-12."""
 
 
 def draw(result: Loaded) -> Figure:
@@ -63,9 +68,10 @@ def _draw_orbits(axes: Axes, data: Data) -> None:
     title(axes, "a", f"all {len(length)} orbits")
 
 
-def _places(length: Data, exponent: Data) -> tuple[Data, list[float]]:
+def _places(length: Array, exponent: Array) -> tuple[Array, list[float]]:
     """Where the marks of the orbits stand, and the middles of those of each length."""
-    places, middles, end = np.empty(len(length)), [], 0.0
+    places, end = np.empty(len(length)), 0.0
+    middles: list[float] = []
     for n in range(1, int(length.max()) + 1):
         here = np.flatnonzero(length == n)
         # Orbits and their reversed ones have one exponent but for rounding: they keep their order.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from rigidpend.experiments.closed_orbits.draw import draw
@@ -23,7 +25,8 @@ def test_every_orbit_is_told_apart() -> None:
         np.testing.assert_allclose(group[:, 0].mean(), axes.get_xticks()[n - 1])
         np.testing.assert_allclose(np.sort(group[:, 1]), np.sort(orbits["exponent"][length == n]))
     assert n == 8
-    first = {text.get_text(): text.xy for text in axes.texts}
+    named: list[Any] = list(axes.texts)
+    first = {text.get_text(): text.xy for text in named}
     assert first.keys() == {"0", "1", "01", "10"}
     np.testing.assert_allclose(first["10"][1], orbits["exponent"][3])
 
