@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from rigidpend import RouteCodes, route_codes
 from rigidpend.integrate import batch, batch_sections
 from rigidpend.integrate.arithmetic import Arithmetic, resolve
 from rigidpend.integrate.batch_sections import Reached
@@ -22,6 +25,7 @@ from rigidpend.routes.problem import RouteProblem, phase_rate
 from rigidpend.routes.start import Scales
 from tests.integrate.problems import FIG4
 
+DOCS = Path(__file__).parents[2] / "docs"
 N = 30
 PROBLEM = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), N)
 RATE = phase_rate(PROBLEM)
@@ -31,6 +35,36 @@ ALL = np.arange(len(PHASES))
 pytestmark = [
     pytest.mark.skipif(native(64) is None, reason="there are no tables of 64 bits"),
 ]
+
+
+def codes(phases: Any, method: str, *bits: int) -> RouteCodes:
+    """The first 15 symbols."""
+    given: dict[str, Any] = {"h0": PROBLEM.h0, "J1_0": PROBLEM.J1_0, "n_symbols": 15}
+    return route_codes(FIG4, phases, **given, method=method, precisions=bits)
+
+
+def growth(phases: Any, method: str, n: int) -> float:
+    """By how much one of n passages multiplies the error of crossing times, in the median."""
+    exact_times = codes(phases, "integration", 106).crossing_time
+    error = np.abs(codes(phases, method, 53).crossing_time - exact_times)
+    # Before the fifth crossing it is what the times themselves are rounded by.
+    return float((np.median(error[4 + n]) / np.median(error[4])) ** (1 / n))
+
+
+@pytest.mark.slow
+def test_errors_grow_as_the_documentation_says() -> None:
+    told = re.search(r"error by ([\d.]+) in the median", (DOCS / "certainty.md").read_text())
+    assert told
+    assert f"multiplies the error of a map by {told[1]} in" in " ".join(
+        str(handover.__doc__).split()
+    )
+    phases = np.random.default_rng(11).uniform(0, 2 * np.pi, 40_000).tolist()
+    # A hundred phases tell it to 4 %.
+    assert growth(phases[:100], "integration", 11) == pytest.approx(float(told[1]), rel=0.1)
+    certain = codes(phases, "map", 53, 64).certain.all(axis=0)
+    left = [phases[k] for k in np.flatnonzero(~certain)]
+    assert 20 < len(left) < 80
+    assert 7 < growth(left[:30], "map", 6) < 14
 
 
 class Integrated:

@@ -100,7 +100,7 @@ def test_an_address_is_what_a_reader_counts() -> None:
     h0, theta2 = np.array([orbit[3:] for orbit in ORBITS]).T
     at = np.linspace(0, WAIT * (PASSAGES + 1), 10_000)
     states = solve_ivp(
-        student.rates, at[[0, -1]], student.start(theta2, h0).ravel(), "DOP853", at,
+        student.rates, (0.0, float(at[-1])), student.start(theta2, h0).ravel(), "DOP853", at,
         rtol=1e-10, atol=1e-13,
     ).y.reshape(6, len(ORBITS), -1)  # fmt: skip
     met = set()

@@ -78,4 +78,4 @@ def _draw_check(axes: Axes, checked: Data) -> None:
     axes.semilogy(growth, checked["allowed"][order], ".", color=RED, ms=3, label="allowed")
     axes.set(xlabel="ln of the growth", ylabel="difference in it")
     title(axes, "c", "variational equations less map")
-    axes.legend(fontsize=7.5, loc="upper left")
+    axes.legend(fontsize=7.5, loc="lower right")
