@@ -17,8 +17,14 @@ from rigidpend.experiments.route_zoom import compute as route_zoom
 from rigidpend.integrate import default_engine
 from rigidpend.integrate.arithmetic import resolve
 from rigidpend.numbers.exact import exact
+from rigidpend.routes import certainty
 from rigidpend.routes.change import Bracket, NoChange, narrowed
+from rigidpend.routes.codes import Run
+from rigidpend.routes.cycle import symbols
+from rigidpend.routes.neighbourhood import Neighbourhood
+from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
+from tests.bodies import FIG4
 from tests.config.samples import refused
 
 SHIPPED = Path(__file__).parents[3] / "configs" / "fig4_zoom.yaml"
@@ -82,11 +88,56 @@ def test_the_centre_is_that_of_plain_bisection(tree: Any, given: Any) -> None:
     assert Fraction(last["centre"].values) == (low + high) / 2
 
 
+def test_every_phase_that_is_stored_is_the_number_that_was_used(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Read back from the texts alone, also where the spacing is no rational number."""
+    used: list[Any] = []
+    real = Neighbourhood.crossings
+
+    def seen(self: Neighbourhood, bits: int, scales: Any, phases: Any) -> Any:
+        # The ends of the bracket come first.
+        used.append(list(phases)[2:])
+        return real(self, bits, scales, phases)
+
+    monkeypatch.setattr(Neighbourhood, "crossings", seen)
+    for step in ("1/10", "pi/40"):
+        small = ("problem.levels=2", "problem.count=3", "problem.n_symbols=1")
+        content = loading.load(SHIPPED, (*small, f"problem.step={step}")).content
+        found: Any = route_zoom.compute(content, Means(resolve()))
+        for level in found["levels"].values():
+            texts = [text.decode() for text in level["theta2_0"].values]
+            assert [exact(text) for text in texts] in used
+            assert exact(texts[1]).at(300) == exact(level["centre"].values).at(300)
+            # For drawing only.
+            apart = [float(exact(text) - exact(level["centre"].values)) for text in texts]
+            assert level["offset"].values.tolist() == apart
+        orbits = route_zoom.orbits(content, lambda: plain(found))
+        assert [x.text for x in orbits["level01"][1]] == texts
+        used.clear()
+
+
+@pytest.mark.slow
+def test_a_deep_zoom_is_of_the_phases_that_it_stores() -> None:
+    """Each integrated by itself in 400 bits, whatever lies in its neighbourhood."""
+    deep = ("problem.levels=1", "problem.count=3", "problem.n_symbols=8", "problem.step=1e-60")
+    p = loading.load(SHIPPED, deep).content
+    found: Any = route_zoom.compute(p, Means(resolve()))
+    level = found["levels"]["level00"]
+    phases = Phases([exact(text.decode()) for text in level["theta2_0"].values])
+    problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 8)
+    run = Run(problem, phases, resolve(precisions=(400,)), 1)
+    true = run.crossings(400, certainty.FIRST, np.arange(3))
+    assert level["certain"].values.all()
+    assert np.array_equal(symbols(true.separatrix), level["codes"].values)
+    # The stored centre was once rounded to 1e-10 of the step, which eight passages made 0.01.
+    assert np.allclose(true.time, level["crossing_time"].values, rtol=0, atol=1e-6)
+
+
 def test_levels_are_what_integration_alone_finds(tree: Any, given: Any) -> None:
     p = given.problem
     for level in tree["levels"].values():
-        centre, step = exact(level["centre"].values), exact(str(level["step"].values))
-        phases = [centre + step * (k - 2) for k in range(5)]
+        phases = [exact(text.decode()) for text in level["theta2_0"].values]
         routes = route_codes(p.body, phases, **WHERE, n_symbols=4)
         assert routes.certain.all()
         assert level["certain"].values.all()
@@ -123,18 +174,30 @@ def test_a_change_that_one_computation_mistook_is_not_passed_on(
         route_zoom.compute(given, Means(resolve()))
 
 
-def test_differences_find_a_changed_symbol_and_a_shifted_centre(tree: Any) -> None:
-    def plain(node: Any) -> Any:
-        if hasattr(node, "items"):
-            return {key: plain(value) for key, value in node.items()}
-        return np.array(node.values) if not isinstance(node.values, str) else node.values
+def plain(node: Any) -> Any:
+    """A tree as it is loaded again."""
+    if hasattr(node, "items"):
+        return {key: plain(value) for key, value in node.items()}
+    values = np.array(node.values) if not isinstance(node.values, str) else node.values
+    return (
+        values.astype(str).astype(object)
+        if getattr(values, "dtype", np.dtype(int)).kind == "S"
+        else values
+    )
 
+
+def test_differences_find_a_changed_symbol_and_a_shifted_phase(tree: Any) -> None:
     stored, fresh = plain(tree), plain(tree)
     assert route_zoom.differences(stored, fresh) == []
     fresh["levels"]["level01"]["codes"][2, 1] ^= 1
     fresh["levels"]["level02"]["centre"] = "4.7"
+    fresh["levels"]["level02"]["theta2_0"][4] = "4.7"
     found = route_zoom.differences(stored, fresh)
-    assert [text.place for text in found] == ["levels/level01/codes[2, 1]", "levels/level02/centre"]
+    assert [text.place for text in found] == [
+        "levels/level01/codes[2, 1]",
+        "levels/level02/centre",
+        "levels/level02/theta2_0[4]",
+    ]
 
 
 def test_describe_tells_the_steps(given: Any) -> None:
