@@ -185,12 +185,10 @@ def plain(node: Any) -> Any:
     """A tree as it is loaded again."""
     if hasattr(node, "items"):
         return {key: plain(value) for key, value in node.items()}
-    values = np.array(node.values) if not isinstance(node.values, str) else node.values
-    return (
-        values.astype(str).astype(object)
-        if getattr(values, "dtype", np.dtype(int)).kind == "S"
-        else values
-    )
+    if isinstance(node.values, str):
+        return node.values
+    values = np.array(node.values)
+    return values.astype(str).astype(object) if values.dtype.kind == "S" else values
 
 
 def test_differences_find_a_changed_symbol_and_a_shifted_phase(tree: Any) -> None:
