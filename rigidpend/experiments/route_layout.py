@@ -10,7 +10,12 @@ from rigidpend.results.layout import FLAG, FLOAT, WHOLE, Field
 SYMBOLS, CROSSINGS = ("symbols", "columns"), ("symbols+1", "columns")
 
 MEANING = {
-    "theta2_0": Field(FLOAT, ("columns",), "rad", "initial phase of each column"),
+    "theta2_0": Field(
+        FLOAT,
+        ("columns",),
+        "rad",
+        "initial phase of each column, rounded to a double; exactly start + k step of the config",
+    ),
     "codes": Field(
         WHOLE, SYMBOLS, "1", "symbols, row 0 = symbol 1: 0 left, 1 right, 255 none (no return)"
     ),

@@ -13,6 +13,13 @@ Measured: on 250 orbits of 44 symbols in 64 bits, pairs that agreed to 0.1, 0.01
 radians erred by 4.6, 0.23 and 0.016 at most. Not all roundings depend on the units (1/3 in a
 Taylor series does not): over ten units the mean error is about half of the spread in 53 bits,
 and up to three times the spread in 64, where the chances are some ten times larger therefore.
+
+Computations of one precision share some inputs. By integration these are rounded in `start` with
+guard bits, 2^-32 of the roundings that differ. Two maps in doubles share alpha0 + beta0, beta0,
+J2_0 and J1_0 themselves. Measured on five bodies, four of them random, at 23,000 crossings where a
+map in doubles erred by 1e-10 to 0.3 radians of the truth, a map in 64 bits: it erred by more than R
+times its difference from the other one in 0.57/R, 0.55/R, 0.53/R and 0.95/R of them, for R of 3,
+10, 100 and 1,000, and by 3,400 times at most. So it is for errors that are independent.
 """
 
 from __future__ import annotations

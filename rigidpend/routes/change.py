@@ -43,7 +43,7 @@ class Bracket(NamedTuple):
         x = self.low + (self.high - self.low) * k / n
         # Enough to tell the n parts apart, and guard bits beyond.
         bits = GUARD_BITS - min(0, math.floor(math.log2(self.width / n)))
-        return rational(x.fraction or fraction(x.at(bits), bits), None)
+        return rational(fraction(x.at(bits), bits) if x.fraction is None else x.fraction, None)
 
 
 Prefix: TypeAlias = list[int]

@@ -263,13 +263,12 @@ def test_sample_refuses_times_without_a_direction(times: list[float]) -> None:
 @pytest.mark.parametrize("tolerance", [0, -1e-9, math.nan, math.inf])
 def test_no_tolerance_but_one_above_0_is_taken(tolerance: float) -> None:
     state, times = np.array([0.1, 0.2]), np.array([0.0, 1.0])
-    c = aligned_coefficients(FIG4.angles(), math)
-    for call in (
-        lambda: sample(rotor, state, times, tolerance=tolerance),
-        lambda: ends(rotor, state[:, None], times[1:], tolerance=tolerance),
-        lambda: sample_orbits(c, np.ones((6, 1)), times, tolerance=tolerance),
-    ):
-        with pytest.raises(
-            ValueError, match=f"tolerance must be a number above 0, got {tolerance}"
-        ):
-            call()
+    said = f"tolerance must be a number above 0, got {tolerance}"
+    with pytest.raises(ValueError, match=said):
+        sample(rotor, state, times, tolerance=tolerance)
+    with pytest.raises(ValueError, match=said):
+        ends(rotor, state[:, None], times[1:], tolerance=tolerance)
+    with pytest.raises(ValueError, match=said):
+        sample_orbits(
+            aligned_coefficients(FIG4.angles(), math), np.ones((6, 1)), times, tolerance=tolerance
+        )

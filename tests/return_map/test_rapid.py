@@ -178,7 +178,7 @@ def test_the_kernel_follows_in_pieces_between_which_it_may_be_stopped(
     made: ReturnMap, bits: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     random, fast, asked = np.random.default_rng(11), started(made, bits), [0]
-    phase, e = (fast.a.array(random.uniform(*ends, 20)) for ends in ((0, 6.28), (-1, 1)))
+    phase, e = (fast.a.array(x) for x in (random.uniform(0, 6.28, 20), random.uniform(-1, 1, 20)))
     given = fast.a.array(2e-4 + 0 * phase), phase, e, 6
     whole = fast.follow(*given)
 

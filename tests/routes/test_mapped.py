@@ -15,6 +15,7 @@ from rigidpend.numbers.exact import exact
 from rigidpend.return_map import MapError, ReturnMap, return_map
 from rigidpend.return_map.build import FIRST
 from rigidpend.routes import ProblemError, RouteCodes, certainty, codes, mapped, route_codes
+from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales
 from tests.integrate.problems import FIG4, GENERIC
@@ -190,6 +191,24 @@ def test_the_sample_reaches_from_the_first_orbit_to_the_last(
     asked.clear()
     assert not mapped.contradicted(known, integrated, 1.0, (53,), size).size
     assert sorted(asked) == expected
+
+
+@pytest.mark.slow
+def test_two_maps_err_independently_though_they_share_inputs() -> None:
+    """An error of R times the difference is as rare as 1/R, with the truth in more bits."""
+    problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 15)
+    columns = np.arange(2048)
+    maps = mapped.Maps(problem, Phases(np.random.default_rng(3).uniform(0, 6.28, columns.size)))
+    one, other = (
+        maps.crossings(53, scales, columns).time for scales in (certainty.FIRST, certainty.SECOND)
+    )
+    true = maps.crossings(maps.table_bits, certainty.SECOND, columns).time
+    error, apart = np.abs(one - true)[2:], np.abs(one - other)[2:]
+    large = (error > 1e-10) & (error < 0.1)
+    shares = [float((error > R * apart)[large].mean()) * R for R in (3, 10, 30)]
+    assert large.sum() > 1000
+    assert min(shares) > 0.2
+    assert max(shares) < 1.5
 
 
 def test_few_orbits_are_integrated_and_many_are_not(monkeypatch: pytest.MonkeyPatch) -> None:

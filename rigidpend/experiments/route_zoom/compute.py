@@ -10,12 +10,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigidpend.description import Row, body_rows, exact_row
 from rigidpend.experiments.contract import Means
@@ -27,7 +26,7 @@ from rigidpend.experiments.route_zoom.layout import (
     ROUTES,
     SYMBOL,
 )
-from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
+from rigidpend.numbers.exact import Exact, exact, exacts
 from rigidpend.results import compare
 from rigidpend.results.compare import Difference
 from rigidpend.results.layout import datasets
@@ -45,8 +44,6 @@ FINER = 2.0**-20
 """Width to which the change is found, as a share of the finest step: no column comes closer."""
 LEVEL, COLUMNS = 0.02, 25
 """Seconds that a level takes for each symbol, and the columns that double them."""
-CENTRE_BITS = 200
-"""Bits of a centre that are written, or more where the step is finer."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -55,8 +52,8 @@ def compute(config: Config, means: Means) -> Tree:
     Returns
     -------
     Tree
-        A group for each level, with the fields of `RouteCodes` but for phases beyond doubles:
-        `offset` from the level's `centre`, whose digits are a text.
+        A group for each level, with the fields of `RouteCodes` but for phases beyond doubles,
+        which are exact texts.
     """
     problem, steps = config.problem, _steps(config.problem)
     finest = float(steps[-1])
@@ -119,29 +116,38 @@ def _texts(bracket: Bracket) -> Tree:
 def _level(around: Neighbourhood, problem: Problem, bracket: Bracket, step: Exact) -> Tree:
     """Compute an array around the middle of a bracket, whose ends prove the change."""
     centre = bracket.between(1, 2)
-    grid = _grid(centre, problem, step)
+    phases = _phases(centre, problem, step)
     # The bracket's ends go with the columns, for they prove that the symbol changes between them.
-    routes = around.routes([*bracket, *(grid[k] for k in range(problem.count))])
+    routes = around.routes([*bracket, *phases])
     ends = slice(problem.symbol), slice(2)
     if not routes.certain[ends].all():
         raise NoChange(f"symbol {problem.symbol} is not certain beside {centre}: add a precision")
     left, right = (list(map(int, column)) for column in routes.codes[ends].T)
     check_change(left, right, bracket)
     fields = {name: array[..., 2:] for name, array in routes._asdict().items()}
-    return _group(fields, centre, step)
+    return {**datasets(ROUTES, fields), **datasets(PLACE, _place(centre, phases, step))}
 
 
-def _grid(centre: Exact, problem: Problem, step: Exact) -> Grid:
-    return Grid(centre - step * (problem.count - 1) / 2, step, problem.count)
+def _phases(centre: Exact, problem: Problem, step: Exact) -> list[Exact]:
+    """The columns' phases around a centre; rational ones as plain quotients."""
+    grid = Grid(centre - step * (problem.count - 1) / 2, step, problem.count)
+    return [phase if phase.fraction is None else exact(phase.fraction) for phase in grid]
+
+
+def _place(centre: Exact, phases: Sequence[Exact], step: Exact) -> dict[str, Any]:
+    """Where a level's columns are. A text reads back as the very number that was used."""
+    return {
+        "centre": centre.text,
+        "theta2_0": np.array([phase.text for phase in phases], dtype="S"),
+        "offset": np.array([float(phase - centre) for phase in phases]),
+        "step": float(step),
+    }
 
 
 def orbits(config: Config, stored: Callable[[], Data]) -> Routes:
-    """The orbits of each level, about the centre that a computation has found."""
-    problem, found, step = config.problem, {}, config.problem.step
-    for name, level in stored()["levels"].items():
-        found[name] = (problem.routes, _grid(exact(level["centre"]), problem, step))
-        step = step / problem.factor
-    return found
+    """The orbits of each level, at the phases that a computation has found."""
+    levels = stored()["levels"].items()
+    return {name: (config.problem.routes, exacts(level["theta2_0"])) for name, level in levels}
 
 
 def describe(config: Config) -> list[Row]:
@@ -172,18 +178,10 @@ def differences(stored: Data, fresh: Data) -> list[Difference]:
 
 
 def _level_differences(stored: Data, fresh: Data) -> list[Difference]:
-    found = compare.arrays("centre", stored["centre"], fresh["centre"])
+    found = [
+        difference
+        for name in ("centre", "theta2_0")
+        for difference in compare.arrays(name, stored[name], fresh[name])
+    ]
     rounding = dict.fromkeys(("offset", "step"), compare.ROUNDING * abs(float(stored["step"])))
     return found + array_differences(stored, fresh, rounding, APART)
-
-
-def _group(routes: Mapping[str, NDArray[Any]], centre: Exact, step: Exact) -> Tree:
-    n = routes["bits"].size
-    offset = (np.arange(n) - (n - 1) / 2) * float(step)
-    # Enough digits to tell neighbouring columns apart, and guard bits beyond.
-    bits = max(CENTRE_BITS, GUARD_BITS - math.floor(math.log2(float(step))))
-    place = {"centre": str(centre.at(bits)), "offset": offset, "step": float(step)}
-    return {
-        **datasets(ROUTES, routes),
-        **datasets(PLACE, place),
-    }

@@ -10,11 +10,14 @@ ROUTES = {name: field for name, field in MEANING.items() if name != "theta2_0"} 
     "bits": Field(WHOLE, ("columns",), "bit", RELATIVE)
 }
 PLACE = {
-    "centre": Field(TEXT, (), "rad", "theta2_0 of the middle, more digits than doubles have"),
-    "offset": Field(FLOAT, ("columns",), "rad", "theta2_0 of each column less the centre"),
-    "step": Field(FLOAT, (), "rad", "spacing of the columns"),
+    "centre": Field(TEXT, (), "rad", "theta2_0 of the middle, exact"),
+    "theta2_0": Field(TEXT, ("columns",), "rad", "initial phase of each column, exact"),
+    "offset": Field(
+        FLOAT, ("columns",), "rad", "theta2_0 of each column less the centre, rounded to a double"
+    ),
+    "step": Field(FLOAT, (), "rad", "spacing of the columns, rounded to a double"),
 }
-"""Phases beyond doubles."""
+"""Phases beyond doubles: the very numbers that were used, and doubles to draw them by."""
 REPEATS_AFTER = Field(FLOAT, (), "1", "zoom after which the rows repeat, exp(pi^2/nu)")
 SYMBOL = Field(WHOLE, (), "1", "the symbol that changes at the centre")
 REFERENCE_BITS = Field(

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from decimal import Decimal
+from fractions import Fraction
+
 import numpy as np
 
 from rigidpend.results.tree import Data, Loaded
@@ -24,10 +28,17 @@ def tables(result: Loaded) -> list[Table]:
             f"Levels around the phase at which symbol {symbol} changes",
             ("level", "spacing (rad)", "columns", "symbols", "certain", "bits"),
             [_row(k, level) for k, level in enumerate(levels)],
-            f"theta2_0 = {levels[-1]['centre']} rad at the last centre; rows repeat after a zoom"
-            f" of {repeats:.6f}.",
+            f"theta2_0 = {_decimals(levels[-1])} rad at the last centre, rounded; rows repeat after"
+            f" a zoom of {repeats:.6f}.",
         )
     ]
+
+
+def _decimals(level: Data) -> str:
+    """The centre of a level, rounded to a hundredth of its step or finer."""
+    digits = max(2, 3 - math.floor(math.log10(float(level["step"]))))
+    nearest = round(Fraction(level["centre"]) * 10**digits)
+    return f"{Decimal(f'{nearest}e-{digits}'):f}"
 
 
 def _row(k: int, level: Data) -> tuple[str, ...]:

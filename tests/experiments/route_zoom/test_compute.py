@@ -17,8 +17,14 @@ from rigidpend.experiments.route_zoom import compute as route_zoom
 from rigidpend.integrate import default_engine
 from rigidpend.integrate.arithmetic import resolve
 from rigidpend.numbers.exact import exact
+from rigidpend.routes import certainty
 from rigidpend.routes.change import Bracket, NoChange, narrowed
+from rigidpend.routes.codes import Run
+from rigidpend.routes.cycle import symbols
+from rigidpend.routes.neighbourhood import Neighbourhood
+from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
+from tests.bodies import FIG4
 from tests.config.samples import refused
 
 SHIPPED = Path(__file__).parents[3] / "configs" / "fig4_zoom.yaml"
@@ -62,7 +68,7 @@ def test_the_change_lies_at_melnikov_s_zero_to_first_order(tree: Any, given: Any
     p = given.problem
     zero = melnikov.zeros(RouteProblem(p.body, p.h0, p.J1_0, 1))[1]
     last = list(tree["levels"].values())[-1]
-    assert float(last["centre"].values) - zero == pytest.approx(1.05e-3, rel=0.02)
+    assert float(Fraction(last["centre"].values)) - zero == pytest.approx(1.05e-3, rel=0.02)
 
 
 def test_the_centre_is_that_of_plain_bisection(tree: Any, given: Any) -> None:
@@ -82,11 +88,63 @@ def test_the_centre_is_that_of_plain_bisection(tree: Any, given: Any) -> None:
     assert Fraction(last["centre"].values) == (low + high) / 2
 
 
+def deep(monkeypatch: pytest.MonkeyPatch, step: str, n_symbols: int) -> tuple[Any, Any]:
+    """The config and the tree of three columns far below doubles, around a known change."""
+    near, width = exact("4.7056968531335417968386154358755098278470455951865372620864"), "2.6e-56"
+    known = Bracket(near - exact(width), near + exact(width))
+    monkeypatch.setattr(route_zoom, "narrowed", lambda *_: [known])
+    small = ("problem.levels=1", "problem.count=3", f"problem.n_symbols={n_symbols}")
+    content = loading.load(SHIPPED, (*small, f"problem.step={step}")).content
+    return content, route_zoom.compute(content, Means(resolve()))  # type: ignore[arg-type]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("step", ["1e-54", "pi*1e-54"])
+def test_every_phase_that_is_stored_is_the_number_that_was_used(
+    step: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Read back from the texts alone, also where the spacing is no rational number."""
+    used: list[Any] = []
+    real = Neighbourhood.crossings
+
+    def seen(self: Neighbourhood, bits: int, scales: Any, phases: Any) -> Any:
+        # The ends of the bracket come first.
+        used.append(list(phases)[2:])
+        return real(self, bits, scales, phases)
+
+    monkeypatch.setattr(Neighbourhood, "crossings", seen)
+    content, found = deep(monkeypatch, step, 1)
+    level = found["levels"]["level00"]
+    texts = [text.decode() for text in level["theta2_0"].values]
+    stored, centre = [exact(text) for text in texts], exact(level["centre"].values)
+    assert stored in used
+    assert stored[1].at(2000) == centre.at(2000)
+    # For drawing only.
+    assert level["offset"].values.tolist() == [float(phase - centre) for phase in stored]
+    orbits = route_zoom.orbits(content, lambda: plain(found))
+    assert [phase.text for phase in orbits["level00"][1]] == texts
+
+
+@pytest.mark.slow
+def test_a_deep_zoom_is_of_the_phases_that_it_stores(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One column is integrated by itself in 260 bits, whatever lies in its neighbourhood."""
+    _, found = deep(monkeypatch, "1e-54", 4)
+    level = {name: found["levels"]["level00"][name].values for name in ("codes", "crossing_time")}
+    phase = exact(found["levels"]["level00"]["theta2_0"].values[2].decode())
+    problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 4)
+    run = Run(problem, Phases([phase]), resolve(), 1)
+    true = run.crossings(260, certainty.FIRST, np.arange(1))
+    assert found["levels"]["level00"]["certain"].values.all()
+    assert symbols(true.separatrix)[:, 0].tolist() == level["codes"][:, 2].tolist()
+    # Doubles err by 1e-8 at the last crossing, a centre rounded to 1e-10 of the step by 1e-3.
+    late = np.abs(true.time[:, 0] - level["crossing_time"][:, 2])
+    assert late.max() < 1e-5
+
+
 def test_levels_are_what_integration_alone_finds(tree: Any, given: Any) -> None:
     p = given.problem
     for level in tree["levels"].values():
-        centre, step = exact(level["centre"].values), exact(str(level["step"].values))
-        phases = [centre + step * (k - 2) for k in range(5)]
+        phases = [exact(text.decode()) for text in level["theta2_0"].values]
         routes = route_codes(p.body, phases, **WHERE, n_symbols=4)
         assert routes.certain.all()
         assert level["certain"].values.all()
@@ -123,18 +181,28 @@ def test_a_change_that_one_computation_mistook_is_not_passed_on(
         route_zoom.compute(given, Means(resolve()))
 
 
-def test_differences_find_a_changed_symbol_and_a_shifted_centre(tree: Any) -> None:
-    def plain(node: Any) -> Any:
-        if hasattr(node, "items"):
-            return {key: plain(value) for key, value in node.items()}
-        return np.array(node.values) if not isinstance(node.values, str) else node.values
+def plain(node: Any) -> Any:
+    """A tree as it is loaded again."""
+    if hasattr(node, "items"):
+        return {key: plain(value) for key, value in node.items()}
+    if isinstance(node.values, str):
+        return node.values
+    values = np.array(node.values)
+    return values.astype(str).astype(object) if values.dtype.kind == "S" else values
 
+
+def test_differences_find_a_changed_symbol_and_a_shifted_phase(tree: Any) -> None:
     stored, fresh = plain(tree), plain(tree)
     assert route_zoom.differences(stored, fresh) == []
     fresh["levels"]["level01"]["codes"][2, 1] ^= 1
     fresh["levels"]["level02"]["centre"] = "4.7"
+    fresh["levels"]["level02"]["theta2_0"][4] = "4.7"
     found = route_zoom.differences(stored, fresh)
-    assert [text.place for text in found] == ["levels/level01/codes[2, 1]", "levels/level02/centre"]
+    assert [text.place for text in found] == [
+        "levels/level01/codes[2, 1]",
+        "levels/level02/centre",
+        "levels/level02/theta2_0[4]",
+    ]
 
 
 def test_describe_tells_the_steps(given: Any) -> None:
