@@ -17,7 +17,6 @@ from rigidpend.return_map.build import FIRST, SECOND, Design
 from rigidpend.return_map.charts import at_energies, look_up
 from rigidpend.return_map.precision import native
 from rigidpend.run import provenance
-from rigidpend.run.code_cache import CodeCache
 from tests.integrate.problems import FIG4
 
 H = "1.3342"
@@ -176,20 +175,16 @@ def test_keys_tell_all_apart_that_a_map_follows_from() -> None:
 @pytest.mark.parametrize(
     "module", ["return_map/charts.py", "integrate/arcs.py", "integrate/kernel/functions.py"]
 )
-def test_a_map_of_other_code_has_another_name(
-    module: str, cache: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_map_of_other_code_is_another(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """What integrates for the tables counts as well as what fits them."""
-    h, changed, real = exact(H), (provenance.PACKAGE / module).read_bytes(), provenance._read
+    h, real = exact(H), provenance._looked_up
 
-    def edited(source: bytes) -> tuple[str, list[str]]:
-        code, names = real(source)
-        return f"{code} edited" if source == changed else code, names
+    def edited(package: str, place: str) -> tuple[str, list[str]]:
+        code, imported = real(package, place)
+        return f"{code} edited" if place == module else code, imported
 
     before = storage.followed(FIG4, h, h, 53, FIRST, 64)
-    monkeypatch.setattr(provenance, "_read", edited)
-    entries = CodeCache(b"of this test")
-    monkeypatch.setattr(provenance, "_cache", lambda: entries)
+    monkeypatch.setattr(provenance, "_looked_up", edited)
     storage._code.cache_clear()
     after = storage.followed(FIG4, h, h, 53, FIRST, 64)
     storage._code.cache_clear()

@@ -87,6 +87,8 @@ def test_changed_code_is_the_reason(
     assert runner.plan(loaded, out).reason == ""
     with (copy / "equations.py").open("a", encoding="utf-8") as file:
         file.write("\nX = 1\n")
+    # As another process finds it.
+    provenance._looked_up.cache_clear()
     assert runner.plan(loaded, out).reason == "the code that computes it changed"
 
 
