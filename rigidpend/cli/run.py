@@ -135,7 +135,7 @@ def command(
         raise click.UsageError("--name is for one config; the results of several keep their names")
     groups = recalled.load_groups(paths, settings, sweeps, name)
     if scheduler is not None:
-        _check_scheduler([each for x in groups for each in x.members])
+        _check_scheduler(scheduler, [each for x in groups for each in x.members])
     named = [(folder_of(x.path, folder), each, x.path) for x in groups for each in x.members]
     _check_twins([(place / each.name, path) for place, each, path in named])
     planned = [_plan(each, place, force, keep_going) for place, each, _ in named]
@@ -157,11 +157,13 @@ def command(
     sys.exit(code)
 
 
-def _check_scheduler(loaded: Sequence[AnyConfig]) -> None:
+def _check_scheduler(address: str, loaded: Sequence[AnyConfig]) -> None:
     """Refuse a cluster where its client is absent, or for an experiment that it cannot serve."""
     from rigidpend import experiments
     from rigidpend.run import cluster
 
+    if said := cluster.complaint(address):
+        raise click.UsageError(f"--scheduler: {said}")
     cluster.check_extra()
     for each in loaded:
         if not experiments.in_pieces(each.experiment):

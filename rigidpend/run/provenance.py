@@ -56,7 +56,7 @@ def engine_name(engine: str) -> str:
     if not engine:
         return "no engine"
     behind = {"taylor": ("llvmlite", "heyoka"), "scipy": ("scipy",)}[engine]
-    versions = {library: _version(library) for library in behind}
+    versions = {library: version(library) for library in behind}
     told = (f"{library} {its}" for library, its in versions.items() if its != ABSENT)
     return f"{engine} ({', '.join(told)})"
 
@@ -65,7 +65,7 @@ def provenance() -> dict[str, str]:
     """Provenance of a run: versions, commit, processor, system and time."""
     from rigidpend.integrate.compile_cache import processor_model
 
-    versions = {f"version_{name}": _version(name) for name in ("rigidpend", *LIBRARIES)}
+    versions = {f"version_{name}": version(name) for name in ("rigidpend", *LIBRARIES)}
     now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
     return {
         **versions,
@@ -184,7 +184,8 @@ def _digest(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def _version(library: str) -> str:
+def version(library: str) -> str:
+    """Version of an installed library, or `ABSENT`."""
     try:
         return importlib.metadata.version(library)
     except importlib.metadata.PackageNotFoundError:

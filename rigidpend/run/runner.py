@@ -171,7 +171,8 @@ def run(
             report(f"goes on from {len(parts)} finished part{'s' if len(parts) > 1 else ''}")
         check_stop()
         arithmetic = _arithmetic(planned)
-        pieces = _pieces(parts, config.experiment, scheduler, report)
+        crew: dict[str, int] = {}
+        pieces = _pieces(parts, planned, scheduler, report, crew)
         # Each thread of a cluster's workers has a piece of its own.
         means = Means(arithmetic, 1 if scheduler else jobs, report, parts.keep, pieces)
         data = experiments.computation(config.experiment).compute(config.content, means)
@@ -188,7 +189,8 @@ def run(
         resolved = json.dumps(config.resolved(), indent=2)
         # What a signal does to Git may be in the provenance, or to a worker in the data.
         check_stop()
-        result = store.Result(attributes, resolved, told.result(), data)
+        workers = {"workers": json.dumps(crew, indent=2)} if crew else {}
+        result = store.Result(attributes, resolved, {**told.result(), **workers}, data)
         store.write(planned.target, result)
         # Only now: a failure before this line leaves the parts for the next run.
         parts.drop()
@@ -196,14 +198,19 @@ def run(
 
 
 def _pieces(
-    parts: Parts, experiment: str, scheduler: str | None, report: Callable[[str], None]
+    parts: Parts,
+    planned: Plan,
+    scheduler: str | None,
+    report: Callable[[str], None],
+    crew: dict[str, int],
 ) -> Callable[[Sequence[Piece]], Iterator[Tree]]:
     """Choose who computes the pieces of an experiment: this process, or a cluster."""
     if scheduler is None:
         return parts.in_order
     from rigidpend.run import cluster
 
-    return lambda pieces: cluster.computed(scheduler, experiment, parts, pieces, report)
+    given = scheduler, planned.config.experiment, planned.engine, parts
+    return lambda pieces: cluster.computed(*given, pieces, report, crew)
 
 
 def _settled(planned: Plan) -> AnyConfig:

@@ -5,11 +5,15 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 import json
+import os
+import re
+import socket
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +23,7 @@ from rigidpend.cli import main
 from rigidpend.config import loading
 from rigidpend.experiments.route_map import compute
 from rigidpend.results import store
-from rigidpend.run import cluster, provenance, runner
+from rigidpend.run import cluster, runner
 from rigidpend.run.workers import WorkerError
 from tests.config.samples import HEAD, written
 
@@ -53,9 +57,15 @@ class Dask:
             time.sleep(0.05)
         raise TimeoutError("the scheduler did not start")
 
-    def worker(self) -> subprocess.Popen[bytes]:
+    def worker(self, without: str = "") -> subprocess.Popen[bytes]:
+        """A worker, perhaps without a package: one that breaks is in front of it."""
+        broken, environment = self.file.parent / "broken", dict(os.environ)
+        if without:
+            broken.mkdir(exist_ok=True)
+            (broken / f"{without}.py").write_text("raise ImportError('libm.so: it is broken')")
+            environment["PYTHONPATH"] = str(broken)
         one = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--local-directory")
-        return self._start("worker", *one, str(self.file.parent))
+        return self._start("worker", *one, str(self.file.parent), environment=environment)
 
     def end(self) -> None:
         for process in reversed(self.processes):
@@ -63,9 +73,11 @@ class Dask:
             process.wait()
         self.log.close()
 
-    def _start(self, what: str, *given: str) -> subprocess.Popen[bytes]:
+    def _start(
+        self, what: str, *given: str, environment: dict[str, str] | None = None
+    ) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", "dask", what, "--scheduler-file", str(self.file), *given]
-        found = subprocess.Popen(command, stdout=self.log, stderr=self.log)
+        found = subprocess.Popen(command, stdout=self.log, stderr=self.log, env=environment)
         self.processes.append(found)
         return found
 
@@ -112,6 +124,10 @@ def test_the_same_file_with_a_worker_killed_and_one_that_comes_late(
     far = run("far", hear, dask.address)
     assert any("12 of 12" in line for line in lines)
     assert first.wait() != 0
+    crew = json.loads(store.load(far)["provenance"]["workers"])
+    assert sum(crew.values()) == 12
+    assert len(crew) == 2, "one worker after the other"
+    assert all(re.match(r"tcp://.*:\d+ on .+: taylor \(.*numpy", worker) for worker in crew)
     near = run("near", silent, None)
     one, other = (store.load(path)["data"] for path in (far, near))
     assert set(one) == set(other)
@@ -141,9 +157,14 @@ def test_a_scheduler_that_does_not_answer_is_named(
     run: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-    monkeypatch.setattr(cluster, "PATIENCE", "1s")
-    with pytest.raises(WorkerError, match=r"no Dask scheduler answers at tcp://127\.0\.0\.1:9"):
-        run("nobody", silent, "tcp://127.0.0.1:9")
+    monkeypatch.setattr(cluster, "PATIENCE", 1.0)
+    with socket.socket() as listening:
+        # Something is there that says nothing: nor does it end.
+        listening.bind(("127.0.0.1", 0))
+        listening.listen()
+        for port in (9, listening.getsockname()[1]):
+            with pytest.raises(WorkerError, match=rf"no Dask scheduler answers at .*:{port} \("):
+                run("nobody", silent, f"tcp://127.0.0.1:{port}")
 
 
 @pytest.mark.parametrize("error", [OSError("Timed out"), ConnectionResetError()])
@@ -154,11 +175,65 @@ def test_a_connection_that_is_not_made_again_is_the_scheduler_s_end(error: OSErr
         raise error
 
 
-def test_a_worker_with_other_code_is_refused() -> None:
-    with pytest.raises(WorkerError, match=r"has other code .* install the same rigidpend there"):
-        cluster._on_worker("route_map", "another", dict, ())
-    own = provenance.code_hash("route_map")
-    assert cluster._on_worker("route_map", own, dict, ()) == {}
+def on_worker(work: Callable[..., Any], **other: str) -> Any:
+    """What a worker gives that is asked by a machine with other things."""
+    pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
+    own = cluster._facts("route_map", "taylor")
+    return cluster._on_worker("route_map", "taylor", {**own, **other}, work, ())
+
+
+@pytest.mark.parametrize("what", ["code", "engine"])
+def test_a_worker_with_other_code_or_libraries_is_refused(what: str) -> None:
+    said = rf"the worker on .* has another {what} .* install the same rigidpend and .* libraries"
+    with pytest.raises(WorkerError, match=said):
+        on_worker(dict, **{what: "another"})
+    assert on_worker(dict)[0] == {}
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (MemoryError(), "has not enough memory: give it"),
+        (ImportError("x"), r"cannot load .* \(x\)"),
+    ],
+)
+def test_what_a_worker_lacks_is_said_of_it(error: Exception, said: str) -> None:
+    def fail() -> Any:
+        raise error
+
+    with pytest.raises(WorkerError, match=rf"the worker on .* {said}"):
+        on_worker(fail)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("package", "said"),
+    [("llvmlite", r"the worker tcp://.* cannot load a library"), ("rigidpend", "is not on tcp:")],
+)
+def test_a_worker_that_comes_late_and_lacks_a_package_is_named(
+    dask: Dask, run: Callable[..., Path], package: str, said: str
+) -> None:
+    lines: list[str] = []
+
+    def hear(line: str) -> None:
+        lines.append(line)
+        if "no workers; it waits" in line:
+            dask.worker(without=package)
+
+    with pytest.raises(WorkerError, match=said):
+        run("lacking", hear, dask.address)
+    assert sum("no workers" in line for line in lines) == 1
+
+
+@pytest.mark.parametrize(
+    "address", ["", "head", "head:", ":8786", "head:x", "tcp://head", "http://head:8786", "a:1/b"]
+)
+def test_what_is_no_address_is_refused_at_once(tmp_path: Path, address: str) -> None:
+    given = ["run", "route_map", "--scheduler", address, "--out", str(tmp_path)]
+    done = CliRunner().invoke(main, given)
+    assert done.exit_code == 2
+    assert f"{address!r} is no address of a scheduler, as tcp://host:8786 is" in done.stderr
+    assert not cluster.complaint("head:8786") + cluster.complaint("tls://[::1]:8786")
 
 
 def test_without_the_extra_the_command_says_how_to_install_it(

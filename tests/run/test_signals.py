@@ -20,7 +20,7 @@ import pytest
 
 from rigidpend.run import signals
 from tests.cli.calls import UNTRACED, call
-from tests.config.samples import HEAD, SMALL, written
+from tests.config.samples import SMALL, written
 
 BOUND = 2.0
 """Seconds within which a command ends after a signal, when the processor is its own."""
@@ -198,8 +198,8 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def prepare(folder: Path) -> None:
     """Put there what the commands need."""
-    work = HEAD.format(experiment="route_codes", n_symbols=60)
-    written(folder, f"{work}  phases: {{start: 0, step: 1/10, count: 63}}\n", "work.yaml")
+    longer = SMALL.replace("n_symbols: 3", "n_symbols: 200")
+    written(folder, longer.replace("count: 5", "count: 63"), "work.yaml")
     whole = SMALL.replace("precisions: [53]", "engine: scipy\n  precisions: [53, 113]")
     for name, text in (("small", SMALL), ("whole", whole)):
         written(folder, text, f"{name}.yaml")
