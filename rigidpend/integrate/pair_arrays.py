@@ -19,7 +19,6 @@ from rigidpend.integrate.kernel.lane_numbers import as_doubles
 from rigidpend.integrate.kernel.pair_loops import convolution, elementwise, products
 from rigidpend.integrate.kernel.writer import LANES
 
-
 _Memory = ctypes.c_char * 1
 
 
@@ -61,7 +60,7 @@ class PairArray:
         return NotImplemented if found is None else found(*given, **named)
 
     def __array__(self, *_: Any, **__: Any) -> Any:
-        raise TypeError("pairs of doubles are no array of NumPy's: ask for their parts")
+        raise TypeError("pairs of doubles are no array of NumPy's: ask for their doubles")
 
     @property
     def shape(self) -> Any:
@@ -282,9 +281,7 @@ def convolved(a: PairArray, b: PairArray) -> PairArray:
     shape = np.broadcast_shapes(a.shape[1:], b.shape[1:])
     parts = [_broadcast(x, (len(x), *shape)).parts.reshape(2, len(x), -1) for x in (a, b)]
     width = parts[0].shape[-1]
-    left, right = (
-        np.ascontiguousarray(x if width >= LANES else _widened(x, LANES)) for x in parts
-    )
+    left, right = (np.ascontiguousarray(x if width >= LANES else _widened(x, LANES)) for x in parts)
     out = np.empty((2, len(a) + len(b) - 1, left.shape[-1]))
     convolution()(*map(_address, (out, left, right)), len(a), len(b), left.shape[-1])
     return PairArray(out[..., :width].reshape(2, -1, *shape))
@@ -363,6 +360,9 @@ UFUNCS: dict[Any, Callable[..., Any]] = {
     np.multiply: functools.partial(_joined, "multiply"),
     np.divide: functools.partial(_joined, "divide"),
     np.matmul: matmul,
+    np.cos: cos,
+    np.sin: sin,
+    np.log: log,
     np.negative: PairArray.__neg__,
     np.absolute: PairArray.__abs__,
     np.less: lambda x, y: y > x,
@@ -373,6 +373,7 @@ UFUNCS: dict[Any, Callable[..., Any]] = {
     np.not_equal: lambda x, y: y != x,
 }
 FUNCTIONS: dict[Any, Callable[..., Any]] = {
+    np.atleast_1d: lambda x: x if x.ndim else x.reshape(1),
     np.shape: lambda x: x.shape,
     np.ndim: lambda x: x.ndim,
     np.where: _where,

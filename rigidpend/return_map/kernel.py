@@ -5,7 +5,7 @@ data (`program`), so that nothing is compiled anew for another body. The energy 
 the same on all its passages: tables are summed over their Chebyshev polynomials in the energy
 once for each orbit, and are short then.
 
-It computes in doubles, or in pairs of them with what tables of 64 bits hold.
+It computes in doubles, or in pairs of them.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ import numpy as np
 from rigidpend.integrate.kernel import machine_code
 from rigidpend.integrate.kernel.lane_numbers import Value
 from rigidpend.integrate.kernel.writer import LANES
-from rigidpend.return_map.kernel_sums import Sums
 from rigidpend.integrate.pair_arrays import in_doubles
+from rigidpend.return_map.kernel_sums import Sums
 from rigidpend.return_map.program import STAGE, Program
 from rigidpend.return_map.terms import FUNCTIONS
 
 HEAD = (
     "define i64 @follow(ptr noalias %stages, ptr noalias %harmonics, ptr noalias %lengths,"
     " ptr noalias %values, i64 %apart, i64 %triples, i64 %energies, ptr noalias %limits,"
-    " ptr noalias %orbits, i64 %stride, i64 %groups, i64 %begun, i64 %crossings,"
+    " ptr noalias %orbits, i64 %stride, i64 %groups, i64 %crossings,"
     " ptr noalias %room,"
     " ptr noalias %times, ptr noalias %separatrices) {"
 )
 
 
 def follow(
-    program: Program, orbits: Any, crossings: int, begun: int = 0
+    program: Program, orbits: Any, crossings: int
 ) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
     """Follow orbits to so many crossings of M3 = 0.
 
@@ -43,11 +43,8 @@ def follow(
     program : Program
     orbits : (4, N) array
         The place x in the table of starts, psi of the mirrored start, the energy from -1 to 1,
-        and Qp: doubles or long doubles. Of orbits that are at a crossing: its d in units of the
-        table's width, chi (-chi of a downward one), the energy, and 1.
+        and Qp: doubles or pairs of them.
     crossings : int
-    begun : int, optional
-        How many crossings the orbits have behind them, the one that they are at included.
 
     Returns
     -------
@@ -79,7 +76,6 @@ def follow(
         rows.ctypes.data,
         stride,
         groups,
-        begun,
         crossings,
         aligned,
         times.ctypes.data,
@@ -91,7 +87,7 @@ def follow(
 @functools.cache
 def _function(bits: int) -> Any:
     pointer, count = ctypes.c_void_p, ctypes.c_int64
-    kinds = (*(pointer,) * 4, *(count,) * 3, *(pointer,) * 2, *(count,) * 4, *(pointer,) * 3)
+    kinds = (*(pointer,) * 4, *(count,) * 3, *(pointer,) * 2, *(count,) * 3, *(pointer,) * 3)
     return machine_code.function(_Following(bits).whole(), "follow", *kinds)
 
 
@@ -136,10 +132,9 @@ class _Following(Sums):
     def _pass(self, k: str, first: str) -> None:
         """From one crossing to the next, the first from the start: what `Rapid` does for both."""
         code, n, f = self.code, self.numbers, self.functions
-        number = code(f"add i64 {k}, %begun")
-        odd = code(f"and i64 {number}, 1")
+        odd = code(f"and i64 {k}, 1")
         later = code(f"select i1 {code(f'icmp eq i64 {odd}, 1')}, i64 1, i64 2")
-        stage = code(f"select i1 {code(f'icmp eq i64 {number}, 0')}, i64 0, i64 {later}")
+        stage = code(f"select i1 {code(f'icmp eq i64 {k}, 0')}, i64 0, i64 {later}")
         at = code(f"mul i64 {stage}, {STAGE}")
         entries = [self.whole_number("%stages", code(f"add i64 {at}, {j}")) for j in range(STAGE)]
         x, phase, factor = (n.load(place, 0) for place in (self.x, self.phase, self.factor))

@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.integrate.kernel.lane_numbers import KINDS
-from rigidpend.numbers.exact import context, fraction
 from rigidpend.integrate.pair_arrays import PairArray, in_doubles
+from rigidpend.numbers.exact import context, fraction
 from rigidpend.return_map.terms import FUNCTIONS, Terms
 
 STAGE = 10

@@ -21,13 +21,13 @@ import numpy as np
 from rigidpend import __version__
 from rigidpend.body import Body
 from rigidpend.integrate.compile_cache import user_cache
+from rigidpend.integrate.pair_arrays import PairArray
 from rigidpend.numbers.exact import Exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.results import files
 from rigidpend.return_map.charts import Chart, ChartTable
 from rigidpend.return_map.expansions import Interval
 from rigidpend.return_map.normal_form import NormalForm
-from rigidpend.integrate.pair_arrays import PairArray
 from rigidpend.return_map.precision import Precision, precision
 from rigidpend.run.provenance import code_hash_of
 

@@ -1,4 +1,4 @@
-"""Arithmetic of arrays of pairs of doubles, in machine code: element by element, and sums of products.
+"""Arithmetic of arrays of pairs of doubles, in machine code.
 
 NumPy has no such numbers, and its `long double` has as many bits as a machine likes: 64, 113, or
 those of a double. These are the same everywhere. An array lies in memory as all of the larger
@@ -46,9 +46,7 @@ def elementwise(name: str) -> Any:
             for x in ("a", "b")
         )
         _keep(code, OPERATIONS[name](n, a, b), "%out", first, "%n")
-    head = (
-        "define i64 @apply(ptr noalias %out, ptr %a, i64 %a_step, ptr %b, i64 %b_step, i64 %n) {"
-    )
+    head = "define i64 @apply(ptr noalias %out, ptr %a, i64 %a_step, ptr %b, i64 %b_step, i64 %n) {"
     address, count = ctypes.c_void_p, ctypes.c_int64
     kinds = address, address, count, address, count, count
     return machine_code.function(code.function(head, "0"), "apply", *kinds)
