@@ -3,8 +3,8 @@
 ======== =========================================== ==================
 engine   how                                          precisions (bits)
 ======== =========================================== ==================
-taylor   vectors of doubles, or of pairs of them      53, 106
-         heyoka, if installed: one orbit at a time    64, 113, more
+taylor   vectors of doubles, or of pairs of them      53, up to 106
+         heyoka, if installed: one orbit at a time    113, more
 scipy    DOP853, many orbits as one system            53
 bigint   Taylor series in integers, plain Python      any; serves where
                                                       the engine ends
@@ -26,7 +26,7 @@ from rigidpend.integrate.engines import (
     DEFAULT_TOLERANCE,
     ENGINES,
     FINEST_TOLERANCE,
-    KERNEL_BITS,
+    PAIRS,
     EngineError,
     check_engine,
     default_engine,
@@ -270,11 +270,11 @@ def _plan(
         # Parts that don't depend on `jobs`: orbits of one part share their steps.
         count = -(-orbits.states.shape[1] // dop853.SIDE_BY_SIDE)
         return dop853.crossings, (tolerance,), True, _split(orbits, count)
-    if bits in KERNEL_BITS:
+    if bits <= PAIRS:
         from rigidpend.integrate import batch
 
         n = len(orbits.states) if bits > 53 else orbits.states.shape[1]
-        count = min(jobs, -(-n // batch.WORTH[bits]))
+        count = min(jobs, -(-n // batch.WORTH[batch.kernel_bits(bits)]))
         return batch.crossings_batch, (bits, tolerance), False, _split(orbits, count)
     from rigidpend.integrate import taylor
 

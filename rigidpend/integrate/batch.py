@@ -1,4 +1,4 @@
-"""Engine `taylor` at 53 and 106 bits: many orbits at once, by a kernel (see `kernel`).
+"""Engine `taylor` from 53 to 106 bits: many orbits at once, by a kernel (see `kernel`).
 
 A call carries many orbits some steps on and notes the steps on which M3 may have
 been zero, with their series; `passages` finds the crossings there. Then orbits that are done
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from rigidpend.integrate.bounds import touch
 from rigidpend.integrate.kernel import notes, taylor_step
 from rigidpend.integrate.kernel.aligned_field import Products
+from rigidpend.integrate.kernel.lane_numbers import KINDS
 from rigidpend.integrate.kernel.parts import in_parts
 from rigidpend.integrate.kernel.writer import LANES
 from rigidpend.integrate.passages import UNDECIDED, Found, Steps, crossings_on, no_crossing_found
@@ -50,7 +51,7 @@ def crossings_batch(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
     orbits : Orbits
         With states (6, n) at 53 bits, else lists of Fractions.
     bits : int
-        53, doubles, or 106, pairs of them.
+        53, doubles, or up to 106, pairs of them.
     tolerance : float
         Of the Taylor series in 53 bits; every bit more halves it.
 
@@ -62,6 +63,11 @@ def crossings_batch(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
     return Batch(orbits, bits, tolerance * 2.0 ** (53 - bits)).run()
 
 
+def kernel_bits(bits: int) -> int:
+    """The bits of the kernel's numbers that serve so many."""
+    return min(kind for kind in KINDS if kind >= bits)
+
+
 class Batch:
     """Orbits of one body on their way: each column is one that is not yet done."""
 
@@ -71,14 +77,12 @@ class Batch:
         bits: int,
         tolerance: float,
         noted: int = notes.MOMENTA,
-        wanted: NDArray[np.int64] | None = None,
     ) -> None:
-        self.orbits, self.bits, order = orbits, bits, taylor_step.order_of(tolerance)
+        self.orbits, self.depth, order = orbits, touch(bits), taylor_step.order_of(tolerance)
+        self.bits = bits = kernel_bits(bits)
         self.noted, self.kernel = noted, notes.function(order, bits, noted)
         self.initial = _initial(orbits, bits)
         self.n = self.initial.shape[1]
-        self.wanted = np.full(self.n, orbits.n_crossings) if wanted is None else wanted
-        """Number of crossings after which an orbit is done."""
         self.width = min(TOGETHER[bits], -(-self.n // LANES) * LANES)
         self.found, self.seen = no_crossings(orbits.n_crossings, self.n), [no_crossing_found()]
         self.parameters = in_parts(Products.of(orbits.coefficients), bits)
@@ -107,7 +111,7 @@ class Batch:
 
     def _number(self) -> int:
         """Number of steps of the next call: few where all orbits are nearly done."""
-        left = int((self.wanted[self.columns] - self.counts).max())
+        left = int(self.orbits.n_crossings - self.counts.min())
         return max(8, min(STEPS[self.bits], MAX_STEPS, left * EXPECTED // 2))
 
     def _carried(self, number: int) -> Steps:
@@ -116,7 +120,7 @@ class Batch:
         groups = -(-m // LANES)
         # Lanes without an orbit repeat the first: their steps are not looked at.
         self.states[:, m:], self.times[:, m:] = self.states[:, :1], self.times[:, :1]
-        depth = touch(self.bits) * float(np.sqrt((self.states[:3, :m] ** 2).sum(axis=0).max()))
+        depth = self.depth * float(np.sqrt((self.states[:3, :m] ** 2).sum(axis=0).max()))
         count = self.kernel(
             self.states.ctypes.data,
             self.width,
@@ -145,7 +149,7 @@ class Batch:
     def _ended(self) -> NDArray[np.bool_]:
         """The columns whose orbits are done; their outcomes are noted."""
         m = self.columns.size
-        complete = self.counts >= self.wanted[self.columns]
+        complete = self.counts >= self.orbits.n_crossings
         finite = np.isfinite(self.states[:, :m].sum(axis=0))
         late = finite & (self.times[0, :m] > self.last + self.orbits.passage_limit)
         self.found.outcome[self.columns[complete]] = Outcome.COMPLETE

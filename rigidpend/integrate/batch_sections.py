@@ -8,18 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.equations import AlignedCoefficients
-from rigidpend.integrate.batch import WORTH, Batch
+from rigidpend.integrate.batch import Batch
 from rigidpend.integrate.bigint import fixed, value_at
 from rigidpend.integrate.kernel.aligned_field import COMPONENTS
 from rigidpend.integrate.passages import Steps
 from rigidpend.integrate.records import Orbits
-from rigidpend.run.workers import side_by_side
 
 NEWTON = 3
 """Iterations from a crossing time in doubles; each doubles the digits."""
@@ -80,64 +79,17 @@ def first_in_pairs(
     return found
 
 
-class Reached(NamedTuple):
-    """Orbits up to a crossing of M3 = 0, each to one of its own."""
-
-    time: Array
-    """(crossings, n), t'; NaN behind the orbit's last one, or where it never came so far."""
-    separatrix: NDArray[np.uint8]
-    """(crossings, n), 1..4; 0 for none."""
-    state: NDArray[np.longdouble]
-    """(6, n), at the last one, to the bits of a `long double`; NaN where it never came so far."""
-
-
-def reached(orbits: Orbits, wanted: NDArray[np.int64], *, tolerance: float, jobs: int) -> Reached:
-    """Follow orbits in pairs of doubles up to a crossing of their own.
-
-    Parameters
-    ----------
-    orbits : Orbits
-        Of 106 bits, with the largest number of crossings that is wanted.
-    wanted : (n,) array of int
-        How many crossings of each.
-    tolerance : float
-        Of the Taylor series in 53 bits.
-    jobs : int
-        Threads. No result depends on it.
-    """
-    size = max(WORTH[106], -(-wanted.size // jobs))
-    parts = [
-        (orbits._replace(states=orbits.states[k : k + size]), wanted[k : k + size])
-        for k in range(0, wanted.size, size)
-    ]
-    found = side_by_side(_reached, (tolerance,), False, parts, jobs)
-    return Reached(*(np.concatenate(x, axis=1) for x in zip(*found, strict=True)))
-
-
-def _reached(part: tuple[Orbits, NDArray[np.int64]], tolerance: float) -> Reached:
-    orbits, wanted = part
-    run = _ToCrossings(orbits, 106, tolerance, wanted)
-    columns, steps, crossed = run.there()
-    state = np.full((len(COMPONENTS), wanted.size), np.nan, dtype=np.longdouble)
-    if columns.size:
-        series = steps.series.sum(axis=-1, dtype=np.longdouble)
-        _, state[:, columns] = _at_zero(series, crossed - steps.fields["time"])
-    behind = np.arange(orbits.n_crossings)[:, None] >= wanted
-    time, separatrix, _ = run.found
-    return Reached(np.where(behind, np.nan, time), np.where(behind, 0, separatrix), state)
-
-
 class _ToCrossings(Batch):
     """Orbits on their way to the last of so many crossings, with the steps that may have one."""
 
-    def __init__(self, orbits: Orbits, bits: int, tolerance: float, wanted: Any = None) -> None:
+    def __init__(self, orbits: Orbits, bits: int, tolerance: float) -> None:
         finest = tolerance * 2.0 ** (53 - bits)
-        super().__init__(orbits, bits, finest, noted=len(COMPONENTS), wanted=wanted)
+        super().__init__(orbits, bits, finest, noted=len(COMPONENTS))
         self.kept: list[tuple[NDArray[np.int64], Steps]] = []
 
     def there(self) -> tuple[NDArray[np.int64], Steps, Array]:
         """The orbits that come so far, the step of each on which they do, its time in doubles."""
-        times = self.run().time[self.wanted - 1, np.arange(self.n)]
+        times = self.run().time[-1]
         of_orbit, steps = self._all_steps()
         at, begin = times[of_orbit], steps.fields["time"]
         # A crossing between two steps is on either, to rounding.

@@ -25,8 +25,10 @@ from rigidpend.numbers.generic import Numbers
 
 SIZE = 6
 """Number of aligned components."""
-KINDS: dict[int, Any] = {53: np.float64, 64: np.longdouble}
-"""NumPy's types of so many bits; where a long double has fewer, no engine offers 64."""
+KINDS: dict[int, Any] = {53: np.float64}
+"""NumPy's types of so many bits: of 64, where a long double has as many."""
+if np.finfo(np.longdouble).nmant == 63:
+    KINDS[64] = np.longdouble
 
 MORE_TERMS = 4
 """Terms of a difference's series beyond those that the reference's own would need."""

@@ -17,8 +17,10 @@ crossing times err alike."""
 FINEST_TOLERANCE = {"taylor": 2.0**-52, "scipy": 2.5e-14}
 """The finest local tolerance of each engine in double precision."""
 
-KERNEL_BITS = (53, 106)
-"""Precisions of the kernel of engine `taylor`, which needs llvmlite alone."""
+PAIRS = 106
+"""Bits up to which the kernel of engine `taylor` serves, which needs llvmlite alone.
+
+Above 53 its numbers are pairs of doubles, whatever is asked for: the series are cut off by it."""
 SLOWER = 6
 """Factor by which integers of 113 bits take longer than heyoka's numbers."""
 
@@ -54,7 +56,7 @@ def has_own_type(engine: str, bits: int) -> bool:
     """True if the engine computes in `bits` bits itself, rather than through `bigint`."""
     if engine != "taylor":
         return bits == 53
-    if bits in KERNEL_BITS:
+    if bits <= PAIRS:
         return True
     if not has_heyoka():
         return False

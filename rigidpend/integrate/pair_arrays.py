@@ -60,7 +60,7 @@ class PairArray:
         return NotImplemented if found is None else found(*given, **named)
 
     def __array__(self, *_: Any, **__: Any) -> Any:
-        raise TypeError("pairs of doubles are no array of NumPy's: ask for their parts")
+        raise TypeError("pairs of doubles are no array of NumPy's: ask for their doubles")
 
     @property
     def shape(self) -> Any:
@@ -360,6 +360,9 @@ UFUNCS: dict[Any, Callable[..., Any]] = {
     np.multiply: functools.partial(_joined, "multiply"),
     np.divide: functools.partial(_joined, "divide"),
     np.matmul: matmul,
+    np.cos: cos,
+    np.sin: sin,
+    np.log: log,
     np.negative: PairArray.__neg__,
     np.absolute: PairArray.__abs__,
     np.less: lambda x, y: y > x,
@@ -370,6 +373,7 @@ UFUNCS: dict[Any, Callable[..., Any]] = {
     np.not_equal: lambda x, y: y != x,
 }
 FUNCTIONS: dict[Any, Callable[..., Any]] = {
+    np.atleast_1d: lambda x: x if x.ndim else x.reshape(1),
     np.shape: lambda x: x.shape,
     np.ndim: lambda x: x.ndim,
     np.where: _where,

@@ -155,7 +155,7 @@ class ReferenceOrbit:
             self._carry_tangent(k)
 
     def _advanced(self, state: Sequence[Fraction], bits: int) -> Any:
-        if self.engine == "taylor" and bits == pair_steps.BITS:
+        if self.engine == "taylor" and bits <= pair_steps.BITS:
             return pair_steps.advance(self.coefficients, state, BLOCK, self.tolerance)
         if has_own_type(self.engine, bits):
             from rigidpend.integrate import taylor

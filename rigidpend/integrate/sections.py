@@ -17,7 +17,7 @@ import numpy as np
 from rigidpend.equations import AlignedCoefficients
 from rigidpend.integrate import bigint
 from rigidpend.integrate.batch_sections import first_in_doubles, first_in_pairs
-from rigidpend.integrate.engines import has_own_type
+from rigidpend.integrate.engines import PAIRS, has_own_type
 from rigidpend.integrate.kernel.aligned_field import COMPONENTS
 from rigidpend.integrate.roots import UndecidedTouch
 from rigidpend.numbers.generic import Numbers
@@ -71,7 +71,8 @@ def first_crossings(
         None for an orbit that does not cross within the limit.
     """
     compiled = engine == "taylor" and has_own_type(engine, bits)
-    follow = {53: _in_doubles, 106: _in_pairs}.get(bits, _in_series) if compiled else _in_integers
+    in_kernel: Any = _in_doubles if bits == 53 else _in_pairs
+    follow = (in_kernel if bits <= PAIRS else _in_series) if compiled else _in_integers
     parts = [states[k::jobs] for k in range(min(jobs, len(states)))]
     done = side_by_side(follow, (coefficients, limit, bits, tolerance), not compiled, parts, jobs)
     found: list[Crossing | None] = [None] * len(states)

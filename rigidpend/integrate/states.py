@@ -16,12 +16,10 @@ from rigidpend.integrate import (
     has_own_type,
 )
 from rigidpend.integrate.arcs import arcs
-from rigidpend.integrate.engines import KERNEL_BITS
+from rigidpend.integrate.engines import PAIRS
 from rigidpend.numbers.exact import context
 from rigidpend.run.workers import side_by_side, spread
 
-PAIRS = 106
-"""Bits of a pair of doubles."""
 SLOWER = 113
 """Bits that serve in the place of pairs where there is no kernel for them."""
 
@@ -54,7 +52,7 @@ def states_at(
         The orbit did not reach the last of the times.
     """
     own = default_engine() == "taylor" and has_own_type("taylor", bits)
-    if own and bits not in KERNEL_BITS:
+    if own and bits > PAIRS:
         return in_series(coefficients, state, times, bits)
     m = context(bits)
 

@@ -1,6 +1,6 @@
-"""Engine `taylor` above 53 bits: heyoka's adaptive Taylor integrator, one orbit at a time.
+"""Engine `taylor` above 106 bits: heyoka's adaptive Taylor integrator, one orbit at a time.
 
-64 bits are x87's long double, 113 are real128, more are MPFR's numbers. As in `batch`, an
+113 bits are real128, more are MPFR's numbers. As in `batch`, an
 orbit goes some steps at a time, without events, for these lose a double zero of M3; what the
 bounds of `bounds` do not exclude is integrated again with every step's series.
 
@@ -36,19 +36,17 @@ POLISH = 3
 
 
 def precisions() -> tuple[int, ...]:
-    """The precisions, in bits, that this machine's number types offer."""
-    hy = heyoka()
-    extended = (64,) if np.finfo(np.longdouble).nmant == 63 else ()
-    return (53, *extended, 106, *((113,) if hasattr(hy, "real128") else ()))
+    """The precisions, in bits, of which the kernel or this machine's numbers are."""
+    return (53, 64, 106, *((113,) if offers(113) else ()))
 
 
 def offers(bits: int) -> bool:
-    """True if there is a compiled type of so many bits."""
-    return bits in precisions() or (bits > 113 and hasattr(heyoka(), "real"))
+    """True if heyoka has a type of so many bits."""
+    return hasattr(heyoka(), "real128") if bits == 113 else bits > 113 and hasattr(heyoka(), "real")
 
 
 def crossings_scalar(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
-    """Crossings of orbits in more than 53 bits, one by one.
+    """Crossings of orbits in more than 106 bits, one by one.
 
     Parameters
     ----------

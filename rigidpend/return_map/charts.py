@@ -195,7 +195,7 @@ class Chart(NamedTuple):
 def grid(
     width: Scalar, n_x: int, n_phase: int, energies: Interval, a: Precision
 ) -> tuple[Any, Any, Any]:
-    """The nodes of a table: x, phase and energy, (energies n_x n_phase,) each; phases run fastest."""
+    """The nodes of a table: x, phase and energy, each of all nodes; phases run fastest."""
     x, phase, h = width * nodes(n_x, a), phases(n_phase, a), energies.nodes(a)
     n = len(h)
     return (

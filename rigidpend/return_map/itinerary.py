@@ -87,7 +87,7 @@ def follow(level: EnergyLevel, begin: Entered, n: int) -> Itinerary:
     """
     a, point = level.a, begin.point
     N = len(np.atleast_1d(point.chi))
-    times, turns = (np.empty((n + 1, N), dtype=a.dtype) for _ in range(2))
+    times, turns = (a.zeros((n + 1, N)) for _ in range(2))
     separatrix, inside = np.empty((n + 1, N), dtype=np.uint8), np.empty((n + 1, N), dtype=bool)
     time, theta3, within = begin.time, begin.theta3, begin.inside
     image = np.zeros(N, dtype=bool)

@@ -5,8 +5,8 @@ data (`program`), so that nothing is compiled anew for another body. The energy 
 the same on all its passages: tables are summed over their Chebyshev polynomials in the energy
 once for each orbit, and are short then.
 
-It computes in doubles, or in pairs of them with what tables of 64 bits hold. A call takes a bounded
-time, for it cannot be interrupted, and leaves its orbits where the next one goes on.
+It computes in doubles, or in pairs of them. A call takes a bounded time, for it cannot be
+interrupted, and leaves its orbits where the next one goes on.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ HEAD = (
 
 
 def follow(
-    program: Program, orbits: Any, crossings: int, begun: int = 0
+    program: Program, orbits: Any, crossings: int
 ) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
     """Follow orbits to so many crossings of M3 = 0.
 
@@ -50,11 +50,8 @@ def follow(
     program : Program
     orbits : (4, N) array
         The place x in the table of starts, psi of the mirrored start, the energy from -1 to 1,
-        and Qp: doubles or long doubles. Of orbits that are at a crossing: its d in units of the
-        table's width, chi (-chi of a downward one), the energy, and 1.
+        and Qp: doubles or pairs of them.
     crossings : int
-    begun : int, optional
-        How many crossings the orbits have behind them, the one that they are at included.
 
     Returns
     -------
@@ -96,7 +93,7 @@ def follow(
                 rows.ctypes.data + group * LANES * rows.itemsize,
                 stride,
                 min(abreast, groups - group),
-                begun + crossing,
+                crossing,
                 min(further, crossings - crossing),
                 aligned,
                 times.ctypes.data + here * times.itemsize,

@@ -48,18 +48,6 @@ def section_state(
     return np.stack(np.broadcast_arrays(*components, 0 * Q, *gamma))
 
 
-def section_point(rising: bool, state: Numbers, c: Coefficients, a: Precision) -> Any:
-    """d and chi, radians, of states (6, ...) on the section, as if on separatrix 2 or 3."""
-    Qp, Qm, _, gamma1, gamma2, gamma3 = state
-    # On 4 and 1 the symmetry turns M1, M2 and gamma3 over.
-    large, small = (Qp, Qm) if rising else (Qm, Qp)
-    side = np.where(large < 0, -1, 1)
-    M1, M2 = (Qp + Qm) * c.to_M1, (Qp - Qm) * c.to_M2
-    along = M1 * gamma2 - M2 * gamma1
-    chi = a.atan2(-side * gamma3 * a.sqrt(M1 * M1 + M2 * M2), side * along)
-    return side * small, chi
-
-
 def section_momentum(
     rising: bool, d: Scalar, chi: Scalar, h: Scalar, c: Coefficients, a: Precision
 ) -> Any:

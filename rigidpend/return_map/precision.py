@@ -80,16 +80,24 @@ class Precision:
         """An array of this precision from an array or nested list of such numbers."""
         if isinstance(x, PairArray):
             return x if self.in_pairs else self.array(self.floats(x))
-        if self.in_pairs and isinstance(x, (list, tuple)):
-            return np.stack([self.array(one) for one in x])
+        if self.in_pairs:
+            return self._pairs(x)
         given = np.asarray(x)
-        if self.in_pairs and given.dtype.kind in "fiu":
-            return PairArray.of(given)
         if given.dtype.kind in "fiu" and self.dtype != object:
             return given.astype(self.dtype, copy=False)
         found = np.empty(given.shape, dtype=self.dtype)
         found.ravel()[:] = [self.number(one) for one in given.astype(object).ravel()]
         return found
+
+    def _pairs(self, x: Scalar) -> PairArray:
+        if isinstance(x, (list, tuple)):
+            rows: PairArray = np.stack([self.array(one) for one in x])
+            return rows
+        given = np.asarray(x)
+        if given.dtype.kind in "fiu":
+            return PairArray.of(given)
+        numbers = [self.number(one).parts for one in given.astype(object).ravel()]
+        return PairArray(np.stack(numbers, axis=1)).reshape(given.shape)
 
     def zeros(self, shape: tuple[int, ...]) -> Any:
         """An array of zeros."""

@@ -1,7 +1,7 @@
 """Rapid passages: many orbits through a finished map, in machine code where LLVM is.
 
 What `passage` and `itinerary` do with derivatives and theta3 in any precision is done here for
-codes and times alone, in doubles and in 64 bits: by `kernel`, or over arrays.
+codes and times alone, in doubles and in pairs of them: by `kernel`, or over arrays.
 
 Phases are kept sharper than in `passage`: ln|W|/Lambda is tens of radians, of which all but
 ln|W/scale|/Lambda is a smooth function of I and h, reduced by whole turns before it is rounded.
@@ -37,7 +37,7 @@ class Followed(NamedTuple):
 
 
 class Rapid:
-    """Passages of a finished map, in doubles or in the map's own 64 bits.
+    """Passages of a finished map, in doubles or in the map's own precision.
 
     Parameters
     ----------
@@ -47,7 +47,9 @@ class Rapid:
     error : float
         Of the tables, relative: terms far below it are left out.
     bits : int
-        53 or 64.
+        53, or the map's own.
+    own : Precision
+        The map's.
     """
 
     def __init__(
@@ -143,25 +145,6 @@ class Rapid:
         x = self._start.entry.place(Qp, self.a)
         return Followed(*kernel.follow(self._program, np.stack((x, phase, e, Qp)), n + 1))
 
-    def onward(self, number: int, d: Scalar, chi: Scalar, e: Scalar, n: int) -> Followed:
-        """Orbits from a crossing through n more, by the kernel; times are since that crossing.
-
-        Parameters
-        ----------
-        number : int
-            Of the crossing that they are at, 0 for the first.
-        d, chi : (N,) arrays
-            Of the crossings, as if beside separatrix 2 or 3; chi in radians.
-        e : (N,) array
-            Energies, -1 to 1 in the map's interval.
-        n : int
-        """
-        rising = number % 2 == 0
-        x = d / self._widths[rising][0]
-        phase = reduced_angle(chi if rising else -chi, self.a)
-        rows = np.stack((x, phase, e, 1 + 0 * e))
-        return Followed(*kernel.follow(self._program, rows, n, begun=number + 1))
-
     def interpreted(self, Qp: Scalar, phase: Scalar, e: Scalar, n: int) -> Followed:
         """The same by arrays."""
         d, chi, time, inside = self.enter(Qp, phase, e)
@@ -169,7 +152,10 @@ class Rapid:
         image, rising, rows = np.zeros(d.size, dtype=bool), True, np.stack((d, chi, e))
         for k in range(n + 1):
             separatrix = np.where(image, 4, 2) if rising else np.where(image, 1, 3)
-            times[k], beside[k] = np.where(inside, time, np.nan), np.where(inside, separatrix, 0)
+            times[k], beside[k] = (
+                np.where(inside, self.a.floats(time), np.nan),
+                np.where(inside, separatrix, 0),
+            )
             if k == n:
                 break
             # Past the lower orbit the reversor leads: chi and time change their signs.
@@ -189,7 +175,7 @@ class Rapid:
         return rounded, nested(rounded)
 
     @functools.cached_property
-    def _rounded(self) -> Any:
+    def _rounded(self) -> list[list[tuple[Terms, list[Any]]]]:
         return [[self._listed(terms) for terms in chart] for chart in self._terms]
 
     @functools.cached_property
@@ -232,7 +218,7 @@ class Rapid:
         return self._widths[not rising][1]
 
     def _cast(self, rates: Rates) -> Rates:
-        reciprocal, rest, rotation = (x.astype(self.a.dtype) for x in rates[:3])
+        reciprocal, rest, rotation = (self.a.array(x) for x in rates[:3])
         return Rates(reciprocal, rest, rotation, rates.turns, rates.scale)
 
 

@@ -1,8 +1,8 @@
-"""Tables as sums of their significant terms, over arrays, long doubles or heyoka's symbols.
+"""Tables as sums of their significant terms, over arrays.
 
 A table over (x, phase, energy) holds the product of its orders; but its terms shrink with the
 sum of these, so that most lie below rounding. What is left is summed as it stands: some 80 of
-640 terms a function with the body of Fig. 4. A sum over heyoka's symbols is then compiled.
+640 terms a function with the body of Fig. 4.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def significant_powers(coefficients: Any, reach: float, threshold: float) -> Any
 
 
 def _nonzero(coefficients: Any) -> list[tuple[int, Any]]:
-    return [(l, x) for l, x in enumerate(coefficients.tolist()) if x]
+    return [(l, x) for l, x in enumerate(coefficients) if x]
 
 
 def _sum(pairs: list[tuple[int, Any]], basis: list[Any]) -> Any:

@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 
 from rigidpend import integrate
 from rigidpend.body import Body
-from rigidpend.integrate import batch_sections
 from rigidpend.integrate.arithmetic import Arithmetic, resolve
-from rigidpend.integrate.batch_sections import Reached
 from rigidpend.integrate.kernel.writer import LANES
 from rigidpend.integrate.records import Crossings, Orbits
 from rigidpend.numbers import checked
@@ -39,11 +37,6 @@ MANY = 8_000
 On one core orbits of 15 symbols of Fig. 4, every symbol certain, take 0.17 ms each by integration
 and 0.004 ms by maps, whose tables take 1.5 s where they are not kept yet."""
 
-APPROACH = 92
-"""Bits to which series are cut off on the way to a crossing where maps in 64 bits take over.
-
-Errors have grown some 2^27 times there (`handover.HANDOVER`), so that it leaves one below a
-rounding in 64 bits; as measured, in 88 bits the codes' times are no worse than in 106."""
 SHARPENING = 100
 """Factor by which further computations are finer, in doubles while these allow it."""
 
@@ -198,7 +191,9 @@ def _decided(
 
         try:
             share = functools.partial(in_threads, run.jobs)
-            known, by_map = mapped.decided(run, run.problem, run.phases, rate, ladder, share)
+            known, by_map = mapped.decided(
+                run.crossings, run.problem, run.phases, rate, ladder, share
+            )
             return *known, by_map
         except MapError:
             # What was asked for by name is not replaced in silence.
@@ -248,29 +243,6 @@ class Run(NamedTuple):
         if bits == 53:
             return begin, states_double(begin, self.phases.high[columns], self.phases.rest[columns])
         return begin, states_exact(begin, self.phases.exactly(columns), bits)
-
-    def reached(self, scales: Scales, columns: Any, wanted: NDArray[np.int64]) -> Reached:
-        """Those columns up to so many crossings of each, in pairs of doubles."""
-        return self.approach(*self.begin(106, scales, columns), scales, wanted)
-
-    def approach(
-        self, begin: Start, states: Any, scales: Scales, wanted: NDArray[np.int64]
-    ) -> Reached:
-        """Orbits from given states of 106 bits up to so many crossings of each; times in t'."""
-        unit = float(begin.time_unit)
-        limit = longest_wait(self.problem, 106) / unit
-        found = batch_sections.reached(
-            Orbits(begin.coefficients, states, int(wanted.max()), limit),
-            wanted,
-            tolerance=tolerance_of(self.arithmetic, 106, scales) * 2.0 ** (106 - APPROACH),
-            jobs=self.jobs,
-        )
-        return found._replace(time=found.time * unit)
-
-    @property
-    def in_pairs(self) -> bool:
-        """True if 106 bits are pairs of doubles, so that orbits may be left at a crossing."""
-        return self.arithmetic.engine == "taylor" and 106 in self.arithmetic.precisions
 
     def integrate(self, begin: Start, states: Any, bits: int, scales: Scales) -> Crossings:
         """The crossings of orbits from given states, in t'."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import functools
 import threading
 from collections.abc import Callable
-from typing import Any, NamedTuple, Protocol, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,15 +18,13 @@ from numpy.typing import NDArray
 from rigidpend.body import Angles
 from rigidpend.coordinates import Canonical, aligned_from_canonical
 from rigidpend.equations import height
-from rigidpend.integrate.batch_sections import Reached
 from rigidpend.integrate.records import Crossings, Outcome
 from rigidpend.numbers.exact import GUARD_BITS, exact
 from rigidpend.return_map import MapError, ReturnMap, return_map
 from rigidpend.return_map.build import FIRST, SECOND, THIRD, Design
 from rigidpend.return_map.itinerary import entry_phase
-from rigidpend.return_map.poincare import section_point
 from rigidpend.return_map.precision import in_pairs, precision
-from rigidpend.return_map.rapid import Followed, Rapid
+from rigidpend.return_map.rapid import Rapid
 from rigidpend.routes import certainty
 from rigidpend.routes.certainty import Decided
 from rigidpend.routes.cycle import symbols
@@ -51,20 +49,6 @@ DESIGNS = {certainty.FIRST: FIRST, certainty.SECOND: SECOND, certainty.THIRD: TH
 """The map in the place of an integration in some scales, with the same unit of M."""
 
 Compute: TypeAlias = Callable[[int, Scales, Any], Crossings]
-
-
-class Integration(Protocol):
-    """Integration of the orbits, some columns at a time."""
-
-    @property
-    def in_pairs(self) -> bool:
-        """True if 106 bits are pairs of doubles, so that orbits may be left at a crossing."""
-
-    def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
-        """The crossings of those columns in `bits` bits, in t'."""
-
-    def reached(self, scales: Scales, columns: Any, wanted: NDArray[np.int64]) -> Reached:
-        """Those columns up to so many crossings of each, in pairs of doubles, in t'."""
 
 
 class Starts(NamedTuple):
@@ -131,28 +115,6 @@ class Maps:
         time, separatrix = (np.concatenate(x, axis=1) for x in zip(*parts, strict=True))
         outcome = np.where(separatrix[-1] != 0, Outcome.COMPLETE, Outcome.FAILED)
         return Crossings(time, separatrix, outcome.astype(np.uint8))
-
-    def onward(self, scales: Scales, columns: Any, number: int, states: Any) -> Followed:
-        """The crossings behind a crossing that some columns are at; times in t' since then.
-
-        Parameters
-        ----------
-        scales : Scales
-            Units of the states, and so the design.
-        columns : array of int
-        number : int
-            Of the crossing, 0 for the first.
-        states : (6, n) array of long doubles
-            Aligned components.
-        """
-        design, bits = DESIGNS[scales], self.table_bits
-        a, c = precision(bits), self.made(design).coefficients
-        d, chi = section_point(number % 2 == 0, states, c, a)
-        J1 = self.starts.J1_0[columns] if self.starts else None
-        _, height = self._begin(bits, design, J1, columns)
-        left = self.problem.n_symbols - number
-        found = self._rapid(bits, design).onward(number, d, chi, height, left)
-        return found._replace(time=found.time * _unit(design.unit, 53))
 
     def made(self, design: Design) -> ReturnMap:
         """The map of a design over the energies of all phases."""
@@ -254,7 +216,7 @@ class Mapped(NamedTuple):
 
 
 def decided(
-    integrated: Integration,
+    integrated: Compute,
     problem: RouteProblem,
     phases: Phases,
     rate: float,
@@ -265,7 +227,8 @@ def decided(
 
     Parameters
     ----------
-    integrated : Integration
+    integrated : callable
+        ``integrated(bits, scales, columns)`` gives the crossings of those columns in t'.
     problem : RouteProblem
     phases : Phases
     rate : float
@@ -287,7 +250,7 @@ def decided(
 
 def decided_by(
     maps: Maps,
-    integrated: Integration,
+    integrated: Compute,
     rate: float,
     precisions: tuple[int, ...],
     share: certainty.Share | None = None,
@@ -296,21 +259,21 @@ def decided_by(
 ) -> Mapped:
     """Decide all orbits of some maps: :func:`decided` without their making.
 
-    What maps leave open is integrated if the precisions go beyond theirs, in part (`handover`)
-    or all of it, and compared with what they found last. A sample is integrated as well, unless
+    What maps leave open is integrated if the precisions go beyond theirs, and compared with what
+    they found last. A sample is integrated as well, unless
     the flags alone are on trial.
     """
     n, within = len(maps.phases), tuple(p for p in maps.ladder(precisions) if p <= maps.table_bits)
-    compute, left = with_maps(maps, integrated.crossings, n, precisions)
+    compute, left = with_maps(maps, integrated, n, precisions)
     known = certainty.decide(compute, n, rate, within, share)
     open_ = np.flatnonzero(~known.certain.all(axis=0))
     beyond = tuple(p for p in precisions if p > maps.table_bits)
     if open_.size and beyond:
         left[open_] = True
-        certainty.climb(integrated.crossings, known, open_, rate, beyond)
+        certainty.climb(integrated, known, open_, rate, beyond)
     if sampled:
         size = max(LEAST_SAMPLE, -(-SAMPLE * n // maps.orbits))
-        wrong = contradicted(known, integrated.crossings, rate, precisions, size)
+        wrong = contradicted(known, integrated, rate, precisions, size)
         if wrong.size:
             raise certainty.Contradiction(_alarm(maps, wrong))
     return Mapped(known, (known.bits <= maps.table_bits) & ~left)

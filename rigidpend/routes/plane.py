@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from rigidpend.body import Body
 from rigidpend.integrate.arithmetic import Arithmetic
-from rigidpend.integrate.batch_sections import Reached
 from rigidpend.integrate.records import Crossings
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Scalar
@@ -92,7 +91,7 @@ class Plane:
             # Where no map resolves the orbits integration stays.
             with contextlib.suppress(MapError):
                 maps = mapped.Maps(self.largest, run.phases, starts)
-                return cells_of(*mapped.decided_by(maps, integrated, rate, ladder, share))
+                return cells_of(*mapped.decided_by(maps, integrated.crossings, rate, ladder, share))
         found = certainty.decide(integrated.crossings, theta2_0.size, rate, ladder)
         return cells_of(found, np.zeros(theta2_0.size, dtype=bool))
 
@@ -128,15 +127,6 @@ class IntegratedStarts:
     def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
         """The crossings of those columns in `bits` bits, in t'."""
         return self.run.integrate(*self._begin(bits, scales, columns), bits, scales)
-
-    def reached(self, scales: Scales, columns: Any, wanted: NDArray[np.int64]) -> Reached:
-        """Those columns up to so many crossings of each, in pairs of doubles."""
-        return self.run.approach(*self._begin(106, scales, columns), scales, wanted)
-
-    @property
-    def in_pairs(self) -> bool:
-        """True if 106 bits are pairs of doubles."""
-        return self.run.in_pairs
 
     def _begin(self, bits: int, scales: Scales, columns: Any) -> tuple[Start, Any]:
         """A start for coefficients and units, which the body decides, and the states."""

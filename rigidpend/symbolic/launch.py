@@ -17,7 +17,8 @@ import numpy as np
 from rigidpend.body import Body
 from rigidpend.coordinates import Canonical, aligned_from_canonical
 from rigidpend.equations import AlignedCoefficients, eq1, hamiltonian_J3_0
-from rigidpend.integrate.states import PAIRS, states_after
+from rigidpend.integrate.engines import PAIRS
+from rigidpend.integrate.states import states_after
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
 from rigidpend.return_map.conjugacy import placed

@@ -13,7 +13,7 @@ from rigidpend.integrate import sample_orbits
 from rigidpend.integrate.arcs import arcs
 from rigidpend.return_map import ReturnMap, SectionPoint, return_map
 from rigidpend.return_map.charts import look_up_slopes
-from rigidpend.return_map.poincare import section_momentum, section_point, section_state
+from rigidpend.return_map.poincare import section_momentum, section_state
 from rigidpend.return_map.precision import precision
 from rigidpend.return_map.reduced import theta3_rate
 from tests.integrate.problems import FIG4, GENERIC, needs_heyoka
@@ -35,20 +35,6 @@ def points(made: ReturnMap, rising: bool, share: float = 0.5) -> SectionPoint:
     width = float(made.charts[rising].forward.width)
     d, chi = random.uniform(-share * width, share * width, N), random.uniform(0, 2 * math.pi, N)
     return SectionPoint(rising, d, chi)
-
-
-@pytest.mark.parametrize("rising", [True, False])
-def test_points_of_the_section_and_of_its_image_are_states_and_back(
-    body: Body, rising: bool
-) -> None:
-    made = return_map(body, h=H)
-    here, c = points(made, rising), made.coefficients
-    state = section_state(rising, here.d, here.chi, H, c, DOUBLES)
-    for image in (1, -1):
-        beside = state * np.array([image, image, 1, 1, 1, image])[:, None]
-        d, chi = section_point(rising, beside, c, DOUBLES)
-        np.testing.assert_array_equal(d, here.d)
-        np.testing.assert_allclose(np.exp(1j * chi), np.exp(1j * here.chi), rtol=0, atol=1e-14)
 
 
 @pytest.mark.parametrize("rising", [True, False])

@@ -1,4 +1,4 @@
-"""Arithmetic of arrays of pairs of doubles, in machine code: element by element, and sums of products.
+"""Arithmetic of arrays of pairs of doubles, in machine code.
 
 NumPy has no such numbers, and its `long double` has as many bits as a machine likes: 64, 113, or
 those of a double. These are the same everywhere. An array lies in memory as all of the larger

@@ -154,5 +154,5 @@ def _codes(maps: mapped.Maps, precisions: tuple[int, ...], jobs: int) -> tuple[A
     run, share = Run(maps.problem, maps.phases, arithmetic, jobs), partial(in_threads, jobs)
     rate, ladder = phase_rate(maps.problem), arithmetic.precisions
     # The integrated sample would discard such maps.
-    found = mapped.decided_by(maps, run, rate, ladder, share, sampled=False).decided
+    found = mapped.decided_by(maps, run.crossings, rate, ladder, share, sampled=False).decided
     return symbols(found.crossings.separatrix), found.certain
