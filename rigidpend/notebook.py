@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rigidpend.config.catalogue import RESULTS
 from rigidpend.numbers import checked
-from rigidpend.numbers.expressions import named
 from rigidpend.numbers.parameters import ParameterError
 
 if TYPE_CHECKING:
