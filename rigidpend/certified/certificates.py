@@ -16,7 +16,7 @@ from rigidpend.config.complaints import Complaint, ConfigError, Origin
 from rigidpend.config.loading import LoadedConfig
 from rigidpend.numbers.exact import Exact, exact
 from rigidpend.numbers.parameters import ExactError, ParameterError
-from rigidpend.results import store
+from rigidpend.results import store, words
 from rigidpend.results.files import Absent
 from rigidpend.results.layout import datasets
 from rigidpend.results.tree import Data, Tree
@@ -230,7 +230,9 @@ def _problem(config: Any) -> RouteProblem:
     """The problem of a stored config, of which nothing else is used."""
     from rigidpend.body import Body
 
-    given = config["problem"]
+    given = config.get("problem")
+    if not isinstance(given, dict):
+        raise store.StoreError(f"its config has no keys under problem, but {words.short(given)}")
     body = Body(A=given["A"], r=given["r"], mu=given["mu"])
     return RouteProblem(body, exact(given["h0"]), exact(given["J1_0"]), given["n_symbols"])
 

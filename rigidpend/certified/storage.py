@@ -14,10 +14,11 @@ import numpy as np
 
 from rigidpend.certified.steps import MOST_BITS, MOST_TERMS, Step
 from rigidpend.results import store
+from rigidpend.results.files import CERTIFICATE
 from rigidpend.results.layout import FLAG, FLOAT, TEXT, WHOLE, Field, Layout
 from rigidpend.results.tree import Data, Loaded
 
-SUFFIX = ".certificate.h5"
+SUFFIX = f"{CERTIFICATE}.h5"
 """Ending of a certificate's name, behind that of its result."""
 SYMBOLS, CROSSINGS = ("symbols", "columns"), ("symbols+1", "columns")
 """Dimensions of what belongs to each symbol, and to each crossing."""

@@ -89,6 +89,7 @@ def load(path: Path, settings: Sequence[str] = ()) -> LoadedConfig:
 
 def _loaded(path: Path, document: Document, settings: Sequence[str]) -> LoadedConfig:
     """Check a config that was read, with settings."""
+    sweeping.free_name(path.stem, Origin(str(path)))
     if not isinstance(document.tree, dict):
         document.refuse(document.origin(()), (), "expected keys: experiment, problem")
         raise ConfigError(document.complaints)
