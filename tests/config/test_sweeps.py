@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rigidpend.config import loading, sweeps
+from rigidpend.config import loading, reader, sweeps
 from rigidpend.config.changes import changes, label, sentence
 from rigidpend.config.complaints import ConfigError
 from rigidpend.config.sweeps import Sweep
@@ -146,8 +146,13 @@ def test_a_sweep_of_a_sweep_is_told_what_to_write(tmp_path: Path, section: str, 
 
 def test_the_file_of_a_sweep_is_read_once(monkeypatch: pytest.MonkeyPatch) -> None:
     read: list[Path] = []
-    own = loading.reader.read
-    monkeypatch.setattr(loading.reader, "read", lambda path: read.append(path) or own(path))
+    own = reader.read
+
+    def counted(path: Path) -> reader.Document:
+        read.append(path)
+        return own(path)
+
+    monkeypatch.setattr(reader, "read", counted)
     values = ",".join(f"{k}e-6" for k in range(1, 41))
     [group] = loading.load_groups([FIG4], (), [f"problem.mu={values}"])
     assert len(group.members) == 40
