@@ -45,8 +45,8 @@ test-plain: ## run every test without heyoka, as on macOS and Windows, in build/
 	build/plain/bin/python -m pip uninstall --quiet --yes heyoka
 	build/plain/bin/python -m pytest -n $(or $(JOBS),auto) --dist loadfile
 
-attacks: $(VENV)/.installed-test ## fuzz 2000 files of each kind and configs, kill 100 runs: half an hour; COUNT=
-	RIGIDPEND_FUZZ=$(or $(COUNT),2000) RIGIDPEND_KILLS=100 $(PYTEST) tests/attacks tests/config/test_fuzz.py tests/run/test_faults.py tests/run/test_signals.py
+attacks: $(VENV)/.installed-test ## random attacks of every kind, repeatable by their seed: half an hour; COUNT= SEED=
+	RIGIDPEND_ATTACKS=$(or $(COUNT),2000) RIGIDPEND_SEED=$(or $(SEED),1) $(PYTEST) tests/attacks tests/test_api_values.py tests/config/test_fuzz.py tests/run/test_faults.py tests/run/test_kills.py tests/run/test_signals.py
 
 coverage: $(VENV)/.installed-test ## run every test and say which lines and branches they leave out
 	$(PYTEST) --cov --cov-report=term:skip-covered --cov-report=html:build/coverage

@@ -212,6 +212,8 @@ def _triple(name: str, values: Sequence[Any]) -> tuple[Exact, Exact, Exact]:
         raise BodyError(name, f"{message}: {error}") from None
 
 
+# Both are kept, for the members of a sweep share most of their bodies.
+@functools.lru_cache(maxsize=256)
 def _unit(r: tuple[Exact, Exact, Exact]) -> tuple[Exact, Exact, Exact]:
     """Check r and scale it to length one."""
     # Rationals in their shortest form: bodies are equal however their r was written.
@@ -229,6 +231,7 @@ def _unit(r: tuple[Exact, Exact, Exact]) -> tuple[Exact, Exact, Exact]:
     return x, y, r[2]
 
 
+@functools.lru_cache(maxsize=256)
 def _check_moments(A: tuple[Exact, Exact, Exact]) -> None:
     A1, A2, A3 = A
     shown = f"A = {_shown(A)}"

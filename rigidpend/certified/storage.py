@@ -19,10 +19,11 @@ from rigidpend.alphabet import NO_SYMBOL
 from rigidpend.certified.steps import MOST_BITS, MOST_TERMS, STEPS, Step
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
+from rigidpend.results.files import CERTIFICATE
 from rigidpend.results.layout import TEXT, WHOLE, Field, Layout
 from rigidpend.results.tree import Data, Loaded
 
-SUFFIX = ".certificate.h5"
+SUFFIX = f"{CERTIFICATE}.h5"
 """Ending of a certificate's name, behind that of its result."""
 RATIO = 8
 """Bytes of its arrays for each byte of a certificate at most: digits cannot be compressed."""

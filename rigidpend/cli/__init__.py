@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import click
 
 import rigidpend
@@ -24,7 +26,20 @@ from rigidpend.cli import (
 )
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+class Brief(click.Group):
+    """A group whose complaints about usage repeat no long argument."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except click.UsageError as error:
+            said = error.format_message()
+            if common.brief(said) == said:
+                raise
+            raise click.UsageError(common.brief(said), error.ctx) from None
+
+
+@click.group(cls=Brief, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(rigidpend.__version__, prog_name="rigidpend")
 def main() -> None:
     """Perturbed pendulum-like motions of a heavy rigid body: compute, draw, verify.

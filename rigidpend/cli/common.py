@@ -6,6 +6,7 @@ import contextlib
 import json
 import math
 import os
+import re
 import shutil
 import signal
 import sys
@@ -177,7 +178,7 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
         named = f"{str(error.filename)[:MOST]}: " if error.filename else ""
         return f"{named}{error.strerror or error}"
     if code != INTERNAL:
-        return str(error)
+        return brief(str(error))
     from rigidpend.run.logs import elsewhere
 
     said = f"internal error: {error!r}; please report it"
@@ -185,6 +186,11 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
         return f"{said} with {(log or elsewhere)(error)}"
     except OSError as full:
         return f"{said}; no log could be written: {full.strerror}"
+
+
+def brief(said: str) -> str:
+    """A message in which words of more than `MOST` characters lack their middle."""
+    return re.sub(rf"\S{{{MOST + 1},}}", lambda word: f"{word[0][:60]}...{word[0][-60:]}", said)
 
 
 def folder_of(path: Path, folder: Path) -> Path:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import re
 from collections.abc import Callable, Sequence
@@ -83,7 +84,12 @@ def load(path: Path, settings: Sequence[str] = ()) -> LoadedConfig:
     ConfigError
         With all that is wrong, each with its place in the file.
     """
-    document = _read(path)
+    return _loaded(path, _read(path), settings)
+
+
+def _loaded(path: Path, document: Document, settings: Sequence[str]) -> LoadedConfig:
+    """Check a config that was read, with settings."""
+    sweeping.free_name(path.stem, Origin(str(path)))
     if not isinstance(document.tree, dict):
         document.refuse(document.origin(()), (), "expected keys: experiment, problem")
         raise ConfigError(document.complaints)
@@ -105,7 +111,7 @@ def load(path: Path, settings: Sequence[str] = ()) -> LoadedConfig:
         raise validation.config_error(document, model, error.errors()) from None
     if document.complaints:
         raise ConfigError(document.complaints)
-    if content.of_the_paper and not (path.resolve() in catalogue.shipped() and not settings):
+    if content.of_the_paper and (settings or path.resolve() not in catalogue.shipped()):
         content = _titled(content)
     return LoadedConfig(path.stem, experiment, content, tuple(asked))
 
@@ -136,12 +142,16 @@ def load_groups(
 def _group(
     path: Path, settings: Sequence[str], options: Sequence[Sweep], name: str | None
 ) -> Group[LoadedConfig]:
-    base = load(path, settings)
+    document = _read(path)
+    base = _loaded(path, document.copy(), settings)
     given = {sweep.key: sweep for sweep in (*base.sweeps, *options)}
     if not given:
         return Group(path, name or base.name, [replace(base, name=name or base.name)])
     every = sweeping.variants(list(given.values()))
-    members = _together([partial(load, path, (*settings, *one.settings)) for one in every])
+    # Read once: of a thousand members the file is the same.
+    members = _together(
+        [partial(_loaded, path, document.copy(), (*settings, *one.settings)) for one in every]
+    )
     names = [f"{name or base.name}{variant.ending}" for variant in every]
     for each in names:
         sweeping.checked_name(each, Origin("sweep"))
@@ -177,12 +187,17 @@ def _read(path: Path) -> Document:
 
 def _titled(content: ExperimentConfig) -> ExperimentConfig:
     """Take the name of the paper's figure from a config of another problem."""
-    line = re.compile(rf'^figure: "?{re.escape(content.figure)}"?$', re.MULTILINE)
-    for path in catalogue.shipped():
-        if line.search(path.read_text(encoding="utf-8")):
-            if load(path).content.problem.model_dump() == content.problem.model_dump():
-                return content
+    if content.problem in _problems(content.figure, tuple(catalogue.shipped())):
+        return content
     return content.model_copy(update={"figure": ""})
+
+
+@functools.lru_cache(maxsize=16)
+def _problems(figure: str, shipped: tuple[Path, ...]) -> list[Any]:
+    """Problems of the shipped configs that make a figure; a sweep asks a thousand times."""
+    line = re.compile(rf'^figure: "?{re.escape(figure)}"?$', re.MULTILINE)
+    texts = ((path, path.read_text(encoding="utf-8")) for path in shipped)
+    return [load(path).content.problem for path, text in texts if line.search(text)]
 
 
 def load_all(paths: Sequence[Path], settings: Sequence[str] = ()) -> list[LoadedConfig]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -45,6 +45,18 @@ class Document:
     unread: set[Place] = field(default_factory=set)
     """Places of what was passed over, about which nothing else is said."""
 
+    def copy(self) -> Document:
+        """A document that settings may change while this one stays."""
+        return replace(
+            self,
+            tree=_copied(self.tree),
+            keys=dict(self.keys),
+            values=dict(self.values),
+            settings=dict(self.settings),
+            complaints=list(self.complaints),
+            unread=set(self.unread),
+        )
+
     def refuse(self, origin: Origin, place: Place, message: str) -> None:
         """Note a complaint, and go on."""
         self.complaints.append(Complaint(origin, place, message))
@@ -64,6 +76,13 @@ class Document:
                 held = length < len(place) and near in self.keys
                 return self.keys[near] if held else self.values[near]
         return self.values.get((), Origin(self.source))
+
+
+def _copied(node: Any) -> Any:
+    """Copy of plain data; its texts are shared."""
+    if isinstance(node, dict):
+        return {key: _copied(value) for key, value in node.items()}
+    return [_copied(value) for value in node] if isinstance(node, list) else node
 
 
 def read(path: Path) -> Document:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import difflib
+import math
 import re
 from collections.abc import Iterator
 from fractions import Fraction
@@ -30,7 +31,8 @@ from pydantic_core import PydanticCustomError
 
 from rigidpend.body import Body
 from rigidpend.numbers import checked
-from rigidpend.numbers.exact import PRECISIONS, Exact, exact
+from rigidpend.numbers.exact import FINEST, PRECISIONS, Exact, exact
+from rigidpend.numbers.parameters import ParameterError
 from rigidpend.results import files
 
 if TYPE_CHECKING:
@@ -176,7 +178,25 @@ class PhaseGrid(Part):
             if not abs(float(reach)) < LARGEST:
                 message = f"phases beyond {LARGEST:.0e} have no meaning left in doubles"
                 raise PydanticCustomError("physics", message, {"field": field, "message": message})
+        with physics():
+            self.apart(FINEST)
         return self
+
+    def apart(self, bits: int) -> None:
+        """Refuse phases that so many bits do not tell apart.
+
+        Raises
+        ------
+        ParameterError
+            The step is 0, or lost beside the phases.
+        """
+        first, step = abs(float(self.start)), abs(float(self.step))
+        farthest = max(first, abs(float(self.start + self.step * (self.count - 1))))
+        # As a power of two, which doubles lack below 2^-1074.
+        if self.count > 1 and not step > math.ldexp(farthest, -bits):
+            lost = f"equal in {bits} bits" if step else "equal in doubles"
+            message = f"the step {self.step} leaves {self.count} columns {lost}: take a larger one"
+            raise ParameterError("step", message)
 
 
 @contextlib.contextmanager

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 from rigidpend.config.complaints import Complaint, ConfigError, Origin, Place
 from rigidpend.config.reader import Document, parse
 from rigidpend.numbers.expressions import named
+from rigidpend.results.files import CERTIFICATE
 
 SECTION = "sweep"
 """The key of a config under which a sweep stands."""
@@ -25,6 +26,8 @@ LONGEST = 150
 """Characters of a name at most, which leaves room for what is added to it in files."""
 NAME = re.compile(r"\w[\w.,=+-]*")
 """Form of a name: no blank, no slash, and no point or dash at its beginning."""
+DEVICE = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
+"""Names that are devices on Windows, whatever ending they have."""
 IN_NAMES = str.maketrans({"/": "over", "*": "", " ": "", "[": "", "]": "", "(": "", ")": ""})
 """Stand-ins in names of files for what numbers are written with."""
 FORM = "expected KEY.KEY=VALUE,VALUE, as in problem.mu=1e-4,1e-3"
@@ -107,7 +110,7 @@ def variants(sweeps: Sequence[Sweep]) -> list[Variant]:
         found.append(Variant(ending(pairs), tuple(f"{key}={value}" for key, value in pairs)))
     if len(found) > MOST:
         raise ConfigError([Complaint(origin, (), f"more than {MOST} combinations")])
-    if len({variant.ending for variant in found}) < len(found):
+    if len({variant.ending.casefold() for variant in found}) < len(found):
         raise ConfigError([Complaint(origin, (), "two values would have the same name")])
     return found
 
@@ -131,11 +134,37 @@ def checked_name(name: str, origin: Origin) -> str:
     if not formed or name == "all":
         message = f"a name is made of up to {LONGEST} letters, digits and _ . , = + -"
         raise ConfigError([Complaint(origin, (), f"{message}; got {named(name)}")])
-    return name
+    return free_name(name, origin)
+
+
+def free_name(name: str, origin: Origin) -> str:
+    """A name, if it is not one of something else.
+
+    Raises
+    ------
+    ConfigError
+        It is that of a certificate, or of a device on some system.
+    """
+    if name.casefold().endswith(CERTIFICATE):
+        taken = f"what ends in {CERTIFICATE} is the proof of a result"
+    elif DEVICE.fullmatch(name):
+        taken = "it is a device on Windows"
+    elif name.endswith("."):
+        taken = "Windows leaves out the point at its end"
+    else:
+        return name
+    raise ConfigError([Complaint(origin, (), f"choose another name than {name!r}: {taken}")])
 
 
 def _sweep(key: str, values: Any, origin: Origin, place: Place) -> Sweep:
     """Check the values of a key, and write each as a setting has it."""
+    if key.split(".")[0] == SECTION:
+        message = f"a sweep cannot change the section {SECTION}: write {key.partition('.')[2]}"
+        raise ConfigError([Complaint(origin, place, message)])
+    if isinstance(values, dict):
+        inner = next(iter(values), "KEY")
+        message = f"a swept key is written whole, as in {key}.{inner}: [1e-4, 1e-3]"
+        raise ConfigError([Complaint(origin, place, message)])
     if not isinstance(values, list) or len(values) < 2:
         message = f"a sweep of {key} needs two values or more, as in {key}=1e-4,1e-3"
         raise ConfigError([Complaint(origin, place, message)])

@@ -51,7 +51,7 @@ def _problem(document: Document, model: Any, error: Any) -> Complaint:
     place = _written(document, error["loc"])
     # Conditions of ours name their field, where pydantic knows only the part that it is in.
     if error["type"] == "physics":
-        place = (*place, error["ctx"]["field"])
+        place = (*place, *error["ctx"]["field"].split("."))
         return Complaint(document.origin(place), place, error["ctx"]["message"])
     if error["type"] == "extra_forbidden":
         siblings = _fields(model, place[:-1])

@@ -222,8 +222,7 @@ def exact(value: Any) -> Exact:
     if isinstance(value, Exact):
         return value
     if isinstance(value, str):
-        read = expressions.read(value, _READER)
-        return Exact(value.strip(), read.fraction, read._evaluate)
+        return _read(value)
     # A bool is an int to Python, and no number that anybody means.
     if isinstance(value, bool):
         raise ExactError(f"{named(value)} is not a real number")
@@ -243,6 +242,13 @@ def exact(value: Any) -> Exact:
     except TypeError:
         raise ExactError(f"{named(value)} is not a real number") from None
     return rational(taken, None)
+
+
+@functools.lru_cache(maxsize=1024)
+def _read(text: str) -> Exact:
+    """Read a text; of the members of a sweep nearly all are the same."""
+    read = expressions.read(text, _READER)
+    return Exact(text.strip(), read.fraction, read._evaluate)
 
 
 def exacts(values: Iterable[Any]) -> list[Exact]:

@@ -63,6 +63,9 @@ def read(text: str, reader: Reader[Number]) -> Number:
     if len(text) > MAX_TEXT:
         raise ExactError(f"a number of {len(text)} characters: at most {MAX_TEXT} are read")
     source = text.strip()
+    # Python would take the rest for a comment, which YAML does only behind a blank.
+    if "#" in source:
+        raise ExactError(f"{shown(text)!r} is not a number: a comment begins with a blank and a #")
     try:
         # Python's grammar only: nothing is evaluated, and `_read` takes what it names and no more.
         tree = ast.parse(source, mode="eval")

@@ -36,6 +36,12 @@ STYLE = Path(__file__).with_name("rigidpend.mplstyle")
 """Style sheet of all figures."""
 
 
+OF_VALUES = (ValueError, ArithmeticError, LookupError, TypeError)
+"""Errors that values of a foreign file may cause, which nothing has checked.
+
+Others, as a name that is not there, are faults of the program: they are told as such."""
+
+
 class Undrawable(store.StoreError):
     """A result whose values cannot be drawn, as those of a foreign file."""
 
@@ -126,10 +132,7 @@ def _undrawable() -> Iterator[None]:
     """Say in our words that values cannot be drawn."""
     try:
         yield
-    except MemoryError:
-        raise
-    except Exception as error:
-        # A file may hold any values: what an algorithm makes of them cannot be foreseen.
+    except OF_VALUES as error:
         raise Undrawable(f"cannot be drawn: {words.error(error)}") from error
 
 

@@ -17,6 +17,7 @@ from rigidpend.departures import DEPARTURES
 from rigidpend.report.page import ResultSection, html, picture, problem
 from rigidpend.results import store, words
 from rigidpend.results.files import Absent
+from rigidpend.results.tree import Loaded
 from rigidpend.run.workers import check_stop
 from rigidpend.tables import Table
 
@@ -75,9 +76,9 @@ def build(sources: Sequence[Path]) -> Page:
         None of them can be shown.
     """
     sections = [_section(source) for source in sources]
-    problems = [found.problem for found in sections if found.problem]
+    problems = [said for found in sections if (said := found.problem or found.doubt)]
     # A page of nothing but complaints is no report: the first of them is the error.
-    if len(problems) == len(sections):
+    if all(found.problem for found in sections):
         raise store.StoreError(problems[0])
     page = html(sorted(sections, key=lambda found: found.order), DEPARTURES)
     return Page(page, problems)
@@ -85,20 +86,30 @@ def build(sources: Sequence[Path]) -> Page:
 
 def _section(source: Path) -> ResultSection:
     """The part of a file; a sentence where it cannot be shown."""
-    from rigidpend.render import Undrawable
+    from rigidpend.render import OF_VALUES, Undrawable
 
     check_stop()
     try:
-        return section(marked(store.load(source), beside(source)))
+        result = store.load(source)
+        certificate, doubt = _certificate(source)
+        return section(marked(result, certificate))._replace(doubt=doubt)
     except Undrawable as error:
         return problem(source.stem, f"{source}: {error}")
     except store.StoreError as error:
         return problem(source.stem, str(error))
     except MemoryError:
-        raise
-    except Exception as error:
+        return problem(source.stem, f"{source}: not enough memory to show it")
+    except OF_VALUES as error:
         # One file, whatever is in it, does not keep the others from being shown.
         return problem(source.stem, f"{source}: cannot be shown: {words.error(error)}")
+
+
+def _certificate(source: Path) -> tuple[Loaded | None, str]:
+    """The certificate beside a result; failing that, why none of it is shown."""
+    try:
+        return beside(source), ""
+    except store.StoreError as error:
+        return None, f"nothing is marked as proven: {error}"
 
 
 def section(result: Any) -> ResultSection:
@@ -131,9 +142,7 @@ def _tables(experiment: str, result: Any) -> Sequence[Table]:
     reporting = experiments.reporting(experiment)
     try:
         return reporting.tables(result) if reporting else []
-    except MemoryError:
-        raise
-    except Exception as error:
+    except render.OF_VALUES as error:
         # As with drawing: a file may hold any values.
         raise render.Undrawable(f"cannot be shown: {words.error(error)}") from error
 

@@ -32,6 +32,8 @@ class ResultSection(NamedTuple):
     provenance: Sequence[tuple[str, str]]
     problem: str = ""
     """Reason why nothing is shown."""
+    doubt: str = ""
+    """What is missing beside what is shown."""
 
     @property
     def title(self) -> str:

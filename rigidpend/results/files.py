@@ -13,6 +13,8 @@ from pathlib import Path
 from rigidpend.results import locks
 from rigidpend.run import signals
 
+CERTIFICATE = ".certificate"
+"""Ending of the name of a certificate, behind that of its result."""
 SEAL = b"\nrigidpend sha256 "
 """Mark between the content of a file and its digest."""
 SEAL_LENGTH = len(SEAL) + 64 + 1
@@ -107,6 +109,19 @@ def replace(path: Path, content: bytes, *, lasting: bool = True) -> None:
         raise
     finally:
         signals.unfinished.discard(temporary)
+
+
+def twin(path: Path) -> str:
+    """Name of a file there that differs in case only, and on some systems is the same file.
+
+    Empty where there is none, or where the file itself is there.
+    """
+    try:
+        names = os.listdir(path.parent)
+    except OSError:
+        return ""
+    alike = [name for name in names if name.casefold() == path.name.casefold()]
+    return "" if path.name in alike else next(iter(alike), "")
 
 
 def sweep(path: Path) -> None:

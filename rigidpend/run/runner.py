@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigidpend import experiments
 from rigidpend.results import files
+from rigidpend.results.files import StoreError, twin
 from rigidpend.results.tree import Tree
 from rigidpend.run import provenance, stored
 from rigidpend.run.parts import Parts, Piece, sweep
@@ -62,6 +63,9 @@ def plan(config: AnyConfig, folder: Path, *, force: bool = False) -> Plan:
     check_stop()
     engine = _engine(config)
     target = folder / f"{config.name}.h5"
+    if other := twin(target):
+        message = f"{other} is there, and some systems take both names for one file"
+        raise StoreError(f"{target}: {message}; choose another with --name")
     fingerprint = {
         "config_hash": _config_hash(config),
         "code_hash": provenance.code_hash(config.experiment),

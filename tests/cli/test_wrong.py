@@ -22,6 +22,9 @@ from rigidpend.run.workers import WorkerError
 from tests.cli.calls import ENVIRONMENT, call
 from tests.config.samples import SMALL, written
 
+LONG_WORD = "9x" * 40_000
+"""An argument of 80 kB."""
+
 WRONG = {
     # The command, the exit code, the sentence.
     "unknown config": (("run", "fig"), 2, "fig: no such config; did you mean fig"),
@@ -230,3 +233,21 @@ def test_one_written_config_is_enough_to_see_every_fault(tmp_path: Path) -> None
         ["x.yaml:8:7", "problem.mu"],
         ["x.yaml:11:3", "problem.n_symbls"],
     ]
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("run", "fig4", "-j", LONG_WORD),
+        ("run", f"--{LONG_WORD}"),
+        (LONG_WORD,),
+        ("render", "fig4", "--format", LONG_WORD),
+        ("certify", "--check", LONG_WORD),
+    ],
+    ids=["number", "option", "command", "choice", "certificate"],
+)
+def test_a_complaint_repeats_no_long_argument(tmp_path: Path, arguments: tuple[str, ...]) -> None:
+    done = call(tmp_path, *arguments)
+    assert done.returncode in (1, 2, 3)
+    assert 0 < len(done.stderr) < 600
+    assert "..." in done.stderr

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import random
 import sys
 import time
 from collections.abc import Callable
@@ -13,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rigidpend.config import loading, reader
+from tests.attacks import lot
 from tests.config import mutations
 from tests.config.samples import FIG4, TEXT
 from tests.strategies import repeatable
@@ -21,7 +20,7 @@ Load = Callable[[bytes], bool]
 
 PATIENCE = 5.0
 """Seconds of this process that no config may take; the slowest takes a few tenths."""
-FUZZED = int(os.environ.get("RIGIDPEND_FUZZ", "600"))
+FUZZED = lot.trials(600)
 """Number of mutated trees; a load takes some 7 ms."""
 MUCH = 30_000
 """Characters that no complaint may have."""
@@ -107,26 +106,27 @@ def test_any_value_of_a_number_loads_or_is_refused(loads: Load, key: str, value:
 
 @pytest.mark.slow
 def test_mutated_trees_load_or_are_refused(loads: Load) -> None:
-    chance, trees = random.Random(1), mutations.trees()
-    loaded = 0
-    for _ in range(FUZZED):
-        text = mutations.mutated(chance.choice(trees), chance)
-        loaded += loads(text.encode("utf-8", "surrogatepass"))
+    trees, loaded = mutations.trees(), 0
+    with lot.drawn("mutated trees") as chance:
+        for _ in range(FUZZED):
+            text = mutations.mutated(chance.choice(trees), chance)
+            loaded += loads(text.encode("utf-8", "surrogatepass"))
     # Some changes do no harm: the mutations are near enough to what is right.
     assert FUZZED / 140 < loaded < FUZZED / 1.75
 
 
 @pytest.mark.slow
 def test_any_settings_load_or_are_refused() -> None:
-    chance, tree = random.Random(2), mutations.trees()[3]
-    for _ in range(150):
-        given = mutations.settings(tree, chance)
-        said = ""
-        try:
-            loading.load(FIG4, given)
-        except loading.ConfigError as error:
-            said = str(error)
-        assert said == "" or said.startswith(("--set ", str(FIG4))), given
+    tree = mutations.trees()[3]
+    with lot.drawn("settings") as chance:
+        for _ in range(lot.trials(150)):
+            given = mutations.settings(tree, chance)
+            said = ""
+            try:
+                loading.load(FIG4, given)
+            except loading.ConfigError as error:
+                said = str(error)
+            assert said == "" or said.startswith(("--set ", str(FIG4))), given
 
 
 @pytest.mark.slow

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from rigidpend.config import loading
 from rigidpend.experiments.route_codes.schema import Config
 from tests.config.samples import SMALL, changed, content, refused, refused_there, written
 
@@ -243,3 +244,31 @@ def test_broken_conditions_on_the_body_are_said_at_once(tmp_path: Path) -> None:
     text = changed("A: [2, 1, 1.5]", "A: [1, 2, 1.5]", changed("mu: 0.001", "mu: -1"))
     found = refused(written(tmp_path, changed("r: [1, 1, 0]", "r: [1, 1, 1]", text)))
     assert [problem.place[1:] for problem in found] == [("A",), ("r",), ("mu",)]
+
+
+@pytest.mark.parametrize(
+    ("step", "lost"), [("0", "doubles"), ("1e-400", "doubles"), ("-1e-17", "53 bits")]
+)
+def test_a_step_that_leaves_columns_equal_is_refused(tmp_path: Path, step: str, lost: str) -> None:
+    text = SMALL.replace("step: 1/10", f"step: {step}")
+    [problem] = refused(written(tmp_path, text))
+    assert ".".join(map(str, problem.place)) == "problem.arrays.only.step"
+    assert problem.message == (
+        f"the step {step} leaves 5 columns equal in {lost}: take a larger one"
+    )
+    assert problem.origin.line == text[: text.index("step:")].count("\n") + 1
+
+
+def test_a_step_counts_in_the_finest_precision_and_among_several_columns(tmp_path: Path) -> None:
+    fine = SMALL.replace("step: 1/10", "step: 1e-17").replace("[53]", "[53, 106]")
+    assert loading.load(written(tmp_path, fine))
+    alone = SMALL.replace("step: 1/10, count: 5", "step: 0, count: 1")
+    assert loading.load(written(tmp_path, alone))
+
+
+def test_a_comment_without_a_blank_is_no_number(tmp_path: Path) -> None:
+    [problem] = refused(written(tmp_path, SMALL.replace("mu: 0.001", "mu: 0.001#c")))
+    assert problem.message.startswith(
+        "'0.001#c' is not a number: a comment begins with a blank and a #"
+    )
+    assert loading.load(written(tmp_path, SMALL.replace("mu: 0.001", "mu: 0.001 #c")))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rigidpend.config import loading, sweeps
+from rigidpend.config import loading, reader, sweeps
 from rigidpend.config.changes import changes, label, sentence
 from rigidpend.config.complaints import ConfigError
 from rigidpend.config.sweeps import Sweep
@@ -112,3 +112,50 @@ def test_each_member_is_checked(tmp_path: Path) -> None:
         loading.load_groups([FIG4], (), ["problem.mu=1e-4,5"])
     value = loading.load(FIG4, ["problem.mu=1e-4"]).content.problem
     assert Fraction(value.model_dump(mode="json")["mu"]) == Fraction(1, 10000)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["fig5.certificate", "Fig5.Certificate", "CON", "nul", "com1.mine", "Lpt9", "a.", "fig5_."],
+)
+def test_a_name_that_is_of_something_else_is_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(ConfigError, match="--name: choose another name than"):
+        loading.load_groups([FIG4], name=name)
+    # A file's name becomes that of its result.
+    with pytest.raises(ConfigError, match="choose another name than"):
+        loading.load(written(tmp_path, SMALL, f"{name}.yaml"))
+
+
+@pytest.mark.parametrize("name", ["console", "nulls", "fig5.certificates", "a.b", "lpt"])
+def test_a_name_that_only_begins_like_one_is_free(name: str) -> None:
+    [group] = loading.load_groups([FIG4], name=name)
+    assert group.members[0].name == name
+
+
+@pytest.mark.parametrize(
+    ("section", "said"),
+    [
+        ("sweep.problem.mu: [1e-4, 1e-3]", "cannot change the section sweep: write problem.mu"),
+        ("problem: {mu: [1e-4, 1e-3]}", "written whole, as in problem.mu: [1e-4, 1e-3]"),
+    ],
+)
+def test_a_sweep_of_a_sweep_is_told_what_to_write(tmp_path: Path, section: str, said: str) -> None:
+    [complaint] = refused(written(tmp_path, f"{SMALL}\nsweep:\n  {section}\n"))
+    assert said in complaint.message
+
+
+def test_the_file_of_a_sweep_is_read_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    read: list[Path] = []
+    own = reader.read
+
+    def counted(path: Path) -> reader.Document:
+        read.append(path)
+        return own(path)
+
+    monkeypatch.setattr(reader, "read", counted)
+    values = ",".join(f"{k}e-6" for k in range(1, 41))
+    [group] = loading.load_groups([FIG4], (), [f"problem.mu={values}"])
+    assert len(group.members) == 40
+    assert {member.content.figure for member in group.members} == {""}
+    # Once for the sweep; at most once more to learn which figure of the paper it was.
+    assert len(read) <= 2

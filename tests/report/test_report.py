@@ -205,3 +205,15 @@ def test_one_bad_file_is_a_section_with_its_reason(folder: Path, tmp_path: Path)
     assert len(made.problems) == 2
     assert made.html.count('class="problem"') == 2
     assert made.html.count("<img") == 1
+
+
+def test_a_certificate_that_cannot_be_read_is_a_sentence_beside_its_result(
+    folder: Path, tmp_path: Path
+) -> None:
+    shutil.copyfile(folder / "fig5.h5", tmp_path / "fig5.h5")
+    (tmp_path / "fig5.certificate.h5").write_bytes(b"none")
+    found = report.build(report.results(tmp_path))
+    [said] = found.problems
+    assert said.startswith("nothing is marked as proven: ")
+    assert said in " ".join(Parsed(found.html).words)
+    assert found.html.count("<img ") == 1

@@ -14,7 +14,7 @@ from rigidpend.return_map.itinerary import enter, follow
 from rigidpend.return_map.precision import in_pairs, precision
 from rigidpend.return_map.rapid import Rapid
 from rigidpend.return_map.terms import evaluated, nested, significant
-from rigidpend.run.workers import Stopped
+from rigidpend.run.signals import Stopped
 from tests.integrate.problems import FIG4, GENERIC
 
 ENERGIES = ("1.3332", "1.3352")

@@ -1,13 +1,12 @@
 """Runs that are killed, stopped, or find no room: the same command again makes all good.
 
-How often a run is stopped at a random moment: 3 times, or ``RIGIDPEND_KILLS``.
+How often a run is stopped at a random moment: 3 times, or as `tests.attacks.lot` says.
 """
 
 from __future__ import annotations
 
 import errno
 import os
-import random
 import resource
 import signal
 import subprocess
@@ -24,10 +23,11 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_zoom import compute as route_zoom
 from rigidpend.results import cache, files, kept, regression, store
 from rigidpend.run import runner, workers
+from tests.attacks import lot
 from tests.cli.calls import UNTRACED
 from tests.config.samples import SMALL, written
 
-KILLS = int(os.environ.get("RIGIDPEND_KILLS", "3"))
+KILLS = lot.trials(3, 0.05)
 ZOOM = """\
 figure: "4"
 experiment: route_zoom
@@ -139,19 +139,19 @@ def test_a_stopped_run_goes_on_whenever_it_was_stopped(
 ) -> None:
     """Every moment is followed by an undisturbed run."""
     result, duration = undisturbed
-    chance = random.Random(0)
     # One after the other: to open a file forks, and a child holds the locks of other threads.
-    for index in range(KILLS):
-        desk = tmp_path / str(index)
-        desk.mkdir()
-        written(desk, ZOOM, "zoom.yaml")
-        how = list(CODES)[index % 3]
-        code, said = disturb(desk / "out", chance.uniform(0.2, 1.1) * duration, how)
-        # While Python itself begins, Ctrl-C is an error of its own: nothing of ours has run.
-        early = how == signal.SIGINT and code == 1 and "<frozen site>" in said
-        assert early or code in {0, *CODES[how]}, said
-        once_more(desk / "out")
-        same(desk / "out", result)
+    with lot.drawn("kills") as chance:
+        for index in range(KILLS):
+            desk = tmp_path / str(index)
+            desk.mkdir()
+            written(desk, ZOOM, "zoom.yaml")
+            how = list(CODES)[index % 3]
+            code, said = disturb(desk / "out", chance.uniform(0.2, 1.1) * duration, how)
+            # While Python itself begins, Ctrl-C is an error of its own: nothing of ours has run.
+            early = how == signal.SIGINT and code == 1 and "<frozen site>" in said
+            assert early or code in {0, *CODES[how]}, said
+            once_more(desk / "out")
+            same(desk / "out", result)
 
 
 @pytest.mark.slow

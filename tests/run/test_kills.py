@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import random
 import signal
 import subprocess
 import sys
@@ -15,11 +14,12 @@ import pytest
 from rigidpend.config import loading
 from rigidpend.results import regression
 from rigidpend.run import runner
+from tests.attacks import lot
 from tests.cli.calls import UNTRACED
 from tests.config.samples import HEAD, written
 from tests.run.test_faults import AS_FROM_A_SHELL, CODES, content
 
-KILLS = int(os.environ.get("RIGIDPEND_KILLS", "3"))
+KILLS = lot.trials(3, 0.05)
 LONG = f"""\
 {HEAD.format(experiment="route_codes", n_symbols=300)}\
   arrays:
@@ -30,6 +30,12 @@ numerics:
   precisions: [53]
 """
 """Two arrays, of which each takes some half second."""
+
+
+def moment(number: int) -> float:
+    """Seconds after which a run is stopped."""
+    with lot.drawn(f"threads {number}") as chance:
+        return chance.uniform(0, 1.0)
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +74,7 @@ def test_a_run_on_two_threads_goes_on_whenever_it_was_killed(
 ) -> None:
     loaded = loading.load(written(tmp_path, LONG, "long.yaml"))
     out, how = tmp_path / "out", list(CODES)[number % 3]
-    code, seconds = disturbed(out, random.Random(number).uniform(0, 1.0), how)
+    code, seconds = disturbed(out, moment(number), how)
     assert code in {0, *CODES[how]}
     # Other work on the machine may take its turn.
     assert seconds < 2 * max(1.0, os.getloadavg()[0])

@@ -326,3 +326,13 @@ def test_verify_without_the_engine_says_so(
     monkeypatch.setattr(engines, "check_engine", absent)
     with pytest.raises(engines.EngineError):
         regression.verify(loaded, made, jobs=1)
+
+
+def test_a_result_whose_name_differs_in_case_only_is_not_made(tmp_path: Path) -> None:
+    config = loading.load(written(tmp_path, SMALL, "small.yaml"))
+    (tmp_path / "Small.h5").write_bytes(b"another")
+    with pytest.raises(store.StoreError, match=r"Small\.h5 is there, and some systems take both"):
+        runner.plan(config, tmp_path)
+    # Where both are there, the system tells them apart.
+    (tmp_path / "small.h5").write_bytes(b"this one")
+    assert runner.plan(config, tmp_path, force=True).reason

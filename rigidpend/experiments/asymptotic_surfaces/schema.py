@@ -37,6 +37,8 @@ def _wide(x: Exact) -> Exact:
 def _few(grid: PhaseGrid) -> PhaseGrid:
     if grid.count > MAX_ORBITS:
         raise ValueError(f"at most {MAX_ORBITS} orbits on each surface, got {grid.count}")
+    # Its orbits are in double precision only.
+    grid.apart(53)
     return grid
 
 

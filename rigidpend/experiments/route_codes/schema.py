@@ -7,7 +7,8 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from rigidpend.config.route_start import RouteStart
-from rigidpend.config.schema import ExperimentConfig, Numerics, PhaseGrid, Word
+from rigidpend.config.schema import ExperimentConfig, Numerics, PhaseGrid, Word, physics
+from rigidpend.numbers.parameters import ParameterError
 
 
 class Problem(RouteStart):
@@ -28,3 +29,13 @@ class Config(ExperimentConfig):
     experiment: Literal["route_codes"]
     problem: Problem
     numerics: Numerics = Numerics()
+
+    @model_validator(mode="after")
+    def _apart(self) -> Self:
+        for name, grid in self.problem.arrays.items():
+            try:
+                grid.apart(self.numerics.precisions[-1])
+            except ParameterError as error:
+                with physics():
+                    raise ParameterError(f"problem.arrays.{name}.step", str(error)) from None
+        return self

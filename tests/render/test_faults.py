@@ -1,0 +1,68 @@
+"""Faults of the program in a drawing are seen; values that cannot be drawn are a sentence."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rigidpend import experiments, render, report
+from rigidpend.experiments.route_codes import draw
+from tests.cli.calls import REFERENCE, call
+
+FAULTS = [
+    NameError("name 'axis' is not defined"),
+    AttributeError("no attribute 'axis'"),
+    ImportError("axis"),
+    AssertionError(),
+]
+
+
+@pytest.fixture
+def result(tmp_path: Path) -> Path:
+    return Path(shutil.copy(REFERENCE / "fig4.h5", tmp_path / "fig4.h5"))
+
+
+def failing(monkeypatch: pytest.MonkeyPatch, error: Exception, name: str = "draw") -> None:
+    def fail(_: Any) -> Any:
+        raise error
+
+    module: Any = draw if name == "draw" else experiments.reporting("route_codes")
+    monkeypatch.setattr(module, name, fail)
+
+
+@pytest.mark.parametrize("error", FAULTS, ids=lambda error: type(error).__name__)
+@pytest.mark.parametrize("part", ["draw", "tables"])
+def test_a_fault_of_the_program_is_no_fault_of_the_file(
+    monkeypatch: pytest.MonkeyPatch, result: Path, error: Exception, part: str
+) -> None:
+    failing(monkeypatch, error, part)
+    monkeypatch.setattr(render, "image", render.image if part == "draw" else lambda *_: PIXEL)
+    with pytest.raises(type(error)):
+        report.build([result])
+    if part == "draw":
+        with pytest.raises(type(error)):
+            render.render(result, result.with_suffix(".png"))
+
+
+PIXEL = (Path(render.__file__).parents[2] / "results" / "gallery" / "fig2.png").read_bytes()
+
+
+@pytest.mark.parametrize(
+    "error", [ValueError("x"), ZeroDivisionError("x"), IndexError("x"), TypeError("x")]
+)
+def test_values_that_cannot_be_drawn_are_a_sentence(
+    monkeypatch: pytest.MonkeyPatch, result: Path, error: Exception
+) -> None:
+    failing(monkeypatch, error)
+    with pytest.raises(render.Undrawable, match="cannot be drawn: "):
+        render.render(result, result.with_suffix(".png"))
+
+
+def test_a_fault_is_told_as_one(monkeypatch: pytest.MonkeyPatch, result: Path) -> None:
+    failing(monkeypatch, NameError("name 'axis' is not defined"))
+    done = call(result.parent, "render", "fig4.h5")
+    assert done.returncode == 4
+    assert "internal error: NameError" in done.stderr
