@@ -130,12 +130,16 @@ def of_arrays(file: Any) -> Iterator[tuple[str, Change]]:
     other = {"one": "two", "two": "one"}
     for name in ("one", "two"):
         yield f"{name} gone", partial(drop, name)
+        # A single orbit of all steps, and none left for the second column.
+        merged = file["data"][name]["steps"][()].sum(keepdims=True)
+        yield f"{name} merged", replaced(name, "steps", merged)
         yield f"{name} renamed", partial(rename, name)
         for field, node in file["data"][name].items():
             at = f"{name} {field}"
             yield f"{at} gone", replaced(name, field, None)
             values = node[()]
             yield f"{at} empty", replaced(name, field, values[..., :0])
+            yield f"{at} shorter", replaced(name, field, values[..., :-1])
             yield f"{at} turned", replaced(name, field, values[..., ::-1])
             yield f"{at} of the other", replaced(name, field, file["data"][other[name]][field][()])
             yield (
@@ -179,7 +183,8 @@ def of_attributes(file: Any) -> Iterator[tuple[str, Change]]:
         keys = [*file[place].attrs][: 1 if place == "provenance" else None]
         for key in ("more", *keys):
             if key not in ("DIMENSION_LIST", "REFERENCE_LIST", "CLASS", "NAME", "DIMENSION_LABELS"):
-                yield f"{place} {key} gone", partial(attribute, place, key, None)
+                if key != "more":
+                    yield f"{place} {key} gone", partial(attribute, place, key, None)
                 yield f"{place} {key} other", partial(attribute, place, key, "deg")
 
 
