@@ -13,6 +13,7 @@ import h5py
 import numpy as np
 import pytest
 
+from rigidpend import Body, certify_codes
 from rigidpend.certified import certificates, storage
 from rigidpend.config import loading
 from rigidpend.results import store
@@ -85,6 +86,14 @@ def claims(file: Path) -> set[tuple[str, str, int, int]]:
                     phase = phases[column].decode()
                     found.add((json.dumps(problem), phase, int(row), int(code)))
     return found
+
+
+def holds(problem: str, phase: str, row: int, code: int) -> bool:
+    """Whether a claim is true: the same steps prove symbols of a body beside theirs too."""
+    given = json.loads(problem)
+    body = Body(A=given["A"], r=given["r"], mu=given["mu"])
+    found = certify_codes(body, phase, h0=given["h0"], J1_0=given["J1_0"], n_symbols=row + 1)
+    return bool(found.proven[row, 0]) and int(found.codes[row, 0]) == code
 
 
 def says(config: Any) -> Change:
@@ -218,7 +227,7 @@ def test_no_change_anywhere_makes_something_false_proven(
             if said:
                 refused += 1
             else:
-                assert claims(other) <= true, what
+                assert all(x in true or holds(*x) for x in claims(other)), what
     # Most changes say something else; others, as of a provenance, change nothing that is claimed.
     assert refused > 0.6 * len(every)
 
