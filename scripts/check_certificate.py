@@ -184,8 +184,8 @@ def exponential(x: Interval) -> Interval:
 
 def number(text: str) -> Any:
     """A number as a config writes it: a Fraction where it is rational, else an interval."""
-    if len(text) > 5000:
-        raise Refused("a number of more than 5000 characters")
+    if not isinstance(text, str) or len(text) > 5000:
+        raise Refused("a number is no text, or one of more than 5000 characters")
     try:
         return _value(ast.parse(text.strip(), mode="eval").body, text.strip())
     except (SyntaxError, ValueError, KeyError, ZeroDivisionError, RecursionError, MemoryError):
@@ -737,12 +737,15 @@ def check(path: Path, given: Path | None = None, processes: int = 1) -> Iterator
         codes = arrays[name]["codes"]
         if codes.shape != (symbols, len(phases)) or symbols > SYMBOLS:
             raise Refused(f"{name}: its config asks for {symbols} symbols of {len(phases)} orbits")
+        if {len(stated[name]), len(arrays[name]["steps"])} != {len(phases)}:
+            raise Refused(f"{name}: theta2_0 or steps are not of {len(phases)} orbits")
         for column, (text, phase) in enumerate(zip(stated[name], phases, strict=True)):
             if not same(text, phase):
                 raise Refused(f"{name}: theta2_0 of column {column} is {text[:60]}, not {phase}")
         steps = steps_of(arrays[name])
         work = _each(prove, [problem] * len(phases), phases, steps, processes)
-        for column, proof in enumerate(work):
+        # Strictly: where a proof were missing, what is claimed of its column would go unheld.
+        for column, proof in zip(range(len(phases)), work, strict=True):
             claimed = [int(x) for x in codes[:, column]]
             claims += sum(x != NONE for x in claimed)
             for k, code in enumerate(claimed):
