@@ -94,12 +94,12 @@ def test_numerics_reach_the_computation(content: Any, monkeypatch: pytest.Monkey
         raise InterruptedError
 
     monkeypatch.setattr(route_codes, "route_codes", stop)
-    arithmetic = resolve("scipy", 1e-9, (60, 70))
+    arithmetic = resolve("scipy", 1e-9, (60, 80))
     with pytest.raises(InterruptedError):
         route_codes.compute(content, Means(arithmetic, 3, print))
     [keywords] = seen
     assert keywords["tolerance"] == 1e-9
-    assert keywords["precisions"] == (60, 70)
+    assert keywords["precisions"] == (60, 80)
     assert (keywords["engine"], keywords["jobs"]) == ("scipy", 3)
 
 
