@@ -182,6 +182,9 @@ class PairArray:
             rows = _concatenate([total, rows[2 * half :]]) if len(rows) % 2 else total
         return rows[0]
 
+    def copy(self) -> PairArray:
+        return PairArray(self.parts.copy())
+
     def max(self) -> float:
         """The largest number, rounded to a double."""
         return float(self.parts[0].max())

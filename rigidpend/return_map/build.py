@@ -33,6 +33,8 @@ SLACK = 2.0**13
 With the body of Fig. 4 finished maps err by some tens of them, and by 700 at mu = 0.01."""
 SPARE_BITS = 4
 """Bits by which the tables of a map are sharper than it is said to be, in pairs of doubles."""
+TOLD = 16
+"""Factor by which tables may err more than their last coefficients."""
 ATTEMPTS = 4
 """Number of times the orders are raised before a map is refused."""
 MOST_DEGREE = 45
@@ -219,7 +221,10 @@ def build(body: Body, low: Exact, high: Exact, bits: int, design: Design = FIRST
             break
         small = allowed / 8
         x, phase, energy = (tail > small for tail in errors[-3:])
-        planned = planned.larger(inner=not (x or phase or energy), x=x, phase=phase, energy=energy)
+        # What the tails don't tell of is the normal form's own.
+        inner = max(errors.charts, errors.inverse) > TOLD * max(errors[-3:])
+        inner = inner or not (x or phase or energy)
+        planned = planned.larger(inner=inner, x=x, phase=phase, energy=energy)
     else:
         raise MapError(f"the tables don't settle: {errors}")
     if errors.floquet > FLOQUET:

@@ -16,14 +16,10 @@ from rigidpend.integrate.compiled import exactly
 from rigidpend.integrate.states import states_at
 from rigidpend.numbers.exact import GUARD_BITS, context
 from rigidpend.return_map.poincare import section_state
-from rigidpend.return_map.precision import native, precision
+from rigidpend.return_map.precision import precision
 from rigidpend.return_map.reduced import coefficients as reduced_coefficients
 from tests.integrate.problems import GENERIC, fan, needs_heyoka
 
-EXTENDED = pytest.param(
-    *(64, 8),
-    marks=pytest.mark.skipif(native(64) is None, reason="long doubles are doubles here"),
-)
 
 
 def given(bits: int, sense: int, n: int = 3) -> tuple[AlignedCoefficients, Any, Any]:
@@ -41,9 +37,8 @@ def in_bits(x: Any, bits: int) -> Any:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("sense", [1, -1])
-@pytest.mark.parametrize(("bits", "ulps"), [EXTENDED, (106, 200)])
+@pytest.mark.parametrize(("bits", "ulps"), [(106, 200)])
 def test_pairs_of_doubles_agree_with_integers(bits: int, ulps: int, sense: int) -> None:
-    """In 64 bits rounding is that of the result; pairs lose some bits on the way."""
     c, states, times = given(bits, sense)
     found = arcs(c, states, times, bits)
     assert found.shape == (6, 3, 3)

@@ -62,7 +62,7 @@ def test_agrees_a_rapid_passage_with_the_full_one(made: ReturnMap, rising: bool,
     assert both.mean() > 0.9
     assert (inside == full.inside).mean() > 0.99
     assert ((found[3] > 0) == (full.symbol == 1))[both].all()
-    grown = (1 + np.abs(full.slopes).max(axis=(0, 1)).astype(float)) * 2.0**-bits
+    grown = (1 + np.abs(a.floats(full.slopes)).max(axis=(0, 1))) * 2.0**-bits
     late = np.abs(found[2] - full.time).astype(float)
     turned = np.abs(np.exp(1j * (found[1] - full.point.chi).astype(float)) - 1)
     apart = np.abs(found[0] - full.point.d).astype(float)
@@ -109,7 +109,7 @@ def test_agrees_the_kernel_with_arrays(
     compiled, arrays = (way(Qp, phase, e, 6) for way in (fast.follow, fast.interpreted))
     alone = fast.follow(Qp[4:5], phase[4:5], e[4:5], 6)
     assert np.array_equal(alone.time[:, 0], compiled.time[:, 4])
-    assert not np.array_equal(compiled.time[-1], arrays.time[-1]), "the same code"
+    assert bits > 53 or not np.array_equal(compiled.time[-1], arrays.time[-1]), "the same code"
     assert (compiled.separatrix == arrays.separatrix).all()
     late = np.abs(compiled.time - arrays.time)
     # Doubles store times of 10 with roundings of 2e-15; each passage makes errors grow tenfold.
