@@ -1,6 +1,6 @@
 """Ctrl-C and SIGTERM to commands: none is lost, each ends the process soon and in good order.
 
-How many are sent at random moments: 6, or as many as ``RIGIDPEND_KILLS`` says.
+Six are sent at random moments, or more by `make attacks`.
 """
 
 from __future__ import annotations
@@ -8,7 +8,6 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import random
 import signal
 import subprocess
 import sys
@@ -19,6 +18,7 @@ from typing import NamedTuple
 import pytest
 
 from rigidpend.run import signals
+from tests.attacks.lot import drawn, trials
 from tests.cli.calls import UNTRACED, call
 from tests.config.samples import SMALL, written
 
@@ -74,7 +74,6 @@ SWALLOWS = {
 }
 
 
-KILLS = int(os.environ.get("RIGIDPEND_KILLS", "6"))
 COMMANDS = {
     "run on one thread": ("run", "work.yaml", "--force", "-j", "1"),
     "run on two threads": ("run", "work.yaml", "--force", "-j", "2"),
@@ -242,11 +241,11 @@ def wrong(folder: Path, end: End, number: signal.Signals) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("index", range(KILLS))
+@pytest.mark.parametrize("index", range(trials(6, 0.05)))
 def test_a_signal_at_any_moment_ends_any_command(desk: Path, index: int) -> None:
-    chance = random.Random(index)
-    command, number = list(COMMANDS)[index % len(COMMANDS)], chance.choice(BOTH)
-    end = disturbed(desk, command, number, chance.uniform(0, LASTS))
-    assert not wrong(desk, end, number), (command, number, end)
-    # Other work on the machine may take its turn.
-    assert end.seconds < BOUND * max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
+    with drawn(f"signal {index}") as chance:
+        command, number = list(COMMANDS)[index % len(COMMANDS)], chance.choice(BOTH)
+        end = disturbed(desk, command, number, chance.uniform(0, LASTS))
+        assert not wrong(desk, end, number), (command, number, end)
+        # Other work on the machine may take its turn.
+        assert end.seconds < BOUND * max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
