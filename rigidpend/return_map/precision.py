@@ -91,7 +91,7 @@ class Precision:
 
     def _pairs(self, x: Scalar) -> PairArray:
         if isinstance(x, (list, tuple)):
-            rows: PairArray = np.stack([self.array(one) for one in x])
+            rows: Any = np.stack([self.array(one) for one in x])
             return rows
         given = np.asarray(x)
         if given.dtype.kind in "fiu":
