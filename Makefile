@@ -25,7 +25,7 @@ check: $(VENV)/.installed-test ## check format, lint and types
 	$(BIN)/mypy
 
 # Counting lines takes twice as long: of the slow tests only those count that reach the most new ones.
-COUNTED := tests/measure tests/experiments/bench tests/run/test_cluster.py tests/render tests/report
+COUNTED := tests/experiments tests/experiments/bench tests/runs/test_cluster.py tests/render tests/render/report
 
 test: check ## check, then run every test, on all cores; COVERAGE=1 counts the lines of most
 ifdef COVERAGE
@@ -46,7 +46,7 @@ test-plain: ## run every test without heyoka, as on macOS and Windows, in build/
 	build/plain/bin/python -m pytest -n $(or $(JOBS),auto) --dist loadfile
 
 attacks: $(VENV)/.installed-test ## random attacks of every kind, repeatable by their seed: half an hour; COUNT= SEED=
-	RIGIDPEND_ATTACKS=$(or $(COUNT),2000) RIGIDPEND_SEED=$(or $(SEED),1) $(PYTEST) tests/attacks tests/test_api_values.py tests/config/test_fuzz.py tests/run/test_faults.py tests/run/test_kills.py tests/run/test_signals.py
+	RIGIDPEND_ATTACKS=$(or $(COUNT),2000) RIGIDPEND_SEED=$(or $(SEED),1) $(PYTEST) tests/attacks tests/test_api_values.py tests/runs/test_fuzz.py tests/runs/test_faults.py tests/runs/test_kills.py tests/machine/test_signals.py
 
 coverage: $(VENV)/.installed-test ## run every test and say which lines and branches they leave out
 	$(PYTEST) --cov --cov-report=term:skip-covered --cov-report=html:build/coverage

@@ -22,8 +22,8 @@ import rigidpend
 from rigidpend import experiments
 from rigidpend.cli import main
 from rigidpend.config.meanings import UNITS, meanings, nested
-from rigidpend.departures import DEPARTURES
 from rigidpend.numbers.exact import Exact
+from rigidpend.render.report.departures import DEPARTURES
 
 COMMON = ("figure", "experiment")
 """The first two keys of every config, of which the page itself tells."""

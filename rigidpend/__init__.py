@@ -107,21 +107,21 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from rigidpend.body import Body as Body
-    from rigidpend.certified.codes import CertifiedCodes as CertifiedCodes
-    from rigidpend.certified.codes import certify_codes as certify_codes
+    from rigidpend.mechanics.body import Body as Body
     from rigidpend.notebook import StoredResult as StoredResult
     from rigidpend.notebook import load as load
     from rigidpend.notebook import orbit as orbit
     from rigidpend.notebook import plot as plot
     from rigidpend.notebook import run as run
     from rigidpend.notebook import theory as theory
-    from rigidpend.return_map import return_map as return_map
+    from rigidpend.orbits.return_map import return_map as return_map
     from rigidpend.routes import RouteCodes as RouteCodes
     from rigidpend.routes import route_codes as route_codes
-    from rigidpend.symbolic import FoundOrbit as FoundOrbit
-    from rigidpend.symbolic import address_of as address_of
-    from rigidpend.symbolic import find_orbit as find_orbit
+    from rigidpend.routes.certified.codes import CertifiedCodes as CertifiedCodes
+    from rigidpend.routes.certified.codes import certify_codes as certify_codes
+    from rigidpend.routes.symbolic import FoundOrbit as FoundOrbit
+    from rigidpend.routes.symbolic import address_of as address_of
+    from rigidpend.routes.symbolic import find_orbit as find_orbit
 
 __version__ = "0.2.0"
 __all__ = [
@@ -131,18 +131,18 @@ __all__ = [
 ]
 
 _HOME = {
-    "Body": "rigidpend.body",
-    "CertifiedCodes": "rigidpend.certified.codes",
-    "FoundOrbit": "rigidpend.symbolic",
+    "Body": "rigidpend.mechanics.body",
+    "CertifiedCodes": "rigidpend.routes.certified.codes",
+    "FoundOrbit": "rigidpend.routes.symbolic",
     "RouteCodes": "rigidpend.routes",
     "StoredResult": "rigidpend.notebook",
-    "address_of": "rigidpend.symbolic",
-    "certify_codes": "rigidpend.certified.codes",
-    "find_orbit": "rigidpend.symbolic",
+    "address_of": "rigidpend.routes.symbolic",
+    "certify_codes": "rigidpend.routes.certified.codes",
+    "find_orbit": "rigidpend.routes.symbolic",
     "load": "rigidpend.notebook",
     "orbit": "rigidpend.notebook",
     "plot": "rigidpend.notebook",
-    "return_map": "rigidpend.return_map",
+    "return_map": "rigidpend.orbits.return_map",
     "route_codes": "rigidpend.routes",
 }
 """Module that each public name comes from."""

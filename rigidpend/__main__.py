@@ -7,7 +7,7 @@ import sys
 def main() -> None:
     """Run the command line; from the first line a signal ends it in good order."""
     settle_streams()
-    from rigidpend.run import signals
+    from rigidpend.machine import signals
 
     signals.watch()
     # Only now: these imports take longer than many a command.

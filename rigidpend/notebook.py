@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from rigidpend.body import Body
-    from rigidpend.description import Row
-    from rigidpend.results.tree import Loaded
+    from rigidpend.config.description import Row
+    from rigidpend.experiments.contract.tree import Loaded
+    from rigidpend.mechanics.body import Body
 
 POINTS = 60
 """Samples in a rotation of the pendulum, if no step is given: as many as in Fig. 5."""
@@ -136,12 +136,12 @@ class TheoryTable(tuple["Row", ...]):
         return found[0].value if found[0].number is None else found[0].number
 
     def __repr__(self) -> str:
-        from rigidpend.tables import columns
+        from rigidpend.machine.tables import columns
 
         return "\n".join(columns([row[:3] for row in self], 100))
 
     def _repr_html_(self) -> str:
-        from rigidpend.tables import Table, html
+        from rigidpend.machine.tables import Table, html
 
         return str(html(Table("", ("name", "value", "meaning"), [row[:3] for row in self])))
 
@@ -203,10 +203,11 @@ def run(
     ParameterError, ConfigError, StoreError
         An argument that is none, or as the command `run` tells them.
     """
-    from rigidpend.config import loading, sweeps
+    from rigidpend.config import sweeps
     from rigidpend.config.names import resolve
     from rigidpend.experiments.contract import tell_nobody
-    from rigidpend.run import runner, workers
+    from rigidpend.machine import workers
+    from rigidpend.runs import loading, runner
 
     pairs = checked.of_kind("settings", {} if settings is None else settings, Mapping)
     say = checked.of_kind("progress", tell_nobody if progress is None else progress, Callable)
@@ -278,9 +279,11 @@ def orbit(
     """
     import numpy as np
 
-    from rigidpend import herpolhode, hodograph, integrate
-    from rigidpend.integrate.arithmetic import resolve
+    from rigidpend.mechanics import hodograph
     from rigidpend.numbers.exact import PRECISIONS
+    from rigidpend.orbits import integrate
+    from rigidpend.orbits.integrate.arithmetic import resolve
+    from rigidpend.routes import herpolhode
     from rigidpend.routes.problem import RouteProblem, rotation_period
 
     # How many symbols are asked for has no part in an orbit: one is the least.
@@ -316,7 +319,7 @@ def theory(body: Body, h0: Any, J1_0: Any = None) -> TheoryTable:
     ProblemError
         h0 or J1_0 is out of range.
     """
-    from rigidpend.theory import rows
+    from rigidpend.config.theory import rows
 
     return TheoryTable(rows(body, h0, J1_0))
 

@@ -19,16 +19,22 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rigidpend.body import Body
+from rigidpend.experiments.plots.palette import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    RED,
+    WIDTH,
+)
+from rigidpend.machine.tables import Table, markdown
+from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
+from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
+from rigidpend.orbits.return_map.build import table_bits
+from rigidpend.orbits.return_map.normal_form import powers
 from rigidpend.render import STYLE
-from rigidpend.render.palette import BLUE, GREEN, ORANGE, RED, WIDTH
-from rigidpend.return_map import MapError, ReturnMap, return_map
-from rigidpend.return_map.build import table_bits
-from rigidpend.return_map.normal_form import powers
 from rigidpend.routes.mapped import start_Qp
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.tables import Table, markdown
 from scripts.readme_tables import ROOT, replaced
 
 PICTURE, PAGE = ROOT / "docs" / "static" / "return_map.png", ROOT / "docs" / "return-map.md"

@@ -7,7 +7,7 @@ survive no fork, functions that are handed to worker processes, and functions th
 heyoka's symbols; so this one rewrites files and starts anew.
 
     python -m scripts.mutants --count 150 --seed 1 --processes 2 --keep build/mutants.txt
-    python -m scripts.mutants --only rigidpend/results/compare.py:57
+    python -m scripts.mutants --only rigidpend/experiments/contract/compare.py:57
 
 Verdicts that are kept in a file are not sought again: a run that was stopped goes on where it was.
 What is declared in `tests/equivalent_mutants.yaml` is not run, and counts apart.
@@ -41,84 +41,87 @@ SLOW = (
     "tests/routes/test_fig4.py::test_agrees_engines_on_the_right_array",
     "tests/routes/test_fig4.py::test_agrees_every_cell_of_the_left_array_and_all_are_certain[scipy]",
     "tests/routes/test_random_phases.py",
-    "tests/test_equations.py::test_agrees_eq1_with_aligned_along_an_orbit",
-    "tests/results/test_reference.py::test_every_dataset_altered_by_more_than_its_allowance_is_noticed",
-    "tests/results/test_reference.py::test_every_build_agrees_with_the_same_references",
+    "tests/mechanics/test_equations.py::test_agrees_eq1_with_aligned_along_an_orbit",
+    "tests/runs/test_reference.py::test_every_dataset_altered_by_more_than_its_allowance_is_noticed",
+    "tests/runs/test_reference.py::test_every_build_agrees_with_the_same_references",
 )
 """Left for the end: each takes seconds, and hardly a mutant gets as far as them."""
 BESIDE = (
-    "tests/integrate/test_neighbours.py",
-    "tests/integrate/test_differences.py",
-    "tests/integrate/test_reference_orbit.py",
+    "tests/orbits/integrate/test_neighbours.py",
+    "tests/orbits/integrate/test_differences.py",
+    "tests/orbits/integrate/test_reference_orbit.py",
     "tests/routes/test_neighbourhood.py",
 )
 ON_SECTIONS = (
-    "tests/integrate/test_sections.py",
-    "tests/integrate/test_arcs.py",
-    "tests/return_map",
+    "tests/orbits/integrate/test_sections.py",
+    "tests/orbits/integrate/test_arcs.py",
+    "tests/orbits/return_map",
 )
 TESTS = {
-    "rigidpend/results/compare.py": (
-        "tests/results/test_compare.py",
-        "tests/results/test_verify.py",
+    "rigidpend/experiments/contract/compare.py": (
+        "tests/experiments/contract/test_compare.py",
+        "tests/runs/test_verify.py",
     ),
-    "rigidpend/results/regression.py": (
-        "tests/results/test_verify.py",
-        "tests/results/test_reference.py",
+    "rigidpend/runs/regression.py": (
+        "tests/runs/test_verify.py",
+        "tests/runs/test_reference.py",
     ),
-    "rigidpend/coordinates.py": (
-        "tests/test_coordinates.py",
-        "tests/test_coordinates_limits.py",
+    "rigidpend/mechanics/coordinates.py": (
+        "tests/mechanics/test_coordinates.py",
+        "tests/mechanics/test_coordinates_limits.py",
         "tests/routes/test_start.py",
     ),
-    "rigidpend/equations.py": ("tests/test_equations.py", "tests/integrate/test_analytic.py"),
+    "rigidpend/mechanics/equations.py": (
+        "tests/mechanics/test_equations.py",
+        "tests/orbits/integrate/test_analytic.py",
+    ),
     "rigidpend/routes": ("tests/routes", "tests/experiments/heteroclinic_cycle/test_compute.py"),
-    "rigidpend/integrate": ("tests/integrate", "tests/routes/test_codes.py"),
-    "rigidpend/integrate/neighbours.py": BESIDE,
-    "rigidpend/integrate/differences.py": BESIDE,
-    "rigidpend/integrate/reference_orbit.py": BESIDE,
-    "rigidpend/integrate/sections.py": ON_SECTIONS,
-    "rigidpend/integrate/batch_sections.py": (*ON_SECTIONS, "tests/routes/test_handover.py"),
-    "rigidpend/integrate/arcs.py": ON_SECTIONS,
+    "rigidpend/orbits/integrate": ("tests/orbits/integrate", "tests/routes/test_codes.py"),
+    "rigidpend/orbits/integrate/neighbours.py": BESIDE,
+    "rigidpend/orbits/integrate/differences.py": BESIDE,
+    "rigidpend/orbits/integrate/reference_orbit.py": BESIDE,
+    "rigidpend/orbits/integrate/sections.py": ON_SECTIONS,
+    "rigidpend/orbits/integrate/batch_sections.py": (*ON_SECTIONS, "tests/routes/test_handover.py"),
+    "rigidpend/orbits/integrate/arcs.py": ON_SECTIONS,
 }
 """The tests of each module, or of each folder of modules; the quickest to tell come first."""
 QUICK = {
-    "rigidpend/integrate/kernel": (
-        "tests/integrate/test_kernel_functions.py",
-        "tests/integrate/test_sample.py",
-        "tests/integrate/test_kernel.py",
+    "rigidpend/orbits/integrate/kernel": (
+        "tests/orbits/integrate/test_kernel_functions.py",
+        "tests/orbits/integrate/test_sample.py",
+        "tests/orbits/integrate/test_kernel.py",
     ),
-    "rigidpend/integrate/batch": (
-        "tests/integrate/test_taylor.py",
-        "tests/integrate/test_sections.py",
-        "tests/integrate/test_sample.py",
+    "rigidpend/orbits/integrate/batch": (
+        "tests/orbits/integrate/test_taylor.py",
+        "tests/orbits/integrate/test_sections.py",
+        "tests/orbits/integrate/test_sample.py",
     ),
-    "rigidpend/integrate/bounds": ("tests/integrate/test_touches.py",),
-    "rigidpend/integrate/compiled": ("tests/integrate/test_taylor.py",),
-    "rigidpend/integrate/passages": (
-        "tests/integrate/test_neighbours.py",
-        "tests/integrate/test_reference_orbit.py",
+    "rigidpend/orbits/integrate/bounds": ("tests/orbits/integrate/test_touches.py",),
+    "rigidpend/orbits/integrate/compiled": ("tests/orbits/integrate/test_taylor.py",),
+    "rigidpend/orbits/integrate/passages": (
+        "tests/orbits/integrate/test_neighbours.py",
+        "tests/orbits/integrate/test_reference_orbit.py",
     ),
-    "rigidpend/integrate/roots": (
-        "tests/integrate/test_touches.py",
-        "tests/integrate/test_bigint.py",
+    "rigidpend/orbits/integrate/roots": (
+        "tests/orbits/integrate/test_touches.py",
+        "tests/orbits/integrate/test_bigint.py",
     ),
     "rigidpend/routes/rows": ("tests/routes/test_plane.py", "tests/routes/test_bodies.py"),
 }
 """Those of a room that know modules of that name best: they run before the others."""
 WIDE = (
-    "tests/integrate",
-    "tests/return_map",
+    "tests/orbits/integrate",
+    "tests/orbits/return_map",
     "tests/routes",
     "tests/results",
-    "tests/symbolic",
-    "tests/asymptotic",
-    "tests/measure/stress",
-    "tests/test_coordinates.py",
-    "tests/test_coordinates_limits.py",
-    "tests/test_equations.py",
+    "tests/routes/symbolic",
+    "tests/surfaces",
+    "tests/experiments/stress/trials",
+    "tests/mechanics/test_coordinates.py",
+    "tests/mechanics/test_coordinates_limits.py",
+    "tests/mechanics/test_equations.py",
     "tests/test_imports.py",
-    "tests/test_variational.py",
+    "tests/surfaces/test_variational.py",
 )
 """What a mutant has to pass that survives the tests of its module: tests of what is built on it."""
 SECONDS = 120

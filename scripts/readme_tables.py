@@ -13,13 +13,18 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from rigidpend.experiments.bench.measuring import reading
+from rigidpend.experiments.bench.measuring.methods import METHODS
+from rigidpend.experiments.bench.measuring.problems import NAMES
+from rigidpend.experiments.contract.tree import Data, Loaded
 from rigidpend.experiments.stress import report as trials
-from rigidpend.measure.benchmark import reading
-from rigidpend.measure.benchmark.methods import METHODS
-from rigidpend.measure.benchmark.problems import NAMES
+from rigidpend.machine.tables import (
+    Table,
+    markdown,
+    seconds,
+    times,
+)
 from rigidpend.results import store
-from rigidpend.results.tree import Data, Loaded
-from rigidpend.tables import Table, markdown, seconds, times
 
 ROOT = Path(__file__).resolve().parents[1]
 MEASURED = ROOT / "results" / "measured"

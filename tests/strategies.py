@@ -12,8 +12,8 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from mpmath import MPContext
 
-from rigidpend.body import Angles, Body
-from rigidpend.coordinates import Canonical, canonical
+from rigidpend.mechanics.body import Angles, Body
+from rigidpend.mechanics.coordinates import Canonical, canonical
 
 FINE = MPContext()
 """A context of the tests' own, 60 digits, apart from those that the package shares."""

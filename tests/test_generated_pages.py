@@ -12,10 +12,11 @@ from pydantic import BaseModel, Field
 from docs import generate
 from rigidpend import experiments
 from rigidpend.cli import main
-from rigidpend.config import catalogue, loading
+from rigidpend.config import catalogue
 from rigidpend.config.meanings import meanings
 from rigidpend.config.schema import Number
-from rigidpend.departures import DEPARTURES
+from rigidpend.render.report.departures import DEPARTURES
+from rigidpend.runs import loading
 
 NAMED = {"problem.bodies", "problem.arrays", "problem.cases", "problem.zooms"}
 """Sections whose keys are names of the user's choice."""

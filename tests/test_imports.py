@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rigidpend.cli import main
-from rigidpend.integrate.engines import default_engine
+from rigidpend.orbits.integrate.engines import default_engine
 from tests.config.samples import SMALL, changed, written
 from tests.processes import modules
 
@@ -92,7 +92,7 @@ def test_list_imports_no_engine_and_no_drawing(folder: Path) -> None:
 
 @pytest.mark.slow
 def test_a_run_never_imports_matplotlib(by_run: set[str], by_second_run: set[str]) -> None:
-    assert "rigidpend.run.runner" in by_run & by_second_run
+    assert "rigidpend.runs.runner" in by_run & by_second_run
     assert "matplotlib" not in by_run | by_second_run
 
 
@@ -100,9 +100,12 @@ def test_a_run_never_imports_matplotlib(by_run: set[str], by_second_run: set[str
 def test_an_engine_is_imported_when_it_computes_and_not_before(
     by_run: set[str], by_second_run: set[str]
 ) -> None:
-    engine = {"taylor": "rigidpend.integrate.batch", "scipy": "rigidpend.integrate.dop853"}
+    engine = {
+        "taylor": "rigidpend.orbits.integrate.batch",
+        "scipy": "rigidpend.orbits.integrate.dop853",
+    }
     assert engine[default_engine()] in by_run
-    others = {"heyoka", "llvmlite", "scipy.integrate", "rigidpend.integrate.bigint"}
+    others = {"heyoka", "llvmlite", "scipy.integrate", "rigidpend.orbits.integrate.bigint"}
     engines = {*others, *engine.values()}
     assert by_second_run & engines == set()
 
@@ -119,10 +122,15 @@ def test_render_imports_nothing_that_computes(folder: Path, by_run: set[str]) ->
     assert (folder / "results" / "small.png").is_file()
     assert "matplotlib" in found
     assert "matplotlib.pyplot" not in found
-    computing = {"heyoka", "scipy.integrate", "rigidpend.routes.codes", "rigidpend.equations"}
-    computing |= {"rigidpend.experiments.route_codes.compute", "rigidpend.melnikov"}
+    computing = {
+        "heyoka",
+        "scipy.integrate",
+        "rigidpend.routes.codes",
+        "rigidpend.mechanics.equations",
+    }
+    computing |= {"rigidpend.experiments.route_codes.compute", "rigidpend.surfaces.melnikov"}
     assert found & computing == set()
-    assert {name for name in found if name.startswith("rigidpend.integrate")} == set()
+    assert {name for name in found if name.startswith("rigidpend.orbits.integrate")} == set()
 
 
 @pytest.mark.slow

@@ -8,10 +8,10 @@ import matplotlib
 import numpy as np
 import pytest
 
-from rigidpend.body import Body
-from rigidpend.integrate import default_engine
+from rigidpend.mechanics.body import Body
+from rigidpend.orbits.integrate import default_engine
+from rigidpend.orbits.return_map import MapError, return_map
 from rigidpend.render import STYLE
-from rigidpend.return_map import MapError, return_map
 from scripts import map_page
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "return-map.md"

@@ -16,7 +16,7 @@ from scripts import mutants, mutations
 
 ROOT = Path(__file__).resolve().parents[1]
 CERTAINTY = "rigidpend/routes/certainty.py"
-ARCS = "rigidpend/integrate/arcs.py"
+ARCS = "rigidpend/orbits/integrate/arcs.py"
 
 
 @pytest.mark.parametrize(
@@ -98,8 +98,11 @@ def test_every_module_that_is_named_has_tests_that_are_there() -> None:
     named = {"compare", "regression", "coordinates", "equations", "routes", "integrate"}
     assert {Path(room).stem for room in mutants.TESTS if "integrate/" not in room} == named
     assert all((ROOT / room).exists() for room in mutants.TESTS)
-    assert mutants.room_of("rigidpend/integrate/arcs.py")[0] == "rigidpend/integrate/arcs.py"
-    assert mutants.room_of("rigidpend/integrate/batch.py")[0] == "rigidpend/integrate"
+    assert (
+        mutants.room_of("rigidpend/orbits/integrate/arcs.py")[0]
+        == "rigidpend/orbits/integrate/arcs.py"
+    )
+    assert mutants.room_of("rigidpend/orbits/integrate/batch.py")[0] == "rigidpend/orbits/integrate"
     for path in mutants.files():
         tests = *mutants.quick_of(path), *mutants.room_of(path)[1]
         assert all((ROOT / test).exists() for test in tests)
@@ -113,8 +116,8 @@ def test_every_module_that_is_named_has_tests_that_are_there() -> None:
 
 def test_its_own_tests_know_a_module_best() -> None:
     assert mutants.quick_of(CERTAINTY) == ("tests/routes/test_certainty.py",)
-    own, *others = mutants.quick_of("rigidpend/integrate/bounds.py")
-    assert (own, others) == ("tests/integrate/test_touches.py", [])
+    own, *others = mutants.quick_of("rigidpend/orbits/integrate/bounds.py")
+    assert (own, others) == ("tests/orbits/integrate/test_touches.py", [])
 
 
 def declared(folder: Path, *entries: dict[str, Any]) -> Path:

@@ -16,8 +16,9 @@ import pytest
 
 import rigidpend
 from rigidpend.cli import main
-from rigidpend.config import loading, names
+from rigidpend.config import names
 from rigidpend.results import store
+from rigidpend.runs import loading
 from scripts import readme_tables
 
 ROOT = Path(__file__).resolve().parents[1]

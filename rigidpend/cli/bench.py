@@ -31,8 +31,8 @@ def command(
       rigidpend bench --quick
       rigidpend bench --set search.seconds=1 --json
     """
-    from rigidpend import tables
-    from rigidpend.measure.benchmark import reading
+    from rigidpend.experiments.bench.measuring import reading
+    from rigidpend.machine import tables
     from rigidpend.results import store
 
     # One at a time: whatever runs beside a timing disturbs it.

@@ -9,7 +9,7 @@ import click
 from rigidpend.cli.common import JSON, guarded, print_json, print_table, say
 
 if TYPE_CHECKING:
-    from rigidpend.results.cache import Subfolder
+    from rigidpend.machine.cache import Subfolder
 
 
 @click.command("cache")
@@ -30,7 +30,7 @@ def command(clear: bool, each: bool, as_json: bool) -> None:
       rigidpend cache --files
       rigidpend cache --clear
     """
-    from rigidpend.results import cache
+    from rigidpend.machine import cache
 
     found = cache.subfolders()
     if clear:

@@ -12,7 +12,7 @@ from rigidpend.cli import complete
 from rigidpend.cli.common import JOBS, JSON, OUT, SETTINGS, guarded, print_json, say
 
 if TYPE_CHECKING:
-    from rigidpend.certified.certificates import Summary
+    from rigidpend.runs.certificates import Summary
 
 
 @click.command("certify")
@@ -53,10 +53,9 @@ def command(
     if bool(names) == bool(file):
         raise click.UsageError("give names of configs, or a certificate with --check")
     # Imported behind the check, so that wrong usage is told even without python-flint.
-    from rigidpend.certified import certificates
-    from rigidpend.config import loading
     from rigidpend.config.names import resolve
-    from rigidpend.run.workers import cores
+    from rigidpend.machine.workers import cores
+    from rigidpend.runs import certificates, loading
 
     # Told at the end, so that --json prints one document.
     told = {}

@@ -20,7 +20,7 @@ import click
 
 from rigidpend.cli import complete
 from rigidpend.config.catalogue import RESULTS
-from rigidpend.run import signals
+from rigidpend.machine import signals
 
 DONE, FAILED, MISUSED, ABSENT, INTERNAL = 0, 1, 2, 3, 4
 """Exit codes of the commands.
@@ -179,7 +179,7 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
         return f"{named}{error.strerror or error}"
     if code != INTERNAL:
         return brief(str(error))
-    from rigidpend.run.logs import elsewhere
+    from rigidpend.runs.logs import elsewhere
 
     said = f"internal error: {error!r}; please report it"
     try:
@@ -203,9 +203,8 @@ def measured(
 ) -> Path:
     """Run a measurement unless it is up to date, and draw it; its result."""
     from rigidpend import render
-    from rigidpend.config import loading
     from rigidpend.config.names import resolve
-    from rigidpend.run import runner
+    from rigidpend.runs import loading, runner
 
     [path] = resolve((f"{name}_quick" if quick else name,))
     planned = runner.plan(loading.load(path, settings), folder, force=force)
@@ -275,7 +274,7 @@ def print_rows(rows: Sequence[Any], margin: str = "") -> None:
 
 def print_table(rows: Sequence[Sequence[str]], margin: str = "") -> None:
     """Print rows in columns that fit the terminal, or 80 characters where there is none."""
-    from rigidpend import tables
+    from rigidpend.machine import tables
 
     for line in tables.columns(rows, shutil.get_terminal_size().columns, margin):
         click.echo(line)

@@ -36,8 +36,8 @@ def command(name: str, settings: tuple[str, ...], resolved: bool, as_json: bool)
       rigidpend describe fig4 --resolved > mine.yaml
       rigidpend describe all --json
     """
-    from rigidpend.config import loading
     from rigidpend.config.names import resolve
+    from rigidpend.runs import loading
 
     paths = resolve((name,))
     if resolved and len(paths) > 1:
@@ -58,7 +58,7 @@ def command(name: str, settings: tuple[str, ...], resolved: bool, as_json: bool)
 def _rows(loaded: Any) -> list[Any]:
     """Rows of the experiment, then those that theory adds, if the config has one body."""
     from rigidpend import experiments
-    from rigidpend.theory import of
+    from rigidpend.config.theory import of
 
     own = list(experiments.computation(loaded.experiment).describe(loaded.content))
     names = {row.name for row in own}
@@ -66,7 +66,7 @@ def _rows(loaded: Any) -> list[Any]:
 
 
 def _document(loaded: Any) -> dict[str, Any]:
-    from rigidpend.run import provenance
+    from rigidpend.runs import provenance
 
     resolved = loaded.resolved()
     return {

@@ -10,7 +10,7 @@ from rigidpend.cli import complete
 from rigidpend.cli.common import JSON, SETTINGS, guarded, print_json, print_table, say
 
 if TYPE_CHECKING:
-    from rigidpend.symbolic import FoundOrbit
+    from rigidpend.routes.symbolic import FoundOrbit
 
 SHOWN = 400
 """Largest number of characters of an address that the table shows; --json has all."""
@@ -64,8 +64,8 @@ def command(
       rigidpend find fig5 --code 00011 --decimals 2
       rigidpend find fig4 --code "0^11 1^10 1^11" --digits 45 --json
     """
-    from rigidpend.config import loading
     from rigidpend.config.names import resolve
+    from rigidpend.runs import loading
 
     [path, *others] = resolve((name,))
     if others:
@@ -79,7 +79,7 @@ def command(
             raise click.UsageError("--decimals lists orbits, and --near chooses one: give one")
         _list(code, decimals, given, as_json)
         return
-    from rigidpend.symbolic import find_orbit
+    from rigidpend.routes.symbolic import find_orbit
 
     found = find_orbit(code=code, near=near, digits=digits, **given)
     if as_json:
@@ -90,9 +90,9 @@ def command(
 
 def _list(code: str, decimals: int, given: dict[str, Any], as_json: bool) -> None:
     """Print the round phases of a code."""
-    from rigidpend.run.workers import cores
-    from rigidpend.symbolic import NoOrbit
-    from rigidpend.symbolic.round_phases import round_phases
+    from rigidpend.machine.workers import cores
+    from rigidpend.routes.symbolic import NoOrbit
+    from rigidpend.routes.symbolic.round_phases import round_phases
 
     found = round_phases(code=code, decimals=decimals, jobs=cores(), **given)
     if not found.theta2_0:

@@ -23,7 +23,7 @@ from rigidpend.cli.common import (
 from rigidpend.config.catalogue import MEASURE
 
 if TYPE_CHECKING:
-    from rigidpend.run.recalled import AnyConfig
+    from rigidpend.runs.recalled import AnyConfig
 
 
 @click.command("list")
@@ -67,7 +67,7 @@ def _entries(folder: Path) -> Iterator[dict[str, Any]]:
         if path.suffix != ".h5" and catalogue.is_sweep(path):
             # What is wrong with a sweep is said by its own entry, below.
             with contextlib.suppress(ConfigError):
-                from rigidpend.config import loading
+                from rigidpend.runs import loading
 
                 [group] = loading.load_groups([path])
                 swept |= {member.name for member in group.members}
@@ -78,8 +78,8 @@ def _entries(folder: Path) -> Iterator[dict[str, Any]]:
 
 def _named(folder: Path) -> dict[str, Path]:
     """Files of all names: configs that are known, those in this folder, then results."""
-    from rigidpend.certified.storage import results_in
     from rigidpend.config import catalogue
+    from rigidpend.runs.certificate_files import results_in
 
     by_name = {**catalogue.known(), **catalogue.own()}
     stray = {path.stem: path for path in results_in(folder) if path.stem not in by_name}
@@ -92,7 +92,7 @@ def _named(folder: Path) -> dict[str, Path]:
 
 def _entry(name: str, path: Path, folder: Path, member: AnyConfig | None = None) -> dict[str, Any]:
     from rigidpend.config import catalogue
-    from rigidpend.run import recalled, runner
+    from rigidpend.runs import recalled, runner
 
     entry: dict[str, Any] = {"name": name, "experiment": None, "status": "cannot be used"}
     entry |= {"reason": None, "doubt": None, "in_all": catalogue.in_all(path)}

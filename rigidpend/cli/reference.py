@@ -33,10 +33,9 @@ def command(names: tuple[str, ...], reason: str, folder: Path, jobs: int | None)
     Example:
       rigidpend reference fig4 --reason "n_symbols = 20"
     """
-    from rigidpend.config import loading
     from rigidpend.config.names import resolve
-    from rigidpend.results import regression
-    from rigidpend.run import workers
+    from rigidpend.machine import workers
+    from rigidpend.runs import loading, regression
 
     # Not `required` of the option, for blanks are no reason either.
     if not reason.strip():

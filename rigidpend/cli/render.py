@@ -38,7 +38,7 @@ def command(names: tuple[str, ...], sweeps: tuple[str, ...], folder: Path, suffi
     """
     from rigidpend import render as drawing
     from rigidpend.config import names as known
-    from rigidpend.run.workers import check_stop
+    from rigidpend.machine.workers import check_stop
 
     for path in known.resolve(names, folder):
         title, members = _members(path, sweeps)
@@ -59,7 +59,7 @@ def _members(path: Path, sweeps: tuple[str, ...]) -> tuple[str, list[str]]:
     # To draw one result its config need not be read, nor pydantic imported.
     if not sweeps and not (path.suffix != ".h5" and catalogue.is_sweep(path)):
         return path.stem, [path.stem]
-    from rigidpend.config import loading
+    from rigidpend.runs import loading
 
     [group] = loading.load_groups([path], (), sweeps)
     return group.title, [each.name for each in group.members]

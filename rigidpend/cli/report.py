@@ -35,8 +35,8 @@ def command(names: tuple[str, ...], folder: Path, target: Path | None) -> None:
       rigidpend report --out results/reference --to reference.html
       rigidpend report fig4 fig5 --to two.html
     """
-    from rigidpend import report
     from rigidpend.config.names import resolve
+    from rigidpend.render import report
 
     path = target or folder / "report.html"
     if names:

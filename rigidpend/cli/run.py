@@ -30,10 +30,10 @@ from rigidpend.cli.common import (
 )
 
 if TYPE_CHECKING:
-    from rigidpend.run.logs import Logs
-    from rigidpend.run.progress import Progress
-    from rigidpend.run.recalled import AnyConfig
-    from rigidpend.run.runner import Plan
+    from rigidpend.machine.progress import Progress
+    from rigidpend.runs.logs import Logs
+    from rigidpend.runs.recalled import AnyConfig
+    from rigidpend.runs.runner import Plan
 
 
 @dataclass
@@ -128,7 +128,8 @@ def command(
     if quiet and verbose:
         raise click.UsageError("--quiet and --verbose exclude each other")
     from rigidpend.config.names import resolve
-    from rigidpend.run import progress, recalled, runner, workers
+    from rigidpend.machine import progress, workers
+    from rigidpend.runs import recalled, runner
 
     paths = resolve(names, folder)
     if name is not None and len(paths) > 1:
@@ -160,7 +161,7 @@ def command(
 def _check_scheduler(address: str, loaded: Sequence[AnyConfig]) -> None:
     """Refuse a cluster where its client is absent, or for an experiment that it cannot serve."""
     from rigidpend import experiments
-    from rigidpend.run import cluster
+    from rigidpend.runs import cluster
 
     if said := cluster.complaint(address):
         raise click.UsageError(f"--scheduler: {said}")
@@ -187,7 +188,7 @@ def _plan(
     loaded: AnyConfig, folder: Path, force: bool, keep_going: bool
 ) -> tuple[Plan | None, RunOutcome, int]:
     """Decide whether a config is to be run; failing that, return the failure and its exit code."""
-    from rigidpend.run import runner
+    from rigidpend.runs import runner
 
     outcome = RunOutcome(loaded.name, "up to date", loaded.experiment)
     try:
@@ -218,7 +219,7 @@ def _printed(outcomes: list[RunOutcome], as_json: bool) -> Iterator[None]:
 
 
 def _tell_plan(outcome: RunOutcome, shown: Progress, dry_run: bool, seconds: float | None) -> None:
-    from rigidpend.run.progress import duration
+    from rigidpend.machine.progress import duration
 
     if outcome.status == "up to date":
         shown.tell(f"{outcome.name}: {outcome.file} is up to date")
@@ -238,8 +239,8 @@ def _compute(
     keep_going: bool,
 ) -> int:
     """Compute the planned configs, so many at a time; return the worst exit code."""
-    from rigidpend.run import workers
-    from rigidpend.run.logs import Logs
+    from rigidpend.machine import workers
+    from rigidpend.runs.logs import Logs
 
     codes = [DONE]
     for _, outcome in waiting:
@@ -257,7 +258,7 @@ def _compute(
 
 def _follow(planned: Plan, outcome: RunOutcome, shown: Progress, logs: Logs, where: Where) -> int:
     """Compute one config; return its exit code."""
-    from rigidpend.run import runner
+    from rigidpend.runs import runner
 
     name, begun = outcome.name, time.perf_counter()
 

@@ -46,9 +46,9 @@ def command(
       rigidpend stress --quick
       rigidpend stress --set problem.honesty.orbits=1000000 --json
     """
-    from rigidpend.measure.stress import table
+    from rigidpend.experiments.stress.trials import table
+    from rigidpend.machine import workers
     from rigidpend.results import store
-    from rigidpend.run import workers
 
     many = jobs or workers.cores()
     target = measured("stress", quick, settings, folder, force=force, jobs=many)

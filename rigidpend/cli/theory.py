@@ -34,9 +34,9 @@ def command(name: str, settings: tuple[str, ...], as_json: bool) -> None:
       rigidpend theory fig5 --json
       rigidpend theory --set problem.mu=0.01 --set problem.h0=10/9
     """
-    from rigidpend.config import loading
     from rigidpend.config.names import resolve
-    from rigidpend.theory import of
+    from rigidpend.config.theory import of
+    from rigidpend.runs import loading
 
     [path, *others] = resolve((name,))
     if others:

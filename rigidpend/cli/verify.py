@@ -72,7 +72,7 @@ def command(
       rigidpend verify fig4 --set problem.mu=0.01
     """
     from rigidpend.config.names import resolve
-    from rigidpend.run.workers import check_stop
+    from rigidpend.machine.workers import check_stop
 
     everything = not names or "all" in names
     paths = resolve(names or ("all",))
@@ -106,10 +106,10 @@ def _compared(
     path: Path, settings: tuple[str, ...], reference: Path, results: Path | None, jobs: int | None
 ) -> Any:
     """Compute one experiment and compare it, as plain data."""
-    from rigidpend.certified import storage
-    from rigidpend.config import loading
-    from rigidpend.results import files, regression, store, words
-    from rigidpend.run import workers
+    from rigidpend.machine import files, words, workers
+    from rigidpend.results import store
+    from rigidpend.runs import certificate_files as storage
+    from rigidpend.runs import loading, regression
 
     loaded, many = loading.load(path, settings), jobs or workers.cores()
     stored = path if path.suffix == ".h5" else reference / f"{loaded.name}.h5"
@@ -143,7 +143,7 @@ def _compared(
 
 def _parts(difference: Any) -> dict[str, Any]:
     """Convert a difference to plain data; values that JSON does not know become words."""
-    from rigidpend.results.compare import shown
+    from rigidpend.experiments.contract.compare import shown
 
     told = {"said": str(difference)}
     # An experiment may say a difference in a mere sentence.
@@ -169,6 +169,6 @@ def _tell(outcome: dict[str, Any]) -> None:
 
 def _strays(reference: Path, names: set[str]) -> list[str]:
     """Names of stored results that belong to no config."""
-    from rigidpend.certified.storage import results_in
+    from rigidpend.runs.certificate_files import results_in
 
     return [str(file) for file in results_in(reference) if file.stem not in names]

@@ -7,8 +7,8 @@ from typing import Annotated, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from rigidpend.body import Body
 from rigidpend.config.schema import Direction, Moments, Number, Part, Weight, Word, physics
+from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import Exact
 
 

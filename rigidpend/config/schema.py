@@ -29,11 +29,11 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from rigidpend.body import Body
+from rigidpend.machine import files
+from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
 from rigidpend.numbers.exact import FINEST, PRECISIONS, Exact, exact
 from rigidpend.numbers.parameters import ParameterError
-from rigidpend.results import files
 
 if TYPE_CHECKING:
     from rigidpend.routes.phases import Grid

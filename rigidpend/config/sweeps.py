@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 
 from rigidpend.config.complaints import Complaint, ConfigError, Origin, Place
 from rigidpend.config.reader import Document, parse
+from rigidpend.machine.files import CERTIFICATE
 from rigidpend.numbers.expressions import named
-from rigidpend.results.files import CERTIFICATE
 
 SECTION = "sweep"
 """The key of a config under which a sweep stands."""

@@ -5,7 +5,12 @@ Shared by the experiments that store routes: `route_codes`, `route_zoom`, `herpo
 
 from __future__ import annotations
 
-from rigidpend.results.layout import FLAG, FLOAT, WHOLE, Field
+from rigidpend.experiments.contract.layout import (
+    FLAG,
+    FLOAT,
+    WHOLE,
+    Field,
+)
 
 SYMBOLS, CROSSINGS = ("symbols", "columns"), ("symbols+1", "columns")
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rigidpend.experiments.contract.layout import TEXT, Field, Fields
+from rigidpend.experiments.contract.tree import Dataset, Tree
 from rigidpend.experiments.weight_layout import NAME
 from rigidpend.numbers.doubles import Array
-from rigidpend.results.layout import TEXT, Field, Fields
-from rigidpend.results.tree import Dataset, Tree
 
 if TYPE_CHECKING:
     from rigidpend.config.bodies import WeightedBodies

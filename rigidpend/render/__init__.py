@@ -16,10 +16,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigidpend import experiments
-from rigidpend.certified import storage
 from rigidpend.config import changes
+from rigidpend.machine import words
 from rigidpend.render import captions
-from rigidpend.results import store, words
+from rigidpend.results import store
+from rigidpend.runs import certificate_files as storage
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -6,8 +6,8 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from rigidpend.experiments.contract.tree import Loaded
 from rigidpend.numbers.decimals import as_written
-from rigidpend.results.tree import Loaded
 
 SHARED = ("beta0", "mu", "h", "h0", "half_turns", "M_0", "J1_0", "theta2_0")
 """Keys of a problem that are told beside the body, in this order, if one value is given."""

@@ -9,9 +9,16 @@ from typing import Any
 import numpy as np
 
 from rigidpend import experiments
-from rigidpend.results.layout import FLOAT, NUMBER, Field, Layout, members, named
+from rigidpend.experiments.contract.layout import (
+    FLOAT,
+    NUMBER,
+    Field,
+    Layout,
+    members,
+    named,
+)
+from rigidpend.experiments.contract.tree import Loaded
 from rigidpend.results.structure import Unfit
-from rigidpend.results.tree import Loaded
 
 LONGEST, DEEPEST = 2**22, 32
 """Characters of a config, and its brackets inside each other, at most."""

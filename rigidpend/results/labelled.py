@@ -7,7 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.results.layout import Field, Layout, members, named
+from rigidpend.experiments.contract.layout import (
+    Field,
+    Layout,
+    members,
+    named,
+)
 from rigidpend.results.structure import SCALES
 
 if TYPE_CHECKING:

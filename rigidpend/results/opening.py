@@ -17,12 +17,12 @@ import numpy as np
 from h5py import h5g
 
 from rigidpend import experiments
-from rigidpend.results import files
+from rigidpend.experiments.contract.layout import Layout
+from rigidpend.machine import files
+from rigidpend.machine.files import Absent, StoreError
+from rigidpend.machine.words import short
 from rigidpend.results.damage import grant, intact, tried
-from rigidpend.results.files import Absent, StoreError
-from rigidpend.results.layout import Layout
 from rigidpend.results.structure import Checker, Unfit, attributes, told
-from rigidpend.results.words import short
 
 FORMAT, FORMAT_VERSION = "rigidpend", 1
 """Mark of a result file, and the version of the form that this program reads."""

@@ -20,12 +20,17 @@ from typing import Any, NamedTuple, TypeAlias
 import h5py
 import numpy as np
 
+from rigidpend.experiments.contract.layout import Layout
+from rigidpend.experiments.contract.tree import Dataset, Loaded, Tree
+from rigidpend.machine.files import (
+    StoreError,
+    prepare,
+    replace,
+    sealed,
+)
 from rigidpend.results import content
-from rigidpend.results.files import StoreError, prepare, replace, sealed
-from rigidpend.results.layout import Layout
 from rigidpend.results.opening import FORMAT, FORMAT_VERSION, RATIO, OtherVersion, opened, readable
 from rigidpend.results.structure import SCALES, told
-from rigidpend.results.tree import Dataset, Loaded, Tree
 
 __all__ = [
     "FORMAT_VERSION",

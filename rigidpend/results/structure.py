@@ -14,8 +14,18 @@ from typing import Any
 
 from h5py import h5a, h5d, h5g, h5i, h5l, h5o, h5s, h5t, h5z
 
-from rigidpend.results.files import StoreError
-from rigidpend.results.layout import FLAG, FLOAT, NUMBER, TEXT, WHOLE, Field, Layout, members, named
+from rigidpend.experiments.contract.layout import (
+    FLAG,
+    FLOAT,
+    NUMBER,
+    TEXT,
+    WHOLE,
+    Field,
+    Layout,
+    members,
+    named,
+)
+from rigidpend.machine.files import StoreError
 
 DEPTH, OBJECTS, NAME = 8, 20_000, 200
 """Groups in groups, objects in a file and characters of a name, at most."""

@@ -8,14 +8,14 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.integrate.arithmetic import Arithmetic
+from rigidpend.machine.workers import side_by_side, spread
+from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.routes import certainty
 from rigidpend.routes.codes import Run, longest_wait
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.plane import Cells, IntegratedStarts, cells_of
 from rigidpend.routes.problem import RouteProblem, phase_rate
 from rigidpend.routes.rows import OF_BODY, cell_problem
-from rigidpend.run.workers import side_by_side, spread
 
 SHARES = 4
 """Parts of the bodies that each process gets: few, for each is sent to it."""

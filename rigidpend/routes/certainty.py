@@ -31,7 +31,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.integrate.records import Crossings, Outcome, joined
+from rigidpend.orbits.integrate.records import Crossings, Outcome, joined
 from rigidpend.routes.start import Scales
 
 FIRST, SECOND, THIRD = Scales(), Scales("1.37", "0.73"), Scales("0.61", "1.43")

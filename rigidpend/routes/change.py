@@ -10,8 +10,8 @@ import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeAlias
 
-from rigidpend.integrate.arithmetic import Arithmetic
 from rigidpend.numbers.exact import GUARD_BITS, Exact, fraction, rational
+from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.routes import certainty
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.neighbourhood import Neighbourhood

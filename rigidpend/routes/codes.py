@@ -9,21 +9,21 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend import integrate
-from rigidpend.body import Body
-from rigidpend.integrate.arithmetic import Arithmetic, resolve
-from rigidpend.integrate.kernel.writer import LANES
-from rigidpend.integrate.records import Crossings, Orbits
+from rigidpend.machine.workers import side_by_side
+from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
 from rigidpend.numbers.exact import PRECISIONS, Exact
 from rigidpend.numbers.generic import Scalar
+from rigidpend.orbits import integrate
+from rigidpend.orbits.integrate.arithmetic import Arithmetic, resolve
+from rigidpend.orbits.integrate.kernel.writer import LANES
+from rigidpend.orbits.integrate.records import Crossings, Orbits
 from rigidpend.routes import certainty
 from rigidpend.routes.certainty import Decided
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem, passage_limit, phase_rate
 from rigidpend.routes.start import Scales, Start, start, states_double, states_exact
-from rigidpend.run.workers import side_by_side
 
 FEWEST, MOST, PIECES = 256, 1024, 8
 """Columns of a piece at least and at most, and pieces that each thread gets."""
@@ -186,7 +186,7 @@ def _decided(
         message = f"the maps are in double precision: precisions must begin with 53, got {ladder}"
         raise ProblemError("precisions", message)
     if method == "map" or (method == "auto" and n >= MANY and ladder[0] == 53):
-        from rigidpend.return_map import MapError
+        from rigidpend.orbits.return_map import MapError
         from rigidpend.routes import mapped
 
         try:

@@ -15,16 +15,21 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.body import Angles
-from rigidpend.coordinates import Canonical, aligned_from_canonical
-from rigidpend.equations import height
-from rigidpend.integrate.records import Crossings, Outcome
+from rigidpend.mechanics.body import Angles
+from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
+from rigidpend.mechanics.equations import height
 from rigidpend.numbers.exact import GUARD_BITS, exact
-from rigidpend.return_map import MapError, ReturnMap, return_map
-from rigidpend.return_map.build import FIRST, SECOND, THIRD, Design
-from rigidpend.return_map.itinerary import entry_phase
-from rigidpend.return_map.precision import in_pairs, precision
-from rigidpend.return_map.rapid import Rapid
+from rigidpend.orbits.integrate.records import Crossings, Outcome
+from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
+from rigidpend.orbits.return_map.build import (
+    FIRST,
+    SECOND,
+    THIRD,
+    Design,
+)
+from rigidpend.orbits.return_map.itinerary import entry_phase
+from rigidpend.orbits.return_map.precision import in_pairs, precision
+from rigidpend.orbits.return_map.rapid import Rapid
 from rigidpend.routes import certainty
 from rigidpend.routes.certainty import Decided
 from rigidpend.routes.cycle import symbols

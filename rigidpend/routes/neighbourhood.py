@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.integrate import neighbours
-from rigidpend.integrate.arithmetic import Arithmetic
-from rigidpend.integrate.differences import KINDS, array
-from rigidpend.integrate.neighbours import Neighbours
-from rigidpend.integrate.records import Crossings, joined
-from rigidpend.integrate.reference_orbit import ReferenceOrbit, reference_bits
 from rigidpend.numbers.exact import PI, Exact, exact
+from rigidpend.orbits.integrate import neighbours
+from rigidpend.orbits.integrate.arithmetic import Arithmetic
+from rigidpend.orbits.integrate.differences import KINDS, array
+from rigidpend.orbits.integrate.neighbours import Neighbours
+from rigidpend.orbits.integrate.records import Crossings, joined
+from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, reference_bits
 from rigidpend.routes import certainty
 from rigidpend.routes.codes import RouteCodes, routes_of, tolerance_of
 from rigidpend.routes.phases import Phases

@@ -11,12 +11,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.body import Body
-from rigidpend.integrate.arithmetic import Arithmetic
-from rigidpend.integrate.records import Crossings
+from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Scalar
-from rigidpend.return_map import MapError
+from rigidpend.orbits.integrate.arithmetic import Arithmetic
+from rigidpend.orbits.integrate.records import Crossings
+from rigidpend.orbits.return_map import MapError
 from rigidpend.routes import certainty, mapped
 from rigidpend.routes.certainty import Decided
 from rigidpend.routes.codes import MANY, Run, in_threads

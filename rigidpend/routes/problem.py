@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from rigidpend import pendulum
-from rigidpend.body import Body
+from rigidpend.mechanics import pendulum
+from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.separatrices import fastest_rate
 from rigidpend.numbers import checked
 from rigidpend.numbers.exact import GUARD_BITS, Exact, ExactError, context, function
 from rigidpend.numbers.parameters import ParameterError
-from rigidpend.separatrices import fastest_rate
 
 MAX_SYMBOLS = 100_000
 """Symbols on an orbit at most."""

@@ -6,7 +6,7 @@ import functools
 import math
 from collections.abc import Mapping
 
-from rigidpend.body import Body, BodyError
+from rigidpend.mechanics.body import Body, BodyError
 from rigidpend.numbers.exact import exact, function
 from rigidpend.numbers.generic import Scalar
 from rigidpend.routes.problem import RouteProblem

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.coordinates import Canonical, aligned_from_canonical
-from rigidpend.equations import AlignedCoefficients, aligned_coefficients
+from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
 from rigidpend.routes.problem import RouteProblem
 

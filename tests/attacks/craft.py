@@ -15,7 +15,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from rigidpend.results.files import sealed, unsealed
+from rigidpend.machine.files import sealed, unsealed
 
 REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
 SECRET = b"a secret that must not be told, in 40 bytes"

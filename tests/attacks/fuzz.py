@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rigidpend import render
+from rigidpend.machine.files import sealed, unsealed
 from rigidpend.results import store
-from rigidpend.results.files import sealed, unsealed
 from tests.attacks.craft import REFERENCE
 
 NAMES = ("fig2", "fig4", "precession", "fig5")

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from rigidpend import render
-from rigidpend.config import catalogue, loading
+from rigidpend.config import catalogue
 from rigidpend.config.complaints import ConfigError
 from rigidpend.results import store
-from rigidpend.run import runner
+from rigidpend.runs import loading, runner
 from tests.attacks import lot
 from tests.attacks.craft import REFERENCE
 from tests.config.samples import SMALL, written

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from rigidpend.config import loading
 from rigidpend.config.schema import LARGEST_RESULT
 from rigidpend.numbers.exact import FINEST, ExactError, exact
+from rigidpend.runs import loading
 from tests.config.samples import SMALL, refused, written
 
 TOWER = "((((pi**64)**64)**64)**64)"

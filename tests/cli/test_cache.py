@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from rigidpend.results import cache, store
+from rigidpend.machine import cache
+from rigidpend.results import store
 from tests.cli.calls import call
 from tests.config.samples import SMALL, written
 

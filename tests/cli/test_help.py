@@ -18,7 +18,7 @@ from click.testing import CliRunner
 
 from rigidpend import cli, render
 from rigidpend.config import catalogue
-from rigidpend.run import runner
+from rigidpend.runs import runner
 from tests.cli.calls import ENVIRONMENT, call, called
 from tests.config.samples import FIG4, SMALL, written
 

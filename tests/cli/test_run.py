@@ -17,7 +17,7 @@ from click.testing import CliRunner
 
 from rigidpend import cli
 from rigidpend.results import store
-from rigidpend.run import runner
+from rigidpend.runs import runner
 from tests.cli.calls import ENVIRONMENT, Done, call
 from tests.config.samples import SMALL, changed, written
 

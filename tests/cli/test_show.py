@@ -10,9 +10,9 @@ from pathlib import Path
 import h5py
 import pytest
 
-from rigidpend.config import loading, reader, writer
+from rigidpend.config import reader, writer
 from rigidpend.results import store
-from rigidpend.run import provenance
+from rigidpend.runs import loading, provenance
 from tests.cli.calls import REFERENCE, call, called
 from tests.config.samples import FIG4, SMALL, changed, written
 

@@ -14,11 +14,11 @@ from click.testing import CliRunner
 
 from rigidpend import cli
 from rigidpend.cli import common
-from rigidpend.integrate import engines
+from rigidpend.machine.workers import WorkerError
+from rigidpend.orbits.integrate import engines
 from rigidpend.results import store
 from rigidpend.routes.change import NoChange
-from rigidpend.run import runner
-from rigidpend.run.workers import WorkerError
+from rigidpend.runs import runner
 from tests.cli.calls import ENVIRONMENT, call
 from tests.config.samples import SMALL, written
 

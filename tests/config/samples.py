@@ -8,9 +8,9 @@ from typing import TypeVar
 
 import pytest
 
-from rigidpend.config import loading
 from rigidpend.config.complaints import Complaint
 from rigidpend.config.schema import ExperimentConfig
+from rigidpend.runs import loading
 
 C = TypeVar("C", bound=ExperimentConfig)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rigidpend.config import catalogue, names
-from rigidpend.config.loading import ConfigError
+from rigidpend.runs.loading import ConfigError
 from tests.config.samples import FIG4, SMALL, TEXT, written
 
 

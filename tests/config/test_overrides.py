@@ -8,8 +8,9 @@ from typing import Any
 
 import pytest
 
-from rigidpend.config import complaints, loading
+from rigidpend.config import complaints
 from rigidpend.experiments.route_codes.schema import Config
+from rigidpend.runs import loading
 from tests.config.samples import FIG4, changed, content, refused, written
 
 

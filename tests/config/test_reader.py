@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rigidpend.config import complaints, loading, reader
+from rigidpend.config import complaints, reader
+from rigidpend.runs import loading
 from tests.config.samples import FIG4, TEXT, changed, complaint, refused, refused_there, written
 
 REFUSED = {

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rigidpend.config import loading
 from rigidpend.experiments.route_codes.schema import Config
+from rigidpend.runs import loading
 from tests.config.samples import SMALL, changed, content, refused, refused_there, written
 
 NUMBER = "expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40"

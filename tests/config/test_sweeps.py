@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from rigidpend.config import loading, reader, sweeps
+from rigidpend.config import reader, sweeps
 from rigidpend.config.changes import changes, label, sentence
 from rigidpend.config.complaints import ConfigError
 from rigidpend.config.sweeps import Sweep
+from rigidpend.runs import loading
 from tests.config.samples import FIG4, SMALL, refused, written
 
 

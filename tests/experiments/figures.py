@@ -7,8 +7,8 @@ from collections.abc import Callable
 import matplotlib
 from matplotlib.figure import Figure
 
+from rigidpend.experiments.contract.tree import Loaded
 from rigidpend.render import STYLE
-from rigidpend.results.tree import Loaded
 
 
 def styled(draw: Callable[[Loaded], Figure], result: Loaded, *, laid_out: bool = False) -> Figure:

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from rigidpend.experiments.contract.tree import Loaded
 from rigidpend.results import store
-from rigidpend.results.tree import Loaded
 from tests.cli.calls import REFERENCE
 
 

@@ -6,8 +6,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from rigidpend.config import loading
 from rigidpend.render import captions
+from rigidpend.runs import loading
 
 PLANE = Path(__file__).parents[2] / "configs" / "route_map.yaml"
 BODY = "A = (2, 1, 1.5), r along (1, 1, 0), mu = 0.001, h0 = 1.3342, J1_0 = 1e-8"

@@ -8,8 +8,9 @@ from typing import Any
 
 import pytest
 
-from rigidpend import experiments, render, report
+from rigidpend import experiments, render
 from rigidpend.experiments.route_codes import draw
+from rigidpend.render import report
 from tests.cli.calls import REFERENCE, call
 
 FAULTS = [

@@ -18,10 +18,17 @@ import numpy as np
 import pytest
 
 from rigidpend import experiments
-from rigidpend.results import damage, files, locks, opening, store
-from rigidpend.results.layout import FLAG, FLOAT, WHOLE, Field, Layout
+from rigidpend.experiments.contract.layout import (
+    FLAG,
+    FLOAT,
+    WHOLE,
+    Field,
+    Layout,
+)
+from rigidpend.experiments.contract.tree import Dataset, Tree
+from rigidpend.machine import files, locks
+from rigidpend.results import damage, opening, store
 from rigidpend.results.store import OtherVersion, Result, StoreError
-from rigidpend.results.tree import Dataset, Tree
 
 CODES = np.arange(60, dtype=np.uint8).reshape(6, 10) % 2
 TIMES = np.linspace(0.0, 1.0, 70).reshape(7, 10)

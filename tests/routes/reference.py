@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend import Body
-from rigidpend.measure.benchmark import phases
+from rigidpend.experiments.bench.measuring import phases
 
 DATA = Path(__file__).parent.parent / "data"
 

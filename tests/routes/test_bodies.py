@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from rigidpend import Body, route_codes
-from rigidpend.body import BodyError
-from rigidpend.integrate.arithmetic import resolve
+from rigidpend.mechanics.body import BodyError
 from rigidpend.numbers.exact import exact
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes import certainty
 from rigidpend.routes.bodies import cells_of_each
 from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
 from rigidpend.routes.rows import cell_problem
-from tests.integrate.problems import FIG4
+from tests.orbits.integrate.problems import FIG4
 
 N = 4
 PROBLEM = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), N)

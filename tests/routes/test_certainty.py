@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.integrate import Crossings, Outcome
+from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.routes.certainty import (
     AGREEMENT,
     CLOSE,

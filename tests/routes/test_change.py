@@ -8,8 +8,8 @@ from itertools import pairwise
 import pytest
 
 from rigidpend import Body, route_codes
-from rigidpend.integrate.arithmetic import resolve
 from rigidpend.numbers.exact import Exact, exact
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes import change
 from rigidpend.routes.change import AT_ONCE, Bracket, NoChange, bisect, narrowed
 from rigidpend.routes.problem import RouteProblem

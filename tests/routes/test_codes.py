@@ -8,14 +8,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend import Body, RouteCodes, integrate, route_codes
-from rigidpend.alphabet import NO_SYMBOL
-from rigidpend.integrate import Crossings, EngineError, Orbits
-from rigidpend.integrate.arithmetic import NumericsError, resolve
+from rigidpend import Body, RouteCodes, route_codes
 from rigidpend.numbers.exact import ExactError, exact
+from rigidpend.orbits import integrate
+from rigidpend.orbits.integrate import Crossings, EngineError, Orbits
+from rigidpend.orbits.integrate.arithmetic import NumericsError, resolve
 from rigidpend.routes import ProblemError, RouteProblem
+from rigidpend.routes.alphabet import NO_SYMBOL
 from rigidpend.routes.cycle import symbols
-from tests.integrate.problems import ENGINES, FIG4, FREE, needs_heyoka
+from tests.orbits.integrate.problems import (
+    ENGINES,
+    FIG4,
+    FREE,
+    needs_heyoka,
+)
 
 HESS = Body.from_angles("1.9", "1.9", "1.5", "0.001")
 GRIOLI = Body.from_angles("1.9", "1.5", "1.5", "0.001")

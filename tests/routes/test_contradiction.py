@@ -13,13 +13,13 @@ from click.testing import CliRunner
 
 from rigidpend import cli, route_codes
 from rigidpend.experiments.route_map import compute
-from rigidpend.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes import codes, mapped, plane
 from rigidpend.routes.certainty import Contradiction
 from rigidpend.routes.plane import Plane
 from rigidpend.routes.start import Scales
 from tests.config.samples import HEAD, written
-from tests.integrate.problems import FIG4
+from tests.orbits.integrate.problems import FIG4
 
 MAP = f"""\
 {HEAD.format(experiment="route_map", n_symbols=3)}\

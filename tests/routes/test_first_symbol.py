@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rigidpend import Body, route_codes
-from tests.integrate.problems import FIG4, GENERIC
+from tests.orbits.integrate.problems import FIG4, GENERIC
 
 H0, J1_0 = 1.3342, 1e-8
 

@@ -8,17 +8,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend import Body, integrate
-from rigidpend.integrate import Crossings, Outcome
-from rigidpend.measure.stress.spoilt_maps import spoilt
+from rigidpend import Body
+from rigidpend.experiments.stress.trials.spoilt_maps import spoilt
 from rigidpend.numbers.exact import exact
-from rigidpend.return_map import MapError, ReturnMap, return_map
-from rigidpend.return_map.build import FIRST
+from rigidpend.orbits import integrate
+from rigidpend.orbits.integrate import Crossings, Outcome
+from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
+from rigidpend.orbits.return_map.build import FIRST
 from rigidpend.routes import ProblemError, RouteCodes, certainty, codes, mapped, route_codes
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales
-from tests.integrate.problems import FIG4, GENERIC
+from tests.orbits.integrate.problems import FIG4, GENERIC
 
 LIGHT = Body((2, 1, "1.5"), (1, 1, 0), "1e-6")
 HEAVY = Body((2, 1, "1.5"), (1, 1, 0), "0.005")

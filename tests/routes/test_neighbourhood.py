@@ -9,9 +9,14 @@ import numpy as np
 import pytest
 
 from rigidpend import Body, route_codes
-from rigidpend.integrate import ENGINES, EngineError, check_engine, differences
-from rigidpend.integrate.arithmetic import resolve
 from rigidpend.numbers.exact import PI, Exact, exact
+from rigidpend.orbits.integrate import (
+    ENGINES,
+    EngineError,
+    check_engine,
+    differences,
+)
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes import certainty, neighbourhood
 from rigidpend.routes.neighbourhood import Neighbourhood
 from rigidpend.routes.problem import RouteProblem
@@ -130,7 +135,7 @@ def test_spoilt_differences_make_no_wrong_symbol_certain(monkeypatch: pytest.Mon
     honest = Neighbourhood(asked, centre, 1e-14, resolve()).routes(phases)
     monkeypatch.setattr(neighbourhood, "array", spoilt)
     # No tangent is to be taken instead of them.
-    monkeypatch.setattr("rigidpend.integrate.neighbours.MARGIN", 1000)
+    monkeypatch.setattr("rigidpend.orbits.integrate.neighbours.MARGIN", 1000)
     found = Neighbourhood(asked, centre, 1e-14, resolve(precisions=(53,))).routes(phases)
     wrong = found.codes != honest.codes
     assert wrong.any()

@@ -7,16 +7,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend import integrate, route_codes
-from rigidpend.body import BodyError
-from rigidpend.integrate.arithmetic import resolve
+from rigidpend import route_codes
+from rigidpend.mechanics.body import BodyError
 from rigidpend.numbers.exact import exact
-from rigidpend.return_map import MapError
+from rigidpend.orbits import integrate
+from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.return_map import MapError
 from rigidpend.routes import mapped, plane
 from rigidpend.routes.plane import Cells, Plane
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.rows import AXES, cell_problem
-from tests.integrate.problems import FIG4
+from tests.orbits.integrate.problems import FIG4
 
 N = 6
 STARTS = np.array([1e-9, 1e-7, 1e-5])

@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
-from rigidpend.config import loading
-from rigidpend.equations import eq1
-from rigidpend.integrate import sample
+from rigidpend.mechanics.equations import eq1
 from rigidpend.numbers.exact import exact
+from rigidpend.orbits.integrate import sample
 from rigidpend.results import store
 from rigidpend.routes.problem import (
     MAX_SYMBOLS,
@@ -24,7 +23,8 @@ from rigidpend.routes.problem import (
     phase_rate,
     rotation_period,
 )
-from tests.integrate.problems import FIG4
+from rigidpend.runs import loading
+from tests.orbits.integrate.problems import FIG4
 from tests.routes.reference import fig4_left
 
 ROOT = Path(__file__).resolve().parents[2]

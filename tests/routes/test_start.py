@@ -11,15 +11,20 @@ import pytest
 from mpmath import MPContext
 
 from rigidpend import Body
-from rigidpend.coordinates import Aligned, body_from_aligned, canonical_from_aligned, scale
-from rigidpend.equations import energy, hamiltonian_J3_0
-from rigidpend.integrate import Orbits, crossings
+from rigidpend.mechanics.coordinates import (
+    Aligned,
+    body_from_aligned,
+    canonical_from_aligned,
+    scale,
+)
+from rigidpend.mechanics.equations import energy, hamiltonian_J3_0
 from rigidpend.numbers.exact import exact
+from rigidpend.orbits.integrate import Orbits, crossings
 from rigidpend.routes.certainty import FIRST, SECOND
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_double, states_exact
-from tests.integrate.problems import ENGINES, FIG4, GENERIC
+from tests.orbits.integrate.problems import ENGINES, FIG4, GENERIC
 from tests.strategies import apart, floats_of
 
 PHASES = Phases(["1/10", "31/10", "2*pi - 1/7", 5.5, "1e5"])

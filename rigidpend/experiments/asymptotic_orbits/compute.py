@@ -8,24 +8,24 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend import hodograph, integrate
-from rigidpend.description import Row, body_rows, exact_row
+from rigidpend.config.description import Row, body_rows, exact_row
 from rigidpend.experiments.asymptotic_orbits.layout import COUNTED, DRAWN, ORBITS, PLANE
-from rigidpend.experiments.contract import Means
+from rigidpend.experiments.contract import Means, compare
+from rigidpend.experiments.contract.compare import Difference
+from rigidpend.experiments.contract.layout import datasets
+from rigidpend.experiments.contract.tree import Data, Tree
 from rigidpend.experiments.route_arrays import symbol_differences
-from rigidpend.herpolhode import RouteOrbit, samples
-from rigidpend.results import compare
-from rigidpend.results.compare import Difference
-from rigidpend.results.layout import datasets
-from rigidpend.results.tree import Data, Tree
-from rigidpend.return_map import return_map
+from rigidpend.mechanics import hodograph
+from rigidpend.orbits import integrate
+from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.codes import route_codes
+from rigidpend.routes.herpolhode import RouteOrbit, samples
 from rigidpend.routes.problem import rotation_period
-from rigidpend.symbolic.doubly import DoublyAsymptotic, doubly_asymptotic
-from rigidpend.symbolic.launch import Launch
-from rigidpend.symbolic.sharp import sharp
-from rigidpend.symbolic.skeleton import skeleton
-from rigidpend.symbolic.tables import Level
+from rigidpend.routes.symbolic.doubly import DoublyAsymptotic, doubly_asymptotic
+from rigidpend.routes.symbolic.launch import Launch
+from rigidpend.routes.symbolic.sharp import sharp
+from rigidpend.routes.symbolic.skeleton import skeleton
+from rigidpend.routes.symbolic.tables import Level
 
 if TYPE_CHECKING:
     from rigidpend.experiments.asymptotic_orbits.schema import Config, Problem

@@ -10,10 +10,16 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from rigidpend.render.code_arrays import NORM, symbol_entries
-from rigidpend.render.palette import BLUE, GREEN, PINK, RED, WIDTH
-from rigidpend.render.panels import entry, title
-from rigidpend.results.tree import Data, Loaded
+from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.experiments.plots.code_arrays import NORM, symbol_entries
+from rigidpend.experiments.plots.palette import (
+    BLUE,
+    GREEN,
+    PINK,
+    RED,
+    WIDTH,
+)
+from rigidpend.experiments.plots.panels import entry, title
 
 HEIGHT = 5.4
 """Height of the figure, inches."""

@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
-from rigidpend.results.layout import FLAG, FLOAT, TEXT, WHOLE, Field, Layout
+from rigidpend.experiments.contract.layout import (
+    FLAG,
+    FLOAT,
+    TEXT,
+    WHOLE,
+    Field,
+    Layout,
+)
 
 ORBITS_ = ("orbits",)
 

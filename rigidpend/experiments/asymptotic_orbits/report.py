@@ -6,8 +6,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from rigidpend.results.tree import Data, Loaded
-from rigidpend.tables import Table
+from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.machine.tables import Table
 
 CAPTION = (
     "Homoclinic orbits, which leave a periodic orbit and return to it, and heteroclinic ones,"

@@ -8,18 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend import surfaces
-from rigidpend.description import Row, exact_row
+from rigidpend.config.description import Row, exact_row
 from rigidpend.experiments.asymptotic_surfaces.layout import ANGLES, CURVES, WINDOW
-from rigidpend.experiments.contract import Means
-from rigidpend.periodic import Delta_1
-from rigidpend.results import compare
-from rigidpend.results.compare import Difference
-from rigidpend.results.layout import datasets
-from rigidpend.results.tree import Data, Tree
+from rigidpend.experiments.contract import Means, compare
+from rigidpend.experiments.contract.compare import Difference
+from rigidpend.experiments.contract.layout import datasets
+from rigidpend.experiments.contract.tree import Data, Tree
+from rigidpend.mechanics.periodic import Delta_1
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.surfaces import SurfaceCurves
+from rigidpend.surfaces import curves as surfaces
+from rigidpend.surfaces.curves import SurfaceCurves
 
 if TYPE_CHECKING:
     from rigidpend.experiments.asymptotic_surfaces.schema import Config, Problem

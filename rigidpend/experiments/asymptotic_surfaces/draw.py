@@ -8,9 +8,9 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from rigidpend.render.palette import BLUE, RED, WIDTH
-from rigidpend.render.panels import entry
-from rigidpend.results.tree import Data, Loaded
+from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.experiments.plots.palette import BLUE, RED, WIDTH
+from rigidpend.experiments.plots.panels import entry
 
 COLUMN, ROW = 0.87, 2.35
 """Largest width and the height of a panel, inches."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from rigidpend.results.tree import Loaded
-from rigidpend.tables import Table
+from rigidpend.experiments.contract.tree import Loaded
+from rigidpend.machine.tables import Table
 
 CAPTION = (
     "Asymptotic surfaces of the periodic orbits beside separatrix 2: S2+ above, S1- below, in"

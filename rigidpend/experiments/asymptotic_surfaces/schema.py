@@ -62,7 +62,7 @@ class Problem(Part):
 
     @model_validator(mode="after")
     def _physics(self) -> Problem:
-        from rigidpend.surfaces import surface_problem
+        from rigidpend.surfaces.curves import surface_problem
 
         for A in self.bodies.values():
             with physics():

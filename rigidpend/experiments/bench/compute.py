@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.description import Row, exact_row
+from rigidpend.config.description import Row, exact_row
 from rigidpend.experiments.bench.layout import PROBLEM
+from rigidpend.experiments.bench.measuring import choice, problems, records
+from rigidpend.experiments.bench.measuring.methods import METHODS
+from rigidpend.experiments.bench.measuring.tasks import Sizes
+from rigidpend.experiments.bench.measuring.worker import Order, measured
 from rigidpend.experiments.contract import Means
-from rigidpend.integrate.engines import EngineError, has_heyoka
-from rigidpend.measure.benchmark import choice, problems, records
-from rigidpend.measure.benchmark.methods import METHODS
-from rigidpend.measure.benchmark.tasks import Sizes
-from rigidpend.measure.benchmark.worker import Order, measured
-from rigidpend.results.layout import datasets
-from rigidpend.results.tree import Data, Dataset, Tree
+from rigidpend.experiments.contract.layout import datasets
+from rigidpend.experiments.contract.tree import Data, Dataset, Tree
+from rigidpend.orbits.integrate.engines import EngineError, has_heyoka
 
 if TYPE_CHECKING:
     from rigidpend.experiments.bench.schema import Config

@@ -12,12 +12,20 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
-from rigidpend.measure.benchmark import reading
-from rigidpend.measure.benchmark.methods import METHODS
-from rigidpend.measure.benchmark.problems import NAMES
-from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, SKY, WIDTH
-from rigidpend.render.panels import entry
-from rigidpend.results.tree import Data, Loaded
+from rigidpend.experiments.bench.measuring import reading
+from rigidpend.experiments.bench.measuring.methods import METHODS
+from rigidpend.experiments.bench.measuring.problems import NAMES
+from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.experiments.plots.palette import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    PINK,
+    RED,
+    SKY,
+    WIDTH,
+)
+from rigidpend.experiments.plots.panels import entry
 
 BASE, ROW, PLOT, FOOT = 0.75, 0.155, 2.6, 1.0
 """Inches: a panel of ratios without rows, a row, a diagram, the legend."""

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
-from rigidpend.measure.benchmark import records
-from rigidpend.results.layout import FLOAT, TEXT, Field, Layout
+from rigidpend.experiments.bench.measuring import records
+from rigidpend.experiments.contract.layout import (
+    FLOAT,
+    TEXT,
+    Field,
+    Layout,
+)
 
 ENDED = Field(TEXT, (), *records.ENDED[1:3])
 SEARCHED: Layout = {

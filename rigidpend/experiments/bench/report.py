@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from rigidpend.measure.benchmark import reading
-from rigidpend.results.tree import Loaded
-from rigidpend.tables import Table
+from rigidpend.experiments.bench.measuring import reading
+from rigidpend.experiments.contract.tree import Loaded
+from rigidpend.machine.tables import Table
 
 CAPTION = "Run time against error, every method used as its own documentation does, on one machine."
 

@@ -7,8 +7,8 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field
 
 from rigidpend.config.schema import ExperimentConfig, Number, Part, Whole
-from rigidpend.measure.benchmark.methods import METHODS
-from rigidpend.measure.benchmark.problems import NAMES
+from rigidpend.experiments.bench.measuring.methods import METHODS
+from rigidpend.experiments.bench.measuring.problems import NAMES
 from rigidpend.numbers.generic import Scalar
 
 

@@ -8,22 +8,26 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.alphabet import NO_SYMBOL
-from rigidpend.description import Row, body_rows
+from rigidpend.config.description import Row, body_rows
 from rigidpend.experiments.closed_orbits.layout import AVERAGES, ORBITS, PLACES
-from rigidpend.experiments.contract import Means
-from rigidpend.results import compare
-from rigidpend.results.layout import datasets
-from rigidpend.results.tree import Data, Tree
-from rigidpend.return_map import return_map
-from rigidpend.symbolic.action import actions
-from rigidpend.symbolic.chain import on_surface, signs_of
-from rigidpend.symbolic.closed import ClosedOrbit, closed, lyapunov, words
-from rigidpend.symbolic.closing import closing
-from rigidpend.symbolic.confirm import passages
-from rigidpend.symbolic.shortest import path
-from rigidpend.symbolic.stretching import stretching
-from rigidpend.symbolic.tables import Level
+from rigidpend.experiments.contract import Means, compare
+from rigidpend.experiments.contract.layout import datasets
+from rigidpend.experiments.contract.tree import Data, Tree
+from rigidpend.orbits.return_map import return_map
+from rigidpend.routes.alphabet import NO_SYMBOL
+from rigidpend.routes.symbolic.action import actions
+from rigidpend.routes.symbolic.chain import on_surface, signs_of
+from rigidpend.routes.symbolic.closed import (
+    ClosedOrbit,
+    closed,
+    lyapunov,
+    words,
+)
+from rigidpend.routes.symbolic.closing import closing
+from rigidpend.routes.symbolic.confirm import passages
+from rigidpend.routes.symbolic.shortest import path
+from rigidpend.routes.symbolic.stretching import stretching
+from rigidpend.routes.symbolic.tables import Level
 
 if TYPE_CHECKING:
     from rigidpend.experiments.closed_orbits.schema import Config, Problem

@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-from rigidpend.results.layout import FLAG, FLOAT, WHOLE, Field, Layout
+from rigidpend.experiments.contract.layout import (
+    FLAG,
+    FLOAT,
+    WHOLE,
+    Field,
+    Layout,
+)
 
 WORDS, LENGTHS, POINTS = ("words",), ("lengths",), ("points",)
 

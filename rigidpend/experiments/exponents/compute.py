@@ -9,20 +9,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.alphabet import NO_SYMBOL
-from rigidpend.description import Row, body_rows, exact_row
-from rigidpend.experiments.contract import Means
+from rigidpend.config.description import Row, body_rows, exact_row
+from rigidpend.experiments.contract import Means, compare
+from rigidpend.experiments.contract.compare import Difference
+from rigidpend.experiments.contract.layout import (
+    FLOAT,
+    WHOLE,
+    Field,
+    datasets,
+)
+from rigidpend.experiments.contract.tree import Data, Tree
 from rigidpend.experiments.exponents.layout import CHECKED, GROWTH, MARKED, PLANE
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact
-from rigidpend.results import compare
-from rigidpend.results.compare import Difference
-from rigidpend.results.layout import FLOAT, WHOLE, Field, datasets
-from rigidpend.results.tree import Data, Tree
+from rigidpend.routes.alphabet import NO_SYMBOL
 from rigidpend.routes.mapped import UNKEPT
 from rigidpend.routes.plane import Plane
-from rigidpend.symbolic.exponents import integrated, stretched
-from rigidpend.symbolic.surface import Surface, surface
+from rigidpend.routes.symbolic.exponents import integrated, stretched
+from rigidpend.routes.symbolic.surface import Surface, surface
 
 if TYPE_CHECKING:
     from rigidpend.experiments.exponents.schema import Config, Problem

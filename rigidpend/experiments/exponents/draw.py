@@ -7,10 +7,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from rigidpend.render.code_planes import cell_ends, draw_changes
-from rigidpend.render.palette import BLUE, RED, WIDTH
-from rigidpend.render.panels import title
-from rigidpend.results.tree import Data, Loaded
+from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.experiments.plots.code_planes import cell_ends, draw_changes
+from rigidpend.experiments.plots.palette import BLUE, RED, WIDTH
+from rigidpend.experiments.plots.panels import title
 
 HEIGHT = 5.6
 """Height of the figure, inches."""

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from rigidpend.results.layout import FLOAT, WHOLE, Field, Layout
+from rigidpend.experiments.contract.layout import (
+    FLOAT,
+    WHOLE,
+    Field,
+    Layout,
+)
 
 CELLS, LENGTHS, CHECKED_ = ("rows", "columns"), ("symbols",), ("checked",)
 

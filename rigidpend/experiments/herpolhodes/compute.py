@@ -8,18 +8,28 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.description import Row, body_rows, exact_row, number_row
-from rigidpend.experiments.contract import Means
+from rigidpend.config.description import (
+    Row,
+    body_rows,
+    exact_row,
+    number_row,
+)
+from rigidpend.experiments.contract import Means, compare
+from rigidpend.experiments.contract.compare import Difference
+from rigidpend.experiments.contract.layout import datasets
+from rigidpend.experiments.contract.tree import Data, Tree
 from rigidpend.experiments.herpolhodes.layout import OF_ROUTE, SAMPLED
 from rigidpend.experiments.route_arrays import crossing_tolerance
-from rigidpend.herpolhode import RouteOrbit, follow, samples, separatrices, vertices
+from rigidpend.mechanics.precession import increments, plateaus
 from rigidpend.numbers.doubles import Array
-from rigidpend.precession import increments, plateaus
-from rigidpend.results import compare
-from rigidpend.results.compare import Difference
-from rigidpend.results.layout import datasets
-from rigidpend.results.tree import Data, Tree
 from rigidpend.routes.codes import RouteCodes, route_codes
+from rigidpend.routes.herpolhode import (
+    RouteOrbit,
+    follow,
+    samples,
+    separatrices,
+    vertices,
+)
 from rigidpend.routes.problem import rotation_period
 
 if TYPE_CHECKING:

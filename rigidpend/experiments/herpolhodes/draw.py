@@ -9,11 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.experiments.plots.palette import SEPARATRIX as COLOUR
+from rigidpend.experiments.plots.palette import WIDTH
+from rigidpend.experiments.plots.panels import entry
 from rigidpend.numbers.generic import Scalar
-from rigidpend.render.palette import SEPARATRIX as COLOUR
-from rigidpend.render.palette import WIDTH
-from rigidpend.render.panels import entry
-from rigidpend.results.tree import Data, Loaded
 
 ROW = 2.75
 """Height of a case, inches."""

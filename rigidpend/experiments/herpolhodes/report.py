@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rigidpend.results.tree import Data, Loaded
-from rigidpend.tables import Table
+from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.machine.tables import Table
 
 CAPTION = (
     "Orbits along their routes through the heteroclinic cycle: the angle of precession with the"

@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.alphabet import NO_SYMBOL
-from rigidpend.coordinates import TURN
-from rigidpend.description import Row, body_rows
-from rigidpend.experiments.contract import Means
+from rigidpend.config.description import Row, body_rows
+from rigidpend.experiments.contract import Means, compare
+from rigidpend.experiments.contract.layout import datasets
+from rigidpend.experiments.contract.tree import Data, Tree
 from rigidpend.experiments.heteroclinic_cycle.layout import EDGES, RECTANGLES, START, VERTICES
-from rigidpend.free_body import SEPARATRICES, separatrix_theta1
-from rigidpend.results import compare
-from rigidpend.results.layout import datasets
-from rigidpend.results.tree import Data, Tree
+from rigidpend.mechanics.coordinates import TURN
+from rigidpend.mechanics.free_body import SEPARATRICES, separatrix_theta1
+from rigidpend.routes.alphabet import NO_SYMBOL
 from rigidpend.routes.cycle import TURNS, Turn
 
 if TYPE_CHECKING:

@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
-from rigidpend.results.layout import FLAG, FLOAT, TEXT, WHOLE, Field, Layout
+from rigidpend.experiments.contract.layout import (
+    FLAG,
+    FLOAT,
+    TEXT,
+    WHOLE,
+    Field,
+    Layout,
+)
 
 START = 2
 """Separatrix of the start; the rectangles on its two sides are called left and right."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rigidpend.results.tree import Data, Loaded
-from rigidpend.tables import Table
+from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.machine.tables import Table
 
 CAPTION = (
     "The heteroclinic cycle in the plane of theta1 and J1/J2: separatrices 1 to 4 between the two"

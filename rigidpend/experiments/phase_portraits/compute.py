@@ -7,12 +7,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend import free_body
-from rigidpend.body import Body
-from rigidpend.coordinates import TURN
-from rigidpend.description import Row, body_rows, exact_row
-from rigidpend.equations import hamiltonian_J3_0
-from rigidpend.experiments.contract import Means
+from rigidpend.config.description import Row, body_rows, exact_row
+from rigidpend.experiments.contract import Means, compare
+from rigidpend.experiments.contract.layout import Fields, datasets
+from rigidpend.experiments.contract.tree import Data, Dataset, Tree
 from rigidpend.experiments.phase_portraits.layout import (
     CENTRES,
     NUMBER,
@@ -22,9 +20,10 @@ from rigidpend.experiments.phase_portraits.layout import (
     SEPARATRICES,
     SPHERE,
 )
-from rigidpend.results import compare
-from rigidpend.results.layout import Fields, datasets
-from rigidpend.results.tree import Data, Dataset, Tree
+from rigidpend.mechanics import free_body
+from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.coordinates import TURN
+from rigidpend.mechanics.equations import hamiltonian_J3_0
 
 if TYPE_CHECKING:
     from rigidpend.experiments.phase_portraits.schema import Config, Problem

@@ -5,8 +5,13 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from rigidpend.render.palette import BLUE, GREEN, PINK, RED
-from rigidpend.results.tree import Data
+from rigidpend.experiments.contract.tree import Data
+from rigidpend.experiments.plots.palette import (
+    BLUE,
+    GREEN,
+    PINK,
+    RED,
+)
 
 
 class CurveLook(NamedTuple):

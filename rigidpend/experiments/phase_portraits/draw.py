@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from rigidpend.experiments.contract.tree import Data, Loaded
 from rigidpend.experiments.phase_portraits.curves import (
     FALLING,
     ORBITS,
@@ -16,11 +17,10 @@ from rigidpend.experiments.phase_portraits.curves import (
     CurveLook,
     all_curves,
 )
+from rigidpend.experiments.plots import separatrix_ticks
+from rigidpend.experiments.plots.palette import WIDTH
+from rigidpend.experiments.plots.panels import entry
 from rigidpend.numbers.generic import Scalar
-from rigidpend.render import separatrix_ticks
-from rigidpend.render.palette import WIDTH
-from rigidpend.render.panels import entry
-from rigidpend.results.tree import Data, Loaded
 
 HEIGHT = 3.3
 """Height of the figure, inches."""

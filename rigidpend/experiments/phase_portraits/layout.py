@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-from rigidpend.results.layout import FLAG, FLOAT, WHOLE, Field, Layout
+from rigidpend.experiments.contract.layout import (
+    FLAG,
+    FLOAT,
+    WHOLE,
+    Field,
+    Layout,
+)
 
 
 def _curves(name: str) -> dict[str, Field]:

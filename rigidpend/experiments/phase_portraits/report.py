@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rigidpend.results.tree import Loaded
-from rigidpend.tables import Table
+from rigidpend.experiments.contract.tree import Loaded
+from rigidpend.machine.tables import Table
 
 CAPTION = (
     "Orbits of the free body, mu = 0, on the sphere of the angular momentum and in the plane of"

@@ -8,18 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.asymptotic import heteroclinic
-from rigidpend.body import Body
-from rigidpend.description import Row, exact_row
+from rigidpend.config.description import Row, exact_row
 from rigidpend.experiments import weight_series
-from rigidpend.experiments.contract import Means
+from rigidpend.experiments.contract import Means, compare
+from rigidpend.experiments.contract.layout import datasets
+from rigidpend.experiments.contract.tree import Data, Tree
 from rigidpend.experiments.precession.layout import DRAWN, OF_BODY
 from rigidpend.experiments.weight_layout import MU_OVER_H0
+from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.precession import increments, regime
 from rigidpend.numbers.doubles import Array
-from rigidpend.precession import increments, regime
-from rigidpend.results import compare
-from rigidpend.results.layout import datasets
-from rigidpend.results.tree import Data, Tree
+from rigidpend.surfaces import heteroclinic
 
 if TYPE_CHECKING:
     from rigidpend.experiments.precession.schema import Config

@@ -10,9 +10,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, SEPARATRIX, WIDTH
-from rigidpend.render.panels import entry, title
-from rigidpend.results.tree import Data, Loaded
+from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.experiments.plots.palette import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    PINK,
+    RED,
+    SEPARATRIX,
+    WIDTH,
+)
+from rigidpend.experiments.plots.panels import entry, title
 
 HEIGHT = 5.4
 """Height of the figure, inches."""

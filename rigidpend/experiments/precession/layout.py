@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+from rigidpend.experiments.contract.layout import (
+    FLAG,
+    FLOAT,
+    TEXT,
+    WHOLE,
+    Field,
+    Layout,
+)
 from rigidpend.experiments.weight_layout import BODIES, EACH, MU_OVER_H0, NAME
-from rigidpend.results.layout import FLAG, FLOAT, TEXT, WHOLE, Field, Layout
 
 OF_BODY = {
     "alpha0": Field(FLOAT, BODIES, "rad", "(bodies,): angle of each body"),

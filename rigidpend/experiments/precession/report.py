@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.results.tree import Loaded
-from rigidpend.tables import Table
+from rigidpend.experiments.contract.tree import Loaded
+from rigidpend.machine.tables import Table
 
 CAPTION = (
     "Increments of theta3 along the heteroclinic orbits of each separatrix, by the full dynamics,"

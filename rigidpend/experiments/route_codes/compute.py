@@ -11,21 +11,25 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend import melnikov
-from rigidpend.description import Row, body_rows, exact_row, number_row
-from rigidpend.experiments.contract import Means
+from rigidpend.config.description import (
+    Row,
+    body_rows,
+    exact_row,
+    number_row,
+)
+from rigidpend.experiments.contract import Means, compare
+from rigidpend.experiments.contract.compare import Difference
+from rigidpend.experiments.contract.layout import datasets
+from rigidpend.experiments.contract.tree import Data, Dataset, Tree
 from rigidpend.experiments.route_arrays import array_differences
 from rigidpend.experiments.route_codes.layout import BY_MAP, ZEROS
 from rigidpend.experiments.route_layout import MEANING
+from rigidpend.machine import progress, workers
 from rigidpend.numbers.exact import Exact
-from rigidpend.results import compare
-from rigidpend.results.compare import Difference
-from rigidpend.results.layout import datasets
-from rigidpend.results.tree import Data, Dataset, Tree
 from rigidpend.routes.codes import MANY, RouteCodes, route_codes
 from rigidpend.routes.phases import Grid
 from rigidpend.routes.problem import passage_rotations
-from rigidpend.run import progress, workers
+from rigidpend.surfaces import melnikov
 
 if TYPE_CHECKING:
     from rigidpend.config.schema import PhaseGrid

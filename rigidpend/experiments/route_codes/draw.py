@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
-from rigidpend.alphabet import NO_SYMBOL
-from rigidpend.render.code_arrays import (
+from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.experiments.plots.code_arrays import (
     COLOURS,
     DOUBT,
     NONE,
@@ -23,9 +23,9 @@ from rigidpend.render.code_arrays import (
     ZOOM,
     symbol_entries,
 )
-from rigidpend.render.palette import WIDTH
-from rigidpend.render.panels import entry
-from rigidpend.results.tree import Data, Loaded
+from rigidpend.experiments.plots.palette import WIDTH
+from rigidpend.experiments.plots.panels import entry
+from rigidpend.routes.alphabet import NO_SYMBOL
 
 LARGEST = 0.12
 """Largest side of a cell, inches."""

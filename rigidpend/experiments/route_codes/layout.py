@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from rigidpend.experiments.contract.layout import (
+    FLAG,
+    FLOAT,
+    Field,
+    Layout,
+)
 from rigidpend.experiments.route_layout import MEANING
-from rigidpend.results.layout import FLAG, FLOAT, Field, Layout
 
 ZEROS = Field(FLOAT, ("zeros",), "rad", "zeros of Melnikov's integral in theta2_0")
 

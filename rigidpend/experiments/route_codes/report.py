@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rigidpend.results.tree import Data, Loaded
-from rigidpend.tables import Table
+from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.machine.tables import Table
 
 CAPTION = (
     "Binary route codes of orbits on S1-. A column is one initial phase theta2_0; cell i, counted"

@@ -12,8 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.description import Row, body_rows
-from rigidpend.experiments.contract import Means
+from rigidpend.config.description import Row, body_rows
+from rigidpend.experiments.contract import Means, compare
+from rigidpend.experiments.contract.compare import Difference
+from rigidpend.experiments.contract.layout import datasets
+from rigidpend.experiments.contract.tree import Data, Tree
 from rigidpend.experiments.route_map.layout import (
     COLUMNS,
     FREQUENCY,
@@ -22,18 +25,14 @@ from rigidpend.experiments.route_map.layout import (
     PLANE,
     Y_AXIS,
 )
-from rigidpend.integrate.arithmetic import Arithmetic
 from rigidpend.numbers.doubles import Array
-from rigidpend.results import compare
-from rigidpend.results.compare import Difference
-from rigidpend.results.layout import datasets
-from rigidpend.results.tree import Data, Tree
+from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.routes.bodies import cells_of_each
 from rigidpend.routes.codes import MANY
 from rigidpend.routes.mapped import UNKEPT
 from rigidpend.routes.plane import Cells, Plane
 from rigidpend.routes.rows import cell_problem
-from rigidpend.run.parts import Piece
+from rigidpend.runs.parts import Piece
 
 if TYPE_CHECKING:
     from rigidpend.config.axes import Axis

@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
-from rigidpend.render.code_arrays import DOUBT, ZOOM
-from rigidpend.render.code_planes import LINES, cell_ends, draw_changes
-from rigidpend.render.palette import WIDTH
-from rigidpend.render.panels import entry
-from rigidpend.results.tree import Data, Loaded
+from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.experiments.plots.code_arrays import DOUBT, ZOOM
+from rigidpend.experiments.plots.code_planes import LINES, cell_ends, draw_changes
+from rigidpend.experiments.plots.palette import WIDTH
+from rigidpend.experiments.plots.panels import entry
 
 NAMES = {
     "theta2_0": r"$\theta_2^0$ (rad)",

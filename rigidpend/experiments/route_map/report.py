@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rigidpend.results.tree import Data, Loaded
-from rigidpend.tables import Table
+from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.machine.tables import Table
 
 CAPTION = (
     "Route codes over a plane of two parameters, mostly the initial phase theta2_0 across. Zooms"

@@ -16,8 +16,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.description import Row, body_rows, exact_row
-from rigidpend.experiments.contract import Means
+from rigidpend.config.description import Row, body_rows, exact_row
+from rigidpend.experiments.contract import Means, compare
+from rigidpend.experiments.contract.compare import Difference
+from rigidpend.experiments.contract.layout import datasets
+from rigidpend.experiments.contract.tree import Data, Dataset, Tree
 from rigidpend.experiments.route_arrays import APART, array_differences
 from rigidpend.experiments.route_zoom.layout import (
     PLACE,
@@ -27,10 +30,6 @@ from rigidpend.experiments.route_zoom.layout import (
     SYMBOL,
 )
 from rigidpend.numbers.exact import Exact, exact, exacts
-from rigidpend.results import compare
-from rigidpend.results.compare import Difference
-from rigidpend.results.layout import datasets
-from rigidpend.results.tree import Data, Dataset, Tree
 from rigidpend.routes.change import Bracket, NoChange, check_change, narrowed
 from rigidpend.routes.neighbourhood import Neighbourhood
 from rigidpend.routes.phases import Grid

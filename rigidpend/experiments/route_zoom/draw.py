@@ -9,9 +9,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from rigidpend.render.code_arrays import COLOURS, DOUBT, NORM, ZOOM, symbol_entries
-from rigidpend.render.palette import WIDTH
-from rigidpend.results.tree import Data, Loaded
+from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.experiments.plots.code_arrays import (
+    COLOURS,
+    DOUBT,
+    NORM,
+    ZOOM,
+    symbol_entries,
+)
+from rigidpend.experiments.plots.palette import WIDTH
 
 ACROSS = 3
 """Number of levels side by side."""

@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+from rigidpend.experiments.contract.layout import (
+    FLOAT,
+    TEXT,
+    WHOLE,
+    Field,
+    Layout,
+)
 from rigidpend.experiments.route_layout import MEANING
-from rigidpend.results.layout import FLOAT, TEXT, WHOLE, Field, Layout
 
 RELATIVE = "precision that decided the column, relative to its distance from the change"
 ROUTES = {name: field for name, field in MEANING.items() if name != "theta2_0"} | {

@@ -8,8 +8,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from rigidpend.results.tree import Data, Loaded
-from rigidpend.tables import Table
+from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.machine.tables import Table
 
 CAPTION = (
     "Route codes around a phase at which a symbol changes, each array much finer than the one"

@@ -6,8 +6,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.asymptotic import surface_orbits
-from rigidpend.asymptotic.splitting import (
+from rigidpend.config.description import Row, exact_row
+from rigidpend.experiments import weight_series
+from rigidpend.experiments.contract import Means, compare
+from rigidpend.experiments.contract.layout import datasets
+from rigidpend.experiments.contract.tree import Data, Tree
+from rigidpend.experiments.splitting.layout import CLOSED_FORM, CURVE, OF_BODY
+from rigidpend.experiments.weight_layout import MU_OVER_H0
+from rigidpend.experiments.weight_series import mu_over_h0, plain, slope
+from rigidpend.mechanics.body import Body
+from rigidpend.numbers.doubles import Array
+from rigidpend.orbits.integrate.engines import DEFAULT_TOLERANCE
+from rigidpend.surfaces import surface_orbits
+from rigidpend.surfaces.splitting import (
     COARSEST,
     FEWEST,
     TOP,
@@ -17,18 +28,6 @@ from rigidpend.asymptotic.splitting import (
     distance,
     measure,
 )
-from rigidpend.body import Body
-from rigidpend.description import Row, exact_row
-from rigidpend.experiments import weight_series
-from rigidpend.experiments.contract import Means
-from rigidpend.experiments.splitting.layout import CLOSED_FORM, CURVE, OF_BODY
-from rigidpend.experiments.weight_layout import MU_OVER_H0
-from rigidpend.experiments.weight_series import mu_over_h0, plain, slope
-from rigidpend.integrate.engines import DEFAULT_TOLERANCE
-from rigidpend.numbers.doubles import Array
-from rigidpend.results import compare
-from rigidpend.results.layout import datasets
-from rigidpend.results.tree import Data, Tree
 
 if TYPE_CHECKING:
     from rigidpend.experiments.splitting.schema import Config, Problem

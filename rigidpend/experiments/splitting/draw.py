@@ -9,9 +9,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, WIDTH
-from rigidpend.render.panels import entry, title
-from rigidpend.results.tree import Data, Loaded
+from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.experiments.plots.palette import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    PINK,
+    RED,
+    WIDTH,
+)
+from rigidpend.experiments.plots.panels import entry, title
 
 HEIGHT = 6.1
 """Height of the figure, inches."""

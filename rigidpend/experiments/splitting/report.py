@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rigidpend.results.tree import Loaded
-from rigidpend.tables import Table
+from rigidpend.experiments.contract.tree import Loaded
+from rigidpend.machine.tables import Table
 
 CAPTION = (
     "Distance of S1- and S2+ on the section J1 = J2/2 beside Melnikov's formula, whose curve errs"

@@ -9,12 +9,10 @@ from collections.abc import Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from rigidpend.body import Body
-from rigidpend.description import Row, body_rows, exact_row
+from rigidpend.config.description import Row, body_rows, exact_row
 from rigidpend.experiments.contract import Means
-from rigidpend.integrate import DEFAULT_TOLERANCE, FINEST_TOLERANCE
-from rigidpend.integrate.lie_poisson import SCHEMES
-from rigidpend.measure.stress import (
+from rigidpend.experiments.contract.tree import Data, Tree
+from rigidpend.experiments.stress.trials import (
     addresses,
     extremes,
     honesty,
@@ -25,8 +23,10 @@ from rigidpend.measure.stress import (
     starts,
     symmetries,
 )
-from rigidpend.measure.stress.claims import FAILED, Trial, tried
-from rigidpend.results.tree import Data, Tree
+from rigidpend.experiments.stress.trials.claims import FAILED, Trial, tried
+from rigidpend.mechanics.body import Body
+from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, FINEST_TOLERANCE
+from rigidpend.orbits.integrate.lie_poisson import SCHEMES
 
 if TYPE_CHECKING:
     from rigidpend.experiments.stress.schema import Config, Problem

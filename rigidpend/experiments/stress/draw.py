@@ -10,9 +10,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from rigidpend.render.palette import BLUE, GREEN, ORANGE, PINK, RED, WIDTH
-from rigidpend.render.panels import entry
-from rigidpend.results.tree import Data, Loaded
+from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.experiments.plots.palette import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    PINK,
+    RED,
+    WIDTH,
+)
+from rigidpend.experiments.plots.panels import entry
 
 HEIGHT = 8.8
 """Inches."""

@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
-from rigidpend.measure.stress.fields import DECIDED, DRIFT, GROWTH, OF_CLAIM, PENDULUM, SPOILT
-from rigidpend.results.layout import Layout
+from rigidpend.experiments.contract.layout import Layout
+from rigidpend.experiments.stress.trials.fields import (
+    DECIDED,
+    DRIFT,
+    GROWTH,
+    OF_CLAIM,
+    PENDULUM,
+    SPOILT,
+)
 
 CURVES: dict[str, Layout] = {
     "passages": {"growth?": GROWTH, "<precisions>": DECIDED},

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
-from rigidpend.measure.stress.claims import FAILED, LIMIT, PASSED
-from rigidpend.results.tree import Loaded
-from rigidpend.tables import Table
+from rigidpend.experiments.contract.tree import Loaded
+from rigidpend.experiments.stress.trials.claims import FAILED, LIMIT, PASSED
+from rigidpend.machine.tables import Table
 
 CAPTION = (
     "Trials at the limits: drift of the integrals, every trial's value as a share of the bound"

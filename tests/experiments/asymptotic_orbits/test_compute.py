@@ -10,13 +10,13 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from rigidpend.body import Body
 from rigidpend.experiments.asymptotic_orbits import compute as asymptotic_orbits
 from rigidpend.experiments.asymptotic_orbits.report import address, digits, tables
 from rigidpend.experiments.asymptotic_orbits.schema import Config
 from rigidpend.experiments.contract import Means
-from rigidpend.integrate.arithmetic import resolve
-from rigidpend.integrate.engines import default_engine
+from rigidpend.mechanics.body import Body
+from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate.engines import default_engine
 from rigidpend.routes import route_codes
 from tests.config.samples import content as typed
 from tests.experiments.trees import plain, shifted

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.config import loading
 from rigidpend.experiments.asymptotic_surfaces import compute as asymptotic_surfaces
 from rigidpend.experiments.contract import Means
-from rigidpend.integrate.arithmetic import resolve
-from rigidpend.integrate.engines import default_engine
+from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate.engines import default_engine
+from rigidpend.runs import loading
 from tests.config.samples import refused
 from tests.experiments.trees import from_file, plain, with_change
 

@@ -128,9 +128,9 @@ def test_the_figure_is_drawn_without_an_integrator_or_pyplot(tmp_path: Path) -> 
         "heyoka",
         "scipy",
         "matplotlib.pyplot",
-        "rigidpend.surfaces",
-        "rigidpend.integrate",
-        "rigidpend.periodic",
+        "rigidpend.surfaces.curves",
+        "rigidpend.orbits.integrate",
+        "rigidpend.mechanics.periodic",
     }
     assert found & computing == set()
 

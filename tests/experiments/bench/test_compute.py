@@ -11,21 +11,20 @@ import pytest
 from click.testing import CliRunner
 
 from rigidpend.cli import bench as command
-from rigidpend.config import loading
 from rigidpend.experiments.bench import compute as bench
+from rigidpend.experiments.bench.measuring import problems, reading
+from rigidpend.experiments.bench.measuring.methods import METHODS
+from rigidpend.experiments.bench.measuring.tasks import Sizes
+from rigidpend.experiments.bench.measuring.worker import measured
 from rigidpend.experiments.bench.schema import Config
 from rigidpend.experiments.contract import Means
-from rigidpend.integrate.arithmetic import CLOSED_FORM
-from rigidpend.integrate.engines import EngineError
-from rigidpend.measure.benchmark import problems, reading
-from rigidpend.measure.benchmark.methods import METHODS
-from rigidpend.measure.benchmark.tasks import Sizes
-from rigidpend.measure.benchmark.worker import measured
+from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM
+from rigidpend.orbits.integrate.engines import EngineError
 from rigidpend.results import store
-from rigidpend.run import runner
+from rigidpend.runs import loading, runner
 from tests.config.samples import content as typed
 from tests.config.samples import refused
-from tests.integrate.problems import needs_heyoka
+from tests.orbits.integrate.problems import needs_heyoka
 
 pytestmark = pytest.mark.slow
 """Most tests look at the one result of a small run, which takes ten seconds."""

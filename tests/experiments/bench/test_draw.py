@@ -12,10 +12,10 @@ from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
 from rigidpend.experiments.bench.draw import APPEARANCES, LOSS, draw
-from rigidpend.measure.benchmark.methods import METHODS
+from rigidpend.experiments.bench.measuring.methods import METHODS
 from rigidpend.results.store import load
+from tests.experiments.bench.measuring.data import data
 from tests.experiments.figures import check_on_page, styled
-from tests.measure.benchmark.data import data
 from tests.results.loaded import loaded
 
 

@@ -12,8 +12,8 @@ import pytest
 from rigidpend.experiments.closed_orbits import compute as closed_orbits
 from rigidpend.experiments.closed_orbits.schema import Config
 from rigidpend.experiments.contract import Means
-from rigidpend.integrate.arithmetic import resolve
-from rigidpend.integrate.engines import default_engine
+from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate.engines import default_engine
 from tests.config.samples import content as typed
 from tests.experiments.trees import plain, shifted
 

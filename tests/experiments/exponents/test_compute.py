@@ -13,17 +13,17 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.exponents import compute as exponents
 from rigidpend.experiments.exponents.report import tables
 from rigidpend.experiments.exponents.schema import Config
-from rigidpend.integrate.arithmetic import resolve
-from rigidpend.integrate.engines import default_engine
 from rigidpend.numbers.exact import exact
+from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate.engines import default_engine
 from rigidpend.routes.plane import Cells, Plane
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.symbolic.exponents import stretched
-from rigidpend.symbolic.surface import surface
+from rigidpend.routes.symbolic.exponents import stretched
+from rigidpend.routes.symbolic.surface import surface
 from tests.config.samples import content as typed
 from tests.config.samples import refused
 from tests.experiments.trees import plain, shifted
-from tests.symbolic.fig4 import BODY, H
+from tests.routes.symbolic.fig4 import BODY, H
 
 CONFIG = Path(__file__).parents[3] / "configs" / "exponents.yaml"
 SMALL = [

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.config import loading
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.herpolhodes import compute as herpolhodes
 from rigidpend.experiments.herpolhodes import layout
-from rigidpend.integrate.arithmetic import resolve
-from rigidpend.integrate.engines import default_engine
-from rigidpend.precession import plateaus
+from rigidpend.mechanics.precession import plateaus
+from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate.engines import default_engine
 from rigidpend.routes import route_codes
+from rigidpend.runs import loading
 from tests.config.samples import refused
 from tests.experiments.trees import plain, with_change
 

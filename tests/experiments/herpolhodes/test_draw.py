@@ -12,8 +12,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from rigidpend.experiments.herpolhodes.draw import draw
+from rigidpend.experiments.plots.palette import SEPARATRIX
 from rigidpend.render import STYLE
-from rigidpend.render.palette import SEPARATRIX
 from tests.results.loaded import loaded
 
 Data = dict[str, dict[str, Any]]

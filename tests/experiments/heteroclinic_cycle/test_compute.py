@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.equations import eq1
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.heteroclinic_cycle import compute as heteroclinic_cycle
 from rigidpend.experiments.heteroclinic_cycle.schema import Config
+from rigidpend.mechanics.equations import eq1
 from rigidpend.routes.cycle import symbols
 from tests.config.samples import content as typed
 from tests.config.samples import refused

@@ -9,11 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.config import loading
-from rigidpend.equations import aligned, aligned_coefficients, energy, eq1
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.phase_portraits import compute as phase_portraits
-from rigidpend.integrate import sample
+from rigidpend.mechanics.equations import (
+    aligned,
+    aligned_coefficients,
+    energy,
+    eq1,
+)
+from rigidpend.orbits.integrate import sample
+from rigidpend.runs import loading
 from tests.config.samples import refused
 from tests.experiments.trees import from_file
 from tests.processes import modules_of_computing
@@ -45,7 +50,7 @@ def curves(group: Any, field: str) -> list[Any]:
 @pytest.mark.slow
 def test_nothing_is_integrated_to_compute_it() -> None:
     found = modules_of_computing("phase_portraits", FIG1)
-    assert "rigidpend.free_body" in found
+    assert "rigidpend.mechanics.free_body" in found
     assert found & {"scipy.integrate", "heyoka", "matplotlib"} == set()
 
 

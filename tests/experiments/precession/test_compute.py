@@ -14,8 +14,8 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.precession import compute as precession
 from rigidpend.experiments.precession.compute import in_order
 from rigidpend.experiments.precession.schema import Config
-from rigidpend.integrate.arithmetic import resolve
-from rigidpend.integrate.engines import default_engine
+from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate.engines import default_engine
 from tests.config.samples import content as typed
 from tests.config.samples import refused
 from tests.experiments.trees import from_file, plain, with_change

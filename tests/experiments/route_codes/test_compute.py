@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend import melnikov
-from rigidpend.config import loading
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_arrays import crossing_tolerance
 from rigidpend.experiments.route_codes import compute as route_codes
-from rigidpend.integrate.arithmetic import resolve
-from rigidpend.integrate.engines import default_engine
+from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate.engines import default_engine
 from rigidpend.routes import RouteProblem
 from rigidpend.routes import route_codes as compute_codes
+from rigidpend.runs import loading
+from rigidpend.surfaces import melnikov
 from tests.config.samples import SMALL, written
 from tests.experiments.trees import plain, with_change
 

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from rigidpend import Body, route_codes
-from rigidpend.config import loading
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_map import compute as route_map
-from rigidpend.integrate.arithmetic import resolve
-from rigidpend.integrate.engines import default_engine
+from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate.engines import default_engine
+from rigidpend.runs import loading
 from tests.config.samples import refused
 from tests.experiments.trees import plain
 

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend import melnikov, route_codes
-from rigidpend.config import catalogue, loading
+from rigidpend import route_codes
+from rigidpend.config import catalogue
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_zoom import compute as route_zoom
-from rigidpend.integrate import default_engine
-from rigidpend.integrate.arithmetic import resolve
 from rigidpend.numbers.exact import exact
+from rigidpend.orbits.integrate import default_engine
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes import certainty
 from rigidpend.routes.change import Bracket, NoChange, narrowed
 from rigidpend.routes.codes import Run
@@ -24,6 +24,8 @@ from rigidpend.routes.cycle import symbols
 from rigidpend.routes.neighbourhood import Neighbourhood
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
+from rigidpend.runs import loading
+from rigidpend.surfaces import melnikov
 from tests.bodies import FIG4
 from tests.config.samples import refused
 

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.asymptotic.splitting import admitted
-from rigidpend.config import loading
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.splitting import compute as splitting
 from rigidpend.experiments.splitting.schema import Config
-from rigidpend.integrate.arithmetic import resolve
-from rigidpend.integrate.engines import default_engine
+from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate.engines import default_engine
+from rigidpend.runs import loading
+from rigidpend.surfaces.splitting import admitted
 from tests.config.samples import content as typed
 from tests.config.samples import refused
 from tests.experiments.trees import from_file, plain, with_change

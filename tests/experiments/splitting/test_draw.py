@@ -142,9 +142,9 @@ def test_the_figure_is_drawn_without_an_integrator_or_pyplot(tmp_path: Path) -> 
         "heyoka",
         "scipy",
         "matplotlib.pyplot",
-        "rigidpend.asymptotic",
-        "rigidpend.integrate",
-        "rigidpend.precession",
+        "rigidpend.surfaces",
+        "rigidpend.orbits.integrate",
+        "rigidpend.mechanics.precession",
     }
     assert found & computing == set()
 

@@ -11,13 +11,12 @@ import pytest
 from click.testing import CliRunner
 
 from rigidpend.cli.stress import command
-from rigidpend.config import catalogue, loading
+from rigidpend.config import catalogue
 from rigidpend.config.complaints import ConfigError
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.stress import compute as stress
 from rigidpend.experiments.stress.schema import Config
-from rigidpend.integrate.arithmetic import resolve
-from rigidpend.measure.stress import (
+from rigidpend.experiments.stress.trials import (
     claims,
     extremes,
     honesty,
@@ -25,9 +24,16 @@ from rigidpend.measure.stress import (
     spoilt_maps,
     symmetries,
 )
-from rigidpend.measure.stress.claims import Claim, Findings, Limit, Trial
+from rigidpend.experiments.stress.trials.claims import (
+    Claim,
+    Findings,
+    Limit,
+    Trial,
+)
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.results import store
 from rigidpend.routes import ProblemError
+from rigidpend.runs import loading
 from tests.config.samples import content as typed
 from tests.config.samples import refused
 

@@ -1,0 +1,134 @@
+"""Table of a body by the paper's theory and the exact periodic orbits.
+
+Its values come from `body`, `periodic`, `melnikov`, `precession` and `floquet`.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterator
+from importlib import import_module
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rigidpend.config.description import (
+    Row,
+    body_rows,
+    exact_row,
+    number_row,
+)
+from rigidpend.mechanics import floquet, precession
+from rigidpend.mechanics.body import Angles, Body
+from rigidpend.mechanics.free_body import SEPARATRICES
+from rigidpend.mechanics.periodic import Delta_1
+from rigidpend.numbers.exact import Exact, exact
+from rigidpend.numbers.generic import Scalar
+from rigidpend.routes.problem import RouteProblem
+from rigidpend.surfaces import melnikov
+
+if TYPE_CHECKING:
+    from rigidpend.notebook import TheoryTable
+
+
+def rows(body: Body, h0: Scalar, J1_0: Scalar = None) -> list[Row]:
+    """Make the table of a body at an energy constant.
+
+    Parameters
+    ----------
+    body : Body
+    h0 : number
+        Energy constant, kappa J2_0^2/2, greater than mu.
+    J1_0 : number, optional
+        Initial action, dimensionless; Melnikov's zeros depend on it, nothing else does.
+
+    Returns
+    -------
+    list of Row
+
+    Raises
+    ------
+    ProblemError
+        h0 or J1_0 is out of range.
+    """
+    # Nothing but Melnikov's zeros depends on J1_0: where none is given, any one will do.
+    problem = RouteProblem(body, h0, exact("1e-8") if J1_0 is None else J1_0, 1)
+    energy = problem.h0
+    p, J2_0 = body.angles(), float(problem.J2_0(53))
+    regime = precession.regime(body)
+    return [
+        *body_rows(body),
+        exact_row("h0", "energy constant, kappa J2_0^2/2", energy),
+        number_row("J2_0", "initial |M|, dimensionless", J2_0),
+        *_swings(p, float(energy)),
+        *_melnikov(p, J2_0),
+        *(_zeros(problem) if J1_0 is not None else ()),
+        Row("regime", regime.name, f"of (trieq): separatrices by increment, {regime}"),
+        *_increments(p, energy),
+        *_orbits(p, float(energy)),
+    ]
+
+
+def of(problem: Any) -> list[Row]:
+    """Make the table of a config's body; empty where the config has not one body and h0."""
+    body, h0 = getattr(problem, "body", None), getattr(problem, "h0", None)
+    if body is None or h0 is None:
+        return []
+    return rows(body, h0, getattr(problem, "J1_0", None))
+
+
+def _swings(p: Angles, h0: float) -> Iterator[Row]:
+    for epsilon, beside in ((1, "2 and 4"), (-1, "1 and 3")):
+        meaning = f"rad, largest swing of theta1 beside separatrices {beside}, to O(mu)"
+        yield number_row(f"Delta_1({epsilon:+d})", meaning, Delta_1(p, h0, epsilon, np))
+
+
+def _melnikov(p: Angles, J2_0: float) -> Iterator[Row]:
+    amplitudes = [melnikov.amplitude(n, J2_0, p, np) for n in SEPARATRICES]
+    yield number_row(
+        "Melnikov amplitude", "of cos(delta + theta2_0), separatrices 1 to 4", *amplitudes
+    )
+
+
+def _zeros(problem: RouteProblem) -> Iterator[Row]:
+    yield exact_row("J1_0", "initial action, dimensionless", problem.J1_0)
+    meaning = "rad, theta2_0 on separatrix 2, where the first symbol changes, to O(mu)"
+    yield number_row("Melnikov zeros", meaning, *melnikov.zeros(problem))
+
+
+def _increments(p: Angles, h0: Exact) -> Iterator[Row]:
+    gained = precession.increments(p, float(h0))
+    yield number_row("Delta theta3", "rad, increments along separatrices 1 to 4, to O(mu)", *gained)
+
+
+def _orbits(p: Angles, h0: float) -> Iterator[Row]:
+    """Rows of the exact periodic orbits; both families have the same multipliers, by symmetry."""
+    meaning = "Floquet multipliers of the periodic orbits, transverse; product 1"
+    try:
+        leaving, approaching = (floquet.periodic_orbit(p, h0, 1, epsilon) for epsilon in (1, -1))
+    except floquet.NotHyperbolic as error:
+        yield Row("multipliers", "on the unit circle", str(error))
+        return
+    except (ArithmeticError, ValueError) as error:
+        # h0 - mu is within the rounding of either.
+        yield Row("multipliers", "not resolved", str(error))
+        return
+    yield number_row("period", "t', of the pendulum motions", leaving.period)
+    yield number_row("multipliers", meaning, leaving.multiplier, approaching.multiplier)
+    # With the period of the true motion, so that beside it the multiplier shows what mu changes.
+    limit = math.exp(math.sqrt(2 * h0 / p.kappa) * math.sin(p.alpha0) / 2 * leaving.period)
+    yield number_row("multiplier, mu = 0", "exp(u T/2), u = J2_0 sin(alpha0)", limit)
+
+
+class CalledTable(ModuleType):
+    """Module that is also the function `rigidpend.notebook.theory`."""
+
+    def __call__(self, body: Body, h0: Scalar, J1_0: Scalar = None) -> TheoryTable:
+        # By its name, as in `rigidpend.run`.
+        return import_module("rigidpend.notebook").theory(body, h0, J1_0)
+
+
+# The module, once imported, hides the function of its name in the package: so it is both.
+sys.modules[__name__].__class__ = CalledTable

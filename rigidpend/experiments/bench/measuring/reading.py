@@ -1,0 +1,379 @@
+"""Reading of the stored data, losses first: numbers, and the tables made of them.
+
+All functions take ``/data`` of a result, as `store.load` gives it. Infinity stands for what no
+measurement reached. Ratios come from the meetings alone: the median over the rounds of a method's
+time divided by that of the default in the same round.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigidpend.experiments.bench.measuring import choice, many
+from rigidpend.experiments.bench.measuring.methods import METHODS
+from rigidpend.experiments.bench.measuring.problems import NAMES
+from rigidpend.experiments.contract.tree import Data
+from rigidpend.machine.tables import Table, seconds, times
+from rigidpend.numbers.generic import Scalar
+
+LEVELS = (1e-3, 1e-6, 1e-9, 1e-12)
+RULE_OF_THREE = 3.0
+"""Rule of three: an event absent in n trials has a chance of less than 3/n, at 95 %."""
+MAPS = "route_codes_map"
+"""The method of return maps."""
+OWN = ("ours", "lie_poisson")
+"""Families that are ours, or in this package: they are no peers."""
+
+
+class Standing(NamedTuple):
+    """The outcome of a meeting for one method."""
+
+    method: str
+    seconds: float
+    """Median over the rounds, for the whole problem."""
+    ratio: float
+    """Ratio of its time to the default's: the median over the rounds."""
+    low: float
+    """The quartiles of that ratio."""
+    high: float
+    reached: bool
+    """True if the method reached the level of the problem."""
+    record: Any
+
+
+def met(data: Data, problem: str, threads: int) -> list[Standing]:
+    """Results of the methods at a meeting, the fastest first; empty where there was none."""
+    group = data.get("meetings", {}).get(f"threads_{threads}", {}).get(problem, {})
+    default = group.get(str(data[problem]["default"]))
+    if default is None:
+        return []
+    found = []
+    for name in _measured(group):
+        record = group[name]
+        both = np.isfinite(record["rounds"]) & np.isfinite(default["rounds"])
+        if not both.any():
+            continue
+        ratios = record["rounds"][both] / default["rounds"][both]
+        low, middle, high = np.quantile(ratios, (0.25, 0.5, 0.75))
+        reached = bool(choice.good_enough(problem, record))
+        median = float(np.nanmedian(record["rounds"]))
+        found.append(
+            Standing(name, median, float(middle), float(low), float(high), reached, record)
+        )
+    return sorted(found, key=lambda result: result.ratio)
+
+
+def losses(data: Data) -> list[tuple[str, int, Standing]]:
+    """Losses: problems at which a peer needs less time than the default, at their level."""
+    return [
+        (problem, threads, result)
+        for problem in _problems(data)
+        for threads in _threads(data)
+        for result in met(data, problem, threads)
+        if result.ratio < 1 and result.reached and METHODS[result.method].family not in OWN
+    ]
+
+
+def time_to_reach(record: Data, level: float) -> float:
+    """The shortest of the times in which a method got an error of `level` or less.
+
+    Over long times only what went all the way counts.
+    """
+    if "error" not in record:
+        return math.inf
+    enough = (np.nan_to_num(record["error"], nan=math.inf) <= level) & (record["part"] == 1)
+    return float(min(record["seconds"][enough], default=math.inf))
+
+
+def error_at_cost(record: Data, cost: float) -> float:
+    """The smallest error that a method reached in no more than `cost` seconds."""
+    if "error" not in record:
+        return math.inf
+    cheap = (record["seconds"] <= cost) & (record["part"] == 1)
+    return float(min(np.nan_to_num(record["error"][cheap], nan=math.inf), default=math.inf))
+
+
+def tables(data: Data) -> list[Table]:
+    """All tables, for people: losses first."""
+    found = [losses_table(data)]
+    for problem in _problems(data):
+        found += [meeting_table(data, problem)] if met(data, problem, 1) else []
+    found += [cross_checks_table(data)] if "codes" in data else []
+    found += [phases_table(data)] if data.get("random_phases") else []
+    found += [many_table(data)] if data.get("many_orbits") else []
+    found += [cost_table(data)] if "codes" in data and met(data, "codes", 1) else []
+    return found + [search_table(data, problem) for problem in _problems(data)]
+
+
+def losses_table(data: Data) -> Table:
+    """Table of the losses: a peer is faster than the default."""
+    rows = [
+        (
+            str(data[problem]["title"]),
+            METHODS[result.method].label,
+            str(threads),
+            seconds(result.seconds),
+            _spread(result),
+        )
+        for problem, threads, result in losses(data)
+    ]
+    header = ("problem", "method", "threads", "time", "times ours")
+    note = "" if rows else "Nowhere in this run."
+    return Table("Where another method is faster than ours", header, rows, note)
+
+
+def meeting_table(data: Data, problem: str) -> Table:
+    """Time and ratio of every method at a problem, the fastest first; one thread, then more."""
+    counts = _threads(data)
+    by_count = {count: {r.method: r for r in met(data, problem, count)} for count in counts}
+    first = next(iter(by_count.values()))
+    rows = []
+    for name, result in first.items():
+        cells = [METHODS[name].label + _marks(data, problem, result)]
+        for count in counts:
+            there = by_count[count].get(name)
+            cells += [seconds(there.seconds), _spread(there)] if there else ["-", "-"]
+        rows.append((*cells, _error(result)))
+    heads = [x for n in counts for x in (_threads_text(n), "times ours")]
+    note = (
+        "In turn in one process: medians, and in brackets the quartiles of the ratio. "
+        "Of two threads a method takes one where that is faster. "
+        "* what rigidpend picks; + did not reach the level; ~ few orbits, scaled to all."
+    )
+    return Table(level_text(data, problem), ("method", *heads, "error"), rows, note)
+
+
+def cross_checks_table(data: Data) -> Table:
+    """Table of the cost of trust at the codes of Fig. 4: methods that vouch for symbols."""
+    rows = []
+    results = {r.method: r for r in met(data, "codes", 1)}
+    own = results.get("route_codes")
+    for result in results.values():
+        if not METHODS[result.method].cross_checked:
+            continue
+        record = result.record
+        ratio = math.nan if own is None else _middle_ratio(record, own.record)
+        rows.append(
+            (
+                METHODS[result.method].label,
+                seconds(result.seconds),
+                times(ratio),
+                f"{float(record['undecided']):.0f}",
+                f"{float(record['wrong_trusted']):.0f}",
+            )
+        )
+    header = ("cross-check", "time", "times route_codes", "not decided", "wrong, trusted")
+    note = "A peer's user runs twice, compares, and runs a third time where the two differ."
+    return Table("Cross-check against cross-check, codes of Fig. 4, one thread", header, rows, note)
+
+
+def phases_table(data: Data) -> Table:
+    """Wrong symbols per million on random phases, against 113-bit arithmetic."""
+    groups = data["random_phases"]
+    names = [name for name in METHODS if any(name in group for group in groups.values())]
+    rows = []
+    for name in names:
+        cells = [METHODS[name].label]
+        for group in groups.values():
+            record = group.get(name)
+            cells += _per_million(record) if record else ["-"] * 3
+        rows.append(cells)
+    heads = [
+        f"{x}, {start.replace('_', ' ', 1).replace('J1 0_', 'J1_0 = ')}"
+        for start in groups
+        for x in ("wrong", "not decided", "time per orbit")
+    ]
+    fewest = min(float(r["symbols"]) for group in groups.values() for r in group.values())
+    note = (
+        "Symbols per million; wrong ones that the method vouches for, and all wrong ones where it "
+        "vouches for none. Truth: 113-bit arithmetic, 15 symbols an orbit. None wrong means, at "
+        f"95 %, fewer than {1e6 * RULE_OF_THREE / fewest:,.0f}, for {fewest:,.0f} symbols or more."
+    )
+    return Table("Random phases", ("method", *heads), rows, note)
+
+
+def many_table(data: Data) -> Table:
+    """Time of each method against the number of orbits, in units of that of return maps too."""
+    group = data["many_orbits"]
+    numbers = many_numbers(data)
+    most = numbers[-1]
+    own = many.at(group[MAPS], most).seconds if MAPS in group else math.nan
+    rows = []
+    for name in _measured(group):
+        found = [many.at(group[name], number) for number in numbers]
+        cells = [
+            seconds(one.seconds) + (" ~" if one.orbits < number else "")
+            for one, number in zip(found, numbers, strict=True)
+        ]
+        undecided = (
+            f"{float(group[name]['undecided'][-1]):.0f}" if METHODS[name].cross_checked else "-"
+        )
+        ratio = times(found[-1].seconds / own)
+        cells += [seconds(found[-1].prepare), ratio, _crossing(group, name), undecided]
+        rows.append((METHODS[name].label, *cells))
+    header = (
+        "method",
+        *(f"{number:,.0f}" for number in numbers),
+        "to prepare",
+        f"times maps, {most:,.0f}",
+        "maps faster from",
+        "not decided",
+    )
+    note = (
+        "Orbits from random phases, 15 symbols each in the record, warm. To prepare: tables of the "
+        "maps and compilation, once; where maps are faster it counts. ~ scaled from fewer orbits."
+    )
+    return Table("Time against the number of orbits, one thread", header, rows, note)
+
+
+def many_numbers(data: Data) -> list[float]:
+    """Numbers of orbits that any method was timed with, ascending, without those of the slow."""
+    group = data["many_orbits"]
+    longest = max((record["orbits"] for record in group.values()), key=len)
+    return [float(number) for number in longest]
+
+
+def _crossing(group: Data, name: str) -> str:
+    if name == MAPS or MAPS not in group:
+        return "-"
+    number = many.crossing(group[MAPS], group[name])
+    return f"{number:,.0f}" if math.isfinite(number) else "never"
+
+
+def cost_table(data: Data, multiples: tuple[float, ...] = (1, 2, 10)) -> Table:
+    """The error of the crossing times that each method reaches at equal cost."""
+    default = str(data["codes"]["default"])
+    unit = next(r.seconds for r in met(data, "codes", 1) if r.method == default)
+    rows = [
+        (METHODS[name].label, *(f"{x:.1e}" if math.isfinite(x) else "-" for x in errors))
+        for name in _measured(data["codes"])
+        if (errors := [error_at_cost(data["codes"][name], k * unit) for k in multiples])
+        and math.isfinite(min(errors))
+    ]
+    header = ("method", *(f"up to {seconds(k * unit)}" for k in multiples))
+    return Table("Median error of the crossing times (t') at equal cost", header, rows)
+
+
+def search_table(data: Data, problem: str) -> Table:
+    """Time to reach an error, of every method alone."""
+    group = data[problem]
+    rows = []
+    for name in _measured(group):
+        record = group[name]
+        cells = [seconds(time_to_reach(record, level)) for level in LEVELS]
+        prepare = float(np.max(record["prepare"])) if "prepare" in record else math.inf
+        ended = str(record["ended"])
+        said = "" if ended == "complete" else ended
+        rows.append((METHODS[name].label, *cells, seconds(prepare), said))
+    header = ("method", *(f"{level:.0e}" for level in LEVELS), "to prepare", "ended")
+    caption = f"{group['title']}: time to reach an error, each method alone"
+    return Table(caption, header, rows, f"Error: {group['error']}.")
+
+
+def summary(data: Data) -> dict[str, Any]:
+    """All of it as plain data, for JSON: None where nothing was reached."""
+    found: dict[str, Any] = {
+        "losses": [
+            {"problem": problem, "threads": threads, **_plain_result(result)}
+            for problem, threads, result in losses(data)
+        ]
+    }
+    for problem in _problems(data):
+        group = data[problem]
+        found[problem] = {
+            "title": str(group["title"]),
+            "error": str(group["error"]),
+            "default": str(group["default"]),
+            "methods": {name: _plain(group[name]) for name in _measured(group)},
+            "met": {
+                str(count): [_plain_result(result) for result in met(data, problem, count)]
+                for count in _threads(data)
+            },
+        }
+    found["random_phases"] = {
+        start: {name: _plain(record) for name, record in group.items()}
+        for start, group in data.get("random_phases", {}).items()
+    }
+    found["many_orbits"] = {
+        name: _plain(record) for name, record in data.get("many_orbits", {}).items()
+    }
+    return found
+
+
+def level_text(data: Data, problem: str) -> str:
+    """Name a problem with the level at which methods meet."""
+    level = choice.LEVELS.get(problem)
+    goal = "every symbol right" if level is None else f"to an error of {level:.0e}"
+    return f"{data[problem]['title']}, {goal}"
+
+
+def _middle_ratio(record: Data, other: Scalar) -> float:
+    """The median over the rounds that both were timed in; NaN where there is none."""
+    ratios = record["rounds"] / other["rounds"]
+    return float(np.nanmedian(ratios)) if np.isfinite(ratios).any() else math.nan
+
+
+def _per_million(record: Data) -> list[str]:
+    symbols, orbits = float(record["symbols"]), float(record["orbits"])
+    shares = (float(record[name]) / symbols for name in ("wrong_trusted", "undecided"))
+    return [
+        *(f"{1e6 * share:,.0f}" for share in shares),
+        seconds(float(record["seconds"]) / orbits),
+    ]
+
+
+def _marks(data: Data, problem: str, result: Standing) -> str:
+    marks = " *" if result.method == str(data[problem]["default"]) else ""
+    most = max(float(r.record["orbits"]) for r in met(data, problem, 1))
+    return f"{marks}{' +' * (not result.reached)}{' ~' * (float(result.record['orbits']) < most)}"
+
+
+def _spread(result: Standing) -> str:
+    if result.low == result.high == 1:
+        return "1"
+    return f"{times(result.ratio)} ({times(result.low)} to {times(result.high)})"
+
+
+def _error(result: Standing) -> str:
+    wrong = float(result.record["wrong_symbols"]) if "wrong_symbols" in result.record else 0.0
+    return f"{wrong:.0f} symbols wrong" if wrong else f"{float(result.record['error']):.1e}"
+
+
+def _threads_text(count: int) -> str:
+    return f"up to {count} threads" if count > 1 else "1 thread"
+
+
+def _threads(data: Data) -> list[int]:
+    return sorted(int(name.removeprefix("threads_")) for name in data.get("meetings", {}))
+
+
+def _problems(data: Data) -> Iterator[str]:
+    return (name for name in NAMES if name in data)
+
+
+def _measured(group: Data) -> list[str]:
+    return [name for name in METHODS if name in group]
+
+
+def _plain_result(result: Standing) -> dict[str, Any]:
+    return {**result._asdict(), "record": _plain(result.record)}
+
+
+def _plain(record: Data) -> dict[str, Any]:
+    """A record as JSON has it."""
+    return {
+        name: [_finite(x) for x in values] if np.ndim(values) else _single(values)
+        for name, values in record.items()
+    }
+
+
+def _single(value: Any) -> Any:
+    return value if isinstance(value, str) else _finite(value)
+
+
+def _finite(x: Scalar) -> float | None:
+    return float(x) if math.isfinite(x) else None

@@ -1,0 +1,151 @@
+"""Contract of an experiment: the objects that each of its five files offers.
+
+An experiment is a folder ``experiments/NAME/``:
+
+========== ============================================================= ==========
+schema.py  ``Config``, a subclass of :class:`rigidpend.config.schema.    required
+           ExperimentConfig`: what a config may ask for
+layout.py  :class:`Declaring`: what a result consists of, as plain data  required
+compute.py :class:`Computation`: from a config to the data of a result   required
+draw.py    :class:`Drawing`: a figure from a stored result               required
+report.py  :class:`Reporting`: tables beside that figure                 optional
+========== ============================================================= ==========
+
+Modules are the implementations: a module satisfies the protocol by its functions, whose
+parameters are described here alone. Nothing is registered; a folder with a ``schema.py`` is an
+experiment. `schema.py` and `compute.py` import no matplotlib, `draw.py` and `report.py` no
+integrator, for each is loaded without the others; `layout.py` imports neither: whoever opens a
+result holds it against that first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias, TypeVar
+
+from rigidpend.config.description import Row as Row
+from rigidpend.experiments.contract.layout import Layout
+from rigidpend.experiments.contract.tree import Data, Loaded, Tree
+from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, Arithmetic
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from rigidpend.config.schema import ExperimentConfig
+    from rigidpend.machine.tables import Table
+    from rigidpend.numbers.exact import Exact
+    from rigidpend.routes.problem import RouteProblem
+    from rigidpend.runs.parts import Piece
+
+    Routes: TypeAlias = Mapping[str, tuple[RouteProblem, Sequence[Exact]]]
+
+    C_contra = TypeVar("C_contra", bound=ExperimentConfig, contravariant=True)
+else:
+    # The bound is for type checkers alone: no schema is imported for it.
+    C_contra = TypeVar("C_contra", contravariant=True)
+
+
+def compute_now(name: str, compute: Callable[[], Tree]) -> Tree:
+    """Compute a part at once, without a checkpoint."""
+    return compute()
+
+
+def tell_nobody(text: str) -> None:
+    """Drop a line of progress."""
+
+
+def compute_in_order(pieces: Sequence[Piece]) -> Iterator[Tree]:
+    """Compute parts one after the other, without checkpoints."""
+    return (piece.work(*piece.arguments) for piece in pieces)
+
+
+class Means(NamedTuple):
+    """The means of a computation: its arithmetic, workers, progress and checkpoints."""
+
+    arithmetic: Arithmetic = CLOSED_FORM
+    """Arithmetic, resolved once: the record that the result file stores."""
+    jobs: int = 1
+    """Number of threads or processes at a time."""
+    report: Callable[[str], None] = tell_nobody
+    """Receiver of lines of progress."""
+    part: Callable[[str, Callable[[], Tree]], Tree] = compute_now
+    """Checkpoint: ``part(name, compute)`` is ``compute()``, kept for an interrupted run."""
+    pieces: Callable[[Sequence[Piece]], Iterator[Tree]] = compute_in_order
+    """Checkpoints whose functions and arguments may go to other machines; trees in their order."""
+
+
+class Declaring(Protocol):
+    """The module ``layout.py`` of an experiment."""
+
+    @property
+    def LAYOUT(self) -> Layout:
+        """Layout of ``/data`` of a result."""
+
+
+class Computation(Protocol[C_contra]):
+    """The module ``compute.py`` of an experiment.
+
+    It may also have ``cost(config)``, an estimate of the seconds that :meth:`compute` takes on
+    two cores, from what was measured of it: `run -n` tells it, and the time left begins with it.
+    ``PIECES = True`` says that all its work goes through ``means.pieces``: a cluster can do it.
+    """
+
+    def compute(self, config: C_contra, means: Means) -> Tree:
+        """Compute the data of a result file.
+
+        Raises
+        ------
+        ArithmeticError
+            Something that the config asks for cannot be computed as well as it must be.
+        """
+
+    def describe(self, config: C_contra) -> list[Row]:
+        """Describe a config in rows, with what follows from it, units named."""
+
+    def differences(self, stored: Data, fresh: Data) -> Sequence[str]:
+        """Find where two results disagree by more than their arithmetic explains.
+
+        Sentences; a :class:`rigidpend.experiments.contract.compare.Difference` also knows its parts.
+
+        Parameters
+        ----------
+        stored, fresh : Data
+            ``/data`` of the reference and of the result held against it. Tolerances come
+            from the reference and from bounds that the experiment declares.
+        """
+
+
+class Certifiable(Protocol[C_contra]):
+    """A module ``compute.py`` whose route codes can be proven."""
+
+    def orbits(self, config: C_contra, stored: Callable[[], Data]) -> Routes:
+        """The orbits of a config by the name of their array, exact.
+
+        Parameters
+        ----------
+        config : Config
+        stored : callable
+            Loads ``/data`` of the config's result, for orbits that only a computation tells.
+        """
+
+
+class Drawing(Protocol):
+    """The module ``draw.py`` of an experiment.
+
+    It may also have ``draw_together(results)``, which draws several results in one figure: pairs
+    of a label, by what they differ, and a stored result.
+    """
+
+    def draw(self, result: Loaded) -> Figure:
+        """Draw a stored result."""
+
+
+class Reporting(Protocol):
+    """The module ``report.py`` of an experiment."""
+
+    @property
+    def CAPTION(self) -> str:
+        """Sentences on what the figure shows, of whatever body."""
+
+    def tables(self, result: Loaded) -> list[Table]:
+        """Set numbers of a stored result beside those that the paper prints."""

@@ -1,0 +1,128 @@
+"""Orbits found from random codes and addresses of random bodies, read back by integration."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rigidpend.experiments.stress.trials import truth
+from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
+from rigidpend.mechanics.body import Body
+from rigidpend.numbers.generic import Scalar
+from rigidpend.routes.symbolic import (
+    Address,
+    FoundOrbit,
+    NoOrbit,
+    address_of,
+    find_orbit,
+)
+
+DELAY = 1e-9
+"""Allowed difference of a crossing's time, t'.
+
+A map may err by 2^13 roundings, 1e-12, of a passage's time, which is 100 t' at most; ten add up."""
+LONGER = 2, 6
+"""Half rotations by which passages of a random address are longer than the shortest, one beyond.
+
+Such an address has half of the symbols, for each half rotation takes half a digit of theta2_0."""
+DIGITS = 26
+"""Digits of theta2_0: they are found in 106 bits, fewer than those that read the address."""
+
+
+class Setup(NamedTuple):
+    """A body with the start of its orbits."""
+
+    body: Body
+    h0: Scalar
+    J1_0: Scalar = "1e-8"
+
+
+def drawn(seed: int) -> Setup:
+    """A body with three distinct moments, its centre of gravity and its weight by lot."""
+    random = np.random.default_rng(seed)
+    # Far from two equal moments, where passages take hundreds of rotations; A2 = 1.
+    A1 = random.uniform(1.6, 2)
+    A3 = 1 + (A1 - 1) * random.uniform(0.35, 0.75)
+    angle, h0 = random.uniform(0.2, 1.3), random.uniform(0.8, 1.6)
+    mu = h0 * 10 ** random.uniform(-3.5, -2.5)
+    r = f"{np.cos(angle):.3f}", f"{np.sin(angle):.3f}", "0"
+    return Setup(Body((f"{A1:.3f}", "1", f"{A3:.3f}"), r, f"{mu:.3g}"), f"{h0:.4f}")
+
+
+def trial(name: str, setup: Setup, *, words: int, n_symbols: int, seed: int) -> Trial:
+    """Random words of a body: found, confirmed, and read back in more bits.
+
+    Parameters
+    ----------
+    name : str
+        Name of the body.
+    setup : Setup
+    words, n_symbols : int
+        How many words, and their length.
+    seed : int
+    """
+    claims = _claims(name)
+
+    def measure() -> Findings:
+        random, lost, other, delay = np.random.default_rng(seed), 0, 0, 0.0
+        for _ in range(words):
+            asked = Address(None, tuple(int(s) for s in random.integers(0, 2, n_symbols)), None)
+            for _ in ("shortest", "longer"):
+                try:
+                    found = find_orbit(
+                        setup.body, asked, h0=setup.h0, J1_0=setup.J1_0, digits=DIGITS
+                    )
+                except NoOrbit:
+                    lost += 1
+                    break
+                other += not _read_back(setup, found)
+                delay = max(delay, found.delay)
+                asked = _longer(found.address, (n_symbols + 1) // 2, random)
+        values = [float(lost), float(other), delay]
+        said = f"{words} codes of {n_symbols} symbols, and as many longer addresses of half of them"
+        names = [claim.name for claim in claims]
+        return Findings(dict(zip(names, values, strict=True)), notes={names[0]: said})
+
+    return Trial(f"addresses {name}", claims, measure)
+
+
+def _longer(address: Address, n: int, random: np.random.Generator) -> Address:
+    """The first n symbols of an address, with more half rotations by lot."""
+    turns = np.add(address.half_turns or (), random.integers(*LONGER, len(address.symbols)))
+    return Address(address.first, address.symbols[:n], tuple(int(k) for k in turns[:n]))
+
+
+def _claims(name: str) -> tuple[Claim, ...]:
+    return (
+        Claim(
+            f"{name}: none found",
+            "random words, and their longer addresses, for which no orbit was found",
+            "1",
+            0,
+            "every finite sequence of turns occurs, and with long passages at every address",
+        ),
+        Claim(
+            f"{name}: read back",
+            f"found orbits whose address by integration in {truth.BITS} bits is another",
+            "1",
+            0,
+            "26 digits outlast ten of the shortest passages, which take two each at most",
+        ),
+        Claim(
+            f"{name}: delay",
+            "largest difference of a crossing's time by integration and by the map",
+            "t'",
+            DELAY,
+            "2^13 roundings of a passage's time, which is 100 t' at most, for each of ten passages",
+        ),
+    )
+
+
+def _read_back(setup: Setup, found: FoundOrbit) -> bool:
+    """True if more bits than those that found an orbit tell all of its address."""
+    own = address_of(
+        setup.body, found.theta2_0, h0=setup.h0, J1_0=setup.J1_0,
+        n_symbols=len(found.address.symbols), precisions=(truth.BITS,),
+    )  # fmt: skip
+    return own == found.address and found.confirmed == len(found.address.symbols)

@@ -1,0 +1,157 @@
+"""The rounding error of a crossing, predicted from the variational equations.
+
+Every step of an integrator rounds every component once. What a rounding at time s does to the
+phase at a crossing is the cotangent vector there, carried back along the orbit; the roundings
+are independent, so their squares add. Nothing is fitted.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from rigidpend.experiments.stress.trials.dual import cotangent, tangent
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned
+from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Scalar
+from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, sample
+
+ROUNDING = math.sqrt(3 / (8 * math.log(2)) / 12)
+"""Root mean square of a rounding, relative to its number, in units of 2^(1 - bits).
+
+It is 1/sqrt(12) of the mantissa's last bit, the mantissa being distributed as 1/m over 1 to 2."""
+SHARE = math.exp(-2)
+"""Step of a Taylor series over its radius of convergence."""
+SAMPLES = 0.2
+"""Time between samples of cotangent vectors, in units of 1/u."""
+DEEPEST = 30.0
+"""Longest time, in units of 1/u, that an orbit is followed backwards in one go."""
+TOLERANCE = 1e-11
+"""Tolerance of the variational equations: a prediction needs three digits."""
+
+
+def step(u: float) -> float:
+    """The step of a Taylor integrator in t', near separatrices of exponent u.
+
+    On them J1 = J2/(exp(-u t' + v) + 1) has its poles pi/u off the real axis.
+    """
+    return SHARE * math.pi / u
+
+
+def noise(engine: str) -> float:
+    """The root mean square relative error of a step in doubles: rounding, or the tolerance.
+
+    The Taylor series' own error is below rounding; Dormand-Prince's is what it is allowed.
+    """
+    rounding = ROUNDING * 2.0**-52
+    return rounding if engine == "taylor" else max(rounding, DEFAULT_TOLERANCE[engine])
+
+
+def predicted_errors(
+    c: AlignedCoefficients, state: Array, crossings: Array, u: float, rate: float, engine: str
+) -> Array:
+    """The root mean square error of each crossing of an orbit in doubles, in radians.
+
+    Parameters
+    ----------
+    c : AlignedCoefficients
+        Floats.
+    state : (6,) array
+        At time 0.
+    crossings : (k,) array
+        Their times t', ascending.
+    u : float
+        Exponent of the separatrices, per t'.
+    rate : float
+        Radians per t'.
+    engine : str
+        Whose errors are meant; it integrates the variational equations too.
+    """
+    restarts = _restarts(np.r_[0.0, crossings], u)
+    times = np.union1d(restarts, crossings)
+    states = sample(lambda x, _: aligned(x, c), state, times, engine=engine)
+    errors = []
+    for t in crossings:
+        inside = (times == t) | (np.isin(times, restarts) & (times < t))
+        squares = _squares(c, times[inside], states[:, inside], rate, u, engine)
+        # One rounding a step: the sum over steps is the integral over the length of a step.
+        errors.append(noise(engine) * math.sqrt(squares / step(u)))
+    return np.array(errors)
+
+
+def _restarts(times: Array, u: float) -> Array:
+    """Times at which a cotangent vector goes on from the orbit as it was followed forwards.
+
+    Backwards, the orbit leaves itself as exp(u t'/2). So a passage that is too long for doubles
+    is divided.
+    """
+    parts = [times[:1]]
+    for a, b in pairwise(times):
+        n = math.ceil((b - a) * u / DEEPEST)
+        parts += [np.linspace(a, b, n + 1)] if n > 1 else []
+    return np.unique(np.concatenate(parts))
+
+
+def _squares(
+    c: AlignedCoefficients, times: Array, states: Array, rate: float, u: float, engine: str
+) -> float:
+    """Integral of (weight times component)^2, summed, back from a crossing at the last time."""
+
+    def backward(y: Scalar, _: Any) -> list[Any]:
+        # Cotangents obey the transposed equations with the opposite sign.
+        back = cotangent(lambda x: aligned(x, c), y[:6], y[6:])
+        return [*aligned(y[:6], c), *(-w for w in back)]
+
+    # As in a Newton step: a deviation of M3 shifts the crossing by that over -M3'.
+    weights = np.array([0, 0, -rate / aligned(states[:, -1], c)[2], 0, 0, 0])
+    total = 0.0
+    for k in range(times.size - 1, 0, -1):
+        span = times[k] - times[k - 1]
+        grid = np.linspace(times[k], times[k - 1], max(8, math.ceil(span * u / SAMPLES)))
+        # The weights go on from piece to piece, the orbit from where it was forwards.
+        start = np.r_[states[:, k], weights]
+        y = sample(backward, start, grid, engine=engine, tolerance=TOLERANCE)
+        total += ((y[:6] * y[6:]) ** 2).sum(axis=0).mean() * span
+        weights = y[6:, -1]
+    return total
+
+
+def growths(
+    c: AlignedCoefficients, state: Array, until: float, u: float, engine: str
+) -> tuple[Array, Array]:
+    """Crossing times of an orbit, and ln of how much a small error of the phase has grown there.
+
+    Parameters
+    ----------
+    c, state, u, engine : as in :func:`predicted_errors`
+    until : float
+        t' to which the orbit is followed.
+
+    Returns
+    -------
+    times, growths : (k,) arrays
+        From the first crossing on, where the growth is 0.
+    """
+    times = np.arange(0.0, until, SAMPLES / u)
+    # A shift of the phase: M is nearly along Oz at the start, and gamma turns about that axis.
+    direction = np.array([0.0, 0.0, 0.0, -state[4], state[3], 0.0])
+
+    def forward(y: Scalar, _: Any) -> list[Any]:
+        return [*aligned(y[:6], c), *tangent(lambda x: aligned(x, c), y[:6], y[6:])]
+
+    y = sample(forward, np.r_[state, direction], times, engine=engine, tolerance=TOLERANCE)
+    M3 = y[2]
+    k = np.flatnonzero(M3[:-1] * M3[1:] < 0)
+    share = M3[k] / (M3[k] - M3[k + 1])
+    shift = (y[8, k] + share * (y[8, k + 1] - y[8, k])) / aligned(y[:6, k], c)[2]
+    logarithm = np.log(np.abs(shift))
+    return times[k] + share * (times[k + 1] - times[k]), logarithm - logarithm[:1]
+
+
+def decided(errors: Array, limit: float) -> int:
+    """Count the decided symbols: crossings behind the first, up to an error beyond `limit`."""
+    beyond = errors > limit
+    return max(0, int(beyond.argmax()) - 1 if beyond.any() else errors.size - 1)

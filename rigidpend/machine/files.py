@@ -1,0 +1,165 @@
+"""Files written whole or not at all, sealed against damage, with nothing left behind."""
+
+from __future__ import annotations
+
+import contextlib
+import glob
+import hashlib
+import os
+import stat
+import tempfile
+from pathlib import Path
+
+from rigidpend.machine import locks, signals
+
+CERTIFICATE = ".certificate"
+"""Ending of the name of a certificate, behind that of its result."""
+SEAL = b"\nrigidpend sha256 "
+"""Mark between the content of a file and its digest."""
+SEAL_LENGTH = len(SEAL) + 64 + 1
+
+
+LARGEST = 2**31
+"""Bytes of a file that is read, and of what it holds, at most."""
+
+
+class StoreError(RuntimeError):
+    """A file that cannot be read or written."""
+
+
+class Absent(StoreError):
+    """Error: a result that is needed and not there."""
+
+
+def content(path: Path, *, links: bool = True) -> bytes:
+    """Read a file, if it is a regular one and of bearable size.
+
+    Parameters
+    ----------
+    path : Path
+    links : bool, optional
+        Whether the file may be a link to another.
+
+    Raises
+    ------
+    OSError
+        As :func:`open`; nothing is waited for. ELOOP for a link that may not be one.
+    ValueError
+        It is a pipe, a device or a folder, or too large.
+    """
+    # Looked at first, for to open a device can have effects; then again, for it may have changed.
+    _check_regular(os.stat(path))
+    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    handle = os.open(path, flags | (0 if links else getattr(os, "O_NOFOLLOW", 0)))
+    with os.fdopen(handle, "rb") as file:
+        _check_regular(os.fstat(handle))
+        # No more room than it takes: a limit on memory counts what is asked for.
+        found = file.read(os.fstat(handle).st_size + 1)
+    if len(found) > LARGEST:
+        raise ValueError(f"more than {LARGEST} bytes")
+    return found
+
+
+def _check_regular(found: os.stat_result) -> None:
+    if not stat.S_ISREG(found.st_mode):
+        raise ValueError("not a regular file")
+    if found.st_size > LARGEST:
+        raise ValueError(f"{found.st_size} bytes, more than {LARGEST}")
+
+
+def prepare(path: Path) -> None:
+    """Make the folder of a file to come, so that a long computation does not end in vain.
+
+    Raises
+    ------
+    StoreError
+        The folder cannot be made, or nothing can be written to it.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, temporary = _temporary(path)
+        os.unlink(temporary)
+        os.close(handle)
+    except OSError as error:
+        reason = f"{path.parent} is not writable ({error.strerror})"
+        raise StoreError(f"{path}: {reason}; choose another folder with --out") from None
+
+
+def replace(path: Path, content: bytes, *, lasting: bool = True) -> None:
+    """Give a file new content in one step, so that no reader sees half of it.
+
+    What killed writers of the same file left is removed; who still writes is not disturbed.
+    What is not `lasting` may be lost when the machine fails.
+    """
+    sweep(path)
+    handle, temporary = _temporary(path)
+    signals.unfinished.add(temporary)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+            file.flush()
+            if lasting:
+                os.fsync(file.fileno())
+            # mkstemp keeps others out; a result is as readable as any file made here.
+            os.chmod(temporary, 0o666 & ~_umask())
+            os.replace(temporary, path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            os.unlink(temporary)
+        raise
+    finally:
+        signals.unfinished.discard(temporary)
+
+
+def twin(path: Path) -> str:
+    """Name of a file there that differs in case only, and on some systems is the same file.
+
+    Empty where there is none, or where the file itself is there.
+    """
+    try:
+        names = os.listdir(path.parent)
+    except OSError:
+        return ""
+    alike = [name for name in names if name.casefold() == path.name.casefold()]
+    return "" if path.name in alike else next(iter(alike), "")
+
+
+def sweep(path: Path) -> None:
+    """Remove what killed writers of a file left beside it."""
+    for left in path.parent.glob(f".{glob.escape(path.name)}.*.part"):
+        with locks.deserted(left) as free, contextlib.suppress(OSError):
+            if free:
+                os.unlink(left)
+
+
+def sealed(content: bytes) -> bytes:
+    """The content with its digest behind it."""
+    return content + _seal(content)
+
+
+def unsealed(content: bytes) -> bytes | None:
+    """The content in front of its digest; None where there is no digest, or not its own."""
+    inner = content[:-SEAL_LENGTH]
+    return inner if content[-SEAL_LENGTH:] == _seal(inner) else None
+
+
+def _seal(content: bytes) -> bytes:
+    return SEAL + hashlib.sha256(content).hexdigest().encode() + b"\n"
+
+
+def _temporary(path: Path) -> tuple[int, str]:
+    """A new file beside another, locked for as long as it is open."""
+    while True:
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+        locks.hold(handle)
+        if locks.is_at(handle, name):
+            return handle, name
+        # Another run took it for one left behind, before it was locked.
+        os.close(handle)
+
+
+def _umask() -> int:
+    # It cannot be read without being set.
+    current = os.umask(0)
+    os.umask(current)
+    return current

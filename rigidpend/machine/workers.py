@@ -1,0 +1,170 @@
+"""Parallel workers: threads where the work releases the interpreter, processes where not."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Callable, Sequence
+from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor, wait
+from typing import Any, TypeVar
+
+from rigidpend.machine.signals import Stopped, came, interruption_kept_from_children
+
+Result = TypeVar("Result")
+
+
+PERIOD = 0.1
+"""Seconds between two looks whether what is waited for is still wanted."""
+
+_of_thread = threading.local()
+
+
+class _Stop:
+    """Wish that the work of a pool ends; the pool's own, or that of the pool that it is in."""
+
+    def __init__(self, outer: _Stop | None) -> None:
+        self._outer, self._event = outer, threading.Event()
+
+    def set(self) -> None:
+        self._event.set()
+
+    def is_set(self) -> bool:
+        return self._event.is_set() or (self._outer is not None and self._outer.is_set())
+
+
+def check_stop() -> None:
+    """End the work of this thread if it is not wanted any more; engines ask some times a second.
+
+    Raises
+    ------
+    Stopped
+        In a thread of a pool that is being stopped, and in all of a command line after Ctrl-C
+        or SIGTERM.
+    """
+    stop = getattr(_of_thread, "stop", None)
+    if came() or (stop is not None and stop.is_set()):
+        raise Stopped
+
+
+class WorkerError(RuntimeError):
+    """Error: a worker process ended before its work was done."""
+
+
+def cores() -> int:
+    """Number of processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def spread(array: Any, parts: int, axis: int) -> list[Any]:
+    """Split an array into at most `parts` successive pieces of nearly equal length, none empty."""
+    # Imported here: a plan that finds nothing to do has no use for it.
+    import numpy as np
+
+    pieces = max(1, min(parts, array.shape[axis]))
+    return list(np.array_split(array, pieces, axis=axis))
+
+
+def side_by_side(
+    work: Callable[..., Result],
+    arguments: tuple[Any, ...],
+    holds_interpreter: bool,
+    parts: Sequence[Any],
+    jobs: int,
+) -> list[Result]:
+    """Compute ``work(part, *arguments)`` for each part, results in the order of the parts.
+
+    Parameters
+    ----------
+    work : callable
+        A function of a module, for a process must find it by name.
+    arguments : tuple
+        Its further arguments.
+    holds_interpreter : bool
+        Whether it is Python itself that works: then processes, else threads. In these the work
+        calls `check_stop` now and then, so that it can be ended.
+    parts : sequence
+    jobs : int
+        How many at a time; with 1, or one part, nothing is started.
+
+    Raises
+    ------
+    WorkerError
+        A process was killed, by hand or for want of memory.
+    """
+    workers = min(jobs, len(parts))
+    if workers <= 1:
+        return [_done(work, part, *arguments) for part in parts]
+    stop = _Stop(getattr(_of_thread, "stop", None))
+    pool = _pool(workers, holds_interpreter, stop)
+    try:
+        with interruption_kept_from_children():
+            futures = [pool.submit(work, part, *arguments) for part in parts]
+        return [_result(future) for future in futures]
+    except BrokenExecutor:
+        # A signal may be sent to all processes at once.
+        check_stop()
+        raise WorkerError(
+            "a worker process was killed, perhaps for want of memory; what is finished is kept:"
+            " the same command again continues"
+        ) from None
+    except BaseException:
+        stop.set()
+        _end_processes(pool)
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _done(work: Callable[..., Result], *given: Any) -> Result:
+    """Do work in this thread, if it is still wanted."""
+    check_stop()
+    return work(*given)
+
+
+def _result(future: Future[Result]) -> Result:
+    """Wait for a result as long as it is wanted."""
+    while wait([future], PERIOD).not_done:
+        check_stop()
+    return future.result()
+
+
+def _pool(workers: int, holds_interpreter: bool, stop: _Stop) -> Executor:
+    if not holds_interpreter:
+        return ThreadPoolExecutor(workers, initializer=_heed, initargs=(stop,))
+    # Imported here: a run that needs no process does not pay for it.
+    import multiprocessing
+    from concurrent.futures import ProcessPoolExecutor
+
+    # A fork would copy the locks of threads that do not run in the child.
+    spawn = multiprocessing.get_context("spawn")
+    return ProcessPoolExecutor(workers, mp_context=spawn, initializer=_follow_parent)
+
+
+def _heed(stop: _Stop) -> None:
+    """Let this thread's work end when the event is set."""
+    _of_thread.stop = stop
+
+
+def _follow_parent() -> None:
+    """Leave Ctrl-C to the parent, and end with it: else its workers would wait for ever."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_wait_for_end_of_parent, daemon=True).start()
+
+
+def _wait_for_end_of_parent() -> None:
+    from multiprocessing import connection, parent_process
+
+    parent = parent_process()
+    assert parent is not None
+    # The sentinel is ready when the parent has ended, however it did.
+    connection.wait([parent.sentinel])
+    os._exit(1)
+
+
+def _end_processes(pool: Executor) -> None:
+    """End the processes of a pool at once: what they compute is not wanted any more."""
+    for process in list((getattr(pool, "_processes", None) or {}).values()):
+        process.terminate()

@@ -1,0 +1,235 @@
+"""Periodic orbits of (eq1) at J1 = 0 and J1 = J2 to rounding, with their Floquet multipliers.
+
+In (M, gamma) they are the pendulum motions; theta1 on them is the direction in which orbits
+leave or approach. Hyperbolic motions have two such directions, each a periodic solution of the
+Riccati equation, and near mu = 0 all are hyperbolic. They need not stay so: with the body of
+Fig. 5 the motion is elliptic, without such directions, for mu between 0.59 h0 and 0.87 h0, and
+above that the directions come back turned by half a turn.
+
+theta1 itself may turn fast, and has complex singularities close to real times where it does.
+So what is solved is the linear system behind the Riccati equation, in the aligned components
+and in time, where only the pendulum motion limits the step: its singularities approach real
+times no faster than 1/ln(1/(h0 - mu)).
+Steps are Gauss collocations of order 2 `STAGES`, all of a period side by side.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.mechanics import jacobi, pendulum
+from rigidpend.mechanics.body import Angles
+from rigidpend.mechanics.equations import aligned, aligned_coefficients
+from rigidpend.numbers.doubles import Array
+
+STAGES = 10
+"""Number of Gauss points in a step, which make a method of order 20."""
+FEWEST, MOST = 32, 1 << 9
+"""Number of steps of a period, at first and at most."""
+SETTLED = 1e-11
+"""Change of theta1 under halved steps, radians, of which 2^-(2 `STAGES`) is left: rounding."""
+
+
+class NotHyperbolic(ArithmeticError):
+    """Error: the pendulum motion is not hyperbolic: it has no stable and unstable direction."""
+
+
+class PeriodicOrbit(NamedTuple):
+    """A periodic orbit at J1 = 0 or J1 = J2, dimensionless."""
+
+    family: int
+    """Family: 1 at J1 = 0, 2 at J1 = J2."""
+    epsilon: int
+    """Sign: 1 beside separatrices 2 and 4, -1 beside 1 and 3."""
+    tau: Array
+    """Phase theta2 (family 1) or theta1 + theta2 (family 2), radians, (n,).
+
+    It runs from -pi/2, the lowest point, over a turn, at equal steps of t'."""
+    theta1: Array
+    """Angle theta1, radians, (n,); within pi of beta0 + epsilon alpha0 at first."""
+    period: float
+    """Period, t'."""
+    exponent: float
+    """Floquet exponent along the direction theta1, per t'.
+
+    It is u/2 + O(mu) with u = J2_0 sin(alpha0) where orbits leave, -u/2 + O(mu) where they
+    approach. The small action J1 or J2 - J1 is a square of components of M: it grows at twice
+    this rate."""
+    turns: int
+    """Number of turns by which theta1 grows in a period; 0 near mu = 0."""
+
+    @property
+    def exponent_per_period(self) -> float:
+        return self.exponent * self.period
+
+    @property
+    def multiplier(self) -> float:
+        """Floquet multiplier of (M, gamma), negative where the direction comes back reversed."""
+        return (-1) ** self.turns * math.exp(self.exponent_per_period)
+
+
+def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> PeriodicOrbit:
+    """Compute a hyperbolic periodic orbit to rounding, wherever mu < h0 and it is hyperbolic.
+
+    Parameters
+    ----------
+    p : Angles
+        Floats.
+    h0 : float
+        Energy; kappa J2_0^2/2 where J2_0 is J2 at r . gamma = 0.
+    family : {1, 2}
+        At J1 = 0 or J1 = J2.
+    epsilon : {1, -1}
+        In family 1 orbits leave along 1 and approach along -1; in family 2 conversely.
+
+    Returns
+    -------
+    PeriodicOrbit
+
+    Raises
+    ------
+    ValueError
+        h0 > mu is broken, or no such family or epsilon.
+    NotHyperbolic
+        There is no such orbit.
+    ArithmeticError
+        `MOST` steps don't settle theta1: h0 - mu is so small, or the motion so nearly
+        parabolic, that rounding decides.
+
+    Notes
+    -----
+    The logarithm of the multiplier errs, with the body of Fig. 4, by some 1e-15 for mu up to
+    0.99 h0, by 1e-14 at 0.999 h0 and by 3e-11 at (1 - 1e-6) h0, where the rounding of mu alone
+    is worth more.
+    """
+    if epsilon not in (1, -1):
+        raise ValueError(f"epsilon is 1 or -1, not {epsilon!r}")
+    # The reversal that exchanges the families also exchanges leaving and approaching.
+    leaving = pendulum.side_of(family) * epsilon == 1
+    n, coarse = FEWEST, None
+    while n <= MOST:
+        tau, steps = _steps(p, float(h0), family, n)
+        theta1, growth = _direction(steps, leaving, p, epsilon)
+        # Every second start of the fine steps is a start of the coarse ones.
+        if coarse is not None and np.abs(theta1[::2] - coarse).max() < SETTLED:
+            return _record(p, h0, family, epsilon, tau, theta1, growth)
+        n, coarse = 2 * n, theta1
+    raise ArithmeticError(
+        f"{MOST} steps don't settle the periodic orbit at h0 = {h0}, mu = {p.mu}, "
+        f"alpha0 = {p.alpha0}, beta0 = {p.beta0}, kappa = {p.kappa}"
+    )
+
+
+@functools.lru_cache(maxsize=16)
+def _steps(p: Angles, h0: float, family: int, n: int) -> tuple[Array, Array]:
+    """Compute tau at the start of n equal steps of time, and the steps' matrices (n, 2, 2).
+
+    Without weight the components Qp and Qm are uncoupled: the bases of other directions would
+    lose what is left of sin(alpha0) near 0 and pi.
+    """
+    nodes, weights, integrals = _gauss()
+    turn, step = np.arange(n) / n, 1 / n
+    # 2 sn^2 - 1 and 2 sn cn have half the period of sn: a rotation takes 2 K of its argument.
+    half_turn = 2 * jacobi.K(*pendulum.modulus(h0, p.mu, math), math)
+    up, ahead, _ = pendulum.swing(turn * half_turn, h0, p.mu, np)
+    B = step * _linearised(turn[:, None] + step * nodes, p, h0, family)
+    # The values X at the nodes are X_i = 1 + sum_j integrals_ij B_j X_j.
+    size = 2 * STAGES
+    system = np.eye(size) - np.einsum("ij,abnj->niajb", integrals, B).reshape(n, size, size)
+    ones = np.broadcast_to(np.tile(np.eye(2), (STAGES, 1)), (n, size, 2))
+    X = np.linalg.solve(system, ones).reshape(n, STAGES, 2, 2)
+    tau = np.unwrap(np.atan2(up, ahead))
+    return tau, np.eye(2) + np.einsum("j,abnj,njbc->nac", weights, B, X)
+
+
+def _linearised(turn: NDArray[Any], p: Angles, h0: float, family: int) -> NDArray[Any]:
+    """Matrix of the linear system of Qp and Qm per period, (2, 2, ...), at times in periods."""
+    period, r = pendulum.period(p, h0, math), (math.cos(p.beta0 / 2), math.sin(p.beta0 / 2), 0)
+    # The dimensionless equations are those of a body with A3 = 1/kappa.
+    # M3 = -J2 in family 1 (J1 = 0), M3 = J2 in family 2.
+    sign = -pendulum.side_of(family)
+    motion = pendulum.body_motion(turn * period, sign, 1 / p.kappa, r, h0, p.mu, np)
+    (*_, M3), (gamma1, gamma2, _) = motion
+    # The rates of Qp and Qm are linear in Qp, Qm and gamma3: unit vectors give exact columns.
+    c, columns = aligned_coefficients(p, math), []
+    for Qp, Qm in ((1.0, 0.0), (0.0, 1.0)):
+        # gamma3 follows from M . gamma = 0.
+        M1 = (Qp + Qm) / (2 * math.cos(p.alpha0 / 2))
+        M2 = (Qp - Qm) / (2 * math.sin(p.alpha0 / 2))
+        gamma3 = -(M1 * gamma1 + M2 * gamma2) / M3
+        columns.append(aligned((Qp, Qm, M3, gamma1, gamma2, gamma3), c)[:2])
+    return period * np.array(columns).swapaxes(0, 1)
+
+
+@functools.cache
+def _gauss() -> tuple[Array, Array, Array]:
+    """Gauss points in [0, 1], their weights, and the integrals from 0 to each point."""
+    legendre = np.polynomial.legendre
+    nodes, weights = legendre.leggauss(STAGES)
+    values = legendre.legvander(nodes, STAGES)
+    degree = np.arange(1, STAGES)
+    integrals = np.empty((STAGES, STAGES))
+    integrals[:, 0] = 1 + nodes
+    # The integral of P_n from -1 is (P_{n+1} - P_{n-1})/(2 n + 1).
+    integrals[:, 1:] = (values[:, 2:] - values[:, :-2]) / (2 * degree + 1)
+    return (1 + nodes) / 2, weights / 2, integrals @ np.linalg.inv(values[:, :-1]) / 2
+
+
+def _direction(steps: Array, leaving: bool, p: Angles, epsilon: int) -> tuple[Array, float]:
+    """Find theta1 between steps, (n + 1,), and ln of the growth of M along it in a period.
+
+    Solutions are carried in the sense in which they grow, so that errors shrink.
+    """
+    vector = _eigenvector(functools.reduce(lambda whole, step: step @ whole, steps), leaving)
+    ordered = steps if leaving else np.linalg.inv(steps)[::-1]
+    found, growth = [vector], 0.0
+    for step in ordered:
+        vector = step @ vector
+        # Lengths are taken out step by step, for over a period they may overflow.
+        length = math.hypot(*vector)
+        vector, growth = vector / length, growth + math.log(length)
+        found.append(vector)
+    Qp, Qm = np.array(found if leaving else found[::-1]).T
+    # theta1 - beta0 = 2 l, l = atan2(M1, M2); both are multiplied by 2 sin cos of alpha0/2 > 0.
+    sin, cos = math.sin(p.alpha0 / 2), math.cos(p.alpha0 / 2)
+    theta1 = p.beta0 + 2 * np.unwrap(np.atan2(sin * (Qp + Qm), cos * (Qp - Qm)))
+    # An eigenvector's sign is free, which is a turn of theta1: it is taken beside its separatrix.
+    centre = p.beta0 + epsilon * p.alpha0
+    theta1 += 2 * np.pi * np.round((centre - theta1[0]) / (2 * np.pi))
+    return theta1, growth if leaving else -growth
+
+
+def _eigenvector(whole: Array, leaving: bool) -> Array:
+    """Eigenvector, of length 1, that grows or shrinks under a period."""
+    trace = float(np.trace(whole))
+    # Written so that a trace that is not a number ends here too.
+    if not abs(trace) > 2:
+        raise NotHyperbolic(
+            f"the pendulum motion is not hyperbolic: its multipliers have the sum {trace:.6g}, "
+            "between -2 and 2"
+        )
+    # The determinant is 1: the product of the eigenvalues, so only the larger one is formed.
+    # Its root comes from a product, for trace^2 - 4 cancels beside the parabolic motion.
+    root = math.sqrt((abs(trace) - 2) * (abs(trace) + 2))
+    large = math.copysign((abs(trace) + root) / 2, trace)
+    # By Cayley and Hamilton the columns of M - (the other eigenvalue) are eigenvectors.
+    columns = whole - np.eye(2) * (1 / large if leaving else large)
+    lengths = np.hypot(*columns)
+    # Both columns are eigenvectors, but one may be zero or nearly so: the longer one is taken.
+    best = int(np.argmax(lengths))
+    return np.asarray(columns[:, best] / lengths[best])
+
+
+def _record(
+    p: Angles, h0: float, family: int, epsilon: int, tau: Array, theta1: Array, growth: float
+) -> PeriodicOrbit:
+    period = float(pendulum.period(p, h0, math))
+    turns = round((theta1[-1] - theta1[0]) / (2 * np.pi))
+    return PeriodicOrbit(
+        family, epsilon, tau, theta1[:-1], period, exponent=growth / period, turns=turns
+    )

@@ -1,0 +1,59 @@
+"""Orbits of the free body in time, by Jacobi's elliptic functions.
+
+With p = sin(alpha0/2) around axis 2, p = cos(alpha0/2) around axis 1, the orbit of
+`free_body` at angle am(u) is M_axis = side G reach dn u, M_other = G p height cn u and
+M3 = side G height sn u, where u = rate t and reach = sqrt(1 - p^2 height^2). Its complementary
+modulus is coheight/reach.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rigidpend.mechanics.hodograph import angular_velocity
+from rigidpend.mechanics.poinsot.modulus import sncndn
+from rigidpend.mechanics.poinsot.orbit import Orbit
+from rigidpend.numbers.doubles import Array
+
+
+def momentum(orbit: Orbit, t: ArrayLike) -> Array:
+    """Compute M in principal axes at times t, (3, ...).
+
+    Notes
+    -----
+    A component errs by 1 to 3 ulp of itself times 1 + |rate t|, 9 at most in 240 comparisons
+    with 60 digits, beside a zero by as much of the slope there. So M1 and M2 keep their relative
+    precision where M passes the middle axis, down to coheights of 1e-150. |M| stands within
+    2 ulp and the energy within 4.
+    """
+    sn, cn, dn = sncndn(orbit.rate * np.asarray(t, dtype=float), orbit.modulus)
+    # `along` is the encircled axis, of which M keeps its sign; `across` is the other of 1 and 2.
+    along, across = orbit.side * orbit.reach * dn, orbit.p * orbit.height * cn
+    M3 = orbit.side * orbit.height * sn
+    return orbit.G * np.stack((along, across, M3) if orbit.axis == 1 else (across, along, M3))
+
+
+def polhode(orbit: Orbit, t: ArrayLike) -> Array:
+    """Compute omega in principal axes at times t, (3, ...); see :func:`momentum`."""
+    return np.stack(angular_velocity(momentum(orbit, t), orbit.shape.A))
+
+
+def aligned_components(orbit: Orbit, t: ArrayLike) -> Array:
+    """Compute Qp, Qm and M3, dimensionless (`equations.aligned`), at times t: (3, ...).
+
+    Notes
+    -----
+    The small one of Qp and Qm comes from their product, which is constant: its relative error
+    is that of the large one.
+    """
+    M1, M2, M3 = math.sqrt(orbit.shape.s2) * momentum(orbit, t)
+    x, y = orbit.shape.cos * M1, orbit.shape.sin * M2
+    product = -orbit.sigma * orbit.shape.s2 * (orbit.G * orbit.p * orbit.coheight) ** 2
+    # The sum of two numbers of one sign is the larger of Qp and Qm, and has no cancellation.
+    plus = x * y >= 0
+    large = np.where(plus, x + y, x - y)
+    Qp, Qm = np.where(plus, large, product / large), np.where(plus, product / large, large)
+    return np.stack((Qp, Qm, M3))

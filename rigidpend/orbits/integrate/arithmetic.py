@@ -1,0 +1,82 @@
+"""The arithmetic of a computation: engine, tolerance and precisions, resolved once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from rigidpend.numbers import checked
+from rigidpend.numbers.exact import PRECISIONS, Exact
+from rigidpend.numbers.parameters import ParameterError
+from rigidpend.orbits.integrate.engines import (
+    DEFAULT_TOLERANCE,
+    FINEST_TOLERANCE,
+    check_engine,
+    default_engine,
+    has_own_type,
+)
+
+COARSEST_TOLERANCE = 1e-2
+"""Above it a local error is no longer small beside the components themselves."""
+
+
+class NumericsError(ParameterError):
+    """A tolerance or precisions that cannot be used."""
+
+
+class Arithmetic(NamedTuple):
+    """Engine, tolerance and precisions as they are used; made by :func:`resolve`."""
+
+    engine: str
+    """One of the engines; empty for closed forms, which integrate nothing."""
+    tolerance: float
+    """Local tolerance in double precision, not finer than the engine can keep."""
+    precisions: tuple[int, ...] = (53,)
+    """Bits, ascending; what one cannot decide goes to the next."""
+
+
+CLOSED_FORM = Arithmetic("", 0.0)
+"""The arithmetic of what is computed without integration."""
+
+
+def resolve(
+    engine: str | None = None,
+    tolerance: Exact | float | str | None = None,
+    precisions: Sequence[int] = PRECISIONS,
+) -> Arithmetic:
+    """The arithmetic that a choice stands for, whatever was left open decided.
+
+    Resolving what was resolved changes nothing.
+
+    Parameters
+    ----------
+    engine : {"taylor", "scipy"}, optional
+        `taylor` by default.
+    tolerance : number, optional
+        By default the engine's own; one finer than the engine can keep becomes its finest.
+    precisions : sequence of int, optional
+        As `numbers.checked.precisions` takes them; 64 is left out where the engine has no such
+        type.
+
+    Raises
+    ------
+    EngineError
+        An engine that is not known or not installed.
+    NumericsError
+        A tolerance that is not in (0, 0.01], or precisions that cannot be used together.
+    """
+    own = check_engine(default_engine() if engine is None else engine)
+    ladder = checked.precisions(precisions, NumericsError)
+    # 64 bits only where the engine has such a type.
+    kept = tuple(bits for bits in ladder if bits != 64 or has_own_type(own, bits))
+    return Arithmetic(own, _tolerance(own, tolerance), kept or ladder)
+
+
+def _tolerance(engine: str, tolerance: Exact | float | str | None) -> float:
+    if tolerance is None:
+        return DEFAULT_TOLERANCE[engine]
+    value = float(checked.number("tolerance", tolerance, NumericsError))
+    if not 0 < value <= COARSEST_TOLERANCE:
+        message = f"tolerance must be more than 0 and at most {COARSEST_TOLERANCE}, got {value}"
+        raise NumericsError("tolerance", message)
+    return max(value, FINEST_TOLERANCE[engine])

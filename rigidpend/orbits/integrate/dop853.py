@@ -1,0 +1,162 @@
+"""Engine `scipy`: Dormand-Prince 8(5,3) on the aligned field: the Taylor engine's rival.
+
+Orbits advance side by side as one system, so that a Python call serves all of them. Orbits
+that are done leave it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.machine.workers import check_stop
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned
+from rigidpend.orbits.integrate.records import (
+    Crossings,
+    Orbits,
+    Outcome,
+    no_crossings,
+    separatrix_beside,
+    silent_outcome,
+)
+
+SIDE_BY_SIDE = 64
+"""Number of orbits in one system: all take the step of the most demanding one."""
+
+Array = NDArray[np.float64]
+
+
+def crossings(orbits: Orbits, tolerance: float) -> Crossings:
+    """Crossings of orbits in double precision, all of them one system.
+
+    Parameters
+    ----------
+    orbits : Orbits
+        With states (6, n).
+    tolerance : float
+        Relative; SciPy takes 2.3e-14 or more.
+    """
+    return _Group(orbits, tolerance).run()
+
+
+def sample(field: Any, state: Array, times: Array, tolerance: float) -> Array:
+    """An orbit of any field at given times (see `rigidpend.orbits.integrate.sample`)."""
+    from scipy.integrate import solve_ivp
+
+    found: Any = solve_ivp(
+        lambda _, y: np.array(field(y, np)),
+        (times[0], times[-1]),
+        state,
+        method="DOP853",
+        t_eval=times,
+        rtol=tolerance,
+        atol=tolerance * 1e-2,
+    )
+    if not found.success:
+        raise ArithmeticError(f"the integration ended early: {found.message}")
+    return np.asarray(found.y)
+
+
+class _Group:
+    """Orbits that advance together, with the crossings found so far."""
+
+    def __init__(self, orbits: Orbits, tolerance: float) -> None:
+        self.orbits, self.tolerance = orbits, tolerance
+        n = orbits.states.shape[1]
+        self.found = no_crossings(orbits.n_crossings, n)
+        self.count = np.zeros(n, dtype=int)
+        self.last = np.zeros(n)
+        self.active = np.arange(n)
+        self.floor = self._floor(orbits.states)
+
+    def run(self) -> Crossings:
+        time, states = 0.0, self.orbits.states
+        while self.active.size:
+            time, states = self._advance(time, states)
+        return self.found
+
+    def _floor(self, states: Array) -> Array:
+        """Absolute tolerances (6, 1): a Q counts relative to its smallest initial size."""
+        size = np.abs(states[:2]).max(axis=0).min() or 1.0
+        return self.tolerance * np.array([size, size, 1, 1, 1, 1])[:, None]
+
+    def _advance(self, time: float, states: Array) -> tuple[float, Array]:
+        """Integrate until some orbit is done; the time and the states of those left."""
+        from scipy.integrate import DOP853
+
+        shape = states.shape
+        method: Any = DOP853
+        solver = method(
+            _field(self.orbits.coefficients, shape),
+            time,
+            states.ravel(),
+            np.inf,
+            rtol=self.tolerance,
+            atol=np.broadcast_to(self.floor, shape).ravel(),
+        )
+        while True:
+            check_stop()
+            before = solver.y.reshape(shape)[2]
+            solver.step()
+            now = solver.y.reshape(shape)
+            if solver.status != "running" or not np.isfinite(solver.y).all():
+                self._fail()
+                return solver.t, now[:, :0]
+            crossed = np.flatnonzero(np.sign(before) * np.sign(now[2]) < 0)
+            if crossed.size:
+                self._record(crossed, solver, shape, now)
+            staying = self._staying(solver.t, now)
+            if not staying.all():
+                self.active = self.active[staying]
+                return solver.t, now[:, staying]
+
+    def _record(self, crossed: Any, solver: Any, shape: tuple[int, ...], now: Array) -> None:
+        columns = self.active[crossed]
+        times = _zeros(solver.dense_output(), solver.t_old, solver.t, shape, crossed, now)
+        for lane, column, time in zip(crossed, columns, times, strict=True):
+            k = self.count[column]
+            Qp, Qm, M3 = now[:3, lane]
+            self.found.time[k, column] = time
+            self.found.separatrix[k, column] = separatrix_beside(M3 > 0, Qp, Qm)
+        self.count[columns] += 1
+        self.last[columns] = times
+
+    def _staying(self, time: float, now: Array) -> Any:
+        """Mask of the orbits that go on; the outcome of the others is recorded."""
+        done = self.count[self.active] == self.orbits.n_crossings
+        late = time - self.last[self.active] > self.orbits.passage_limit
+        for lane in np.flatnonzero(done | late):
+            silent = Outcome.COMPLETE if done[lane] else silent_outcome(*now[:2, lane])
+            self.found.outcome[self.active[lane]] = silent
+        return ~(done | late)
+
+    def _fail(self) -> None:
+        self.found.outcome[self.active] = Outcome.FAILED
+        self.active = self.active[:0]
+
+
+def _field(coefficients: AlignedCoefficients, shape: tuple[int, ...]) -> Any:
+    """The aligned field of all orbits as SciPy wants it."""
+
+    def rates(_: float, flat: Array) -> Array:
+        return np.concatenate(aligned(flat.reshape(shape), coefficients))
+
+    return rates
+
+
+def _zeros(
+    dense: Any, start: float, end: float, shape: tuple[int, ...], crossed: Any, now: Array
+) -> Array:
+    """When M3 = 0 for each crossed orbit, by bisection side by side."""
+    low, high = np.full(crossed.size, start), np.full(crossed.size, end)
+    rising = now[2, crossed] > 0
+    while True:
+        middle = (low + high) / 2
+        if not ((low < middle) & (middle < high)).any():
+            return middle
+        # The interpolant gives all components at a time; each orbit needs its own.
+        M3 = dense(middle).reshape(*shape, crossed.size)[2, crossed, range(crossed.size)]
+        beyond = (M3 > 0) == rising
+        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)

@@ -1,0 +1,142 @@
+"""Sine, cosine and logarithm of numbers in lanes, in doubles or in pairs of doubles.
+
+Arguments are reduced by the bits of the number itself, and power series with exact fractions as
+coefficients do the rest: as many terms as the kind of number has bits for.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+
+from rigidpend.numbers.exact import context, fraction
+from rigidpend.orbits.integrate.kernel.lane_numbers import Doubles, Value
+
+CONSTANT_BITS = 240
+"""Bits of pi and ln 2: more than two pairs have."""
+SIGN = str(-(1 << 63))
+"""The sign of a double, as a whole number."""
+ROOT_HALF = str(int.from_bytes(bytes.fromhex("3fe6a09e667f3bcd"), "big"))
+"""The bits of sqrt(1/2)."""
+
+
+class Functions:
+    """Elementary functions of one kind of numbers.
+
+    Parameters
+    ----------
+    numbers : Doubles
+        Or its heir for pairs.
+    """
+
+    def __init__(self, numbers: Doubles) -> None:
+        self.numbers, self.code = numbers, numbers.code
+        m = context(CONSTANT_BITS)
+        self.half_pi, self.ln2 = (fraction(x, CONSTANT_BITS) for x in (m.pi / 2, m.ln2))
+
+    def cos_sin(self, x: Value) -> tuple[Value, Value]:
+        """Cosine and sine of an angle of some turns at most, radians."""
+        code, n = self.code, self.numbers
+        turns = self._nearest(code.binary("fmul", x[0], code.number(2 / math.pi)))
+        r = self._reduced(x, turns, self.half_pi)
+        w = n.times(r, r)
+        ratios = self._factorials()
+        sin = n.settled(n.with_product(r, n.times(r, w), self._series(ratios[3::2], w)))
+        cos = n.settled(n.with_product(self._number(1), w, self._series(ratios[2::2], w)))
+        quarter = code(f"fptosi {code.vector} {turns} to {code.whole}")
+        odd = code(f"and {code.whole} {quarter}, {self._whole('1')}")
+        odd = code(f"icmp ne {code.whole} {odd}, zeroinitializer")
+        next_ = code(f"add {code.whole} {quarter}, {self._whole('1')}")
+        return (
+            self._signed(self._chosen(odd, sin, cos), next_),
+            self._signed(self._chosen(odd, cos, sin), quarter),
+        )
+
+    def reduced_angle(self, x: Value) -> Value:
+        """The angle less whole turns, from -pi to pi."""
+        turns = self._nearest(self.code.binary("fmul", x[0], self.code.number(1 / (2 * math.pi))))
+        return self._reduced(x, turns, 4 * self.half_pi)
+
+    def logarithm_of_size(self, x: Value) -> Value:
+        """ln|x| of a normal number other than zero."""
+        code, n = self.code, self.numbers
+        bits = code(f"bitcast {code.vector} {x[0]} to {code.whole}")
+        sign = code(f"and {code.whole} {bits}, {self._whole(SIGN)}")
+        size = code(f"xor {code.whole} {bits}, {sign}")
+        k = code(f"sub {code.whole} {size}, {self._whole(ROOT_HALF)}")
+        k = code(f"ashr {code.whole} {k}, {self._whole('52')}")
+        factor = code(f"sub {code.whole} {self._whole('1023')}, {k}")
+        factor = code(f"shl {code.whole} {factor}, {self._whole('52')}")
+        factor = code(f"or {code.whole} {factor}, {sign}")
+        factor = code(f"bitcast {code.whole} {factor} to {code.vector}")
+        # From sqrt(1/2) to sqrt(2); the factor is a power of two.
+        m = tuple(code.binary("fmul", part, factor) for part in x)
+        one = self._number(1)
+        z = n.quotient(n.minus(m, one), n.plus(m, one))
+        w = n.times(z, z)
+        twice = n.plus(z, z)
+        shares = [Fraction(1, 2 * j + 1) for j in range(1, self._until(0.0295, lambda j: 2 * j))]
+        near = n.settled(n.with_product(twice, n.times(twice, w), self._series(shares, w)))
+        exponent = code(f"sitofp {code.whole} {k} to {code.vector}")
+        return n.settled(n.with_product(near, n.of_double(exponent), self._number(self.ln2)))
+
+    def _reduced(self, x: Value, count: str, period: Fraction) -> Value:
+        """x less `count` periods: the period in two numbers, so that nothing is lost."""
+        n, code = self.numbers, self.code
+        less = n.of_double(code(f"fneg {code.vector} {count}"))
+        first = sum(map(Fraction, n.rounded(period)), Fraction(0))
+        for part in (first, period - first):
+            x = n.settled(n.with_product(x, less, self._number(part)))
+        return x
+
+    def _series(self, coefficients: Sequence[Fraction], x: Value) -> Value:
+        """A power series by Horner's rule."""
+        n = self.numbers
+        total = self._number(coefficients[-1])
+        for c in coefficients[-2::-1]:
+            total = n.settled(n.with_product(self._number(c), total, x))
+        return total
+
+    def _factorials(self) -> list[Fraction]:
+        """1, 1, -1/2!, -1/3!, 1/4!, 1/5!, ...: of cosine and sine in turn."""
+        count = self._until((math.pi / 4) ** 2, lambda j: math.factorial(2 * j)) + 1
+        return [Fraction((-1) ** (k // 2), math.factorial(k)) for k in range(2 * count)]
+
+    def _until(self, ratio: float, divisor: Callable[[int], int]) -> int:
+        """The number of terms ratio^j / divisor(j) until they are below rounding."""
+        j = 1
+        while ratio**j / divisor(j) > 2.0 ** -(self.numbers.bits + 2):
+            j += 1
+        return j
+
+    def _number(self, value: Fraction | int) -> Value:
+        return tuple(map(self.code.everywhere, self.numbers.constant(Fraction(value))))
+
+    def _whole(self, value: str) -> str:
+        return self.code.everywhere(value, "i64")
+
+    def _nearest(self, x: str) -> str:
+        """The nearest whole number, as a double."""
+        code = self.code
+        x = code.binary("fadd", x, code.number(0.5))
+        return code(f"call {code.vector} @llvm.floor.{code.suffix}({code.vector} {x})")
+
+    def _chosen(self, mask: str, a: Value, b: Value) -> Value:
+        code = self.code
+        return tuple(
+            code(f"select {code.mask} {mask}, {code.vector} {x}, {code.vector} {y}")
+            for x, y in zip(a, b, strict=True)
+        )
+
+    def _signed(self, x: Value, quarter: str) -> Value:
+        """The opposite in the lanes where the second bit of a whole number is 1."""
+        code = self.code
+        sign = code(f"and {code.whole} {quarter}, {self._whole('2')}")
+        sign = code(f"shl {code.whole} {sign}, {self._whole('62')}")
+        found = []
+        for part in x:
+            bits = code(f"bitcast {code.vector} {part} to {code.whole}")
+            bits = code(f"xor {code.whole} {bits}, {sign}")
+            found.append(code(f"bitcast {code.whole} {bits} to {code.vector}"))
+        return tuple(found)

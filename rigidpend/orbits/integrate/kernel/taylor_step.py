@@ -1,0 +1,226 @@
+"""A Taylor step of a field, in the language of LLVM, for a vector of lanes.
+
+The field's own lines find the series (`aligned_field`, or `traced_field` from any field's Python);
+here they are set up, and followed for a step, for any order and either kind of numbers. A step's
+length follows Jorba and Zou, Experimental Mathematics 14 (2005), sec. 3.2, as in heyoka. Lanes
+never meet: an orbit comes out the same to the last bit whatever its neighbours. It does on every
+processor too, for each sum and product is spelled out; only a field with sines or exponentials
+takes these from the system's mathematical library.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from fractions import Fraction
+from typing import Protocol
+
+from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Value
+from rigidpend.orbits.integrate.kernel.writer import LANES, Writer
+
+LONGEST = 32.0
+"""Longest step, t'; only an orbit that stands still comes to it."""
+LOGARITHM = (-1025.4983531488, 4.0292113911, -2.0783351683, 0.6260321822, -0.0784406762)
+"""log2 x - 1023 on [1, 2) within 1.2e-4, from its values at Chebyshev's points."""
+POWER = (0.9999002882, 0.6963247711, 0.2246931558, 0.0789672570)
+"""2^x on [0, 1) within 1e-4, likewise."""
+
+
+class Recurrences(Protocol):
+    """Lines of a kernel that find a field's series."""
+
+    def expand(self) -> None:
+        """Find all coefficients from those of order 0."""
+
+
+class LaneField(Protocol):
+    """A field whose series a kernel can find; equal ones share their code."""
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Names of the components of a state."""
+
+    @property
+    def functions(self) -> tuple[str, ...]:
+        """LLVM's elementary functions that it calls, of the starts of the series only."""
+
+    def recurrences(self, kernel: Kernel) -> Recurrences:
+        """Write what is set up once for all steps."""
+
+
+def order_of(tolerance: float) -> int:
+    """Order of the series that is best for a local tolerance (Jorba and Zou, eq. 3.8)."""
+    return max(4, math.ceil(1 - math.log(tolerance) / 2))
+
+
+class Kernel:
+    """Parts of a function that takes Taylor steps; what is done with each is up to the heirs."""
+
+    def __init__(self, order: int, bits: int, field: LaneField, lanes: int = LANES) -> None:
+        self.order, self.code = order, Writer(lanes)
+        self.field, self.components = field, field.components
+        self.numbers = KINDS[bits](self.code)
+        self.parts, rows = self.numbers.parts, (order + 1) * self.numbers.parts
+        self.series = self.code.variable(self.numbers.rows(len(self.components) * rows))
+        self.component: dict[str, str] = {}
+
+    def begin(self) -> None:
+        """Set up the constants of all steps: places of the series, parameters, and 1/k."""
+        code = self.code
+        for i, name in enumerate(self.components):
+            self.component[name] = code.at(self.series, i * (self.order + 1) * self.parts)
+        self.one = code.number(1.0)
+        self.shares = code.variable(f"[{self.parts * (self.order + 1)} x double]")
+        for k in range(1, self.order + 1):
+            for i, part in enumerate(self.numbers.constant(Fraction(1, k))):
+                place = code.at(self.shares, i * (self.order + 1) + k, "double")
+                code.store(part, place, "double", 8)
+        self.recurrences = self.field.recurrences(self)
+
+    def scalar(self, base: str, index: str | int, apart: int) -> Value:
+        """A number in each lane, from its parts in an array."""
+        code, places = self.code, []
+        for i in range(self.parts):
+            at = code(f"add i64 {index}, {i * apart}")
+            places.append(code.load(code.at(base, at, "double"), "double", 8))
+        return tuple(code.everywhere(x) for x in places)
+
+    def places(self, first: str) -> list[list[str]]:
+        """Places of a vector of lanes, from lane `first` on: the components', then the time's."""
+        size = len(self.components)
+        state = [
+            [self._place("%state", i + size * part, first) for part in range(self.parts)]
+            for i in range(size)
+        ]
+        return [*state, [self._place("%time", i, first) for i in range(2)]]
+
+    def load_lanes(self, places: list[list[str]]) -> None:
+        """Take the lanes' states and times into the kernel."""
+        code = self.code
+        *rows, times = places
+        self.time = [code.variable(code.vector) for _ in times]
+        for name, row in zip(self.components, rows, strict=True):
+            value = tuple(code.load(x, align=8) for x in row)
+            self.numbers.store(value, self.component[name], 0)
+        for variable, place in zip(self.time, times, strict=True):
+            code.store(code.load(place, align=8), variable)
+
+    def store_lanes(self, places: list[list[str]]) -> None:
+        """Put them back, carried on."""
+        code = self.code
+        *rows, times = places
+        for name, row in zip(self.components, rows, strict=True):
+            value = self.numbers.load(self.component[name], 0)
+            for part, place in zip(value, row, strict=True):
+                code.store(part, place, align=8)
+        for variable, place in zip(self.time, times, strict=True):
+            code.store(code.load(variable), place, align=8)
+
+    def _place(self, base: str, row: int, first: str) -> str:
+        """The place of a group of lanes in a row of an array."""
+        begin = self.code(f"mul i64 %stride, {row}")
+        return self.code.at(base, self.code(f"add i64 {begin}, {first}"), "double")
+
+    def expand(self) -> None:
+        """Find the series about the lanes' states."""
+        self.recurrences.expand()
+
+    def integrated(self, rates: Iterable[tuple[str, Value]], k: str) -> None:
+        """Store the coefficients of order k + 1 of components from those of order k of rates."""
+        n, following = self.numbers, self.code(f"add i64 {k}, 1")
+        share = self.scalar(self.shares, following, self.order + 1)
+        whole = self.code.everywhere(self.code(f"sitofp i64 {following} to double"))
+        for name, rate in rates:
+            n.store(n.divided(rate, share, whole), self.component[name], following)
+
+    def go_on(self, h: str, ends: list[Value]) -> None:
+        """Step to the ends of the series."""
+        for name, end in zip(self.components, ends, strict=True):
+            self.numbers.store(end, self.component[name], 0)
+        self._let_time_pass(h)
+
+    def head(self, name: str, k: int) -> str:
+        """The first part of a coefficient: as a double."""
+        return self.code.element(self.component[name], k * self.parts)
+
+    def _times(self, a: str, b: str) -> str:
+        return self.code.binary("fmul", a, b)
+
+    def _minus(self, a: str, b: str) -> str:
+        return self.code.binary("fsub", a, b)
+
+    def length(self) -> str:
+        """Length of the step: the last two coefficients tell the radius of convergence."""
+        code, p = self.code, self.order
+        size = self._binary_logarithm(code.larger(self._norm(0), self.one))
+        exponents = [
+            self._times(
+                self._minus(size, self._binary_logarithm(self._norm(m))), code.number(1 / m)
+            )
+            for m in (p - 1, p)
+        ]
+        shrink = code.number((-0.7 / (p - 1) - 2) / math.log(2))
+        exponent = code.binary("fadd", code.smaller(*exponents), shrink)
+        return self._power_of_two(code.smaller(exponent, code.number(math.log2(LONGEST))))
+
+    def _norm(self, m: int) -> str:
+        """Largest coefficient of an order."""
+        code = self.code
+        norm, *sizes = [code.size(self.head(x, m)) for x in self.components]
+        for size in sizes:
+            norm = code.larger(size, norm)
+        return norm
+
+    def _binary_logarithm(self, x: str) -> str:
+        """log2 x from the exponent and a polynomial of the rest: good enough for a length."""
+        code = self.code
+        bits = code(f"bitcast {code.vector} {x} to {code.whole}")
+        rest = code(f"and {code.whole} {bits}, {code.everywhere(str((1 << 52) - 1), 'i64')}")
+        rest = code(f"or {code.whole} {rest}, {code.everywhere(str(1023 << 52), 'i64')}")
+        rest = code(f"bitcast {code.whole} {rest} to {code.vector}")
+        exponent = code(f"lshr {code.whole} {bits}, {code.everywhere('52', 'i64')}")
+        exponent = code(f"uitofp {code.whole} {exponent} to {code.vector}")
+        return code.binary("fadd", exponent, self._polynomial(LOGARITHM, rest))
+
+    def _power_of_two(self, x: str) -> str:
+        """2^x from the whole part as an exponent and a polynomial of the rest."""
+        code = self.code
+        whole = code(f"call {code.vector} @llvm.floor.{code.suffix}({code.vector} {x})")
+        rest = self._polynomial(POWER, self._minus(x, whole))
+        bits = code(f"fptosi {code.vector} {whole} to {code.whole}")
+        bits = code(f"add {code.whole} {bits}, {code.everywhere('1023', 'i64')}")
+        bits = code(f"shl {code.whole} {bits}, {code.everywhere('52', 'i64')}")
+        return self._times(rest, code(f"bitcast {code.whole} {bits} to {code.vector}"))
+
+    def _polynomial(self, coefficients: Sequence[float], x: str) -> str:
+        total = self.code.number(coefficients[-1])
+        for c in coefficients[-2::-1]:
+            total = self.code.fma(total, x, self.code.number(c))
+        return total
+
+    def at(self, name: str, h: str) -> Value:
+        """A component's series at a time from the beginning of the step, by Horner's rule."""
+        return self._summed(name, lambda total, c: self.numbers.horner(total, h, c))
+
+    def at_number(self, name: str, x: Value) -> Value:
+        """The same at a time with all the parts of a number."""
+        return self._summed(name, lambda total, c: self.numbers.horner_at(total, x, c))
+
+    def _summed(self, name: str, further: Callable[[Value, Value], Value]) -> Value:
+        n, place = self.numbers, self.component[name]
+        total = n.load(place, self.order)
+        for k in range(self.order - 1, -1, -1):
+            total = further(total, n.load(place, k))
+        return total
+
+    def _let_time_pass(self, h: str) -> None:
+        """Add the step to the time, with what the sum's rounding leaves over."""
+        code = self.code
+        high, low = (code.load(x) for x in self.time)
+        total = code.binary("fadd", high, h)
+        part = self._minus(total, high)
+        lost = code.binary(
+            "fadd", self._minus(high, self._minus(total, part)), self._minus(h, part)
+        )
+        code.store(total, self.time[0])
+        code.store(code.binary("fadd", low, lost), self.time[1])

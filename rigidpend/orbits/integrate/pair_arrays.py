@@ -1,0 +1,392 @@
+"""Arrays of pairs of doubles, some 106 bits, that compute and are indexed as NumPy's own are.
+
+The tables of a map are made with them where doubles do not suffice: by the kernel's arithmetic,
+so that they are the same on every machine.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import math
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from rigidpend.orbits.integrate.kernel.lane_numbers import as_doubles
+from rigidpend.orbits.integrate.kernel.pair_loops import convolution, elementwise, products
+from rigidpend.orbits.integrate.kernel.writer import LANES
+
+_Memory = ctypes.c_char * 1
+
+
+class PairArray:
+    """An array of numbers, each a sum of two doubles of which the second is below an ulp's half.
+
+    Parameters
+    ----------
+    parts : (2, ...) array of doubles
+    """
+
+    __slots__ = ("parts",)
+    parts: Any
+
+    def __init__(self, parts: Any) -> None:
+        self.parts = parts
+
+    @classmethod
+    def of(cls, x: Any) -> PairArray:
+        """Pairs with the values of doubles; pairs stay as they are."""
+        if isinstance(x, PairArray):
+            return x
+        high = np.asarray(x, dtype=float)
+        parts = np.zeros((2, *high.shape))
+        parts[0] = high
+        return cls(parts)
+
+    @classmethod
+    def number(cls, x: Fraction) -> PairArray:
+        """The pair nearest to a number."""
+        return cls(np.array(as_doubles(x, 2)))
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *given: Any, **_: Any) -> Any:
+        found = UFUNCS.get(ufunc)
+        return NotImplemented if method != "__call__" or found is None else found(*given)
+
+    def __array_function__(self, function: Any, _: Any, given: Any, named: Any) -> Any:
+        found = FUNCTIONS.get(function)
+        return NotImplemented if found is None else found(*given, **named)
+
+    def __array__(self, *_: Any, **__: Any) -> Any:
+        raise TypeError("pairs of doubles are no array of NumPy's: ask for their doubles")
+
+    @property
+    def shape(self) -> Any:
+        return self.parts.shape[1:]
+
+    @property
+    def ndim(self) -> int:
+        return int(self.parts.ndim) - 1
+
+    @property
+    def size(self) -> int:
+        return int(self.parts.size) // 2
+
+    @property
+    def T(self) -> PairArray:
+        return self.transpose(*range(self.ndim - 1, -1, -1))
+
+    def exactly(self) -> Fraction:
+        """The value of a single number."""
+        if self.ndim:
+            raise TypeError("an array of pairs is no single number")
+        high, low = self.parts.tolist()
+        return Fraction(high) + Fraction(low)
+
+    def __len__(self) -> int:
+        return len(self.parts[0])
+
+    def __float__(self) -> float:
+        return float(self.parts[0])
+
+    def __bool__(self) -> bool:
+        return bool(self.parts[0])
+
+    def __getitem__(self, key: Any) -> PairArray:
+        return PairArray(self.parts[_in_both(key)])
+
+    def __setitem__(self, key: Any, value: Any) -> None:
+        given, there = PairArray.of(value), _in_both(key)
+        self.parts[there] = _of_dimensions(given, self.parts[there].ndim - 1)
+
+    def __add__(self, other: Any) -> PairArray:
+        return _joined("add", self, other)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> PairArray:
+        return _joined("subtract", self, other)
+
+    def __rsub__(self, other: Any) -> PairArray:
+        return _joined("subtract", other, self)
+
+    def __mul__(self, other: Any) -> PairArray:
+        return _joined("multiply", self, other)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> PairArray:
+        return _joined("divide", self, other)
+
+    def __rtruediv__(self, other: Any) -> PairArray:
+        return _joined("divide", other, self)
+
+    def __matmul__(self, other: Any) -> PairArray:
+        return matmul(self, other)
+
+    def __rmatmul__(self, other: Any) -> PairArray:
+        return matmul(other, self)
+
+    def __neg__(self) -> PairArray:
+        return PairArray(-self.parts)
+
+    def __pow__(self, exponent: int) -> PairArray:
+        found = self
+        for _ in range(exponent - 1):
+            found = found * self
+        return found
+
+    def __abs__(self) -> PairArray:
+        return PairArray(np.where(self.parts[:1] < 0, -self.parts, self.parts))
+
+    def __eq__(self, other: object) -> Any:
+        return (self - other).parts[0] == 0
+
+    def __ne__(self, other: object) -> Any:
+        return (self - other).parts[0] != 0
+
+    def __hash__(self) -> int:
+        return hash(self.exactly())
+
+    def __lt__(self, other: Any) -> Any:
+        return (self - other).parts[0] < 0
+
+    def __le__(self, other: Any) -> Any:
+        return (self - other).parts[0] <= 0
+
+    def __gt__(self, other: Any) -> Any:
+        return (self - other).parts[0] > 0
+
+    def __ge__(self, other: Any) -> Any:
+        return (self - other).parts[0] >= 0
+
+    def astype(self, kind: Any) -> Any:
+        """The doubles nearest to the numbers."""
+        return self.parts[0].astype(kind)
+
+    def reshape(self, *shape: Any) -> PairArray:
+        shape = shape[0] if isinstance(shape[0], tuple) else shape
+        return PairArray(self.parts.reshape(2, *shape))
+
+    def transpose(self, *axes: int) -> PairArray:
+        return PairArray(self.parts.transpose(0, *(1 + k for k in axes)))
+
+    def sum(self, axis: int) -> PairArray:
+        """The sum over an axis, by halves."""
+        rows = PairArray(np.moveaxis(self.parts, axis % self.ndim + 1, 1))
+        while len(rows) > 1:
+            half = len(rows) // 2
+            total = rows[:half] + rows[half : 2 * half]
+            rows = _concatenate([total, rows[2 * half :]]) if len(rows) % 2 else total
+        return rows[0]
+
+    def copy(self) -> PairArray:
+        return PairArray(self.parts.copy())
+
+    def max(self) -> float:
+        """The largest number, rounded to a double."""
+        return float(self.parts[0].max())
+
+
+def _in_both(key: Any) -> Any:
+    return (slice(None), *(key if isinstance(key, tuple) else (key,)))
+
+
+def _joined(name: str, a: Any, b: Any) -> PairArray:
+    """An operation on two arrays, element by element."""
+    x = a.parts if type(a) is PairArray else PairArray.of(a).parts
+    y = b.parts if type(b) is PairArray else PairArray.of(b).parts
+    shape = x.shape
+    if shape != y.shape:
+        shape = (2, *np.broadcast_shapes(shape[1:], y.shape[1:]))
+    out = np.empty(shape)
+    n = out.size // 2
+    if n >= LANES:
+        x, x_step = _lanes(x, shape)
+        y, y_step = _lanes(y, shape)
+        elementwise(name)(_address(out), _address(x), x_step, _address(y), y_step, n)
+    elif n:
+        # Arrays that are less than a vector are filled up.
+        found = _joined(name, *(PairArray(_filled(z, shape)) for z in (x, y)))
+        out[:] = found.parts[:, :n].reshape(shape)
+    return PairArray(out)
+
+
+def _lanes(parts: Any, shape: Any) -> tuple[Any, int]:
+    """Numbers as the kernel reads them for a shape, and the step from one to the next."""
+    if parts.shape == shape:
+        return (parts if parts.flags.c_contiguous else np.ascontiguousarray(parts)), 1
+    if parts.size == 2:
+        found = np.empty((2, LANES))
+        found[:] = parts.reshape(2, 1)
+        return found, 0
+    return _broadcast(PairArray(parts), shape[1:]).parts, 1
+
+
+def _filled(parts: Any, shape: Any) -> Any:
+    return _widened(_broadcast(PairArray(parts), shape[1:]).parts.reshape(2, -1), LANES)
+
+
+def _widened(parts: Any, width: int) -> Any:
+    """Parts with ones behind the last column."""
+    found = np.ones((*parts.shape[:-1], width))
+    found[..., : parts.shape[-1]] = parts
+    return found
+
+
+def _address(x: Any) -> Any:
+    """An array as an argument of the machine code; a fifth of the time that `x.ctypes` takes."""
+    return _Memory.from_buffer(x)
+
+
+def _broadcast(x: PairArray, shape: Any) -> PairArray:
+    if x.shape == shape:
+        return x
+    found = np.empty((2, *shape))
+    found[:] = _of_dimensions(x, len(shape))
+    return PairArray(found)
+
+
+def _of_dimensions(x: PairArray, n: int) -> Any:
+    """The parts of an array with so many dimensions, the first of length one."""
+    return x.parts.reshape(2, *(1,) * (n - x.ndim), *x.shape)
+
+
+def matmul(a: Any, b: Any) -> PairArray:
+    """The product of matrices, or of many of them, as NumPy's."""
+    a, b = PairArray.of(a), PairArray.of(b)
+    if a.ndim == 1:
+        return matmul(a[None], b)[..., 0] if b.ndim == 1 else matmul(a[None], b)[..., 0, :]
+    if b.ndim == 1:
+        return matmul(a, b[:, None])[..., 0]
+    outer, width = np.broadcast_shapes(a.shape[:-2], b.shape[:-2]), b.shape[-1]
+    rows, terms = a.shape[-2:]
+    if b.ndim == 2 and a.ndim > 2:
+        return matmul(a.reshape(-1, terms), b).reshape(*outer, rows, width)
+    x, y = (z if z.ndim == 2 else _broadcast(z, (*outer, *z.shape[-2:])) for z in (a, b))
+    right = y.parts if width >= LANES else _widened(y.parts, LANES)
+    left, right = np.ascontiguousarray(x.parts), np.ascontiguousarray(right)
+    wide = right.shape[-1]
+    out = np.empty((2, *outer, rows, wide))
+    sets = math.prod(outer)
+    products()(
+        *map(_address, (out, left, right)),
+        *(rows, terms, wide, sets),
+        *(z.ndim > 2 for z in (x, y)),
+    )
+    return PairArray(out[..., :width])
+
+
+def convolved(a: PairArray, b: PairArray) -> PairArray:
+    """The product of polynomials, (p, ...) and (q, ...) coefficients: (p + q - 1, ...)."""
+    shape = np.broadcast_shapes(a.shape[1:], b.shape[1:])
+    parts = [_broadcast(x, (len(x), *shape)).parts.reshape(2, len(x), -1) for x in (a, b)]
+    width = parts[0].shape[-1]
+    left, right = (np.ascontiguousarray(x if width >= LANES else _widened(x, LANES)) for x in parts)
+    out = np.empty((2, len(a) + len(b) - 1, left.shape[-1]))
+    convolution()(*map(_address, (out, left, right)), len(a), len(b), left.shape[-1])
+    return PairArray(out[..., :width].reshape(2, -1, *shape))
+
+
+def in_doubles(values: Any, parts: int) -> Any:
+    """Doubles or pairs of them as sums of so many doubles, shape (parts, ...)."""
+    return PairArray.of(values).parts[:parts]
+
+
+def sqrt(x: PairArray) -> PairArray:
+    near = np.sqrt(x.parts[0])
+    return near + (x - PairArray.of(near) * near) / (2 * near)
+
+
+def exp(x: PairArray) -> PairArray:
+    near = PairArray.of(np.exp(x.parts[0]))
+    left = x - _alone("log", near)
+    return near + near * (left + left * left / 2)
+
+
+def expm1(x: PairArray) -> PairArray:
+    """exp(x) - 1, to rounding beside 1."""
+    return exp(x) - 1
+
+
+def atan2(y: Any, x: Any) -> PairArray:
+    y, x = PairArray.of(y), PairArray.of(x)
+    near = PairArray.of(np.arctan2(y.parts[0], x.parts[0]))
+    c, s = _alone("cos", near), _alone("sin", near)
+    return near + (y * c - x * s) / (x * c + y * s)
+
+
+def _alone(name: str, x: Any) -> PairArray:
+    return _joined(name, x, 0.0)
+
+
+cos, sin = functools.partial(_alone, "cos"), functools.partial(_alone, "sin")
+
+
+def log(x: Any) -> PairArray:
+    """The logarithm, minus infinity of zero."""
+    found = _alone("log", x)
+    found.parts[:, PairArray.of(x).parts[0] == 0] = [[-np.inf], [0.0]]
+    return found
+
+
+def _gathered(function: Callable[..., Any]) -> Callable[..., PairArray]:
+    """A function of NumPy that puts arrays together."""
+
+    def found(arrays: Any, axis: int = 0) -> PairArray:
+        parts = [PairArray.of(x).parts for x in arrays]
+        return PairArray(function(parts, axis=axis + 1 if axis >= 0 else axis))
+
+    return found
+
+
+_concatenate = _gathered(np.concatenate)
+
+
+def _where(condition: Any, x: Any, y: Any) -> PairArray:
+    arrays = PairArray.of(x), PairArray.of(y)
+    n = max(np.ndim(condition), *(z.ndim for z in arrays))
+    return PairArray(np.where(condition, *(_of_dimensions(z, n) for z in arrays)))
+
+
+def _all_of(*arrays: Any) -> list[PairArray]:
+    made = [PairArray.of(x) for x in arrays]
+    shape = np.broadcast_shapes(*(x.shape for x in made))
+    return [_broadcast(x, shape) for x in made]
+
+
+UFUNCS: dict[Any, Callable[..., Any]] = {
+    np.add: functools.partial(_joined, "add"),
+    np.subtract: functools.partial(_joined, "subtract"),
+    np.multiply: functools.partial(_joined, "multiply"),
+    np.divide: functools.partial(_joined, "divide"),
+    np.matmul: matmul,
+    np.cos: cos,
+    np.sin: sin,
+    np.log: log,
+    np.negative: PairArray.__neg__,
+    np.absolute: PairArray.__abs__,
+    np.less: lambda x, y: y > x,
+    np.less_equal: lambda x, y: y >= x,
+    np.greater: lambda x, y: y < x,
+    np.greater_equal: lambda x, y: y <= x,
+    np.equal: lambda x, y: y == x,
+    np.not_equal: lambda x, y: y != x,
+}
+FUNCTIONS: dict[Any, Callable[..., Any]] = {
+    np.atleast_1d: lambda x: x if x.ndim else x.reshape(1),
+    np.shape: lambda x: x.shape,
+    np.ndim: lambda x: x.ndim,
+    np.where: _where,
+    np.stack: _gathered(np.stack),
+    np.concatenate: _concatenate,
+    np.append: lambda x, y: _concatenate([x, y.reshape(1)]),
+    np.broadcast_arrays: _all_of,
+    np.zeros_like: lambda x, shape=None: PairArray(np.zeros((2, *(shape or x.shape)))),
+    np.ones_like: lambda x: PairArray.of(np.ones(x.shape)),
+    np.repeat: lambda x, n, axis=0: PairArray(np.repeat(x.parts, n, axis=axis + 1)),
+    np.tile: lambda x, n: PairArray(np.tile(x.parts, (1, n))),
+    np.moveaxis: lambda x, a, b: PairArray(np.moveaxis(x.parts, a % x.ndim + 1, b % x.ndim + 1)),
+}

@@ -1,0 +1,163 @@
+"""Crossings of M3 = 0 on Taylor steps: where M3 is monotone by Newton's method, else isolated."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.numbers.generic import Numbers
+from rigidpend.orbits.integrate.bounds import touch
+from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
+from rigidpend.orbits.integrate.kernel.notes import FIELDS, MOMENTA
+from rigidpend.orbits.integrate.records import Crossings, Outcome, separatrix_beside
+from rigidpend.orbits.integrate.roots import (
+    UndecidedTouch,
+    derivative,
+    value_at,
+    zeros,
+)
+
+Array = NDArray[np.float64]
+
+UNDECIDED = 5
+"""Mark in place of a separatrix: the orbit is not known from here on."""
+CONVERGED = 1e-9
+"""Size of Newton's last correction, in steps, above which the zeros are isolated instead."""
+
+
+class Steps(NamedTuple):
+    """Taylor steps on which M3 may have been zero: the kernel's notes (see `kernel.notes`)."""
+
+    bits: int
+    """Precision of the arithmetic."""
+    fields: dict[str, Array]
+    """Fields of the notes, each of m steps."""
+    series: Array
+    """(m, noted, order + 1, parts), in powers of t' from the step's beginning; M3 is the third."""
+
+    @staticmethod
+    def of_notes(notes: Array, bits: int, noted: int = MOMENTA) -> Steps:
+        """The steps from an array (m, width) of notes of so many components."""
+        fields, series = np.split(notes, [len(FIELDS)], axis=1)
+        parts = KINDS[bits].parts
+        shape = len(notes), noted, series.shape[1] // (noted * parts), parts
+        return Steps(bits, dict(zip(FIELDS, fields.T, strict=True)), series.reshape(shape))
+
+    @staticmethod
+    def joined(parts: list[Steps]) -> Steps:
+        """All steps of several records."""
+        fields = {name: np.concatenate([x.fields[name] for x in parts]) for name in FIELDS}
+        return Steps(parts[0].bits, fields, np.concatenate([x.series for x in parts]))
+
+    def chosen(self, where: NDArray[Any]) -> Steps:
+        """Some of the steps, by a mask or by their numbers."""
+        fields = {name: x[where] for name, x in self.fields.items()}
+        return self._replace(fields=fields, series=self.series[where])
+
+
+class Found(NamedTuple):
+    """Crossings as they were found, in no order."""
+
+    columns: NDArray[np.int64]
+    times: Array
+    separatrix: NDArray[np.int64]
+
+    @staticmethod
+    def joined(parts: list[Found]) -> Found:
+        """All crossings of several records."""
+        return Found(*(np.concatenate(x) for x in zip(*parts, strict=True)))
+
+    def write(self, found: Crossings, limit: float) -> None:
+        """Write them into a record, each orbit's in order.
+
+        An orbit ends before a touch that is not decided, and before a crossing that came after
+        the limit of a passage.
+        """
+        if not self.columns.size:
+            return
+        order = np.lexsort((self.times, self.columns))
+        columns, times, separatrix = (x[order] for x in self)
+        first = np.searchsorted(columns, columns)
+        row = np.arange(columns.size) - first
+        waited = np.where(row > 0, times - np.roll(times, 1), times)
+        kept = row < len(found.time)
+        ends = (separatrix == UNDECIDED) | (waited > limit)
+        for k in np.flatnonzero(ends & kept):
+            if kept[k]:
+                undecided = separatrix[k] == UNDECIDED
+                found.outcome[columns[k]] = Outcome.FAILED if undecided else Outcome.NO_CROSSING
+                kept &= ~((columns == columns[k]) & (row >= row[k]))
+        # A pair beside a touch may complete an orbit that seemed to have been silent.
+        found.outcome[columns[kept & (row == len(found.time) - 1)]] = Outcome.COMPLETE
+        found.time[row[kept], columns[kept]] = times[kept]
+        found.separatrix[row[kept], columns[kept]] = separatrix[kept]
+
+
+def no_crossing_found() -> Found:
+    """A record without any."""
+    none = np.zeros(0, dtype=np.int64)
+    return Found(none, np.zeros(0), none)
+
+
+def crossings_on(steps: Steps) -> Found:
+    """All crossings on steps; a touch that is not decided comes as `UNDECIDED`."""
+    f = steps.fields
+    changed = (steps.series[:, 2, 0, 0] < 0) != (f["after"] < 0)
+    steady = f["steady"] > 0
+    with np.errstate(invalid="ignore"):
+        exact = np.abs(f["correction"]) <= CONVERGED * f["length"]
+    single = steady & changed & exact
+    doubtful = ~single & (changed | ~steady)
+    return Found.joined([_single(steps.chosen(single)), _isolated(steps.chosen(doubtful))])
+
+
+def _single(steps: Steps) -> Found:
+    """The one crossing on each step, as the kernel has found it."""
+    f = steps.fields
+    rising = f["after"] >= 0
+    separatrix = np.where(rising, np.where(f["Qp"] > 0, 2, 4), np.where(f["Qm"] < 0, 1, 3))
+    return Found(f["lane"].astype(np.int64), f["time"] + f["zero"], separatrix)
+
+
+def _isolated(steps: Steps) -> Found:
+    """Every crossing on steps in doubt, from the isolated zeros of each series."""
+    f = steps.fields
+    seen: list[tuple[int, float, int]] = []
+    for k, series in enumerate(steps.series):
+        length = f["length"][k]
+        shares = series[..., 0] * length ** np.arange(series.shape[1])
+        depth = touch(steps.bits) * float(np.sqrt((shares[:MOMENTA, 0] ** 2).sum()))
+        exactly = _exactly(series[2], length) if steps.bits > 53 else None
+        for share, separatrix in crossings_of_series(shares[:MOMENTA], depth, exactly):
+            seen.append((int(f["lane"][k]), f["time"][k] + share * length, separatrix))
+    if not seen:
+        return no_crossing_found()
+    columns, times, beside = zip(*seen, strict=True)
+    return Found(np.array(columns), np.array(times, dtype=float), np.array(beside))
+
+
+def _exactly(series: Array, length: float) -> Callable[[float], float]:
+    """A series (order + 1, parts) as a function of the share of the step, without rounding."""
+    terms = [sum(map(Fraction, parts)) for parts in series]
+    return lambda share: float(value_at(terms, Fraction(share) * Fraction(length)))
+
+
+def crossings_of_series(
+    series: Numbers, depth: float, exactly: Callable[[float], float] | None = None
+) -> Iterator[tuple[float, int]]:
+    """The crossings on a step as (share of the step, separatrix), from Qp, Qm, M3 as series.
+
+    A touch of M3 = 0 that is not decided comes as `UNDECIDED`, after which nothing is sought.
+    """
+    Qp, Qm, M3 = (x.tolist() for x in series)
+    slopes = derivative(M3)
+    try:
+        for share in zeros(M3, depth, exactly):
+            rising = value_at(slopes, share) > 0
+            yield share, separatrix_beside(rising, value_at(Qp, share), value_at(Qm, share))
+    except UndecidedTouch as touch:
+        yield touch.at, UNDECIDED

@@ -1,0 +1,87 @@
+"""Records that go into an engine and come out of it: plain data, no integrator object."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.mechanics.equations import AlignedCoefficients
+from rigidpend.numbers.generic import Scalar
+
+
+class Outcome(IntEnum):
+    """Outcome of an orbit's integration."""
+
+    COMPLETE = 0
+    """All crossings were found."""
+    ASYMPTOTIC = 1
+    """It stays on an invariant plane Q = 0 and never crosses again."""
+    NO_CROSSING = 2
+    """No crossing came within the passage limit."""
+    FAILED = 3
+    """The integrator gave up (step limit, a number that is not finite)."""
+
+
+class Orbits(NamedTuple):
+    """A task for an engine: orbits of one body, in aligned components and time t'."""
+
+    coefficients: AlignedCoefficients
+    """Floats at 53 bits, else Fractions that are numbers of the working precision."""
+    states: Any
+    """At 53 bits an array (6, n), else n lists of 6 Fractions; at time 0."""
+    n_crossings: int
+    """Number of crossings of M3 = 0 to find on each orbit."""
+    passage_limit: float
+    """Longest wait for the next crossing, t'."""
+
+
+class Crossings(NamedTuple):
+    """The crossings of M3 = 0 (J1 = J2/2), in their order along each orbit."""
+
+    time: NDArray[np.float64]
+    """(n_crossings, n), t'; NaN where there is none."""
+    separatrix: NDArray[np.uint8]
+    """(n_crossings, n), 1..4: the unperturbed separatrix beside which it lies; 0 for none."""
+    outcome: NDArray[np.uint8]
+    """(n,), values of `Outcome`."""
+
+
+def no_crossings(n_crossings: int, n: int) -> Crossings:
+    """A record to be filled in: every orbit not yet integrated."""
+    return Crossings(
+        np.full((n_crossings, n), np.nan),
+        np.zeros((n_crossings, n), dtype=np.uint8),
+        np.full(n, Outcome.FAILED, dtype=np.uint8),
+    )
+
+
+def joined(parts: list[Crossings]) -> Crossings:
+    """Records of successive orbits as one."""
+    time, separatrix, outcome = zip(*parts, strict=True)
+    return Crossings(
+        np.concatenate(time, axis=1),
+        np.concatenate(separatrix, axis=1),
+        np.concatenate(outcome),
+    )
+
+
+def separatrix_beside(rising: bool, Qp: Scalar, Qm: Scalar) -> int:
+    """The separatrix beside which an orbit crosses M3 = 0.
+
+    The flow rises on 2 (Qp > 0) and 4 (Qp < 0) and sinks on 1 (Qm < 0) and 3 (Qm > 0); the
+    other Q is small there.
+    """
+    if rising:
+        return 2 if Qp > 0 else 4
+    return 1 if Qm < 0 else 3
+
+
+def silent_outcome(Qp: Scalar, Qm: Scalar) -> Outcome:
+    """The outcome of an orbit that did not cross again, from where it is at the end.
+
+    A forced component is never exactly zero for long, so a zero is an invariant plane.
+    """
+    return Outcome.ASYMPTOTIC if Qp == 0 or Qm == 0 else Outcome.NO_CROSSING

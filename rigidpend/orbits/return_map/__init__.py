@@ -1,0 +1,52 @@
+"""The return map: orbits and their route codes without integrating them.
+
+Between two crossings of M3 = 0 an orbit only passes a hyperbolic periodic orbit, and there its
+motion has a normal form. So the map from crossing to crossing (the return map, a separatrix
+map exact to rounding) is a table, a logarithm and another table.
+
+Parts
+-----
+precision     numbers of any precision in arrays
+expansions    Fourier and Chebyshev expansions
+jets          power series in two variables
+reduced       the reduced equations beside the upper periodic orbit
+normal_form   Moser's normal form, found degree by degree
+conjugacy     the normal form evaluated and inverted
+poincare      the section M3 = 0 in coordinates (d, chi)
+charts        from the section to the normal form and back, as tables
+passage       one passage, forward and backward, with its derivatives
+itinerary     many passages; orbits that begin beside the lower periodic orbit
+terms         the significant terms of tables, summed over any kind of numbers
+starts        starts in the normal form, as a table
+rates         rates of the normal form, and how deep orbits go into it
+rapid         many orbits through a finished map for codes and times
+program       a finished map as data for the kernel
+kernel        many orbits through any map, in machine code
+kernel_sums   tables and polynomials summed in lanes
+orders        sizes of the tables, from a first look at the splitting
+checks        errors at held-out points
+build         maps built, checked and refused
+storage       maps kept on disk
+"""
+
+from __future__ import annotations
+
+import sys
+from types import ModuleType
+from typing import Any
+
+from rigidpend.orbits.return_map.build import ReturnMap, return_map
+from rigidpend.orbits.return_map.normal_form import MapError
+from rigidpend.orbits.return_map.passage import EnergyLevel, Passage, SectionPoint
+
+__all__ = ["EnergyLevel", "MapError", "Passage", "ReturnMap", "SectionPoint", "return_map"]
+
+
+class _Package(ModuleType):
+    """This package, callable: `rigidpend.return_map` names both it and its function."""
+
+    def __call__(self, *arguments: Any, **named: Any) -> ReturnMap:
+        return return_map(*arguments, **named)
+
+
+sys.modules[__name__].__class__ = _Package

@@ -1,0 +1,332 @@
+"""Return maps: built for a body and its energies, checked, and refused where they don't resolve."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from rigidpend.mechanics import floquet
+from rigidpend.mechanics.body import Body
+from rigidpend.numbers import checked
+from rigidpend.numbers.exact import FINEST, GUARD_BITS, Exact, exact
+from rigidpend.numbers.expressions import named
+from rigidpend.numbers.generic import Scalar
+from rigidpend.numbers.parameters import ParameterError
+from rigidpend.orbits.return_map import storage
+from rigidpend.orbits.return_map.charts import (
+    Chart,
+    ChartTable,
+    forward_table,
+    inverse_table,
+)
+from rigidpend.orbits.return_map.checks import Errors, held_out, tails
+from rigidpend.orbits.return_map.expansions import Interval
+from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, normal_form
+from rigidpend.orbits.return_map.orders import (
+    Layer,
+    Orders,
+    first_look,
+    orders,
+    radius,
+)
+from rigidpend.orbits.return_map.passage import EnergyLevel
+from rigidpend.orbits.return_map.precision import Precision, in_pairs, precision
+from rigidpend.orbits.return_map.rapid import Rapid
+from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
+from rigidpend.orbits.return_map.starts import Entry, entry
+
+SLACK = 2.0**13
+"""Allowed error of a map, in roundings of the working precision, where its tables have no more.
+
+With the body of Fig. 4 finished maps err by some tens of them, and by 700 at mu = 0.01."""
+SPARE_BITS = 4
+"""Bits by which the tables of a map are sharper than it is said to be, in pairs of doubles."""
+TOLD = 16
+"""Factor by which tables may err more than their last coefficients."""
+ATTEMPTS = 4
+"""Number of times the orders are raised before a map is refused."""
+MOST_DEGREE = 45
+"""Largest degree of the normal form in doubles, and in proportion to the bits.
+
+With the body of Fig. 4 mu = 0.045 takes 43 and 7 s."""
+FLOQUET = 1e-11
+"""Largest difference from the Floquet exponent, which is found in doubles."""
+
+
+class Design(NamedTuple):
+    """Design of a map: two maps of different design share no rounding and no truncation."""
+
+    unit: str = "1"
+    """M is multiplied by it, mu and h by its square; t' is divided by it."""
+    stretch: float = 1.0
+    """Factor by which the arcs are longer than where |u| = |v|."""
+    more: int = 0
+    """Number of further terms of every expansion (an even number)."""
+    origin: float = 0.0
+    """Shift of phases before they are rounded, radians."""
+
+
+FIRST, SECOND, THIRD = Design(), Design("1.37", 1.06, 2, 0.7), Design("0.61", 1.03, 2, 1.9)
+
+
+@dataclass(frozen=True)
+class ReturnMap:
+    """The return map of the section M3 = 0 over an interval of energies.
+
+    Attributes
+    ----------
+    bits : int
+        Its precision.
+    energies : 2 floats
+        The interval.
+    errors : Errors
+        What it was measured to err by.
+    orders : Orders
+    design : Design
+    coefficients : Coefficients
+        The body, in the map's unit.
+    normal_form : NormalForm
+    charts : 2 Chart
+        Of downward and of upward crossings.
+    """
+
+    bits: int
+    energies: tuple[float, float]
+    errors: Errors
+    orders: Orders
+    design: Design
+    coefficients: Coefficients
+    normal_form: NormalForm
+    charts: tuple[Chart, Chart]
+
+    def at(self, h: Scalar) -> EnergyLevel:
+        """The map at an energy, or at one for each of N orbits, within the interval."""
+        a = precision(self.bits)
+        return EnergyLevel(self.normal_form, self.charts, a.array(h) * self._unit**2, a)
+
+    def rapid(self, bits: int, least_Qp: Scalar, most_Qp: Scalar) -> Rapid:
+        """Rapid passages through this map for many orbits that start at least_Qp <= Qp <= most_Qp.
+
+        Raises MapError where the normal form does not reach as far as `most_Qp`.
+        """
+        key = (bits, least_Qp, most_Qp)
+        if key not in self._begun:
+            self._begun[key] = self._rapid(bits).beginning(self._entry(least_Qp, most_Qp))
+        return self._begun[key]
+
+    @functools.cached_property
+    def _begun(self) -> dict[tuple[Any, ...], Rapid]:
+        return {}
+
+    @functools.cached_property
+    def _entry(self) -> Callable[[Any, Any], Entry]:
+        a = precision(self.bits)
+        return functools.cache(lambda least, most: entry(self.normal_form, least, most, a))
+
+    @functools.cached_property
+    def _rapid(self) -> Callable[[int], Rapid]:
+        parts = self.normal_form, self.charts, self.errors.charts
+        return functools.cache(lambda bits: Rapid(*parts, bits, precision(self.bits)))
+
+    @property
+    def _unit(self) -> Any:
+        unit = _exact_unit(self.design)
+        return _number(unit, precision(self.bits))
+
+
+def return_map(body: Body, *, h: Scalar, bits: int = 53, design: Design = FIRST) -> ReturnMap:
+    """The return map of a body, built or taken from the cache.
+
+    Parameters
+    ----------
+    body : Body
+    h : number or pair of numbers
+        The energy (kappa J2^2/2 + ... of eq. h0_new, dimensionless), or the least and the largest.
+        Text, Fraction and Decimal are exact, floats are the doubles that they are.
+    bits : int, optional
+        Precision: 53, 64, 113 or any other from 53 on.
+    design : Design, optional
+        Another design gives an independent map of the same orbits.
+
+    Returns
+    -------
+    ReturnMap
+
+    Raises
+    ------
+    MapError
+        The orbits are not resolved: an elliptic periodic orbit, too large a mu, a negative
+        multiplier; the message gives the reason.
+    ParameterError
+        Energies that are no numbers or don't ascend, or bits that are not 53 to `FINEST`.
+
+    Examples
+    --------
+    >>> body = Body(A=(2, 1, 1.5), r=(1, 1, 0), mu="0.001")
+    >>> level = return_map(body, h="1.3342").at(1.3342)
+    """
+    checked.of_kind("body", body, Body)
+    checked.of_kind("design", design, Design)
+    bits = checked.whole("bits", bits, 53, FINEST)
+    ends = list(h) if isinstance(h, (tuple, list)) else [h, h]
+    if len(ends) != 2:
+        raise ParameterError("h", f"h must be an energy or a pair of energies, got {named(h)}")
+    low, high = (checked.number("h", x) for x in ends)
+    if float(high - low) < 0:
+        raise ParameterError("h", f"the energies must ascend, got {low} and {high}")
+    return _kept(body, low, high, bits, design)
+
+
+@functools.lru_cache(maxsize=16)
+def _kept(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> ReturnMap:
+    of = storage.followed(body, low, high, bits, design, table_bits(bits))
+    stored = storage.load(of, bits)
+    if stored is None:
+        made = build(body, low, high, bits, design)
+        facts = {"orders": made.orders._asdict(), "errors": made.errors._asdict()}
+        storage.save(of, made.normal_form, made.charts, facts)
+        return made
+    nf, charts, facts = stored
+    p = body.angles(precision(bits).bits + GUARD_BITS)
+    return ReturnMap(
+        bits,
+        (float(low), float(high)),
+        Errors(**facts["errors"]),
+        Orders(**facts["orders"]),
+        design,
+        coefficients(p, design.unit, precision(bits)),
+        nf,
+        charts,
+    )
+
+
+def build(body: Body, low: Exact, high: Exact, bits: int, design: Design = FIRST) -> ReturnMap:
+    """Build the map of a body for energies from `low` to `high`.
+
+    Raises
+    ------
+    MapError
+        The map does not resolve the orbits there; the message gives the reason.
+    """
+    a = precision(table_bits(bits))
+    p = body.angles(max(a.bits, bits) + GUARD_BITS)
+    c, rough = coefficients(p, design.unit, a), coefficients(p, design.unit, precision(53))
+    scale = _exact_unit(design) ** 2
+    ends = float(low * scale), float(high * scale)
+    exponent = _floquet_exponent(body, float(low), float(high))
+    layer = first_look(rough, sum(ends) / 2)
+    planned = _designed(orders(rough, ends, layer, bits if bits == 53 else a.bits), design)
+    allowed = 2.0**-bits * (SLACK if bits in (53, a.bits) else 1.0)
+    middle, half = (low + high) / 2 * scale, (high - low) / 2 * scale
+    for _ in range(ATTEMPTS):
+        if planned.degree > MOST_DEGREE * bits / 53:
+            raise MapError(
+                f"mu is too large: {bits} bits take a normal form of degree {planned.degree}"
+            )
+        energies = Interval(_number(middle, a), _number(half, a), planned.n_energy)
+        nf, charts, errors = _attempt(c, energies, layer, planned, exponent, a)
+        if max(errors.exponents, errors.charts, errors.inverse) < allowed:
+            break
+        small = allowed / 8
+        x, phase, energy = (tail > small for tail in errors[-3:])
+        # What the tails don't tell of is the normal form's own.
+        inner = max(errors.charts, errors.inverse) > TOLD * max(errors[-3:])
+        inner = inner or not (x or phase or energy)
+        planned = planned.larger(inner=inner, x=x, phase=phase, energy=energy)
+    else:
+        raise MapError(f"the tables don't settle: {errors}")
+    if errors.floquet > FLOQUET:
+        raise MapError(f"Lambda_0 differs from the Floquet exponent by {errors.floquet:.2g}")
+    own = precision(bits)
+    return ReturnMap(
+        bits,
+        (float(low), float(high)),
+        errors,
+        planned,
+        design,
+        coefficients(p, design.unit, own),
+        _cast(nf, own),
+        (_cast(charts[0], own), _cast(charts[1], own)),
+    )
+
+
+def _attempt(
+    c: Coefficients, energies: Interval, layer: Layer, o: Orders, exponent: float, a: Precision
+) -> tuple[NormalForm, tuple[Chart, Chart], Errors]:
+    """The normal form and the charts by given orders, with their errors."""
+    h, length = float(energies.centre), a.number(o.length)
+    size = 2 * math.sqrt(2 * h / float(c.aligned.kappa)) * 2 * float(c.aligned.half_sigma)
+    border = size * radius(c, h, max(layer.widths))
+    nf = normal_form(c, energies, o.degree, o.n_phase_orbit, border, a)
+    charts, found = [], []
+    for rising in (False, True):
+        width = a.number(layer.widths[rising])
+        forward = forward_table(rising, width, o.n_x, o.n_phase, nf, c, length, a)
+        inverse = inverse_table(rising, forward, a.number(layer.invariant), nf, a)
+        charts.append(Chart(forward, inverse))
+        found.append(held_out(rising, charts[-1], nf, c, length, a))
+    cut = [tails(table) for chart in charts for table in chart]
+    middle = float(nf.energies.basis(energies.centre, a) @ nf.exponent[:, 0])
+    errors = Errors(
+        nf.disagreement,
+        abs(middle - exponent),
+        max(chart for chart, _ in found),
+        max(inverse for _, inverse in found),
+        *(max(tail) for tail in zip(*cut, strict=True)),
+    )
+    return nf, (charts[0], charts[1]), errors
+
+
+def _floquet_exponent(body: Body, low: float, high: float) -> float:
+    """The exponent per radian in the middle; refuses orbits without a map at either end."""
+    found = []
+    for h in (low, (low + high) / 2, high):
+        try:
+            orbit = floquet.periodic_orbit(body.angles(), h, 2, 1)
+        except (ArithmeticError, ValueError) as error:
+            raise MapError(f"at the energy {h:.6g}: {error}") from None
+        if orbit.turns:
+            raise MapError(
+                f"at the energy {h:.6g} the multiplier {orbit.multiplier:.6g} is negative: "
+                "the normal form would have twice the period"
+            )
+        found.append(orbit.exponent_per_period / (2 * math.pi))
+    return abs(found[1])
+
+
+def _designed(o: Orders, design: Design) -> Orders:
+    more = design.more
+    return Orders(
+        o.degree + more,
+        o.n_phase_orbit + more,
+        o.n_x + more // 2,
+        o.n_phase + more,
+        o.n_energy + more // 2 if o.n_energy > 1 else 1,
+        o.length * design.stretch,
+    )
+
+
+def table_bits(bits: int) -> int:
+    """Bits of a map's tables: more than its own where these are pairs of doubles.
+
+    Sharper tables make a sharper map, in doubles too.
+    """
+    return bits + SPARE_BITS if in_pairs(bits + SPARE_BITS) else bits
+
+
+def _exact_unit(design: Design) -> Any:
+    return exact(design.unit)
+
+
+def _number(x: Exact, a: Precision) -> Any:
+    return a.number(x.at(a.bits + GUARD_BITS))
+
+
+def _cast(x: Scalar, a: Precision) -> Any:
+    """A record with its numbers in another precision."""
+    if isinstance(x, (NormalForm, Chart, ChartTable, Interval)):
+        return type(x)(*(_cast(one, a) for one in x))
+    return x if isinstance(x, (int, float)) else a.array(x)[()]

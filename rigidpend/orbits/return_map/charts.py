@@ -1,0 +1,320 @@
+"""Charts: from the section M3 = 0 to the normal form, and back, as tables.
+
+From nodes on the section short arcs lead to the upper periodic orbit: forward in time from
+upward crossings, backward from downward ones. There the normal form is solved for u, v. Then
+
+    U = u exp(-Lambda(I) (psi - chi)),    V = v exp(Lambda(I) (psi - chi)),
+    t - tau - (dt/dpsi) (psi - chi),      theta3 - sigma
+
+are the same wherever along the arc they are taken: functions of (d, chi) alone, smooth in d and
+periodic in chi. So a table of few Chebyshev polynomials and Fourier modes holds them.
+
+The inverse charts give (d, chi - s) and the same times as functions of I = U V and of
+s = chi - ln(U)/Lambda(I) (downward) or chi + ln(V)/Lambda(I) (upward), which no passage changes.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigidpend.numbers.generic import Numbers, Scalar
+from rigidpend.orbits.integrate.arcs import arcs
+from rigidpend.orbits.return_map.conjugacy import TorusRates, inverted, torus_rates
+from rigidpend.orbits.return_map.expansions import (
+    Interval,
+    chebyshev_analysis,
+    chebyshev_basis,
+    fourier_analysis,
+    fourier_basis,
+    nodes,
+    phases,
+)
+from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
+from rigidpend.orbits.return_map.poincare import rotation_phase, section_state
+from rigidpend.orbits.return_map.precision import Precision, precision
+from rigidpend.orbits.return_map.reduced import Coefficients, theta3_rate
+
+MOST_ITERATIONS = 30
+STRIP = 1.2
+"""Distance of the nearest complex singularity of theta3's rate from the arc's middle.
+
+In units of 1/Lambda_0, as it is taken to be; it is pi/2 without weight."""
+
+
+class ChartTable(NamedTuple):
+    """Four functions of x in [-width, width] and a phase, over an interval of energies."""
+
+    width: Any
+    n_x: int
+    n_phase: int
+    values: Any
+    """(count, n_x n_phase, 4) coefficients; the phase runs fastest."""
+
+
+def fitted(values: Numbers, width: Scalar, energies: Interval, a: Precision) -> ChartTable:
+    """The table of values (n_x, n_phase, count, 4) at the nodes."""
+    n_x, n_phase, count, functions = values.shape
+    found = np.matmul(chebyshev_analysis(n_x, a), values.reshape(n_x, -1))
+    found = found.reshape(n_x, n_phase, -1).transpose(1, 0, 2).reshape(n_phase, -1)
+    found = np.matmul(fourier_analysis(n_phase, a), found)
+    found = found.reshape(n_phase, n_x, count, functions).transpose(2, 1, 0, 3)
+    found = np.matmul(energies.analysis(a), found.reshape(count, -1))
+    return ChartTable(width, n_x, n_phase, found.reshape(count, n_x * n_phase, functions))
+
+
+class Looked(NamedTuple):
+    """The four functions of a table and their derivatives, (4, N) each."""
+
+    value: Any
+    by_x: Any
+    by_phase: Any
+
+
+def look_up(table: ChartTable, values: Numbers, x: Scalar, phase: Scalar, a: Precision) -> Any:
+    """The four functions at points, (4, N).
+
+    `values` are the table's at the points' energies, (E, n_x n_phase, 4), see
+    :func:`at_energies`: the points come in E groups of one length, each with an energy in common.
+    """
+    return _contracted(_basis(table, x, phase, a), values)
+
+
+def look_up_slopes(
+    table: ChartTable, values: Numbers, x: Scalar, phase: Scalar, a: Precision
+) -> Looked:
+    """:func:`look_up` with the derivatives."""
+    return Looked(*(_contracted(_basis(table, x, phase, a, s), values) for s in ("", "x", "phase")))
+
+
+def at_energies(table: ChartTable, weights: Numbers) -> Any:
+    """A table's coefficients at E energies, (E, n_x n_phase, 4)."""
+    flat = table.values.reshape(len(table.values), -1)
+    return (weights @ flat).reshape(len(weights), -1, 4)
+
+
+def _basis(table: ChartTable, x: Scalar, phase: Scalar, a: Precision, slope: str = "") -> Any:
+    """The products of Chebyshev polynomials and Fourier modes, (N, n_x n_phase)."""
+    T = chebyshev_basis(x / table.width, table.n_x, a, slope=slope == "x")
+    F = fourier_basis(phase, table.n_phase, a, slope=slope == "phase")
+    if slope == "x":
+        T = T / table.width
+    return (T[:, :, None] * F[:, None, :]).reshape(len(x), table.n_x * table.n_phase)
+
+
+def _contracted(basis: Any, values: Numbers) -> Any:
+    groups = basis.reshape(len(values), -1, basis.shape[-1])
+    return np.matmul(groups, values).reshape(-1, 4).T
+
+
+def section_chart(
+    rising: bool,
+    d: Scalar,
+    chi: Scalar,
+    h: Scalar,
+    weights: Numbers,
+    nf: NormalForm,
+    c: Coefficients,
+    length: Scalar,
+    a: Precision,
+) -> Any:
+    """U, V, and the constants of time and theta3, at points of the section: (4, N).
+
+    Parameters
+    ----------
+    rising : bool
+        Upward crossings (separatrix 2) or downward ones (3).
+    d, chi, h : (N,) arrays
+    weights : (E, count) array
+        Of the energies h, which E groups of points have in common.
+    nf : NormalForm
+    c : Coefficients
+    length : number
+        Of the arcs, t'.
+
+    Raises
+    ------
+    MapError
+        The arcs do not end within the range of the normal form.
+    """
+    begin = section_state(rising, d, chi, h, c, a)
+    side = 1 if rising else -1
+    shares, parts = _quadrature(length, c, h[0], a)
+    times = side * length * np.append(shares, a.number(1))
+    path = arcs(c.aligned, begin, times, a.bits)
+    end = path[:, -1]
+    if not (end[2] > 0).all():
+        raise MapError("an orbit from the section does not reach the periodic orbit")
+    theta3 = side * length * (parts[:, None] * theta3_rate(path[:3, :-1], c)).sum(axis=0)
+    psi = rotation_phase(end, c, a)
+    turned = _branch(psi - chi, side, length, h, c, a)
+    at = inverted(nf, weights, psi, end[0], end[1], a)
+    rates = torus_rates(weights @ nf.exponent, weights @ nf.rotation, at.u * at.v)
+    stretch = a.exp(rates.exponent * turned)
+    time = side * length - at.tau - rates.rotation * turned
+    return np.stack((at.u / stretch, at.v * stretch, time, theta3 - at.sigma))
+
+
+def _branch(
+    turned: Scalar, side: int, length: Scalar, h: Scalar, c: Coefficients, a: Precision
+) -> Any:
+    """psi - chi, next to what it is without weight."""
+    alpha0 = 2 * a.atan2(1 / c.to_M2, 1 / c.to_M1)
+    free = side * (alpha0 / 2 + c.aligned.kappa * a.sqrt(2 * h / c.aligned.kappa) * length)
+    free = free - (a.pi if side > 0 else 0)
+    return free + a.atan2(a.sin(turned - free), a.cos(turned - free))
+
+
+def _quadrature(length: Scalar, c: Coefficients, h: Scalar, a: Precision) -> tuple[Any, Any]:
+    """Points in (0, 1), ascending, and the weights of Fejer's rule."""
+    rate = float(c.aligned.half_sigma) * float(np.sqrt(2 * float(h) / float(c.aligned.kappa)))
+    strip = STRIP * 2 / (rate * float(length))
+    return _fejer(8 + math.ceil(a.bits * math.log(2) / math.asinh(strip)), a)
+
+
+@functools.lru_cache(maxsize=16)
+def _fejer(n: int, a: Precision) -> tuple[Any, Any]:
+    """The n points and weights of Fejer's rule on (0, 1)."""
+    moments = [a.number(0 if k % 2 else Fraction(1, 1 - k * k)) for k in range(n)]
+    return (1 - nodes(n, a)) / 2, a.array(moments) @ chebyshev_analysis(n, a)
+
+
+class Chart(NamedTuple):
+    """The chart of one section, both ways."""
+
+    forward: ChartTable
+    """U, V, and the constants of time and theta3, of (d, chi)."""
+    inverse: ChartTable
+    """d, chi - s, and the same constants, of (I, s)."""
+
+
+def grid(
+    width: Scalar, n_x: int, n_phase: int, energies: Interval, a: Precision
+) -> tuple[Any, Any, Any]:
+    """The nodes of a table: x, phase and energy, each of all nodes; phases run fastest."""
+    x, phase, h = width * nodes(n_x, a), phases(n_phase, a), energies.nodes(a)
+    n = len(h)
+    return (
+        np.tile(np.repeat(x, n_phase), n),
+        np.tile(phase, n * n_x),
+        np.repeat(h, n_x * n_phase),
+    )
+
+
+class Invariants(NamedTuple):
+    """I, s and their derivatives in d and chi, with the rates on the torus; (N,) each."""
+
+    I: Any
+    s: Any
+    I_slopes: tuple[Any, Any]
+    s_slopes: tuple[Any, Any]
+    rates: TorusRates
+
+
+def forward_table(
+    rising: bool,
+    width: Scalar,
+    n_x: int,
+    n_phase: int,
+    nf: NormalForm,
+    c: Coefficients,
+    length: Scalar,
+    a: Precision,
+) -> ChartTable:
+    """The chart of a section as a table over |d| <= width."""
+    d, chi, energies = grid(width, n_x, n_phase, nf.energies, a)
+    weights = nf.energies.basis(nf.energies.nodes(a), a)
+    found = section_chart(rising, d, chi, energies, weights, nf, c, length, a)
+    return fitted(arranged(found, n_x, n_phase), width, nf.energies, a)
+
+
+def inverse_table(
+    rising: bool, forward: ChartTable, width: Scalar, nf: NormalForm, a: Precision
+) -> ChartTable:
+    """The inverse chart as a table over |I| <= width, from the chart's table.
+
+    Raises
+    ------
+    MapError
+        The invariants don't belong to points of the section within the chart.
+    """
+    I, s, _ = grid(width, forward.n_x, forward.n_phase, nf.energies, a)
+    weights = nf.energies.basis(nf.energies.nodes(a), a)
+    values = at_energies(forward, weights)
+    rates = weights @ nf.exponent, weights @ nf.rotation
+    d, chi = _solved(rising, forward, values, rates, (I, s), a)
+    _, _, time, theta3 = look_up(forward, values, d, chi, a)
+    found = np.stack((d, chi - s, time, theta3))
+    return fitted(arranged(found, forward.n_x, forward.n_phase), width, nf.energies, a)
+
+
+def arranged(found: Any, n_x: int, n_phase: int) -> Any:
+    """The values (4, N) at the points of a grid as (n_x, n_phase, energies, 4)."""
+    return found.reshape(4, -1, n_x, n_phase).transpose(2, 3, 1, 0)
+
+
+def _solved(
+    rising: bool,
+    forward: ChartTable,
+    values: Numbers,
+    rates: tuple[Numbers, Numbers],
+    goal: tuple[Scalar, Scalar],
+    a: Precision,
+) -> tuple[Any, Any]:
+    """The points (d, chi) that have the invariants I and s, by Newton's method."""
+    I, s = goal
+    d, chi = 0 * I, s + 0
+    if a.bits > 53:
+        # Doubles have all digits of the first corrections, for a tenth of the time.
+        low, seen = forward._replace(width=float(forward.width)), a.floats(values)
+        rough = [(a.floats(x), a.floats(y)) for x, y in (rates, goal)]
+        begin = _solved(rising, low, seen, rough[0], rough[1], precision(53))
+        d, chi = map(a.array, begin)
+    for _ in range(MOST_ITERATIONS):
+        seen = look_up_slopes(forward, values, d, chi, a)
+        at = invariants(rising, seen, chi, *rates, a)
+        off, late = at.I - I, at.s - s
+        (I_d, I_chi), (s_d, s_chi) = at.I_slopes, at.s_slopes
+        determinant = I_d * s_chi - I_chi * s_d
+        step = (off * s_chi - I_chi * late) / determinant
+        turn = (I_d * late - off * s_d) / determinant
+        d, chi = d - step, chi - turn
+        if not a.largest(d) < 4 * float(forward.width):
+            break
+        if a.largest(step / forward.width) + a.largest(turn) < 64 * a.epsilon:
+            if a.largest(d) <= float(forward.width):
+                return d, chi
+            break
+    raise MapError("the charts of the section do not cover the invariants' range")
+
+
+def invariants(
+    by_v: bool, seen: Looked, chi: Scalar, exponent: Scalar, rotation: Scalar, a: Precision
+) -> Invariants:
+    """I and s of points of a section, with their derivatives in (d, chi).
+
+    Parameters
+    ----------
+    by_v : bool
+        Whether s is chi + ln|V|/Lambda, as for upward crossings, or chi - ln|U|/Lambda.
+    seen : Looked
+        The chart at the points.
+    chi : (N,) array
+    exponent, rotation : (N or 1, K) arrays
+        Coefficients of Lambda and of the mean dt'/dpsi.
+    """
+    U, V = seen.value[:2]
+    I = U * V
+    I_slopes = tuple(U * by[1] + V * by[0] for by in (seen.by_x, seen.by_phase))
+    which, side = (1, 1) if by_v else (0, -1)
+    W, rates = seen.value[which], torus_rates(exponent, rotation, I)
+    depth = side * a.log(np.abs(W)) / rates.exponent
+    by_d, by_chi = (
+        side * by[which] / (W * rates.exponent) - depth * rates.exponent_slope / rates.exponent * of
+        for by, of in zip((seen.by_x, seen.by_phase), I_slopes, strict=True)
+    )
+    return Invariants(I, chi + depth, I_slopes, (by_d, 1 + by_chi), rates)

@@ -1,0 +1,81 @@
+"""Checks of a finished map at points that no table has seen."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rigidpend.numbers.generic import Scalar
+from rigidpend.orbits.return_map.charts import (
+    Chart,
+    ChartTable,
+    at_energies,
+    invariants,
+    look_up,
+    look_up_slopes,
+    section_chart,
+)
+from rigidpend.orbits.return_map.normal_form import NormalForm
+from rigidpend.orbits.return_map.precision import Precision
+from rigidpend.orbits.return_map.reduced import Coefficients
+
+POINTS = 12
+LONGER = 1.05
+"""Excess length of the arcs of the held-out points over those behind the tables."""
+
+
+class Errors(NamedTuple):
+    """Measured errors of a map, relative to the largest value of each table."""
+
+    exponents: float
+    """Between the two determinations of Lambda."""
+    floquet: float
+    """Between Lambda_0 and the Floquet exponent of the periodic orbit found in doubles."""
+    charts: float
+    """At held-out points, by arcs of another length."""
+    inverse: float
+    """Errors of the invariants and the times, after an inverse chart and a chart."""
+    tail_x: float
+    """The last coefficients of the tables in d and I."""
+    tail_phase: float
+    """Tail of the tables in chi and s."""
+    tail_energy: float
+    """Tail of the tables in h."""
+
+
+def held_out(
+    rising: bool, chart: Chart, nf: NormalForm, c: Coefficients, length: Scalar, a: Precision
+) -> tuple[float, float]:
+    """The errors of a chart and of its inverse at random points."""
+    random = np.random.default_rng(POINTS + rising)
+    share, turn, energy = random.uniform(-1, 1, (3, POINTS))
+    chi, h = a.array(turn) * a.pi, nf.energies.centre + nf.energies.half_width * a.array(energy)
+    weights = nf.energies.basis(h, a)
+    d = chart.forward.width * a.array(share)
+    direct = section_chart(rising, d, chi, h, weights, nf, c, length * a.number(LONGER), a)
+    seen = look_up(chart.forward, at_energies(chart.forward, weights), d, chi, a)
+    scale = np.array([a.largest(x) or 1.0 for x in direct])[:, None]
+    I = chart.inverse.width * a.array(share)
+    there = look_up(chart.inverse, at_energies(chart.inverse, weights), I, chi, a)
+    back = look_up_slopes(
+        chart.forward, at_energies(chart.forward, weights), there[0], chi + there[1], a
+    )
+    again = invariants(
+        rising, back, chi + there[1], weights @ nf.exponent, weights @ nf.rotation, a
+    )
+    off = (
+        a.largest((again.I - I) / chart.inverse.width),
+        a.largest(again.s - chi),
+        a.largest((back.value[2:] - there[2:]) / scale[2:]),
+    )
+    return a.largest((seen - direct) / scale), max(off)
+
+
+def tails(table: ChartTable) -> tuple[float, float, float]:
+    """The last coefficients of a table in x, phase and energy, relative to the largest."""
+    shape = (len(table.values), table.n_x, table.n_phase, 4)
+    sizes = np.abs(table.values.astype(float)).reshape(shape)
+    sizes = sizes / np.maximum(sizes.max(axis=(0, 1, 2)), 1e-300)
+    last_energy = sizes[-1].max() if len(sizes) > 1 else 0.0
+    return float(sizes[:, -1].max()), float(sizes[:, :, -2:].max()), float(last_energy)

@@ -1,0 +1,110 @@
+"""Fourier and Chebyshev expansions of functions known at nodes, in any precision.
+
+A function of a phase is ``c0 + c1 cos + c2 sin + c3 cos 2 + c4 sin 2 + ...``: always an odd
+number of terms, for an even one would bring a mode whose phase its nodes cannot tell. A
+function of x in [-1, 1] is a sum of Chebyshev polynomials.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigidpend.numbers.generic import Scalar
+from rigidpend.orbits.return_map.precision import Precision
+
+
+def phases(n: int, a: Precision) -> Any:
+    """The n equidistant phases 0, 2 pi/n, ..."""
+    return 2 * a.pi * a.array(np.arange(n)) / n
+
+
+def fourier_basis(phase: Scalar, n: int, a: Precision, *, slope: bool = False) -> Any:
+    """The n functions 1, cos, sin, cos 2, ... at phases: (..., n), or their derivatives."""
+    found = fourier_terms(phase, n, a)
+    basis = a.zeros((*np.shape(phase), n))
+    basis[..., 0] = a.number(0 if slope else 1)
+    for k in range(1, n // 2 + 1):
+        c, s = found[2 * k - 1 : 2 * k + 1]
+        basis[..., 2 * k - 1], basis[..., 2 * k] = (-k * s, k * c) if slope else (c, s)
+    return basis
+
+
+def fourier_terms(phase: Scalar, n: int, m: Any) -> list[Any]:
+    """The n functions 1, cos, sin, cos 2, ... as a list, over any kind of numbers.
+
+    `m` is a namespace of sin and cos.
+    """
+    if n == 1:
+        return [1]
+    c, s = cos, sin = m.cos(phase), m.sin(phase)
+    found = [1, c, s]
+    while len(found) < n:
+        c, s = c * cos - s * sin, s * cos + c * sin
+        found += [c, s]
+    return found
+
+
+def fourier_analysis(n: int, a: Precision) -> Any:
+    """The matrix (n, n) from values at :func:`phases` to coefficients."""
+    matrix = fourier_basis(phases(n, a), n, a).T * 2 / n
+    matrix[0] = matrix[0] / 2
+    return matrix
+
+
+def nodes(n: int, a: Precision) -> Any:
+    """The n zeros of the n-th Chebyshev polynomial, in [-1, 1]."""
+    return a.cos(a.pi * (2 * a.array(np.arange(n)) + 1) / (2 * n))
+
+
+def chebyshev_basis(x: Scalar, n: int, a: Precision, *, slope: bool = False) -> Any:
+    """The Chebyshev polynomials T_0 .. T_{n-1} at x: (..., n), or their derivatives."""
+    T = a.zeros((*np.shape(x), n))
+    T[..., 0] = a.number(1)
+    for k, term in enumerate(chebyshev_terms(x, n)[1:], 1):
+        T[..., k] = term
+    dT = np.zeros_like(T)
+    dT[..., 1:2] = a.number(1)
+    for k in range(2, n) if slope else ():
+        dT[..., k] = 2 * T[..., k - 1] + 2 * x * dT[..., k - 1] - dT[..., k - 2]
+    return dT if slope else T
+
+
+def chebyshev_terms(x: Scalar, n: int) -> list[Any]:
+    """The Chebyshev polynomials T_0 .. T_{n-1} as a list, over any kind of numbers."""
+    found = [1, x][:n]
+    while len(found) < n:
+        found.append((x + x) * found[-1] - found[-2])
+    return found
+
+
+def chebyshev_analysis(n: int, a: Precision) -> Any:
+    """The matrix (n, n) from values at :func:`nodes` to coefficients."""
+    matrix = chebyshev_basis(nodes(n, a), n, a).T * 2 / n
+    matrix[0] = matrix[0] / 2
+    return matrix
+
+
+class Interval(NamedTuple):
+    """An interval of energies with its Chebyshev nodes; one node where it is a point."""
+
+    centre: Any
+    half_width: Any
+    n: int
+    """Chebyshev nodes."""
+
+    def nodes(self, a: Precision) -> Any:
+        """(n,)."""
+        return self.centre + self.half_width * nodes(self.n, a)
+
+    def basis(self, h: Scalar, a: Precision) -> Any:
+        """(..., n) at energies h."""
+        if self.n == 1:
+            ones = np.ones((*np.shape(h), 1), dtype=float)
+            return a.array(ones)
+        return chebyshev_basis((h - self.centre) / self.half_width, self.n, a)
+
+    def analysis(self, a: Precision) -> Any:
+        """(n, n), from values at nodes to coefficients."""
+        return chebyshev_analysis(self.n, a)

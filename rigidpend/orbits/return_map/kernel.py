@@ -1,0 +1,235 @@
+"""Kernel that follows many orbits through a map's passages, in machine code of our own.
+
+What a passage does is written once, for any map: tables, their orders and all else of a body are
+data (`program`), so that nothing is compiled anew for another body. The energy of an orbit is
+the same on all its passages: tables are summed over their Chebyshev polynomials in the energy
+once for each orbit, and are short then.
+
+It computes in doubles, or in pairs of them. A call takes a bounded time, for it cannot be
+interrupted, and leaves its orbits where the next one goes on.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+from typing import Any
+
+import numpy as np
+
+from rigidpend.machine.workers import check_stop
+from rigidpend.orbits.integrate.kernel import machine_code
+from rigidpend.orbits.integrate.kernel.lane_numbers import Value
+from rigidpend.orbits.integrate.kernel.writer import LANES
+from rigidpend.orbits.integrate.pair_arrays import in_doubles
+from rigidpend.orbits.return_map.kernel_sums import Sums
+from rigidpend.orbits.return_map.program import STAGE, Program
+from rigidpend.orbits.return_map.terms import FUNCTIONS
+
+AT_ONCE = 2**15
+"""Passages of a call: some 0.01 s in doubles, 0.2 s in pairs."""
+ROWS = X, PHASE, ENERGY, FACTOR, TIME, IMAGE, INSIDE = range(7)
+"""What is known of an orbit between two calls."""
+
+HEAD = (
+    "define i64 @follow(ptr noalias %stages, ptr noalias %harmonics, ptr noalias %lengths,"
+    " ptr noalias %values, i64 %apart, i64 %triples, i64 %energies, ptr noalias %limits,"
+    " ptr noalias %orbits, i64 %stride, i64 %groups, i64 %begun, i64 %crossings,"
+    " ptr noalias %room,"
+    " ptr noalias %times, ptr noalias %separatrices) {"
+)
+
+
+def follow(
+    program: Program, orbits: Any, crossings: int
+) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """Follow orbits to so many crossings of M3 = 0.
+
+    Parameters
+    ----------
+    program : Program
+    orbits : (4, N) array
+        The place x in the table of starts, psi of the mirrored start, the energy from -1 to 1,
+        and Qp: doubles or pairs of them.
+    crossings : int
+
+    Returns
+    -------
+    (crossings, N) array
+        t' of the crossings in the map's unit; NaN where the tables do not reach so far.
+    (crossings, N) array of uint8
+        The separatrices, 1..4; 0 where the tables do not reach so far.
+    """
+    bits, n = program.bits, orbits.shape[-1]
+    groups = -(-n // LANES)
+    stride = groups * LANES
+    parts = len(program.values)
+    rows = np.zeros((parts, len(ROWS), stride))
+    rows[:, : len(orbits), :n] = in_doubles(orbits, parts)
+    rows[0, [IMAGE, INSIDE]] = 1.0
+    times = np.empty((crossings, stride))
+    separatrices = np.empty((crossings, stride), dtype=np.uint8)
+    most = len(program.lengths) * FUNCTIONS + program.energies + 2 * max(1, program.most)
+    room = np.empty(most * parts * LANES + 8)
+    aligned = room.ctypes.data + -room.ctypes.data % 64
+    passages = functools.partial(
+        _function(bits),
+        program.stages.ctypes.data,
+        program.harmonics.ctypes.data,
+        program.lengths.ctypes.data,
+        program.values.ctypes.data,
+        program.values.shape[1] * FUNCTIONS,
+        len(program.lengths),
+        program.energies,
+        program.limits.ctypes.data,
+    )
+    further = max(1, AT_ONCE // LANES)
+    abreast = max(1, further // max(1, crossings))
+    for group in range(0, groups, abreast):
+        for crossing in range(0, crossings, further):
+            check_stop()
+            here = crossing * stride + group * LANES
+            passages(
+                rows.ctypes.data + group * LANES * rows.itemsize,
+                stride,
+                min(abreast, groups - group),
+                crossing,
+                min(further, crossings - crossing),
+                aligned,
+                times.ctypes.data + here * times.itemsize,
+                separatrices.ctypes.data + here,
+            )
+    return times[:, :n], separatrices[:, :n]
+
+
+@functools.cache
+def _function(bits: int) -> Any:
+    pointer, count = ctypes.c_void_p, ctypes.c_int64
+    kinds = (*(pointer,) * 4, *(count,) * 3, *(pointer,) * 2, *(count,) * 4, *(pointer,) * 3)
+    return machine_code.function(_Following(bits).whole(), "follow", *kinds)
+
+
+class _Following(Sums):
+    """The function `follow`."""
+
+    def whole(self) -> str:
+        """All of the text."""
+        code, n = self.code, self.numbers
+        one = n.rows(self.parts)
+        self.x, self.phase, self.factor, self.time = (code.variable(one) for _ in range(4))
+        self.image, self.inside = code.variable(code.vector), code.variable(code.vector)
+        self.kept = {X: self.x, PHASE: self.phase, FACTOR: self.factor, TIME: self.time}
+        self.one = code.number(1.0)
+        self.make_room()
+        with code.loop("%groups") as group:
+            first = code(f"mul i64 {group}, {LANES}")
+            self._begin(first)
+            with code.loop("%crossings") as k:
+                self._pass(k, first)
+            self._leave(first)
+        return code.function(HEAD, "0")
+
+    def _begin(self, first: str) -> None:
+        """Take in a group of orbits, and the tables at their energies."""
+        code, n = self.code, self.numbers
+        for row, variable in self.kept.items():
+            n.store(self._known(row, first), variable, 0)
+        code.store(self._known(IMAGE, first)[0], self.image)
+        code.store(self._known(INSIDE, first)[0], self.inside)
+        self.tables_at(self._known(ENERGY, first))
+
+    def _leave(self, first: str) -> None:
+        """Write down where a group of orbits is."""
+        code, n = self.code, self.numbers
+        for row, variable in self.kept.items():
+            for value, place in zip(n.load(variable, 0), self._places(row, first), strict=True):
+                code.store(value, place, align=8)
+        code.store(code.load(self.image), self._places(IMAGE, first)[0], align=8)
+        code.store(code.load(self.inside), self._places(INSIDE, first)[0], align=8)
+
+    def _known(self, row: int, first: str) -> Value:
+        return tuple(self.code.load(place, align=8) for place in self._places(row, first))
+
+    def _places(self, row: int, first: str) -> list[str]:
+        """Where the parts of a number of each orbit of a group are."""
+        code, found = self.code, []
+        for part in range(self.parts):
+            begin = code(f"mul i64 %stride, {len(ROWS) * part + row}")
+            found.append(code.at("%orbits", code(f"add i64 {begin}, {first}"), "double"))
+        return found
+
+    def _pass(self, k: str, first: str) -> None:
+        """From one crossing to the next, the first from the start: what `Rapid` does for both."""
+        code, n, f = self.code, self.numbers, self.functions
+        number = code(f"add i64 {k}, %begun")
+        odd = code(f"and i64 {number}, 1")
+        later = code(f"select i1 {code(f'icmp eq i64 {odd}, 1')}, i64 1, i64 2")
+        stage = code(f"select i1 {code(f'icmp eq i64 {number}, 0')}, i64 0, i64 {later}")
+        at = code(f"mul i64 {stage}, {STAGE}")
+        entries = [self.whole_number("%stages", code(f"add i64 {at}, {j}")) for j in range(STAGE)]
+        x, phase, factor = (n.load(place, 0) for place in (self.x, self.phase, self.factor))
+        self._stay_inside(x[0], self.one)
+        W, other, begin = self.table(entries[:4], x, phase)
+        W, other = n.times(W, factor), n.times(other, factor)
+        n.store(self.number(1.0), self.factor, 0)
+        I = n.times(W, other)
+        self._stay_inside(I[0], self.one)
+        self._stay_inside(W[0], self._limit(stage, 0))
+        reciprocal, rest, rotation = self.rates(entries[8:], I)
+        depth = n.plus(n.times(f.logarithm_of_size(W), reciprocal), rest)
+        s = n.minus(phase, depth)
+        there, beyond, end = self.table(entries[4:8], I, s)
+        new = n.plus(s, beyond)
+        turns = (self._limit(stage, 1), *(self._limit(stage, 2),) * (self.parts - 1))
+        turned = n.minus(n.minus(new, phase), turns)
+        taken = n.plus(n.minus(begin, end), n.times(rotation, turned))
+        n.store(n.plus(n.load(self.time, 0), taken), self.time, 0)
+        self._turn_sides(W[0])
+        self._tell(k, odd, first)
+        self._go_on(there, f.reduced_angle(self.opposite(new)))
+
+    def _go_on(self, x: Value, phase: Value) -> None:
+        """The next crossing's place; of orbits beyond the tables a place that does no harm."""
+        mask = self.code.compare("ogt", self.code.load(self.inside), "zeroinitializer")
+        for value, place in ((x, self.x), (phase, self.phase)):
+            kept = tuple(self.chosen(mask, part, "zeroinitializer") for part in value)
+            self.numbers.store(kept, place, 0)
+
+    def _turn_sides(self, W: str) -> None:
+        """The sign of W tells on which side the orbit leaves."""
+        code = self.code
+        image, negative = code.load(self.image), code.compare("olt", W, "zeroinitializer")
+        other = code(f"fneg {code.vector} {image}")
+        code.store(self.chosen(negative, other, image), self.image)
+        self._stay(code.compare("one", W, "zeroinitializer"))
+
+    def _tell(self, k: str, odd: str, first: str) -> None:
+        """Write down when and beside which separatrix the orbits cross."""
+        code = self.code
+        inside = code.load(self.inside)
+        mask = code.compare("ogt", inside, "zeroinitializer")
+        image, place = code.load(self.image), code(f"mul i64 {k}, %stride")
+        place = code(f"add i64 {place}, {first}")
+        # Upward beside 2 or its image 4, downward beside 3 or its image 1.
+        rising = code.binary("fsub", code.number(3.0), image)
+        falling = code.binary("fadd", code.number(2.0), image)
+        down = code.everywhere(code(f"icmp eq i64 {odd}, 1"), "i1")
+        beside = code.binary("fmul", self.chosen(down, falling, rising), inside)
+        small = f"<{LANES} x i8>"
+        whole = code(f"fptoui {code.vector} {beside} to {small}")
+        code.store(whole, code.at("%separatrices", place, "i8"), small, 1)
+        time = self.chosen(mask, code.element(self.time, 0), code.number(float("nan")))
+        code.store(time, code.at("%times", place, "double"), align=8)
+
+    def _limit(self, stage: str, which: int) -> str:
+        code = self.code
+        at = code(f"add i64 {code(f'mul i64 {stage}, 3')}, {which}")
+        return code.everywhere(code.load(code.at("%limits", at, "double"), "double", 8))
+
+    def _stay_inside(self, x: str, limit: str) -> None:
+        self._stay(self.code.compare("ole", self.code.size(x), limit))
+
+    def _stay(self, mask: str) -> None:
+        """Orbits stay inside of the tables where a condition holds."""
+        now = self.code.load(self.inside)
+        self.code.store(self.chosen(mask, now, "zeroinitializer"), self.inside)

@@ -1,0 +1,159 @@
+"""Tables and polynomials of a map summed in lanes: lines of the kernel."""
+
+from __future__ import annotations
+
+from rigidpend.orbits.integrate.kernel.functions import Functions
+from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Value
+from rigidpend.orbits.integrate.kernel.writer import Writer
+from rigidpend.orbits.return_map.terms import FUNCTIONS
+
+
+class Sums:
+    """Sums over the coefficients of a program; room for them is the function's argument."""
+
+    def __init__(self, bits: int) -> None:
+        self.code = Writer()
+        self.numbers = KINDS[bits](self.code)
+        self.parts = self.numbers.parts
+        self.functions = Functions(self.numbers)
+
+    def make_room(self) -> None:
+        """Room for tables at an orbit's energy, for polynomials in it, for harmonics and sums."""
+        code, one = self.code, self.numbers.rows(self.parts)
+        self.powers = code.at("%room", code(f"mul i64 %triples, {FUNCTIONS * self.parts}"))
+        self.waves = code.at(self.powers, code(f"mul i64 %energies, {self.parts}"))
+        self.totals = [code.variable(one) for _ in range(FUNCTIONS)]
+        self.sums_of_row = [code.variable(one) for _ in range(2 * FUNCTIONS)]
+        self.polynomials = [code.variable(one) for _ in range(2)]
+        self.place, self.value = code.variable("i64"), code.variable("i64")
+
+    def tables_at(self, energy: Value) -> None:
+        """Sum the tables over the Chebyshev polynomials of the energy."""
+        code, n = self.code, self.numbers
+        n.store(self.number(1.0), self.powers, 0)
+        with code.when(code("icmp sgt i64 %energies, 1")):
+            n.store(energy, self.powers, 1)
+        twice = n.plus(energy, energy)
+        with code.loop("%energies", 2) as l:
+            before, last = (n.load(self.powers, code(f"sub i64 {l}, {j}")) for j in (2, 1))
+            n.store(n.minus(n.times(twice, last), before), self.powers, l)
+        code.store("0", self.value, "i64", 8)
+        with code.loop("%triples") as t:
+            length = self.whole_number("%lengths", t)
+            self._clear(self.totals)
+            with code.loop(length) as l:
+                # The least of the terms come first.
+                power = n.load(self.powers, code(f"sub i64 {code(f'sub i64 {length}, {l}')}, 1"))
+                at = code.load(self.value, "i64", 8)
+                for j, total in enumerate(self.totals):
+                    self._add(total, self._scalar(code(f"add i64 {at}, {j}")), power)
+                code.store(code(f"add i64 {at}, {FUNCTIONS}"), self.value, "i64", 8)
+            first = code(f"mul i64 {t}, {FUNCTIONS}")
+            for j, total in enumerate(self.totals):
+                n.store(self._settled(total), "%room", code(f"add i64 {first}, {j}"))
+
+    def table(self, entries: list[str], x: Value, phase: Value) -> list[Value]:
+        """The three functions of a table: rows of harmonics times Chebyshev polynomials."""
+        code, n = self.code, self.numbers
+        rows, first, listed, most = entries
+        self._make_waves(phase, most)
+        code.store(first, self.place, "i64", 8)
+        self._clear(self.totals)
+        older, last = self.polynomials
+        n.store(self.number(1.0), older, 0)
+        n.store(x, last, 0)
+        twice = n.plus(x, x)
+        with code.loop(rows, 1) as i:
+            polynomial = n.load(last, 0)
+            for total, value in zip(self.totals, self._row(listed, i), strict=True):
+                self._add(total, value, polynomial)
+            n.store(n.minus(n.times(twice, polynomial), n.load(older, 0)), last, 0)
+            n.store(polynomial, older, 0)
+        # The largest row comes last.
+        row = self._row(listed, "0")
+        return [n.plus(self._settled(t), value) for t, value in zip(self.totals, row, strict=True)]
+
+    def _row(self, listed: str, i: str) -> list[Value]:
+        """A row of a table: three sums over harmonics, the constants last."""
+        code, n = self.code, self.numbers
+        count = self.whole_number("%harmonics", code(f"add i64 {listed}, {i}"))
+        self._clear(self.sums_of_row)
+        with code.loop(count) as m:
+            for k in (0, 1):
+                wave = n.load(self.waves, code(f"add i64 {code(f'mul i64 {m}, 2')}, {k}"))
+                for total, c in zip(self.sums_of_row[k::2], self._triple(), strict=True):
+                    self._add(total, c, wave)
+        sums = [self._settled(total) for total in self.sums_of_row]
+        waves = [n.plus(a, b) for a, b in zip(sums[::2], sums[1::2], strict=True)]
+        return [n.plus(a, c) for a, c in zip(waves, self._triple(), strict=True)]
+
+    def _make_waves(self, phase: Value, most: str) -> None:
+        """cos, sin, cos 2, sin 2, ... of a phase."""
+        code, n = self.code, self.numbers
+        first = self.functions.cos_sin(phase)
+        for k, value in enumerate(first):
+            n.store(value, self.waves, k)
+        cos, sin = first
+        with code.loop(most, 1) as m:
+            at = code(f"mul i64 {m}, 2")
+            c, s = (n.load(self.waves, code(f"sub i64 {at}, {k}")) for k in (2, 1))
+            less = self.opposite(n.times(s, sin))
+            next_ = (
+                n.settled(n.with_product(less, c, cos)),
+                n.settled(n.with_product(n.times(s, cos), c, sin)),
+            )
+            for k, value in enumerate(next_):
+                n.store(value, self.waves, code(f"add i64 {at}, {k}"))
+
+    def rates(self, entries: list[str], I: Value) -> list[Value]:
+        """The three polynomials in I, by Horner's rule."""
+        code, n = self.code, self.numbers
+        count, first = entries
+        code.store(first, self.place, "i64", 8)
+        for total, value in zip(self.totals, self._triple(), strict=True):
+            n.store(value, total, 0)
+        with code.loop(count, 1):
+            for total, value in zip(self.totals, self._triple(), strict=True):
+                n.store(n.settled(n.with_product(value, n.load(total, 0), I)), total, 0)
+        return [n.load(total, 0) for total in self.totals]
+
+    def _triple(self) -> list[Value]:
+        """The next three coefficients at the orbits' energies."""
+        code, n = self.code, self.numbers
+        place = code.load(self.place, "i64", 8)
+        code.store(code(f"add i64 {place}, 1"), self.place, "i64", 8)
+        first = code(f"mul i64 {place}, {FUNCTIONS}")
+        return [n.load("%room", code(f"add i64 {first}, {j}")) for j in range(FUNCTIONS)]
+
+    def whole_number(self, base: str, index: str) -> str:
+        return self.code.load(self.code.at(base, index, "i64"), "i64", 8)
+
+    def _scalar(self, index: str) -> Value:
+        """A coefficient in each lane."""
+        code, found = self.code, []
+        for part in range(self.parts):
+            begin = code(f"mul i64 %apart, {part}")
+            place = code.at("%values", code(f"add i64 {begin}, {index}"), "double")
+            found.append(code.everywhere(code.load(place, "double", 8)))
+        return tuple(found)
+
+    def _clear(self, totals: list[str]) -> None:
+        for total in totals:
+            self.numbers.store(self.number(0.0), total, 0)
+
+    def _add(self, total: str, a: Value, b: Value) -> None:
+        n = self.numbers
+        n.store(n.with_product(n.load(total, 0), a, b), total, 0)
+
+    def _settled(self, total: str) -> Value:
+        return self.numbers.settled(self.numbers.load(total, 0))
+
+    def opposite(self, x: Value) -> Value:
+        return tuple(self.code(f"fneg {self.code.vector} {part}") for part in x)
+
+    def number(self, x: float) -> Value:
+        return self.numbers.of_double(self.code.number(x))
+
+    def chosen(self, mask: str, a: str, b: str) -> str:
+        v = self.code.vector
+        return self.code(f"select {self.code.mask} {mask}, {v} {a}, {v} {b}")

@@ -1,0 +1,313 @@
+"""Moser's normal form beside the upper periodic orbit.
+
+Near a hyperbolic periodic orbit a Hamiltonian system of two degrees of freedom is, on a level
+of its energy, analytically conjugate to
+
+    du/dpsi = Lambda(I) u,    dv/dpsi = -Lambda(I) v,    I = u v
+
+(J. Moser, Comm. Pure Appl. Math. 9 (1956) 673). Qp, Qm and what time and theta3 exceed their
+mean rates by are series in u and v, found degree by degree: what is known gives a residual,
+whose Fourier coefficients are divided by i n + (j - k) Lambda_0 and the like. The resonant
+ones make up Lambda, and do so twice, from the equations of u and of v. That the two agree
+checks the reduced equations and the arithmetic at once.
+
+All is done for many energies at a time, and kept as a Chebyshev expansion in the energy.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigidpend.numbers.generic import Scalar
+from rigidpend.orbits.return_map.expansions import (
+    Interval,
+    fourier_analysis,
+    fourier_basis,
+    phases,
+)
+from rigidpend.orbits.return_map.jets import (
+    Deferred,
+    Jet,
+    Reciprocal,
+    convolved,
+)
+from rigidpend.orbits.return_map.precision import Precision
+from rigidpend.orbits.return_map.reduced import (
+    Coefficients,
+    ReducedRates,
+    lift,
+    reduced,
+)
+
+MOST_CORRECTIONS = 40
+"""Largest number of corrections of the Floquet frame; each squares its error, so few are made."""
+
+
+DIVERGED = 1e3
+"""Residual of a frame, per radian, from which no correction leads back."""
+SETTLED = 1e-4
+"""Residual at which a frame counts as found.
+
+Corrections end when they gain no more: at rounding, or at what the phases are too few for,
+which the checks of the finished map judge."""
+
+
+class MapError(ArithmeticError):
+    """No map can be built or trusted there; the message gives the reason."""
+
+
+class NormalForm(NamedTuple):
+    """The normal form over an interval of energies, as expansions in energy and phase."""
+
+    energies: Interval
+    degree: int
+    n: int
+    """Fourier terms."""
+    odd: Any
+    """(count n, terms, 3): Qp, Qm, and theta3 less its mean rate; terms as :func:`powers`."""
+    even: Any
+    """(count n, terms): time less its mean rate."""
+    exponent: Any
+    """(count, K): the coefficients of Lambda(I), radians^-1."""
+    rotation: Any
+    """(count, K + 1): the coefficients of dt'/dpsi, averaged, as a series in I."""
+    radius: float
+    """Largest |u| and |v|."""
+    disagreement: float
+    """Largest difference between the two determinations of Lambda, relative.
+
+    It is relative to its size at |u| = |v| = `radius`."""
+
+
+def powers(degree: int, parity: int) -> Any:
+    """The exponents (j, k) of the terms u^j v^k: (terms, 2), j + k <= degree of one parity."""
+    found = [(j, D - j) for D in range(parity, degree + 1, 2) for j in range(D + 1)]
+    return np.array(found)
+
+
+def normal_form(
+    c: Coefficients, energies: Interval, degree: int, n: int, radius: float, a: Precision
+) -> NormalForm:
+    """Find the normal form to a total degree, on n phases.
+
+    Parameters
+    ----------
+    c : Coefficients
+        The body.
+    energies : Interval
+    degree : int
+        The largest j + k of u^j v^k in Qp and Qm, odd; time goes one degree lower.
+    n : int
+        Phases, odd.
+    radius : float
+        How far |u| and |v| go.
+    a : Precision
+
+    Raises
+    ------
+    MapError
+        The periodic orbit is not hyperbolic with a positive multiplier.
+    """
+    finder = _Finder(c, energies.nodes(a), n, a)
+    for D in range(3, degree + 1, 2):
+        finder.extend(D)
+    for D in range(1, degree + 1, 2):
+        finder.extend_mean(D, 2, finder.sigma)
+    for D in range(0, degree, 2):
+        finder.rotation.append(finder.extend_mean(D, 3, finder.tau))
+    return finder.record(energies, degree, radius)
+
+
+class _Momentum(Jet):
+    """J2 from the energy: kappa/2 J2^2 - Qp Qm/2 + mu r . gamma = h."""
+
+    def __init__(
+        self, tape: list[Jet], h: Scalar, turn: Scalar, c: Coefficients, a: Precision
+    ) -> None:
+        super().__init__(tape, 0)
+        self.kappa = c.aligned.kappa
+        self.parts[0] = a.sqrt(2 * (h - lift(turn, c)) / self.kappa)[None]
+        self.product: Jet
+        self.drop: Jet
+
+    def find(self, degree: int) -> Any:
+        earlier = range(2, degree, 2)
+        square = sum(convolved(self.part(i), self.part(degree - i)) for i in earlier)
+        left = self.product.part(degree) / 2 + self.drop.part(degree) - self.kappa / 2 * square
+        return left / (self.kappa * self.parts[0])
+
+
+class _Finder:
+    """The normal form in the making: the reduced equations as series, and what is known."""
+
+    def __init__(self, c: Coefficients, h: Scalar, n: int, a: Precision) -> None:
+        self.a, self.n = a, n
+        psi = phases(n, a)[:, None]
+        self.turn = a.cos(psi), a.sin(psi)
+        self.analysis = fourier_analysis(n, a)
+        self.synthesis = fourier_basis(phases(n, a), n, a)
+        self.slope = fourier_basis(phases(n, a), n, a, slope=True) @ self.analysis
+        self.Q, self.flow = self._series(c, h)
+        self.tau: dict[int, Any] = {}
+        self.sigma: dict[int, Any] = {}
+        self.rotation: list[Any] = []
+        self._begin()
+
+    def _series(self, c: Coefficients, h: Scalar) -> tuple[list[Jet], list[Jet]]:
+        """Qp and Qm, to be told; and d/dpsi of Qp, Qm, t and theta3 along the flow."""
+        self.tape: list[Jet] = []
+        Q = [Jet(self.tape, 1), Jet(self.tape, 1)]
+        J2 = _Momentum(self.tape, h, self.turn, c, self.a)
+        per_J2, per_S, per_rate = (Reciprocal(self.tape) for _ in range(3))
+        M3 = Deferred(self.tape, 0)
+        rates: ReducedRates = reduced(Q, self.turn, (J2, M3, per_J2, per_S), c)
+        M3.of = J2 - rates.across * per_S
+        J2.product, J2.drop = Q[0] * Q[1], rates.drop
+        per_J2.of, per_S.of, per_rate.of = J2, J2 + M3, rates.psi
+        return Q, [*(per_rate * rate for rate in (rates.Qp, rates.Qm, rates.theta3)), per_rate]
+
+    def _begin(self) -> None:
+        """The linear part: the Floquet frame P and Lambda_0.
+
+        In the frame the equations have the matrix diag(Lambda_0, -Lambda_0); what is left
+        beside it is removed in first order, which squares it.
+        """
+        one, zero = np.ones_like(self.flow[3].part(0)[0]), np.zeros_like(self.flow[3].part(0)[0])
+        # In degree 1 the powers are v, u; without weight v is Qp and u is Qm.
+        self.Q[0].parts[1], self.Q[1].parts[1] = np.stack((one, zero)), np.stack((zero, one))
+        A = [self.flow[i].part(1) for i in (0, 1)]
+        P = [[zero, one], [one, zero]]
+        exponent = self._mean(A[1][1])
+        size = float("inf")
+        for _ in range(MOST_CORRECTIONS):
+            rest = self._left(A, P, exponent)
+            before, size = size, max(self.a.largest(x) for row in rest for x in row)
+            if (size < SETTLED and size > before / 2) or not size < DIVERGED:
+                break
+            found = self._mean(rest[0][0]) - self._mean(rest[1][1])
+            exponent = exponent + found / 2
+            X = [
+                [self._divided(rest[i][j], (j - i) * 2 * -exponent) for j in (0, 1)] for i in (0, 1)
+            ]
+            P = [[row[j] + row[0] * X[0][j] + row[1] * X[1][j] for j in (0, 1)] for row in P]
+        if not size < SETTLED:
+            raise MapError("no Floquet frame is found: the periodic orbit is not hyperbolic")
+        self._tell(1, [np.stack((row[1], row[0])) for row in P])
+        determinant = P[0][0] * P[1][1] - P[0][1] * P[1][0]
+        self.inverse = [
+            [P[1][1] / determinant, -P[0][1] / determinant],
+            [-P[1][0] / determinant, P[0][0] / determinant],
+        ]
+        self.P, self.exponent = P, [exponent]
+        self.difference = [self._mean(rest[0][0]) + self._mean(rest[1][1])]
+
+    def _left(self, A: Any, P: Any, exponent: Scalar) -> Any:
+        """P^-1 (A P - P') - diag(exponent, -exponent)."""
+        determinant = P[0][0] * P[1][1] - P[0][1] * P[1][0]
+        found = []
+        columns = []
+        for j in (0, 1):
+            columns.append(
+                [
+                    A[i][0] * P[0][j] + A[i][1] * P[1][j] - np.matmul(self.slope, P[i][j])
+                    for i in (0, 1)
+                ]
+            )
+        found = [
+            [(P[1][1] * x - P[0][1] * y) / determinant for x, y in columns],
+            [(P[0][0] * y - P[1][0] * x) / determinant for x, y in columns],
+        ]
+        found[0][0] = found[0][0] - exponent
+        found[1][1] = found[1][1] + exponent
+        return found
+
+    def extend(self, D: int) -> None:
+        """Find Qp and Qm in degree D, and the next coefficient of Lambda."""
+        self._tell(D, [self.a.zeros((D + 1, *self.P[0][0].shape))] * 2)
+        known = [self._beside(flow, D, Q.parts) for flow, Q in zip(self.flow, self.Q, strict=False)]
+        (a, b), (c, d) = self.inverse
+        rest = [a * known[0] + b * known[1], c * known[0] + d * known[1]]
+        k = D // 2
+        growth, decay = self._mean(rest[0][k + 1]), -self._mean(rest[1][k])
+        self.exponent.append((growth + decay) / 2)
+        self.difference.append(growth - decay)
+        lean = 2 * np.arange(D + 1)[:, None, None] - D
+        u, v = (
+            self._divided(r, (lean + side) * self.exponent[0])
+            for r, side in zip(rest, (-1, 1), strict=True)
+        )
+        self._tell(D, [row[0] * u + row[1] * v for row in self.P])
+
+    def extend_mean(self, D: int, which: int, found: dict[int, Any]) -> Any:
+        """Find the oscillation of theta3 or t in degree D; the mean of its rate is returned."""
+        rest = self._beside(self.flow[which], D, found)
+        lean = 2 * np.arange(D + 1)[:, None, None] - D
+        found[D] = self._divided(rest, lean * self.exponent[0])
+        return None if D % 2 else self._mean(rest[D // 2])
+
+    def _tell(self, D: int, parts: list[Any]) -> None:
+        for jet in self.tape:
+            jet.parts.pop(D, None)
+        for Q, part in zip(self.Q, parts, strict=True):
+            Q.parts[D] = part
+
+    def _beside(self, flow: Jet, D: int, parts: dict[int, Any]) -> Any:
+        """The part of `flow` that the normal form's own terms of higher order leave."""
+        rest = flow.part(D) + 0
+        for k, rate in enumerate(self.exponent[1:], 1):
+            d = D - 2 * k
+            if d in parts:
+                lean = 2 * np.arange(d + 1)[:, None, None] - d
+                rest[k : k + d + 1] -= rate * lean * parts[d]
+        return rest
+
+    def _mean(self, x: Scalar) -> Any:
+        """The mean over the phases: (..., H) of (..., n, H)."""
+        return x.sum(axis=-2) / self.n
+
+    def _divided(self, x: Scalar, rate: Scalar) -> Any:
+        """The periodic y with y' + rate y = x; where rate = 0, of x less its mean, with mean 0."""
+        found = np.matmul(self.analysis, x)
+        rate = rate + np.zeros_like(found[..., :1, :])
+        zero = (rate == 0)[..., 0, :]
+        first = found[..., 0, :] / np.where(zero, 1, rate[..., 0, :])
+        k = np.arange(1, self.n // 2 + 1)[:, None]
+        size = rate * rate + k * k
+        cos, sin = found[..., 1::2, :], found[..., 2::2, :]
+        found[..., 1::2, :], found[..., 2::2, :] = (
+            (rate * cos - k * sin) / size,
+            (rate * sin + k * cos) / size,
+        )
+        found[..., 0, :] = np.where(zero, 0, first)
+        return np.matmul(self.synthesis, found)
+
+    def record(self, energies: Interval, degree: int, radius: float) -> NormalForm:
+        """The normal form as expansions in energy and phase."""
+        a, to_energy = self.a, energies.analysis(self.a).T
+        odd = [
+            self._expanded(parts, to_energy)
+            for parts in (self.Q[0].parts, self.Q[1].parts, self.sigma)
+        ]
+        scale = [
+            radius ** (2 * k) / float(abs(self.exponent[0]).max())
+            for k in range(len(self.difference))
+        ]
+        return NormalForm(
+            energies,
+            degree,
+            self.n,
+            np.stack(odd, axis=-1),
+            self._expanded(self.tau, to_energy),
+            (np.stack(self.exponent) @ to_energy).T,
+            (np.stack(self.rotation) @ to_energy).T,
+            radius,
+            max(a.largest(x) * s for x, s in zip(self.difference, scale, strict=True)),
+        )
+
+    def _expanded(self, parts: dict[int, Any], to_energy: Any) -> Any:
+        """(H n, terms)."""
+        values = np.concatenate([parts[D] for D in sorted(parts)])
+        coefficients = np.matmul(self.analysis, values) @ to_energy
+        return coefficients.transpose(2, 1, 0).reshape(-1, len(values))

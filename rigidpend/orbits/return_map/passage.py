@@ -1,0 +1,171 @@
+"""Passages: from one crossing of M3 = 0 to the next, past a periodic orbit, by the tables.
+
+Past the upper periodic orbit I and s are kept, so that a passage is a chart, a logarithm and
+an inverse chart. The sign of U tells on which side the orbit leaves. The lower orbit needs no
+tables: the reversor (M1, M2, -M3, gamma1, gamma2, -gamma3, -t) takes it to the upper one, and
+(d, chi) to (d, -chi).
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigidpend.numbers.generic import Scalar
+from rigidpend.orbits.return_map.charts import (
+    Chart,
+    Invariants,
+    Looked,
+    at_energies,
+    invariants,
+    look_up,
+    look_up_slopes,
+)
+from rigidpend.orbits.return_map.conjugacy import TorusRates, torus_rates
+from rigidpend.orbits.return_map.normal_form import NormalForm
+from rigidpend.orbits.return_map.precision import Precision
+
+
+class SectionPoint(NamedTuple):
+    """Points of the section M3 = 0, described as if on separatrix 2 (rising) or 3."""
+
+    rising: bool
+    d: Any
+    """(N,) dimensionless: Qm where rising, else Qp."""
+    chi: Any
+    """(N,) radians."""
+
+
+class Passage(NamedTuple):
+    """Passages: the changes between two crossings, (N,) each."""
+
+    point: SectionPoint
+    """The other crossing, chi in [0, 2 pi)."""
+    symbol: Any
+    """0 left, 1 right."""
+    mirrored: Any
+    """True if the new point is the mirror image of what it would be on separatrix 2 or 3."""
+    turned: Any
+    """Growth of chi, radians, whole turns included."""
+    time: Any
+    """t' from the crossing to the other; negative if backward."""
+    theta3: Any
+    """Growth of theta3, radians, for an orbit that was on separatrix 2 or 3; else minus that."""
+    inside: Any
+    """True if the tables reach so far; elsewhere all else is of no use."""
+    slopes: Any
+    """(4, 2, N) the derivatives of d, chi, time and theta3 in d and chi; None if not asked for."""
+
+
+class EnergyLevel:
+    """The return map at one energy, or at one of its own for each orbit.
+
+    Parameters
+    ----------
+    nf : NormalForm
+    charts : 2 Chart
+        Of downward and upward crossings.
+    h : number or (N,) array
+        Energies within the map's interval.
+    a : Precision
+    """
+
+    def __init__(
+        self, nf: NormalForm, charts: tuple[Chart, Chart], h: Scalar, a: Precision
+    ) -> None:
+        self.nf, self.charts, self.a = nf, charts, a
+        self.h = np.atleast_1d(a.array(h))
+        self.weights = nf.energies.basis(self.h, a)
+        self.exponent, self.rotation = self.weights @ nf.exponent, self.weights @ nf.rotation
+        self.values = [
+            tuple(at_energies(table, self.weights) for table in chart) for chart in charts
+        ]
+
+    def passage(
+        self, point: SectionPoint, *, backward: bool = False, slopes: bool = False
+    ) -> Passage:
+        """The passage that follows a crossing, or the one before it.
+
+        Parameters
+        ----------
+        point : SectionPoint
+        backward : bool, optional
+            Whether to go back in time.
+        slopes : bool, optional
+            Whether the derivatives are wanted.
+        """
+        if point.rising != backward:
+            return self._past_upper(point, slopes)
+        image = self._past_upper(point._replace(chi=-point.chi), slopes)
+        there = image.point._replace(chi=reduced_angle(-image.point.chi, self.a))
+        changed = image.slopes
+        if changed is not None:
+            signs = np.array([[1, -1], [-1, 1], [-1, 1], [-1, 1]])[:, :, None]
+            changed = changed * signs
+        return image._replace(
+            point=there,
+            symbol=1 - image.symbol,
+            turned=-image.turned,
+            time=-image.time,
+            theta3=-image.theta3,
+            slopes=changed,
+        )
+
+    def _past_upper(self, point: SectionPoint, slopes: bool) -> Passage:
+        """Past the upper periodic orbit, forward from upward crossings, backward from others."""
+        a, rising = self.a, point.rising
+        forward, inverse = self.charts[rising].forward, self.charts[not rising].inverse
+        inside = np.abs(point.d) <= forward.width
+        d = np.where(inside, point.d, 0 * point.d)
+        seen = self._seen(look_up_slopes if slopes else look_up, rising, 0, d, point.chi)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            at = self._invariants(not rising, seen, point.chi)
+        other = seen.value[0 if rising else 1]
+        inside = inside & (np.abs(at.I) <= inverse.width) & (other != 0)
+        I, s = (np.where(inside, x, 0 * d) for x in (at.I, at.s))
+        there = self._seen(look_up_slopes if slopes else look_up, not rising, 1, I, s)
+        right = other > 0
+        chi = s + there.value[1]
+        turned, side = chi - point.chi, np.where(right, 1, -1)
+        return Passage(
+            SectionPoint(not rising, there.value[0], reduced_angle(chi, a)),
+            right.astype(np.uint8),
+            ~right,
+            turned,
+            seen.value[2] - there.value[2] + at.rates.rotation * turned,
+            seen.value[3] - side * there.value[3],
+            inside,
+            _chained(seen, there, at, turned, side) if slopes else None,
+        )
+
+    def _seen(self, how: Any, rising: bool, which: int, x: Scalar, phase: Scalar) -> Looked:
+        found = how(self.charts[rising][which], self.values[rising][which], x, phase, self.a)
+        return found if isinstance(found, Looked) else Looked(found, None, None)
+
+    def _invariants(self, by_v: bool, seen: Looked, chi: Scalar) -> Invariants:
+        if seen.by_x is not None:
+            return invariants(by_v, seen, chi, self.exponent, self.rotation, self.a)
+        I = seen.value[0] * seen.value[1]
+        rates: TorusRates = torus_rates(self.exponent, self.rotation, I)
+        depth = self.a.log(np.abs(seen.value[int(by_v)])) / rates.exponent
+        return Invariants(I, chi + depth if by_v else chi - depth, (), (), rates)  # type: ignore[arg-type]
+
+
+def _chained(seen: Looked, there: Looked, at: Invariants, turned: Scalar, side: Any) -> Any:
+    """The derivatives (4, 2, N) of d, chi, time and theta3 in d and chi."""
+    columns = []
+    for k, by in enumerate((seen.by_x, seen.by_phase)):
+        I, s = at.I_slopes[k], at.s_slopes[k]
+        d, chi, time, theta3 = there.by_x * I + there.by_phase * s
+        chi = chi + s
+        rotation, growth = at.rates.rotation, at.rates.rotation_slope * I
+        time = by[2] - time + growth * turned + rotation * (chi - k)
+        columns.append(np.stack((d, chi, time, by[3] - side * theta3)))
+    return np.stack(columns, axis=1)
+
+
+def reduced_angle(angle: Any, a: Precision) -> Any:
+    """The angle in [0, 2 pi), to rounding."""
+    turn = 2 * a.pi
+    return angle - turn * np.floor(a.floats(angle / turn))

@@ -1,0 +1,121 @@
+"""The Poincare section M3 = 0 (J1 = J2/2) in coordinates (d, chi).
+
+Upward crossings lie beside separatrix 2 or 4, downward ones beside 1 or 3. d is the component
+that is small there, Qm or Qp; the large one follows from the energy. chi is the phase of the
+vertical, gamma = cos(chi) e3 x m - sin(chi) e3 with m = M/J2. The symmetry
+(-M1, -M2, M3, gamma1, gamma2, -gamma3) makes separatrix 2 of 4 and 3 of 1, and points are
+described as if on 2 or 3, where the large component is positive. So gamma3 = -sin(chi) beside 2
+and 3 and sin(chi) beside 1 and 4, and chi = theta1/2 + theta2 + pi/2 with theta1 modulo 2 pi:
+beside alpha0 + beta0 if upward, 2 pi - alpha0 + beta0 if downward.
+On this section dJ2 ^ dchi is the area that the map preserves.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from rigidpend.numbers.generic import Numbers, Scalar
+from rigidpend.orbits.return_map.normal_form import MapError
+from rigidpend.orbits.return_map.precision import Precision
+from rigidpend.orbits.return_map.reduced import Coefficients
+
+MOST_ITERATIONS = 60
+
+
+def section_state(
+    rising: bool, d: Scalar, chi: Scalar, h: Scalar, c: Coefficients, a: Precision
+) -> Any:
+    """Aligned components (6, ...) of points on separatrix 2 (rising) or 3.
+
+    Raises MapError where the energy does not allow such a point.
+    """
+    cos, sin = a.cos(chi), a.sin(chi)
+    Q = a.sqrt(2 * h / c.aligned.kappa / (c.to_M1**2 + c.to_M2**2)) + 0 * d
+    for _ in range(MOST_ITERATIONS):
+        value, slope = _energy(rising, d, Q, cos, c, a)
+        step = (value - h) / slope
+        Q = Q - step
+        if a.largest(step / Q) < 8 * a.epsilon:
+            break
+    else:
+        raise MapError("the energy is too small for a crossing at such a distance")
+    M1, M2, _, _ = _momenta(rising, d, Q, c)
+    J2 = a.sqrt(M1 * M1 + M2 * M2)
+    components = (d, Q) if not rising else (Q, d)
+    gamma = (-cos * M2 / J2, cos * M1 / J2, -sin)
+    return np.stack(np.broadcast_arrays(*components, 0 * Q, *gamma))
+
+
+def section_momentum(
+    rising: bool, d: Scalar, chi: Scalar, h: Scalar, c: Coefficients, a: Precision
+) -> Any:
+    """J2 at points of the section, dimensionless."""
+    Qp, Qm, *_ = section_state(rising, d, chi, h, c, a)
+    return a.sqrt(((Qp + Qm) * c.to_M1) ** 2 + ((Qp - Qm) * c.to_M2) ** 2)
+
+
+def section_tangents(
+    rising: bool, d: Scalar, chi: Scalar, h: Scalar, c: Coefficients, a: Precision
+) -> Any:
+    """Derivatives (6, 2, ...) of section_state in d and chi, at the energy h."""
+    state = section_state(rising, d, chi, h, c, a)
+    Q, cos, sin = state[0 if rising else 1], a.cos(chi), a.sin(chi)
+    M1, M2, *by_Q = _momenta(rising, d, Q, c)
+    by_d = (by_Q[0], -by_Q[1])
+    J2 = a.sqrt(M1 * M1 + M2 * M2)
+    _, h_Q = _energy(rising, d, Q, cos, c, a)
+    h_d = _energy_slope((M1, M2), by_d, Q, cos, c, a)
+    h_chi = -sin * _weight(M1, M2, c) / J2
+    columns = []
+    for along_d, along_chi, of_Q in ((1, 0, -h_d / h_Q), (0, 1, -h_chi / h_Q)):
+        moved = [of_Q * q + along_d * x for q, x in zip(by_Q, by_d, strict=True)]
+        # The angle of M about e3, of which e3 x m = (-cos, sin, 0).
+        turn = (moved[0] * M2 - moved[1] * M1) / J2**2
+        gamma = (
+            (along_chi * sin * M2 + turn * cos * M1) / J2,
+            (turn * cos * M2 - along_chi * sin * M1) / J2,
+            -along_chi * cos,
+        )
+        pair = (of_Q, along_d) if rising else (along_d, of_Q)
+        columns.append(np.stack(np.broadcast_arrays(*pair, 0 * Q, *gamma)))
+    return np.stack(columns, axis=1)
+
+
+def _momenta(rising: bool, d: Scalar, Q: Scalar, c: Coefficients) -> tuple[Any, Any, Any, Any]:
+    """M1, M2 and their derivatives in Q."""
+    side = 1 if rising else -1
+    return (Q + d) * c.to_M1, side * (Q - d) * c.to_M2, c.to_M1, side * c.to_M2
+
+
+def _energy(rising: bool, d: Scalar, Q: Scalar, cos: Any, c: Coefficients, a: Precision) -> Any:
+    """The energy and its derivative in Q."""
+    k = c.aligned
+    M1, M2, dM1, dM2 = _momenta(rising, d, Q, c)
+    square = M1 * M1 + M2 * M2
+    value = k.kappa / 2 * square - Q * d / 2 + cos * _weight(M1, M2, c) / a.sqrt(square)
+    return value, _energy_slope((M1, M2), (dM1, dM2), d, cos, c, a)
+
+
+def _energy_slope(
+    M: tuple[Any, Any], by: tuple[Any, Any], other: Scalar, cos: Any, c: Coefficients, a: Precision
+) -> Any:
+    """The energy's derivative in Q or d, by which M1 and M2 change as told; `other` is d or Q."""
+    square, growth = M[0] * M[0] + M[1] * M[1], M[0] * by[0] + M[1] * by[1]
+    turned = _weight(*by, c) - _weight(*M, c) * growth / square
+    return c.aligned.kappa * growth - other / 2 + cos * turned / a.sqrt(square)
+
+
+def _weight(M1: Any, M2: Any, c: Coefficients) -> Any:
+    """mu r x M along e3, of either vector."""
+    return c.aligned.mu_r2 * M1 - c.aligned.mu_r1 * M2
+
+
+def rotation_phase(state: Numbers, c: Coefficients, a: Precision) -> Any:
+    """psi of `reduced` at states (6, ...) with M3 > 0, radians in (-pi, pi]."""
+    Qp, Qm, M3, gamma1, gamma2, gamma3 = state
+    M1, M2 = (Qp + Qm) * c.to_M1, (Qp - Qm) * c.to_M2
+    J2 = a.sqrt(M1 * M1 + M2 * M2 + M3 * M3)
+    share = gamma3 / (J2 + M3)
+    return a.atan2(M2 * share - gamma2, gamma1 - M1 * share)

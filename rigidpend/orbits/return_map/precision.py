@@ -1,0 +1,119 @@
+"""Arrays of numbers of any precision, with their elementary functions.
+
+Doubles are NumPy's own type, up to 96 bits are carried in pairs of doubles by the kernel, and the
+113 bits of `real128` are heyoka's. Elsewhere a number is mpmath's, in an array of objects, some
+fifty times slower. The same lines compute with all of them: ``+ - * /``, ``@``, and the functions
+of a :class:`Precision`.
+"""
+
+from __future__ import annotations
+
+import functools
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from rigidpend.numbers.exact import context
+from rigidpend.numbers.generic import Scalar
+from rigidpend.orbits.integrate import pair_arrays
+from rigidpend.orbits.integrate.compiled import exactly, heyoka, typed
+from rigidpend.orbits.integrate.engines import default_engine, has_heyoka
+from rigidpend.orbits.integrate.pair_arrays import PairArray
+
+FUNCTIONS = {"sin": 1, "cos": 1, "exp": 1, "expm1": 1, "log": 1, "sqrt": 1, "atan2": 2}
+MOST_IN_PAIRS = 96
+"""Bits that pairs of doubles keep after some hundred operations that each err by 2^-104."""
+
+
+def native(bits: int) -> Any:
+    """NumPy's type of numbers of so many bits; None where there is none."""
+    if bits == 53:
+        return np.float64
+    if bits == 113 and has_heyoka():
+        return heyoka().real128
+    return None
+
+
+def in_pairs(bits: int) -> bool:
+    """True if numbers of so many bits are pairs of doubles, of the kernel."""
+    return 53 < bits <= MOST_IN_PAIRS and default_engine() == "taylor"
+
+
+class Precision:
+    """Numbers of `bits` bits: how they are made, and the functions of arrays of them."""
+
+    sin: Any
+    cos: Any
+    exp: Any
+    expm1: Any
+    log: Any
+    sqrt: Any
+    atan2: Any
+
+    def __init__(self, bits: int) -> None:
+        self.bits, self.in_pairs = bits, in_pairs(bits)
+        kind = native(bits)
+        self.dtype: Any = np.dtype(kind or object)
+        m = context(bits)
+        for name, arguments in FUNCTIONS.items():
+            if self.in_pairs:
+                mine = getattr(pair_arrays, name)
+            else:
+                mine = getattr(np, name) if kind else np.frompyfunc(getattr(m, name), arguments, 1)
+            setattr(self, name, mine)
+        self.pi = self.number(+context(max(bits, 113)).pi)
+        self.epsilon = 2.0 ** (1 - bits)
+
+    def number(self, x: Scalar) -> Any:
+        """A number of this precision from an int, a float, a Fraction or an mpmath number."""
+        if self.in_pairs:
+            known = isinstance(x, (int, float, Fraction))
+            return PairArray.number(Fraction(x) if known else exactly(x))
+        if self.dtype == object:
+            m = context(self.bits)
+            return m.mpf(x.numerator) / x.denominator if isinstance(x, Fraction) else m.mpf(x)
+        value = Fraction(x) if isinstance(x, (int, float)) else x
+        return float(x) if self.bits == 53 else typed(value, self.dtype.type)
+
+    def array(self, x: Scalar) -> Any:
+        """An array of this precision from an array or nested list of such numbers."""
+        if isinstance(x, PairArray):
+            return x if self.in_pairs else self.array(self.floats(x))
+        if self.in_pairs:
+            return self._pairs(x)
+        given = np.asarray(x)
+        if given.dtype.kind in "fiu" and self.dtype != object:
+            return given.astype(self.dtype, copy=False)
+        found = np.empty(given.shape, dtype=self.dtype)
+        found.ravel()[:] = [self.number(one) for one in given.astype(object).ravel()]
+        return found
+
+    def _pairs(self, x: Scalar) -> PairArray:
+        if isinstance(x, (list, tuple)):
+            rows: Any = np.stack([self.array(one) for one in x])
+            return rows
+        given = np.asarray(x)
+        if given.dtype.kind in "fiu":
+            return PairArray.of(given)
+        numbers = [self.number(one).parts for one in given.astype(object).ravel()]
+        return PairArray(np.stack(numbers, axis=1)).reshape(given.shape)
+
+    def zeros(self, shape: tuple[int, ...]) -> Any:
+        """An array of zeros."""
+        return PairArray.of(np.zeros(shape)) if self.in_pairs else np.zeros(shape, self.dtype)
+
+    def floats(self, x: Scalar) -> Any:
+        """The doubles nearest to an array."""
+        return x.parts[0] if isinstance(x, PairArray) else np.asarray(x).astype(float)
+
+    def largest(self, x: Scalar) -> float:
+        """The largest modulus in an array, as a float; infinite where there is a NaN."""
+        sizes = np.abs(self.floats(x))
+        return float(sizes.max(initial=0.0)) if np.isfinite(sizes).all() else float("inf")
+
+
+@functools.cache
+def precision(bits: int) -> Precision:
+    """The numbers of so many bits; it holds no state, so threads may share it."""
+    return Precision(bits)

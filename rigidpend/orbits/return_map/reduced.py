@@ -1,0 +1,110 @@
+"""Reduced equations beside the upper periodic orbit (J1 = J2), with an angle as time.
+
+With J3 = 0 and the energy h given, a state is (Qp, Qm, psi). The angle psi says how the vertical
+has turned about M: gamma = cos(psi) R e1 - sin(psi) R e2, where R is the least rotation that
+takes e3 to M/J2. It is theta1 + theta2 - pi/2 - beta0/2. Then r . gamma is cos(psi + beta0/2)
+less a term of second order in Qp and Qm, and psi grows steadily, so that as time it leaves a
+system of two dimensions, without neutral directions and with the energy exact.
+
+Two functions of M besides: S = J2 + M3, and with it J2 - M3 = (M1^2 + M2^2)/S without
+cancellation.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from rigidpend.mechanics.body import Angles
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
+from rigidpend.numbers.exact import GUARD_BITS, context
+from rigidpend.numbers.generic import Scalar
+from rigidpend.orbits.return_map.precision import Precision
+
+
+class Coefficients(NamedTuple):
+    """The numbers in the reduced equations, in one precision."""
+
+    aligned: AlignedCoefficients
+    to_M1: Any
+    """1/(2 cos(alpha0/2)), from Qp + Qm to M1."""
+    to_M2: Any
+    """1/(2 sin(alpha0/2)), from Qp - Qm to M2."""
+
+
+def coefficients(p: Angles, unit: str, a: Precision) -> Coefficients:
+    """The coefficients of a body, with M in units of 1/`unit` (so mu of 1/unit^2).
+
+    `p` holds numbers with guard bits; each coefficient is rounded once.
+    """
+    m = context(a.bits + GUARD_BITS)
+    scaled = p._replace(mu=p.mu * m.mpf(unit) ** 2)
+    found = AlignedCoefficients(*map(a.number, aligned_coefficients(scaled, m)))
+    half = p.alpha0 / 2
+    return Coefficients(found, a.number(1 / (2 * m.cos(half))), a.number(1 / (2 * m.sin(half))))
+
+
+class ReducedRates(NamedTuple):
+    """Rates of change in t', with what the energy needs."""
+
+    Qp: Any
+    Qm: Any
+    psi: Any
+    theta3: Any
+    drop: Any
+    """mu (cos(psi + beta0/2) - r . gamma)."""
+    across: Any
+    """M1^2 + M2^2."""
+
+
+def reduced(Q: Scalar, turn: Scalar, size: Any, c: Coefficients) -> ReducedRates:
+    """Right-hand side of the reduced equations, from eq. eq and th3, dimensionless time t'.
+
+    Parameters
+    ----------
+    Q : 2 numbers or series
+        Qp and Qm.
+    turn : 2 numbers
+        cos(psi), sin(psi).
+    size : 4 numbers or series
+        J2, M3, 1/J2 and 1/S.
+    c : Coefficients
+
+    Notes
+    -----
+    gamma3 = -(M1 cos(psi) - M2 sin(psi))/J2.
+    """
+    (Qp, Qm), (cos, sin), (J2, M3, per_J2, per_S), k = Q, turn, size, c.aligned
+    M1, M2 = (Qp + Qm) * c.to_M1, (Qp - Qm) * c.to_M2
+    lean = M1 * cos - M2 * sin
+    weight = _weight(Qp, Qm, c)
+    drop = weight * lean * per_J2 * per_S
+    gamma3 = -lean * per_J2
+    return ReducedRates(
+        Qp=-(M3 * Qp * k.half_sigma) + gamma3 * k.force_p,
+        Qm=M3 * Qm * k.half_sigma - gamma3 * k.force_m,
+        psi=J2 * k.kappa - Qp * Qm * per_S + drop * per_J2,
+        theta3=weight * per_J2 * per_J2,
+        drop=drop,
+        across=M1 * M1 + M2 * M2,
+    )
+
+
+def lift(turn: Scalar, c: Coefficients) -> Any:
+    """mu cos(psi + beta0/2), the weight's energy on the periodic orbit."""
+    return c.aligned.mu_r1 * turn[0] - c.aligned.mu_r2 * turn[1]
+
+
+def theta3_rate(M: Any, c: Coefficients) -> Any:
+    """Rate of the precession angle theta3 from Qp, Qm, M3 of th3, dimensionless time t'.
+
+    It is mu (r1 M1 + r2 M2)/J2^2.
+    """
+    Qp, Qm, M3 = M
+    M1, M2 = (Qp + Qm) * c.to_M1, (Qp - Qm) * c.to_M2
+    return _weight(Qp, Qm, c) / (M1 * M1 + M2 * M2 + M3 * M3)
+
+
+def _weight(Qp: Scalar, Qm: Scalar, c: Coefficients) -> Any:
+    """mu (r1 M1 + r2 M2)."""
+    k = c.aligned
+    return (Qp + Qm) * (c.to_M1 * k.mu_r1) + (Qp - Qm) * (c.to_M2 * k.mu_r2)

@@ -1,0 +1,64 @@
+"""Starts of orbits beside the lower periodic orbit, put into the normal form as a table."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigidpend.numbers.generic import Scalar
+from rigidpend.orbits.return_map.charts import (
+    ChartTable,
+    arranged,
+    fitted,
+    grid,
+)
+from rigidpend.orbits.return_map.conjugacy import inverted
+from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
+from rigidpend.orbits.return_map.precision import Precision
+
+MOST_NODES = 20
+"""Chebyshev nodes in Qp from which on a start counts as outside of the normal form."""
+
+ROUNDINGS = 8
+"""Roundings in a coefficient of the table of starts; relative, for the largest is of order 1."""
+
+
+class Entry(NamedTuple):
+    """Starts at Qm = 0 put into the normal form, as a table."""
+
+    centre: Any
+    half_width: Any
+    """Half of the interval of Qp; 0 where it is a point."""
+    table: ChartTable
+    """v/Qp, u/Qp, tau and sigma over (x, psi), x = (Qp - centre)/half_width."""
+
+    def place(self, Qp: Scalar, a: Precision) -> Any:
+        """x of starts, in a precision."""
+        if not self.half_width:
+            return 0 * Qp
+        centre, half_width = (float(z) if a.bits == 53 else z for z in self[:2])
+        x = (Qp - centre) * (1 / half_width)
+        return np.where(x > 1, 1.0, np.where(x < -1, -1.0, x))
+
+
+def entry(nf: NormalForm, least: Scalar, most: Scalar, a: Precision) -> Entry:
+    """Starts at Qp from `least` to `most`, numbers of the precision.
+
+    Raises
+    ------
+    MapError
+        The normal form does not reach as far as `most`.
+    """
+    centre, half_width = (least + most) / 2, (most - least) / 2
+    weights = nf.energies.basis(nf.energies.nodes(a), a)
+    for n_x in range(6, MOST_NODES, 3) if half_width else (1,):
+        x, psi, _ = grid(a.number(1), n_x, nf.n, nf.energies, a)
+        Qp = centre + half_width * x
+        at = inverted(nf, weights, psi, Qp, 0 * Qp, a)
+        found = np.stack((at.v / Qp, at.u / Qp, at.tau, at.sigma))
+        table = fitted(arranged(found, n_x, nf.n), a.number(1), nf.energies, a)
+        last = table.values.reshape(len(weights), n_x, nf.n, 4)[:, -2:, :, :3]
+        if n_x == 1 or a.largest(last) <= ROUNDINGS * a.epsilon:
+            return Entry(centre, half_width, table)
+    raise MapError("the start lies outside of the range of the normal form")

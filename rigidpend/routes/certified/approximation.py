@@ -1,0 +1,332 @@
+"""Approximate orbits in any precision as Chebyshev series, step by step, by Newton's iteration.
+
+Nothing here is proven, and nothing needs to be: :mod:`rigidpend.routes.certified.checker` decides.
+
+A step starts in doubles. Then each iteration takes the integral equation's residual
+
+    R = P(-1) + duration integral f(P) - P
+
+in integers, and solves the equation linearised about the doubles for the correction, in
+doubles: some `GAIN` bits are won each time. f is `rigidpend.mechanics.equations.aligned` itself.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from flint import arb, fmpz_poly
+
+from rigidpend.machine.workers import check_stop
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned
+from rigidpend.numbers.doubles import Array
+from rigidpend.routes.certified.models import Model
+from rigidpend.routes.certified.steps import CLOCK, Step
+
+GAIN = 35
+"""Bits that an iteration wins: what the linear equation is solved to, in doubles."""
+DOUBLE = 35
+"""Bits that hold at the beginning."""
+KEPT = 46
+"""Bits down to which the doubles give coefficients, whose decay tells how many there are to be."""
+FASTER = 0.9
+"""Share of the coefficients that a geometric decay asks for; they decay faster, as measured."""
+NOISE = 2.0**-42
+"""Share of a correction below which it is rounding."""
+FIRST_NODES = 64
+"""Nodes of the first solution of a step."""
+GUARD = 8
+"""Bits of a residual beyond those that its correction can use."""
+GRAIN = 4
+"""Numbers of coefficients are multiples of it, so that few rules are made."""
+LONGEST = 5.0
+"""Length of a step, in radians of the faster of rotation and saddle; measured: flat from 4 to 6."""
+CLEAR = 0.15
+"""Least |M3|/|M| at the end of a step."""
+SHORTER, SHORTEST = 0.8, 0.3
+"""Factor by which a step that would end near M3 = 0 is shortened, and its least share."""
+
+
+class _Truncated(Model):
+    """A model whose error nobody asks for, cut at a degree."""
+
+    cut = 0
+
+    @classmethod
+    def of(cls, x: Model, cut: int) -> _Truncated:
+        made = cls(x.doubled, x.degree, 0, x.bits)
+        made.cut = cut
+        return made
+
+    def __neg__(self) -> _Truncated:
+        return _Truncated.of(super().__neg__(), self.cut)
+
+    def __add__(self, other: Model) -> _Truncated:
+        return _Truncated.of(super().__add__(other), self.cut)
+
+    def __mul__(self, other: Model) -> _Truncated:
+        # What is rounded and cut off is not recorded: the checker bounds what is wrong, not this.
+        doubled = (self.doubled * other.doubled) // fmpz_poly([1 << (self.bits + 1)])
+        degree = self.degree + other.degree
+        if degree > self.cut:
+            # Coefficients are symmetric in z and 1/z, so as many go from either end.
+            doubled = doubled.right_shift(degree - self.cut).truncate(2 * self.cut + 1)
+            degree = self.cut
+        return _Truncated.of(Model(doubled, degree, 0, self.bits), self.cut)
+
+
+class Rule(NamedTuple):
+    """Chebyshev nodes and what is linear in values at them."""
+
+    nodes: Array
+    """(n,), x = -cos(pi k/(n - 1))."""
+    integral: Array
+    """(n, n), from values to those of the integral from -1."""
+    series: Array
+    """(n, n), from values to coefficients w."""
+    values: Array
+    """(n, n), from coefficients w to values."""
+    middles: Array
+    """(n - 1, n), from values to those halfway between nodes."""
+
+
+@functools.lru_cache(maxsize=64)
+def rule(n: int) -> Rule:
+    """The rule of n nodes."""
+    angle = np.pi * np.arange(n) / (n - 1)
+    values = np.cos(np.outer(angle[::-1], np.arange(n)))
+    # Series are w_0/2 + sum_j w_j T_j throughout, as in the certificates.
+    values[:, 0] = 0.5
+    # The inverse is known: the discrete cosine transform.
+    ends = np.where((np.arange(n) == 0) | (np.arange(n) == n - 1), 0.5, 1.0)
+    series = 2 / (n - 1) * (np.cos(np.outer(np.arange(n), angle[::-1])) * ends)
+    series[-1] /= 2
+    middles = np.cos(np.outer((angle[::-1][:-1] + angle[::-1][1:]) / 2, np.arange(n)))
+    middles[:, 0] = 0.5
+    # Coefficients of the integral: (w_{j-1} - w_{j+1})/(2 j).
+    antiderivative = np.zeros((n, n))
+    for j in range(1, n):
+        antiderivative[j, j - 1] = 1 / (2 * j)
+        if j + 1 < n:
+            antiderivative[j, j + 1] = -1 / (2 * j)
+    integral = values @ antiderivative @ series
+    # The integral is to vanish at -1: the constant that the series leaves open is taken off.
+    return Rule(-np.cos(angle), integral - integral[:1], series, values, middles @ series)
+
+
+class Approximation:
+    """An approximate orbit, advanced step by step.
+
+    Parameters
+    ----------
+    coefficients : AlignedCoefficients
+        Balls.
+    state : 6 balls
+        Where it starts; their midpoints are taken.
+    """
+
+    def __init__(self, coefficients: AlignedCoefficients, state: Sequence[arb]) -> None:
+        self.coefficients = coefficients
+        self.doubles = AlignedCoefficients(*(float(c.mid()) for c in coefficients))
+        self.state = [_fixed(x) for x in state]
+        size = math.hypot(*(float(x.mid()) for x in state[:3]))
+        c = self.doubles
+        # The pendulum rotates at kappa |M|, the saddle has the exponent sin(alpha0) |M|.
+        self.longest = LONGEST / (size * max(c.kappa, 2 * c.half_sigma))
+        self.size = size
+        self._numbers: dict[int, AlignedCoefficients] = {}
+
+    def step(self, bits: int) -> Step:
+        """The next step, its coefficients in units of 2^-bits."""
+        # The last step's end has one bit more than its coefficients,
+        # and bits fall as the bound grows.
+        begin = [
+            x >> (here - bits) if here >= bits else x << (bits - here) for x, here in self.state
+        ]
+        half, states = self._in_doubles([x / 2**bits for x in begin])
+        series, n = self._start(states, bits)
+        # The step's length is this whole number from here on, also for the checker.
+        whole = round(half * 2**CLOCK)
+        linear = _Linear(series @ rule(n).values.T, self.doubles, half)
+        known = DOUBLE
+        P = [_whole(row, bits) for row in series]
+        while True:
+            # Of thousands of bits a step takes half a minute.
+            check_stop()
+            # An early residual is not computed in more bits than its correction can use.
+            work = min(bits, known + GAIN + GUARD)
+            residual = self._residual(P, begin, whole, bits, work)
+            size = max(map(abs, (x for row in residual for x in row)))
+            P = _corrected(P, residual, size.bit_length(), linear)
+            won = bits - size.bit_length() + GAIN
+            # Done, or stuck: then the checker will find a large defect, and say so.
+            if won >= bits or won <= known:
+                break
+            known = won
+        # T_j(1) = 1: the sum of the series, doubled, which is why it has one bit more.
+        self.state = [(w[0] + 2 * (sum(w[2::2]) + sum(w[1::2])), bits + 1) for w in P]
+        return Step(whole, bits, P)
+
+    def _in_doubles(self, begin: Sequence[float]) -> tuple[float, Array]:
+        """Half-length of the step and the orbit's values at nodes, (6, n)."""
+        share = 1.0
+        while True:
+            half = share * self.longest / 2
+            states = _refined(_runge_kutta(begin, half, self.doubles), half, self.doubles)
+            # A step does not end near M3 = 0, for the checker must tell its sign at both ends (H4).
+            if abs(states[2, -1]) > CLEAR * self.size or share < SHORTEST:
+                return half, states
+            share *= SHORTER
+
+    def _start(self, states: Array, bits: int) -> tuple[Array, int]:
+        """Coefficients of the orbit in doubles, as many as so many bits ask for."""
+        series = states @ rule(states.shape[1]).series.T
+        # The largest coefficient from each on, for single small ones do not end a series.
+        tail = np.maximum.accumulate(np.abs(series).max(axis=0)[::-1])[::-1]
+        enough = max(4, int((tail > 2.0**-KEPT * tail[0]).sum()))
+        # By a geometric decay so many times the bits need so many times the coefficients.
+        n = -(-(int(FASTER * enough * bits / KEPT) + 4) // GRAIN) * GRAIN
+        kept = np.zeros((6, n))
+        m = min(n, enough + 1)
+        kept[:, :m] = series[:, :m]
+        return kept, n
+
+    def _residual(
+        self, P: Sequence[Sequence[int]], begin: Sequence[int], whole: int, bits: int, work: int
+    ) -> list[list[int]]:
+        """Coefficients of R in units of 2^-bits, computed in `work` bits."""
+        # What so many bits can show is in so many coefficients.
+        shift, n = bits - work, min(len(P[0]), len(P[0]) * work // bits + GRAIN)
+        rows = [[w >> shift for w in row[:n]] for row in P]
+        models = [_Truncated.of(Model.of_series(row, work), n) for row in rows]
+        numbers = AlignedCoefficients(*(_Truncated.of(c, n) for c in self._in_bits(work)))
+        rates = aligned(models, numbers)
+        found, rest = [], [0] * (len(P[0]) - n)
+        for w, rate, x in zip(rows, rates, begin, strict=True):
+            r = [whole * c >> CLOCK for c in rate.series[: n + 1]]
+            r += [0] * (n + 1 - len(r))
+            integral = [(r[j - 1] - r[j + 1]) // (2 * j) for j in range(1, n)]
+            # T_j(-1) = (-1)^j: the constant term that makes the integral begin at the start.
+            first = 2 * ((x >> shift) - sum(integral[1::2]) + sum(integral[::2]))
+            R = [(a - b) << shift for a, b in zip([first, *integral], w, strict=True)]
+            found.append(R + rest)
+        return found
+
+    def _in_bits(self, bits: int) -> AlignedCoefficients:
+        if bits not in self._numbers:
+            made = (Model.of_ball(arb(c), bits) for c in self.coefficients)
+            self._numbers[bits] = AlignedCoefficients(*made)
+        return self._numbers[bits]
+
+
+class _Linear:
+    """The equation linearised about an orbit, and solved in doubles."""
+
+    def __init__(self, states: Array, c: AlignedCoefficients, half: float) -> None:
+        self.rule, self.half = rule(states.shape[1]), half
+        self.J = jacobian(states, c)
+        middle = jacobian(states @ self.rule.middles.T, c)
+        Y = _fundamental(self.J, middle, half * np.diff(self.rule.nodes))
+        self.Y, self.inverse = Y, np.linalg.inv(Y)
+        integral = np.tensordot(self.rule.integral, half * (self.J @ Y), 1)
+        # One step of the iteration for Y itself, by which Runge and
+        # Kutta's few digits become enough.
+        self.Y = Y + self.solve(integral + np.eye(6) - Y)
+        self.inverse = np.linalg.inv(self.Y)
+
+    def solve(self, residual: Array) -> Array:
+        """The correction d of d = residual + half integral J d, at the nodes, (n, 6, k)."""
+        pulled = self.inverse @ (self.half * (self.J @ residual))
+        return residual + self.Y @ np.tensordot(self.rule.integral, pulled, 1)
+
+
+def jacobian(states: Array, c: AlignedCoefficients) -> Array:
+    """Derivatives of the aligned field at states (6, n), as (n, 6, 6).
+
+    The field is quadratic, so half of a central difference over any distance is exact.
+    """
+    away = np.eye(6)[:, :, None]
+    here = states[:, None, :]
+    ahead, behind = (np.array(aligned(here + sign * away, c)) for sign in (1, -1))
+    return (ahead - behind).transpose(2, 0, 1) / 2
+
+
+def _fundamental(J: Array, middle: Array, lengths: Array) -> Array:
+    """Fundamental matrix at the nodes by the classical Runge-Kutta rule, (n, 6, 6)."""
+    h, one = lengths[:, None, None], np.eye(6)
+    first = J[:-1]
+    second = middle @ (one + h / 2 * first)
+    third = middle @ (one + h / 2 * second)
+    last = J[1:] @ (one + h * third)
+    steps = one + h / 6 * (first + 2 * second + 2 * third + last)
+    Y = np.empty_like(J)
+    Y[0] = one
+    for k, step in enumerate(steps):
+        np.matmul(step, Y[k], out=Y[k + 1])
+    return Y
+
+
+def _runge_kutta(begin: Sequence[float], half: float, c: AlignedCoefficients) -> Array:
+    """Values at the nodes of the first rule, (6, n), to some six digits."""
+    found = [tuple(begin)]
+    for dx in np.diff(rule(FIRST_NODES).nodes):
+        h, x = half * float(dx), found[-1]
+        a = aligned(x, c)
+        b = aligned([u + h / 2 * v for u, v in zip(x, a, strict=True)], c)
+        d = aligned([u + h / 2 * v for u, v in zip(x, b, strict=True)], c)
+        e = aligned([u + h * v for u, v in zip(x, d, strict=True)], c)
+        slopes = zip(a, b, d, e, strict=True)
+        found.append(
+            tuple(
+                u + h / 6 * (p + 2 * q + 2 * r + s)
+                for u, (p, q, r, s) in zip(x, slopes, strict=True)
+            )
+        )
+    return np.array(found).T
+
+
+def _refined(states: Array, half: float, c: AlignedCoefficients) -> Array:
+    """The same values to the rounding of doubles, by Newton's iteration."""
+    linear = _Linear(states, c, half)
+    begin, integral = states[:, :1], half * linear.rule.integral.T
+    # Each step squares the error: of the six digits at first two make all that doubles hold.
+    for _ in range(2):
+        residual = begin + np.array(aligned(states, c)) @ integral - states
+        states = states + linear.solve(residual.T[..., None])[..., 0].T
+    return states
+
+
+def _corrected(
+    P: Sequence[Sequence[int]], residual: Sequence[Sequence[int]], top: int, linear: _Linear
+) -> list[list[int]]:
+    """The series plus the residual plus what the linearised equation makes of it."""
+    # Integers beyond the range of doubles are shifted into it; the
+    # 60 bits left are more than theirs.
+    down = top - 60
+    scaled = [[x >> down for x in row] if down > 0 else row for row in residual]
+    R = np.array(scaled, dtype=float)
+    d = linear.solve((R @ linear.rule.values.T).T[..., None])[..., 0].T
+    change = d @ linear.rule.series.T - R
+    # Beyond the last coefficient that is more than rounding, noise would not decay any more.
+    size = np.abs(change).max(axis=0)
+    last = int(np.flatnonzero(size > NOISE * size.max())[-1])
+    change[:, last + 1 :] = 0
+    correction = np.rint(change).tolist()
+    lift = max(down, 0)
+    return [
+        [w + r + (int(x) << lift) for w, r, x in zip(*rows, strict=True)]
+        for rows in zip(P, residual, correction, strict=True)
+    ]
+
+
+def _whole(row: Array, bits: int) -> list[int]:
+    return [int(x) << (bits - 60) if bits >= 60 else int(x) >> (60 - bits) for x in row * 2.0**60]
+
+
+def _fixed(x: arb) -> tuple[int, int]:
+    """Midpoint of a ball as (mantissa, digits behind the binary point)."""
+    mantissa, exponent = x.mid().man_exp()
+    return int(mantissa), -int(exponent)

@@ -1,0 +1,275 @@
+"""The checker: whether given polynomials prove the crossings of the exact orbit.
+
+It knows nothing of how they were found. `docs/certified.md` states the theorem; H1 to H5 below
+are its hypotheses. Whatever is not shown ends in :class:`Undecided`, never in a symbol.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from flint import arb
+
+from rigidpend.machine.workers import check_stop
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned
+from rigidpend.orbits.integrate.records import separatrix_beside
+from rigidpend.routes.certified.balls import Enclosed
+from rigidpend.routes.certified.growth import LogarithmicNorm
+from rigidpend.routes.certified.models import Model
+from rigidpend.routes.certified.precision import precision
+from rigidpend.routes.certified.signs import BITS, PARTS, Values
+from rigidpend.routes.certified.steps import CLOCK, Step
+
+NEWTON = 3
+"""Iterations in doubles to the place of a crossing."""
+SCALARS = 64
+"""Precision in which bounds are computed, bits; each is rounded outward."""
+ROOM = 8
+"""Assumed radius of the tube over the bound at the step's beginning, where none is grown yet."""
+LARGEST = 2.0**-6
+"""Bound on the distance above which nothing is decided."""
+
+
+class Undecided(Exception):
+    """The polynomials do not prove what comes next; the text says why."""
+
+
+class Outgrown(Undecided):
+    """The bound on the distance has grown too large: more bits would help."""
+
+
+class ProvenCrossing(NamedTuple):
+    """A proven crossing of M3 = 0."""
+
+    time: float
+    """t', within `radius` of the exact time."""
+    radius: float
+    separatrix: int
+    bound: float
+    """Bound on the distance of the polynomial from the exact orbit over its step."""
+
+
+class OrbitChecker:
+    """Proof in progress: the exact orbit is within `bound` of the last polynomial's end."""
+
+    def __init__(self, problem: Enclosed) -> None:
+        with precision(SCALARS):
+            self.growth = LogarithmicNorm.of(problem.coefficients)
+        self.coefficients, self.start, self.unit = problem
+        self.time, self.bound = arb(0), arb(0)
+        self.crossings: list[ProvenCrossing] = []
+        self._end: list[arb] | None = None
+        self._side = 0
+
+    def take(self, step: Step) -> None:
+        """Check a step and go to its end.
+
+        Raises
+        ------
+        Undecided
+            Its inequality, or a sign on it, is not shown.
+        """
+        check_stop()
+        models = [Model.of_series(w, step.bits) for w in step.series]
+        duration = arb(step.half_length) / 2**CLOCK
+        with precision(SCALARS):
+            begin = self._joined(models)
+            _check_below("H1: the distance where two steps join", begin)
+            leap = defect(models, duration, self.coefficients, self.growth)
+            _check_below("H2: the distance with a step's defect", begin + 2 * leap)
+            # Finer parts only where coarse ones leave a sign in
+            # doubt: they cost eight times as much.
+            for parts in PARTS:
+                M3 = Values(models[2], parts)
+                radius = self._tube(begin, leap, M3, duration, parts)
+                doubt = self._doubt(models, M3, radius, duration, parts)
+                if not doubt:
+                    break
+            else:
+                raise Undecided(doubt)
+            self.time += 2 * duration
+
+    def _joined(self, models: Sequence[Model]) -> arb:
+        """H1: bound on the distance at the beginning, from the end of the step before."""
+        here = [_end(model, -1) for model in models]
+        # In the polynomials' own bits, for the jump is a difference of nearly equal numbers.
+        with precision(models[0].bits + SCALARS):
+            before = self.start if self._end is None else self._end
+            gap = tuple(abs(a - b).upper() for a, b in zip(here, before, strict=True))
+        self._end = [_end(model, 1) for model in models]
+        return _up(self.bound + self.growth.norm(gap))
+
+    def _tube(self, begin: arb, leap: arb, M3: Values, duration: arb, parts: int) -> arb:
+        """H2 and H3: the distance over the whole step, from the assumed radius of the tube."""
+        # The tube is assumed and then verified (H3); the rate depends on its radius but little.
+        assumed = ROOM * (begin + 2 * leap)
+        for _ in range(3):
+            # A wider tube is never needed, and the rate would be larger in it.
+            assumed = assumed.min(arb(LARGEST))
+            grown = self._grown(begin, leap, M3, duration, parts, assumed)
+            # Balls compare as true only where that is certain: what may be larger counts as larger.
+            if grown < assumed:
+                self.bound = grown
+                return grown
+            if not grown < LARGEST:
+                break
+            assumed = 2 * grown
+        _check_below("H3: the distance at the end of a step", grown)
+        raise Outgrown("H3: no tube is shown to hold the orbit; more bits would help")
+
+    def _grown(
+        self, begin: arb, leap: arb, M3: Values, duration: arb, parts: int, assumed: arb
+    ) -> arb:
+        """exp(integral of the rate) (distance at the beginning + integral of the defect)."""
+        # The lemma takes M3 halfway between both orbits: half of their distance more.
+        wide = _up(assumed / (2 * self.growth.upright))
+        rates = (self.growth.rate(_units(M3.most(k)) + wide, assumed) for k in range(parts))
+        # x has the range [-1, 1], of length 2, hence the factors 2 here and at the defect.
+        total = sum(rates, arb(0)) * (2 * duration / parts)
+        return _up(total.exp() * (begin + 2 * leap))
+
+    def _doubt(
+        self, models: Sequence[Model], M3: Values, radius: arb, duration: arb, parts: int
+    ) -> str:
+        """H4 and H5: what of M3's signs and crossings is not shown on a step; empty if all is.
+
+        The crossings are recorded, each with the sign that tells its separatrix.
+        """
+        away = _whole(radius / self.growth.upright)
+        sides = [(M3.at[k] > 0) - (M3.at[k] < 0) if M3.least(k) > away else 0 for k in range(parts)]
+        # Both ends must be told, the first as the step before left it:
+        # no crossing falls between steps.
+        if not (sides[0] and sides[-1]) or (self._side and sides[0] != self._side):
+            return "H4: M3 is too near zero at an end of a step for its sign to be told"
+        found = []
+        for first, last in _gaps(sides):
+            # The same side again: a touch of M3 = 0, or two crossings that these parts do not part.
+            if sides[first - 1] == sides[last + 1]:
+                return "H4: M3 comes too near zero without crossing it"
+            crossing = self._crossing(models, range(first, last + 1), radius, duration, parts)
+            if isinstance(crossing, str):
+                return crossing
+            found.append(crossing)
+        self.crossings += found
+        self._side = sides[-1]
+        return ""
+
+    def _crossing(
+        self, models: Sequence[Model], where: range, radius: arb, duration: arb, parts: int
+    ) -> ProvenCrossing | str:
+        """H5: the one crossing on some parts, or what of it is not shown."""
+        slopes = models[2].derivative()
+        rates = Values(slopes, parts)
+        least = min(map(rates.least, where))
+        if least <= _whole(self._rate_apart(models, radius, duration)):
+            return "H5: M3 crosses zero too slowly for it to be one crossing"
+        # Where M3 rises, beside 2 and 4, Qp is large and its sign
+        # tells which; beside 1 and 3 it is Qm.
+        rising = rates.at[where[0]] > 0
+        large = Values(models[0 if rising else 1], parts)
+        if min(map(large.least, where)) <= _whole(radius):
+            return "H5: Q is too near zero at a crossing to tell its separatrix"
+        Q = large.at[where[0]]
+        x = self._zero(models[2], slopes, where, parts, _up(radius / self.growth.upright), least)
+        # x = -1 is the beginning of the step, and t' here is in units of the inverse of `unit`.
+        time = (self.time + (1 + x) * duration) / self.unit
+        return ProvenCrossing(*_contained(time), separatrix_beside(rising, Q, Q), _double(radius))
+
+    def _rate_apart(self, models: Sequence[Model], radius: arb, duration: arb) -> arb:
+        """Bound on the distance of dM3/dx of the polynomial from that of the exact orbit."""
+        # The right side of H5, in which 1/(4 lambda) is `twist` and mu the length of mu r.
+        c = self.coefficients
+        widest = sum((_units(_sized(model)) for model in models[:2]), radius)
+        torque = (c.mu_r1**2 + c.mu_r2**2).sqrt() * self.growth.weight
+        # The defect is contained in the radius, in the same norm.
+        own = radius / self.growth.upright
+        return _up(duration * (2 * abs(c.twist) * widest + torque) * radius + own)
+
+    def _zero(
+        self, M3: Model, slopes: Model, where: range, parts: int, away: arb, least: int
+    ) -> arb:
+        """Enclosure of the place x of a crossing, from the polynomial's zero in floats."""
+        low, high = ((2 * k - parts) / parts for k in (where[0], where[-1] + 1))
+        x = (low + high) / 2
+        for _ in range(NEWTON):
+            x -= float((M3.at(arb(x)) / slopes.at(arb(x))).mid())
+            # Newton's step may leave the run; any x inside it gives a valid enclosure.
+            x = min(max(x, low), high)
+        off = abs(M3.at(arb(x))) / arb(2) ** M3.bits + away
+        return arb(x, (off / _units(least)).upper())
+
+
+def defect(
+    models: Sequence[Model],
+    duration: arb,
+    coefficients: AlignedCoefficients,
+    growth: LogarithmicNorm,
+) -> arb:
+    """Bound on the norm of dP/dx - duration f(P) over the step, f the aligned field."""
+    bits = models[0].bits
+    half = Model.of_ball(duration, bits)
+    numbers = AlignedCoefficients(*(Model.of_ball(arb(c), bits) for c in coefficients))
+    rates = aligned(models, numbers)
+    parts = [P.derivative() - half * rate for P, rate in zip(models, rates, strict=True)]
+    return _up(growth.norm(tuple(arb(part.size) / arb(2) ** bits for part in parts)))
+
+
+def _end(model: Model, x: int) -> arb:
+    """Value at x = -1 or 1 as a ball without radius: a whole number over 2^bits."""
+    w = model.series
+    signs = w[1::2], w[2::2]
+    twice = w[0] + 2 * (x * sum(signs[0]) + sum(signs[1]))
+    with precision(model.bits + SCALARS):
+        return arb(twice) / arb(2) ** (model.bits + 1)
+
+
+def _check_below(what: str, distance: arb) -> None:
+    # Balls compare as true only where that is certain: what may be larger counts as larger.
+    if not distance < LARGEST:
+        said = f"{what} may be {float(distance.mid()):.3g}, more than {LARGEST}"
+        raise Outgrown(f"{said}; more bits would help")
+
+
+def _contained(ball: arb) -> tuple[float, float]:
+    """A double, and a distance from it that contains a ball."""
+    middle = float(ball.mid())
+    return middle, _double(abs(ball - arb(middle)))
+
+
+def _double(x: arb) -> float:
+    """A double above a positive ball."""
+    return math.nextafter(float(x.upper()), math.inf)
+
+
+def _gaps(sides: Sequence[int]) -> list[tuple[int, int]]:
+    """First and last index of each run of zeros."""
+    # The first and the last side are known, so every run of zeros has a neighbour on either side.
+    starts = [k for k, side in enumerate(sides) if not side and sides[k - 1]]
+    ends = [k for k, side in enumerate(sides) if not side and sides[k + 1]]
+    return list(zip(starts, ends, strict=True))
+
+
+def _up(x: arb) -> arb:
+    return arb(x.upper())
+
+
+def _units(value: int) -> arb:
+    return arb(value) / 2**BITS
+
+
+def _sized(model: Model) -> int:
+    """Size of a model in units of 2^-BITS, rounded up."""
+    return (
+        (model.size >> model.bits - BITS) + 1
+        if model.bits >= BITS
+        else model.size << BITS - model.bits
+    )
+
+
+def _whole(x: arb) -> int:
+    """A positive bound in units of 2^-BITS, rounded up."""
+    mantissa, exponent = (x * arb(2) ** BITS).upper().man_exp()
+    shift = int(exponent)
+    return (int(mantissa) << shift if shift >= 0 else int(mantissa) >> -shift) + 1

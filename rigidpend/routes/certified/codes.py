@@ -1,0 +1,252 @@
+"""From a body and initial phases to route codes with a proof of every symbol."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.experiments.contract import tell_nobody
+from rigidpend.machine.workers import side_by_side
+from rigidpend.mechanics.body import Body
+from rigidpend.numbers import checked
+from rigidpend.numbers.exact import Exact, function
+from rigidpend.numbers.generic import Scalar
+from rigidpend.routes.alphabet import NO_SYMBOL
+
+# Before what needs python-flint, so that its absence is told in words.
+from rigidpend.routes.certified import extra as extra
+from rigidpend.routes.certified.progress import Progress, Report
+from rigidpend.routes.certified.proofs import (
+    Proof,
+    bits_for,
+    check,
+    prove,
+    steps_for,
+)
+from rigidpend.routes.certified.steps import MOST_BITS, Step
+from rigidpend.routes.codes import route_codes
+from rigidpend.routes.cycle import symbols
+from rigidpend.routes.phases import Phases
+from rigidpend.routes.problem import ProblemError, RouteProblem, passage_limit
+
+TRIES, MORE = 3, 1.3
+"""Trials of a proof for which the bits did not suffice, and the factor by which they grow."""
+FEWEST_BITS = 8
+"""Bits at the start at least."""
+AT_REST = "J1_0 = 0 is the pendulum motion itself, which never crosses J1 = J2/2"
+"""Reason for which nothing is proven where J1_0 is zero."""
+
+
+class CertifiedCodes(NamedTuple):
+    """The proven routes of n orbits; t' is the dimensionless time."""
+
+    theta2_0: NDArray[np.float64]
+    """(n,), radians; what is proven is proven of the exact phases, not of these doubles."""
+    codes: NDArray[np.uint8]
+    """(n_symbols, n), row 0 = symbol 1: 0 left, 1 right, 255 not proven."""
+    proven: NDArray[np.bool_]
+    """(n_symbols, n)."""
+    crossing_time: NDArray[np.float64]
+    """(n_symbols + 1, n), t' of the crossings of J1 = J2/2; NaN where none is proven."""
+    time_radius: NDArray[np.float64]
+    """(n_symbols + 1, n), the exact time is within this of `crossing_time`, t'."""
+    bound: NDArray[np.float64]
+    """(n_symbols + 1, n), bound on the distance of the computed orbit from the exact one."""
+    separatrix: NDArray[np.uint8]
+    """(n_symbols + 1, n), 1..4; 0 where no crossing is proven."""
+    bits: NDArray[np.uint16]
+    """(n,), bits at the start of the orbit."""
+    reason: list[str]
+    """The reason for which an orbit is undecided, empty where all of its symbols are proven."""
+    steps: list[list[Step]]
+    """The polynomials of each orbit, which are its proof."""
+
+    @property
+    def status(self) -> list[str]:
+        """`proven` or `undecided`, for each orbit."""
+        return ["undecided" if reason else "proven" for reason in self.reason]
+
+
+def certify_codes(
+    body: Body,
+    theta2_0: Any,
+    *,
+    h0: Scalar,
+    J1_0: Scalar,
+    n_symbols: int = 15,
+    bits: int | None = None,
+    jobs: int = 1,
+    report: Report = tell_nobody,
+) -> CertifiedCodes:
+    """Prove the binary route codes of orbits on S1-, as in Fig. 4.
+
+    The orbits are those of `rigidpend.route_codes`, taken exactly: decimals and fractions as
+    rational numbers, roots, pi and angles as enclosures.
+
+    Parameters
+    ----------
+    body : Body
+    theta2_0 : number or sequence of numbers
+        Initial phases in radians; a float is the double that it is.
+    h0 : number
+        Energy constant, greater than mu.
+    J1_0 : number
+        Initial action, dimensionless, 0 <= J1_0 < J2_0, not J2_0/2. With 0 nothing is proven.
+    n_symbols : int, optional
+        How many symbols to prove on each orbit.
+    bits : int, optional
+        Bits at the start, where the bound on the distance is 2^-bits; by default as many as an
+        integration in doubles tells, and more where these do not suffice.
+    jobs : int, optional
+        How many processes. No result depends on it.
+    report : callable, optional
+        Takes lines on proofs that take long. With several processes it is called in these, so it
+        must be a function of a module.
+
+    Returns
+    -------
+    CertifiedCodes
+
+    Raises
+    ------
+    ProblemError, ExactError
+        A value that is excluded or that is no number; the message says which.
+    """
+    phases, jobs = Phases(theta2_0), checked.whole("jobs", jobs, 1, error=ProblemError)
+    if bits is not None:
+        bits = checked.whole("bits", bits, FEWEST_BITS, MOST_BITS, ProblemError)
+    exactly = phases.exactly(range(len(phases)))
+    # Told apart, for route problems exclude it: nothing is
+    # integrated, and every orbit is undecided.
+    h0, J1_0 = (checked.number(n, x, ProblemError) for n, x in (("h0", h0), ("J1_0", J1_0)))
+    at_rest = J1_0.fraction == 0
+    problem = _problem(body, h0, J1_0, n_symbols)
+    if at_rest:
+        proofs = [Proof([], [], AT_REST) for _ in exactly]
+    else:
+        orbits = list(zip(exactly, *_expected(problem, theta2_0), strict=True))
+        with _one_thread_each():
+            proofs = side_by_side(_orbit, (problem, bits, report), True, orbits, jobs)
+    return _record(phases.high, proofs, problem.n_symbols)
+
+
+def checked_codes(
+    problem: RouteProblem, phases: Sequence[Exact], steps: Sequence[Sequence[Step]], jobs: int
+) -> CertifiedCodes:
+    """Route codes that the steps of a certificate prove, checked without integration."""
+    high = np.array([float(x) for x in phases])
+    orbits = list(zip(phases, steps, strict=True))
+    with _one_thread_each():
+        proofs = side_by_side(_again, (problem,), True, orbits, jobs)
+    return _record(high, proofs, problem.n_symbols)
+
+
+def _orbit(
+    orbit: tuple[Exact, float, int], problem: RouteProblem, bits: int | None, report: Report
+) -> Proof:
+    """Prove one orbit, with more bits where the first do not suffice."""
+    theta2_0, time, tries = orbit
+    n, limit, name = problem.n_symbols + 1, passage_limit(problem, 53), f"theta2_0 = {theta2_0}"
+    steps = steps_for(problem, time, theta2_0)
+    asked, tries = (bits_for(problem, time, theta2_0), tries) if bits is None else (bits, 1)
+    found, spent = Proof([], [], ""), 0
+    for _ in range(tries):
+        asked = min(asked, MOST_BITS)
+        progress = Progress(name, steps, asked, report, spent)
+        # What bits are given for is not refused, only bounded.
+        if bits is None and (reason := progress.refusal()):
+            return found if found.reason else Proof([], [], reason)
+        found = prove(problem, theta2_0, asked, n, limit, progress)
+        spent += progress.work
+        if not found.outgrown or asked == MOST_BITS:
+            break
+        asked = math.ceil(asked * MORE)
+    return found
+
+
+def _again(orbit: tuple[Exact, Sequence[Step]], problem: RouteProblem) -> Proof:
+    return check(problem, orbit[0], orbit[1], problem.n_symbols + 1)
+
+
+def _expected(problem: RouteProblem, theta2_0: Any) -> tuple[list[float], list[int]]:
+    """Times t' of the last crossings as doubles find them, and how many trials they are worth.
+
+    Where there is no last crossing it is the time of a wait for it, and one trial tells as much
+    as several.
+    """
+    # Doubles are enough for an estimate of the time; where it is too short there is another trial.
+    routes = route_codes(
+        problem.body,
+        theta2_0,
+        h0=problem.h0,
+        J1_0=problem.J1_0,
+        n_symbols=problem.n_symbols,
+        precisions=(53,),
+        method="integration",
+    )
+    limit, last = passage_limit(problem, 53), routes.crossing_time[-1]
+    reached = np.nan_to_num(routes.crossing_time).max(axis=0)
+    found = np.isfinite(last)
+    times, tries = np.where(found, last, reached + limit), np.where(found, TRIES, 1)
+    return times.tolist(), tries.tolist()
+
+
+def _record(
+    theta2_0: NDArray[np.float64], proofs: Sequence[Proof], n_symbols: int
+) -> CertifiedCodes:
+    shape = (n_symbols + 1, len(proofs))
+    time, radius, bound = (np.full(shape, np.nan) for _ in range(3))
+    separatrix = np.zeros(shape, dtype=np.uint8)
+    for column, proof in enumerate(proofs):
+        for row, crossing in enumerate(proof.crossings):
+            time[row, column], radius[row, column] = crossing.time, crossing.radius
+            separatrix[row, column], bound[row, column] = crossing.separatrix, crossing.bound
+    codes = symbols(separatrix)
+    return CertifiedCodes(
+        theta2_0=theta2_0,
+        codes=codes,
+        proven=codes != NO_SYMBOL,
+        crossing_time=time,
+        time_radius=radius,
+        bound=bound,
+        separatrix=separatrix,
+        bits=np.array([proof.bits for proof in proofs], dtype=np.uint16),
+        reason=[proof.reason for proof in proofs],
+        steps=[proof.steps for proof in proofs],
+    )
+
+
+def _problem(body: Body, h0: Exact, J1_0: Exact, n_symbols: int) -> RouteProblem:
+    """The problem; with J1_0 = 0, which it excludes, that of another J1_0 is checked."""
+    if J1_0.fraction == 0:
+        A1, A2, A3 = body.A
+        # The root of |h0|, for a negative h0 is to reach the check and be refused there in words.
+        J1_0 = function("sqrt", 2 * _size(h0) * A3 * (A1 - A2) / (A1 * A2)) / 1000
+    return RouteProblem(body, h0, J1_0, n_symbols)
+
+
+def _size(x: Exact) -> Exact:
+    """The size of a number."""
+    return -x if float(x) < 0 else x
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Let the processes that start here use one thread each for their small matrices."""
+    names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+    before = {name: os.environ.get(name) for name in names}
+    os.environ.update(dict.fromkeys(names, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value

@@ -1,0 +1,140 @@
+"""A proof of one orbit: an approximation that the checker accepts, with bits enough for it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from flint import arb
+
+from rigidpend.machine.workers import check_stop
+from rigidpend.numbers.exact import Exact
+from rigidpend.routes.certified.approximation import Approximation
+from rigidpend.routes.certified.balls import enclosed
+from rigidpend.routes.certified.checker import (
+    OrbitChecker,
+    Outgrown,
+    ProvenCrossing,
+    Undecided,
+)
+from rigidpend.routes.certified.progress import Progress
+from rigidpend.routes.certified.steps import STEPS, Step
+from rigidpend.routes.problem import RouteProblem
+
+MARGIN = 26
+"""Bits of a step beyond its bound: a defect is that much larger than a unit."""
+AT_START = 64
+"""Bits beyond those of the first step in which the exact problem is enclosed."""
+
+
+class Proof(NamedTuple):
+    """Proof of an orbit as far as it goes."""
+
+    crossings: list[ProvenCrossing]
+    steps: list[Step]
+    reason: str
+    """Reason for which it ends early; empty where it is whole."""
+    outgrown: bool = False
+    """True if it ends because its bound has grown too large for its bits."""
+
+    @property
+    def bits(self) -> int:
+        """Bits of the first step."""
+        return self.steps[0].bits if self.steps else 0
+
+
+def prove(
+    problem: RouteProblem,
+    theta2_0: Exact,
+    bits: int,
+    n_crossings: int,
+    limit: float,
+    progress: Progress | None = None,
+) -> Proof:
+    """Find steps that prove crossings, from a bound of 2^-bits at the start.
+
+    Parameters
+    ----------
+    problem : RouteProblem
+    theta2_0 : Exact
+        Radians.
+    bits : int
+        Bits to begin with; they are lowered as the bound grows.
+    n_crossings : int
+        Crossings after which to stop.
+    limit : float
+        Longest wait for the next crossing, t'.
+    progress : Progress, optional
+        Tells how far it is, and ends it where it takes too much work.
+    """
+    start = enclosed(problem, theta2_0, bits + MARGIN + AT_START)
+    orbit, checker = Approximation(start.coefficients, start.state), OrbitChecker(start)
+    unit, steps, reason, outgrown = float(start.unit), [], "", False
+    work, last = bits + MARGIN, 0.0
+    while len(checker.crossings) < n_crossings:
+        check_stop()
+        step = orbit.step(work)
+        try:
+            checker.take(step)
+        except Undecided as doubt:
+            reason, outgrown = str(doubt), isinstance(doubt, Outgrown)
+            break
+        steps.append(step)
+        if checker.crossings:
+            last = checker.crossings[-1].time
+        # On an invariant plane no crossing follows, and no finite piece of an orbit can show that.
+        if float(checker.time) / unit - last > limit or len(steps) == STEPS:
+            reason = f"no crossing within t' = {limit:.4g}"
+            break
+        if progress and not progress.step(step.bits):
+            reason = f"an orbit may take no more work than these {len(steps)} steps"
+            break
+        # The bound only grows, and coefficients much finer than it say nothing.
+        work = min(work, MARGIN + _digits(checker.bound))
+    return Proof(checker.crossings[:n_crossings], steps, reason, outgrown)
+
+
+def check(problem: RouteProblem, theta2_0: Exact, steps: Sequence[Step], n_crossings: int) -> Proof:
+    """Check given steps again: what they prove, without integration."""
+    if not steps:
+        return Proof([], [], "there are no steps")
+    # In as many bits as `prove` took: what comes out is compared with the certificate bit by bit.
+    start = enclosed(problem, theta2_0, steps[0].bits + AT_START)
+    checker, reason = OrbitChecker(start), ""
+    try:
+        for step in steps:
+            checker.take(step)
+    except Undecided as doubt:
+        reason = str(doubt)
+    if not reason and len(checker.crossings) < n_crossings:
+        reason = "the steps end before the last crossing"
+    return Proof(checker.crossings[:n_crossings], list(steps), reason)
+
+
+def steps_for(problem: RouteProblem, time: float, theta2_0: Exact) -> int:
+    """Number of steps that a proof up to a time t' takes, if each has its full length."""
+    start = enclosed(problem, theta2_0, AT_START)
+    longest = Approximation(start.coefficients, start.state).longest
+    return min(STEPS, math.ceil(time * float(start.unit) / longest))
+
+
+def bits_for(problem: RouteProblem, time: float, theta2_0: Exact) -> int:
+    """Bits that a proof up to a time t' asks for, by the mean growth of its bound."""
+    start = enclosed(problem, theta2_0, AT_START)
+    size = float(start.state[2].abs_upper())
+    # The rate at |M3| = |M|, as beside the periodic orbits, where an orbit spends most of its time.
+    rate = float(OrbitChecker(start).growth.rate(arb(size), arb(0)))
+    return math.ceil(MEAN * rate * time * float(start.unit) / math.log(2)) + LEFT
+
+
+LEFT = 14
+"""Bits that are to be left at the end."""
+MEAN = 0.9
+"""Mean rate of growth over that far from a crossing, where M3 passes zero; measured on Fig. 4."""
+
+
+def _digits(bound: arb) -> int:
+    """Binary digits behind the point before a bound's first one."""
+    mantissa, exponent = bound.upper().man_exp()
+    return max(0, -(int(exponent) + int(mantissa).bit_length()))

@@ -1,0 +1,151 @@
+"""Orbits that follow a certain route, sampled in double precision with theta3 and alpha."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rigidpend.mechanics import hodograph
+from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.coordinates import (
+    Aligned,
+    body_from_aligned,
+    canonical_from_aligned,
+    scale,
+)
+from rigidpend.mechanics.equations import aligned, aligned_coefficients
+from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Numbers
+from rigidpend.orbits import integrate
+from rigidpend.orbits.integrate.records import separatrix_beside
+from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.start import Scales, start, states_double
+
+
+class RouteOrbit(NamedTuple):
+    """A sampled orbit of a route, with the errors of its crossings."""
+
+    t: Array
+    """Times t' of the samples, (n,)."""
+    states: Array
+    """States of the samples, (7, n): six aligned components and theta3."""
+    crossing_error: Array
+    """Delay of the crossings of J1 = J2/2 behind those of the route, t', (k,)."""
+
+
+def follow(
+    problem: RouteProblem,
+    theta2_0: float,
+    crossing_time: Array,
+    *,
+    step: float,
+    engine: str,
+    tolerance: float,
+) -> RouteOrbit:
+    """Integrate the orbit of a route, sampled evenly to half a passage behind its last crossing.
+
+    Parameters
+    ----------
+    problem : RouteProblem
+    theta2_0 : float
+        Initial phase in radians.
+    crossing_time : (k,) array
+        t' of the crossings of the route, k >= 2.
+    step : float
+        t' between samples.
+    engine, tolerance : as in `integrate.sample`
+    """
+    end = crossing_time[-1] + (crossing_time[-1] - crossing_time[-2]) / 2
+    t = np.arange(0.0, end, step)
+    # One integration for both: the samples to be drawn, and the crossings by which they are judged.
+    times = np.union1d(t, crossing_time)
+    states = integrate.sample(
+        hodograph.field_without_alpha(problem.body),
+        initial_state(problem, theta2_0),
+        times,
+        engine=engine,
+        tolerance=tolerance,
+    )
+    at = np.searchsorted(times, crossing_time)
+    rates = aligned(states[:6, at], aligned_coefficients(problem.body.angles(), math))
+    # One Newton step: M3 at the route's crossing over its rate is the delay.
+    return RouteOrbit(t, states[:, np.searchsorted(times, t)], -states[2, at] / rates[2])
+
+
+def initial_state(problem: RouteProblem, theta2_0: float) -> Array:
+    """State (7,) of the orbit at t' = 0, with theta3 = 0."""
+    # As route codes start in doubles, so that the route of the samples can be held against theirs.
+    state = states_double(start(problem, 53, Scales()), np.array([theta2_0]), 0.0)[:, 0]
+    return np.array([*state, 0.0])
+
+
+def alpha(states: Array, body: Body) -> Array:
+    """Angle alpha in radians of states (7, ...), whose last component is theta3, by (th_al).
+
+    It differs from theta3 by less than pi/2, so that it is continuous where theta3 is.
+    """
+    M, gamma = physical(states, body)
+    omega = hodograph.angular_velocity(M, _moments(body))
+    return np.asarray(states[6] + hodograph.alpha_ahead(M, omega, gamma))
+
+
+def alpha_at(
+    body: Body, states: Array, ends: ArrayLike, tolerance: float, engine: str | None = None
+) -> Array:
+    """Angle alpha (n,) in radians of orbits, each at a time t' of its own.
+
+    Parameters
+    ----------
+    body : Body
+    states : (7, n) array
+        Aligned components and theta3 at t' = 0.
+    ends : (n,) array
+        t'.
+    tolerance, engine : as in `integrate.ends`
+    """
+    field = hodograph.field_without_alpha(body)
+    found = integrate.ends(field, states, ends, engine=engine, tolerance=tolerance)
+    return alpha(found, body)
+
+
+def separatrices(states: Array) -> NDArray[np.uint8]:
+    """Separatrices beside which successive samples (6 or more, n) change the sign of M3."""
+    Qp, Qm, M3 = states[:3]
+    k = np.flatnonzero(np.sign(M3[:-1]) * np.sign(M3[1:]) < 0)
+    beside = map(separatrix_beside, M3[k] < 0, Qp[k], Qm[k])
+    return np.array(list(beside), dtype=np.uint8)
+
+
+def samples(body: Body, orbit: RouteOrbit) -> dict[str, Array]:
+    """Samples as fields: t', angles in radians, omega (n, 3) in the fixed basis, physical."""
+    *state, theta3 = orbit.states
+    M, gamma = physical(state, body)
+    omega = hodograph.angular_velocity(M, _moments(body))
+    angle = alpha(orbit.states, body)
+    c = canonical_from_aligned(Aligned(*state), body.alpha0, body.beta0)
+    return {
+        "t": orbit.t,
+        "theta1": c.theta1,
+        "J1_over_J2": c.J1 / c.J2,
+        "theta3": theta3,
+        "alpha": angle,
+        "omega": hodograph.fixed_components(omega, gamma, angle),
+    }
+
+
+def vertices(separatrices: ArrayLike) -> str:
+    """Vertices of the heteroclinic cycle that a route passes, as the paper writes them."""
+    # 2 and 4 rise from vertex i to i*, 1 and 3 fall from i* to i.
+    return "-".join(f"{i}-{i}*" if i in (2, 4) else f"{i}*-{i}" for i in np.ravel(separatrices))
+
+
+def physical(states: Numbers, body: Body) -> tuple[Array, Array]:
+    """Convert states, aligned in six components, to physical M and gamma, each (3, ...)."""
+    return body_from_aligned(Aligned(*states[:6]), body.alpha0, scale(_moments(body), math))
+
+
+def _moments(body: Body) -> list[float]:
+    return [float(x) for x in body.A]

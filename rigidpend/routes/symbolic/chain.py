@@ -1,0 +1,255 @@
+"""Chains of passages: all crossings of an orbit with a given address, found at once.
+
+In a passage an orbit keeps the invariant I of a periodic orbit, while its angle grows by
+-ln|I|/Lambda(I). So a passage is given by the angles a and b at its ends: I follows from b - a
+and the symbol, the crossings from the inverse charts. Where two passages meet, chi and d agree.
+These equations tie a passage to its neighbours alone, so that Newton's method on all of them is
+a banded system, and no error grows along the orbit as it does in integration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_banded
+
+from rigidpend.numbers.doubles import Array
+from rigidpend.orbits.return_map import SectionPoint
+from rigidpend.routes.symbolic.tables import Level, PassageEnds, Signs
+
+MOST_ITERATIONS = 12
+LONGEST_STEP = 0.5
+"""Largest change of an angle in one iteration, radians."""
+SETTLED = 1e-9
+"""Size of the last correction, radians or widths of tables; its square, below rounding, is left."""
+WIDTH = 2
+"""Number of diagonals of the Jacobian above and below the main one."""
+
+
+class NoOrbit(ArithmeticError):
+    """No orbit has that address in the range of the map; the message gives the reason."""
+
+
+class Arrival(NamedTuple):
+    """The passage before the first crossing, as a function of one unknown."""
+
+    I: float
+    b: float
+    I_slope: float
+    b_slope: float
+
+    def crossing(self, level: Level) -> PassageEnds:
+        """The first crossing, an upward one: where that passage ends."""
+        upper, rising = np.array([True]), np.array([False])
+        return level.crossings(upper, rising, np.array([self.I]), np.array([self.b]))
+
+
+Begin: TypeAlias = Callable[[float], Arrival]
+
+
+def on_surface(b: float) -> Arrival:
+    """The arrival of an orbit on the unstable surface of the lower periodic orbit."""
+    return Arrival(0.0, b, 0.0, 1.0)
+
+
+class Chain(NamedTuple):
+    """An orbit through N passages, with its N + 1 crossings."""
+
+    unknown: float
+    """Value on which :class:`Arrival` depends."""
+    a: Array
+    """(N,) radians, or one more: the angle at the beginning of each passage."""
+    b: Array
+    """(N,) radians: the angle at its end."""
+    I: Array
+    """(N,) the invariants."""
+    chi: Array
+    """(N + 1,) radians, whole turns included."""
+    d: Array
+    """(N + 1,) dimensionless."""
+    time: Array
+    """(N,) t' of the passages."""
+    residual: float
+    """Largest disagreement where two passages meet: radians, or shares of the tables' width."""
+
+
+def signs_of(symbols: Signs, first_upper: bool = True) -> Signs:
+    """The signs of I: positive for symbol 1 past the upper orbit, and for 0 past the lower."""
+    upper = (np.arange(len(symbols)) % 2 == 0) == first_upper
+    return np.where((np.asarray(symbols) == 1) == upper, 1, -1)
+
+
+class System(NamedTuple):
+    """The equations of a chain at one energy."""
+
+    level: Level
+    begin: Begin
+    signs: Signs
+    """(N,)."""
+    last: float | None
+    """chi of the last crossing, radians; None for an orbit that ends on a stable surface."""
+    longer: float = 0.0
+    """Radians by which each passage is made longer, so that no crossing disturbs the next."""
+
+    def guess(self, angles: Array, unknown: float) -> Array:
+        """The unknowns of a chain whose crossings lie near chi = `angles`, (N + 1,)."""
+        n = len(self.signs)
+        upper = np.arange(n + 1) % 2 == 0
+        zero = np.zeros(n + 1)
+        before = self.level.crossings(~upper[:n], upper[:n], zero[:n], angles[1:])
+        after = self.level.crossings(upper, upper, zero, angles)
+        a, b = 2 * angles - after.chi, 2 * angles[1:] - before.chi
+        x = np.empty(1 + 2 * n + (self.last is None))
+        x[0] = unknown
+        x[1::2] = a[: len(x[1::2])]
+        x[2::2] = b
+        return x
+
+    def nearer(self, angles: Array, unknown: float) -> Array:
+        """The same for chi = `angles` themselves: with the invariants that these lead to."""
+        x, n = self.guess(angles, unknown), len(self.signs)
+        upper = np.arange(n) % 2 == 0
+        for _ in range(MOST_ITERATIONS):
+            a, b = x[1::2], x[2::2]
+            I, _ = self.level.invariants(self.signs, b - a[:n])
+            a[:n] += angles[:n] - self.level.crossings(upper, upper, I, a[:n]).chi
+            b += angles[1:] - self.level.crossings(~upper, upper, I, b).chi
+        return x
+
+    def unknowns(self, made: Chain) -> Array:
+        """The unknowns of a chain that was found: a guess for another system."""
+        x = np.empty(1 + len(made.a) + len(made.b))
+        x[0], x[1::2], x[2::2] = made.unknown, made.a, made.b
+        return x
+
+    def evaluated(self, x: Array) -> tuple[Array, Array, Chain]:
+        """Residuals, the Jacobian in bands, and the chain."""
+        n, level = len(self.signs), self.level
+        arrival = self.begin(float(x[0]))
+        a, b = x[1::2], x[2::2]
+        I, slope = level.invariants(self.signs, b - a[:n] + self.longer)
+        odd = np.arange(n + 1) % 2 == 1
+        upper, free = ~odd[: len(a)], np.zeros(len(a) - n)
+        both = level.crossings(
+            np.concatenate((~odd, upper)),
+            np.concatenate((odd, upper)),
+            np.concatenate(([arrival.I], I, I, free)),
+            np.concatenate(([arrival.b], b, a)),
+        )
+        ends, starts = both.part(slice(0, n + 1)), both.part(slice(n + 1, None))
+        turned = ends.chi[1:] - starts.chi[:n]
+        time = starts.constant[:n] - ends.constant[1:] + level.rates(I).rotation * turned
+        rows, bands = self._equations(arrival, np.append(slope, free), starts, ends)
+        made = Chain(
+            float(x[0]), a, b, I, ends.chi, ends.d, time, float(np.abs(rows).max(initial=0.0))
+        )
+        return rows, bands, made
+
+    def _equations(
+        self, arrival: Arrival, slope: Array, starts: PassageEnds, ends: PassageEnds
+    ) -> tuple[Array, Array]:
+        n, m = len(self.signs), len(slope)
+        size, width = 1 + n + m, self.level.unit
+        rows, bands = np.zeros(size), np.zeros((2 * WIDTH + 1, size))
+
+        def put(row: NDArray[np.int64], column: NDArray[np.int64], value: Array) -> None:
+            bands[WIDTH + row - column, column] = value
+
+        k, j = np.arange(m), np.arange(n)
+        parts = ((ends.chi, ends.chi_by, starts.chi, starts.chi_by, 1.0),
+                 (ends.d, ends.d_by, starts.d, starts.d_by, width))  # fmt: skip
+        for part, (behind, behind_by, before, before_by, unit) in enumerate(parts):
+            row = 2 * k + part
+            rows[row] = (behind[:m] - before) / unit
+            bands[WIDTH + part, 0] = (
+                behind_by[0][0] * arrival.I_slope + behind_by[1][0] * arrival.b_slope
+            ) / unit
+            in_a, in_b = -before_by[0] * slope + before_by[1], before_by[0] * slope
+            put(row, 2 * k + 1, -in_a / unit)
+            put(row[:n], 2 * j + 2, -in_b[:n] / unit)
+            in_a, in_b = -behind_by[0][1:] * slope[:n], behind_by[0][1:] * slope[:n]
+            in_b = in_b + behind_by[1][1:]
+            inner = np.arange(min(n, m - 1))
+            put(2 * inner + 2 + part, 2 * inner + 1, in_a[inner] / unit)
+            put(2 * inner + 2 + part, 2 * inner + 2, in_b[inner] / unit)
+            if part == 0 and self.last is not None:
+                rows[-1] = ends.chi[-1] - self.last
+                bands[WIDTH + 1, -2], bands[WIDTH, -1] = in_a[-1], in_b[-1]
+        return rows, bands
+
+    def cyclic(self, x: Array, total: float) -> tuple[Array, Array, Chain]:
+        """Residuals, Jacobian and chain of a closed orbit, whose angle grows by `total` in all.
+
+        The first unknown has no part in it: the last passage is the one before the first.
+        """
+        n, level = len(self.signs), self.level
+        a, b = x[1::2], x[2::2]
+        I, slope = level.invariants(self.signs, b - a)
+        upper = np.arange(n) % 2 == 0
+        starts = level.crossings(upper, upper, I, a)
+        ends = level.crossings(~upper, upper, I, b)
+        after = np.roll(np.arange(n), -1)
+        shift = np.where(after == 0, total, 0.0)
+        rows, matrix = np.empty(2 * n), np.zeros((2 * n, 2 * n))
+        k, wide = np.arange(n), level.unit
+        parts = ((ends.chi - starts.chi[after] - shift, ends.chi_by, starts.chi_by, 1.0),
+                 (ends.d - starts.d[after], ends.d_by, starts.d_by, wide))  # fmt: skip
+        for part, (off, behind, before, unit) in enumerate(parts):
+            row = 2 * k + part
+            rows[row] = off / unit
+            matrix[row, 2 * k] += -behind[0] * slope / unit
+            matrix[row, 2 * k + 1] += (behind[0] * slope + behind[1]) / unit
+            matrix[row, 2 * after] -= ((before[1] - before[0] * slope) / unit)[after]
+            matrix[row, 2 * after + 1] -= (before[0] * slope / unit)[after]
+        turned = ends.chi - starts.chi
+        time = starts.constant - ends.constant + level.rates(I).rotation * turned
+        chi = np.append(starts.chi, ends.chi[-1])
+        d = np.append(starts.d, ends.d[-1])
+        residual = float(np.abs(rows).max())
+        return rows, matrix, Chain(float(x[0]), a, b, I, chi, d, time, residual)
+
+    def solved(self, x: Array) -> Chain:
+        """The chain, by Newton's method from a guess.
+
+        Raises
+        ------
+        NoOrbit
+            The iteration does not settle, or leaves the tables.
+        """
+        for _ in range(MOST_ITERATIONS):
+            rows, bands, _ = self.evaluated(x)
+            try:
+                step = solve_banded((WIDTH, WIDTH), bands, rows, check_finite=False)
+            except np.linalg.LinAlgError:
+                break
+            size = float(np.abs(step).max())
+            if not np.isfinite(size):
+                break
+            x = x - step * min(1.0, LONGEST_STEP / max(size, 1e-300))
+            if size < SETTLED:
+                return self._checked(self.evaluated(x)[2])
+        raise NoOrbit("Newton's method does not settle")
+
+    def _checked(self, made: Chain) -> Chain:
+        widest = self.level.widest
+        at = np.flatnonzero(np.abs(made.I) >= widest)
+        if at.size:
+            k = int(at[0])
+            raise NoOrbit(f"passage {k + 1} would need |I| above {widest:.3g}, the tables' end")
+        return made
+
+
+def tangents(level: Level, chain: Chain) -> Array:
+    """(n, 3, 2) the derivatives of d, chi and t' behind each passage in d and chi before it."""
+    n = len(chain.b)
+    found = np.empty((n, 3, 2))
+    for rising in (True, False):
+        here = slice(0 if rising else 1, n, 2)
+        point = SectionPoint(rising, chain.d[:n][here], chain.chi[:n][here])
+        if len(point.d):
+            passed = level.map_level.passage(point, slopes=True)
+            found[here] = np.moveaxis(passed.slopes[:3], -1, 0)
+    return found

@@ -1,0 +1,280 @@
+"""Orbits from their codes: the initial phase theta2_0 on S1- whose orbit has a given address."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from decimal import Decimal
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.mechanics.body import Body
+from rigidpend.numbers import checked
+from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.exact import Exact
+from rigidpend.numbers.generic import Scalar
+from rigidpend.routes import route_codes
+from rigidpend.routes.problem import ProblemError, RouteProblem
+from rigidpend.routes.symbolic.address import Address, AddressError, parsed
+from rigidpend.routes.symbolic.chain import NoOrbit, signs_of
+from rigidpend.routes.symbolic.confirm import passages
+from rigidpend.routes.symbolic.follow import followed
+from rigidpend.routes.symbolic.refine import Refined, refined
+from rigidpend.routes.symbolic.shortest import (
+    Path,
+    exactly,
+    followed_on,
+    shortest,
+)
+from rigidpend.routes.symbolic.surface import (
+    SECANTS,
+    SETTLED,
+    Surface,
+    surface,
+)
+from rigidpend.routes.symbolic.tables import Level
+
+MOST_SYMBOLS = 10_000
+DIGITS = 28
+MOST_DIGITS = 200
+"""Largest number of digits of theta2_0: an integration takes as long as their cube."""
+
+
+class FoundOrbit(NamedTuple):
+    """An orbit of S1- with a given address.
+
+    Its last crossing is at gamma3 = 0, in the middle of its cell: there it is its own image in
+    time and returns on the way on which it came. Where no such orbit has the half rotations that
+    are asked for, the last crossing is elsewhere in its cell.
+    """
+
+    theta2_0: Decimal
+    """Radians, to `digits` digits behind the point; `route_codes` takes it as it is."""
+    address: Address
+    digits: int
+    fixed: int
+    """Number of the first symbols that its digits determine."""
+    confirmed: int
+    """Number of the first symbols that integration of the full equations has established."""
+    bits: int
+    """Precision of that integration."""
+    delay: float
+    """Largest difference of a crossing's time by integration and by the map, t'."""
+    passages: int
+    """Number of passages that have their symbol when each is integrated alone, in doubles."""
+    passage_error: float
+    """Largest error of their times, t'."""
+    chi: Array
+    """(n + 1,) radians: chi of the crossings, whole turns included, by the map."""
+    d: Array
+    """(n + 1,) the small component Q- or Q+ of the crossings, dimensionless."""
+    I: Array
+    """(n,) invariants of the passages, dimensionless."""
+    crossing_time: Array
+    """(n + 1,) t' of the crossings from the start, by the map."""
+    residual: float
+    """Largest disagreement where passages meet, radians or shares of the tables' width."""
+
+    @property
+    def symbols(self) -> NDArray[np.uint8]:
+        """The symbols, (n,)."""
+        return np.array(self.address.symbols, dtype=np.uint8)
+
+
+class Solved(NamedTuple):
+    """A path at its own energy."""
+
+    path: Path
+    level: Level
+    by_energy: float
+    """Derivative of theta2_0 in the energy, at a given end."""
+
+
+def find_orbit(
+    body: Body,
+    code: str | Sequence[int] | NDArray[np.integer[Any]] | Address,
+    *,
+    h0: Scalar,
+    J1_0: Scalar,
+    near: Scalar | None = None,
+    digits: int = DIGITS,
+) -> FoundOrbit:
+    """The orbit of Fig. 4's kind whose route code, or address, is given.
+
+    Parameters
+    ----------
+    body : Body
+    code : str, sequence of int, or Address
+        Symbols, "0011", or with the half rotations of every passage, "a 0^11 1^10 1^11": see
+        `rigidpend.routes.symbolic.address`. Where they are free they are as few as an orbit with room
+        around its crossings can take.
+    h0 : number
+        Energy constant, greater than mu.
+    J1_0 : number
+        Initial action, dimensionless, small beside J2_0.
+    near : number, optional
+        A phase, radians: half rotations are taken from its orbit as far as that has the code.
+    digits : int, optional
+        Digits of theta2_0 behind the point, 10 to 200. A symbol takes 1.2 or more of them.
+
+    Returns
+    -------
+    FoundOrbit
+
+    Raises
+    ------
+    NoOrbit
+        There is no such orbit in the range of the return map; the message gives the reason.
+    AddressError, ProblemError, ExactError
+        A value that is excluded or that is no number; the message says which.
+    MapError
+        The body's orbits have no return map, or J1_0 lies outside of it.
+
+    Examples
+    --------
+    >>> body = Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
+    >>> found = find_orbit(body, "0011", h0="1.3342", J1_0="1e-8")
+    >>> str(found.address)
+    'b (0^11)*2 (1^11)*2'
+    """
+    address = parsed(code)
+    digits = checked.whole("digits", digits, 10, MOST_DIGITS, ProblemError)
+    n = len(address.symbols)
+    if n > MOST_SYMBOLS:
+        raise AddressError(f"a code has at most {MOST_SYMBOLS} symbols, got {n}")
+    problem = RouteProblem(body, h0, J1_0, n)
+    near = None if near is None else checked.number("near", near, ProblemError)
+    orbits = surface(problem)
+    solved = _solved(orbits, address, near)
+    fine = refined(orbits, solved, digits)
+    return _record(body, solved, address, fine, _confirmed(problem, address, fine), digits)
+
+
+def _confirmed(problem: RouteProblem, address: Address, fine: Refined) -> int:
+    """Number of symbols that two integrations of the full equations establish."""
+    if not fine.fixed:
+        return 0
+    routes = route_codes(
+        problem.body,
+        [fine.theta2_0],
+        h0=problem.h0,
+        J1_0=problem.J1_0,
+        n_symbols=fine.fixed,
+        precisions=(fine.bits,),
+        method="integration",
+    )
+    right = routes.codes[:, 0] == np.array(address.symbols[: fine.fixed])
+    if not right[routes.certain[:, 0]].all():
+        raise NoOrbit("integration of the full equations finds other symbols")
+    return int(np.logical_and.accumulate(routes.certain[:, 0] & right).sum())
+
+
+def _record(
+    body: Body, solved: Solved, address: Address, fine: Refined, confirmed: int, digits: int
+) -> FoundOrbit:
+    made = solved.path
+    alone = passages(body, solved.level, made.chain)
+    first = int(made.cells[0]) % 2
+    return FoundOrbit(
+        fine.theta2_0,
+        Address(first, address.symbols, made.half_turns),
+        digits,
+        fine.fixed,
+        confirmed,
+        fine.bits,
+        fine.delay,
+        int(alone.right.sum()),
+        float(np.abs(alone.late[alone.right]).max(initial=0.0)),
+        made.chain.chi,
+        made.chain.d,
+        made.chain.I,
+        fine.crossing_time,
+        made.chain.residual,
+    )
+
+
+def _solved(orbits: Surface, address: Address, near: Exact | None) -> Solved:
+    """The path of an address at its own energy, which depends on theta2_0."""
+    h = float(orbits.problem.h0) if near is None else orbits.energy(float(near))
+    level = orbits.level(h)
+    if near is None:
+        return _at_own_energy(orbits, _either(orbits, level, address, math.pi), h, level)
+    other, beside = followed(orbits, float(near), len(address.symbols))
+    asked = _nearby(address, other)
+    for k, each in enumerate(asked):
+        own = beside if (each.symbols, each.half_turns) == other[1:] else None
+        try:
+            made = _either(orbits, level, each, float(near), own)
+            return _at_own_energy(orbits, made, h, level)
+        except NoOrbit:
+            if k == len(asked) - 1:
+                raise
+    raise AssertionError
+
+
+def _nearby(address: Address, other: Address) -> list[Address]:
+    """Addresses with the half rotations of another orbit, first with as many as it has."""
+    if address.half_turns or address.first not in (None, other.first):
+        return [address]
+    pairs = enumerate(zip(other.symbols, address.symbols, strict=False))
+    same = next((k for k, (mine, its) in pairs if mine != its), len(other.symbols))
+    turns = other.half_turns or ()
+    return [Address(other.first, address.symbols, turns[:k]) for k in range(same, -1, -1)]
+
+
+def _either(
+    orbits: Surface, level: Level, address: Address, middle: float, beside: Array | None = None
+) -> Path:
+    """The path from the first cell that is asked for, or from the one that takes less time.
+
+    `middle` is the middle of the turn of theta2_0, radians, in which the first cell is sought,
+    `beside` chi of the crossings of an orbit with this very address, if one is known.
+    """
+    signs, begin = signs_of(np.array(address.symbols)), orbits.begin(level)
+    given = address.half_turns or ()
+    found, reason = [], None
+    origin = float(begin(0.0).crossing(level).chi[0])
+    for cell in _first_cells((origin + middle) / math.pi):
+        if address.first is not None and cell % 2 != address.first:
+            continue
+        unknown = math.pi * cell - origin
+        try:
+            if len(given) < len(signs):
+                found.append(shortest(level, begin, signs, cell, unknown, given))
+            else:
+                here = beside is not None and round(float(beside[0]) / math.pi) == cell
+                own, unknown = (beside, middle) if here else (None, unknown)
+                found.append(exactly(level, begin, signs, cell, unknown, given, own))
+        except NoOrbit as error:
+            reason = error
+    if not found:
+        raise NoOrbit(str(reason))
+    return min(found, key=lambda each: float(each.chain.time.sum()))
+
+
+def _first_cells(place: float) -> tuple[int, int]:
+    """The cell of a place in half rotations, and its nearer neighbour."""
+    cell = round(place)
+    return cell, cell + 1 if place > cell else cell - 1
+
+
+def _at_own_energy(orbits: Surface, made: Path, h: float, level: Level) -> Solved:
+    """The path where theta2_0 and the energy belong together, by secants in the energy."""
+    signs = np.sign(made.chain.I).astype(int)
+    theta, slope = made.chain.unknown, 0.0
+    for _ in range(SECANTS):
+        off = orbits.energy(theta) - h
+        step = off / (1 - orbits.energy_slope(theta) * slope)
+        if abs(step) < 2e-16 * abs(h):
+            break
+        h, before = h + step, theta
+        level = orbits.level(h)
+        made = followed_on(level, orbits.begin(level), signs, made)
+        theta = made.chain.unknown
+        if abs(step) > 1e-9 * abs(h):
+            slope = (theta - before) / step
+        if abs(theta - before) < SETTLED:
+            break
+    return Solved(made, level, slope)

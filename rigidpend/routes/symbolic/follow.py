@@ -1,0 +1,146 @@
+"""The address of a given orbit: from its crossings, found by the map or by integration."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.mechanics.body import Body
+from rigidpend.numbers import checked
+from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.exact import PRECISIONS, Exact
+from rigidpend.numbers.generic import Scalar
+from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.return_map import MapError, SectionPoint
+from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.return_map.reduced import coefficients
+from rigidpend.routes import route_codes
+from rigidpend.routes.problem import ProblemError, RouteProblem
+from rigidpend.routes.start import Scales, start, states_exact
+from rigidpend.routes.symbolic.address import Address
+from rigidpend.routes.symbolic.surface import Surface, surface
+from rigidpend.routes.symbolic.tables import Level
+
+LEAST_BITS = 64
+"""Least precision of the states at crossings."""
+
+
+class SectionCrossings(NamedTuple):
+    """SectionCrossings of one orbit as points of the section, (k,) each."""
+
+    rising: NDArray[np.bool_]
+    d: Array
+    """Dimensionless: the small one of Qm (rising) and Qp."""
+    chi: Array
+    """Radians in (-pi, pi]."""
+
+
+def address_of(
+    body: Body,
+    theta2_0: Scalar,
+    *,
+    h0: Scalar,
+    J1_0: Scalar,
+    n_symbols: int = 15,
+    precisions: Sequence[int] = PRECISIONS,
+) -> Address:
+    """The address of an orbit of S1-: the inverse of `find_orbit`.
+
+    The orbit is integrated; the address ends before the first symbol that is not certain.
+
+    Parameters
+    ----------
+    body : Body
+    theta2_0 : number
+        Initial phase, radians.
+    h0, J1_0 : number
+        As in `route_codes`.
+    n_symbols : int, optional
+    precisions : sequence of int, optional
+        Bits, ascending.
+
+    Raises
+    ------
+    MapError
+        The orbit leaves the range of the return map, or has none.
+    ProblemError, ExactError
+        A value that is excluded or that is no number.
+    """
+    problem = RouteProblem(body, h0, J1_0, n_symbols)
+    phase = checked.number("theta2_0", theta2_0, ProblemError)
+    routes = route_codes(
+        body, [phase], h0=problem.h0, J1_0=problem.J1_0, n_symbols=n_symbols,
+        precisions=precisions, method="integration",
+    )  # fmt: skip
+    n = int(np.logical_and.accumulate(routes.certain[:, 0] & (routes.codes[:, 0] < 2)).sum())
+    if not n:
+        raise MapError("the orbit has no certain symbol")
+    times = routes.crossing_time[: n + 1, 0]
+    bits = max(LEAST_BITS, int(routes.bits[0]))
+    points = crossings_of(problem, phase, [Fraction(float(t)) for t in times], bits)
+    orbits = surface(problem)
+    level = orbits.level(orbits.energy(float(phase)))
+    return _addressed(level, points, routes.codes[:n, 0])
+
+
+def _addressed(level: Level, points: SectionCrossings, symbols: NDArray[np.uint8]) -> Address:
+    """The address of crossings, each followed by the map through one passage alone."""
+    turned = np.zeros(len(symbols))
+    for rising in (True, False):
+        here = np.flatnonzero(points.rising[:-1] == rising)
+        if here.size:
+            passed = level.map_level.passage(SectionPoint(rising, points.d[here], points.chi[here]))
+            wrong = ~passed.inside | (passed.symbol != symbols[here])
+            if wrong.any():
+                k = int(here[np.flatnonzero(wrong)[0]])
+                raise MapError(f"passage {k + 1} of the orbit lies outside of the return map")
+            turned[here] = passed.turned
+    chi = points.chi[0] + np.concatenate(([0.0], np.cumsum(turned)))
+    # Each end anew: what turned errs by does not add up.
+    at = points.chi + 2 * np.pi * np.rint((chi - points.chi) / (2 * np.pi))
+    return Address.of(at, symbols)
+
+
+def crossings_of(
+    problem: RouteProblem, theta2: Exact, times: Sequence[Fraction], bits: int
+) -> SectionCrossings:
+    """The crossings of an orbit by integration, where their times t' are known."""
+    begin = start(problem, bits, Scales())
+    [state] = states_exact(begin, [theta2], bits)
+    found = np.array(states_at(begin.coefficients, state, times, bits), dtype=float)
+    return section_points(problem.body, found.T)
+
+
+def section_points(body: Body, states: Array) -> SectionCrossings:
+    """Points of the section M3 = 0 from aligned components (6, k), the inverse of section_state."""
+    c = coefficients(body.angles(), "1", precision(53))
+    rising = np.abs(states[0]) > np.abs(states[1])
+    mirrored = np.where(rising, states[0], states[1]) < 0
+    sign = np.where(mirrored, -1.0, 1.0)
+    Qp, Qm = sign * states[0], sign * states[1]
+    M1, M2 = (Qp + Qm) * c.to_M1, (Qp - Qm) * c.to_M2
+    cos = (states[4] * M1 - states[3] * M2) / np.hypot(M1, M2)
+    return SectionCrossings(rising, np.where(rising, Qm, Qp), np.arctan2(-sign * states[5], cos))
+
+
+def followed(orbits: Surface, theta2: float, n: int) -> tuple[Address, Array]:
+    """The address of the orbit of a phase, by at most n passages of the map in doubles.
+
+    With it comes chi of its crossings, radians, whole turns included.
+    """
+    level = orbits.level(orbits.energy(theta2))
+    at = orbits.begin(level)(theta2).crossing(level)
+    point, chi = SectionPoint(True, at.d, at.chi), float(at.chi[0])
+    symbols, found = [], [chi]
+    for _ in range(n):
+        passed = level.map_level.passage(point)
+        if not passed.inside[0]:
+            break
+        chi, point = chi + float(passed.turned[0]), passed.point
+        symbols.append(int(passed.symbol[0]))
+        found.append(chi)
+    return Address.of(found, symbols), np.array(found)

@@ -1,0 +1,273 @@
+"""Chains with given half rotations, and the fewest that an orbit with given symbols can take."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from rigidpend.numbers.doubles import Array
+from rigidpend.routes.symbolic.address import cells_of
+from rigidpend.routes.symbolic.chain import (
+    Arrival,
+    Begin,
+    Chain,
+    NoOrbit,
+    System,
+)
+from rigidpend.routes.symbolic.tables import Level, Signs
+
+APART = 4
+"""Half rotations beyond the splitting's from which no crossing disturbs the next."""
+SHORTEST_STEP = 0.02
+"""Least step of that length, radians; a chain that ends between two such steps ends in a fold."""
+WINDOW = 8
+"""Number of passages on each side that feel it when one is shortened: less by a third for each."""
+INSIDE = 0.36
+"""Distance from the middle of a cell, half rotations, within which free crossings stay.
+
+Nearer to the border, 0.5, orbits end in folds. Measured on random words: at 0.45 some of 200
+symbols could not be put together from their windows, at 0.36 none of 1,000."""
+LESSENED = 100
+"""Number of symbols up to which half rotations are lessened one by one, 30 ms each."""
+MORE = 24
+"""Largest number of half rotations above the tables' least that are tried alike for all."""
+
+
+class Path(NamedTuple):
+    """A chain with the cells j of its crossings."""
+
+    chain: Chain
+    cells: Signs
+    """(N + 1,) chi is nearest to j pi."""
+
+    @property
+    def symmetric(self) -> bool:
+        """True if the last crossing is in the middle of its cell, at gamma3 = 0."""
+        return abs(float(self.chain.chi[-1]) - math.pi * int(self.cells[-1])) < 1e-6
+
+    @property
+    def half_turns(self) -> tuple[int, ...]:
+        """Half rotations of each passage."""
+        return tuple(int(n) for n in np.diff(self.cells))
+
+
+def path(
+    level: Level,
+    begin: Begin,
+    signs: Signs,
+    cells: Signs,
+    unknown: float,
+    patient: bool = True,
+    end: float = 0.0,
+) -> Path:
+    """The chain whose crossings lie in given cells, the last one `end` off the middle of its own.
+
+    Where Newton's method does not find it from the middles of the cells, and one is `patient`,
+    passages are made longer, until no crossing disturbs the next, and then shorter by steps.
+
+    Raises
+    ------
+    NoOrbit
+        There is none in the range of the map; the message says which passage is too short.
+    """
+    angles = np.asarray(np.pi * cells, dtype=float)
+    angles[-1] += np.pi * end
+    system = System(level, begin, signs, float(angles[-1]))
+    x = system.guess(angles, unknown)
+    try:
+        return _in_cells(system.solved(x), cells)
+    except NoOrbit:
+        if not patient:
+            raise
+        return _in_cells(_continued(system, x, cells), cells)
+
+
+def followed_on(level: Level, begin: Begin, signs: Signs, made: Path) -> Path:
+    """The path of the same address at a nearby energy."""
+    system = System(level, begin, signs, float(made.chain.chi[-1]))
+    return _in_cells(system.solved(system.unknowns(made.chain)), made.cells)
+
+
+def _continued(system: System, x: Array, cells: Signs) -> Chain:
+    apart = system.level.half_turns(system.level.splitting) + APART
+    longer = max(APART, apart - float(np.diff(cells).min())) * math.pi
+    step, made = longer / 4, None
+    while True:
+        try:
+            made = system._replace(longer=longer).solved(x)
+        except NoOrbit:
+            if made is None or step < SHORTEST_STEP:
+                raise NoOrbit(_reason(system, made, longer)) from None
+            longer, step = longer + step / 2, step / 2
+            continue
+        if longer == 0:
+            return made
+        x = system.unknowns(made)
+        longer = max(0.0, longer - step)
+
+
+def _reason(system: System, made: Chain | None, longer: float) -> str:
+    if made is None:
+        return "Newton's method does not settle even for long passages"
+    level, growth = system.level, made.b - made.a[: len(made.b)]
+    k = int(np.argmin(growth))
+    return (
+        f"none was found with so few half rotations: made longer, the orbit exists until all "
+        f"passages are {longer / math.pi:.2f} of a half rotation longer, and ends there in a fold "
+        f"with another orbit. Passage {k + 1} is the shortest: it would need |I| = "
+        f"{math.exp(-growth[k] * level.exponent):.3g}, and a crossing on the surface has "
+        f"|I| = {level.splitting:.3g} at most"
+    )
+
+
+def _in_cells(chain: Chain, cells: Signs) -> Path:
+    off = np.flatnonzero(cells_of(chain.chi) != cells)
+    if off.size:
+        k = int(off[0])
+        raise NoOrbit(
+            f"the orbit found leaves its address: crossing {k + 1} is "
+            f"{abs(chain.chi[k] / np.pi - cells[k]):.2f} half rotations from where it should be"
+        )
+    return Path(chain, cells)
+
+
+ENDS = 0.0, 0.2, -0.2, 0.4, -0.4
+"""Places of the last crossing in its cell, half rotations from the middle, in the order tried."""
+
+
+STARTS = 60
+"""Number of random starts after that."""
+SLACK = 0.25
+"""Share by which crossings away from the surface may change I more than those on it."""
+
+
+def exactly(
+    level: Level,
+    begin: Begin,
+    signs: Signs,
+    first: int,
+    unknown: float,
+    turns: tuple[int, ...],
+    beside: Array | None = None,
+) -> Path:
+    """The chain with just these half rotations, its last crossing anywhere in its cell.
+
+    `beside` is chi of the crossings of an orbit with this address, radians: that one is taken.
+
+    Raises
+    ------
+    NoOrbit
+        There is none in the range of the map; the message says which passage is too short.
+    """
+    check_possible(level, turns, float(begin(unknown).I))
+    cells, reason = _cells(first, np.array(turns)), NoOrbit()
+    if beside is not None:
+        with contextlib.suppress(NoOrbit):
+            system = System(level, begin, signs, float(beside[-1]))
+            return _in_cells(system.solved(system.nearer(beside, unknown)), cells)
+    for end in ENDS:
+        try:
+            return path(level, begin, signs, cells, unknown, end=end)
+        except NoOrbit as error:
+            reason = reason if str(reason) else error
+    random = np.random.default_rng(len(turns))
+    for offsets in random.uniform(-0.45, 0.45, (STARTS, len(cells))):
+        angles = np.asarray(np.pi * (cells + offsets), dtype=float)
+        system = System(level, begin, signs, float(angles[-1]))
+        try:
+            return _in_cells(system.solved(system.guess(angles, unknown)), cells)
+        except NoOrbit:
+            continue
+    raise reason
+
+
+def check_possible(level: Level, turns: tuple[int, ...], I: float = 0.0) -> None:
+    """Raise NoOrbit where so few half rotations need a larger |I| than crossings can give.
+
+    `turns` half rotations between cells are at most one more between crossings. A crossing
+    changes I by the splitting at most, so |I| is at most that of the passage before and as much.
+    """
+    most = abs(I)
+    for k, n in enumerate(turns):
+        most += (1 + SLACK) * level.splitting
+        needed = level.invariant(n + 1)
+        if needed > most:
+            raise NoOrbit(
+                f"none exists: passage {k + 1} with {n} half rotations needs |I| of {needed:.3g} "
+                f"at least, and crossings give {most:.3g} at most"
+            )
+        most = min(most, level.invariant(n - 1))
+
+
+def shortest(
+    level: Level,
+    begin: Begin,
+    signs: Signs,
+    first: int,
+    unknown: float,
+    given: tuple[int, ...] = (),
+) -> Path:
+    """The chain of a code with few half rotations, some of which may be given, but not all.
+
+    Begun alike for all passages, with the fewest that allow an orbit, they are lessened one
+    by one from the first passage on, as far as an orbit exists whose crossings stay `INSIDE`.
+    Words of more than `LESSENED` symbols keep them alike.
+
+    Raises
+    ------
+    NoOrbit
+        None was found.
+    """
+    n, free = len(signs), len(signs) - len(given)
+    least = max(1, level.fewest_half_turns)
+    reason = None
+    for each in range(least, least + MORE):
+        turns = np.array([*given, *[each] * free])
+        try:
+            made = path(level, begin, signs, _cells(first, turns), unknown, patient=False)
+            if _spread(made) <= INSIDE or given:
+                break
+        except NoOrbit as error:
+            reason = error
+    else:
+        raise NoOrbit(f"from {least} to {least + MORE - 1} half rotations a passage: {reason}")
+    alike = made
+    for k in range(len(given), n if n <= LESSENED else 0):
+        made = _lessened(level, begin, signs, made, k)
+    if made is alike:
+        return made
+    try:
+        return path(level, begin, signs, made.cells, made.chain.unknown, patient=False)
+    except NoOrbit:
+        return alike
+
+
+def _spread(made: Path) -> float:
+    """The largest distance of a crossing from the middle of its cell, half rotations."""
+    return float(np.abs(made.chain.chi / np.pi - made.cells).max())
+
+
+def _cells(first: int, turns: Signs) -> Signs:
+    return first + np.concatenate(([0], np.cumsum(turns)))
+
+
+def _lessened(level: Level, begin: Begin, signs: Signs, made: Path, k: int) -> Path:
+    """The path with as few half rotations in passage k as its neighbours allow."""
+    low, high = max(0, k - WINDOW), min(len(signs), k + 1 + WINDOW)
+    here, unknown = begin, made.chain.unknown
+    if low:
+        I, shift = float(made.chain.I[low - 1]), made.chain.b[low - 1] - made.chain.chi[low]
+        here, unknown = lambda angle: Arrival(I, angle, 0.0, 1.0), shift + np.pi * made.cells[low]
+    while True:
+        cells = made.cells.copy()
+        cells[k + 1 :] -= 1
+        try:
+            part = path(level, here, signs[low:high], cells[low : high + 1], unknown, False)
+        except NoOrbit:
+            return made
+        if _spread(part) > INSIDE:
+            return made
+        made = made._replace(cells=cells)

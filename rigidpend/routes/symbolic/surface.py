@@ -1,0 +1,111 @@
+"""The orbits of Fig. 4 as the beginning of a chain: one for each phase theta2_0 on S1-."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigidpend.mechanics.equations import hamiltonian_J3_0
+from rigidpend.numbers.doubles import Array
+from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
+from rigidpend.orbits.return_map.conjugacy import inverted
+from rigidpend.orbits.return_map.itinerary import Entered, enter
+from rigidpend.orbits.return_map.passage import EnergyLevel
+from rigidpend.routes.mapped import start_Qp
+from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.start import Scales, start
+from rigidpend.routes.symbolic.chain import Arrival
+from rigidpend.routes.symbolic.tables import Level
+
+STEP = 1e-4
+"""Step of the differences in theta2_0, radians: its square is the error of a slope."""
+SECANTS = 12
+SETTLED = 4e-15
+"""Change of theta2_0, radians, at which its energy is found."""
+
+
+class Surface(NamedTuple):
+    """Orbits that start at theta1_0 = alpha0 + beta0, J1_0 and J2_0 = sqrt(2 h0/kappa)."""
+
+    problem: RouteProblem
+    made: ReturnMap
+    """Over the energies of all phases."""
+
+    def level(self, h: float) -> Level:
+        """The map at one energy."""
+        return Level(self.made, h)
+
+    def energy(self, theta2: float) -> float:
+        """The energy of the orbit of a phase (eq. h0_new), dimensionless."""
+        return float(self.energies(theta2, float(self.problem.J1_0.at(53))))
+
+    def energies(self, theta2: Any, J1_0: Any) -> Any:
+        """The energies of orbits with other J1_0, arrays."""
+        p, J2 = self.problem.body.angles(), float(self.problem.J2_0(53))
+        return hamiltonian_J3_0(J1_0, J2, (p.alpha0 + p.beta0, theta2), p, np)
+
+    def first_crossings(self, theta2: Array, J1_0: Array) -> tuple[EnergyLevel, Entered]:
+        """The first crossings of orbits with other J1_0, and the map at the energy of each."""
+        level = self.made.at(self.energies(theta2, J1_0))
+        Qp = start_Qp(self.problem, "1", 53, J1_0)
+        return level, enter(level, Qp, _phase(self.problem, theta2))
+
+    def energy_slope(self, theta2: float) -> float:
+        """Its derivative, per radian."""
+        return (self.energy(theta2 + STEP) - self.energy(theta2 - STEP)) / (2 * STEP)
+
+    def begin(self, level: Level) -> Callable[[float], Arrival]:
+        """The arrival of the orbit of a phase, at a given energy."""
+
+        def arrival(theta2: float) -> Arrival:
+            I, b, _ = self._entered(level, theta2 + STEP * np.array([-1.0, 0.0, 1.0]))
+            return Arrival(
+                float(I[1]),
+                float(b[1]),
+                float(I[2] - I[0]) / (2 * STEP),
+                float(b[2] - b[0]) / (2 * STEP),
+            )
+
+        return arrival
+
+    def first_time(self, level: Level, theta2: Array) -> Array:
+        """t' of the first crossings."""
+        I, b, tau = self._entered(level, theta2)
+        none, yes = np.zeros(len(I), dtype=bool), np.ones(len(I), dtype=bool)
+        at = level.crossings(yes, none, I, b)
+        phase = _phase(self.problem, theta2)
+        found: Array = tau - at.constant + level.rates(I).rotation * (at.chi + phase)
+        return found
+
+    def _entered(self, level: Level, theta2: Array) -> tuple[Array, Array, Array]:
+        """I, b and the oscillating part of the time, of the mirrored starts."""
+        map_level, zero = level.map_level, 0 * theta2
+        phase = _phase(self.problem, theta2)
+        Qp = float(start(self.problem, 53, Scales()).Qp)
+        at = inverted(map_level.nf, map_level.weights, phase, zero + Qp, zero, map_level.a)
+        if np.abs(at.v).max() > map_level.nf.radius:
+            raise MapError(f"J1_0 = {self.problem.J1_0} lies outside of the normal form")
+        I = at.u * at.v
+        return I, -(phase + np.log(at.v) / level.rates(I).exponent), at.tau
+
+
+@functools.lru_cache(maxsize=8)
+def surface(problem: RouteProblem) -> Surface:
+    """The orbits of a problem with their map.
+
+    Raises
+    ------
+    MapError
+        They have none; the message gives the reason.
+    """
+    ends = problem.h0 - problem.body.mu, problem.h0 + problem.body.mu
+    return Surface(problem, return_map(problem.body, h=ends))
+
+
+def _phase(problem: RouteProblem, theta2: Array) -> Array:
+    found: Array = math.pi / 2 - problem.body.angles().beta0 / 2 - theta2
+    return found

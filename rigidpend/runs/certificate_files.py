@@ -1,0 +1,311 @@
+"""Certificates as files: of what they are, what is proven, and the polynomials that prove it.
+
+A certificate is data, and nobody's word: whoever reads it may check it again. To read what is
+proven takes no library of its own; only the check needs python-flint. Its config says the
+experiment and the problem, whole; each column says its phase, and which symbols are proven of
+it. What follows from these, as crossing times do, is not stored, so nothing in it can disagree.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rigidpend.experiments.contract.layout import (
+    TEXT,
+    WHOLE,
+    Field,
+    Layout,
+)
+from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.machine.files import CERTIFICATE
+from rigidpend.numbers.exact import exact
+from rigidpend.results import store
+from rigidpend.routes.alphabet import NO_SYMBOL
+from rigidpend.routes.certified.steps import (
+    MOST_BITS,
+    MOST_TERMS,
+    STEPS,
+    Step,
+)
+
+SUFFIX = f"{CERTIFICATE}.h5"
+"""Ending of a certificate's name, behind that of its result."""
+RATIO = 8
+"""Bytes of its arrays for each byte of a certificate at most: digits cannot be compressed."""
+EACH = 128
+"""Bytes of a certificate for each of its steps at least; the shortest ones have some 300."""
+NUMBERS = 1
+"""Coefficients for each byte of a certificate at most; ordinary ones take several bytes each."""
+
+FIELDS = {
+    "theta2_0": Field(TEXT, ("columns",), "rad", "initial phase of each column, exact"),
+    "codes": Field(
+        WHOLE,
+        ("symbols", "columns"),
+        "1",
+        "symbols, row 0 = symbol 1: 0 left, 1 right, each proven; 255 unproven",
+    ),
+}
+"""Fields that say what is proven."""
+PROOF = {
+    "steps": Field(WHOLE, ("columns",), "1", "number of steps of each orbit"),
+    "half_lengths": Field(
+        WHOLE, ("steps",), "2^-32", "half of a step's length in the orbit's time"
+    ),
+    "step_bits": Field(WHOLE, ("steps",), "bit", "digits behind the point of its coefficients"),
+    "terms": Field(WHOLE, ("steps",), "1", "Chebyshev coefficients of each component"),
+    "widths": Field(WHOLE, ("coefficients",), "byte", "bytes of each coefficient"),
+    "digits": Field(WHOLE, ("bytes",), "1", "coefficients, two's complement, lowest byte first"),
+}
+"""Fields of the proof: steps of all orbits one after the other, their coefficients as bytes."""
+LAYOUT: Layout = {"<arrays>": {**FIELDS, **PROOF}}
+"""Layout of a certificate: a group for each array of its result."""
+
+
+def certificate_of(result: Path) -> Path:
+    """File of the certificate beside a result file."""
+    return result.with_name(result.stem + SUFFIX)
+
+
+def is_certificate(file: Path) -> bool:
+    """True if the name of a file is that of a certificate."""
+    return file.name.endswith(SUFFIX)
+
+
+def results_in(folder: Path) -> list[Path]:
+    """Result files directly in a folder, by name, without the certificates beside them."""
+    return sorted(file for file in folder.glob("*.h5") if not is_certificate(file))
+
+
+def read(path: Path) -> Loaded:
+    """A certificate as plain data; what is proven in it is not checked again.
+
+    Raises
+    ------
+    StoreError
+        As `rigidpend.results.store.load`; also where it says something that no certificate says,
+        or claims more than a file of its length can prove.
+    """
+    loaded = store.load(path, LAYOUT, ratio=RATIO)
+    _check_words(path, store.outline(path, LAYOUT))
+    try:
+        json.loads(loaded["config"])
+    except (ValueError, RecursionError):
+        raise store.StoreError(f"{path}: its config is not JSON") from None
+    length = path.stat().st_size
+    for what, most in (("half_lengths", length // EACH), ("widths", NUMBERS * length)):
+        count = sum(group[what].size for group in loaded["data"].values())
+        if count > most:
+            said = "steps" if what == "half_lengths" else "coefficients"
+            raise store.StoreError(
+                f"{path}: {count} {said}, and a certificate of {length} bytes has {most} at most"
+            )
+    return loaded
+
+
+def _check_words(path: Path, outline: Mapping[str, Mapping[str, Any]]) -> None:
+    """Refuse attributes that are not those of the layout: they could say another unit."""
+    fields = {**FIELDS, **PROOF}
+    for place, found in outline.items():
+        told = {name: x for name, x in found.items() if not name.startswith("(")}
+        expected: dict[str, Any] = {}
+        if place == "/":
+            expected = {"format": told.get("format"), "format_version": store.FORMAT_VERSION}
+        elif place == "/config":
+            expected = {"units": "", "description": "resolved config, JSON"}
+        elif place == "/provenance":
+            continue
+        elif place.count("/") == DEEP:
+            field = fields[place.rpartition("/")[2]]
+            expected = {"units": field.units, "description": field.description}
+        if told != expected:
+            wrong = min(key for key in {*told, *expected} if told.get(key) != expected.get(key))
+            raise store.StoreError(f"{path}: {place}: its attribute {wrong} is not a certificate's")
+
+
+DEEP = 3
+"""Slashes in the place of a field: /data/left/codes."""
+
+
+def beside(result: Path) -> Loaded | None:
+    """The certificate beside a result file; None where there is none.
+
+    Raises
+    ------
+    StoreError
+        There is one that cannot be read.
+    """
+    file = certificate_of(result)
+    return read(file) if file.exists() else None
+
+
+def marked(result: Loaded, certificate: Loaded | None) -> Loaded:
+    """A result whose arrays of codes have a further field `proven`, where a certificate has it.
+
+    A symbol is marked where the certificate is of the same problem and of the same phases, and
+    proves this very symbol.
+    """
+    if certificate is None or not _same_problem(result, certificate):
+        return result
+    held = dict(_groups(result["data"]))
+    for name, proof, group in _pairs(result, certificate):
+        # The problem may be the same, and the symbols still of another version: each is compared.
+        if not _unlike(proof, group):
+            codes = _columns(group["codes"])
+            proven = (proof["codes"] == codes) & (codes != NO_SYMBOL)
+            held[name] = {**group, "proven": proven.reshape(group["codes"].shape)}
+    data = {**result["data"], "levels": held} if "levels" in result["data"] else held
+    return {**result, "data": data}
+
+
+def contradictions(result: Loaded, certificate: Loaded) -> list[str]:
+    """Sentences on certain symbols of a result that a certificate proves to be others."""
+    if not _same_problem(result, certificate):
+        return ["config: the certificate is of another problem; prove this one, or remove it"]
+    found = []
+    for name, proof, group in _pairs(result, certificate):
+        if unlike := _unlike(proof, group):
+            found.append(f"{name}: the certificate is of {unlike}")
+            continue
+        codes, certain = _columns(group["codes"]), _columns(group["certain"])
+        held = (proof["codes"] != NO_SYMBOL) & certain
+        for symbol, column in np.argwhere(held & (proof["codes"] != codes)):
+            found.append(f"{name}: symbol {symbol + 1} of column {column} is proven to be another")
+    return found
+
+
+def count(certificate: Loaded) -> int:
+    """Number of the symbols that a certificate says to prove."""
+    return sum(int((x["codes"] != NO_SYMBOL).sum()) for x in certificate["data"].values())
+
+
+def _same_problem(result: Loaded, certificate: Loaded) -> bool:
+    """True if a certificate is of the experiment and the problem of a result.
+
+    Its numerics and the name of its figure do not count: what is proven is exact.
+    """
+    given, proven = (json.loads(x["config"]) for x in (result, certificate))
+    # Of anybody: a config may be any JSON.
+    return isinstance(given, dict) and proven == {
+        key: given.get(key) for key in ("experiment", "problem")
+    }
+
+
+def _unlike(proof: Data, group: Data) -> str:
+    """What the columns of a certificate are of, if not of a result's; empty where they are."""
+    if proof["codes"].shape != _columns(group["codes"]).shape:
+        return "other orbits"
+    stated = [exact(str(x)) for x in proof["theta2_0"]]
+    # A zoom is about a centre that its config does not tell, and that doubles do not hold.
+    if "centre" in group:
+        return "" if exact(str(group["centre"])) == centre(proof) else "another centre"
+    doubles = np.array([float(x) for x in stated])
+    return "" if np.array_equal(doubles, np.atleast_1d(group["theta2_0"])) else "other phases"
+
+
+def centre(proof: Data) -> Any:
+    """Middle of the phases of an array, exact, in radians.
+
+    Raises
+    ------
+    ExactError
+        A phase is no number.
+    """
+    first, last = (exact(str(proof["theta2_0"][k])) for k in (0, -1))
+    return (first + last) / 2
+
+
+def _pairs(result: Loaded, certificate: Loaded) -> Iterator[tuple[str, Data, Data]]:
+    """Arrays that both have, by name: of the certificate, of the result."""
+    groups = _groups(result["data"])
+    for name, proof in certificate["data"].items():
+        if "codes" in groups.get(name, {}):
+            yield name, proof, groups[name]
+
+
+def _groups(data: Data) -> Data:
+    """Groups of a result that may hold arrays of codes."""
+    return data.get("levels", data)
+
+
+def _columns(values: Any) -> Any:
+    """Symbols as (symbols, columns), also where a result holds a single route."""
+    return values if values.ndim > 1 else values[:, None]
+
+
+def packed(orbits: Sequence[Sequence[Step]]) -> dict[str, Any]:
+    """The steps of orbits as the arrays of `PROOF`."""
+    steps = [step for orbit in orbits for step in orbit]
+    numbers = [w for step in steps for row in step.series for w in row]
+    # With a bit for the sign. Widths differ, for the coefficients of a step decay to nothing.
+    widths = [(w.bit_length() + 8) // 8 for w in numbers]
+    digits = b"".join(
+        w.to_bytes(width, "little", signed=True) for w, width in zip(numbers, widths, strict=True)
+    )
+    return {
+        "steps": np.array([len(orbit) for orbit in orbits], dtype=np.uint32),
+        "half_lengths": np.array([step.half_length for step in steps], dtype=np.uint64),
+        "step_bits": np.array([step.bits for step in steps], dtype=np.uint16),
+        "terms": np.array([len(step.series[0]) for step in steps], dtype=np.uint16),
+        "widths": np.array(widths, dtype=np.uint16),
+        "digits": np.frombuffer(digits, dtype=np.uint8),
+    }
+
+
+def unpacked(group: Data) -> list[list[Step]]:
+    """The steps of orbits from the arrays of `PROOF`, whoever made them.
+
+    Raises
+    ------
+    StoreError
+        The arrays do not fit together.
+    """
+    counts, widths = _whole(group["steps"]), _whole(group["widths"])
+    halves, bits, terms = (_whole(group[name]) for name in ("half_lengths", "step_bits", "terms"))
+    # The numbers may be anybody's: they are held to their
+    # bounds before memory is taken by them.
+    _between("number of steps of an orbit", counts, 0, STEPS)
+    _between("half-length of a step", halves, 1, 2**62)
+    _between("number of bits of a step", bits, 1, MOST_BITS)
+    _between("number of terms of a step", terms, 1, MOST_TERMS)
+    _between("width of a coefficient", widths, 1, MOST_BITS // 4)
+    for what, found, expected in (
+        ("steps are not as many as the orbits say", halves.size, counts.sum()),
+        ("coefficients are not as many as the steps say", widths.size, 6 * terms.sum()),
+        ("digits are not as many as their widths say", group["digits"].size, widths.sum()),
+    ):
+        if found != expected:
+            raise store.StoreError(f"{what}: {found}, not {expected}")
+    numbers = _numbers(group["digits"], widths)
+    steps = (
+        Step(half, fine, [[next(numbers) for _ in range(n)] for _ in range(6)])
+        for half, fine, n in zip(halves.tolist(), bits.tolist(), terms.tolist(), strict=True)
+    )
+    return [[next(steps) for _ in range(n)] for n in counts.tolist()]
+
+
+def _whole(values: Any) -> Any:
+    """Whole numbers of any type as int64; what is beyond it becomes its greatest number."""
+    return (
+        np.minimum(values.astype(object), 2**63 - 1).astype(np.int64)
+        if (values.dtype.kind == "u" and values.dtype.itemsize == 8)
+        else values.astype(np.int64)
+    )
+
+
+def _between(what: str, values: Any, least: int, most: int) -> None:
+    if values.size and not (least <= values.min() and values.max() <= most):
+        wrong = values[(values < least) | (values > most)][0]
+        raise store.StoreError(f"the {what} is {wrong}, not {least} to {most}")
+
+
+def _numbers(digits: Any, widths: Any) -> Iterator[int]:
+    content, at = digits.astype(np.uint8).tobytes(), 0
+    for width in widths.tolist():
+        yield int.from_bytes(content[at : at + width], "little", signed=True)
+        at += width

@@ -1,0 +1,332 @@
+"""Certificates of whole configs: made, kept while they are made, and checked again."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+import numpy as np
+from pydantic import ValidationError
+
+from rigidpend import experiments
+from rigidpend.config.complaints import Complaint, ConfigError, Origin
+from rigidpend.experiments.contract.layout import TEXT, Field, datasets
+from rigidpend.experiments.contract.tree import Data, Loaded, Tree
+from rigidpend.machine.files import Absent
+from rigidpend.machine.words import short
+from rigidpend.numbers.exact import Exact, exact
+from rigidpend.numbers.parameters import ExactError
+from rigidpend.results import store
+from rigidpend.routes.alphabet import NO_SYMBOL
+from rigidpend.routes.certified import codes, extra
+from rigidpend.routes.certified.progress import Report
+from rigidpend.routes.problem import RouteProblem
+from rigidpend.runs import certificate_files as storage
+from rigidpend.runs import provenance
+from rigidpend.runs.loading import LoadedConfig
+from rigidpend.runs.parts import Parts
+
+if TYPE_CHECKING:
+    from rigidpend.routes.certified.codes import CertifiedCodes
+
+AT_ONCE = 32
+"""Orbits that are proven, and kept, at a time: a minute or so."""
+MOST_ORBITS = 2000
+"""Orbits of a certificate at most: each takes about half a megabyte."""
+REASON = {"reason": Field(TEXT, ("columns",), "", "reason for which an orbit is undecided")}
+"""Field of the parts of a proof, of which the certificate has nothing."""
+
+Routes: TypeAlias = Mapping[str, tuple[RouteProblem, Sequence[Exact]]]
+"""Arrays of orbits by name: their problem and their exact phases."""
+
+
+class Summary(NamedTuple):
+    """Summary of the certificate of an array of orbits."""
+
+    array: str
+    orbits: int
+    symbols: int
+    proven: int
+    undecided: list[str]
+    """A line for each orbit that is not proven throughout: phase, symbol and reason."""
+
+
+def target(config: LoadedConfig, folder: Path) -> Path:
+    """File of a config's certificate."""
+    return storage.certificate_of(folder / f"{config.name}.h5")
+
+
+def certify(
+    config: LoadedConfig, folder: Path, *, jobs: int, report: Report, force: bool = False
+) -> list[Summary]:
+    """Prove the route codes of a config and write its certificate, unless it is up to date.
+
+    Parameters
+    ----------
+    config : LoadedConfig
+    folder : Path
+        Where results are kept, and the certificate beside them.
+    jobs : int
+        Processes; no certificate depends on it.
+    report : callable
+        Takes lines of progress.
+    force : bool, optional
+        Prove even what is up to date.
+
+    Raises
+    ------
+    ConfigError
+        The experiment has no route codes, or too many orbits.
+    StoreError
+        A file cannot be read or written.
+    """
+    routes, file = orbits(config, folder), target(config, folder)
+    stated, code = _stated(config.content), provenance.code_hash_of(Path(codes.__file__))
+    if not force and file.exists():
+        stored = storage.read(file)
+        if _is_of(stored, stated, routes) and stored["provenance"].get("code_hash") == code:
+            report(f"{file} is up to date; certify --check {file} proves it again")
+            return summaries(stored["data"])
+    store.prepare(file)
+    reasons: dict[str, list[str]] = {}
+    texts = {name: [_text(x) for x in phases] for name, (_, phases) in routes.items()}
+    # Kept under all that they depend on: parts of other orbits or of other code do not count.
+    with Parts(file, provenance.config_hash({"of": stated, "at": texts, "code": code})) as parts:
+        data = {}
+        for name, (problem, phases) in routes.items():
+            tree = _array(name, problem, phases, parts, jobs, report)
+            reasons[name] = [x.decode() for x in tree.pop("reason").values]
+            data[name] = tree
+        made = provenance.provenance() | {
+            "version_python_flint": extra.version(),
+            "code_hash": code,
+        }
+        store.write(file, store.Result({}, json.dumps(stated, indent=2), made, data))
+        # Not before the whole file stands.
+        parts.drop()
+    report(f"{file} written")
+    return summaries(storage.read(file)["data"], reasons)
+
+
+def orbits(config: LoadedConfig, folder: Path) -> Routes:
+    """The exact orbits of a config whose route codes can be proven.
+
+    Raises
+    ------
+    ConfigError
+        It has none, or too many.
+    Absent
+        They are told by a result that is not there.
+    """
+    computation: Any = experiments.computation(config.experiment)
+    if not hasattr(computation, "orbits"):
+        raise _refused(config, f"the experiment {config.experiment} has no route codes to prove")
+    source = folder / f"{config.name}.h5"
+    found = computation.orbits(config.content, partial(_stored, source))
+    count = sum(len(phases) for _, phases in found.values())
+    if count > MOST_ORBITS:
+        raise _refused(config, f"{count} orbits, and {MOST_ORBITS} are the most in a certificate")
+    return dict(found)
+
+
+def check(file: Path, *, jobs: int, report: Report) -> list[Summary]:
+    """Check the proof in a certificate again, without integration.
+
+    Parameters
+    ----------
+    file : Path
+    jobs : int
+    report : callable
+        Takes lines of progress.
+
+    Raises
+    ------
+    StoreError
+        It is no certificate, or does not prove all that it says.
+    """
+    stored = storage.read(file)
+    data = stored["data"]
+    for name, (problem, phases) in _routes(file, stored).items():
+        place = f"{file}: {name}"
+        _fits(place, data[name], problem, phases)
+        try:
+            # Of all that the file says, its config and steps are taken, to be proven again.
+            steps = storage.unpacked(data[name])
+        except store.StoreError as error:
+            raise store.StoreError(f"{place}: {error}") from None
+        found = codes.checked_codes(problem, phases, steps, jobs)
+        _compare(place, data[name]["codes"], found)
+        proven = int((data[name]["codes"] != NO_SYMBOL).sum())
+        report(f"{name}: {proven} symbols of {len(phases)} orbits proven again")
+    return summaries(data)
+
+
+def summaries(data: Data, reasons: Mapping[str, Sequence[str]] | None = None) -> list[Summary]:
+    """Count what a certificate says, array by array.
+
+    Parameters
+    ----------
+    data : Data
+    reasons : mapping, optional
+        For each array the reasons for which its orbits are undecided, where they were just
+        found: a certificate holds what is proven, and no word on what is not.
+    """
+    return [_summary(name, group, (reasons or {}).get(name)) for name, group in data.items()]
+
+
+def _summary(name: str, group: Data, reasons: Sequence[str] | None) -> Summary:
+    proven, undecided = group["codes"] != NO_SYMBOL, []
+    for column in map(int, np.flatnonzero(~proven.all(axis=0))):
+        counted = f"{int(proven[:, column].sum())} of {len(proven)} symbols"
+        why = f"; then {reasons[column]}" if reasons else ""
+        undecided.append(f"theta2_0 = {group['theta2_0'][column]}: {counted}{why}")
+    return Summary(name, proven.shape[1], proven.size, int(proven.sum()), undecided)
+
+
+def _stated(content: Any) -> dict[str, Any]:
+    """What a certificate is of, as it says it: the experiment and the whole problem."""
+    resolved = content.model_dump(mode="json")
+    return {key: resolved[key] for key in ("experiment", "problem")}
+
+
+def _is_of(stored: Loaded, stated: Mapping[str, Any], routes: Routes) -> bool:
+    """True if a certificate is of that problem and of those orbits."""
+    try:
+        if json.loads(stored["config"]) != stated or stored["data"].keys() != routes.keys():
+            return False
+        for name, (problem, phases) in routes.items():
+            _fits(name, stored["data"][name], problem, phases)
+    except (store.StoreError, ValueError):
+        return False
+    return True
+
+
+def _routes(file: Path, stored: Loaded) -> Routes:
+    """The orbits that a certificate's own config asks for, each array of which it has.
+
+    Raises
+    ------
+    StoreError
+        Its config is none, or its arrays are others.
+    """
+    try:
+        # The schema takes numbers as texts, so that nothing is rounded on its way.
+        text = json.loads(stored["config"], parse_int=str, parse_float=str)
+        content = experiments.schema(text["experiment"]).model_validate(text)
+        if _stated(content) != json.loads(stored["config"]):
+            raise ValueError("it is not written as a certificate writes it")
+        computation: Any = experiments.computation(content.experiment)
+        found = dict(computation.orbits(content, partial(_centres, stored["data"])))
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(map(str, first["loc"]))
+        raise store.StoreError(f"{file}: its config: {place}: {short(first['msg'])}") from None
+    # Of anybody: whatever a config is that is none, it cannot be used.
+    except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError) as error:
+        raise store.StoreError(f"{file}: its config cannot be used: {short(error)}") from None
+    except ValueError as error:
+        raise store.StoreError(f"{file}: its config: {short(error)}") from None
+    if lacking := sorted(found.keys() - stored["data"].keys()):
+        raise store.StoreError(f"{file}: {lacking[0]}: its config asks for this array; it is gone")
+    if more := sorted(stored["data"].keys() - found.keys()):
+        raise store.StoreError(f"{file}: {more[0]}: its config does not ask for this array")
+    if sum(len(phases) for _, phases in found.values()) > MOST_ORBITS:
+        raise store.StoreError(f"{file}: its config asks for more than {MOST_ORBITS} orbits")
+    return found
+
+
+def _centres(data: Data) -> Data:
+    """What a zoom takes of its result: the centre of each level, told by the phases proven."""
+    return {"levels": {name: {"centre": storage.centre(group)} for name, group in data.items()}}
+
+
+def _fits(place: str, group: Data, problem: RouteProblem, phases: Sequence[Exact]) -> None:
+    """Refuse an array that is not of the orbits that the config asks for."""
+    shape = (problem.n_symbols, len(phases))
+    if group["codes"].shape != shape:
+        asked = f"{shape[0]} symbols of {shape[1]} orbits"
+        raise store.StoreError(f"{place}: codes: its config asks for {asked}")
+    for column, (said, phase) in enumerate(zip(group["theta2_0"], phases, strict=True)):
+        if not _same(str(said), phase):
+            told = f"theta2_0 of column {column} is {short(said, 60)}"
+            raise store.StoreError(f"{place}: {told}, and its config asks for {_text(phase)}")
+
+
+def _same(text: str, phase: Exact) -> bool:
+    """True if a text says a phase; where it is not rational, to thousands of bits."""
+    if text == _text(phase):
+        return True
+    try:
+        apart = exact(text) - phase
+        return phase.fraction is None and apart.at(53) == 0
+    except ExactError:
+        return False
+
+
+def _array(
+    name: str,
+    problem: RouteProblem,
+    phases: Sequence[Exact],
+    parts: Parts,
+    jobs: int,
+    report: Report,
+) -> dict[str, Any]:
+    found: list[Any] = []
+    for first in range(0, len(phases), AT_ONCE):
+        some = [phases[k] for k in range(first, min(first + AT_ONCE, len(phases)))]
+        report(f"{name}: orbits from {first} of {len(phases)}")
+        part = partial(_part, problem, some, jobs, report)
+        found.append(parts.keep(f"{name}.{first:08d}", part))
+        report(f"{name}: {first + len(some)} of {len(phases)} orbits")
+    # Columns come last in every field, and so do steps and bytes: parts join at their ends.
+    fields = {**storage.FIELDS, **storage.PROOF, **REASON}
+    joined = {
+        name: np.concatenate([part[name].values for part in found], axis=-1) for name in fields
+    }
+    return datasets(fields, joined)
+
+
+def _part(problem: RouteProblem, phases: Sequence[Exact], jobs: int, report: Report) -> Tree:
+    found = codes.certify_codes(
+        problem.body,
+        phases,
+        h0=problem.h0,
+        J1_0=problem.J1_0,
+        n_symbols=problem.n_symbols,
+        jobs=jobs,
+        report=report,
+    )
+    told = found._asdict() | {
+        "theta2_0": np.array([_text(phase).encode() for phase in phases], dtype=bytes),
+        "reason": np.array([reason.encode() for reason in found.reason], dtype=bytes),
+    }
+    steps = storage.packed(found.steps)
+    return datasets({**storage.FIELDS, **storage.PROOF, **REASON}, told | steps)
+
+
+def _text(phase: Exact) -> str:
+    """Shortest text that says a phase exactly, where it is rational."""
+    return phase.text if phase.fraction is None else exact(phase.fraction).text
+
+
+def _compare(place: str, stated: Any, found: CertifiedCodes) -> None:
+    """Refuse a certificate that says more, or other, than its steps prove."""
+    wrong = np.argwhere((stated != found.codes) & (stated != NO_SYMBOL))
+    if wrong.size:
+        row, column = wrong[0]
+        told = f"codes in row {row + 1} of column {column}"
+        why = f": {found.reason[column]}" if found.reason[column] else ""
+        raise store.StoreError(f"{place}: its steps do not prove {told}{why}")
+
+
+def _stored(source: Path) -> Data:
+    if not source.exists():
+        raise Absent(f"{source} is not there; call: rigidpend run {source.stem}")
+    return store.load(source)["data"]
+
+
+def _refused(config: LoadedConfig, message: str) -> ConfigError:
+    return ConfigError([Complaint(Origin(config.name), ("experiment",), message)])

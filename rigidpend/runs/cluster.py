@@ -1,0 +1,244 @@
+"""Parts of a run computed by a Dask cluster, whichever of its workers come and go.
+
+The scheduler gives a part that was on a lost worker to another one. Here each part is kept on
+disk as soon as it is there, as if it had been computed here: the result is the same file, and a
+run that was interrupted goes on, with the cluster or without.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import platform
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, wait
+from contextlib import contextmanager
+from typing import Any
+from urllib.parse import urlsplit
+
+from rigidpend.experiments.contract.tree import Tree
+from rigidpend.machine.workers import PERIOD, WorkerError, check_stop
+from rigidpend.runs import provenance
+from rigidpend.runs.parts import Parts, Piece
+
+AHEAD = 3
+"""Parts in the scheduler's hands for each thread of the workers, so that none of them waits."""
+LEAST_AHEAD = 16
+"""The same at least, for workers that are still to come."""
+PATIENCE = 5.0
+"""Seconds for the scheduler to answer."""
+SCHEMES = ("", "tcp", "tls", "ws", "wss")
+"""How a scheduler can be reached; tcp where nothing is said."""
+LOOK = 0.5
+"""Seconds between two looks at the workers."""
+CONTINUES = "what is finished is kept: the same command again continues"
+
+
+class ClusterExtraMissing(ModuleNotFoundError):
+    """Error: distributed is not installed; tells how to install it."""
+
+
+def check_extra() -> None:
+    """Make sure that Dask's scheduler can be talked to.
+
+    Raises
+    ------
+    ClusterExtraMissing
+        The extra `cluster` is not installed.
+    """
+    if importlib.util.find_spec("distributed") is None:
+        raise ClusterExtraMissing(
+            "distributed is needed for --scheduler, and not installed;"
+            " install it with: python -m pip install 'rigidpend[cluster]'",
+            name="distributed",
+        )
+
+
+def complaint(address: str) -> str:
+    """Reason why no scheduler can have this address; empty if one can."""
+    scheme, _, place = address.rpartition("://")
+    try:
+        parts = urlsplit(f"//{place}")
+        usable = scheme in SCHEMES and parts.hostname and parts.port and parts.netloc == place
+    except ValueError:
+        usable = None
+    return "" if usable else f"{address!r} is no address of a scheduler, as tcp://host:8786 is"
+
+
+def computed(
+    address: str,
+    experiment: str,
+    engine: str,
+    parts: Parts,
+    pieces: Sequence[Piece],
+    report: Callable[[str], None],
+    crew: dict[str, int],
+) -> Iterator[Tree]:
+    """Let a cluster compute what is not kept yet, then give all parts in their order.
+
+    Parameters
+    ----------
+    address : str
+        Of the scheduler, as in ``tcp://host:8786``.
+    experiment : str
+    engine : str
+        As the run's; empty for closed forms.
+    parts : Parts
+        Keeps each part as soon as it is there.
+    pieces : sequence of Piece
+        Their functions and arguments go to other machines, pickled.
+    report : callable
+        Takes lines of progress.
+    crew : dict
+        Takes up how many parts each worker computes, by its name and its libraries.
+
+    Raises
+    ------
+    WorkerError
+        The scheduler does not answer, or a worker cannot do what this machine does: it has
+        another version, lacks a library or memory, or dies again and again.
+    """
+    missing = [piece for piece in pieces if not parts.has(piece.name)]
+    if missing:
+        with _client(address) as client, _named_errors(address):
+            given = experiment, engine, _facts(experiment, engine)
+            for tree, name, worker in _done(client, address, given, missing, report):
+                parts.keep(name, lambda: tree)  # noqa: B023
+                crew[worker] = crew.get(worker, 0) + 1
+    # One at a time from the disk: memory holds none of them together.
+    return parts.in_order(pieces)
+
+
+def _done(
+    client: Any,
+    address: str,
+    given: tuple[Any, ...],
+    missing: Sequence[Piece],
+    report: Callable[[str], None],
+) -> Iterator[tuple[Tree, str, str]]:
+    """Parts with their names and workers as they come, some ahead of what is in hand."""
+    import distributed
+
+    waiting, names, done, idle = iter(missing), dict[Any, str](), 0, False
+    report(f"cluster {address}: {len(missing)} parts, {sum(client.nthreads().values())} threads")
+    while done < len(missing):
+        check_stop()
+        threads = sum(client.nthreads().values())
+        if not threads and not idle:
+            report(
+                f"cluster {address}: no workers; it waits until one comes: dask worker {address}"
+            )
+        idle = not threads
+        while len(names) < max(LEAST_AHEAD, AHEAD * threads):
+            if (piece := next(waiting, None)) is None:
+                break
+            task = (*given, piece.work, piece.arguments)
+            names[client.submit(_on_worker, *task, pure=False)] = piece.name
+        try:
+            ready = distributed.wait(list(names), LOOK, "FIRST_COMPLETED").done
+        except TimeoutError:
+            continue
+        for future in ready:
+            done += 1
+            tree, worker = _answer(client, future)
+            yield tree, names.pop(future), worker
+            report(f"cluster: {done} of {len(missing)} parts")
+
+
+def _answer(client: Any, future: Any) -> tuple[Tree, str]:
+    """What came of a part on a worker, with the worker's name."""
+    try:
+        return future.result()
+    except (ImportError, AttributeError) as error:
+        # A worker looks for our functions by their names before anything of ours runs there.
+        tried = client.run(exec, f"import {__name__}", on_error="return")
+        lacking = [worker for worker, failed in tried.items() if failed is not None]
+        raise WorkerError(
+            f"rigidpend as it is here is not on {', '.join(lacking) or 'the scheduler'} ({error}):"
+            f" install it there; {CONTINUES}"
+        ) from None
+
+
+def _client(address: str) -> Any:
+    """A client of the scheduler; what listens there and says nothing is none."""
+    import distributed
+
+    made: Future[Any] = Future()
+
+    def connect() -> None:
+        try:
+            made.set_result(distributed.Client(address, timeout=PATIENCE, set_as_default=False))
+        except Exception as error:
+            made.set_exception(error)
+
+    threading.Thread(target=connect, daemon=True).start()
+    until = time.monotonic() + PATIENCE
+    while wait([made], PERIOD).not_done and time.monotonic() < until + 1:
+        check_stop()
+    try:
+        return made.result(0)
+    except Exception as error:
+        said = str(error) or f"silent for {PATIENCE:g} s"
+        raise WorkerError(
+            f"no Dask scheduler answers at {address} ({said}); start one there: dask scheduler"
+        ) from None
+
+
+@contextmanager
+def _named_errors(address: str) -> Iterator[None]:
+    """Errors of the cluster as sentences of ours."""
+    from distributed import CancelledError, KilledWorker
+    from distributed.comm import CommClosedError
+
+    try:
+        yield
+    except KilledWorker as error:
+        lost = getattr(error.last_worker, "address", "its worker")
+        said = f"a part was lost with {lost} and others before, perhaps for want of memory there"
+        raise WorkerError(f"cluster {address}: {said}; {CONTINUES}") from None
+    except (CancelledError, CommClosedError, OSError):
+        # A connection that closes, or one that is not made again in time.
+        raise WorkerError(f"cluster {address}: the scheduler went away; {CONTINUES}") from None
+
+
+def _facts(experiment: str, engine: str) -> dict[str, str]:
+    """What decides the numbers of a part on this machine."""
+    return {"code": provenance.code_hash(experiment), "engine": provenance.engine_name(engine)}
+
+
+def _on_worker(
+    experiment: str, engine: str, wanted: dict[str, str], work: Callable[..., Tree], arguments: Any
+) -> tuple[Tree, str]:
+    """Compute a part on a worker that has the same code and engine; the worker's name with it."""
+    here, own = _name(), _facts(experiment, engine)
+    for what, value in wanted.items():
+        if own[what] != value:
+            raise WorkerError(
+                f"the worker {here} has another {what} ({own[what]}) than this machine ({value}):"
+                " install the same rigidpend and the same libraries there"
+            )
+    try:
+        tree = work(*arguments)
+    except MemoryError:
+        raise WorkerError(
+            f"the worker {here} has not enough memory: give it more, or fewer threads, as by"
+            f" dask worker --nthreads 1; {CONTINUES}"
+        ) from None
+    except ImportError as error:
+        raise WorkerError(
+            f"the worker {here} cannot load a library ({error}): install it there anew"
+        ) from None
+    libraries = ", ".join(f"{name} {provenance.version(name)}" for name in ("numpy", "mpmath"))
+    return tree, f"{here}: {own['engine']}, {libraries}, Python {platform.python_version()}"
+
+
+def _name() -> str:
+    """This worker, by its address and its machine."""
+    from distributed import get_worker
+
+    try:
+        return f"{get_worker().address} on {socket.gethostname()}"
+    except ValueError:
+        return f"on {socket.gethostname()}"

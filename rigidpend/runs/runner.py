@@ -1,0 +1,318 @@
+"""Runner: from configs to result files; what is up to date is left alone."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rigidpend import experiments
+from rigidpend.experiments.contract.tree import Tree
+from rigidpend.machine import files
+from rigidpend.machine.files import StoreError, twin
+from rigidpend.machine.workers import check_stop
+from rigidpend.runs import provenance, stored
+from rigidpend.runs.parts import Parts, Piece, sweep
+from rigidpend.runs.recalled import AnyConfig, RecalledConfig
+from rigidpend.runs.stored import DOUBT, OTHER, SECONDS
+
+# What a plan that finds nothing to do does without is imported where it is used.
+if TYPE_CHECKING:
+    from rigidpend.orbits.integrate.arithmetic import Arithmetic
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Plan of a run: a config, the file of its result, and the reason to compute it, if any."""
+
+    config: AnyConfig
+    engine: str
+    target: Path
+    fingerprint: dict[str, str]
+    """Hashes of config and code, and the engine: all on which the result depends."""
+    reason: str
+    """Reason to compute the result; empty where the file is up to date."""
+    doubt: str = ""
+    """Count of what is uncertain in the result that is there, in words."""
+    seconds: float = 0.0
+    """Seconds that the result there took, if it is of the same config; else 0."""
+
+
+REASONS = {
+    "config_hash": "its config changed",
+    "code_hash": "the code that computes it changed",
+    "engine": "the engine changed",
+}
+
+
+def plan(config: AnyConfig, folder: Path, *, force: bool = False) -> Plan:
+    """Decide whether a config is to be run; tidy up what a killed run left beside its result.
+
+    Parameters
+    ----------
+    config : LoadedConfig or RecalledConfig
+    folder : Path
+        Where results are kept.
+    force : bool, optional
+        Compute even what is up to date.
+    """
+    check_stop()
+    engine = _engine(config)
+    target = folder / f"{config.name}.h5"
+    if other := twin(target):
+        message = f"{other} is there, and some systems take both names for one file"
+        raise StoreError(f"{target}: {message}; choose another with --name")
+    fingerprint = {
+        "config_hash": _config_hash(config),
+        "code_hash": provenance.code_hash(config.experiment),
+        "engine": provenance.engine_name(engine),
+    }
+    known = {} if force else stored.facts(target)
+    reason = "--force" if force else _reason(known, fingerprint)
+    if known.get("config_hash", fingerprint["config_hash"]) != fingerprint["config_hash"]:
+        reason = reason.replace(REASONS["config_hash"], _changed(target, config))
+    if not reason:
+        sweep(target)
+    same = known.get("config_hash") == fingerprint["config_hash"]
+    seconds = float(known.get(SECONDS, 0.0)) if same else 0.0
+    return Plan(config, engine, target, fingerprint, reason, str(known.get(DOUBT, "")), seconds)
+
+
+def expected_seconds(planned: Plan) -> float | None:
+    """Estimate how long a plan takes to compute, in seconds; None where nothing tells.
+
+    A result of the same problem says what it took, on whatever machine; else the experiment does.
+    """
+    if planned.seconds:
+        return planned.seconds
+    if not planned.reason:
+        return None
+    return experiments.cost(planned.config.experiment, planned.config.content)
+
+
+def follow(
+    planned: Plan, *, jobs: int, say: Callable[[str], None], scheduler: str | None = None
+) -> None:
+    """Run a planned experiment and report its progress, each line beginning with its name.
+
+    Parameters
+    ----------
+    planned : Plan
+    jobs : int
+        Threads or processes; no result depends on it.
+    scheduler : str, optional
+        Address of a Dask cluster that computes the experiment's pieces.
+    say : callable
+        Takes lines of progress: the beginning with its reason, the parts, the end.
+
+    Raises
+    ------
+    StoreError, WorkerError, ArithmeticError
+        It cannot be computed or written. Finished parts are kept.
+    """
+    name, start = planned.config.name, time.perf_counter()
+    engine = planned.fingerprint["engine"]
+    say(f"{name}: computing ({planned.reason}), {engine}")
+    if slow := _slow(planned):
+        say(f"{name}: {slow}")
+
+    def report(text: str) -> None:
+        say(f"{name}: {text}")
+
+    told = run(planned, jobs=jobs, report=report, scheduler=scheduler)
+    doubt = f"; {told}" if told else ""
+    say(f"{name}: {planned.target} written, {time.perf_counter() - start:.2f} s{doubt}")
+
+
+def run(
+    planned: Plan,
+    *,
+    jobs: int,
+    report: Callable[[str], None],
+    further: Mapping[str, Any] | None = None,
+    scheduler: str | None = None,
+) -> str:
+    """Compute a planned experiment and write its result file.
+
+    What an earlier run of the same fingerprint finished is not computed again.
+
+    Parameters
+    ----------
+    planned : Plan
+    jobs : int
+    report : callable
+        Takes a line of progress.
+    further : dict, optional
+        Root attributes besides.
+    scheduler : str, optional
+        Address of a Dask cluster that computes the experiment's pieces.
+
+    Returns
+    -------
+    str
+        How many symbols are uncertain; empty where none is.
+
+    Raises
+    ------
+    StoreError
+        The file cannot be written.
+    """
+    from rigidpend.experiments.contract import Means
+    from rigidpend.results import store
+
+    config = _settled(planned)
+    store.prepare(planned.target)
+    fingerprint = json.dumps(planned.fingerprint)
+    with Parts(planned.target, fingerprint) as parts, ThreadPoolExecutor(1) as aside:
+        # Git is asked while the experiment is computed.
+        told = aside.submit(provenance.provenance)
+        start, resumed = time.perf_counter(), len(parts)
+        if resumed:
+            report(f"goes on from {len(parts)} finished part{'s' if len(parts) > 1 else ''}")
+        check_stop()
+        arithmetic = _arithmetic(planned)
+        crew: dict[str, int] = {}
+        pieces = _pieces(parts, planned, scheduler, report, crew)
+        # Each thread of a cluster's workers has a piece of its own.
+        means = Means(arithmetic, 1 if scheduler else jobs, report, parts.keep, pieces)
+        data = experiments.computation(config.experiment).compute(config.content, means)
+        attributes: dict[str, Any] = {
+            "name": config.name,
+            "figure": config.content.figure,
+            "experiment": config.experiment,
+            **planned.fingerprint,
+            **_stored(arithmetic, config),
+            DOUBT: doubt(data),
+            **({} if resumed else {SECONDS: time.perf_counter() - start}),
+            **(further or {}),
+        }
+        resolved = json.dumps(config.resolved(), indent=2)
+        # What a signal does to Git may be in the provenance, or to a worker in the data.
+        check_stop()
+        workers = {"workers": json.dumps(crew, indent=2)} if crew else {}
+        result = store.Result(attributes, resolved, {**told.result(), **workers}, data)
+        store.write(planned.target, result)
+        # Only now: a failure before this line leaves the parts for the next run.
+        parts.drop()
+        return str(attributes[DOUBT])
+
+
+def _pieces(
+    parts: Parts,
+    planned: Plan,
+    scheduler: str | None,
+    report: Callable[[str], None],
+    crew: dict[str, int],
+) -> Callable[[Sequence[Piece]], Iterator[Tree]]:
+    """Choose who computes the pieces of an experiment: this process, or a cluster."""
+    if scheduler is None:
+        return parts.in_order
+    from rigidpend.runs import cluster
+
+    given = scheduler, planned.config.experiment, planned.engine, parts
+    return lambda pieces: cluster.computed(*given, pieces, report, crew)
+
+
+def _settled(planned: Plan) -> AnyConfig:
+    """The config of a plan, read and as it was when it was planned."""
+    config = planned.config
+    if isinstance(config, RecalledConfig):
+        config = config.loaded
+        if _config_hash(config) != planned.fingerprint["config_hash"]:
+            raise files.StoreError(f"{config.name}: its config was changed meanwhile; run it again")
+    return config
+
+
+def doubt(data: Tree) -> str:
+    """Count the symbols of a result that are uncertain, in words; empty where none is.
+
+    They are those of every array of flags of the name `certain`.
+    """
+    import numpy as np
+
+    flags = [each for each in _named("certain", data) if np.asarray(each).dtype == bool]
+    uncertain = sum(int(np.count_nonzero(~np.asarray(each))) for each in flags)
+    return f"{uncertain} of {sum(map(np.size, flags))} symbols uncertain" if uncertain else ""
+
+
+def _named(name: str, data: Tree) -> Iterator[Any]:
+    """Values of all arrays of a name, in all groups."""
+    for key, node in data.items():
+        if isinstance(node, Mapping):
+            yield from _named(name, node)
+        elif key == name:
+            yield node.values
+
+
+def _arithmetic(planned: Plan) -> Arithmetic:
+    """Arithmetic of a planned experiment, resolved once."""
+    from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, resolve
+
+    if not planned.engine:
+        return CLOSED_FORM
+    return resolve(**{**planned.config.content.numerics_asked, "engine": planned.engine})
+
+
+def _slow(planned: Plan) -> str:
+    """Sentence on what is slow here for want of a library; empty when it was said before."""
+    from rigidpend.orbits.integrate.engines import slow_precisions
+
+    if not planned.engine:
+        return ""
+    slow = slow_precisions(planned.engine, _arithmetic(planned).precisions)
+    if slow in _said:
+        return ""
+    _said.add(slow)
+    return slow
+
+
+_said: set[str] = set()
+
+
+def _stored(arithmetic: Arithmetic, config: AnyConfig) -> dict[str, Any]:
+    """Part of the arithmetic that a config can choose, as root attributes."""
+    chosen = set(config.content.numerics_asked) - {"engine"}
+    return {name: value for name, value in arithmetic._asdict().items() if name in chosen}
+
+
+def _config_hash(config: AnyConfig) -> str:
+    if isinstance(config, RecalledConfig):
+        return config.config_hash
+    return provenance.config_hash(config.resolved())
+
+
+def _engine(config: AnyConfig) -> str:
+    """Engine that a config is computed with; empty for closed forms."""
+    from rigidpend.orbits.integrate.engines import check_engine, default_engine
+
+    asked = config.engine_asked
+    return asked if asked == "" else check_engine(asked or default_engine())
+
+
+def _reason(stored: Mapping[str, Any], fingerprint: dict[str, str]) -> str:
+    """Reason to compute a result, by the attributes of the one there; empty if up to date."""
+    if not stored:
+        return "no result yet"
+    if OTHER in stored:
+        return "its result has another format version"
+    changed = [said for key, said in REASONS.items() if stored.get(key) != fingerprint[key]]
+    return "; ".join(changed)
+
+
+def _changed(target: Path, config: AnyConfig) -> str:
+    """Reason that names the keys of the config that are others than in the result there."""
+    from rigidpend.config import changes
+    from rigidpend.results import store
+
+    try:
+        before = json.loads(store.config(target))
+    except (store.StoreError, ValueError):
+        return REASONS["config_hash"]
+    found = changes.changes(before, config.resolved())
+    return (
+        f"{REASONS['config_hash']}: {changes.sentence(found)}" if found else REASONS["config_hash"]
+    )

@@ -1,0 +1,187 @@
+"""Curves of orbits on the asymptotic surfaces (stable, unstable manifolds) (Fig. 3)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.mechanics import separatrices
+from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.coordinates import Aligned, canonical_from_aligned
+from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.exact import Exact, exact, function
+from rigidpend.orbits.integrate import sample_orbits
+from rigidpend.routes.problem import ProblemError, RouteProblem, phase_rate
+from rigidpend.routes.start import Scales, start, states_double
+
+PER_TURN = 96
+"""Number of samples in a turn of theta2, or in a time 2 pi/u where that is shorter."""
+SETTLED = 1e-3
+"""Distance from the surface at a curve's first point, relative to that at its orbit's start."""
+CHORD = 4e-4
+"""Allowed distance of a chord from its curve, in heights and half widths of the window.
+
+In a panel 2.35 inches high that is a quarter of the width of the line that draws it."""
+
+
+class SurfaceCurves(NamedTuple):
+    """Curves of different lengths, one after the other."""
+
+    theta1: Array
+    """Angle theta1, radians, beside alpha0 + beta0."""
+    J1_over_J2: Array
+    sample: NDArray[np.int32]
+    """Time of each point, in steps of :func:`times`."""
+    offsets: NDArray[np.int64]
+    """Bounds of the curves: curve k is ``offsets[k]:offsets[k + 1]``."""
+    theta2_0: Array
+    """Phase at the start of each orbit, radians in [0, 2 pi)."""
+
+
+def surface_problem(
+    A: Sequence[Exact], beta0: Exact | None, mu: Exact, M_0: Exact, J1_0: Exact
+) -> RouteProblem:
+    """Start of orbits of a body with |M| = M_0, that is h0 = M_0^2/(2 A3).
+
+    Parameters
+    ----------
+    A : 3 numbers
+        Moments of inertia.
+    beta0 : number or None
+        Radians; None is gamma0, where r is (sqrt(A1 - A3), sqrt(A3 - A2), 0) by (phi).
+    mu, M_0 : numbers
+        Physical.
+    J1_0 : number
+        Dimensionless, 0 < J1_0 < J2_0/2.
+
+    Raises
+    ------
+    BodyError, ProblemError
+        A condition is broken.
+    """
+    if not M_0.at(113) > 0:
+        raise ProblemError("M_0", f"M_0 > 0 is broken: M_0 = {M_0}")
+    # J2_0 = 2/sqrt(A3 kappa) of Fig. 3 is |M| = 2 in physical units. All is exact, so that no
+    # rounding decides whether a condition holds.
+    h0 = M_0 * M_0 / (2 * A[2])
+    if not (h0 - mu).at(113) > 0:
+        shown = f"M_0 = {M_0}, A3 = {A[2]}, mu = {mu}"
+        raise ProblemError("M_0", f"h0 = M_0^2/(2 A3) > mu is broken: {shown}")
+    found = RouteProblem(Body(A, _direction(A, beta0), mu), h0, J1_0, 1)
+    if not 2 * float(J1_0) < float(found.J2_0(53)):
+        raise ProblemError("J1_0", f"J1_0 < J2_0/2 is broken: J1_0 = {J1_0}")
+    return found
+
+
+def _direction(A: Sequence[Exact], beta0: Exact | None) -> tuple[Any, Any, Any]:
+    """Direction r of the centre of gravity under (phi)."""
+    if beta0 is None:
+        # What is no body here is refused, in better words, by Body.
+        first, second = (x if x.at(113) > 0 else exact(1) for x in (A[0] - A[2], A[2] - A[1]))
+        return function("sqrt", first), function("sqrt", second), 0
+    if not 0 <= float(beta0) <= math.pi:
+        raise ProblemError("beta0", f"0 <= beta0 <= pi is broken: beta0 = {beta0}")
+    return function("cos", beta0 / 2), function("sin", beta0 / 2), 0
+
+
+def S1_minus(
+    problem: RouteProblem, theta2_0: Array, half_width: float, engine: str, tolerance: Any = None
+) -> SurfaceCurves:
+    """Orbits on S1-, which leave the lower periodic solution beside separatrix 2, forward in time.
+
+    Parameters
+    ----------
+    problem : RouteProblem
+        Its J1_0 is where orbits start, beside the surface, at theta1 = alpha0 + beta0.
+    theta2_0 : (n,) array
+        Initial phases, radians.
+    half_width : float
+        Curves end with the first point farther than this from alpha0 + beta0, radians.
+    engine : str
+    tolerance : float, optional
+
+    Notes
+    -----
+    The distance from the surface shrinks as 1/J1 (eq. dtheta). Curves begin where J1 is
+    J1_0/`SETTLED`, so that they lie on the surface.
+    """
+    p = problem.body.angles()
+    begin = start(problem, 53, Scales())
+    # Started exactly at the separatrix's theta1, not on the surface: see the notes above.
+    orbits = sample_orbits(
+        begin.coefficients,
+        states_double(begin, theta2_0, 0.0),
+        times(problem),
+        engine=engine,
+        tolerance=tolerance,
+    )
+    theta1, ratio = projected(orbits, p.alpha0, p.beta0)
+    across = (theta1 - p.alpha0 - p.beta0) / half_width
+    # J1 grows as exp(u t) beside the lower periodic orbit.
+    first = int(np.argmax(times(problem) > -math.log(SETTLED) / exponent(problem)))
+    kept = [first + points(across[first:, k], ratio[first:, k]) for k in range(theta2_0.size)]
+    return _joined(theta1, ratio, kept, np.mod(theta2_0, math.tau))
+
+
+def S2_plus(lower: SurfaceCurves, alpha0: float, beta0: float) -> SurfaceCurves:
+    """Orbits on S2+, which end at the upper periodic solution, backward in time: S1- mirrored.
+
+    With r3 = 0 and J3 = 0 an orbit becomes another one where M3, gamma3 and t change sign.
+    That keeps theta1, exchanges J1 and J2 - J1 and takes theta2 to pi - theta1 - theta2.
+    """
+    theta2_0 = np.mod(math.pi - alpha0 - beta0 - lower.theta2_0, math.tau)
+    return lower._replace(J1_over_J2=1 - lower.J1_over_J2, theta2_0=theta2_0)
+
+
+def times(problem: RouteProblem) -> Array:
+    """Equally spaced t' in which J1 goes from J1_0 to J2_0 - J1_0 on separatrix 2."""
+    J2 = float(problem.J2_0(53))
+    # J1 = J2/2 is reached at u t = v of (sol_2), J2_0 - J1_0 after as much again.
+    whole = 2 * math.log(J2 / float(problem.J1_0) - 1) / exponent(problem)
+    steps = math.ceil(whole * phase_rate(problem) * PER_TURN / math.tau)
+    return np.linspace(0, whole, steps + 1)
+
+
+def exponent(problem: RouteProblem) -> float:
+    """Rate u = J2_0 sin(alpha0) at which orbits approach and leave, per t'."""
+    return separatrices.exponent(float(problem.J2_0(53)), problem.body.angles(), math)
+
+
+def projected(orbits: Array, alpha0: float, beta0: float) -> tuple[Array, Array]:
+    """Map aligned states (6, ...) to theta1, on the sheet of alpha0 + beta0, and J1/J2."""
+    c = canonical_from_aligned(Aligned(*orbits), alpha0, beta0)
+    # theta1 is known modulo 4 pi: with the separatrix in the middle of the sheet no curve jumps.
+    centre, sheet = alpha0 + beta0, 4 * math.pi
+    return centre + np.mod(c.theta1 - centre + sheet / 2, sheet) - sheet / 2, c.J1 / c.J2
+
+
+def points(x: Array, y: Array) -> NDArray[np.intp]:
+    """Choose points of a polygon with |x| < 1: many where it bends, few where it is straight.
+
+    A chord h of a curve with curvature c is at most c h^2/8 away. So the curve needs as many
+    points as the integral of sqrt(c/(8 CHORD)) over its length says; in a polygon c is the
+    turn at a point over the length there.
+    """
+    outside = np.flatnonzero(np.abs(x) > 1)
+    # With the first point outside, so that the panel's edge cuts the curve, not the last sample.
+    n = int(outside[0]) + 1 if outside.size else x.size
+    # As complex numbers: the angle of their quotient is the turn, with no jump at pi.
+    step = np.diff(x[:n]) + 1j * np.diff(y[:n])
+    turn = np.abs(np.angle(step[1:] * step[:-1].conj()))
+    length = (np.abs(step[1:]) + np.abs(step[:-1])) / 2
+    needed = np.cumsum(np.sqrt(turn * length / (8 * CHORD)))
+    # A point is kept wherever the count of needed points passes a whole number.
+    inner = 1 + np.flatnonzero(np.diff(np.floor(needed), prepend=0.0))
+    return np.concatenate(([0], inner, [n - 1]))
+
+
+def _joined(theta1: Array, ratio: Array, kept: Any, theta2_0: Array) -> SurfaceCurves:
+    column = np.repeat(np.arange(len(kept)), [rows.size for rows in kept])
+    row = np.concatenate(kept)
+    offsets = np.concatenate(([0], np.cumsum([rows.size for rows in kept])))
+    cells = row, column
+    return SurfaceCurves(theta1[cells], ratio[cells], row.astype(np.int32), offsets, theta2_0)

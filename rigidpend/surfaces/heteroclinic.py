@@ -1,0 +1,130 @@
+"""Increments of theta3 along the heteroclinic orbits of each separatrix, by the full dynamics.
+
+The surfaces cross at g = +-pi/2 on the section, so that each separatrix leaves two heteroclinic
+orbits, both their own mirror images in time: theta3 gains as much before the section as after
+it. Where the surfaces coincide (Hess, separatrices 1 and 3) every orbit is heteroclinic and
+these two are two of them.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.coordinates import Aligned, body_from_aligned
+from rigidpend.mechanics.equations import AlignedCoefficients
+from rigidpend.mechanics.precession import turning_rate
+from rigidpend.mechanics.separatrices import u
+from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.exact import Exact
+from rigidpend.orbits import integrate
+from rigidpend.orbits.integrate.arithmetic import Arithmetic
+from rigidpend.surfaces.surface_orbits import (
+    UnstableSurface,
+    coefficients,
+    lag,
+    launch,
+    meet,
+    numbers,
+    surface,
+    unperturbed,
+)
+
+DEPTH = 76.0
+"""Depth of the start, -ln(J1/J2).
+
+What is left out before the start is exp(-DEPTH/2) = 3e-17 of the increment, below rounding."""
+NEAR = 1e-12
+"""Allowed distance of g from +-pi/2 at the section, radians."""
+SECANTS = 60
+"""Secant steps at most."""
+STEPS = 24
+"""Steps of the trapezoid rule in a time 2 pi/u, plus one for each turn of theta2 in it."""
+
+
+class Increments(NamedTuple):
+    """Increments of theta3 along the separatrices 1, 2, 3, 4."""
+
+    gained: Array
+    """Increments along the orbits at g = pi/2 and g = -pi/2 of each separatrix, radians, (2, 4)."""
+    error: Array
+    """Change of the increments under half as many quadrature steps, radians, (2, 4)."""
+
+
+def increments(body: Body, h0: Exact, arithmetic: Arithmetic) -> Increments:
+    """Integrate the heteroclinic orbits of all separatrices.
+
+    Parameters
+    ----------
+    body : Body
+    h0 : Exact
+        Energy of the orbits.
+    arithmetic : Arithmetic
+
+    Raises
+    ------
+    ArithmeticError
+        A heteroclinic orbit was not found.
+    """
+    found = np.zeros((2, 2, 4))
+    for separatrix in (1, 2):
+        s = surface(body, h0, 53, separatrix)
+        both = np.array([_gain(s, g, arithmetic) for g in (math.pi / 2, -math.pi / 2)]).T
+        # The reflection that makes 1 of 2 turns the sense of theta3, and so does 2 to 4, 1 to 3.
+        sense = {1: -1, 2: 1}[separatrix]
+        found[:, :, separatrix - 1] = sense * both
+        found[:, :, separatrix + 1] = -sense * both
+    return Increments(found[0], np.abs(found[1]))
+
+
+def phase_at_start(s: UnstableSurface, g: float, arithmetic: Arithmetic) -> tuple[float, float]:
+    """Find theta2_0 of the orbit of S1- that meets the section at g, and its time, by secants."""
+    m = numbers(s.bits)
+    # Without weight g is the phase at the start plus a constant: the first slope is 1.
+    goal, depth, slope = m.mpf(g), m.mpf(DEPTH), m.mpf(1)
+    phase = goal - lag(s, depth)
+    before: tuple[Any, Any] | None = None
+    for _ in range(SECANTS):
+        points = meet(s, [phase], depth, arithmetic)
+        if points is None:
+            break
+        gap = points.phase[0] - goal
+        if abs(gap) < NEAR:
+            return float(phase), float(points.time[0])
+        if before is not None:
+            slope = (gap - before[1]) / (phase - before[0])
+        before = phase, gap
+        phase -= gap / slope
+    raise ArithmeticError(f"no orbit of S1- was found that meets the section at g = {g:.6f}")
+
+
+def _gain(s: UnstableSurface, g: float, arithmetic: Arithmetic) -> tuple[float, float]:
+    """Increment of theta3 over both halves of an orbit, and the same with half as many steps.
+
+    The trapezoid rule converges exponentially on the whole line. Its nodes lie evenly about the
+    section, so the mirrored half has the same values.
+    """
+    theta2_0, time = phase_at_start(s, g, arithmetic)
+    rate = float(u(unperturbed(s, theta2_0, DEPTH), s.p, numbers(s.bits)))
+    step = math.tau / (rate * (STEPS + float(s.p.nu) / math.pi))
+    before = step * np.arange(2 * int(time / (2 * step)))
+    turning = _turning(s, theta2_0, np.append(0.0, time - before[::-1]), arithmetic)[:0:-1]
+    fine, coarse = (step * every * (2 * turning[::every].sum() - turning[0]) for every in (1, 2))
+    return float(fine), float(fine - coarse)
+
+
+def _turning(s: UnstableSurface, theta2_0: float, times: Array, arithmetic: Arithmetic) -> Array:
+    """Rate of theta3 along an orbit, radians per t'."""
+    p = s.p
+    state = np.array([float(x) for x in launch(s, theta2_0, DEPTH)])
+    floats = AlignedCoefficients(*map(float, coefficients(s)))
+    orbit = integrate.sample_orbits(
+        floats, state[:, None], times, engine=arithmetic.engine, tolerance=arithmetic.tolerance
+    )[..., 0]
+    M, _ = body_from_aligned(Aligned(*orbit), float(p.alpha0), 1.0)
+    r = math.cos(float(p.beta0) / 2), math.sin(float(p.beta0) / 2), 0.0
+    # Of dimensionless M it is the rate in t'.
+    return np.asarray(turning_rate(M, r, float(p.mu)))

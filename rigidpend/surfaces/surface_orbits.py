@@ -1,0 +1,256 @@
+"""Orbits of S1-, the unstable manifold of the lower periodic orbit, up to the section J1 = J2/2."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigidpend.mechanics.body import Angles, Body
+from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
+from rigidpend.mechanics.equations import (
+    AlignedCoefficients,
+    aligned_coefficients,
+    hamiltonian_J3_0,
+)
+from rigidpend.mechanics.separatrices import SeparatrixMotion, theta1, u
+from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
+from rigidpend.numbers.generic import Numbers, Scalar
+from rigidpend.orbits.integrate.arithmetic import Arithmetic
+from rigidpend.orbits.integrate.batch_sections import first_in_doubles
+from rigidpend.orbits.integrate.sections import first_crossings
+from rigidpend.surfaces.arrays import Arrays, arrays
+from rigidpend.surfaces.melnikov import delta
+
+PATIENCE = 4
+"""Longest wait for the section, in times of the unperturbed motion up to it.
+
+Orbits close to the unperturbed motion need about one of them."""
+
+
+class UnstableSurface(NamedTuple):
+    """S1- beside separatrix 2, at J3 = 0 and one energy."""
+
+    p: Angles
+    """Angles in guarded precision; beta0 < 0 where the surface stands for that of separatrix 1."""
+    h0: Any
+    """Energy constant of all its orbits."""
+    bits: int
+    """Working precision of the integration."""
+
+
+class Points(NamedTuple):
+    """Points of orbits on the section: arrays (n,) of doubles, or of guarded numbers."""
+
+    theta2_0: Any
+    """Phases at the start, radians."""
+    phase: Any
+    """Phase g = theta1/2 + theta2, radians, on the branch next to the unperturbed motion's."""
+    advance: Any
+    """Phase less that of the unperturbed motion, radians, with less error than either has."""
+    offset: Any
+    """Offset theta1 - alpha0 - beta0 from the separatrix, radians."""
+    time: Any
+    """Time t' from the start to the section."""
+
+
+def surface(body: Body, h0: Exact, bits: int, separatrix: int = 2) -> UnstableSurface:
+    """Make S1- of a body, or the surface beside another separatrix in the place of S1-.
+
+    Parameters
+    ----------
+    body : Body
+    h0 : Exact
+        Energy constant.
+    bits : int
+        Working precision.
+    separatrix : {2, 1}, optional
+        The reflection in the plane normal to the second axis, where r2 becomes -r2, takes Qm to
+        -Qp and theta3 to -theta3. So separatrix 1 of a body is separatrix 2 of the body with
+        -beta0. The turn by pi about the third axis together with the reflection of gamma3,
+        theta1 to theta1 + 2 pi, takes 2 to 4 and 1 to 3 and theta3 to -theta3.
+    """
+    p = body.angles(bits + GUARD_BITS)
+    side = {2: 1, 1: -1}[separatrix]
+    return UnstableSurface(p._replace(beta0=side * p.beta0), h0.in_context(numbers(bits)), bits)
+
+
+def numbers(bits: int) -> Any:
+    """Namespace of the guarded numbers that belong to a working precision."""
+    return context(bits + GUARD_BITS)
+
+
+def J2_0(s: UnstableSurface) -> Any:
+    """J2 of the unperturbed motion, sqrt(2 h0/kappa), dimensionless."""
+    return numbers(s.bits).sqrt(2 * s.h0 / s.p.kappa)
+
+
+def unperturbed(s: UnstableSurface, theta2_0: Scalar, depth: Scalar) -> SeparatrixMotion:
+    """Unperturbed motion on separatrix 2 that starts at theta2_0 and J1 = exp(-depth) J2_0."""
+    J2, low = J2_0(s), numbers(s.bits).exp(-depth)
+    return SeparatrixMotion(2, low * J2, J2 - low * J2, theta2_0)
+
+
+def launch(s: UnstableSurface, theta2_0: Scalar, depth: Scalar) -> list[Fraction]:
+    """Start of an orbit, in aligned components of the working precision: see :func:`launches`."""
+    a = arrays(s.bits + GUARD_BITS)
+    return [fraction(x, s.bits) for x in launches(s, a.array([theta2_0]), depth, a)[:, 0]]
+
+
+def launches(s: UnstableSurface, theta2_0: Any, depth: Scalar, a: Arrays) -> Any:
+    """Starts of orbits, in aligned components (6, n).
+
+    At theta1 = alpha0 + beta0 they lie beside S1-, not on it. What they are off by shrinks as J1
+    grows: at the section a part exp(-depth) of mu is left (dtheta).
+
+    Parameters
+    ----------
+    s : UnstableSurface
+    theta2_0 : (n,) array
+        Radians.
+    depth : number
+        -ln(J1/J2) at the start.
+    a : Arrays
+        The kind of the numbers.
+
+    Notes
+    -----
+    With J1/J2 given the momenta are proportional to J2, of which the energy has a square and what
+    the weight adds; that and gamma are linear in the cosine and sine of theta2_0.
+    """
+    m, p = numbers(s.bits), s.p
+    low, zero, one = m.exp(-depth), m.mpf(0), m.mpf(1)
+    axes = []
+    for theta2 in (zero, m.pi / 2):
+        angles = (theta1(2, p, m), theta2)
+        unit = aligned_from_canonical(
+            Canonical(low, 1 - low, zero, *angles, zero, one), p.alpha0, p.beta0, m
+        )
+        kinetic = hamiltonian_J3_0(low, one, angles, p._replace(mu=zero), m)
+        axes.append((*unit[3:], hamiltonian_J3_0(low, one, angles, p, m) - kinetic))
+    cos, sin = a.cos(theta2_0), a.sin(theta2_0)
+    *gamma, weight = (a.number(x) * cos + a.number(y) * sin for x, y in zip(*axes, strict=True))
+    J2 = a.sqrt((a.number(s.h0) - weight) / a.number(kinetic))
+    # Qm is zero on separatrix 2.
+    return np.stack((a.number(unit.Qp) * J2, 0 * J2, a.number(unit.M3) * J2, *gamma))
+
+
+def lag(s: UnstableSurface, depth: Scalar) -> Any:
+    """Phase g at the section less theta2_0 of unperturbed motions, radians, in [-pi, pi]."""
+    m = numbers(s.bits)
+    whole = delta(unperturbed(s, m.mpf(0), depth), s.p, m)
+    return whole - 2 * m.pi * m.nint(whole / (2 * m.pi))
+
+
+def coefficients(s: UnstableSurface) -> AlignedCoefficients:
+    """Coefficients of the aligned equations, in the working precision."""
+    exact = aligned_coefficients(s.p, numbers(s.bits))
+    return AlignedCoefficients(*(fraction(x, s.bits) for x in exact))
+
+
+def meet(
+    s: UnstableSurface,
+    theta2_0: Iterable[Any],
+    depth: Scalar,
+    arithmetic: Arithmetic,
+    jobs: int = 1,
+) -> Points | None:
+    """Follow orbits of S1- to the section.
+
+    Parameters
+    ----------
+    s : UnstableSurface
+    theta2_0 : numbers
+        Phases at the start, radians.
+    depth : number
+        See :func:`launch`.
+    arithmetic : Arithmetic
+        Its tolerance is that at 53 bits; every bit more halves it.
+    jobs : int, optional
+
+    Returns
+    -------
+    Points or None
+        None if an orbit does not come to the section beside separatrix 2.
+    """
+    a, m = kind(s, arithmetic), numbers(s.bits)
+    starts = list(theta2_0)
+    begin = a.array(starts)
+    rate = u(unperturbed(s, m.mpf(0), depth), s.p, m)
+    limit = PATIENCE * float((depth + math.tau) / rate)
+    found = (_in_guarded if a.bits else _in_doubles)(
+        s, launches(s, begin, depth, a), limit, arithmetic, jobs
+    )
+    if found is None:
+        return None
+    time, state = found
+    # Beside separatrix 2 the orbit crosses with Qp > 0.
+    if (state[0] < 0).any():
+        return None
+    phase, offset = section_angles(state, a.number(s.p.alpha0), a)
+    # The branch of the unperturbed motion makes g continuous in the phase at the start.
+    behind, turn = lag(s, depth), 2 * a.pi
+    unperturbed_phases = [start + behind for start in starts]
+    expected = a.array(unperturbed_phases)
+    phase = phase + turn * a.nint((expected - phase) / turn)
+    rest = a.array(x - near for x, near in zip(unperturbed_phases, expected, strict=True))
+    return Points(begin, phase, (phase - expected) - rest, offset, time)
+
+
+def kind(s: UnstableSurface, arithmetic: Arithmetic) -> Arrays:
+    """Numbers in which points are given: the kernel's doubles, or guarded ones."""
+    doubles = s.bits == 53 and arithmetic.engine == "taylor"
+    return arrays(0 if doubles else s.bits + GUARD_BITS)
+
+
+def _in_doubles(
+    s: UnstableSurface, states: Any, limit: float, arithmetic: Arithmetic, _: int
+) -> tuple[Any, Any] | None:
+    """First crossings of states (6, n): times and states; None if an orbit has none."""
+    floats = AlignedCoefficients(*map(float, coefficients(s)))
+    time, found = first_in_doubles(floats, states, limit, arithmetic.tolerance)
+    return None if np.isnan(time).any() else (time, found)
+
+
+def _in_guarded(
+    s: UnstableSurface, states: Any, limit: float, arithmetic: Arithmetic, jobs: int
+) -> tuple[Any, Any] | None:
+    """The same of guarded numbers, integrated in the working precision."""
+    m = numbers(s.bits)
+    found = first_crossings(
+        coefficients(s),
+        [[fraction(x, s.bits) for x in state] for state in states.T],
+        limit,
+        engine=arithmetic.engine,
+        bits=s.bits,
+        tolerance=arithmetic.tolerance,
+        jobs=jobs,
+    )
+    crossed = [one for one in found if one is not None]
+    if len(crossed) < len(found):
+        return None
+    rows = [(one.time, *one.state) for one in crossed]
+    time, *state = np.array([[m.mpf(x.numerator) / x.denominator for x in row] for row in rows]).T
+    return time, np.stack(state)
+
+
+def section_angles(state: Numbers, alpha0: Scalar, m: Any) -> tuple[Any, Any]:
+    """Phase g and offset of states with M3 = 0, J3 = 0, beside separatrix 2.
+
+    There Qm = J2 sin(offset/2) and Qp = J2 sin(offset/2 + alpha0), so that a small offset
+    keeps the relative precision of Qm.
+
+    Parameters
+    ----------
+    state : 6 numbers or arrays
+        Aligned components.
+    alpha0 : number
+    m : namespace of sin, cos and atan2
+    """
+    Qp, Qm, _, gamma1, gamma2, gamma3 = state
+    half = m.atan2(Qm * m.sin(alpha0), Qp - Qm * m.cos(alpha0))
+    l = half + alpha0 / 2
+    return m.atan2(gamma1 * m.cos(l) - gamma2 * m.sin(l), -gamma3), 2 * half

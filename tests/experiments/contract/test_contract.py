@@ -1,0 +1,209 @@
+"""The contract of experiments: every folder keeps it, as mypy and the import rules see it."""
+
+from __future__ import annotations
+
+import ast
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rigidpend import experiments, render
+from rigidpend.experiments.contract.layout import (
+    FLAG,
+    FLOAT,
+    NUMBER,
+    TEXT,
+    WHOLE,
+    Field,
+    Layout,
+)
+
+ROOT = Path(__file__).resolve().parents[3]
+NAMES = experiments.names()
+COMPUTING = ("compute.py", "schema.py")
+FILES = sorted(experiments.FOLDER.glob("*/*.py"))
+DRAWING = [file for file in FILES if file.name not in (*COMPUTING, "layout.py")]
+
+SEAM = """
+import rigidpend.experiments.{name}.compute as compute
+import rigidpend.experiments.{name}.draw as draw
+import rigidpend.experiments.{name}.layout as layout
+from rigidpend.config.schema import ExperimentConfig
+from rigidpend.experiments.contract import Computation, Declaring, Drawing, Reporting
+from rigidpend.experiments.{name}.schema import Config
+
+schema: type[ExperimentConfig] = Config
+computation: Computation[Config] = compute
+declaring: Declaring = layout
+drawing: Drawing = draw
+"""
+REPORT = """
+import rigidpend.experiments.{name}.report as report
+
+reporting: Reporting = report
+"""
+
+
+def seam(name: str) -> str:
+    """Assignments that only type-check where an experiment keeps the contract."""
+    has_report = (experiments.FOLDER / name / "report.py").is_file()
+    return (SEAM + REPORT if has_report else SEAM).format(name=name)
+
+
+def mypy(root: Path, *arguments: str) -> str:
+    """The words of mypy, for which the package is at a root, under the project's own settings.
+
+    In a process of its own: the much memory that it takes would be kept by this one.
+    """
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", "--config-file", str(ROOT / "pyproject.toml"), *arguments],
+        env={**os.environ, "MYPYPATH": str(root)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert not done.stderr
+    return done.stdout
+
+
+def checked(folder: Path, **sources: str) -> str:
+    """The words of mypy on some modules."""
+    for name, source in sources.items():
+        (folder / f"{name}.py").write_text(source, encoding="utf-8")
+    return mypy(ROOT, *(str(folder / f"{name}.py") for name in sources))
+
+
+@pytest.mark.slow
+def test_every_experiment_keeps_the_contract(tmp_path: Path) -> None:
+    sources = {f"seam_{name}": seam(name) for name in NAMES}
+    assert checked(tmp_path, **sources).startswith("Success")
+
+
+@pytest.mark.slow
+def test_an_experiment_with_another_config_does_not(tmp_path: Path) -> None:
+    wrong = seam("route_codes").replace("route_codes.schema", "precession.schema")
+    said = checked(tmp_path, wrong=wrong)
+    assert "incompatible type" in said or "Incompatible types" in said
+
+
+def imported(file: Path) -> Iterator[str]:
+    """The modules that a file imports when it runs, by full name."""
+    waiting: list[ast.AST] = [ast.parse(file.read_bytes())]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            continue
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        waiting += ast.iter_child_nodes(node)
+
+
+SHARED = (
+    "rigidpend.routes.alphabet",
+    "rigidpend.runs.certificate_files",
+    "rigidpend.config.changes",
+    "rigidpend.numbers.decimals",
+    "rigidpend.numbers.generic",
+    "rigidpend.render",
+    "rigidpend.results.",
+    "rigidpend.machine.tables",
+)
+VERDICTS = (
+    "rigidpend.experiments.bench.measuring.methods.METHODS",
+    "rigidpend.experiments.bench.measuring.reading",
+    "rigidpend.experiments.bench.measuring.problems.NAMES",
+    "rigidpend.experiments.stress.trials.claims",
+)
+"""Words and levels of measurements, which import nothing that computes either."""
+
+
+@pytest.mark.parametrize("file", DRAWING, ids=lambda file: f"{file.parent.name}/{file.name}")
+def test_drawing_imports_nothing_that_computes(file: Path) -> None:
+    """Arrays, drawing, stored results, and of its own folder what draws."""
+    own = f"rigidpend.experiments.{file.parent.name}."
+    for name in imported(file):
+        first = name.partition(".")[0]
+        if first == "rigidpend":
+            ours = name.startswith(own) and not name.startswith((f"{own}compute", f"{own}schema"))
+            assert ours or name.startswith((*SHARED, *VERDICTS)), name
+        else:
+            assert first in {"numpy", "matplotlib", *sys.stdlib_module_names}, name
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_layout_is_plain_data_for_which_nothing_heavy_is_imported(name: str) -> None:
+    file = experiments.FOLDER / name / "layout.py"
+    allowed = (
+        "rigidpend.experiments.contract.layout",
+        "rigidpend.experiments.route_layout",
+        "rigidpend.experiments.weight_layout",
+        "rigidpend.experiments.bench.measuring.records",
+        "rigidpend.experiments.stress.trials.fields",
+    )
+    ours = [module for module in imported(file) if module.partition(".")[0] == "rigidpend"]
+    assert all(module.startswith(allowed) for module in ours), ours
+    others = {module.partition(".")[0] for module in imported(file)} - {"rigidpend"}
+    assert others <= set(sys.stdlib_module_names)
+    assert fields(experiments.layout(name))
+
+
+def fields(layout: Layout) -> list[Field]:
+    """All fields of a layout, in groups too."""
+    found = []
+    for name, node in layout.items():
+        assert name.strip("<>?").replace(" ", "_").isidentifier(), name
+        if isinstance(node, Field):
+            assert node.kind in {FLOAT, WHOLE, FLAG, TEXT, NUMBER}
+            found.append(node)
+        else:
+            found += fields(node)
+    return found
+
+
+@pytest.mark.slow
+def test_without_a_layout_an_experiment_does_not_keep_the_contract(tmp_path: Path) -> None:
+    wrong = seam("route_codes").replace("route_codes.layout as", "route_codes.schema as")
+    assert '"Declaring"' in checked(tmp_path, wrong=wrong)
+
+
+@pytest.mark.parametrize("file", sorted(Path(render.__file__).parent.glob("*.py")))
+def test_what_drawings_share_imports_nothing_that_computes(file: Path) -> None:
+    for name in imported(file):
+        first = name.partition(".")[0]
+        if first == "rigidpend":
+            assert name.startswith(("rigidpend.experiments", *SHARED)), name
+        else:
+            assert first in {"numpy", "matplotlib", *sys.stdlib_module_names}, name
+
+
+@pytest.mark.parametrize(
+    "file",
+    [file for file in FILES if file.name in COMPUTING],
+    ids=lambda file: f"{file.parent.name}/{file.name}",
+)
+def test_computing_imports_nothing_that_draws(file: Path) -> None:
+    own = f"rigidpend.experiments.{file.parent.name}"
+    forbidden = ("matplotlib", "rigidpend.render", "rigidpend.render.report", f"{own}.draw")
+    assert not [name for name in imported(file) if name.startswith(forbidden)]
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: f"{file.parent.name}/{file.name}")
+def test_no_experiment_imports_another(file: Path) -> None:
+    own = f"rigidpend.experiments.{file.parent.name}"
+    for name in imported(file):
+        if name.startswith("rigidpend.experiments.") and not name.startswith(f"{own}."):
+            module = name.split(".")[2]
+            assert module not in NAMES, name
+
+
+@pytest.mark.parametrize("name", ["nonesuch", "..run", "route_codes.compute", ""])
+def test_a_name_from_a_file_imports_no_other_module(name: str) -> None:
+    for part in (experiments.schema, experiments.computation, experiments.drawing):
+        with pytest.raises(experiments.UnknownExperiment, match="no such experiment"):
+            part(name)

@@ -1,0 +1,115 @@
+"""Drifts are random walks where nothing but rounding is at work, and only there."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend.experiments.stress.trials import long_time
+from rigidpend.experiments.stress.trials.claims import tried
+from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
+from rigidpend.orbits import integrate
+from rigidpend.orbits.integrate.lie_poisson import splitting
+from tests.orbits.integrate.problems import FIG4, GENERIC
+
+ENGINE = integrate.default_engine()
+SETTING = long_time.Setting(GENERIC, 1.3, 4)
+FIG_4 = long_time.Setting(FIG4, 1.41467, 12)
+
+
+def verdicts(tree: Any) -> list[str]:
+    return [str(claim["verdict"].values) for claim in tree["claims"].values()]
+
+
+def drift(engine: str, tolerance: float, rotations: int = 300, orbits: int = 8) -> Any:
+    trial = long_time.engine_trial(
+        SETTING, engine=engine, tolerance=tolerance, rotations=rotations, orbits=orbits, jobs=1
+    )
+    return tried(trial)
+
+
+def split(order: int, orbits: int) -> Any:
+    return tried(long_time.splitting_trial(SETTING, order=order, rotations=100, orbits=orbits))
+
+
+def test_integrals_are_energy_length_and_projection() -> None:
+    s = float(scale(SETTING.moments))
+    M, gamma = body_from_aligned(Aligned(*SETTING.states(3)), GENERIC.alpha0, s)
+    h, half_square, along = SETTING.integrals(M, gamma)
+    assert np.allclose(half_square, 0.5, rtol=1e-15)
+    assert np.allclose(along, 0.2, rtol=1e-14)
+    # On the separatrix without weight the energy is h0.
+    assert np.allclose(h, 1, atol=float(GENERIC.mu) / (GENERIC.kappa * 1.3**2 / 2))
+
+
+def test_slope_is_the_power_of_the_late_times() -> None:
+    rotations = np.geomspace(1, 1e4, 61)
+    row = 1e-16 * rotations**0.7 + np.where(rotations < 90, 1e-10, 0)
+    power, reach = long_time._slope(rotations, row)
+    assert power == pytest.approx(0.7)
+    assert reach == pytest.approx(np.log(100), rel=0.05)
+
+
+def test_the_finest_tolerance_walks_at_random_and_a_coarse_one_does_not() -> None:
+    assert set(verdicts(drift("taylor", 2.0**-52))) == {"passed"}
+    coarse = verdicts(drift("taylor", 1e-9))
+    assert coarse.count("FAILED") >= 2, "no declared bias is as large"
+
+
+def claims(tolerance: float) -> Any:
+    made = long_time.engine_trial(
+        SETTING, engine="taylor", tolerance=tolerance, rotations=10**6, orbits=16, jobs=1
+    ).claims
+    return made[0::2], made[1::2]
+
+
+def test_bounds_of_a_random_walk_and_the_limit_of_a_biased_one() -> None:
+    """A walk's power is known to 4/sqrt(16) over ln(1e4), its size to a factor of four."""
+    for power, size in zip(*claims(2.0**-52), strict=True):
+        assert (power.verdict(0.107), power.verdict(0.113)) == ("passed", "FAILED")
+        assert 3e-13 < size.bound < 1e-12
+        assert (power.limit, size.limit) == (None, None)
+    for power, size in zip(*claims(3e-14), strict=True):
+        assert (power.verdict(0.6), power.verdict(0.62)) == ("limit", "FAILED")
+        assert (size.verdict(4e-10), size.verdict(5e-10)) == ("limit", "FAILED")
+
+
+def test_scipy_keeps_its_tolerance() -> None:
+    made = drift("scipy", 1e-9, rotations=10, orbits=2)
+    assert verdicts(made) == ["passed"] * 3
+    assert made["curves"]["drift"].values.max() > 1e-13
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("order", [2, 8])
+def test_splittings_keep_energy_and_casimirs(order: int) -> None:
+    made = split(order, 4)
+    assert verdicts(made) == ["passed"] * 3
+    energy, gamma, along = made["curves"]["drift"].values
+    assert energy.max() > 1e3 * max(gamma.max(), along.max())
+
+
+def test_a_method_that_is_no_poisson_map_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Heated:
+        """A little more of everything at every step."""
+
+        def __init__(self, *given: Any) -> None:
+            self.made = splitting(*given)
+
+        def advance(self, v: Any, h: float, steps: int) -> Any:
+            return [x * (1 + 1e-6) ** steps for x in self.made.advance(v, h, steps)]
+
+    monkeypatch.setattr(long_time, "splitting", Heated)
+    assert verdicts(split(2, 2)) == ["FAILED"] * 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("order", [2, 4, 6, 8])
+def test_an_energy_error_of_a_fifth_of_its_bound_comes_and_one_of_the_bound_does_not(
+    order: int,
+) -> None:
+    """A bound a thousand times looser, or tighter, would be noticed."""
+    energy = long_time._splitting_drift(FIG_4, order, np.arange(1, 400, 5), 8)[0].max()
+    assert 0.2 < energy / long_time.ENERGIES[order] < 1

@@ -1,0 +1,71 @@
+"""Work side by side: where it runs, in which order its results come, what goes wrong."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from rigidpend.machine.workers import cores, side_by_side, spread
+
+
+def place(part: float, delay: float = 0.0) -> tuple[float, int, int]:
+    """The part with the process and the thread that had it; the first parts take longest."""
+    time.sleep(delay / (1 + part))
+    return part, os.getpid(), threading.get_ident()
+
+
+def reciprocal(part: int) -> float:
+    return 1 / part
+
+
+@pytest.mark.parametrize(("parts", "jobs"), [([3, 1, 2], 1), ([5], 4), ([], 2), ([1, 2], 0)])
+@pytest.mark.parametrize("holds_interpreter", [True, False])
+def test_one_job_or_one_part_starts_nothing(
+    parts: list[int], jobs: int, holds_interpreter: bool
+) -> None:
+    found = side_by_side(place, (0.0,), holds_interpreter, parts, jobs)
+    assert found == [(part, os.getpid(), threading.get_ident()) for part in parts]
+
+
+def test_threads_share_the_process_and_keep_the_order() -> None:
+    found = side_by_side(place, (0.2,), False, [0, 1, 2, 3], 4)
+    parts, processes, threads = zip(*found, strict=True)
+    assert parts == (0, 1, 2, 3)
+    assert set(processes) == {os.getpid()}
+    assert len(set(threads)) > 1
+    assert threading.get_ident() not in threads
+
+
+@pytest.mark.slow
+def test_processes_serve_work_that_holds_the_interpreter() -> None:
+    found = side_by_side(place, (0.2,), True, [0, 1, 2, 3], 2)
+    parts, processes, _ = zip(*found, strict=True)
+    assert parts == (0, 1, 2, 3)
+    assert os.getpid() not in processes
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize("holds_interpreter", [True, False])
+def test_errors_of_the_work_come_through(jobs: int, holds_interpreter: bool) -> None:
+    with pytest.raises(ZeroDivisionError):
+        side_by_side(reciprocal, (), holds_interpreter, [1, 0, 2], jobs)
+
+
+@pytest.mark.parametrize(("columns", "parts"), [(7, 3), (2, 5), (6, 6), (5, 1), (4, 0)])
+def test_spread_cuts_into_even_pieces_that_join_again(columns: int, parts: int) -> None:
+    array = np.arange(2 * columns).reshape(2, columns)
+    pieces = spread(array, parts, axis=1)
+    sizes = [piece.shape[1] for piece in pieces]
+    assert len(pieces) == max(1, min(parts, columns))
+    assert max(sizes) - min(sizes) <= 1
+    assert min(sizes) > 0
+    np.testing.assert_array_equal(np.concatenate(pieces, axis=1), array)
+
+
+def test_cores_are_those_that_this_process_may_use() -> None:
+    assert 1 <= cores() <= (os.cpu_count() or 1)

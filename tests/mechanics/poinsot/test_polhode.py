@@ -1,0 +1,231 @@
+"""Orbits in time: against 60 digits, integration, and the curves without time."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+from rigidpend.mechanics import free_body
+from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.coordinates import Aligned, aligned_from_body, scale
+from rigidpend.mechanics.equations import aligned_coefficients, energy, euler_poisson
+from rigidpend.mechanics.poinsot import polhode as free
+from rigidpend.mechanics.poinsot.orbit import (
+    Orbit,
+    encircling,
+    from_energy,
+    through,
+)
+from rigidpend.orbits.integrate import (
+    FINEST_TOLERANCE,
+    default_engine,
+    sample,
+    sample_orbits,
+)
+from tests.bodies import FREE
+from tests.mechanics.poinsot.reference import (
+    EPS,
+    NOWHERE,
+    bodies_and_orbits,
+    orbits,
+    textbook,
+)
+from tests.strategies import FINE, ROUNDING, jacobian, relative, repeatable
+
+OTHER = Body(A=(2, "0.3", "1.8"), r=(1, 1, 0), mu=0)
+A = [float(x) for x in FREE.A]
+FAMILIES = [(axis, side) for axis in (1, 2) for side in (1, -1)]
+SMALL = [0.9, 1e-2, 1e-6, 1e-10, 1e-16]
+PARTS = np.array([-1.3, -0.49, -0.2, 0.01, 0.11, 0.26, 0.38, 0.7])
+"""Of a period."""
+
+
+def error(found: Any, expected: list[Any], u: float) -> float:
+    """The largest relative error of a component, in units of EPS (1 + |u|)."""
+    errors = [abs(float(x / y - 1)) for x, y in zip(found, expected, strict=True)]
+    return max(errors) / (EPS * (1 + abs(u)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("body", [FREE, OTHER])
+@pytest.mark.parametrize(("axis", "side"), FAMILIES)
+@pytest.mark.parametrize("coheight", SMALL)
+def test_agrees_with_60_digits_beside_the_separatrix_relative_to_each_component(
+    body: Body, axis: int, side: int, coheight: float
+) -> None:
+    orbit = encircling(body, axis, side, G=1.5, coheight=coheight)
+    for t in PARTS * orbit.period:
+        expected = textbook(body, orbit, coheight, t)
+        assert error(free.momentum(orbit, t), expected, orbit.rate * t) < 40
+
+
+@pytest.mark.parametrize("body", [FREE, OTHER])
+@pytest.mark.parametrize(("axis", "side"), FAMILIES)
+@pytest.mark.parametrize("height", SMALL)
+def test_agrees_with_60_digits_beside_a_permanent_rotation(
+    body: Body, axis: int, side: int, height: float
+) -> None:
+    orbit = encircling(body, axis, side, G=0.7, height=height)
+    for t in PARTS * orbit.period:
+        expected = textbook(body, orbit, FINE.sqrt(1 - FINE.mpf(height) ** 2), t)
+        assert error(free.momentum(orbit, t), expected, orbit.rate * t) < 40
+
+
+@pytest.mark.parametrize(("axis", "side"), FAMILIES)
+@pytest.mark.parametrize("coheight", [0.9, 0.1, 1e-5, 1e-10])
+def test_agrees_with_the_integrated_orbit(axis: int, side: int, coheight: float) -> None:
+    orbit = encircling(FREE, axis, side, coheight=coheight)
+    # One passage: beyond it the integration has lost what tells the orbit's time.
+    times = np.linspace(-0.24, 0.24, 101) * orbit.period
+    M0 = free.momentum(orbit, times[0])
+    state = [*M0, 0.0, 0.0, 1.0]
+    M = sample(lambda s, _: euler_poisson(s[:3], s[3:], A, NOWHERE, 0.0), state, times)[:3]
+    # Errors are stretched as much as a small component grows.
+    start = np.abs(M0[:2]).max()
+    np.testing.assert_allclose(free.momentum(orbit, times), M, atol=1e-13 / min(1, start))
+
+
+@pytest.mark.parametrize(("axis", "side"), FAMILIES)
+@pytest.mark.parametrize("coheight", [0.5, 1e-5, 1e-10, 1e-12])
+def test_aligned_components_agree_with_integration_relative_to_each(
+    axis: int, side: int, coheight: float
+) -> None:
+    orbit = encircling(FREE, axis, side, coheight=coheight)
+    times = np.linspace(-0.24, 0.49, 74) * orbit.period
+    start = [*free.aligned_components(orbit, times[0]), 0.0, 0.0, 1.0]
+    coefficients = aligned_coefficients(FREE.angles(), math)
+    # The engine's own tolerance is relative to |M|: it leaves 1e-8 of a small Q at 1e-14.
+    finest = FINEST_TOLERANCE[default_engine()]
+    state = np.array(start)[:, None]
+    found = sample_orbits(coefficients, state, times * scale(A), tolerance=finest)[:2, :, 0]
+    expected = free.aligned_components(orbit, times)[:2]
+    # Steps of DOP853 are chosen by |M| and leave about 1e-18 of that in a small component.
+    allowed = {"taylor": 1e-11, "scipy": 1e-11 + 1e-18 / coheight}
+    assert relative(found, expected) < allowed[default_engine()]
+    assert np.abs(expected).min() < 2 * coheight * scale(A)
+
+
+@pytest.mark.slow
+@given(orbit=orbits())
+@repeatable(40)
+def test_invariant_length_and_energy_to_rounding(orbit: Orbit) -> None:
+    A = orbit.shape.A
+    M = free.momentum(orbit, np.linspace(-1, 1, 201) * orbit.period)
+    np.testing.assert_allclose(np.linalg.norm(M, axis=0), orbit.G, rtol=ROUNDING)
+    np.testing.assert_allclose(energy(M, NOWHERE, A, NOWHERE, 0), orbit.h0, rtol=ROUNDING)
+    np.testing.assert_allclose(
+        (M * free.polhode(orbit, np.linspace(-1, 1, 201) * orbit.period)).sum(axis=0),
+        2 * orbit.h0,
+        rtol=ROUNDING,
+    )
+
+
+@given(orbit=orbits())
+@repeatable(40)
+def test_a_period_and_no_half_of_it_brings_the_orbit_back(orbit: Orbit) -> None:
+    t = np.linspace(0, 1, 17) * orbit.period
+    M = free.momentum(orbit, t)
+    scale = orbit.G * 100 * EPS * (1 + orbit.modulus.K)
+    np.testing.assert_allclose(free.momentum(orbit, t + orbit.period), M, atol=scale)
+    half = free.momentum(orbit, t + orbit.period / 2)
+    along = orbit.axis - 1
+    np.testing.assert_allclose(half[along], M[along], atol=scale)
+    np.testing.assert_allclose(half[[1 - along, 2]], -M[[1 - along, 2]], atol=scale)
+
+
+@pytest.mark.parametrize(("axis", "side"), FAMILIES)
+def test_the_curve_is_the_one_without_time(axis: int, side: int) -> None:
+    orbit = encircling(FREE, axis, side, G=2.0, height=0.8)
+    family = free_body.around_M1 if axis == 1 else free_body.around_M2
+    M = free.momentum(orbit, np.linspace(-1, 1, 81) * orbit.period)
+    phi = np.atan2(side * M[2], M[2 - axis] / orbit.p)
+    np.testing.assert_allclose(M, 2 * family(FREE.alpha0, 0.8, side, phi), atol=1e-15 * 4)
+    # phi starts where that of the family does, and grows.
+    assert phi[40] == 0
+    assert np.ptp(np.unwrap(phi)) == pytest.approx(4 * np.pi, rel=1e-14)
+    assert (np.diff(np.unwrap(phi)) > 0).all()
+
+
+@given(pair=bodies_and_orbits())
+@repeatable(40)
+def test_through_a_state_goes_its_orbit_at_its_time(pair: tuple[Body, Orbit]) -> None:
+    body, orbit = pair
+    for part in (-0.45, -0.2, 0.03, 0.3):
+        t = part * orbit.period
+        Qp, Qm, M3 = free.aligned_components(orbit, t)
+        found, at = through(body, Aligned(Qp, Qm, M3, 0, 0, 0))
+        assert (found.axis, found.side) == (orbit.axis, orbit.side)
+        spread = ROUNDING * (1 + orbit.modulus.K)
+        assert relative(found.coheight, orbit.coheight) < 10 * spread
+        assert relative(found.G, orbit.G) < ROUNDING
+        assert abs(at - t) * orbit.rate < 1e-12 / orbit.height
+
+
+@given(pair=bodies_and_orbits(-3))
+@repeatable(20)
+def test_from_energy_inverts_the_energy(pair: tuple[Body, Orbit]) -> None:
+    body, orbit = pair
+    excess = orbit.shape.A[2] * orbit.energy_excess
+    found = from_energy(body, excess, orbit.side, G=orbit.G)
+    assert found.axis == orbit.axis
+    assert relative(found.coheight, orbit.coheight) < ROUNDING
+    assert relative(found.height, orbit.height) < ROUNDING / orbit.height**2
+    close = from_energy(body, math.copysign(1e-200, excess), orbit.side, G=orbit.G)
+    assert relative(close.energy_excess * orbit.shape.A[2], math.copysign(1e-200, excess)) < 1e-14
+
+
+@pytest.mark.parametrize("axis", [1, 2])
+def test_limit_beside_a_permanent_rotation_is_the_frequency_of_linear_oscillations(
+    axis: int,
+) -> None:
+    orbit = encircling(FREE, axis, G=1.5, height=1e-9)
+    # The eigenvalues of the linearised equations, by differences in 60 digits.
+    M0 = [FINE.mpf(0)] * 3
+    M0[axis - 1] = FINE.mpf("1.5")
+    exact = [x.in_context(FINE) for x in FREE.A]
+    linear = jacobian(lambda M: euler_poisson(M, NOWHERE, exact, NOWHERE, 0)[:3], M0)
+    frequency = np.abs(np.linalg.eigvals(linear.astype(float)).imag).max()
+    assert 2 * np.pi / orbit.period == pytest.approx(frequency, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"axis": 3, "height": 0.5},
+        {"axis": 1, "side": 0, "height": 0.5},
+        {"axis": 1, "height": 0.5, "G": 0.0},
+        {"axis": 1, "height": 1.0},
+        {"axis": 1, "height": -0.1},
+        {"axis": 1, "coheight": 0.0},
+        {"axis": 1, "coheight": 1.5},
+        {"axis": 1},
+        {"axis": 1, "height": 0.6, "coheight": 0.8},
+    ],
+)
+def test_what_is_no_orbit_is_refused(wrong: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match=r"orbit|axis|give"):
+        encircling(FREE, **wrong)
+
+
+@pytest.mark.parametrize("excess", [0.0, 0.51, -0.26, math.nan])
+def test_an_energy_without_orbit_is_refused(excess: float) -> None:
+    with pytest.raises(ValueError, match="energy"):
+        from_energy(FREE, excess)
+
+
+def test_states_on_a_separatrix_and_at_rest_are_refused() -> None:
+    for Q in ((0.0, 1.0), (1.0, 0.0), (0.0, 0.0)):
+        with pytest.raises(ValueError, match="separatrix"):
+            through(FREE, Aligned(*Q, 0.0, 0, 0, 0))
+
+
+@pytest.mark.parametrize(("M", "axis", "side"), [((2, 0, 0), 1, 1), ((0, -2, 0), 2, -1)])
+def test_through_a_permanent_rotation_goes_itself(M: Any, axis: int, side: int) -> None:
+    a = aligned_from_body(M, (0, 0, 1), FREE.alpha0, float(scale(A)))
+    found, t = through(FREE, a)
+    assert (found.axis, found.side, t) == (axis, side, 0)
+    np.testing.assert_allclose(free.momentum(found, 3.0), M, atol=ROUNDING)

@@ -1,0 +1,351 @@
+"""The body's angles against the paper's own numbers and relations, and what is refused."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import pickle
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rigidpend import Body
+from rigidpend.mechanics.body import BodyError, angles_from_moments
+from rigidpend.numbers.exact import exact
+from rigidpend.routes.problem import ProblemError
+from tests.bodies import FIG4
+from tests.strategies import FINE, bodies, fine_angles, largest_difference, numbers, repeatable
+
+TABLE_1 = {
+    # The paper, Table 1: alpha0, gamma0; the moments behind them are found with A1 = 2.
+    "a": ("2.91891", "2.46192", (2, "0.2", "1.8")),
+    "b": ("2.23654", "1.95519", (2, "1.04", "1.7")),
+    "c": ("1.23096", "0.92730", (2, 1, "1.2")),
+    "d": ("1.61146", "1.34948", (2, "1.18", "1.5")),
+    "e": ("1.97724", "1.77215", (2, "1.3", "1.72")),
+    "f": ("0.79020", "0.57351", (2, 1, "1.08")),
+    "g": ("0.56207", "0.40272", (2, 1, "1.04")),
+}
+
+
+def test_agrees_the_angles_of_the_body_of_fig4() -> None:
+    assert FIG4.alpha0 == 1.9106332362490186 == pytest.approx(math.acos(-1 / 3), abs=1e-15)
+    assert FIG4.beta0 == FIG4.gamma0 == math.pi / 2
+    assert FIG4.kappa == 4 / 3
+    assert FIG4.nu == 4.442882938158366 == pytest.approx(math.sqrt(2) * math.pi, abs=1e-15)
+    assert FIG4.angles().mu == 0.001
+
+
+@pytest.mark.parametrize(("alpha0", "gamma0", "A"), TABLE_1.values(), ids=TABLE_1)
+def test_agrees_with_table_1_to_its_five_digits(alpha0: str, gamma0: str, A: Any) -> None:
+    body = Body(A, (1, 0, 0), 0)
+    assert f"{body.alpha0:.5f}" == alpha0
+    assert f"{body.gamma0:.5f}" == gamma0
+
+
+def test_agrees_the_order_of_the_panels_of_fig3_with_nu() -> None:
+    nus = [Body(A, (1, 0, 0), 0).nu for *_, A in TABLE_1.values()]
+    assert nus == sorted(nus)
+    assert (round(nus[0], 3), round(nus[-1], 2)) == (1.756, 11.34)
+
+
+@repeatable(50)
+@given(bodies())
+def test_eq_phi_gives_the_moments_by_the_relations_after_it(body: Body) -> None:
+    A, r = ([x.in_context(FINE) for x in triple] for triple in (body.A, body.r))
+    p = fine_angles(body)
+    half = [x / 2 for x in (p.alpha0, p.gamma0, p.beta0)]
+    (sin_a, sin_g, sin_b), (cos_a, cos_g, cos_b) = (
+        list(map(f, half)) for f in (FINE.sin, FINE.cos)
+    )
+    length = FINE.hypot(r[0], r[1])
+    found = (A[2] * (sin_a / sin_g) ** 2, A[2] * (cos_a / cos_g) ** 2, cos_b, sin_b)
+    assert largest_difference(found, (A[0], A[1], r[0] / length, r[1] / length)) < 1e-50
+
+
+@repeatable(50)
+@given(bodies())
+def test_eq_phi_keeps_the_paper_s_inequalities_and_kappa(body: Body) -> None:
+    p = fine_angles(body)
+    assert FINE.pi > p.alpha0 > p.gamma0 > 0
+    assert FINE.pi >= p.beta0 >= 0
+    # The triangle inequality in angles, and the second form of kappa below (h_new).
+    assert FINE.cos(p.alpha0 / 2) - FINE.cos(p.gamma0 / 2) ** 2 > -1e-50
+    in_angles = FINE.sin(p.alpha0) ** 2 / (2 * (FINE.cos(p.gamma0) - FINE.cos(p.alpha0)))
+    assert largest_difference(p.kappa, in_angles) < 1e-50
+    assert largest_difference(p.nu * FINE.sin(p.alpha0) / p.kappa, FINE.pi) < 1e-50
+
+
+@pytest.mark.slow
+@repeatable(50)
+@given(bodies())
+def test_agrees_every_precision_with_the_finest(body: Body) -> None:
+    finest = body.angles(400)
+    assert list(body.angles()) == [float(x) for x in finest]
+    for bits in (64, 113, 300):
+        for found, expected in zip(body.angles(bits), finest, strict=True):
+            assert abs(found - expected) <= abs(expected) / 2**bits
+    assert list(body.angles())[:5] == [
+        body.alpha0,
+        body.beta0,
+        body.gamma0,
+        body.kappa,
+        body.nu,
+    ]
+
+
+@pytest.mark.slow
+@repeatable(50)
+@given(bodies(), st.fractions("1e-6", "1e6"), st.fractions("1e-6", "1e6"))
+def test_invariant_the_angles_do_not_depend_on_units(body: Body, unit: Any, length: Any) -> None:
+    scaled = Body([x * unit for x in body.A], [x * length for x in body.r], body.mu)
+    assert scaled.angles() == body.angles()
+
+
+@repeatable(50)
+@given(numbers(0.1, 3), numbers(0.02, 0.98), numbers(0, math.pi), st.fractions("1/9", 9))
+def test_agrees_from_angles_with_the_angles_given(
+    gamma0: float, place: float, beta0: float, A1: Fraction
+) -> None:
+    # alpha0 between gamma0 and the flat body.
+    alpha0 = gamma0 + place * (2 * math.acos(math.cos(gamma0 / 2) ** 2) - gamma0)
+    body = Body.from_angles(alpha0, beta0, gamma0, "0.01", A1=A1)
+    assert (body.alpha0, body.beta0, body.gamma0) == (alpha0, beta0, gamma0)
+    assert body.A[0].fraction == A1
+    assert body.mu.fraction == Fraction(1, 100)
+
+
+def test_agrees_from_angles_with_the_moments_of_fig4() -> None:
+    body = Body.from_angles("2*atan(sqrt(2))", "pi/2", "pi/2", 0)
+    assert largest_difference([x.at(113) for x in body.A], (2, 1, 1.5)) < 1e-32
+    assert body.special_cases == ("Grioli",)
+
+
+@pytest.mark.parametrize(
+    ("A", "r", "cases"),
+    [
+        ((2, 1, "1.5"), (1, 1, 0), ("Grioli",)),
+        # The perpendicular to the circular section of the gyration ellipsoid.
+        ((2, 1, "1.5"), (1, "sqrt(2)", 0), ("Hess",)),
+        ((2, "0.2", "1.8"), (1, 2, 0), ("flat",)),
+        ((2, "0.2", "1.8"), ("sqrt(0.2)", "sqrt(1.6)", 0), ("Grioli", "flat")),
+        ((2, "0.2", "1.8"), ("sqrt(0.04)", "sqrt(3.2)", 0), ("Hess", "flat")),
+        ((2, "1.5", "1.8"), (0, 1, 0), ()),
+        ((2, 1, "1.5"), (1, "1 + 1e-14", 0), ()),
+        ((2, "0.2 + 1e-14", "1.8"), (1, 2, 0), ()),
+    ],
+)
+def test_agrees_special_cases_with_their_definitions(A: Any, r: Any, cases: Any) -> None:
+    assert Body(A, r, 0).special_cases == cases
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"A": (2, 0, 1.5)}, r"A2 > 0 is broken: A = \(2, 0, 1.5\)"),
+        ({"A": (2, -1, 1.5)}, r"A2 > 0 is broken: A = \(2, -1, 1.5\)"),
+        ({"A": (1, 2, 1.5)}, r"A1 > A3 > A2 is broken: A = \(1, 2, 1.5\)"),
+        ({"A": (2, 1, 2)}, r"A1 > A3 > A2 is broken: A = \(2, 1, 2\)"),
+        ({"A": (2, 1, 1)}, r"A1 > A3 > A2 is broken: A = \(2, 1, 1\)"),
+        ({"A": (2, "sqrt(2)", "sqrt(2)")}, r"A1 > A3 > A2 is broken: A = \(2, 1.4142135\d*, "),
+        (
+            {"A": (2, "0.4999", "1.5")},
+            r"A2 \+ A3 >= A1 \(the triangle inequality\) is broken: A = \(2, 0.4999, 1.5\)",
+        ),
+        ({"r": (1, 1, "0.1")}, r"r3 = 0 is broken: r = \(1, 1, 0.1\)"),
+        ({"r": ("-1e-9", 1, 0)}, r"r1, r2 >= 0 is broken: r = \(-1e-9, 1, 0\)"),
+        ({"r": (1, -1, 0)}, r"r1, r2 >= 0 is broken: r = \(1, -1, 0\)"),
+        ({"r": (0, 0, 0)}, r"r must have a direction: r = \(0, 0, 0\)"),
+        ({"mu": "-1e-9"}, r"mu >= 0 is broken: mu = -1e-9"),
+        ({"A": (2, 1)}, r"A needs three numbers"),
+        ({"A": (2, 1, 1.5, 3)}, r"A needs three numbers"),
+        ({"A": (2, 1, math.nan)}, r"A needs three numbers: nan is not finite"),
+        ({"r": (1, True, 0)}, r"r needs three numbers: True is not a real number"),
+        ({"r": (1, "1/0", 0)}, r"r needs three numbers: '1/0': 1 / 0: division by zero"),
+        ({"r": 1}, r"r needs three numbers, got 1"),
+        ({"A": None}, r"A needs three numbers, got None"),
+    ],
+)
+def test_eq_cond_P_is_refused_where_broken_with_condition_and_values(
+    change: dict[str, Any], message: str
+) -> None:
+    allowed: dict[str, Any] = {"A": (2, 1, 1.5), "r": (1, 1, 0), "mu": 0}
+    with pytest.raises(BodyError, match=f"^{message}") as caught:
+        Body(**(allowed | change))
+    assert [caught.value.field] == list(change)
+
+
+@pytest.mark.parametrize("mu", [math.nan, math.inf, "nan", True, None])
+def test_refused_mu_that_is_no_number(mu: Any) -> None:
+    with pytest.raises(ValueError, match=r"not (finite|a real number|understood)"):
+        Body((2, 1, 1.5), (1, 1, 0), mu)
+
+
+@pytest.mark.parametrize(
+    ("angles", "message"),
+    [
+        ((1.5, 1, 1.5), "pi > alpha0 > gamma0 > 0 is broken: alpha0 = 1.5, gamma0 = 1.5"),
+        ((1.5, 1, 2), "pi > alpha0 > gamma0 > 0 is broken: alpha0 = 1.5, gamma0 = 2"),
+        (("pi", 1, 2), "pi > alpha0 > gamma0 > 0 is broken: alpha0 = pi, gamma0 = 2"),
+        ((1.5, 1, 0), "pi > alpha0 > gamma0 > 0 is broken: alpha0 = 1.5, gamma0 = 0"),
+        ((1.5, "3.2", 1.4), "0 <= beta0 <= pi is broken: beta0 = 3.2"),
+        ((1.5, "-0.1", 1.4), "0 <= beta0 <= pi is broken: beta0 = -0.1"),
+        ((2.5, 1, 1), "A2 [+] A3 >= A1"),
+    ],
+)
+def test_refused_angles_name_the_condition(angles: Any, message: str) -> None:
+    alpha0, beta0, gamma0 = angles
+    with pytest.raises(BodyError, match=message):
+        Body.from_angles(alpha0, beta0, gamma0, 0)
+
+
+def test_agrees_the_limits_that_are_admitted() -> None:
+    assert Body((2, "0.5", "1.5"), (1, 0, 0), 0).special_cases == ("flat",)
+    assert Body((2, 1, "1.5"), (1, 0, 0), 0).beta0 == 0
+    assert Body((2, 1, "1.5"), (0, 1, 0), 0).beta0 == math.pi
+    assert Body.from_angles(1.5, "pi", 1.4, 0).beta0 == math.pi
+
+
+def test_invariant_a_body_is_a_value() -> None:
+    same = Body([2, "2/2", Fraction(3, 2)], [1, 1.0, Fraction(0)], 1 / Fraction(1000))
+    assert same == FIG4
+    assert hash(same) == hash(FIG4)
+    assert Body((2, 1, "1.5"), (1, 1, 0), 0.001) != FIG4
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        FIG4.mu = FIG4.A[0]  # type: ignore[misc]
+
+
+@pytest.mark.parametrize("one", ["1.0", "2/2"])
+def test_invariant_a_body_does_not_depend_on_how_r_was_written(one: Any) -> None:
+    same = Body((2, 1, "1.5"), (one, one, "0.0"), "0.001")
+    assert same == FIG4
+    assert hash(same) == hash(FIG4)
+
+
+def test_agrees_angles_from_moments_in_any_namespace() -> None:
+    r = (math.sqrt(0.5), math.sqrt(0.5), 0.0)
+    found = angles_from_moments((2.0, 1.0, 1.5), (1.0, 0.5, 0.5), r, 0.001, math)
+    assert list(found) == pytest.approx(list(FIG4.angles()), rel=4e-16)
+
+
+@pytest.mark.parametrize("parameter", ["alpha0", "beta0", "gamma0", "mu"])
+@pytest.mark.parametrize("value", [math.nan, math.inf, "x", None])
+def test_refused_angles_that_are_no_numbers_are_named(parameter: str, value: Any) -> None:
+    given = {"alpha0": 1.5, "beta0": 1, "gamma0": 1.4, "mu": 0} | {parameter: value}
+    with pytest.raises(BodyError, match=f"^{parameter}: ") as caught:
+        Body.from_angles(**given)
+    assert caught.value.field == parameter
+
+
+@pytest.mark.parametrize(("beta0", "named"), [(3.2, "beta0"), (-0.1, "beta0"), ("2*pi", "beta0")])
+def test_refused_beta0_is_the_field(beta0: Any, named: str) -> None:
+    with pytest.raises(BodyError) as caught:
+        Body.from_angles(1.5, beta0, 1.4, 0)
+    assert caught.value.field == named
+
+
+def test_refused_a_text_is_not_three_numbers() -> None:
+    with pytest.raises(BodyError, match=r"^A needs three numbers, got '423'$"):
+        Body("423", (1, 0, 0), 0)
+    with pytest.raises(BodyError, match=r"^r needs three numbers, got '100'$"):
+        Body((2, 1, 1.5), "100", 0)
+
+
+def test_refused_floats_are_shown_as_they_are() -> None:
+    values = r"A = \(0.10000000000000001, 0.20000000000000001, 0.29999999999999999\)"
+    with pytest.raises(BodyError, match=f"A1 > A3 > A2 is broken: {values}"):
+        Body((0.1, 0.2, 0.3), (1, 0, 0), 0)
+
+
+@pytest.mark.slow
+@repeatable(50)
+@given(bodies())
+def test_invariant_r_has_length_one(body: Body) -> None:
+    x, y, z = (x.in_context(FINE) for x in body.r)
+    assert abs(x * x + y * y + z * z - 1) < 1e-59
+
+
+@pytest.mark.parametrize(
+    ("r", "unit"),
+    [
+        ((3, 4, 0), ("3/5", "4/5", 0)),
+        ((0.5, 0, 0), (1, 0, 0)),
+        ((1, 1, 0), ("sqrt(1/2)", "sqrt(1/2)", 0)),
+        (("sqrt(2)*1e-20", 0, 0), (1, 0, 0)),
+        ((0, "1e300", 0), (0, 1, 0)),
+    ],
+)
+def test_agrees_r_with_the_unit_vector_at_any_precision(r: Any, unit: Any) -> None:
+    body = Body((2, 1, "1.5"), r, 0)
+    for bits in (53, 113, 1000):
+        found = [
+            float(abs(a.at(bits) - exact(b).at(bits))) for a, b in zip(body.r, unit, strict=True)
+        ]
+        assert max(found) <= 2.0 ** (1 - bits)
+
+
+def test_agrees_r_of_length_one_with_what_was_written() -> None:
+    body = Body((2, 1, "1.5"), (1, 0, 0), 0)
+    assert body.r == (exact(1), exact(0), exact(0))
+    assert [str(x) for x in body.r] == ["1", "0", "0"]
+
+
+CLOSE: dict[str, Any] = {
+    f"{which}, {gap}": tuple(text.format(gap) for text in A)
+    for gap in ("1e-20", "1e-40")
+    for which, A in {
+        "A2 to A3": ("2", "1.5 - {}", "1.5"),
+        "A3 to A1": ("2", "1", "2 - {}"),
+        "all": ("1.5 + {}", "1.5 - {}", "1.5"),
+    }.items()
+}
+
+
+@pytest.mark.parametrize("A", CLOSE.values(), ids=CLOSE)
+def test_agrees_close_moments_with_200_digits(A: Any) -> None:
+    body = Body(A, (1, 0, 0), 0)
+    with mpmath.workdps(200):
+        a1, a2, a3 = (exact(x).in_context(mpmath.mp) for x in A)
+        alpha0 = 2 * mpmath.atan(mpmath.sqrt(a1 * (a3 - a2) / (a2 * (a1 - a3))))
+        gamma0 = 2 * mpmath.atan(mpmath.sqrt((a3 - a2) / (a1 - a3)))
+        kappa = a1 * a2 / (a3 * (a1 - a2))
+        expected = [float(x) for x in (alpha0, gamma0, kappa)]
+    assert [body.alpha0, body.gamma0, body.kappa] == expected
+
+
+@pytest.mark.parametrize("A", CLOSE.values(), ids=CLOSE)
+def test_agrees_nu_of_close_moments_with_200_digits(A: Any) -> None:
+    with mpmath.workdps(200):
+        a1, a2, a3 = (exact(x).in_context(mpmath.mp) for x in A)
+        alpha0 = 2 * mpmath.atan(mpmath.sqrt(a1 * (a3 - a2) / (a2 * (a1 - a3))))
+        nu = float(mpmath.pi * a1 * a2 / (a3 * (a1 - a2)) / mpmath.sin(alpha0))
+    assert Body(A, (1, 0, 0), 0).nu == nu
+
+
+def test_agrees_a_tiny_body_with_a_large_one() -> None:
+    tiny, large = (Body.from_angles("1.5", 1, "1.4", 0, A1=A1) for A1 in ("1e-16", 1))
+    assert tiny.angles() == large.angles()
+    assert (tiny.alpha0, tiny.gamma0) == (1.5, 1.4)
+
+
+def test_agrees_a_tiny_r_with_its_direction() -> None:
+    body = Body((2, 1, "1.5"), ("sqrt(2)*1e-20", 0, 0), "0.001")
+    assert (body.beta0, float(body.r[0]), float(body.r[1])) == (0, 1, 0)
+
+
+def test_agrees_a_pickled_body_with_itself() -> None:
+    for body in (FIG4, Body.from_angles("1.5", "pi/3", "1.4", 0.1)):
+        again = pickle.loads(pickle.dumps(body))
+        assert again == body
+        assert again.angles(113) == body.angles(113)
+
+
+@pytest.mark.parametrize("error", [BodyError("A", "is broken"), ProblemError("h0", "is broken")])
+def test_agrees_a_pickled_error_with_itself(error: Any) -> None:
+    again = pickle.loads(pickle.dumps(error))
+    assert type(again) is type(error)
+    assert (again.field, str(again)) == (error.field, "is broken")

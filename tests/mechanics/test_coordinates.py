@@ -1,0 +1,238 @@
+"""Maps between descriptions of a state: their geometry, their brackets, their round trips."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rigidpend import Body
+from rigidpend.mechanics import coordinates as co
+from rigidpend.mechanics.coordinates import Andoyer, Canonical
+from rigidpend.mechanics.equations import cross
+from tests.strategies import (
+    DERIVATIVE,
+    FINE,
+    ROUNDING,
+    along,
+    apart,
+    assert_same_canonical,
+    assert_same_state,
+    bodies,
+    canonicals,
+    fine_angles,
+    floats_of,
+    jacobian,
+    largest_difference,
+    momenta,
+    numbers,
+    repeatable,
+    slight,
+    verticals,
+)
+
+AXES = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+
+
+def fine_state(x: Any) -> list[Any]:
+    """M and gamma in 60 digits from G, L, H, g, l."""
+    G, L, H, g, l = x
+    turns = [(FINE.sin(angle), FINE.cos(angle)) for angle in (g, l)]
+    p, q = ((y / G, FINE.sqrt(1 - (y / G) ** 2)) for y in (L, H))
+    return [*co.momentum(G, *p, *turns[1]), *co.vertical(p, q, *turns)]
+
+
+def brackets(c: Canonical) -> tuple[list[Any], Any]:
+    """M and gamma with their Poisson brackets, (l, L) and (g, G) being conjugate."""
+    a = co.andoyer_from_canonical(c, 0.7)
+    x = [FINE.mpf(float(y)) for y in (a.G, a.L, a.H, a.g, a.l)]
+    G, L, _, g, l = jacobian(fine_state, x).T
+    return fine_state(x), np.outer(g, G) - np.outer(G, g) + np.outer(l, L) - np.outer(L, l)
+
+
+@repeatable(30)
+@given(canonicals())
+def test_eq_depri_G_turns_the_momentum_by_its_own_brackets(c: Canonical) -> None:
+    state, found = brackets(c)
+    # {x, M_j} is the rate of x in a turn about axis j.
+    for j, axis in enumerate(AXES):
+        assert largest_difference(found[:3, j], cross(state[:3], axis)) < DERIVATIVE
+
+
+@repeatable(30)
+@given(canonicals())
+def test_eq_depri_g_turns_gamma_by_the_brackets_with_the_momentum(c: Canonical) -> None:
+    state, found = brackets(c)
+    for j, axis in enumerate(AXES):
+        assert largest_difference(found[3:, j], cross(state[3:], axis)) < DERIVATIVE
+    assert largest_difference(found[3:, 3:], np.zeros((3, 3))) < DERIVATIVE
+
+
+@repeatable(30)
+@given(canonicals())
+def test_eq_depri_g_leans_by_q_and_turns_by_g_from_the_momentum(c: Canonical) -> None:
+    a = co.andoyer_from_canonical(c, 0.7)
+    G, L, H, g, l = (FINE.mpf(float(y)) for y in (a.G, a.L, a.H, a.g, a.l))
+    sinp, sinq = L / G, H / G
+
+    def direction(x: Any) -> Any:
+        (sinp, sinl), (cosp, cosl) = map(FINE.sin, x), map(FINE.cos, x)
+        return co.momentum(1, sinp, cosp, sinl, cosl)
+
+    at = [FINE.asin(sinp), l]
+    rise, turn = along(direction, at, [1, 0]), along(direction, at, [0, 1 / FINE.cos(at[0])])
+    cosq = FINE.sqrt(1 - sinq**2)
+    expected = [
+        sinq * m + cosq * (FINE.sin(g) * t - FINE.cos(g) * r)
+        for m, t, r in zip(direction(at), turn, rise, strict=True)
+    ]
+    assert largest_difference(fine_state([G, L, H, g, l])[3:], expected) < DERIVATIVE
+
+
+@repeatable(50)
+@given(momenta(), verticals())
+def test_agrees_body_to_andoyer_and_back(M: Any, gamma: Any) -> None:
+    assert_same_state(co.body_from_andoyer(co.andoyer_from_body(M, gamma)), M, gamma)
+
+
+@repeatable(50)
+@given(canonicals(), numbers(0, math.pi))
+def test_invariant_gamma_is_a_unit_vector_at_height_H(c: Canonical, beta0: float) -> None:
+    a = co.andoyer_from_canonical(c, beta0)
+    M, gamma = co.body_from_andoyer(a)
+    assert abs(np.linalg.norm(gamma) - 1) <= ROUNDING
+    assert abs(np.linalg.norm(M) - a.G) <= ROUNDING * a.G
+    assert abs(M @ gamma - c.J3) <= ROUNDING * c.J2
+    assert abs(M[2] - (2 * c.J1 - c.J2)) <= ROUNDING * c.J2
+    direct = co.andoyer(a.G, a.L, a.H, a.g, a.l)
+    assert largest_difference(co.body_from_andoyer(direct), (M, gamma)) <= 20 * ROUNDING
+
+
+@pytest.mark.parametrize(("l", "g"), [(0.4, 0.7), (2.0, 0.7), (0.4, 2.5), (3.5, 4.0), (5.9, 5.9)])
+def test_eq_gamma_dep_holds_in_every_quadrant_where_the_printed_form_does_not(
+    l: float, g: float
+) -> None:
+    M, gamma = co.body_from_andoyer(co.andoyer(2.0, 0.5, -0.3, g, l))
+    found = co.andoyer_from_body(M, gamma)
+    assert apart(found.l, l, co.TURN) <= ROUNDING
+    assert apart(found.g, g, co.TURN) <= ROUNDING
+    # As the paper prints it, with arcsin and arctan.
+    across, slant = np.hypot(M[0], M[1]), np.linalg.norm(np.cross(M, gamma))
+    sing = (M[1] * gamma[0] - M[0] * gamma[1]) / across * np.linalg.norm(M) / slant
+    printed = found._replace(g=np.arcsin(sing), l=np.arctan(M[0] / M[1]))
+    assert abs(sing - math.sin(g)) <= ROUNDING
+    right = math.cos(g) > 0 and math.cos(l) > 0
+    error = largest_difference(co.body_from_andoyer(printed), (M, gamma))
+    assert error <= ROUNDING if right else error > 0.5
+
+
+@repeatable(50)
+@given(slight(), numbers(0, math.pi))
+def test_agrees_canonical_to_andoyer_and_back(c: Canonical, beta0: float) -> None:
+    found = co.canonical_from_andoyer(co.andoyer_from_canonical(c, beta0), beta0)
+    assert_same_canonical(found, c)
+    assert (found.J3, found.cosq, found.theta3) == (c.J3, c.cosq, c.theta3)
+    assert 0 <= found.theta1 < 4 * np.pi
+    assert 0 <= found.theta2 < 2 * np.pi
+
+
+@pytest.mark.slow
+@repeatable(50)
+@given(slight(), bodies())
+def test_agrees_canonical_to_aligned_and_back(c: Canonical, body: Body) -> None:
+    aligned = co.aligned_from_canonical(c, body.alpha0, body.beta0)
+    found = co.canonical_from_aligned(aligned, body.alpha0, body.beta0)
+    # M1 and M2 lose what Qp and Qm have in common.
+    slimness = min(math.sin(body.alpha0 / 2), math.cos(body.alpha0 / 2))
+    assert_same_canonical(found, c, 1 / slimness)
+
+
+@repeatable(30)
+@given(bodies(), slight())
+def test_agrees_units_with_the_moments(body: Body, c: Canonical) -> None:
+    A = floats_of(body)[0]
+    assert co.scale(A) ** 2 == pytest.approx(1 / A[1] - 1 / A[0], rel=1e-13)
+    physical = co.dimensional(c, A)
+    assert physical.J1 * co.scale(A) == pytest.approx(c.J1, rel=ROUNDING)
+    assert physical[3:] == c[3:]
+    assert_same_canonical(co.dimensionless(physical, A), c)
+    exact_A = [x.in_context(FINE) for x in body.A]
+    assert abs(FINE.mpf(co.scale(A)) / co.scale(exact_A, FINE) - 1) < 1e-13
+
+
+@repeatable(50)
+@given(numbers(0.1, 1), numbers(0.1, 1), numbers(3, 6), numbers(3, 6), numbers(0, math.pi))
+def test_eq_canon_keeps_the_form_L_dl_G_dg_H_dh(
+    l: float, l_end: float, g: float, g_end: float, beta0: float
+) -> None:
+    # Both maps of angles are affine, so the form over a finite step is exact. No angle wraps.
+    begin = co.canonical_from_andoyer(co.andoyer(2.0, 0.6, -1.1, g, l, 0.2), beta0)
+    end = co.canonical_from_andoyer(co.andoyer(2.0, 0.6, -1.1, g_end, l_end, 0.9), beta0)
+    before = 0.6 * (l_end - l) + 2.0 * (g_end - g) - 1.1 * (0.9 - 0.2)
+    J = (begin.J1, begin.J2, begin.J3)
+    after = sum(x * (b - a) for x, a, b in zip(J, begin[3:6], end[3:6], strict=True))
+    assert after == pytest.approx(before, abs=20 * ROUNDING)
+
+
+@repeatable(20)
+@given(bodies(), st.lists(slight(), min_size=2, max_size=5))
+def test_agrees_arrays_with_one_by_one(body: Body, several: list[Canonical]) -> None:
+    def chain(c: Canonical) -> tuple[Any, ...]:
+        A = floats_of(body)[0]
+        a = co.andoyer_from_canonical(co.dimensional(c, A), body.beta0)
+        M, gamma = co.body_from_andoyer(a)
+        again = co.andoyer_from_body(M, gamma, a.h)
+        aligned = co.aligned_from_canonical(c, body.alpha0, body.beta0)
+        back = co.canonical_from_aligned(aligned, body.alpha0, body.beta0)
+        return a, M, gamma, again, co.canonical_from_andoyer(again, body.beta0), aligned, back
+
+    together = chain(Canonical(*(np.array(column) for column in zip(*several, strict=True))))
+    alone = [chain(c) for c in several]
+    assert together[1].shape == together[2].shape == (3, len(several))
+    for k, record in enumerate(together):
+        for i, field in enumerate(record):
+            assert np.allclose(field, [one[k][i] for one in alone], rtol=ROUNDING, atol=0)
+
+
+@pytest.mark.slow
+@repeatable(50)
+@given(bodies(), slight())
+def test_agrees_aligned_from_canonical_with_aligned_from_body(body: Body, c: Canonical) -> None:
+    A = floats_of(body)[0]
+    state = co.body_from_andoyer(co.andoyer_from_canonical(co.dimensional(c, A), body.beta0))
+    found = co.aligned_from_canonical(c, body.alpha0, body.beta0)
+    expected = co.aligned_from_body(*state, body.alpha0, float(co.scale(A)))
+    across = 2 * np.sqrt(c.J1) * np.sqrt(c.J2mJ1)
+    assert largest_difference(found[:2], expected[:2]) <= ROUNDING * across
+    assert largest_difference(found[2:], expected[2:]) <= ROUNDING * max(1, c.J2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("separatrix", "side", "turn", "Qp_sign", "Qm_sign"),
+    [(1, -1, 0, 0, -1), (2, 1, 0, 1, 0), (3, -1, 1, 0, 1), (4, 1, 1, -1, 0)],
+)
+@repeatable(10)
+@given(bodies(), numbers(0.001, 0.999))
+def test_agrees_separatrices_with_half_planes(
+    separatrix: int, side: int, turn: int, Qp_sign: int, Qm_sign: int, body: Body, J1: float
+) -> None:
+    p = fine_angles(body)
+    theta1 = p.beta0 + side * p.alpha0 + 2 * turn * FINE.pi
+    c = Canonical(FINE.mpf(J1), 1 - FINE.mpf(J1), 0, theta1, 1, 0, 1)
+    Qp, Qm, *_ = co.aligned_from_canonical(c, p.alpha0, p.beta0, FINE)
+    for Q, sign in ((Qp, Qp_sign), (Qm, Qm_sign)):
+        assert Q * sign > 1e-4 if sign else abs(Q) < 1e-55
+
+
+def test_agrees_constructors_with_the_six_variables() -> None:
+    c = co.canonical(0.5, 2.0, 1.2, 1.0, 2.0, 3.0)
+    assert c == Canonical(0.5, 1.5, 1.2, 1.0, 2.0, 3.0, pytest.approx(0.8, rel=1e-15))
+    assert c.J2 == 2.0
+    a = co.andoyer(2.0, -1.6, 1.2, 1.0, 2.0, 3.0)
+    near = (pytest.approx(0.6, rel=1e-15), pytest.approx(0.8, rel=1e-15))
+    assert a == Andoyer(2.0, -1.6, 1.2, 1.0, 2.0, 3.0, *near)

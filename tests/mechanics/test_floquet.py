@@ -1,0 +1,247 @@
+"""Periodic orbits against integrated ones, linearised integration, T1 and T2, and limits."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+
+from rigidpend import Body
+from rigidpend.mechanics import (
+    coordinates,
+    floquet,
+    pendulum,
+    riccati,
+)
+from rigidpend.mechanics.body import Angles
+from rigidpend.mechanics.equations import aligned, aligned_coefficients, eq1
+from rigidpend.mechanics.floquet import NotHyperbolic, PeriodicOrbit, periodic_orbit
+from rigidpend.mechanics.periodic import periodic_solution
+from rigidpend.orbits.integrate import sample
+from tests.strategies import bodies, numbers, repeatable
+
+PAIRS = [(family, epsilon) for family in (1, 2) for epsilon in (1, -1)]
+FIG4 = Body((2, 1, "1.5"), (1, 1, 0), 0).angles()
+FIG5 = Body((2, "1.5", "1.8"), (0, 1, 0), 0).angles()
+HESS = Body.from_angles("1.2", "1.2", "1", 0).angles()
+SPECIAL = [
+    pytest.param(FIG4, id="Grioli"),
+    pytest.param(HESS, id="Hess"),
+    pytest.param(Body((2, 1, "1.5"), (1, 0, 0), 0).angles(), id="beta0=0"),
+    pytest.param(FIG5, id="beta0=pi"),
+    pytest.param(Body.from_angles("0.1", "0.05", "0.085", 0).angles(), id="alpha0 near 0"),
+    pytest.param(Body.from_angles("3.13", "1", "3", 0).angles(), id="alpha0 near pi"),
+]
+SHARES = [0.01, 0.5, 0.9, 0.99, 0.999]
+
+
+def loaded(p: Angles, share: float) -> Angles:
+    """The body with mu = share, where h0 = 1."""
+    return p._replace(mu=share)
+
+
+def leaves(orbit: PeriodicOrbit) -> bool:
+    return orbit.exponent > 0
+
+
+def integrated(orbit: PeriodicOrbit, p: Angles, h0: float) -> Any:
+    """theta1 of the orbit of (eq1) with its first point, in the sense in which errors shrink."""
+    n = orbit.tau.size
+    times = np.arange(n + 1) * orbit.period / n
+    if not leaves(orbit):
+        times = times[::-1]
+    _, J2, tau = pendulum.canonical_motion(times[0], p, h0, orbit.family, math)
+    theta1 = orbit.theta1[0] + (0 if leaves(orbit) else 2 * math.pi * orbit.turns)
+
+    def field(x: Any, m: Any) -> Any:
+        # Held on J1 = 0 or J1 = J2, which is invariant but unstable to rounding.
+        theta1, tau, J2 = x
+        if orbit.family == 1:
+            found = eq1((theta1, 0.0, tau, J2), p, m)
+            return found[0], found[2], found[3]
+        found = eq1((theta1, J2, tau - theta1, J2), p, m)
+        return found[0], found[0] + found[2], found[3]
+
+    found = sample(field, [theta1, tau, J2], times)[0]
+    return found[:-1] if leaves(orbit) else found[::-1][:-1]
+
+
+@pytest.mark.parametrize(("family", "epsilon"), PAIRS)
+@pytest.mark.parametrize("share", SHARES)
+def test_agrees_with_an_orbit_of_eq1(share: float, family: int, epsilon: int) -> None:
+    p = loaded(FIG4, share)
+    orbit = periodic_orbit(p, 1.0, family, epsilon)
+    found = integrated(orbit, p, 1.0)
+    # Near the top the integrated orbit is worth no more than it moves under one ulp of mu.
+    beside = [p._replace(mu=math.nextafter(p.mu, end)) for end in (0.0, 1.0)]
+    moved = max(np.abs(integrated(orbit, q, 1.0) - found).max() for q in beside)
+    assert np.abs(found - orbit.theta1).max() < 1e-13 + 4 * moved
+    assert moved < 1e-11
+    assert np.ptp(orbit.theta1) > 1e-3
+
+
+def monodromy(p: Angles, h0: float, family: int) -> Any:
+    """The linearised aligned field over a period, (6, 6), by DOP853."""
+    c = aligned_coefficients(p, math)
+    _, J2, tau = pendulum.canonical_motion(0.0, p, h0, family, math)
+    small, theta2 = (0.0, J2), tau - (0.3 if family == 2 else 0.0)
+    J1, J2mJ1 = small if family == 1 else small[::-1]
+    state = coordinates.Canonical(J1, J2mJ1, 0.0, 0.3, theta2, 0.0, 1.0)
+    M, gamma = coordinates.body_from_andoyer(coordinates.andoyer_from_canonical(state, p.beta0))
+    begin = np.array(coordinates.aligned_from_body(M, gamma, p.alpha0, 1.0))
+
+    def field(flat: Any, _: Any) -> Any:
+        # The field is quadratic: central differences of any step are its derivative.
+        x, v = flat[:6, None], flat[6:].reshape(6, 6)
+        ahead, behind = (np.array(aligned(x + side * v, c)) for side in (1, -1))
+        return np.concatenate((aligned(flat[:6], c), ((ahead - behind) / 2).ravel()))
+
+    whole = [0.0, pendulum.period(p, h0, math)]
+    flat = sample(field, np.concatenate((begin, np.eye(6).ravel())), whole, engine="scipy")[:, -1]
+    np.testing.assert_allclose(flat[:6], begin, atol=1e-11)
+    return flat[6:].reshape(6, 6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("family", [1, 2])
+@pytest.mark.parametrize("p", SPECIAL)
+def test_agrees_with_the_linearised_field(p: Angles, family: int) -> None:
+    q = loaded(p, 0.3)
+    # Four of the multipliers are 1: of energy, time, |gamma| and M . gamma.
+    trace = np.trace(monodromy(q, 1.0, family)) - 4
+    pair = [periodic_orbit(q, 1.0, family, epsilon).multiplier for epsilon in (1, -1)]
+    assert sum(pair) == pytest.approx(trace, rel=1e-10)
+
+
+@pytest.mark.parametrize("share", SHARES)
+def test_agrees_with_the_linearised_field_at_any_mu_below_h0(share: float) -> None:
+    p = loaded(FIG4, share)
+    multiplier = periodic_orbit(p, 1.0).multiplier
+    trace = np.trace(monodromy(p, 1.0, 1)) - 4
+    assert multiplier + 1 / multiplier == pytest.approx(trace, rel=1e-10)
+
+
+@pytest.mark.parametrize("family", [1, 2])
+def test_agrees_where_the_direction_comes_back_turned(family: int) -> None:
+    p = loaded(FIG5, 0.95)
+    pair = [periodic_orbit(p, 1.0, family, epsilon) for epsilon in (1, -1)]
+    assert {orbit.turns for orbit in pair} == {1 if family == 2 else -1}
+    trace = np.trace(monodromy(p, 1.0, family)) - 4
+    assert trace < -2
+    assert sum(orbit.multiplier for orbit in pair) == pytest.approx(trace, rel=1e-10)
+    for orbit in pair:
+        np.testing.assert_allclose(integrated(orbit, p, 1.0), orbit.theta1, atol=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("family", [1, 2])
+@pytest.mark.parametrize("share", [0.6, 0.7, 0.86])
+def test_an_elliptic_motion_is_told_from_a_hyperbolic_one(share: float, family: int) -> None:
+    p = loaded(FIG5, share)
+    multipliers = np.linalg.eigvals(monodromy(p, 1.0, family))
+    np.testing.assert_allclose(np.abs(multipliers), 1, atol=1e-4)
+    # Apart from the four that are 1 to within 1e-6: one pair off the real axis.
+    assert np.abs(multipliers - 1).max() > 0.1
+    with pytest.raises(NotHyperbolic, match="not hyperbolic: its multipliers have the sum"):
+        periodic_orbit(p, 1.0, family)
+
+
+@pytest.mark.slow
+@repeatable(60)
+@given(bodies(), numbers(0, 0.999))
+def test_invariant_the_exponents_of_a_pair_are_opposite(body: Body, share: float) -> None:
+    p = loaded(body.angles(), share)
+    try:
+        found = {pair: periodic_orbit(p, 1.0, *pair) for pair in PAIRS}
+    except NotHyperbolic:
+        assume(False)
+    lower, upper = ([found[family, sign] for sign in (1, -1)] for family in (1, 2))
+    for one, other in (lower, upper):
+        allowed = 1e-13 * max(1.0, abs(one.exponent_per_period))
+        assert abs(one.exponent_per_period + other.exponent_per_period) < allowed
+        assert leaves(one) == (one.family == 1)
+        assert leaves(other) == (other.family == 2)
+        assert one.multiplier * other.multiplier == pytest.approx(1, rel=1e-12)
+
+
+@pytest.mark.parametrize("epsilon", [1, -1])
+@pytest.mark.parametrize("share", SHARES)
+def test_invariant_the_reversal_takes_one_family_to_the_other(share: float, epsilon: int) -> None:
+    p = loaded(FIG4, share)
+    lower, upper = (periodic_orbit(p, 1.0, family, epsilon) for family in (1, 2))
+    mirrored = np.roll(lower.theta1[::-1], 1)
+    np.testing.assert_allclose(upper.theta1, mirrored, atol=1e-13 / math.sqrt(1 - share))
+    assert upper.exponent == pytest.approx(-lower.exponent, rel=1e-12)
+
+
+@pytest.mark.parametrize(("family", "epsilon"), PAIRS)
+@pytest.mark.parametrize("share", [0.01, 0.3, 0.5])
+def test_agrees_the_exponent_with_the_mean_of_the_jacobian(
+    share: float, family: int, epsilon: int
+) -> None:
+    p = loaded(FIG4, share)
+    orbit = periodic_orbit(p, 1.0, family, epsilon)
+    a = riccati.coefficients(orbit.tau, p, 1.0, family, np)
+    speed = np.sqrt(2 * p.kappa * (1 - p.mu * np.sin(orbit.tau)))
+    # Equal steps of time of an analytic function: the plain mean is the integral.
+    mean = (riccati.theta1_slope(orbit.theta1, a, np) * speed).mean()
+    assert orbit.exponent == pytest.approx(-mean / 2, rel=1e-13)
+
+
+@pytest.mark.parametrize("p", SPECIAL)
+@pytest.mark.parametrize(("family", "epsilon"), PAIRS)
+def test_order_T1_and_T2_are_right_to_first_order(p: Angles, family: int, epsilon: int) -> None:
+    shares, gaps = np.array([1e-3, 3e-4, 1e-4]) * min(1, math.sin(p.alpha0)), []
+    for share in shares:
+        q = loaded(p, share)
+        orbit = periodic_orbit(q, 1.0, family, epsilon)
+        phase = orbit.tau - (p.beta0 + epsilon * p.alpha0 if family == 2 else 0)
+        theta1, *_ = periodic_solution(phase, q, 1.0, family, epsilon, np)
+        gaps.append(np.abs(orbit.theta1 - theta1).max())
+    if p is HESS and epsilon == -1:
+        assert max(gaps) < 1e-14
+    else:
+        assert np.polyfit(np.log(shares), np.log(gaps), 1)[0] == pytest.approx(2, abs=0.05)
+
+
+@pytest.mark.parametrize("p", SPECIAL)
+@pytest.mark.parametrize(("family", "epsilon"), PAIRS)
+def test_order_the_multipliers_without_weight(p: Angles, family: int, epsilon: int) -> None:
+    J2_0, side = math.sqrt(2 / p.kappa), epsilon * (3 - 2 * family)
+    u, T = J2_0 * math.sin(p.alpha0), 2 * math.pi / (p.kappa * J2_0)
+    free = periodic_orbit(p, 1.0, family, epsilon)
+    assert free.period == pytest.approx(T, rel=1e-14)
+    assert free.exponent == pytest.approx(side * u / 2, rel=1e-13, abs=1e-14)
+    assert free.multiplier == pytest.approx(math.exp(side * u * T / 2), rel=1e-12)
+    np.testing.assert_allclose(free.theta1, p.beta0 + epsilon * p.alpha0, atol=1e-13)
+
+
+def test_invariant_hess_keeps_theta1_at_0() -> None:
+    for family in (1, 2):
+        orbit = periodic_orbit(loaded(HESS, 0.9), 1.0, family, -1)
+        assert np.abs(orbit.theta1).max() < 1e-14
+
+
+def test_the_grid_is_a_turn_in_equal_steps_of_time() -> None:
+    p = loaded(FIG4, 0.9)
+    orbit = periodic_orbit(p, 1.0)
+    times = np.arange(orbit.tau.size) * orbit.period / orbit.tau.size
+    _, _, tau = pendulum.canonical_motion(times, p, 1.0, 1, np)
+    assert orbit.tau[0] == -np.pi / 2
+    assert (np.diff(orbit.tau) > 0).all()
+    np.testing.assert_allclose(np.exp(1j * orbit.tau), np.exp(1j * tau), atol=1e-13)
+
+
+def test_what_is_no_orbit_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(ValueError, match="h0 > mu is broken"):
+        periodic_orbit(loaded(FIG4, 1.0), 1.0)
+    with pytest.raises(ValueError, match="a family is 1"):
+        periodic_orbit(FIG4, 1.0, 3)
+    with pytest.raises(ValueError, match="epsilon is 1 or -1"):
+        periodic_orbit(FIG4, 1.0, 1, 2)
+    monkeypatch.setattr(floquet, "MOST", 32)
+    with pytest.raises(ArithmeticError, match="32 steps don't settle the periodic orbit at h0 = "):
+        periodic_orbit(FIG4, 1.0)

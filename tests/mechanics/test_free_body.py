@@ -1,0 +1,181 @@
+"""Curves of the Euler case: on both integrals, on integrated orbits, in the flow's sense."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+from rigidpend.mechanics import free_body
+from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.coordinates import andoyer_from_body, canonical_from_andoyer, scale
+from rigidpend.mechanics.equations import energy, euler_poisson, hamiltonian_J3_0
+from rigidpend.orbits.integrate import sample
+from tests.bodies import FREE
+from tests.strategies import ROUNDING, bodies, floats_of, numbers, repeatable
+
+PHI = np.linspace(-3, 3, 61)
+HALF = np.linspace(-1.5, 1.5, 41)
+UP = np.array([0.0, 0.0, 1.0])
+FAMILIES = [free_body.around_M1, free_body.around_M2]
+AXIS = {free_body.around_M1: 0, free_body.around_M2: 1}
+
+Family = Callable[..., Any]
+
+
+def kinetic(body: Body, M: Any) -> Any:
+    """Twice the energy of the body without weight."""
+    A, r, _ = floats_of(body)
+    return 2 * energy(M, (0, 0, 0), A, r, 0.0)
+
+
+def rate(body: Body, M: Any) -> Any:
+    """dM/dt of the Euler-Poisson equations without weight."""
+    A, r, _ = floats_of(body)
+    return np.array(euler_poisson(M, UP, A, r, 0.0)[:3])
+
+
+def orbit(body: Body, M: Any, times: Any) -> Any:
+    A, r, _ = floats_of(body)
+    state = [*M, *UP]
+    return sample(lambda s, _: euler_poisson(s[:3], s[3:], A, r, 0.0), state, times)[:3]
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+@given(body=bodies(), height=numbers(0.01, 0.999))
+@repeatable(20)
+def test_invariant_points_of_an_orbit_satisfy_both_integrals(
+    family: Family, body: Body, height: float
+) -> None:
+    for side in (1, -1):
+        M = family(body.alpha0, height, side, PHI)
+        np.testing.assert_allclose((M**2).sum(axis=0), 1, rtol=ROUNDING)
+        twice = kinetic(body, M)
+        assert np.ptp(twice) <= ROUNDING * twice.max()
+
+
+@given(body=bodies())
+@repeatable(20)
+def test_invariant_a_separatrix_has_the_energy_of_the_middle_axis(body: Body) -> None:
+    for number in free_body.SEPARATRICES:
+        M = free_body.separatrix(body.alpha0, number, HALF)
+        np.testing.assert_allclose((M**2).sum(axis=0), 1, rtol=ROUNDING)
+        np.testing.assert_allclose(kinetic(body, M) * float(body.A[2]), 1, rtol=ROUNDING)
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("height", [0.2, 0.9, 0.999])
+def test_the_height_is_the_largest_M3(family: Family, height: float) -> None:
+    M = family(FREE.alpha0, height, 1, np.linspace(0, 2 * np.pi, 401))
+    assert M[2].max() == pytest.approx(height, rel=1e-15)
+    assert M[2].min() == pytest.approx(-height, rel=1e-15)
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("side", [1, -1])
+def test_the_side_is_the_sign_on_the_axis_which_the_orbit_encircles(
+    family: Family, side: int
+) -> None:
+    M = family(FREE.alpha0, 0.9, side, np.linspace(0, 2 * np.pi, 401))
+    axis = AXIS[family]
+    assert (side * M[axis] > 0).all()
+    assert np.ptp(np.sign(M[1 - axis])) == np.ptp(np.sign(M[2])) == 2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("family", FAMILIES)
+@given(body=bodies(), height=numbers(0.01, 0.999))
+@repeatable(20)
+def test_orbits_run_in_the_sense_and_at_the_rate_that_is_said(
+    family: Family, body: Body, height: float
+) -> None:
+    A, _, _ = floats_of(body)
+    half = {0: np.cos, 1: np.sin}[AXIS[family]](body.alpha0 / 2)
+    for side in (1, -1):
+        M = family(body.alpha0, height, side, PHI)
+        step = 1e-5
+        ahead, behind = (family(body.alpha0, height, side, PHI + d) for d in (step, -step))
+        # With |M| = 1 in physical units J2' is s, and t' = t s.
+        speed = scale(A) ** 2 * half * np.abs(M[AXIS[family]])
+        expected = rate(body, M)
+        error = np.abs((ahead - behind) / (2 * step) * speed - expected).max()
+        # The difference errs by step^2/6 of the third derivative, which grows at the separatrix.
+        assert error <= 1e-6 * np.abs(expected).max() / (1 - height**2)
+
+
+@pytest.mark.parametrize("number", free_body.SEPARATRICES)
+def test_separatrices_run_in_the_sense_of_the_flow(number: int) -> None:
+    M = free_body.separatrix(FREE.alpha0, number, HALF)
+    along = (np.diff(M, axis=1) * rate(FREE, M)[:, 1:]).sum(axis=0)
+    assert (along > 0).all()
+    assert (np.diff(M[2]) > 0).all() == (number in (2, 4))
+    assert (np.diff(M[2]) < 0).all() == (number in (1, 3))
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("height", [0.3, 0.8, 0.99])
+@pytest.mark.parametrize("side", [1, -1])
+def test_agrees_with_the_integrated_orbit(family: Family, height: float, side: int) -> None:
+    times = np.linspace(0, 40, 161)
+    found = orbit(FREE, family(FREE.alpha0, height, side, np.array([0.7]))[:, 0], times)
+    # The angle is told from M3 and from one other component; the third is then a test.
+    other = 1 - AXIS[family]
+    reach = family(FREE.alpha0, height, side, np.array([0.0]))[other, 0]
+    phi = np.atan2(side * found[2] / height, found[other] / reach)
+    expected = family(FREE.alpha0, height, side, phi)
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+    assert np.ptp(phi) > 4
+
+
+@pytest.mark.parametrize("number", free_body.SEPARATRICES)
+def test_agrees_with_the_integrated_separatrix(number: int) -> None:
+    M = free_body.separatrix(FREE.alpha0, number, np.array([-0.9]))[:, 0]
+    found = orbit(FREE, M, np.linspace(0, 4, 41))
+    phi = np.arcsin(found[2] * (1 if number in (2, 4) else -1))
+    assert (np.diff(phi) > 0).all()
+    np.testing.assert_allclose(found, free_body.separatrix(FREE.alpha0, number, phi), atol=1e-10)
+
+
+@given(body=bodies())
+@repeatable(20)
+def test_the_separatrices_in_the_plane_are_where_the_paper_has_them(body: Body) -> None:
+    alpha0, beta0, turn = body.alpha0, body.beta0, 2 * np.pi
+    expected = [beta0 - alpha0, beta0 + alpha0, beta0 - alpha0 + turn, beta0 + alpha0 + turn]
+    np.testing.assert_allclose(
+        free_body.separatrix_theta1(alpha0, beta0), expected, atol=4 * np.pi * 1e-15
+    )
+
+
+@pytest.mark.parametrize("number", free_body.SEPARATRICES)
+def test_a_separatrix_on_the_sphere_is_the_one_of_that_number_in_the_plane(number: int) -> None:
+    M = free_body.separatrix(FREE.alpha0, number, HALF)
+    start = FREE.beta0 - FREE.alpha0 - 0.1
+    theta1, _ = free_body.in_plane(M, FREE.beta0, start)
+    expected = free_body.separatrix_theta1(FREE.alpha0, FREE.beta0)[number - 1]
+    np.testing.assert_allclose(theta1, expected, atol=1e-14)
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("start", [-7.0, 0.0, 3.0])
+def test_in_the_plane_an_orbit_is_a_level_curve_of_the_hamiltonian(
+    family: Family, start: float
+) -> None:
+    M = family(FREE.alpha0, 0.9, 1, PHI)
+    theta1, J1 = free_body.in_plane(M, FREE.beta0, start)
+    assert ((theta1 >= start) & (theta1 < start + 4 * np.pi)).all()
+    H = hamiltonian_J3_0(J1, 1.0, (theta1, 0.3), FREE.angles(), np)
+    # In units of J2^2, dimensionless: |M|^2 s^2.
+    A, _, _ = floats_of(FREE)
+    np.testing.assert_allclose(H, kinetic(FREE, M) / (2 * scale(A) ** 2), rtol=ROUNDING)
+
+
+def test_in_the_plane_theta1_does_not_depend_on_gamma() -> None:
+    M = free_body.around_M2(FREE.alpha0, 0.9, -1, PHI)
+    theta1, J1 = free_body.in_plane(M, FREE.beta0, 0.0)
+    gamma = np.tile([[0.6], [0.0], [-0.8]], PHI.size)
+    expected = canonical_from_andoyer(andoyer_from_body(M, gamma), FREE.beta0)
+    np.testing.assert_array_equal(theta1, expected.theta1)
+    np.testing.assert_array_equal(J1, expected.J1 / expected.J2)

@@ -1,0 +1,158 @@
+"""The periodic solutions against (eq1); their swing against its other form and orbits."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+from rigidpend import Body
+from rigidpend.mechanics.equations import eq1
+from rigidpend.mechanics.periodic import (
+    Delta_1,
+    Delta_1_from_moments,
+    periodic_solution,
+    swing_coefficients,
+)
+from rigidpend.orbits.integrate import sample
+from tests.strategies import (
+    FINE,
+    along,
+    bodies,
+    fine_angles,
+    floats_of,
+    largest_difference,
+    repeatable,
+)
+
+BODIES = [
+    pytest.param((2, 1, "1.5"), (1, 1), id="Grioli"),
+    pytest.param((2, "1.2", "1.7"), (1, 3), id="generic"),
+    pytest.param((2, "0.2", "1.8"), (3, 1), id="flat"),
+]
+H0 = 1.2
+
+
+MUS = ("1e-3", "1e-4", "1e-5")
+SIGNS = [(family, epsilon) for family in (1, 2) for epsilon in (1, -1)]
+ANGLES = [
+    pytest.param(("1.9", "1.2", "1.5"), id="generic"),
+    pytest.param(("1.2", "1.2", "1"), id="Hess"),
+    pytest.param(("1.9", "0", "1.5"), id="beta0=0"),
+    pytest.param(("1.9", "pi", "1.5"), id="beta0=pi"),
+    pytest.param(("0.01", "1", "0.0085"), id="alpha0 near 0"),
+    pytest.param(("3.13", "1", "3"), id="alpha0 near pi"),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("epsilon", [1, -1])
+@repeatable(50)
+@given(bodies())
+def test_eq_dt_the_two_printed_forms_are_equal(epsilon: int, body: Body) -> None:
+    A, r, mu = floats_of(body)
+    printed = Delta_1_from_moments(A, r, mu, H0, epsilon, math)
+    # Where beta0 is near alpha0 what is left is their rounding.
+    assert Delta_1(body.angles(), H0, epsilon, math) == pytest.approx(printed, rel=1e-12, abs=1e-15)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("family", "epsilon"), SIGNS)
+@repeatable(50)
+@given(bodies())
+def test_eq_dt_is_the_amplitude_of_T1_and_of_T2(family: int, epsilon: int, body: Body) -> None:
+    p = body.angles()
+    amplitude = p.mu * math.hypot(*swing_coefficients(p, H0, family, epsilon, math))
+    assert Delta_1(p, H0, epsilon, math) == pytest.approx(amplitude, rel=1e-12, abs=1e-15)
+
+
+def residual(angles: Any, family: int, epsilon: int, mu: str, solution: Any) -> float:
+    """What the family leaves of (eq1), the largest over a turn."""
+    p = fine_angles(Body.from_angles(angles[0], angles[1], angles[2], mu))
+    h0 = FINE.mpf("1.2")
+    rate = p.kappa * FINE.sqrt(2 * h0 / p.kappa)
+    phases = [FINE.mpf(k) * 2 * FINE.pi / 12 for k in range(12)]
+
+    def state(x: Any) -> Any:
+        return solution(x[0], p, h0, family, epsilon, FINE)
+
+    return max(
+        largest_difference(along(state, [x], [rate]), eq1(state([x]), p, FINE)) for x in phases
+    )
+
+
+def slope(sizes: list[float]) -> float:
+    """The fitted power of mu."""
+    return float(np.polyfit(np.log([float(mu) for mu in MUS]), np.log(sizes), 1)[0])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("angles", ANGLES)
+@pytest.mark.parametrize(("family", "epsilon"), SIGNS)
+def test_eq_tt_leaves_a_residual_of_second_order(angles: Any, family: int, epsilon: int) -> None:
+    left = [residual(angles, family, epsilon, mu, periodic_solution) for mu in MUS]
+    assert slope(left) == pytest.approx(2, abs=0.01)
+
+
+def T2_as_printed(theta2: Any, p: Any, h0: Any, family: int, epsilon: int, m: Any) -> Any:
+    theta1, J1, angle, J2 = periodic_solution(theta2, p, h0, family, epsilon, m)
+    right, printed = m.cos(p.beta0 + epsilon * p.alpha0 + theta2), m.cos(theta2)
+    return theta1, J1, angle + p.mu / (2 * h0) * (printed - right), J2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("angles", ANGLES)
+def test_eq_tt_as_printed_leaves_a_residual_of_first_order_at_J1_J2(angles: Any) -> None:
+    left = [residual(angles, 2, 1, mu, T2_as_printed) for mu in MUS]
+    assert slope(left) == pytest.approx(1, abs=0.01)
+
+
+def test_eq_tt_holds_one_turn_further() -> None:
+    def further(*arguments: Any) -> Any:
+        theta1, *others = periodic_solution(*arguments)
+        return theta1 + 2 * FINE.pi, *others
+
+    for family, epsilon in SIGNS:
+        left = [residual(("1.9", "1.2", "1.5"), family, epsilon, mu, further) for mu in MUS]
+        assert slope(left) == pytest.approx(2, abs=0.01)
+
+
+def test_other_families_and_epsilons_are_refused() -> None:
+    p = Body((2, 1, "1.5"), (1, 1, 0), "0.01").angles()
+    with pytest.raises(ValueError, match="a family is 1"):
+        periodic_solution(0.0, p, H0, 3, 1, math)
+    with pytest.raises(ValueError, match="epsilon is 1 or -1"):
+        periodic_solution(0.0, p, H0, 1, 0, math)
+
+
+def excursion(body: Body, epsilon: int) -> float:
+    """Largest |theta1 - beta0 - epsilon alpha0| of the limit cycle at J1 = 0.
+
+    It attracts forward in time where epsilon = 1, backward where it is -1.
+    """
+    p = body.angles()
+    J2, centre = math.sqrt(2 * H0 / p.kappa), p.beta0 + epsilon * p.alpha0
+    settled = epsilon * 40 / (J2 * math.sin(p.alpha0))
+    turn = epsilon * 8 / (p.kappa * J2)
+    times = np.concatenate(([0.0], np.linspace(settled, settled + turn, 4000)))
+    theta1 = sample(lambda x, m: eq1(x, p, m), [centre, 0.0, 0.3, J2], times)[0, 1:]
+    return float(np.abs(theta1 - centre).max())
+
+
+@pytest.mark.parametrize("epsilon", [1, -1])
+@pytest.mark.parametrize(("A", "r"), BODIES[1:])
+def test_eq_dt_is_the_largest_excursion_of_orbits_to_first_order(
+    A: tuple,  # type: ignore[type-arg]
+    r: tuple,  # type: ignore[type-arg]
+    epsilon: int,
+) -> None:
+    gaps = []
+    for mu in ("1e-2", "1e-3"):
+        body = Body(A, (*r, 0), mu)
+        formula = Delta_1(body.angles(), H0, epsilon, math)
+        gaps.append(abs(excursion(body, epsilon) / formula - 1))
+    assert gaps[0] < 0.05
+    assert gaps[1] < gaps[0] / 5

@@ -1,0 +1,226 @@
+"""Precession of M: the increments of (tri1), their order, and the smooth form of (th3)."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+from rigidpend import Body
+from rigidpend.mechanics.coordinates import (
+    aligned_from_canonical,
+    body_from_aligned,
+    canonical,
+    scale,
+)
+from rigidpend.mechanics.equations import theta3_rate
+from rigidpend.mechanics.hodograph import field
+from rigidpend.mechanics.precession import (
+    Regime,
+    increments,
+    plateaus,
+    regime,
+    turning_rate,
+)
+from rigidpend.mechanics.separatrices import SeparatrixMotion, separatrix
+from rigidpend.orbits import integrate
+from tests.orbits.integrate.problems import on_separatrix
+from tests.strategies import bodies, floats_of, numbers, repeatable
+
+FIG5 = Body(A=(2, "1.5", "1.8"), r=(0, 1, 0), mu="0.01")
+BODIES = [
+    FIG5,
+    Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.004"),
+    Body(A=(2, 1, "1.5"), r=(1, 0, 0), mu="0.01"),
+]
+J2_0 = 0.8
+
+
+def h0_of(body: Body) -> float:
+    return body.kappa * J2_0**2 / 2
+
+
+@pytest.mark.parametrize("body", BODIES)
+@pytest.mark.parametrize("number", [1, 2, 3, 4])
+def test_eq_tri1_is_the_integral_of_th3_along_the_unperturbed_separatrix(
+    body: Body, number: int
+) -> None:
+    p, motion = body.angles(), SeparatrixMotion(number, J2_0 / 2, J2_0 / 2, 0.7)
+
+    def rate(t: float) -> float:
+        c = separatrix(t, motion, p, math)
+        return float(theta3_rate(c.J1, J2_0, c.theta1, p.mu, math))
+
+    # The other half is the same, for J1 and J2 - J1 change places. Its side with J1 small is
+    # the one on which theta3_rate subtracts nothing.
+    far = 70 / (J2_0 * math.sin(p.alpha0))
+    begin, end = (-far, 0.0) if number % 2 == 0 else (0.0, far)
+    half, _ = quad(rate, begin, end, epsabs=1e-15, epsrel=1e-12, limit=200)
+    assert increments(p, h0_of(body))[number - 1] == pytest.approx(2 * half, abs=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("separatrix", "engine"), [(1, "scipy"), (2, "taylor"), (3, "taylor"), (4, "scipy")]
+)
+def test_order_eq_tri1_errs_in_the_second_order_along_perturbed_orbits(
+    separatrix: int, engine: str
+) -> None:
+    """Over |t'| <= T from the middle, where the first order is a known part of the whole."""
+    u = J2_0 * math.sin(FIG5.alpha0)
+    T = 6 / u
+    part = 4 / math.pi * math.atan(math.tanh(u * T / 4))
+    errors = []
+    for mu in ("0.0004", "0.0002"):
+        body = Body(A=FIG5.A, r=(1, 3, 0), mu=mu)
+        state = np.array([*on_separatrix(separatrix, body, J2_0 / 2, 0.7, J2_0), 0.0, 0.0])
+        ahead, behind = (
+            integrate.sample(field(body), state, [0.0, end], engine=engine)[6, -1]
+            for end in (T, -T)
+        )
+        first = increments(body.angles(), h0_of(body))[separatrix - 1]
+        errors.append((ahead - behind) - part * first)
+    assert abs(errors[0]) < 50 * 0.0004**2
+    assert errors[0] / errors[1] == pytest.approx(4, rel=0.05)
+
+
+def test_agrees_with_the_published_increment_of_fig_5() -> None:
+    found = increments(FIG5.angles(), 1.1111)
+    np.testing.assert_allclose(found, np.array([1, 1, -1, -1]) * 0.057715, atol=5e-7)
+
+
+def assert_ordered(body: Body) -> None:
+    """The increments are as the body's regime has them."""
+    p = body.angles()
+    unit = float(p.mu * p.nu)
+    value = dict(enumerate([0.0, *increments(p, 1.0) / unit]))
+    groups = [[value[k] for k in group] for group in regime(body).value]
+    for group in groups:
+        assert max(group) - min(group) <= 4e-15
+    for above, below in itertools.pairwise(groups):
+        assert min(above) > max(below)
+
+
+@pytest.mark.slow
+@repeatable(200)
+@given(bodies(), st.one_of(numbers(0, 3.2), st.sampled_from([0.0, math.pi, -1.0])))
+def test_eq_trieq_orders_the_increments_of_any_body(body: Body, turn: float) -> None:
+    """r drawn anew: anywhere, at both ends, and, for -1, at Hess's condition."""
+    if turn < 0:
+        A1, A2, A3 = map(float, body.A)
+        turn = 2 * math.atan2(math.sqrt(A1 * (A3 - A2)), math.sqrt(A2 * (A1 - A3)))
+    assume(turn <= math.pi)
+    assert_ordered(Body(body.A, (math.cos(turn / 2), math.sin(turn / 2), 0), "0.01"))
+
+
+@pytest.mark.parametrize(
+    ("beta0", "found", "order"),
+    [
+        ("pi", Regime.i, "1 = 2 > 0 > 3 = 4"),
+        ("2.5", Regime.ii, "2 > 1 > 0 > 3 > 4"),
+        ("2 + 1e-13", Regime.ii, "2 > 1 > 0 > 3 > 4"),
+        ("2", Regime.iii, "2 > 0 = 1 = 3 > 4"),
+        ("2 - 1e-13", Regime.iv, "2 > 3 > 0 > 1 > 4"),
+        ("1", Regime.iv, "2 > 3 > 0 > 1 > 4"),
+        ("0", Regime.v, "2 = 3 > 0 > 1 = 4"),
+    ],
+)
+def test_eq_trieq_has_five_regimes(beta0: str, found: Regime, order: str) -> None:
+    body = Body.from_angles(2, beta0, "1.5", "0.01")
+    assert regime(body) is found
+    assert str(regime(body)) == order
+    assert_ordered(body)
+
+
+@pytest.mark.parametrize(
+    ("r", "expected"),
+    [((0, 1, 0), Regime.i), ((1, 0, 0), Regime.v), ((1, "1e-12", 0), Regime.iv)],
+)
+def test_eq_trieq_tells_the_ends_from_what_is_near_them(r: Any, expected: Regime) -> None:
+    for mu in (0, "0.01"):
+        assert regime(Body((2, 1, "1.5"), r, mu)) is expected
+    assert expected in Regime
+
+
+def test_eq_trieq_tells_hess_s_case_from_moments_and_r_alone() -> None:
+    """tan^2(alpha0/2) = A1 (A3 - A2)/(A2 (A1 - A3)) is 4 here."""
+    A = (2, "0.75", "1.5")
+    assert regime(Body(A, (1, 2, 0), 1)) is Regime.iii
+    assert regime(Body(A, (1, "2.000000000001", 0), 1)) is Regime.ii
+
+
+@pytest.mark.slow
+@repeatable(50)
+@given(bodies(), numbers(0.5, 2))
+def test_tri1_in_the_hess_case_is_a_fraction_of_the_moments(body: Body, h0: float) -> None:
+    """mu pi A1 A2/(A3 (A1 - A2) h0) along 2, and nothing along 1 and 3."""
+    (A1, A2, A3), _, _ = floats_of(body)
+    p = body.angles()
+    p = p._replace(beta0=p.alpha0)
+    found = increments(p, h0)
+    expected = p.mu * math.pi * A1 * A2 / (A3 * (A1 - A2) * h0)
+    assert found[1] == pytest.approx(expected, rel=1e-11)
+    assert found[0] == found[2] == 0
+
+
+def grioli(alpha0: float, gamma0: float) -> Any:
+    """Increments along 1 and 2 for beta0 = gamma0, in units of mu pi/h0."""
+    body = Body.from_angles(alpha0, gamma0, gamma0, "0.01")
+    return increments(body.angles(), 0.01 * math.pi)[:2]
+
+
+def flat_gamma0(alpha0: float) -> float:
+    """Where A2 + A3 = A1: the least gamma0."""
+    return 2 * math.acos(math.sqrt(math.cos(alpha0 / 2)))
+
+
+@pytest.mark.slow
+@repeatable(100)
+@given(numbers(0.05, 3.1), numbers(0.001, 0.99))
+def test_tri1_in_the_grioli_case_has_the_printed_forms_and_bounds(
+    alpha0: float, share: float
+) -> None:
+    least = flat_gamma0(alpha0)
+    gamma0 = least + share * (alpha0 - least)
+    first, second = grioli(alpha0, gamma0)
+    unit = math.sin(alpha0) / 4
+    assert first == pytest.approx(-unit / math.sin((alpha0 + gamma0) / 2), rel=1e-9)
+    assert second == pytest.approx(unit / math.sin((alpha0 - gamma0) / 2), rel=1e-9)
+    assert (1 - math.sqrt(2)) / math.sqrt(2) < first < 0 < second
+
+
+def test_tri1_in_the_grioli_case_comes_near_to_its_bounds() -> None:
+    """-0.2929 for flat bodies at alpha0 -> 0; 0 at alpha0 -> pi; infinity near a round body."""
+    lower = (1 - math.sqrt(2)) / math.sqrt(2)
+    assert grioli(1e-3, flat_gamma0(1e-3) * (1 + 1e-9))[0] == pytest.approx(lower, rel=1e-5)
+    thin = math.pi - 1e-4
+    assert np.abs(grioli(thin, flat_gamma0(thin) * (1 + 1e-12))).max() < 0.004
+    assert grioli(1.0, 1 - 1e-6)[1] > 1e5
+
+
+def test_plateaus_add_up_the_increments_of_a_route() -> None:
+    found = plateaus([2, 1, 4, 3, 4, 1], FIG5.angles(), 10 / 9)
+    published = [0, 0.0577, 0.1154, 0.0577, 0, -0.0577, 0]
+    np.testing.assert_allclose(found, published, atol=5e-5)
+
+
+def test_turning_rate_is_th3_in_other_variables() -> None:
+    rng = np.random.default_rng(5)
+    for body in BODIES:
+        A: Any = [float(x) for x in body.A]
+        J2 = rng.uniform(0.5, 2, 200)
+        J1, theta1 = J2 * rng.uniform(0.01, 0.99, 200), rng.uniform(0, 4 * math.pi, 200)
+        c = canonical(J1, J2, 0.0, theta1, rng.uniform(0, 6, 200))
+        state = aligned_from_canonical(c, body.alpha0, body.beta0)
+        M, _ = body_from_aligned(state, body.alpha0, scale(A))
+        r, mu = [float(x) for x in body.r], float(body.mu)
+        in_dimensionless_time = turning_rate(M, r, mu) / scale(A)
+        np.testing.assert_allclose(
+            in_dimensionless_time, theta3_rate(J1, J2, theta1, mu, np), rtol=1e-11, atol=1e-15
+        )

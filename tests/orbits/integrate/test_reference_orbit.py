@@ -1,0 +1,162 @@
+"""Reference orbits: precision that falls, tangents, crossings."""
+
+from __future__ import annotations
+
+import functools
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend import Body
+from rigidpend.mechanics.equations import aligned
+from rigidpend.numbers.exact import exact
+from rigidpend.orbits.integrate import (
+    ENGINES,
+    EngineError,
+    check_engine,
+    crossings,
+    default_engine,
+    neighbours,
+)
+from rigidpend.orbits.integrate.records import Orbits
+from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, _rung, reference_bits
+from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.start import Scales, start, states_exact
+
+PROBLEM = RouteProblem(
+    Body(A=(2, 1, 1.5), r=(1, 1, 0), mu="0.001"), exact("1.3342"), exact("1e-8"), 2
+)
+QUARTER = exact("pi/2")
+
+
+def orbit(phase: str, bits: int, engine: str = "", **changed: Any) -> ReferenceOrbit:
+    begin = start(PROBLEM, bits, Scales())
+    state, further = states_exact(begin, [exact(phase), exact(phase) + QUARTER], bits)
+    given: dict[str, Any] = {
+        "tangent_bits": 53,
+        "longest": 1e3,
+        "engine": engine or default_engine(),
+        "bits": bits,
+        "tolerance": 2.0**-52,
+        **changed,
+    }
+    return ReferenceOrbit(begin.coefficients, state, [Fraction(0)] * 3 + further[3:], **given)
+
+
+def test_the_tangent_is_the_derivative_along_the_phase() -> None:
+    """On steps of the same length, for which the two orbits are near enough."""
+    one, other = orbit("4.7", 192), orbit("4.7 + 1e-40", 192)
+    k = 12
+    assert one.reaches(k)
+    assert other.reaches(k)
+    late = other.points[k].exact_time - one.points[k].exact_time
+    rates = aligned(one.points[k].state, one.coefficients)
+    states = zip(other.points[k].state, one.points[k].state, rates, strict=True)
+    apart = [float((x - y - late * rate) * 10**40) for x, y, rate in states]
+    assert np.allclose(one.tangents[k], apart, rtol=1e-9, atol=1e-12)
+    assert one.growth[k] == float(one.size(one.tangents[k][:, None])[0])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_falling_precision_costs_no_neighbour_a_bit(
+    engine: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The error stays below a rounding of a neighbour at the least distance, 1e-20."""
+    try:
+        check_engine(engine)
+    except EngineError:
+        pytest.skip(f"no engine {engine}")
+    used: list[int] = []
+    falling, high = orbit(PHASE, BITS, engine), exactly()
+    advanced = falling._advanced
+
+    def noted(state: Any, bits: int) -> Any:
+        used.append(bits)
+        return advanced(state, bits)
+
+    monkeypatch.setattr(falling, "_advanced", noted)
+    k = next(k for k in range(1000) if falling.reaches(k) and falling.growth[k] > 1e17)
+    assert (used[0], used[-1]) == (192, 106)
+    time, state = falling.points[k][:2]
+    near = next(j for j in range(1000) if high.reaches(j) and high.points[j].time > float(time))
+    true = _at(high, near - 1, time)
+    off = max(abs(float(x - y)) for x, y in zip(state, true, strict=True))
+    assert 0 < off < 2.0**-53 * falling.growth[k] * 1e-20
+
+
+PHASE, BITS = "4.705696853133541796856", reference_bits(1e-20, 53)
+
+
+@functools.cache
+def exactly() -> ReferenceOrbit:
+    """The same orbit with steps in twice the bits, by integers, that never fall."""
+    from rigidpend.orbits.integrate import bigint
+
+    high = orbit(PHASE, BITS)
+
+    def fine(state: Any, _: int) -> Any:
+        return bigint.advance(high.coefficients, state, 8, 2 * high.bits)
+
+    pytest.MonkeyPatch().setattr(high, "_advanced", fine)
+    return high
+
+
+def _at(orbit: ReferenceOrbit, k: int, time: Fraction) -> list[Fraction]:
+    """The state of an orbit a little after its point k."""
+    from rigidpend.orbits.integrate import bigint
+
+    P = 2 * orbit.bits + 80
+    flow = bigint.Flow([bigint.fixed(x, P) for x in orbit.coefficients], P)
+    series, _ = flow.expand([bigint.fixed(x, P) for x in orbit.points[k].state])
+    at = bigint.fixed(time - orbit.points[k].exact_time, P)
+    return [Fraction(bigint.value_at(s, at, P), 1 << P) for s in series]
+
+
+def test_crossings_are_those_of_integration() -> None:
+    found = orbit("3.3", 113)
+    while sum(map(len, found.crossings)) < 3:
+        assert found.reaches(len(found.points))
+    begin = start(PROBLEM, 113, Scales())
+    states = states_exact(begin, [exact("3.3")], 113)
+    task = Orbits(begin.coefficients, states, 3, 1e3)
+    true = crossings(task, engine=default_engine(), bits=113, tolerance=2.0**-52, jobs=1)
+    passed = [*found.crossed_before(len(found.points))][:3]
+    assert [one.separatrix for one in passed] == true.separatrix[:, 0].tolist()
+    assert np.allclose([one.time for one in passed], true.time[:, 0], rtol=0, atol=1e-13)
+
+
+def test_an_orbit_that_does_not_cross_ends() -> None:
+    """Before the first crossing, which comes after ten units of t', five have passed."""
+    short = orbit("4.7", 113, longest=5.0)
+    assert short.reaches(8)
+    assert not short.reaches(1000)
+    assert short.last_below(1e300) == len(short.points) - 1
+
+
+def test_each_halving_of_the_least_distance_costs_a_bit_and_one_beyond_1_none() -> None:
+    at_one = reference_bits(1.0, 53)
+    assert at_one >= 53 + 8, "a byte to spare"
+    assert [reference_bits(2.0**-k, 53) for k in range(4)] == [at_one + k for k in range(4)]
+    assert reference_bits(0.75, 53) == at_one + 1
+    assert reference_bits(1.5, 53) == reference_bits(8.0, 53) == at_one
+    assert reference_bits(1.0, 64) == at_one + 11
+
+
+def test_differences_that_are_multiples_of_the_tangent_are_not_integrated() -> None:
+    """Those of the farther neighbour stay below what its square would add."""
+    reference, shifts = orbit("4.7", 192), np.array([1e-30, -2e-30])
+    tangent = reference.tangents[0]
+    beside = neighbours.Neighbours(np.outer(tangent, shifts), shifts, 2, 1e3)
+    walk = neighbours._Walk(reference, beside, 53, 20)
+    k, small = walk._skip(), 2.0 ** -(53 + neighbours.MARGIN)
+    assert k > 4
+    assert reference.growth[k] * 2e-30 < small <= reference.growth[k + 1] * 2e-30
+    np.testing.assert_array_equal(walk.differences, np.outer(reference.tangents[k], shifts))
+
+
+def test_the_least_precision_that_suffices_serves() -> None:
+    rungs = [_rung(bits) for bits in (60.0, 106.0, 106.5, 113.0, 113.5, 10_000.2)]
+    assert rungs == [106, 106, 113, 113, 192, 10_001]

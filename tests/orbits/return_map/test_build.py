@@ -1,0 +1,218 @@
+"""Maps built, refused with a reason, and kept on disk."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rigidpend import Body, results
+from rigidpend.machine.kept import KeptFileWarning
+from rigidpend.numbers.exact import exact
+from rigidpend.orbits.return_map import (
+    MapError,
+    ReturnMap,
+    build,
+    return_map,
+    storage,
+)
+from rigidpend.orbits.return_map.build import (
+    FIRST,
+    SECOND,
+    THIRD,
+    Design,
+)
+from rigidpend.orbits.return_map.charts import at_energies, look_up
+from rigidpend.runs import provenance
+from tests.orbits.integrate.problems import FIG4
+
+H = "1.3342"
+
+
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty cache of the test's own."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    build._kept.cache_clear()
+    return tmp_path / "rigidpend" / "maps"
+
+
+def same(a: ReturnMap, b: ReturnMap) -> bool:
+    pairs = [
+        (a.normal_form.odd, b.normal_form.odd),
+        (a.normal_form.exponent, b.normal_form.exponent),
+    ]
+    for one, other in zip(a.charts, b.charts, strict=True):
+        pairs += [(x.values, y.values) for x, y in zip(one, other, strict=True)]
+    return all(np.array_equal(x, y) for x, y in pairs)
+
+
+@pytest.mark.parametrize("mu", ["1e-6", "1e-3", "0.01"])
+@pytest.mark.parametrize("design", [FIRST, SECOND])
+def test_order_errors_are_at_rounding_whatever_the_weight(mu: str, design: Design) -> None:
+    made = return_map(Body((2, 1, "1.5"), (1, 1, 0), mu), h=H, design=design)
+    assert made.errors.charts < 1e-12
+    assert made.errors.inverse < 1e-12
+    assert made.errors.exponents < 1e-12
+    assert made.errors.floquet < 1e-12
+
+
+@pytest.mark.parametrize("design", [FIRST, SECOND, THIRD])
+def test_order_a_map_of_64_bits_errs_by_less_than_their_rounding(design: Design) -> None:
+    """Which is what the rule for two precisions asks for: two thousand times less than doubles."""
+    errors = return_map(FIG4, h=H, bits=64, design=design).errors
+    assert max(errors.charts, errors.inverse, errors.exponents) < 2.0**-64
+
+
+def test_agrees_tables_of_two_designs_have_the_same_values() -> None:
+    """In other units: U and d scale, t' inversely, theta3 not; with other orders and arcs."""
+    first, second = (return_map(FIG4, h=H, design=design) for design in (FIRST, SECOND))
+    unit = float(SECOND.unit)
+    d, chi = np.array([1e-3, -2e-3, 3e-4]), np.array([0.4, 2.9, 5.5])
+    ones = np.ones((1, 1))
+    from rigidpend.orbits.return_map.precision import precision
+
+    for rising in (False, True):
+        one, other = first.charts[rising].forward, second.charts[rising].forward
+        a = look_up(one, at_energies(one, ones), d, chi, precision(53))
+        b = look_up(other, at_energies(other, ones), d * unit, chi, precision(53))
+        np.testing.assert_allclose(a[0] * a[1] * unit**2, b[0] * b[1], rtol=1e-12, atol=1e-15)
+        # The constant of time holds tau, which each map counts from its own mean.
+        np.testing.assert_allclose(a[2], b[2] * unit, rtol=0, atol=1e-13)
+        np.testing.assert_allclose(a[3], b[3], rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("body", "h", "reason"),
+    [
+        (Body((2, "1.5", "1.8"), (0, 1, 0), "0.7"), 1, "not hyperbolic"),
+        (Body((2, "1.5", "1.8"), (0, 1, 0), "0.95"), 1, "negative"),
+        (Body((2, 1, "1.5"), (1, 1, 0), "0.5"), H, "too large|reach|settle|cover"),
+        (Body((2, 1, "1.5"), (1, 1, 0), 0), H, "mu = 0"),
+        (FIG4, "1e-4", "h0 > mu"),
+    ],
+)
+def test_what_a_map_does_not_resolve_is_refused_with_the_reason(
+    body: Body, h: object, reason: str
+) -> None:
+    with pytest.raises(MapError, match=reason):
+        return_map(body, h=h)
+
+
+def test_wrong_arguments_are_refused() -> None:
+    with pytest.raises(ValueError, match="53 or more"):
+        return_map(FIG4, h=H, bits=24)
+    with pytest.raises(ValueError, match="ascend"):
+        return_map(FIG4, h=("1.34", "1.33"))
+
+
+@pytest.mark.slow
+def test_a_map_is_kept_and_taken_again(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = return_map(FIG4, h=H)
+    assert len(list(cache.iterdir())) == 1
+    build._kept.cache_clear()
+    monkeypatch.setattr(build, "build", lambda *_: pytest.fail("built again"))
+    again = return_map(FIG4, h=H)
+    assert same(made, again)
+    assert (again.errors, again.orders) == (made.errors, made.orders)
+    assert again.coefficients == made.coefficients
+
+
+def test_a_damaged_file_is_built_again(cache: Path) -> None:
+    made = return_map(FIG4, h=H)
+    (path,) = cache.iterdir()
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+    build._kept.cache_clear()
+    with pytest.warns(KeptFileWarning, match=f"{path}: damaged; it is made again"):
+        assert same(made, return_map(FIG4, h=H))
+
+
+def test_a_map_copied_to_the_name_of_a_neighbour_is_built_again(cache: Path) -> None:
+    """It differs by so little that no check of a few orbits sees it."""
+    near = Body(FIG4.A, FIG4.r, "0.0010000000001")
+    made = return_map(FIG4, h=H)
+    (path,) = cache.iterdir()
+    expected = return_map(near, h=H)
+    assert not same(made, expected)
+    (other,) = (each for each in cache.iterdir() if each != path)
+    shutil.copy(path, other)
+    build._kept.cache_clear()
+    with pytest.warns(KeptFileWarning, match=f"{other}: of something else than its name says"):
+        assert same(return_map(near, h=H), expected)
+
+
+def test_a_pipe_among_the_maps_is_not_waited_for(cache: Path) -> None:
+    made = return_map(FIG4, h=H)
+    (path,) = cache.iterdir()
+    path.unlink()
+    os.mkfifo(path)
+    build._kept.cache_clear()
+    with pytest.warns(KeptFileWarning, match="not a regular file"):
+        assert same(made, return_map(FIG4, h=H))
+    assert path.is_file(), "and it made room"
+
+
+def test_a_cache_that_cannot_be_written_costs_time_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    build._kept.cache_clear()
+    results.cache._tell_once.cache_clear()
+    with pytest.warns(KeptFileWarning, match="nothing can be kept"):
+        assert return_map(FIG4, h=H).errors.charts < 1e-12
+
+
+def test_keys_tell_all_apart_that_a_map_follows_from() -> None:
+    h, other = exact(H), exact("1.3343")
+    heavier = Body(FIG4.A, FIG4.r, "0.002")
+    tasks = [
+        (FIG4, h, h, 53, FIRST, 64),
+        (heavier, h, h, 53, FIRST, 64),
+        (FIG4, h, other, 53, FIRST, 64),
+        (FIG4, h, h, 64, FIRST, 64),
+        (FIG4, h, h, 53, SECOND, 64),
+        (FIG4, h, h, 53, FIRST, 53),
+    ]
+    assert len({storage.followed(*task) for task in tasks}) == len(tasks)
+
+
+@pytest.mark.parametrize(
+    "module", ["return_map/charts.py", "integrate/arcs.py", "integrate/kernel/functions.py"]
+)
+def test_a_map_of_other_code_is_another(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What integrates for the tables counts as well as what fits them."""
+    h, real = exact(H), provenance._looked_up
+
+    def edited(package: str, place: str) -> tuple[str, list[str]]:
+        code, imported = real(package, place)
+        return f"{code} edited" if place == module else code, imported
+
+    before = storage.followed(FIG4, h, h, 53, FIRST, 64)
+    monkeypatch.setattr(provenance, "_looked_up", edited)
+    storage._code.cache_clear()
+    after = storage.followed(FIG4, h, h, 53, FIRST, 64)
+    storage._code.cache_clear()
+    assert after != before
+
+
+def test_the_package_and_its_function_share_a_name() -> None:
+    import rigidpend
+
+    level = rigidpend.return_map(FIG4, h=H).at(1.3342)
+    assert level.h == 1.3342
+    assert rigidpend.orbits.return_map.charts.Chart._fields == ("forward", "inverse")  # type: ignore[attr-defined]
+
+
+def test_use_of_a_kept_map_counts(cache: Path) -> None:
+    return_map(FIG4, h=H)
+    (path,) = cache.iterdir()
+    os.utime(path, (1, 1))
+    build._kept.cache_clear()
+    return_map(FIG4, h=H)
+    assert path.stat().st_mtime > 1e6

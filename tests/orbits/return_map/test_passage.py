@@ -1,0 +1,212 @@
+"""Passages: against integration, forward and backward, areas, derivatives, first order in mu."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend import Body
+from rigidpend.orbits.integrate import sample_orbits
+from rigidpend.orbits.integrate.arcs import arcs
+from rigidpend.orbits.return_map import ReturnMap, SectionPoint, return_map
+from rigidpend.orbits.return_map.charts import look_up_slopes
+from rigidpend.orbits.return_map.poincare import section_momentum, section_state
+from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.return_map.reduced import theta3_rate
+from rigidpend.surfaces import melnikov
+from tests.orbits.integrate.problems import FIG4, GENERIC, needs_heyoka
+from tests.strategies import apart
+
+H = 1.3342
+DOUBLES = precision(53)
+N = 40
+BODIES = [pytest.param(FIG4, id="Fig. 4"), pytest.param(GENERIC, id="generic")]
+
+
+@pytest.fixture(scope="module", params=BODIES)
+def body(request: pytest.FixtureRequest) -> Body:
+    return request.param
+
+
+def points(made: ReturnMap, rising: bool, share: float = 0.5) -> SectionPoint:
+    random = np.random.default_rng(7 + rising)
+    width = float(made.charts[rising].forward.width)
+    d, chi = random.uniform(-share * width, share * width, N), random.uniform(0, 2 * math.pi, N)
+    return SectionPoint(rising, d, chi)
+
+
+@pytest.mark.parametrize("rising", [True, False])
+def test_agrees_a_passage_with_integration(body: Body, rising: bool) -> None:
+    """Time, symbol, point and theta3 of one passage, by an orbit carried to its end."""
+    made = return_map(body, h=H)
+    here, level = points(made, rising), made.at(H)
+    passed = level.passage(here, slopes=True)
+    c = made.coefficients
+    begin = section_state(rising, here.d, here.chi, H, c, DOUBLES)
+    assert passed.inside.sum() > N / 2
+    for k in np.flatnonzero(passed.inside)[:12]:
+        times = np.linspace(0, passed.time[k], 2001)
+        path = sample_orbits(c.aligned, begin[:, [k]], times)[:, :, 0]
+        end = path[:, -1]
+        # Deviations grow along a passage by what its derivatives tell.
+        grown = 1e-14 * (1 + np.abs(passed.slopes[:, :, k]).max() / 100)
+        sign = -1 if passed.mirrored[k] else 1
+        assert abs(end[2]) < grown + 1e-13
+        d, Q = (end[0], end[1]) if rising else (end[1], end[0])
+        assert Q * sign > 0
+        assert abs(d * sign - passed.point.d[k]) < grown
+        expected = section_state(
+            not rising, passed.point.d[[k]], passed.point.chi[[k]], H, c, DOUBLES
+        )[:, 0]
+        image = end * np.array([sign, sign, 1, 1, 1, sign])
+        np.testing.assert_allclose(image, expected, rtol=0, atol=grown + 1e-13)
+        assert (path[2, 5:-5] > 0).all() if rising else (path[2, 5:-5] < 0).all()
+        rate = theta3_rate(path[:3], c)
+        step = times[1]
+        simpson = step / 3 * (rate[0] + rate[-1] + 4 * rate[1::2].sum() + 2 * rate[2:-1:2].sum())
+        assert passed.theta3[k] == pytest.approx(simpson, rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize("rising", [True, False])
+def test_invariant_forward_then_backward_is_the_identity(body: Body, rising: bool) -> None:
+    made = return_map(body, h=H)
+    here, level = points(made, rising), made.at(H)
+    there = level.passage(here, slopes=True)
+    back = level.passage(there.point, backward=True)
+    ok = there.inside & back.inside
+    assert ok.sum() > N / 2
+    grown = 1e-14 * (1 + np.abs(there.slopes).max(axis=(0, 1)))
+    assert (np.abs(back.point.d - here.d) < grown)[ok].all()
+    # Far from the limits of the interval of angles.
+    assert all(
+        apart(x, y, 2 * math.pi) < g
+        for x, y, g in zip(back.point.chi[ok], here.chi[ok], grown[ok], strict=True)
+    )
+    np.testing.assert_allclose((back.time + there.time)[ok], 0, atol=1e-11)
+    assert (back.symbol == there.symbol)[ok].all()
+    assert (back.mirrored == there.mirrored)[ok].all()
+    sign = np.where(there.mirrored, -1, 1)
+    np.testing.assert_allclose((there.theta3 + sign * back.theta3)[ok], 0, atol=1e-12)
+
+
+@pytest.mark.parametrize("rising", [True, False])
+def test_invariant_a_passage_preserves_the_area_dJ2_dchi(body: Body, rising: bool) -> None:
+    made = return_map(body, h=H)
+    here, c = points(made, rising), made.coefficients
+    passed = made.at(H).passage(here, slopes=True)
+
+    def momentum_slope(point: SectionPoint) -> Any:
+        step = 1e-5
+        ahead, behind = (
+            section_momentum(point.rising, point.d + s * step, point.chi, H, c, DOUBLES)
+            for s in (1, -1)
+        )
+        return (ahead - behind) / (2 * step)
+
+    (dd, dchi), (cd, cchi) = passed.slopes[0], passed.slopes[1]
+    area = (dd * cchi - dchi * cd) * momentum_slope(passed.point) / momentum_slope(here)
+    ok = passed.inside
+    cancelled = np.abs(dd * cchi) + np.abs(dchi * cd)
+    np.testing.assert_allclose(np.abs(area[ok]), 1, rtol=1e-8, atol=0)
+    assert (np.abs(area[ok] - area[ok][0]) < 1e-8 + 1e-13 * cancelled[ok]).all()
+
+
+@pytest.mark.parametrize("backward", [False, True])
+@pytest.mark.parametrize("rising", [True, False])
+def test_agrees_the_derivatives_with_differences(rising: bool, backward: bool) -> None:
+    made = return_map(GENERIC, h=H)
+    here, level = points(made, rising, 0.3), made.at(H)
+    passed = level.passage(here, slopes=True, backward=backward)
+    for which, step in (("d", 1e-7), ("chi", 1e-6)):
+        near = [
+            level.passage(
+                here._replace(**{which: getattr(here, which) + s * step}), backward=backward
+            )
+            for s in (1, -1)
+        ]
+        same = passed.inside & near[0].inside & near[1].inside
+        same &= near[0].symbol == near[1].symbol
+        slopes = passed.slopes[:, ["d", "chi"].index(which)]
+        # Beside an asymptotic orbit the derivatives themselves change too fast.
+        same &= np.abs(slopes).max(axis=0) * step < 1e-3
+        assert same.sum() > 5
+        ahead, behind = ((x.point.d, x.turned, x.time, x.theta3) for x in near)
+        moved = (np.array(ahead) - np.array(behind)) / (2 * step)
+        if which == "chi":
+            moved[1] += 1
+        scale = 1 + np.abs(slopes).max(axis=0)
+        assert (np.abs(moved - slopes) < 1e-5 * scale)[:, same].all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("shape", "mu", "within"), [((2, 1, "1.5"), "1e-6", 1e-6), ((2, "1.2", "1.7"), "1e-4", 1e-4)]
+)
+def test_order_the_splitting_is_melnikovs_amplitude_to_first_order(
+    shape: Any, mu: str, within: float
+) -> None:
+    """The surfaces of the two periodic orbits cross the section mu kappa J2 |Im| apart."""
+    body = Body(shape, (1, 3, 0), mu)
+    level = return_map(body, h=H).at(H)
+    chi = np.linspace(0, 2 * math.pi, 4001)
+
+    def stable(chi: Any) -> Any:
+        """d where U = 0; the lower orbit's unstable surface is its mirror image."""
+        d = 0 * chi
+        for _ in range(20):
+            seen = look_up_slopes(
+                level.charts[True].forward, level.values[True][0], d, chi, DOUBLES
+            )
+            d = d - seen.value[0] / seen.by_x[0]
+        return d
+
+    J2 = math.sqrt(2 * H / body.kappa)
+    gap = np.abs(stable(-chi) - stable(chi)).max() * J2 * math.sin(body.alpha0) / 2
+    expected = abs(melnikov.amplitude(2, J2, body.angles())) * body.kappa * J2 * float(body.mu)
+    assert gap == pytest.approx(expected, rel=within)
+
+
+@pytest.mark.parametrize(
+    "bits",
+    [
+        64,
+        pytest.param(113, marks=[needs_heyoka("mpmath's numbers take a minute"), pytest.mark.slow]),
+        pytest.param(80, marks=pytest.mark.slow),
+    ],
+)
+def test_agrees_a_passage_with_integration_in_any_precision(bits: int) -> None:
+    """The error of a map falls with its precision: where it puts M3 = 0, integration does."""
+    a = precision(bits)
+    made = return_map(Body((2, 1, "1.5"), (1, 1, 0), "1e-5"), h="1.3342", bits=bits)
+    assert max(made.errors.charts, made.errors.inverse) < 2.0 ** (13 - bits)
+    h, c = made.normal_form.energies.centre, made.coefficients
+    here = SectionPoint(True, made.charts[True].forward.width * a.array([0.2]), a.array([1.0]))
+    passed = made.at(h).passage(here)
+    begin = section_state(True, here.d, here.chi, h, c, a)
+    end = arcs(c.aligned, begin, passed.time, bits)[:, 0, 0]
+    # A passage at d = 1e-5 multiplies roundings by 1e5 or so.
+    assert abs(float(end[2])) < 1e6 * a.epsilon
+
+
+def test_energies_of_their_own_are_those_of_maps_for_each() -> None:
+    wide = return_map(FIG4, h=("1.3332", "1.3352"))
+    h = np.array([1.3333, 1.3342, 1.33515])
+    here = SectionPoint(True, np.array([1e-3, -5e-4, 2e-4]), np.array([0.3, 2.0, 5.0]))
+    found = wide.at(h).passage(here)
+    for k, one in enumerate(h):
+        alone = return_map(FIG4, h=float(one)).at(float(one))
+        point = SectionPoint(True, here.d[[k]], here.chi[[k]])
+        expected = alone.passage(point)
+        assert found.point.d[k] == pytest.approx(expected.point.d[0], abs=1e-15)
+        assert found.time[k] == pytest.approx(expected.time[0], abs=1e-11)
+        assert found.symbol[k] == expected.symbol[0]
+
+
+def test_points_beyond_the_tables_are_marked() -> None:
+    made = return_map(FIG4, h=H)
+    width = float(made.charts[True].forward.width)
+    d, chi = np.array([2 * width, 0.0, np.nan]), np.full(3, 1.0)
+    assert made.at(H).passage(SectionPoint(True, d, chi)).inside.tolist() == [False, True, False]

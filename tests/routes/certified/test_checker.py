@@ -1,0 +1,108 @@
+"""The checker: every slip that it must notice."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pytest
+from flint import arb
+
+from rigidpend.numbers.exact import exact
+from rigidpend.routes.certified.balls import enclosed
+from rigidpend.routes.certified.checker import OrbitChecker, Undecided
+from rigidpend.routes.certified.proofs import MARGIN, check, prove
+from rigidpend.routes.certified.steps import Step
+from rigidpend.routes.problem import RouteProblem
+from tests.bodies import FIG4
+
+PHASE = exact("3/10")
+BITS = 70
+"""At the start: enough for three crossings of this orbit."""
+LIMIT = 100.0
+
+
+def problem(n_symbols: int = 2) -> RouteProblem:
+    return RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), n_symbols)
+
+
+@pytest.fixture(scope="module")
+def steps() -> list[Step]:
+    """A proof of two symbols."""
+    found = prove(problem(), PHASE, BITS, 3, LIMIT)
+    assert found.reason == ""
+    return found.steps
+
+
+def test_the_checker_finds_again_what_was_proven(steps: list[Step]) -> None:
+    again = check(problem(), PHASE, steps, 3)
+    assert again.reason == ""
+    assert [c.separatrix for c in again.crossings] == [2, 1, 2]
+    assert all(c.radius < 1e-3 and c.bound < 2**-6 for c in again.crossings)
+
+
+def changed(steps: Sequence[Step], k: int, component: int, j: int, by: int) -> list[Step]:
+    """The steps with one coefficient changed."""
+    series = [list(row) for row in steps[k].series]
+    series[component][j] += by
+    return [*steps[:k], steps[k]._replace(series=series), *steps[k + 1 :]]
+
+
+@pytest.mark.parametrize("component", range(6))
+@pytest.mark.parametrize("j", [0, 7])
+def test_a_changed_coefficient_raises_the_bound(steps: list[Step], component: int, j: int) -> None:
+    def bound(given: Sequence[Step]) -> float:
+        checker = OrbitChecker(enclosed(problem(), PHASE, given[0].bits + 64))
+        for step in given[:4]:
+            checker.take(step)
+        return float(checker.bound)
+
+    away = steps[3].bits - 30
+    assert bound(changed(steps, 3, component, j, 1 << away)) > 100 * bound(steps)
+
+
+@pytest.mark.parametrize("component", range(6))
+def test_a_spoilt_coefficient_ends_the_proof(steps: list[Step], component: int) -> None:
+    given = changed(steps, 3, component, 2, 1 << (steps[3].bits - 4))
+    assert "bits" in check(problem(), PHASE, given, 3).reason
+
+
+@pytest.mark.parametrize("k", [0, 4])
+def test_steps_that_do_not_belong_together_prove_nothing(steps: list[Step], k: int) -> None:
+    assert check(problem(), PHASE, [*steps[:k], *steps[k + 1 :]], 3).reason
+    other = prove(problem(), exact("4/10"), BITS, 1, LIMIT).steps
+    assert check(problem(), PHASE, [*steps[:k], other[k], *steps[k + 1 :]], 3).reason
+
+
+def test_another_duration_ends_the_proof(steps: list[Step]) -> None:
+    longer = steps[2]._replace(half_length=steps[2].half_length * 101 // 100)
+    assert check(problem(), PHASE, [*steps[:2], longer, *steps[3:]], 3).reason
+
+
+def test_too_few_bits_are_undecided_and_what_was_proven_before_stays() -> None:
+    found = prove(problem(), PHASE, 22, 3, LIMIT)
+    assert "bits" in found.reason
+    assert [c.separatrix for c in found.crossings] == [2, 1, 2][: len(found.crossings)]
+    assert len(found.crossings) < 3
+
+
+def test_too_few_terms_are_undecided(steps: list[Step]) -> None:
+    short = [step._replace(series=[row[:12] for row in step.series]) for step in steps]
+    assert "bits" in check(problem(), PHASE, short, 3).reason
+
+
+def test_too_few_steps_are_undecided(steps: list[Step]) -> None:
+    found = check(problem(), PHASE, steps[:-1], 3)
+    assert found.reason == "the steps end before the last crossing"
+
+
+def test_a_wait_beyond_its_limit_ends_the_proof() -> None:
+    assert prove(problem(), PHASE, BITS, 3, 5.0).reason == "no crossing within t' = 5"
+
+
+def test_a_step_that_ends_on_the_section_is_undecided() -> None:
+    checker = OrbitChecker(enclosed(problem(), PHASE, BITS + MARGIN))
+    rest = 1 << 60
+    flat = [[0], [0], [0], [2 * rest], [0], [0]]
+    checker.start = tuple(arb(x) for x in (0, 0, 0, 1, 0, 0))
+    with pytest.raises(Undecided, match="M3"):
+        checker.take(Step(1, 60, flat))

@@ -1,0 +1,178 @@
+"""Certified codes: against 113 bits, with other settings, and where nothing can be proven."""
+
+from __future__ import annotations
+
+import random
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+
+import rigidpend
+from rigidpend import Body, certify_codes, route_codes
+from rigidpend.numbers.parameters import ExactError
+from rigidpend.routes.certified import codes
+from rigidpend.routes.problem import ProblemError
+from tests.routes.reference import fig4_left
+
+BODY = Body((2, 1, "3/2"), (1, 1, 0), "0.001")
+COLUMNS = [33]
+"""Columns of Fig. 4, left: one that doubles do not decide."""
+
+
+@pytest.mark.slow
+def test_columns_of_fig4_are_proven_and_are_those_of_113_bits() -> None:
+    known = fig4_left()
+    phases = [known.theta2_0[k] for k in COLUMNS]
+    found = certify_codes(BODY, phases, h0=known.h0, J1_0=known.J1_0, n_symbols=15)
+    assert found.status == ["proven"] * len(COLUMNS)
+    assert found.reason == [""] * len(COLUMNS)
+    assert found.proven.all()
+    assert np.array_equal(found.codes, known.codes[:, COLUMNS])
+    # The reference is 113-bit arithmetic, printed with fewer digits than the proof has.
+    away = np.abs(found.crossing_time - known.crossing_time[:, COLUMNS])
+    assert (away <= found.time_radius + 1e-6).all()
+
+
+@pytest.mark.slow
+def test_few_symbols_are_proven_and_enclose_those_of_113_bits() -> None:
+    phases = ["1/10", "3*pi/40 + 1/100", "47/10"]
+    found = certify_codes(BODY, phases, h0="1.3342", J1_0="1e-8", n_symbols=3)
+    finer = route_codes(BODY, phases, h0="1.3342", J1_0="1e-8", n_symbols=3, precisions=(113,))
+    assert found.proven.all()
+    assert np.array_equal(found.codes, finer.codes)
+    assert np.array_equal(found.separatrix, finer.separatrix)
+    assert (np.abs(found.crossing_time - finer.crossing_time) <= found.time_radius + 1e-14).all()
+    assert (found.time_radius < 1e-2).all()
+    assert (found.bound < 2**-6).all()
+    assert found.theta2_0 == pytest.approx([0.1, 3 * np.pi / 40 + 0.01, 4.7], abs=1e-15)
+
+
+@pytest.mark.slow
+def test_two_settings_and_two_processes_give_the_same_codes() -> None:
+    prove = partial(certify_codes, BODY, ["1", "2"], h0="1.3342", J1_0="1e-10", n_symbols=2)
+    one, other = prove(bits=70), prove(bits=110, jobs=2)
+    assert one.proven.all()
+    assert np.array_equal(one.codes, other.codes)
+    apart = np.abs(one.crossing_time - other.crossing_time)
+    assert (apart <= one.time_radius + other.time_radius).all()
+    assert (other.bound < one.bound / 2**30).all()
+
+
+def test_too_few_bits_are_undecided_and_no_code_is_wrong() -> None:
+    found = certify_codes(BODY, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=15, bits=50)
+    known = fig4_left()
+    column = known.theta2_0.index("0.3")
+    proven = found.proven[:, 0]
+    assert found.status == ["undecided"]
+    assert "bits" in found.reason[0]
+    assert 1 <= proven.sum() < 15
+    assert np.array_equal(found.codes[proven, 0], known.codes[proven, column])
+    assert (found.codes[~proven, 0] == 255).all()
+    assert np.isnan(found.crossing_time[-1, 0])
+
+
+def test_bits_that_do_not_suffice_are_followed_by_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    few = certify_codes(BODY, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2, bits=20)
+    assert few.status == ["undecided"]
+    monkeypatch.setattr(codes, "bits_for", lambda *_: 20)
+    found = certify_codes(BODY, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2)
+    assert found.proven.all()
+    assert found.bits[0] > 20
+
+
+def test_an_orbit_on_a_separatrix_is_undecided_with_the_reason() -> None:
+    found = certify_codes(BODY, ["1", "2"], h0="1.3342", J1_0=0, n_symbols=4)
+    assert found.status == ["undecided"] * 2
+    assert "never crosses" in found.reason[0]
+    assert not found.proven.any()
+    assert (found.codes == 255).all()
+
+
+def test_an_orbit_that_does_not_come_in_time_is_undecided() -> None:
+    # Over the lower periodic orbit of a body so light nothing happens for long.
+    light = Body((2, 1, "3/2"), (1, 1, 0), "1e-30")
+    found = certify_codes(light, "1", h0="1.3342", J1_0="1e-2", n_symbols=1, bits=40)
+    assert found.status == ["undecided"]
+    assert found.separatrix[:, 0].tolist() == [2, 0]
+
+
+def test_no_orbits_are_no_trouble() -> None:
+    found = certify_codes(BODY, [], h0="1.3342", J1_0="1e-8", n_symbols=2)
+    assert found.codes.shape == (2, 0)
+    assert found.status == []
+
+
+@pytest.mark.slow
+def test_an_orbit_on_an_invariant_plane_ends_undecided_in_bounded_time() -> None:
+    # Without weight Qm = 0 stays so: the free body tends to the upper periodic orbit.
+    free = Body((2, 1, "3/2"), (1, 1, 0), 0)
+    found = certify_codes(free, "1", h0="1.3342", J1_0="1e-4", n_symbols=2)
+    assert found.status == ["undecided"]
+    assert found.separatrix[:, 0].tolist() == [2, 0, 0]
+
+
+@pytest.mark.slow
+def test_both_ends_and_other_bodies_agree_with_integration() -> None:
+    cases = [
+        (Body((2, "3/2", "9/5"), (0, 1, 0), "0.01"), "10/9", "2.39205e-9"),
+        (Body((3, 1, "5/2"), (3, 1, 0), "0.05"), "2", "1e-3"),
+        (BODY, "1.3342", "1.4"),
+        (Body((2, 1, "3/2"), (1, 1, 0), "1e-9"), "1.3342e-6", "1e-11"),
+    ]
+    for body, h0, J1_0 in cases:
+        found = certify_codes(body, "5/4", h0=h0, J1_0=J1_0, n_symbols=2)
+        finer = route_codes(body, "5/4", h0=h0, J1_0=J1_0, n_symbols=2, precisions=(113,))
+        assert found.proven.all()
+        assert np.array_equal(found.codes, finer.codes)
+
+
+def random_problem(drawn: random.Random) -> tuple[Body, str, str, str]:
+    A3 = drawn.randrange(105, 195)
+    body = Body(
+        (2, 1, f"{A3}/100"),
+        (drawn.randrange(0, 20), drawn.randrange(1, 20), 0),
+        f"{drawn.randrange(1, 100)}e-4",
+    )
+    J1_0 = f"1e-{drawn.randrange(3, 12)}"
+    return body, f"{drawn.randrange(100, 300)}/100", J1_0, f"{drawn.random() * 6.28}"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+def test_random_bodies_agree_with_113_bits(seed: int) -> None:
+    body, h0, J1_0, phase = random_problem(random.Random(seed))
+    found = certify_codes(body, phase, h0=h0, J1_0=J1_0, n_symbols=3)
+    finer = route_codes(body, phase, h0=h0, J1_0=J1_0, n_symbols=3, precisions=(113,))
+    proven = found.proven[:, 0]
+    assert np.array_equal(found.codes[proven, 0], finer.codes[proven, 0])
+    assert proven.all() or not finer.certain.all()
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"bits": 7}, "bits must be"),
+        ({"bits": "many"}, "bits must be"),
+        ({"h0": "0"}, "h0 > mu"),
+        ({"J1_0": "5"}, "J1_0"),
+        ({"jobs": 0}, "jobs"),
+        ({"theta2_0": "nonsense"}, "is not understood"),
+        ({"h0": "nonsense"}, "h0"),
+    ],
+)
+def test_what_is_excluded_is_said(changed: dict[str, Any], message: str) -> None:
+    given: dict[str, Any] = {
+        "theta2_0": "1",
+        "h0": "1.3342",
+        "J1_0": "1e-8",
+        "n_symbols": 2,
+    } | changed
+    with pytest.raises((ProblemError, ExactError), match=message):
+        certify_codes(BODY, given.pop("theta2_0"), **given)
+
+
+def test_it_is_a_public_name() -> None:
+    assert rigidpend.certify_codes is certify_codes
+    assert "CertifiedCodes" in rigidpend.__all__

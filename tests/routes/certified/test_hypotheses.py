@@ -1,0 +1,143 @@
+"""Each hypothesis of the theorem, barely true and barely false, for both checkers.
+
+Where the limit lies is computed here, in doubles, from docs/certified.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import pytest
+from flint import arb
+
+from rigidpend.mechanics.body import Body
+from rigidpend.numbers.exact import exact
+from rigidpend.routes.certified import approximation, proofs
+from rigidpend.routes.certified.balls import enclosed
+from rigidpend.routes.certified.steps import Step
+from rigidpend.routes.problem import RouteProblem
+from scripts import check_certificate
+
+BITS = 60
+WIDEST = 2.0**-6
+"""Radius of a tube at most."""
+PHASE = "1"
+BARELY = 0.02
+
+
+class Start(NamedTuple):
+    """Numbers of a config."""
+
+    A: tuple[str, str, str] = ("2", "1", "3/2")
+    mu: str = "1/1000"
+    h0: str = "6671/5000"
+    J1_0: str = "1e-8"
+
+    @property
+    def problem(self) -> RouteProblem:
+        body = Body(A=self.A, r=("1", "1", "0"), mu=self.mu)
+        return RouteProblem(body, exact(self.h0), exact(self.J1_0), 1)
+
+    def step(self, away: float, half: float) -> Step:
+        """A step along the orbit that starts so far from the true one, in Qm."""
+        start = enclosed(self.problem, exact(PHASE), BITS + 64)
+        moved = [x + arb(away) if k == 1 else x for k, x in enumerate(start.state)]
+        orbit = approximation.Approximation(start.coefficients, moved)
+        orbit.longest = 2 * half
+        return orbit.step(BITS)
+
+
+def by_package(start: Start, steps: Sequence[Step]) -> str:
+    """The reason for which the package proves no more."""
+    return proofs.check(start.problem, exact(PHASE), steps, 2).reason
+
+
+def by_script(start: Start, steps: Sequence[Step]) -> str:
+    """The reason for which the second checker proves no more."""
+    given = {**start._asdict(), "r": ("1", "1", "0")}
+    other = [check_certificate.Step(*step) for step in steps]
+    return check_certificate.prove(given, PHASE, other).reason
+
+
+def joint(times: float) -> tuple[Start, Step]:
+    """H1: the first polynomial begins so far from the orbit, for the widest tube."""
+    return Start(), Start().step(times * WIDEST, 2.0**-12)
+
+
+def flaw(times: float) -> tuple[Start, Step]:
+    """H2: c (T_2 - 1), which vanishes at both ends, has the derivative 4 c T_1."""
+    step = Start().step(0.0, 2.0**-12)
+    series = [list(row) for row in step.series]
+    c = round(times * WIDEST / 8 * 2**BITS)
+    series[0][2] += c
+    series[0][0] -= 2 * c
+    return Start(), step._replace(series=series)
+
+
+def tube(times: float) -> tuple[Start, Step]:
+    """H3: what the distance grows to over half a unit of time, for the widest tube."""
+    start, half = Start(), 0.25
+    sine, size = 2 * math.sqrt(2) / 3, math.sqrt(2 * 1.3342 / (4 / 3))
+    lam, sigma = sine / 2, sine / math.sqrt(2)
+    # Beside the lower orbit |M3| = |M|, but for the little that the weight changes.
+    l = lam * (size + WIDEST / (2 * sigma))
+    cosine, sin = math.sqrt(1 / 3), math.sqrt(2 / 3)
+    F = 1e-3
+    Omega = max(
+        math.sqrt(2) * (4 / 3 - cosine**2) / (2 * cosine),
+        math.sqrt(2) * (4 / 3 + sin**2) / (2 * sin),
+        4 / 3 / sigma,
+    )
+    w = math.sqrt(Omega / F)
+    k = w * F + (1 + w * WIDEST / 2) * Omega / w
+    rate = (l + math.hypot(l, k)) / 2
+    return start, start.step(times * WIDEST / math.exp(2 * half * rate), half)
+
+
+def sign(times: float) -> tuple[Start, Step]:
+    """H4: M3 = 2 J1 - J2 at the start, and hardly changed by the end of a short step."""
+    start = Start(J1_0="7/10")
+    M3 = 1.4 - math.sqrt(2 * 1.3342 / (4 / 3))
+    # sigma = sin(alpha0)/sqrt(2) = 2/3.
+    return start, start.step(times * abs(M3) * 2 / 3, 2.0**-16)
+
+
+def slope(times: float) -> tuple[Start, Step]:
+    """H5: M3 rises through zero at the rate Qp^2/(4 lambda), and Qm is small."""
+    A3, h0, half = 1.0117, 1.09, 0.45
+    kappa, s2 = 2 / A3, 2 * (A3 - 1) / A3
+    sine, J2 = 2 * math.sqrt(s2 * (1 - s2)), math.sqrt(2 * h0 / kappa)
+    rate = J2**2 * sine / 2
+    J1 = (J2 - half * rate) / 2
+    start = Start(("2", "1", str(A3)), "1e-9", str(h0), repr(J1))
+    # rate = (2 |Qp| + 2 B) B/(4 lambda) + B/(sigma tau), for a weight of nearly nothing.
+    B = 0.01
+    for _ in range(50):
+        B = rate / ((2 * J2 * sine + 4 * B) / (2 * sine) + math.sqrt(2) / (sine * half))
+    # Until then the distance grows by the lemma; with no weight w is large, and k is E Omega/2.
+    lam, sigma = sine / 2, sine / math.sqrt(2)
+    l = lam * (half * rate / 2 + WIDEST / (2 * sigma))
+    k = WIDEST / 2 * kappa / sigma
+    grown = math.exp(half * (l + math.hypot(l, k)))
+    return start, start.step(times * B / grown, half)
+
+
+@pytest.mark.parametrize("checker", [by_package, by_script])
+@pytest.mark.parametrize(
+    ("name", "made"),
+    [("H1", joint), ("H2", flaw), ("H3", tube), ("H4", sign), ("H5", slope)],
+)
+def test_what_is_barely_true_passes_and_what_is_barely_false_is_named(
+    name: str,
+    made: Callable[[float], tuple[Start, Step]],
+    checker: Callable[[Start, Sequence[Step]], str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # Steps may end where the prover would not end them.
+    monkeypatch.setattr(approximation, "CLEAR", 0.0)
+    start, step = made(1 - BARELY)
+    assert "H" not in checker(start, [step])
+    start, step = made(1 + BARELY)
+    assert f"{name}: " in checker(start, [step])

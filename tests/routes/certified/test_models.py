@@ -1,0 +1,129 @@
+"""Chebyshev models and what is read from them: each contains what it stands for."""
+
+from __future__ import annotations
+
+import random
+from fractions import Fraction
+
+import pytest
+from flint import arb
+
+from rigidpend.routes.certified.models import Model
+from rigidpend.routes.certified.precision import precision
+from rigidpend.routes.certified.signs import BITS, Values
+from scripts import check_certificate
+
+UNIT = 40
+"""Bits of the models here."""
+POINTS = [Fraction(k, 7) for k in range(-7, 8)]
+
+
+def random_series(seed: int, n: int) -> list[int]:
+    drawn = random.Random(seed)
+    return [drawn.randrange(-(1 << UNIT), 1 << UNIT) >> k for k in range(n)]
+
+
+def value(model: Model, x: Fraction) -> Fraction:
+    """P(x) in units, without the error."""
+    before, here, total = Fraction(1), x, Fraction(model.series[0], 2)
+    for w in model.series[1:]:
+        total += w * here
+        before, here = here, 2 * x * here - before
+    return total
+
+
+@pytest.mark.parametrize(("n", "m"), [(1, 1), (1, 6), (5, 5), (9, 3)])
+def test_results_contain_those_of_every_function(n: int, m: int) -> None:
+    a, b = Model.of_series(random_series(1, n), UNIT), Model.of_series(random_series(2, m), UNIT)
+    a.error, b.error = 1000, 50
+    for x in POINTS:
+        for da, db in ((0, 0), (1000, 50), (-1000, 50), (-1000, -50)):
+            f, g = value(a, x) + da, value(b, x) + db
+            for made, true in ((a + b, f + g), (a - b, f - g), (a * b, f * g / 2**UNIT)):
+                assert abs(value(made, x) - true) <= made.error
+                assert abs(true) <= made.size
+
+
+def test_the_second_checker_has_the_same_products_and_values_exactly() -> None:
+    a, b = random_series(1, 9), random_series(2, 9)
+    packed = [check_certificate.packed(w, 16) for w in (a, b)]
+    product = Model.of_series(check_certificate.unpacked(packed[0] * packed[1], 16, 16), 0)
+    f, g = (Model.of_series(w, UNIT) for w in (a, b))
+    assert all(value(product, x) == 2 * value(f, x) * value(g, x) for x in POINTS)
+    middles = check_certificate.values(a, UNIT, 8)
+    for k, found in enumerate(middles):
+        true = value(f, Fraction(2 * k - 7, 8)) * 2 ** (check_certificate.FINE - UNIT)
+        assert found <= true < found + 1
+    assert all(abs(value(f, x)) <= check_certificate.most(a) for x in POINTS)
+    ends = [value(f, Fraction(x)) for x in (-1, 1)]
+    assert ends == [Fraction(check_certificate.at_end(a, x), 2) for x in (-1, 1)]
+    on_part = check_certificate.on_parts(a, UNIT, 8)
+    for k in range(8):
+        for t in range(9):
+            x = Fraction(2 * k - 8, 8) + Fraction(2 * t, 64)
+            true = value(f, x) * 2 ** (check_certificate.FINE - UNIT)
+            assert on_part(k)[0] <= true <= on_part(k)[1]
+
+
+def test_a_product_is_rounded_by_little() -> None:
+    a, b = (Model.of_series(random_series(seed, 30), UNIT) for seed in (3, 4))
+    assert (a * b).error == 59
+
+
+def test_the_derivative_is_that_of_fractions_and_needs_a_model_without_error() -> None:
+    a = Model.of_series(random_series(5, 12), UNIT)
+    assert a.derivative().series == check_certificate.slope(a.series)
+    far, near = Fraction(1, 1 << 200), POINTS[5]
+    apart = (value(a, near + far) - value(a, near - far)) / (2 * far)
+    assert abs(value(a.derivative(), near) - apart) < Fraction(1, 1 << 200)
+    with pytest.raises(ValueError, match="no derivative"):
+        _ = (a * a).derivative()
+
+
+@pytest.mark.parametrize("number", ["1/3", "-2/7", "0", "5"])
+def test_a_constant_contains_its_ball(number: str) -> None:
+    p, _, q = number.partition("/")
+    model = Model.of_ball(arb(int(p)) / int(q or 1), UNIT)
+    away = abs(value(model, Fraction(0)) - Fraction(number) * 2**UNIT)
+    assert away <= model.error <= 4
+
+
+def test_a_wide_ball_has_a_wide_error() -> None:
+    model = Model.of_ball(arb(1, 0.25), UNIT)
+    assert model.error >= 1 << (UNIT - 2)
+
+
+def test_a_value_is_a_ball_around_the_exact_one() -> None:
+    a = Model.of_series(random_series(6, 25), UNIT)
+    true = value(a, Fraction(1, 4))
+    with precision(300):
+        found = a.at(arb(1) / 4) - arb(true.numerator) / true.denominator
+        assert found.contains(0)
+        assert found.abs_upper() < 1
+
+
+@pytest.mark.parametrize("parts", [4, 32])
+@pytest.mark.parametrize("offset", [0, 3 << UNIT])
+def test_bounds_on_parts_hold_between_their_ends(parts: int, offset: int) -> None:
+    series = random_series(7, 10)
+    series[0] += 2 * offset
+    found = Values(Model.of_series(series, UNIT), parts)
+    for k in range(parts):
+        for t in range(9):
+            x = Fraction(2 * k - parts, parts) + Fraction(2 * t, 8 * parts)
+            true = value(Model.of_series(series, UNIT), x) * 2 ** (BITS - UNIT)
+            assert found.least(k) <= abs(true) <= found.most(k)
+    assert (min(map(found.least, range(parts))) > 0) == (offset > 0)
+
+
+def test_bounds_see_what_happens_between_the_ends() -> None:
+    # T_8 is 1 at all ends of 4 parts, and 0 between them.
+    found = Values(Model.of_series([0] * 8 + [1 << UNIT], UNIT), 4)
+    assert [found.least(k) for k in range(4)] == [0] * 4
+
+
+def test_the_precision_is_left_as_it_was() -> None:
+    with precision(77):
+        with pytest.raises(ZeroDivisionError), precision(200):
+            raise ZeroDivisionError
+        assert len(str(arb(1) / 3)) < 40

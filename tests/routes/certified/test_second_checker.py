@@ -1,0 +1,96 @@
+"""The second checker: shares nothing with the package, and finds the same numbers."""
+
+from __future__ import annotations
+
+import ast
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+from flint import arb
+
+from rigidpend.mechanics.body import Body
+from rigidpend.numbers.exact import exact
+from rigidpend.routes.certified.balls import enclosed
+from rigidpend.routes.certified.checker import OrbitChecker
+from rigidpend.routes.certified.proofs import prove
+from rigidpend.routes.problem import RouteProblem
+from scripts import check_certificate
+from scripts.check_certificate import Interval
+
+SCRIPT = Path(check_certificate.__file__)
+ALLOWED = {"h5py", "yaml"}
+STANDARD = {"__future__", "argparse", "ast", "collections", "concurrent", "fractions", "itertools"}
+STANDARD |= {"json", "math", "pathlib", "sys", "typing"}
+FIG4 = {"A": ("2", "1", "3/2"), "r": ("1", "1", "0"), "mu": "1/1000", "h0": "6671/5000"}
+BITS = 128
+
+
+def test_it_imports_nothing_of_the_package() -> None:
+    found = set()
+    for node in ast.walk(ast.parse(SCRIPT.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name.partition(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert not node.level
+            found.add((node.module or "").partition(".")[0])
+        # Nor does it call what imports by a name.
+        assert not (isinstance(node, ast.Name) and node.id in ("__import__", "exec", "eval"))
+    assert found <= ALLOWED | STANDARD
+
+
+def fraction(x: arb) -> Fraction:
+    mantissa, exponent = x.man_exp()
+    return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
+
+
+def overlap(ball: arb, other: Interval) -> bool:
+    """True if both, and each narrow, can hold the same number."""
+    middle, radius = fraction(ball.mid()), fraction(ball.rad())
+    low, high = (Fraction(x, 1 << Interval.digits) for x in (other.low, other.high))
+    assert radius < Fraction(1, 1 << 100)
+    assert high - low < Fraction(1, 1 << 100)
+    return low <= middle + radius and middle - radius <= high
+
+
+@pytest.mark.parametrize(
+    ("A", "r", "mu", "h0", "J1_0", "theta2_0"),
+    [
+        (("2", "1", "3/2"), ("1", "1", "0"), "1/1000", "1.3342", "1e-8", "3*pi/40 + 1/100"),
+        (("2", "3/2", "9/5"), ("0", "1", "0"), "1/100", "10/9", "2.39205e-9", "1.02"),
+        (("4", "sqrt(2)", "3"), ("1", "2", "0"), "1e-3", "40", "tan(1)", "-atan(7)"),
+        # J2_0 = 1/2 exactly, a power of two.
+        (("2", "1", "3/2"), ("3", "4", "0"), "1/1000", "1/6", "1/8", "-100"),
+    ],
+)
+def test_the_problem_is_enclosed_as_in_the_package(
+    A: tuple[str, ...], r: tuple[str, ...], mu: str, h0: str, J1_0: str, theta2_0: str
+) -> None:
+    Interval.digits = BITS
+    given = {"A": A, "r": r, "mu": mu, "h0": h0, "J1_0": J1_0}
+    mine = check_certificate.problem_of(given, check_certificate.number(theta2_0))
+    problem = RouteProblem(Body(A=A, r=r, mu=mu), exact(h0), exact(J1_0), 1)
+    theirs = enclosed(problem, exact(theta2_0), BITS)
+    pairs = zip(theirs.coefficients, [mine.lam, mine.a, mine.b, mine.twist], strict=False)
+    assert all(overlap(ball, x) for ball, x in pairs)
+    rest = zip(theirs.coefficients[4:], (*mine.torque, *mine.turning), strict=True)
+    assert all(overlap(ball, x) for ball, x in rest)
+    assert all(overlap(ball, x) for ball, x in zip(theirs.state, mine.start, strict=True))
+
+
+@pytest.mark.slow
+def test_both_find_the_same_bounds_and_the_same_crossings() -> None:
+    problem = RouteProblem(
+        Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001"), exact("1.3342"), exact("1e-8"), 2
+    )
+    steps = prove(problem, exact("3/10"), 70, 3, 100.0).steps
+    Interval.digits = 2 * steps[0].bits + 256
+    given = {**FIG4, "J1_0": "1e-8"}
+    walk = check_certificate.Walk(check_certificate.problem_of(given, Fraction(3, 10)))
+    checker = OrbitChecker(enclosed(problem, exact("3/10"), steps[0].bits + 64))
+    for step in steps:
+        checker.take(step)
+        walk.take(check_certificate.Step(*step))
+        # Bounds of their own, by other means; rounding alone would be far less.
+        assert 0.9 < float(walk.bound.above) / float(checker.bound) < 1.1
+    assert walk.separatrices == [c.separatrix for c in checker.crossings] == [2, 1, 2]

@@ -1,0 +1,117 @@
+"""Chains of passages: their equations' derivatives, and orbits followed by the map itself."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rigidpend.orbits.return_map import SectionPoint, return_map
+from rigidpend.orbits.return_map.charts import look_up_slopes
+from rigidpend.routes.symbolic.chain import (
+    NoOrbit,
+    System,
+    on_surface,
+    signs_of,
+)
+from rigidpend.routes.symbolic.confirm import passages
+from rigidpend.routes.symbolic.shortest import (
+    INSIDE,
+    exactly,
+    path,
+    shortest,
+)
+from rigidpend.routes.symbolic.tables import Level
+from tests.orbits.integrate.problems import FIG4
+
+H = 1.3342
+SYMBOLS = np.array([0, 1, 1, 0, 0])
+TURNS = (11, 10, 12, 11, 14)
+CELLS = np.concatenate(([0], np.cumsum(TURNS)))
+
+
+@pytest.fixture(scope="module")
+def level() -> Level:
+    return Level(return_map(FIG4, h=str(H)), H)
+
+
+def test_tables_are_those_of_the_map(level: Level) -> None:
+    random = np.random.default_rng(1)
+    I, phase = random.uniform(-1, 1, (2, 50)) * [[level.widest], [9]]
+    for rising in (False, True):
+        upper = np.full(50, True)
+        at = level.crossings(np.full(50, rising), upper, I, phase)
+        chart, values = level.map_level.charts[rising], level.map_level.values[rising]
+        seen = look_up_slopes(chart.inverse, values[1], I, phase, level.map_level.a)
+        np.testing.assert_allclose(at.d, seen.value[0], atol=1e-16)
+        np.testing.assert_allclose(at.chi - phase, seen.value[1], atol=1e-13)
+        np.testing.assert_allclose(at.d_by[0], seen.by_x[0], rtol=1e-10, atol=1e-11)
+        np.testing.assert_allclose(at.chi_by[1] - 1, seen.by_phase[1], rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("ends_on_a_surface", [False, True])
+def test_bands_are_the_derivatives(level: Level, ends_on_a_surface: bool) -> None:
+    last = None if ends_on_a_surface else float(np.pi * CELLS[-1])
+    system = System(level, on_surface, signs_of(SYMBOLS), last)
+    x = system.guess(np.pi * CELLS, 0.0) + 0.1
+    _, bands, _ = system.evaluated(x)
+    dense = np.zeros((len(x), len(x)))
+    for row in range(len(x)):
+        for column in range(max(0, row - 2), min(len(x), row + 3)):
+            dense[row, column] = bands[2 + row - column, column]
+    for column in range(len(x)):
+        step = np.zeros(len(x))
+        step[column] = 1e-5
+        change = system.evaluated(x + step)[0] - system.evaluated(x - step)[0]
+        np.testing.assert_allclose(change / 2e-5, dense[:, column], atol=1e-7)
+
+
+def test_the_map_follows_a_chain(level: Level) -> None:
+    chain = exactly(level, on_surface, signs_of(SYMBOLS), 0, 0.0, TURNS).chain
+    assert chain.residual < 1e-12
+    for k, symbol in enumerate(SYMBOLS):
+        point = SectionPoint(k % 2 == 0, chain.d[k : k + 1], chain.chi[k : k + 1])
+        passed = level.map_level.passage(point)
+        assert passed.symbol[0] == symbol
+        assert passed.turned[0] == pytest.approx(chain.chi[k + 1] - chain.chi[k], abs=1e-9)
+        assert passed.time[0] == pytest.approx(chain.time[k], abs=1e-9)
+
+
+def test_integration_follows_every_passage(level: Level) -> None:
+    chain = exactly(level, on_surface, signs_of(SYMBOLS), 0, 0.0, TURNS).chain
+    alone = passages(FIG4, level, chain)
+    assert alone.right.all()
+    assert np.abs(alone.late).max() < 1e-9
+    wrong = passages(FIG4, level, chain._replace(I=-chain.I))
+    assert not wrong.right.any()
+
+
+def test_long_passages_end_in_the_middle_of_cells(level: Level) -> None:
+    """Where no crossing disturbs the next, the surfaces meet at gamma3 = 0 alone."""
+    chain = exactly(level, on_surface, signs_of(SYMBOLS), 1, np.pi, (30,) * 5).chain
+    np.testing.assert_allclose(chain.chi, np.pi * (1 + 30 * np.arange(6)), atol=1e-9)
+
+
+def test_the_reversor_makes_of_a_chain_one_of_the_inverse(level: Level) -> None:
+    """Read backward, the orbit of a palindrome of invariants is the orbit itself."""
+    signs = np.array([1, -1, 1, 1, -1, 1])
+    turns = (11, 12, 13, 13, 12, 11)
+    system = System(level, on_surface, signs, None)
+    cells = np.concatenate(([0], np.cumsum(turns)))
+    chain = system.solved(system.guess(np.pi * cells, 0.0))
+    np.testing.assert_allclose(chain.I, chain.I[::-1], rtol=1e-9)
+    np.testing.assert_allclose(chain.chi + chain.chi[::-1], np.pi * float(cells[-1]), atol=1e-9)
+
+
+def test_few_half_rotations_leave_room(level: Level) -> None:
+    made = shortest(level, on_surface, signs_of(SYMBOLS), 0, 0.0)
+    assert np.abs(made.chain.chi / np.pi - made.cells).max() <= INSIDE
+    # The splitting allows no shorter passage beside the surface.
+    assert made.half_turns[0] >= level.half_turns(level.splitting) - 1
+
+
+def test_too_few_half_rotations_end_in_a_fold(level: Level) -> None:
+    cells = np.concatenate(([0], np.cumsum((11, 7, 12, 11, 14))))
+    with pytest.raises(NoOrbit, match="Passage 2 is the shortest"):
+        path(level, on_surface, signs_of(SYMBOLS), cells, 0.0)
+    with pytest.raises(NoOrbit, match="none exists: passage 2"):
+        exactly(level, on_surface, signs_of(SYMBOLS), 0, 0.0, (11, 5, 12, 11, 14))

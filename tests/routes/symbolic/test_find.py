@@ -1,0 +1,141 @@
+"""Orbits from their codes, each confirmed by integration; addresses as the inverse."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend import Body, address_of, find_orbit, route_codes
+from rigidpend.orbits.return_map import MapError
+from rigidpend.routes import ProblemError
+from rigidpend.routes.symbolic import Address, AddressError, NoOrbit
+from tests.orbits.integrate.problems import FIG4
+
+START: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8"}
+FIG5 = Body(A=(2, "3/2", "9/5"), r=(0, 1, 0), mu="0.01")
+ROUTE: dict[str, Any] = {"h0": "10/9", "J1_0": "2.39205e-9"}
+
+
+def codes_of(body: Body, theta2_0: Any, n: int, start: dict[str, Any], bits: int) -> str:
+    """The code by integration alone, certain throughout."""
+    routes = route_codes(
+        body, [theta2_0], **start, n_symbols=n, precisions=(bits,), method="integration"
+    )
+    assert routes.certain.all()
+    return "".join(map(str, routes.codes[:, 0]))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "n"), [(0, 10), (1, 4)])
+def test_integration_finds_the_code(seed: int, n: int) -> None:
+    code = "".join(map(str, np.random.default_rng(seed).integers(0, 2, n)))
+    found = find_orbit(FIG4, code, **START)
+    assert codes_of(FIG4, found.theta2_0, n, START, 113) == code
+    assert found.fixed == found.confirmed == found.passages == n
+    assert found.delay < 1e-10
+    assert found.passage_error < 1e-10
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("theta2_0", ["1/10", "2.5", "5.1"])
+def test_the_address_of_an_orbit_leads_to_one_that_has_it(theta2_0: str) -> None:
+    address = address_of(FIG4, theta2_0, **START, n_symbols=7)
+    found = find_orbit(FIG4, address, **START, near=theta2_0, digits=12)
+    assert found.address == address
+    assert float(found.theta2_0) == pytest.approx(float(Fraction(theta2_0)), abs=1e-4)
+    assert address_of(FIG4, found.theta2_0, **START, n_symbols=7, precisions=(113,)) == address
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("theta2_0", "code", "address"),
+    [
+        ("1.02", "00011", "a 0^29 (0^31)*2 1^32 1^28"),
+        ("1.83", "11110", "a 1^38 1^29 1^31 1^29 0^30"),
+    ],
+)
+def test_both_published_routes_come_out_of_their_addresses(
+    theta2_0: str, code: str, address: str
+) -> None:
+    """The paper prints two decimals of theta2_0, and the routes of Fig. 5."""
+    found = find_orbit(FIG5, address, **ROUTE, digits=12)
+    assert f"{found.theta2_0:.2f}" == theta2_0
+    assert codes_of(FIG5, found.theta2_0, 5, ROUTE, 113) == code
+    assert str(find_orbit(FIG5, code, **ROUTE, near=theta2_0, digits=12).address) == address
+
+
+@pytest.mark.slow
+def test_the_orbit_returns_on_its_own_way() -> None:
+    """It ends at gamma3 = 0: behind that the signs of I come again in the opposite order."""
+    found = find_orbit(FIG4, "a 0^11 1^12 1^11 0^13", **START)
+    code = codes_of(FIG4, found.theta2_0, 8, START, 113)
+    signs = [int(s) == (k % 2 == 0) for k, s in enumerate(code)]
+    assert signs == signs[::-1]
+
+
+@pytest.mark.slow
+def test_more_digits_agree_with_fewer() -> None:
+    few, many = (find_orbit(FIG4, "0^11 1^10", **START, digits=n) for n in (12, 45))
+    assert abs(few.theta2_0 - many.theta2_0) < 1e-12
+    assert few.fixed == many.fixed == 2
+    assert many.bits > 113
+    assert len(str(many.theta2_0)) == 47
+
+
+@pytest.mark.slow
+def test_few_digits_fix_the_first_symbols_alone() -> None:
+    found = find_orbit(FIG4, "00110" * 4, **START, digits=12)
+    assert 3 <= found.fixed < 20
+    assert found.confirmed == found.fixed
+    assert found.passages == 20
+
+
+@pytest.mark.slow
+def test_a_thousand_symbols() -> None:
+    code = np.random.default_rng(3).integers(0, 2, 1000)
+    found = find_orbit(FIG4, code, **START, digits=12)
+    assert found.passages == 1000
+    assert found.passage_error < 1e-8
+    assert found.confirmed == found.fixed > 4
+    assert found.residual < 1e-11
+    np.testing.assert_array_equal(found.symbols, code)
+
+
+def test_longer_passages_lie_between_shorter_ones() -> None:
+    """Beside every change of a symbol further rotations accumulate, at the Floquet rate."""
+    addresses = [f"a 0^{n}" for n in range(11, 23, 2)]
+    phases = [float(find_orbit(FIG4, a, **START, digits=12).theta2_0) for a in addresses]
+    ratios = np.diff(phases)[:-1] / np.diff(phases)[1:]
+    # One rotation is a factor exp(2 pi Lambda_0) = 9.22.
+    np.testing.assert_allclose(ratios[-2:], 9.22, rtol=2e-2)
+
+
+def test_none_with_so_few_rotations_says_which_passage() -> None:
+    with pytest.raises(NoOrbit, match=r"none exists: passage 2 with 4 half rotations needs \|I\|"):
+        find_orbit(FIG4, "0^11 0^4 1^11", **START)
+    # A random scan meets no orbit with fewer half rotations than the bound allows.
+    phases = np.random.default_rng(0).uniform(0, 6.28, 30)
+    fewest = min(min(address_of(FIG4, x, **START, n_symbols=3).half_turns or ()) for x in phases)
+    assert fewest > 4
+
+
+def test_wrong_values_are_named() -> None:
+    with pytest.raises(AddressError, match="at least one"):
+        find_orbit(FIG4, "", **START)
+    with pytest.raises(ProblemError, match="digits"):
+        find_orbit(FIG4, "01", **START, digits=1000)
+    with pytest.raises(AddressError, match="at most"):
+        find_orbit(FIG4, "0" * 20_000, **START)
+    with pytest.raises(MapError, match="normal form"):
+        find_orbit(FIG4, "01", h0="1.3342", J1_0="0.2")
+    with pytest.raises(MapError, match=r"normal form's radius|normal form does not reach"):
+        find_orbit(Body(A=(2, 1, 1.5), r=(1, 1, 0), mu="0.3"), "01", **START)
+
+
+def test_addresses_end_before_what_is_not_certain() -> None:
+    found = address_of(FIG4, "3/10", **START, n_symbols=40, precisions=(53,))
+    assert isinstance(found, Address)
+    assert 5 < len(found.symbols) < 40

@@ -1,0 +1,229 @@
+"""Orbits that follow a route: the published one of Fig. 5, its plateaus, its samples."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from rigidpend import Body, route_codes
+from rigidpend.mechanics.coordinates import scale
+from rigidpend.mechanics.equations import eq1, euler_poisson, theta3_rate
+from rigidpend.mechanics.hodograph import field
+from rigidpend.mechanics.precession import plateaus
+from rigidpend.numbers.exact import PRECISIONS, exact
+from rigidpend.orbits.integrate import sample
+from rigidpend.routes import RouteProblem
+from rigidpend.routes.herpolhode import (
+    RouteOrbit,
+    alpha,
+    alpha_at,
+    follow,
+    initial_state,
+    physical,
+    samples,
+    separatrices,
+    vertices,
+)
+from tests.orbits.integrate.problems import ENGINES
+
+H0, J1_0 = "10/9", "2.39205e-9"
+TOLERANCE = {"taylor": 3e-14, "scipy": 1e-13}
+PUBLISHED = {
+    "1.02": "2-2*-1*-1-4-4*-3*-3-4-4*-1*-1",
+    "1.83": "2-2*-3*-3-4-4*-1*-1-2-2*-1*-1",
+}
+FOLLOWED = {"1.02": "scipy", "1.83": "taylor"}
+"""By which engine each is followed."""
+
+
+def problem(mu: str) -> RouteProblem:
+    body = Body(A=(2, "1.5", "1.8"), r=(0, 1, 0), mu=mu)
+    return RouteProblem(body, exact(H0), exact(J1_0), 5)
+
+
+@functools.cache
+def route_of(theta2_0: str, mu: str = "0.01", precisions: tuple[int, ...] = PRECISIONS) -> Any:
+    found = route_codes(
+        problem(mu).body, [theta2_0], h0=H0, J1_0=J1_0, n_symbols=5, precisions=precisions
+    )
+    assert found.certain.all()
+    for values in found:
+        values.flags.writeable = False
+    return found
+
+
+def followed(theta2_0: str, route: Any, engine: str, mu: str) -> RouteOrbit:
+    return follow(
+        problem(mu),
+        float(theta2_0),
+        route.crossing_time[:, 0],
+        step=0.05,
+        engine=engine,
+        tolerance=TOLERANCE[engine],
+    )
+
+
+@functools.cache
+def orbit_of(theta2_0: str, engine: str, mu: str = "0.01") -> RouteOrbit:
+    """The orbit along its certain route, integrated once for all tests."""
+    found = followed(theta2_0, route_of(theta2_0, mu), engine, mu)
+    for values in found:
+        values.flags.writeable = False
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("theta2_0", PUBLISHED)
+def test_the_published_route_comes_out_in_113_bits(theta2_0: str) -> None:
+    found = route_of(theta2_0, precisions=(113,))
+    assert found.bits[0] == 113
+    assert vertices(found.separatrix[:, 0]) == PUBLISHED[theta2_0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("theta2_0", "engine"), FOLLOWED.items())
+def test_the_orbit_in_doubles_follows_the_certain_route(theta2_0: str, engine: str) -> None:
+    route, orbit = route_of(theta2_0), orbit_of(theta2_0, engine)
+    np.testing.assert_array_equal(separatrices(orbit.states), route.separatrix[:, 0])
+    assert np.abs(orbit.crossing_error).max() < 1e-5
+
+
+def test_crossing_error_is_how_much_later_the_samples_cross() -> None:
+    route = route_of("1.02")
+    shift = np.array([1e-4, -2e-4, 1e-4, 0, -1e-4, 2e-4])
+    early = route._replace(crossing_time=route.crossing_time - shift[:, None])
+    found = followed("1.02", early, "taylor", "0.01")
+    np.testing.assert_allclose(found.crossing_error, shift, atol=1e-6)
+
+
+@pytest.mark.parametrize("theta2_0", PUBLISHED)
+def test_order_plateaus_differ_from_tri1_in_the_second_order(theta2_0: str) -> None:
+    """Behind k separatrices by less than 6 k mu^2; the first by a quarter at half of mu."""
+    first = []
+    for mu in ("0.01", "0.005"):
+        route = route_of(theta2_0, mu)
+        orbit = orbit_of(theta2_0, "taylor", mu)
+        crossing = route.crossing_time[:, 0]
+        middle = (crossing[:-1] + crossing[1:]) / 2
+        theta3 = np.interp(middle, orbit.t, orbit.states[6])
+        predicted = plateaus(route.separatrix[:, 0], problem(mu).body.angles(), 10 / 9)[1:-1]
+        error = theta3 - predicted
+        assert (np.abs(error) < 6 * np.arange(1, 6) * float(mu) ** 2).all()
+        assert np.ptp(predicted) > 20 * np.abs(error).max()
+        first.append(error[0])
+    assert first[0] / first[1] == pytest.approx(4, rel=0.06)
+
+
+def test_initial_state_is_at_theta3_0_and_alpha_along_omega() -> None:
+    p = problem("0.01")
+    state = initial_state(p, 1.02)
+    assert state[6] == 0
+    assert state[1] == 0
+    # Near the pendulum's rotation omega is nearly along M.
+    assert 0 < abs(alpha(state, p.body)) < 1e-4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("theta2_0", "engine"), FOLLOWED.items())
+def test_alpha_of_the_samples_is_the_quadrature_eqPV(theta2_0: str, engine: str) -> None:
+    """Along the whole route, as far as an orbit stays the same when it is computed again."""
+    p, orbit = problem("0.01"), orbit_of(theta2_0, engine)
+    state = initial_state(p, float(theta2_0))
+    begin = np.array([*state, alpha(state, p.body)])
+    again = sample(field(p.body), begin, orbit.t, engine=engine, tolerance=TOLERANCE[engine])
+    apart = np.abs(again[:6] - orbit.states[:6]).max(axis=0)
+    found = alpha(orbit.states, p.body)
+    assert np.ptp(found) > 0.05
+    # By (th_al) within one computation, and between two by what they are apart.
+    np.testing.assert_allclose(again[7], alpha(again[:7], p.body), rtol=0, atol=1e-9)
+    assert (np.abs(again[7] - found) < 1e-9 + 10 * np.maximum.accumulate(apart)).all()
+    # No leap where the angle passes a multiple of pi.
+    assert np.abs(np.diff(found)).max() < 0.1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ENGINES)
+def test_alpha_at_is_alpha_of_the_samples_at_each_end(engine: str) -> None:
+    p, ends = problem("0.01"), [20.0, 45.0]
+    states = np.stack([initial_state(p, x) for x in (1.02, 1.83)], axis=1)
+    found = alpha_at(p.body, states, ends, TOLERANCE[engine], engine)
+    for k, followed_by in enumerate(FOLLOWED.items()):
+        orbit = orbit_of(*followed_by)
+        [at] = np.flatnonzero(np.isclose(orbit.t, ends[k]))
+        assert found[k] == pytest.approx(alpha(orbit.states, p.body)[at], abs=1e-9)
+
+
+@pytest.mark.slow
+def test_agrees_with_eq1_and_th3_in_other_variables() -> None:
+    """The first passage in (theta, J), with theta3 as its quadrature."""
+    p = problem("0.01")
+    angles = p.body.angles()
+    orbit = orbit_of("1.02", "scipy")
+    until = orbit.t < 45
+
+    def rates(_: float, y: Any) -> Any:
+        slow = theta3_rate(y[1], y[3], y[0], angles.mu, np)
+        return np.array([*eq1(y[:4], angles, np), slow])
+
+    J2 = float(p.J2_0(53))
+    y0 = [angles.alpha0 + angles.beta0, float(p.J1_0), 1.02, J2, 0.0]
+    t = orbit.t[until]
+    found: Any = solve_ivp(rates, (0, t[-1]), y0, "LSODA", t, rtol=1e-11, atol=1e-18)
+    theta1, J1, _, J2, theta3 = found.y
+    made = samples(p.body, orbit)
+    np.testing.assert_allclose(made["theta3"][until], theta3, atol=1e-8)
+    np.testing.assert_allclose(made["J1_over_J2"][until], J1 / J2, atol=1e-7)
+    np.testing.assert_allclose(made["theta1"][until], theta1, atol=1e-5)
+
+
+def test_omega_keeps_the_energy() -> None:
+    """M . omega/2 + mu r . gamma = const, with M horizontal of length J2 along theta3."""
+    p = problem("0.01")
+    made = samples(p.body, orbit_of("1.83", "taylor"))
+    _, eta, zeta = made["omega"].T
+    along = eta * np.cos(made["theta3"]) + zeta * np.sin(made["theta3"])
+    # |M| is 2 and changes by mu/h0 at most, so 2 h0 = |M| omega_along changes by 2 mu at most.
+    np.testing.assert_allclose(along * 2, 2 * 10 / 9, atol=0.045)
+
+
+def test_vertices_are_written_as_in_the_paper() -> None:
+    assert vertices([2, 1, 4, 3]) == "2-2*-1*-1-4-4*-3*-3"
+
+
+def test_agrees_omega_with_axes_carried_along_as_vectors_fixed_in_space() -> None:
+    """Two vectors at rest, seen from the body, turn as gamma does: no angle is needed.
+
+    What omega has along them tells its azimuth alpha from that of M, theta3.
+    """
+    body = problem("0.01").body
+    orbit = orbit_of("1.02", "scipy")
+    kept = np.flatnonzero(orbit.t < 45)[::10]
+    made = samples(body, orbit)
+    A, r = ([float(x) for x in triple] for triple in (body.A, body.r))
+    M, gamma = physical(orbit.states[:, 0], body)
+    omega = M / A
+    level = omega - (omega @ gamma) * gamma
+    level /= np.linalg.norm(level)
+    ahead = made["alpha"][0]
+    eta = np.cos(ahead) * level - np.sin(ahead) * np.cross(gamma, level)
+
+    def rates(_: float, y: Any) -> Any:
+        turning = y[:3] / A
+        still = np.cross(y[6:], turning)
+        return [*euler_poisson(y[:3], y[3:6], A, r, float(body.mu)), *still]
+
+    times = orbit.t[kept] / scale(A)
+    found = solve_ivp(
+        rates, times[[0, -1]], [*M, *gamma, *eta], "DOP853", times, rtol=1e-12, atol=1e-14
+    ).y
+    omega, gamma, eta = found[:3] / np.array(A)[:, None], found[3:6], found[6:]
+    zeta = np.cross(gamma, eta, axis=0)
+    expected = np.stack([(omega * axis).sum(axis=0) for axis in (gamma, eta, zeta)], axis=1)
+    np.testing.assert_allclose(made["omega"][kept], expected, rtol=0, atol=1e-7)
+    # theta3 in the place of alpha would be noticed.
+    across = np.linalg.norm(expected[:, 1:], axis=1)
+    assert (across * np.abs(made["alpha"] - made["theta3"])[kept]).max() > 1e-4

@@ -1,0 +1,234 @@
+"""Certificates: written, read, checked again, and caught where they were changed."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from rigidpend.results import store
+from rigidpend.routes.certified.steps import Step
+from rigidpend.runs import certificate_files as storage
+from tests.cli.calls import call
+from tests.config.samples import SMALL, changed, written
+from tests.processes import python
+
+TINY = changed("count: 5", "count: 2", changed("n_symbols: 3", "n_symbols: 2", SMALL))
+FILE = "tiny.certificate.h5"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a result and its certificate."""
+    made = tmp_path_factory.mktemp("certified")
+    written(made, TINY, "tiny.yaml")
+    assert call(made, "run", "tiny.yaml", "--out", ".").returncode == 0
+    done = call(made, "certify", "tiny.yaml", "--out", ".", "-j", "1")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "tiny: only: 4 of 4 symbols of 2 orbits proven\n"
+    return made
+
+
+def test_a_certificate_holds_what_is_proven_exactly_of_which_orbits(folder: Path) -> None:
+    told = storage.read(folder / FILE)
+    group = told["data"]["only"]
+    assert [str(x) for x in group["theta2_0"]] == ["1", "1.1"]
+    assert set(told["attributes"]) == {"format", "format_version"}
+    assert json.loads(told["config"])["problem"]["n_symbols"] == len(group["codes"]) == 2
+    result = store.load(folder / "tiny.h5")["data"]["only"]
+    assert np.array_equal(group["codes"], result["codes"])
+    assert told["provenance"]["version_python_flint"]
+    assert not list(folder.glob(".*"))
+
+
+def test_it_is_checked_again_without_integration(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("rigidpend.routes.certified.approximation", "rigidpend.orbits.integrate"):
+        monkeypatch.setattr(
+            f"{name}.Approximation" if "cert" in name else f"{name}.crossings", None
+        )
+    done = call(folder, "certify", "--check", FILE, "-j", "1", "--json")
+    assert done.returncode == 0, done.stderr
+    [[found]] = json.loads(done.stdout).values()
+    assert found == {"array": "only", "orbits": 2, "symbols": 4, "proven": 4, "undecided": []}
+
+
+def test_what_is_up_to_date_is_left_alone(folder: Path) -> None:
+    before = (folder / FILE).stat().st_mtime_ns
+    done = call(folder, "certify", "tiny.yaml", "--out", ".", "-j", "1")
+    assert "up to date" in done.stderr
+    assert (folder / FILE).stat().st_mtime_ns == before
+
+
+def altered(folder: Path, target: Path, change: Callable[[Any], None]) -> Path:
+    """A copy of the certificate with a change, without its seal."""
+    image = (folder / FILE).read_bytes()
+    raw = target / "other.certificate.h5"
+    with h5py.File.in_memory(image[: image.rindex(b"\nrigidpend sha256 ")]) as file:
+        change(file["data/only"])
+        file.flush()
+        raw.write_bytes(file.id.get_file_image())
+    return raw
+
+
+def add_to_a_coefficient(group: Any) -> None:
+    # The highest byte but one of some number in the middle of the third step.
+    at = int(group["widths"][: int(group["terms"][:2].sum()) * 6 + 5].sum()) - 2
+    group["digits"][at] = (int(group["digits"][at]) + 1) % 256
+
+
+def turn_a_symbol(group: Any) -> None:
+    group["codes"][1, 0] = 1 - group["codes"][1, 0]
+
+
+def stretch_a_step(group: Any) -> None:
+    group["half_lengths"][0] += 2**24
+
+
+def move_a_phase(group: Any) -> None:
+    group["theta2_0"][0] = b"2"
+
+
+def lose_steps(group: Any) -> None:
+    group["steps"][0] -= 1
+
+
+def widen(group: Any) -> None:
+    group["widths"][0] += 1
+
+
+def ask_for_too_many_bits(group: Any) -> None:
+    group["step_bits"][0] = 60_000
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "change",
+    [
+        add_to_a_coefficient,
+        turn_a_symbol,
+        stretch_a_step,
+        move_a_phase,
+        lose_steps,
+        widen,
+        ask_for_too_many_bits,
+    ],
+)
+def test_a_change_is_caught(folder: Path, tmp_path: Path, change: Callable[[Any], None]) -> None:
+    other = altered(folder, tmp_path, change)
+    done = call(folder, "certify", "--check", str(other), "-j", "1")
+    assert done.returncode == 1
+    assert done.stderr.startswith(f"rigidpend: {other}: only: ")
+    assert "Traceback" not in done.stderr
+
+
+def test_an_unchanged_copy_without_a_seal_passes(folder: Path, tmp_path: Path) -> None:
+    other = altered(folder, tmp_path, lambda group: None)
+    assert call(folder, "certify", "--check", str(other), "-j", "1").returncode == 0
+
+
+def test_what_is_no_certificate_is_said(folder: Path) -> None:
+    done = call(folder, "certify", "--check", "tiny.h5")
+    assert done.returncode == 1
+    assert "not a result that can be used" in done.stderr
+    assert call(folder, "certify", "--check", "absent.h5").returncode == 3
+
+
+def test_steps_survive_packing() -> None:
+    step = Step(3 << 30, 70, [[(-1) ** j * (1 << 9 * j) - i for j in range(5)] for i in range(6)])
+    orbits = [[step], [], [step, step._replace(bits=9)]]
+    assert storage.unpacked(storage.packed(orbits)) == orbits
+
+
+def test_wrong_usage_is_said(folder: Path) -> None:
+    for arguments in ((), ("tiny.yaml", "--check", FILE)):
+        assert call(folder, "certify", *arguments).returncode == 2
+    done = call(folder, "certify", "fig1")
+    assert done.returncode == 2
+    assert "no route codes to prove" in done.stderr
+
+
+@pytest.mark.slow
+def test_without_the_extra_it_says_what_to_install(folder: Path) -> None:
+    absent = "import sys; sys.modules['flint'] = None; from rigidpend.cli import main; main()"
+    for arguments in (("tiny.yaml",), ("--check", FILE)):
+        done = python(folder, "-c", absent, "certify", *arguments)
+        assert done.returncode == 3
+        assert done.stderr.endswith(
+            "install it with: python -m pip install 'rigidpend[certified]'\n"
+        )
+
+
+def test_a_zoom_needs_its_result(folder: Path) -> None:
+    done = call(folder, "certify", "fig4_zoom", "--out", ".")
+    assert done.returncode == 3
+    assert "rigidpend run fig4_zoom" in done.stderr
+
+
+@pytest.mark.slow
+def test_verify_counts_what_is_proven_and_finds_a_contradiction(
+    folder: Path, tmp_path: Path
+) -> None:
+    written(tmp_path, TINY, "tiny.yaml")
+    for name in ("tiny.h5", FILE):
+        (tmp_path / name).write_bytes((folder / name).read_bytes())
+    arguments = ("verify", "tiny.yaml", "--reference", ".", "--results", ".")
+    done = call(tmp_path, *arguments)
+    assert done.returncode == 0, done.stderr + done.stdout
+    assert "4 symbols are proven" in done.stdout
+    other = altered(folder, tmp_path, turn_a_symbol)
+    other.replace(tmp_path / FILE)
+    done = call(tmp_path, *arguments)
+    assert done.returncode == 1
+    assert "symbol 2 of column 0 is proven to be another" in done.stdout
+
+
+def test_a_single_route_is_held_against_its_proof_too(folder: Path) -> None:
+    certificate = storage.read(folder / FILE)
+    group = certificate["data"]["only"]
+    proof = {"codes": group["codes"][:, :1], "theta2_0": group["theta2_0"][:1]}
+    one: Any = {**certificate, "data": {"only": proof}}
+    route = {
+        "codes": proof["codes"][:, 0].copy(),
+        "certain": np.ones(2, dtype=bool),
+        "theta2_0": np.float64(1),
+    }
+    result: Any = {"config": certificate["config"], "data": {"only": route}}
+    assert storage.contradictions(result, one) == []
+    assert storage.marked(result, one)["data"]["only"]["proven"].tolist() == [True, True]
+    route["codes"][1] ^= 1
+    assert len(storage.contradictions(result, one)) == 1
+    assert storage.marked(result, one)["data"]["only"]["proven"].tolist() == [True, False]
+    # A level of a zoom is told by its centre, to the last digit.
+    level = {key: x for key, x in route.items() if key != "theta2_0"} | {"centre": "1"}
+    levels: Any = {**result, "data": {"levels": {"only": level}}}
+    marked = storage.marked(levels, one)["data"]["levels"]["only"]["proven"]
+    assert marked.tolist() == [True, False]
+    level["centre"] = f"1.{30 * '0'}1"
+    assert "proven" not in storage.marked(levels, one)["data"]["levels"]["only"]
+    assert storage.contradictions(levels, one) == ["only: the certificate is of another centre"]
+
+
+@pytest.mark.slow
+def test_a_figure_marks_what_is_proven(folder: Path) -> None:
+    from rigidpend import experiments
+
+    result = store.load(folder / "tiny.h5")
+    marked = storage.marked(result, storage.beside(folder / "tiny.h5"))
+    assert marked["data"]["only"]["proven"].all()
+    assert "proven" not in result["data"]["only"]
+    figure = experiments.drawing("route_codes").draw(marked)
+    assert "proven symbol" in [text.get_text() for text in figure.legends[0].get_texts()]
+    [dots] = [line for line in figure.axes[0].get_lines() if line.get_label() == "proven"]
+    assert np.size(dots.get_xdata()) == 4
+    config = json.loads(result["config"])
+    config["problem"]["mu"] = "1/999"
+    other: Any = {**result, "config": json.dumps(config)}
+    assert "proven" not in storage.marked(other, storage.beside(folder / "tiny.h5"))["data"]["only"]
+    assert call(folder, "render", "tiny.yaml", "--out", ".").returncode == 0

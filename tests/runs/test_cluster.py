@@ -1,0 +1,260 @@
+"""Parts computed by a real scheduler and its worker processes, which come and go."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.util
+import json
+import os
+import re
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from rigidpend.cli import main
+from rigidpend.experiments.route_map import compute
+from rigidpend.machine.workers import WorkerError
+from rigidpend.results import store
+from rigidpend.runs import cluster, loading, runner
+from tests.config.samples import HEAD, written
+
+MAP = f"""\
+{HEAD.format(experiment="route_map", n_symbols=16)}\
+  theta2_0: {{ends: [0, 2*pi], count: 12}}
+  rows: {{axis: log10_J1_0, ends: [-10, -5], count: 12}}
+
+numerics:
+  precisions: [53, 106]
+"""
+"""Twelve tiles of a row each, half a second together."""
+
+
+class Dask:
+    """A scheduler and its workers, processes of this test."""
+
+    def __init__(self, folder: Path) -> None:
+        self.file, self.log = folder / "scheduler.json", (folder / "dask.log").open("wb")
+        self.processes: list[subprocess.Popen[bytes]] = []
+        local = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard")
+        self._start("scheduler", *local)
+
+    @property
+    def address(self) -> str:
+        end = time.monotonic() + 60
+        while time.monotonic() < end:
+            # The file is there before it is written.
+            with contextlib.suppress(FileNotFoundError, json.JSONDecodeError):
+                return str(json.loads(self.file.read_text())["address"])
+            time.sleep(0.05)
+        raise TimeoutError("the scheduler did not start")
+
+    def worker(self, without: str = "") -> subprocess.Popen[bytes]:
+        """A worker, perhaps without a package: one that breaks is in front of it."""
+        broken, environment = self.file.parent / "broken", dict(os.environ)
+        if without:
+            broken.mkdir(exist_ok=True)
+            (broken / f"{without}.py").write_text("raise ImportError('libm.so: it is broken')")
+            environment["PYTHONPATH"] = str(broken)
+        one = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--local-directory")
+        return self._start("worker", *one, str(self.file.parent), environment=environment)
+
+    def end(self) -> None:
+        for process in reversed(self.processes):
+            process.kill()
+            process.wait()
+        self.log.close()
+
+    def _start(
+        self, what: str, *given: str, environment: dict[str, str] | None = None
+    ) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-m", "dask", what, "--scheduler-file", str(self.file), *given]
+        found = subprocess.Popen(command, stdout=self.log, stderr=self.log, env=environment)
+        self.processes.append(found)
+        return found
+
+
+@pytest.fixture
+def dask(tmp_path: Path) -> Iterator[Dask]:
+    pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
+    found = Dask(tmp_path)
+    yield found
+    found.end()
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Path]:
+    """Run the map in tiles of a row; the place of its result."""
+    monkeypatch.setattr(compute, "TILE", 12)
+
+    def follow(name: str, hear: Callable[[str], None], scheduler: str | None) -> Path:
+        loaded = loading.load(written(tmp_path, MAP, f"{name}.yaml"))
+        planned = runner.plan(loaded, tmp_path)
+        runner.follow(planned, jobs=1, say=hear, scheduler=scheduler)
+        return planned.target
+
+    return follow
+
+
+def silent(_: str) -> None:
+    """Hear nothing."""
+
+
+@pytest.mark.slow
+def test_the_same_file_with_a_worker_killed_and_one_that_comes_late(
+    dask: Dask, run: Callable[..., Path]
+) -> None:
+    first, lines = dask.worker(), []
+
+    def hear(line: str) -> None:
+        lines.append(line)
+        if "cluster: 3 of 12" in line:
+            # The only worker dies with a part in its hands; another one comes.
+            first.kill()
+            dask.worker()
+
+    far = run("far", hear, dask.address)
+    assert any("12 of 12" in line for line in lines)
+    assert first.wait() != 0
+    crew = json.loads(store.load(far)["provenance"]["workers"])
+    assert sum(crew.values()) == 12
+    assert len(crew) == 2, "one worker after the other"
+    assert all(re.match(r"tcp://.*:\d+ on .+: taylor \(.*numpy", worker) for worker in crew)
+    near = run("near", silent, None)
+    one, other = (store.load(path)["data"] for path in (far, near))
+    assert set(one) == set(other)
+    for name, values in one.items():
+        assert np.array_equal(values, other[name]), name
+
+
+@pytest.mark.slow
+def test_a_run_without_its_scheduler_goes_on_here(dask: Dask, run: Callable[..., Path]) -> None:
+    dask.worker()
+    lines: list[str] = []
+
+    def hear(line: str) -> None:
+        lines.append(line)
+        if "cluster: 3 of 12" in line:
+            dask.processes[0].kill()
+
+    with pytest.raises(WorkerError, match=r"went away; what is finished is kept"):
+        run("lost", hear, dask.address)
+    found = run("lost", lines.append, None)
+    assert any("goes on from" in line for line in lines)
+    assert store.load(found)["data"]["codes"].shape == (16, 12, 12)
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_does_not_answer_is_named(
+    run: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
+    monkeypatch.setattr(cluster, "PATIENCE", 1.0)
+    with socket.socket() as listening:
+        # Something is there that says nothing: nor does it end.
+        listening.bind(("127.0.0.1", 0))
+        listening.listen()
+        for port in (9, listening.getsockname()[1]):
+            with pytest.raises(WorkerError, match=rf"no Dask scheduler answers at .*:{port} \("):
+                run("nobody", silent, f"tcp://127.0.0.1:{port}")
+
+
+@pytest.mark.parametrize("error", [OSError("Timed out"), ConnectionResetError()])
+def test_a_connection_that_is_not_made_again_is_the_scheduler_s_end(error: OSError) -> None:
+    pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
+    said = pytest.raises(WorkerError, match="went away; what is finished is kept")
+    with said, cluster._named_errors("tcp://head:8786"):
+        raise error
+
+
+def on_worker(work: Callable[..., Any], **other: str) -> Any:
+    """What a worker gives that is asked by a machine with other things."""
+    pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
+    own = cluster._facts("route_map", "taylor")
+    return cluster._on_worker("route_map", "taylor", {**own, **other}, work, ())
+
+
+@pytest.mark.parametrize("what", ["code", "engine"])
+def test_a_worker_with_other_code_or_libraries_is_refused(what: str) -> None:
+    said = rf"the worker on .* has another {what} .* install the same rigidpend and .* libraries"
+    with pytest.raises(WorkerError, match=said):
+        on_worker(dict, **{what: "another"})
+    assert on_worker(dict)[0] == {}
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (MemoryError(), "has not enough memory: give it"),
+        (ImportError("x"), r"cannot load .* \(x\)"),
+    ],
+)
+def test_what_a_worker_lacks_is_said_of_it(error: Exception, said: str) -> None:
+    def fail() -> Any:
+        raise error
+
+    with pytest.raises(WorkerError, match=rf"the worker on .* {said}"):
+        on_worker(fail)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("package", "said"),
+    [("llvmlite", r"the worker tcp://.* cannot load a library"), ("rigidpend", "is not on tcp:")],
+)
+def test_a_worker_that_comes_late_and_lacks_a_package_is_named(
+    dask: Dask, run: Callable[..., Path], package: str, said: str
+) -> None:
+    lines: list[str] = []
+
+    def hear(line: str) -> None:
+        lines.append(line)
+        if "no workers; it waits" in line:
+            dask.worker(without=package)
+
+    with pytest.raises(WorkerError, match=said):
+        run("lacking", hear, dask.address)
+    assert sum("no workers" in line for line in lines) == 1
+
+
+@pytest.mark.parametrize(
+    "address", ["", "head", "head:", ":8786", "head:x", "tcp://head", "http://head:8786", "a:1/b"]
+)
+def test_what_is_no_address_is_refused_at_once(tmp_path: Path, address: str) -> None:
+    given = ["run", "route_map", "--scheduler", address, "--out", str(tmp_path)]
+    done = CliRunner().invoke(main, given)
+    assert done.exit_code == 2
+    assert f"{address!r} is no address of a scheduler, as tcp://host:8786 is" in done.stderr
+    assert not cluster.complaint("head:8786") + cluster.complaint("tls://[::1]:8786")
+
+
+def test_without_the_extra_the_command_says_how_to_install_it(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    real = importlib.util.find_spec
+    absent = {"distributed"}
+    monkeypatch.setattr(
+        "importlib.util.find_spec", lambda name: None if name in absent else real(name)
+    )
+    given = ["run", "route_map", "--scheduler", "tcp://nowhere:1", "--out", str(tmp_path)]
+    done = CliRunner().invoke(main, given)
+    assert done.exit_code == 3
+    assert "python -m pip install 'rigidpend[cluster]'" in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_experiment_that_is_not_in_pieces_is_refused(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(cluster, "check_extra", lambda: None)
+    given = ["run", "fig4", "--scheduler", "tcp://nowhere:1", "--out", str(tmp_path)]
+    done = CliRunner().invoke(main, given)
+    assert done.exit_code == 2
+    assert "a cluster serves route_map" in done.stderr

@@ -1,0 +1,402 @@
+"""Runs that are killed, stopped, or find no room: the same command again makes all good.
+
+How often a run is stopped at a random moment: 3 times, or as `tests.attacks.lot` says.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rigidpend import experiments
+from rigidpend.experiments.contract import Means
+from rigidpend.experiments.route_zoom import compute as route_zoom
+from rigidpend.machine import cache, files, kept, workers
+from rigidpend.results import store
+from rigidpend.runs import loading, regression, runner
+from tests.attacks import lot
+from tests.cli.calls import UNTRACED
+from tests.config.samples import SMALL, written
+
+KILLS = lot.trials(3, 0.05)
+ZOOM = """\
+figure: "4"
+experiment: route_zoom
+
+problem:
+  A: [2, 1, 1.5]
+  r: [1, 1, 0]
+  mu: 0.001
+  h0: 1.3342
+  J1_0: 1e-8
+  n_symbols: 3
+  between: [4.7, 4.8]
+  step: 1/10
+  factor: 4
+  levels: 8
+  count: 5
+
+numerics:
+  precisions: [53, 113]
+"""
+"""Eight levels and their centres: nine parts, a second or two."""
+
+Done = subprocess.CompletedProcess[str]
+
+
+def command(folder: Path, *arguments: str) -> list[str]:
+    given = ("run", str(folder.parent / "zoom.yaml"), "--out", str(folder), *arguments)
+    return [sys.executable, "-W", "error", "-m", "rigidpend", *given]
+
+
+AS_FROM_A_SHELL = (
+    "import os, signal, sys; signal.signal(signal.SIGINT, signal.SIG_DFL);"
+    " os.execv(sys.argv[1], sys.argv[1:])"
+)
+"""A process started in the background of a shell ignores Ctrl-C, and so do its children: the
+tests may be started there, but what they start is to be interrupted."""
+
+
+def started(folder: Path, *arguments: str) -> subprocess.Popen[str]:
+    """The run of the zoom, in a session of its own, as from a shell that waits for it."""
+    return subprocess.Popen(
+        [sys.executable, "-I", "-S", "-c", AS_FROM_A_SHELL, *command(folder, *arguments)],
+        env=UNTRACED,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def finished(folder: Path, *arguments: str) -> Done:
+    return subprocess.run(
+        command(folder, *arguments),
+        env=UNTRACED,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+
+
+def once_more(folder: Path, jobs: int = 1) -> list[str]:
+    """What the same command says again, in this process, which has imported everything."""
+    said: list[str] = []
+    planned = runner.plan(loading.load(folder.parent / "zoom.yaml"), folder)
+    if planned.reason:
+        runner.follow(planned, jobs=jobs, say=said.append)
+    return said
+
+
+def content(folder: Path) -> list[str]:
+    """What is in a folder of results; a log belongs to a run, not to its result."""
+    return sorted(path.name for path in folder.iterdir() if path.suffix != ".log")
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, float]:
+    """The result of a run that nobody disturbed, and how long it took."""
+    desk = tmp_path_factory.mktemp("desk")
+    written(desk, ZOOM, "zoom.yaml")
+    once_more(desk / "warm")
+    begun = time.perf_counter()
+    assert finished(desk / "out").returncode == 0
+    return desk / "out" / "zoom.h5", time.perf_counter() - begun
+
+
+def same(folder: Path, undisturbed: Path) -> None:
+    """The folder holds exactly the result, and that is the undisturbed one, by value."""
+    assert content(folder) == ["zoom.h5"]
+    loaded = loading.load(undisturbed.parent.parent / "zoom.yaml")
+    assert regression.verify(loaded, undisturbed, jobs=1, fresh=folder / "zoom.h5") == []
+
+
+def disturb(folder: Path, moment: float, how: signal.Signals) -> tuple[int, str]:
+    """Send a signal at a moment after the start; its exit code and words."""
+    process = started(folder)
+    time.sleep(moment)
+    process.send_signal(how)
+    _, said = process.communicate(timeout=60)
+    return process.returncode, said
+
+
+CODES = {signal.SIGINT: {130, -2}, signal.SIGTERM: {143, -15}, signal.SIGKILL: {-9}}
+"""A signal's exit codes: by our doing, or by the system's before there is anything to tidy."""
+
+
+@pytest.mark.slow
+def test_a_stopped_run_goes_on_whenever_it_was_stopped(
+    tmp_path: Path, undisturbed: tuple[Path, float]
+) -> None:
+    """Every moment is followed by an undisturbed run."""
+    result, duration = undisturbed
+    # One after the other: to open a file forks, and a child holds the locks of other threads.
+    with lot.drawn("kills") as chance:
+        for index in range(KILLS):
+            desk = tmp_path / str(index)
+            desk.mkdir()
+            written(desk, ZOOM, "zoom.yaml")
+            how = list(CODES)[index % 3]
+            code, said = disturb(desk / "out", chance.uniform(0.2, 1.1) * duration, how)
+            # While Python itself begins, Ctrl-C is an error of its own: nothing of ours has run.
+            early = how == signal.SIGINT and code == 1 and "<frozen site>" in said
+            assert early or code in {0, *CODES[how]}, said
+            once_more(desk / "out")
+            same(desk / "out", result)
+
+
+@pytest.mark.slow
+def test_a_killed_run_uses_what_was_finished(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, undisturbed: tuple[Path, float]
+) -> None:
+    written(tmp_path, ZOOM, "zoom.yaml")
+    out = tmp_path / "out"
+    process = started(out)
+    while not list(out.glob(".zoom.parts/*/level03.h5")):
+        time.sleep(0.001)
+    process.kill()
+    process.communicate()
+    assert content(out) == [".zoom.parts"]
+    kept = {path.name for path in out.glob(".zoom.parts/*/[!.]*.h5")}
+    assert len(kept) >= 5
+    write, made = store.write, set[str]()
+
+    def noted(path: Path, *given: Any, **named: Any) -> None:
+        made.add(path.name)
+        write(path, *given, **named)
+
+    monkeypatch.setattr(store, "write", noted)
+    assert f"zoom: goes on from {len(kept)} finished parts" in once_more(out)
+    assert "zoom.h5" in made
+    assert not made & kept
+    same(out, undisturbed[0])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_says_so_and_leaves_only_parts(tmp_path: Path, how: Any) -> None:
+    written(tmp_path, ZOOM, "zoom.yaml")
+    out = tmp_path / "out"
+    process = started(out)
+    while not list(out.glob(".zoom.parts/*/level01.h5")):
+        time.sleep(0.001)
+    process.send_signal(how)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 128 + how
+    assert "finished" in said.splitlines()[-1]
+    assert "Traceback" not in said
+    assert {path.suffix for path in out.rglob("*") if path.is_file()} <= {".h5", ".log"}
+
+
+@pytest.mark.slow
+def test_two_runs_at_once_do_each_other_no_harm(
+    tmp_path: Path, undisturbed: tuple[Path, float]
+) -> None:
+    written(tmp_path, ZOOM, "zoom.yaml")
+    out = tmp_path / "out"
+    one = started(out, "--force")
+    time.sleep(0.2)
+    for process in (one, started(out, "--force")):
+        _, said = process.communicate(timeout=60)
+        assert process.returncode == 0, said
+    same(out, undisturbed[0])
+
+
+@pytest.mark.slow
+def test_one_of_two_runs_is_killed_and_the_other_does_not_notice(
+    tmp_path: Path, undisturbed: tuple[Path, float]
+) -> None:
+    written(tmp_path, ZOOM, "zoom.yaml")
+    out = tmp_path / "out"
+    one, two = started(out), started(out)
+    while not list(out.glob(".zoom.parts/*/level01.h5")):
+        time.sleep(0.001)
+    one.kill()
+    one.communicate()
+    _, said = two.communicate(timeout=60)
+    assert two.returncode == 0, said
+    assert runner.plan(loading.load(tmp_path / "zoom.yaml"), out).reason == ""
+    same(out, undisturbed[0])
+
+
+def test_what_a_run_left_that_was_killed_at_its_very_end_is_tidied_up(tmp_path: Path) -> None:
+    planned = small(tmp_path)
+    runner.follow(planned, jobs=1, say=lambda _: None)
+    out = planned.target.parent
+    (out / ".small.parts" / "old").mkdir(parents=True)
+    (out / ".small.h5.abc.part").write_bytes(b"half")
+    (out / ".other.h5.abc.part").write_bytes(b"half")
+    assert runner.plan(planned.config, out).reason == ""
+    assert content(out) == [".other.h5.abc.part", "small.h5"]
+
+
+@pytest.mark.slow
+def test_the_jobs_do_not_change_a_result(tmp_path: Path, undisturbed: tuple[Path, float]) -> None:
+    written(tmp_path, ZOOM, "zoom.yaml")
+    data = store.read_tree(undisturbed[0])
+    once_more(tmp_path / "out", 2 if workers.cores() == 1 else 1)
+    assert repr(store.read_tree(tmp_path / "out" / "zoom.h5")) == repr(data)
+
+
+@pytest.mark.slow
+def test_no_room_is_one_sentence_and_afterwards_the_run_goes_on(
+    tmp_path: Path, undisturbed: tuple[Path, float]
+) -> None:
+    """No file may be larger than so many bytes: enough for some parts, not for the result."""
+    written(tmp_path, ZOOM, "zoom.yaml")
+    out, most = tmp_path / "out", 40_000
+    assert undisturbed[0].stat().st_size > most
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
+
+    done = subprocess.run(
+        command(out), capture_output=True, text=True, check=False, preexec_fn=limit, env=UNTRACED
+    )
+    assert done.returncode == 1, done.stderr
+    said = done.stderr.splitlines()[-1]
+    assert said.startswith("rigidpend: ")
+    assert said.endswith(f"{out / 'zoom.h5'}: cannot be written: File too large")
+    assert content(out) == [".zoom.parts"]
+    assert "zoom: goes on from 9 finished parts" in once_more(out)
+    same(out, undisturbed[0])
+
+
+def small(tmp_path: Path) -> runner.Plan:
+    loaded = loading.load(written(tmp_path, SMALL, "small.yaml"))
+    return runner.plan(loaded, tmp_path / "out")
+
+
+@pytest.mark.parametrize(
+    ("code", "said"),
+    [(errno.ENOSPC, "No space left on device"), (errno.EDQUOT, "Disk quota exceeded")],
+)
+def test_a_full_disk_is_said_with_the_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: int, said: str
+) -> None:
+    def full(*_: Any) -> None:
+        raise OSError(code, os.strerror(code))
+
+    planned = small(tmp_path)
+    monkeypatch.setattr(os, "replace", full)
+    with pytest.raises(store.StoreError, match=f"cannot be written: {said}"):
+        runner.follow(planned, jobs=1, say=lambda _: None)
+    monkeypatch.undo()
+    assert {path.name for path in planned.target.parent.rglob("*.part")} == set()
+    runner.follow(planned, jobs=1, say=lambda _: None)
+    assert content(tmp_path / "out") == ["small.h5"]
+
+
+def test_a_folder_that_became_read_only_is_named_before_anything_is_computed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: Any) -> Any:
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    planned = small(tmp_path)
+    monkeypatch.setattr(files, "_temporary", refuse)
+    monkeypatch.setattr(experiments, "computation", None)
+    with pytest.raises(store.StoreError, match=r"not writable \(Permission denied\); choose anoth"):
+        runner.follow(planned, jobs=1, say=lambda _: None)
+
+
+def test_a_result_in_a_read_only_folder_stays_up_to_date(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    planned = small(tmp_path)
+    runner.follow(planned, jobs=1, say=lambda _: None)
+
+    def refuse(*_: Any, **__: Any) -> Any:
+        raise OSError(errno.EROFS, "Read-only file system")
+
+    for function in ("unlink", "mkdir", "replace", "rmdir"):
+        monkeypatch.setattr(os, function, refuse)
+    (planned.target.parent / ".small.h5.abc.part").write_bytes(b"half")
+    cache._tell_once.cache_clear()
+    with pytest.warns(kept.KeptFileWarning, match="nothing can be kept"):
+        assert runner.plan(planned.config, planned.target.parent).reason == ""
+
+
+def killed(part: int) -> int:
+    """Work in which a worker process is killed, as for want of memory."""
+    if part == 1:
+        os.kill(os.getpid(), signal.SIGKILL)
+    time.sleep(0.05)
+    return part
+
+
+@pytest.mark.slow
+def test_a_killed_worker_is_an_error_with_what_to_do() -> None:
+    with pytest.raises(workers.WorkerError, match="the same command again continues"):
+        workers.side_by_side(killed, (), True, [0, 1, 2], 2)
+
+
+@pytest.mark.slow
+def test_a_killed_worker_leaves_the_finished_parts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    planned = runner.plan(loading.load(written(tmp_path, ZOOM, "zoom.yaml")), tmp_path / "out")
+    compute = route_zoom.compute
+
+    def broken(content: Any, means: Means) -> Any:
+        def part(name: str, make: Any) -> Any:
+            if name == "level02":
+                workers.side_by_side(killed, (), True, [0, 1, 2], 2)
+            return means.part(name, make)
+
+        return compute(content, means._replace(part=part))
+
+    monkeypatch.setattr(route_zoom, "compute", broken)
+    with pytest.raises(workers.WorkerError):
+        runner.follow(planned, jobs=1, say=lambda _: None)
+    kept = {path.stem for path in (tmp_path / "out").rglob("*.h5")}
+    assert kept == {"centres", "level00", "level01"}
+
+
+@pytest.mark.slow
+def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path) -> None:
+    """Else each killed run would leave processes that wait for ever."""
+    code = (
+        "import os, sys, time\n"
+        "from rigidpend.machine.workers import side_by_side\n"
+        "from tests.runs.test_faults import signed\n"
+        "if __name__ == '__main__':\n"
+        f"    side_by_side(signed, ({str(tmp_path)!r},), True, [0, 1], 2)\n"
+    )
+    script = tmp_path / "script.py"
+    script.write_text(code)
+    root = str(Path(__file__).resolve().parents[2])
+    parent = subprocess.Popen([sys.executable, script], env={**os.environ, "PYTHONPATH": root})
+    while len(list(tmp_path.glob("*.pid"))) < 2:
+        time.sleep(0.01)
+    parent.kill()
+    parent.wait()
+    numbers = [int(path.stem) for path in tmp_path.glob("*.pid")]
+    until = time.monotonic() + 10
+    while any(map(alive, numbers)) and time.monotonic() < until:
+        time.sleep(0.02)
+    assert not any(map(alive, numbers))
+
+
+def signed(part: int, folder: str) -> int:
+    (Path(folder) / f"{os.getpid()}.pid").touch()
+    time.sleep(30)
+    return part
+
+
+def alive(number: int) -> bool:
+    """Whether a process runs; one that nobody waits for has ended all the same."""
+    try:
+        stat = Path(f"/proc/{number}/stat").read_text()
+    except FileNotFoundError:
+        return False
+    return stat.rpartition(")")[2].split()[0] != "Z"

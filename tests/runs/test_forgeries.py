@@ -1,0 +1,321 @@
+"""Certificates changed in every place: neither checker calls proven what is not."""
+
+from __future__ import annotations
+
+import copy
+import json
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import h5py
+import numpy as np
+import pytest
+
+from rigidpend import Body, certify_codes
+from rigidpend.results import store
+from rigidpend.runs import certificate_files as storage
+from rigidpend.runs import certificates, loading
+from scripts import check_certificate
+from tests.config.samples import HEAD, changed, written
+
+TEXT = f"""\
+{changed("1e-8", "0.2", HEAD.format(experiment="route_codes", n_symbols=1))}\
+  arrays:
+    one: {{start: 1, step: 1/10, count: 2}}
+    two: {{start: pi/2, step: 1/10, count: 2}}
+"""
+NAME = "tiny.certificate.h5"
+NONE = 255
+
+Change: TypeAlias = Callable[[Any], None]
+
+
+def silent(_: str) -> None:
+    pass
+
+
+@pytest.fixture(scope="module")
+def certificate(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("forged")
+    config = loading.load(written(folder, TEXT, "tiny.yaml"))
+    [one, two] = certificates.certify(config, folder, jobs=1, report=silent)
+    assert one.proven == two.proven == 2
+    return folder / NAME
+
+
+def by_package(file: Path) -> str:
+    """What the package refuses a certificate for; empty where it calls it proven."""
+    try:
+        certificates.check(file, jobs=1, report=silent)
+    except store.StoreError as error:
+        return str(error)
+    return ""
+
+
+def by_script(file: Path) -> str:
+    """The same of the second checker."""
+    try:
+        list(check_certificate.check(file))
+    except check_certificate.Refused as error:
+        return str(error)
+    return ""
+
+
+def forged(certificate: Path, target: Path, change: Change) -> Path:
+    """A copy with a change, without its seal."""
+    image = certificate.read_bytes()
+    with h5py.File.in_memory(image[: image.rindex(b"\nrigidpend sha256 ")]) as file:
+        change(file)
+        file.flush()
+        target.write_bytes(file.id.get_file_image())
+    return target
+
+
+def claims(file: Path) -> set[tuple[str, str, int, int]]:
+    """All that a certificate says to be proven: the problem, a phase, a symbol and its value."""
+    found = set()
+    with h5py.File(file) as data:
+        problem = json.loads(data["config"].asstr()[()])["problem"]
+        problem = {key: problem[key] for key in ("A", "r", "mu", "h0", "J1_0")}
+        for group in data["data"].values():
+            phases, codes = group["theta2_0"][()], group["codes"][()]
+            for (row, column), code in np.ndenumerate(codes):
+                if code != NONE:
+                    phase = phases[column].decode()
+                    found.add((json.dumps(problem), phase, int(row), int(code)))
+    return found
+
+
+def holds(problem: str, phase: str, row: int, code: int) -> bool:
+    """Whether a claim is true: the same steps prove symbols of a body beside theirs too."""
+    given = json.loads(problem)
+    body = Body(A=given["A"], r=given["r"], mu=given["mu"])
+    found = certify_codes(body, phase, h0=given["h0"], J1_0=given["J1_0"], n_symbols=row + 1)
+    return bool(found.proven[row, 0]) and int(found.codes[row, 0]) == code
+
+
+def says(config: Any) -> Change:
+    def change(file: Any) -> None:
+        del file["config"]
+        node = file.create_dataset("config", data=json.dumps(config))
+        node.attrs.update({"units": "", "description": "resolved config, JSON"})
+
+    return change
+
+
+def leaves(tree: Any, place: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Places of all that a JSON document holds."""
+    if not isinstance(tree, dict | list):
+        return
+    for key, value in tree.items() if isinstance(tree, dict) else enumerate(tree):
+        yield (*place, key)
+        yield from leaves(value, (*place, key))
+
+
+def of_config(config: Any) -> Iterator[tuple[str, Change]]:
+    """Each entry gone, each number another one, each with what is no number."""
+    for *outer, last in leaves(config):
+        for to in ("gone", "more", "list"):
+            other = copy.deepcopy(config)
+            inner = other
+            for key in outer:
+                inner = inner[key]
+            old = inner[last]
+            if to == "gone":
+                del inner[last]
+            elif to == "list":
+                inner[last] = []
+            elif isinstance(old, int):
+                inner[last] = old + 1
+            elif isinstance(old, str):
+                inner[last] = f"{old} + 1/1000000000"
+            yield f"config {outer} {last} {to}", says(other)
+
+
+def of_arrays(file: Any) -> Iterator[tuple[str, Change]]:
+    """Each array gone, empty, each kind of element changed, columns and arrays exchanged."""
+    other = {"one": "two", "two": "one"}
+    for name in ("one", "two"):
+        yield f"{name} gone", partial(drop, name)
+        # A single orbit of all steps, and none left for the second column.
+        merged = file["data"][name]["steps"][()].sum(keepdims=True)
+        yield f"{name} merged", replaced(name, "steps", merged)
+        yield f"{name} renamed", partial(rename, name)
+        for field, node in file["data"][name].items():
+            at = f"{name} {field}"
+            yield f"{at} gone", replaced(name, field, None)
+            values = node[()]
+            yield f"{at} empty", replaced(name, field, values[..., :0])
+            yield f"{at} shorter", replaced(name, field, values[..., :-1])
+            yield f"{at} turned", replaced(name, field, values[..., ::-1])
+            yield f"{at} of the other", replaced(name, field, file["data"][other[name]][field][()])
+            yield (
+                f"{at} first everywhere",
+                replaced(
+                    name,
+                    field,
+                    values * 0 + values[..., :1] if field != "theta2_0" else values[[0, 0]],
+                ),
+            )
+            for k in {0, values.shape[-1] // 2, values.shape[-1] - 1}:
+                new = values.copy()
+                new[..., k] = b"2" if field == "theta2_0" else values[..., k] ^ 1
+                yield f"{at} {k} changed", replaced(name, field, new)
+
+    def exchange(file: Any) -> None:
+        for old, new in (("one", "three"), ("two", "one"), ("three", "two")):
+            file["data"].move(old, new)
+
+    yield "arrays exchanged", exchange
+
+
+def replaced(name: str, field: str, values: Any) -> Change:
+    def change(file: Any) -> None:
+        group = file["data"][name]
+        attributes = dict(group[field].attrs)
+        del group[field]
+        if values is not None:
+            made = group.create_dataset(field, data=values)
+            made.attrs.update({key: attributes[key] for key in ("units", "description")})
+
+    return change
+
+
+def of_attributes(file: Any) -> Iterator[tuple[str, Change]]:
+    """Each attribute of each object gone or other, and one more on each."""
+    places = ["/"]
+    file.visit(places.append)
+    for place in places:
+        # What ran where is nobody's claim: one of its attributes stands for all.
+        keys = [*file[place].attrs][: 1 if place == "provenance" else None]
+        for key in ("more", *keys):
+            if key not in ("DIMENSION_LIST", "REFERENCE_LIST", "CLASS", "NAME", "DIMENSION_LABELS"):
+                if key != "more":
+                    yield f"{place} {key} gone", partial(attribute, place, key, None)
+                yield f"{place} {key} other", partial(attribute, place, key, "deg")
+
+
+def attribute(place: str, key: str, value: str | None, file: Any) -> None:
+    file[place].attrs.pop(key, None)
+    if value is not None:
+        file[place].attrs[key] = value
+
+
+def drop(name: str, file: Any) -> None:
+    del file["data"][name]
+
+
+def rename(name: str, file: Any) -> None:
+    file["data"].move(name, "three")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("checker", [by_package, by_script])
+def test_no_change_anywhere_makes_something_false_proven(
+    certificate: Path, tmp_path: Path, checker: Callable[[Path], str]
+) -> None:
+    true, refused = claims(certificate), 0
+    with h5py.File(certificate) as file:
+        config = json.loads(file["config"].asstr()[()])
+        every = [*of_config(config), *of_arrays(file), *of_attributes(file)]
+        for what, change in every:
+            other = forged(certificate, tmp_path / NAME, change)
+            said = checker(other)
+            assert "\n" not in said
+            if said:
+                refused += 1
+            else:
+                assert all(x in true or holds(*x) for x in claims(other)), what
+    # Most changes say something else; others, as of a provenance, change nothing that is claimed.
+    assert refused > 0.6 * len(every)
+
+
+def another_body(config: Any) -> None:
+    config["problem"]["mu"] = "1/500"
+
+
+def another_phase(config: Any) -> None:
+    config["problem"]["arrays"]["two"]["start"] = "8/5"
+
+
+def fewer_symbols(config: Any) -> None:
+    config["problem"]["n_symbols"] = 2
+
+
+def a_further_array(config: Any) -> None:
+    config["problem"]["arrays"]["three"] = config["problem"]["arrays"]["two"]
+
+
+@pytest.mark.parametrize("checker", [by_package, by_script])
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (another_body, "one: "),
+        (another_phase, "two: theta2_0 of column 0"),
+        (fewer_symbols, "one: "),
+        (a_further_array, "three: "),
+    ],
+)
+def test_another_config_is_refused_in_a_sentence_that_names_the_place(
+    certificate: Path,
+    tmp_path: Path,
+    change: Callable[[Any], None],
+    said: str,
+    checker: Callable[[Path], str],
+) -> None:
+    with h5py.File(certificate) as file:
+        config = json.loads(file["config"].asstr()[()])
+    change(config)
+    assert said in checker(forged(certificate, tmp_path / NAME, says(config)))
+
+
+@pytest.mark.parametrize("checker", [by_package, by_script])
+def test_columns_and_arrays_copied_over_others_are_refused(
+    certificate: Path, tmp_path: Path, checker: Callable[[Path], str]
+) -> None:
+    def columns(file: Any) -> None:
+        for field in ("theta2_0", "codes", "steps"):
+            values = file["data/one"][field][()]
+            values[..., 1] = values[..., 0]
+            replaced("one", field, values)(file)
+
+    def arrays(file: Any) -> None:
+        del file["data/two"]
+        file.copy("data/one", "data/two")
+
+    def lost(file: Any) -> None:
+        del file["data/two"]
+
+    for change, place in ((columns, "one: theta2_0 of column 1"), (arrays, "two: "), (lost, "two")):
+        said = checker(forged(certificate, tmp_path / NAME, change))
+        assert place in said
+
+
+def test_symbols_are_marked_only_in_the_result_that_they_are_of(certificate: Path) -> None:
+    proof = storage.read(certificate)
+    config = json.loads(proof["config"])
+    result: Any = {
+        "config": json.dumps({**config, "figure": "", "numerics": {"precisions": [53]}}),
+        "data": {
+            name: {
+                "codes": group["codes"],
+                "certain": group["codes"] < 2,
+                "theta2_0": np.array([start, start + 0.1]),
+            }
+            for (name, group), start in zip(proof["data"].items(), (1.0, np.pi / 2), strict=True)
+        },
+    }
+    assert storage.marked(result, proof)["data"]["two"]["proven"].all()
+    assert storage.contradictions(result, proof) == []
+    # The same codes, of another phase.
+    result["data"]["two"]["theta2_0"] = np.array([np.pi / 2, 1.7])
+    assert "proven" not in storage.marked(result, proof)["data"]["two"]
+    assert storage.contradictions(result, proof) == ["two: the certificate is of other phases"]
+    # The same codes and phases, of another body.
+    config["problem"]["mu"] = "1/500"
+    other: Any = {**result, "config": json.dumps(config)}
+    assert "proven" not in storage.marked(other, proof)["data"]["one"]
+    [said] = storage.contradictions(other, proof)
+    assert "another problem" in said

@@ -1,0 +1,143 @@
+"""Whatever is in a config file: it loads, or it is refused with a ConfigError."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rigidpend.config import reader
+from rigidpend.runs import loading
+from tests.attacks import lot
+from tests.config import mutations
+from tests.config.samples import FIG4, TEXT
+from tests.strategies import repeatable
+
+Load = Callable[[bytes], bool]
+
+PATIENCE = 5.0
+"""Seconds of this process that no config may take; the slowest takes a few tenths."""
+FUZZED = lot.trials(600)
+"""Number of mutated trees; a load takes some 7 ms."""
+MUCH = 30_000
+"""Characters that no complaint may have."""
+
+PIECES = [
+    *"[]{}():,-.?!&*|>\"'#%@`~<=_/+eE019é٣",
+    *("nan", "inf", "pi", "null", "true", "auto", "no", "1e400", "-1", "1/0", "1e-400", "1j"),
+    *("0x1", "sqrt(", "**", "<<", "---", "...", "&a", "*a", "!!str"),
+]
+BYTES = [piece.encode() for piece in PIECES] + [b"\n", b" ", b"  ", b"\t", b"\r", b"\0", b"\xff"]
+
+
+@pytest.fixture(scope="module")
+def loads(tmp_path_factory: pytest.TempPathFactory) -> Load:
+    """Whether a content loads; whatever is raised comes through, but for a ConfigError."""
+    path = tmp_path_factory.mktemp("fuzz") / "given.yaml"
+
+    def attempt(content: bytes) -> bool:
+        path.write_bytes(content)
+        begun = time.process_time()
+        try:
+            loading.load(path)
+        except loading.ConfigError as error:
+            said = str(error)
+        else:
+            said = ""
+        # What measures coverage slows every line.
+        assert time.process_time() - begun < PATIENCE * (8 if sys.gettrace() else 1)
+        assert len(said) < MUCH
+        assert said == "" or said.startswith(str(path))
+        assert all(x.isprintable() or x in "\n\t" for x in said), said
+        return not said
+
+    return attempt
+
+
+@st.composite
+def edits(draw: st.DrawFn) -> bytes:
+    """The config of Fig. 4 with one to four bytes or pieces deleted, put in or exchanged."""
+    content = bytearray(TEXT.encode())
+    for _ in range(draw(st.integers(1, 4))):
+        here, there = (draw(st.integers(0, len(content) - 1)) for _ in range(2))
+        kind = draw(st.sampled_from(["delete", "insert", "exchange", "write"]))
+        if kind == "delete":
+            del content[here : here + 1 + there % 6]
+        elif kind == "insert":
+            content[here:here] = draw(st.sampled_from(BYTES))
+        elif kind == "exchange":
+            content[here], content[there] = content[there], content[here]
+        else:
+            content[here] = there % 256
+    return bytes(content)
+
+
+@pytest.mark.slow
+@repeatable(150)
+@given(content=edits())
+def test_any_mutation_of_fig4_loads_or_is_refused(loads: Load, content: bytes) -> None:
+    loads(content)
+
+
+@repeatable(200)
+@given(content=st.binary(max_size=60) | st.text(max_size=60).map(str.encode))
+def test_any_content_is_refused(loads: Load, content: bytes) -> None:
+    assert not loads(content)
+
+
+VALUES = st.one_of(
+    st.text(st.characters(codec="utf-8", exclude_characters="\n\r"), max_size=12),
+    st.sampled_from(PIECES),
+    st.floats().map(repr),
+    st.integers().map(str),
+)
+
+
+@pytest.mark.slow
+@repeatable(150)
+@given(key=st.sampled_from(["mu", "h0", "J1_0", "n_symbols", "A", "r"]), value=VALUES)
+def test_any_value_of_a_number_loads_or_is_refused(loads: Load, key: str, value: str) -> None:
+    lines = [f"  {key}: {value}" if f" {key}:" in line else line for line in TEXT.splitlines()]
+    loads("\n".join(lines).encode("utf-8", "surrogatepass"))
+
+
+@pytest.mark.slow
+def test_mutated_trees_load_or_are_refused(loads: Load) -> None:
+    trees, loaded = mutations.trees(), 0
+    with lot.drawn("mutated trees") as chance:
+        for _ in range(FUZZED):
+            text = mutations.mutated(chance.choice(trees), chance)
+            loaded += loads(text.encode("utf-8", "surrogatepass"))
+    # Some changes do no harm: the mutations are near enough to what is right.
+    assert FUZZED / 140 < loaded < FUZZED / 1.75
+
+
+@pytest.mark.slow
+def test_any_settings_load_or_are_refused() -> None:
+    tree = mutations.trees()[3]
+    with lot.drawn("settings") as chance:
+        for _ in range(lot.trials(150)):
+            given = mutations.settings(tree, chance)
+            said = ""
+            try:
+                loading.load(FIG4, given)
+            except loading.ConfigError as error:
+                said = str(error)
+            assert said == "" or said.startswith(("--set ", str(FIG4))), given
+
+
+@pytest.mark.slow
+def test_the_largest_files_are_refused_in_time(loads: Load) -> None:
+    much = reader.MAX_BYTES * 9 // 10 - len(TEXT)
+    for old, unit in (("2, 1, 1.5", "1,"), ("2, 1, 1.5", "[],"), ("53, 106, 160", "x,")):
+        assert not loads(TEXT.replace(old, unit * (much // len(unit))).encode())
+    for unit in ("k:\n", "{}\n", "--- \n", "? \n", "- \n", "[", "*a ", "&a ", "'", '"\\x'):
+        assert not loads((TEXT + unit * (much // len(unit))).encode())
+
+
+def test_the_unchanged_config_loads(loads: Load) -> None:
+    assert loads(TEXT.encode())

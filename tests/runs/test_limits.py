@@ -1,0 +1,162 @@
+"""What a certificate may ask for of memory and steps, and a proof of work and words."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from rigidpend import Body, certify_codes
+from rigidpend.results import store
+from rigidpend.routes.certified import progress
+from rigidpend.routes.certified.steps import STEPS
+from rigidpend.runs import certificate_files as storage
+from tests.processes import python
+
+NAME = "bomb.certificate.h5"
+CONFIG = {
+    "experiment": "route_codes",
+    "problem": {
+        "A": ["2", "1", "3/2"],
+        "r": ["1", "1", "0"],
+        "mu": "1/1000",
+        "h0": "6671/5000",
+        "J1_0": "1/100000000",
+        "n_symbols": 1,
+        "arrays": {"one": {"start": "0", "step": "1", "count": 1}},
+    },
+}
+LIMITED = f"""
+import resource, sys
+sys.path.insert(0, {str(Path(__file__).parents[2])!r})
+from pathlib import Path
+import h5py
+import rigidpend.runs.certificates as certificates
+from scripts import check_certificate
+used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (used + 2**29, used + 2**29))
+"""
+CHECKED = f"{LIMITED}certificates.check(Path({NAME!r}), jobs=1, report=print)"
+SCRIPT = f"{LIMITED}sys.exit(check_certificate.main([{NAME!r}]))"
+
+
+def bomb(steps: int, terms: int) -> dict[str, Any]:
+    """The fields of a certificate of many steps that are all zeros, which compress to nothing."""
+    made = {
+        "theta2_0": np.array([b"0"]),
+        "codes": np.array([[0]], dtype=np.uint8),
+        "steps": np.array([steps], dtype=np.uint32),
+        "half_lengths": np.full(steps, 1 << 20, dtype=np.uint64),
+        "step_bits": np.full(steps, 60, dtype=np.uint16),
+        "terms": np.full(steps, terms, dtype=np.uint16),
+        "widths": np.ones(6 * steps * terms, dtype=np.uint16),
+        "digits": np.zeros(6 * steps * terms, dtype=np.uint8),
+    }
+    assert made.keys() == {*storage.FIELDS, *storage.PROOF}
+    return made
+
+
+def written(folder: Path, fields: dict[str, Any]) -> Path:
+    """A certificate of given fields."""
+    path = folder / NAME
+    with h5py.File(path, "w", libver=("earliest", "v110")) as file:
+        file.attrs.update({"format": "rigidpend", "format_version": 1})
+        node = file.create_dataset("config", data=json.dumps(CONFIG))
+        node.attrs.update({"units": "", "description": "resolved config, JSON"})
+        file.create_group("provenance")
+        group = file.create_group("data/one", track_order=True)
+        for name, values in fields.items():
+            made = group.create_dataset(name, data=values, compression="gzip", shuffle=True)
+            field = {**storage.FIELDS, **storage.PROOF}[name]
+            made.attrs.update({"units": field.units, "description": field.description})
+    return path
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("code", [CHECKED, SCRIPT])
+@pytest.mark.parametrize(("steps", "terms"), [(1_000_000, 1), (4_000, 500)])
+def test_a_bomb_is_refused_before_it_takes_memory(
+    tmp_path: Path, code: str, steps: int, terms: int
+) -> None:
+    # Some kilobytes, of which millions of numbers would be made: in lists, a gigabyte.
+    path = written(tmp_path, bomb(steps, terms))
+    assert path.stat().st_size < 2**20
+    done = python(tmp_path, "-c", code)
+    assert done.returncode == 1
+    assert "MemoryError" not in done.stderr
+    last = done.stderr.splitlines()[-1]
+    assert any(x in last for x in ("too large", "steps", "coefficients", "size allows")), last
+
+
+def test_more_steps_than_its_bytes_can_prove_are_refused(tmp_path: Path) -> None:
+    path = written(tmp_path, bomb(1000, 1))
+    most = path.stat().st_size // storage.EACH
+    with pytest.raises(store.StoreError, match=rf"1000 steps, .* has {most} at most"):
+        storage.read(path)
+
+
+def test_more_coefficients_than_its_bytes_can_hold_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(store.StoreError, match=r"300000 coefficients, .* at most"):
+        storage.read(written(tmp_path, bomb(50, 1000)))
+
+
+def test_more_steps_of_an_orbit_than_a_prover_takes_are_refused() -> None:
+    with pytest.raises(store.StoreError, match=f"number of steps of an orbit is {STEPS + 1}"):
+        storage.unpacked(bomb(STEPS + 1, 1))
+
+
+def test_numbers_out_of_range_are_refused_with_their_names() -> None:
+    good = bomb(2, 3)
+    for name, wrong, said in (
+        ("half_lengths", 2**63, "half-length"),
+        ("step_bits", 60_000, "bits of a step is 60000, not 1 to 4096"),
+        ("terms", 0, "terms of a step is 0"),
+        ("widths", 0, "width of a coefficient is 0"),
+    ):
+        bad = {**good, name: good[name] * 0 + good[name].dtype.type(wrong)}
+        with pytest.raises(store.StoreError, match=said):
+            storage.unpacked(bad)
+    assert len(storage.unpacked(good)[0]) == 2
+
+
+def test_work_without_hope_is_not_begun_and_its_size_is_said() -> None:
+    # Beside a symmetric body a passage takes thousands of units of time, and so of bits.
+    body = Body(A=("1.8869", "0.943", "1.886"), r=(1, 1, 0), mu="0.001")
+    found = certify_codes(body, ["3.8153"], h0="0.11", J1_0="1e-40", n_symbols=2)
+    assert found.status == ["undecided"]
+    assert "asks for about" in found.reason[0]
+    assert "times the work that an orbit may take" in found.reason[0]
+    assert not found.proven.any()
+
+
+def test_a_proof_ends_where_its_work_is_spent(monkeypatch: pytest.MonkeyPatch) -> None:
+    lines: list[str] = []
+    monkeypatch.setattr(progress, "MOST_WORK", 4 * 60**2)
+    monkeypatch.setattr(progress, "BETWEEN", 0.0)
+    body = Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
+    found = certify_codes(
+        body, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2, bits=60, report=lines.append
+    )
+    assert found.status == ["undecided"]
+    assert "no more work than these" in found.reason[0]
+    assert lines
+    assert all(x.startswith("theta2_0 = 3/10: step ") and " to go" in x for x in lines)
+
+
+def test_what_is_left_follows_from_what_was_done(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = iter([0.0, 10.0, 11.0, 30.0])
+    monkeypatch.setattr("time.monotonic", lambda: next(clock))
+    lines: list[str] = []
+    # Bits fall to nothing, so that 30 steps from 100 bits cost a third of 30 x 100^2.
+    seen = progress.Progress("x", 30, 100, lines.append)
+    assert seen.step(100)
+    assert seen.step(100)
+    assert seen.step(100)
+    assert lines == [
+        "x: step 1 of about 30, 100 bits left, about 90 s to go",
+        "x: step 3 of about 30, 100 bits left, about 70 s to go",
+    ]

@@ -1,0 +1,160 @@
+"""Loading: the shipped config, exact numbers, defaults, and all errors at once."""
+
+from __future__ import annotations
+
+import json
+import re
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rigidpend.experiments.route_codes.schema import Config
+from rigidpend.runs import loading
+from tests.config.samples import (
+    FIG4,
+    TEXT,
+    changed,
+    content,
+    refused,
+    refused_there,
+    written,
+)
+
+
+def test_fig4_holds_the_paper_s_values_exactly() -> None:
+    loaded = loading.load(FIG4)
+    problem: Any = loaded.content.problem
+    assert (loaded.name, loaded.experiment) == ("fig4", "route_codes")
+    assert loaded.content.figure == "4"
+    assert [x.fraction for x in problem.A] == [2, 1, Fraction(3, 2)]
+    assert [x.fraction for x in problem.r] == [1, 1, 0]
+    assert problem.mu.fraction == Fraction(1, 1000)
+    assert problem.h0.fraction == Fraction(13342, 10000)
+    assert problem.J1_0.fraction == Fraction(1, 10**8)
+    assert problem.n_symbols == 15
+    left, right = problem.arrays["left"], problem.arrays["right"]
+    assert list(problem.arrays) == ["left", "right"]
+    assert (left.start.fraction, left.step.fraction, left.count) == (0, Fraction(1, 10), 63)
+    assert (right.step.fraction, right.count) == (Fraction(1, 100), 32)
+    assert (right.start.text, right.start.fraction) == ("3*pi/40", None)
+    assert float(right.start) == 0.23561944901923448
+
+
+def test_fig4_leaves_the_numerics_to_the_engine() -> None:
+    numerics = content(Config, FIG4).numerics
+    assert (numerics.engine, numerics.tolerance) == (None, None)
+    assert numerics.precisions == (53, 106, 160)
+
+
+def test_resolved_is_plain_data_with_exact_numbers() -> None:
+    resolved = loading.load(FIG4).resolved()
+    assert json.loads(json.dumps(resolved)) == resolved
+    assert resolved["problem"] == {
+        "A": ["2", "1", "3/2"],
+        "r": ["1", "1", "0"],
+        "mu": "1/1000",
+        "h0": "6671/5000",
+        "J1_0": "1/100000000",
+        "n_symbols": 15,
+        "arrays": {
+            "left": {"start": "0", "step": "1/10", "count": 63},
+            "right": {"start": "3*pi/40", "step": "1/100", "count": 32},
+        },
+    }
+
+
+def test_what_is_left_out_has_the_default_that_may_be_written(tmp_path: Path) -> None:
+    bare = TEXT[: TEXT.index("numerics:")].replace("  n_symbols: 15\n", "")
+    assert loading.load(written(tmp_path, bare)).content == loading.load(FIG4).content
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("1e-10", Fraction(1, 10**10)),
+        ("0.1", Fraction(1, 10)),
+        ('"0.1"', Fraction(1, 10)),
+        (".25", Fraction(1, 4)),
+        ("1E-99", Fraction(1, 10**99)),
+        ("+1/3", Fraction(1, 3)),
+        ("2**-10", Fraction(1, 1024)),
+        ("0.12345678901234567890123456789", Fraction("0.12345678901234567890123456789")),
+    ],
+)
+def test_numbers_are_what_is_written(tmp_path: Path, text: str, value: Fraction) -> None:
+    path = written(tmp_path, changed("mu: 0.001", f"mu: {text}"))
+    assert content(Config, path).problem.mu.fraction == value
+
+
+@pytest.mark.parametrize("text", ["no", "off", "y", "1:30", "1e3", "0x10", "2026-01-01"])
+def test_words_stay_the_text_that_they_are(tmp_path: Path, text: str) -> None:
+    path = written(tmp_path, changed('figure: "4"', f"figure: {text}"))
+    assert loading.load(path).content.figure == text
+
+
+def test_only_the_paper_s_own_problem_has_the_name_of_its_figure(tmp_path: Path) -> None:
+    assert loading.load(FIG4).content.figure == "4"
+    assert loading.load(written(tmp_path, TEXT)).content.figure == "4"
+    assert loading.load(FIG4, ["numerics.engine=scipy"]).content.figure == "4"
+    assert loading.load(FIG4, ["problem.mu=0.01"]).content.figure == ""
+    other = changed("A: [2, 1, 1.5]", "A: [3, 2, 2.5]")
+    assert loading.load(written(tmp_path, other)).content.figure == ""
+    zoom = FIG4.with_name("fig4_zoom.yaml")
+    assert loading.load(zoom).content.figure == "4, zoomed"
+    assert loading.load(zoom, ["problem.mu=0.01"]).content.figure == ""
+    # A name that is not the paper's stays.
+    mine = changed('figure: "4"', "figure: mine")
+    assert loading.load(written(tmp_path, mine), ["problem.mu=0.01"]).content.figure == "mine"
+
+
+def test_all_errors_are_said_at_once(tmp_path: Path) -> None:
+    text = TEXT
+    for old, new in (
+        ("mu: 0.001", "mu: x"),
+        ("n_symbols: 15", "n_symbls: 15"),
+        ("count: 63", "count: 6.5"),
+        ("engine: auto", "engine: turbo"),
+        ("[53, 106, 160]", "[64, 53]"),
+    ):
+        text = changed(old, new, text)
+    found = refused(written(tmp_path, text))
+    assert {".".join(map(str, problem.place)) for problem in found} == {
+        "problem.mu",
+        "problem.n_symbls",
+        "problem.arrays.left.count",
+        "numerics.engine",
+        "numerics.precisions",
+    }
+    assert len(found) == 5
+
+
+def test_an_experiment_that_is_none_is_named_with_what_was_meant(tmp_path: Path) -> None:
+    text = changed("experiment: route_codes", "experiment: route_code")
+    message = refused_there(tmp_path, text, "route_code\n", "experiment")
+    assert re.match("no such experiment: 'route_code'; did you mean route_codes", message)
+
+
+@pytest.mark.parametrize("line", ["experiment: [a]", "experiment: {a: b}", "experiment: null", ""])
+def test_no_experiment_is_an_error_at_its_key(tmp_path: Path, line: str) -> None:
+    [problem] = refused(written(tmp_path, changed("experiment: route_codes", line)))
+    assert problem.place == ("experiment",)
+    assert "route_codes" in problem.message
+
+
+def test_what_is_wrong_in_several_files_is_said_at_once(tmp_path: Path) -> None:
+    wrong = changed("mu: 0.001", "mu: x")
+    paths = [written(tmp_path, wrong, "a.yaml"), FIG4, written(tmp_path, wrong, "b.yaml")]
+    with pytest.raises(loading.ConfigError) as caught:
+        loading.load_all(paths, ["problem.h0=y"])
+    origins = [str(problem.origin) for problem in caught.value.complaints]
+    # The setting is the same for all, and said once.
+    assert [x.rpartition("/")[2] for x in origins] == [
+        *("--set problem.h0=y", "a.yaml:8:7", "b.yaml:8:7")
+    ]
+
+
+def test_several_good_files_are_loaded_in_order(tmp_path: Path) -> None:
+    again = written(tmp_path, TEXT, "again.yaml")
+    assert [one.name for one in loading.load_all([FIG4, again])] == ["fig4", "again"]

@@ -1,0 +1,77 @@
+"""Logs: what was said of the last run of each name, beside its result."""
+
+from __future__ import annotations
+
+import datetime
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from rigidpend.runs.logs import Logs
+
+
+def lines(path: Path) -> list[str]:
+    """A log's lines without their times, which must be some."""
+    found = [line.split(" ", 1) for line in path.read_text(encoding="utf-8").splitlines()]
+    assert all(datetime.datetime.fromisoformat(time).tzinfo for time, _ in found)
+    return [text for _, text in found]
+
+
+@pytest.fixture
+def targets(tmp_path: Path) -> dict[str, Path]:
+    return {name: tmp_path / "results" / f"{name}.h5" for name in ("a", "b")}
+
+
+def test_each_name_has_its_own_log_as_it_goes(targets: dict[str, Path]) -> None:
+    with Logs(targets, "run a b") as logs:
+        logs.hear("a: computing: now")
+        logs.hear("c: of nobody")
+        logs.hear("no name at all")
+        # Already there, while the run goes on.
+        assert lines(targets["a"].with_suffix(".log")) == ["run a b", "computing: now"]
+        assert logs.path("a") == targets["a"].with_suffix(".log")
+        assert logs.path("b") is None
+    assert [x.name for x in targets["a"].parent.iterdir()] == ["a.log"]
+
+
+def test_the_log_is_that_of_the_last_run(targets: dict[str, Path]) -> None:
+    for text in ("first", "second"):
+        with Logs(targets, text) as logs:
+            logs.hear(f"a: {text}, {text}")
+    assert lines(targets["a"].with_suffix(".log")) == ["second", "second, second"]
+
+
+def test_any_text_can_be_logged(targets: dict[str, Path]) -> None:
+    with Logs(targets, "run \udcff") as logs:
+        logs.hear("a: öäü")
+    assert lines(targets["a"].with_suffix(".log")) == ["run ?", "öäü"]
+
+
+def failure() -> ValueError:
+    try:
+        raise ValueError("mine")
+    except ValueError as error:
+        return error
+
+
+def test_a_failure_is_there_with_its_traceback(targets: dict[str, Path]) -> None:
+    with Logs(targets, "run a") as logs:
+        logs.hear("a: computing")
+        assert logs.failure("a", failure()) == targets["a"].with_suffix(".log")
+    text = targets["a"].with_suffix(".log").read_text()
+    assert "computing\n" in text
+    assert text.endswith("ValueError: mine\n\n")
+
+
+def test_what_cannot_be_written_stops_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    (tmp_path / "file").write_bytes(b"")
+    with Logs({"a": tmp_path / "file" / "a.h5"}, "run a") as logs:
+        logs.hear("a: computing")
+        assert logs.path("a") is None
+        elsewhere = logs.failure("a", failure())
+    assert elsewhere.parent == tmp_path
+    assert elsewhere.read_text().endswith("ValueError: mine\n")

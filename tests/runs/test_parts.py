@@ -1,0 +1,136 @@
+"""Finished parts of a run: used again, never another run's, gone when the result is there."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rigidpend.experiments.contract.tree import Dataset, Tree
+from rigidpend.machine import kept
+from rigidpend.machine.kept import KeptFileWarning
+from rigidpend.runs.parts import Parts, sweep
+
+PART: Tree = {
+    "inner": {"x": Dataset(np.array([1.5, np.nan]), "rad", "angles", ("samples",))},
+    "words": Dataset(np.array([b"left", b"right"]), "1", "sides", ("bodies", 2)),
+    "text": Dataset("grüße", "", "a text"),
+    "flags": Dataset(np.array([True, False]), "1", "flags"),
+    "one": Dataset(np.float64(2.0), "1", "a number"),
+}
+
+
+def not_again() -> Tree:
+    raise AssertionError("computed again")
+
+
+def leaves(tree: Tree, place: str = "") -> dict[str, Dataset]:
+    found: dict[str, Dataset] = {}
+    for name, node in tree.items():
+        inside = f"{place}/{name}"
+        found |= {inside: node} if isinstance(node, Dataset) else leaves(node, inside)
+    return found
+
+
+def test_a_kept_part_is_used_again_with_values_types_and_units(tmp_path: Path) -> None:
+    Parts(tmp_path / "fig.h5", "a").keep("first", lambda: PART)
+    again = leaves(Parts(tmp_path / "fig.h5", "a").keep("first", not_again))
+    given = leaves(PART)
+    assert set(again) == set(given)
+    for name, dataset in given.items():
+        assert again[name][1:] == dataset[1:]
+        assert np.asarray(again[name].values).dtype.kind == np.asarray(dataset.values).dtype.kind
+        np.testing.assert_array_equal(again[name].values, dataset.values)
+
+
+def test_a_part_of_another_fingerprint_is_not_used(tmp_path: Path) -> None:
+    Parts(tmp_path / "fig.h5", "a").keep("first", lambda: PART)
+    with pytest.raises(AssertionError, match="computed again"):
+        Parts(tmp_path / "fig.h5", "b").keep("first", not_again)
+
+
+def test_a_damaged_part_is_computed_again(tmp_path: Path) -> None:
+    parts = Parts(tmp_path / "fig.h5", "a")
+    parts.keep("first", lambda: PART)
+    [path] = tmp_path.rglob("first.h5")
+    path.write_bytes(path.read_bytes()[:100])
+    with pytest.warns(KeptFileWarning, match=f"{path}: damaged; it is made again"):
+        assert parts.keep("first", lambda: {"new": PART["one"]}).keys() == {"new"}
+    assert parts.keep("first", not_again).keys() == {"new"}
+
+
+@pytest.mark.parametrize("other", ["second", "first"])
+def test_a_part_copied_over_another_is_computed_again(tmp_path: Path, other: str) -> None:
+    """Another part of the same run, or the same part of another run."""
+    own, copied = (Parts(tmp_path / f"{name}.h5", name) for name in ("fig", other))
+    copied.keep("second" if other == "second" else "first", lambda: {"wrong": PART["one"]})
+    own.keep("first", lambda: PART)
+    [source] = (tmp_path / f".{other}.parts").rglob("*.h5")
+    [path] = (tmp_path / ".fig.parts").rglob("*.h5")
+    shutil.copy(source, path)
+    with pytest.warns(KeptFileWarning, match=f"{path}: of something else than its name says"):
+        assert own.keep("first", lambda: PART).keys() == PART.keys()
+
+
+def test_a_part_that_is_no_tree_is_told_and_computed_again(tmp_path: Path) -> None:
+    parts = Parts(tmp_path / "fig.h5", "a")
+    parts.keep("first", lambda: PART)
+    [path] = tmp_path.rglob("first.h5")
+    kept.save(path, b"a, part first", b"nothing")
+    with pytest.warns(KeptFileWarning, match="HDF5"):
+        assert parts.keep("first", lambda: PART) is PART
+
+
+def test_dropped_parts_leave_nothing(tmp_path: Path) -> None:
+    for fingerprint in ("a", "b"):
+        with Parts(tmp_path / "fig.h5", fingerprint) as parts:
+            parts.keep("first", lambda: PART)
+    Parts(tmp_path / "fig.h5", "a").drop()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_copy_of_the_open_folder_that_a_child_has_holds_nothing(tmp_path: Path) -> None:
+    """Between fork and exec a child has one: git is started for each result."""
+    with Parts(tmp_path / "fig.h5", "a") as parts:
+        parts.keep("first", lambda: PART)
+        assert parts._handle is not None
+        copy = os.dup(parts._handle)
+        parts.drop()
+        os.close(copy)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_parts_that_another_run_uses_stay_until_it_drops_them(tmp_path: Path) -> None:
+    one, two = (Parts(tmp_path / "fig.h5", "a") for _ in range(2))
+    one.keep("first", lambda: PART)
+    two.keep("first", not_again)
+    one.drop()
+    assert two.keep("first", not_again).keys() == PART.keys()
+    two.drop()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_run_goes_on_though_another_removed_the_folder(tmp_path: Path) -> None:
+    one = Parts(tmp_path / "fig.h5", "a")
+    one.keep("first", lambda: PART)
+    one.drop()
+    assert one.keep("first", lambda: {"new": PART["one"]}).keys() == {"new"}
+    assert len(one) == 1
+
+
+def test_sweep_leaves_a_living_run_alone(tmp_path: Path) -> None:
+    with Parts(tmp_path / "fig.h5", "a") as parts:
+        parts.keep("first", lambda: PART)
+        sweep(tmp_path / "fig.h5")
+        assert parts.keep("first", not_again).keys() == PART.keys()
+    sweep(tmp_path / "fig.h5")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_parts_are_counted_by_fingerprint(tmp_path: Path) -> None:
+    for name in ("first", "second"):
+        Parts(tmp_path / "fig.h5", "a").keep(name, lambda: PART)
+    assert [len(Parts(tmp_path / "fig.h5", x)) for x in "ab"] == [2, 0]

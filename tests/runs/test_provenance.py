@@ -1,0 +1,359 @@
+"""What a result was made from: which changes of code and config count, and which do not."""
+
+from __future__ import annotations
+
+import ast
+import datetime
+import importlib.metadata
+import json
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import llvmlite
+import pytest
+import scipy
+
+from rigidpend import experiments
+from rigidpend.machine import cache, files, kept
+from rigidpend.machine.code_cache import CodeCache
+from rigidpend.runs import loading, provenance, runner
+from tests.config.samples import FIG4, TEXT, changed, written
+
+
+@pytest.fixture
+def copy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of the package, the one whose code is hashed."""
+    target = tmp_path / "rigidpend"
+    ignored = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(provenance.PACKAGE, target, ignore=ignored)
+    monkeypatch.setattr(provenance, "PACKAGE", target)
+    return target
+
+
+def code_hash(experiment: str = "route_codes") -> str:
+    """The hash as another process finds it."""
+    provenance._looked_up.cache_clear()
+    return provenance.code_hash(experiment)
+
+
+def hashed(experiment: str) -> list[str]:
+    """Places of the files whose code counts for an experiment."""
+    parts = [provenance._part(experiment, part) for part in ("schema", "compute")]
+    return sorted(provenance._needed(parts))
+
+
+def config_hash(path: Path, *settings: str) -> str:
+    return provenance.config_hash(loading.load(path, settings).resolved())
+
+
+def test_code_hash_does_not_depend_on_where_the_package_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here = code_hash()
+    target = tmp_path / "deep" / "rigidpend"
+    shutil.copytree(provenance.PACKAGE, target)
+    monkeypatch.setattr(provenance, "PACKAGE", target)
+    assert code_hash() == here
+
+
+def append(file: Path, text: str) -> None:
+    with file.open("a", encoding="utf-8") as opened:
+        opened.write(f"\n{text}\n")
+
+
+@pytest.mark.parametrize(
+    ("experiment", "name"),
+    [
+        ("exponents", "config/axes.py"),
+        ("precession", "experiments/precession/schema.py"),
+        ("route_codes", "integrate/bigint.py"),
+        ("route_codes", "routes/__init__.py"),
+    ],
+)
+def test_code_hash_notices_a_constant_in_what_is_imported(
+    copy: Path, experiment: str, name: str
+) -> None:
+    found = []
+    for value in (1, 2):
+        append(copy / name, f"THRESHOLD = {value}")
+        found.append(code_hash(experiment))
+    assert found[0] != found[1]
+
+
+IMPORTED = """
+import importlib, json, sys
+own = lambda: [name for name in sys.modules if name.split(".")[0] == "rigidpend"]
+found = {}
+for experiment in sys.argv[1:]:
+    for name in own():
+        del sys.modules[name]
+    for part in ("schema", "compute"):
+        importlib.import_module(f"rigidpend.experiments.{experiment}.{part}")
+    found[experiment] = [sys.modules[name].__spec__.origin for name in own()]
+print(json.dumps(found))
+"""
+
+
+@pytest.mark.slow
+def test_code_hash_counts_what_python_imports_and_nothing_that_draws() -> None:
+    names = experiments.names()
+    # A third of them: each takes as long as a start of the program.
+    command = [sys.executable, "-c", IMPORTED, *names[::3]]
+    told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    for experiment, origins in json.loads(told).items():
+        counted = set(hashed(experiment))
+        reached = {Path(x).relative_to(provenance.PACKAGE).as_posix() for x in origins if x}
+        assert len(reached) > 30
+        assert reached <= counted
+        others = [f"experiments/{name}/" for name in names if name != experiment]
+        apart = ("cli/", "render/", "report/", "certified/", "notebook.py", *others)
+        assert not [x for x in counted if x.startswith(apart) or x.endswith(DRAWING)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("experiment", ["exponents", "heteroclinic_cycle"])
+def test_a_plan_changes_with_each_module_that_is_imported_and_with_no_other(
+    experiment: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    real, edited = provenance._looked_up, ""
+
+    def looked_up(package: str, place: str) -> tuple[str, list[str]]:
+        code, imported = real(package, place)
+        return f"{code} edited" if place == edited else code, imported
+
+    monkeypatch.setattr(provenance, "_looked_up", looked_up)
+    config = loading.load(FIG4.with_name(CONFIG_OF[experiment]))
+    before, changed = runner.plan(config, tmp_path).fingerprint, set()
+    for file in provenance.PACKAGE.rglob("*.py"):
+        edited = file.relative_to(provenance.PACKAGE).as_posix()
+        changed |= {edited} if runner.plan(config, tmp_path).fingerprint != before else set()
+    assert changed == set(hashed(experiment))
+    assert ("config/axes.py" in changed) == (experiment == "exponents")
+
+
+CONFIG_OF = {"exponents": "exponents.yaml", "heteroclinic_cycle": "fig2.yaml"}
+DRAWING = ("/draw.py", "/report.py")
+"""Files of an experiment that compute nothing."""
+
+
+def test_code_hash_notices_a_changed_digit(copy: Path) -> None:
+    before = code_hash()
+    file = copy / "routes" / "certainty.py"
+    source = file.read_text(encoding="utf-8")
+    other, times = re.subn(r"(?m)^([A-Z]+ = [\d.]+)", r"\g<1>1", source, count=1)
+    assert times == 1
+    file.write_text(other, encoding="utf-8")
+    assert code_hash() != before
+
+
+def test_code_hash_follows_a_new_import(copy: Path) -> None:
+    (copy / "extra.py").write_text("X = 1\n")
+    file = copy / "routes" / "start.py"
+    file.write_text(file.read_text(encoding="utf-8") + "\nfrom rigidpend import extra\n")
+    before = code_hash()
+    (copy / "extra.py").write_text("X = 2\n")
+    assert code_hash() != before
+
+
+def test_code_hash_ignores_comments_and_docstrings(copy: Path) -> None:
+    before = code_hash()
+    for name in hashed("route_codes")[::9]:
+        source = (copy / name).read_text(encoding="utf-8")
+        text = f'"""Other words."""\n# A comment.\n{source}\n# The end.\n"""Of a name."""\n'
+        (copy / name).write_text(text, encoding="utf-8")
+    assert code_hash() == before
+
+
+def test_code_hash_ignores_a_function_s_docstring(copy: Path) -> None:
+    file = copy / "melnikov.py"
+    source = file.read_text(encoding="utf-8")
+    file.write_text(f"{source}\n\ndef f(x):\n    return x\n", encoding="utf-8")
+    before = code_hash()
+    file.write_text(f'{source}\n\ndef f(x):\n    """The same."""\n    return x\n', encoding="utf-8")
+    assert code_hash() == before
+
+
+def test_code_hash_ignores_layout(copy: Path) -> None:
+    before = code_hash()
+    for name in hashed("route_codes")[::9]:
+        source = (copy / name).read_text(encoding="utf-8")
+        again = ast.unparse(ast.parse(source)).replace("\n", "\n\n")
+        (copy / name).write_text(again, encoding="utf-8")
+    assert code_hash() == before
+
+
+def test_code_does_not_depend_on_fields_that_another_python_has(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As `type_params`, empty since Python 3.12 wherever nothing is generic."""
+    tree = ast.parse("def f(x: int, *, y=0.1) -> str:\n    return f'{x + y!r:>9}'")
+    before = provenance._code(tree)
+    monkeypatch.setattr(ast.FunctionDef, "_fields", (*ast.FunctionDef._fields, "novelty"))
+    for empty in (list[ast.AST](), None):
+        tree.body[0].novelty = empty  # type: ignore[attr-defined]
+        assert provenance._code(tree) == before
+    tree.body[0].novelty = [ast.Pass()]  # type: ignore[attr-defined]
+    assert provenance._code(tree) != before
+
+
+@pytest.fixture
+def parsed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[bytes]]:
+    """The sources that are parsed, where no earlier process has kept anything."""
+    monkeypatch.setattr(cache, "folder", lambda: tmp_path)
+    provenance._cache.cache_clear()
+    found: list[bytes] = []
+    parse = ast.parse
+
+    def counted(source: bytes) -> ast.AST:
+        found.append(source)
+        return parse(source)
+
+    monkeypatch.setattr(ast, "parse", counted)
+    yield found
+    provenance._cache.cache_clear()
+
+
+@pytest.mark.slow
+def test_each_file_is_parsed_once(parsed: list[bytes]) -> None:
+    for experiment in ("route_codes", "route_zoom", "route_codes"):
+        code_hash(experiment)
+    assert len(parsed) == len(set(parsed)) > 10
+
+
+def test_what_one_process_has_read_the_next_does_not_parse(parsed: list[bytes]) -> None:
+    first = code_hash()
+    parsed.clear()
+    provenance._cache.cache_clear()
+    assert code_hash() == first
+    assert parsed == []
+
+
+@pytest.mark.slow
+def test_a_damaged_cache_is_made_again(parsed: list[bytes], tmp_path: Path) -> None:
+    first = code_hash()
+    [path] = (tmp_path / "plans").iterdir()
+    whole = path.read_bytes()
+    for content in (b"", b"{}", files.sealed(b"[1]")):
+        path.write_bytes(content)
+        provenance._cache.cache_clear()
+        with pytest.warns(kept.KeptFileWarning):
+            assert code_hash() == first
+        assert path.read_bytes() == whole
+
+
+def test_another_reader_has_entries_of_its_own() -> None:
+    one, other = (CodeCache(reader).entry for reader in (b"one", b"other"))
+    assert one(b"x = 1", lambda _: ("a", [])) == ("a", [])
+    assert other(b"x = 1", lambda _: ("b", [])) == ("b", [])
+
+
+def test_code_hash_notices_text_that_is_a_value(copy: Path) -> None:
+    file = copy / "melnikov.py"
+    source = file.read_text(encoding="utf-8")
+    found = set()
+    for word in ("one", "two"):
+        file.write_text(f'{source}\nWORD = "{word}"\n', encoding="utf-8")
+        found.add(code_hash())
+    assert len(found) == 2
+
+
+def test_config_hash_ignores_comments_layout_and_order(tmp_path: Path) -> None:
+    bare = "\n".join(line.partition("#")[0].rstrip() for line in TEXT.splitlines())
+    lines = bare.replace("  mu: 0.001\n", "").replace("  h0:", "  mu: 0.001\n\n  h0:")
+    moved = lines.replace("[2, 1, 1.5]", "\n    - 2\n    - 1\n    - 1.5")
+    assert moved != TEXT
+    assert config_hash(written(tmp_path, moved)) == config_hash(FIG4)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("mu: 0.001", "mu: 1e-3"),
+        ("mu: 0.001", "mu: 1/1000"),
+        ("mu: 0.001", "mu: '0.00100'"),
+        ("[2, 1, 1.5]", "[2.0, 1, 3/2]"),
+        ("n_symbols: 15", "n_symbols: 30/2"),
+        ("n_symbols: 15\n", "\n"),
+        ("engine: auto ", ""),
+    ],
+)
+def test_config_hash_is_the_same_for_the_same_values(tmp_path: Path, old: str, new: str) -> None:
+    assert config_hash(written(tmp_path, changed(old, new))) == config_hash(FIG4)
+
+
+def test_config_hash_does_not_depend_on_the_file_s_name(tmp_path: Path) -> None:
+    assert config_hash(written(tmp_path, TEXT, "other.yaml")) == config_hash(FIG4)
+
+
+@pytest.mark.parametrize(
+    "setting",
+    [
+        "problem.mu=0.0010000000000000000000000001",
+        "problem.n_symbols=16",
+        "problem.arrays.left.count=64",
+        "problem.arrays.right.start=0.23561944901923448",
+        "numerics.engine=scipy",
+        "numerics.precisions=[53]",
+    ],
+)
+def test_config_hash_notices_every_value(setting: str) -> None:
+    assert config_hash(FIG4, setting) != config_hash(FIG4)
+
+
+def test_provenance_says_what_ran_where_and_when() -> None:
+    found = provenance.provenance()
+    for library in ("rigidpend", "numpy", "scipy", "mpmath", "h5py", "python"):
+        assert found[f"version_{library}"][0].isdigit()
+    made = datetime.datetime.fromisoformat(found["created"])
+    assert abs(datetime.datetime.now(datetime.UTC) - made) < datetime.timedelta(minutes=1)
+    assert all(isinstance(value, str) and value for value in found.values())
+
+
+def test_without_git_the_commit_is_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "")
+    assert provenance.provenance()["commit"] == "unknown"
+
+
+def test_an_engine_is_named_with_its_version() -> None:
+    assert provenance.engine_name("scipy") == f"scipy (scipy {scipy.__version__})"
+    assert provenance.engine_name("taylor").startswith(f"taylor (llvmlite {llvmlite.__version__}")
+
+
+def test_an_engine_is_named_with_what_is_installed_behind_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def version(library: str) -> str:
+        if library == "heyoka":
+            raise importlib.metadata.PackageNotFoundError
+        return "1.2"
+
+    monkeypatch.setattr(importlib.metadata, "version", version)
+    assert provenance.engine_name("taylor") == "taylor (llvmlite 1.2)"
+
+
+def test_the_commit_is_that_of_the_own_source_tree(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def git(*arguments: str) -> str:
+        command = ["git", "-C", str(tmp_path), "-c", "user.name=x", "-c", "user.email=x@x"]
+        done = subprocess.run([*command, *arguments], capture_output=True, text=True, check=True)
+        return done.stdout.strip()
+
+    git("init", "-q")
+    git("commit", "-q", "--allow-empty", "-m", "another's")
+    other = git("rev-parse", "--short=12", "HEAD")
+    own = provenance._commit()
+    monkeypatch.setenv("GIT_DIR", str(tmp_path / ".git"))
+    monkeypatch.setenv("GIT_WORK_TREE", str(tmp_path))
+    assert provenance._commit() == own
+    monkeypatch.delenv("GIT_DIR")
+    monkeypatch.delenv("GIT_WORK_TREE")
+    # Installed into a folder of somebody's repository, it has no commit of its own.
+    inner = tmp_path / "lib" / "site-packages" / "rigidpend"
+    inner.mkdir(parents=True)
+    monkeypatch.setattr(provenance, "PACKAGE", inner)
+    assert other not in provenance._commit()

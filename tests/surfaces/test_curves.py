@@ -1,0 +1,183 @@
+"""Curves on S1- and S2+ against Hamilton's equations, forward and really backward in time."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
+from rigidpend.mechanics.equations import aligned_coefficients, eq1
+from rigidpend.mechanics.periodic import Delta_1
+from rigidpend.numbers.exact import exact, exacts
+from rigidpend.orbits.integrate import sample, sample_orbits
+from rigidpend.orbits.integrate.engines import default_engine
+from rigidpend.routes.problem import ProblemError, RouteProblem
+from rigidpend.routes.start import Scales, start, states_double
+from rigidpend.surfaces.curves import (
+    CHORD,
+    S1_minus,
+    S2_plus,
+    SurfaceCurves,
+    exponent,
+    points,
+    projected,
+    surface_problem,
+    times,
+)
+from tests.orbits.integrate.problems import ENGINES, on_separatrix
+
+MOMENTS = {"a": (2, "0.2", "1.8"), "d": (2, "1.18", "1.5"), "g": (2, 1, "1.04")}
+THETA2_0 = 2 * math.pi * (np.arange(12) + 0.5) / 12
+
+
+def made(name: str = "d", **changes: Any) -> RouteProblem:
+    given = {"beta0": None, "mu": "0.01", "M_0": 2, "J1_0": "1e-8", **changes}
+    numbers = (None if x is None else exact(x) for x in given.values())
+    return surface_problem(exacts(MOMENTS[name]), *numbers)  # type: ignore[arg-type]
+
+
+def delta(problem: RouteProblem) -> float:
+    return float(Delta_1(problem.body.angles(), float(problem.h0), 1, math))
+
+
+def lower(
+    problem: RouteProblem, theta2_0: Any = THETA2_0, half_width: float = 2.5
+) -> SurfaceCurves:
+    return S1_minus(problem, theta2_0, half_width * delta(problem), default_engine())
+
+
+def curve(curves: SurfaceCurves, k: int) -> tuple[Any, Any, Any]:
+    part = slice(*curves.offsets[k : k + 2])
+    return curves.theta1[part], curves.J1_over_J2[part], curves.sample[part]
+
+
+def width(curves: SurfaceCurves, problem: RouteProblem, low: float, high: float) -> float:
+    """The largest |theta1 - alpha0 - beta0|/Delta_1 between two heights."""
+    off = np.abs(curves.theta1 - problem.body.alpha0 - problem.body.beta0) / delta(problem)
+    return float(off[(curves.J1_over_J2 > low) & (curves.J1_over_J2 < high)].max())
+
+
+@pytest.mark.parametrize("name", MOMENTS)
+def test_agrees_with_hamilton_s_equations(name: str) -> None:
+    """By (dtheta) errors grow as J2^2/(J1 (J2 - J1))."""
+    problem = made(name)
+    p, curves, t = problem.body.angles(), lower(problem), times(problem)
+    for k in (0, 5):
+        theta1, ratio, at = curve(curves, k)
+        begin = [p.alpha0 + p.beta0, float(problem.J1_0), THETA2_0[k], problem.J2_0(53)]
+        orbit = sample(lambda x, m: eq1(x, p, m), begin, np.append(0, t[at]), engine="scipy")
+        gap = np.abs(theta1 - orbit[0, 1:]) * 4 * ratio * (1 - ratio)
+        assert gap.max() < 1e-10
+        np.testing.assert_allclose(ratio, orbit[1, 1:] / orbit[3, 1:], rtol=0, atol=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("name", MOMENTS)
+def test_invariant_mirrored_orbits_are_those_integrated_backward(name: str, engine: str) -> None:
+    problem = made(name)
+    body, t = problem.body, times(problem)
+    upper = S2_plus(lower(problem), body.alpha0, body.beta0)
+    J2, J1_0 = float(problem.J2_0(53)), float(problem.J1_0)
+    for k in (0, 7):
+        theta1, ratio, at = curve(upper, k)
+        begin = on_separatrix(2, body, J2 - J1_0, upper.theta2_0[k], J2)
+        backward = np.append(0, -t[at])
+        numbers: Any = aligned_coefficients(body.angles(), math)
+        orbit = sample_orbits(numbers, begin[:, None], backward, engine=engine)[:, 1:, 0]
+        theta1_back, ratio_back = projected(orbit, body.alpha0, body.beta0)
+        # J2 - J1_0 is rounded here: a relative 1e-8 of the distance from the surface.
+        gap = np.abs(theta1 - theta1_back) * 4 * ratio * (1 - ratio)
+        assert gap.max() < 1e-8
+        np.testing.assert_allclose(ratio, ratio_back, rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize("name", MOMENTS)
+def test_surfaces_are_born_as_wide_as_the_periodic_solutions_swing(name: str) -> None:
+    problem = made(name)
+    curves = lower(problem, 2 * math.pi * np.arange(48) / 48)
+    firsts = curves.theta1[curves.offsets[:-1]] - problem.body.alpha0 - problem.body.beta0
+    assert np.abs(firsts).max() / delta(problem) == pytest.approx(1, abs=0.03)
+    assert curves.J1_over_J2[curves.offsets[:-1]].max() < 1e-4
+
+
+def test_a_flares_early_and_g_stays_a_cylinder_and_d_is_pinched() -> None:
+    tubes = {name: lower(made(name), 2 * math.pi * np.arange(48) / 48) for name in MOMENTS}
+    assert width(tubes["a"], made("a"), 0.6, 0.8) > 2.4
+    assert width(tubes["g"], made("g"), 0.01, 0.99) < 1.2
+    assert width(tubes["d"], made("d"), 0.93, 0.94) < 0.25
+    assert width(tubes["d"], made("d"), 0.6, 0.8) > 1.3
+    assert width(tubes["d"], made("d"), 0.96, 1) > 2.4
+
+
+def test_curves_end_with_their_first_point_outside_the_window() -> None:
+    problem = made("a")
+    curves = lower(problem)
+    for k in range(THETA2_0.size):
+        theta1, _, at = curve(curves, k)
+        off = np.abs(theta1 - problem.body.alpha0 - problem.body.beta0) / delta(problem)
+        assert (off[:-1] <= 2.5).all()
+        assert off[-1] > 2.5
+        assert (np.diff(at) > 0).all()
+
+
+def test_polygons_stay_near_all_points_they_leave_out() -> None:
+    """Against every point of the orbit, in half widths and heights."""
+    problem, half = made("d"), 2.5
+    p, begin = problem.body.angles(), start(problem, 53, Scales())
+    states = states_double(begin, THETA2_0, 0.0)
+    theta1, ratio = projected(
+        sample_orbits(begin.coefficients, states, times(problem)), p.alpha0, p.beta0
+    )
+    x = (theta1 - p.alpha0 - p.beta0) / (half * delta(problem))
+    curves = lower(problem, half_width=half)
+    for k in range(THETA2_0.size):
+        z = x[:, k] + 1j * ratio[:, k]
+        for i, j in pairwise(curve(curves, k)[2]):
+            ahead = (z[i : j + 1] - z[i]) / (z[j] - z[i])
+            assert (np.abs(ahead.imag) * abs(z[j] - z[i])).max() < 4 * CHORD
+
+
+def test_few_points_where_straight_and_more_where_bent() -> None:
+    line = np.linspace(0, 0.9, 500)
+    assert points(line, 2 * line).tolist() == [0, 499]
+    arc = np.linspace(0, math.pi, 2000)
+    kept = points(0.5 * np.cos(arc), 0.5 * np.sin(arc))
+    # sqrt(c/(8 CHORD)) per length, curvature c = 2, length pi/2.
+    assert kept.size == pytest.approx(math.sqrt(2 / (8 * CHORD)) * math.pi / 2, abs=3)
+    assert points(2 * arc, arc)[-1] == np.argmax(2 * arc > 1)
+
+
+def test_times_bring_J1_from_its_start_to_as_near_the_other_end() -> None:
+    """(sol_2), by its differential equation: J1' = sin(alpha0) J1 (J2 - J1)."""
+    problem = made("d")
+    t, J2, J1_0 = times(problem), float(problem.J2_0(53)), float(problem.J1_0)
+    rate = math.sin(problem.body.alpha0)
+    ends = sample(lambda x, m: (rate * x[0] * x[1], -rate * x[0] * x[1]), [J1_0, J2 - J1_0], t)
+    assert ends[1, -1] == pytest.approx(J1_0, rel=1e-6)
+    assert exponent(problem) == pytest.approx(rate * J2)
+
+
+def test_the_start_has_the_given_momentum_and_the_body_is_grioli_s() -> None:
+    problem = made("d", M_0="1.7")
+    begin = start(problem, 53, Scales())
+    states = states_double(begin, THETA2_0, 0.0)
+    A = [float(x) for x in problem.body.A]
+    M, _ = body_from_aligned(Aligned(*states), problem.body.alpha0, scale(A))
+    np.testing.assert_allclose(np.linalg.norm(M, axis=0), 1.7, rtol=1e-14)
+    assert problem.body.special_cases == ("Grioli",)
+    assert made("d", beta0="1.25").body.beta0 == pytest.approx(1.25, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("M_0", "0"), ("M_0", "0.1"), ("J1_0", "0.9"), ("beta0", "4"), ("beta0", "-1")],
+)
+def test_refuses_what_the_problem_excludes(field: str, value: str) -> None:
+    with pytest.raises(ProblemError) as refused:
+        made("d", **{field: value})
+    assert refused.value.field == field

@@ -1,0 +1,124 @@
+"""What theta3 gains: separatrices 1 to 4 integrated directly, orders in mu, the Hess case."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from rigidpend import Body
+from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
+from rigidpend.mechanics.equations import aligned_coefficients, hamiltonian_J3_0
+from rigidpend.mechanics.hodograph import field
+from rigidpend.mechanics.precession import increments as first_order
+from rigidpend.numbers.exact import exact
+from rigidpend.orbits import integrate
+from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate.engines import default_engine
+from rigidpend.surfaces.heteroclinic import increments
+from tests.orbits.integrate.problems import find, theta1_on
+
+GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.05")
+HESS = Body(A=(2, 1, "1.5"), r=(1, "sqrt(2)", 0), mu="0.05")
+ARITHMETIC = resolve(default_engine(), 3e-14)
+H0 = exact(1)
+LOW = math.exp(-44)
+
+
+def beginning(separatrix: int, theta2: float) -> Any:
+    """A state (6,) of energy 1 where the separatrix begins, at J1 or J2 - J1 = LOW J2."""
+    p, theta1 = GENERIC.angles(), theta1_on(separatrix, GENERIC)
+    rising = separatrix in (2, 4)
+
+    def surplus(J2: float) -> float:
+        J1 = LOW * J2 if rising else J2
+        return float(hamiltonian_J3_0(J1, J2, (theta1, theta2), p, math)) - 1
+
+    J2 = brentq(surplus, 0.5, 2, xtol=1e-16, rtol=1e-15)
+    small, large = LOW * J2, J2 - LOW * J2
+    J = (small, large) if rising else (large, small)
+    state = aligned_from_canonical(Canonical(*J, 0.0, theta1, theta2, 0.0, 1.0), p.alpha0, p.beta0)
+    return np.array(state._replace(**{"Qm" if rising else "Qp": 0.0}))
+
+
+def crossing(separatrix: int, theta2: float) -> tuple[float, float, Any]:
+    """When the orbit crosses the section, gamma3 there, and where it began."""
+    state = beginning(separatrix, theta2)
+    found = find(state[:, None], ARITHMETIC.engine, body=GENERIC, n_crossings=1)
+    assert found.separatrix[0, 0] == separatrix
+    time = float(found.time[0, 0])
+    numbers: Any = aligned_coefficients(GENERIC.angles(), math)
+    end = integrate.sample_orbits(numbers, state[:, None], [0.0, time])[:, -1, 0]
+    return time, float(end[5]), state
+
+
+def directly(separatrix: int) -> list[float]:
+    """theta3 over the two orbits that cross the section where gamma3 = 0; checks the mirror."""
+    grid = np.linspace(0, math.tau, 9)
+    at = [crossing(separatrix, x)[1] for x in grid]
+    gains = []
+    for a, b, left, right in zip(grid, grid[1:], at, at[1:], strict=False):
+        if left * right < 0:
+            root = brentq(lambda x: crossing(separatrix, x)[1], a, b, xtol=1e-13)
+            time, _, state = crossing(separatrix, root)
+            times = np.array([0.0, time - 9, time - 4, time, time + 4, time + 9])
+            orbit = integrate.sample(field(GENERIC), [*state, 0.0, 0.0], times)
+            theta3 = orbit[6] - orbit[6, 3]
+            assert abs(theta3[4]) > 0.2 * abs(theta3[0])
+            np.testing.assert_allclose(-theta3[[2, 1]], theta3[[4, 5]], rtol=0, atol=1e-8)
+            gains.append(float(-2 * theta3[0]))
+    return sorted(gains)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("separatrix", [1, 2, 3, 4])
+def test_agrees_with_each_separatrix_integrated_directly(separatrix: int) -> None:
+    found = np.sort(increments(GENERIC, H0, ARITHMETIC).gained[:, separatrix - 1])
+    np.testing.assert_allclose(directly(separatrix), found, rtol=0, atol=2e-10)
+    # Far more than that is between the orbits, and between them and the first order.
+    first = first_order(GENERIC.angles(), 1.0)[separatrix - 1]
+    assert found[1] - found[0] > 1e-4
+    assert np.abs(found - first).min() > 1e-5
+
+
+@pytest.mark.parametrize("body", [GENERIC, Body(HESS.A, (2, 1, 0), 0)])
+def test_order_tri1_errs_in_the_second_order_and_the_mean_of_both_orbits_in_the_third(
+    body: Body,
+) -> None:
+    gaps = []
+    for mu in ("2e-3", "1e-3"):
+        heavy = Body(body.A, body.r, mu)
+        gaps.append(increments(heavy, H0, ARITHMETIC).gained - first_order(heavy.angles(), 1.0))
+    np.testing.assert_allclose(gaps[0] / gaps[1], 4, rtol=0.05)
+    np.testing.assert_allclose(gaps[0].mean(axis=0) / gaps[1].mean(axis=0), 8, rtol=0.01)
+
+
+def test_in_the_Hess_case_nothing_is_gained_along_1_and_3() -> None:
+    found = increments(HESS, H0, ARITHMETIC).gained
+    assert np.abs(found[:, [0, 2]]).max() < 1e-17
+    assert np.abs(found[:, [1, 3]]).min() > 0.1
+
+
+def test_the_error_told_holds_against_more_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    from rigidpend.surfaces import heteroclinic
+
+    found = increments(GENERIC, H0, ARITHMETIC)
+    monkeypatch.setattr(heteroclinic, "STEPS", 3 * heteroclinic.STEPS)
+    finer = increments(GENERIC, H0, ARITHMETIC)
+    assert np.abs(finer.gained - found.gained).max() < found.error.max() + 1e-15
+
+
+@pytest.mark.slow
+def test_agrees_engines() -> None:
+    found = increments(HESS, H0, resolve("scipy", 3e-14)).gained
+    np.testing.assert_allclose(found, increments(HESS, H0, ARITHMETIC).gained, rtol=0, atol=1e-13)
+
+
+@pytest.mark.slow
+def test_an_orbit_that_is_not_found_is_an_error() -> None:
+    body = Body(A=(2, "1.7", "1.85"), r=(2, 1, 0), mu="0.95")
+    with pytest.raises(ArithmeticError, match=r"meets the section at g = -?1\.57"):
+        increments(body, H0, ARITHMETIC)

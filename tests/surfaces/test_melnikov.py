@@ -1,0 +1,329 @@
+"""Melnikov's integral: bracket, closed form and zeros against derivatives, sums and orbits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+from rigidpend import Body, route_codes
+from rigidpend.mechanics.equations import hamiltonian_J3_0
+from rigidpend.mechanics.free_body import SEPARATRICES
+from rigidpend.mechanics.separatrices import SeparatrixMotion, direction, separatrix
+from rigidpend.numbers.exact import exact
+from rigidpend.routes.problem import RouteProblem
+from rigidpend.surfaces import melnikov
+from tests.bodies import FIG4, GENERIC
+from tests.strategies import (
+    DERIVATIVE,
+    FINE,
+    ROUNDING,
+    apart,
+    bodies,
+    canonicals,
+    fine_angles,
+    gradient,
+    numbers,
+    repeatable,
+)
+
+HESS = Body.from_angles("1.2", "1.2", "0.9", "0.01")
+MAX_NU = 9
+"""The integral is about nu exp(-nu) of its integrand: beyond, quadrature in doubles is blind."""
+
+
+def problem(body: Body = FIG4, h0: Any = "1.3342", J1_0: Any = "1e-8") -> RouteProblem:
+    return RouteProblem(body, exact(h0), exact(J1_0), 1)
+
+
+def fine_motion(number: int, phase: float = 0.7) -> SeparatrixMotion:
+    return SeparatrixMotion(number, FINE.mpf("1e-8"), FINE.mpf("0.9"), FINE.mpf(phase))
+
+
+def nearly_round(nu: float) -> Body:
+    """A body of about the given nu; the nearer to a sphere, the larger it is."""
+    spread = 2 * math.pi / nu
+    return Body(A=(2, 2 - spread, 2 - spread / 2), r=(1, 3, 0), mu=0)
+
+
+def bracket_of_slopes(x: Any, p: Any) -> Any:
+    """{H0, H1/(kappa J2)} at theta1, J1, theta2, J2 from differences of the Hamiltonian."""
+
+    def slopes(mu: int) -> Any:
+        q = p._replace(mu=mu)
+        H = gradient(lambda y: hamiltonian_J3_0(y[1], y[3], (y[0], y[2]), q, FINE), x)
+        return np.array(H[:2])
+
+    free = slopes(0)
+    heavy = slopes(1) - free
+    return (free[0] * heavy[1] - free[1] * heavy[0]) / (p.kappa * x[3])
+
+
+@repeatable(30)
+@given(bodies(), canonicals())
+def test_the_bracket_is_that_of_the_hamiltonian_s_slopes(body: Body, c: Any) -> None:
+    p, x = fine_angles(body), [FINE.mpf(float(y)) for y in (c.theta1, c.J1, c.theta2, c.J2)]
+    assert abs(melnikov.bracket(x, p, FINE) - bracket_of_slopes(x, p)) < DERIVATIVE
+
+
+@pytest.mark.parametrize("number", SEPARATRICES)
+@repeatable(10)
+@given(bodies(), numbers(-30, 30))
+def test_the_integrand_is_the_bracket_on_the_separatrix(number: int, body: Body, t: float) -> None:
+    p, motion = fine_angles(body), fine_motion(number)
+    c = separatrix(FINE.mpf(t), motion, p, FINE)
+    expected = melnikov.bracket((c.theta1, c.J1, c.theta2, c.J2), p, FINE)
+    assert abs(melnikov.integrand(FINE.mpf(t), motion, p, FINE) - expected) < 1e-50
+
+
+@pytest.mark.parametrize("number", SEPARATRICES)
+def test_the_integrand_keeps_its_relative_precision_in_its_tails(number: int) -> None:
+    p, fine = GENERIC.angles(), fine_angles(GENERIC)
+    motion = fine_motion(number)
+    plain = SeparatrixMotion(number, *map(float, motion[1:]))
+    for t in (-200.0, -20.0, 0.0, 20.0, 200.0):
+        found = melnikov.integrand(t, plain, p)
+        expected = float(melnikov.integrand(FINE.mpf(t), motion, fine, FINE))
+        assert found == pytest.approx(expected, rel=1e-14 * (1 + abs(t)))
+        assert found != 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("number", "nu"), [(1, 8), (2, 12), (3, 12), (4, 8), (3, 30), (4, 50)])
+def test_eq_Im_is_the_sum_of_the_integrand_for_any_nu(number: int, nu: float) -> None:
+    """To 20 digits of the integral, where it is down to 1e-20 of what is summed."""
+    body = nearly_round(nu)
+    assert body.nu == pytest.approx(nu, rel=0.3)
+    p, motion = fine_angles(body), fine_motion(number)
+    by_sum = melnikov.quadrature(motion, p, FINE, 1e-20)
+    assert abs(by_sum / melnikov.integral(motion, p, FINE) - 1) < 1e-19
+    finer = melnikov.quadrature(motion, p, FINE, 1e-30)
+    assert abs(finer / melnikov.integral(motion, p, FINE) - 1) < 1e-29
+
+
+@pytest.mark.parametrize("number", SEPARATRICES)
+@pytest.mark.parametrize("phase", [0.0, 1.0, 4.0])
+def test_eq_Im_is_adaptive_quadrature_of_the_bracket(number: int, phase: float) -> None:
+    p, motion = FIG4.angles(), SeparatrixMotion(number, 0.3, 0.7, phase)
+
+    def rate(t: float) -> float:
+        c = separatrix(t, motion, p, math)
+        return float(melnikov.bracket((c.theta1, c.J1, c.theta2, c.J2), p, math))
+
+    found = quad(rate, -40, 40, epsabs=1e-14, limit=500)[0]
+    assert melnikov.integral(motion, p) == pytest.approx(found, abs=1e-12)
+    assert melnikov.quadrature(motion, p) == pytest.approx(found, abs=1e-12)
+
+
+@pytest.mark.parametrize("nu", [8, 20])
+def test_eq_Im_is_its_middle_form_with_legendre_s_integral(nu: float) -> None:
+    """The printed factor of sigma_0/u cos(delta + phase), the paper's minus sign apart."""
+    m, p = FINE, fine_angles(nearly_round(nu))
+
+    def legendre(x: Any) -> Any:
+        return m.sin(2 * p.nu * x) / (m.exp(2 * m.pi * x) + 1)
+
+    ends = [k * m.pi / p.nu for k in range(math.ceil(11 * nu / math.pi))]
+    middle = 1 - 4 * p.nu * m.quad(legendre, ends, method="gauss-legendre")
+    J2 = m.mpf("0.7")
+    unit = melnikov.sigma(2, p, m) / (J2 * m.sin(p.alpha0))
+    assert abs(-melnikov.amplitude(2, J2, p, m) / unit - middle) < 1e-26
+
+
+@pytest.mark.parametrize("nu", [1e-3, 4.0, 300.0, 745.0, 2000.0])
+def test_the_amplitude_neither_overflows_nor_loses_digits(nu: float) -> None:
+    p = GENERIC.angles()._replace(nu=nu)
+    fine = fine_angles(GENERIC)._replace(nu=FINE.mpf(nu))
+    lean = FINE.sin((fine.alpha0 + fine.beta0) / 2)
+    expected = float(-2 * fine.nu * lean / (fine.kappa * FINE.sinh(fine.nu)))
+    for m in (np, math):
+        assert melnikov.amplitude(2, 1.0, p, m) == pytest.approx(expected, rel=1e-14, abs=1e-320)
+
+
+@pytest.mark.slow
+@repeatable(50)
+@given(bodies())
+def test_separatrix_2_always_splits_and_1_does_not_in_the_hess_case_only(body: Body) -> None:
+    p = body.angles()
+    sizes = [abs(melnikov.amplitude(n, 1.0, p)) * math.sinh(p.nu) for n in SEPARATRICES]
+    assert sizes[1] > 0
+    assert sizes[3] == pytest.approx(sizes[1], rel=1e-12)
+    assert sizes[0] == pytest.approx(sizes[2], rel=1e-9, abs=1e-14)
+    assert (sizes[0] > 0) == (p.alpha0 != p.beta0)
+    hess = [abs(melnikov.amplitude(n, 1.0, HESS.angles())) for n in SEPARATRICES]
+    assert max(hess[0], hess[2]) < ROUNDING < 0.01 < min(hess[1], hess[3])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", SEPARATRICES)
+def test_zeros_are_where_the_sum_vanishes_on_each_separatrix(number: int) -> None:
+    p, q = problem(GENERIC), fine_angles(GENERIC)
+    J1, J2 = FINE.mpf("1e-8"), p.J2_0(200)
+    found = melnikov.zeros(p, number)
+    assert len(found) == 2
+    for phase in found:
+        at, beside = (
+            melnikov.quadrature(
+                SeparatrixMotion(number, J1, J2 - J1, FINE.mpf(phase) + more), q, FINE
+            )
+            for more in (0, FINE.pi / 2)
+        )
+        assert abs(at) < 1e-14 * abs(beside)
+
+
+def test_zeros_are_none_where_nothing_splits() -> None:
+    found = [melnikov.zeros(problem(HESS, 2), number) for number in SEPARATRICES]
+    assert [len(x) for x in found] == [0, 2, 0, 2]
+    # 2 and 4 are mirrors of each other.
+    assert_same_angles(found[1], found[3], 1e-14)
+
+
+def test_deviations_are_driven_to_the_side_opposite_to_the_integral() -> None:
+    """What direction() says: the first symbol is 1 where the integral along 2 is negative."""
+    for phase, zero in ((z + 0.1, z) for z in melnikov.zeros(problem())):
+        J2 = float(problem().J2_0(53))
+        value = melnikov.integral(SeparatrixMotion(2, 1e-8, J2 - 1e-8, phase), FIG4.angles())
+        routes = route_codes(FIG4, [phase], h0="1.3342", J1_0="1e-8", n_symbols=1)
+        assert direction(2) == 1
+        assert int(routes.codes[0, 0]) == int(value < 0), zero
+
+
+def bracket(p: RouteProblem, J1: Any, theta2: Any) -> Any:
+    """{H0, H1/(kappa J2_0)} on separatrix 2, the definition above (Im), of arrays.
+
+    The derivatives of the Hamiltonian are taken in the complex direction, which rounds nothing.
+    """
+    angles, J2, tiny = p.body.angles(), float(p.J2_0(53)), 1e-30
+    theta1 = angles.alpha0 + angles.beta0
+
+    def slope(mu: float, at: complex, along: complex) -> Any:
+        H = hamiltonian_J3_0(J1 + at, J2, (theta1 + along, theta2), angles._replace(mu=mu), np)
+        return H.imag / tiny
+
+    H0_J1, H0_theta1 = slope(0, tiny * 1j, 0), slope(0, 0, tiny * 1j)
+    H1_J1, H1_theta1 = slope(1, tiny * 1j, 0) - H0_J1, slope(1, 0, tiny * 1j) - H0_theta1
+    return (H0_theta1 * H1_J1 - H0_J1 * H1_theta1) / (angles.kappa * J2)
+
+
+def integral(p: RouteProblem) -> Callable[[float], float]:
+    """I_M as a function of the phase, by the trapezoid rule along (sol_2), J1(0) = J1_0."""
+    angles, J2, J1_0 = p.body.angles(), float(p.J2_0(53)), float(p.J1_0)
+    u, v = J2 * math.sin(angles.alpha0), math.log((J2 - J1_0) / J1_0)
+    # On the whole line the rule converges exponentially; exp(-40) is left beyond the ends.
+    t, step = np.linspace(v / u - 40 / u, v / u + 40 / u, 4001, retstep=True)
+    J1 = J2 / (np.exp(-u * t + v) + 1)
+    theta2 = angles.kappa * J2 * t
+    return lambda phase: float(bracket(p, J1, theta2 + phase).sum() * step)
+
+
+def zeros_by_quadrature(p: RouteProblem) -> list[float]:
+    """Where the integral changes its sign in a turn."""
+    f = integral(p)
+    grid = np.linspace(0, math.tau, 14)
+    ends = [f(x) for x in grid]
+    signs = [(a, b) for a, b in zip(range(13), range(1, 14), strict=True) if ends[a] * ends[b] < 0]
+    return [float(brentq(f, grid[a], grid[b], xtol=1e-14)) for a, b in signs]
+
+
+def assert_same_angles(found: Any, expected: Any, allowed: float) -> None:
+    """Two pairs of angles, in any order, around the circle."""
+    first, second = expected
+    direct = max(apart(found[0], first, math.tau), apart(found[1], second, math.tau))
+    crossed = max(apart(found[0], second, math.tau), apart(found[1], first, math.tau))
+    assert min(direct, crossed) <= allowed
+
+
+def test_agrees_the_zeros_of_fig4_to_six_digits() -> None:
+    assert [f"{x:.6f}" for x in melnikov.zeros(problem())] == ["1.563050", "4.704643"]
+
+
+@pytest.mark.parametrize(
+    ("A", "r"),
+    [
+        ((2, 1, "1.5"), (1, 1, 0)),
+        ((2, "0.2", "1.8"), (1, 0, 0)),
+        ((2, "1.04", "1.7"), (0, 1, 0)),
+        ((2, "1.18", "1.5"), (2, "0.3", 0)),
+        ((2, "1.3", "1.72"), (1, 3, 0)),
+    ],
+)
+@pytest.mark.parametrize("J1_0", ["1e-2", "1e-8", "1e-100"])
+def test_eq_Im_vanishes_where_the_quadrature_of_its_definition_does(
+    A: Any, r: Any, J1_0: str
+) -> None:
+    p = problem(Body(A, r, 0), "0.7", J1_0)
+    by_quadrature = zeros_by_quadrature(p)
+    assert len(by_quadrature) == 2
+    assert_same_angles(melnikov.zeros(p), by_quadrature, 1e-10)
+
+
+@repeatable(30)
+@given(bodies(), numbers(1, 5), st.integers(3, 200))
+def test_eq_Im_vanishes_at_the_zeros_of_any_body(body: Body, h0: float, digits: int) -> None:
+    assume(body.nu < MAX_NU)
+    p = problem(body, h0, f"1e-{digits}")
+    f = integral(p)
+    first, second = melnikov.zeros(p)
+    largest = abs(f(first + math.pi / 2))
+    assert largest > 0
+    assert max(abs(f(first)), abs(f(second))) < 1e-7 * largest
+
+
+@pytest.mark.slow
+@repeatable(100)
+@given(bodies(), numbers(1, 5), st.integers(3, 400))
+def test_the_zeros_ascend_in_a_turn_and_are_half_a_turn_apart(
+    body: Body, h0: float, digits: int
+) -> None:
+    first, second = melnikov.zeros(problem(body, h0, f"1e-{digits}"))
+    assert 0 <= first < second < math.tau
+    assert second - first == pytest.approx(math.pi, abs=1e-15)
+
+
+@pytest.mark.slow
+@repeatable(50)
+@given(bodies(), st.integers(1, 3))
+def test_the_same_orbit_passed_a_turn_later_has_the_same_zeros(body: Body, turns: int) -> None:
+    p = fine_angles(body)
+    # So small that J2_0 - J1_0 is J2_0 in double precision.
+    J1_0 = FINE.mpf("1e-40")
+    later = J1_0 * FINE.exp(-turns * 2 * FINE.pi * FINE.sin(p.alpha0) / p.kappa)
+    assume(later > FINE.mpf("1e-400"))
+    found, shifted = (melnikov.zeros(problem(body, 1, FINE.nstr(x, 50))) for x in (J1_0, later))
+    assert_same_angles(shifted, found, 1e-14)
+
+
+def test_the_zeros_move_with_J1_0_by_kappa_over_sin_alpha0() -> None:
+    before, after = (melnikov.zeros(problem(J1_0=x)) for x in ("1e-50", "2e-50"))
+    shift = FIG4.kappa / math.sin(FIG4.alpha0) * math.log(2)
+    assert_same_angles(after, [x + shift for x in before], 1e-14)
+
+
+def test_between_the_zeros_the_first_symbol_follows_the_cosine_s_sign() -> None:
+    zeros = melnikov.zeros(problem())
+    near = 1.1 * float(FIG4.mu)
+    phases = np.array([x + side * near for x in zeros for side in (-1, 1)])
+    routes = route_codes(FIG4, phases, h0="1.3342", J1_0="1e-8", n_symbols=1)
+    assert routes.certain.all()
+    # cos(delta + theta2_0) is sin(theta2_0 - z) for the zero z where it starts to be positive.
+    rising = next(z for z in zeros if integral(problem())(z + 0.1) < 0)
+    assert routes.codes[0].tolist() == [int(math.sin(x - rising) > 0) for x in phases]
+
+
+def test_whisker_growth_is_the_mean_over_random_phases() -> None:
+    nu = 4.4
+    a = 2 * nu / math.pi
+    zero = math.atan(a)
+
+    def logarithm(x: float) -> float:
+        return math.log(abs(1 - a / math.tan(x)))
+
+    found = quad(logarithm, 0, math.pi, points=[zero], limit=500, epsabs=1e-9)[0] / math.pi
+    assert math.log(melnikov.whisker_growth(nu)) == pytest.approx(found, abs=1e-6)

@@ -1,0 +1,213 @@
+"""The splitting: against quadrature, against real backward integration, in several precisions."""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from rigidpend import Body
+from rigidpend.mechanics.equations import AlignedCoefficients, eq1
+from rigidpend.numbers.exact import exact
+from rigidpend.orbits.integrate import sample_orbits
+from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate.engines import default_engine
+from rigidpend.surfaces.arrays import arrays
+from rigidpend.surfaces.heteroclinic import phase_at_start
+from rigidpend.surfaces.splitting import (
+    TOP,
+    amplitude,
+    distance,
+    harmonics,
+    measure,
+)
+from rigidpend.surfaces.surface_orbits import (
+    J2_0,
+    Points,
+    coefficients,
+    kind,
+    launch,
+    meet,
+    numbers,
+    section_angles,
+    surface,
+)
+from tests.bodies import FIG4
+from tests.orbits.integrate.problems import needs_heyoka
+
+GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.02")
+LARGE_NU = Body(A=(2, "1.7", "1.85"), r=(2, 1, 0), mu="0.3")
+TABLE_1A = Body(A=(2, "0.2", "1.8"), r=("sqrt(0.2)", "sqrt(1.6)", 0), mu="1e-6")
+TABLE_1G = Body(A=(2, 1, "1.04"), r=("sqrt(0.96)", "0.2", 0), mu="1e-6")
+ARITHMETIC = resolve(default_engine(), 3e-14)
+H0 = exact(1)
+M = numbers(53)
+
+
+def weighing(body: Body, mu: str) -> Body:
+    return Body(body.A, body.r, mu)
+
+
+@pytest.mark.parametrize("body", [FIG4, GENERIC])
+@pytest.mark.parametrize("separatrix", [1, 2])
+def test_first_order_distance_is_the_quadrature_of_the_linear_equation(
+    body: Body, separatrix: int
+) -> None:
+    """theta1' = -(J2 - 2 J1) sin(alpha0) x + mu f: x decays and grows as J1 (J2 - J1) does."""
+    s = surface(body, H0, 53, separatrix)
+    p = s.p._replace(**{key: float(x) for key, x in s.p._asdict().items()})
+    J2 = float(J2_0(s))
+    u, theta1 = J2 * math.sin(p.alpha0), p.alpha0 + p.beta0
+
+    def rate(t: float, g: float) -> float:
+        J1 = J2 / (1 + math.exp(-u * t))
+        theta2 = g - theta1 / 2 + p.kappa * J2 * t
+        forced = eq1((theta1, J1, theta2, J2), p, math)[0]
+        return float(forced * 4 * J1 * (J2 - J1) / J2**2)
+
+    for g in (0.0, 0.8, 2.5):
+        found, _ = quad(rate, -40 / u, 40 / u, args=(g,), epsabs=1e-15, epsrel=1e-11, limit=500)
+        assert float(amplitude(s)) * math.cos(g) == pytest.approx(found, rel=1e-6)
+
+
+def points(start: list[Any], g: list[Any], offset: list[Any], bits: int) -> Points:
+    a = arrays(bits)
+    columns = (start, g, (x - y for x, y in zip(g, start, strict=True)), offset, g)
+    return Points(*map(a.array, columns))
+
+
+@pytest.mark.parametrize("bits", [0, 85])
+def test_harmonics_are_those_of_a_known_curve(bits: int) -> None:
+    """offset(g) with known Fourier coefficients, at phases that lie unevenly."""
+    n, lag = 32, M.mpf("0.7")
+    start = [2 * M.pi * (k + M.mpf("0.3")) / n for k in range(n)]
+    g = [s + lag + M.mpf("0.2") * M.sin(s) for s in start]
+    offset = [3 + 5 * M.cos(x) + 7 * M.sin(x) + 2 * M.sin(2 * x) - 4 * M.cos(3 * x) for x in g]
+    found = [float(x) for x in harmonics(points(start, g, offset, bits), arrays(bits)) or []]
+    assert len(found) == 15
+    # F(g) - F(pi - g) doubles what is odd about pi/2 and drops the rest.
+    assert found[:4] == pytest.approx([10, 4, -8, 0], abs=1e-9)
+
+
+@pytest.mark.parametrize("bits", [0, 85])
+def test_a_curve_that_turns_back_has_no_harmonics(bits: int) -> None:
+    start = [2 * M.pi * k / 32 for k in range(32)]
+    g = [s + M.mpf("1.2") * M.sin(s) for s in start]
+    assert harmonics(points(start, g, g, bits), arrays(bits)) is None
+
+
+def test_distance_vanishes_at_the_quarters_whatever_its_harmonics() -> None:
+    found = distance([1.0, -2.0, 0.5, 3.0], np.array([-np.pi / 2, np.pi / 2]))
+    np.testing.assert_allclose(found, 0, atol=1e-14)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("g", [0.0, 1.1, 2.9, -0.7])
+def test_agrees_with_orbits_integrated_backward_from_the_upper_periodic_solution(g: float) -> None:
+    """The independent truth: S2+ by real backward integration, both surfaces at one phase."""
+    s = surface(GENERIC, H0, 53)
+    depth = M.mpf(76)
+    forward, _ = phase_at_start(s, g, ARITHMETIC)
+    on_S1 = meet(s, [M.mpf(forward)], depth, ARITHMETIC)
+    assert on_S1 is not None
+    mirrored, time = phase_at_start(s, math.pi - g, ARITHMETIC)
+    state = np.array([float(x) for x in launch(s, M.mpf(mirrored), depth)])
+    start = state * [1, 1, -1, 1, 1, -1]
+    numbers_of = AlignedCoefficients(*map(float, coefficients(s)))
+    end = sample_orbits(numbers_of, start[:, None], [0.0, -time])[:, -1, 0]
+    assert abs(end[2]) < 1e-12
+    phase, offset = section_angles(list(end), float(s.p.alpha0), M)
+    assert math.remainder(float(phase) - g, math.tau) == pytest.approx(0, abs=1e-11)
+    found = measure(GENERIC, H0, ARITHMETIC._replace(precisions=(53,)))
+    expected = found.amplitude * (math.cos(g) + distance(found.excess, g))
+    gap = float(on_S1.offset[0] - offset)
+    assert gap == pytest.approx(expected, abs=1e-13)
+    # What is compared is known to many digits: the curve differs from Melnikov's by far more.
+    assert abs(found.amplitude * distance(found.excess, g)) > 1e-7
+
+
+@pytest.mark.parametrize("body", [FIG4, GENERIC])
+def test_order_the_curve_errs_in_the_second_order_and_its_cosine_in_the_third(body: Body) -> None:
+    one, two = (
+        measure(weighing(body, mu), H0, ARITHMETIC._replace(precisions=(53, 64, 113)))
+        for mu in ("1e-3", "2e-3")
+    )
+    assert one.resolved
+    assert two.resolved
+    assert two.excess[0] / one.excess[0] == pytest.approx(4, rel=1e-3)
+    assert two.excess[1] / one.excess[1] == pytest.approx(2, rel=1e-3)
+    assert two.excess[2] / one.excess[2] == pytest.approx(4, rel=1e-2)
+    assert 1e-7 < abs(one.excess[0]) < 1e-4
+
+
+def test_invariant_odd_harmonics_are_odd_in_mu_and_even_ones_even() -> None:
+    found = []
+    for sign in (1, -1):
+        s = surface(GENERIC, H0, 53)
+        s = s._replace(p=s.p._replace(mu=sign * s.p.mu))
+        met = meet(s, [2 * M.pi * k / 32 for k in range(32)], M.mpf(50), ARITHMETIC)
+        assert met is not None
+        found.append(np.array(harmonics(met, kind(s, ARITHMETIC)), dtype=float))
+    parity = (-1.0) ** np.arange(1, 16)
+    np.testing.assert_allclose(found[1], parity * found[0], rtol=0, atol=1e-15)
+    assert abs(found[0][1]) > 1e-5
+
+
+WAYS = [
+    *(("taylor", bits) for bits in (53, 64, 113)),
+    ("scipy", 53),
+]
+
+
+@pytest.mark.slow
+@needs_heyoka("integers take a minute for the truth")
+@pytest.mark.parametrize("bits", [53, 64])
+def test_agrees_precisions_with_113_bits_within_the_errors_they_tell(bits: int) -> None:
+    truth = measure(TABLE_1A, H0, resolve("taylor", 3e-14)._replace(precisions=(113,)))
+    found = measure(TABLE_1A, H0, resolve("taylor", 3e-14)._replace(precisions=(bits,)))
+    assert found.bits == bits
+    gap = np.abs(found.excess[:3] - truth.excess[:3]).max()
+    # What is told of the curve is rounded to doubles.
+    assert gap <= found.error + truth.error + 1e-15 * abs(truth.excess[1])
+    assert found.error < 2000 * 2.0**-bits
+    assert truth.error < 1e-6 * abs(truth.excess[0]) < 1e-15
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("engine", "bits"), WAYS)
+def test_agrees_points_of_the_section_with_160_bit_integers(engine: str, bits: int) -> None:
+    """At nu = 11.3, where the distance is 1e-3 of what each surface swings."""
+    found, exactly = (_met(*way) for way in ((engine, bits), ("scipy", 160)))
+    swing = float(TABLE_1G.mu)
+    assert abs(found[1] - exactly[1]) < 1000 * swing * 2.0**-bits
+    assert abs(found[0] - exactly[0]) < 5000 * 2.0**-bits
+    assert abs(exactly[1]) > 0.1 * swing
+
+
+@functools.cache
+def _met(engine: str, bits: int) -> tuple[Any, Any]:
+    """Where an orbit that starts alike in any precision meets the section."""
+    s = surface(TABLE_1G, H0, bits)
+    points = meet(s, [numbers(bits).mpf(2)], numbers(bits).mpf(60), resolve(engine, 3e-14))
+    assert points is not None
+    return numbers(300).mpf(points.phase[0]), numbers(300).mpf(points.offset[0])
+
+
+@pytest.mark.slow
+def test_precisions_are_tried_in_turn_until_the_splitting_is_resolved() -> None:
+    light = weighing(FIG4, "1e-6")
+    found = measure(light, H0, ARITHMETIC._replace(precisions=(53, 113)))
+    assert not measure(light, H0, ARITHMETIC._replace(precisions=(53,))).resolved
+    assert (found.resolved, found.bits) == (True, 113)
+    assert measure(FIG4, H0, ARITHMETIC._replace(precisions=(53, 113))).bits == 53
+
+
+def test_where_S1_turns_back_nothing_is_resolved_and_nothing_told() -> None:
+    found = measure(LARGE_NU, H0, ARITHMETIC._replace(precisions=(53,)))
+    assert not found.resolved
+    assert np.isnan(found.excess).all()
+    assert found.excess.shape == (TOP,)

@@ -1,0 +1,120 @@
+"""Orbits of S1- up to the section: energy, angles, and that they are on S1-."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend import Body
+from rigidpend.mechanics.coordinates import (
+    Aligned,
+    aligned_from_canonical,
+    body_from_aligned,
+    canonical,
+    canonical_from_aligned,
+    scale,
+)
+from rigidpend.mechanics.equations import AlignedCoefficients, energy
+from rigidpend.mechanics.periodic import Delta_1
+from rigidpend.numbers.exact import exact
+from rigidpend.orbits.integrate import sample_orbits
+from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate.engines import default_engine
+from rigidpend.surfaces.surface_orbits import (
+    coefficients,
+    kind,
+    launch,
+    meet,
+    numbers,
+    section_angles,
+    surface,
+)
+
+GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.02")
+ARITHMETIC = resolve(default_engine(), 3e-14)
+M = numbers(53)
+
+
+def floats(state: Any) -> Any:
+    return np.array([float(x) for x in state])
+
+
+@pytest.mark.parametrize("mu", ["1e-6", "0.02", "0.6"])
+@pytest.mark.parametrize("theta2_0", [0.3, 2.0, 4.5])
+def test_invariant_orbits_start_with_the_energy_asked_for_and_J3_zero(
+    mu: str, theta2_0: float
+) -> None:
+    body = Body(GENERIC.A, GENERIC.r, mu)
+    state = floats(launch(surface(body, exact("0.8"), 53), M.mpf(theta2_0), M.mpf(8)))
+    A = [float(x) for x in body.A]
+    moments, gamma = body_from_aligned(Aligned(*state), body.alpha0, scale(A, math))
+    found = energy(moments, gamma, A, [float(x) for x in body.r], float(body.mu))
+    assert found == pytest.approx(0.8, rel=1e-15)
+    assert abs(moments @ gamma) < 1e-15
+    assert gamma @ gamma == pytest.approx(1, rel=1e-15)
+
+
+def test_section_angles_are_those_of_the_canonical_variables() -> None:
+    rng = np.random.default_rng(3)
+    p = GENERIC.angles()
+    offset, g = rng.uniform(-1, 1, 50), rng.uniform(-3, 3, 50)
+    theta1 = p.alpha0 + p.beta0 + offset
+    half, one = np.full(50, 0.5), np.ones(50)
+    c = canonical(half, one, 0 * one, theta1, g - theta1 / 2)
+    states = aligned_from_canonical(c, p.alpha0, p.beta0)
+    found = canonical_from_aligned(states, p.alpha0, p.beta0)
+    for k in range(50):
+        state = [x[k] for x in states]
+        phase, beside = section_angles(state, p.alpha0, M)
+        assert float(beside) == pytest.approx(offset[k], abs=1e-14)
+        assert math.cos(float(phase) - g[k]) == pytest.approx(1, abs=1e-14)
+        at = found.theta1[k] / 2 + found.theta2[k]
+        assert abs(math.sin(float(phase) - at)) < 1e-13
+
+
+def test_a_small_offset_keeps_its_relative_precision() -> None:
+    tiny = M.mpf("1e-20")
+    state = (M.sin(tiny / 2 + 2), M.sin(tiny / 2), 0, 1, 0, 0)
+    _, offset = section_angles(state, M.mpf(2), M)
+    assert abs(offset / tiny - 1) < 1e-20
+
+
+@pytest.mark.parametrize("separatrix", [1, 2])
+def test_orbits_come_from_the_lower_periodic_solution(separatrix: int) -> None:
+    """Backward from the section J1 falls and theta1 stays as near as (dt) says."""
+    s = surface(GENERIC, exact(1), 53, separatrix)
+    phases = [2 * M.pi * k / 7 for k in range(7)]
+    points = meet(s, phases, M.mpf(30), ARITHMETIC)
+    assert points is not None
+    floats_of = AlignedCoefficients(*map(float, coefficients(s)))
+    p = s.p._replace(alpha0=float(s.p.alpha0), beta0=float(s.p.beta0), gamma0=float(s.p.gamma0))
+    swing = float(Delta_1(p._replace(mu=float(p.mu)), 1.0, 1, math))
+    for start, time in zip(points.theta2_0, points.time, strict=True):
+        state = floats(launch(s, start, M.mpf(30)))
+        times = np.array([0, 0.4, 0.5, 0.6, 1.0]) * float(time)
+        orbit = sample_orbits(floats_of, state[:, None], times)[..., 0]
+        c = canonical_from_aligned(Aligned(*orbit), p.alpha0, p.beta0)
+        ratio = c.J1 / c.J2
+        assert (np.diff(ratio) > 0).all()
+        assert ratio[-1] == pytest.approx(0.5, abs=1e-12)
+        off = c.theta1[1:4] - p.alpha0 - p.beta0
+        assert np.abs(np.mod(off + math.pi, 2 * math.pi) - math.pi).max() < 1.3 * swing
+
+
+def test_the_section_is_met_at_the_same_point_from_any_depth() -> None:
+    """A turn of theta2 earlier the same orbit of S1- is lower by exp(-2 pi^2/nu), to O(mu)."""
+    from rigidpend.surfaces.splitting import harmonics
+
+    s = surface(GENERIC, exact(1), 53)
+    phases = [2 * M.pi * k / 32 for k in range(32)]
+    found = []
+    for depth in (40, 43, 60):
+        points = meet(s, phases, M.mpf(depth), ARITHMETIC)
+        assert points is not None
+        found.append(np.array([float(x) for x in harmonics(points, kind(s, ARITHMETIC)) or []]))
+    assert np.abs(found[0]).max() > 1e-5
+    np.testing.assert_allclose(found[1], found[0], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(found[2], found[0], rtol=0, atol=1e-15)

@@ -1,0 +1,177 @@
+"""The linearised equations against (eq1), their integral, and their quadratures."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+from rigidpend import Body
+from rigidpend.mechanics.equations import eq1, hamiltonian_J3_0
+from rigidpend.mechanics.free_body import SEPARATRICES
+from rigidpend.mechanics.separatrices import SeparatrixMotion, direction, separatrix
+from rigidpend.orbits.integrate import sample
+from rigidpend.surfaces import melnikov
+from rigidpend.surfaces.variational import (
+    delta_theta1,
+    delta_theta1_by_actions,
+    first_integral,
+    linearised,
+)
+from tests.bodies import GENERIC
+from tests.strategies import (
+    DERIVATIVE,
+    FINE,
+    along,
+    bodies,
+    fine_angles,
+    largest_difference,
+    numbers,
+    repeatable,
+)
+
+DELTA = (0.7, -0.4, 1.1, 0.3)
+FORMS = [delta_theta1, delta_theta1_by_actions]
+
+
+def beginning(number: int, J1_0: float = 1e-3) -> SeparatrixMotion:
+    """A motion that begins near the periodic orbit from which the separatrix comes."""
+    pair = (J1_0, 0.8) if direction(number) == 1 else (0.8, J1_0)
+    return SeparatrixMotion(number, *pair, 0.7)
+
+
+def fine(motion: SeparatrixMotion) -> SeparatrixMotion:
+    return motion._replace(
+        **{name: FINE.mpf(getattr(motion, name)) for name in ("J1_0", "J2mJ1_0", "theta2_0")}
+    )
+
+
+def flat(c: Any) -> list[Any]:
+    return [c.theta1, c.J1, c.theta2, c.J2]
+
+
+def beside(motion: SeparatrixMotion, t: Any, p: Any, s: Any) -> list[Any]:
+    """The separatrix's state, displaced by s DELTA."""
+    at = flat(separatrix(t, motion, p, FINE))
+    return [x + s * y for x, y in zip(at, DELTA, strict=True)]
+
+
+@pytest.mark.parametrize("number", SEPARATRICES)
+@repeatable(5)
+@given(bodies(), numbers(-4, 4))
+def test_eq_eq2_is_the_slope_of_eq1_in_mu_and_the_distance(
+    number: int, body: Body, t: float
+) -> None:
+    p, motion = fine_angles(body), fine(beginning(number, 0.1))
+
+    def rates(s: Any) -> Any:
+        return eq1(beside(motion, FINE.mpf(t), p, s[0]), p._replace(mu=s[0] * p.mu), FINE)
+
+    expected = along(rates, [FINE.mpf(0)], [1])
+    found = linearised(FINE.mpf(t), DELTA, motion, p, FINE)
+    assert largest_difference(found, expected) < DERIVATIVE
+
+
+@pytest.mark.parametrize("number", SEPARATRICES)
+def test_eq_eq2_leaves_orbits_of_eq1_a_remainder_of_second_order(number: int) -> None:
+    p, motion = GENERIC.angles(), beginning(number, 0.05)
+    times, sizes = np.linspace(0, 5, 6), np.array([1e-3, 5e-4, 2.5e-4, 1.25e-4])
+    centre = np.array(np.broadcast_arrays(*flat(separatrix(times, motion, p))))
+    remainders = []
+    for size in sizes:
+        heavy, begin = p._replace(mu=size), size * np.array(DELTA)
+        full = full_orbit(heavy, centre[:, 0] + begin, times)
+        near = linear_orbit(motion, heavy, begin, times)
+        remainders.append(np.abs(full - centre - near)[:, -1].max())
+    slope = np.polyfit(np.log(sizes), np.log(remainders), 1)[0]
+    assert slope == pytest.approx(2, abs=0.02)
+
+
+def full_orbit(p: Any, begin: Any, times: Any) -> Any:
+    return sample(lambda x, m: eq1(x, p, m), begin, times)
+
+
+def linear_orbit(motion: SeparatrixMotion, p: Any, begin: Any, times: Any) -> Any:
+    """(eq2) integrated, its time being a fifth variable."""
+
+    def field(x: Any, _: Any) -> tuple[Any, ...]:
+        return (*linearised(x[4], x[:4], motion, p, np), 1.0)
+
+    return sample(field, [*begin, times[0]], times, engine="scipy")[:4]
+
+
+@pytest.mark.parametrize("number", SEPARATRICES)
+@repeatable(10)
+@given(bodies(), numbers(-4, 4))
+def test_invariant_the_first_integral_s_derivative_vanishes(
+    number: int, body: Body, t: float
+) -> None:
+    p, motion = fine_angles(body), fine(beginning(number, 0.1))
+    rate = linearised(FINE.mpf(t), DELTA, motion, p, FINE)
+    (slope,) = along(
+        lambda x: [first_integral(x[0], x[1:], motion, p, FINE)],
+        [FINE.mpf(t), *map(FINE.mpf, DELTA)],
+        [1, *rate],
+    )
+    assert abs(slope) < DERIVATIVE
+
+
+@pytest.mark.parametrize("number", SEPARATRICES)
+def test_invariant_the_first_integral_stays_along_an_integrated_orbit(number: int) -> None:
+    p, motion = GENERIC.angles(), beginning(number)
+    times = np.linspace(0, 12, 25)
+    orbit = linear_orbit(motion, p, [1e-3, 0, 0, 2e-3], times)
+    found = [first_integral(t, x, motion, p, np) for t, x in zip(times, orbit.T, strict=True)]
+    assert np.abs(orbit[1]).max() > 1e-4
+    np.testing.assert_allclose(found, found[0], rtol=1e-10)
+
+
+@pytest.mark.parametrize("number", SEPARATRICES)
+def test_agrees_the_first_integral_with_the_energy_s_slope(number: int) -> None:
+    p, motion, t = fine_angles(GENERIC), fine(beginning(number, 0.1)), FINE.mpf(1)
+
+    def energy(s: Any) -> list[Any]:
+        theta1, J1, theta2, J2 = beside(motion, t, p, s[0])
+        q = p._replace(mu=s[0] * p.mu)
+        return [hamiltonian_J3_0(J1, J2, (theta1, theta2), q, FINE)]
+
+    (expected,) = along(energy, [FINE.mpf(0)], [1])
+    assert abs(first_integral(t, DELTA, motion, p, FINE) - expected) < DERIVATIVE
+
+
+@pytest.mark.parametrize("number", SEPARATRICES)
+@pytest.mark.parametrize("way", [1, -1])
+@pytest.mark.parametrize("form", FORMS)
+def test_eq_dtheta_is_the_integral_of_eq2(number: int, way: int, form: Any) -> None:
+    p, motion = GENERIC.angles(), beginning(number, 0.05)
+    times = way * np.linspace(0, 12, 7)
+    expected = linear_orbit(motion, p, [2e-3, 0, 0, 0], times)[0]
+    found = [form(t, 2e-3, motion, p) for t in times]
+    np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-14)
+
+
+@pytest.mark.parametrize("number", SEPARATRICES)
+@pytest.mark.parametrize("J1_0", [1e-200, 1e-30, 1e-8, 0.4])
+@pytest.mark.parametrize("passed", [-20.0, 0.3, 1.9])
+def test_eq_dtheta_the_two_printed_forms_are_equal(number: int, J1_0: float, passed: float) -> None:
+    """At times up to where the other end is as near as the beginning was."""
+    p, motion = GENERIC.angles(), beginning(number, J1_0)
+    rate = 0.8 * math.sin(p.alpha0)
+    t = (passed if passed < 0 else passed * abs(math.log(J1_0 / 0.8))) / rate
+    first, second = (form(t, 2e-3, motion, p) for form in FORMS)
+    assert second == pytest.approx(first, rel=1e-10 + 1e-15 * abs(rate * t))
+
+
+@pytest.mark.parametrize("number", SEPARATRICES)
+def test_eq_dtheta_leaves_by_what_melnikov_s_integral_is(number: int) -> None:
+    """From far before the middle to far behind it, the deviation times J1 (J2 - J1)."""
+    p, motion = GENERIC.angles(), beginning(number, 1e-14)
+    J2, rate = motion.J2_0, 0.8 * math.sin(p.alpha0)
+    t = 2 * math.log(J2 / 1e-14) / rate
+    at = separatrix(t, motion, p)
+    grown = delta_theta1(t, 0.0, motion, p) * at.J1 * at.J2mJ1
+    expected = -direction(number) * p.mu * p.kappa * J2 / math.sin(p.alpha0)
+    assert grown == pytest.approx(expected * melnikov.integral(motion, p), rel=1e-9)
