@@ -11,70 +11,46 @@ From a notebook::
     routes = rigidpend.route_codes(body, ["1/10", "2/10"], h0="1.3342", J1_0="1e-8")
     routes.codes, routes.certain
 
-Modules
+Folders
 -------
-In the order of the subject; each folder's own docstring lists its modules.
+Each imports only from those below it (`.importlinter` holds that), so that the subject is read
+from the bottom upwards. A folder's own docstring lists what is in it.
 
-The body and its equations:
-
-body          the rigid body, its angles, the conditions on both
-coordinates   maps between the descriptions of a state
-equations     equations of motion and Hamiltonians
-jacobi        Jacobi's elliptic functions, precise up to k = 1
-
-The free body, mu = 0 (Euler case):
-
-free_body     orbits on the sphere of M, in closed form
-poinsot/      the free body in time: ellipsoid, polhode, herpolhode, separatrix
-separatrices  unperturbed separatrices as motions in time
-
-Pendulum motions and periodic orbits:
-
-pendulum      pendulum motions, exact at any mu
-riccati       motions beside a pendulum motion, to first order
-periodic      hyperbolic periodic orbits to first order in mu
-floquet       the same orbits to rounding, with their Floquet multipliers
-
-Asymptotic surfaces and chaos:
-
-variational   orbits beside a separatrix, to first order
-melnikov      Melnikov's integral on the four separatrices, its zeros
-surfaces      asymptotic surfaces S1- and S2+ as curves
-asymptotic/   the surfaces on the section J1 = J2/2: splitting, heteroclinic orbits
-integrate/    integration up to the section: engines `taylor`, `scipy`, arbitrary precision
-routes/       route codes, with the certainty of every symbol
-certified/    route codes, with a proof of every symbol
-
-The motion in space:
-
-precession    increments of theta3 along the separatrices, their order
-hodograph     the angular velocity in the fixed space
-herpolhode    an orbit along its route, with its hodograph
-return_map/   orbits and their codes without integration, by a normal form
-symbolic/     orbits from their codes, addresses
-
-The runner:
-
-numbers/      numbers taken exactly as written
-config/       YAML configs, read and checked with the place of every value
-experiments/  one folder each: schema, computation, drawing, report
-run/          plans, workers, progress, logs, checkpoints, provenance
-results/      HDF5 files of results, their safety and comparison
-render/       figures from stored results
-report/       one HTML page of all results, beside the paper's numbers
-tables        one table, for a terminal, in Markdown or HTML
-description   rows of name, value and meaning
-theory        the theory's values for a body, as such rows
-departures    departures from the paper
-notebook      results loaded, computed and drawn in a line; orbits in time
-measure/      benchmark beside other methods, and stress trials
-cli/          the command line
+============ ===================================================================
+cli/         the command line, a thin module for each command; `notebook` is its
+             twin for Python
+render/      figures from stored results, and in report/ one page of all of them
+runs/        from configs to results: plans, parts, progress, provenance
+results/     HDF5 files of results: written whole, opened as data only, safe
+experiments/ one folder each: schema, layout, computation, drawing, report; with
+             the contract that they keep, and plots/ that they share
+config/      YAML configs, read and checked with the place of every value
+surfaces/    asymptotic surfaces S1- and S2+: Melnikov, splitting, heteroclinic
+routes/      route codes of orbits, certain symbol by symbol; in symbolic/ the
+             way back, orbits from codes; in certified/ codes with a proof
+orbits/      orbits followed: step by step in integrate/, from section to
+             section by a normal form in return_map/
+mechanics/   the body, its equations, and its motions in closed form
+machine/     the computer around it: files, caches, locks, workers, signals
+numbers/     numbers taken exactly as they are written
+============ ===================================================================
 
 Words
 -----
 The paper's words, or this package's, beside those of dynamical systems.
 
 ========================= ==================================================
+pendulum motion           periodic orbit at J1 = 0 or J1 = J2
+asymptotic surface        stable, unstable manifold of a periodic orbit
+doubly asymptotic orbit   heteroclinic orbit
+passage                   one application of the return map
+symbol, route code        letter, itinerary: 0 left, 1 right
+address                   itinerary with the half rotations of each passage
+heteroclinic cycle        transition graph
+multiplier                Floquet multiplier, of the monodromy matrix
+herpolhode                curve of the angular velocity in space
+========================= ==================================================
+
 Names
 -----
 Letters are the paper's, in ASCII.
@@ -144,24 +120,20 @@ _HOME = {
     "plot": "rigidpend.notebook",
     "return_map": "rigidpend.orbits.return_map",
     "route_codes": "rigidpend.routes",
+    "run": "rigidpend.notebook",
+    "theory": "rigidpend.notebook",
 }
 """Module that each public name comes from."""
-
-_CALLED = ("run", "theory")
-"""Modules that are also functions: ``rigidpend.run("fig4")``, ``rigidpend.theory(body, h0)``."""
 
 
 def __getattr__(name: str) -> Any:
     """Import a public name when it is first used, so that the command line starts without numpy."""
-    if name not in _HOME and name not in _CALLED:
+    if name not in _HOME:
         raise AttributeError(f"module 'rigidpend' has no attribute {name!r}")
     import importlib
 
-    if name in _CALLED:
-        # A module that is called as a function: it makes itself known as an attribute here.
-        return importlib.import_module(f"rigidpend.{name}")
     return getattr(importlib.import_module(_HOME[name]), name)
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *_HOME, *_CALLED])
+    return sorted({*globals(), *_HOME})

@@ -11,10 +11,11 @@ bodies       bodies with a weight, without one, or with several in turn
 route_start  the start of orbits on S1-
 validation   pydantic's errors as complaints
 complaints   what is wrong with a config, shown with its place
-loading      a checked config from a file
 groups       the configs that one file stands for
 sweeps       a config for each combination of values
 changes      changes from one config to another
 meanings     meanings and units of the keys
 writer       a config as YAML, with these beside them
+description  rows of name, value and meaning
+theory       the theory's values for a body, as such rows
 """

@@ -120,15 +120,3 @@ def _orbits(p: Angles, h0: float) -> Iterator[Row]:
     # With the period of the true motion, so that beside it the multiplier shows what mu changes.
     limit = math.exp(math.sqrt(2 * h0 / p.kappa) * math.sin(p.alpha0) / 2 * leaving.period)
     yield number_row("multiplier, mu = 0", "exp(u T/2), u = J2_0 sin(alpha0)", limit)
-
-
-class CalledTable(ModuleType):
-    """Module that is also the function `rigidpend.notebook.theory`."""
-
-    def __call__(self, body: Body, h0: Scalar, J1_0: Scalar = None) -> TheoryTable:
-        # By its name, as in `rigidpend.run`.
-        return import_module("rigidpend.notebook").theory(body, h0, J1_0)
-
-
-# The module, once imported, hides the function of its name in the package: so it is both.
-sys.modules[__name__].__class__ = CalledTable

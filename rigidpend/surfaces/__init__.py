@@ -1,4 +1,14 @@
-"""Asymptotic surfaces (stable, unstable manifolds) on the Poincare section J1 = J2/2.
+"""Asymptotic surfaces (stable, unstable manifolds) of the periodic orbits, and their splitting.
+
+Modules
+-------
+variational     orbits beside an unperturbed separatrix, to first order
+melnikov        Melnikov's integral on the four separatrices, its zeros
+curves          the surfaces S1- and S2+ as curves (Fig. 3)
+arrays          numbers for many orbits at once, in any precision
+surface_orbits  orbits of S1- up to the section
+splitting       the distance of the surfaces as a Fourier series, against Melnikov's formula
+heteroclinic    the orbits at g = +-pi/2, and what theta3 gains along them
 
 At J3 = 0 and one energy the section has two coordinates: the phase g = theta1/2 + theta2 and
 the offset theta1 - alpha0 - beta0 from separatrix 2. S1- meets it in a closed curve,
@@ -12,8 +22,4 @@ Three exact symmetries tell the rest:
 - mu and gamma change sign: g moves by pi. So F(g) at -mu is F(g + pi) at mu.
 - r2, M1, M3 and gamma2 change sign, or M1, M2 and gamma3 do: what separatrix 2 is, 1 or 4
   becomes; see `surface_orbits.surface`.
-
-surface_orbits  orbits of S1- up to the section
-splitting       the distance of the surfaces as a Fourier series, against Melnikov's formula
-heteroclinic    the orbits at g = +-pi/2, and what theta3 gains along them
 """

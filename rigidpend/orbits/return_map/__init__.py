@@ -40,13 +40,3 @@ from rigidpend.orbits.return_map.normal_form import MapError
 from rigidpend.orbits.return_map.passage import EnergyLevel, Passage, SectionPoint
 
 __all__ = ["EnergyLevel", "MapError", "Passage", "ReturnMap", "SectionPoint", "return_map"]
-
-
-class _Package(ModuleType):
-    """This package, callable: `rigidpend.return_map` names both it and its function."""
-
-    def __call__(self, *arguments: Any, **named: Any) -> ReturnMap:
-        return return_map(*arguments, **named)
-
-
-sys.modules[__name__].__class__ = _Package

@@ -1,0 +1,1 @@
+"""Benchmark: speed, error and trust of rigidpend beside other methods, each at its best."""

@@ -1,0 +1,1 @@
+"""Finite-time Lyapunov exponents over a plane of initial phase and action."""

@@ -1,0 +1,1 @@
+"""Perturbed herpolhodes along published routes: Fig. 5."""

@@ -1,0 +1,1 @@
+"""The heteroclinic cycle of separatrices and pendulum motions: Fig. 2."""

@@ -1,0 +1,1 @@
+"""Binary route codes over initial phases: Fig. 4."""

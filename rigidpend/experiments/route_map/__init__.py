@@ -1,0 +1,1 @@
+"""Route codes over a plane of two parameters."""

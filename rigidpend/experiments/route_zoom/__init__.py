@@ -1,0 +1,1 @@
+"""Magnifications of Fig. 4 about a change of a symbol."""

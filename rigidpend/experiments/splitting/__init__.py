@@ -1,0 +1,1 @@
+"""Splitting of the asymptotic surfaces: full dynamics beside Melnikov's integral."""

@@ -1,0 +1,1 @@
+"""Trials at the limits, each with a bound declared before."""

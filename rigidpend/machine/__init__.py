@@ -1,0 +1,14 @@
+"""The computer around the mathematics: files, caches, locks, workers, signals, tables of text.
+
+Modules
+-------
+files       files written whole or not at all, sealed with a digest
+cache       what can be made again, in the user's folder
+memory      what was found out before, kept on disk
+code_cache  what was read in source files, kept on disk
+locks       folders and files held together with other runs
+workers     threads and processes side by side
+signals     signal handling (SIGTERM, SIGINT)
+words       words from a file or an error, fit for a message
+tables      one table, for a terminal, in Markdown or HTML
+"""
