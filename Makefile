@@ -77,17 +77,17 @@ bench: $(VENV)/.installed-bench ## measure against other methods, store, renew R
 	mkdir -p results/measured results/gallery
 	cp $(RESULTS)/bench.h5 results/measured/
 	cp $(RESULTS)/bench.png results/gallery/
-	$(BIN)/python scripts/readme_tables.py
+	$(BIN)/python -m scripts.readme_tables
 
 stress: $(VENV)/.installed ## trials at the limits, store, renew README; some ten minutes on two cores
 	$(RUN) stress --out $(RESULTS)
 	mkdir -p results/measured results/gallery
 	cp $(RESULTS)/stress.h5 results/measured/
 	cp $(RESULTS)/stress.png results/gallery/
-	$(BIN)/python scripts/readme_tables.py
+	$(BIN)/python -m scripts.readme_tables
 
 tables: $(VENV)/.installed ## write README's tables from results/measured/
-	$(BIN)/python scripts/readme_tables.py
+	$(BIN)/python -m scripts.readme_tables
 
 gallery: figures ## draw every figure and keep it in results/gallery/, for the README
 	mkdir -p results/gallery

@@ -19,6 +19,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 import rigidpend
+from docs import floors
 from rigidpend import experiments
 from rigidpend.cli import main
 from rigidpend.config.meanings import UNITS, meanings, nested
@@ -190,43 +191,25 @@ def names() -> str:
     return f"```{{eval-rst}}\n{text.strip()}\n```\n"
 
 
-PHYSICS = (
-    *("body", "coordinates", "equations", "free_body", "poinsot", "separatrices", "pendulum"),
-    *("jacobi", "riccati", "periodic", "floquet", "variational", "melnikov", "surfaces"),
-    *(
-        "asymptotic",
-        "precession",
-        "hodograph",
-        "herpolhode",
-        "integrate",
-        "routes",
-        "certified",
-        "return_map",
-        "symbolic",
-    ),
-)
-"""The modules that hold the mathematics, in the order in which they build upon each other."""
-
-
 def modules() -> str:
-    """The physics modules with what is public in them."""
-    return "\n".join(_module(f"rigidpend.{name}") for name in PHYSICS if _present(name))
-
-
-def _present(name: str) -> bool:
-    return any(module.name == name for module in pkgutil.iter_modules(rigidpend.__path__))
+    """The floors of the house as a table, then each with its modules, the lowest first."""
+    return "\n".join(
+        [*floors.picture(), "", *(_module(f"rigidpend.{x}") for x in floors.upwards())]
+    )
 
 
 def _module(name: str) -> str:
-    """A section for a module, and one for each in it."""
+    """A section for a module, and one for each in it where it is mathematics."""
     module = __import__(name, fromlist=["_"])
-    level = "##" if name.count(".") == 1 else "###"
-    lines = [f"{level} {name.partition('.')[2]}", "", "```{eval-rst}", f".. automodule:: {name}"]
+    depth = name.count(".")
+    lines = [f"{'#' * min(depth + 1, 4)} {name.partition('.')[2]}", "", "```{eval-rst}"]
+    lines.append(f".. automodule:: {name}")
     inside = sorted(found.name for found in pkgutil.iter_modules(getattr(module, "__path__", [])))
-    if not inside:
+    shown = name.split(".")[1] in floors.MATHEMATICS
+    if shown and not inside:
         lines.append("   :members:")
     lines += ["```", ""]
-    return "\n".join([*lines, *(_module(f"{name}.{part}") for part in inside)])
+    return "\n".join([*lines, *(_module(f"{name}.{part}") for part in inside if shown)])
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""Write the tables of the stored measurements into README.md and docs/measured.md, between marks.
+"""Write tables into pages, between marks: stored measurements, and the floors of the house.
 
     .venv/bin/python scripts/readme_tables.py [--check]
 
@@ -13,6 +13,7 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from docs import floors
 from rigidpend.experiments.bench.measuring import reading
 from rigidpend.experiments.bench.measuring.methods import METHODS
 from rigidpend.experiments.bench.measuring.problems import NAMES
@@ -28,22 +29,28 @@ from rigidpend.results import store
 
 ROOT = Path(__file__).resolve().parents[1]
 MEASURED = ROOT / "results" / "measured"
+HOUSE = "CONTRIBUTING.md"
+"""The page with the floors."""
 
 
 def main() -> None:
     """Replace the blocks of all pages, or check them."""
-    for page in PAGES:
+    for page in (*PAGES, HOUSE):
         path = ROOT / page
         before = path.read_text(encoding="utf-8")
         after = renewed(page, before)
         if "--check" not in sys.argv[1:]:
             path.write_text(after, encoding="utf-8")
         elif after != before:
-            raise SystemExit(f"{page} is not what {MEASURED} says: call make tables")
+            raise SystemExit(
+                f"{page} is not what {MEASURED} or .importlinter says: call make tables"
+            )
 
 
 def renewed(page: str, text: str, folder: Path = MEASURED) -> str:
     """The text of a page with the blocks of all measurements that are stored."""
+    if page == HOUSE:
+        return replaced(page, text, "floors", "\n".join(floors.picture()))
     for block, (name, lines) in PAGES[page].items():
         stored = folder / f"{name}.h5"
         if stored.is_file():

@@ -6,10 +6,7 @@ Its values come from `body`, `periodic`, `melnikov`, `precession` and `floquet`.
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Iterator
-from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,7 +27,7 @@ from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import melnikov
 
 if TYPE_CHECKING:
-    from rigidpend.notebook import TheoryTable
+    pass
 
 
 def rows(body: Body, h0: Scalar, J1_0: Scalar = None) -> list[Row]:

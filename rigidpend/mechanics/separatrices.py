@@ -42,7 +42,8 @@ class Vertex(NamedTuple):
 def unperturbed(state: Numbers, p: Angles, m: Elementary) -> tuple[Any, Any, Any, Any]:
     """Hamilton's equations of the body without weight, dimensionless time t' (eq. eq1_0).
 
-    State and result are those of :func:`rigidpend.mechanics.equations.eq1`, of which this is mu = 0.
+    State and result are those of :func:`rigidpend.mechanics.equations.eq1`, of which this is mu =
+    0.
     """
     return eq1(state, p._replace(mu=0), m)
 

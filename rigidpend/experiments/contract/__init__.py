@@ -105,7 +105,8 @@ class Computation(Protocol[C_contra]):
     def differences(self, stored: Data, fresh: Data) -> Sequence[str]:
         """Find where two results disagree by more than their arithmetic explains.
 
-        Sentences; a :class:`rigidpend.experiments.contract.compare.Difference` also knows its parts.
+        Sentences; a :class:`rigidpend.experiments.contract.compare.Difference` also knows its
+        parts.
 
         Parameters
         ----------

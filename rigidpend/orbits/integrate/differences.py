@@ -6,7 +6,8 @@ orbit x from a reference orbit X obeys
     d' = L d + B(d, 2 X + d),
 
 where nothing cancels however small d is: it keeps its relative precision, and the reference
-needs no more digits than d has. L and B are read off :func:`rigidpend.mechanics.equations.aligned` itself.
+needs no more digits than d has. L and B are read off :func:`rigidpend.mechanics.equations.aligned`
+itself.
 """
 
 from __future__ import annotations

@@ -108,8 +108,8 @@ def find_orbit(
     body : Body
     code : str, sequence of int, or Address
         Symbols, "0011", or with the half rotations of every passage, "a 0^11 1^10 1^11": see
-        `rigidpend.routes.symbolic.address`. Where they are free they are as few as an orbit with room
-        around its crossings can take.
+        `rigidpend.routes.symbolic.address`. Where they are free they are as few as an orbit with
+        room around its crossings can take.
     h0 : number
         Energy constant, greater than mu.
     J1_0 : number

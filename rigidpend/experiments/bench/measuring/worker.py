@@ -1,7 +1,7 @@
 """Measurements in a process of their own: one core or two, fresh memory, cold caches.
 
-Started as ``python -m rigidpend.experiments.bench.measuring.worker``; an :class:`Order` comes on stdin,
-as JSON, and a line of JSON goes to stdout for each measurement, as soon as it is there.
+Started as ``python -m rigidpend.experiments.bench.measuring.worker``; an :class:`Order` comes on
+stdin, as JSON, and a line of JSON goes to stdout for each measurement, as soon as it is there.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """The aligned field as recurrences of Taylor coefficients, in either kind of lanes' numbers.
 
-They are `rigidpend.mechanics.equations.aligned` term by term: products become sums over j of a_j b_(k-j).
+They are `rigidpend.mechanics.equations.aligned` term by term: products become sums over j of a_j
+b_(k-j).
 """
 
 from __future__ import annotations
