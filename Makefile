@@ -19,9 +19,10 @@ figures: $(VENV)/.installed ## set up, run every config, draw every figure and a
 	$(RUN) render all --out $(RESULTS)
 	$(RUN) report --out $(RESULTS)
 
-check: $(VENV)/.installed-test ## check format, lint and types
+check: $(VENV)/.installed-test ## check format, lint, which way imports go, and types
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
+	$(BIN)/lint-imports --no-logo --no-cache
 	$(BIN)/mypy
 
 # Counting lines takes twice as long: of the slow tests only those count that reach the most new ones.

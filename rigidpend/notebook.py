@@ -205,8 +205,8 @@ def run(
     """
     from rigidpend.config import sweeps
     from rigidpend.config.names import resolve
-    from rigidpend.experiments.contract import tell_nobody
     from rigidpend.machine import workers
+    from rigidpend.machine.progress import tell_nobody
     from rigidpend.runs import loading, runner
 
     pairs = checked.of_kind("settings", {} if settings is None else settings, Mapping)

@@ -123,3 +123,14 @@ def vertices(p: Angles, m: Elementary = np) -> dict[str, Vertex]:
     at = {number: theta1(number, p, m) for number in SEPARATRICES}
     lower = {f"{number}": Vertex(x, 0) for number, x in at.items()}
     return lower | {f"{number}*": Vertex(x, 1) for number, x in at.items()}
+
+
+def separatrix_beside(rising: bool, Qp: Scalar, Qm: Scalar) -> int:
+    """The separatrix beside which an orbit crosses M3 = 0.
+
+    The flow rises on 2 (Qp > 0) and 4 (Qp < 0) and sinks on 1 (Qm < 0) and 3 (Qm > 0); the
+    other Q is small there.
+    """
+    if rising:
+        return 2 if Qp > 0 else 4
+    return 1 if Qm < 0 else 3

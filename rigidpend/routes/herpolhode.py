@@ -17,10 +17,10 @@ from rigidpend.mechanics.coordinates import (
     scale,
 )
 from rigidpend.mechanics.equations import aligned, aligned_coefficients
+from rigidpend.mechanics.separatrices import separatrix_beside
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Numbers
 from rigidpend.orbits import integrate
-from rigidpend.orbits.integrate.records import separatrix_beside
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_double
 

@@ -15,6 +15,7 @@ from rigidpend import experiments
 from rigidpend.config.complaints import Complaint, ConfigError, Origin
 from rigidpend.experiments.contract.layout import TEXT, Field, datasets
 from rigidpend.experiments.contract.tree import Data, Loaded, Tree
+from rigidpend.machine.code_hash import code_hash_of
 from rigidpend.machine.files import Absent
 from rigidpend.machine.words import short
 from rigidpend.numbers.exact import Exact, exact
@@ -84,7 +85,7 @@ def certify(
         A file cannot be read or written.
     """
     routes, file = orbits(config, folder), target(config, folder)
-    stated, code = _stated(config.content), provenance.code_hash_of(Path(codes.__file__))
+    stated, code = _stated(config.content), code_hash_of(Path(codes.__file__))
     if not force and file.exists():
         stored = storage.read(file)
         if _is_of(stored, stated, routes) and stored["provenance"].get("code_hash") == code:

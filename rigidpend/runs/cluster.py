@@ -18,10 +18,11 @@ from contextlib import contextmanager
 from typing import Any
 from urllib.parse import urlsplit
 
+from rigidpend.experiments.contract import Piece
 from rigidpend.experiments.contract.tree import Tree
 from rigidpend.machine.workers import PERIOD, WorkerError, check_stop
 from rigidpend.runs import provenance
-from rigidpend.runs.parts import Parts, Piece
+from rigidpend.runs.parts import Parts
 
 AHEAD = 3
 """Parts in the scheduler's hands for each thread of the workers, so that none of them waits."""

@@ -7,21 +7,12 @@ import shutil
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Self
 
+from rigidpend.experiments.contract import Piece
 from rigidpend.experiments.contract.tree import Tree
 from rigidpend.machine import files, kept, locks
 from rigidpend.machine.workers import check_stop
-
-
-class Piece(NamedTuple):
-    """A part that is still to be computed; another process may do it."""
-
-    name: str
-    """Name of letters, digits, ``_``, ``.`` and ``-``."""
-    work: Callable[..., Tree]
-    """A function of a module."""
-    arguments: tuple[Any, ...]
 
 
 class Parts:

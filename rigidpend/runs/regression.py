@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from rigidpend import experiments
-from rigidpend.experiments.contract import compare, tell_nobody
+from rigidpend.experiments.contract import compare
 from rigidpend.experiments.contract.tree import Loaded
 from rigidpend.machine import files
+from rigidpend.machine.progress import tell_nobody
 from rigidpend.results import store
 from rigidpend.runs import certificate_files as storage
 from rigidpend.runs.loading import LoadedConfig

@@ -11,12 +11,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigidpend import experiments
+from rigidpend.experiments.contract import Piece
 from rigidpend.experiments.contract.tree import Tree
 from rigidpend.machine import files
 from rigidpend.machine.files import StoreError, twin
 from rigidpend.machine.workers import check_stop
 from rigidpend.runs import provenance, stored
-from rigidpend.runs.parts import Parts, Piece, sweep
+from rigidpend.runs.parts import Parts, sweep
 from rigidpend.runs.recalled import AnyConfig, RecalledConfig
 from rigidpend.runs.stored import DOUBT, OTHER, SECONDS
 

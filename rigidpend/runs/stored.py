@@ -13,6 +13,7 @@ from typing import Any
 
 from rigidpend import __version__
 from rigidpend.machine import files
+from rigidpend.machine.code_hash import PACKAGE, code_hash_of
 from rigidpend.machine.memory import Memory
 from rigidpend.runs import provenance
 
@@ -78,7 +79,7 @@ def _key(target: Path) -> str:
 
 @functools.cache
 def _opening() -> str:
-    return provenance.code_hash_of(provenance.PACKAGE / "results" / "opening.py")
+    return code_hash_of(PACKAGE / "results" / "opening.py")
 
 
 @functools.cache

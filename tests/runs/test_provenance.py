@@ -18,7 +18,7 @@ import pytest
 import scipy
 
 from rigidpend import experiments
-from rigidpend.machine import cache, files, kept
+from rigidpend.machine import cache, code_hash, files, kept
 from rigidpend.machine.code_cache import CodeCache
 from rigidpend.runs import loading, provenance, runner
 from tests.config.samples import FIG4, TEXT, changed, written
@@ -29,21 +29,21 @@ def copy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A copy of the package, the one whose code is hashed."""
     target = tmp_path / "rigidpend"
     ignored = shutil.ignore_patterns("__pycache__")
-    shutil.copytree(provenance.PACKAGE, target, ignore=ignored)
-    monkeypatch.setattr(provenance, "PACKAGE", target)
+    shutil.copytree(code_hash.PACKAGE, target, ignore=ignored)
+    monkeypatch.setattr(code_hash, "PACKAGE", target)
     return target
 
 
-def code_hash(experiment: str = "route_codes") -> str:
+def hash_elsewhere(experiment: str = "route_codes") -> str:
     """The hash as another process finds it."""
-    provenance._looked_up.cache_clear()
+    code_hash._looked_up.cache_clear()
     return provenance.code_hash(experiment)
 
 
 def hashed(experiment: str) -> list[str]:
     """Places of the files whose code counts for an experiment."""
     parts = [provenance._part(experiment, part) for part in ("schema", "compute")]
-    return sorted(provenance._needed(parts))
+    return sorted(code_hash._needed(parts))
 
 
 def config_hash(path: Path, *settings: str) -> str:
@@ -53,11 +53,11 @@ def config_hash(path: Path, *settings: str) -> str:
 def test_code_hash_does_not_depend_on_where_the_package_is(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    here = code_hash()
+    here = hash_elsewhere()
     target = tmp_path / "deep" / "rigidpend"
-    shutil.copytree(provenance.PACKAGE, target)
-    monkeypatch.setattr(provenance, "PACKAGE", target)
-    assert code_hash() == here
+    shutil.copytree(code_hash.PACKAGE, target)
+    monkeypatch.setattr(code_hash, "PACKAGE", target)
+    assert hash_elsewhere() == here
 
 
 def append(file: Path, text: str) -> None:
@@ -80,7 +80,7 @@ def test_code_hash_notices_a_constant_in_what_is_imported(
     found = []
     for value in (1, 2):
         append(copy / name, f"THRESHOLD = {value}")
-        found.append(code_hash(experiment))
+        found.append(hash_elsewhere(experiment))
     assert found[0] != found[1]
 
 
@@ -106,7 +106,7 @@ def test_code_hash_counts_what_python_imports_and_nothing_that_draws() -> None:
     told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     for experiment, origins in json.loads(told).items():
         counted = set(hashed(experiment))
-        reached = {Path(x).relative_to(provenance.PACKAGE).as_posix() for x in origins if x}
+        reached = {Path(x).relative_to(code_hash.PACKAGE).as_posix() for x in origins if x}
         assert len(reached) > 30
         assert reached <= counted
         others = [f"experiments/{name}/" for name in names if name != experiment]
@@ -119,17 +119,17 @@ def test_code_hash_counts_what_python_imports_and_nothing_that_draws() -> None:
 def test_a_plan_changes_with_each_module_that_is_imported_and_with_no_other(
     experiment: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    real, edited = provenance._looked_up, ""
+    real, edited = code_hash._looked_up, ""
 
     def looked_up(package: str, place: str) -> tuple[str, list[str]]:
         code, imported = real(package, place)
         return f"{code} edited" if place == edited else code, imported
 
-    monkeypatch.setattr(provenance, "_looked_up", looked_up)
+    monkeypatch.setattr(code_hash, "_looked_up", looked_up)
     config = loading.load(FIG4.with_name(CONFIG_OF[experiment]))
     before, changed = runner.plan(config, tmp_path).fingerprint, set()
-    for file in provenance.PACKAGE.rglob("*.py"):
-        edited = file.relative_to(provenance.PACKAGE).as_posix()
+    for file in code_hash.PACKAGE.rglob("*.py"):
+        edited = file.relative_to(code_hash.PACKAGE).as_posix()
         changed |= {edited} if runner.plan(config, tmp_path).fingerprint != before else set()
     assert changed == set(hashed(experiment))
     assert ("config/axes.py" in changed) == (experiment == "exponents")
@@ -141,49 +141,49 @@ DRAWING = ("/draw.py", "/report.py")
 
 
 def test_code_hash_notices_a_changed_digit(copy: Path) -> None:
-    before = code_hash()
+    before = hash_elsewhere()
     file = copy / "routes" / "certainty.py"
     source = file.read_text(encoding="utf-8")
     other, times = re.subn(r"(?m)^([A-Z]+ = [\d.]+)", r"\g<1>1", source, count=1)
     assert times == 1
     file.write_text(other, encoding="utf-8")
-    assert code_hash() != before
+    assert hash_elsewhere() != before
 
 
 def test_code_hash_follows_a_new_import(copy: Path) -> None:
     (copy / "extra.py").write_text("X = 1\n")
     file = copy / "routes" / "start.py"
     file.write_text(file.read_text(encoding="utf-8") + "\nfrom rigidpend import extra\n")
-    before = code_hash()
+    before = hash_elsewhere()
     (copy / "extra.py").write_text("X = 2\n")
-    assert code_hash() != before
+    assert hash_elsewhere() != before
 
 
 def test_code_hash_ignores_comments_and_docstrings(copy: Path) -> None:
-    before = code_hash()
+    before = hash_elsewhere()
     for name in hashed("route_codes")[::9]:
         source = (copy / name).read_text(encoding="utf-8")
         text = f'"""Other words."""\n# A comment.\n{source}\n# The end.\n"""Of a name."""\n'
         (copy / name).write_text(text, encoding="utf-8")
-    assert code_hash() == before
+    assert hash_elsewhere() == before
 
 
 def test_code_hash_ignores_a_function_s_docstring(copy: Path) -> None:
     file = copy / "melnikov.py"
     source = file.read_text(encoding="utf-8")
     file.write_text(f"{source}\n\ndef f(x):\n    return x\n", encoding="utf-8")
-    before = code_hash()
+    before = hash_elsewhere()
     file.write_text(f'{source}\n\ndef f(x):\n    """The same."""\n    return x\n', encoding="utf-8")
-    assert code_hash() == before
+    assert hash_elsewhere() == before
 
 
 def test_code_hash_ignores_layout(copy: Path) -> None:
-    before = code_hash()
+    before = hash_elsewhere()
     for name in hashed("route_codes")[::9]:
         source = (copy / name).read_text(encoding="utf-8")
         again = ast.unparse(ast.parse(source)).replace("\n", "\n\n")
         (copy / name).write_text(again, encoding="utf-8")
-    assert code_hash() == before
+    assert hash_elsewhere() == before
 
 
 def test_code_does_not_depend_on_fields_that_another_python_has(
@@ -191,20 +191,20 @@ def test_code_does_not_depend_on_fields_that_another_python_has(
 ) -> None:
     """As `type_params`, empty since Python 3.12 wherever nothing is generic."""
     tree = ast.parse("def f(x: int, *, y=0.1) -> str:\n    return f'{x + y!r:>9}'")
-    before = provenance._code(tree)
+    before = code_hash._code(tree)
     monkeypatch.setattr(ast.FunctionDef, "_fields", (*ast.FunctionDef._fields, "novelty"))
     for empty in (list[ast.AST](), None):
         tree.body[0].novelty = empty  # type: ignore[attr-defined]
-        assert provenance._code(tree) == before
+        assert code_hash._code(tree) == before
     tree.body[0].novelty = [ast.Pass()]  # type: ignore[attr-defined]
-    assert provenance._code(tree) != before
+    assert code_hash._code(tree) != before
 
 
 @pytest.fixture
 def parsed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[bytes]]:
     """The sources that are parsed, where no earlier process has kept anything."""
     monkeypatch.setattr(cache, "folder", lambda: tmp_path)
-    provenance._cache.cache_clear()
+    code_hash._cache.cache_clear()
     found: list[bytes] = []
     parse = ast.parse
 
@@ -214,34 +214,34 @@ def parsed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[byt
 
     monkeypatch.setattr(ast, "parse", counted)
     yield found
-    provenance._cache.cache_clear()
+    code_hash._cache.cache_clear()
 
 
 @pytest.mark.slow
 def test_each_file_is_parsed_once(parsed: list[bytes]) -> None:
     for experiment in ("route_codes", "route_zoom", "route_codes"):
-        code_hash(experiment)
+        hash_elsewhere(experiment)
     assert len(parsed) == len(set(parsed)) > 10
 
 
 def test_what_one_process_has_read_the_next_does_not_parse(parsed: list[bytes]) -> None:
-    first = code_hash()
+    first = hash_elsewhere()
     parsed.clear()
-    provenance._cache.cache_clear()
-    assert code_hash() == first
+    code_hash._cache.cache_clear()
+    assert hash_elsewhere() == first
     assert parsed == []
 
 
 @pytest.mark.slow
 def test_a_damaged_cache_is_made_again(parsed: list[bytes], tmp_path: Path) -> None:
-    first = code_hash()
+    first = hash_elsewhere()
     [path] = (tmp_path / "plans").iterdir()
     whole = path.read_bytes()
     for content in (b"", b"{}", files.sealed(b"[1]")):
         path.write_bytes(content)
-        provenance._cache.cache_clear()
+        code_hash._cache.cache_clear()
         with pytest.warns(kept.KeptFileWarning):
-            assert code_hash() == first
+            assert hash_elsewhere() == first
         assert path.read_bytes() == whole
 
 
@@ -257,7 +257,7 @@ def test_code_hash_notices_text_that_is_a_value(copy: Path) -> None:
     found = set()
     for word in ("one", "two"):
         file.write_text(f'{source}\nWORD = "{word}"\n', encoding="utf-8")
-        found.add(code_hash())
+        found.add(hash_elsewhere())
     assert len(found) == 2
 
 
@@ -355,5 +355,5 @@ def test_the_commit_is_that_of_the_own_source_tree(
     # Installed into a folder of somebody's repository, it has no commit of its own.
     inner = tmp_path / "lib" / "site-packages" / "rigidpend"
     inner.mkdir(parents=True)
-    monkeypatch.setattr(provenance, "PACKAGE", inner)
+    monkeypatch.setattr(code_hash, "PACKAGE", inner)
     assert other not in provenance._commit()

@@ -14,6 +14,7 @@ import pytest
 
 from rigidpend.experiments.contract.compare import Difference
 from rigidpend.experiments.route_codes import compute as route_codes
+from rigidpend.machine import code_hash
 from rigidpend.orbits.integrate import engines
 from rigidpend.results import store
 from rigidpend.runs import loading, provenance, regression, runner
@@ -81,13 +82,13 @@ def test_changed_code_is_the_reason(
     loaded: loading.LoadedConfig, out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     copy = tmp_path / "rigidpend"
-    shutil.copytree(provenance.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    monkeypatch.setattr(provenance, "PACKAGE", copy)
+    shutil.copytree(code_hash.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(code_hash, "PACKAGE", copy)
     assert runner.plan(loaded, out).reason == ""
     with (copy / "equations.py").open("a", encoding="utf-8") as file:
         file.write("\nX = 1\n")
     # As another process finds it.
-    provenance._looked_up.cache_clear()
+    code_hash._looked_up.cache_clear()
     assert runner.plan(loaded, out).reason == "the code that computes it changed"
 
 

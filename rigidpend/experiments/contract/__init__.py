@@ -21,11 +21,12 @@ result holds it against that first.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, TypeVar
 
 from rigidpend.config.description import Row as Row
 from rigidpend.experiments.contract.layout import Layout
 from rigidpend.experiments.contract.tree import Data, Loaded, Tree
+from rigidpend.machine.progress import tell_nobody
 from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, Arithmetic
 
 if TYPE_CHECKING:
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
     from rigidpend.machine.tables import Table
     from rigidpend.numbers.exact import Exact
     from rigidpend.routes.problem import RouteProblem
-    from rigidpend.runs.parts import Piece
 
     Routes: TypeAlias = Mapping[str, tuple[RouteProblem, Sequence[Exact]]]
 
@@ -45,13 +45,19 @@ else:
     C_contra = TypeVar("C_contra", contravariant=True)
 
 
+class Piece(NamedTuple):
+    """A part that is still to be computed; another process may do it."""
+
+    name: str
+    """Name of letters, digits, ``_``, ``.`` and ``-``."""
+    work: Callable[..., Tree]
+    """A function of a module."""
+    arguments: tuple[Any, ...]
+
+
 def compute_now(name: str, compute: Callable[[], Tree]) -> Tree:
     """Compute a part at once, without a checkpoint."""
     return compute()
-
-
-def tell_nobody(text: str) -> None:
-    """Drop a line of progress."""
 
 
 def compute_in_order(pieces: Sequence[Piece]) -> Iterator[Tree]:

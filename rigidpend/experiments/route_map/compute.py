@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidpend.config.description import Row, body_rows
-from rigidpend.experiments.contract import Means, compare
+from rigidpend.experiments.contract import Means, Piece, compare
 from rigidpend.experiments.contract.compare import Difference
 from rigidpend.experiments.contract.layout import datasets
 from rigidpend.experiments.contract.tree import Data, Tree
@@ -32,7 +32,6 @@ from rigidpend.routes.codes import MANY
 from rigidpend.routes.mapped import UNKEPT
 from rigidpend.routes.plane import Cells, Plane
 from rigidpend.routes.rows import cell_problem
-from rigidpend.runs.parts import Piece
 
 if TYPE_CHECKING:
     from rigidpend.config.axes import Axis

@@ -140,10 +140,11 @@ class _Arc:
 
 def _in_reals(c: AlignedCoefficients, state: Numbers, times: Numbers, bits: int) -> Any:
     """(6, k) mpmath numbers, by heyoka's numbers of any precision."""
-    from rigidpend.orbits.integrate.states import in_series
+    from rigidpend.orbits.integrate.compiled import in_series
 
-    exact = AlignedCoefficients(*map(_fraction, c))
-    found = in_series(exact, [_fraction(x) for x in state], [_fraction(t) for t in times], bits)
+    exact = AlignedCoefficients(*map(rational, c))
+    begin, grid = [rational(x) for x in state], [rational(t) for t in times]
+    found = in_series(exact, begin, grid, bits, FINEST_TOLERANCE["taylor"])
     number = type(state[0]).context.mpf
     made = [[number(x.numerator) / x.denominator for x in row] for row in found]
     return np.array(made, dtype=object).T
@@ -152,9 +153,9 @@ def _in_reals(c: AlignedCoefficients, state: Numbers, times: Numbers, bits: int)
 def _in_integers(c: AlignedCoefficients, state: Numbers, times: Numbers, bits: int) -> Any:
     """(6, k) mpmath numbers, by Taylor series of an error below their rounding."""
     numbers, number = type(state[0]).context, type(state[0])
-    exact = [_fraction(x) for x in state]
+    exact = [rational(x) for x in state]
     unit = bigint.unit_of(exact)
-    scaled, here = bigint.in_units(AlignedCoefficients(*map(_fraction, c)), exact, unit)
+    scaled, here = bigint.in_units(AlignedCoefficients(*map(rational, c)), exact, unit)
     P = bigint.fractional_bits((*here, *scaled), bits)
     backward = times[0] < 0
     if backward:
@@ -163,7 +164,7 @@ def _in_integers(c: AlignedCoefficients, state: Numbers, times: Numbers, bits: i
     flow = bigint.Flow([bigint.fixed(x, P) for x in scaled], P)
     fixed, time = [bigint.fixed(x, P) for x in here], 0
     found: list[list[Fraction]] = []
-    goals = [bigint.fixed(abs(_fraction(t)) * unit, P) for t in times]
+    goals = [bigint.fixed(abs(rational(t)) * unit, P) for t in times]
     while len(found) < len(goals):
         series, step = flow.expand(fixed)
         while len(found) < len(goals) and goals[len(found)] <= time + step:
@@ -182,7 +183,8 @@ def _reversed(state: Numbers) -> list[Any]:
     return [Qp, Qm, -M3, gamma1, gamma2, -gamma3]
 
 
-def _fraction(x: Scalar) -> Fraction:
+def rational(x: Scalar) -> Fraction:
+    """The value of an mpmath number."""
     from mpmath.libmp import to_rational
 
     return Fraction(*map(int, to_rational(x._mpf_)))

@@ -16,6 +16,7 @@ from typing import TypeAlias
 
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
+from rigidpend.mechanics.separatrices import separatrix_beside
 from rigidpend.numbers.exact import GUARD_BITS
 from rigidpend.orbits.integrate.bounds import touch
 from rigidpend.orbits.integrate.records import (
@@ -23,7 +24,6 @@ from rigidpend.orbits.integrate.records import (
     Orbits,
     Outcome,
     no_crossings,
-    separatrix_beside,
     silent_outcome,
 )
 from rigidpend.orbits.integrate.roots import UndecidedTouch

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -139,4 +139,37 @@ def exactly(x: Scalar) -> Fraction:
     while head:
         total, x = total + Fraction(head), x - kind(head)
         head = float(x)
+    return total
+
+
+def in_series(
+    coefficients: AlignedCoefficients,
+    state: Sequence[Fraction],
+    times: Sequence[Fraction],
+    bits: int,
+    tolerance: float,
+) -> list[list[Fraction]]:
+    """Aligned components by heyoka's series, at times of either sign; exact in and out."""
+    kind = working_type(bits)
+    with borrowed(_Sampler, bits, tolerance) as sampler:
+        begin(sampler.integrator, kind, coefficients, state)
+        grid = np.array([kind(0), *(typed(t, kind) for t in times)])
+        found = sampler.integrator.propagate_grid(grid)[-1]
+    if len(found) != len(grid):
+        raise ArithmeticError("an orbit did not reach the last of the times")
+    return [[_sum_of_doubles(x, kind) for x in row] for row in found[1:]]
+
+
+class _Sampler:
+    """An integrator of one orbit, without events."""
+
+    def __init__(self, bits: int, tolerance: float) -> None:
+        self.integrator = stepper(bits, tolerance)
+
+
+def _sum_of_doubles(x: Any, kind: Any) -> Fraction:
+    """A number of any type, exactly, as a sum of doubles."""
+    total, rest = Fraction(0), x
+    while head := float(rest):
+        total, rest = total + Fraction(head), rest - kind(head)
     return total

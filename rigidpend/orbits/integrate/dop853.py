@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
+from rigidpend.mechanics.separatrices import separatrix_beside
 from rigidpend.orbits.integrate.records import (
     Crossings,
     Orbits,
     Outcome,
     no_crossings,
-    separatrix_beside,
     silent_outcome,
 )
 

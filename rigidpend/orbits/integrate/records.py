@@ -68,17 +68,6 @@ def joined(parts: list[Crossings]) -> Crossings:
     )
 
 
-def separatrix_beside(rising: bool, Qp: Scalar, Qm: Scalar) -> int:
-    """The separatrix beside which an orbit crosses M3 = 0.
-
-    The flow rises on 2 (Qp > 0) and 4 (Qp < 0) and sinks on 1 (Qm < 0) and 3 (Qm > 0); the
-    other Q is small there.
-    """
-    if rising:
-        return 2 if Qp > 0 else 4
-    return 1 if Qm < 0 else 3
-
-
 def silent_outcome(Qp: Scalar, Qm: Scalar) -> Outcome:
     """The outcome of an orbit that did not cross again, from where it is at the end.
 

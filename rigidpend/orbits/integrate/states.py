@@ -17,7 +17,7 @@ from rigidpend.orbits.integrate import (
     default_engine,
     has_own_type,
 )
-from rigidpend.orbits.integrate.arcs import arcs
+from rigidpend.orbits.integrate.arcs import arcs, rational
 from rigidpend.orbits.integrate.engines import PAIRS
 
 SLOWER = 113
@@ -53,7 +53,9 @@ def states_at(
     """
     own = default_engine() == "taylor" and has_own_type("taylor", bits)
     if own and bits > PAIRS:
-        return in_series(coefficients, state, times, bits)
+        from rigidpend.orbits.integrate.compiled import in_series
+
+        return in_series(coefficients, state, times, bits, FINEST_TOLERANCE["taylor"])
     m = context(bits)
 
     def number(x: Fraction) -> Any:
@@ -65,7 +67,7 @@ def states_at(
         np.array([number(x) for x in times], dtype=object),
         bits,
     )
-    return [[_fraction(x, m.mpf) for x in row] for row in found[:, :, 0].T]
+    return [[rational(x) for x in row] for row in found[:, :, 0].T]
 
 
 def states_after(
@@ -122,44 +124,3 @@ def _after(
         states_at(coefficients, state, [Fraction(float(time))], SLOWER)[0]
         for state, time in zip(*task, strict=True)
     ]
-
-
-def in_series(
-    coefficients: AlignedCoefficients,
-    state: Sequence[Fraction],
-    times: Sequence[Fraction],
-    bits: int,
-) -> list[list[Fraction]]:
-    """Aligned components by heyoka's series, at times of either sign; as :func:`states_at`."""
-    from rigidpend.orbits.integrate.compiled import (
-        begin,
-        borrowed,
-        typed,
-        working_type,
-    )
-
-    kind = working_type(bits)
-    with borrowed(_ExactSampler, bits) as sampler:
-        begin(sampler.integrator, kind, coefficients, state)
-        grid = np.array([kind(0), *(typed(t, kind) for t in times)])
-        found = sampler.integrator.propagate_grid(grid)[-1]
-    if len(found) != len(grid):
-        raise ArithmeticError("an orbit did not reach the last of the times")
-    return [[_fraction(x, kind) for x in row] for row in found[1:]]
-
-
-class _ExactSampler:
-    """An integrator of one orbit, without events, at the finest tolerance."""
-
-    def __init__(self, bits: int) -> None:
-        from rigidpend.orbits.integrate.compiled import stepper
-
-        self.integrator = stepper(bits, FINEST_TOLERANCE["taylor"])
-
-
-def _fraction(x: Any, kind: Any) -> Fraction:
-    """A number of any type, exactly, as a sum of doubles."""
-    total, rest = Fraction(0), x
-    while head := float(rest):
-        total, rest = total + Fraction(head), rest - kind(head)
-    return total

@@ -31,10 +31,6 @@ storage       maps kept on disk
 
 from __future__ import annotations
 
-import sys
-from types import ModuleType
-from typing import Any
-
 from rigidpend.orbits.return_map.build import ReturnMap, return_map
 from rigidpend.orbits.return_map.normal_form import MapError
 from rigidpend.orbits.return_map.passage import EnergyLevel, Passage, SectionPoint

@@ -17,6 +17,7 @@ import numpy as np
 
 from rigidpend import __version__
 from rigidpend.machine import cache
+from rigidpend.machine.code_hash import code_hash_of
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import Exact
 from rigidpend.numbers.generic import Scalar
@@ -25,7 +26,6 @@ from rigidpend.orbits.return_map.charts import Chart, ChartTable
 from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.normal_form import NormalForm
 from rigidpend.orbits.return_map.precision import Precision, precision
-from rigidpend.runs.provenance import code_hash_of
 
 MOST = 200_000_000
 """Bytes of all kept maps; one over the energies of Fig. 4 takes half a million."""

@@ -14,7 +14,7 @@ from flint import arb
 
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
-from rigidpend.orbits.integrate.records import separatrix_beside
+from rigidpend.mechanics.separatrices import separatrix_beside
 from rigidpend.routes.certified.balls import Enclosed
 from rigidpend.routes.certified.growth import LogarithmicNorm
 from rigidpend.routes.certified.models import Model

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.experiments.contract import tell_nobody
+from rigidpend.machine.progress import tell_nobody
 from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from rigidpend.mechanics.equations import aligned, aligned_coefficients
+from rigidpend.mechanics.separatrices import separatrix_beside
 from rigidpend.orbits.integrate.records import (
     Outcome,
     joined,
     no_crossings,
-    separatrix_beside,
     silent_outcome,
 )
 from tests.orbits.integrate.problems import FREE, on_separatrix

@@ -9,7 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rigidpend import Body, results
+from rigidpend import Body
+from rigidpend.machine import cache as caches
+from rigidpend.machine import code_hash
 from rigidpend.machine.kept import KeptFileWarning
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import (
@@ -26,7 +28,6 @@ from rigidpend.orbits.return_map.build import (
     Design,
 )
 from rigidpend.orbits.return_map.charts import at_energies, look_up
-from rigidpend.runs import provenance
 from tests.orbits.integrate.problems import FIG4
 
 H = "1.3342"
@@ -163,7 +164,7 @@ def test_a_cache_that_cannot_be_written_costs_time_alone(
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     build._kept.cache_clear()
-    results.cache._tell_once.cache_clear()
+    caches._tell_once.cache_clear()
     with pytest.warns(KeptFileWarning, match="nothing can be kept"):
         assert return_map(FIG4, h=H).errors.charts < 1e-12
 
@@ -187,26 +188,24 @@ def test_keys_tell_all_apart_that_a_map_follows_from() -> None:
 )
 def test_a_map_of_other_code_is_another(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """What integrates for the tables counts as well as what fits them."""
-    h, real = exact(H), provenance._looked_up
+    h, real = exact(H), code_hash._looked_up
 
     def edited(package: str, place: str) -> tuple[str, list[str]]:
         code, imported = real(package, place)
         return f"{code} edited" if place == module else code, imported
 
     before = storage.followed(FIG4, h, h, 53, FIRST, 64)
-    monkeypatch.setattr(provenance, "_looked_up", edited)
+    monkeypatch.setattr(code_hash, "_looked_up", edited)
     storage._code.cache_clear()
     after = storage.followed(FIG4, h, h, 53, FIRST, 64)
     storage._code.cache_clear()
     assert after != before
 
 
-def test_the_package_and_its_function_share_a_name() -> None:
+def test_the_function_is_a_name_of_the_package() -> None:
     import rigidpend
 
-    level = rigidpend.return_map(FIG4, h=H).at(1.3342)
-    assert level.h == 1.3342
-    assert rigidpend.orbits.return_map.charts.Chart._fields == ("forward", "inverse")  # type: ignore[attr-defined]
+    assert rigidpend.return_map(FIG4, h=H).at(1.3342).h == 1.3342
 
 
 def test_use_of_a_kept_map_counts(cache: Path) -> None:

@@ -110,7 +110,7 @@ def _crossing(
 
 
 def _beside(at: Any, rising: Any, alpha0: float, s: float) -> Any:
-    """The separatrices beside which crossings lie, as `records.separatrix_beside` says."""
+    """The separatrices beside which crossings lie, as `separatrices.separatrix_beside` says."""
     a = aligned_from_body([x[0] for x in at], [x[1] for x in at], alpha0, s)
     return np.where(rising, np.where(a.Qp > 0, 2, 4), np.where(a.Qm < 0, 1, 3))
 
