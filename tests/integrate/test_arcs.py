@@ -21,7 +21,6 @@ from rigidpend.return_map.reduced import coefficients as reduced_coefficients
 from tests.integrate.problems import GENERIC, fan, needs_heyoka
 
 
-
 def given(bits: int, sense: int, n: int = 3) -> tuple[AlignedCoefficients, Any, Any]:
     """Coefficients, states and times of so many bits; the times are no doubles."""
     a = precision(bits)
