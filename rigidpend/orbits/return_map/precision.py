@@ -91,8 +91,8 @@ class Precision:
 
     def _pairs(self, x: Scalar) -> PairArray:
         if isinstance(x, (list, tuple)):
-            rows: Any = np.stack([self.array(one) for one in x])
-            return rows
+            rows = [self.array(one).parts for one in x]
+            return PairArray(np.stack(rows, axis=1))
         given = np.asarray(x)
         if given.dtype.kind in "fiu":
             return PairArray.of(given)

@@ -1,0 +1,85 @@
+"""Arrays of pairs of doubles against exact fractions and mpmath's numbers."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend.integrate import pair_arrays
+from rigidpend.orbits.integrate.pair_arrays import PairArray
+from rigidpend.numbers.exact import context
+
+ROUNDING = 2.0**-101
+"""Largest error of an operation, relative to the terms."""
+M = context(260)
+
+
+def made(*shape: int, seed: int = 1) -> PairArray:
+    random = np.random.default_rng(seed)
+    high = random.normal(size=shape)
+    return PairArray(np.stack((high, high * random.uniform(-1, 1, shape) * 2.0**-54)))
+
+
+def exactly(x: PairArray) -> Any:
+    high, low = (np.vectorize(Fraction, otypes=[object])(part) for part in x.parts)
+    return high + low
+
+
+def in_mpmath(x: PairArray) -> list[Any]:
+    return [M.mpf(one.numerator) / one.denominator for one in exactly(x).ravel()]
+
+
+@pytest.mark.parametrize("shape", [(3,), (8,), (19,), (4, 5, 7)], ids=str)
+def test_sums_products_and_quotients_are_those_of_fractions(shape: tuple[int, ...]) -> None:
+    """Fewer numbers than lanes, as many, and a last vector that overlaps the one before."""
+    a, b = made(*shape), made(*shape, seed=2)
+    x, y = exactly(a), exactly(b)
+    for found, expected, scale in (
+        (a + b, x + y, abs(x) + abs(y)),
+        (a - b[..., :1], x - y[..., :1], abs(x) + abs(y[..., :1])),
+        (a * b, x * y, abs(x * y)),
+        (1.5 / b, Fraction(3, 2) / y, abs(1 / y)),
+    ):
+        assert (abs(exactly(found) - expected) <= ROUNDING * scale).all()
+
+
+@pytest.mark.parametrize(
+    ("a", "b"), [((3, 4), (4, 5)), ((6, 3, 4), (4, 9)), ((3, 4), (6, 4, 9)), ((6, 1, 4), (6, 4, 3))]
+)
+def test_matrix_products_are_those_of_fractions(a: Any, b: Any) -> None:
+    x, y = made(*a), made(*b, seed=2)
+    off = abs(exactly(x @ y) - np.matmul(exactly(x), exactly(y)))
+    assert (off <= ROUNDING * np.matmul(abs(exactly(x)), abs(exactly(y)))).all()
+
+
+@pytest.mark.parametrize(("a", "b"), [((3, 4, 5), (6, 4, 5)), ((5, 4, 1), (2, 4, 3))])
+def test_products_of_polynomials_are_those_of_fractions(a: Any, b: Any) -> None:
+    p, q = made(*a), made(*b, seed=2)
+    found, x, y = exactly(pair_arrays.convolved(p, q)), exactly(p), exactly(q)
+    for r, row in enumerate(found):
+        terms = [x[k] * y[r - k] for k in range(len(x)) if 0 <= r - k < len(y)]
+        assert (abs(row - sum(terms)) <= ROUNDING * sum(map(abs, terms))).all()
+
+
+@pytest.mark.parametrize("name", ["cos", "sin", "exp", "log", "sqrt"])
+def test_functions_are_mpmath_s(name: str) -> None:
+    x = abs(made(3, 7))
+    found = in_mpmath(getattr(pair_arrays, name)(x))
+    for one, at in zip(found, in_mpmath(x), strict=True):
+        assert abs(one - getattr(M, name)(at)) < 2.0**-98
+
+
+def test_angles_lie_in_every_quadrant() -> None:
+    y, x = made(40), made(40, seed=2)
+    for one, *at in zip(*map(in_mpmath, (pair_arrays.atan2(y, x), y, x)), strict=True):
+        assert abs(one - M.atan2(*at)) < ROUNDING * 8
+
+
+def test_pairs_are_not_taken_for_doubles_in_silence() -> None:
+    with pytest.raises(TypeError, match="ask for their doubles"):
+        np.asarray(made(3))
+    with pytest.raises(TypeError):
+        np.cumsum(made(3))

@@ -1,0 +1,52 @@
+"""The same symbols and certainty whatever optional libraries and long doubles there are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend.orbits.integrate import engines
+from rigidpend.orbits.return_map.precision import precision
+from rigidpend.routes import route_codes
+from rigidpend.routes.codes import RouteCodes
+from tests.orbits.integrate.problems import FIG4
+
+PHASES = np.random.default_rng(7).uniform(0, 6.28, 120)
+
+
+@pytest.fixture
+def without_heyoka(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Lets heyoka be absent for whoever asks, and a long double be a double."""
+    genuine, numbers = engines._installed, np.finfo
+    monkeypatch.setattr(engines, "_installed", lambda name: name != "heyoka" and genuine(name))
+    monkeypatch.setattr(np, "finfo", lambda kind: numbers(float if kind is np.longdouble else kind))
+    precision.cache_clear()
+    yield
+    precision.cache_clear()
+
+
+def found(method: str, **more: Any) -> RouteCodes:
+    task: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8", "n_symbols": 24, **more}
+    return route_codes(FIG4, PHASES, method=method, precisions=(53, 64), **task)
+
+
+@pytest.fixture(scope="module", params=["map", "integration"])
+def given(request: pytest.FixtureRequest) -> tuple[str, RouteCodes]:
+    return request.param, found(request.param)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("without_heyoka")
+def test_symbols_and_certainty_need_neither_heyoka_nor_long_doubles(
+    given: tuple[str, RouteCodes],
+) -> None:
+    method, expected = given
+    assert not engines.has_heyoka()
+    again = found(method)
+    assert (again.bits == 64).sum() > 3, "some need more than doubles"
+    np.testing.assert_array_equal(again.codes, expected.codes)
+    np.testing.assert_array_equal(again.certain, expected.certain)
+    np.testing.assert_array_equal(again.bits, expected.bits)
