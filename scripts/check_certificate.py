@@ -547,17 +547,20 @@ def phases_of(config: dict[str, Any], stated: Mapping[str, Sequence[str]]) -> di
 
     The centre of a zoom is found by a computation: it is taken as stated, all else is not.
     """
-    problem, found = config["problem"], {}
+    problem: Any = config["problem"]
+    found: dict[str, list[str]] = {}
     if config["experiment"] == "route_codes":
         for name, grid in problem["arrays"].items():
             start, step = grid["start"], grid["step"]
+            _check_few(found)
             found[name] = [f"({start}) + ({step})*{k}" for k in _counted(grid["count"])]
     elif config["experiment"] == "herpolhodes":
         found = {name: [case["theta2_0"]] for name, case in problem["cases"].items()}
     elif config["experiment"] == "route_zoom":
-        names = [f"level{k:02d}" for k in range(_count(problem["levels"]))]
+        names = [f"level{k:02d}" for k in _counted(problem["levels"])]
         for level, name in enumerate(names):
             step = f"({problem['step']})/{_count(problem['factor'])}**{level}"
+            _check_few(found)
             first = stated[name][0] if len(stated.get(name, ())) else "0"
             found[name] = [f"({first}) + {step}*{k}" for k in _counted(problem["count"])]
     else:
@@ -569,6 +572,11 @@ def _count(value: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or not 0 < value <= 10**6:
         raise Refused("its config: a count is no whole number, or too large")
     return value
+
+
+def _check_few(found: Mapping[str, Sequence[str]]) -> None:
+    if sum(map(len, found.values())) > ORBITS:
+        raise Refused(f"its config asks for more than {ORBITS} orbits")
 
 
 def _counted(value: Any) -> range:

@@ -123,6 +123,7 @@ def test_numbers_out_of_range_are_refused_with_their_names() -> None:
     assert len(storage.unpacked(good)[0]) == 2
 
 
+@pytest.mark.slow
 def test_work_without_hope_is_not_begun_and_its_size_is_said() -> None:
     # Beside a symmetric body a passage takes thousands of units of time, and so of bits.
     body = Body(A=("1.8869", "0.943", "1.886"), r=(1, 1, 0), mu="0.001")
