@@ -12,7 +12,7 @@ import platform
 import socket
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import Future, wait
 from contextlib import contextmanager
 from typing import Any
@@ -119,8 +119,6 @@ def _done(
     report: Callable[[str], None],
 ) -> Iterator[tuple[Tree, str, str]]:
     """Parts with their names and workers as they come, some ahead of what is in hand."""
-    import distributed
-
     waiting, names, done, idle = iter(missing), dict[Any, str](), 0, False
     report(f"cluster {address}: {len(missing)} parts, {sum(client.nthreads().values())} threads")
     while done < len(missing):
@@ -136,15 +134,22 @@ def _done(
                 break
             task = (*given, piece.work, piece.arguments)
             names[client.submit(_on_worker, *task, pure=False)] = piece.name
-        try:
-            ready = distributed.wait(list(names), LOOK, "FIRST_COMPLETED").done
-        except TimeoutError:
-            continue
-        for future in ready:
+        for future in _ready(client, list(names)):
             done += 1
             tree, worker = _answer(client, future)
             yield tree, names.pop(future), worker
             report(f"cluster: {done} of {len(missing)} parts")
+
+
+def _ready(client: Any, futures: list[Any]) -> Collection[Any]:
+    """Those of some futures that are done, once one of them is; none if that takes long."""
+    import distributed
+
+    try:
+        with client.as_current():
+            return distributed.wait(futures, LOOK, "FIRST_COMPLETED").done
+    except TimeoutError:
+        return ()
 
 
 def _answer(client: Any, future: Any) -> tuple[Tree, str]:
