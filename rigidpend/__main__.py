@@ -1,11 +1,15 @@
 """Entry point of the process, as ``rigidpend`` and as ``python -m rigidpend``."""
 
 import os
+import signal
 import sys
 
 
 def main() -> None:
     """Run the command line; from the first line a signal ends it in good order."""
+    # Until there is a watch Ctrl-C ends the process as the system does, without a traceback.
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
     settle_streams()
     from rigidpend.machine import signals
 

@@ -131,8 +131,7 @@ def guarded(command: Command) -> Command:
         except (click.ClickException, click.exceptions.Exit, click.Abort, BrokenPipeError):
             raise
         except (signals.Stopped, KeyboardInterrupt):
-            code, said = signals.conclude(signals.came() or signal.SIGINT)
-            say(said)
+            code, said = signals.conclude(signals.came() or signal.SIGINT, say)
             _document_failure(kwargs, said, code)
             sys.exit(code)
         except Exception as error:

@@ -15,7 +15,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 GRACE = 1.5
@@ -25,7 +25,8 @@ unfinished: set[str] = set()
 """Files that are being written, not yet under their names: none of them stays behind."""
 
 _came: list[int] = []
-_concluded = threading.Event()
+_told: list[str] = []
+_telling = threading.Lock()
 
 
 class Stopped(BaseException):
@@ -53,11 +54,27 @@ def watch() -> None:
     threading.Thread(target=_heed, args=(out,), daemon=True).start()
 
 
-def conclude(number: int) -> tuple[int, str]:
-    """Exit code after a signal and the sentence about it, which is said once."""
-    _concluded.set()
+def conclude(number: int, say: Callable[[str], object], patience: float = -1) -> tuple[int, str]:
+    """Say once that a signal ended the work; the exit code and the sentence.
+
+    Parameters
+    ----------
+    number : int
+    say : callable
+        Takes the sentence, unless it has been said.
+    patience : float, optional
+        Seconds to wait for another thread that is about to say it; without end if negative.
+    """
     word = "terminated" if number == signal.SIGTERM else "interrupted"
-    return 128 + number, f"{word}; finished results are kept"
+    sentence = f"{word}; finished results are kept"
+    if _telling.acquire(timeout=patience):
+        with contextlib.suppress(OSError):
+            if not _told:
+                say(sentence)
+            if came():
+                _told.append(sentence)
+        _telling.release()
+    return 128 + number, sentence
 
 
 def _heed(out: int) -> None:
@@ -66,16 +83,16 @@ def _heed(out: int) -> None:
         pass
     _came.append(number)
     time.sleep(GRACE)
-    said = _concluded.is_set()
-    code, sentence = conclude(number)
-    # The stream's lock may be held by the thread that does not end; a terminal has a line open.
-    with contextlib.suppress(OSError):
-        opening = "\n" if os.isatty(2) else ""
-        os.write(2, b"" if said else f"{opening}{sentence}\n".encode())
+    code, _ = conclude(number, _write, patience=0.1)
     for path in list(unfinished):
         with contextlib.suppress(OSError):
             os.unlink(path)
     os._exit(code)
+
+
+def _write(sentence: str) -> None:
+    """Write on stderr, whose lock another thread may hold; a terminal may have a line open."""
+    os.write(2, f"{chr(10) if os.isatty(2) else ''}{sentence}\n".encode())
 
 
 @contextlib.contextmanager

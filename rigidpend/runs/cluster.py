@@ -8,14 +8,15 @@ run that was interrupted goes on, with the cluster or without.
 from __future__ import annotations
 
 import importlib.util
+import pickle
 import platform
 import socket
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import Future, wait
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, NamedTuple
 from urllib.parse import urlsplit
 
 from rigidpend.experiments.contract import Piece
@@ -120,8 +121,6 @@ def _done(
     report: Callable[[str], None],
 ) -> Iterator[tuple[Tree, str, str]]:
     """Parts with their names and workers as they come, some ahead of what is in hand."""
-    import distributed
-
     waiting, names, done, idle = iter(missing), dict[Any, str](), 0, False
     report(f"cluster {address}: {len(missing)} parts, {sum(client.nthreads().values())} threads")
     while done < len(missing):
@@ -135,17 +134,37 @@ def _done(
         while len(names) < max(LEAST_AHEAD, AHEAD * threads):
             if (piece := next(waiting, None)) is None:
                 break
-            task = (*given, piece.work, piece.arguments)
-            names[client.submit(_on_worker, *task, pure=False)] = piece.name
-        try:
-            ready = distributed.wait(list(names), LOOK, "FIRST_COMPLETED").done
-        except TimeoutError:
-            continue
-        for future in ready:
+            call = pickle.dumps(_Call((*given, piece.work, piece.arguments)))
+            names[client.submit(pickle.loads, call, pure=False)] = piece.name
+        for future in _ready(client, list(names)):
             done += 1
             tree, worker = _answer(client, future)
             yield tree, names.pop(future), worker
             report(f"cluster: {done} of {len(missing)} parts")
+
+
+class _Call(NamedTuple):
+    """A part that is computed where it is unpickled.
+
+    Plain bytes reach a worker that lacks this package, too: it then fails in words, where our
+    functions as such would end the worker.
+    """
+
+    arguments: tuple[Any, ...]
+
+    def __reduce__(self) -> Any:
+        return _on_worker, self.arguments
+
+
+def _ready(client: Any, futures: list[Any]) -> Collection[Any]:
+    """Those of some futures that are done, once one of them is; none if that takes long."""
+    import distributed
+
+    try:
+        with client.as_current():
+            return distributed.wait(futures, LOOK, "FIRST_COMPLETED").done
+    except TimeoutError:
+        return ()
 
 
 def _answer(client: Any, future: Any) -> tuple[Tree, str]:
@@ -153,7 +172,6 @@ def _answer(client: Any, future: Any) -> tuple[Tree, str]:
     try:
         return future.result()
     except (ImportError, AttributeError) as error:
-        # A worker looks for our functions by their names before anything of ours runs there.
         tried = client.run(exec, f"import {__name__}", on_error="return")
         lacking = [worker for worker, failed in tried.items() if failed is not None]
         raise WorkerError(

@@ -153,6 +153,7 @@ def test_a_command_asked_to_end_says_so_and_prints_its_document(
 ) -> None:
     written(tmp_path, SMALL, "small.yaml")
     monkeypatch.setattr(signals, "_came", [number])
+    monkeypatch.setattr(signals, "_told", [])
     done = call(tmp_path, "run", "small.yaml", "--json")
     assert (done.returncode, done.stderr) == (128 + number, f"{SAID[number]}\n")
     assert json.loads(done.stdout) == {"error": SAID[number], "exit_code": 128 + number}
@@ -235,7 +236,7 @@ def wrong(folder: Path, end: End, number: signal.Signals) -> str:
         return f"exit code {end.code}"
     if "Traceback" in end.said or "Exception" in end.said:
         return "a traceback"
-    if end.code == 128 + number and end.said.splitlines()[-1] != SAID[number]:
+    if end.code == 128 + number and end.said.splitlines()[-1:] != [SAID[number]]:
         return "not said"
     return "half a file" if list(folder.rglob("*.part")) else ""
 

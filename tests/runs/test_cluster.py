@@ -76,7 +76,10 @@ class Dask:
         self, what: str, *given: str, environment: dict[str, str] | None = None
     ) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", "dask", what, "--scheduler-file", str(self.file), *given]
-        found = subprocess.Popen(command, stdout=self.log, stderr=self.log, env=environment)
+        # Elsewhere than the checkout, which Python would find before all.
+        found = subprocess.Popen(
+            command, stdout=self.log, stderr=self.log, env=environment, cwd=self.file.parent
+        )
         self.processes.append(found)
         return found
 
@@ -142,7 +145,9 @@ def test_a_run_without_its_scheduler_goes_on_here(dask: Dask, run: Callable[...,
     def hear(line: str) -> None:
         lines.append(line)
         if "cluster: 3 of 12" in line:
-            dask.processes[0].kill()
+            # With its worker, which might have all the other parts ready.
+            for process in dask.processes:
+                process.kill()
 
     with pytest.raises(WorkerError, match=r"went away; what is finished is kept"):
         run("lost", hear, dask.address)
