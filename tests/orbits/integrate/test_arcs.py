@@ -20,6 +20,7 @@ from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients as reduced_coefficients
 from tests.orbits.integrate.problems import GENERIC, fan, needs_heyoka
 
+
 def given(bits: int, sense: int, n: int = 3) -> tuple[AlignedCoefficients, Any, Any]:
     """Coefficients, states and times of so many bits; the times are no doubles."""
     a = precision(bits)

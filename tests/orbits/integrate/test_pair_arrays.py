@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.integrate import pair_arrays
-from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.numbers.exact import context
+from rigidpend.orbits.integrate import pair_arrays
+from rigidpend.orbits.integrate.pair_arrays import PairArray
 
 ROUNDING = 2.0**-101
 """Largest error of an operation, relative to the terms."""
