@@ -1,4 +1,4 @@
-"""The contract of experiments: every folder keeps it, as mypy and the import rules see it."""
+"""The contract of experiments: every folder keeps it, as mypy sees it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from rigidpend import experiments, render
+from rigidpend import experiments
 from rigidpend.experiments.contract.layout import (
     FLAG,
     FLOAT,
@@ -24,9 +24,6 @@ from rigidpend.experiments.contract.layout import (
 
 ROOT = Path(__file__).resolve().parents[3]
 NAMES = experiments.names()
-COMPUTING = ("compute.py", "schema.py")
-FILES = sorted(experiments.FOLDER.glob("*/*.py"))
-DRAWING = [file for file in FILES if file.name not in (*COMPUTING, "layout.py")]
 
 SEAM = """
 import rigidpend.experiments.{name}.compute as compute
@@ -104,38 +101,6 @@ def imported(file: Path) -> Iterator[str]:
         waiting += ast.iter_child_nodes(node)
 
 
-SHARED = (
-    "rigidpend.routes.alphabet",
-    "rigidpend.runs.certificate_files",
-    "rigidpend.config.changes",
-    "rigidpend.numbers.decimals",
-    "rigidpend.numbers.generic",
-    "rigidpend.render",
-    "rigidpend.results.",
-    "rigidpend.machine.tables",
-)
-VERDICTS = (
-    "rigidpend.experiments.bench.measuring.methods.METHODS",
-    "rigidpend.experiments.bench.measuring.reading",
-    "rigidpend.experiments.bench.measuring.problems.NAMES",
-    "rigidpend.experiments.stress.trials.claims",
-)
-"""Words and levels of measurements, which import nothing that computes either."""
-
-
-@pytest.mark.parametrize("file", DRAWING, ids=lambda file: f"{file.parent.name}/{file.name}")
-def test_drawing_imports_nothing_that_computes(file: Path) -> None:
-    """Arrays, drawing, stored results, and of its own folder what draws."""
-    own = f"rigidpend.experiments.{file.parent.name}."
-    for name in imported(file):
-        first = name.partition(".")[0]
-        if first == "rigidpend":
-            ours = name.startswith(own) and not name.startswith((f"{own}compute", f"{own}schema"))
-            assert ours or name.startswith((*SHARED, *VERDICTS)), name
-        else:
-            assert first in {"numpy", "matplotlib", *sys.stdlib_module_names}, name
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_a_layout_is_plain_data_for_which_nothing_heavy_is_imported(name: str) -> None:
     file = experiments.FOLDER / name / "layout.py"
@@ -170,36 +135,6 @@ def fields(layout: Layout) -> list[Field]:
 def test_without_a_layout_an_experiment_does_not_keep_the_contract(tmp_path: Path) -> None:
     wrong = seam("route_codes").replace("route_codes.layout as", "route_codes.schema as")
     assert '"Declaring"' in checked(tmp_path, wrong=wrong)
-
-
-@pytest.mark.parametrize("file", sorted(Path(render.__file__).parent.glob("*.py")))
-def test_what_drawings_share_imports_nothing_that_computes(file: Path) -> None:
-    for name in imported(file):
-        first = name.partition(".")[0]
-        if first == "rigidpend":
-            assert name.startswith(("rigidpend.experiments", *SHARED)), name
-        else:
-            assert first in {"numpy", "matplotlib", *sys.stdlib_module_names}, name
-
-
-@pytest.mark.parametrize(
-    "file",
-    [file for file in FILES if file.name in COMPUTING],
-    ids=lambda file: f"{file.parent.name}/{file.name}",
-)
-def test_computing_imports_nothing_that_draws(file: Path) -> None:
-    own = f"rigidpend.experiments.{file.parent.name}"
-    forbidden = ("matplotlib", "rigidpend.render", "rigidpend.render.report", f"{own}.draw")
-    assert not [name for name in imported(file) if name.startswith(forbidden)]
-
-
-@pytest.mark.parametrize("file", FILES, ids=lambda file: f"{file.parent.name}/{file.name}")
-def test_no_experiment_imports_another(file: Path) -> None:
-    own = f"rigidpend.experiments.{file.parent.name}"
-    for name in imported(file):
-        if name.startswith("rigidpend.experiments.") and not name.startswith(f"{own}."):
-            module = name.split(".")[2]
-            assert module not in NAMES, name
 
 
 @pytest.mark.parametrize("name", ["nonesuch", "..run", "route_codes.compute", ""])
