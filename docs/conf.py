@@ -73,10 +73,29 @@ def docstring(
     """
     if what not in ("attribute", "data", "property"):
         lines[:] = NumpyDocstring(lines, SECTIONS, app, what, name, it, options).lines()
+    if what == "module":
+        lines[:] = listed(lines)
     for number, line in enumerate(lines):
         parts = OUTSIDE_LITERALS.split(line)
         parts[::2] = [part.replace("|", "\N{DIVIDES}") for part in parts[::2]]
         lines[number] = "".join(parts)
+
+
+def listed(lines: list[str]) -> list[str]:
+    """Lists of modules as they stand; each folder has the heading, and the page only one."""
+    if len(lines) < 3 or "" not in lines:
+        return lines
+    found: list[str] = []
+    inside = False
+    for line, after in zip(lines, [*lines[1:], ""], strict=True):
+        if after and set(after) == {"-"} and line:
+            found += [f".. rubric:: {line}", "", "::", ""]
+            inside = True
+        elif line and set(line) == {"-"}:
+            continue
+        else:
+            found.append(f"   {line}" if inside else line)
+    return found
 
 
 def without_meaning(

@@ -81,7 +81,7 @@ TESTS = {
     "rigidpend/orbits/integrate/differences.py": BESIDE,
     "rigidpend/orbits/integrate/reference_orbit.py": BESIDE,
     "rigidpend/orbits/integrate/sections.py": ON_SECTIONS,
-    "rigidpend/orbits/integrate/batch_sections.py": (*ON_SECTIONS, "tests/routes/test_handover.py"),
+    "rigidpend/orbits/integrate/batch_sections.py": ON_SECTIONS,
     "rigidpend/orbits/integrate/arcs.py": ON_SECTIONS,
 }
 """The tests of each module, or of each folder of modules; the quickest to tell come first."""

@@ -19,6 +19,11 @@ from rigidpend.machine.code_cache import CodeCache
 PACKAGE = Path(__file__).resolve().parents[1]
 
 
+def inside(*place: str) -> Path:
+    """A file of the package, by the folders that lead to it."""
+    return PACKAGE.joinpath(*place)
+
+
 def code_hash_of(*files: Path) -> str:
     """Hash the code of some of the package's files and of all that they import of the package."""
     found = sorted(_needed(files).items())

@@ -11,7 +11,7 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-from rigidpend.machine.code_hash import PACKAGE, code_hash_of, digest
+from rigidpend.machine.code_hash import PACKAGE, code_hash_of, digest, inside
 
 LIBRARIES = ("numpy", "scipy", "mpmath", "h5py", "llvmlite", "heyoka")
 ABSENT = "absent"
@@ -66,7 +66,7 @@ def provenance() -> dict[str, str]:
 
 
 def _part(experiment: str, part: str) -> Path:
-    return PACKAGE / "experiments" / experiment / f"{part}.py"
+    return inside("experiments", experiment, f"{part}.py")
 
 
 def version(library: str) -> str:

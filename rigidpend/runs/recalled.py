@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from rigidpend import __version__, experiments
 from rigidpend.config.groups import Group
 from rigidpend.machine import files
-from rigidpend.machine.code_hash import code_hash_of
+from rigidpend.machine.code_hash import code_hash_of, inside
 from rigidpend.machine.memory import Memory
 from rigidpend.runs import provenance
 
@@ -140,7 +140,7 @@ def _key(path: Path, settings: Sequence[str]) -> str:
 
 @functools.cache
 def _reader() -> str:
-    return code_hash_of(Path(__file__).with_name("loading.py"))
+    return code_hash_of(inside("runs", "loading.py"))
 
 
 @functools.cache

@@ -13,7 +13,7 @@ from typing import Any
 
 from rigidpend import __version__
 from rigidpend.machine import files
-from rigidpend.machine.code_hash import PACKAGE, code_hash_of
+from rigidpend.machine.code_hash import code_hash_of, inside
 from rigidpend.machine.memory import Memory
 from rigidpend.runs import provenance
 
@@ -79,7 +79,7 @@ def _key(target: Path) -> str:
 
 @functools.cache
 def _opening() -> str:
-    return code_hash_of(PACKAGE / "results" / "opening.py")
+    return code_hash_of(inside("results", "opening.py"))
 
 
 @functools.cache

@@ -70,7 +70,7 @@ def append(file: Path, text: str) -> None:
     [
         ("exponents", "config/axes.py"),
         ("precession", "experiments/precession/schema.py"),
-        ("route_codes", "integrate/bigint.py"),
+        ("route_codes", "orbits/integrate/bigint.py"),
         ("route_codes", "routes/__init__.py"),
     ],
 )
@@ -110,7 +110,7 @@ def test_code_hash_counts_what_python_imports_and_nothing_that_draws() -> None:
         assert len(reached) > 30
         assert reached <= counted
         others = [f"experiments/{name}/" for name in names if name != experiment]
-        apart = ("cli/", "render/", "report/", "certified/", "notebook.py", *others)
+        apart = ("cli/", "render/", "routes/certified/", "notebook.py", *others)
         assert not [x for x in counted if x.startswith(apart) or x.endswith(DRAWING)]
 
 
@@ -169,7 +169,7 @@ def test_code_hash_ignores_comments_and_docstrings(copy: Path) -> None:
 
 
 def test_code_hash_ignores_a_function_s_docstring(copy: Path) -> None:
-    file = copy / "melnikov.py"
+    file = copy / "surfaces" / "melnikov.py"
     source = file.read_text(encoding="utf-8")
     file.write_text(f"{source}\n\ndef f(x):\n    return x\n", encoding="utf-8")
     before = hash_elsewhere()
@@ -252,7 +252,7 @@ def test_another_reader_has_entries_of_its_own() -> None:
 
 
 def test_code_hash_notices_text_that_is_a_value(copy: Path) -> None:
-    file = copy / "melnikov.py"
+    file = copy / "surfaces" / "melnikov.py"
     source = file.read_text(encoding="utf-8")
     found = set()
     for word in ("one", "two"):

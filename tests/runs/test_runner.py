@@ -85,7 +85,7 @@ def test_changed_code_is_the_reason(
     shutil.copytree(code_hash.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     monkeypatch.setattr(code_hash, "PACKAGE", copy)
     assert runner.plan(loaded, out).reason == ""
-    with (copy / "equations.py").open("a", encoding="utf-8") as file:
+    with (copy / "mechanics" / "equations.py").open("a", encoding="utf-8") as file:
         file.write("\nX = 1\n")
     # As another process finds it.
     code_hash._looked_up.cache_clear()
