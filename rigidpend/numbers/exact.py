@@ -328,7 +328,7 @@ PI = Exact("pi", None, lambda m: +m.pi)
 
 
 def combine(operator: str, a: Exact, b: Exact) -> Exact:
-    """Make the exact number ``a operator b``, for one of + - * / **."""
+    """Make the exact number ``a operator b``, for one of ``+ - * / **``."""
     text = f"{_bracketed(a)} {operator} {_bracketed(b)}"
     if operator == "/" and (b.fraction == 0 or (b.fraction is None and b.at(53) == 0)):
         raise ExactError(f"{text}: division by zero")

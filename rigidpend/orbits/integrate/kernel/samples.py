@@ -20,8 +20,7 @@ def text(order: int, bits: int, field: LaneField = ALIGNED, lanes: int = LANES) 
     steps, samples)``, all pointers to doubles or int64, sense a double, and returns the number of
     lanes that have not reached the last of the times:
 
-    - state, stride, time, parameters: as in `rigidpend.orbits.integrate.kernel.notes`, of the
-    field;
+    - state, stride, time, parameters: of the field, as in the module `notes`;
     - grid, apart: `count` times t', in their order, of each lane `apart` doubles behind those of
       the one before: 0 where all have the same;
     - next: of each lane, how many of them it has passed; kept up to date;
