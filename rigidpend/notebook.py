@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from rigidpend.config.description import Row
-    from rigidpend.experiments.contract.tree import Loaded
+    from rigidpend.experiments.data.tree import Loaded
     from rigidpend.mechanics.body import Body
 
 POINTS = 60

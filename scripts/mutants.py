@@ -7,7 +7,7 @@ survive no fork, functions that are handed to worker processes, and functions th
 heyoka's symbols; so this one rewrites files and starts anew.
 
     python -m scripts.mutants --count 150 --seed 1 --processes 2 --keep build/mutants.txt
-    python -m scripts.mutants --only rigidpend/experiments/contract/compare.py:57
+    python -m scripts.mutants --only rigidpend/experiments/data/compare.py:57
 
 Verdicts that are kept in a file are not sought again: a run that was stopped goes on where it was.
 What is declared in `tests/equivalent_mutants.yaml` is not run, and counts apart.
@@ -58,8 +58,8 @@ ON_SECTIONS = (
     "tests/orbits/return_map",
 )
 TESTS = {
-    "rigidpend/experiments/contract/compare.py": (
-        "tests/experiments/contract/test_compare.py",
+    "rigidpend/experiments/data/compare.py": (
+        "tests/experiments/data/test_compare.py",
         "tests/runs/test_verify.py",
     ),
     "rigidpend/runs/regression.py": (

@@ -17,7 +17,7 @@ from docs import floors
 from rigidpend.experiments.bench.measuring import reading
 from rigidpend.experiments.bench.measuring.methods import METHODS
 from rigidpend.experiments.bench.measuring.problems import NAMES
-from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.experiments.stress import report as trials
 from rigidpend.machine.tables import (
     Table,

@@ -34,7 +34,7 @@ def modules(code: str, folder: Path, *arguments: str) -> set[str]:
 COMPUTE = """
 import json, sys
 from pathlib import Path
-from rigidpend.config import loading
+from rigidpend.runs import loading
 from rigidpend.experiments.contract import Means
 import rigidpend.experiments.{name}.compute as experiment
 [path] = json.loads(sys.argv[1])

@@ -20,7 +20,7 @@ SCRIPT = """
 import signal, sys
 import numpy as np
 from rigidpend import Body, route_codes
-from rigidpend.run import signals
+from rigidpend.machine import signals
 signal.signal(signal.SIGINT, signal.default_int_handler)
 if WATCHED:
     # Nothing is ended by force here: work ends by itself.

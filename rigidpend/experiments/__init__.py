@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 if TYPE_CHECKING:
     from rigidpend.config.schema import ExperimentConfig
     from rigidpend.experiments.contract import Computation, Drawing, Reporting
-    from rigidpend.experiments.contract.layout import Layout
+    from rigidpend.experiments.data.layout import Layout
 
 FOLDER = Path(__file__).parent
 """Folder of the experiments, each in one of its own."""

@@ -10,9 +10,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.experiments.contract import compare
-from rigidpend.experiments.contract.compare import Difference
-from rigidpend.experiments.contract.tree import Data
+from rigidpend.experiments.data import compare
+from rigidpend.experiments.data.compare import Difference
+from rigidpend.experiments.data.tree import Data
 
 AT_FIRST, AT_SECOND, GROWTH = 1e-12, 1e-8, 3.5
 """Allowed difference of the times of crossings 1 and 2, t', and its growth from there on."""

@@ -5,7 +5,7 @@ Shared by the experiments that store routes: `route_codes`, `route_zoom`, `herpo
 
 from __future__ import annotations
 
-from rigidpend.experiments.contract.layout import (
+from rigidpend.experiments.data.layout import (
     FLAG,
     FLOAT,
     WHOLE,

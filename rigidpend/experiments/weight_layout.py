@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rigidpend.experiments.contract.layout import FLOAT, TEXT, Field
+from rigidpend.experiments.data.layout import FLOAT, TEXT, Field
 
 BODIES, EACH = ("bodies",), ("bodies", "mu")
 """Dimensions of what each body has, and of what it has at each weight."""

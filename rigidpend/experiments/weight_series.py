@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.experiments.contract.layout import TEXT, Field, Fields
-from rigidpend.experiments.contract.tree import Dataset, Tree
+from rigidpend.experiments.data.layout import TEXT, Field, Fields
+from rigidpend.experiments.data.tree import Dataset, Tree
 from rigidpend.experiments.weight_layout import NAME
 from rigidpend.numbers.doubles import Array
 

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from rigidpend.experiments.contract.tree import Loaded
+from rigidpend.experiments.data.tree import Loaded
 from rigidpend.numbers.decimals import as_written
 
 SHARED = ("beta0", "mu", "h", "h0", "half_turns", "M_0", "J1_0", "theta2_0")

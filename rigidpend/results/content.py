@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend import experiments
-from rigidpend.experiments.contract.layout import (
+from rigidpend.experiments.data.layout import (
     FLOAT,
     NUMBER,
     Field,
@@ -17,7 +17,7 @@ from rigidpend.experiments.contract.layout import (
     members,
     named,
 )
-from rigidpend.experiments.contract.tree import Loaded
+from rigidpend.experiments.data.tree import Loaded
 from rigidpend.results.structure import Unfit
 
 LONGEST, DEEPEST = 2**22, 32

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.experiments.contract.layout import (
+from rigidpend.experiments.data.layout import (
     Field,
     Layout,
     members,

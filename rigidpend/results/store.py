@@ -20,8 +20,8 @@ from typing import Any, NamedTuple, TypeAlias
 import h5py
 import numpy as np
 
-from rigidpend.experiments.contract.layout import Layout
-from rigidpend.experiments.contract.tree import Dataset, Loaded, Tree
+from rigidpend.experiments.data.layout import Layout
+from rigidpend.experiments.data.tree import Dataset, Loaded, Tree
 from rigidpend.machine.files import (
     StoreError,
     prepare,

@@ -15,17 +15,17 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.contract.layout import (
+from rigidpend.experiments.data.layout import (
     TEXT,
     WHOLE,
     Field,
     Layout,
 )
-from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.machine.files import CERTIFICATE
+from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
-from rigidpend.routes.alphabet import NO_SYMBOL
 from rigidpend.routes.certified.steps import (
     MOST_BITS,
     MOST_TERMS,

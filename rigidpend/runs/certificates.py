@@ -13,15 +13,15 @@ from pydantic import ValidationError
 
 from rigidpend import experiments
 from rigidpend.config.complaints import Complaint, ConfigError, Origin
-from rigidpend.experiments.contract.layout import TEXT, Field, datasets
-from rigidpend.experiments.contract.tree import Data, Loaded, Tree
+from rigidpend.experiments.data.layout import TEXT, Field, datasets
+from rigidpend.experiments.data.tree import Data, Loaded, Tree
 from rigidpend.machine.code_hash import code_hash_of
 from rigidpend.machine.files import Absent
 from rigidpend.machine.words import short
+from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.exact import Exact, exact
 from rigidpend.numbers.parameters import ExactError
 from rigidpend.results import store
-from rigidpend.routes.alphabet import NO_SYMBOL
 from rigidpend.routes.certified import codes, extra
 from rigidpend.routes.certified.progress import Report
 from rigidpend.routes.problem import RouteProblem

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 from urllib.parse import urlsplit
 
 from rigidpend.experiments.contract import Piece
-from rigidpend.experiments.contract.tree import Tree
+from rigidpend.experiments.data.tree import Tree
 from rigidpend.machine.workers import PERIOD, WorkerError, check_stop
 from rigidpend.runs import provenance
 from rigidpend.runs.parts import Parts
@@ -32,7 +32,7 @@ LEAST_AHEAD = 16
 PATIENCE = 5.0
 """Seconds for the scheduler to answer."""
 SCHEMES = ("", "tcp", "tls", "ws", "wss")
-"""How a scheduler can be reached; tcp where nothing is said."""
+"""Ways to reach a scheduler; tcp where nothing is said."""
 LOOK = 0.5
 """Seconds between two looks at the workers."""
 CONTINUES = "what is finished is kept: the same command again continues"

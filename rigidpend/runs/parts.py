@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Self
 
 from rigidpend.experiments.contract import Piece
-from rigidpend.experiments.contract.tree import Tree
+from rigidpend.experiments.data.tree import Tree
 from rigidpend.machine import files, kept, locks
 from rigidpend.machine.workers import check_stop
 

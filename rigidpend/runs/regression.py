@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from rigidpend import experiments
-from rigidpend.experiments.contract import compare
-from rigidpend.experiments.contract.tree import Loaded
+from rigidpend.experiments.data import compare
+from rigidpend.experiments.data.tree import Loaded
 from rigidpend.machine import files
 from rigidpend.machine.progress import tell_nobody
 from rigidpend.results import store

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigidpend import experiments
 from rigidpend.experiments.contract import Piece
-from rigidpend.experiments.contract.tree import Tree
+from rigidpend.experiments.data.tree import Tree
 from rigidpend.machine import files
 from rigidpend.machine.files import StoreError, twin
 from rigidpend.machine.workers import check_stop

@@ -14,7 +14,7 @@ import pytest
 
 from rigidpend import Body
 from tests.cli.calls import UNTRACED
-from tests.experiments.contract.test_contract import mypy, seam
+from tests.experiments.test_contract import mypy, seam
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "experiments.md").read_text(encoding="utf-8")

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.contract.tree import Loaded
+from rigidpend.experiments.data.tree import Loaded
 from rigidpend.results import store
 from tests.cli.calls import REFERENCE
 

@@ -34,8 +34,8 @@ LONG = ("run", "fig4", "--set", "problem.n_symbols=9999", "--set", "numerics.pre
 
 PROGRAM = """
 import os, runpy, signal, sys, time, weakref
-from rigidpend.results import files
-from rigidpend.run import runner
+from rigidpend.machine import files
+from rigidpend.runs import runner
 number, run = signal.Signals(int(sys.argv.pop(1))), runner.run
 # Tests may be started in the background, where Ctrl-C is ignored; their programs are not.
 signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -18,14 +18,14 @@ import numpy as np
 import pytest
 
 from rigidpend import experiments
-from rigidpend.experiments.contract.layout import (
+from rigidpend.experiments.data.layout import (
     FLAG,
     FLOAT,
     WHOLE,
     Field,
     Layout,
 )
-from rigidpend.experiments.contract.tree import Dataset, Tree
+from rigidpend.experiments.data.tree import Dataset, Tree
 from rigidpend.machine import files, locks
 from rigidpend.results import damage, opening, store
 from rigidpend.results.store import OtherVersion, Result, StoreError

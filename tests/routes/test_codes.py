@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from rigidpend import Body, RouteCodes, route_codes
+from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.exact import ExactError, exact
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Crossings, EngineError, Orbits
 from rigidpend.orbits.integrate.arithmetic import NumericsError, resolve
 from rigidpend.routes import ProblemError, RouteProblem
-from rigidpend.routes.alphabet import NO_SYMBOL
 from rigidpend.routes.cycle import symbols
 from tests.orbits.integrate.problems import (
     ENGINES,

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rigidpend.routes.alphabet import NO_SYMBOL
+from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.routes.cycle import TURNS, symbols
 from tests.routes.reference import fig4_left, vertex_theta1
 from tests.strategies import repeatable

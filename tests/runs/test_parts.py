@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rigidpend.experiments.contract.tree import Dataset, Tree
+from rigidpend.experiments.data.tree import Dataset, Tree
 from rigidpend.machine import kept
 from rigidpend.machine.kept import KeptFileWarning
 from rigidpend.runs.parts import Parts, sweep

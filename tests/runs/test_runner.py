@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 import pytest
 
-from rigidpend.experiments.contract.compare import Difference
+from rigidpend.experiments.data.compare import Difference
 from rigidpend.experiments.route_codes import compute as route_codes
 from rigidpend.machine import code_hash
 from rigidpend.orbits.integrate import engines

@@ -10,10 +10,11 @@ import numpy as np
 
 from rigidpend.config.description import Row, body_rows, exact_row
 from rigidpend.experiments.asymptotic_orbits.layout import COUNTED, DRAWN, ORBITS, PLANE
-from rigidpend.experiments.contract import Means, compare
-from rigidpend.experiments.contract.compare import Difference
-from rigidpend.experiments.contract.layout import datasets
-from rigidpend.experiments.contract.tree import Data, Tree
+from rigidpend.experiments.contract import Means
+from rigidpend.experiments.data import compare
+from rigidpend.experiments.data.compare import Difference
+from rigidpend.experiments.data.layout import datasets
+from rigidpend.experiments.data.tree import Data, Tree
 from rigidpend.experiments.route_arrays import symbol_differences
 from rigidpend.mechanics import hodograph
 from rigidpend.orbits import integrate

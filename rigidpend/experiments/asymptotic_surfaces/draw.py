@@ -8,7 +8,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.experiments.plots.palette import BLUE, RED, WIDTH
 from rigidpend.experiments.plots.panels import entry
 

@@ -16,8 +16,8 @@ from rigidpend.experiments.bench.measuring.methods import METHODS
 from rigidpend.experiments.bench.measuring.tasks import Sizes
 from rigidpend.experiments.bench.measuring.worker import Order, measured
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.contract.layout import datasets
-from rigidpend.experiments.contract.tree import Data, Dataset, Tree
+from rigidpend.experiments.data.layout import datasets
+from rigidpend.experiments.data.tree import Data, Dataset, Tree
 from rigidpend.orbits.integrate.engines import EngineError, has_heyoka
 
 if TYPE_CHECKING:

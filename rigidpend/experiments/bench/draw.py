@@ -15,7 +15,7 @@ from matplotlib.ticker import NullFormatter
 from rigidpend.experiments.bench.measuring import reading
 from rigidpend.experiments.bench.measuring.methods import METHODS
 from rigidpend.experiments.bench.measuring.problems import NAMES
-from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.experiments.plots.palette import (
     BLUE,
     GREEN,

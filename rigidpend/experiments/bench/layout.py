@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rigidpend.experiments.bench.measuring import records
-from rigidpend.experiments.contract.layout import (
+from rigidpend.experiments.data.layout import (
     FLOAT,
     TEXT,
     Field,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rigidpend.experiments.bench.measuring import reading
-from rigidpend.experiments.contract.tree import Loaded
+from rigidpend.experiments.data.tree import Loaded
 from rigidpend.machine.tables import Table
 
 CAPTION = "Run time against error, every method used as its own documentation does, on one machine."

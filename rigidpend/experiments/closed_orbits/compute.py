@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from rigidpend.config.description import Row, body_rows
 from rigidpend.experiments.closed_orbits.layout import AVERAGES, ORBITS, PLACES
-from rigidpend.experiments.contract import Means, compare
-from rigidpend.experiments.contract.layout import datasets
-from rigidpend.experiments.contract.tree import Data, Tree
+from rigidpend.experiments.contract import Means
+from rigidpend.experiments.data import compare
+from rigidpend.experiments.data.layout import datasets
+from rigidpend.experiments.data.tree import Data, Tree
+from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.orbits.return_map import return_map
-from rigidpend.routes.alphabet import NO_SYMBOL
 from rigidpend.routes.symbolic.action import actions
 from rigidpend.routes.symbolic.chain import on_surface, signs_of
 from rigidpend.routes.symbolic.closed import (

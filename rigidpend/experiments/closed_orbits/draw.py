@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.experiments.plots.palette import BLUE, RED, WIDTH
 from rigidpend.experiments.plots.panels import title
-from rigidpend.routes.alphabet import NO_SYMBOL
+from rigidpend.numbers.alphabet import NO_SYMBOL
 
 Array: TypeAlias = NDArray[Any]
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.machine.tables import Table
-from rigidpend.routes.alphabet import NO_SYMBOL
+from rigidpend.numbers.alphabet import NO_SYMBOL
 
 CAPTION = (
     "Periodic orbits of the perturbed body, one for each way to repeat a word of symbols from a"

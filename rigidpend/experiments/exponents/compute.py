@@ -10,19 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.config.description import Row, body_rows, exact_row
-from rigidpend.experiments.contract import Means, compare
-from rigidpend.experiments.contract.compare import Difference
-from rigidpend.experiments.contract.layout import (
+from rigidpend.experiments.contract import Means
+from rigidpend.experiments.data import compare
+from rigidpend.experiments.data.compare import Difference
+from rigidpend.experiments.data.layout import (
     FLOAT,
     WHOLE,
     Field,
     datasets,
 )
-from rigidpend.experiments.contract.tree import Data, Tree
+from rigidpend.experiments.data.tree import Data, Tree
 from rigidpend.experiments.exponents.layout import CHECKED, GROWTH, MARKED, PLANE
+from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact
-from rigidpend.routes.alphabet import NO_SYMBOL
 from rigidpend.routes.mapped import UNKEPT
 from rigidpend.routes.plane import Plane
 from rigidpend.routes.symbolic.exponents import integrated, stretched

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.experiments.plots.code_planes import cell_ends, draw_changes
 from rigidpend.experiments.plots.palette import BLUE, RED, WIDTH
 from rigidpend.experiments.plots.panels import title

@@ -14,10 +14,11 @@ from rigidpend.config.description import (
     exact_row,
     number_row,
 )
-from rigidpend.experiments.contract import Means, compare
-from rigidpend.experiments.contract.compare import Difference
-from rigidpend.experiments.contract.layout import datasets
-from rigidpend.experiments.contract.tree import Data, Tree
+from rigidpend.experiments.contract import Means
+from rigidpend.experiments.data import compare
+from rigidpend.experiments.data.compare import Difference
+from rigidpend.experiments.data.layout import datasets
+from rigidpend.experiments.data.tree import Data, Tree
 from rigidpend.experiments.herpolhodes.layout import OF_ROUTE, SAMPLED
 from rigidpend.experiments.route_arrays import crossing_tolerance
 from rigidpend.mechanics.precession import increments, plateaus

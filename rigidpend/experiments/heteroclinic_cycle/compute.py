@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.config.description import Row, body_rows
-from rigidpend.experiments.contract import Means, compare
-from rigidpend.experiments.contract.layout import datasets
-from rigidpend.experiments.contract.tree import Data, Tree
+from rigidpend.experiments.contract import Means
+from rigidpend.experiments.data import compare
+from rigidpend.experiments.data.layout import datasets
+from rigidpend.experiments.data.tree import Data, Tree
 from rigidpend.experiments.heteroclinic_cycle.layout import EDGES, RECTANGLES, START, VERTICES
 from rigidpend.mechanics.coordinates import TURN
 from rigidpend.mechanics.free_body import SEPARATRICES, separatrix_theta1
-from rigidpend.routes.alphabet import NO_SYMBOL
+from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.routes.cycle import TURNS, Turn
 
 if TYPE_CHECKING:

@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rigidpend.experiments.contract.tree import Loaded
+from rigidpend.experiments.data.tree import Loaded
 from rigidpend.experiments.plots import separatrix_ticks
 from rigidpend.experiments.plots.palette import BLUE, RED, WIDTH
 from rigidpend.experiments.plots.panels import entry
-from rigidpend.routes.alphabet import NO_SYMBOL
+from rigidpend.numbers.alphabet import NO_SYMBOL
 
 HEIGHT = 3.4
 """Height of the figure, inches."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.machine.tables import Table
 
 CAPTION = (

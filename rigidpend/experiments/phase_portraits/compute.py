@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.config.description import Row, body_rows, exact_row
-from rigidpend.experiments.contract import Means, compare
-from rigidpend.experiments.contract.layout import Fields, datasets
-from rigidpend.experiments.contract.tree import Data, Dataset, Tree
+from rigidpend.experiments.contract import Means
+from rigidpend.experiments.data import compare
+from rigidpend.experiments.data.layout import Fields, datasets
+from rigidpend.experiments.data.tree import Data, Dataset, Tree
 from rigidpend.experiments.phase_portraits.layout import (
     CENTRES,
     NUMBER,

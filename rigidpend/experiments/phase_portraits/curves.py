@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from rigidpend.experiments.contract.tree import Data
+from rigidpend.experiments.data.tree import Data
 from rigidpend.experiments.plots.palette import (
     BLUE,
     GREEN,

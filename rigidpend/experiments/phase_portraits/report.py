@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rigidpend.experiments.contract.tree import Loaded
+from rigidpend.experiments.data.tree import Loaded
 from rigidpend.machine.tables import Table
 
 CAPTION = (

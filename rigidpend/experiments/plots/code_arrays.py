@@ -11,7 +11,7 @@ from rigidpend.experiments.plots.palette import (
     PINK,
     RED,
 )
-from rigidpend.routes.alphabet import NO_SYMBOL
+from rigidpend.numbers.alphabet import NO_SYMBOL
 
 ZOOM, DOUBT, ZERO, NONE = RED, PINK, BLUE, "0.7"
 """Colours of a magnified part, an uncertain symbol, a zero of Melnikov's integral, no return."""

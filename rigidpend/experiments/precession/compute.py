@@ -10,9 +10,10 @@ import numpy as np
 
 from rigidpend.config.description import Row, exact_row
 from rigidpend.experiments import weight_series
-from rigidpend.experiments.contract import Means, compare
-from rigidpend.experiments.contract.layout import datasets
-from rigidpend.experiments.contract.tree import Data, Tree
+from rigidpend.experiments.contract import Means
+from rigidpend.experiments.data import compare
+from rigidpend.experiments.data.layout import datasets
+from rigidpend.experiments.data.tree import Data, Tree
 from rigidpend.experiments.precession.layout import DRAWN, OF_BODY
 from rigidpend.experiments.weight_layout import MU_OVER_H0
 from rigidpend.mechanics.body import Body

@@ -17,10 +17,11 @@ from rigidpend.config.description import (
     exact_row,
     number_row,
 )
-from rigidpend.experiments.contract import Means, compare
-from rigidpend.experiments.contract.compare import Difference
-from rigidpend.experiments.contract.layout import datasets
-from rigidpend.experiments.contract.tree import Data, Dataset, Tree
+from rigidpend.experiments.contract import Means
+from rigidpend.experiments.data import compare
+from rigidpend.experiments.data.compare import Difference
+from rigidpend.experiments.data.layout import datasets
+from rigidpend.experiments.data.tree import Data, Dataset, Tree
 from rigidpend.experiments.route_arrays import array_differences
 from rigidpend.experiments.route_codes.layout import BY_MAP, ZEROS
 from rigidpend.experiments.route_layout import MEANING

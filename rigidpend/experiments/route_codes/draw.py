@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
-from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.experiments.plots.code_arrays import (
     COLOURS,
     DOUBT,
@@ -25,7 +25,7 @@ from rigidpend.experiments.plots.code_arrays import (
 )
 from rigidpend.experiments.plots.palette import WIDTH
 from rigidpend.experiments.plots.panels import entry
-from rigidpend.routes.alphabet import NO_SYMBOL
+from rigidpend.numbers.alphabet import NO_SYMBOL
 
 LARGEST = 0.12
 """Largest side of a cell, inches."""

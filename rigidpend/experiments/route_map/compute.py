@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidpend.config.description import Row, body_rows
-from rigidpend.experiments.contract import Means, Piece, compare
-from rigidpend.experiments.contract.compare import Difference
-from rigidpend.experiments.contract.layout import datasets
-from rigidpend.experiments.contract.tree import Data, Tree
+from rigidpend.experiments.contract import Means, Piece
+from rigidpend.experiments.data import compare
+from rigidpend.experiments.data.compare import Difference
+from rigidpend.experiments.data.layout import datasets
+from rigidpend.experiments.data.tree import Data, Tree
 from rigidpend.experiments.route_map.layout import (
     COLUMNS,
     FREQUENCY,

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
-from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.experiments.plots.code_arrays import DOUBT, ZOOM
 from rigidpend.experiments.plots.code_planes import LINES, cell_ends, draw_changes
 from rigidpend.experiments.plots.palette import WIDTH

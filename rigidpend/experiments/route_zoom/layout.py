@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rigidpend.experiments.contract.layout import (
+from rigidpend.experiments.data.layout import (
     FLOAT,
     TEXT,
     WHOLE,

@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from rigidpend.experiments.contract.tree import Data, Loaded
+from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.machine.tables import Table
 
 CAPTION = (

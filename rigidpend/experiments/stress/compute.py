@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigidpend.config.description import Row, body_rows, exact_row
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.contract.tree import Data, Tree
+from rigidpend.experiments.data.tree import Data, Tree
 from rigidpend.experiments.stress.trials import (
     addresses,
     extremes,

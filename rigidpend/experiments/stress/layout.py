@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rigidpend.experiments.contract.layout import Layout
+from rigidpend.experiments.data.layout import Layout
 from rigidpend.experiments.stress.trials.fields import (
     DECIDED,
     DRIFT,

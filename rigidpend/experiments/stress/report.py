@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
-from rigidpend.experiments.contract.tree import Loaded
+from rigidpend.experiments.data.tree import Loaded
 from rigidpend.experiments.stress.trials.claims import FAILED, LIMIT, PASSED
 from rigidpend.machine.tables import Table
 

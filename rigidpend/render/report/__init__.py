@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rigidpend import experiments
-from rigidpend.experiments.contract.tree import Loaded
+from rigidpend.experiments.data.tree import Loaded
 from rigidpend.machine import words
 from rigidpend.machine.files import Absent
 from rigidpend.machine.tables import Table

@@ -15,13 +15,13 @@ from rigidpend.machine.progress import tell_nobody
 from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
+from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.exact import Exact, function
 from rigidpend.numbers.generic import Scalar
-from rigidpend.routes.alphabet import NO_SYMBOL
 
 # Before what needs python-flint, so that its absence is told in words.
 from rigidpend.routes.certified import extra as extra
-from rigidpend.routes.certified.progress import Progress, Report
+from rigidpend.routes.certified.progress import ProofProgress, Report
 from rigidpend.routes.certified.proofs import (
     Proof,
     bits_for,
@@ -158,7 +158,7 @@ def _orbit(
     found, spent = Proof([], [], ""), 0
     for _ in range(tries):
         asked = min(asked, MOST_BITS)
-        progress = Progress(name, steps, asked, report, spent)
+        progress = ProofProgress(name, steps, asked, report, spent)
         # What bits are given for is not refused, only bounded.
         if bits is None and (reason := progress.refusal()):
             return found if found.reason else Proof([], [], reason)

@@ -17,7 +17,7 @@ BETWEEN = 5.0
 Report = Callable[[str], None]
 
 
-class Progress:
+class ProofProgress:
     """Lines on the proof of one orbit.
 
     Parameters

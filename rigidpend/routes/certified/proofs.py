@@ -18,7 +18,7 @@ from rigidpend.routes.certified.checker import (
     ProvenCrossing,
     Undecided,
 )
-from rigidpend.routes.certified.progress import Progress
+from rigidpend.routes.certified.progress import ProofProgress
 from rigidpend.routes.certified.steps import STEPS, Step
 from rigidpend.routes.problem import RouteProblem
 
@@ -50,7 +50,7 @@ def prove(
     bits: int,
     n_crossings: int,
     limit: float,
-    progress: Progress | None = None,
+    progress: ProofProgress | None = None,
 ) -> Proof:
     """Find steps that prove crossings, from a bound of 2^-bits at the start.
 
@@ -65,7 +65,7 @@ def prove(
         Crossings after which to stop.
     limit : float
         Longest wait for the next crossing, t'.
-    progress : Progress, optional
+    progress : ProofProgress, optional
         Tells how far it is, and ends it where it takes too much work.
     """
     start = enclosed(problem, theta2_0, bits + MARGIN + AT_START)

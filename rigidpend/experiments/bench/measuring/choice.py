@@ -8,7 +8,7 @@ import numpy as np
 
 from rigidpend.experiments.bench.measuring import methods
 from rigidpend.experiments.bench.measuring.methods import METHODS, Method
-from rigidpend.experiments.contract.tree import Data
+from rigidpend.experiments.data.tree import Data
 
 LEVELS = {
     "free_body": 1e-9,

@@ -16,7 +16,7 @@ import numpy as np
 from rigidpend.experiments.bench.measuring.problems import codes
 from rigidpend.experiments.bench.measuring.protocol import timed
 from rigidpend.experiments.bench.measuring.tasks import RouteTask
-from rigidpend.experiments.contract.tree import Data
+from rigidpend.experiments.data.tree import Data
 
 
 class Extrapolated(NamedTuple):

@@ -16,7 +16,7 @@ import numpy as np
 from rigidpend.experiments.bench.measuring import choice, many
 from rigidpend.experiments.bench.measuring.methods import METHODS
 from rigidpend.experiments.bench.measuring.problems import NAMES
-from rigidpend.experiments.contract.tree import Data
+from rigidpend.experiments.data.tree import Data
 from rigidpend.machine.tables import Table, seconds, times
 from rigidpend.numbers.generic import Scalar
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.contract.tree import Dataset, Tree
+from rigidpend.experiments.data.tree import Dataset, Tree
 
 MEANING = {
     "knob": ("1", "tolerance, or steps in a period; NaN where there is none"),

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
-from rigidpend.experiments.contract.tree import Tree
+from rigidpend.experiments.data.tree import Tree
 from rigidpend.experiments.stress.trials.fields import OF_CLAIM
 from rigidpend.routes.problem import ProblemError
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rigidpend.experiments.contract.layout import NUMBER, TEXT, Field
+from rigidpend.experiments.data.layout import NUMBER, TEXT, Field
 
 
 def _number(units: str, description: str, *dimensions: int | str) -> Field:

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.experiments.contract import layout
-from rigidpend.experiments.contract.tree import Dataset
+from rigidpend.experiments.data import layout
+from rigidpend.experiments.data.tree import Dataset
 from rigidpend.experiments.stress.trials import growth, truth
 from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
 from rigidpend.experiments.stress.trials.fields import DECIDED, GROWTH

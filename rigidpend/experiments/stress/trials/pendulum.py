@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.contract import layout
+from rigidpend.experiments.data import layout
 from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
 from rigidpend.experiments.stress.trials.fields import PENDULUM
 from rigidpend.experiments.stress.trials.growth import noise, step

@@ -29,9 +29,9 @@ from rigidpend.mechanics.coordinates import (
     canonical_from_andoyer,
 )
 from rigidpend.mechanics.equations import eq1
+from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.integrate.compiled import heyoka
-from rigidpend.routes.alphabet import NO_SYMBOL
 from rigidpend.routes.phases import Phases
 
 

@@ -19,7 +19,7 @@ from rigidpend.experiments.bench.measuring.tasks import (
     initial,
     time_unit,
 )
-from rigidpend.experiments.contract.tree import Data
+from rigidpend.experiments.data.tree import Data
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import PI, exact

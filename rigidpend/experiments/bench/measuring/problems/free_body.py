@@ -12,7 +12,7 @@ import numpy as np
 
 from rigidpend.experiments.bench.measuring.tasks import MotionTask, Sizes
 from rigidpend.experiments.bench.measuring.truth import carried
-from rigidpend.experiments.contract.tree import Data
+from rigidpend.experiments.data.tree import Data
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import cross
 from rigidpend.mechanics.free_body import around_M1, around_M2

@@ -13,7 +13,7 @@ from rigidpend.experiments.bench.measuring.tasks import (
     direction,
     moments,
 )
-from rigidpend.experiments.contract.tree import Data
+from rigidpend.experiments.data.tree import Data
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import energy
 from rigidpend.numbers.doubles import Array

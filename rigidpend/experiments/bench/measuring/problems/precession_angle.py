@@ -14,7 +14,7 @@ from rigidpend.experiments.bench.measuring.tasks import (
     time_unit,
 )
 from rigidpend.experiments.bench.measuring.truth import alpha
-from rigidpend.experiments.contract.tree import Data
+from rigidpend.experiments.data.tree import Data
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.hodograph import alpha_ahead, angular_velocity
 from rigidpend.numbers.doubles import Array

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments.contract.compare import (
+from rigidpend.experiments.data.compare import (
     Difference,
     attributes,
     beyond,

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from rigidpend import experiments
-from rigidpend.experiments.contract.layout import (
+from rigidpend.experiments.data.layout import (
     FLAG,
     FLOAT,
     NUMBER,
@@ -22,7 +22,7 @@ from rigidpend.experiments.contract.layout import (
     Layout,
 )
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[2]
 NAMES = experiments.names()
 
 SEAM = """
@@ -105,7 +105,7 @@ def imported(file: Path) -> Iterator[str]:
 def test_a_layout_is_plain_data_for_which_nothing_heavy_is_imported(name: str) -> None:
     file = experiments.FOLDER / name / "layout.py"
     allowed = (
-        "rigidpend.experiments.contract.layout",
+        "rigidpend.experiments.data.layout",
         "rigidpend.experiments.route_layout",
         "rigidpend.experiments.weight_layout",
         "rigidpend.experiments.bench.measuring.records",

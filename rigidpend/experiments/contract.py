@@ -24,8 +24,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, TypeVar
 
 from rigidpend.config.description import Row as Row
-from rigidpend.experiments.contract.layout import Layout
-from rigidpend.experiments.contract.tree import Data, Loaded, Tree
+from rigidpend.experiments.data.layout import Layout
+from rigidpend.experiments.data.tree import Data, Loaded, Tree
 from rigidpend.machine.progress import tell_nobody
 from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, Arithmetic
 
@@ -111,7 +111,7 @@ class Computation(Protocol[C_contra]):
     def differences(self, stored: Data, fresh: Data) -> Sequence[str]:
         """Find where two results disagree by more than their arithmetic explains.
 
-        Sentences; a :class:`rigidpend.experiments.contract.compare.Difference` also knows its
+        Sentences; a :class:`rigidpend.experiments.data.compare.Difference` also knows its
         parts.
 
         Parameters

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple, TypeAlias
 
-from rigidpend.experiments.contract.tree import Dataset
+from rigidpend.experiments.data.tree import Dataset
 
 FLOAT, WHOLE, FLAG, TEXT = "double", "whole", "flag", "text"
 NUMBER = "number"
