@@ -168,7 +168,7 @@ def _ready(client: Any, futures: list[Any]) -> Collection[Any]:
 
 
 def _answer(client: Any, future: Any) -> tuple[Tree, str]:
-    """What came of a part on a worker, with the worker's name."""
+    """Outcome of a part on a worker, with the worker's name."""
     try:
         return future.result()
     except (ImportError, AttributeError) as error:
@@ -223,7 +223,7 @@ def _named_errors(address: str) -> Iterator[None]:
 
 
 def _facts(experiment: str, engine: str) -> dict[str, str]:
-    """What decides the numbers of a part on this machine."""
+    """All that decides the numbers of a part on this machine."""
     return {"code": provenance.code_hash(experiment), "engine": provenance.engine_name(engine)}
 
 

@@ -153,7 +153,7 @@ def test_what_is_left_follows_from_what_was_done(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("time.monotonic", lambda: next(clock))
     lines: list[str] = []
     # Bits fall to nothing, so that 30 steps from 100 bits cost a third of 30 x 100^2.
-    seen = progress.Progress("x", 30, 100, lines.append)
+    seen = progress.ProofProgress("x", 30, 100, lines.append)
     assert seen.step(100)
     assert seen.step(100)
     assert seen.step(100)
