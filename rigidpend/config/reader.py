@@ -145,7 +145,7 @@ class _Reader:
     """Builder of a document's tree from YAML events."""
 
     def __init__(self, document: Document, lines: list[str]) -> None:
-        self.target, self.lines = document, lines
+        self.target, self.lines, self.values = document, lines, 0
 
     def document(self, events: Iterator[Any]) -> Any:
         tree: Any = None
@@ -161,8 +161,10 @@ class _Reader:
     def node(self, event: Any, events: Iterator[Any], place: Place) -> Any:
         if len(place) > MAX_DEPTH:
             self.stop(event.start_mark, place[:3], f"nested deeper than {MAX_DEPTH}")
-        if len(self.target.values) >= MAX_VALUES:
+        # Those that are passed over count as well.
+        if self.values >= MAX_VALUES:
             self.stop(event.start_mark, place[:1], f"more than {MAX_VALUES} values")
+        self.values += 1
         wrong = _refused(event)
         if wrong:
             self.target.refuse(self.origin(event.start_mark), place, wrong)
