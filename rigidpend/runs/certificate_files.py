@@ -197,7 +197,7 @@ def _same_problem(result: Loaded, certificate: Loaded) -> bool:
 
 
 def _unlike(proof: Data, group: Data) -> str:
-    """What the columns of a certificate are of, if not of a result's; empty where they are."""
+    """Problem that the columns of a certificate are of, if not a result's; empty where they are."""
     if proof["codes"].shape != _columns(group["codes"]).shape:
         return "other orbits"
     stated = [exact(str(x)) for x in proof["theta2_0"]]

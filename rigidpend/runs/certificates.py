@@ -188,7 +188,7 @@ def _summary(name: str, group: Data, reasons: Sequence[str] | None) -> Summary:
 
 
 def _stated(content: Any) -> dict[str, Any]:
-    """What a certificate is of, as it says it: the experiment and the whole problem."""
+    """Problem of a certificate as it says it: the experiment and the whole problem."""
     resolved = content.model_dump(mode="json")
     return {key: resolved[key] for key in ("experiment", "problem")}
 
@@ -240,7 +240,7 @@ def _routes(file: Path, stored: Loaded) -> Routes:
 
 
 def _centres(data: Data) -> Data:
-    """What a zoom takes of its result: the centre of each level, told by the phases proven."""
+    """Part of its result that a zoom takes: the centre of each level, told by the phases proven."""
     return {"levels": {name: {"centre": storage.centre(group)} for name, group in data.items()}}
 
 

@@ -20,8 +20,10 @@ def plain(tree: Any) -> Any:
     """The arrays of what an experiment computed, as `store.load` would give them."""
     if isinstance(tree, dict):
         return {name: plain(node) for name, node in tree.items()}
-    found = tree.values if isinstance(tree.values, str) else np.array(tree.values)
-    return np.char.decode(found) if getattr(found, "dtype", np.dtype(int)).kind == "S" else found
+    if isinstance(tree.values, str):
+        return tree.values
+    found = np.array(tree.values)
+    return np.char.decode(found) if found.dtype.kind == "S" else found
 
 
 def reference(name: str) -> Loaded:

@@ -69,7 +69,7 @@ def _draw_orbits(axes: Axes, data: Data) -> None:
 
 
 def _places(length: Array, exponent: Array) -> tuple[Array, list[float]]:
-    """Where the marks of the orbits stand, and the middles of those of each length."""
+    """Places of the marks of the orbits, and the middles of those of each length."""
     places, end = np.empty(len(length)), 0.0
     middles: list[float] = []
     for n in range(1, int(length.max()) + 1):

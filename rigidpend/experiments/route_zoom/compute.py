@@ -135,7 +135,7 @@ def _phases(centre: Exact, problem: Problem, step: Exact) -> list[Exact]:
 
 
 def _place(centre: Exact, phases: Sequence[Exact], step: Exact) -> dict[str, Any]:
-    """Where a level's columns are. A text reads back as the very number that was used."""
+    """Places of a level's columns. A text reads back as the very number that was used."""
     return {
         "centre": centre.text,
         "theta2_0": np.array([phase.text for phase in phases], dtype="S"),

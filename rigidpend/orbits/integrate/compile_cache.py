@@ -60,7 +60,7 @@ def _kept(make: Callable[..., Any], version: str) -> Callable[..., Any]:
 
 
 def _followed(make: str, version: str, given: Any, options: dict[str, Any]) -> bytes | None:
-    """What an integrator follows from, whole; None if it calls back into a program."""
+    """All that an integrator follows from; None if it calls back into a program."""
     events = [event for kind in EVENTS for event in options.get(kind, ())]
     # What is called back is this program's own object, of which a cache would keep a copy.
     if options.get("nt_events") or any(event.callback is not None for event in events):

@@ -29,7 +29,7 @@ from rigidpend.orbits.return_map.terms import FUNCTIONS
 AT_ONCE = 2**15
 """Passages of a call: some 0.01 s in doubles, 0.2 s in pairs."""
 ROWS = X, PHASE, ENERGY, FACTOR, TIME, IMAGE, INSIDE = range(7)
-"""What is known of an orbit between two calls."""
+"""Rows of an orbit's state between two calls."""
 
 HEAD = (
     "define i64 @follow(ptr noalias %stages, ptr noalias %harmonics, ptr noalias %lengths,"
@@ -151,7 +151,7 @@ class _Following(Sums):
         return tuple(self.code.load(place, align=8) for place in self._places(row, first))
 
     def _places(self, row: int, first: str) -> list[str]:
-        """Where the parts of a number of each orbit of a group are."""
+        """Places of the parts of a number of each orbit of a group."""
         code, found = self.code, []
         for part in range(self.parts):
             begin = code(f"mul i64 %stride, {len(ROWS) * part + row}")

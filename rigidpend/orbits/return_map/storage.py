@@ -32,7 +32,7 @@ MOST = 200_000_000
 
 
 def followed(body: Body, low: Exact, high: Exact, bits: int, design: Any, table: int) -> bytes:
-    """What a map follows from, whole, the precision of its tables among it."""
+    """All that a map follows from, the precision of its tables among it."""
     parts = [__version__, _code(), *map(str, (*body.A, *body.r, body.mu, low, high))]
     parts += [str(bits), json.dumps(tuple(design)), str(table)]
     return "\n".join(parts).encode()

@@ -75,5 +75,4 @@ DEPARTURES = (
         "10/9 and 2.39205e-9, at which both published routes come out",
     ),
 )
-"""All departures, in the paper's order; `tests/render/report/test_departures.py` has a test for
-each."""
+"""All departures, in the paper's order; `test_departures.py` has a test for each."""

@@ -33,7 +33,7 @@ class ResultSection(NamedTuple):
     problem: str = ""
     """Reason why nothing is shown."""
     doubt: str = ""
-    """What is missing beside what is shown."""
+    """Doubt about what is shown, or about what is missing beside it."""
 
     @property
     def title(self) -> str:

@@ -1,4 +1,4 @@
-"""How far a long proof is: what it will take, beforehand, and lines now and then."""
+"""Progress of a long proof: what it will take, beforehand, and lines now and then."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ def measured(order: Order, limit: float) -> tuple[list[dict[str, Any]], str]:
 
 
 def _heard(process: subprocess.Popen[str], given: str, limit: float) -> tuple[str, str, bool]:
-    """What a process says on stdout and stderr, and whether it had to be ended at the limit."""
+    """Words of a process on stdout and stderr, and whether it had to be ended at the limit."""
     until = time.monotonic() + limit
     asked: str | None = given
     try:
