@@ -27,7 +27,7 @@ OPERATIONS: dict[str, Callable[[Pairs, Value, Value], Value]] = {
     "sin": lambda n, a, _: Functions(n).cos_sin(a)[1],
     "log": lambda n, a, _: Functions(n).logarithm_of_size(a),
 }
-"""What is done with the elements of one or two arrays."""
+"""Operations on the elements of one or two arrays."""
 
 
 @functools.cache
