@@ -278,9 +278,10 @@ def _plan(
         return dop853.crossings, (tolerance,), True, _split(orbits, count)
     if bits <= PAIRS:
         from rigidpend.orbits.integrate import batch
+        from rigidpend.orbits.integrate.kernel.lane_numbers import kernel_bits
 
         n = len(orbits.states) if bits > 53 else orbits.states.shape[1]
-        count = min(jobs, -(-n // batch.WORTH[batch.kernel_bits(bits)]))
+        count = min(jobs, -(-n // batch.WORTH[kernel_bits(bits)]))
         return batch.crossings_batch, (bits, tolerance), False, _split(orbits, count)
     from rigidpend.orbits.integrate import taylor
 

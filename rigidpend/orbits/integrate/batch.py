@@ -17,7 +17,7 @@ from rigidpend.machine.workers import check_stop
 from rigidpend.orbits.integrate.bounds import touch
 from rigidpend.orbits.integrate.kernel import notes, taylor_step
 from rigidpend.orbits.integrate.kernel.aligned_field import Products
-from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
+from rigidpend.orbits.integrate.kernel.lane_numbers import kernel_bits
 from rigidpend.orbits.integrate.kernel.parts import in_parts
 from rigidpend.orbits.integrate.kernel.writer import LANES
 from rigidpend.orbits.integrate.passages import (
@@ -69,11 +69,6 @@ def crossings_batch(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
     return Batch(orbits, bits, tolerance * 2.0 ** (53 - bits)).run()
 
 
-def kernel_bits(bits: int) -> int:
-    """The bits of the kernel's numbers that serve so many."""
-    return min(kind for kind in KINDS if kind >= bits)
-
-
 class Batch:
     """Orbits of one body on their way: each column is one that is not yet done."""
 
@@ -84,8 +79,8 @@ class Batch:
         tolerance: float,
         noted: int = notes.MOMENTA,
     ) -> None:
-        self.orbits, self.depth, order = orbits, touch(bits), taylor_step.order_of(tolerance)
-        self.bits = bits = kernel_bits(bits)
+        self.orbits, self.bits, order = orbits, bits, taylor_step.order_of(tolerance)
+        self.kind = bits = kernel_bits(bits)
         self.noted, self.kernel = noted, notes.function(order, bits, noted)
         self.initial = _initial(orbits, bits)
         self.n = self.initial.shape[1]
@@ -118,7 +113,7 @@ class Batch:
     def _number(self) -> int:
         """Number of steps of the next call: few where all orbits are nearly done."""
         left = int(self.orbits.n_crossings - self.counts.min())
-        return max(8, min(STEPS[self.bits], MAX_STEPS, left * EXPECTED // 2))
+        return max(8, min(STEPS[self.kind], MAX_STEPS, left * EXPECTED // 2))
 
     def _carried(self, number: int) -> Steps:
         """All columns some steps further: those on which M3 may have been zero."""
@@ -126,7 +121,7 @@ class Batch:
         groups = -(-m // LANES)
         # Lanes without an orbit repeat the first: their steps are not looked at.
         self.states[:, m:], self.times[:, m:] = self.states[:, :1], self.times[:, :1]
-        depth = self.depth * float(np.sqrt((self.states[:3, :m] ** 2).sum(axis=0).max()))
+        depth = touch(self.bits) * float(np.sqrt((self.states[:3, :m] ** 2).sum(axis=0).max()))
         count = self.kernel(
             self.states.ctypes.data,
             self.width,

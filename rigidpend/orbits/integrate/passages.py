@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rigidpend.mechanics.separatrices import separatrix_beside
 from rigidpend.numbers.generic import Numbers
 from rigidpend.orbits.integrate.bounds import touch
-from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
+from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, kernel_bits
 from rigidpend.orbits.integrate.kernel.notes import FIELDS, MOMENTA
 from rigidpend.orbits.integrate.records import Crossings, Outcome
 from rigidpend.orbits.integrate.roots import (
@@ -34,7 +34,7 @@ class Steps(NamedTuple):
     """Taylor steps on which M3 may have been zero: the kernel's notes (see `kernel.notes`)."""
 
     bits: int
-    """Precision of the arithmetic."""
+    """Precision that was asked for."""
     fields: dict[str, Array]
     """Fields of the notes, each of m steps."""
     series: Array
@@ -44,7 +44,7 @@ class Steps(NamedTuple):
     def of_notes(notes: Array, bits: int, noted: int = MOMENTA) -> Steps:
         """The steps from an array (m, width) of notes of so many components."""
         fields, series = np.split(notes, [len(FIELDS)], axis=1)
-        parts = KINDS[bits].parts
+        parts = KINDS[kernel_bits(bits)].parts
         shape = len(notes), noted, series.shape[1] // (noted * parts), parts
         return Steps(bits, dict(zip(FIELDS, fields.T, strict=True)), series.reshape(shape))
 

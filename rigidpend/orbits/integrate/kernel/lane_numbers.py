@@ -172,3 +172,8 @@ class Pairs(Doubles):
 
 KINDS: dict[int, type[Doubles]] = {kind.bits: kind for kind in (Doubles, Pairs)}
 """Kinds of numbers by their bits."""
+
+
+def kernel_bits(bits: int) -> int:
+    """The bits of the kernel's numbers that serve so many, 106 at most."""
+    return min(kind for kind in KINDS if kind >= bits)
