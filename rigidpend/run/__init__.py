@@ -13,7 +13,7 @@ progress    progress display on a terminal
 logs        progress and errors kept beside the results
 cluster     parts computed by a Dask cluster
 workers     threads and processes side by side
-signals     signal handling (SIGTERM, SIGINT)
+signals     Ctrl-C and SIGTERM: noted at once, heeded where work can end
 """
 
 from __future__ import annotations

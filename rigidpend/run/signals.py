@@ -92,7 +92,8 @@ def _heed(out: int) -> None:
 
 def _write(sentence: str) -> None:
     """Write on stderr, whose lock another thread may hold; a terminal may have a line open."""
-    os.write(2, f"{chr(10) if os.isatty(2) else ''}{sentence}\n".encode())
+    opening = "\n" if os.isatty(2) else ""
+    os.write(2, f"{opening}{sentence}\n".encode())
 
 
 @contextlib.contextmanager
