@@ -97,8 +97,8 @@ def _write(sentence: str) -> None:
 
 
 @contextlib.contextmanager
-def interruption_kept_from_children() -> Iterator[None]:
-    """Hide Ctrl-C from processes started within: it is for their parent, which ends them."""
+def kept_from_children() -> Iterator[None]:
+    """Hide both signals from processes started within: they are for their parent, which ends them."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -106,7 +106,7 @@ def interruption_kept_from_children() -> Iterator[None]:
 
     # A process of Python's own, at whose start it lets signals in again.
     resource_tracker.ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     try:
         yield
     finally:
