@@ -98,7 +98,7 @@ def _write(sentence: str) -> None:
 
 @contextlib.contextmanager
 def kept_from_children() -> Iterator[None]:
-    """Hide both signals from processes started within: they are for their parent, which ends them."""
+    """Hide both signals from processes begun within: they are for their parent, which ends them."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
