@@ -92,12 +92,13 @@ def _heed(out: int) -> None:
 
 def _write(sentence: str) -> None:
     """Write on stderr, whose lock another thread may hold; a terminal may have a line open."""
-    os.write(2, f"{chr(10) if os.isatty(2) else ''}{sentence}\n".encode())
+    opening = "\n" if os.isatty(2) else ""
+    os.write(2, f"{opening}{sentence}\n".encode())
 
 
 @contextlib.contextmanager
-def interruption_kept_from_children() -> Iterator[None]:
-    """Hide Ctrl-C from processes started within: it is for their parent, which ends them."""
+def kept_from_children() -> Iterator[None]:
+    """Hide both signals from processes begun within: they are for their parent, which ends them."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -105,7 +106,7 @@ def interruption_kept_from_children() -> Iterator[None]:
 
     # A process of Python's own, at whose start it lets signals in again.
     resource_tracker.ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     try:
         yield
     finally:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor, wait
 from typing import Any, TypeVar
 
-from rigidpend.machine.signals import Stopped, came, interruption_kept_from_children
+from rigidpend.machine.signals import Stopped, came, kept_from_children
 
 Result = TypeVar("Result")
 
@@ -100,12 +100,10 @@ def side_by_side(
     stop = _Stop(getattr(_of_thread, "stop", None))
     pool = _pool(workers, holds_interpreter, stop)
     try:
-        with interruption_kept_from_children():
+        with kept_from_children():
             futures = [pool.submit(work, part, *arguments) for part in parts]
         return [_result(future) for future in futures]
     except BrokenExecutor:
-        # A signal may be sent to all processes at once.
-        check_stop()
         raise WorkerError(
             "a worker process was killed, perhaps for want of memory; what is finished is kept:"
             " the same command again continues"
@@ -167,4 +165,5 @@ def _wait_for_end_of_parent() -> None:
 def _end_processes(pool: Executor) -> None:
     """End the processes of a pool at once: what they compute is not wanted any more."""
     for process in list((getattr(pool, "_processes", None) or {}).values()):
-        process.terminate()
+        # It is deaf to the others.
+        process.kill()

@@ -168,17 +168,18 @@ def test_a_program_that_calls_the_package_keeps_its_own_handlers(tmp_path: Path)
 
 
 @pytest.mark.slow
-def test_processes_are_begun_deaf_to_an_interruption(tmp_path: Path) -> None:
+def test_processes_are_begun_deaf_to_both_signals(tmp_path: Path) -> None:
     """Python's own tracker of resources lets signals in again when it starts: not then."""
     script = tmp_path / "script.py"
     script.write_text(
         "import multiprocessing, os, signal\n"
-        "from rigidpend.machine.signals import interruption_kept_from_children\n"
+        "from rigidpend.machine.signals import kept_from_children\n"
         "if __name__ == '__main__':\n"
-        "    with interruption_kept_from_children():\n"
+        "    with kept_from_children():\n"
         "        child = multiprocessing.get_context('spawn').Process(target=os.getpid)\n"
         "        child.start()\n"
-        "        deaf = signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, [])\n"
+        "        blocked = signal.pthread_sigmask(signal.SIG_BLOCK, [])\n"
+        "        deaf = {signal.SIGINT, signal.SIGTERM} <= blocked\n"
         "    assert deaf\n"
         "    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])\n"
         "    child.join()\n"
