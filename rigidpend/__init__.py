@@ -91,10 +91,10 @@ if TYPE_CHECKING:
     from rigidpend.notebook import run as run
     from rigidpend.notebook import theory as theory
     from rigidpend.orbits.return_map import return_map as return_map
-    from rigidpend.routes import RouteCodes as RouteCodes
-    from rigidpend.routes import route_codes as route_codes
     from rigidpend.routes.certified.codes import CertifiedCodes as CertifiedCodes
     from rigidpend.routes.certified.codes import certify_codes as certify_codes
+    from rigidpend.routes.codes import RouteCodes as RouteCodes
+    from rigidpend.routes.codes import route_codes as route_codes
     from rigidpend.routes.symbolic import FoundOrbit as FoundOrbit
     from rigidpend.routes.symbolic import address_of as address_of
     from rigidpend.routes.symbolic import find_orbit as find_orbit
@@ -110,7 +110,7 @@ _HOME = {
     "Body": "rigidpend.mechanics.body",
     "CertifiedCodes": "rigidpend.routes.certified.codes",
     "FoundOrbit": "rigidpend.routes.symbolic",
-    "RouteCodes": "rigidpend.routes",
+    "RouteCodes": "rigidpend.routes.codes",
     "StoredResult": "rigidpend.notebook",
     "address_of": "rigidpend.routes.symbolic",
     "certify_codes": "rigidpend.routes.certified.codes",
@@ -119,7 +119,7 @@ _HOME = {
     "orbit": "rigidpend.notebook",
     "plot": "rigidpend.notebook",
     "return_map": "rigidpend.orbits.return_map",
-    "route_codes": "rigidpend.routes",
+    "route_codes": "rigidpend.routes.codes",
     "run": "rigidpend.notebook",
     "theory": "rigidpend.notebook",
 }

@@ -14,8 +14,8 @@ from rigidpend.numbers.exact import ExactError, exact
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Crossings, EngineError, Orbits
 from rigidpend.orbits.integrate.arithmetic import NumericsError, resolve
-from rigidpend.routes import ProblemError, RouteProblem
 from rigidpend.routes.cycle import symbols
+from rigidpend.routes.problem import ProblemError, RouteProblem
 from tests.orbits.integrate.problems import (
     ENGINES,
     FIG4,

@@ -10,8 +10,7 @@ import pytest
 
 from rigidpend.orbits.integrate import engines
 from rigidpend.orbits.return_map.precision import precision
-from rigidpend.routes import route_codes
-from rigidpend.routes.codes import RouteCodes
+from rigidpend.routes.codes import RouteCodes, route_codes
 from tests.orbits.integrate.problems import FIG4
 
 PHASES = np.random.default_rng(7).uniform(0, 6.28, 120)

@@ -16,7 +16,6 @@ from rigidpend.mechanics.hodograph import field
 from rigidpend.mechanics.precession import plateaus
 from rigidpend.numbers.exact import PRECISIONS, exact
 from rigidpend.orbits.integrate import sample
-from rigidpend.routes import RouteProblem
 from rigidpend.routes.herpolhode import (
     RouteOrbit,
     alpha,
@@ -28,6 +27,7 @@ from rigidpend.routes.herpolhode import (
     separatrices,
     vertices,
 )
+from rigidpend.routes.problem import RouteProblem
 from tests.orbits.integrate.problems import ENGINES
 
 H0, J1_0 = "10/9", "2.39205e-9"

@@ -15,9 +15,10 @@ from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
 from rigidpend.orbits.return_map.build import FIRST
-from rigidpend.routes import ProblemError, RouteCodes, certainty, codes, mapped, route_codes
+from rigidpend.routes import certainty, codes, mapped
+from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.phases import Phases
-from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.start import Scales
 from tests.orbits.integrate.problems import FIG4, GENERIC
 

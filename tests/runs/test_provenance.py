@@ -98,6 +98,16 @@ print(json.dumps(found))
 """
 
 
+def test_no_folder_hides_what_an_import_from_it_runs() -> None:
+    # Names that a folder imports only when they are asked for would be missing from the hash.
+    lazy = [
+        file.relative_to(code_hash.PACKAGE).as_posix()
+        for file in code_hash.PACKAGE.rglob("*.py")
+        if "\ndef __getattr__" in file.read_text()
+    ]
+    assert lazy == ["__init__.py"]
+
+
 @pytest.mark.slow
 def test_code_hash_counts_what_python_imports_and_nothing_that_draws() -> None:
     names = experiments.names()

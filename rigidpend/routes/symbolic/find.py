@@ -15,7 +15,7 @@ from rigidpend.numbers import checked
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import Exact
 from rigidpend.numbers.generic import Scalar
-from rigidpend.routes import route_codes
+from rigidpend.routes.codes import route_codes
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.symbolic.address import Address, AddressError, parsed
 from rigidpend.routes.symbolic.chain import NoOrbit, signs_of

@@ -18,7 +18,7 @@ from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.return_map import MapError
-from rigidpend.routes import route_codes
+from rigidpend.routes.codes import route_codes
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.symbolic.address import Address, AddressError, parsed
 from rigidpend.routes.symbolic.follow import address_of, followed

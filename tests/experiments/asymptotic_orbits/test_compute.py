@@ -17,7 +17,7 @@ from rigidpend.experiments.contract import Means
 from rigidpend.mechanics.body import Body
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.engines import default_engine
-from rigidpend.routes import route_codes
+from rigidpend.routes.codes import route_codes
 from tests.config.samples import content as typed
 from tests.experiments.trees import plain, shifted
 

@@ -14,7 +14,7 @@ from rigidpend.experiments.herpolhodes import layout
 from rigidpend.mechanics.precession import plateaus
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.engines import default_engine
-from rigidpend.routes import route_codes
+from rigidpend.routes.codes import route_codes
 from rigidpend.runs import loading
 from tests.config.samples import refused
 from tests.experiments.trees import plain, with_change

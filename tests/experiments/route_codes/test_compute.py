@@ -14,8 +14,8 @@ from rigidpend.experiments.route_arrays import crossing_tolerance
 from rigidpend.experiments.route_codes import compute as route_codes
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.engines import default_engine
-from rigidpend.routes import RouteProblem
-from rigidpend.routes import route_codes as compute_codes
+from rigidpend.routes.codes import route_codes as compute_codes
+from rigidpend.routes.problem import RouteProblem
 from rigidpend.runs import loading
 from rigidpend.surfaces import melnikov
 from tests.config.samples import SMALL, written

@@ -32,7 +32,7 @@ from rigidpend.experiments.stress.trials.claims import (
 )
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.results import store
-from rigidpend.routes import ProblemError
+from rigidpend.routes.problem import ProblemError
 from rigidpend.runs import loading
 from tests.config.samples import content as typed
 from tests.config.samples import refused

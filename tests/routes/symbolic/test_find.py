@@ -10,7 +10,7 @@ import pytest
 
 from rigidpend import Body, address_of, find_orbit, route_codes
 from rigidpend.orbits.return_map import MapError
-from rigidpend.routes import ProblemError
+from rigidpend.routes.problem import ProblemError
 from rigidpend.routes.symbolic import Address, AddressError, NoOrbit
 from tests.orbits.integrate.problems import FIG4
 

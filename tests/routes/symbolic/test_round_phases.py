@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from rigidpend import Body, address_of, route_codes
-from rigidpend.routes import ProblemError
+from rigidpend.routes.problem import ProblemError
 from rigidpend.routes.symbolic import AddressError
 from rigidpend.routes.symbolic.round_phases import round_phases
 from tests.orbits.integrate.problems import FIG4

@@ -17,8 +17,8 @@ from rigidpend.experiments.stress.trials.starts import PHASES
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import Crossings
-from rigidpend.routes import RouteCodes, RouteProblem, route_codes
-from rigidpend.routes.problem import phase_rate
+from rigidpend.routes.codes import RouteCodes, route_codes
+from rigidpend.routes.problem import RouteProblem, phase_rate
 
 ERROR = 1e-2
 """Radians: a symbol turns over at about one, so a hundredth leaves room for the worst orbit."""

@@ -24,8 +24,9 @@ from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate import has_heyoka, has_own_type
-from rigidpend.routes import RouteCodes, RouteProblem, route_codes
+from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.cycle import symbols
+from rigidpend.routes.problem import RouteProblem
 
 Codes = NDArray[np.uint8]
 

@@ -24,7 +24,7 @@ from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, Orbits
-from rigidpend.routes import RouteCodes, route_codes
+from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.surfaces.melnikov import whisker_growth
 
 FACTOR = 3.0

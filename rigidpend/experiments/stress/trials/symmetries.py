@@ -23,7 +23,7 @@ from rigidpend.numbers.exact import PI, exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, Crossings, Orbits
-from rigidpend.routes import route_codes
+from rigidpend.routes.codes import route_codes
 from rigidpend.routes.cycle import MIRRORED
 
 MIRROR = np.array([-1, -1, 1, 1, 1, -1])

@@ -22,7 +22,7 @@ from rigidpend.experiments.stress.trials.claims import (
     tried,
 )
 from rigidpend.results import store
-from rigidpend.routes import ProblemError
+from rigidpend.routes.problem import ProblemError
 
 
 def claim(bound: float, up_to: float | None = None, name: str = "a") -> Claim:

@@ -12,8 +12,8 @@ from rigidpend.experiments.stress.trials import extremes, starts, truth
 from rigidpend.experiments.stress.trials.claims import FAILED, PASSED, tried
 from rigidpend.numbers.exact import PRECISIONS, exact
 from rigidpend.orbits import integrate
-from rigidpend.routes import RouteProblem, route_codes
-from rigidpend.routes.problem import phase_rate
+from rigidpend.routes.codes import route_codes
+from rigidpend.routes.problem import RouteProblem, phase_rate
 
 ENGINE = integrate.default_engine()
 ORDINARY = extremes.Extreme("x", J1_0="1e-3")

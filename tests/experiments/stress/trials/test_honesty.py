@@ -11,7 +11,9 @@ from rigidpend.experiments.stress.trials import honesty
 from rigidpend.experiments.stress.trials.claims import tried
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits import integrate
-from rigidpend.routes import RouteCodes, RouteProblem, certainty, route_codes
+from rigidpend.routes import certainty
+from rigidpend.routes.codes import RouteCodes, route_codes
+from rigidpend.routes.problem import RouteProblem
 from tests.orbits.integrate.problems import FIG4, needs_heyoka
 
 ENGINE = integrate.default_engine()

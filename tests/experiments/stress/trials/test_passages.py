@@ -11,7 +11,7 @@ import pytest
 from rigidpend.experiments.stress.trials import passages
 from rigidpend.experiments.stress.trials.claims import tried
 from rigidpend.orbits import integrate
-from rigidpend.routes import route_codes
+from rigidpend.routes.codes import route_codes
 from tests.orbits.integrate.problems import FIG4
 
 ENGINE = integrate.default_engine()

@@ -9,7 +9,8 @@ import pytest
 
 from rigidpend.experiments.stress.trials import principal
 from rigidpend.numbers.exact import exact
-from rigidpend.routes import RouteProblem, route_codes
+from rigidpend.routes.codes import route_codes
+from rigidpend.routes.problem import RouteProblem
 from tests.orbits.integrate.problems import FIG4, GENERIC, needs_heyoka
 from tests.routes.reference import fig4_left
 

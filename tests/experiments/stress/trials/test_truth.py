@@ -8,7 +8,7 @@ import pytest
 from rigidpend.experiments.stress.trials import truth
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import Crossings
-from rigidpend.routes import RouteProblem
+from rigidpend.routes.problem import RouteProblem
 from tests.orbits.integrate.problems import FIG4, needs_heyoka
 
 
