@@ -9,7 +9,7 @@ JOBS ?=
 RUN := $(BIN)/rigidpend
 PYTEST := $(BIN)/python -m pytest -n $(or $(JOBS),auto) --dist loadfile
 
-.PHONY: help figures check test test-fast test-plain attacks coverage audit docs mutants verify reference bench stress tables gallery clean distclean
+.PHONY: help figures check test test-fast test-plain test-wheel test-lowest attacks coverage audit docs mutants verify reference bench stress tables gallery clean distclean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -45,6 +45,25 @@ test-plain: ## run every test without heyoka, as on macOS and Windows, in build/
 	build/plain/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test]'
 	build/plain/bin/python -m pip uninstall --quiet --yes heyoka
 	build/plain/bin/python -m pytest -n $(or $(JOBS),auto) --dist loadfile
+
+# What a stranger has: no checkout around him, only what is installed.
+USED = cd build/$@ && bin/rigidpend run fig1 fig4 closed_orbits -q \
+  && bin/rigidpend render fig1 fig4 closed_orbits && bin/rigidpend verify fig1 fig4
+
+test-wheel: $(VENV)/.installed-test ## build the wheel, install it by itself and use it: versions of constraints.txt
+	rm -rf build/$@
+	$(PYTHON) -m venv build/$@
+	build/$@/bin/python -m pip wheel --quiet --disable-pip-version-check --no-deps -w build/$@/dist .
+	build/$@/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt build/$@/dist/*.whl
+	$(USED)
+	cd build/$@ && ../../$(BIN)/mypy --config-file= --strict --python-executable bin/python -c 'import rigidpend'
+
+test-lowest: ## use the package with the lowest versions that pyproject.toml allows
+	rm -rf build/$@
+	$(PYTHON) -m venv build/$@
+	$(PYTHON) -m scripts.lowest > build/$@/lowest.txt
+	build/$@/bin/python -m pip install --quiet --disable-pip-version-check -c build/$@/lowest.txt .
+	$(USED)
 
 attacks: $(VENV)/.installed-test ## random attacks of every kind, repeatable by their seed: half an hour; COUNT= SEED=
 	RIGIDPEND_ATTACKS=$(or $(COUNT),2000) RIGIDPEND_SEED=$(or $(SEED),1) $(PYTEST) tests/attacks tests/test_api_values.py tests/runs/test_fuzz.py tests/runs/test_faults.py tests/runs/test_kills.py tests/machine/test_signals.py
