@@ -9,10 +9,12 @@ JOBS ?=
 RUN := $(BIN)/rigidpend
 PYTEST := $(BIN)/python -m pytest -n $(or $(JOBS),auto) --dist loadfile
 
-.PHONY: help figures check test test-fast test-plain test-wheel test-lowest attacks coverage audit docs mutants verify reference bench stress tables gallery clean distclean
+.PHONY: help setup figures check test test-fast test-plain test-wheel test-lowest attacks coverage audit docs mutants verify reference bench stress tables gallery clean distclean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
+
+setup: $(VENV)/.installed ## make .venv and install the package into it; other targets do so by themselves
 
 figures: $(VENV)/.installed ## set up, run every config, draw every figure and a report into results/
 	$(RUN) run all --out $(RESULTS) $(if $(JOBS),-j $(JOBS))
