@@ -9,7 +9,7 @@ JOBS ?=
 RUN := $(BIN)/rigidpend
 PYTEST := $(BIN)/python -m pytest -n $(or $(JOBS),auto) --dist loadfile
 
-.PHONY: help setup figures check test test-fast test-plain test-wheel test-lowest attacks coverage audit docs mutants verify reference bench stress tables gallery clean distclean
+.PHONY: help setup figures check test test-fast test-wheel test-lowest attacks coverage audit docs mutants verify reference bench stress tables gallery clean distclean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -41,12 +41,6 @@ endif
 
 test-fast: $(VENV)/.installed-test ## run the tests that are not marked slow: the inner loop
 	$(PYTEST) -m "not slow"
-
-test-plain: ## run every test without heyoka, as on macOS and Windows, in build/plain
-	test -x build/plain/bin/python || $(PYTHON) -m venv build/plain
-	build/plain/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test]'
-	build/plain/bin/python -m pip uninstall --quiet --yes heyoka
-	build/plain/bin/python -m pytest -n $(or $(JOBS),auto) --dist loadfile
 
 # What a stranger has: no checkout around him, only what is installed.
 USED = cd build/$@ && bin/rigidpend run fig1 fig4 closed_orbits -q \

@@ -118,8 +118,6 @@ def follow(
     name, start = planned.config.name, time.perf_counter()
     engine = planned.fingerprint["engine"]
     say(f"{name}: computing ({planned.reason}), {engine}")
-    if slow := _slow(planned):
-        say(f"{name}: {slow}")
 
     def report(text: str) -> None:
         say(f"{name}: {text}")
@@ -256,22 +254,6 @@ def _arithmetic(planned: Plan) -> Arithmetic:
     if not planned.engine:
         return CLOSED_FORM
     return resolve(**{**planned.config.content.numerics_asked, "engine": planned.engine})
-
-
-def _slow(planned: Plan) -> str:
-    """Sentence on what is slow here for want of a library; empty when it was said before."""
-    from rigidpend.orbits.integrate.engines import slow_precisions
-
-    if not planned.engine:
-        return ""
-    slow = slow_precisions(planned.engine, _arithmetic(planned).precisions)
-    if slow in _said:
-        return ""
-    _said.add(slow)
-    return slow
-
-
-_said: set[str] = set()
 
 
 def _stored(arithmetic: Arithmetic, config: AnyConfig) -> dict[str, Any]:

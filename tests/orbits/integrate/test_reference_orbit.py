@@ -79,7 +79,7 @@ def test_a_falling_precision_costs_no_neighbour_a_bit(
 
     monkeypatch.setattr(falling, "_advanced", noted)
     k = next(k for k in range(1000) if falling.reaches(k) and falling.growth[k] > 1e17)
-    assert (used[0], used[-1]) == (192, 106)
+    assert (used[0], used[-1]) == (212, 106)
     time, state = falling.points[k][:2]
     near = next(j for j in range(1000) if high.reaches(j) and high.points[j].time > float(time))
     true = _at(high, near - 1, time)
