@@ -5,7 +5,7 @@ An experiment is a folder ``experiments/NAME/``:
 ========== ============================================================= ==========
 schema.py  ``Config``, a subclass of :class:`rigidpend.config.schema.    required
            ExperimentConfig`: what a config may ask for
-layout.py  :class:`Declaring`: what a result consists of, as plain data  required
+layout.py  :class:`Declaring`: what a result consists of, unit and bound required
 compute.py :class:`Computation`: from a config to the data of a result   required
 draw.py    :class:`Drawing`: a figure from a stored result               required
 report.py  :class:`Reporting`: tables beside that figure                 optional
@@ -15,7 +15,7 @@ Modules are the implementations: a module satisfies the protocol by its function
 parameters are described here alone. Nothing is registered; a folder with a ``schema.py`` is an
 experiment. `schema.py` and `compute.py` import no matplotlib, `draw.py` and `report.py` no
 integrator, for each is loaded without the others; `layout.py` imports neither: whoever opens a
-result holds it against that first.
+result holds it against that first, and two results are compared by it.
 """
 
 from __future__ import annotations
@@ -107,19 +107,6 @@ class Computation(Protocol[C_contra]):
 
     def describe(self, config: C_contra) -> list[Row]:
         """Describe a config in rows, with what follows from it, units named."""
-
-    def differences(self, stored: Data, fresh: Data) -> Sequence[str]:
-        """Find where two results disagree by more than their arithmetic explains.
-
-        Sentences; a :class:`rigidpend.experiments.data.compare.Difference` also knows its
-        parts.
-
-        Parameters
-        ----------
-        stored, fresh : Data
-            ``/data`` of the reference and of the result held against it. Tolerances come
-            from the reference and from bounds that the experiment declares.
-        """
 
 
 class Certifiable(Protocol[C_contra]):

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from rigidpend.config.description import Row, body_rows
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import compare
 from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Data, Tree
+from rigidpend.experiments.data.tree import Tree
 from rigidpend.experiments.heteroclinic_cycle.layout import EDGES, RECTANGLES, START, VERTICES
 from rigidpend.mechanics.coordinates import TURN
 from rigidpend.mechanics.free_body import SEPARATRICES, separatrix_theta1
@@ -61,11 +60,6 @@ def describe(config: Config) -> list[Row]:
         *(row for row in body_rows(body) if row.name != "mu"),
         *(Row(f"separatrix {i}", f"{x:.16g}", "rad, theta1 modulo 4 pi") for i, x in places),
     ]
-
-
-def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
-    """Find where two results differ by more than the rounding of closed forms."""
-    return compare.differences(stored, fresh, compare.ROUNDING)
 
 
 def rises(number: int) -> bool:

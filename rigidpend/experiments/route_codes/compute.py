@@ -18,11 +18,8 @@ from rigidpend.config.description import (
     number_row,
 )
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import compare
-from rigidpend.experiments.data.compare import Difference
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Data, Dataset, Tree
-from rigidpend.experiments.route_arrays import array_differences
 from rigidpend.experiments.route_codes.layout import BY_MAP, ZEROS
 from rigidpend.experiments.route_layout import MEANING
 from rigidpend.machine import progress, workers
@@ -58,9 +55,6 @@ SLOW = 10.0
 """Seconds from which on a column is carried alone, for it climbs to where there are no lanes."""
 LONG = 200
 """Rotations from which on passages are said to be long, before they begin."""
-
-PHASES = {"theta2_0": compare.ROUNDING, "melnikov_zeros": compare.ROUNDING}
-"""Fields of an array that may differ by rounding, radians."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -189,21 +183,6 @@ def describe(config: Config) -> list[Row]:
         *(_array_row(name, grid) for name, grid in problem.arrays.items()),
         Row("Melnikov zeros", zeros, "rad, theta2_0 where the first symbol changes, to O(mu)"),
     ]
-
-
-def differences(stored: Data, fresh: Data) -> list[Difference]:
-    """Find where two results of a config disagree by more than their arithmetic explains.
-
-    Symbols and separatrices must be the same where both are certain. Which precision decided
-    a column hangs on the last bit and is not compared, nor whether maps did.
-    """
-    return compare.members(stored, fresh, _array_differences)
-
-
-def _array_differences(stored: Data, fresh: Data) -> list[Difference]:
-    # Which columns maps decided depends on the method, not on the problem.
-    old, new = ({key: x for key, x in side.items() if key != "by_map"} for side in (stored, fresh))
-    return array_differences(old, new, PHASES)
 
 
 def _array_row(name: str, grid: PhaseGrid) -> Row:
