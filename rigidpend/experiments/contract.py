@@ -23,7 +23,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, TypeVar
 
-from rigidpend.config.description import Row as Row
 from rigidpend.experiments.data.layout import Layout
 from rigidpend.experiments.data.tree import Data, Loaded, Tree
 from rigidpend.machine.progress import tell_nobody
@@ -92,7 +91,8 @@ class Computation(Protocol[C_contra]):
     """The module ``compute.py`` of an experiment.
 
     It may also have ``cost(config)``, an estimate of the seconds that :meth:`compute` takes on
-    two cores, from what was measured of it: `run -n` tells it, and the time left begins with it.
+    two cores, from what was measured of it: `run -n` tells it, and the time left begins with it;
+    and ``describe(config)``, rows on what follows from a config beside what follows from its body.
     ``PIECES = True`` says that all its work goes through ``means.pieces``: a cluster can do it.
     """
 
@@ -104,9 +104,6 @@ class Computation(Protocol[C_contra]):
         ArithmeticError
             Something that the config asks for cannot be computed as well as it must be.
         """
-
-    def describe(self, config: C_contra) -> list[Row]:
-        """Describe a config in rows, with what follows from it, units named."""
 
 
 class Certifiable(Protocol[C_contra]):

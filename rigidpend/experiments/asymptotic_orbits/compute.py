@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.config.description import Row, body_rows, exact_row
 from rigidpend.experiments.asymptotic_orbits.layout import COUNTED, DRAWN, ORBITS, PLANE
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
@@ -132,17 +131,3 @@ def _plane(problem: Problem, means: Means) -> Tree:
         jobs=means.jobs,
     )
     return datasets(PLANE, {name: getattr(found, name) for name in PLANE})
-
-
-def describe(config: Config) -> list[Row]:
-    """Describe a config in rows, with what follows from it, units named."""
-    problem = config.problem
-    return [
-        *body_rows(problem.body),
-        exact_row("h", "energy of the orbits", problem.h),
-        exact_row("J1_0", "action at which theta2_0 is told", problem.J1_0),
-        exact_row("symbols", "of the longest codes", problem.symbols),
-        exact_row("half_turns", "half rotations of a passage at most", problem.half_turns),
-        exact_row("drawn", "orbits that are sampled", problem.drawn),
-        exact_row("columns", "phases of the route codes beside them", problem.columns),
-    ]

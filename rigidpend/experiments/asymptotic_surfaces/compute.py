@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.config.description import Row, exact_row
+from rigidpend.config.description import Row
 from rigidpend.experiments.asymptotic_surfaces.layout import ANGLES, CURVES, WINDOW
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
@@ -55,18 +55,8 @@ def _body(config: Config, checked: RouteProblem, means: Means) -> Tree:
 
 
 def describe(config: Config) -> list[Row]:
-    """Describe a config in rows, with Table 1, units named."""
-    problem, problems = config.problem, _problems(config.problem)
-    grid = problem.theta2_0
-    return [
-        *(_body_row(name, checked) for name, checked in problems.items()),
-        Row("beta0", str(problem.beta0 or "gamma0"), "rad; gamma0 is Grioli's condition"),
-        exact_row("mu", "weight times distance of the centre of gravity", problem.mu),
-        exact_row("M_0", "initial |M|, physical; h0 = M_0^2/(2 A3)", problem.M_0),
-        exact_row("J1_0", "initial action, dimensionless", problem.J1_0),
-        Row("theta2_0", f"{grid.start} + k {grid.step}, k < {grid.count}", "rad, initial phases"),
-        exact_row("half_width", "of the window, in Delta_1", problem.half_width),
-    ]
+    """Table 1: the angles of each body."""
+    return [_body_row(name, checked) for name, checked in _problems(config.problem).items()]
 
 
 def _problems(problem: Problem) -> dict[str, RouteProblem]:

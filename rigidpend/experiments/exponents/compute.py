@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.config.description import Row, body_rows, exact_row
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import (
     FLOAT,
@@ -130,21 +129,6 @@ def _checked(
         values[name] = np.full(cells.size, np.nan)
         values[name][known[cells]] = each
     return values
-
-
-def describe(config: Config) -> list[Row]:
-    """Describe a config in rows, with what follows from it, units named."""
-    problem = config.problem
-    across, along = problem.theta2_0, problem.log10_J1_0
-    return [
-        *body_rows(problem.body),
-        exact_row("h0", "energy constant, kappa J2_0^2/2", problem.h0),
-        exact_row("J1_0", "initial action that is marked, dimensionless", problem.J1_0),
-        Row("n_symbols", str(problem.n_symbols), "passages through which deviations grow"),
-        Row("theta2_0", f"{across.ends[0]} to {across.ends[1]} in {across.count}", "rad"),
-        Row("log10_J1_0", f"{along.ends[0]} to {along.ends[1]} in {along.count}", "of the rows"),
-        Row("checked", str(problem.checked), "cells, by the variational equations"),
-    ]
 
 
 def cost(config: Config) -> float:

@@ -8,17 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.config.description import (
-    Row,
-    body_rows,
-    exact_row,
-    number_row,
-)
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Data, Tree
 from rigidpend.experiments.herpolhodes.layout import OF_ROUTE, SAMPLED
-from rigidpend.mechanics.precession import increments, plateaus
+from rigidpend.mechanics.precession import plateaus
 from rigidpend.numbers.doubles import Array
 from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.herpolhode import (
@@ -117,24 +111,3 @@ def orbits(config: Config, stored: Callable[[], Data]) -> Routes:
     """The orbit of each case."""
     problem = config.problem
     return {name: (problem.routes, [case.theta2_0]) for name, case in problem.cases.items()}
-
-
-def describe(config: Config) -> list[Row]:
-    """Describe a config in rows, with what follows from it, units named."""
-    problem = config.problem
-    gained = increments(problem.body.angles(), float(problem.h0))
-    return [
-        *body_rows(problem.body),
-        exact_row("h0", "energy constant, kappa J2_0^2/2", problem.h0),
-        exact_row("J1_0", "initial action, dimensionless", problem.J1_0),
-        number_row("J2_0", "initial |M|, dimensionless", float(problem.routes.J2_0(53))),
-        exact_row("n_symbols", "turns from a separatrix to the next", problem.n_symbols),
-        *(
-            Row(name, f"theta2_0 = {case.theta2_0}", "rad, initial phase")
-            for name, case in problem.cases.items()
-        ),
-        *(
-            Row(f"increment {i}", f"{x:+.6f}", f"rad, of theta3 along separatrix {i}, to O(mu)")
-            for i, x in enumerate(gained, 1)
-        ),
-    ]

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.config.description import Row, body_rows
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Tree
@@ -50,16 +49,6 @@ def compute(config: Config, means: Means) -> Tree:
         "edges": _edges(edges),
         "rectangles": _rectangles(edges),
     }
-
-
-def describe(config: Config) -> list[Row]:
-    """Describe a config in rows, with what follows from it, units named."""
-    body = config.problem.body
-    places = zip(SEPARATRICES, separatrix_theta1(body.alpha0, body.beta0), strict=True)
-    return [
-        *(row for row in body_rows(body) if row.name != "mu"),
-        *(Row(f"separatrix {i}", f"{x:.16g}", "rad, theta1 modulo 4 pi") for i, x in places),
-    ]
 
 
 def rises(number: int) -> bool:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.config.description import Row, body_rows, exact_row
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import Fields, datasets
 from rigidpend.experiments.data.tree import Dataset, Tree
@@ -70,22 +69,6 @@ def compute(config: Config, means: Means) -> Tree:
         "sphere": _sphere(axes, problem.points),
         "plane": _plane(body),
     }
-
-
-def describe(config: Config) -> list[Row]:
-    """Describe a config in rows, with what follows from it, units named."""
-    problem = config.problem
-    heights = ", ".join(map(str, problem.heights))
-    places = free_body.separatrix_theta1(problem.body.alpha0, problem.body.beta0)
-    return [
-        # mu is 0 by the experiment, not by choice.
-        *(row for row in body_rows(problem.body) if row.name != "mu"),
-        Row("heights", heights, "largest |M3|/|M| of the orbits"),
-        exact_row("points", "on each curve", problem.points),
-        exact_row("azimuth", "rad, of the viewer, from M1 towards M2", problem.view.azimuth),
-        exact_row("elevation", "rad, of the viewer, towards M3", problem.view.elevation),
-        Row("separatrices", ", ".join(f"{x:.6f}" for x in places), "rad, theta1 of 1..4"),
-    ]
 
 
 def view_axes(view: Any) -> NDArray[np.float64]:

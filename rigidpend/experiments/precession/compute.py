@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.config.description import Row, exact_row
+from rigidpend.config.description import Row
 from rigidpend.experiments import weight_series
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
@@ -115,17 +115,10 @@ def _slopes(mu_over_h0: Array, remainder: Array, error: Array) -> Array:
 
 
 def describe(config: Config) -> list[Row]:
-    """Describe a config in rows, with what follows from it, units named."""
+    """The increments of each body by the first order."""
     problem = config.problem
-    return [
-        *(
-            _body_row(name, shape.heavy(problem.drawn), float(problem.h0))
-            for name, shape in problem.bodies.items()
-        ),
-        exact_row("h0", "energy of the orbits", problem.h0),
-        exact_row("mu", "weight times distance", *problem.mu),
-        exact_row("drawn", "mu at which the increments are shown", problem.drawn),
-    ]
+    bodies = {name: shape.heavy(problem.drawn) for name, shape in problem.bodies.items()}
+    return [_body_row(name, body, float(problem.h0)) for name, body in bodies.items()]
 
 
 def _body_row(name: str, body: Body, h0: float) -> Row:

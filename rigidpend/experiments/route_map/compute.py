@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.config.description import Row, body_rows
 from rigidpend.experiments.contract import Means, Piece
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Tree
@@ -52,7 +51,6 @@ BEGUN, OWN_BODY, ALONE = 2.2e-3, 3.3e-3, 3e-3
 """Seconds of a core for an orbit of its own energy, more for its own body, for 15 symbols alone.
 
 The first two are spent before it is integrated, most of them on its numbers in 113 bits."""
-UNITS = {"theta2_0": "rad", "beta0": "rad", "alpha0": "rad"}
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -169,34 +167,6 @@ def _common_starts(problem: Problem) -> tuple[tuple[float, float], int]:
     starts = [10.0 ** axes[upwards].values for axes in planes]
     ends = min(J1[0] for J1 in starts), max(J1[-1] for J1 in starts)
     return (float(ends[0]), float(ends[1])), sum(x.count * y.count for x, y in planes)
-
-
-def describe(config: Config) -> list[Row]:
-    """Describe a config in rows, with what follows from it, units named."""
-    problem = config.problem
-    J2 = float(problem.routes.J2_0(53))
-    return [
-        *body_rows(problem.body),
-        Row("h0", str(problem.h0), "energy constant, kappa J2_0^2/2"),
-        Row("J1_0", str(problem.J1_0), "initial action, dimensionless"),
-        *(
-            [Row("theta2_0", str(problem.theta2_0), "initial phase, rad")]
-            if problem.columns
-            else ()
-        ),
-        Row("J2_0", f"{J2:.16g}", "initial |M|, dimensionless"),
-        Row("n_symbols", str(problem.n_symbols), "symbols on each orbit"),
-        *(_plane_row(name, axes, problem) for name, axes in problem.planes.items()),
-        Row("cost", f"about {cost(config):.2g} s", "of one core, of this year's kind"),
-    ]
-
-
-def _plane_row(name: str, axes: tuple[Axis, Axis], problem: Problem) -> Row:
-    across, along = (f"{axis.ends[0]} to {axis.ends[1]} in {axis.count}" for axis in axes)
-    what = ", ".join(filter(None, (UNITS.get(problem.names[0]), problem.names[0])))
-    return Row(
-        f"zoom {name}" if name else "plane", across, f"{what}; by {problem.names[1]} {along}"
-    )
 
 
 def cost(config: Config) -> float:

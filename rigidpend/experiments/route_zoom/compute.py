@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.config.description import Row, body_rows, exact_row
+from rigidpend.config.description import Row
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Data, Dataset, Tree
@@ -148,15 +148,7 @@ def orbits(config: Config, stored: Callable[[], Data]) -> Routes:
 
 
 def describe(config: Config) -> list[Row]:
-    """Describe a config in rows, with what follows from it, units named."""
-    problem = config.problem
-    finest = float(problem.step) / problem.factor ** (problem.levels - 1)
-    return [
-        *body_rows(problem.body),
-        exact_row("h0", "energy constant, kappa J2_0^2/2", problem.h0),
-        exact_row("J1_0", "initial action, dimensionless", problem.J1_0),
-        exact_row("between", "rad, theta2_0", *problem.between),
-        exact_row("symbol", "whose change is sought", problem.symbol),
-        Row("levels", f"{problem.levels} of {problem.count} columns", "each finer by the factor"),
-        Row("steps", f"{float(problem.step):.3g} to {finest:.3g}", "rad, spacing of columns"),
-    ]
+    """The spacing of a config's columns, from the first level to the last."""
+    steps = _steps(config.problem)
+    first, last = float(steps[0]), float(steps[-1])
+    return [Row("steps", f"{first:.3g} to {last:.3g}", "rad, spacing of columns")]

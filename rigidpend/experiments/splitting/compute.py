@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.config.description import Row, exact_row
+from rigidpend.config.description import Row
 from rigidpend.experiments import weight_series
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
@@ -145,17 +145,10 @@ def _summary(found: list[SurfaceSplitting]) -> str:
 
 
 def describe(config: Config) -> list[Row]:
-    """Describe a config in rows, with what follows from it, units named."""
+    """The distance of each body by Melnikov's integral."""
     problem = config.problem
-    return [
-        *(
-            _body_row(name, shape.heavy(problem.mu[0]), problem)
-            for name, shape in problem.bodies.items()
-        ),
-        exact_row("h0", "energy of the orbits", problem.h0),
-        exact_row("mu", "weight times distance", *problem.mu),
-        Row("drawn", problem.drawn, f"body whose distance is kept at {problem.phases} phases"),
-    ]
+    bodies = {name: shape.heavy(problem.mu[0]) for name, shape in problem.bodies.items()}
+    return [_body_row(name, body, problem) for name, body in bodies.items()]
 
 
 def _body_row(name: str, body: Body, problem: Problem) -> Row:

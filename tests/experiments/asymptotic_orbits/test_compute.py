@@ -94,9 +94,7 @@ def test_thirty_digits_are_shown(data: Any) -> None:
     assert address(data["orbits"]["2"], 0)[0] in "ab"
 
 
-def test_rows_and_tables_tell_what_was_found(data: Any) -> None:
-    rows = asymptotic_orbits.describe(typed(Config, CONFIG, SMALL))
-    assert {row.name: row.value for row in rows}["half_turns"] == "10"
+def test_tables_tell_what_was_found(data: Any) -> None:
     counts, first = tables(cast("Any", {"data": data}))
     assert [row[1] for row in counts.rows] == ["2", "2", "22"]
     assert first.rows[0][0] in ("a", "b")

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend import experiments
 from rigidpend.experiments.asymptotic_surfaces import compute as asymptotic_surfaces
 from rigidpend.experiments.contract import Means
 from rigidpend.orbits.integrate.arithmetic import resolve
@@ -52,7 +53,7 @@ def test_panels_are_ordered_by_nu(data: Any) -> None:
 
 
 def test_describe_prints_table_1(content: Any) -> None:
-    rows = {row.name: row.value for row in asymptotic_surfaces.describe(content)}
+    rows = {row.name: row.value for row in experiments.describe("asymptotic_surfaces", content)}
     columns = zip(*(values.split() for values in TABLE_1.values()), strict=True)
     for name, (alpha0, gamma0) in zip("abcdefg", columns, strict=True):
         assert rows[f"body {name}"].startswith(f"alpha0 = {alpha0}, gamma0 = {gamma0}, nu = ")

@@ -54,11 +54,6 @@ def test_averages_agree_with_the_long_orbit(data: Any) -> None:
     assert (near[1:] < near[:-1] / 10).all()
 
 
-def test_rows_tell_what_is_asked() -> None:
-    rows = {row.name: row.value for row in closed_orbits.describe(typed(Config, CONFIG, SMALL))}
-    assert rows["words"] == "18"
-
-
 def test_the_estimate_doubles_with_each_symbol_that_is_verified() -> None:
     few, more = (
         closed_orbits.cost(typed(Config, CONFIG, [f"problem.verified={n}"])) for n in (4, 6)

@@ -118,15 +118,6 @@ def test_an_orbit_that_leaves_its_route_is_no_result(
         herpolhodes.compute(content, Means(resolve(default_engine()), 1, print))
 
 
-def test_describe_names_the_increments(content: Any) -> None:
-    rows = {row.name: row for row in herpolhodes.describe(content)}
-    assert rows["case2"].value == "theta2_0 = 1.83"
-    assert [rows[f"increment {i}"].value for i in range(1, 5)] == ["+0.057715"] * 2 + [
-        "-0.057715"
-    ] * 2
-    assert all(row.meaning for row in rows.values())
-
-
 @pytest.mark.parametrize(
     ("setting", "message"),
     [

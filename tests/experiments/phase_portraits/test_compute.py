@@ -200,15 +200,6 @@ def test_visibility_may_change_on_the_outline_only(data: Any) -> None:
         assert len(differences("phase_portraits", changed, fresh)) == count
 
 
-def test_describe_names_every_parameter_but_not_mu(content: Any) -> None:
-    rows = {row.name: row for row in phase_portraits.describe(content)}
-    assert rows["alpha0"].value == "1.9106332362490186"
-    assert rows["separatrices"].value == "-0.339837, 3.481430, 5.943348, 9.764615"
-    assert rows["azimuth"].value == "pi/8"
-    assert "mu" not in rows
-    assert all(row.meaning for row in rows.values())
-
-
 @pytest.mark.parametrize(
     ("setting", "told"),
     [

@@ -119,14 +119,6 @@ def test_each_body_is_a_part_of_the_run() -> None:
     assert parts == list(BODIES)
 
 
-def test_describe_tells_the_increments_and_the_regime() -> None:
-    rows = {row.name: row for row in precession.describe(typed(Config, CONFIG, []))}
-    # mu pi kappa/h0 sin(theta1/2)/sin(alpha0) with kappa = 4/3, sin(alpha0) = sqrt(8)/3.
-    assert rows["body i"].value == "+0.25651, +0.25651, -0.25651, -0.25651"
-    assert rows["body iii"].meaning.endswith("2 > 0 = 1 = 3 > 4")
-    assert rows["drawn"].value == "0.1"
-
-
 def test_a_result_does_not_differ_from_itself_nor_from_its_file(tree: Any, tmp_path: Path) -> None:
     loaded = from_file(tmp_path, "precession", tree)["data"]
     assert differences("precession", loaded, copy.deepcopy(loaded)) == []

@@ -176,16 +176,6 @@ def test_a_certain_crossing_without_a_time_is_found(data: Data, absent_first: bo
     assert differences("route_codes", with_change(data, change), with_change(data, change)) == []
 
 
-def test_describe_names_every_parameter_with_what_follows(content: Any) -> None:
-    rows = {row.name: row for row in route_codes.describe(content)}
-    assert rows["alpha0"].value == "1.9106332362490186"
-    assert rows["J1_0"].value == "1e-8"
-    assert rows["Melnikov zeros"].value == "1.563050, 4.704643"
-    assert rows["array second"].value == "3*pi/40 + k 1/100, k < 2"
-    assert rows["special cases"].value == "Grioli"
-    assert all(row.meaning for row in rows.values())
-
-
 def test_an_array_in_parts_is_the_array_at_once(
     content: Any, tree: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

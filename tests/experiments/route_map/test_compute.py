@@ -209,18 +209,6 @@ def test_two_results_are_told_apart(data: Any) -> None:
     assert differences("route_map", data, moved)
 
 
-def test_the_description_says_what_it_costs() -> None:
-    rows = {row.name: row.value for row in route_map.describe(content())}
-    few = float(rows["cost"].split()[1])
-    many = {
-        row.name: row.value
-        for row in route_map.describe(
-            content("problem.theta2_0.count=1250", "problem.rows.count=800", "problem.zooms={}")
-        )
-    }
-    assert few < 1 < float(many["cost"].split()[1]) < 60
-
-
 def test_cells_of_their_own_bodies_cost_most() -> None:
     one, energies, bodies = (route_map.cost(over(*pair)) for pair in (PAIRS[2], PAIRS[4], PAIRS[5]))
     assert one < energies < bodies

@@ -208,11 +208,6 @@ def test_differences_find_a_changed_symbol_and_a_shifted_phase(tree: Any) -> Non
     ]
 
 
-def test_describe_tells_the_steps(given: Any) -> None:
-    rows = {row.name: row.value for row in route_zoom.describe(given)}
-    assert rows["steps"] == "0.1 to 1e-05"
-
-
 @pytest.mark.parametrize(
     ("setting", "said"),
     [

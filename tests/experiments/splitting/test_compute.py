@@ -112,13 +112,6 @@ def test_progress_says_how_each_body_was_resolved() -> None:
     assert said[1] == "fig4: nu = 4.44, 2 in 53 bits"
 
 
-def test_describe_tells_nu_and_the_first_order() -> None:
-    rows = {row.name: row for row in splitting.describe(typed(Config, CONFIG, []))}
-    # 8 sin(theta1/2)/(J2^2 sin(alpha0)) nu/sinh(nu) with J2^2 = 2/kappa, by hand.
-    assert rows["body fig4"].value == "nu = 4.443, distance = 0.5828 mu cos g"
-    assert rows["h0"].value == "1"
-
-
 def test_a_result_does_not_differ_from_itself_nor_from_its_file(
     tree: Any, data: Any, tmp_path: Path
 ) -> None:
