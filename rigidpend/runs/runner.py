@@ -98,7 +98,7 @@ def expected_seconds(planned: Plan) -> float | None:
 def follow(
     planned: Plan, *, jobs: int, say: Callable[[str], None], scheduler: str | None = None
 ) -> None:
-    """Run a planned experiment and report its progress, each line beginning with its name.
+    """Run a planned experiment and report its progress.
 
     Parameters
     ----------
@@ -115,18 +115,13 @@ def follow(
     StoreError, WorkerError, ArithmeticError
         It cannot be computed or written. Finished parts are kept.
     """
-    name, start = planned.config.name, time.perf_counter()
-    engine = planned.fingerprint["engine"]
-    say(f"{name}: computing ({planned.reason}), {engine}")
+    start = time.perf_counter()
+    say(f"computing ({planned.reason}), {planned.fingerprint['engine']}")
     if slow := _slow(planned):
-        say(f"{name}: {slow}")
-
-    def report(text: str) -> None:
-        say(f"{name}: {text}")
-
-    told = run(planned, jobs=jobs, report=report, scheduler=scheduler)
+        say(slow)
+    told = run(planned, jobs=jobs, report=say, scheduler=scheduler)
     doubt = f"; {told}" if told else ""
-    say(f"{name}: {planned.target} written, {time.perf_counter() - start:.2f} s{doubt}")
+    say(f"{planned.target} written, {time.perf_counter() - start:.2f} s{doubt}")
 
 
 def run(
