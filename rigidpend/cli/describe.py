@@ -62,13 +62,10 @@ def _rows(loaded: Any) -> list[Any]:
 
 
 def _document(loaded: Any) -> dict[str, Any]:
-    from rigidpend.runs import provenance
-
-    resolved = loaded.resolved()
     return {
         "name": loaded.name,
         "experiment": loaded.experiment,
-        "config_hash": provenance.config_hash(resolved),
-        "config": resolved,
+        "config_hash": loaded.config_hash,
+        "config": loaded.resolved(),
         "rows": [row_document(row) for row in _rows(loaded)],
     }

@@ -21,6 +21,7 @@ from rigidpend.config.groups import Group
 from rigidpend.config.reader import Document
 from rigidpend.config.schema import ExperimentConfig
 from rigidpend.config.sweeps import Sweep
+from rigidpend.runs import provenance
 
 Result = TypeVar("Result")
 
@@ -41,6 +42,11 @@ class LoadedConfig:
     def resolved(self) -> dict[str, Any]:
         """All values, defaults included, as plain JSON data; numbers exact."""
         return dict(self.content.model_dump(mode="json"))
+
+    @functools.cached_property
+    def config_hash(self) -> str:
+        """Digest of all values."""
+        return provenance.config_hash(self.resolved())
 
     @property
     def engine_asked(self) -> str | None:

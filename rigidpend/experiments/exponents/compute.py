@@ -18,6 +18,7 @@ from rigidpend.experiments.data.layout import (
 )
 from rigidpend.experiments.data.tree import Tree
 from rigidpend.experiments.exponents.layout import CHECKED, GROWTH, MARKED, PLANE
+from rigidpend.machine.progress import Step
 from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact
@@ -87,7 +88,8 @@ def _followed(
         part = slice(first, first + TILE)
         tile = partial(_tile, orbits, theta2[part], J1[part], n)
         parts.append(means.part(f"cells.{first:09d}", tile))
-        means.report(f"cells to {min(part.stop, theta2.size)} of {theta2.size}")
+        done = min(part.stop, theta2.size), theta2.size
+        means.report(Step("cells to {} of {}".format(*done), *done))
     grown, codes, allowed = (
         np.concatenate([part[name].values for part in parts], axis=-1) for name in PIECE
     )

@@ -27,6 +27,7 @@ from rigidpend.experiments.route_zoom.layout import (
     ROUTES,
     SYMBOL,
 )
+from rigidpend.machine.progress import Step
 from rigidpend.numbers.exact import Exact, exact, exacts
 from rigidpend.routes.change import Bracket, NoChange, check_change, narrowed
 from rigidpend.routes.neighbourhood import Neighbourhood
@@ -66,7 +67,8 @@ def compute(config: Config, means: Means) -> Tree:
         array: Any = means.part(name, partial(_level, around, problem, bracket, step))
         groups[name] = array
         bits = " and ".join(map(str, np.unique(array["bits"].values)))
-        means.report(f"{level + 1}/{problem.levels}: step {float(step):.0e}, {bits} bits")
+        done = level + 1, problem.levels
+        means.report(Step("{}/{}: ".format(*done) + f"step {float(step):.0e}, {bits} bits", *done))
     growth = math.exp(math.pi**2 / problem.body.nu)
     return {
         "levels": groups,

@@ -24,6 +24,7 @@ from rigidpend.experiments.stress.trials import (
     symmetries,
 )
 from rigidpend.experiments.stress.trials.claims import Trial, tried
+from rigidpend.machine.progress import Step
 from rigidpend.mechanics.body import Body
 from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, FINEST_TOLERANCE
 from rigidpend.orbits.integrate.lie_poisson import SCHEMES
@@ -64,7 +65,8 @@ def compute(config: Config, means: Means) -> Tree:
             group["curves"][label] = made["curves"]
         verdicts = ", ".join(str(claim["verdict"].values) for claim in made["claims"].values())
         taken = f"{time.perf_counter() - begun:.1f} s"
-        means.report(f"{number}/{len(trials)}: {kind}, {trial.name}: {verdicts}, {taken}")
+        text = f"{number}/{len(trials)}: {kind}, {trial.name}: {verdicts}, {taken}"
+        means.report(Step(text, number, len(trials)))
     return found
 
 
