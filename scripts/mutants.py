@@ -62,6 +62,10 @@ TESTS = {
         "tests/experiments/data/test_compare.py",
         "tests/runs/test_verify.py",
     ),
+    "rigidpend/experiments/data/bounds.py": (
+        "tests/experiments/data/test_compare.py",
+        "tests/runs/test_reference.py",
+    ),
     "rigidpend/runs/regression.py": (
         "tests/runs/test_verify.py",
         "tests/runs/test_reference.py",

@@ -278,13 +278,16 @@ def test_a_dumb_terminal_has_plain_lines(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("names", [("a.yaml", "sub/a.yaml"), ("fig4", "fig4.yaml")])
+@pytest.mark.parametrize(
+    "names",
+    [("a.yaml", "sub/a.yaml"), ("fig4", "fig4.yaml"), ("a.yaml", "sub/A.yaml")],
+)
 def test_two_configs_of_one_name_are_wrong_usage(tmp_path: Path, names: tuple[str, str]) -> None:
     (tmp_path / "sub").mkdir()
-    for name in ("a.yaml", "sub/a.yaml", "fig4.yaml"):
+    for name in ("a.yaml", "sub/a.yaml", "sub/A.yaml", "fig4.yaml"):
         written(tmp_path, SMALL, name)
     done = call(tmp_path, "run", *names)
-    stem = Path(names[0]).stem
+    stem = Path(names[1]).stem
     assert (done.returncode, done.stdout) == (2, "")
     assert f"{names[1]} would both be stored as {stem}.h5" in done.stderr
     assert not (tmp_path / "results").exists()

@@ -14,6 +14,7 @@ from click.testing import CliRunner
 from rigidpend import experiments
 from rigidpend.cli import reference
 from rigidpend.experiments.contract import Means
+from rigidpend.experiments.data import compare
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.results import store
 from rigidpend.runs import loading, regression
@@ -67,8 +68,8 @@ def part(stored: Any, fresh: Any) -> Any:
 
 
 def differences(name: str, stored: Any, fresh: Any) -> list[str]:
-    experiment = reference_of(name)["attributes"]["experiment"]
-    return list(experiments.computation(experiment).differences(stored, fresh))
+    layout = experiments.layout(reference_of(name)["attributes"]["experiment"])
+    return list(compare.differences(layout, stored, fresh))
 
 
 @pytest.mark.slow

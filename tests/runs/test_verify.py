@@ -15,7 +15,7 @@ from click.testing import CliRunner
 
 from rigidpend.cli import verify
 from rigidpend.config import names
-from rigidpend.experiments.route_arrays import APART, crossing_tolerance
+from rigidpend.experiments.route_layout import APART, crossing_tolerance
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
@@ -200,6 +200,14 @@ def test_one_absent_reference_does_not_keep_the_others_from_being_compared(copy:
     assert done.stdout == "small: the same as in results/reference/small.h5\n"
     said = f"results/reference/other.h5: there is no such file; {MEND}"
     assert done.stderr == f"rigidpend: {said}\n"
+
+
+def test_a_folder_of_ones_own_hides_no_reference_of_the_package(copy: Path) -> None:
+    done = called("fig1", "--json")
+    [found] = json.loads(done.stdout)["results"]
+    assert found["same"]
+    assert found["reference"].endswith("results/reference/fig1.h5")
+    assert Path(found["reference"]).is_absolute()
 
 
 @pytest.mark.slow
