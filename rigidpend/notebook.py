@@ -225,7 +225,8 @@ def run(
     [config] = group.members
     planned = runner.plan(config, folder)
     if planned.reason:
-        runner.follow(planned, jobs=workers.cores() if jobs is None else jobs, say=say)
+        jobs = workers.cores() if jobs is None else jobs
+        runner.follow(planned, jobs=jobs, say=lambda text: say(f"{config.name}: {text}"))
     return load(planned.target)
 
 

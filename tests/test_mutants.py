@@ -73,7 +73,7 @@ def test_annotations_and_docstrings_are_left_alone() -> None:
 
 
 def test_every_module_that_is_named_has_tests_that_are_there() -> None:
-    named = {"compare", "regression", "coordinates", "equations", "routes", "integrate"}
+    named = {"bounds", "compare", "regression", "coordinates", "equations", "routes", "integrate"}
     assert {Path(room).stem for room in mutants.TESTS if "integrate/" not in room} == named
     assert all((ROOT / room).exists() for room in mutants.TESTS)
     assert (

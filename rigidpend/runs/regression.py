@@ -70,7 +70,8 @@ def verify(
     found += compare.plain(_problem(configs[0]), _problem(configs[1]), "config")
     # Values are compared place by place, which only equal structures allow.
     if outlines[0].keys() == outlines[1].keys():
-        found += experiments.computation(config.experiment).differences(old["data"], new["data"])
+        layout = experiments.layout(config.experiment)
+        found += compare.differences(layout, old["data"], new["data"])
     if certificate:
         found += storage.contradictions(new, certificate)
     return found

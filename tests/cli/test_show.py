@@ -104,7 +104,7 @@ def test_describe_prints_what_follows_from_the_parameters(tmp_path: Path) -> Non
     assert rows["alpha0"].split()[1] == "rad"
     assert float(rows["alpha0"].split()[0]) == pytest.approx(1.9106332362490186, rel=1e-15)
     assert float(rows["kappa"].split()[0]) == pytest.approx(4 / 3, rel=1e-15)
-    assert "  Melnikov zeros      1.563050, 4.704643 " in done.stdout
+    assert "  Melnikov zeros      1.5630503595" in done.stdout
     # Of the theory besides.
     assert rows["regime"].split()[0] == "iv"
     assert float(rows["multipliers"].split(",")[0]) == pytest.approx(9.22061, abs=1e-5)

@@ -11,6 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from rigidpend import experiments
+from rigidpend.experiments.data import compare
+from rigidpend.experiments.data.compare import Difference
 from rigidpend.experiments.data.tree import Loaded
 from rigidpend.results import store
 from tests.cli.calls import REFERENCE
@@ -29,6 +32,11 @@ def plain(tree: Any) -> Any:
 def reference(name: str) -> Loaded:
     """The stored reference of a config."""
     return store.load(REFERENCE / f"{name}.h5")
+
+
+def differences(experiment: str, stored: Any, fresh: Any) -> list[Difference]:
+    """Where two results of an experiment disagree, by what its layout declares."""
+    return compare.differences(experiments.layout(experiment), stored, fresh)
 
 
 def from_file(folder: Path, experiment: str, tree: Any) -> Loaded:

@@ -176,7 +176,7 @@ def test_a_killed_run_uses_what_was_finished(
         write(path, *given, **named)
 
     monkeypatch.setattr(store, "write", noted)
-    assert f"zoom: goes on from {len(kept)} finished parts" in once_more(out)
+    assert f"goes on from {len(kept)} finished parts" in once_more(out)
     assert "zoom.h5" in made
     assert not made & kept
     same(out, undisturbed[0])
@@ -254,7 +254,7 @@ def test_no_room_is_one_sentence_and_afterwards_the_run_goes_on(
     assert said.startswith("rigidpend: ")
     assert said.endswith(f"{out / 'zoom.h5'}: cannot be written: File too large")
     assert content(out) == [".zoom.parts"]
-    assert "zoom: goes on from 9 finished parts" in once_more(out)
+    assert "goes on from 9 finished parts" in once_more(out)
     same(out, undisturbed[0])
 
 
