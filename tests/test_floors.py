@@ -74,7 +74,7 @@ def test_the_package_s_docstring_names_the_floors_in_their_order() -> None:
 
 
 def test_few_names_stand_at_the_root() -> None:
-    names = {path.name for path in floors.PACKAGE.iterdir()} - {"__pycache__"}
+    names = {path.name for path in floors.PACKAGE.iterdir()} - {"__pycache__", "py.typed"}
     assert names == {"__init__.py", "__main__.py", "notebook.py"} | {
         name for floor in floors.floors() for name in floor if (floors.PACKAGE / name).is_dir()
     }

@@ -177,11 +177,13 @@ def _check_scheduler(address: str, loaded: Sequence[AnyConfig]) -> None:
 
 def _check_twins(named: Sequence[tuple[Path, Path]]) -> None:
     """Refuse configs of two files whose results would have one place."""
-    first: dict[Path, Path] = {}
+    first: dict[str, tuple[Path, Path]] = {}
     for target, path in named:
-        twin = first.setdefault(target, path)
+        known, twin = first.setdefault(str(target).casefold(), (target, path))
         if twin != path:
-            raise click.UsageError(f"{twin} and {path} would both be stored as {target.name}.h5")
+            same = "" if known == target else ", for some systems do not tell capitals"
+            where = f"would both be stored as {target.name}.h5{same}"
+            raise click.UsageError(f"{twin} and {path} {where}")
 
 
 def _plan(

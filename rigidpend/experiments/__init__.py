@@ -6,6 +6,7 @@ when it is needed: a list of names imports none, drawing imports no integrator.
 
 from __future__ import annotations
 
+import functools
 import importlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -24,9 +25,10 @@ class UnknownExperiment(ValueError):
     """Error: a name that no experiment has."""
 
 
-def names() -> list[str]:
+@functools.cache
+def names() -> tuple[str, ...]:
     """Names of all experiments, in alphabetical order."""
-    return sorted(file.parent.name for file in FOLDER.glob("*/schema.py"))
+    return tuple(sorted(file.parent.name for file in FOLDER.glob("*/schema.py")))
 
 
 def schema(name: str) -> type[ExperimentConfig]:

@@ -36,11 +36,12 @@ STYLE = Path(__file__).with_name("rigidpend.mplstyle")
 """Style sheet of all figures."""
 
 
-OF_VALUES = (ValueError, ArithmeticError, LookupError, TypeError, UserWarning, RuntimeWarning)
+OF_VALUES = (ValueError, ArithmeticError, LookupError, UserWarning, RuntimeWarning)
 """Errors that values of a foreign file may cause, which nothing has checked.
 
 Warnings are errors where Python is told so: of values NumPy and matplotlib give these two.
-Others, as a name that is not there, are faults of the program: they are told as such."""
+Others, as a name that is not there or a value of a type that layouts exclude, are faults of the
+program: they are told as such."""
 
 
 class Undrawable(store.StoreError):

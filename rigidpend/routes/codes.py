@@ -96,7 +96,7 @@ def route_codes(
         Local tolerance in double precision; by default the engine's own, at least its finest.
     precisions : sequence of int, optional
         Bits, from 53 to 9,000, ascending by 11 or more. Columns with an uncertain symbol go to the
-        next. 64 is passed over where the engine has no such type.
+        next. 64 is passed over where integers would serve.
     jobs : int, optional
         How many threads (or processes, where Python itself computes). No result depends on it.
     method : {"auto", "map", "integration"}, optional
@@ -114,7 +114,7 @@ def route_codes(
     ProblemError, NumericsError, ExactError
         A value that is excluded or that is no number; the message says which.
     EngineError
-        An engine that is not known or not installed.
+        An engine that is not known.
     MapError
         The method is "map" and the orbits have none; the message gives the reason.
     Contradiction
@@ -206,12 +206,11 @@ def _integrated(run: Run, rate: float) -> Decided:
     """Decide all columns by integration.
 
     Where a precision is compiled, threads share the columns and decide their own to its end; else
-    processes share the orbits of each computation. It is asked for when columns come to it: to
-    learn what types heyoka has would import it.
+    processes share the orbits of each computation.
     """
 
     def in_own(bits: int) -> bool:
-        return integrate.runs_in_threads(run.arithmetic.engine, bits)
+        return integrate.in_kernel(run.arithmetic.engine, bits)
 
     def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
         # Threads that share the columns start none of their own.

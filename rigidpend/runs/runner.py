@@ -115,8 +115,6 @@ def follow(
     """
     start = time.perf_counter()
     say(f"computing ({planned.reason}), {planned.fingerprint['engine']}")
-    if slow := _slow(planned):
-        say(slow)
     told = run(planned, jobs=jobs, report=say, scheduler=scheduler)
     doubt = f"; {told}" if told else ""
     say(f"{planned.target} written, {time.perf_counter() - start:.2f} s{doubt}")
@@ -238,22 +236,6 @@ def _arithmetic(planned: Plan) -> Arithmetic:
     if not planned.engine:
         return CLOSED_FORM
     return resolve(**{**planned.config.content.numerics_asked, "engine": planned.engine})
-
-
-def _slow(planned: Plan) -> str:
-    """Sentence on what is slow here for want of a library; empty when it was said before."""
-    from rigidpend.orbits.integrate.engines import slow_precisions
-
-    if not planned.engine:
-        return ""
-    slow = slow_precisions(planned.engine, _arithmetic(planned).precisions)
-    if slow in _said:
-        return ""
-    _said.add(slow)
-    return slow
-
-
-_said: set[str] = set()
 
 
 def _stored(arithmetic: Arithmetic, config: AnyConfig) -> dict[str, Any]:

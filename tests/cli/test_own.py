@@ -142,7 +142,6 @@ def test_verify_needs_no_folder_of_its_own(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_verify_of_other_settings_computes_its_reference(tmp_path: Path) -> None:
     written(tmp_path, SMALL, "small.yaml")
-    pytest.importorskip("heyoka", reason="two engines are compared")
     done = call(tmp_path, "verify", "small", "--set", "problem.mu=0.01")
     assert done.stdout == "small: the same by Taylor series and DOP853\n"
     other = call(tmp_path, "verify", "fig1", "--set", "problem.A=[3, 2, 2.5]")

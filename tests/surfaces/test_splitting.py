@@ -37,7 +37,6 @@ from rigidpend.surfaces.surface_orbits import (
     surface,
 )
 from tests.bodies import FIG4
-from tests.orbits.integrate.problems import needs_heyoka
 
 GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.02")
 LARGE_NU = Body(A=(2, "1.7", "1.85"), r=(2, 1, 0), mu="0.3")
@@ -166,7 +165,6 @@ WAYS = [
 
 
 @pytest.mark.slow
-@needs_heyoka("integers take a minute for the truth")
 @pytest.mark.parametrize("bits", [53, 64])
 def test_agrees_precisions_with_113_bits_within_the_errors_they_tell(bits: int) -> None:
     truth = measure(TABLE_1A, H0, LIGHT, resolve("taylor", 3e-14)._replace(precisions=(113,)))

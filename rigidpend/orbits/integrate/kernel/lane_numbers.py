@@ -33,8 +33,9 @@ class Doubles:
 
     bits, parts = 53, 1
 
-    def __init__(self, code: Writer) -> None:
-        self.code = code
+    def __init__(self, code: Writer, room: int = 0) -> None:
+        self.code, self.room = code, room or self.parts
+        """`room` is how many parts a number has in memory; those that it lacks are zero."""
 
     def rows(self, count: int | str) -> str:
         """Kind of memory for so many numbers."""
@@ -42,12 +43,12 @@ class Doubles:
 
     def load(self, base: str, index: str | int) -> Value:
         """The number at an index of an array of `rows`."""
-        place = self.code.at(base, index, self.rows(self.parts))
+        place = self.code.at(base, index, self.rows(self.room))
         return tuple(self.code.element(place, i) for i in range(self.parts))
 
     def store(self, value: Value, base: str, index: str | int) -> None:
-        place = self.code.at(base, index, self.rows(self.parts))
-        for i, part in enumerate(value):
+        place = self.code.at(base, index, self.rows(self.room))
+        for i, part in enumerate((*value, *("zeroinitializer",) * (self.room - self.parts))):
             self.code.store(part, self.code.at(place, i))
 
     def constant(self, value: Fraction) -> list[str]:
@@ -101,54 +102,78 @@ class Doubles:
         return self.horner(total, x[0], c)
 
 
-class Pairs(Doubles):
-    """Numbers of some 106 bits, two vectors each."""
+class Expansions(Doubles):
+    """Numbers that are sums of several doubles, each below an ulp of the one before.
 
-    bits, parts = 106, 2
+    Parts of products and sums are added up by size, with their rounding errors handed on to the
+    next smaller size, down to the last part.
+    """
 
     def times(self, a: Value, b: Value) -> Value:
-        product, error = self._product(a[0], b[0])
-        error = self.code.fma(a[0], b[1], error)
-        return self._joined(product, self.code.fma(a[1], b[0], error))
+        return self.settled(self.with_product(self.of_double("zeroinitializer"), a, b))
 
     def plus(self, a: Value, b: Value) -> Value:
-        total, error = self._sum(a[0], b[0])
-        rest = self.code.binary("fadd", a[1], b[1])
-        return self._joined(total, self.code.binary("fadd", error, rest))
+        found, lost = list[str](), list[str]()
+        for x, y in zip(a, b, strict=True):
+            last = len(found) == self.parts - 1
+            total, lost = self._added(x, [y, *lost], last)
+            found.append(total)
+        return self.settled(tuple(found))
 
     def minus(self, a: Value, b: Value) -> Value:
         opposite = tuple(self.code(f"fneg {self.code.vector} {part}") for part in b)
         return self.plus(a, opposite)
 
     def with_product(self, total: Value, a: Value, b: Value) -> Value:
-        product, error = self._product(a[0], b[0])
-        head, lost = self._sum(total[0], product)
-        rest = self.code.binary("fadd", total[1], lost)
-        rest = self.code.binary("fadd", rest, error)
-        rest = self.code.fma(a[0], b[1], rest)
-        return head, self.code.fma(a[1], b[0], rest)
+        found, lost = list[str](), list[str]()
+        for order, part in enumerate(total):
+            last = order == self.parts - 1
+            part, lost = self._added(part, lost, last)
+            for i in range(order + 1):
+                if last:
+                    part = self.code.fma(a[i], b[order - i], part)
+                    continue
+                product, error = self._product(a[i], b[order - i])
+                part, rest = self._sum(part, product)
+                lost += [rest, error]
+            found.append(part)
+        return tuple(found)
 
     def settled(self, total: Value) -> Value:
-        return self._joined(*total)
+        # Sizes may have cancelled: each round brings the next largest part to its place.
+        parts = list(total)
+        for first in range(self.parts - 1):
+            for i in range(self.parts - 1, first, -1):
+                parts[i - 1], parts[i] = self._sum(parts[i - 1], parts[i])
+        return tuple(parts)
 
     def divided(self, a: Value, share: Value, whole: str) -> Value:
         return self.times(a, share)
 
     def quotient(self, a: Value, b: Value) -> Value:
-        quotients, rest = [], a
-        for _ in range(3):
-            quotients.append(self.code.binary("fdiv", rest[0], b[0]))
-            rest = self.minus(rest, self.times(self.of_double(quotients[-1]), b))
-        first, second, third = quotients
-        return self._joined(first, self.code.binary("fadd", second, third))
+        quotient, rest = self.of_double("zeroinitializer"), a
+        for _ in range(self.parts + 1):
+            digit = self.of_double(self.code.binary("fdiv", rest[0], b[0]))
+            rest = self.minus(rest, self.times(digit, b))
+            quotient = self.plus(quotient, digit)
+        return quotient
 
     def horner(self, total: Value, x: str, c: Value) -> Value:
-        product, error = self._product(total[0], x)
-        error = self.code.fma(total[1], x, error)
-        return self.plus((product, error), c)
+        return self.horner_at(total, self.of_double(x), c)
 
     def horner_at(self, total: Value, x: Value, c: Value) -> Value:
         return self.plus(self.times(total, x), c)
+
+    def _added(self, total: str, terms: list[str], last: bool) -> tuple[str, list[str]]:
+        """A sum of terms of one size, and its rounding errors unless it is the last part."""
+        lost = []
+        for term in terms:
+            if last:
+                total = self.code.binary("fadd", total, term)
+            else:
+                total, rest = self._sum(total, term)
+                lost.append(rest)
+        return total, lost
 
     def _product(self, a: str, b: str) -> tuple[str, str]:
         """a b and its rounding error, exactly."""
@@ -163,6 +188,33 @@ class Pairs(Doubles):
         first = code.binary("fsub", a, code.binary("fsub", total, part))
         return total, code.binary("fadd", first, code.binary("fsub", b, part))
 
+
+class Pairs(Expansions):
+    """Numbers of some 106 bits, two vectors each: the same with fewer operations."""
+
+    bits, parts = 106, 2
+
+    def times(self, a: Value, b: Value) -> Value:
+        product, error = self._product(a[0], b[0])
+        error = self.code.fma(a[0], b[1], error)
+        return self._joined(product, self.code.fma(a[1], b[0], error))
+
+    def settled(self, total: Value) -> Value:
+        return self._joined(*total)
+
+    def quotient(self, a: Value, b: Value) -> Value:
+        quotients, rest = [], a
+        for _ in range(3):
+            quotients.append(self.code.binary("fdiv", rest[0], b[0]))
+            rest = self.minus(rest, self.times(self.of_double(quotients[-1]), b))
+        first, second, third = quotients
+        return self._joined(first, self.code.binary("fadd", second, third))
+
+    def horner(self, total: Value, x: str, c: Value) -> Value:
+        product, error = self._product(total[0], x)
+        error = self.code.fma(total[1], x, error)
+        return self.plus((product, error), c)
+
     def _joined(self, head: str, rest: str) -> Value:
         """The pair of a sum whose second term is small (Dekker)."""
         code = self.code
@@ -170,10 +222,18 @@ class Pairs(Doubles):
         return total, code.binary("fsub", rest, code.binary("fsub", total, head))
 
 
-KINDS: dict[int, type[Doubles]] = {kind.bits: kind for kind in (Doubles, Pairs)}
+class Triples(Expansions):
+    """Numbers of some 159 bits, three vectors each."""
+
+    bits, parts = 159, 3
+
+
+class Quads(Expansions):
+    """Numbers of some 212 bits, four vectors each."""
+
+    bits, parts = 212, 4
+
+
+KINDS: dict[int, type[Doubles]] = {kind.bits: kind for kind in (Doubles, Pairs, Quads)}
 """Kinds of numbers by their bits."""
-
-
-def kernel_bits(bits: int) -> int:
-    """The bits of the kernel's numbers that serve so many, 106 at most."""
-    return min(kind for kind in KINDS if kind >= bits)
+BY_PARTS: dict[int, type[Doubles]] = {kind.parts: kind for kind in (Doubles, Pairs, Triples, Quads)}
