@@ -208,13 +208,17 @@ def measured(
 
     [path] = resolve((f"{name}_quick" if quick else name,))
     planned = runner.plan(loading.load(path, settings), folder, force=force)
+
+    def tell(text: str) -> None:
+        say(f"{planned.config.name}: {text}")
+
     if planned.reason:
-        runner.follow(planned, jobs=jobs, say=say)
+        runner.follow(planned, jobs=jobs, say=tell)
     else:
-        say(f"{planned.config.name}: {planned.target} is up to date")
+        tell(f"{planned.target} is up to date")
     picture = planned.target.with_suffix(".png")
     render.render(planned.target, picture)
-    say(f"{planned.config.name}: {picture} drawn")
+    tell(f"{picture} drawn")
     return planned.target
 
 

@@ -264,9 +264,9 @@ def _follow(planned: Plan, outcome: RunOutcome, shown: Progress, logs: Logs, whe
 
     name, begun = outcome.name, time.perf_counter()
 
-    def hear(line: str) -> None:
-        logs.hear(line)
-        shown.hear(line)
+    def hear(text: str) -> None:
+        logs.hear(name, text)
+        shown.hear(name, text)
 
     outcome.status, code = "interrupted", DONE
     try:
@@ -276,7 +276,7 @@ def _follow(planned: Plan, outcome: RunOutcome, shown: Progress, logs: Logs, whe
     except Exception as error:
         code, outcome.status = exit_code(error), "failed"
         outcome.error = sentence(error, lambda it: logs.failure(name, it))
-        logs.hear(f"{name}: failed: {outcome.error}")
+        logs.hear(name, f"failed: {outcome.error}")
         shown.clear()
         say(f"rigidpend: {name}: {outcome.error}")
     finally:

@@ -21,6 +21,7 @@ from rigidpend.config.groups import Group
 from rigidpend.config.reader import Document
 from rigidpend.config.schema import ExperimentConfig
 from rigidpend.config.sweeps import Sweep
+from rigidpend.runs import provenance
 
 Result = TypeVar("Result")
 
@@ -41,6 +42,11 @@ class LoadedConfig:
     def resolved(self) -> dict[str, Any]:
         """All values, defaults included, as plain JSON data; numbers exact."""
         return dict(self.content.model_dump(mode="json"))
+
+    @functools.cached_property
+    def config_hash(self) -> str:
+        """Digest of all values."""
+        return provenance.config_hash(self.resolved())
 
     @property
     def engine_asked(self) -> str | None:
@@ -182,7 +188,7 @@ def _read(path: Path) -> Document:
     from rigidpend.numbers import decimals
     from rigidpend.results import store
 
-    stored = decimals.everywhere(json.loads(store.config(path)))
+    stored = decimals.everywhere(store.config(path))
     return reader.parse(json.dumps(stored, indent=2, ensure_ascii=False), str(path))
 
 

@@ -173,7 +173,7 @@ def test_a_scheduler_that_does_not_answer_is_named(
     run: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-    monkeypatch.setattr(cluster, "PATIENCE", 1.0)
+    monkeypatch.setattr(cluster, "PATIENCE", 0.3)
     with socket.socket() as listening:
         # Something is there that says nothing: nor does it end.
         listening.bind(("127.0.0.1", 0))

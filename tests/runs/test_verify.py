@@ -15,7 +15,7 @@ from click.testing import CliRunner
 
 from rigidpend.cli import verify
 from rigidpend.config import names
-from rigidpend.experiments.route_arrays import APART, crossing_tolerance
+from rigidpend.experiments.route_layout import APART, crossing_tolerance
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
@@ -202,6 +202,14 @@ def test_one_absent_reference_does_not_keep_the_others_from_being_compared(copy:
     assert done.stderr == f"rigidpend: {said}\n"
 
 
+def test_a_folder_of_ones_own_hides_no_reference_of_the_package(copy: Path) -> None:
+    done = called("fig1", "--json")
+    [found] = json.loads(done.stdout)["results"]
+    assert found["same"]
+    assert found["reference"].endswith("results/reference/fig1.h5")
+    assert Path(found["reference"]).is_absolute()
+
+
 @pytest.mark.slow
 def test_all_are_compared_if_none_is_named_and_strays_are_told(
     copy: Path, monkeypatch: pytest.MonkeyPatch
@@ -238,7 +246,7 @@ def test_two_engines_are_compared_and_agree(copy: Path, monkeypatch: pytest.Monk
     verified = regression.verify
 
     def noted(config: Any, stored: Path, **more: Any) -> list[str]:
-        of = json.loads(store.load(stored)["config"]), config.resolved()
+        of = store.load(stored)["config"], config.resolved()
         engines.append([one["numerics"]["engine"] for one in of])
         return verified(config, stored, **more)
 

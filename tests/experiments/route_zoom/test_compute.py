@@ -29,6 +29,7 @@ from rigidpend.surfaces import melnikov
 from scripts import check_certificate
 from tests.bodies import FIG4
 from tests.config.samples import refused
+from tests.experiments.trees import differences
 
 SHIPPED = Path(__file__).parents[3] / "configs" / "fig4_zoom.yaml"
 SMALL = ("problem.levels=3", "problem.count=5", "problem.n_symbols=4")
@@ -216,21 +217,16 @@ def plain(node: Any) -> Any:
 
 def test_differences_find_a_changed_symbol_and_a_shifted_phase(tree: Any) -> None:
     stored, fresh = plain(tree), plain(tree)
-    assert route_zoom.differences(stored, fresh) == []
+    assert differences("route_zoom", stored, fresh) == []
     fresh["levels"]["level01"]["codes"][2, 1] ^= 1
     fresh["levels"]["level02"]["centre"] = "4.7"
     fresh["levels"]["level02"]["theta2_0"][4] = "4.7"
-    found = route_zoom.differences(stored, fresh)
+    found = differences("route_zoom", stored, fresh)
     assert [text.place for text in found] == [
         "levels/level01/codes[2, 1]",
         "levels/level02/centre",
         "levels/level02/theta2_0[4]",
     ]
-
-
-def test_describe_tells_the_steps(given: Any) -> None:
-    rows = {row.name: row.value for row in route_zoom.describe(given)}
-    assert rows["steps"] == "0.1 to 1e-05"
 
 
 @pytest.mark.parametrize(
