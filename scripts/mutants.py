@@ -43,6 +43,7 @@ SLOW = (
     "tests/routes/test_random_phases.py",
     "tests/mechanics/test_equations.py::test_agrees_eq1_with_aligned_along_an_orbit",
     "tests/runs/test_reference.py::test_every_dataset_altered_by_more_than_its_allowance_is_noticed",
+    "tests/runs/test_reference.py::test_each_reference_is_found_again",
 )
 """Left for the end: each takes seconds, and hardly a mutant gets as far as them."""
 BESIDE = (

@@ -3,8 +3,8 @@
 ======== ============================================ ==================
 engine   how                                          precisions (bits)
 ======== ============================================ ==================
-taylor   Taylor series in vectors of doubles, or of   53, up to 106, up
-         pairs or fours of them, in machine code      to 212
+taylor   Taylor series in vectors of doubles, or of   53, up to 106,
+         sums of two, four or eight, in machine code  212, 424
 scipy    DOP853, many orbits as one system            53
 bigint   Taylor series in integers, plain Python      any; serves where
                                                       the engine ends

@@ -39,11 +39,11 @@ Array = NDArray[np.float64]
 
 MAX_STEPS = 1_000_000
 """Steps without a crossing after which an orbit counts as failed; a passage takes some fifty."""
-TOGETHER = {53: 512, 106: 64, 212: 8}
+TOGETHER = {53: 512, 106: 64, 212: 8, 424: 8}
 """Orbits, by bits, that are carried at a time: the kernel then works for 4 ms or more."""
-WORTH = {53: 256, 106: 16, 212: 8}
+WORTH = {53: 256, 106: 16, 212: 8, 424: 8}
 """Orbits, by bits, that are worth a thread: 20 ms of work."""
-STEPS = {53: 128, 106: 32, 212: 8}
+STEPS = {53: 128, 106: 32, 212: 8, 424: 2}
 """Steps in a call, by bits; who is done sooner goes on to no purpose, on the average for half."""
 EXPECTED = 50
 """Steps that a passage takes."""

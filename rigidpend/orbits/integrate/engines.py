@@ -13,8 +13,10 @@ crossing times err alike."""
 FINEST_TOLERANCE = {"taylor": 2.0**-52, "scipy": 2.5e-14}
 """The finest local tolerance of each engine in double precision."""
 
-LADDER = (53, 106, 212)
-"""Bits of the numbers of engine `taylor`: one double, two, or four.
+PAIRS = 106
+"""Bits of pairs of doubles."""
+LADDER = (53, PAIRS, 212, 424)
+"""Bits of the numbers of engine `taylor`: one double, two, four, or eight.
 
 A precision is computed in the first that has as many bits, its series cut off by what was asked
 for. Integers have any number of bits, and serve beyond."""

@@ -31,7 +31,7 @@ from rigidpend.orbits.integrate.passages import crossings_of_series
 
 BLOCK = 8
 """Steps at a time, all in one precision."""
-PRECISIONS = (*LADDER[1:], *range(256, 10_000, 64))
+PRECISIONS = (*LADDER[1:], *range(448, 10_000, 64))
 """Precisions that are taken: the kernel's, and for integers steps of some ten per cent in time."""
 TINY = 2.0**-800
 """Size of the differences that stand for a tangent: their squares vanish beside them."""

@@ -14,8 +14,7 @@ from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, FINEST_TOLERANCE, bigint
 from rigidpend.orbits.integrate.batch_samples import sample_aligned
-from rigidpend.orbits.integrate.engines import LADDER, kernel_bits
-from rigidpend.orbits.integrate.kernel.lane_numbers import Pairs
+from rigidpend.orbits.integrate.engines import LADDER, PAIRS, kernel_bits
 from rigidpend.orbits.integrate.kernel.parts import exactly, in_parts
 
 SPARE_BITS = 8
@@ -141,11 +140,11 @@ def _pairs_after(
     task: tuple[Sequence[Sequence[Fraction]], Sequence[float]], coefficients: AlignedCoefficients
 ) -> list[list[Fraction]]:
     states, durations = task
-    begin = in_parts(np.array(states, dtype=object).T, Pairs.bits)
-    times = np.zeros((Pairs.parts, 2, len(states)))
+    begin = in_parts(np.array(states, dtype=object).T, PAIRS)
+    times = np.zeros((2, 2, len(states)))
     times[0, 1] = durations
-    tolerance = DEFAULT_TOLERANCE["taylor"] * 2.0 ** (53 - Pairs.bits)
-    found = sample_aligned(coefficients, begin, times, Pairs.bits, tolerance)[:, :, -1]
+    tolerance = DEFAULT_TOLERANCE["taylor"] * 2.0 ** (53 - PAIRS)
+    found = sample_aligned(coefficients, begin, times, PAIRS, tolerance)[:, :, -1]
     return [list(state) for state in exactly(found).T]
 
 

@@ -19,7 +19,7 @@ from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, eq1, hamiltonian_J3_0
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
-from rigidpend.orbits.integrate.kernel.lane_numbers import Pairs
+from rigidpend.orbits.integrate.engines import PAIRS
 from rigidpend.orbits.integrate.states import states_after
 from rigidpend.orbits.return_map.conjugacy import placed
 from rigidpend.orbits.return_map.poincare import rotation_phase
@@ -31,7 +31,7 @@ DEPTH = Fraction(1, 10**16)
 """J1 of the starts over J1_0: 1e-16 of it is how far off the surface theta2_0 is told."""
 HIGHEST = Fraction(1, 10**20)
 """J1 of the starts at most, dimensionless."""
-BITS = Pairs.bits + 2 * GUARD_BITS
+BITS = PAIRS + 2 * GUARD_BITS
 """Bits of the starts before they are rounded."""
 ROUNDS = 60
 STEP = 1e-4
@@ -70,7 +70,7 @@ class Launch:
         depth, highest = (self.m.mpf(x.numerator) / x.denominator for x in (DEPTH, HIGHEST))
         self.J1 = min(self.J1_0 * depth, highest)
         self.c = coefficients(self.p, "1", self.a)
-        self.fractions = AlignedCoefficients(*(fraction(x, Pairs.bits) for x in self.c.aligned))
+        self.fractions = AlignedCoefficients(*(fraction(x, PAIRS) for x in self.c.aligned))
         self.doubles = coefficients(body.angles(), "1", precision(53))
         self.zero_phase = self.m.pi / 2 - self.p.beta0 / 2
 
@@ -119,11 +119,11 @@ class Launch:
             off = hamiltonian_J3_0(self.J1, J2, (first, second), p, m) - self.h
             J2 -= off / (p.kappa * J2)
             # What is left is smaller by mu J1.
-            if abs(off) < self.h * m.ldexp(1, -Pairs.bits // 2):
+            if abs(off) < self.h * m.ldexp(1, -PAIRS // 2):
                 break
         at = Canonical(self.J1, J2 - self.J1, m.mpf(0), first, second, m.mpf(0), m.mpf(1))
         found = aligned_from_canonical(at, p.alpha0, p.beta0, m)
-        return [fraction(x, Pairs.bits) for x in found]
+        return [fraction(x, PAIRS) for x in found]
 
     def _beside(self, psi: Array, J1: float) -> tuple[Array, Array, Array]:
         """v, theta1 and the oscillation of the time, at psi of the mirrored orbits."""
@@ -154,7 +154,7 @@ class Launch:
         grown = states_after(self.fractions, states, list(times), jobs)
         found = self._moved(np.array(grown, dtype=object).T)
         turn = 2 * self.m.pi
-        return [fraction(x - turn * self.m.floor(x / turn), Pairs.bits) for x in found]
+        return [fraction(x - turn * self.m.floor(x / turn), PAIRS) for x in found]
 
     def _moved(self, states: Any) -> Any:
         """theta2 where J1 is J1_0 sharply, from states (6, n) a rounding of doubles beside."""

@@ -14,15 +14,16 @@ from tests.orbits.integrate.problems import (
 )
 
 
-def test_the_kernel_serves_up_to_212_bits() -> None:
-    offered = [integrate.in_kernel("taylor", bits) for bits in (53, 64, 106, 113, 212, 213)]
+def test_the_kernel_serves_up_to_424_bits() -> None:
+    offered = [integrate.in_kernel("taylor", bits) for bits in (53, 64, 106, 113, 424, 425)]
     assert offered == [True] * 5 + [False]
-    assert [engines.kernel_bits(bits) for bits in (53, 54, 106, 107, 212)] == [
+    assert list(map(engines.kernel_bits, (53, 54, 106, 107, 212, 424))) == [
         53,
         106,
         106,
         212,
         212,
+        424,
     ]
     assert resolve(None, None, (53, 64, 106)).precisions == (53, 64, 106)
 

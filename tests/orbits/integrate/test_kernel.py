@@ -50,8 +50,8 @@ def stepped(bits: int, order: int, steps_taken: int) -> tuple[list[Fraction], Fr
     return end, Fraction(time[0, 0]) + Fraction(time[1, 0]), notes[:count]
 
 
-def by_integers(time: Fraction, bits: int = 300) -> list[Fraction]:
-    """The state of the same orbit at a time, in integers of 300 bits."""
+def by_integers(time: Fraction, bits: int = 500) -> list[Fraction]:
+    """The state of the same orbit at a time, in integers of 500 bits."""
     flow = bigint.Flow([bigint.fixed(x, bits) for x in C], bits)
     here, left = [bigint.fixed(x, bits) for x in STATE], bigint.fixed(time, bits)
     while left:
@@ -63,7 +63,8 @@ def by_integers(time: Fraction, bits: int = 300) -> list[Fraction]:
 
 
 @pytest.mark.parametrize(
-    ("bits", "order", "finest"), [(53, 20, 2.0**-50), (106, 36, 2.0**-99), (212, 72, 2.0**-205)]
+    ("bits", "order", "finest"),
+    [(53, 20, 2.0**-50), (106, 36, 2.0**-99), (212, 72, 2.0**-205), (424, 146, 2.0**-410)],
 )
 def test_steps_err_by_rounding_alone(bits: int, order: int, finest: float) -> None:
     """A slip in a single recurrence, or a part of a pair that is lost, is seen here."""

@@ -158,5 +158,5 @@ def test_differences_that_are_multiples_of_the_tangent_are_not_integrated() -> N
 
 
 def test_the_least_precision_that_suffices_serves() -> None:
-    rungs = [_rung(bits) for bits in (60.0, 106.0, 106.5, 212.0, 212.5, 10_000.2)]
-    assert rungs == [106, 106, 212, 212, 256, 10_001]
+    rungs = [_rung(bits) for bits in (60.0, 106.0, 106.5, 212.5, 424.5, 10_000.2)]
+    assert rungs == [106, 106, 212, 424, 448, 10_001]

@@ -10,13 +10,13 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from rigidpend.mechanics.equations import AlignedCoefficients
-from rigidpend.orbits.integrate.kernel.lane_numbers import BY_PARTS
+from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
 
 if TYPE_CHECKING:
     from rigidpend.orbits.integrate.kernel.lane_numbers import Value
     from rigidpend.orbits.integrate.kernel.taylor_step import Kernel
 
-BITS, SPARE = 53, 16
+BITS, SPARE = 53, 24
 """Bits of a part, and those that a coefficient has more than its size on a step asks for."""
 COMPONENTS = ("Qp", "Qm", "M3", "gamma1", "gamma2", "gamma3")
 
@@ -65,7 +65,7 @@ class AlignedRecurrences:
         """Find all coefficients from those of order 0."""
         first = 0
         for parts, last in parts_by_order(self.kernel.order, self.parts):
-            self.numbers = BY_PARTS[parts](self.code, self.parts)
+            self.numbers = KINDS[BITS * parts](self.code, self.parts)
             with self.code.loop(last, first) as k:
                 self._next_coefficients(k)
             first = last
@@ -115,13 +115,14 @@ class AlignedRecurrences:
 
 
 def parts_by_order(order: int, parts: int) -> list[tuple[int, int]]:
-    """Doubles that a rate's coefficients need as (parts, first order that needs fewer).
+    """Doubles that the coefficients of rates need: (parts, first order that needs fewer).
 
     On a step of the radius of convergence over e^2 each order is e^2 times smaller than the one
-    before, and so are its digits that count.
+    before, down to the tolerance, and so are its digits that count.
     """
     found = []
     for fewer in range(parts - 1, 0, -1):
-        last = math.ceil((BITS * (parts - fewer) + SPARE) * math.log(2) / 2)
-        found.append((fewer + 1, min(last, order)))
+        last = order - math.ceil((BITS * fewer - SPARE) * math.log(2) / 2)
+        if last > 0:
+            found.append((fewer + 1, last))
     return [*found, (1, order)]
