@@ -295,13 +295,14 @@ def _newton(
     """The points in doubles, with the chart and the invariants there."""
     a = precision(53)
     d, chi = 0 * goal[0], goal[1] + 0
+    # Where passages are long chi and s are many turns apart, the same at nearly all points.
+    _, s, _ = kept(rising, look_up(table, values, d, chi, a), chi, *rates, a)
+    chi = chi - (s - goal[1])
     for _ in range(MOST_ITERATIONS):
         seen = look_up_slopes(table, values, d, chi, a)
         at = invariants(rising, seen, chi, *rates, a)
         step, turn = _correction(at, at.I - goal[0], at.s - goal[1])
-        d, chi = d - step, chi - turn
-        if not a.largest(d) < 4 * table.width:
-            break
+        d, chi = np.clip(d - step, -2 * table.width, 2 * table.width), chi - turn
         if _size(step, turn, table, a) < SETTLED:
             if a.largest(d) <= table.width:
                 return (d, chi), seen, at
