@@ -85,11 +85,7 @@ MEANING = {
         within=known,
     ),
     "certain": Field(
-        FLAG,
-        SYMBOLS,
-        "1",
-        "whether two independent computations establish the symbol",
-        within=kept,
+        FLAG, SYMBOLS, "1", "whether two independent computations establish the symbol", within=kept
     ),
     "bits": Field(WHOLE, ("columns",), "bit", "precision that decided the column", within=ANY),
     "crossing_time": Field(

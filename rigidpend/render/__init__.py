@@ -7,7 +7,6 @@ integrator is imported.
 from __future__ import annotations
 
 import io
-import json
 import os
 import textwrap
 from collections.abc import Iterator, Sequence
@@ -119,7 +118,7 @@ def render_together(sources: Sequence[Path], target: Path) -> bool:
     os.environ["MPLBACKEND"] = "agg"
     import matplotlib
 
-    configs = [json.loads(result["config"]) for result in results]
+    configs = [result["config"] for result in results]
     labels = [changes.label(config, configs) for config in configs]
     # Several results have no fingerprint of their own to be told by the image.
     attributes = {**results[0]["attributes"], "name": target.stem, "config_hash": "several"}

@@ -129,7 +129,19 @@ def route_codes(
     """
     problem = RouteProblem(body, h0, J1_0, n_symbols)
     arithmetic = resolve(engine, tolerance, precisions)
-    phases, jobs = Phases(theta2_0), checked.whole("jobs", jobs, 1, error=ProblemError)
+    jobs = checked.whole("jobs", jobs, 1, error=ProblemError)
+    return codes_of(problem, theta2_0, arithmetic, jobs, method)
+
+
+def codes_of(
+    problem: RouteProblem,
+    theta2_0: Any,
+    arithmetic: Arithmetic,
+    jobs: int = 1,
+    method: str = "auto",
+) -> RouteCodes:
+    """The binary route codes of the orbits of a checked problem: see :func:`route_codes`."""
+    phases = Phases(theta2_0)
     run = Run(problem, phases, arithmetic, jobs)
     return routes_of(phases, *_decided(run, phase_rate(problem), method))
 

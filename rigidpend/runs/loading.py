@@ -188,7 +188,7 @@ def _read(path: Path) -> Document:
     from rigidpend.numbers import decimals
     from rigidpend.results import store
 
-    stored = decimals.everywhere(json.loads(store.config(path)))
+    stored = decimals.everywhere(store.config(path))
     return reader.parse(json.dumps(stored, indent=2, ensure_ascii=False), str(path))
 
 

@@ -182,11 +182,10 @@ def run(
             **({} if resumed else {SECONDS: time.perf_counter() - start}),
             **(further or {}),
         }
-        resolved = json.dumps(config.resolved(), indent=2)
         # What a signal does to Git may be in the provenance, or to a worker in the data.
         check_stop()
         workers = {"workers": json.dumps(crew, indent=2)} if crew else {}
-        result = store.Result(attributes, resolved, {**told.result(), **workers}, data)
+        result = store.Result(attributes, config.resolved(), {**told.result(), **workers}, data)
         store.write(planned.target, result)
         # Only now: a failure before this line leaves the parts for the next run.
         parts.drop()
@@ -269,8 +268,8 @@ def _changed(target: Path, config: AnyConfig) -> str:
     from rigidpend.results import store
 
     try:
-        before = json.loads(store.config(target))
-    except (store.StoreError, ValueError):
+        before = store.config(target)
+    except store.StoreError:
         return REASONS["config_hash"]
     found = changes.changes(before, config.resolved())
     return (

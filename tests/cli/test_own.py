@@ -29,7 +29,7 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_sweep_has_a_result_for_each_value(swept: Path) -> None:
     for mu, stored in (("1e-4", "1/10000"), ("1e-3", "1/1000"), ("1e-2", "1/100")):
         path = swept / "results" / f"mine_mu={mu}.h5"
-        assert json.loads(store.config(path))["problem"]["mu"] == stored
+        assert store.config(path)["problem"]["mu"] == stored
         assert store.attributes(path)["name"] == f"mine_mu={mu}"
         assert path.with_suffix(".log").is_file()
 

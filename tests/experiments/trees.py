@@ -42,7 +42,7 @@ def differences(experiment: str, stored: Any, fresh: Any) -> list[Difference]:
 def from_file(folder: Path, experiment: str, tree: Any) -> Loaded:
     """What an experiment computed, as it comes back from a result file."""
     path = folder / f"{experiment}.h5"
-    store.write(path, store.Result({"experiment": experiment}, "{}", {}, tree))
+    store.write(path, store.Result({"experiment": experiment}, {}, {}, tree))
     return store.load(path)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 import random
 import resource
@@ -51,7 +52,7 @@ LAYOUT: Layout = {
     "ant": {"inner": {"none": Field(FLOAT, (0, 3))}},
     "count": Field(WHOLE),
 }
-RESULT = Result({"name": "x", "experiment": "any"}, '{"ä": 1}', {"created": "now"}, TREE)
+RESULT = Result({"name": "x", "experiment": "any"}, {"ä": 1}, {"created": "now"}, TREE)
 OTHER = RESULT._replace(data={**TREE, "count": Dataset(8, "1", "another")})
 
 
@@ -91,7 +92,7 @@ def test_data_come_back_as_written_in_order(path: Path) -> None:
 
 def test_config_attributes_and_provenance_come_back_as_written(path: Path) -> None:
     with store.opened(path) as file:
-        assert file["config"].asstr()[()] == '{"ä": 1}'
+        assert json.loads(file["config"].asstr()[()]) == RESULT.config
         assert dict(file["provenance"].attrs) == {"created": "now"}
     assert store.attributes(path) == {
         "format": "rigidpend",

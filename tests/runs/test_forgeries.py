@@ -376,9 +376,9 @@ def test_columns_and_arrays_copied_over_others_are_refused(
 
 def test_symbols_are_marked_only_in_the_result_that_they_are_of(certificate: Path) -> None:
     proof = storage.read(certificate)
-    config = json.loads(proof["config"])
+    config = copy.deepcopy(proof["config"])
     result: Any = {
-        "config": json.dumps({**config, "figure": "", "numerics": {"precisions": [53]}}),
+        "config": {**copy.deepcopy(config), "figure": "", "numerics": {"precisions": [53]}},
         "data": {
             name: {
                 "codes": group["codes"],
@@ -396,7 +396,7 @@ def test_symbols_are_marked_only_in_the_result_that_they_are_of(certificate: Pat
     assert storage.contradictions(result, proof) == ["two: the certificate is of other phases"]
     # The same codes and phases, of another body.
     config["problem"]["mu"] = "1/500"
-    other: Any = {**result, "config": json.dumps(config)}
+    other: Any = {**result, "config": config}
     assert "proven" not in storage.marked(other, proof)["data"]["one"]
     [said] = storage.contradictions(other, proof)
     assert "another problem" in said

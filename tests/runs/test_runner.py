@@ -96,7 +96,7 @@ def test_changed_code_is_the_reason(
     with (copy / "mechanics" / "equations.py").open("a", encoding="utf-8") as file:
         file.write("\nX = 1\n")
     # As another process finds it.
-    code_hash._looked_up.cache_clear()
+    code_hash.code_of.cache_clear()
     assert runner.plan(loaded, out).reason == "the code that computes it changed"
 
 

@@ -15,7 +15,7 @@ from rigidpend.experiments.data.tree import Tree
 from rigidpend.mechanics import hodograph
 from rigidpend.orbits import integrate
 from rigidpend.orbits.return_map import return_map
-from rigidpend.routes.codes import route_codes
+from rigidpend.routes.codes import codes_of
 from rigidpend.routes.herpolhode import RouteOrbit, samples
 from rigidpend.routes.problem import rotation_period
 from rigidpend.routes.symbolic.doubly import DoublyAsymptotic, doubly_asymptotic
@@ -120,14 +120,5 @@ def _sampled(config: Config, launch: Launch, orbits: DoublyAsymptotic, means: Me
 def _plane(problem: Problem, means: Means) -> Tree:
     """Route codes of Fig. 4's orbits, whose changes the orbits are."""
     phases = 2 * np.pi * (np.arange(problem.columns) + 0.5) / problem.columns
-    found = route_codes(
-        problem.body,
-        list(phases),
-        h0=problem.h,
-        J1_0=problem.J1_0,
-        n_symbols=problem.symbols + 1,
-        engine=means.arithmetic.engine,
-        tolerance=means.arithmetic.tolerance,
-        jobs=means.jobs,
-    )
+    found = codes_of(problem.routes, list(phases), means.arithmetic, means.jobs)
     return datasets(PLANE, {name: getattr(found, name) for name in PLANE})

@@ -120,9 +120,4 @@ CHECKED = {
         FLOAT, CHECKED_, "1", "bound of the rounding of the growth", gaps=True, within=OF_GROWTH
     ),
 }
-LAYOUT: Layout = {
-    **PLANE,
-    "marked": MARKED,
-    "growth": GROWTH,
-    "checked": CHECKED,
-}
+LAYOUT: Layout = {**PLANE, "marked": MARKED, "growth": GROWTH, "checked": CHECKED}

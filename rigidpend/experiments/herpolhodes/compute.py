@@ -14,7 +14,7 @@ from rigidpend.experiments.data.tree import Data, Tree
 from rigidpend.experiments.herpolhodes.layout import OF_ROUTE, SAMPLED
 from rigidpend.mechanics.precession import plateaus
 from rigidpend.numbers.doubles import Array
-from rigidpend.routes.codes import RouteCodes, route_codes
+from rigidpend.routes.codes import RouteCodes, codes_of
 from rigidpend.routes.herpolhode import (
     RouteOrbit,
     follow,
@@ -54,16 +54,7 @@ def compute(config: Config, means: Means) -> Tree:
 
 
 def _routes(config: Config, case: HerpolhodeCase, means: Means) -> RouteCodes:
-    problem = config.problem
-    found = route_codes(
-        problem.body,
-        [case.theta2_0],
-        h0=problem.h0,
-        J1_0=problem.J1_0,
-        n_symbols=problem.n_symbols,
-        jobs=means.jobs,
-        **means.arithmetic._asdict(),
-    )
+    found = codes_of(config.problem.routes, [case.theta2_0], means.arithmetic, means.jobs)
     if not found.certain.all() or not found.separatrix.all():
         raise ArithmeticError(f"theta2_0 = {case.theta2_0}: the route is not certain")
     return found

@@ -18,7 +18,7 @@ from rigidpend.experiments.route_codes.layout import BY_MAP, ZEROS
 from rigidpend.experiments.route_layout import MEANING
 from rigidpend.machine import progress, workers
 from rigidpend.numbers.exact import Exact
-from rigidpend.routes.codes import MANY, RouteCodes, route_codes
+from rigidpend.routes.codes import MANY, RouteCodes, codes_of
 from rigidpend.routes.phases import Grid
 from rigidpend.routes.problem import passage_rotations
 from rigidpend.surfaces import melnikov
@@ -145,16 +145,7 @@ def _part(phases: Sequence[Exact], config: Config, means: Means) -> Tree:
 
 
 def _routes(phases: Sequence[Exact], config: Config, means: Means, jobs: int) -> RouteCodes:
-    problem = config.problem
-    return route_codes(
-        problem.body,
-        phases,
-        h0=problem.h0,
-        J1_0=problem.J1_0,
-        n_symbols=problem.n_symbols,
-        jobs=jobs,
-        **means.arithmetic._asdict(),
-    )
+    return codes_of(config.problem.routes, phases, means.arithmetic, jobs)
 
 
 def orbits(config: Config, stored: Callable[[], Data]) -> Routes:

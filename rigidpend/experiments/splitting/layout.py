@@ -76,12 +76,7 @@ OF_BODY = {
         within=_slope,
     ),
     "slope_curve": Field(
-        FLOAT,
-        BODIES,
-        "1",
-        "(bodies,): of curve_excess in mu, as well",
-        gaps=True,
-        within=_slope,
+        FLOAT, BODIES, "1", "(bodies,): of curve_excess in mu, as well", gaps=True, within=_slope
     ),
     "amplitude": Field(
         FLOAT,

@@ -14,7 +14,7 @@ from rigidpend.experiments.herpolhodes import layout
 from rigidpend.mechanics.precession import plateaus
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.engines import default_engine
-from rigidpend.routes.codes import route_codes
+from rigidpend.routes.codes import codes_of
 from rigidpend.runs import loading
 from tests.config.samples import refused
 from tests.experiments.trees import differences, plain, with_change
@@ -140,14 +140,14 @@ def test_a_route_that_is_not_certain_is_no_result(
 
     def spoilt(field: str) -> Any:
         def compute(*given: Any, **named: Any) -> Any:
-            made = route_codes(*given, **named)
+            made = codes_of(*given, **named)
             getattr(made, field)[-1] = 0
             return made
 
         return compute
 
     for field in ("certain", "separatrix"):
-        monkeypatch.setattr(herpolhodes, "route_codes", spoilt(field))
+        monkeypatch.setattr(herpolhodes, "codes_of", spoilt(field))
         with pytest.raises(ArithmeticError, match=r"theta2_0 = 1\.02: the route is not certain"):
             herpolhodes.compute(content, Means(resolve(default_engine()), 1, print))
 

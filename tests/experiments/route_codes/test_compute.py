@@ -89,18 +89,17 @@ def test_compute_reports_each_array(tree: Any, reported: list[str]) -> None:
 def test_numerics_reach_the_computation(content: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[Any] = []
 
-    def stop(*_: Any, **keywords: Any) -> Any:
-        seen.append(keywords)
+    def stop(*given: Any) -> Any:
+        seen.append(given)
         raise InterruptedError
 
-    monkeypatch.setattr(route_codes, "route_codes", stop)
+    monkeypatch.setattr(route_codes, "codes_of", stop)
     arithmetic = resolve("scipy", 1e-9, (60, 80))
     with pytest.raises(InterruptedError):
         route_codes.compute(content, Means(arithmetic, 3, print))
-    [keywords] = seen
-    assert keywords["tolerance"] == 1e-9
-    assert keywords["precisions"] == (60, 80)
-    assert (keywords["engine"], keywords["jobs"]) == ("scipy", 3)
+    [(problem, _, *numerics)] = seen
+    assert problem is content.problem.routes
+    assert numerics == [arithmetic, 3]
 
 
 def flip(data: Data) -> None:
