@@ -6,7 +6,9 @@ its hypotheses. Whatever is not shown ends in :class:`Undecided`, never in a rel
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from fractions import Fraction
 from itertools import pairwise
 from typing import NamedTuple
@@ -19,14 +21,13 @@ from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_
 from rigidpend.numbers.exact import Exact
 from rigidpend.routes.certified.balls import BALLS, angles
 from rigidpend.routes.certified.checker import SCALARS, Undecided
-from rigidpend.routes.certified.families import Family, Powers
+from rigidpend.routes.certified.families import Family
 from rigidpend.routes.certified.growth import LogarithmicNorm
+from rigidpend.routes.certified.pieces import CLOCK, Piece, Quad
 from rigidpend.routes.certified.precision import precision
 from rigidpend.routes.certified.signs import BITS as VALUES
 from rigidpend.routes.certified.signs import Values
 
-CLOCK = 50
-"""Binary digits behind the point of a half-length of a step."""
 BITS = 160
 """Bits in which the numbers of the problem are enclosed."""
 PARTS = 32
@@ -39,52 +40,32 @@ TRIES, ROOM = 4, 4
 """Trials of a tube's radius, and the first over what it has at the beginning."""
 
 
-class Quad(NamedTuple):
-    """A curved quadrilateral of the section M3 = 0: |U| <= 1 and |V| <= 1 with
-
-    U = (d - p(g))/a,  V = (d - p(g) - l0 - l1 g)/b,  g = gamma3 and p a polynomial.
-    """
-
-    rising: bool
-    p: tuple[Fraction, ...]
-    a: Fraction
-    b: Fraction
-    l0: Fraction
-    l1: Fraction
-
-    def curve(self, g: Family, bits: int) -> Family:
-        """p(g)."""
-        found = Family.of_fraction(self.p[-1], bits)
-        for x in self.p[-2::-1]:
-            found = found * g + Family.of_fraction(x, bits)
-        return found
-
-    def place(self, bits: int) -> tuple[Family, Family]:
-        """d and g of its points, as polynomials in u and v."""
-        u, v = Family.of({(0, 1, 0): 2}, 0), Family.of({(0, 0, 1): 2}, 0)
-        au, bv = u * Family.of_fraction(self.a / self.l1, bits), v * Family.of_fraction(
-            self.b / self.l1, bits
-        )
-        g = au - bv - Family.of_fraction(self.l0 / self.l1, bits)
-        return self.curve(g, bits) + u * Family.of_fraction(self.a, bits), g
-
-    def coordinates(self, d: Family, g: Family, bits: int) -> tuple[Family, Family]:
-        """U and V of points of the section."""
-        off = d - self.curve(g, bits)
-        l0, l1, a, b = (
-            Family.of_fraction(x, bits) for x in (self.l0, self.l1, 1 / self.a, 1 / self.b)
-        )
-        return off * a, (off - l0 - l1 * g) * b
+def curve(quad: Quad, g: Family) -> Family:
+    """p(g)."""
+    found = Family.of_fraction(quad.p[-1], BITS)
+    for x in quad.p[-2::-1]:
+        found = found * g + Family.of_fraction(x, BITS)
+    return found
 
 
-class Piece(NamedTuple):
-    """Step of a family of approximate orbits: polynomials in x, u and v, in units of 2^-bits."""
+def place(quad: Quad) -> tuple[Family, Family]:
+    """d and g of the points of a set, as polynomials in u and v."""
+    u, v = Family.of({(0, 1, 0): 2}, 0), Family.of({(0, 0, 1): 2}, 0)
+    by_u, by_v, from_0, a = (
+        Family.of_fraction(x, BITS)
+        for x in (quad.a / quad.l1, quad.b / quad.l1, quad.l0 / quad.l1, quad.a)
+    )
+    g = u * by_u - v * by_v - from_0
+    return curve(quad, g) + u * a, g
 
-    bits: int
-    half: Mapping[Powers, int]
-    """Half of its length in time, a polynomial in u and v in units of 2^-CLOCK."""
-    terms: Sequence[Mapping[Powers, int]]
-    """Those of Qp, Qm, M3, gamma1, gamma2, gamma3 over x in [-1, 1]."""
+
+def coordinates(quad: Quad, d: Family, g: Family) -> tuple[Family, Family]:
+    """U and V of points of the section."""
+    off = d - curve(quad, g)
+    l0, l1, by_a, by_b = (
+        Family.of_fraction(x, BITS) for x in (quad.l0, quad.l1, 1 / quad.a, 1 / quad.b)
+    )
+    return off * by_a, (off - l0 - l1 * g) * by_b
 
 
 class Numbers(NamedTuple):
@@ -118,6 +99,8 @@ class Arrival(NamedTuple):
     """Bound on the distance of the polynomials from the orbits."""
     late: float
     """Bound on the distance of the crossings from the end of the last step, t'."""
+    duration: tuple[float, float]
+    """The passage takes at least and at most so long, t'."""
     begin: Sequence[arb]
     """Q, gamma1 and gamma2 at the beginning."""
 
@@ -125,7 +108,10 @@ class Arrival(NamedTuple):
 class Relation(NamedTuple):
     """A covering relation: by how much it holds."""
 
+    target: int
+    """Place of the set that is covered."""
     orientation: int
+    """1 where u = 1 is stretched beyond U = 1, -1 where it is beyond U = -1."""
     edge: float
     """Lower bound on |U| on the edges u = -1 and 1; 1 is needed."""
     across: float
@@ -147,6 +133,7 @@ def arrival(numbers: Numbers, quad: Quad, pieces: Sequence[Piece]) -> Arrival:
     begin, bound = beginning(numbers, quad, pieces[0], growth)
     end: list[Family] | None = None
     signs: list[int] = []
+    time = arb(0)
     for piece in pieces:
         check_stop()
         states = [Family.of(terms, piece.bits) for terms in piece.terms]
@@ -155,15 +142,16 @@ def arrival(numbers: Numbers, quad: Quad, pieces: Sequence[Piece]) -> Arrival:
             if not half.range > 0:
                 raise Undecided("C2: the length of a step is not shown to be positive")
             if end is not None:
-                gap = tuple((s.at(z=-1) - e).bound for s, e in zip(states, end, strict=True))
+                gap = tuple((s.at("z", -1) - e).bound for s, e in zip(states, end, strict=True))
                 bound = _up(bound + growth.norm(gap))
-            end = [state.at(z=1) for state in states]
+            end = [state.at("z", 1) for state in states]
             leap = defect(numbers, states, half, growth)
             bound = _tube(states, half, bound, leap, growth)
+            time += 2 * half.range
             signs += _signs(numbers, states, bound, growth, side)
     _check_signs(signs)
     with precision(SCALARS):
-        return _crossing(numbers, end or [], bound, growth, side, begin)
+        return _crossing(numbers, end or [], bound, growth, side, begin, time)
 
 
 def beginning(
@@ -173,9 +161,9 @@ def beginning(
 
     The large Q, gamma1 and gamma2 follow from d and g by M . gamma = 0, |gamma| = 1 and the energy.
     """
-    states = [Family.of(terms, piece.bits).at(z=-1) for terms in piece.terms]
+    states = [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
     c, large, small = numbers.field, 0 if quad.rising else 1, 1 if quad.rising else 0
-    d, g = quad.place(BITS)
+    d, g = place(quad)
     Q, gamma1, gamma2 = states[large], states[3], states[4]
     with precision(BITS):
         constants = (numbers.to_M1, numbers.to_M2, c.kappa / 2, c.mu_r1, c.mu_r2, numbers.h)
@@ -260,8 +248,8 @@ def _signs(
         if side * value > apart[2]:
             found.append(0)
             continue
-        place = [_on_parts(s)[k] + arb(0, e) for s, e in zip(states, apart, strict=True)]
-        rate = side * aligned(place, numbers.field)[2]
+        box = [_on_parts(s)[k] + arb(0, e) for s, e in zip(states, apart, strict=True)]
+        rate = side * aligned(box, numbers.field)[2]
         if not (rate > 0 or rate < 0):
             raise Undecided("C4: neither the sign of M3 nor that of its rate is told on a part")
         found.append(1 if rate > 0 else -1)
@@ -283,6 +271,7 @@ def _crossing(
     growth: LogarithmicNorm,
     side: int,
     begin: Sequence[arb],
+    passed: arb,
 ) -> Arrival:
     """C5: the crossing beside the end of the last step, on which side, and where."""
     apart = _apart(bound, growth)
@@ -314,11 +303,12 @@ def _crossing(
         d, g = -d, -g
     Q = -box[large] if mirrored else box[large]
     right = (not mirrored) if side > 0 else mirrored
-    place = (Q, box[3], box[4])
-    return Arrival(d, g, right, place, float(bound.upper()), float(time.upper()), begin)
+    there = (Q, box[3], box[4])
+    duration = -_double(time - passed), _double(passed + time)
+    return Arrival(d, g, right, there, _double(bound), _double(time), duration, begin)
 
 
-def relation(source: Arrival, target: Quad, begin: Sequence[arb]) -> Relation:
+def relation(source: Arrival, target: Quad, begin: Sequence[arb], place: int) -> Relation:
     """C6: whether the orbits of a set cover another.
 
     Parameters
@@ -328,13 +318,19 @@ def relation(source: Arrival, target: Quad, begin: Sequence[arb]) -> Relation:
         Of the section that they cross.
     begin : 3 arb
         Q, gamma1 and gamma2 of the target's points.
+    place : int
+        Of the target in the list.
+
+    Raises
+    ------
+    Undecided
     """
     with precision(SCALARS):
         room = arb(ALONE.numerator) / ALONE.denominator
         if not all(abs(a - b) <= room for a, b in zip(source.box, begin, strict=True)):
             raise Undecided("C6: the crossings are on another sheet of the section")
-        U, V = target.coordinates(source.d, source.g, BITS)
-        edges = [U.at(u=side).range for side in (-1, 1)]
+        U, V = coordinates(target, source.d, source.g)
+        edges = [U.at("u", side).range for side in (-1, 1)]
         if edges[0] < -1 and edges[1] > 1:
             orientation = 1
         elif edges[0] > 1 and edges[1] < -1:
@@ -343,8 +339,55 @@ def relation(source: Arrival, target: Quad, begin: Sequence[arb]) -> Relation:
             raise Undecided("C6: an edge does not lie beyond the end of the set")
         if not V.bound < 1:
             raise Undecided("C6: the image is not between the sides of the set")
-        least = min(float(abs(edge).lower()) for edge in edges)
-        return Relation(orientation, least, float(V.bound.upper()))
+        least = min(-_double(-abs(edge).lower()) for edge in edges)
+        return Relation(place, orientation, least, _double(V.bound))
+
+
+def prove(
+    numbers: Numbers, quads: Sequence[Quad], orbits: Sequence[Sequence[Piece]]
+) -> tuple[list[Arrival], list[list[Relation]]]:
+    """Check the full shift: two sets on each section, each covers both of the other section.
+
+    Parameters
+    ----------
+    numbers : Numbers
+    quads : 4 Quad
+    orbits : 4 sequences of Piece
+
+    Returns
+    -------
+    arrivals : 4 Arrival
+    relations : 4 pairs of Relation
+
+    Raises
+    ------
+    Undecided
+        The first that is not shown; the text names the set.
+    """
+    if sorted(quad.rising for quad in quads) != [False, False, True, True]:
+        raise Undecided("there are other sets than two on each section")
+    arrivals = []
+    for k, (quad, pieces) in enumerate(zip(quads, orbits, strict=True)):
+        with _of_set(k):
+            arrivals.append(arrival(numbers, quad, pieces))
+    symbols = {(quad.rising, found.right) for quad, found in zip(quads, arrivals, strict=True)}
+    if len(symbols) < len(quads):
+        raise Undecided("two sets of a section have the same symbol")
+    relations = []
+    for k, (quad, found) in enumerate(zip(quads, arrivals, strict=True)):
+        others = [j for j, other in enumerate(quads) if other.rising != quad.rising]
+        with _of_set(k):
+            relations.append([relation(found, quads[j], arrivals[j].begin, j) for j in others])
+    return arrivals, relations
+
+
+@contextmanager
+def _of_set(k: int) -> Iterator[None]:
+    """Name the set in what is undecided."""
+    try:
+        yield
+    except Undecided as doubt:
+        raise Undecided(f"set {k}: {doubt}") from None
 
 
 def _on_parts(state: Family) -> list[arb]:
@@ -356,6 +399,11 @@ def _on_parts(state: Family) -> list[arb]:
         beside = arb(values.change + 1) / 2 + values.doubt
         found.append((arb(first + last) / 2 + arb(0, beside)) / arb(2) ** VALUES)
     return found
+
+
+def _double(x: arb) -> float:
+    """A double above a ball."""
+    return math.nextafter(float(x.upper()), math.inf)
 
 
 def _apart(bound: arb, growth: LogarithmicNorm) -> list[arb]:

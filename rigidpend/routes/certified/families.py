@@ -13,15 +13,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from fractions import Fraction
 from functools import cached_property
-from typing import TypeAlias
 
-from flint import arb, fmpz_mpoly, fmpz_mpoly_ctx
+from flint import arb, fmpz, fmpz_mpoly, fmpz_mpoly_ctx
 
 from rigidpend.routes.certified.models import Model
+from rigidpend.routes.certified.pieces import Powers
 from rigidpend.routes.certified.precision import precision
-
-Powers: TypeAlias = tuple[int, int, int]
-"""Degree j of T_j(x), and powers of u and v."""
 
 _RING = fmpz_mpoly_ctx.get(("z", "u", "v"), "lex")
 _Z = _RING.gens()[0]
@@ -37,7 +34,9 @@ class Family:
     def of(cls, terms: Mapping[Powers, int], bits: int) -> Family:
         """The sum of terms w T_j(x) u^k v^l, without an error; those of T_0 count half."""
         n = max((j for j, _, _ in terms), default=0)
-        both = {(n + side * j, k, l): w for (j, k, l), w in terms.items() for side in (-1, 1)}
+        both: dict[tuple[int, ...], int | fmpz] = {
+            (n + side * j, k, l): w for (j, k, l), w in terms.items() for side in (-1, 1)
+        }
         return cls(_RING.from_dict(both), n, bits)
 
     @classmethod
@@ -45,7 +44,7 @@ class Family:
         """A constant that contains a ball of real numbers."""
         with precision(bits + 64):
             units = ball * arb(2) ** bits
-            middle = int(units.mid().floor().unique_fmpz())
+            middle = _whole(units.mid().floor())
             return cls(_RING.constant(2 * middle), 0, bits, _above(abs(units - middle)))
 
     @classmethod
@@ -84,12 +83,12 @@ class Family:
         found = Model.of_series(series, self.bits)
         return Model(found.doubled, found.degree, (beside + 1) // 2 + self.error, self.bits)
 
-    def at(self, **place: int) -> Family:
+    def at(self, name: str, side: int) -> Family:
         """The family on the side where z (which is x there), u or v is -1 or 1."""
-        found = self.doubled.subs(place)
-        if "z" not in place:
+        found = self.doubled.subs({name: side})
+        if name != "z":
             return Family(found, self.degree, self.bits, self.error)
-        return Family(found * place["z"] ** self.degree, 0, self.bits, self.error)
+        return Family(found * side**self.degree, 0, self.bits, self.error)
 
     def derivative(self) -> Family:
         """Derivative in x, of a family without error."""
@@ -135,4 +134,12 @@ class Family:
 
 def _above(x: arb) -> int:
     """A whole number above a ball."""
-    return int(x.upper().ceil().unique_fmpz())
+    return _whole(x.upper().ceil())
+
+
+def _whole(x: arb) -> int:
+    """A ball that is a whole number."""
+    found = x.unique_fmpz()
+    if found is None:
+        raise ArithmeticError("a bound is no number")
+    return int(found)

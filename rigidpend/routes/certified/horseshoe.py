@@ -13,7 +13,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev, polynomial
@@ -30,8 +30,7 @@ from rigidpend.orbits.return_map.expansions import chebyshev_analysis, nodes
 from rigidpend.orbits.return_map.poincare import state_of
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
-from rigidpend.routes.certified.coverings import CLOCK, Piece, Quad
-from rigidpend.routes.certified.families import Powers
+from rigidpend.routes.certified.pieces import CLOCK, Piece, Powers, Quad, made
 
 Array = NDArray[np.float64]
 
@@ -55,6 +54,8 @@ LENGTH = 2.0
 """Length of a step, t', about."""
 SPARE = 8
 """Bits beyond a unit from which on coefficients are rounding."""
+BITS = 60
+"""Bits of coefficients at the beginning."""
 GROWTH = 0.8
 """Bits by which the bound grows in a unit of t', about."""
 
@@ -65,8 +66,6 @@ class Setting(NamedTuple):
     body: Body
     h: Exact
     half_turns: int
-    bits: int
-    """Bits at the beginning."""
 
 
 class _Section(NamedTuple):
@@ -113,14 +112,14 @@ class _Section(NamedTuple):
 
 def quads(setting: Setting) -> list[Quad]:
     """The four sets: symbols 0 and 1 of upward crossings, then of downward ones."""
-    body, h, half_turns = setting[:3]
+    body, h, half_turns = setting
     level = return_map(body, h=h).at(float(h))
     sections = [
         _Section(level, True, 0.0),
         _Section(level, False, math.pi * (half_turns % 2)),
     ]
     zero, ends = np.zeros(1), np.array([-TILT, TILT])
-    # Distances in d: of the sets from the stable surface, and of their images from the unstable one.
+    # Distances in d: of sets from the stable surface, and of images from the unstable one.
     away, images, tilts = [], [], []
     for section, other in zip(sections, sections[::-1], strict=True):
         begin = section.reaching(zero, half_turns, 0.0, 1)
@@ -142,20 +141,15 @@ def quads(setting: Setting) -> list[Quad]:
             edges = [section.reaching(zero, half_turns, end * reach, side)[0] for end in (-1, 1)]
             line = polynomial.polyfit(g, section.surface(chi, mirrored=True) - d, 1)
             numbers = (abs(edges[1] - edges[0]) / 2, across, *line)
-            found.append(Quad(section.rising, _decimals(curve), *_decimals(numbers)))
+            found.append(made(section.rising, numbers, curve))
     return found
-
-
-def _decimals(values: Any) -> tuple[Fraction, ...]:
-    """The shortest decimals of doubles."""
-    return tuple(Fraction(repr(float(x))) for x in values)
 
 
 def pieces(setting: Setting, quad: Quad) -> list[Piece]:
     """Polynomials of the orbits of a set up to their next crossing."""
     a = NUMBERS
     c = coefficients(setting.body.angles(a.bits + GUARD_BITS), "1", a)
-    u, v = (np.repeat(nodes(IN_U, a), IN_V), _tiled(nodes(IN_V, a), IN_U))
+    u, v = _grid(nodes(IN_U, a), nodes(IN_V, a))
     orbits = _Orbits(c, _beginning(quad, (u, v), setting, c))
     times = orbits.crossing(_expected(quad, orbits.begin, setting))
     # Where M3 changes, at both ends, steps are half as long as between.
@@ -169,13 +163,15 @@ def pieces(setting: Setting, quad: Quad) -> list[Piece]:
     found = []
     for start, half in zip(starts, halves, strict=True):
         states = orbits.sampled(start, _values(half, u, v))
-        bits = setting.bits - math.floor(GROWTH * start)
+        bits = BITS - math.floor(GROWTH * start)
         found.append(Piece(bits, half, _fitted(states, bits)))
     return found
 
 
-def _tiled(x: PairArray, n: int) -> PairArray:
-    return (x[None, :] + NUMBERS.zeros((n, 1))).reshape(-1)
+def _grid(u: PairArray, v: PairArray) -> tuple[PairArray, PairArray]:
+    """All pairs of two rows of numbers, v running fastest."""
+    zeros = NUMBERS.zeros((len(u), len(v)))
+    return (u[:, None] + zeros).reshape(-1), (v[None, :] + zeros).reshape(-1)
 
 
 def _fitted(values: PairArray, bits: int) -> list[dict[Powers, int]]:
@@ -186,7 +182,8 @@ def _fitted(values: PairArray, bits: int) -> list[dict[Powers, int]]:
     # What is less would be noise, which the large coefficients of high T_k make much of.
     found = PairArray(np.where(np.abs(found.parts[:1]) < 2.0 ** -(bits + SPARE), 0.0, found.parts))
     # Chebyshev series in x, of which T_0 counts half in a family, and powers of u and v.
-    to_powers = [NUMBERS.array(np.diag([2.0] + [1.0] * (sizes[0] - 1))), *map(_powers_of, sizes[1:])]
+    doubled = np.diag([2.0] + [1.0] * (sizes[0] - 1))
+    to_powers = [NUMBERS.array(doubled), *map(_powers_of, sizes[1:])]
     high, low = _along_each(found, sizes, to_powers).parts * 2.0**bits
     whole = np.rint(high)
     units = whole.astype(np.int64) + np.rint(high - whole + low).astype(np.int64)
@@ -196,9 +193,7 @@ def _fitted(values: PairArray, bits: int) -> list[dict[Powers, int]]:
     ]
 
 
-def _along_each(
-    found: PairArray, sizes: tuple[int, ...], rules: Sequence[PairArray]
-) -> PairArray:
+def _along_each(found: PairArray, sizes: tuple[int, ...], rules: Sequence[PairArray]) -> PairArray:
     """Arrays (n, *sizes) multiplied by a matrix along each of three dimensions."""
     for size, rule in zip(sizes[::-1], rules[::-1], strict=True):
         # The last dimension is multiplied, and comes to the front of the three.

@@ -1,0 +1,49 @@
+"""Layout of a result of `full_shift`."""
+
+from __future__ import annotations
+
+from rigidpend.experiments.data.layout import FLAG, FLOAT, WHOLE, Field, Layout
+
+SETS = ("sets",)
+
+QUADS = {
+    "rising": Field(FLAG, SETS, "1", "whether it is on the section of upward crossings"),
+    "p": Field(FLOAT, ("sets", "curve"), "1", "p: its curve U = 0 is d = sum of p_k gamma3^k"),
+    "a": Field(FLOAT, SETS, "1", "half of its width in d: U = (d - p(gamma3))/a"),
+    "b": Field(FLOAT, SETS, "1", "V = (d - p(gamma3) - l0 - l1 gamma3)/b"),
+    "l0": Field(FLOAT, SETS, "1", "see b"),
+    "l1": Field(FLOAT, SETS, "1", "see b"),
+    "symbol": Field(WHOLE, SETS, "1", "symbol of the passage from it: 0 left, 1 right"),
+    "bound": Field(FLOAT, SETS, "1", "bound on the distance of the polynomials from the orbits"),
+    "late": Field(FLOAT, SETS, "t'", "bound on the distance of the crossings from their ends"),
+    "shortest": Field(FLOAT, SETS, "t'", "least time of a passage from it"),
+    "longest": Field(FLOAT, SETS, "t'", "largest time of a passage from it"),
+}
+RELATIONS = {
+    "target": Field(WHOLE, ("sets", 2), "1", "the sets that it covers, counted from 0"),
+    "orientation": Field(
+        WHOLE, ("sets", 2), "1", "1 or -1: end of the target beyond which u = 1 goes"
+    ),
+    "edge": Field(FLOAT, ("sets", 2), "1", "lower bound on |U| of the images of u = -1 and 1"),
+    "across": Field(FLOAT, ("sets", 2), "1", "upper bound on |V| of the whole image"),
+}
+PROOF = {
+    "of": Field(WHOLE, ("steps",), "1", "the set of which a step is, counted from 0"),
+    "bits": Field(WHOLE, ("steps",), "1", "its coefficients are in units of 2^-bits"),
+    "terms": Field(WHOLE, ("steps",), "1", "number of its terms"),
+    "powers": Field(WHOLE, ("terms", 3), "1", "j, k, l of T_j(x) u^k v^l"),
+    "coefficients": Field(
+        WHOLE,
+        ("terms", 7),
+        "1",
+        "of Qp, Qm, M3, gamma1, gamma2, gamma3, and of half of the length in time in 2^-50 t';"
+        " twice as large where j = 0",
+    ),
+}
+DRAWN = {
+    "chi": Field(FLOAT, ("sets", "outline"), "rad", "chi around the sets"),
+    "d": Field(FLOAT, ("sets", "outline"), "1", "d around the sets, less the stable surface's"),
+    "image_chi": Field(FLOAT, ("sets", "outline"), "rad", "chi around their images"),
+    "image_d": Field(FLOAT, ("sets", "outline"), "1", "d around them, less the stable surface's"),
+}
+LAYOUT: Layout = {"sets": QUADS, "relations": RELATIONS, "proof": PROOF, "drawn": DRAWN}
