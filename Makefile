@@ -9,10 +9,12 @@ JOBS ?=
 RUN := $(BIN)/rigidpend
 PYTEST := $(BIN)/python -m pytest -n $(or $(JOBS),auto) --dist loadfile
 
-.PHONY: help figures check test test-fast test-plain test-wheel test-lowest attacks coverage audit docs mutants verify reference bench stress tables gallery clean distclean
+.PHONY: help setup figures check test test-fast test-plain test-wheel test-lowest attacks coverage audit docs mutants verify reference bench stress tables gallery clean distclean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
+
+setup: $(VENV)/.installed ## make .venv and install the package into it; other targets do so by themselves
 
 figures: $(VENV)/.installed ## set up, run every config, draw every figure and a report into results/
 	$(RUN) run all --out $(RESULTS) $(if $(JOBS),-j $(JOBS))
@@ -77,11 +79,20 @@ audit: ## look up known vulnerabilities of the versions in constraints.txt, wher
 	  || echo "pip-audit cannot be installed here" >&2
 	@$(or $(wildcard build/audit/bin/python),$(PYTHON)) scripts/audit.py
 
-docs: $(VENV)/.installed-docs ## build the documentation into build/docs/; needs no network
+docs: $(VENV)/.installed-docs build/mathjax/tex-svg.js ## build the documentation into build/docs/, which fetches nothing when read
 	rm -rf build/docs
 	$(BIN)/python -m sphinx -b html -d build/doctrees -W --keep-going -q docs build/docs
 	@! grep -rlE '<(script|link|img)[^>]*(src|href)="(https?:)?//' --include='*.html' build/docs \
 	  || { echo "the pages above would fetch something from elsewhere" >&2; exit 1; }
+	$(BIN)/python -m scripts.look build/docs
+
+# Sets the formulas, in the reader's browser and from beside the pages.
+MATHJAX := 3.2.2
+build/mathjax/tex-svg.js:
+	@command -v npm >/dev/null || { echo "the formulas need npm: install Node.js (Debian: npm)" >&2; exit 1; }
+	mkdir -p build/npm build/mathjax
+	npm install --silent --no-save --prefix build/npm mathjax@$(MATHJAX)
+	cp build/npm/node_modules/mathjax/es5/tex-svg.js $@
 
 mutants: $(VENV)/.installed-test ## change the code in places drawn by lot: do tests fail? an hour or two; COUNT= SEED=; goes on where it was
 	$(BIN)/python -m scripts.mutants --keep build/mutants/$(or $(SEED),1).txt $(if $(COUNT),--count $(COUNT)) $(if $(SEED),--seed $(SEED)) $(if $(JOBS),--processes $(JOBS))
