@@ -228,11 +228,12 @@ def _tube(
     length = 2 * half.bound / PARTS
     assumed = ROOM * (begin + 2 * leap)
     for _ in range(TRIES):
+        assumed = assumed.min(arb(WIDEST))
         wide = assumed / (2 * growth.upright)
         total = sum((growth.rate(m + wide, assumed) for m in M3), arb(0)) * length
         grown = _up(total.exp() * (begin + 2 * leap))
         # Balls compare as true only where that is certain.
-        if grown < assumed < WIDEST:
+        if grown < assumed:
             return grown
         assumed = 2 * grown
     raise Undecided(f"C3: no tube below {WIDEST} is shown to hold the orbits")

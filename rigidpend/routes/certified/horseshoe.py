@@ -46,17 +46,17 @@ ITERATIONS = 60
 """Iterations of Newton's method at most."""
 TILT = 0.01
 """Distance in chi at which the angle of the surfaces is taken, radians."""
-OVERSHOOT, WIDTH = 1.3, 1.5
+OVERSHOOT, WIDTH = 1.4, 1.7
 """Reach of images beyond the sets that they cover, and width of a set over that of images in it."""
 IN_TIME, IN_U, IN_V = 40, 5, 11
 """Nodes in time and in both parameters."""
-LENGTH = 2.0
+LENGTH = 2.4
 """Length of a step, t', about."""
 SPARE = 8
 """Bits beyond a unit from which on coefficients are rounding."""
 BITS = 60
 """Bits of coefficients at the beginning."""
-GROWTH = 0.8
+GROWTH = 0.9
 """Bits by which the bound grows in a unit of t', about."""
 
 
@@ -106,7 +106,10 @@ class _Section(NamedTuple):
             # chi' falls by 1/Lambda with the logarithm of the distance.
             grown = grown * np.exp(np.clip(rate * off, -2.0, 2.0))
         if not (passed.inside.all() and np.abs(off).max() < 1e-6):
-            raise ArithmeticError("the return map does not tell where such passages begin")
+            said = (
+                f"no passages of {half_turns} half rotations begin beside the heteroclinic orbits"
+            )
+            raise ArithmeticError(f"{said}, as far as the return map tells")
         return surface + side * grown
 
 
