@@ -367,7 +367,15 @@ def arrival(p: Problem, quad: Quad, steps: Sequence[Step]) -> Arrival:
         told += signs(p, step, bound, side)
     if [x for k, x in enumerate(told) if not k or told[k - 1] != x] != [1, 0, -1]:
         raise Fails("C4: M3 is not shown to leave zero at once and to return at the end")
-    end, apart = [state.at(0, 1) for state in steps[-1].states], p.apart(bound)
+    end = [state.at(0, 1) for state in steps[-1].states]
+    return crossing(p, end, bound, side, begin)
+
+
+def crossing(
+    p: Problem, end: list[Series], bound: Fraction, side: int, begin: list[Interval]
+) -> Arrival:
+    """C5: where the orbits cross beside the end of the last step."""
+    apart = p.apart(bound)
     M3 = end[2].most + apart[2]
     late = M3 + apart[2]
     for _ in range(4):
