@@ -48,6 +48,8 @@ TILT = 0.01
 """Distance in chi at which the angle of the surfaces is taken, radians."""
 OVERSHOOT, WIDTH = 1.4, 1.7
 """Reach of images beyond the sets that they cover, and width of a set over that of images in it."""
+WIDEST = 0.8
+"""Largest |gamma3| in a set."""
 IN_TIME, IN_U, IN_V = 40, 5, 11
 """Nodes in time and in both parameters."""
 LENGTH = 2.4
@@ -232,6 +234,8 @@ def _beginning(
     """States (6, n) of points of a set."""
     a, (u, v) = NUMBERS, places
     g = (a.number(quad.a) * u - a.number(quad.b) * v - a.number(quad.l0)) / a.number(quad.l1)
+    if a.largest(g) > WIDEST:
+        raise ArithmeticError("the sets are too wide; with more half rotations they are smaller")
     curve = a.zeros(g.shape)
     for x in quad.p[::-1]:
         curve = curve * g + a.number(x)

@@ -29,6 +29,7 @@ from tests.attacks import lot
 from tests.experiments.trees import reference
 
 GIVEN: Any = {"A": ("2", "1", "3/2"), "r": ("1", "1", "0"), "mu": "1/1000", "h": "1.3342"}
+CONFIG = Path(__file__).parents[3] / "configs" / "full_shift.yaml"
 BODY = Body(A=GIVEN["A"], r=GIVEN["r"], mu=GIVEN["mu"])
 BARELY = 0.02
 ALONE, WIDEST = 2.0**-5, 2.0**-12
@@ -361,10 +362,10 @@ def test_the_stored_proof_holds_in_both_checkers(data: Any, tmp_path: Path) -> N
         found = [[getattr(one, name) for one in pair] for pair in relations]
         np.testing.assert_allclose(found, data["relations"][name], rtol=1e-6)
     file = str(REFERENCE / "full_shift.h5")
-    assert script.main([file, "--config", "configs/full_shift.yaml"]) == 0
+    assert script.main([file, "--config", str(CONFIG)]) == 0
     other = tmp_path / "other.yaml"
     other.write_text(
-        Path("configs/full_shift.yaml").read_text(encoding="utf-8").replace("1.3342", "1.3343"),
+        CONFIG.read_text(encoding="utf-8").replace("1.3342", "1.3343"),
         encoding="utf-8",
     )
     assert script.main([file, "--config", str(other)]) == 1
