@@ -4,7 +4,8 @@
 
 It follows docs/full-shift.md from the definitions to C6, in Python's integers and fractions, with
 the intervals of scripts/check_certificate.py. Polynomials are dictionaries, multiplied term by
-term. It ends with 0 only if all eight covering relations are proven of the config's body.
+term. It ends with 0 only if all eight covering relations, and those of the line of starts, are
+proven of the config's body.
 """
 
 from __future__ import annotations
@@ -35,8 +36,8 @@ CLOCK = 50
 """Binary digits behind the point of a half-length of a step."""
 PARTS = 32
 """Parts of a step on which signs and rates are told."""
-ALONE, WIDEST = Fraction(1, 32), Fraction(1, 4096)
-"""Distance within which a point of the section is alone, and radius of a tube, at most."""
+ALONE, THIN, WIDEST = Fraction(1, 32), Fraction(1, 2**20), Fraction(1, 4096)
+"""Distances within which a point of the section and one of a line is alone; radius of a tube."""
 MOST = {"steps": 4000, "terms": 10**6, "degree": 100, "bits": 62, "curve": 20}
 """Sizes of a proof at most."""
 
@@ -239,6 +240,16 @@ class Quad(NamedTuple):
         return off * (1 / self.a), (off - self.l0 - g * self.l1) * (1 / self.b)
 
 
+class Line(NamedTuple):
+    """Starts with Qm = 0 < Qp, of one J1, where e1 gamma1 + e2 gamma2 = centre + half u."""
+
+    J1: Any
+    e1: Fraction
+    e2: Fraction
+    centre: Fraction
+    half: Fraction
+
+
 class Step(NamedTuple):
     half: Series
     states: list[Series]
@@ -275,7 +286,6 @@ def beginning(p: Problem, quad: Quad, step: Step) -> tuple[list[Interval], Fract
         + g2 * p.mu[1]
         - p.h,
     ]
-    # Newton's iteration with a fixed matrix contracts within the box, whose derivatives are J.
     q, y1, y2, away = Q.ball(ALONE), g1.ball(ALONE), g2.ball(ALONE), d.ball()
     n1, n2 = momenta(q, away)
     by = m1, m2 * side
@@ -284,33 +294,73 @@ def beginning(p: Problem, quad: Quad, step: Step) -> tuple[list[Interval], Fract
         [Interval.of(0), 2 * y1, 2 * y2],
         [kappa * (n1 * by[0] + n2 * by[1]) - away / 2, *p.mu],
     ]
-    C = inverse([[Fraction(x.low + x.high, 2 << Interval.digits) for x in row] for row in J])
-    share, moved = Fraction(0), Fraction(0)
-    for i in range(3):
-        row = [sum((C[i][k] * J[k][j] for k in range(3)), Interval.of(0)) for j in range(3)]
-        share = max(share, sum((size(x - (i == j)) for j, x in enumerate(row)), Fraction(0)))
-        moved = max(moved, sum((abs(C[i][k]) * residual[k].most for k in range(3)), Fraction(0)))
-    if share >= 1 or moved > (1 - share) * ALONE:
-        raise Fails("C1: no points of the section are shown to be where the orbits begin")
-    near = moved / (1 - share)
+    near = solution(residual, J, ALONE)
     apart = [near, near, y[2].most, near, near, (y[5] - g).most]
     apart[1 - large] = (y[1 - large] - d).most
     return [Q.ball(), g1.ball(), g2.ball()], p.norm(*apart)
 
 
-def inverse(J: list[list[Fraction]]) -> list[list[Fraction]]:
-    """The inverse of a 3 x 3 matrix by its minors, rounded: any matrix near it will do."""
-
-    def minor(i: int, j: int) -> Fraction:
-        (a, b), (c, d) = ([J[(i + m) % 3][(j + n) % 3] for n in (1, 2)] for m in (1, 2))
-        return a * d - b * c
-
-    total = sum(J[0][j] * minor(0, j) for j in range(3))
-    if not total:
-        raise Fails("C1: the section is not shown to be a surface")
-    return [
-        [Fraction(round(minor(j, i) / total * 2**60), 2**60) for j in range(3)] for i in range(3)
+def line_beginning(p: Problem, line: Line, step: Step) -> Fraction:
+    """C1 of a line of starts: the polynomials' distance from them."""
+    Qp, Qm, M3, g1, g2, g3 = (state.at(0, -1) for state in step.states)
+    (m1, m2), kappa, J1 = p.to_M, p.omega[2], Interval.of(line.J1)
+    square, zero = m1 * m1 + m2 * m2, Interval.of(0)
+    u = Series({(0, 1, 0): 1}, 0)
+    across = Qp * Qp * square
+    residual = [
+        Qp * (g1 * m1 + g2 * m2) + M3 * g3,
+        g1 * g1 + g2 * g2 + g3 * g3 - 1,
+        (across + M3 * M3) * (kappa / 2) + g1 * p.mu[0] + g2 * p.mu[1] - p.h,
+        # |M| = 2 J1 - M3.
+        across + (M3 - J1) * (4 * J1),
+        g1 * line.e1 + g2 * line.e2 - line.centre - u * line.half,
     ]
+    q, m, y1, y2, y3 = (x.ball(THIN) for x in (Qp, M3, g1, g2, g3))
+    e1, e2 = Interval.of(line.e1), Interval.of(line.e2)
+    J = [
+        [m1 * y1 + m2 * y2, y3, q * m1, q * m2, m],
+        [zero, zero, 2 * y1, 2 * y2, 2 * y3],
+        [kappa * q * square, kappa * m, *p.mu, zero],
+        [2 * q * square, 4 * J1, zero, zero, zero],
+        [zero, zero, e1, e2, zero],
+    ]
+    near = solution(residual, J, THIN)
+    if q.low <= 0 or m.high >= 0:
+        raise Fails("C1: Qp > 0 > M3 is not shown at the starts")
+    return p.norm(near, Qm.most, near, near, near, near)
+
+
+def solution(residual: list[Series], J: list[list[Interval]], room: Fraction) -> Fraction:
+    """C1: how near a solution is, the only one within `room`, where J holds the derivatives.
+
+    Newton's iteration with a fixed matrix contracts the box of that size into itself.
+    """
+    n = range(len(residual))
+    C = inverse([[Fraction(x.low + x.high, 2 << Interval.digits) for x in row] for row in J])
+    share, moved = Fraction(0), Fraction(0)
+    for i in n:
+        row = [sum((C[i][k] * J[k][j] for k in n), Interval.of(0)) for j in n]
+        share = max(share, sum((size(x - (i == j)) for j, x in enumerate(row)), Fraction(0)))
+        moved = max(moved, sum((abs(C[i][k]) * residual[k].most for k in n), Fraction(0)))
+    if share >= 1 or moved > (1 - share) * room:
+        raise Fails("C1: no points are shown to be where the orbits begin")
+    return moved / (1 - share)
+
+
+def inverse(J: list[list[Fraction]]) -> list[list[Fraction]]:
+    """The inverse of a matrix by elimination, rounded: any matrix near it will do."""
+    n = len(J)
+    rows = [[*row, *(Fraction(i == j) for j in range(n))] for i, row in enumerate(J)]
+    for k in range(n):
+        best = max(range(k, n), key=lambda i: abs(rows[i][k]))
+        if not rows[best][k]:
+            raise Fails("C1: the derivatives have no inverse where the orbits begin")
+        rows[k], rows[best] = rows[best], rows[k]
+        rows[k] = [x / rows[k][k] for x in rows[k]]
+        for i in range(n):
+            if i != k:
+                rows[i] = [x - rows[i][k] * y for x, y in zip(rows[i], rows[k], strict=True)]
+    return [[Fraction(round(x * 2**60), 2**60) for x in row[n:]] for row in rows]
 
 
 def tube(p: Problem, step: Step, begin: Fraction) -> Fraction:
@@ -349,10 +399,14 @@ def around_all(x: Interval, radius: Fraction) -> Interval:
     return Interval(x.low - away, x.high + away)
 
 
-def arrival(p: Problem, quad: Quad, steps: Sequence[Step]) -> Arrival:
-    """C1 to C5 of the orbits of a set."""
-    side = 1 if quad.rising else -1
-    begin, bound = beginning(p, quad, steps[0])
+def arrival(p: Problem, start: Quad | Line, steps: Sequence[Step]) -> Arrival:
+    """C1 to C5 of the orbits of a set or of a line of starts."""
+    begin: list[Interval] = []
+    if isinstance(start, Line):
+        side, order, bound = -1, [0, -1], line_beginning(p, start, steps[0])
+    else:
+        side, order = 1 if start.rising else -1, [1, 0, -1]
+        begin, bound = beginning(p, start, steps[0])
     told: list[int] = []
     for k, step in enumerate(steps):
         if k:
@@ -365,7 +419,7 @@ def arrival(p: Problem, quad: Quad, steps: Sequence[Step]) -> Arrival:
         parts = [(y.slope() - step.half * f).most for y, f in zip(step.states, rates, strict=True)]
         bound = tube(p, step, bound + 2 * p.norm(*parts))
         told += signs(p, step, bound, side)
-    if [x for k, x in enumerate(told) if not k or told[k - 1] != x] != [1, 0, -1]:
+    if [x for k, x in enumerate(told) if not k or told[k - 1] != x] != order:
         raise Fails("C4: M3 is not shown to leave zero at once and to return at the end")
     end = [state.at(0, 1) for state in steps[-1].states]
     return crossing(p, end, bound, side, begin)
@@ -420,23 +474,33 @@ def check_relation(source: Arrival, quad: Quad, begin: Sequence[Interval]) -> No
         raise Fails("C6: the image is not between the sides of the set")
 
 
-def prove(problem: dict[str, Any], quads: Sequence[Quad], orbits: Sequence[list[Step]]) -> None:
-    """All that a full shift needs; raises Fails with what is not shown."""
+def prove(
+    problem: dict[str, Any], quads: Sequence[Quad], line: Line, orbits: Sequence[list[Step]]
+) -> None:
+    """All that a full shift and its line of starts need; raises Fails with what is not shown."""
     if sorted(quad.rising for quad in quads) != [False, False, True, True]:
         raise Fails("there are other sets than two on each section")
-    if not all(quad.a and quad.b and quad.l1 for quad in quads) or not all(orbits):
+    if (
+        not all(quad.a and quad.b and quad.l1 for quad in quads)
+        or not all(orbits)
+        or len(orbits) != 5
+    ):
         raise Fails("a set has no extent, or no steps")
     p = problem_of(problem)
-    found = [_named(k, arrival, p, *of) for k, of in enumerate(zip(quads, orbits, strict=True))]
+    found = [_named(k, arrival, p, *of) for k, of in enumerate(zip(quads, orbits, strict=False))]
     if len({(q.rising, x.symbol) for q, x in zip(quads, found, strict=True)}) < len(quads):
         raise Fails("two sets of a section have the same symbol")
     for k, source in enumerate(found):
         for quad, other in zip(quads, found, strict=True):
             if quad.rising != quads[k].rising:
                 _named(k, check_relation, source, quad, other.begin)
+    start = _named("line", arrival, p, line, orbits[4])
+    for quad, other in zip(quads, found, strict=True):
+        if quad.rising:
+            _named("line", check_relation, start, quad, other.begin)
 
 
-def _named(k: int, check: Callable[..., Any], *arguments: Any) -> Any:
+def _named(k: int | str, check: Callable[..., Any], *arguments: Any) -> Any:
     try:
         return check(*arguments)
     except Fails as doubt:
@@ -445,9 +509,12 @@ def _named(k: int, check: Callable[..., Any], *arguments: Any) -> Any:
 
 # ---- The file.
 
+LINE = ("e1", "e2", "centre", "half")
+"""Numbers of a line of starts."""
 
-def read(path: Path) -> tuple[dict[str, Any], list[Quad], list[list[Step]]]:
-    """The config of a result, its sets and their steps."""
+
+def read(path: Path) -> tuple[dict[str, Any], list[Quad], list[Fraction], list[list[Step]]]:
+    """The config of a result, its sets, the numbers of its line, and the steps of all."""
     import h5py
 
     try:
@@ -456,6 +523,7 @@ def read(path: Path) -> tuple[dict[str, Any], list[Quad], list[list[Step]]]:
             sets = {
                 k: _array(file, f"data/sets/{k}") for k in ("rising", "a", "b", "l0", "l1", "p")
             }
+            along = {k: _array(file, f"data/line/{k}") for k in LINE}
             proof = {
                 k: _array(file, f"data/proof/{k}")
                 for k in ("of", "bits", "terms", "powers", "coefficients")
@@ -467,7 +535,8 @@ def read(path: Path) -> tuple[dict[str, Any], list[Quad], list[list[Step]]]:
                 for x in (*(sets[x][k] for x in ("a", "b", "l0", "l1")), *sets["p"][k])
             )
             quads.append(Quad(bool(sets["rising"][k]), a, b, l0, l1, p))
-        return config, quads, list(_steps(proof))
+        line = [Fraction(float(along[name])) for name in LINE]
+        return config, quads, line, list(_steps(proof))
     except (OSError, KeyError, ValueError, TypeError, AttributeError, IndexError, OverflowError,
             RuntimeError) as error:  # fmt: skip
         raise Refused(f"it cannot be read: {str(error)[:200]}") from None
@@ -489,11 +558,11 @@ def _steps(proof: dict[str, Any]) -> Iterable[list[Step]]:
         raise Refused("steps are not as many as they say")
     if sum(counts) != len(powers) or len(powers) != len(values):
         raise Refused("terms are not as many as they say")
-    if not all(1 <= x <= MOST["bits"] for x in bits) or not set(of) <= {0, 1, 2, 3}:
+    if not all(1 <= x <= MOST["bits"] for x in bits) or not set(of) <= {0, 1, 2, 3, 4}:
         raise Refused("a step has too many bits, or is of no set")
     if any(len(at) != 3 or not all(0 <= n <= MOST["degree"] for n in at) for at in powers):
         raise Refused("a term is of no degree, or of one too high")
-    orbits: list[list[Step]] = [[], [], [], []]
+    orbits: list[list[Step]] = [[], [], [], [], []]
     first = 0
     for k, count, fine in zip(of, counts, bits, strict=True):
         here = range(first, first + count)
@@ -519,7 +588,7 @@ def _steps(proof: dict[str, Any]) -> Iterable[list[Step]]:
 def check(path: Path, given: Path | None = None) -> None:
     """Check a result; raises Refused or Fails."""
     Interval.digits = DIGITS
-    config, quads, orbits = read(path)
+    config, quads, line, orbits = read(path)
     if given:
         import yaml
 
@@ -529,9 +598,10 @@ def check(path: Path, given: Path | None = None) -> None:
         Interval.digits = DIGITS
     try:
         problem = {key: config["problem"][key] for key in ("A", "r", "mu", "h")}
+        J1 = number(config["problem"]["J1_0"])
     except (KeyError, TypeError) as error:
         raise Refused(f"its config lacks something: {error!r}") from None
-    prove(problem, quads, orbits)
+    prove(problem, quads, Line(J1, *line), orbits)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -545,7 +615,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (Refused, Fails, OSError) as error:
         print(f"{given.file}: not proven: {error}", file=sys.stderr)
         return 1
-    print("proven: eight covering relations, so every sequence of 0 and 1 is a code")
+    print("proven: eight covering relations and a line of starts: every sequence is a code")
     return 0
 
 

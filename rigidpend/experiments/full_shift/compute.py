@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,24 +14,26 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import compare
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Data, Tree
-from rigidpend.experiments.full_shift.layout import DRAWN, PROOF, QUADS, RELATIONS
+from rigidpend.experiments.full_shift.layout import DRAWN, LINE, PROOF, QUADS, RELATIONS
 
 if TYPE_CHECKING:
     from rigidpend.experiments.full_shift.schema import Config
-    from rigidpend.routes.certified.coverings import Arrival, Relation
+    from rigidpend.mechanics.body import Body
+    from rigidpend.numbers.exact import Exact
+    from rigidpend.routes.certified.coverings import Reached, Relation
     from rigidpend.routes.certified.families import Family
     from rigidpend.routes.certified.pieces import Quad
 
 Array = NDArray[np.float64]
 
-SIDE = 40
+SIDE = 24
 """Points on a side of an outline."""
 SECONDS = 6.0
 """Seconds that a proof takes."""
 SHARE = 1e-6
 """Allowed difference of sets, of the largest: the map errs by 1e-16 in d."""
 MARGIN = 0.05
-"""That of bounds, and of margins that they leave: what is rounded in polynomials hangs on chance."""
+"""That of bounds, and of margins that they leave, which hang on roundings in polynomials."""
 BOUNDS = ("bound", "late", "across")
 UNDECIDED = "undecided, nothing is proven"
 
@@ -44,37 +47,51 @@ def compute(config: Config, means: Means) -> Tree:
     from rigidpend.routes.certified.checker import Undecided
 
     problem = config.problem
-    setting = horseshoe.Setting(problem.body, problem.h, problem.half_turns)
+    setting = horseshoe.ShiftProblem(problem.body, problem.h, problem.half_turns)
     try:
         sets = horseshoe.quads(setting)
         means.report("four sets are found, and their orbits follow")
         orbits = [horseshoe.pieces(setting, quad) for quad in sets]
+        starts, theta2 = horseshoe.line(setting, _fraction(config), sets)
+        orbits.append(horseshoe.line_pieces(setting, starts, theta2))
         quads, proof = pieces.packed_quads(sets), pieces.packed(orbits)
-        found, relations = checked(config, quads, proof)
+        line = {name: float(getattr(starts, name)) for name in ("e1", "e2", "centre", "half")}
+        proven = checked(config, quads, line, proof)
     except (MapError, ArithmeticError, Undecided) as doubt:
         raise ArithmeticError(f"{UNDECIDED}: {doubt}") from None
-    means.report("every code occurs: 8 of 8 covering relations are proven")
+    means.report("every code occurs: 8 of 8 covering relations are proven, and those of a line")
     rows = [
-        {name: [getattr(one, name) for one in pair] for name in RELATIONS} for pair in relations
+        {name: [getattr(one, name) for one in pair] for name in RELATIONS}
+        for pair in proven.relations
     ]
     return {
-        "sets": datasets(QUADS, quads | _of_sets(found)),
+        "sets": datasets(QUADS, quads | _of_sets(proven.arrivals)),
         "relations": datasets(
             RELATIONS, {name: np.array([row[name] for row in rows]) for name in RELATIONS}
         ),
+        "line": datasets(LINE, line | _of_line(proven, theta2)),
         "proof": datasets(PROOF, proof),
-        "drawn": datasets(DRAWN, _drawn(sets, found)),
+        "drawn": datasets(DRAWN, _drawn(sets, proven)),
     }
 
 
-def checked(config: Config, quads: Data, proof: Data) -> tuple[list[Arrival], list[list[Relation]]]:
+class Proven(NamedTuple):
+    """What the proof of a result proves."""
+
+    arrivals: list[Reached]
+    relations: list[list[Relation]]
+    start: Reached
+    crossed: list[Relation]
+
+
+def checked(config: Config, quads: Data, line: Data, proof: Data) -> Proven:
     """Check the proof of a result without integration: what it proves.
 
     Parameters
     ----------
     config : Config
-    quads, proof : Data
-        The groups `sets` and `proof` of a result.
+    quads, line, proof : Data
+        The groups `sets`, `line` and `proof` of a result.
 
     Raises
     ------
@@ -83,14 +100,36 @@ def checked(config: Config, quads: Data, proof: Data) -> tuple[list[Arrival], li
     """
     from rigidpend.routes.certified import coverings, pieces
 
-    sets = pieces.unpacked_quads(quads)
-    orbits = pieces.unpacked(proof, len(sets))
-    return coverings.prove(
-        coverings.Numbers.of(config.problem.body, config.problem.h), sets, orbits
+    sets, numbers = pieces.unpacked_quads(quads), coverings.Numbers.of(*_level(config))
+    orbits = pieces.unpacked(proof, len(sets) + 1)
+    starts = pieces.unpacked_line(_fraction(config), line)
+    arrivals, relations = coverings.prove(numbers, sets, orbits[:-1])
+    return Proven(
+        arrivals, relations, *coverings.prove_line(numbers, starts, orbits[-1], sets, arrivals)
     )
 
 
-def _of_sets(found: Sequence[Arrival]) -> dict[str, Any]:
+def _level(config: Config) -> tuple[Body, Exact]:
+    return config.problem.body, config.problem.h
+
+
+def _fraction(config: Config) -> Fraction:
+    """J1_0, which the schema holds to be rational."""
+    found = config.problem.J1_0.fraction
+    assert found is not None
+    return found
+
+
+def _of_line(proven: Proven, theta2: tuple[float, float]) -> dict[str, Any]:
+    names = ("target", "edge", "across")
+    return {
+        "theta2": np.array(theta2),
+        "bound": proven.start.bound,
+        **{name: np.array([getattr(one, name) for one in proven.crossed]) for name in names},
+    }
+
+
+def _of_sets(found: Sequence[Reached]) -> dict[str, Any]:
     return {
         "symbol": np.array([int(each.right) for each in found]),
         "bound": np.array([each.bound for each in found]),
@@ -100,26 +139,34 @@ def _of_sets(found: Sequence[Arrival]) -> dict[str, Any]:
     }
 
 
-def _drawn(sets: Sequence[Quad], found: Sequence[Arrival]) -> dict[str, Array]:
+def _drawn(sets: Sequence[Quad], proven: Proven) -> dict[str, Array]:
     """Outlines of the sets and of their images, as the polynomials have them."""
     from rigidpend.routes.certified.coverings import place
 
     side, one = np.linspace(-1, 1, SIDE), np.ones(SIDE)
-    u = np.concatenate((side, one, -side, -one))
-    v = np.concatenate((-one, side, one, -side))
-    rows: dict[str, list[Array]] = {name: [] for name in DRAWN}
-    for quad, arrival in zip(sets, found, strict=True):
+    u, v = np.concatenate((side, one, -side, -one)), np.concatenate((-one, side, one, -side))
+    rows: dict[str, list[Array]] = {name: [] for name in ("chi", "d", "image_chi", "image_d")}
+    for quad, found in zip(sets, proven.arrivals, strict=True):
         for rising, prefix, where in (
             (quad.rising, "", place(quad)),
-            (not quad.rising, "image_", (arrival.d, arrival.g)),
+            (not quad.rising, "image_", (found.d, found.g)),
         ):
-            d, g = (_values(each, u, v) for each in where)
-            # The sets of a section lie on either side of its stable surface, equally far.
-            curves = [np.array(q.p, dtype=float) for q in sets if q.rising == rising]
-            surface = np.polynomial.polynomial.polyval(g, np.mean(curves, axis=0))
-            rows[f"{prefix}chi"].append(-np.arcsin(g))
-            rows[f"{prefix}d"].append(d - surface)
-    return {name: np.array(each) for name, each in rows.items()}
+            chi, d = _in_chart(sets, rising, where, u, v)
+            rows[f"{prefix}chi"].append(chi)
+            rows[f"{prefix}d"].append(d)
+    line_chi, line_d = _in_chart(sets, True, (proven.start.d, proven.start.g), side, 0 * side)
+    outlines = {name: np.array(each) for name, each in rows.items()}
+    return {**outlines, "line_chi": line_chi, "line_d": line_d}
+
+
+def _in_chart(
+    sets: Sequence[Quad], rising: bool, where: tuple[Family, Family], u: Array, v: Array
+) -> tuple[Array, Array]:
+    """chi, and d less that of the stable surface, of points of a section."""
+    d, g = (_values(each, u, v) for each in where)
+    # The sets of a section lie on either side of its stable surface, equally far.
+    curves = [np.array(quad.p, dtype=float) for quad in sets if quad.rising == rising]
+    return -np.arcsin(g), d - np.polynomial.polynomial.polyval(g, np.mean(curves, axis=0))
 
 
 def _values(family: Family, u: Array, v: Array) -> Array:
@@ -140,6 +187,7 @@ def describe(config: Config) -> list[Row]:
         *body_rows(problem.body),
         Row("h", str(problem.h), "energy of the orbits"),
         Row("half_turns", str(problem.half_turns), "half rotations of every passage"),
+        Row("J1_0", str(problem.J1_0), "initial action of a line of starts"),
         Row("relations", "8", "to be proven: each of four sets covers two"),
     ]
 
@@ -151,7 +199,7 @@ def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
     their last digits differ from one processor to another.
     """
     found = compare.keys(stored, fresh)
-    for group in (name for name in ("sets", "relations", "drawn") if name in fresh):
+    for group in (name for name in ("sets", "relations", "line", "drawn") if name in fresh):
         for name in stored[group]:
             old, new = stored[group][name], fresh[group].get(name)
             if new is not None and name != "edge":
@@ -159,7 +207,8 @@ def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
                 allowed = share * float(np.abs(old).max())
                 found += compare.arrays(f"{group}/{name}", old, new, allowed)
         found += compare.keys(stored[group], fresh[group], group)
-    found += compare.beyond("relations/across", fresh["relations"]["across"], 1.0)
-    # What an edge is in the far narrower target hangs on the last digits: only that it is beyond.
-    found += compare.beyond("relations/edge, its inverse", 1 / fresh["relations"]["edge"], 1.0)
+    for group in ("relations", "line"):
+        found += compare.beyond(f"{group}/across", fresh[group]["across"], 1.0)
+        # How far an edge goes in far narrower targets hangs on last digits: only that it is beyond.
+        found += compare.beyond(f"{group}/edge, its inverse", 1 / fresh[group]["edge"], 1.0)
     return found

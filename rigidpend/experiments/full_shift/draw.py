@@ -15,10 +15,10 @@ from rigidpend.experiments.plots.panels import entry, title
 
 Array: TypeAlias = NDArray[Any]
 
-HEIGHT = 5.6
+HEIGHT = 5.9
 """Height of the figure, inches."""
 COLOUR = (BLUE, RED)
-"""Of symbols 0 and 1."""
+"""Colours of symbols 0 and 1."""
 ROOM = 1.25
 """Widths of a magnified panel, in those of the larger of the two strips in it."""
 
@@ -33,6 +33,8 @@ def draw(result: Loaded) -> Figure:
         words = "upward" if rising else "downward"
         title(whole, "ab"[column], f"{words} crossings")
         _draw(whole, data, rising)
+        if rising:
+            whole.plot(data["drawn"]["line_chi"], data["drawn"]["line_d"], color="0.2", lw=0.8)
         target = int(np.flatnonzero(data["sets"]["rising"] == rising)[-1])
         source = int(np.flatnonzero(data["sets"]["rising"] != rising)[0])
         x, y = _crossing(data["drawn"], source, target)
@@ -48,8 +50,9 @@ def draw(result: Loaded) -> Figure:
                 entry(f"image of that of symbol {k}", color=COLOUR[k], lw=4, alpha=0.3)
                 for k in (0, 1)
             ),
+            entry("first crossings of starts on a line", color="0.2", lw=0.8),
         ],
-        loc="outside lower center", ncols=4, fontsize=7,
+        loc="outside lower center", ncols=3, fontsize=7,
     )  # fmt: skip
     return figure
 

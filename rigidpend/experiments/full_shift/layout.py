@@ -27,8 +27,19 @@ RELATIONS = {
     "edge": Field(FLOAT, ("sets", 2), "1", "lower bound on |U| of the images of u = -1 and 1"),
     "across": Field(FLOAT, ("sets", 2), "1", "upper bound on |V| of the whole image"),
 }
+LINE = {
+    "e1": Field(FLOAT, (), "1", "e1 gamma1 + e2 gamma2 = centre + half u, u from -1 to 1"),
+    "e2": Field(FLOAT, (), "1", "see e1"),
+    "centre": Field(FLOAT, (), "1", "see e1"),
+    "half": Field(FLOAT, (), "1", "see e1"),
+    "theta2": Field(FLOAT, (2,), "rad", "theta2 at its ends, about"),
+    "bound": Field(FLOAT, (), "1", "bound on the distance of the polynomials from the orbits"),
+    "target": Field(WHOLE, (2,), "1", "the sets that it crosses, counted from 0"),
+    "edge": Field(FLOAT, (2,), "1", "lower bound on |U| at its ends"),
+    "across": Field(FLOAT, (2,), "1", "upper bound on |V| of all of it"),
+}
 PROOF = {
-    "of": Field(WHOLE, ("steps",), "1", "the set of which a step is, counted from 0"),
+    "of": Field(WHOLE, ("steps",), "1", "the set of which a step is, counted from 0; 4: the line"),
     "bits": Field(WHOLE, ("steps",), "1", "its coefficients are in units of 2^-bits"),
     "terms": Field(WHOLE, ("steps",), "1", "number of its terms"),
     "powers": Field(WHOLE, ("terms", 3), "1", "j, k, l of T_j(x) u^k v^l"),
@@ -44,6 +55,14 @@ DRAWN = {
     "chi": Field(FLOAT, ("sets", "outline"), "rad", "chi around the sets"),
     "d": Field(FLOAT, ("sets", "outline"), "1", "d around the sets, less the stable surface's"),
     "image_chi": Field(FLOAT, ("sets", "outline"), "rad", "chi around their images"),
+    "line_chi": Field(FLOAT, ("line",), "rad", "chi along the image of the line of starts"),
+    "line_d": Field(FLOAT, ("line",), "1", "d along it, less the stable surface's"),
     "image_d": Field(FLOAT, ("sets", "outline"), "1", "d around them, less the stable surface's"),
 }
-LAYOUT: Layout = {"sets": QUADS, "relations": RELATIONS, "proof": PROOF, "drawn": DRAWN}
+LAYOUT: Layout = {
+    "sets": QUADS,
+    "relations": RELATIONS,
+    "line": LINE,
+    "proof": PROOF,
+    "drawn": DRAWN,
+}

@@ -11,15 +11,16 @@ CAPTION = (
     "Four sets on the section J1 = J2/2, two for upward and two for downward crossings, and their"
     " images after one passage, of which each crosses both sets of the other section from end to"
     " end. That this is so is proven, and from it follows that every sequence of 0 and 1 is the"
-    " route code of an orbit, and every periodic sequence that of a closed one. What looks like a"
-    " line in the upper panels is a set: below, one crossing is magnified."
+    " route code of an orbit, and every periodic sequence that of a closed one. A line of starts of"
+    " one J1_0 crosses both upward sets too: every one-sided sequence is the code of one of them."
+    " What looks like a line in the upper panels is a set: below, one crossing is magnified."
 )
 
 
 def tables(result: Loaded) -> list[Table]:
     """Table of the relations, and that of the sets."""
     data = result["data"]
-    sets, relations = data["sets"], data["relations"]
+    sets, relations, line = data["sets"], data["relations"], data["line"]
     names = [_name(sets, k) for k in range(len(sets["rising"]))]
     entropy = math.log(2) / max(sets["longest"])
     return [
@@ -36,7 +37,9 @@ def tables(result: Loaded) -> list[Table]:
                 for k in range(len(names))
                 for j in range(2)
             ],
-            "A relation needs more than 1 and less than 1.",
+            "A relation needs more than 1 and less than 1. The line of starts, with theta2_0 from"
+            f" {line['theta2'][0]:.5f} to {line['theta2'][1]:.5f}, crosses both upward ones too:"
+            f" more than {min(line['edge']):.4g}, less than {max(line['across']):.4f}.",
         ),
         Table(
             "Sets and passages from them",

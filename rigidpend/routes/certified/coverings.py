@@ -23,7 +23,7 @@ from rigidpend.routes.certified.balls import BALLS, angles
 from rigidpend.routes.certified.checker import SCALARS, Undecided
 from rigidpend.routes.certified.families import Family
 from rigidpend.routes.certified.growth import LogarithmicNorm
-from rigidpend.routes.certified.pieces import CLOCK, Piece, Quad
+from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad, StartLine
 from rigidpend.routes.certified.precision import precision
 from rigidpend.routes.certified.signs import BITS as VALUES
 from rigidpend.routes.certified.signs import Values
@@ -32,8 +32,8 @@ BITS = 160
 """Bits in which the numbers of the problem are enclosed."""
 PARTS = 32
 """Parts of a step on which signs and rates are told."""
-ALONE = Fraction(1, 32)
-"""Distance in Q, gamma1 and gamma2 within which a point of the section is alone."""
+ALONE, THIN = 2.0**-5, 2.0**-20
+"""Distances within which a point of the section, and of a line of starts, is alone."""
 WIDEST = 2.0**-12
 """Radius of a tube at most."""
 TRIES, ROOM = 4, 4
@@ -86,8 +86,8 @@ class Numbers(NamedTuple):
             return cls(found, 1 / (2 * half.cos()), 1 / (2 * half.sin()), arb(h.over(BALLS)))
 
 
-class Arrival(NamedTuple):
-    """Where the orbits of a set cross the section next."""
+class Reached(NamedTuple):
+    """The next crossings of the orbits of a set."""
 
     d: Family
     g: Family
@@ -118,8 +118,8 @@ class Relation(NamedTuple):
     """Upper bound on |V| of all points; less than 1 is needed."""
 
 
-def arrival(numbers: Numbers, quad: Quad, pieces: Sequence[Piece]) -> Arrival:
-    """Check the orbits of a set up to their next crossing.
+def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilyStep]) -> Reached:
+    """Check the orbits of a set, or of a line of starts, up to their next crossing.
 
     Raises
     ------
@@ -129,8 +129,13 @@ def arrival(numbers: Numbers, quad: Quad, pieces: Sequence[Piece]) -> Arrival:
     if not pieces:
         raise Undecided("there are no steps")
     with precision(SCALARS):
-        growth, side = LogarithmicNorm.of(numbers.field), 1 if quad.rising else -1
-    begin, bound = beginning(numbers, quad, pieces[0], growth)
+        growth = LogarithmicNorm.of(numbers.field)
+    if isinstance(start, StartLine):
+        side, order = -1, [0, -1]
+        begin, bound = line_beginning(numbers, start, pieces[0], growth)
+    else:
+        side, order = 1 if start.rising else -1, [1, 0, -1]
+        begin, bound = beginning(numbers, start, pieces[0], growth)
     end: list[Family] | None = None
     signs: list[int] = []
     time = arb(0)
@@ -149,13 +154,13 @@ def arrival(numbers: Numbers, quad: Quad, pieces: Sequence[Piece]) -> Arrival:
             bound = _tube(states, half, bound, leap, growth)
             time += 2 * half.range
             signs += _signs(numbers, states, bound, growth, side)
-    _check_signs(signs)
+    _check_signs(signs, order)
     with precision(SCALARS):
         return _crossing(numbers, end or [], bound, growth, side, begin, time)
 
 
 def beginning(
-    numbers: Numbers, quad: Quad, piece: Piece, growth: LogarithmicNorm
+    numbers: Numbers, quad: Quad, piece: FamilyStep, growth: LogarithmicNorm
 ) -> tuple[list[arb], arb]:
     """C1: where the orbits of a set begin, alone nearby, and a bound on the polynomials' distance.
 
@@ -176,9 +181,8 @@ def beginning(
             gamma1 * gamma1 + gamma2 * gamma2 + g * g - one,
             spin * (M1 * M1 + M2 * M2) - half * Qp * Qm + r1 * gamma1 + r2 * gamma2 - h,
         )
-        inside = arb(0, arb(ALONE.numerator) / ALONE.denominator)
         # The derivatives of these in Q, gamma1 and gamma2, over all points so near.
-        q, y1, y2 = (each.range + inside for each in (Q, gamma1, gamma2))
+        q, y1, y2 = (each.range + arb(0, ALONE) for each in (Q, gamma1, gamma2))
         qp, qm = (q, d.range) if quad.rising else (d.range, q)
         n1, n2 = (qp + qm) * numbers.to_M1, (qp - qm) * numbers.to_M2
         by = numbers.to_M1, numbers.to_M2 if quad.rising else -numbers.to_M2
@@ -189,25 +193,79 @@ def beginning(
                 [c.kappa * (n1 * by[0] + n2 * by[1]) - d.range / 2, c.mu_r1, c.mu_r2],
             ]
         )
-        try:
-            inverse = slopes.mid().inv().mid()
-        except ZeroDivisionError:
-            raise Undecided("C1: the section is not shown to be a surface") from None
-        off = inverse * slopes
-        unit = [[abs(off[i, j] - (i == j)).upper() for j in range(3)] for i in range(3)]
-        share = _largest(sum(row, arb(0)) for row in unit)
-        away = _largest(
-            sum((abs(inverse[i, j]) * residual[j].bound for j in range(3)), arb(0))
-            for i in range(3)
-        )
-        room = arb(ALONE.numerator) / ALONE.denominator
-        if not (share < 1 and away <= (1 - share) * room):
-            raise Undecided("C1: no points of the section are shown to be where the orbits begin")
-        near = _up(away / (1 - share))
+        near = _nearest(residual, slopes, ALONE)
         apart = [near, near, states[2].bound, near, near, (states[5] - g).bound]
         apart[small] = (states[small] - d).bound
     with precision(SCALARS):
         return [each.range for each in (Q, gamma1, gamma2)], _up(growth.norm(tuple(apart)))
+
+
+def line_beginning(
+    numbers: Numbers, line: StartLine, piece: FamilyStep, growth: LogarithmicNorm
+) -> tuple[list[arb], arb]:
+    """C1 of a line of starts: Qp, M3 and gamma follow from J1 and the place on the line."""
+    states = [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
+    Qp, Qm, M3, *gamma = states
+    c = numbers.field
+    with precision(BITS):
+        across = numbers.to_M1**2 + numbers.to_M2**2
+        constants = (numbers.to_M1, numbers.to_M2, across, c.kappa / 2, c.mu_r1, c.mu_r2, numbers.h)
+        m1, m2, square, spin, r1, r2, h = (Family.of_ball(x, BITS) for x in constants)
+        J1, e1, e2, centre, half = (Family.of_fraction(x, BITS) for x in line)
+        one, four = (Family.of_fraction(x, 0) for x in (1, 4))
+        u = Family.of({(0, 1, 0): 2}, 0)
+        across_2 = square * Qp * Qp
+        residual = (
+            Qp * (m1 * gamma[0] + m2 * gamma[1]) + M3 * gamma[2],
+            gamma[0] * gamma[0] + gamma[1] * gamma[1] + gamma[2] * gamma[2] - one,
+            spin * (across_2 + M3 * M3) + r1 * gamma[0] + r2 * gamma[1] - h,
+            # |M| = 2 J1 - M3.
+            across_2 - four * J1 * (J1 - M3),
+            e1 * gamma[0] + e2 * gamma[1] - centre - half * u,
+        )
+        q, m, y1, y2, y3 = (each.range + arb(0, THIN) for each in (Qp, M3, *gamma))
+        action, along = J1.range, (e1.range, e2.range)
+        slopes = arb_mat(
+            [
+                [
+                    numbers.to_M1 * y1 + numbers.to_M2 * y2,
+                    y3,
+                    q * numbers.to_M1,
+                    q * numbers.to_M2,
+                    m,
+                ],
+                [0, 0, 2 * y1, 2 * y2, 2 * y3],
+                [c.kappa * q * across, c.kappa * m, c.mu_r1, c.mu_r2, 0],
+                [2 * q * across, 4 * action, 0, 0, 0],
+                [0, 0, *along, 0],
+            ]
+        )
+        near = _nearest(residual, slopes, THIN)
+        if not (q > 0 and m < 0):
+            raise Undecided("C1: Qp > 0 > M3 is not shown at the starts")
+    with precision(SCALARS):
+        apart = (near, Qm.bound, near, near, near, near)
+        return [], _up(growth.norm(apart))
+
+
+def _nearest(residual: Sequence[Family], slopes: arb_mat, room: float) -> arb:
+    """C1: how near a solution is, the only one so near as `room`, where the derivatives hold.
+
+    Newton's iteration with a fixed matrix contracts the box of that size into itself.
+    """
+    n = len(residual)
+    try:
+        inverse = slopes.mid().inv().mid()
+    except ZeroDivisionError:
+        raise Undecided("C1: the derivatives have no inverse where the orbits begin") from None
+    off = inverse * slopes
+    share = _largest(sum((abs(off[i, j] - (i == j)) for j in range(n)), arb(0)) for i in range(n))
+    away = _largest(
+        sum((abs(inverse[i, j]) * residual[j].bound for j in range(n)), arb(0)) for i in range(n)
+    )
+    if not (share < 1 and away <= (1 - share) * room):
+        raise Undecided("C1: no points are shown to be where the orbits begin")
+    return _up(away / (1 - share))
 
 
 def defect(
@@ -257,11 +315,10 @@ def _signs(
     return found
 
 
-def _check_signs(signs: Sequence[int]) -> None:
-    """C4: M3 leaves zero once, keeps its sign, and comes back once."""
-    order = [1, 0, -1]
+def _check_signs(signs: Sequence[int], order: Sequence[int]) -> None:
+    """C4: M3 leaves zero once, unless it begins elsewhere, keeps its sign, and comes back once."""
     runs = [sign for k, sign in enumerate(signs) if k == 0 or signs[k - 1] != sign]
-    if runs != order:
+    if runs != list(order):
         raise Undecided("C4: M3 is not shown to leave zero at once and to return at the end")
 
 
@@ -273,7 +330,7 @@ def _crossing(
     side: int,
     begin: Sequence[arb],
     passed: arb,
-) -> Arrival:
+) -> Reached:
     """C5: the crossing beside the end of the last step, on which side, and where."""
     apart = _apart(bound, growth)
     M3 = end[2].bound + apart[2]
@@ -306,15 +363,15 @@ def _crossing(
     right = (not mirrored) if side > 0 else mirrored
     there = (Q, box[3], box[4])
     duration = -_double(time - passed), _double(passed + time)
-    return Arrival(d, g, right, there, _double(bound), _double(time), duration, begin)
+    return Reached(d, g, right, there, _double(bound), _double(time), duration, begin)
 
 
-def relation(source: Arrival, target: Quad, begin: Sequence[arb], place: int) -> Relation:
+def relation(source: Reached, target: Quad, begin: Sequence[arb], place: int) -> Relation:
     """C6: whether the orbits of a set cover another.
 
     Parameters
     ----------
-    source : Arrival
+    source : Reached
     target : Quad
         Of the section that they cross.
     begin : 3 arb
@@ -327,8 +384,7 @@ def relation(source: Arrival, target: Quad, begin: Sequence[arb], place: int) ->
     Undecided
     """
     with precision(SCALARS):
-        room = arb(ALONE.numerator) / ALONE.denominator
-        if not all(abs(a - b) <= room for a, b in zip(source.box, begin, strict=True)):
+        if not all(abs(a - b) <= ALONE for a, b in zip(source.box, begin, strict=True)):
             raise Undecided("C6: the crossings are on another sheet of the section")
         U, V = coordinates(target, source.d, source.g)
         edges = [U.at("u", side).range for side in (-1, 1)]
@@ -345,19 +401,19 @@ def relation(source: Arrival, target: Quad, begin: Sequence[arb], place: int) ->
 
 
 def prove(
-    numbers: Numbers, quads: Sequence[Quad], orbits: Sequence[Sequence[Piece]]
-) -> tuple[list[Arrival], list[list[Relation]]]:
+    numbers: Numbers, quads: Sequence[Quad], orbits: Sequence[Sequence[FamilyStep]]
+) -> tuple[list[Reached], list[list[Relation]]]:
     """Check the full shift: two sets on each section, each covers both of the other section.
 
     Parameters
     ----------
     numbers : Numbers
     quads : 4 Quad
-    orbits : 4 sequences of Piece
+    orbits : 4 sequences of FamilyStep
 
     Returns
     -------
-    arrivals : 4 Arrival
+    arrivals : 4 Reached
     relations : 4 pairs of Relation
 
     Raises
@@ -380,6 +436,27 @@ def prove(
         with _of_set(k):
             relations.append([relation(found, quads[j], arrivals[j].begin, j) for j in others])
     return arrivals, relations
+
+
+def prove_line(
+    numbers: Numbers,
+    line: StartLine,
+    pieces: Sequence[FamilyStep],
+    quads: Sequence[Quad],
+    arrivals: Sequence[Reached],
+) -> tuple[Reached, list[Relation]]:
+    """Check that a line of starts crosses both sets of upward crossings, as an image does.
+
+    Raises
+    ------
+    Undecided
+    """
+    try:
+        found = arrival(numbers, line, pieces)
+        upward = [k for k, quad in enumerate(quads) if quad.rising]
+        return found, [relation(found, quads[k], arrivals[k].begin, k) for k in upward]
+    except Undecided as doubt:
+        raise Undecided(f"line of starts: {doubt}") from None
 
 
 @contextmanager

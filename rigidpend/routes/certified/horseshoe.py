@@ -13,31 +13,33 @@ import itertools
 import math
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev, polynomial
 from numpy.typing import NDArray
 
-from rigidpend.mechanics.body import Body
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned
+from rigidpend.mechanics.body import Angles, Body
+from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned, hamiltonian_J3_0
 from rigidpend.numbers.exact import GUARD_BITS, Exact
 from rigidpend.orbits.integrate.batch_samples import sample_aligned
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map import EnergyLevel, SectionPoint, return_map
 from rigidpend.orbits.return_map.charts import look_up
 from rigidpend.orbits.return_map.expansions import chebyshev_analysis, nodes
+from rigidpend.orbits.return_map.itinerary import enter
 from rigidpend.orbits.return_map.poincare import state_of
-from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
-from rigidpend.routes.certified.pieces import CLOCK, Piece, Powers, Quad, made
+from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Powers, Quad, StartLine, made
 
 Array = NDArray[np.float64]
 
 NUMBERS = precision(96)
 """Pairs of doubles."""
 TOLERANCE = 2.0**-100
-"""Of the integration."""
+"""Tolerance of the integration."""
 DEGREE = 4
 """Degree of the curves U = const."""
 POINTS = 24
@@ -48,26 +50,38 @@ TILT = 0.01
 """Distance in chi at which the angle of the surfaces is taken, radians."""
 OVERSHOOT, WIDTH = 1.4, 1.7
 """Reach of images beyond the sets that they cover, and width of a set over that of images in it."""
+STEADY = 14
+"""Iterations of what converges steadily."""
 WIDEST = 0.8
 """Largest |gamma3| in a set."""
 IN_TIME, IN_U, IN_V = 40, 5, 11
 """Nodes in time and in both parameters."""
-LENGTH = 2.4
+LENGTH = 3.0
 """Length of a step, t', about."""
 SPARE = 8
 """Bits beyond a unit from which on coefficients are rounding."""
-BITS = 60
-"""Bits of coefficients at the beginning."""
+BITS, LINE_BITS = 60, 52
+"""Bits of coefficients at the beginning, of sets and of a line of starts."""
 GROWTH = 0.9
 """Bits by which the bound grows in a unit of t', about."""
 
 
-class Setting(NamedTuple):
+class ShiftProblem(NamedTuple):
     """A body and an energy, and half rotations of a passage."""
 
     body: Body
     h: Exact
     half_turns: int
+
+    @property
+    def coefficients(self) -> Coefficients:
+        """The coefficients of the field, in pairs of doubles."""
+        return coefficients(self.body.angles(NUMBERS.bits + GUARD_BITS), "1", NUMBERS)
+
+    @property
+    def level(self) -> EnergyLevel:
+        """The return map at the energy."""
+        return return_map(self.body, h=self.h).at(float(self.h))
 
 
 class _Section(NamedTuple):
@@ -76,7 +90,7 @@ class _Section(NamedTuple):
     level: EnergyLevel
     rising: bool
     chi: float
-    """Of that point, radians."""
+    """Phase of that point, radians."""
 
     def unstable(self, d: Array, chi: Array, *, mirrored: bool = False) -> Array:
         """U of the passage to come or, mirrored, of the one before."""
@@ -115,10 +129,9 @@ class _Section(NamedTuple):
         return surface + side * grown
 
 
-def quads(setting: Setting) -> list[Quad]:
+def quads(setting: ShiftProblem) -> list[Quad]:
     """The four sets: symbols 0 and 1 of upward crossings, then of downward ones."""
-    body, h, half_turns = setting
-    level = return_map(body, h=h).at(float(h))
+    half_turns, level = setting.half_turns, setting.level
     sections = [
         _Section(level, True, 0.0),
         _Section(level, False, math.pi * (half_turns % 2)),
@@ -150,13 +163,17 @@ def quads(setting: Setting) -> list[Quad]:
     return found
 
 
-def pieces(setting: Setting, quad: Quad) -> list[Piece]:
+def pieces(setting: ShiftProblem, quad: Quad) -> list[FamilyStep]:
     """Polynomials of the orbits of a set up to their next crossing."""
-    a = NUMBERS
-    c = coefficients(setting.body.angles(a.bits + GUARD_BITS), "1", a)
-    u, v = _grid(nodes(IN_U, a), nodes(IN_V, a))
-    orbits = _Orbits(c, _beginning(quad, (u, v), setting, c))
-    times = orbits.crossing(_expected(quad, orbits.begin, setting))
+    u, v = _grid(nodes(IN_U, NUMBERS), nodes(IN_V, NUMBERS))
+    orbits = _Orbits(setting, _beginning(quad, (u, v), setting))
+    return _pieces(orbits, _expected(quad, orbits.begin, setting), u, v)
+
+
+def _pieces(
+    orbits: _Orbits, expected: Array, u: PairArray, v: PairArray, bits_at_first: int = BITS
+) -> list[FamilyStep]:
+    times = orbits.crossing(expected)
     # Where M3 changes, at both ends, steps are half as long as between.
     steps = max(3, math.ceil(float(times.max()) / LENGTH) + 1)
     length = math.floor(float(times.min()) / (steps - 1) * 2**10) / 2**10
@@ -168,8 +185,8 @@ def pieces(setting: Setting, quad: Quad) -> list[Piece]:
     found = []
     for start, half in zip(starts, halves, strict=True):
         states = orbits.sampled(start, _values(half, u, v))
-        bits = BITS - math.floor(GROWTH * start)
-        found.append(Piece(bits, half, _fitted(states, bits)))
+        bits = bits_at_first - math.floor(GROWTH * start)
+        found.append(FamilyStep(bits, half, _fitted(states, bits)))
     return found
 
 
@@ -181,8 +198,9 @@ def _grid(u: PairArray, v: PairArray) -> tuple[PairArray, PairArray]:
 
 def _fitted(values: PairArray, bits: int) -> list[dict[Powers, int]]:
     """Coefficients of powers of x, u and v in units of 2^-bits, from values (n, x, orbits)."""
-    n, found = len(values), values.reshape(-1, IN_U, IN_V)
-    sizes = (values.shape[1], IN_U, IN_V)
+    n, in_v = len(values), max(1, values.shape[2] // IN_U)
+    sizes = (values.shape[1], IN_U, in_v)
+    found = values.reshape(-1, IN_U, in_v)
     found = _along_each(found, sizes, [chebyshev_analysis(size, NUMBERS) for size in sizes])
     # What is less would be noise, which the large coefficients of high T_k make much of.
     found = PairArray(np.where(np.abs(found.parts[:1]) < 2.0 ** -(bits + SPARE), 0.0, found.parts))
@@ -228,9 +246,7 @@ def _values(half: dict[Powers, int], u: PairArray, v: PairArray) -> PairArray:
     return found
 
 
-def _beginning(
-    quad: Quad, places: tuple[PairArray, PairArray], setting: Setting, c: Coefficients
-) -> PairArray:
+def _beginning(quad: Quad, places: tuple[PairArray, PairArray], setting: ShiftProblem) -> PairArray:
     """States (6, n) of points of a set."""
     a, (u, v) = NUMBERS, places
     g = (a.number(quad.a) * u - a.number(quad.b) * v - a.number(quad.l0)) / a.number(quad.l1)
@@ -243,25 +259,25 @@ def _beginning(
     cos = a.sqrt(1 - g * g)
     if not quad.rising and setting.half_turns % 2:
         cos = -cos
+    c = setting.coefficients
     return state_of(quad.rising, d, cos, -g, a.number(setting.h.at(a.bits + GUARD_BITS)), c, a)
 
 
-def _expected(quad: Quad, begin: PairArray, setting: Setting) -> Array:
+def _expected(quad: Quad, begin: PairArray, setting: ShiftProblem) -> Array:
     """Times of the next crossing by the return map, t'."""
     states = NUMBERS.floats(begin)
     chi = np.arcsin(-states[5])
     if not quad.rising and setting.half_turns % 2:
         chi = np.pi - chi
-    level = return_map(setting.body, h=setting.h).at(float(setting.h))
     point = SectionPoint(quad.rising, states[1 if quad.rising else 0], chi)
-    return np.asarray(level.passage(point).time)
+    return np.asarray(setting.level.passage(point).time)
 
 
 class _Orbits:
     """Orbits in pairs of doubles."""
 
-    def __init__(self, c: Coefficients, begin: PairArray) -> None:
-        self.begin = begin
+    def __init__(self, setting: ShiftProblem, begin: PairArray) -> None:
+        self.begin, c = begin, setting.coefficients
         self.field = AlignedCoefficients(*(x.exactly() for x in c.aligned))
         self.doubles = AlignedCoefficients(*map(float, c.aligned))
 
@@ -286,3 +302,65 @@ class _Orbits:
         x = nodes(IN_TIME, NUMBERS)[::-1]
         found = self.at(start + (1 + x)[:, None] * halves[None, :])
         return found[:, ::-1]
+
+
+class LineStarts(NamedTuple):
+    """LineStarts as in Fig. 4, theta1 = alpha0 + beta0 and a given J1, at one energy."""
+
+    setting: ShiftProblem
+    J1: Fraction
+
+    def states(self, theta2: Any, a: Precision) -> Any:
+        """Aligned components (6, n) at phases, radians; J2 follows from the energy."""
+        p = self.setting.body.angles(a.bits + GUARD_BITS)
+        p = Angles(*map(a.number, p))
+        h = a.number(self.setting.h.at(a.bits + GUARD_BITS))
+        J1, theta1 = a.number(self.J1) + 0 * theta2, p.alpha0 + p.beta0 + 0 * theta2
+        J2 = a.sqrt(2 * h / p.kappa) + 0 * theta2
+        for _ in range(STEADY):
+            off = hamiltonian_J3_0(J1, J2, (theta1, theta2), p, a) - h
+            J2 = J2 - off / (p.kappa * J2)
+        start = Canonical(J1, J2 - J1, 0 * J1, theta1, theta2, 0 * J1, 1 + 0 * J1)
+        return np.stack(aligned_from_canonical(start, p.alpha0, p.beta0, a))
+
+    def entered(self, theta2: Array) -> Any:
+        """Their first crossings by the return map."""
+        a = precision(53)
+        Qp = np.asarray(self.states(theta2, a))[0]
+        return enter(self.setting.level, Qp, np.pi / 2 - self.setting.body.beta0 / 2 - theta2)
+
+
+def line(
+    setting: ShiftProblem, J1: Fraction, quads: Sequence[Quad]
+) -> tuple[StartLine, tuple[float, float]]:
+    """A line of starts that crosses both sets of upward crossings, and its ends in theta2."""
+    starts, middle = LineStarts(setting, J1), np.zeros(1)
+    for _ in range(ITERATIONS):
+        # chi grows with theta2, at about the same rate.
+        chi = starts.entered(middle).point.chi
+        middle = middle - (np.mod(chi + np.pi, 2 * np.pi) - np.pi)
+    upward = [quad for quad in quads if quad.rising]
+    reach = OVERSHOOT * max(abs(float(quad.l0 / quad.l1)) for quad in upward)
+    ends = middle + np.array([-reach, reach])
+    low, high = np.asarray(starts.states(ends, precision(53)))[3:5].T
+    e = (high - low) / np.hypot(*(high - low))
+    numbers = (*e, e @ (low + high) / 2, e @ (high - low) / 2)
+    e1, e2, centre, half = (Fraction(float(x)) for x in numbers)
+    return StartLine(J1, e1, e2, centre, half), (float(ends[0]), float(ends[1]))
+
+
+def line_pieces(
+    setting: ShiftProblem, of: StartLine, theta2: tuple[float, float]
+) -> list[FamilyStep]:
+    """Polynomials of the orbits of a line of starts up to their first crossing."""
+    a, starts = NUMBERS, LineStarts(setting, of.J1)
+    u = nodes(IN_U, a)
+    goal = a.number(of.centre) + a.number(of.half) * u
+    phase = (theta2[0] + theta2[1]) / 2 + (theta2[1] - theta2[0]) / 2 * u
+    for _ in range(STEADY):
+        begin = starts.states(phase, a)
+        off = a.number(of.e1) * begin[3] + a.number(of.e2) * begin[4] - goal
+        # gamma is a unit vector nearly across M, which theta2 turns: e.gamma grows like theta2.
+        phase = phase - off
+    times = np.asarray(starts.entered(a.floats(phase)).time)
+    return _pieces(_Orbits(setting, begin), times, u, a.zeros((IN_U,)), LINE_BITS)

@@ -20,7 +20,7 @@ COMPONENTS = 7
 
 
 class Quad(NamedTuple):
-    """A curved quadrilateral of the section M3 = 0: |U| <= 1 and |V| <= 1 with
+    """A curved quadrilateral of the section M3 = 0, |U| <= 1 and |V| <= 1.
 
     U = (d - p(g))/a,  V = (d - p(g) - l0 - l1 g)/b,  g = gamma3 and p a polynomial.
     """
@@ -33,7 +33,20 @@ class Quad(NamedTuple):
     p: tuple[Fraction, ...]
 
 
-class Piece(NamedTuple):
+class StartLine(NamedTuple):
+    """Starts with Qm = 0 < Qp, M . gamma = 0 and a given J1: theta1 = alpha0 + beta0, as in Fig. 4.
+
+    On it e1 gamma1 + e2 gamma2 = centre + half u, |u| <= 1.
+    """
+
+    J1: Fraction
+    e1: Fraction
+    e2: Fraction
+    centre: Fraction
+    half: Fraction
+
+
+class FamilyStep(NamedTuple):
     """Step of a family of approximate orbits: polynomials in x, u and v."""
 
     bits: int
@@ -71,13 +84,22 @@ def unpacked_quads(data: Mapping[str, Any]) -> list[Quad]:
     return [made(bool(rising), numbers, p) for rising, *numbers, p in rows]
 
 
+def unpacked_line(J1: Fraction, data: Mapping[str, Any]) -> StartLine:
+    """A line of starts from its numbers, doubles, which stand for these exactly."""
+    numbers = [float(data[name]) for name in ("e1", "e2", "centre", "half")]
+    if not np.isfinite(numbers).all():
+        raise ValueError("a line of starts has a number that is not finite")
+    e1, e2, centre, half = map(Fraction, numbers)
+    return StartLine(J1, e1, e2, centre, half)
+
+
 def made(rising: bool, numbers: Sequence[float], p: Iterable[float]) -> Quad:
     """The set of doubles a, b, l0, l1 and those of p."""
     a, b, l0, l1, *curve = (Fraction(float(x)) for x in (*numbers, *p))
     return Quad(rising, a, b, l0, l1, tuple(curve))
 
 
-def packed(orbits: Sequence[Sequence[Piece]]) -> dict[str, Any]:
+def packed(orbits: Sequence[Sequence[FamilyStep]]) -> dict[str, Any]:
     """The steps of each set as arrays."""
     every = [(k, piece) for k, pieces in enumerate(orbits) for piece in pieces]
     tables = [list(_rows(piece)) for _, piece in every]
@@ -91,13 +113,13 @@ def packed(orbits: Sequence[Sequence[Piece]]) -> dict[str, Any]:
     }
 
 
-def _rows(piece: Piece) -> Iterator[tuple[Powers, list[int]]]:
+def _rows(piece: FamilyStep) -> Iterator[tuple[Powers, list[int]]]:
     columns = [*piece.terms, piece.half]
     for at in sorted({at for column in columns for at in column}):
         yield at, [column.get(at, 0) for column in columns]
 
 
-def unpacked(data: Mapping[str, Any], n: int) -> list[list[Piece]]:
+def unpacked(data: Mapping[str, Any], n: int) -> list[list[FamilyStep]]:
     """The steps of each of n sets, from their arrays.
 
     Raises
@@ -112,7 +134,7 @@ def unpacked(data: Mapping[str, Any], n: int) -> list[list[Piece]]:
         raise ValueError(f"a step has fewer bits than 1 or more than {MOST_BITS}")
     if np.min(data["powers"]) < 0 or np.max(data["powers"]) > MOST_DEGREE:
         raise ValueError(f"a term has a degree of less than 0 or more than {MOST_DEGREE}")
-    found: list[list[Piece]] = [[] for _ in range(n)]
+    found: list[list[FamilyStep]] = [[] for _ in range(n)]
     for of, bits, end, terms in zip(data["of"], data["bits"], ends, data["terms"], strict=True):
         if not 0 <= of < n or len(found[of]) == MOST_STEPS:
             raise ValueError(f"a step is of no set, or a set has more than {MOST_STEPS} steps")
@@ -124,5 +146,5 @@ def unpacked(data: Mapping[str, Any], n: int) -> list[list[Piece]]:
             {at: int(x) for at, x in zip(powers, column, strict=True) if x}
             for column in data["coefficients"][here].T
         ]
-        found[of].append(Piece(int(bits), columns[-1], columns[:-1]))
+        found[of].append(FamilyStep(int(bits), columns[-1], columns[:-1]))
     return found

@@ -21,12 +21,13 @@ CONFIG = Path(__file__).parents[3] / "configs" / "full_shift.yaml"
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("changes", [[], ["problem.half_turns=13"]])
+@pytest.mark.parametrize("changes", [[], ["problem.mu=0.002", "problem.half_turns=13"]])
 def test_all_eight_relations_are_proven_of_what_is_stored(changes: list[str]) -> None:
     config = typed(Config, CONFIG, changes)
     data = plain(full_shift.compute(config, Means()))
-    _, relations = full_shift.checked(config, data["sets"], data["proof"])
-    assert [len(pair) for pair in relations] == [2, 2, 2, 2]
+    proven = full_shift.checked(config, data["sets"], data["line"], data["proof"])
+    assert [len(pair) for pair in proven.relations] == [2, 2, 2, 2]
+    assert len(proven.crossed) == 2
     assert data["relations"]["edge"].min() > 1
     assert data["relations"]["across"].max() < 1
     assert sorted(zip(data["sets"]["rising"], data["sets"]["symbol"], strict=True)) == [
@@ -44,7 +45,7 @@ def test_all_eight_relations_are_proven_of_what_is_stored(changes: list[str]) ->
         ("problem.r=[1, sqrt(2), 0]", "half rotations begin beside the heteroclinic orbits"),
         # So few half rotations that the sets are too large to be straight, or so many that
         # they are lost in what is bounded.
-        ("problem.half_turns=9", "sets are too wide"),
+        ("problem.half_turns=10", "sets are too wide"),
         ("problem.half_turns=20", "set 0: C"),
     ],
 )

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from rigidpend.experiments.full_shift.draw import draw
 from tests.experiments.figures import check_on_page, styled
 from tests.experiments.trees import reference
 
 
+@pytest.mark.slow
 def test_every_panel_has_the_sets_and_images_of_its_section() -> None:
     result = reference("full_shift")
     drawn, sets = result["data"]["drawn"], result["data"]["sets"]
@@ -29,6 +31,7 @@ def test_every_panel_has_the_sets_and_images_of_its_section() -> None:
             np.testing.assert_array_equal(np.asarray(found)[: len(outline)], outline)
 
 
+@pytest.mark.slow
 def test_the_magnified_panels_show_both_sides_of_a_set_and_an_image() -> None:
     result = reference("full_shift")
     drawn, sets = result["data"]["drawn"], result["data"]["sets"]

@@ -22,13 +22,23 @@ from rigidpend.routes.certified import coverings
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.families import Family
 from rigidpend.routes.certified.growth import LogarithmicNorm
-from rigidpend.routes.certified.pieces import CLOCK, Piece, Quad, made, unpacked, unpacked_quads
+from rigidpend.routes.certified.pieces import (
+    CLOCK,
+    FamilyStep,
+    Quad,
+    StartLine,
+    made,
+    unpacked,
+    unpacked_line,
+    unpacked_quads,
+)
 from scripts import check_full_shift as script
 from scripts.check_certificate import Fails, Interval
 from tests.attacks import lot
 from tests.experiments.trees import reference
 
 GIVEN: Any = {"A": ("2", "1", "3/2"), "r": ("1", "1", "0"), "mu": "1/1000", "h": "1.3342"}
+J1 = Fraction("1e-8")
 CONFIG = Path(__file__).parents[3] / "configs" / "full_shift.yaml"
 BODY = Body(A=GIVEN["A"], r=GIVEN["r"], mu=GIVEN["mu"])
 BARELY = 0.02
@@ -50,8 +60,8 @@ def quads(data: Any) -> list[Quad]:
 
 
 @pytest.fixture(scope="module")
-def orbits(data: Any) -> list[list[Piece]]:
-    return unpacked(data["proof"], 4)
+def orbits(data: Any) -> list[list[FamilyStep]]:
+    return unpacked(data["proof"], 5)
 
 
 @pytest.fixture(scope="module")
@@ -74,13 +84,18 @@ def series(terms: Mapping[Any, int], bits: int) -> script.Series:
     return script.Series(found, bits + 1)
 
 
-def step(piece: Piece) -> script.Step:
+def step(piece: FamilyStep) -> script.Step:
     states = [series(terms, piece.bits) for terms in piece.terms]
     return script.Step(series(piece.half, script.CLOCK), states)
 
 
 def quad_of(quad: Quad) -> script.Quad:
     return script.Quad(*quad[:5], list(quad.p))
+
+
+def line_of() -> script.Line:
+    """A line that nobody asks for."""
+    return script.Line(J1, *(Fraction(1),) * 4)
 
 
 def constant(x: float) -> dict[Any, int]:
@@ -96,7 +111,7 @@ def said(check: Callable[..., Any], *arguments: Any) -> str:
     return ""
 
 
-def moved(piece: Piece, component: int, at: Any, by: float) -> Piece:
+def moved(piece: FamilyStep, component: int, at: Any, by: float) -> FamilyStep:
     """A step of which a coefficient is off."""
     terms = [dict(each) for each in piece.terms]
     terms[component][at] = terms[component].get(at, 0) + round(by * 2**piece.bits)
@@ -106,7 +121,7 @@ def moved(piece: Piece, component: int, at: Any, by: float) -> Piece:
 # ---- C1
 
 
-def limit_of_beginning(quad: Quad, piece: Piece) -> float:
+def limit_of_beginning(quad: Quad, piece: FamilyStep) -> float:
     """How far the large Q may be off at u = v = 0: |C G| = (1 - theta)/32, in doubles."""
     y = [float(Family.of(t, piece.bits).at("z", -1).range.mid()) for t in piece.terms]
     (Q, d, _, g1, g2, g3), c = y, coverings.Numbers.of(BODY, exact(GIVEN["h"]))
@@ -145,6 +160,33 @@ def test_C1_points_of_the_section(
     mine = said(coverings.beginning, numbers, quad, off, growth)
     theirs = said(script.beginning, problem(), quad_of(quad), step(off))
     assert mine[:2] == theirs[:2] == reason
+
+
+@pytest.fixture(scope="module")
+def line(data: Any) -> StartLine:
+    return unpacked_line(J1, data["line"])
+
+
+@pytest.mark.parametrize(
+    ("name", "by", "allowed"), [("J1", 1e-12, 1e-6), ("centre", 1e-9, 2e-9), ("half", 1e-9, 2e-9)]
+)
+def test_C1_a_line_is_as_far_as_it_is_moved(
+    line: Any, orbits: Any, numbers: Any, name: str, by: float, allowed: float
+) -> None:
+    """J1 goes like the square of Qp = 2e-4: 1e-12 of it is 1e-8 of Qp; the others are gamma's."""
+    growth, off = LogarithmicNorm.of(numbers.field), getattr(line, name) + Fraction(by)
+    other = line._replace(**{name: off})
+    for bound in (
+        float(coverings.line_beginning(numbers, other, orbits[4][0], growth)[1].upper()),
+        float(script.line_beginning(problem(), script.Line(*other), step(orbits[4][0]))),
+    ):
+        assert by / 10 < bound < allowed
+    far = line._replace(J1=line.J1 * 2)
+    reasons = (
+        said(coverings.line_beginning, numbers, far, orbits[4][0], growth),
+        said(script.line_beginning, problem(), script.Line(*far), step(orbits[4][0])),
+    )
+    assert {reason[:2] for reason in reasons} == {"C1"}
 
 
 def test_a_beginning_is_as_far_as_it_is_moved(quads: Any, orbits: Any, numbers: Any) -> None:
@@ -213,7 +255,7 @@ def test_C3_the_widest_tube(numbers: Any, factor: float, reason: str) -> None:
     growth = LogarithmicNorm.of(numbers.field)
     limit = WIDEST * math.exp(-rates_of(growth, M3, WIDEST) * 2 * half)
     begin = factor * limit
-    piece = Piece(
+    piece = FamilyStep(
         BITS,
         {(0, 0, 0): int(half * 2 ** (CLOCK + 1))},
         [CALM, CALM, constant(M3), CALM, CALM, CALM],
@@ -233,7 +275,7 @@ def test_C4_the_sign_of_M3_beside_its_bound(numbers: Any, factor: float, reason:
     """Nothing else tells a part, for all else is zero, and so is the rate of M3."""
     growth, bound = LogarithmicNorm.of(numbers.field), 1e-4
     M3 = constant(factor * bound / float(growth.upright.mid()))
-    piece = Piece(BITS, {(0, 0, 0): 2}, [CALM, CALM, M3, CALM, CALM, CALM])
+    piece = FamilyStep(BITS, {(0, 0, 0): 2}, [CALM, CALM, M3, CALM, CALM, CALM])
     states = [Family.of(terms, BITS) for terms in piece.terms]
     mine = said(coverings._signs, numbers, states, arb(bound), growth, 1)
     theirs = said(lambda: list(script.signs(problem(), step(piece), Fraction(bound), 1)))
@@ -254,7 +296,14 @@ def test_C4_the_sign_of_M3_beside_its_bound(numbers: Any, factor: float, reason:
     ],
 )
 def test_C4_M3_leaves_zero_and_returns_once(signs: list[int], good: bool) -> None:
-    assert (said(coverings._check_signs, signs) == "") is good
+    assert (said(coverings._check_signs, signs, [1, 0, -1]) == "") is good
+
+
+@pytest.mark.parametrize(
+    ("signs", "good"), [([0, 0, -1], True), ([1, 0, -1], False), ([-1], False), ([0], False)]
+)
+def test_C4_on_a_line_M3_only_returns(signs: list[int], good: bool) -> None:
+    assert (said(coverings._check_signs, signs, [0, -1]) == "") is good
 
 
 # ---- C5
@@ -319,7 +368,7 @@ def test_C6_an_image_lies_across_a_set(
     d, g = image(ends, across, STRAIGHT)
     far = sheet * ALONE
     box, begin = (arb(1 + far), arb(0.5), arb(0.5)), [arb(1), arb(0.5), arb(0.5)]
-    source = coverings.Arrival(
+    source = coverings.Reached(
         Family.of(d, BITS), Family.of(g, BITS), True, box, 0.0, 0.0, (1.0, 1.0), begin
     )
     mine = said(coverings.relation, source, STRAIGHT, begin, 0)
@@ -339,7 +388,7 @@ def test_C6_an_image_lies_across_a_set(
 def test_sets_that_are_not_two_and_two_prove_nothing(quads: Any, orbits: Any, numbers: Any) -> None:
     for kept in ([0, 1, 2], [0, 2], [0, 1, 2, 0]):
         mine = said(coverings.prove, numbers, [quads[k] for k in kept], [orbits[k] for k in kept])
-        theirs = said(script.prove, GIVEN, [quad_of(quads[k]) for k in kept], [[] for _ in kept])
+        theirs = said(script.prove, GIVEN, [quad_of(quads[k]) for k in kept], line_of(), [])
         assert mine == theirs == "there are other sets than two on each section"
 
 
@@ -347,20 +396,24 @@ def test_sets_that_are_not_two_and_two_prove_nothing(quads: Any, orbits: Any, nu
 
 
 @pytest.fixture(scope="module")
-def arrivals(quads: Any, orbits: Any, numbers: Any) -> list[coverings.Arrival]:
-    return [coverings.arrival(numbers, *of) for of in zip(quads, orbits, strict=True)]
+def arrivals(quads: Any, orbits: Any, numbers: Any) -> list[coverings.Reached]:
+    return [coverings.arrival(numbers, *of) for of in zip(quads, orbits, strict=False)]
 
 
 @pytest.mark.slow
 def test_the_stored_proof_holds_in_both_checkers(data: Any, tmp_path: Path) -> None:
     from tests.cli.calls import REFERENCE
 
-    quads, orbits = unpacked_quads(data["sets"]), unpacked(data["proof"], 4)
+    quads, orbits = unpacked_quads(data["sets"]), unpacked(data["proof"], 5)
     numbers = coverings.Numbers.of(BODY, exact(GIVEN["h"]))
-    _, relations = coverings.prove(numbers, quads, orbits)
+    arrivals, relations = coverings.prove(numbers, quads, orbits[:4])
     for name in ("target", "orientation", "edge", "across"):
         found = [[getattr(one, name) for one in pair] for pair in relations]
         np.testing.assert_allclose(found, data["relations"][name], rtol=1e-6)
+    line = unpacked_line(J1, data["line"])
+    _, crossed = coverings.prove_line(numbers, line, orbits[4], quads, arrivals)
+    assert [one.target for one in crossed] == [0, 1]
+    np.testing.assert_allclose([one.across for one in crossed], data["line"]["across"], rtol=1e-6)
     file = str(REFERENCE / "full_shift.h5")
     assert script.main([file, "--config", str(CONFIG)]) == 0
     other = tmp_path / "other.yaml"
@@ -521,7 +574,7 @@ def test_orbits_in_113_bits_do_what_the_relations_say(
 
     a = precision(113)
     c = coefficients(BODY.angles(160), "1", a)
-    for quad, pieces, arrival in zip(quads, orbits, arrivals, strict=True):
+    for quad, pieces, arrival in zip(quads, orbits, arrivals, strict=False):
         with lot.drawn("orbits of a full shift") as chance:
             u, v = chance.uniform(-1, 1), chance.uniform(-1, 1)
         by_u, by_v, l0, l1 = (a.number(x) for x in (quad.a, quad.b, quad.l0, quad.l1))
