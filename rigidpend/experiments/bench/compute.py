@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rigidpend.config.description import Row, exact_row
+from rigidpend.experiments import heyoka_peer
 from rigidpend.experiments.bench.layout import PROBLEM
 from rigidpend.experiments.bench.measuring import choice, problems, records
 from rigidpend.experiments.bench.measuring.methods import METHODS
@@ -18,15 +18,13 @@ from rigidpend.experiments.bench.measuring.worker import Order, measured
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Data, Dataset, Tree
-from rigidpend.orbits.integrate.engines import EngineError, has_heyoka
+from rigidpend.orbits.integrate.engines import EngineError
 
 if TYPE_CHECKING:
     from rigidpend.experiments.bench.schema import Config
 
 PATIENCE, GRACE = 4, 120
 """A worker is ended after so many budgets, and so many seconds more."""
-SAME, CHAOTIC = 30, 1e-3
-"""Allowed factor between errors: where rounding rules, and where chaos magnifies it."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -43,7 +41,7 @@ def compute(config: Config, means: Means) -> Tree:
     EngineError
         heyoka, which makes the references in 113 bits, is not installed.
     """
-    if not has_heyoka():
+    if not heyoka_peer.installed():
         raise EngineError("the references need the package heyoka, which is not installed")
     with tempfile.TemporaryDirectory() as folder:
         reference = Path(folder) / "reference.npz"
@@ -70,38 +68,6 @@ def describe(config: Config) -> list[Row]:
         exact_row("threads", "of the meetings", *meeting.threads),
         exact_row("phases", "random ones for each J1_0, against 113 bits", config.phases.orbits),
     ]
-
-
-def differences(stored: Data, fresh: Data) -> list[str]:
-    """Find where the errors of two runs disagree by more than rounding explains; times never count.
-
-    What one run alone has measured, for its budget was larger, is passed over, and so is a
-    method that one of them lacked.
-    """
-    found = [f"problem {name} is in one file only" for name in sorted(set(stored) ^ set(fresh))]
-    for problem in sorted(set(stored) & set(fresh) & set(problems.NAMES)):
-        for method in METHODS:
-            pair = [data[problem].get(method, {}) for data in (stored, fresh)]
-            if all("error" in record for record in pair):
-                found += [f"{problem}, {method}: {text}" for text in _other_errors(*pair)]
-    return found
-
-
-def _other_errors(stored: Data, fresh: Data) -> Iterator[str]:
-    fresh_at = {_key(fresh, k): k for k in range(len(fresh["knob"]))}
-    for i, knob in enumerate(stored["knob"]):
-        k = fresh_at.get(_key(stored, i))
-        if k is None or not stored["error"][i] < CHAOTIC or stored["part"][i] != fresh["part"][k]:
-            continue
-        old, new = stored["error"][i], fresh["error"][k]
-        if not new <= SAME * max(old, np.finfo(float).eps):
-            yield f"at {knob:g} the error is {new:.2g}, it was {old:.2g}"
-        if "wrong_symbols" in stored and fresh["wrong_symbols"][k] > stored["wrong_symbols"][i]:
-            yield f"at {knob:g} {fresh['wrong_symbols'][k]:g} symbols are wrong"
-
-
-def _key(record: Data, k: int) -> str:
-    return f"{record['knob'][k]:.6g} {record['setting'][k]:g}"
 
 
 def _references(config: Config, means: Means) -> dict[str, Any]:

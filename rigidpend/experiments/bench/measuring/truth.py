@@ -8,13 +8,13 @@ import numpy as np
 
 from rigidpend.experiments.bench.measuring import fields
 from rigidpend.experiments.bench.measuring.tasks import AngleTask, initial
+from rigidpend.experiments.heyoka_peer import heyoka
+from rigidpend.experiments.heyoka_peer import typed as typed_in
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.hodograph import alpha_ahead, angular_velocity
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import context
 from rigidpend.numbers.generic import Numbers, Scalar
-from rigidpend.orbits.integrate.compiled import heyoka
-from rigidpend.orbits.integrate.compiled import typed as typed_in
 
 BITS = 113
 

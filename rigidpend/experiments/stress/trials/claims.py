@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 from rigidpend.experiments.data.tree import Tree
+from rigidpend.experiments.stress.trials.fields import FAILED as FAILED
+from rigidpend.experiments.stress.trials.fields import LIMIT as LIMIT
 from rigidpend.experiments.stress.trials.fields import OF_CLAIM
+from rigidpend.experiments.stress.trials.fields import PASSED as PASSED
 from rigidpend.routes.problem import ProblemError
-
-PASSED, LIMIT, FAILED = "passed", "limit", "FAILED"
-"""Verdicts: within the bound; beyond it as it was declared to be; beyond it."""
 
 
 class Limit(NamedTuple):

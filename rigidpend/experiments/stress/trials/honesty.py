@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.experiments import heyoka_peer
 from rigidpend.experiments.data import layout
 from rigidpend.experiments.data.tree import Dataset
 from rigidpend.experiments.stress.trials import principal, truth
@@ -23,7 +24,6 @@ from rigidpend.experiments.stress.trials.fields import SPOILT
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Scalar
-from rigidpend.orbits.integrate import has_heyoka, has_own_type
 from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import RouteProblem
@@ -167,7 +167,7 @@ def true_codes(
         All, but without heyoka only those checked, in integers of 113 bits.
     """
     known = np.ones(phases.size, dtype=bool)
-    if not has_heyoka():
+    if not heyoka_peer.installed():
         known[checked:] = False
         true = doubted.copy()
         found = truth.route_crossings(
@@ -181,7 +181,7 @@ def true_codes(
         differ = (true != doubted).any(axis=0)
         differ[:checked] |= bits == truth.BITS
         columns = np.flatnonzero(differ)
-        if columns.size and has_own_type("taylor", bits):
+        if columns.size and heyoka_peer.offers(bits):
             true[:, columns] = principal.codes(problem, phases[columns], bits=bits, jobs=jobs)
     return true, known
 

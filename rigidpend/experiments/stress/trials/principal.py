@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.experiments.heyoka_peer import heyoka, typed, working_type
 from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.coordinates import (
     TURN,
@@ -24,7 +25,6 @@ from rigidpend.mechanics.coordinates import (
 from rigidpend.mechanics.equations import euler_poisson
 from rigidpend.mechanics.free_body import separatrix_theta1
 from rigidpend.numbers.exact import GUARD_BITS, context, exact, fraction
-from rigidpend.orbits.integrate.compiled import heyoka, typed, working_type
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import RouteProblem, passage_limit
 

@@ -85,7 +85,7 @@ def test_table_and_json_tell_what_was_stored(tmp_path: Path) -> None:
     found = Findings({"x": 1, "y": math.inf, "z": 5}, notes={"y": "much too far"})
     path = tmp_path / "r.h5"
     store.write(
-        path, store.Result({"experiment": "stress"}, "{}", {}, {"some_group": tree(claims, found)})
+        path, store.Result({"experiment": "stress"}, {}, {}, {"some_group": tree(claims, found)})
     )
     data = store.read_tree(path)
     assert table.counts(data) == {PASSED: 1, LIMIT: 1, FAILED: 1}

@@ -14,8 +14,8 @@ import numpy as np
 
 from rigidpend.experiments.bench.measuring import tasks
 from rigidpend.experiments.bench.measuring.tasks import Carrier
+from rigidpend.experiments.heyoka_peer import heyoka
 from rigidpend.numbers.doubles import Array
-from rigidpend.orbits.integrate.compiled import heyoka
 
 
 class Build(NamedTuple):

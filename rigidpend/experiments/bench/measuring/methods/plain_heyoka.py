@@ -20,6 +20,7 @@ from rigidpend.experiments.bench.measuring.tasks import (
     time_unit,
 )
 from rigidpend.experiments.bench.measuring.threads import shared_out
+from rigidpend.experiments.heyoka_peer import heyoka
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import (
     andoyer_from_body,
@@ -31,7 +32,6 @@ from rigidpend.mechanics.coordinates import (
 from rigidpend.mechanics.equations import eq1
 from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.doubles import Array
-from rigidpend.orbits.integrate.compiled import heyoka
 from rigidpend.routes.phases import Phases
 
 
