@@ -526,7 +526,7 @@ def read(path: Path) -> tuple[dict[str, Any], list[Quad], list[Fraction], list[l
             along = {k: _array(file, f"data/line/{k}") for k in LINE}
             proof = {
                 k: _array(file, f"data/proof/{k}")
-                for k in ("of", "bits", "terms", "powers", "coefficients")
+                for k in ("family", "bits", "terms", "powers", "coefficients")
             }
         quads = []
         for k in range(4):
@@ -553,7 +553,7 @@ def _steps(proof: dict[str, Any]) -> Iterable[list[Step]]:
     counts, bits = [int(x) for x in proof["terms"]], [int(x) for x in proof["bits"]]
     powers = [tuple(int(x) for x in row) for row in proof["powers"]]
     values = [[int(x) for x in row] for row in proof["coefficients"]]
-    of = [int(x) for x in proof["of"]]
+    of = [int(x) for x in proof["family"]]
     if not len(counts) == len(bits) == len(of) <= MOST["steps"] or min(counts) < 1:
         raise Refused("steps are not as many as they say")
     if sum(counts) != len(powers) or len(powers) != len(values):

@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.config.description import Row, body_rows
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import compare
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Data, Tree
 from rigidpend.experiments.full_shift.layout import DRAWN, LINE, PROOF, QUADS, RELATIONS
@@ -30,11 +28,6 @@ SIDE = 24
 """Points on a side of an outline."""
 SECONDS = 6.0
 """Seconds that a proof takes."""
-SHARE = 1e-6
-"""Allowed difference of sets, of the largest: the map errs by 1e-16 in d."""
-MARGIN = 0.05
-"""That of bounds, and of margins that they leave, which hang on roundings in polynomials."""
-BOUNDS = ("bound", "late", "across")
 UNDECIDED = "undecided, nothing is proven"
 
 
@@ -178,37 +171,3 @@ def _values(family: Family, u: Array, v: Array) -> Array:
 def cost(config: Config) -> float:
     """Estimate of the seconds that a proof takes."""
     return SECONDS
-
-
-def describe(config: Config) -> list[Row]:
-    """Describe a config in rows, with what follows from it, units named."""
-    problem = config.problem
-    return [
-        *body_rows(problem.body),
-        Row("h", str(problem.h), "energy of the orbits"),
-        Row("half_turns", str(problem.half_turns), "half rotations of every passage"),
-        Row("J1_0", str(problem.J1_0), "initial action of a line of starts"),
-        Row("relations", "8", "to be proven: each of four sets covers two"),
-    ]
-
-
-def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
-    """Find where two results disagree: both prove the same relations, of the same sets.
-
-    Polynomials are not compared: those of the fresh result were checked when it was made, and
-    their last digits differ from one processor to another.
-    """
-    found = compare.keys(stored, fresh)
-    for group in (name for name in ("sets", "relations", "line", "drawn") if name in fresh):
-        for name in stored[group]:
-            old, new = stored[group][name], fresh[group].get(name)
-            if new is not None and name != "edge":
-                share = MARGIN if name in BOUNDS else SHARE
-                allowed = share * float(np.abs(old).max())
-                found += compare.arrays(f"{group}/{name}", old, new, allowed)
-        found += compare.keys(stored[group], fresh[group], group)
-    for group in ("relations", "line"):
-        found += compare.beyond(f"{group}/across", fresh[group]["across"], 1.0)
-        # How far an edge goes in far narrower targets hangs on last digits: only that it is beyond.
-        found += compare.beyond(f"{group}/edge, its inverse", 1 / fresh[group]["edge"], 1.0)
-    return found

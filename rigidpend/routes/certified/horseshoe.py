@@ -283,12 +283,8 @@ class _Orbits:
 
     def at(self, times: PairArray) -> PairArray:
         """States (6, k, n) at times (k, n), each orbit's ascending."""
-        nearest, late = times.parts
-        grid = np.concatenate((np.zeros((1, nearest.shape[1])), nearest))
-        found = sample_aligned(self.field, self.begin.parts, grid, 106, TOLERANCE)[:, :, 1:]
-        # What is left of a time is below an ulp of a double: doubles tell its change.
-        rates = np.stack(aligned(found[0], self.doubles))
-        return PairArray(found) + late * rates
+        grid = np.concatenate((np.zeros((2, 1, times.shape[1])), times.parts), axis=1)
+        return PairArray(sample_aligned(self.field, self.begin.parts, grid, 106, TOLERANCE))[:, 1:]
 
     def crossing(self, times: Array) -> Array:
         """Times of M3 = 0, from some near them."""

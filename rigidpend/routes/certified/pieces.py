@@ -105,7 +105,7 @@ def packed(orbits: Sequence[Sequence[FamilyStep]]) -> dict[str, Any]:
     tables = [list(_rows(piece)) for _, piece in every]
     rows = [row for table in tables for row in table]
     return {
-        "of": np.array([k for k, _ in every]),
+        "family": np.array([k for k, _ in every]),
         "bits": np.array([piece.bits for _, piece in every]),
         "terms": np.array([len(table) for table in tables]),
         "powers": np.array([at for at, _ in rows], dtype=np.uint8),
@@ -135,7 +135,7 @@ def unpacked(data: Mapping[str, Any], n: int) -> list[list[FamilyStep]]:
     if np.min(data["powers"]) < 0 or np.max(data["powers"]) > MOST_DEGREE:
         raise ValueError(f"a term has a degree of less than 0 or more than {MOST_DEGREE}")
     found: list[list[FamilyStep]] = [[] for _ in range(n)]
-    for of, bits, end, terms in zip(data["of"], data["bits"], ends, data["terms"], strict=True):
+    for of, bits, end, terms in zip(data["family"], data["bits"], ends, data["terms"], strict=True):
         if not 0 <= of < n or len(found[of]) == MOST_STEPS:
             raise ValueError(f"a step is of no set, or a set has more than {MOST_STEPS} steps")
         here = slice(end - terms, end)

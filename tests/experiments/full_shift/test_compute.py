@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.contract import Means
+from rigidpend.experiments.data.compare import differences
 from rigidpend.experiments.full_shift import compute as full_shift
 from rigidpend.experiments.full_shift import report
+from rigidpend.experiments.full_shift.layout import LAYOUT
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.numbers.parameters import ParameterError
 from rigidpend.routes.certified import coverings
@@ -34,7 +36,7 @@ def test_all_eight_relations_are_proven_of_what_is_stored(changes: list[str]) ->
         (False, 0), (False, 1), (True, 0), (True, 1)
     ]  # fmt: skip
     if not changes:
-        assert full_shift.differences(reference("full_shift")["data"], data) == []
+        assert differences(LAYOUT, reference("full_shift")["data"], data) == []
 
 
 @pytest.mark.slow
@@ -63,11 +65,11 @@ def test_a_free_body_is_refused_where_it_stands() -> None:
 
 def test_results_are_told_apart() -> None:
     data = reference("full_shift")["data"]
-    assert full_shift.differences(data, data) == []
-    assert full_shift.differences(data, shifted(data, ("sets", "a"), 1e-12))
-    assert full_shift.differences(data, shifted(data, ("relations", "orientation"), 2))
+    assert differences(LAYOUT, data, data) == []
+    assert differences(LAYOUT, data, shifted(data, ("sets", "a"), 1e-12))
+    assert differences(LAYOUT, data, shifted(data, ("relations", "orientation"), 2))
     wide = shifted(data, ("relations", "across"), 0.3)
-    assert any("declared" in one for one in full_shift.differences(wide, wide))
+    assert any("declared" in one for one in differences(LAYOUT, wide, wide))
 
 
 def test_outlines_are_those_of_the_sets_in_the_chart() -> None:
