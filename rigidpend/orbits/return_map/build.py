@@ -57,7 +57,7 @@ FLOQUET = 1e-11
 
 
 class Design(NamedTuple):
-    """Design of a map: two maps of different design budget no rounding and no truncation."""
+    """Design of a map: two maps of different design share no rounding and no truncation."""
 
     unit: str = "1"
     """M is multiplied by it, mu and h by its square; t' is divided by it."""
