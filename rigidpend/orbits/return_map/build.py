@@ -16,6 +16,7 @@ from rigidpend.numbers.exact import FINEST, GUARD_BITS, Exact, exact
 from rigidpend.numbers.expressions import named
 from rigidpend.numbers.generic import Scalar
 from rigidpend.numbers.parameters import ParameterError
+from rigidpend.orbits import UNITS
 from rigidpend.orbits.return_map import storage
 from rigidpend.orbits.return_map.charts import (
     Chart,
@@ -56,7 +57,7 @@ FLOQUET = 1e-11
 
 
 class Design(NamedTuple):
-    """Design of a map: two maps of different design budget no rounding and no truncation."""
+    """Design of a map: two maps of different design share no rounding and no truncation."""
 
     unit: str = "1"
     """M is multiplied by it, mu and h by its square; t' is divided by it."""
@@ -79,7 +80,9 @@ class Costly(MapError):
         self.needed = needed
 
 
-FIRST, SECOND, THIRD = Design(), Design("1.37", 1.06, 2, 0.7), Design("0.61", 1.03, 2, 1.9)
+FIRST = Design(UNITS[0])
+SECOND = Design(UNITS[1], 1.06, 2, 0.7)
+THIRD = Design(UNITS[2], 1.03, 2, 1.9)
 
 
 @dataclass(frozen=True)
