@@ -224,7 +224,7 @@ def _by_order(table: ChartTable) -> tuple[Any, Any]:
 
 
 def _enough(sizes: Any, target: float) -> int:
-    """How many terms come before those below a target, by the rate at which they shrink."""
+    """Number of terms that come before those below a target, by the rate at which they shrink."""
     logs = np.log(np.maximum(np.maximum.accumulate(sizes[::-1])[::-1], TINY))
     last = min(len(logs) - 1, 1 + int(np.flatnonzero(logs > math.log(NOISE)).max()))
     first = last // 2
