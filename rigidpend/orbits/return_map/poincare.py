@@ -31,7 +31,13 @@ def section_state(
 
     Raises MapError where the energy does not allow such a point.
     """
-    cos, sin = a.cos(chi), a.sin(chi)
+    return state_of(rising, d, a.cos(chi), a.sin(chi), h, c, a)
+
+
+def state_of(
+    rising: bool, d: Scalar, cos: Any, sin: Any, h: Scalar, c: Coefficients, a: Precision
+) -> Any:
+    """:func:`section_state` of the cosine and the sine of chi."""
     Q = a.sqrt(2 * h / c.aligned.kappa / (c.to_M1**2 + c.to_M2**2)) + 0 * d
     for _ in range(MOST_ITERATIONS):
         value, slope = _energy(rising, d, Q, cos, c, a)

@@ -64,7 +64,7 @@ def enclosed(problem: RouteProblem, theta2_0: Exact, bits: int) -> Enclosed:
         Working precision; what is lost in it widens the balls.
     """
     with precision(bits):
-        p = _angles(problem.body)
+        p = angles(problem.body)
         J1 = _ball(problem.J1_0)
         J2 = (2 * _ball(problem.h0) / p.kappa).sqrt()
         # Divided by it |M| is about one, as fixed-point coefficients want
@@ -86,7 +86,7 @@ def enclosed(problem: RouteProblem, theta2_0: Exact, bits: int) -> Enclosed:
         return Enclosed(aligned_coefficients(scaled, BALLS), tuple(state), unit)
 
 
-def _angles(body: Body) -> Angles:
+def angles(body: Body) -> Angles:
     A1, A2, A3 = body.A
     differences = [_ball(x) for x in (A1 - A2, A1 - A3, A3 - A2)]
     A, r = [_ball(x) for x in body.A], [_ball(x) for x in body.r]

@@ -1,0 +1,1 @@
+"""Closed orbits by their codes, with multipliers and actions."""

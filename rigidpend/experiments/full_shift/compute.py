@@ -1,0 +1,173 @@
+"""Experiment `full_shift`: four sets that cover each other, and the proof that they do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.experiments.contract import Means
+from rigidpend.experiments.data.layout import datasets
+from rigidpend.experiments.data.tree import Data, Tree
+from rigidpend.experiments.full_shift.layout import DRAWN, LINE, PROOF, QUADS, RELATIONS
+
+if TYPE_CHECKING:
+    from rigidpend.experiments.full_shift.schema import Config
+    from rigidpend.mechanics.body import Body
+    from rigidpend.numbers.exact import Exact
+    from rigidpend.routes.certified.coverings import Reached, Relation
+    from rigidpend.routes.certified.families import Family
+    from rigidpend.routes.certified.pieces import Quad
+
+Array = NDArray[np.float64]
+
+SIDE = 24
+"""Points on a side of an outline."""
+SECONDS = 6.0
+"""Seconds that a proof takes."""
+UNDECIDED = "undecided, nothing is proven"
+
+
+def compute(config: Config, means: Means) -> Tree:
+    """Find the sets and the polynomials of their orbits, and check what they prove."""
+    # Behind a function, for only this experiment needs the extra `certified`.
+    from rigidpend.routes.certified import extra as extra  # isort: skip
+    from rigidpend.orbits.return_map import MapError
+    from rigidpend.routes.certified import horseshoe, pieces
+    from rigidpend.routes.certified.checker import Undecided
+
+    problem = config.problem
+    setting = horseshoe.ShiftProblem(problem.body, problem.h, problem.half_turns)
+    try:
+        sets = horseshoe.quads(setting)
+        means.report("four sets are found, and their orbits follow")
+        orbits = [horseshoe.pieces(setting, quad) for quad in sets]
+        starts, theta2 = horseshoe.line(setting, _fraction(config), sets)
+        orbits.append(horseshoe.line_pieces(setting, starts, theta2))
+        quads, proof = pieces.packed_quads(sets), pieces.packed(orbits)
+        line = {name: float(getattr(starts, name)) for name in ("e1", "e2", "centre", "half")}
+        proven = checked(config, quads, line, proof)
+    except (MapError, ArithmeticError, Undecided) as doubt:
+        raise ArithmeticError(f"{UNDECIDED}: {doubt}") from None
+    means.report("every code occurs: 8 of 8 covering relations are proven, and those of a line")
+    rows = [
+        {name: [getattr(one, name) for one in pair] for name in RELATIONS}
+        for pair in proven.relations
+    ]
+    return {
+        "sets": datasets(QUADS, quads | _of_sets(proven.arrivals)),
+        "relations": datasets(
+            RELATIONS, {name: np.array([row[name] for row in rows]) for name in RELATIONS}
+        ),
+        "line": datasets(LINE, line | _of_line(proven, theta2)),
+        "proof": datasets(PROOF, proof),
+        "drawn": datasets(DRAWN, _drawn(sets, proven)),
+    }
+
+
+class Proven(NamedTuple):
+    """What the proof of a result proves."""
+
+    arrivals: list[Reached]
+    relations: list[list[Relation]]
+    start: Reached
+    crossed: list[Relation]
+
+
+def checked(config: Config, quads: Data, line: Data, proof: Data) -> Proven:
+    """Check the proof of a result without integration: what it proves.
+
+    Parameters
+    ----------
+    config : Config
+    quads, line, proof : Data
+        The groups `sets`, `line` and `proof` of a result.
+
+    Raises
+    ------
+    Undecided
+        Something is not shown; the text says what.
+    """
+    from rigidpend.routes.certified import coverings, pieces
+
+    sets, numbers = pieces.unpacked_quads(quads), coverings.Numbers.of(*_level(config))
+    orbits = pieces.unpacked(proof, len(sets) + 1)
+    starts = pieces.unpacked_line(_fraction(config), line)
+    arrivals, relations = coverings.prove(numbers, sets, orbits[:-1])
+    return Proven(
+        arrivals, relations, *coverings.prove_line(numbers, starts, orbits[-1], sets, arrivals)
+    )
+
+
+def _level(config: Config) -> tuple[Body, Exact]:
+    return config.problem.body, config.problem.h
+
+
+def _fraction(config: Config) -> Fraction:
+    """J1_0, which the schema holds to be rational."""
+    found = config.problem.J1_0.fraction
+    assert found is not None
+    return found
+
+
+def _of_line(proven: Proven, theta2: tuple[float, float]) -> dict[str, Any]:
+    names = ("target", "edge", "across")
+    return {
+        "theta2": np.array(theta2),
+        "bound": proven.start.bound,
+        **{name: np.array([getattr(one, name) for one in proven.crossed]) for name in names},
+    }
+
+
+def _of_sets(found: Sequence[Reached]) -> dict[str, Any]:
+    return {
+        "symbol": np.array([int(each.right) for each in found]),
+        "bound": np.array([each.bound for each in found]),
+        "late": np.array([each.late for each in found]),
+        "shortest": np.array([each.duration[0] for each in found]),
+        "longest": np.array([each.duration[1] for each in found]),
+    }
+
+
+def _drawn(sets: Sequence[Quad], proven: Proven) -> dict[str, Array]:
+    """Outlines of the sets and of their images, as the polynomials have them."""
+    from rigidpend.routes.certified.coverings import place
+
+    side, one = np.linspace(-1, 1, SIDE), np.ones(SIDE)
+    u, v = np.concatenate((side, one, -side, -one)), np.concatenate((-one, side, one, -side))
+    rows: dict[str, list[Array]] = {name: [] for name in ("chi", "d", "image_chi", "image_d")}
+    for quad, found in zip(sets, proven.arrivals, strict=True):
+        for rising, prefix, where in (
+            (quad.rising, "", place(quad)),
+            (not quad.rising, "image_", (found.d, found.g)),
+        ):
+            chi, d = _in_chart(sets, rising, where, u, v)
+            rows[f"{prefix}chi"].append(chi)
+            rows[f"{prefix}d"].append(d)
+    line_chi, line_d = _in_chart(sets, True, (proven.start.d, proven.start.g), side, 0 * side)
+    outlines = {name: np.array(each) for name, each in rows.items()}
+    return {**outlines, "line_chi": line_chi, "line_d": line_d}
+
+
+def _in_chart(
+    sets: Sequence[Quad], rising: bool, where: tuple[Family, Family], u: Array, v: Array
+) -> tuple[Array, Array]:
+    """chi, and d less that of the stable surface, of points of a section."""
+    d, g = (_values(each, u, v) for each in where)
+    # The sets of a section lie on either side of its stable surface, equally far.
+    curves = [np.array(quad.p, dtype=float) for quad in sets if quad.rising == rising]
+    return -np.arcsin(g), d - np.polynomial.polynomial.polyval(g, np.mean(curves, axis=0))
+
+
+def _values(family: Family, u: Array, v: Array) -> Array:
+    terms = family.doubled.to_dict().items()
+    unit = 2.0 ** -(family.bits + 1)
+    return np.asarray(sum(int(w) * unit * u ** int(k) * v ** int(l) for (_, k, l), w in terms))
+
+
+def cost(config: Config) -> float:
+    """Estimate of the seconds that a proof takes."""
+    return SECONDS

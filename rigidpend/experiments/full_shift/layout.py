@@ -1,0 +1,93 @@
+"""Layout of a result of `full_shift`."""
+
+from __future__ import annotations
+
+from rigidpend.experiments.data.bounds import of_largest, stated
+from rigidpend.experiments.data.layout import ANY, FLAG, FLOAT, WHOLE, Field, Layout, held
+
+SETS = ("sets",)
+CLOSE = of_largest(1e-6)
+"""Allowed difference of sets, of the largest: the map errs by 1e-16 in d, which is 1e-7 of a."""
+MARGIN = 0.05
+"""Allowed difference of a bound on |V|, which is less than 1 or nothing is proven."""
+NEAR = stated(2.0**-12)
+"""The bound on a distance, as large as a proof admits; its digits hang on roundings."""
+
+QUADS = {
+    "rising": Field(FLAG, SETS, "1", "whether it is on the section of upward crossings"),
+    "p": Field(FLOAT, ("sets", "curve"), "1", "p: its curve U = 0 is d = sum of p_k gamma3^k"),
+    "a": Field(FLOAT, SETS, "1", "half of its width in d: U = (d - p(gamma3))/a"),
+    "b": Field(FLOAT, SETS, "1", "V = (d - p(gamma3) - l0 - l1 gamma3)/b"),
+    "l0": Field(FLOAT, SETS, "1", "see b"),
+    "l1": Field(FLOAT, SETS, "1", "see b"),
+    "symbol": Field(WHOLE, SETS, "1", "symbol of the passage from it: 0 left, 1 right"),
+    "bound": Field(
+        FLOAT, SETS, "1", "bound on the distance of the polynomials from the orbits", within=NEAR
+    ),
+    "late": Field(
+        FLOAT, SETS, "t'", "bound on the distance of the crossings from their ends", within=NEAR
+    ),
+    "shortest": Field(FLOAT, SETS, "t'", "least time of a passage from it"),
+    "longest": Field(FLOAT, SETS, "t'", "largest time of a passage from it"),
+}
+RELATIONS = {
+    "target": Field(WHOLE, ("sets", 2), "1", "the sets that it covers, counted from 0"),
+    "orientation": Field(
+        WHOLE, ("sets", 2), "1", "1 or -1: end of the target beyond which u = 1 goes"
+    ),
+    "edge": Field(
+        FLOAT, ("sets", 2), "1", "lower bound on |U| of the images of u = -1 and 1", within=ANY
+    ),
+    "across": Field(
+        FLOAT, ("sets", 2), "1", "upper bound on |V| of the whole image", within=MARGIN
+    ),
+}
+LINE = {
+    "e1": Field(FLOAT, (), "1", "e1 gamma1 + e2 gamma2 = centre + half u, u from -1 to 1"),
+    "e2": Field(FLOAT, (), "1", "see e1"),
+    "centre": Field(FLOAT, (), "1", "see e1"),
+    "half": Field(FLOAT, (), "1", "see e1"),
+    "theta2": Field(FLOAT, (2,), "rad", "theta2 at its ends, about"),
+    "bound": Field(
+        FLOAT, (), "1", "bound on the distance of the polynomials from the orbits", within=NEAR
+    ),
+    "target": Field(WHOLE, (2,), "1", "the sets that it crosses, counted from 0"),
+    "edge": Field(FLOAT, (2,), "1", "lower bound on |U| at its ends", within=ANY),
+    "across": Field(FLOAT, (2,), "1", "upper bound on |V| of all of it", within=MARGIN),
+}
+# What polynomials prove is compared, not these: their last digits differ between processors.
+PROOF = {
+    "family": Field(
+        WHOLE,
+        ("steps",),
+        "1",
+        "the set of which a step is, counted from 0; 4: the line",
+        within=ANY,
+    ),
+    "bits": Field(WHOLE, ("steps",), "1", "its coefficients are in units of 2^-bits", within=ANY),
+    "terms": Field(WHOLE, ("steps",), "1", "number of its terms", within=ANY),
+    "powers": Field(WHOLE, ("terms", 3), "1", "j, k, l of T_j(x) u^k v^l", within=ANY),
+    "coefficients": Field(
+        WHOLE,
+        ("terms", 7),
+        "1",
+        "of Qp, Qm, M3, gamma1, gamma2, gamma3, and of half of the length in time in 2^-50 t';"
+        " twice as large where j = 0",
+        within=ANY,
+    ),
+}
+DRAWN = {
+    "chi": Field(FLOAT, ("sets", "outline"), "rad", "chi around the sets"),
+    "d": Field(FLOAT, ("sets", "outline"), "1", "d around the sets, less the stable surface's"),
+    "image_chi": Field(FLOAT, ("sets", "outline"), "rad", "chi around their images"),
+    "line_chi": Field(FLOAT, ("line",), "rad", "chi along the image of the line of starts"),
+    "line_d": Field(FLOAT, ("line",), "1", "d along it, less the stable surface's"),
+    "image_d": Field(FLOAT, ("sets", "outline"), "1", "d around them, less the stable surface's"),
+}
+LAYOUT: Layout = {
+    "sets": held(CLOSE, QUADS),
+    "relations": RELATIONS,
+    "line": held(CLOSE, LINE),
+    "proof": PROOF,
+    "drawn": held(CLOSE, DRAWN),
+}

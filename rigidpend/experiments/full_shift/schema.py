@@ -1,0 +1,41 @@
+"""The config of `experiment: full_shift`: a proof that every code occurs."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from rigidpend.config.bodies import HeavyBody
+from rigidpend.config.schema import ExperimentConfig, Number, Whole, physics
+from rigidpend.numbers.parameters import ParameterError
+
+
+class Problem(HeavyBody):
+    """A heavy body and the energy at which every code is to be proven to occur."""
+
+    h: Number
+    """Energy of all orbits (eq. h0_new), dimensionless, h > mu > 0."""
+    J1_0: Number
+    """Initial action of a line of starts, dimensionless, a decimal or fraction, J1_0 > 0."""
+    half_turns: Annotated[Whole, Field(ge=1, le=100)]
+    """Half rotations of every passage; the more, the smaller are the sets, and the less bent."""
+
+    @model_validator(mode="after")
+    def _rotates(self) -> Self:
+        with physics():
+            if not float(self.mu) > 0:
+                raise ParameterError("mu", "without a weight no orbit leaves a surface: mu > 0")
+            if not float(self.h) > float(self.mu):
+                raise ParameterError("h", f"h > mu is broken: h = {self.h}, mu = {self.mu}")
+            if self.J1_0.fraction is None or not 0 < float(self.J1_0) < 1e-3:
+                said = f"a decimal or fraction between 0 and 0.001 is wanted, got {self.J1_0}"
+                raise ParameterError("J1_0", said)
+        return self
+
+
+class Config(ExperimentConfig):
+    """A whole config of this experiment."""
+
+    experiment: Literal["full_shift"]
+    problem: Problem

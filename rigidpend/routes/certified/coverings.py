@@ -1,0 +1,501 @@
+"""The checker of covering relations: whether given polynomials prove what a passage does to a set.
+
+It knows nothing of how they were found. `docs/full-shift.md` states the theorem; C1 to C6 below are
+its hypotheses. Whatever is not shown ends in :class:`Undecided`, never in a relation.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from fractions import Fraction
+from itertools import pairwise
+from typing import NamedTuple
+
+from flint import arb, arb_mat
+
+from rigidpend.machine.workers import check_stop
+from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_coefficients
+from rigidpend.numbers.exact import Exact
+from rigidpend.routes.certified.balls import BALLS, angles
+from rigidpend.routes.certified.checker import SCALARS, Undecided
+from rigidpend.routes.certified.families import Family
+from rigidpend.routes.certified.growth import LogarithmicNorm
+from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad, StartLine
+from rigidpend.routes.certified.precision import precision
+from rigidpend.routes.certified.signs import BITS as VALUES
+from rigidpend.routes.certified.signs import Values
+
+BITS = 160
+"""Bits in which the numbers of the problem are enclosed."""
+PARTS = 32
+"""Parts of a step on which signs and rates are told."""
+ALONE, THIN = 2.0**-5, 2.0**-20
+"""Distances within which a point of the section, and of a line of starts, is alone."""
+WIDEST = 2.0**-12
+"""Radius of a tube at most."""
+TRIES, ROOM = 4, 4
+"""Trials of a tube's radius, and the first over what it has at the beginning."""
+
+
+def curve(quad: Quad, g: Family) -> Family:
+    """p(g)."""
+    found = Family.of_fraction(quad.p[-1], BITS)
+    for x in quad.p[-2::-1]:
+        found = found * g + Family.of_fraction(x, BITS)
+    return found
+
+
+def place(quad: Quad) -> tuple[Family, Family]:
+    """d and g of the points of a set, as polynomials in u and v."""
+    u, v = Family.of({(0, 1, 0): 2}, 0), Family.of({(0, 0, 1): 2}, 0)
+    by_u, by_v, from_0, a = (
+        Family.of_fraction(x, BITS)
+        for x in (quad.a / quad.l1, quad.b / quad.l1, quad.l0 / quad.l1, quad.a)
+    )
+    g = u * by_u - v * by_v - from_0
+    return curve(quad, g) + u * a, g
+
+
+def coordinates(quad: Quad, d: Family, g: Family) -> tuple[Family, Family]:
+    """U and V of points of the section."""
+    off = d - curve(quad, g)
+    l0, l1, by_a, by_b = (
+        Family.of_fraction(x, BITS) for x in (quad.l0, quad.l1, 1 / quad.a, 1 / quad.b)
+    )
+    return off * by_a, (off - l0 - l1 * g) * by_b
+
+
+class Numbers(NamedTuple):
+    """Numbers of a body and an energy, balls."""
+
+    field: AlignedCoefficients
+    to_M1: arb
+    to_M2: arb
+    h: arb
+
+    @classmethod
+    def of(cls, body: Body, h: Exact) -> Numbers:
+        """Enclose those of a body."""
+        with precision(BITS):
+            p = angles(body)
+            half = p.alpha0 / 2
+            found = aligned_coefficients(p, BALLS)
+            return cls(found, 1 / (2 * half.cos()), 1 / (2 * half.sin()), arb(h.over(BALLS)))
+
+
+class Reached(NamedTuple):
+    """The next crossings of the orbits of a set."""
+
+    d: Family
+    g: Family
+    right: bool
+    """The symbol: True for 1."""
+    box: tuple[arb, arb, arb]
+    """Q, gamma1 and gamma2 of all of them, as if beside separatrix 2 or 3."""
+    bound: float
+    """Bound on the distance of the polynomials from the orbits."""
+    late: float
+    """Bound on the distance of the crossings from the end of the last step, t'."""
+    duration: tuple[float, float]
+    """The passage takes at least and at most so long, t'."""
+    begin: Sequence[arb]
+    """Q, gamma1 and gamma2 at the beginning."""
+
+
+class Relation(NamedTuple):
+    """A covering relation: by how much it holds."""
+
+    target: int
+    """Place of the set that is covered."""
+    orientation: int
+    """1 where u = 1 is stretched beyond U = 1, -1 where it is beyond U = -1."""
+    edge: float
+    """Lower bound on |U| on the edges u = -1 and 1; 1 is needed."""
+    across: float
+    """Upper bound on |V| of all points; less than 1 is needed."""
+
+
+def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilyStep]) -> Reached:
+    """Check the orbits of a set, or of a line of starts, up to their next crossing.
+
+    Raises
+    ------
+    Undecided
+        A hypothesis is not shown; the text begins with its name.
+    """
+    if not pieces:
+        raise Undecided("there are no steps")
+    with precision(SCALARS):
+        growth = LogarithmicNorm.of(numbers.field)
+    if isinstance(start, StartLine):
+        side, order = -1, [0, -1]
+        begin, bound = line_beginning(numbers, start, pieces[0], growth)
+    else:
+        side, order = 1 if start.rising else -1, [1, 0, -1]
+        begin, bound = beginning(numbers, start, pieces[0], growth)
+    end: list[Family] | None = None
+    signs: list[int] = []
+    time = arb(0)
+    for piece in pieces:
+        check_stop()
+        states = [Family.of(terms, piece.bits) for terms in piece.terms]
+        half = Family.of(piece.half, CLOCK)
+        with precision(SCALARS):
+            if not half.range > 0:
+                raise Undecided("C2: the length of a step is not shown to be positive")
+            if end is not None:
+                gap = tuple((s.at("z", -1) - e).bound for s, e in zip(states, end, strict=True))
+                bound = _up(bound + growth.norm(gap))
+            end = [state.at("z", 1) for state in states]
+            leap = defect(numbers, states, half, growth)
+            bound = _tube(states, half, bound, leap, growth)
+            time += 2 * half.range
+            signs += _signs(numbers, states, bound, growth, side)
+    _check_signs(signs, order)
+    with precision(SCALARS):
+        return _crossing(numbers, end or [], bound, growth, side, begin, time)
+
+
+def beginning(
+    numbers: Numbers, quad: Quad, piece: FamilyStep, growth: LogarithmicNorm
+) -> tuple[list[arb], arb]:
+    """C1: where the orbits of a set begin, alone nearby, and a bound on the polynomials' distance.
+
+    The large Q, gamma1 and gamma2 follow from d and g by M . gamma = 0, |gamma| = 1 and the energy.
+    """
+    states = [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
+    c, large, small = numbers.field, 0 if quad.rising else 1, 1 if quad.rising else 0
+    d, g = place(quad)
+    Q, gamma1, gamma2 = states[large], states[3], states[4]
+    with precision(BITS):
+        constants = (numbers.to_M1, numbers.to_M2, c.kappa / 2, c.mu_r1, c.mu_r2, numbers.h)
+        m1, m2, spin, r1, r2, h = (Family.of_ball(x, BITS) for x in constants)
+        Qp, Qm = (Q, d) if quad.rising else (d, Q)
+        M1, M2 = (Qp + Qm) * m1, (Qp - Qm) * m2
+        one, half = (Family.of_fraction(x, 1) for x in (Fraction(1), Fraction(1, 2)))
+        residual = (
+            M1 * gamma1 + M2 * gamma2,
+            gamma1 * gamma1 + gamma2 * gamma2 + g * g - one,
+            spin * (M1 * M1 + M2 * M2) - half * Qp * Qm + r1 * gamma1 + r2 * gamma2 - h,
+        )
+        # The derivatives of these in Q, gamma1 and gamma2, over all points so near.
+        q, y1, y2 = (each.range + arb(0, ALONE) for each in (Q, gamma1, gamma2))
+        qp, qm = (q, d.range) if quad.rising else (d.range, q)
+        n1, n2 = (qp + qm) * numbers.to_M1, (qp - qm) * numbers.to_M2
+        by = numbers.to_M1, numbers.to_M2 if quad.rising else -numbers.to_M2
+        slopes = arb_mat(
+            [
+                [y1 * by[0] + y2 * by[1], n1, n2],
+                [0, 2 * y1, 2 * y2],
+                [c.kappa * (n1 * by[0] + n2 * by[1]) - d.range / 2, c.mu_r1, c.mu_r2],
+            ]
+        )
+        near = _nearest(residual, slopes, ALONE)
+        apart = [near, near, states[2].bound, near, near, (states[5] - g).bound]
+        apart[small] = (states[small] - d).bound
+    with precision(SCALARS):
+        return [each.range for each in (Q, gamma1, gamma2)], _up(growth.norm(tuple(apart)))
+
+
+def line_beginning(
+    numbers: Numbers, line: StartLine, piece: FamilyStep, growth: LogarithmicNorm
+) -> tuple[list[arb], arb]:
+    """C1 of a line of starts: Qp, M3 and gamma follow from J1 and the place on the line."""
+    states = [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
+    Qp, Qm, M3, *gamma = states
+    c = numbers.field
+    with precision(BITS):
+        across = numbers.to_M1**2 + numbers.to_M2**2
+        constants = (numbers.to_M1, numbers.to_M2, across, c.kappa / 2, c.mu_r1, c.mu_r2, numbers.h)
+        m1, m2, square, spin, r1, r2, h = (Family.of_ball(x, BITS) for x in constants)
+        J1, e1, e2, centre, half = (Family.of_fraction(x, BITS) for x in line)
+        one, four = (Family.of_fraction(x, 0) for x in (1, 4))
+        u = Family.of({(0, 1, 0): 2}, 0)
+        across_2 = square * Qp * Qp
+        residual = (
+            Qp * (m1 * gamma[0] + m2 * gamma[1]) + M3 * gamma[2],
+            gamma[0] * gamma[0] + gamma[1] * gamma[1] + gamma[2] * gamma[2] - one,
+            spin * (across_2 + M3 * M3) + r1 * gamma[0] + r2 * gamma[1] - h,
+            # |M| = 2 J1 - M3.
+            across_2 - four * J1 * (J1 - M3),
+            e1 * gamma[0] + e2 * gamma[1] - centre - half * u,
+        )
+        q, m, y1, y2, y3 = (each.range + arb(0, THIN) for each in (Qp, M3, *gamma))
+        action, along = J1.range, (e1.range, e2.range)
+        slopes = arb_mat(
+            [
+                [
+                    numbers.to_M1 * y1 + numbers.to_M2 * y2,
+                    y3,
+                    q * numbers.to_M1,
+                    q * numbers.to_M2,
+                    m,
+                ],
+                [0, 0, 2 * y1, 2 * y2, 2 * y3],
+                [c.kappa * q * across, c.kappa * m, c.mu_r1, c.mu_r2, 0],
+                [2 * q * across, 4 * action, 0, 0, 0],
+                [0, 0, *along, 0],
+            ]
+        )
+        near = _nearest(residual, slopes, THIN)
+        if not (q > 0 and m < 0):
+            raise Undecided("C1: Qp > 0 > M3 is not shown at the starts")
+    with precision(SCALARS):
+        apart = (near, Qm.bound, near, near, near, near)
+        return [], _up(growth.norm(apart))
+
+
+def _nearest(residual: Sequence[Family], slopes: arb_mat, room: float) -> arb:
+    """C1: how near a solution is, the only one so near as `room`, where the derivatives hold.
+
+    Newton's iteration with a fixed matrix contracts the box of that size into itself.
+    """
+    n = len(residual)
+    try:
+        inverse = slopes.mid().inv().mid()
+    except ZeroDivisionError:
+        raise Undecided("C1: the derivatives have no inverse where the orbits begin") from None
+    off = inverse * slopes
+    share = _largest(sum((abs(off[i, j] - (i == j)) for j in range(n)), arb(0)) for i in range(n))
+    away = _largest(
+        sum((abs(inverse[i, j]) * residual[j].bound for j in range(n)), arb(0)) for i in range(n)
+    )
+    if not (share < 1 and away <= (1 - share) * room):
+        raise Undecided("C1: no points are shown to be where the orbits begin")
+    return _up(away / (1 - share))
+
+
+def defect(
+    numbers: Numbers, states: Sequence[Family], half: Family, growth: LogarithmicNorm
+) -> arb:
+    """C2: bound on the norm of dP/dx - half f(P) over the step, f the aligned field."""
+    c = AlignedCoefficients(*(Family.of_ball(x, BITS) for x in numbers.field))
+    rates = aligned(states, c)
+    parts = [P.derivative() - half * rate for P, rate in zip(states, rates, strict=True)]
+    return _up(growth.norm(tuple(part.bound for part in parts)))
+
+
+def _tube(
+    states: Sequence[Family], half: Family, begin: arb, leap: arb, growth: LogarithmicNorm
+) -> arb:
+    """C3: the distance over the whole step, from the assumed radius of the tube."""
+    M3 = [abs(each).upper() for each in _on_parts(states[2])]
+    length = 2 * half.bound / PARTS
+    assumed = ROOM * (begin + 2 * leap)
+    for _ in range(TRIES):
+        assumed = assumed.min(arb(WIDEST))
+        wide = assumed / (2 * growth.upright)
+        total = sum((growth.rate(m + wide, assumed) for m in M3), arb(0)) * length
+        grown = _up(total.exp() * (begin + 2 * leap))
+        # Balls compare as true only where that is certain.
+        if grown < assumed:
+            return grown
+        assumed = 2 * grown
+    raise Undecided(f"C3: no tube below {WIDEST} is shown to hold the orbits")
+
+
+def _signs(
+    numbers: Numbers, states: Sequence[Family], bound: arb, growth: LogarithmicNorm, side: int
+) -> list[int]:
+    """C4: on each part 0 where M3 has the sign of the passage, else that of M3' by then."""
+    found, M3 = [], _on_parts(states[2])
+    apart = _apart(bound, growth)
+    for k, value in enumerate(M3):
+        if side * value > apart[2]:
+            found.append(0)
+            continue
+        box = [_on_parts(s)[k] + arb(0, e) for s, e in zip(states, apart, strict=True)]
+        rate = side * aligned(box, numbers.field)[2]
+        if not (rate > 0 or rate < 0):
+            raise Undecided("C4: neither the sign of M3 nor that of its rate is told on a part")
+        found.append(1 if rate > 0 else -1)
+    return found
+
+
+def _check_signs(signs: Sequence[int], order: Sequence[int]) -> None:
+    """C4: M3 leaves zero once, unless it begins elsewhere, keeps its sign, and comes back once."""
+    runs = [sign for k, sign in enumerate(signs) if k == 0 or signs[k - 1] != sign]
+    if runs != list(order):
+        raise Undecided("C4: M3 is not shown to leave zero at once and to return at the end")
+
+
+def _crossing(
+    numbers: Numbers,
+    end: Sequence[Family],
+    bound: arb,
+    growth: LogarithmicNorm,
+    side: int,
+    begin: Sequence[arb],
+    passed: arb,
+) -> Reached:
+    """C5: the crossing beside the end of the last step, on which side, and where."""
+    apart = _apart(bound, growth)
+    M3 = end[2].bound + apart[2]
+    late = apart[2] + M3
+    for _ in range(TRIES):
+        # Within so long a time the orbits stay within this box, where M3 changes fast enough.
+        box = [s.range + arb(0, e + late) for s, e in zip(end, apart, strict=True)]
+        rates = aligned(box, numbers.field)
+        fastest = _largest(map(abs, rates))
+        slowest = (-side * rates[2]).lower()
+        if not slowest > 0:
+            break
+        time = _up(M3 / slowest)
+        if time * fastest <= late:
+            break
+        late = _up(2 * time * fastest)
+    else:
+        slowest = arb(-1)
+    if not slowest > 0:
+        raise Undecided("C5: M3 crosses zero too slowly")
+    small, large = (0, 1) if side > 0 else (1, 0)
+    if not (box[large] > 0 or box[large] < 0):
+        raise Undecided("C5: the side on which the orbits leave is not told")
+    mirrored = bool(box[large] < 0)
+    # (-M1, -M2, M3, gamma1, gamma2, -gamma3) makes separatrix 1 or 4 of 3 or 2.
+    d, g = (end[j].widened(apart[j] + time * fastest) for j in (small, 5))
+    if mirrored:
+        d, g = -d, -g
+    Q = -box[large] if mirrored else box[large]
+    right = (not mirrored) if side > 0 else mirrored
+    there = (Q, box[3], box[4])
+    duration = -_double(time - passed), _double(passed + time)
+    return Reached(d, g, right, there, _double(bound), _double(time), duration, begin)
+
+
+def relation(source: Reached, target: Quad, begin: Sequence[arb], place: int) -> Relation:
+    """C6: whether the orbits of a set cover another.
+
+    Parameters
+    ----------
+    source : Reached
+    target : Quad
+        Of the section that they cross.
+    begin : 3 arb
+        Q, gamma1 and gamma2 of the target's points.
+    place : int
+        Of the target in the list.
+
+    Raises
+    ------
+    Undecided
+    """
+    with precision(SCALARS):
+        if not all(abs(a - b) <= ALONE for a, b in zip(source.box, begin, strict=True)):
+            raise Undecided("C6: the crossings are on another sheet of the section")
+        U, V = coordinates(target, source.d, source.g)
+        edges = [U.at("u", side).range for side in (-1, 1)]
+        if edges[0] < -1 and edges[1] > 1:
+            orientation = 1
+        elif edges[0] > 1 and edges[1] < -1:
+            orientation = -1
+        else:
+            raise Undecided("C6: an edge does not lie beyond the end of the set")
+        if not V.bound < 1:
+            raise Undecided("C6: the image is not between the sides of the set")
+        least = min(-_double(-abs(edge).lower()) for edge in edges)
+        return Relation(place, orientation, least, _double(V.bound))
+
+
+def prove(
+    numbers: Numbers, quads: Sequence[Quad], orbits: Sequence[Sequence[FamilyStep]]
+) -> tuple[list[Reached], list[list[Relation]]]:
+    """Check the full shift: two sets on each section, each covers both of the other section.
+
+    Parameters
+    ----------
+    numbers : Numbers
+    quads : 4 Quad
+    orbits : 4 sequences of FamilyStep
+
+    Returns
+    -------
+    arrivals : 4 Reached
+    relations : 4 pairs of Relation
+
+    Raises
+    ------
+    Undecided
+        The first that is not shown; the text names the set.
+    """
+    if sorted(quad.rising for quad in quads) != [False, False, True, True]:
+        raise Undecided("there are other sets than two on each section")
+    arrivals = []
+    for k, (quad, pieces) in enumerate(zip(quads, orbits, strict=True)):
+        with _of_set(k):
+            arrivals.append(arrival(numbers, quad, pieces))
+    symbols = {(quad.rising, found.right) for quad, found in zip(quads, arrivals, strict=True)}
+    if len(symbols) < len(quads):
+        raise Undecided("two sets of a section have the same symbol")
+    relations = []
+    for k, (quad, found) in enumerate(zip(quads, arrivals, strict=True)):
+        others = [j for j, other in enumerate(quads) if other.rising != quad.rising]
+        with _of_set(k):
+            relations.append([relation(found, quads[j], arrivals[j].begin, j) for j in others])
+    return arrivals, relations
+
+
+def prove_line(
+    numbers: Numbers,
+    line: StartLine,
+    pieces: Sequence[FamilyStep],
+    quads: Sequence[Quad],
+    arrivals: Sequence[Reached],
+) -> tuple[Reached, list[Relation]]:
+    """Check that a line of starts crosses both sets of upward crossings, as an image does.
+
+    Raises
+    ------
+    Undecided
+    """
+    try:
+        found = arrival(numbers, line, pieces)
+        upward = [k for k, quad in enumerate(quads) if quad.rising]
+        return found, [relation(found, quads[k], arrivals[k].begin, k) for k in upward]
+    except Undecided as doubt:
+        raise Undecided(f"line of starts: {doubt}") from None
+
+
+@contextmanager
+def _of_set(k: int) -> Iterator[None]:
+    """Name the set in what is undecided."""
+    try:
+        yield
+    except Undecided as doubt:
+        raise Undecided(f"set {k}: {doubt}") from None
+
+
+def _on_parts(state: Family) -> list[arb]:
+    """Values over each part of a step, for all u and v."""
+    values = Values(state.middle(), PARTS)
+    found = []
+    for first, last in pairwise(values.at):
+        # Between its ends it is within half of its largest change of their middle.
+        beside = arb(values.change + 1) / 2 + values.doubt
+        found.append((arb(first + last) / 2 + arb(0, beside)) / arb(2) ** VALUES)
+    return found
+
+
+def _double(x: arb) -> float:
+    """A double above a ball."""
+    return math.nextafter(float(x.upper()), math.inf)
+
+
+def _apart(bound: arb, growth: LogarithmicNorm) -> list[arb]:
+    """Bounds on the distance of each component."""
+    return [bound, bound, _up(bound / growth.upright)] + 3 * [_up(bound * growth.weight)]
+
+
+def _largest(balls: Iterable[arb]) -> arb:
+    """An upper bound of all."""
+    found = arb(0)
+    for ball in balls:
+        found = found.max(_up(ball))
+    return found
+
+
+def _up(x: arb) -> arb:
+    return arb(x.upper())

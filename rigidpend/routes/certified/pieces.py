@@ -1,0 +1,150 @@
+"""Data of a proof of covering relations: sets and polynomials; nothing computes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from fractions import Fraction
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+Powers: TypeAlias = tuple[int, int, int]
+"""Degree j of T_j(x), and powers of u and v."""
+
+CLOCK = 50
+"""Binary digits behind the point of a half-length of a step."""
+MOST_BITS, MOST_DEGREE, MOST_STEPS = 62, 100, 1000
+"""Bits of a coefficient, degree in a variable and steps of a set at most."""
+COMPONENTS = 7
+"""Qp, Qm, M3, gamma1, gamma2, gamma3, and half of the step's length in time."""
+
+
+class Quad(NamedTuple):
+    """A curved quadrilateral of the section M3 = 0, |U| <= 1 and |V| <= 1.
+
+    U = (d - p(g))/a,  V = (d - p(g) - l0 - l1 g)/b,  g = gamma3 and p a polynomial.
+    """
+
+    rising: bool
+    a: Fraction
+    b: Fraction
+    l0: Fraction
+    l1: Fraction
+    p: tuple[Fraction, ...]
+
+
+class StartLine(NamedTuple):
+    """Starts with Qm = 0 < Qp, M . gamma = 0 and a given J1: theta1 = alpha0 + beta0, as in Fig. 4.
+
+    On it e1 gamma1 + e2 gamma2 = centre + half u, |u| <= 1.
+    """
+
+    J1: Fraction
+    e1: Fraction
+    e2: Fraction
+    centre: Fraction
+    half: Fraction
+
+
+class FamilyStep(NamedTuple):
+    """Step of a family of approximate orbits: polynomials in x, u and v."""
+
+    bits: int
+    half: Mapping[Powers, int]
+    """Half of its length in time, a polynomial in u and v in units of 2^-CLOCK."""
+    terms: Sequence[Mapping[Powers, int]]
+    """Those of Qp, Qm, M3, gamma1, gamma2, gamma3 over x in [-1, 1], in units of 2^-bits.
+
+    Those of T_0 are twice what they stand for."""
+
+
+def packed_quads(quads: Sequence[Quad]) -> dict[str, Any]:
+    """Sets as arrays; their numbers are doubles, and stand for these exactly."""
+    numbers = {name: [float(getattr(q, name)) for q in quads] for name in ("a", "b", "l0", "l1")}
+    return {
+        "rising": np.array([q.rising for q in quads]),
+        "p": np.array([[float(x) for x in q.p] for q in quads]),
+        **{name: np.array(values) for name, values in numbers.items()},
+    }
+
+
+def unpacked_quads(data: Mapping[str, Any]) -> list[Quad]:
+    """Sets from their arrays.
+
+    Raises
+    ------
+    ValueError
+        They are no sets.
+    """
+    if not all(np.isfinite(data[name]).all() for name in ("a", "b", "l0", "l1", "p")):
+        raise ValueError("a set has a number that is not finite")
+    if not all(np.all(data[name]) for name in ("a", "b", "l1")):
+        raise ValueError("a set has no extent")
+    rows = zip(*(data[name] for name in ("rising", "a", "b", "l0", "l1", "p")), strict=True)
+    return [made(bool(rising), numbers, p) for rising, *numbers, p in rows]
+
+
+def unpacked_line(J1: Fraction, data: Mapping[str, Any]) -> StartLine:
+    """A line of starts from its numbers, doubles, which stand for these exactly."""
+    numbers = [float(data[name]) for name in ("e1", "e2", "centre", "half")]
+    if not np.isfinite(numbers).all():
+        raise ValueError("a line of starts has a number that is not finite")
+    e1, e2, centre, half = map(Fraction, numbers)
+    return StartLine(J1, e1, e2, centre, half)
+
+
+def made(rising: bool, numbers: Sequence[float], p: Iterable[float]) -> Quad:
+    """The set of doubles a, b, l0, l1 and those of p."""
+    a, b, l0, l1, *curve = (Fraction(float(x)) for x in (*numbers, *p))
+    return Quad(rising, a, b, l0, l1, tuple(curve))
+
+
+def packed(orbits: Sequence[Sequence[FamilyStep]]) -> dict[str, Any]:
+    """The steps of each set as arrays."""
+    every = [(k, piece) for k, pieces in enumerate(orbits) for piece in pieces]
+    tables = [list(_rows(piece)) for _, piece in every]
+    rows = [row for table in tables for row in table]
+    return {
+        "family": np.array([k for k, _ in every]),
+        "bits": np.array([piece.bits for _, piece in every]),
+        "terms": np.array([len(table) for table in tables]),
+        "powers": np.array([at for at, _ in rows], dtype=np.uint8),
+        "coefficients": np.array([numbers for _, numbers in rows], dtype=np.int64),
+    }
+
+
+def _rows(piece: FamilyStep) -> Iterator[tuple[Powers, list[int]]]:
+    columns = [*piece.terms, piece.half]
+    for at in sorted({at for column in columns for at in column}):
+        yield at, [column.get(at, 0) for column in columns]
+
+
+def unpacked(data: Mapping[str, Any], n: int) -> list[list[FamilyStep]]:
+    """The steps of each of n sets, from their arrays.
+
+    Raises
+    ------
+    ValueError
+        They are no steps.
+    """
+    ends = np.cumsum(np.asarray(data["terms"], dtype=np.int64))
+    if not len(ends) or ends[-1] != len(data["powers"]) or np.min(data["terms"]) < 1:
+        raise ValueError("the steps have other terms than are stored")
+    if np.min(data["bits"]) < 1 or np.max(data["bits"]) > MOST_BITS:
+        raise ValueError(f"a step has fewer bits than 1 or more than {MOST_BITS}")
+    if np.min(data["powers"]) < 0 or np.max(data["powers"]) > MOST_DEGREE:
+        raise ValueError(f"a term has a degree of less than 0 or more than {MOST_DEGREE}")
+    found: list[list[FamilyStep]] = [[] for _ in range(n)]
+    for of, bits, end, terms in zip(data["family"], data["bits"], ends, data["terms"], strict=True):
+        if not 0 <= of < n or len(found[of]) == MOST_STEPS:
+            raise ValueError(f"a step is of no set, or a set has more than {MOST_STEPS} steps")
+        here = slice(end - terms, end)
+        powers = [tuple(map(int, row)) for row in data["powers"][here]]
+        if len(set(powers)) < len(powers):
+            raise ValueError("a step has a term twice")
+        columns: list[dict[Any, int]] = [
+            {at: int(x) for at, x in zip(powers, column, strict=True) if x}
+            for column in data["coefficients"][here].T
+        ]
+        found[of].append(FamilyStep(int(bits), columns[-1], columns[:-1]))
+    return found

@@ -1,0 +1,623 @@
+"""Check the proof of a full shift once more, without a line of the package.
+
+    .venv/bin/python -m scripts.check_full_shift FILE [--config FULL_SHIFT.yaml]
+
+It follows docs/full-shift.md from the definitions to C6, in Python's integers and fractions, with
+the intervals of scripts/check_certificate.py. Polynomials are dictionaries, multiplied term by
+term. It ends with 0 only if all eight covering relations, and those of the line of starts, are
+proven of the config's body.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from scripts.check_certificate import (
+    Fails,
+    Interval,
+    Refused,
+    check_against,
+    exponential,
+    hypotenuse,
+    larger,
+    number,
+    sqrt,
+)
+
+DIGITS = 200
+"""Binary digits of intervals."""
+CLOCK = 50
+"""Binary digits behind the point of a half-length of a step."""
+PARTS = 32
+"""Parts of a step on which signs and rates are told."""
+ALONE, THIN, WIDEST = Fraction(1, 32), Fraction(1, 2**20), Fraction(1, 4096)
+"""Distances within which a point of the section and one of a line is alone; radius of a tube."""
+MOST = {"steps": 4000, "terms": 10**6, "degree": 100, "bits": 62, "curve": 20}
+"""Sizes of a proof at most."""
+
+
+class Series:
+    """A sum of terms w T_j(x) u^k v^l in units of 2^-digits, and all that is within its error."""
+
+    def __init__(self, terms: dict[Any, int], digits: int, error: int = 0) -> None:
+        self.terms, self.digits, self.error = terms, digits, error
+
+    @classmethod
+    def of(cls, x: Any) -> Series:
+        if isinstance(x, Series):
+            return x
+        ends = Interval.of(x)
+        return cls({(0, 0, 0): ends.low}, Interval.digits, ends.high - ends.low)
+
+    @property
+    def most(self) -> Fraction:
+        """Bound on the size."""
+        return Fraction(sum(map(abs, self.terms.values())) + self.error, 1 << self.digits)
+
+    def ball(self, more: Any = 0) -> Interval:
+        """All values for all x, u and v, and what is at most so far from them."""
+        centre = Fraction(self.terms.get((0, 0, 0), 0), 1 << self.digits)
+        return around(centre, self.most - abs(centre) + above(more))
+
+    def raised(self, digits: int) -> Series:
+        by = digits - self.digits
+        return Series({at: w << by for at, w in self.terms.items()}, digits, self.error << by)
+
+    def __neg__(self) -> Series:
+        return Series({at: -w for at, w in self.terms.items()}, self.digits, self.error)
+
+    def __add__(self, other: Any) -> Series:
+        other = Series.of(other)
+        digits = max(self.digits, other.digits)
+        a, b = self.raised(digits), other.raised(digits)
+        for at, w in b.terms.items():
+            a.terms[at] = a.terms.get(at, 0) + w
+        return Series(a.terms, digits, a.error + b.error)
+
+    def __sub__(self, other: Any) -> Series:
+        return self + -Series.of(other)
+
+    def __rsub__(self, other: Any) -> Series:
+        return Series.of(other) - self
+
+    def __mul__(self, other: Any) -> Series:
+        other = Series.of(other)
+        found: dict[Any, int] = {}
+        # T_i T_j is half the sum of T_{i+j} and T_{|i-j|}: a digit more.
+        for (i, k, l), w in self.terms.items():
+            for (j, m, n), x in other.terms.items():
+                for degree in (i + j, abs(i - j)):
+                    at = degree, k + m, l + n
+                    found[at] = found.get(at, 0) + w * x
+        sizes = [sum(map(abs, each.terms.values())) for each in (self, other)]
+        error = sizes[0] * other.error + sizes[1] * self.error + self.error * other.error
+        return Series(found, self.digits + other.digits + 1, 2 * error)
+
+    __radd__, __rmul__ = __add__, __mul__
+
+    def slope(self) -> Series:
+        """The derivative in x."""
+        found: dict[Any, int] = {}
+        # T_j' = 2 j (T_{j-1} + T_{j-3} + ...), of which T_0 counts half.
+        for (j, k, l), w in self.terms.items():
+            for i in range(j - 1, -1, -2):
+                found[i, k, l] = found.get((i, k, l), 0) + (1 if i == 0 else 2) * j * w
+        return Series(found, self.digits)
+
+    def at(self, variable: int, side: int) -> Series:
+        """On the side where x, u or v (0, 1, 2) is -1 or 1."""
+        found: dict[Any, int] = {}
+        for at, w in self.terms.items():
+            left = tuple(0 if i == variable else n for i, n in enumerate(at))
+            found[left] = found.get(left, 0) + w * side ** at[variable]
+        return Series(found, self.digits, self.error)
+
+    def on_parts(self) -> list[Interval]:
+        """Values on equal parts of x, for all u and v."""
+        rows = {j: w for (j, k, l), w in self.terms.items() if not k and not l}
+        beside = self.most - Fraction(sum(map(abs, rows.values())), 1 << self.digits)
+        # |T_j'| <= j^2, and from the middle of a part it is 1/PARTS to its end.
+        beside += Fraction(sum(j * j * abs(w) for j, w in rows.items()), PARTS << self.digits)
+        found = []
+        for part in range(PARTS):
+            x = Fraction(2 * part + 1 - PARTS, PARTS)
+            before, here, total = Fraction(1), x, Fraction(rows.get(0, 0))
+            for j in range(1, max(rows, default=0) + 1):
+                total += rows.get(j, 0) * here
+                before, here = here, 2 * x * here - before
+            found.append(around(total / (1 << self.digits), beside))
+        return found
+
+
+def around(centre: Any, radius: Any) -> Interval:
+    middle, away = Interval.of(centre), Interval.of(radius)
+    return Interval(middle.low - away.high, middle.high + away.high)
+
+
+def above(x: Any) -> Fraction:
+    """An upper bound."""
+    return Interval.of(x).above
+
+
+def size(x: Interval) -> Fraction:
+    return x.size.above
+
+
+class Problem(NamedTuple):
+    """Constants of docs/full-shift.md, intervals."""
+
+    lam: Interval
+    a: Interval
+    b: Interval
+    mu: tuple[Interval, Interval]
+    """mu rho_1 and mu rho_2."""
+    omega: tuple[Interval, Interval, Interval]
+    to_M: tuple[Interval, Interval]
+    """From Qp + Qm to M1 and from Qp - Qm to M2."""
+    h: Interval
+    sigma: Interval
+    F: Interval
+    Omega: Interval
+    w: Interval
+
+    def field(self, y: Sequence[Any]) -> list[Any]:
+        """The derivatives of Qp, Qm, M3, gamma1, gamma2, gamma3 in t'."""
+        Qp, Qm, M3, g1, g2, g3 = y
+        S, D = Qp + Qm, Qp - Qm
+        o1, o2, kappa = self.omega
+        product = {(i, j): y[3 + i] * (S, D, M3)[j] for i in range(3) for j in range(3) if i != j}
+        # A constant stands on the right, where a series can take it.
+        return [
+            g3 * self.a - M3 * Qp * self.lam,
+            M3 * Qm * self.lam - g3 * self.b,
+            S * D * (1 / (4 * self.lam)) + g1 * self.mu[1] - g2 * self.mu[0],
+            product[1, 2] * kappa - product[2, 1] * o2,
+            product[2, 0] * o1 - product[0, 2] * kappa,
+            product[0, 1] * o2 - product[1, 0] * o1,
+        ]
+
+    def norm(self, p: Any, q: Any, s: Any, *g: Any) -> Fraction:
+        """Upper bound on the norm of a difference."""
+        return hypotenuse(p, q, self.sigma * s, *(Interval.of(x) / self.w for x in g)).above
+
+    def apart(self, bound: Fraction) -> list[Fraction]:
+        """Bounds on each component of a difference of that norm."""
+        return [bound, bound, above(bound / self.sigma)] + 3 * [above(bound * self.w)]
+
+
+def problem_of(given: dict[str, Any]) -> Problem:
+    """The constants, from the numbers of a config."""
+    (A1, A2, A3), (r1, r2, r3) = (map(number, given[key]) for key in ("A", "r"))
+    mu, h = number(given["mu"]), number(given["h"])
+    ordered = Interval.of(A1 - A3).low > 0 and Interval.of(A3 - A2).low > 0
+    if not (ordered and Interval.of(A2).low > 0 and r3 == 0 and r1 >= 0 and r2 >= 0):
+        raise Refused("A1 > A3 > A2 > 0 or r1, r2 >= 0 = r3 is broken, or cannot be told")
+    c = sqrt(Interval.of(A2 * (A1 - A3) / (A3 * (A1 - A2))))
+    s = sqrt(Interval.of(A1 * (A3 - A2) / (A3 * (A1 - A2))))
+    length, kappa = sqrt(Interval.of(r1 * r1 + r2 * r2)), Interval.of(A1 * A2 / (A3 * (A1 - A2)))
+    rho1, rho2, lam, two = r1 / length, r2 / length, s * c, sqrt(Interval.of(2))
+    a, b, sigma = mu * (s * rho1 - c * rho2), mu * (s * rho1 + c * rho2), lam * two
+    omega = (kappa - c * c) / (2 * c), (kappa + s * s) / (2 * s), kappa
+    F = larger(hypotenuse(a, b), sigma * Interval.of(mu).size)
+    Omega = larger(two * larger(omega[0].size, omega[1].size), kappa.size / sigma)
+    w = sqrt(Omega / F) if F.low << 32 > Omega.high else Interval.of(2**16)
+    return Problem(
+        *(lam, a, b, (mu * rho1, mu * rho2), omega, (1 / (2 * c), 1 / (2 * s)), Interval.of(h)),
+        *(sigma, F, Omega, Interval(w.low, w.low)),
+    )
+
+
+class Quad(NamedTuple):
+    """A set: U = (d - p(g))/a and V = (d - p(g) - l0 - l1 g)/b, both from -1 to 1."""
+
+    rising: bool
+    a: Fraction
+    b: Fraction
+    l0: Fraction
+    l1: Fraction
+    p: list[Fraction]
+
+    def curve(self, g: Series) -> Series:
+        found = Series.of(self.p[-1])
+        for x in self.p[-2::-1]:
+            found = found * g + x
+        return found
+
+    def place(self) -> tuple[Series, Series]:
+        """d and g of its points."""
+        u, v = Series({(0, 1, 0): 1}, 0), Series({(0, 0, 1): 1}, 0)
+        g = u * (self.a / self.l1) - v * (self.b / self.l1) - self.l0 / self.l1
+        return self.curve(g) + u * self.a, g
+
+    def coordinates(self, d: Series, g: Series) -> tuple[Series, Series]:
+        off = d - self.curve(g)
+        return off * (1 / self.a), (off - self.l0 - g * self.l1) * (1 / self.b)
+
+
+class Line(NamedTuple):
+    """Starts with Qm = 0 < Qp, of one J1, where e1 gamma1 + e2 gamma2 = centre + half u."""
+
+    J1: Any
+    e1: Fraction
+    e2: Fraction
+    centre: Fraction
+    half: Fraction
+
+
+class Step(NamedTuple):
+    half: Series
+    states: list[Series]
+
+
+class Arrival(NamedTuple):
+    """Crossings of the orbits of a set, as if beside separatrix 2 or 3."""
+
+    d: Series
+    g: Series
+    symbol: int
+    box: list[Interval]
+    begin: list[Interval]
+
+
+def beginning(p: Problem, quad: Quad, step: Step) -> tuple[list[Interval], Fraction]:
+    """C1: Q, gamma1, gamma2 of the points of a set, and the polynomials' distance from them."""
+    y = [state.at(0, -1) for state in step.states]
+    d, g = quad.place()
+    large, side = (0, 1) if quad.rising else (1, -1)
+    Q, g1, g2 = y[large], y[3], y[4]
+    (m1, m2), kappa = p.to_M, p.omega[2]
+
+    def momenta(Q: Any, d: Any) -> tuple[Any, Any]:
+        return (Q + d) * m1, (Q - d) * m2 * side
+
+    M1, M2 = momenta(Q, d)
+    residual = [
+        M1 * g1 + M2 * g2,
+        g1 * g1 + g2 * g2 + g * g - 1,
+        (M1 * M1 + M2 * M2) * (kappa / 2)
+        - Q * d * Fraction(1, 2)
+        + g1 * p.mu[0]
+        + g2 * p.mu[1]
+        - p.h,
+    ]
+    q, y1, y2, away = Q.ball(ALONE), g1.ball(ALONE), g2.ball(ALONE), d.ball()
+    n1, n2 = momenta(q, away)
+    by = m1, m2 * side
+    J = [
+        [y1 * by[0] + y2 * by[1], n1, n2],
+        [Interval.of(0), 2 * y1, 2 * y2],
+        [kappa * (n1 * by[0] + n2 * by[1]) - away / 2, *p.mu],
+    ]
+    near = solution(residual, J, ALONE)
+    apart = [near, near, y[2].most, near, near, (y[5] - g).most]
+    apart[1 - large] = (y[1 - large] - d).most
+    return [Q.ball(), g1.ball(), g2.ball()], p.norm(*apart)
+
+
+def line_beginning(p: Problem, line: Line, step: Step) -> Fraction:
+    """C1 of a line of starts: the polynomials' distance from them."""
+    Qp, Qm, M3, g1, g2, g3 = (state.at(0, -1) for state in step.states)
+    (m1, m2), kappa, J1 = p.to_M, p.omega[2], Interval.of(line.J1)
+    square, zero = m1 * m1 + m2 * m2, Interval.of(0)
+    u = Series({(0, 1, 0): 1}, 0)
+    across = Qp * Qp * square
+    residual = [
+        Qp * (g1 * m1 + g2 * m2) + M3 * g3,
+        g1 * g1 + g2 * g2 + g3 * g3 - 1,
+        (across + M3 * M3) * (kappa / 2) + g1 * p.mu[0] + g2 * p.mu[1] - p.h,
+        # |M| = 2 J1 - M3.
+        across + (M3 - J1) * (4 * J1),
+        g1 * line.e1 + g2 * line.e2 - line.centre - u * line.half,
+    ]
+    q, m, y1, y2, y3 = (x.ball(THIN) for x in (Qp, M3, g1, g2, g3))
+    e1, e2 = Interval.of(line.e1), Interval.of(line.e2)
+    J = [
+        [m1 * y1 + m2 * y2, y3, q * m1, q * m2, m],
+        [zero, zero, 2 * y1, 2 * y2, 2 * y3],
+        [kappa * q * square, kappa * m, *p.mu, zero],
+        [2 * q * square, 4 * J1, zero, zero, zero],
+        [zero, zero, e1, e2, zero],
+    ]
+    near = solution(residual, J, THIN)
+    if q.low <= 0 or m.high >= 0:
+        raise Fails("C1: Qp > 0 > M3 is not shown at the starts")
+    return p.norm(near, Qm.most, near, near, near, near)
+
+
+def solution(residual: list[Series], J: list[list[Interval]], room: Fraction) -> Fraction:
+    """C1: how near a solution is, the only one within `room`, where J holds the derivatives.
+
+    Newton's iteration with a fixed matrix contracts the box of that size into itself.
+    """
+    n = range(len(residual))
+    C = inverse([[Fraction(x.low + x.high, 2 << Interval.digits) for x in row] for row in J])
+    share, moved = Fraction(0), Fraction(0)
+    for i in n:
+        row = [sum((C[i][k] * J[k][j] for k in n), Interval.of(0)) for j in n]
+        share = max(share, sum((size(x - (i == j)) for j, x in enumerate(row)), Fraction(0)))
+        moved = max(moved, sum((abs(C[i][k]) * residual[k].most for k in n), Fraction(0)))
+    if share >= 1 or moved > (1 - share) * room:
+        raise Fails("C1: no points are shown to be where the orbits begin")
+    return moved / (1 - share)
+
+
+def inverse(J: list[list[Fraction]]) -> list[list[Fraction]]:
+    """The inverse of a matrix by elimination, rounded: any matrix near it will do."""
+    n = len(J)
+    rows = [[*row, *(Fraction(i == j) for j in range(n))] for i, row in enumerate(J)]
+    for k in range(n):
+        best = max(range(k, n), key=lambda i: abs(rows[i][k]))
+        if not rows[best][k]:
+            raise Fails("C1: the derivatives have no inverse where the orbits begin")
+        rows[k], rows[best] = rows[best], rows[k]
+        rows[k] = [x / rows[k][k] for x in rows[k]]
+        for i in range(n):
+            if i != k:
+                rows[i] = [x - rows[i][k] * y for x, y in zip(rows[i], rows[k], strict=True)]
+    return [[Fraction(round(x * 2**60), 2**60) for x in row[n:]] for row in rows]
+
+
+def tube(p: Problem, step: Step, begin: Fraction) -> Fraction:
+    """C3: the bound over a step, less than the radius of a tube."""
+    sizes, radius = [size(x) for x in step.states[2].on_parts()], min(4 * begin, WIDEST)
+    while True:
+        E, rates = Interval.of(radius), Interval.of(0)
+        k = p.w * p.F + (1 + p.w * E / 2) * (p.Omega / p.w)
+        for m in sizes:
+            steep = p.lam * (m + E / (2 * p.sigma))
+            rates += (steep + hypotenuse(steep, k)) / 2
+        grown = (exponential(rates * (2 * step.half.most / PARTS)) * begin).above
+        if grown < radius:
+            return grown
+        if radius == WIDEST:
+            raise Fails(f"C3: {float(grown):.3g} at the end, and {float(WIDEST):.3g} is the most")
+        radius = min(2 * grown, WIDEST)
+
+
+def signs(p: Problem, step: Step, bound: Fraction, side: int) -> Iterator[int]:
+    """C4: of each part 0 where M3 has the sign of the passage, else the sign of its rate."""
+    apart = p.apart(bound)
+    parts = [state.on_parts() for state in step.states]
+    for k, M3 in enumerate(parts[2]):
+        if (side * M3 - apart[2]).low > 0:
+            yield 0
+            continue
+        rate = side * p.field([around_all(x[k], e) for x, e in zip(parts, apart, strict=True)])[2]
+        if rate.low <= 0 <= rate.high:
+            raise Fails("C4: neither the sign of M3 nor that of its rate is told on a part")
+        yield 1 if rate.low > 0 else -1
+
+
+def around_all(x: Interval, radius: Fraction) -> Interval:
+    away = Interval.of(radius).high
+    return Interval(x.low - away, x.high + away)
+
+
+def arrival(p: Problem, start: Quad | Line, steps: Sequence[Step]) -> Arrival:
+    """C1 to C5 of the orbits of a set or of a line of starts."""
+    begin: list[Interval] = []
+    if isinstance(start, Line):
+        side, order, bound = -1, [0, -1], line_beginning(p, start, steps[0])
+    else:
+        side, order = 1 if start.rising else -1, [1, 0, -1]
+        begin, bound = beginning(p, start, steps[0])
+    told: list[int] = []
+    for k, step in enumerate(steps):
+        if k:
+            before = [state.at(0, 1) for state in steps[k - 1].states]
+            gap = [(a.at(0, -1) - b).most for a, b in zip(step.states, before, strict=True)]
+            bound += p.norm(*gap)
+        if step.half.ball().low <= 0:
+            raise Fails("C2: the length of a step is not shown to be positive")
+        rates = p.field(step.states)
+        parts = [(y.slope() - step.half * f).most for y, f in zip(step.states, rates, strict=True)]
+        bound = tube(p, step, bound + 2 * p.norm(*parts))
+        told += signs(p, step, bound, side)
+    if [x for k, x in enumerate(told) if not k or told[k - 1] != x] != order:
+        raise Fails("C4: M3 is not shown to leave zero at once and to return at the end")
+    end = [state.at(0, 1) for state in steps[-1].states]
+    return crossing(p, end, bound, side, begin)
+
+
+def crossing(
+    p: Problem, end: list[Series], bound: Fraction, side: int, begin: list[Interval]
+) -> Arrival:
+    """C5: where the orbits cross beside the end of the last step."""
+    apart = p.apart(bound)
+    M3 = end[2].most + apart[2]
+    late = M3 + apart[2]
+    for _ in range(4):
+        box = [state.ball(e + late) for state, e in zip(end, apart, strict=True)]
+        found = p.field(box)
+        fastest, slowest = max(map(size, found)), (-side * found[2]).low
+        if slowest <= 0:
+            break
+        time = M3 / Fraction(slowest, 1 << Interval.digits)
+        if time * fastest <= late:
+            return _crossed(end, box, [e + time * fastest for e in apart], side, begin)
+        late = 2 * time * fastest
+    raise Fails("C5: M3 crosses zero too slowly")
+
+
+def _crossed(
+    end: list[Series], box: list[Interval], away: list[Fraction], side: int, begin: list[Interval]
+) -> Arrival:
+    """C5: on which side of the large Q the orbits cross, and where."""
+    large = 1 if side > 0 else 0
+    if box[large].low <= 0 <= box[large].high:
+        raise Fails("C5: the side on which the orbits leave is not told")
+    sign = 1 if box[large].low > 0 else -1
+    d, g = (
+        Series(x.terms, x.digits, x.error + int(away[j] * 2**x.digits) + 1) * sign
+        for j, x in ((1 - large, end[1 - large]), (5, end[5]))
+    )
+    return Arrival(d, g, int(sign == side), [sign * box[large], box[3], box[4]], begin)
+
+
+def check_relation(source: Arrival, quad: Quad, begin: Sequence[Interval]) -> None:
+    """C6: the image of a set lies across another."""
+    if any(size(a - b) > ALONE for a, b in zip(source.box, begin, strict=True)):
+        raise Fails("C6: the crossings are on another sheet of the section")
+    U, V = quad.coordinates(source.d, source.g)
+    low, high = (U.at(1, side).ball() for side in (-1, 1))
+    ends = [(low.high, high.low), (high.high, low.low)]
+    one = 1 << Interval.digits
+    if not any(a < -one and b > one for a, b in ends):
+        raise Fails("C6: an edge does not lie beyond the end of the set")
+    if V.most >= 1:
+        raise Fails("C6: the image is not between the sides of the set")
+
+
+def prove(
+    problem: dict[str, Any], quads: Sequence[Quad], line: Line, orbits: Sequence[list[Step]]
+) -> None:
+    """All that a full shift and its line of starts need; raises Fails with what is not shown."""
+    if sorted(quad.rising for quad in quads) != [False, False, True, True]:
+        raise Fails("there are other sets than two on each section")
+    if (
+        not all(quad.a and quad.b and quad.l1 for quad in quads)
+        or not all(orbits)
+        or len(orbits) != 5
+    ):
+        raise Fails("a set has no extent, or no steps")
+    p = problem_of(problem)
+    found = [_named(k, arrival, p, *of) for k, of in enumerate(zip(quads, orbits, strict=False))]
+    if len({(q.rising, x.symbol) for q, x in zip(quads, found, strict=True)}) < len(quads):
+        raise Fails("two sets of a section have the same symbol")
+    for k, source in enumerate(found):
+        for quad, other in zip(quads, found, strict=True):
+            if quad.rising != quads[k].rising:
+                _named(k, check_relation, source, quad, other.begin)
+    start = _named("line", arrival, p, line, orbits[4])
+    for quad, other in zip(quads, found, strict=True):
+        if quad.rising:
+            _named("line", check_relation, start, quad, other.begin)
+
+
+def _named(k: int | str, check: Callable[..., Any], *arguments: Any) -> Any:
+    try:
+        return check(*arguments)
+    except Fails as doubt:
+        raise Fails(f"set {k}: {doubt}") from None
+
+
+# ---- The file.
+
+LINE = ("e1", "e2", "centre", "half")
+"""Numbers of a line of starts."""
+
+
+def read(path: Path) -> tuple[dict[str, Any], list[Quad], list[Fraction], list[list[Step]]]:
+    """The config of a result, its sets, the numbers of its line, and the steps of all."""
+    import h5py
+
+    try:
+        with h5py.File(path) as file:
+            config = json.loads(file["config"].asstr()[()])
+            sets = {
+                k: _array(file, f"data/sets/{k}") for k in ("rising", "a", "b", "l0", "l1", "p")
+            }
+            along = {k: _array(file, f"data/line/{k}") for k in LINE}
+            proof = {
+                k: _array(file, f"data/proof/{k}")
+                for k in ("family", "bits", "terms", "powers", "coefficients")
+            }
+        quads = []
+        for k in range(4):
+            a, b, l0, l1, *p = (
+                Fraction(float(x))
+                for x in (*(sets[x][k] for x in ("a", "b", "l0", "l1")), *sets["p"][k])
+            )
+            quads.append(Quad(bool(sets["rising"][k]), a, b, l0, l1, p))
+        line = [Fraction(float(along[name])) for name in LINE]
+        return config, quads, line, list(_steps(proof))
+    except (OSError, KeyError, ValueError, TypeError, AttributeError, IndexError, OverflowError,
+            RuntimeError) as error:  # fmt: skip
+        raise Refused(f"it cannot be read: {str(error)[:200]}") from None
+
+
+def _array(file: Any, place: str) -> Any:
+    node = file[place]
+    if node.external or node.is_virtual or node.size > 7 * MOST["terms"]:
+        raise Refused(f"{place} is no array of this file, or too large")
+    return node[()]
+
+
+def _steps(proof: dict[str, Any]) -> Iterable[list[Step]]:
+    counts, bits = [int(x) for x in proof["terms"]], [int(x) for x in proof["bits"]]
+    powers = [tuple(int(x) for x in row) for row in proof["powers"]]
+    values = [[int(x) for x in row] for row in proof["coefficients"]]
+    of = [int(x) for x in proof["family"]]
+    if not len(counts) == len(bits) == len(of) <= MOST["steps"] or min(counts) < 1:
+        raise Refused("steps are not as many as they say")
+    if sum(counts) != len(powers) or len(powers) != len(values):
+        raise Refused("terms are not as many as they say")
+    if not all(1 <= x <= MOST["bits"] for x in bits) or not set(of) <= {0, 1, 2, 3, 4}:
+        raise Refused("a step has too many bits, or is of no set")
+    if any(len(at) != 3 or not all(0 <= n <= MOST["degree"] for n in at) for at in powers):
+        raise Refused("a term is of no degree, or of one too high")
+    orbits: list[list[Step]] = [[], [], [], [], []]
+    first = 0
+    for k, count, fine in zip(of, counts, bits, strict=True):
+        here = range(first, first + count)
+        if len({powers[i] for i in here}) < count or any(len(values[i]) != 7 for i in here):
+            raise Refused("a step has a term twice, or one that is not of seven numbers")
+        # Coefficients of T_0 are twice what they stand for: a digit more for all the others.
+        columns = [
+            {
+                powers[i]: values[i][c] * (1 if powers[i][0] == 0 else 2)
+                for i in here
+                if values[i][c]
+            }
+            for c in range(7)
+        ]
+        states = [Series(terms, fine + 1) for terms in columns[:6]]
+        if any(j for j, _, _ in columns[6]):
+            raise Refused("the length of a step depends on time")
+        orbits[k].append(Step(Series(columns[6], CLOCK + 1), states))
+        first += count
+    return orbits
+
+
+def check(path: Path, given: Path | None = None) -> None:
+    """Check a result; raises Refused or Fails."""
+    Interval.digits = DIGITS
+    config, quads, line, orbits = read(path)
+    if given:
+        import yaml
+
+        wanted = yaml.load(given.read_text(encoding="utf-8"), yaml.BaseLoader)
+        keys = ("experiment", "problem")
+        check_against({k: config.get(k) for k in keys}, {key: wanted[key] for key in keys})
+        Interval.digits = DIGITS
+    try:
+        problem = {key: config["problem"][key] for key in ("A", "r", "mu", "h")}
+        J1 = number(config["problem"]["J1_0"])
+    except (KeyError, TypeError) as error:
+        raise Refused(f"its config lacks something: {error!r}") from None
+    prove(problem, quads, Line(J1, *line), orbits)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Check a result; the exit code is 0 where the full shift is proven."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("file", type=Path)
+    parser.add_argument("--config", type=Path, help="a YAML config that it is to be of")
+    given = parser.parse_args(arguments)
+    try:
+        check(given.file, given.config)
+    except (Refused, Fails, OSError) as error:
+        print(f"{given.file}: not proven: {error}", file=sys.stderr)
+        return 1
+    print("proven: eight covering relations and a line of starts: every sequence is a code")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,105 @@
+"""The experiment `full_shift`: what it proves, what it says where it does not, and its report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend.experiments.contract import Means
+from rigidpend.experiments.data.compare import differences
+from rigidpend.experiments.full_shift import compute as full_shift
+from rigidpend.experiments.full_shift import report
+from rigidpend.experiments.full_shift.layout import LAYOUT
+from rigidpend.experiments.full_shift.schema import Config
+from rigidpend.numbers.parameters import ParameterError
+from rigidpend.routes.certified import coverings
+from tests.config.samples import content as typed
+from tests.experiments.trees import plain, reference, shifted
+
+CONFIG = Path(__file__).parents[3] / "configs" / "full_shift.yaml"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("changes", [[], ["problem.mu=0.002", "problem.half_turns=13"]])
+def test_all_eight_relations_are_proven_of_what_is_stored(changes: list[str]) -> None:
+    config = typed(Config, CONFIG, changes)
+    data = plain(full_shift.compute(config, Means()))
+    proven = full_shift.checked(config, data["sets"], data["line"], data["proof"])
+    assert [len(pair) for pair in proven.relations] == [2, 2, 2, 2]
+    assert len(proven.crossed) == 2
+    assert data["relations"]["edge"].min() > 1
+    assert data["relations"]["across"].max() < 1
+    assert sorted(zip(data["sets"]["rising"], data["sets"]["symbol"], strict=True)) == [
+        (False, 0), (False, 1), (True, 0), (True, 1)
+    ]  # fmt: skip
+    if not changes:
+        assert differences(LAYOUT, reference("full_shift")["data"], data) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        # Hess: one of the surfaces does not split.
+        ("problem.r=[1, sqrt(2), 0]", "half rotations begin beside the heteroclinic orbits"),
+        # So few half rotations that the sets are too large to be straight, or so many that
+        # they are lost in what is bounded.
+        ("problem.half_turns=10", "sets are too wide"),
+        ("problem.half_turns=20", "set 0: C"),
+    ],
+)
+def test_what_is_not_shown_is_undecided(change: str, said: str) -> None:
+    with pytest.raises(ArithmeticError, match="undecided, nothing is proven") as failed:
+        full_shift.compute(typed(Config, CONFIG, [change]), Means())
+    assert said in str(failed.value)
+
+
+def test_a_free_body_is_refused_where_it_stands() -> None:
+    for change, word in (("problem.mu=0", "mu > 0"), ("problem.h=0.0005", "h > mu")):
+        with pytest.raises((ValueError, ParameterError), match=word):
+            typed(Config, CONFIG, [change])
+
+
+def test_results_are_told_apart() -> None:
+    data = reference("full_shift")["data"]
+    assert differences(LAYOUT, data, data) == []
+    assert differences(LAYOUT, data, shifted(data, ("sets", "a"), 1e-12))
+    assert differences(LAYOUT, data, shifted(data, ("relations", "orientation"), 2))
+    assert differences(LAYOUT, data, shifted(data, ("relations", "across"), 0.06))
+    assert not differences(LAYOUT, data, shifted(data, ("proof", "coefficients"), 1))
+
+
+def test_outlines_are_those_of_the_sets_in_the_chart() -> None:
+    """U and V of what is drawn, less the mean curve, are -1 and 1 around each set."""
+    data = reference("full_shift")["data"]
+    for quad, chi, d in zip(
+        coverings_quads(data), data["drawn"]["chi"], data["drawn"]["d"], strict=True
+    ):
+        g = -np.sin(chi)
+        curves = [
+            np.array(q.p, dtype=float) for q in coverings_quads(data) if q.rising == quad.rising
+        ]
+        off = d + np.polynomial.polynomial.polyval(
+            g, np.mean(curves, axis=0) - np.array(quad.p, dtype=float)
+        )
+        U = off / float(quad.a)
+        V = (off - float(quad.l0) - float(quad.l1) * g) / float(quad.b)
+        np.testing.assert_allclose(np.maximum(abs(U), abs(V)), 1, atol=1e-6)
+
+
+def coverings_quads(data: Any) -> list[Any]:
+    from rigidpend.routes.certified.pieces import unpacked_quads
+
+    return unpacked_quads(data["sets"])
+
+
+def test_the_entropy_is_rounded_down() -> None:
+    result = reference("full_shift")
+    [relations, sets] = report.tables(result)
+    assert len(relations.rows) == 8
+    stated = float(sets.note.split()[-5])
+    assert 0 < np.log(2) / result["data"]["sets"]["longest"].max() - stated < 1e-5
+    assert coverings.ALONE

@@ -1,0 +1,608 @@
+"""Covering relations: each hypothesis barely true and barely false, for both checkers.
+
+Where a limit lies is computed here, in doubles, from docs/full-shift.md.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from flint import arb
+
+from rigidpend.mechanics.body import Body
+from rigidpend.numbers.exact import exact
+from rigidpend.routes.certified import coverings
+from rigidpend.routes.certified.checker import Undecided
+from rigidpend.routes.certified.families import Family
+from rigidpend.routes.certified.growth import LogarithmicNorm
+from rigidpend.routes.certified.pieces import (
+    CLOCK,
+    FamilyStep,
+    Quad,
+    StartLine,
+    made,
+    unpacked,
+    unpacked_line,
+    unpacked_quads,
+)
+from scripts import check_full_shift as script
+from scripts.check_certificate import Fails, Interval
+from tests.attacks import lot
+from tests.experiments.trees import reference
+
+GIVEN: Any = {"A": ("2", "1", "3/2"), "r": ("1", "1", "0"), "mu": "1/1000", "h": "1.3342"}
+J1 = Fraction("1e-8")
+CONFIG = Path(__file__).parents[3] / "configs" / "full_shift.yaml"
+BODY = Body(A=GIVEN["A"], r=GIVEN["r"], mu=GIVEN["mu"])
+BARELY = 0.02
+ALONE, WIDEST = 2.0**-5, 2.0**-12
+BITS = 60
+CALM = {(0, 0, 0): 0}
+"""Terms of a component that is zero."""
+SETS = [("upward", 0), ("upward", 1), ("downward", 0), ("downward", 1)]
+
+
+@pytest.fixture(scope="module")
+def data() -> Any:
+    return reference("full_shift")["data"]
+
+
+@pytest.fixture(scope="module")
+def quads(data: Any) -> list[Quad]:
+    return unpacked_quads(data["sets"])
+
+
+@pytest.fixture(scope="module")
+def orbits(data: Any) -> list[list[FamilyStep]]:
+    return unpacked(data["proof"], 5)
+
+
+@pytest.fixture(scope="module")
+def numbers() -> coverings.Numbers:
+    return coverings.Numbers.of(BODY, exact(GIVEN["h"]))
+
+
+@pytest.fixture(autouse=True)
+def digits() -> None:
+    Interval.digits = script.DIGITS
+
+
+def problem() -> script.Problem:
+    return script.problem_of(GIVEN)
+
+
+def series(terms: Mapping[Any, int], bits: int) -> script.Series:
+    """Terms as the second checker reads them."""
+    found = {at: w * (1 if at[0] == 0 else 2) for at, w in terms.items()}
+    return script.Series(found, bits + 1)
+
+
+def step(piece: FamilyStep) -> script.Step:
+    states = [series(terms, piece.bits) for terms in piece.terms]
+    return script.Step(series(piece.half, script.CLOCK), states)
+
+
+def quad_of(quad: Quad) -> script.Quad:
+    return script.Quad(*quad[:5], list(quad.p))
+
+
+def line_of() -> script.Line:
+    """A line that nobody asks for."""
+    return script.Line(J1, *(Fraction(1),) * 4)
+
+
+def constant(x: float) -> dict[Any, int]:
+    return {(0, 0, 0): 2 * round(x * 2**BITS)}
+
+
+def said(check: Callable[..., Any], *arguments: Any) -> str:
+    """The reason for which something is not shown; empty where it is."""
+    try:
+        check(*arguments)
+    except (Undecided, Fails) as doubt:
+        return str(doubt)
+    return ""
+
+
+def moved(piece: FamilyStep, component: int, at: Any, by: float) -> FamilyStep:
+    """A step of which a coefficient is off."""
+    terms = [dict(each) for each in piece.terms]
+    terms[component][at] = terms[component].get(at, 0) + round(by * 2**piece.bits)
+    return piece._replace(terms=terms)
+
+
+# ---- C1
+
+
+def limit_of_beginning(quad: Quad, piece: FamilyStep) -> float:
+    """How far the large Q may be off at u = v = 0: |C G| = (1 - theta)/32, in doubles."""
+    y = [float(Family.of(t, piece.bits).at("z", -1).range.mid()) for t in piece.terms]
+    (Q, d, _, g1, g2, g3), c = y, coverings.Numbers.of(BODY, exact(GIVEN["h"]))
+    m1, m2, kappa = float(c.to_M1.mid()), float(c.to_M2.mid()), float(c.field.kappa.mid())
+    r1, r2, h = float(c.field.mu_r1.mid()), float(c.field.mu_r2.mid()), float(c.h.mid())
+
+    def at(Q: float) -> tuple[Any, Any]:
+        M1, M2 = (Q + d) * m1, (Q - d) * m2
+        G = [M1 * g1 + M2 * g2, g1**2 + g2**2 + g3**2 - 1]
+        G.append(kappa / 2 * (M1**2 + M2**2) - Q * d / 2 + r1 * g1 + r2 * g2 - h)
+        J = [[g1 * m1 + g2 * m2, M1, M2], [0, 2 * g1, 2 * g2]]
+        return np.array(G), np.array([*J, [kappa * (M1 * m1 + M2 * m2) - d / 2, r1, r2]])
+
+    # By how much each derivative changes within the box.
+    wide = ALONE * np.array([[m1 + m2, m1, m2], [0, 2, 2], [kappa * (m1 * m1 + m2 * m2), 0, 0]])
+    low, high = 0.0, ALONE
+    for _ in range(50):
+        off = (low + high) / 2
+        G, J = at(Q + off)
+        C = np.linalg.inv(J)
+        theta = (np.abs(C) @ wide).sum(axis=1).max()
+        low, high = (off, high) if np.abs(C @ G).max() < (1 - theta) * ALONE else (low, off)
+    return low
+
+
+@pytest.mark.parametrize(("factor", "reason"), [(1 - BARELY, ""), (1 + BARELY, "C1")])
+def test_C1_points_of_the_section(
+    quads: Any, orbits: Any, numbers: Any, factor: float, reason: str
+) -> None:
+    quad, piece = quads[0], orbits[0][0]
+    limit = limit_of_beginning(quad, piece)
+    assert 0 < limit < ALONE
+    # Twice, for a coefficient of T_0 counts half.
+    off = moved(piece, 0, (0, 0, 0), 2 * factor * limit)
+    growth = LogarithmicNorm.of(numbers.field)
+    mine = said(coverings.beginning, numbers, quad, off, growth)
+    theirs = said(script.beginning, problem(), quad_of(quad), step(off))
+    assert mine[:2] == theirs[:2] == reason
+
+
+@pytest.fixture(scope="module")
+def line(data: Any) -> StartLine:
+    return unpacked_line(J1, data["line"])
+
+
+@pytest.mark.parametrize(
+    ("name", "by", "allowed"), [("J1", 1e-12, 1e-6), ("centre", 1e-9, 2e-9), ("half", 1e-9, 2e-9)]
+)
+def test_C1_a_line_is_as_far_as_it_is_moved(
+    line: Any, orbits: Any, numbers: Any, name: str, by: float, allowed: float
+) -> None:
+    """J1 goes like the square of Qp = 2e-4: 1e-12 of it is 1e-8 of Qp; the others are gamma's."""
+    growth, off = LogarithmicNorm.of(numbers.field), getattr(line, name) + Fraction(by)
+    other = line._replace(**{name: off})
+    for bound in (
+        float(coverings.line_beginning(numbers, other, orbits[4][0], growth)[1].upper()),
+        float(script.line_beginning(problem(), script.Line(*other), step(orbits[4][0]))),
+    ):
+        assert by / 10 < bound < allowed
+    far = line._replace(J1=line.J1 * 2)
+    reasons = (
+        said(coverings.line_beginning, numbers, far, orbits[4][0], growth),
+        said(script.line_beginning, problem(), script.Line(*far), step(orbits[4][0])),
+    )
+    assert {reason[:2] for reason in reasons} == {"C1"}
+
+
+def test_a_beginning_is_as_far_as_it_is_moved(quads: Any, orbits: Any, numbers: Any) -> None:
+    quad, piece, growth = quads[2], orbits[2][0], LogarithmicNorm.of(numbers.field)
+    off = moved(piece, 4, (0, 0, 0), 2e-6)
+    far = 1e-6 / float(growth.weight.mid())
+    for bound in (
+        float(coverings.beginning(numbers, quad, off, growth)[1].upper()),
+        float(script.beginning(problem(), quad_of(quad), step(off))[1]),
+    ):
+        assert far < bound < 4e-6
+
+
+# ---- C2
+
+
+@pytest.mark.parametrize(("share", "reason"), [(1 - BARELY, "C3"), (1 + BARELY, "C2")])
+def test_C2_a_step_goes_forward(
+    quads: Any, orbits: Any, numbers: Any, share: float, reason: str
+) -> None:
+    piece = orbits[0][0]
+    middle = piece.half[0, 0, 0]
+    bent = piece._replace(half={**piece.half, (0, 1, 0): int(share * middle)})
+    # What is allowed is that of another orbit, and so the tube fails next.
+    assert said(coverings.arrival, numbers, quads[0], [bent])[:2] == reason
+    assert said(script.arrival, problem(), quad_of(quads[0]), [step(bent)])[:2] == reason
+
+
+def test_C2_defects_are_the_same_for_both(orbits: Any, numbers: Any) -> None:
+    """The steps' own, and one of which a coefficient is off by a known amount."""
+    growth, p = LogarithmicNorm.of(numbers.field), problem()
+    for piece in (orbits[0][6], moved(orbits[0][6], 2, (3, 0, 0), 1e-9)):
+        states = [Family.of(terms, piece.bits) for terms in piece.terms]
+        half = Family.of(piece.half, CLOCK)
+        mine = float(coverings.defect(numbers, states, half, growth).upper())
+        other = step(piece)
+        rates = p.field(other.states)
+        theirs = float(
+            p.norm(
+                *(
+                    (y.slope() - other.half * f).most
+                    for y, f in zip(other.states, rates, strict=True)
+                )
+            )
+        )
+        assert mine == pytest.approx(theirs, rel=1e-6)
+    # M3 = 1e-9 T_3, and T_3' = 9 at the ends; it drives the others besides.
+    assert mine > 9e-9 * float(growth.upright.mid())
+
+
+# ---- C3
+
+
+def rates_of(growth: LogarithmicNorm, M3: float, radius: float) -> float:
+    """The lemma's rate, in doubles."""
+    saddle, upright, w, F, Omega = (float(x.mid()) for x in growth)
+    steep = saddle * (M3 + radius / (2 * upright))
+    coupling = w * F + (1 + w * radius / 2) * Omega / w
+    return (steep + math.hypot(steep, coupling)) / 2
+
+
+@pytest.mark.parametrize(("factor", "reason"), [(1 - BARELY, ""), (1 + BARELY, "C3")])
+def test_C3_the_widest_tube(numbers: Any, factor: float, reason: str) -> None:
+    """At a constant M3 the bound grows by exp(rate times length)."""
+    M3, half = 1.2, 1.5
+    growth = LogarithmicNorm.of(numbers.field)
+    limit = WIDEST * math.exp(-rates_of(growth, M3, WIDEST) * 2 * half)
+    begin = factor * limit
+    piece = FamilyStep(
+        BITS,
+        {(0, 0, 0): int(half * 2 ** (CLOCK + 1))},
+        [CALM, CALM, constant(M3), CALM, CALM, CALM],
+    )
+    states = [Family.of(terms, BITS) for terms in piece.terms]
+    length = Family.of(piece.half, CLOCK)
+    mine = said(coverings._tube, states, length, arb(begin), arb(0), growth)
+    theirs = said(script.tube, problem(), step(piece), Fraction(begin))
+    assert mine[:2] == theirs[:2] == reason
+
+
+# ---- C4
+
+
+@pytest.mark.parametrize(("factor", "reason"), [(1 + BARELY, ""), (1 - BARELY, "C4")])
+def test_C4_the_sign_of_M3_beside_its_bound(numbers: Any, factor: float, reason: str) -> None:
+    """Nothing else tells a part, for all else is zero, and so is the rate of M3."""
+    growth, bound = LogarithmicNorm.of(numbers.field), 1e-4
+    M3 = constant(factor * bound / float(growth.upright.mid()))
+    piece = FamilyStep(BITS, {(0, 0, 0): 2}, [CALM, CALM, M3, CALM, CALM, CALM])
+    states = [Family.of(terms, BITS) for terms in piece.terms]
+    mine = said(coverings._signs, numbers, states, arb(bound), growth, 1)
+    theirs = said(lambda: list(script.signs(problem(), step(piece), Fraction(bound), 1)))
+    assert mine[:2] == theirs[:2] == reason
+
+
+@pytest.mark.parametrize(
+    ("signs", "good"),
+    [
+        ([1, 0, 0, -1], True),
+        ([1, 1, 0, -1, -1], True),
+        ([0, 0, -1], False),
+        ([1, 0, 0], False),
+        ([1, -1], False),
+        ([1, 0, -1, 0, -1], False),
+        ([-1, 0, 1], False),
+        ([], False),
+    ],
+)
+def test_C4_M3_leaves_zero_and_returns_once(signs: list[int], good: bool) -> None:
+    assert (said(coverings._check_signs, signs, [1, 0, -1]) == "") is good
+
+
+@pytest.mark.parametrize(
+    ("signs", "good"), [([0, 0, -1], True), ([1, 0, -1], False), ([-1], False), ([0], False)]
+)
+def test_C4_on_a_line_M3_only_returns(signs: list[int], good: bool) -> None:
+    assert (said(coverings._check_signs, signs, [0, -1]) == "") is good
+
+
+# ---- C5
+
+
+@pytest.mark.parametrize(("factor", "reason"), [(1 + BARELY, ""), (1 - BARELY, "C5")])
+def test_C5_the_side_on_which_an_orbit_leaves(numbers: Any, factor: float, reason: str) -> None:
+    """The large Q beside the radius of its box; M3 is driven by the weight's torque alone."""
+    growth, bound = LogarithmicNorm.of(numbers.field), 1e-9
+    Q = factor * radius_of_crossing(growth, bound)
+    values = [0.0, Q, 0.0, -math.sqrt(0.5), math.sqrt(0.5), 0.0]
+    end = [Family.of(constant(x), BITS) for x in values]
+    mine = said(coverings._crossing, numbers, end, arb(bound), growth, 1, [], arb(0))
+    states = [series(constant(x), BITS) for x in values]
+    theirs = said(_crossed_by_script, states, bound)
+    assert mine[:2] == theirs[:2] == reason
+
+
+def radius_of_crossing(growth: LogarithmicNorm, bound: float) -> float:
+    """The radius of the box by its definition in doubles, where only the torque mu = 1e-3 counts.
+
+    M3 is at most its bound m, and falls at the rate mu: so m/mu has to pass, in which a component
+    changes by m, for all rates are less. That is the box that is first assumed, less than which
+    none is: m and the bound on M3 itself, which are the same, beyond the bound on Q.
+    """
+    m = bound / float(growth.upright.mid())
+    return bound + 2 * m
+
+
+def _crossed_by_script(states: list[script.Series], bound: float) -> None:
+    """C5 of the second checker alone."""
+    script.crossing(problem(), states, Fraction(bound), 1, [])
+
+
+# ---- C6
+
+
+def image(ends: float, across: float, quad: Quad) -> tuple[dict[Any, int], dict[Any, int]]:
+    """d and g of an image that lies across a set: U = ends u, V = across v, on a straight set."""
+    a, b, l0, l1 = (float(x) for x in (quad.a, quad.b, quad.l0, quad.l1))
+    g = {(0, 1, 0): 2 * a * ends / l1, (0, 0, 1): -2 * b * across / l1, (0, 0, 0): -2 * l0 / l1}
+    d = {(0, 1, 0): 2 * a * ends}
+    return tuple({at: round(x * 2**BITS) for at, x in each.items()} for each in (d, g))  # type: ignore[return-value]
+
+
+STRAIGHT = made(True, (0.25, 0.5, 0.125, -0.5), (0.0,))
+
+
+@pytest.mark.parametrize(
+    ("ends", "across", "sheet", "reason"),
+    [
+        (1 + BARELY, 1 - BARELY, 1 - BARELY, ""),
+        (-1 - BARELY, 1 - BARELY, 1 - BARELY, ""),
+        (1 - BARELY, 1 - BARELY, 1 - BARELY, "C6: an edge"),
+        (1 + BARELY, 1 + BARELY, 1 - BARELY, "C6: the image"),
+        (1 + BARELY, 1 - BARELY, 1 + BARELY, "C6: the crossings"),
+    ],
+)
+def test_C6_an_image_lies_across_a_set(
+    ends: float, across: float, sheet: float, reason: str
+) -> None:
+    d, g = image(ends, across, STRAIGHT)
+    far = sheet * ALONE
+    box, begin = (arb(1 + far), arb(0.5), arb(0.5)), [arb(1), arb(0.5), arb(0.5)]
+    source = coverings.Reached(
+        Family.of(d, BITS), Family.of(g, BITS), True, box, 0.0, 0.0, (1.0, 1.0), begin
+    )
+    mine = said(coverings.relation, source, STRAIGHT, begin, 0)
+    there = [Interval.of(Fraction(float(x.mid()))) for x in box]
+    other = script.Arrival(series(d, BITS), series(g, BITS), 1, there, [])
+    at = [Interval.of(Fraction(float(x.mid()))) for x in begin]
+    theirs = said(script.check_relation, other, quad_of(STRAIGHT), at)
+    assert mine.startswith(reason)
+    assert theirs.startswith(reason)
+    assert bool(mine) is bool(theirs) is bool(reason)
+    if not reason:
+        found = coverings.relation(source, STRAIGHT, begin, 0)
+        assert found.orientation == math.copysign(1, ends)
+        np.testing.assert_allclose((found.edge, found.across), (abs(ends), across), rtol=1e-12)
+
+
+def test_sets_that_are_not_two_and_two_prove_nothing(quads: Any, orbits: Any, numbers: Any) -> None:
+    for kept in ([0, 1, 2], [0, 2], [0, 1, 2, 0]):
+        mine = said(coverings.prove, numbers, [quads[k] for k in kept], [orbits[k] for k in kept])
+        theirs = said(script.prove, GIVEN, [quad_of(quads[k]) for k in kept], line_of(), [])
+        assert mine == theirs == "there are other sets than two on each section"
+
+
+# ---- The stored proof.
+
+
+@pytest.fixture(scope="module")
+def arrivals(quads: Any, orbits: Any, numbers: Any) -> list[coverings.Reached]:
+    return [coverings.arrival(numbers, *of) for of in zip(quads, orbits, strict=False)]
+
+
+@pytest.mark.slow
+def test_the_stored_proof_holds_in_both_checkers(data: Any, tmp_path: Path) -> None:
+    from tests.cli.calls import REFERENCE
+
+    quads, orbits = unpacked_quads(data["sets"]), unpacked(data["proof"], 5)
+    numbers = coverings.Numbers.of(BODY, exact(GIVEN["h"]))
+    arrivals, relations = coverings.prove(numbers, quads, orbits[:4])
+    for name in ("target", "orientation", "edge", "across"):
+        found = [[getattr(one, name) for one in pair] for pair in relations]
+        np.testing.assert_allclose(found, data["relations"][name], rtol=1e-6)
+    line = unpacked_line(J1, data["line"])
+    _, crossed = coverings.prove_line(numbers, line, orbits[4], quads, arrivals)
+    assert [one.target for one in crossed] == [0, 1]
+    np.testing.assert_allclose([one.across for one in crossed], data["line"]["across"], rtol=1e-6)
+    file = str(REFERENCE / "full_shift.h5")
+    assert script.main([file, "--config", str(CONFIG)]) == 0
+    other = tmp_path / "other.yaml"
+    other.write_text(
+        CONFIG.read_text(encoding="utf-8").replace("1.3342", "1.3343"),
+        encoding="utf-8",
+    )
+    assert script.main([file, "--config", str(other)]) == 1
+
+
+def changed(quads: list[Quad], orbits: Any, how: str) -> tuple[list[Quad], list[Any]]:
+    quads, orbits = list(quads), [list(each) for each in orbits]
+    if how == "a set is moved":
+        first = quads[0]
+        quads[0] = first._replace(p=(first.p[0] + 2 * first.a, *first.p[1:]))
+    elif how == "two sets are exchanged":
+        quads[0], quads[1] = quads[1], quads[0]
+    elif how == "an edge is exchanged":
+        quads[0] = quads[0]._replace(a=-quads[0].a)
+    elif how == "a set is wider":
+        quads[0] = quads[0]._replace(b=quads[0].b * Fraction(11, 10))
+    elif how == "a step is dropped":
+        del orbits[0][5]
+    elif how == "steps are exchanged":
+        orbits[0][5], orbits[0][6] = orbits[0][6], orbits[0][5]
+    elif how == "the last step is shorter":
+        last = orbits[0][-1]
+        half = {**last.half, (0, 0, 0): last.half[0, 0, 0] * 99 // 100}
+        orbits[0][-1] = last._replace(half=half)
+    elif how == "a coefficient is off":
+        orbits[0][0] = moved(orbits[0][0], 3, (2, 0, 0), 1e-5)
+    return quads, orbits
+
+
+CHANGES = [
+    "a set is moved",
+    "two sets are exchanged",
+    "an edge is exchanged",
+    "a set is wider",
+    "a step is dropped",
+    "steps are exchanged",
+    "the last step is shorter",
+    "a coefficient is off",
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", CHANGES)
+def test_what_is_changed_proves_nothing(
+    quads: Any, orbits: Any, numbers: Any, arrivals: Any, how: str
+) -> None:
+    """By both checkers, of the one set that is changed."""
+    other, steps = changed(quads, orbits, how)
+
+    def by_package() -> None:
+        found = coverings.arrival(numbers, other[0], steps[0])
+        for k in (2, 3):
+            coverings.relation(found, other[k], arrivals[k].begin, k)
+
+    assert said(by_package)[:1] == "C"
+
+    def by_script() -> None:
+        found = script.arrival(problem(), quad_of(other[0]), [step(x) for x in steps[0]])
+        for k in (2, 3):
+            begin = [_interval(x) for x in arrivals[k].begin]
+            script.check_relation(found, quad_of(other[k]), begin)
+
+    assert said(by_script)[:1] == "C"
+
+
+def _interval(x: arb) -> Interval:
+    (m, e), radius = x.mid().man_exp(), Fraction(float(x.rad().upper()))
+    middle = Fraction(int(m)) * Fraction(2) ** int(e)
+    return Interval(Interval.of(middle - radius).low, Interval.of(middle + radius).high)
+
+
+@pytest.mark.slow
+def test_a_changed_bit_proves_nothing(quads: Any, orbits: Any, numbers: Any) -> None:
+    """A bit that is worth more than the bound allows, in any coefficient of a set."""
+    with lot.drawn("full shift") as chance:
+        for _ in range(lot.trials(4, 0.01)):
+            steps = list(orbits[1])
+            k, component = chance.randrange(len(steps)), chance.randrange(6)
+            terms = [dict(each) for each in steps[k].terms]
+            at = chance.choice(sorted(terms[component]))
+            # From 2^-10 on: more than the radius of a tube.
+            terms[component][at] ^= 1 << chance.randrange(steps[k].bits - 10, steps[k].bits)
+            steps[k] = steps[k]._replace(terms=terms)
+            assert said(coverings.arrival, numbers, quads[1], steps)[:1] == "C"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("mu", "h"), [("0", "1.3342"), ("1e-3 + 1e-8", "1.3342"), ("1e-3", "1.33420001")]
+)
+def test_a_proof_is_of_one_body_and_energy(
+    quads: Any, orbits: Any, arrivals: Any, mu: str, h: str
+) -> None:
+    body = Body(A=GIVEN["A"], r=GIVEN["r"], mu=mu)
+    numbers = coverings.Numbers.of(body, exact(h))
+
+    def whole() -> None:
+        found = coverings.arrival(numbers, quads[0], orbits[0])
+        coverings.relation(found, quads[2], arrivals[2].begin, 2)
+
+    assert said(whole)[:1] == "C"
+    if "+" not in mu:
+        given = {**GIVEN, "mu": mu, "h": h}
+        steps = [step(x) for x in orbits[0]]
+        assert said(script.arrival, script.problem_of(given), quad_of(quads[0]), steps)[:1] == "C"
+
+
+def test_the_second_checker_imports_nothing_of_the_package() -> None:
+    found = set()
+    for node in ast.walk(ast.parse(Path(script.__file__).read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found.add(node.module or "")
+        assert not (isinstance(node, ast.Name) and node.id in ("__import__", "exec", "eval"))
+    standard = {"__future__", "argparse", "collections.abc", "fractions", "json", "pathlib", "sys"}
+    assert found <= standard | {"typing", "h5py", "yaml", "scripts.check_certificate"}
+
+
+def places(quad: Quad, d: Any, g: Any) -> tuple[Any, Any]:
+    """U and V in doubles."""
+    a, b, l0, l1 = (float(x) for x in (quad.a, quad.b, quad.l0, quad.l1))
+    off = d - np.polynomial.polynomial.polyval(g, [float(x) for x in quad.p])
+    return off / a, (off - l0 - l1 * g) / b
+
+
+@pytest.mark.slow
+def test_closed_orbits_of_all_words_lie_in_the_sets(quads: Sequence[Quad]) -> None:
+    """Found by the return map alone, for all words of up to six symbols."""
+    from rigidpend.orbits.return_map import return_map
+    from rigidpend.routes.symbolic.closed import closed, words
+    from rigidpend.routes.symbolic.tables import Level
+
+    level = Level(return_map(BODY, h=GIVEN["h"]), float(GIVEN["h"]))
+    of = {(quad.rising, symbol): quad for quad, (_, symbol) in zip(quads, SETS, strict=True)}
+    for word in words(6):
+        chain = closed(level, word, 14).chain
+        for k, symbol in enumerate(word * (1 + len(word) % 2)):
+            U, V = places(of[k % 2 == 0, symbol], chain.d[k], -np.sin(chain.chi[k]))
+            assert abs(U) < 1, (word, k)
+            assert abs(V) < 1, (word, k)
+
+
+@pytest.mark.slow
+def test_orbits_in_113_bits_do_what_the_relations_say(
+    quads: Any, orbits: Any, arrivals: Any
+) -> None:
+    """From random points of each set: the crossing is where the polynomials say, as closely."""
+    from rigidpend.orbits.integrate.arcs import arcs
+    from rigidpend.orbits.return_map.poincare import state_of
+    from rigidpend.orbits.return_map.precision import precision
+    from rigidpend.orbits.return_map.reduced import coefficients
+
+    a = precision(113)
+    c = coefficients(BODY.angles(160), "1", a)
+    for quad, pieces, arrival in zip(quads, orbits, arrivals, strict=False):
+        with lot.drawn("orbits of a full shift") as chance:
+            u, v = chance.uniform(-1, 1), chance.uniform(-1, 1)
+        by_u, by_v, l0, l1 = (a.number(x) for x in (quad.a, quad.b, quad.l0, quad.l1))
+        g = a.array([(by_u * a.number(u) - by_v * a.number(v) - l0) / l1])
+        d = 0 * g
+        for x in quad.p[::-1]:
+            d = d * g + a.number(x)
+        d = d + by_u * a.number(u)
+        h = a.number(Fraction("1.3342"))
+        begin = state_of(quad.rising, d, a.sqrt(1 - g * g), -g, h, c, a)
+        time = sum(2 * _value(piece.half, CLOCK, u, v) for piece in pieces)
+        end = arcs(c.aligned, begin, a.array([time]), 113)[:, -1, 0].astype(float)
+        large, small = (1, 0) if quad.rising else (0, 1)
+        sign = 1 if end[large] > 0 else -1
+        assert ((sign > 0) is quad.rising) is arrival.right
+        assert abs(end[2]) < 2 * arrival.late
+        for found, family in ((sign * end[small], arrival.d), (sign * end[5], arrival.g)):
+            expected = _value(dict(_terms(family)), family.bits, u, v)
+            assert abs(found - expected) < family.error / 2**family.bits
+        for target in quads:
+            if target.rising != quad.rising:
+                assert abs(places(target, sign * end[small], sign * end[5])[1]) < 1
+
+
+def _terms(family: Family) -> Iterator[tuple[Any, int]]:
+    for at, w in family.doubled.to_dict().items():
+        yield tuple(map(int, at)), int(w)
+
+
+def _value(terms: Mapping[Any, int], bits: int, u: float, v: float) -> float:
+    return float(sum(w * u**k * v**l for (_, k, l), w in terms.items())) / 2 ** (bits + 1)
