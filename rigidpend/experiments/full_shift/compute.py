@@ -67,7 +67,7 @@ def compute(config: Config, means: Means) -> Tree:
 
 
 class Proven(NamedTuple):
-    """What the proof of a result proves."""
+    """Arrivals and relations that the proof of a result proves."""
 
     arrivals: list[Reached]
     relations: list[list[Relation]]

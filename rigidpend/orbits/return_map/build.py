@@ -29,8 +29,8 @@ from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, normal_form
 from rigidpend.orbits.return_map.orders import (
     Layer,
+    MapPlan,
     Orders,
-    Plan,
     border_of,
     cost,
     first_look,
@@ -279,7 +279,7 @@ def expected_cost(body: Body, low: Exact, high: Exact, bits: int, design: Design
     return cost(plan.orders, rough, middle, table_bits(bits))
 
 
-def _plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> Plan:
+def _plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> MapPlan:
     found = _looked(body, float(low), float(high), min(2.0**-bits, _allowed(bits) / 4))
     if isinstance(found, MapError):
         raise MapError(str(found))
@@ -292,13 +292,13 @@ def _allowed(bits: int) -> float:
 
 
 @functools.lru_cache(maxsize=64)
-def _looked(body: Body, low: float, high: float, target: float) -> Plan | MapError:
-    """What to build, in the first design; or why there is nothing."""
+def _looked(body: Body, low: float, high: float, target: float) -> MapPlan | MapError:
+    """Design of a map to be built, the first one; or why there is none."""
     try:
         rough = coefficients(body.angles(), FIRST.unit, precision(53))
         _floquet_exponent(body, low, high)
         layer = first_look(rough, (low + high) / 2)
-        return Plan(layer, orders(rough, (low, high), layer, target))
+        return MapPlan(layer, orders(rough, (low, high), layer, target))
     except MapError as refused:
         return refused
 
