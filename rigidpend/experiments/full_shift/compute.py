@@ -69,7 +69,7 @@ def compute(config: Config, means: Means) -> Tree:
 
 
 class Proven(NamedTuple):
-    """What the proof of a result proves."""
+    """Relations that the proof of a result shows."""
 
     arrivals: list[Reached]
     relations: list[list[Relation]]
