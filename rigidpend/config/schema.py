@@ -39,8 +39,6 @@ from rigidpend.numbers.parameters import ParameterError
 if TYPE_CHECKING:
     from rigidpend.routes.phases import Grid
 
-MAX_COLUMNS = 10_000_000
-"""Phases in a grid at most."""
 LARGEST_RESULT, COPIES = files.LARGEST, 3
 """Bytes that a result may hold, as many as a reader takes; and how often a run holds them.
 
@@ -182,7 +180,7 @@ class PhaseGrid(Part):
     """The first phase, radians."""
     step: Number
     """From each phase to the next, radians."""
-    count: Annotated[Whole, Field(ge=1, le=MAX_COLUMNS)]
+    count: Annotated[Whole, Field(ge=1, le=checked.MOST_PHASES)]
     """Number of phases."""
 
     @property

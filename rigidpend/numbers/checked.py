@@ -21,6 +21,9 @@ GAP = 11
 Their errors then differ some two thousandfold, and only so does the agreement of two computations
 tell that both are right: see `rigidpend.routes.certainty`."""
 
+MOST_PHASES = 10_000_000
+"""Initial phases of one computation at most."""
+
 LONGEST = 4096
 """Characters of a path at most, as on Linux."""
 

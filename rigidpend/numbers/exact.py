@@ -227,7 +227,7 @@ def exact(value: Any) -> Exact:
     if isinstance(value, bool):
         raise ExactError(f"{named(value)} is not a real number")
     # NumPy's integers have no as_integer_ratio.
-    if isinstance(value, numbers.Integral):
+    if isinstance(value, numbers.Integral) and hasattr(value, "__index__"):
         value = int(value)
     if not hasattr(value, "as_integer_ratio"):
         raise ExactError(f"{named(value)} is not a real number")

@@ -9,14 +9,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend import experiments
-from rigidpend.experiments.data.layout import (
-    FLOAT,
-    NUMBER,
-    Field,
-    Layout,
-    members,
-    named,
-)
+from rigidpend.experiments.data.layout import FLOAT, NUMBER, Field, Layout, members, named
 from rigidpend.experiments.data.tree import Loaded
 from rigidpend.results.structure import Unfit
 

@@ -15,12 +15,7 @@ import warnings
 from collections.abc import Callable
 from typing import Any, NoReturn
 
-from rigidpend.machine.files import (
-    SEAL,
-    SEAL_LENGTH,
-    StoreError,
-    unsealed,
-)
+from rigidpend.machine.files import SEAL, SEAL_LENGTH, StoreError, unsealed
 from rigidpend.machine.words import short
 
 # Python and others warn of a fork beside threads; `tried` says why these are no matter. Once for

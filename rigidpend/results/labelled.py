@@ -7,12 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.experiments.data.layout import (
-    Field,
-    Layout,
-    members,
-    named,
-)
+from rigidpend.experiments.data.layout import Field, Layout, members, named
 from rigidpend.results.structure import SCALES
 
 if TYPE_CHECKING:

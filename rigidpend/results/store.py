@@ -22,12 +22,7 @@ import numpy as np
 
 from rigidpend.experiments.data.layout import Layout
 from rigidpend.experiments.data.tree import Dataset, Loaded, Tree
-from rigidpend.machine.files import (
-    StoreError,
-    prepare,
-    replace,
-    sealed,
-)
+from rigidpend.machine.files import StoreError, prepare, replace, sealed
 from rigidpend.results import content
 from rigidpend.results.opening import FORMAT, FORMAT_VERSION, RATIO, OtherVersion, opened, readable
 from rigidpend.results.structure import SCALES, told

@@ -32,10 +32,10 @@ PIECE = 2048
 METHODS = ("auto", "map", "integration")
 """Ways in which codes are computed in double precision."""
 MANY = 8_000
-"""Number of orbits from which on "auto" takes maps.
+"""Number of orbits from which on "auto" asks whether maps pay, which depends on the body.
 
-On one core orbits of 15 symbols of Fig. 4, every symbol certain, take 0.17 ms each by integration
-and 0.004 ms by maps, whose tables take 1.5 s where they are not kept yet."""
+With that of Fig. 4 they do: on one core orbits of 15 symbols, every symbol certain, take 0.12 ms
+each by integration and 0.004 ms by maps, whose tables take 0.8 s where they are not kept yet."""
 
 SHARPENING = 100
 """Factor by which further computations are finer, in doubles while these allow it."""
@@ -101,7 +101,8 @@ def route_codes(
         How many threads (or processes, where Python itself computes). No result depends on it.
     method : {"auto", "map", "integration"}, optional
         Whether double precision is two return maps (`rigidpend.return_map`) or two integrations;
-        "auto" takes the maps where there are orbits enough to pay for their tables. Orbits that
+        "auto" takes the maps where there are orbits enough to pay for their tables, as is
+        expected of this body and these numbers. Orbits that
         leave the tables, and uncertain ones, are integrated in either case, and so is a sample,
         which must agree.
 
@@ -204,7 +205,14 @@ def _decided(
         try:
             share = functools.partial(in_threads, run.jobs)
             known, by_map = mapped.decided(
-                run.crossings, run.problem, run.phases, rate, ladder, share
+                run.crossings,
+                run.problem,
+                run.phases,
+                rate,
+                ladder,
+                share,
+                jobs=run.jobs,
+                least_time=method == "auto",
             )
             return *known, by_map
         except MapError:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.numbers.checked import MOST_PHASES
 from rigidpend.numbers.exact import Exact, ExactError, exact
 
 
@@ -47,6 +48,9 @@ class Phases:
 
     def __init__(self, values: Any) -> None:
         self._given: Any
+        # A range may be of any length, and each of its numbers would be made.
+        if isinstance(values, Sequence) and len(values) > MOST_PHASES:
+            raise ExactError(f"theta2_0 has {len(values)} phases; {MOST_PHASES} are the most")
         if np.ma.is_masked(values):
             raise ExactError("theta2_0 has masked values; give those that are to be computed")
         if isinstance(values, np.ma.MaskedArray):

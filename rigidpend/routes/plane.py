@@ -90,7 +90,9 @@ class Plane:
             share = functools.partial(in_threads, self.jobs)
             # Where no map resolves the orbits integration stays.
             with contextlib.suppress(MapError):
-                maps = mapped.Maps(self.largest, run.phases, starts)
+                maps = mapped.Maps(
+                    self.largest, run.phases, starts, jobs=self.jobs, least_time=True
+                )
                 return cells_of(*mapped.decided_by(maps, integrated.crossings, rate, ladder, share))
         found = certainty.decide(integrated.crossings, theta2_0.size, rate, ladder)
         return cells_of(found, np.zeros(theta2_0.size, dtype=bool))

@@ -14,23 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.data.layout import (
-    TEXT,
-    WHOLE,
-    Field,
-    Layout,
-)
+from rigidpend.experiments.data.layout import TEXT, WHOLE, Field, Layout
 from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.machine.files import CERTIFICATE
 from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
-from rigidpend.routes.certified.steps import (
-    MOST_BITS,
-    MOST_TERMS,
-    STEPS,
-    Step,
-)
+from rigidpend.routes.certified.steps import MOST_BITS, MOST_TERMS, STEPS, Step
 
 SUFFIX = f"{CERTIFICATE}.h5"
 """Ending of a certificate's name, behind that of its result."""

@@ -190,8 +190,14 @@ def test_kept_files_that_are_damaged_or_exchanged_change_no_result(
                 done.append((disturb(mine, other, chance), mine, other))
             name = chance.choice(["map", "near"])
             end = ran(folder, "run", f"{name}.yaml", "zoom.yaml")
-            assert end.returncode == 0, (done, end.stderr)
             assert "Traceback" not in end.stderr
+            for how, path, _ in done:
+                if how == "folder" and path.suffix == ".h5":
+                    # It may hold anything: whose it is, is asked.
+                    assert f"{path.name}: cannot be written: Is a directory" in end.stderr
+                    path.rmdir()
+                    end = ran(folder, "run", f"{name}.yaml", "zoom.yaml")
+            assert end.returncode == 0, (done, end.stderr)
             for each in (name, "zoom"):
                 one, two = (folder / where / f"{each}.h5" for where in ("results", "undisturbed"))
                 assert repr(store.read_tree(one)) == repr(store.read_tree(two)), done

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import pickle
 from pathlib import Path
 from typing import Any
@@ -41,6 +42,7 @@ def mirrored(monkeypatch: pytest.MonkeyPatch) -> None:
         return right._replace(separatrix=image)
 
     monkeypatch.setattr(mapped.Maps, "crossings", alike)
+    monkeypatch.setattr(mapped, "budget", lambda *_: math.inf)
     for module in (codes, plane, compute):
         monkeypatch.setattr(module, "MANY", 1)
 

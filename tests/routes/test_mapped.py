@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from types import SimpleNamespace
 from typing import Any
 
@@ -216,7 +217,18 @@ def test_two_maps_err_independently_though_they_share_inputs() -> None:
 def test_few_orbits_are_integrated_and_many_are_not(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not found(FIG4, PHASES[:3], n_symbols=2).by_map.any()
     monkeypatch.setattr(codes, "MANY", 3)
+    assert not found(FIG4, PHASES[:3], n_symbols=2).by_map.any(), "tables would not pay"
+    monkeypatch.setattr(mapped, "budget", lambda *_: math.inf)
     assert found(FIG4, PHASES[:3], n_symbols=2).by_map.all()
+
+
+def test_tables_pay_for_more_orbits_of_longer_passages() -> None:
+    few, slow = (
+        RouteProblem(Body(A, (1, 1, 0), "0.001"), exact("1.3342"), exact("1e-8"), 15)
+        for A in ((2, 1, "1.5"), (2, "1.9", "1.95"))
+    )
+    assert mapped.budget(few, 20_000) == pytest.approx(20 * mapped.budget(few, 1000))
+    assert mapped.budget(slow, 1000) > 3 * mapped.budget(few, 1000)
 
 
 def test_orbits_without_a_map_are_integrated_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -122,6 +122,8 @@ def test_grid_is_exact_where_sums_of_doubles_are_not() -> None:
         (["1", "one"], "'one'"),
         (None, "None is not a real number"),
         (1j, "not a real number"),
+        (np.timedelta64(1, "s"), "not a real number"),
+        (range(10**9), "theta2_0 has 1000000000 phases; 10000000 are the most"),
         (np.array(1), "not a real number"),
     ],
 )

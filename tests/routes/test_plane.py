@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ THETA2, J1_0 = RANDOM.uniform(0, 6.28, 60), np.repeat(STARTS, 20)
 
 def made(monkeypatch: Any, many: bool, **more: Any) -> Cells:
     monkeypatch.setattr(plane, "MANY", 1 if many else 10**9)
+    monkeypatch.setattr(mapped, "budget", lambda *_: math.inf)
     arithmetic = resolve(None, None, more.pop("precisions", (53, 64)))
     ends = 1e-10, 1e-4
     return Plane(FIG4, "1.3342", ends, N, arithmetic, 1000, **more).cells(THETA2, J1_0)

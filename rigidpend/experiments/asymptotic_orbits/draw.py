@@ -12,13 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.experiments.plots.code_arrays import NORM, symbol_entries
-from rigidpend.experiments.plots.palette import (
-    BLUE,
-    GREEN,
-    PINK,
-    RED,
-    WIDTH,
-)
+from rigidpend.experiments.plots.palette import BLUE, GREEN, PINK, RED, WIDTH
 from rigidpend.experiments.plots.panels import entry, title
 
 HEIGHT = 5.4

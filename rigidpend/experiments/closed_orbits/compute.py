@@ -17,12 +17,7 @@ from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.symbolic.action import actions
 from rigidpend.routes.symbolic.chain import on_surface, signs_of
-from rigidpend.routes.symbolic.closed import (
-    ClosedOrbit,
-    closed,
-    lyapunov,
-    words,
-)
+from rigidpend.routes.symbolic.closed import ClosedOrbit, closed, lyapunov, words
 from rigidpend.routes.symbolic.closing import closing
 from rigidpend.routes.symbolic.confirm import passages
 from rigidpend.routes.symbolic.shortest import path

@@ -10,12 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import (
-    FLOAT,
-    WHOLE,
-    Field,
-    datasets,
-)
+from rigidpend.experiments.data.layout import FLOAT, WHOLE, Field, datasets
 from rigidpend.experiments.data.tree import Tree
 from rigidpend.experiments.exponents.layout import CHECKED, GROWTH, MARKED, PLANE
 from rigidpend.machine.progress import Step

@@ -15,13 +15,7 @@ from rigidpend.experiments.herpolhodes.layout import OF_ROUTE, SAMPLED
 from rigidpend.mechanics.precession import plateaus
 from rigidpend.numbers.doubles import Array
 from rigidpend.routes.codes import RouteCodes, codes_of
-from rigidpend.routes.herpolhode import (
-    RouteOrbit,
-    follow,
-    samples,
-    separatrices,
-    vertices,
-)
+from rigidpend.routes.herpolhode import RouteOrbit, follow, samples, separatrices, vertices
 from rigidpend.routes.problem import rotation_period
 
 if TYPE_CHECKING:

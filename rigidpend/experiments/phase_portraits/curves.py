@@ -6,12 +6,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from rigidpend.experiments.data.tree import Data
-from rigidpend.experiments.plots.palette import (
-    BLUE,
-    GREEN,
-    PINK,
-    RED,
-)
+from rigidpend.experiments.plots.palette import BLUE, GREEN, PINK, RED
 
 
 class CurveLook(NamedTuple):

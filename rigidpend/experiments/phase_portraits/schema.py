@@ -7,12 +7,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field
 
 from rigidpend.config.bodies import FreeBody
-from rigidpend.config.schema import (
-    ExperimentConfig,
-    Number,
-    Part,
-    Whole,
-)
+from rigidpend.config.schema import ExperimentConfig, Number, Part, Whole
 from rigidpend.numbers.exact import PI, Exact
 
 

@@ -5,12 +5,7 @@ from __future__ import annotations
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
 
-from rigidpend.experiments.plots.palette import (
-    BLUE,
-    GREEN,
-    PINK,
-    RED,
-)
+from rigidpend.experiments.plots.palette import BLUE, GREEN, PINK, RED
 from rigidpend.numbers.alphabet import NO_SYMBOL
 
 ZOOM, DOUBT, ZERO, NONE = RED, PINK, BLUE, "0.7"

@@ -11,15 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots.palette import (
-    BLUE,
-    GREEN,
-    ORANGE,
-    PINK,
-    RED,
-    SEPARATRIX,
-    WIDTH,
-)
+from rigidpend.experiments.plots.palette import BLUE, GREEN, ORANGE, PINK, RED, SEPARATRIX, WIDTH
 from rigidpend.experiments.plots.panels import entry, title
 
 HEIGHT = 5.4

@@ -10,13 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots.code_arrays import (
-    COLOURS,
-    DOUBT,
-    NORM,
-    ZOOM,
-    symbol_entries,
-)
+from rigidpend.experiments.plots.code_arrays import COLOURS, DOUBT, NORM, ZOOM, symbol_entries
 from rigidpend.experiments.plots.palette import WIDTH
 
 ACROSS = 3

@@ -18,13 +18,7 @@ from rigidpend.mechanics.body import Body
 from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.integrate.engines import DEFAULT_TOLERANCE
 from rigidpend.surfaces import surface_orbits
-from rigidpend.surfaces.splitting import (
-    FEWEST,
-    SurfaceSplitting,
-    amplitude,
-    distance,
-    measure,
-)
+from rigidpend.surfaces.splitting import FEWEST, SurfaceSplitting, amplitude, distance, measure
 
 if TYPE_CHECKING:
     from rigidpend.experiments.splitting.schema import Config, Problem

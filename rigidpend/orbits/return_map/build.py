@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -28,7 +29,9 @@ from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, normal
 from rigidpend.orbits.return_map.orders import (
     Layer,
     Orders,
+    Plan,
     border_of,
+    cost,
     first_look,
     orders,
 )
@@ -53,7 +56,7 @@ FLOQUET = 1e-11
 
 
 class Design(NamedTuple):
-    """Design of a map: two maps of different design share no rounding and no truncation."""
+    """Design of a map: two maps of different design budget no rounding and no truncation."""
 
     unit: str = "1"
     """M is multiplied by it, mu and h by its square; t' is divided by it."""
@@ -63,6 +66,17 @@ class Design(NamedTuple):
     """Number of further terms of every expansion (an even number)."""
     origin: float = 0.0
     """Shift of phases before they are rounded, radians."""
+
+
+class Costly(MapError):
+    """A map that would take longer to build than it may; `needed` is how long at least."""
+
+    def __init__(self, needed: float, budget: float) -> None:
+        super().__init__(
+            f"its tables would take {needed:.2g} s of a core at least, more than the {budget:.2g} s"
+            " that they may: integration is expected to be faster"
+        )
+        self.needed = needed
 
 
 FIRST, SECOND, THIRD = Design(), Design("1.37", 1.06, 2, 0.7), Design("0.61", 1.03, 2, 1.9)
@@ -87,6 +101,8 @@ class ReturnMap:
     normal_form : NormalForm
     charts : 2 Chart
         Of downward and of upward crossings.
+    cost : float
+        Seconds of a core that building it takes, as they are expected.
     """
 
     bits: int
@@ -97,6 +113,7 @@ class ReturnMap:
     coefficients: Coefficients
     normal_form: NormalForm
     charts: tuple[Chart, Chart]
+    cost: float
 
     def at(self, h: Scalar) -> EnergyLevel:
         """The map at an energy, or at one for each of N orbits, within the interval."""
@@ -133,7 +150,14 @@ class ReturnMap:
         return _number(unit, precision(self.bits))
 
 
-def return_map(body: Body, *, h: Scalar, bits: int = 53, design: Design = FIRST) -> ReturnMap:
+def return_map(
+    body: Body,
+    *,
+    h: Scalar,
+    bits: int = 53,
+    design: Design = FIRST,
+    budget: float = math.inf,
+) -> ReturnMap:
     """The return map of a body, built or taken from the cache.
 
     Parameters
@@ -146,6 +170,9 @@ def return_map(body: Body, *, h: Scalar, bits: int = 53, design: Design = FIRST)
         Precision: 53, 64, 113 or any other from 53 on.
     design : Design, optional
         Another design gives an independent map of the same orbits.
+    budget : float, optional
+        Seconds of a core that building it may take, as they are expected: what is refused follows
+        from the body, and neither from the machine nor from what is kept.
 
     Returns
     -------
@@ -155,7 +182,7 @@ def return_map(body: Body, *, h: Scalar, bits: int = 53, design: Design = FIRST)
     ------
     MapError
         The orbits are not resolved: an elliptic periodic orbit, too large a mu, a negative
-        multiplier; the message gives the reason.
+        multiplier; the message gives the reason. Or building takes more than the budget.
     ParameterError
         Energies that are no numbers or don't ascend, or bits that are not 53 to `FINEST`.
 
@@ -173,52 +200,136 @@ def return_map(body: Body, *, h: Scalar, bits: int = 53, design: Design = FIRST)
     low, high = (checked.number("h", x) for x in ends)
     if float(high - low) < 0:
         raise ParameterError("h", f"the energies must ascend, got {low} and {high}")
-    return _kept(body, low, high, bits, design)
+    return _kept(body, low, high, bits, design).within(budget)
 
 
 @functools.lru_cache(maxsize=16)
-def _kept(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> ReturnMap:
-    of = storage.followed(body, low, high, bits, design, table_bits(bits))
-    stored = storage.load(of, bits)
-    if stored is None:
-        made = build(body, low, high, bits, design)
+def _kept(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> _Kept:
+    return _Kept(body, low, high, bits, design)
+
+
+class _Kept:
+    """A map, or the reason why there is none, in memory and on disk."""
+
+    def __init__(self, body: Body, low: Exact, high: Exact, bits: int, design: Design) -> None:
+        self._task = body, low, high, bits, design
+        self._of = storage.followed(body, low, high, bits, design, table_bits(bits))
+        self._lock, self._known = threading.Lock(), self._stored()
+
+    def within(self, budget: float) -> ReturnMap:
+        """The map, if it is to be had for a budget; else MapError."""
+        # Threads ask for the same map: one makes it, and the others wait.
+        with self._lock:
+            known = self._known
+            if known is None or (isinstance(known, Costly) and known.needed <= budget):
+                self._known = known = self._made(budget)
+        if isinstance(known, Costly):
+            raise Costly(known.needed, budget)
+        if isinstance(known, MapError):
+            raise MapError(str(known))
+        if known.cost > budget:
+            raise Costly(known.cost, budget)
+        return known
+
+    def _made(self, budget: float) -> ReturnMap | MapError:
+        try:
+            made = build(*self._task, budget)
+        except MapError as refused:
+            needed = refused.needed if isinstance(refused, Costly) else None
+            storage.save_refusal(self._of, {"refused": str(refused), "needed": needed})
+            return refused
         facts = {"orders": made.orders._asdict(), "errors": made.errors._asdict()}
-        storage.save(of, made.normal_form, made.charts, facts)
+        storage.save(self._of, made.normal_form, made.charts, {**facts, "cost": made.cost})
         return made
-    nf, charts, facts = stored
-    p = body.angles(precision(bits).bits + GUARD_BITS)
-    return ReturnMap(
-        bits,
-        (float(low), float(high)),
-        Errors(**facts["errors"]),
-        Orders(**facts["orders"]),
-        design,
-        coefficients(p, design.unit, precision(bits)),
-        nf,
-        charts,
-    )
+
+    def _stored(self) -> ReturnMap | MapError | None:
+        body, low, high, bits, design = self._task
+        stored = storage.load(self._of, bits)
+        if stored is None:
+            return None
+        nf, charts, facts = stored
+        if nf is None:
+            needed = facts["needed"]
+            return MapError(facts["refused"]) if needed is None else Costly(needed, 0.0)
+        p = body.angles(precision(bits).bits + GUARD_BITS)
+        return ReturnMap(
+            bits,
+            (float(low), float(high)),
+            Errors(**facts["errors"]),
+            Orders(**facts["orders"]),
+            design,
+            coefficients(p, design.unit, precision(bits)),
+            nf,
+            charts,
+            facts["cost"],
+        )
 
 
-def build(body: Body, low: Exact, high: Exact, bits: int, design: Design = FIRST) -> ReturnMap:
+def expected_cost(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> float:
+    """Seconds of a core that building a map takes, if its orders suffice at once.
+
+    Raises MapError where there is none.
+    """
+    plan = _plan(body, low, high, bits, design)
+    rough = coefficients(body.angles(), design.unit, precision(53))
+    middle = float((low + high) / 2) * float(design.unit) ** 2
+    return cost(plan.orders, rough, middle, table_bits(bits))
+
+
+def _plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> Plan:
+    found = _looked(body, float(low), float(high), min(2.0**-bits, _allowed(bits) / 4))
+    if isinstance(found, MapError):
+        raise MapError(str(found))
+    return found.designed(float(design.unit), design.stretch, design.more)
+
+
+def _allowed(bits: int) -> float:
+    """The error that a map may have."""
+    return 2.0**-bits * (SLACK if bits in (53, table_bits(bits)) else 1.0)
+
+
+@functools.lru_cache(maxsize=64)
+def _looked(body: Body, low: float, high: float, target: float) -> Plan | MapError:
+    """What to build, in the first design; or why there is nothing."""
+    try:
+        rough = coefficients(body.angles(), FIRST.unit, precision(53))
+        _floquet_exponent(body, low, high)
+        layer = first_look(rough, (low + high) / 2)
+        return Plan(layer, orders(rough, (low, high), layer, target))
+    except MapError as refused:
+        return refused
+
+
+def build(
+    body: Body,
+    low: Exact,
+    high: Exact,
+    bits: int,
+    design: Design = FIRST,
+    budget: float = math.inf,
+) -> ReturnMap:
     """Build the map of a body for energies from `low` to `high`.
 
     Raises
     ------
     MapError
         The map does not resolve the orbits there; the message gives the reason.
+    Costly
+        Building it is expected to take more than the budget, seconds of a core.
     """
     a = precision(table_bits(bits))
     p = body.angles(max(a.bits, bits) + GUARD_BITS)
     c, rough = coefficients(p, design.unit, a), coefficients(p, design.unit, precision(53))
     scale = _exact_unit(design) ** 2
-    ends = float(low * scale), float(high * scale)
     exponent = _floquet_exponent(body, float(low), float(high))
-    layer = first_look(rough, sum(ends) / 2)
-    allowed = 2.0**-bits * (SLACK if bits in (53, a.bits) else 1.0)
-    target = min(2.0 ** -min(bits, a.bits), allowed / 4)
-    planned = _designed(orders(rough, ends, layer, target), design)
+    allowed = _allowed(bits)
+    layer, planned = _plan(body, low, high, bits, design)
     middle, half = (low + high) / 2 * scale, (high - low) / 2 * scale
+    spent = 0.0
     for _ in range(ATTEMPTS):
+        spent += cost(planned, rough, float(middle), a.bits)
+        if spent > budget:
+            raise Costly(spent, budget)
         energies = Interval(_number(middle, a), _number(half, a), planned.n_energy)
         nf, charts, errors = _attempt(c, rough, energies, layer, planned, exponent, a)
         if max(errors.exponents, errors.charts, errors.inverse) < allowed:
@@ -243,6 +354,7 @@ def build(body: Body, low: Exact, high: Exact, bits: int, design: Design = FIRST
         coefficients(p, design.unit, own),
         _cast(nf, own),
         (_cast(charts[0], own), _cast(charts[1], own)),
+        spent,
     )
 
 
@@ -293,18 +405,6 @@ def _floquet_exponent(body: Body, low: float, high: float) -> float:
             )
         found.append(orbit.exponent_per_period / (2 * math.pi))
     return abs(found[1])
-
-
-def _designed(o: Orders, design: Design) -> Orders:
-    more = design.more
-    return Orders(
-        o.degree + more,
-        o.n_phase_orbit + more,
-        o.n_x + more // 2,
-        o.n_phase + more,
-        o.n_energy + more // 2 if o.n_energy > 1 else 1,
-        o.length * design.stretch,
-    )
 
 
 def table_bits(bits: int) -> int:

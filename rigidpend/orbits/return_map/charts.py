@@ -146,7 +146,7 @@ def section_chart(
     """
     begin = section_state(rising, d, chi, h, c, a)
     side = 1 if rising else -1
-    shares, parts = _quadrature(length, c, h[0], a)
+    shares, parts = _fejer(quadrature_points(float(length), c, float(h[0]), a.bits), a)
     times = side * length * np.append(shares, a.number(1))
     path = arcs(c.aligned, begin, times, a.bits)
     end = path[:, -1]
@@ -172,20 +172,19 @@ def _branch(
     return free + a.atan2(a.sin(turned - free), a.cos(turned - free))
 
 
-def _quadrature(length: Scalar, c: Coefficients, h: Scalar, a: Precision) -> tuple[Any, Any]:
-    """Points in (0, 1), ascending, and the weights of Fejer's rule."""
+def quadrature_points(length: float, c: Coefficients, h: float, bits: int) -> int:
+    """The number of points at which theta3's rate is summed along an arc."""
     k = c.aligned
-    J2 = math.sqrt(2 * float(h) / float(k.kappa))
-    weight = math.hypot(float(k.mu_r1), float(k.mu_r2)) / float(h)
+    J2 = math.sqrt(2 * h / float(k.kappa))
+    weight = math.hypot(float(k.mu_r1), float(k.mu_r2)) / h
     # In complex time the weight's share grows with the rotation, up to order one.
     height = min(STRIP / (float(k.half_sigma) * J2), -math.log(weight) / (float(k.kappa) * J2))
-    strip = height * 2 / float(length)
-    return _fejer(8 + math.ceil(a.bits * math.log(2) / math.asinh(strip)), a)
+    return 8 + math.ceil(bits * math.log(2) / math.asinh(height * 2 / length))
 
 
 @functools.lru_cache(maxsize=16)
 def _fejer(n: int, a: Precision) -> tuple[Any, Any]:
-    """The n points and weights of Fejer's rule on (0, 1)."""
+    """The n points, ascending, and the weights of Fejer's rule on (0, 1)."""
     moments = [a.number(0 if k % 2 else Fraction(1, 1 - k * k)) for k in range(n)]
     return (1 - nodes(n, a)) / 2, a.array(moments) @ chebyshev_analysis(n, a)
 
@@ -296,13 +295,14 @@ def _newton(
     """The points in doubles, with the chart and the invariants there."""
     a = precision(53)
     d, chi = 0 * goal[0], goal[1] + 0
+    # Where passages are long chi and s are many turns apart, the same at nearly all points.
+    _, s, _ = kept(rising, look_up(table, values, d, chi, a), chi, *rates, a)
+    chi = chi - (s - goal[1])
     for _ in range(MOST_ITERATIONS):
         seen = look_up_slopes(table, values, d, chi, a)
         at = invariants(rising, seen, chi, *rates, a)
         step, turn = _correction(at, at.I - goal[0], at.s - goal[1])
-        d, chi = d - step, chi - turn
-        if not a.largest(d) < 4 * table.width:
-            break
+        d, chi = np.clip(d - step, -2 * table.width, 2 * table.width), chi - turn
         if _size(step, turn, table, a) < SETTLED:
             if a.largest(d) <= table.width:
                 return (d, chi), seen, at

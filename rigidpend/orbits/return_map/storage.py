@@ -62,8 +62,18 @@ def save(of: bytes, nf: NormalForm, charts: tuple[Chart, Chart], facts: dict[str
     cache.save(_folder(), of, content.getvalue(), MOST)
 
 
-def load(of: bytes, bits: int) -> tuple[NormalForm, tuple[Chart, Chart], dict[str, Any]] | None:
-    """The map that was kept of what it follows from; None where there is none that fits."""
+def save_refusal(of: bytes, facts: dict[str, Any]) -> None:
+    """Keep why there is no map, with what that follows from."""
+    content = io.BytesIO()
+    np.savez(content, text=np.array(json.dumps({"nf": None, **facts})))
+    cache.save(_folder(), of, content.getvalue(), MOST)
+
+
+def load(of: bytes, bits: int) -> tuple[NormalForm | None, Any, dict[str, Any]] | None:
+    """The normal form and the charts of the map that was kept, and the facts.
+
+    The facts alone where a refusal was kept; None where there is nothing that fits.
+    """
     content = cache.load(_folder(), of)
     if content is None:
         return None
@@ -71,7 +81,10 @@ def load(of: bytes, bits: int) -> tuple[NormalForm, tuple[Chart, Chart], dict[st
     with np.load(io.BytesIO(content)) as stored:
         text = json.loads(str(stored["text"]))
         take = {key: _joined(stored[key], a) for key in stored.files if key != "text"}
-    degree, n, count, *measured = text.pop("nf")
+    sizes_of_nf = text.pop("nf")
+    if sizes_of_nf is None:
+        return None, None, text
+    degree, n, count, *measured = sizes_of_nf
     sizes = text.pop("sizes")
     energies = Interval(take["nf_centre"][()], take["nf_half_width"][()], count)
     nf = NormalForm(

@@ -18,12 +18,7 @@ from rigidpend.machine.files import Absent
 from rigidpend.machine.tables import Table
 from rigidpend.machine.workers import check_stop
 from rigidpend.render.report.departures import DEPARTURES
-from rigidpend.render.report.page import (
-    ResultSection,
-    html,
-    picture,
-    problem,
-)
+from rigidpend.render.report.page import ResultSection, html, picture, problem
 from rigidpend.results import store
 from rigidpend.runs.certificate_files import beside, marked, results_in
 

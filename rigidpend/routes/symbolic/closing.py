@@ -15,7 +15,7 @@ from rigidpend.numbers.exact import GUARD_BITS, context, exact, fraction
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.poincare import section_state
-from rigidpend.orbits.return_map.precision import Precision
+from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
 from rigidpend.routes.symbolic.chain import NoOrbit, tangents
 from rigidpend.routes.symbolic.closed import ClosedOrbit
@@ -58,7 +58,7 @@ def closing(body: Body, orbit: ClosedOrbit, level: Level, *, h: Scalar, bits: in
     h : number
         Its energy, exact.
     bits : int, optional
-        Precision of the integration, above 53.
+        Precision of the integration, 96 or more.
 
     Raises
     ------
@@ -101,7 +101,7 @@ class _Trip:
 
     def __init__(self, body: Body, orbit: ClosedOrbit, h: Any, bits: int) -> None:
         self.m, self.bits = context(bits + GUARD), bits
-        self.a = _Numbers(bits + GUARD)
+        self.a = precision(bits + GUARD)
         p = body.angles(bits + GUARD + GUARD_BITS)
         self.c: Coefficients = coefficients(p, "1", self.a)
         self.fractions = AlignedCoefficients(*(fraction(x, bits) for x in self.c.aligned))
@@ -153,14 +153,3 @@ class _Trip:
         turn = m.atan2(sin * c - cos * s, cos * c + sin * s)
         small = sign * (Qm if rising == (passages % 2 == 0) else Qp)
         return [fraction(small - d_there, m.prec), fraction(turn, m.prec)], late
-
-
-class _Numbers(Precision):
-    """mpmath's numbers at any precision, native or not."""
-
-    def __init__(self, bits: int) -> None:
-        super().__init__(bits)
-        m = context(bits)
-        self.dtype, self.in_pairs = np.dtype(object), False
-        for name, arguments in (("sin", 1), ("cos", 1), ("sqrt", 1), ("atan2", 2)):
-            setattr(self, name, np.frompyfunc(getattr(m, name), arguments, 1))

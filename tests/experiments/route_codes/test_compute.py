@@ -254,6 +254,7 @@ def test_what_maps_decided_is_told_where_there_was_a_choice(
 ) -> None:
     assert "by_map" not in tree["only"]
     monkeypatch.setattr("rigidpend.routes.codes.MANY", 1)
+    monkeypatch.setattr("rigidpend.routes.mapped.budget", lambda *_: float("inf"))
     means = Means(resolve(default_engine(), None, (53,)))
     mapped: Any = route_codes.compute(content, means)
     assert mapped["only"]["by_map"].values.all()

@@ -122,6 +122,46 @@ def test_a_map_is_kept_and_taken_again(cache: Path, monkeypatch: pytest.MonkeyPa
     assert again.coefficients == made.coefficients
 
 
+def test_a_map_over_its_budget_is_refused_and_that_is_kept(
+    cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever is kept: another call with the same budget has the same answer."""
+    h = exact(H)
+    needed = build.expected_cost(FIG4, h, h, 53, FIRST)
+    assert 0.001 < needed < 1
+    for _ in range(2):
+        with pytest.raises(build.Costly, match="integration is expected to be faster"):
+            return_map(FIG4, h=H, budget=needed / 2)
+        build._kept.cache_clear()
+        monkeypatch.setattr(build, "_attempt", lambda *_: pytest.fail("tables are made"))
+    monkeypatch.undo()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(cache.parent.parent))
+    assert return_map(FIG4, h=H, budget=2 * needed).cost == needed
+    build._kept.cache_clear()
+    with pytest.raises(build.Costly):
+        return_map(FIG4, h=H, budget=needed / 2)
+    assert return_map(FIG4, h=H).cost == needed
+
+
+def test_a_refusal_is_kept(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    heavy = Body((2, 1, "1.5"), (1, 1, 0), "0.5")
+    with pytest.raises(MapError) as first:
+        return_map(heavy, h=H)
+    build._kept.cache_clear()
+    monkeypatch.setattr(build, "build", lambda *_: pytest.fail("tried again"))
+    with pytest.raises(MapError) as again:
+        return_map(heavy, h=H)
+    assert str(again.value) == str(first.value)
+
+
+@pytest.mark.parametrize("design", [FIRST, SECOND, THIRD])
+def test_a_body_of_long_passages_has_maps(design: Design) -> None:
+    """The weight turns 75 times on the arcs: theta3's quadrature must follow that."""
+    slow = Body(("2.953", "2.566", "2.915"), ("0.212", "0.977", 0), "0.00265")
+    errors = return_map(slow, h="0.8617", bits=64, design=design).errors
+    assert max(errors.charts, errors.inverse, errors.exponents) < 2.0**-64
+
+
 def test_a_damaged_file_is_built_again(cache: Path) -> None:
     made = return_map(FIG4, h=H)
     (path,) = cache.iterdir()
