@@ -14,7 +14,6 @@ from rigidpend.cli import bench as command
 from rigidpend.experiments.bench import compute as bench
 from rigidpend.experiments.bench.measuring import problems, reading
 from rigidpend.experiments.bench.measuring.methods import METHODS
-from rigidpend.experiments.bench.measuring.tasks import Sizes
 from rigidpend.experiments.bench.measuring.worker import measured
 from rigidpend.experiments.bench.schema import Config
 from rigidpend.experiments.contract import Means
@@ -202,7 +201,6 @@ def test_the_full_config_asks_for_everything() -> None:
     assert content.meeting.rounds >= 11
     assert content.meeting.threads == (1, 2)
     assert content.phases.orbits == 2000
-    assert bench._sizes(content) == Sizes()
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,8 @@
-"""The fields that the methods integrate, all composed of the package's equations."""
+"""The fields that the methods integrate, all composed of the package's equations.
+
+For peers in Python and for compilers they are written out flat, as a hand would for speed: from
+the tape that the package's own compiled fields are made of.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +15,7 @@ from rigidpend.mechanics.equations import euler_poisson
 from rigidpend.mechanics.hodograph import angular_velocity, hodograph
 from rigidpend.mechanics.precession import turning_rate
 from rigidpend.numbers.generic import Numbers, Scalar
+from rigidpend.orbits.integrate.kernel.tape import trace
 
 Field = Callable[[Any], tuple[Any, ...]]
 
@@ -39,3 +44,54 @@ def of_body(body: Body, angles: bool = False) -> Field:
     """The field of a body in floats."""
     make = with_angles if angles else principal
     return make(moments(body), direction(body), float(body.mu))
+
+
+SIGNS = {"plus": "+", "minus": "-", "times": "*", "divided": "/"}
+
+
+def flat(field: Field, size: int) -> Callable[[float, Any], list[Any]]:
+    """Write ``rates(t, y)``, plain Python that takes floats or arrays and gives a list."""
+    lines, rates = _written(field, size)
+    head = ["def rates(t, y):", f"    {', '.join(f'y{i}' for i in range(size))} = y"]
+    made: Callable[[float, Any], list[Any]] = _executed(
+        [*head, *lines, f"    return [{', '.join(rates)}]"]
+    )
+    return made
+
+
+def compilable(body: Body, arguments: str, angles: bool = False) -> Any:
+    """Write ``rates(arguments)`` of a body, which numba can compile; 8 components with angles.
+
+    `arguments` are in any order; of them ``y`` is the array of the state, and the derivatives go
+    to the array ``dy``.
+    """
+    size = 8 if angles else 6
+    lines, rates = _written(of_body(body, angles), size)
+    ends = [f"    dy[{i}] = {x}" for i, x in enumerate(rates)]
+    begin = [f"    y{i} = y[{i}]" for i in range(size)]
+    return _executed([f"def rates({arguments}):", *begin, *lines, *ends])
+
+
+def _written(field: Field, size: int) -> tuple[list[str], list[str]]:
+    """The lines of a field, each a local variable, and the names of the derivatives."""
+    traced = trace(lambda y, _: field(y), size)
+    names: list[str] = []
+    known: dict[str, str] = {}
+    for name, operands in traced.lines:
+        if name == "component":
+            names.append(f"y{operands[0]}")
+        elif name == "parameter":
+            names.append(repr(traced.parameters[operands[0]]))
+        else:
+            left, right = (names[i] for i in operands)
+            # The tape tells parameters apart, even equal ones.
+            names.append(known.setdefault(f"{left} {SIGNS[name]} {right}", f"x{len(known)}"))
+    lines = [f"    {name} = {expression}" for expression, name in known.items()]
+    return lines, [names[k] for k in traced.rates]
+
+
+def _executed(lines: list[str]) -> Any:
+    """The function ``rates`` of some lines."""
+    room: dict[str, Any] = {}
+    exec(compile("\n".join(lines), "<field>", "exec"), room)
+    return room["rates"]

@@ -13,27 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.mechanics.body import Body
-from rigidpend.mechanics.coordinates import momentum, scale, vertical
+from rigidpend.mechanics.coordinates import scale
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import GUARD_BITS, context
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import RouteProblem
-
-
-class Sizes(NamedTuple):
-    """Sizes of the problems."""
-
-    orbits: int = 16
-    """Orbits of the free body and of the pendulum, carried at once."""
-    turns: float = 25
-    """Length of the orbits, in turns about the third axis."""
-    columns: int = 63
-    """Phases k/10 of Fig. 4."""
-    n_symbols: int = 15
-    companions: int = 8
-    """Orbits of the problem over long times, carried at once."""
-    periods: float = 2e4
-    """Over which their integrals may drift."""
 
 
 class MotionTask(NamedTuple):
@@ -204,25 +188,4 @@ def aligned_states(body: Body, states: Array) -> Array:
     for k, (M1, M2) in enumerate(states[:2].T):
         x, y = s * m.cos(half) * m.mpf(M1), s * m.sin(half) * m.mpf(M2)
         found[:2, k] = float(x + y), float(x - y)
-    return found
-
-
-def initial(problem: RouteProblem, theta2_0: Any, bits: int = 53) -> list[list[Any]]:
-    """M and gamma at the start of each orbit, n lists of 6 numbers in `bits` bits.
-
-    The start is theta1_0 = alpha0 + beta0, J1_0, J2_0, J3 = 0 in Andoyer variables, rounded
-    once.
-    """
-    m = context(bits + GUARD_BITS)
-    p = problem.body.angles(bits + GUARD_BITS)
-    J1, J2 = problem.J1_0.in_context(m), m.mpf(problem.J2_0(bits + GUARD_BITS))
-    p_pair = ((2 * J1 - J2) / J2, 2 * m.sqrt(J1 * (J2 - J1)) / J2)
-    sinl, cosl = m.sin(p.alpha0 / 2), m.cos(p.alpha0 / 2)
-    G = J2 / scale([x.in_context(m) for x in problem.body.A], m)
-    found = []
-    for theta2 in theta2_0:
-        g = (p.alpha0 + p.beta0) / 2 + theta2.in_context(m)
-        gamma = vertical(p_pair, (m.mpf(0), m.mpf(1)), (m.sin(g), m.cos(g)), (sinl, cosl))
-        M = momentum(G, *p_pair, sinl, cosl)
-        found.append([context(bits).mpf(x) for x in (*M, *gamma)])
     return found

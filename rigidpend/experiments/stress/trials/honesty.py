@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 
 from rigidpend.experiments.data import layout
 from rigidpend.experiments.data.tree import Dataset
+from rigidpend.experiments.independent import has_heyoka, number_type
 from rigidpend.experiments.stress.trials import principal, truth
 from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
 from rigidpend.experiments.stress.trials.fields import SPOILT
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Scalar
-from rigidpend.orbits.integrate import has_heyoka, has_own_type
 from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import RouteProblem
@@ -181,7 +181,7 @@ def true_codes(
         differ = (true != doubted).any(axis=0)
         differ[:checked] |= bits == truth.BITS
         columns = np.flatnonzero(differ)
-        if columns.size and has_own_type("taylor", bits):
+        if columns.size and number_type(bits) is not None:
             true[:, columns] = principal.codes(problem, phases[columns], bits=bits, jobs=jobs)
     return true, known
 
