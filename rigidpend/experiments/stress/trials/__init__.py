@@ -3,9 +3,8 @@
 Modules
 -------
 claims      claims that a run may refute, their limits and verdicts
-fields      the fields of claims and of the curves behind them, as they are stored
 principal   orbits in principal axes, another formulation
-truth       the same orbits in other arithmetic, and how far apart two computations are
+truth       orbits in some arithmetic and in another, and how far apart two computations are
 dual        derivatives of fields, by dual numbers
 growth      the rounding error of a crossing, predicted from the variational equations
 long_time   integrals over up to 1e6 rotations

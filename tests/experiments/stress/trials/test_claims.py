@@ -27,7 +27,7 @@ from rigidpend.routes.problem import ProblemError
 
 def claim(bound: float, up_to: float | None = None, name: str = "a") -> Claim:
     limit = None if up_to is None else Limit("known why", up_to)
-    return Claim(name, "what is measured", "rad", bound, "the reason", limit)
+    return Claim(name, bound, "what is measured", "the reason", "rad", limit)
 
 
 @pytest.mark.parametrize(
@@ -70,19 +70,19 @@ def test_a_refusal_refutes_every_claim_of_its_trial(error: Exception) -> None:
 
 
 def test_a_claim_that_nothing_was_measured_of_fails() -> None:
-    made: Any = tree([claim(1.0), claim(1.0, name="b")], Findings({"a": 0.5}))
+    made: Any = tree([claim(1.0), claim(1.0, name="b")], Findings([0.5]))
     verdicts = {name: str(x["verdict"].values) for name, x in made["claims"].items()}
     assert verdicts == {"a": PASSED, "b": FAILED}
 
 
 def test_what_was_not_declared_before_is_refused() -> None:
-    with pytest.raises(ValueError, match="not declared before: b"):
-        tree([claim(1.0)], Findings({"a": 0.5, "b": 0.1}))
+    with pytest.raises(ValueError, match="measured 2 values, declared 1 before"):
+        tree([claim(1.0)], Findings([0.5, 0.1]))
 
 
 def test_table_and_json_tell_what_was_stored(tmp_path: Path) -> None:
     claims = [claim(2, name="x"), claim(2, name="y"), claim(2, 6, "z")]
-    found = Findings({"x": 1, "y": math.inf, "z": 5}, notes={"y": "much too far"})
+    found = Findings([1, math.inf, 5], notes=["", "much too far"])
     path = tmp_path / "r.h5"
     store.write(
         path, store.Result({"experiment": "stress"}, "{}", {}, {"some_group": tree(claims, found)})

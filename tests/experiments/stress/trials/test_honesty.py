@@ -9,14 +9,13 @@ import pytest
 
 from rigidpend.experiments.stress.trials import honesty
 from rigidpend.experiments.stress.trials.claims import tried
+from rigidpend.experiments.stress.trials.truth import Way
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits import integrate
 from rigidpend.routes import certainty
 from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.problem import RouteProblem
 from tests.orbits.integrate.problems import FIG4, needs_heyoka
-
-ENGINE = integrate.default_engine()
 
 
 def run(orbits: int) -> Any:
@@ -26,12 +25,11 @@ def run(orbits: int) -> Any:
             "1.3342",
             "1e-8",
             ("1e-2", "1e-4"),
+            Way(integrate.default_engine()),
             orbits=orbits,
             checked=2,
             n_symbols=15,
             seed=5,
-            engine=ENGINE,
-            jobs=1,
         )
     )
 

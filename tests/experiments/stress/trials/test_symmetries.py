@@ -9,13 +9,13 @@ import pytest
 
 from rigidpend.experiments.stress.trials import symmetries
 from rigidpend.experiments.stress.trials.claims import FAILED, PASSED, tried
-from rigidpend.experiments.stress.trials.truth import float_coefficients
+from rigidpend.experiments.stress.trials.truth import Scene, Way
 from rigidpend.mechanics.equations import aligned
 from rigidpend.orbits import integrate
 from tests.orbits.integrate.problems import GENERIC
 
-ENGINE = integrate.default_engine()
-C = float_coefficients(GENERIC)
+SCENE = Scene(GENERIC, 1.3)
+C = SCENE.c
 X = np.array([0.4, -0.2, 0.9, 0.3, -0.5, 0.8])
 
 
@@ -34,7 +34,7 @@ def test_other_units_are_the_same_field() -> None:
 
 def test_all_hold_and_a_wrong_mirror_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
     def verdicts() -> dict[str, str]:
-        made: Any = tried(symmetries.trial(GENERIC, 1.3, 2, ENGINE, 1))
+        made: Any = tried(symmetries.trial(SCENE, 2, Way(integrate.default_engine())))
         return {name: str(claim["verdict"].values) for name, claim in made["claims"].items()}
 
     right = verdicts()
