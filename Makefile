@@ -9,10 +9,12 @@ JOBS ?=
 RUN := $(BIN)/rigidpend
 PYTEST := $(BIN)/python -m pytest -n $(or $(JOBS),auto) --dist loadfile
 
-.PHONY: help figures check test test-fast test-plain attacks coverage audit docs mutants verify reference bench stress tables gallery clean distclean
+.PHONY: help setup figures check test test-fast test-plain test-wheel test-lowest attacks coverage audit docs mutants verify reference bench stress tables gallery clean distclean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
+
+setup: $(VENV)/.installed ## make .venv and install the package into it; other targets do so by themselves
 
 figures: $(VENV)/.installed ## set up, run every config, draw every figure and a report into results/
 	$(RUN) run all --out $(RESULTS) $(if $(JOBS),-j $(JOBS))
@@ -46,6 +48,25 @@ test-plain: ## run every test without heyoka, as on macOS and Windows, in build/
 	build/plain/bin/python -m pip uninstall --quiet --yes heyoka
 	build/plain/bin/python -m pytest -n $(or $(JOBS),auto) --dist loadfile
 
+# What a stranger has: no checkout around him, only what is installed.
+USED = cd build/$@ && bin/rigidpend run fig1 fig4 closed_orbits -q \
+  && bin/rigidpend render fig1 fig4 closed_orbits && bin/rigidpend verify fig1 fig4
+
+test-wheel: $(VENV)/.installed-test ## build the wheel, install it by itself and use it: versions of constraints.txt
+	rm -rf build/$@
+	$(PYTHON) -m venv build/$@
+	build/$@/bin/python -m pip wheel --quiet --disable-pip-version-check --no-deps -w build/$@/dist .
+	build/$@/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt build/$@/dist/*.whl
+	$(USED)
+	cd build/$@ && ../../$(BIN)/mypy --config-file= --strict --python-executable bin/python -c 'import rigidpend'
+
+test-lowest: ## use the package with the lowest versions that pyproject.toml allows
+	rm -rf build/$@
+	$(PYTHON) -m venv build/$@
+	$(PYTHON) -m scripts.lowest > build/$@/lowest.txt
+	build/$@/bin/python -m pip install --quiet --disable-pip-version-check -c build/$@/lowest.txt .
+	$(USED)
+
 attacks: $(VENV)/.installed-test ## random attacks of every kind, repeatable by their seed: half an hour; COUNT= SEED=
 	RIGIDPEND_ATTACKS=$(or $(COUNT),2000) RIGIDPEND_SEED=$(or $(SEED),1) $(PYTEST) tests/attacks tests/test_api_values.py tests/runs/test_fuzz.py tests/runs/test_faults.py tests/runs/test_kills.py tests/machine/test_signals.py
 
@@ -58,11 +79,20 @@ audit: ## look up known vulnerabilities of the versions in constraints.txt, wher
 	  || echo "pip-audit cannot be installed here" >&2
 	@$(or $(wildcard build/audit/bin/python),$(PYTHON)) scripts/audit.py
 
-docs: $(VENV)/.installed-docs ## build the documentation into build/docs/; needs no network
+docs: $(VENV)/.installed-docs build/mathjax/tex-svg.js ## build the documentation into build/docs/, which fetches nothing when read
 	rm -rf build/docs
 	$(BIN)/python -m sphinx -b html -d build/doctrees -W --keep-going -q docs build/docs
 	@! grep -rlE '<(script|link|img)[^>]*(src|href)="(https?:)?//' --include='*.html' build/docs \
 	  || { echo "the pages above would fetch something from elsewhere" >&2; exit 1; }
+	$(BIN)/python -m scripts.look build/docs
+
+# Sets the formulas, in the reader's browser and from beside the pages.
+MATHJAX := 3.2.2
+build/mathjax/tex-svg.js:
+	@command -v npm >/dev/null || { echo "the formulas need npm: install Node.js (Debian: npm)" >&2; exit 1; }
+	mkdir -p build/npm build/mathjax
+	npm install --silent --no-save --prefix build/npm mathjax@$(MATHJAX)
+	cp build/npm/node_modules/mathjax/es5/tex-svg.js $@
 
 mutants: $(VENV)/.installed-test ## change the code in places drawn by lot: do tests fail? an hour or two; COUNT= SEED=; goes on where it was
 	$(BIN)/python -m scripts.mutants --keep build/mutants/$(or $(SEED),1).txt $(if $(COUNT),--count $(COUNT)) $(if $(SEED),--seed $(SEED)) $(if $(JOBS),--processes $(JOBS))

@@ -1,4 +1,4 @@
-"""Sphinx: how the documentation is built. Nothing is fetched: `make docs` needs no network."""
+"""Sphinx: how the documentation is built. The pages fetch nothing when they are read."""
 
 from __future__ import annotations
 
@@ -9,11 +9,8 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
 
-import latex2mathml.converter  # noqa: E402
-from docutils import nodes  # noqa: E402
 from sphinx.application import Sphinx  # noqa: E402
 from sphinx.ext.napoleon import Config, NumpyDocstring  # noqa: E402
-from sphinx.writers.html5 import HTML5Translator  # noqa: E402
 
 import rigidpend  # noqa: E402
 from docs import generate  # noqa: E402
@@ -25,8 +22,8 @@ author = "The rigidpend developers"
 project_copyright = "2026, the rigidpend developers"
 version = release = rigidpend.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc"]
-html_math_renderer = "mathml"
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.mathjax"]
+mathjax_path = "tex-svg.js"  # one file beside the pages, with its glyphs: nothing is fetched
 exclude_patterns = ["generated/*"]  # included by the pages, no pages themselves
 smartquotes_action = "D"  # dashes; quotes stay as they are typed
 
@@ -40,7 +37,7 @@ autodoc_preserve_defaults = True
 
 html_theme = "furo"
 html_title = f"rigidpend {release}"
-html_static_path = ["static"]
+html_static_path = ["static", "../build/mathjax"]
 html_css_files = ["rigidpend.css"]
 html_show_sourcelink = False
 html_copy_source = False
@@ -53,14 +50,6 @@ def setup(app: Sphinx) -> None:
     """Take the docstrings as they are written, for a reader of the source."""
     app.connect("autodoc-process-docstring", docstring)
     app.connect("autodoc-skip-member", without_meaning)
-    app.add_html_math_renderer("mathml", (formula, None), (formula, None))
-
-
-def formula(translator: HTML5Translator, node: nodes.Element) -> None:
-    """Write a formula as MathML, which browsers set themselves: no script, nothing to fetch."""
-    display = "block" if isinstance(node, nodes.math_block) else "inline"
-    translator.body.append(latex2mathml.converter.convert(node.astext(), display=display))
-    raise nodes.SkipNode
 
 
 def docstring(

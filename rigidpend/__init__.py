@@ -99,7 +99,7 @@ if TYPE_CHECKING:
     from rigidpend.routes.symbolic import address_of as address_of
     from rigidpend.routes.symbolic import find_orbit as find_orbit
 
-__version__ = "0.2.0"
+__version__ = "0.3.0.dev0"
 __all__ = [
     *("Body", "CertifiedCodes", "FoundOrbit", "RouteCodes", "StoredResult", "address_of"),
     *("certify_codes", "find_orbit", "load", "orbit", "plot", "return_map", "route_codes"),

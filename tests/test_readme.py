@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import re
 import shlex
-import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,13 +12,14 @@ from typing import Any
 import click
 import h5py
 import pytest
+from packaging.version import Version
 
 import rigidpend
 from rigidpend.cli import main
 from rigidpend.config import names
 from rigidpend.results import store
 from rigidpend.runs import loading
-from scripts import readme_tables
+from scripts import lowest, readme_tables
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -100,14 +100,24 @@ def test_the_gallery_has_every_figure_once() -> None:
     assert sorted(shown) == sorted(x.name for x in (ROOT / "results/gallery").glob("*.png"))
 
 
-def test_the_version_is_one() -> None:
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+def test_what_is_cited_is_the_last_release_and_what_comes_after_says_so() -> None:
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
-    [version] = re.findall(r"^version: (.+)$", citation, re.MULTILINE)
+    [cited] = re.findall(r"^version: (.+)$", citation, re.MULTILINE)
     [date] = re.findall(r"^date-released: (.+)$", citation, re.MULTILINE)
-    assert project["version"] == rigidpend.__version__ == version
-    assert f"## {version} - {date}\n" in changes
+    headings = re.findall(r"^## (.+)$", changes, re.MULTILINE)
+    released = [line for line in headings if line != "Unreleased"]
+    assert released[0] == f"{cited} - {date}"
+    own = rigidpend.__version__
+    assert (Version(own) > Version(cited) and Version(own).is_devrelease) == (headings != released)
+    assert headings != released or own == cited
+
+
+def test_the_lowest_versions_are_those_that_the_project_names() -> None:
+    named = lowest.lowest('[project]\ndependencies = ["numpy>=2.0", "heyoka>=7.1,<8; x == \'y\'"]')
+    assert named == ["numpy==2.0", "heyoka==7.1"]
+    with pytest.raises(ValueError, match="'click<9' names no lowest version"):
+        lowest.lowest('[project]\ndependencies = ["click<9"]')
 
 
 @pytest.fixture(autouse=True, scope="module")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +35,7 @@ ENGINES = "Taylor series and DOP853"
 @click.option(
     "--reference",
     type=FOLDER,
-    help="Folder of the stored results; results/reference, else those of the package.",
+    help="Folder of the stored results; results/reference, and the package's for what lacks there.",
 )
 @click.option(
     "--results",
@@ -76,15 +77,15 @@ def command(
 
     everything = not names or "all" in names
     paths = resolve(names or ("all",))
-    folder = reference or references()
+    folders = [reference] if reference else references()
     found = []
     for path in paths:
         check_stop()
-        found.append(_compared(path, settings, folder, results, jobs))
+        found.append(_compared(path, settings, folders, results, jobs))
         if not as_json:
             _tell(found[-1])
     # Where everything is compared, a reference that no config makes is a difference as well.
-    strays = _strays(folder, {path.stem for path in paths}) if everything else []
+    strays = _strays(folders[0], {path.stem for path in paths}) if everything else []
     same = not strays and all(one["same"] for one in found)
     if as_json:
         print_json({"same": same, "results": found, "without_config": strays})
@@ -94,16 +95,26 @@ def command(
     sys.exit(ABSENT if absent else DONE if same else FAILED)
 
 
-def references() -> Path:
-    """Folder of the references: here, of the checkout, or as installed with the package."""
+def references() -> list[Path]:
+    """Folders of the references: here, of the checkout, and as installed with the package."""
     from rigidpend.config.catalogue import PACKAGE, REFERENCES
 
     known = (REFERENCES, PACKAGE.parent / REFERENCES, PACKAGE / "reference")
-    return next((folder for folder in known if folder.is_dir()), REFERENCES)
+    return [folder for folder in known if folder.is_dir()] or [REFERENCES]
+
+
+def _stored(name: str, folders: Sequence[Path]) -> Path:
+    """The first folder's reference of a name that is there; the first folder's if none is."""
+    places = [folder / f"{name}.h5" for folder in folders]
+    return next((place for place in places if place.exists()), places[0])
 
 
 def _compared(
-    path: Path, settings: tuple[str, ...], reference: Path, results: Path | None, jobs: int | None
+    path: Path,
+    settings: tuple[str, ...],
+    folders: Sequence[Path],
+    results: Path | None,
+    jobs: int | None,
 ) -> Any:
     """Compute one experiment and compare it, as plain data."""
     from rigidpend.machine import files, words, workers
@@ -112,7 +123,7 @@ def _compared(
     from rigidpend.runs import loading, regression
 
     loaded, many = loading.load(path, settings), jobs or workers.cores()
-    stored = path if path.suffix == ".h5" else reference / f"{loaded.name}.h5"
+    stored = path if path.suffix == ".h5" else _stored(loaded.name, folders)
     read = results / stored.name if results else None
     outcome: dict[str, Any] = {"name": loaded.name, "reference": str(stored), "same": False}
     outcome["absent"] = False

@@ -202,6 +202,14 @@ def test_one_absent_reference_does_not_keep_the_others_from_being_compared(copy:
     assert done.stderr == f"rigidpend: {said}\n"
 
 
+def test_a_folder_of_ones_own_hides_no_reference_of_the_package(copy: Path) -> None:
+    done = called("fig1", "--json")
+    [found] = json.loads(done.stdout)["results"]
+    assert found["same"]
+    assert found["reference"].endswith("results/reference/fig1.h5")
+    assert Path(found["reference"]).is_absolute()
+
+
 @pytest.mark.slow
 def test_all_are_compared_if_none_is_named_and_strays_are_told(
     copy: Path, monkeypatch: pytest.MonkeyPatch

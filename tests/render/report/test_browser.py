@@ -2,38 +2,28 @@
 
 from __future__ import annotations
 
-import json
 import re
 import shutil
-import subprocess
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from rigidpend import render
 from rigidpend.render import report
+from scripts import browser, look
 
 REFERENCE = Path(__file__).resolve().parents[3] / "results" / "reference"
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
-QUIET = """--headless --no-sandbox --disable-gpu --disable-quic --no-first-run
---disable-background-networking --disable-component-update --disable-sync
---allow-file-access-from-files --virtual-time-budget=8000""".split()  # noqa: SIM905
-MEASURE = """<!doctype html><iframe src="report.html" style="width:{width}px;height:900px"></iframe>
-<pre id="found"></pre><script>
-document.querySelector("iframe").onload = e => {{
-  const page = e.target.contentDocument, root = page.documentElement;
-  const letters = [...page.querySelectorAll("p, td, th, a")];
-  document.getElementById("found").textContent = JSON.stringify({{
-    inner: root.clientWidth, content: root.scrollWidth,
-    pictures: [...page.images].map(i => i.complete && i.naturalWidth),
-    smallest: Math.min(...letters.map(x => parseFloat(getComputedStyle(x).fontSize))),
-    height: root.scrollHeight}});
-}};</script>"""
+LOOK = """page => ({
+  inner: page.documentElement.clientWidth, content: page.documentElement.scrollWidth,
+  pictures: [...page.images].map(i => i.complete && i.naturalWidth),
+  smallest: Math.min(...[...page.querySelectorAll("p, td, th, a")]
+    .map(x => parseFloat(getComputedStyle(x).fontSize)))})"""
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(BROWSER is None, reason="no Chromium: the report's layout is not tested")
+@pytest.mark.skipif(
+    browser.BROWSER is None, reason="no Chromium: the report's layout is not tested"
+)
 def test_the_page_fits_a_phone_and_a_desk_and_prints(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -43,33 +33,29 @@ def test_the_page_fits_a_phone_and_a_desk_and_prints(
         shutil.copyfile(REFERENCE / f"{name}.h5", tmp_path / f"{name}.h5")
     report.write(report.results(tmp_path), tmp_path / "report.html")
     for width in (390, 1200):
-        found = measured(tmp_path, width)
+        found = browser.measured(tmp_path, ["report.html"], width, LOOK)["report.html"]
         assert found["inner"] <= width
         assert found["content"] <= found["inner"], "the page itself scrolls sideways"
         assert len(found["pictures"]) == 4
         assert all(size > 1000 for size in found["pictures"])
         assert found["smallest"] >= 13
-    browse(tmp_path, f"--print-to-pdf={tmp_path / 'page.pdf'}", "report.html")
+    browser.browse(tmp_path, f"--print-to-pdf={tmp_path / 'page.pdf'}", "report.html")
     pages = re.findall(rb"/Type\s*/Page\b", (tmp_path / "page.pdf").read_bytes())
     assert 2 <= len(pages) <= 12
 
 
-def measured(folder: Path, width: int) -> Any:
-    """What the page measures in a frame of that many CSS pixels."""
-    (folder / "measure.html").write_text(MEASURE.format(width=width))
-    dumped = browse(folder, "--dump-dom", "measure.html")
-    [text] = re.findall(r'<pre id="found">(.*?)</pre>', dumped)
-    return json.loads(text)
-
-
-def browse(folder: Path, what: str, page: str) -> str:
-    """Let the browser open a page of the folder."""
-    assert BROWSER is not None
-    call = [
-        BROWSER,
-        *QUIET,
-        f"--user-data-dir={folder / 'profile'}",
-        what,
-        f"file://{folder / page}",
-    ]
-    return subprocess.run(call, capture_output=True, text=True, timeout=120, check=True).stdout
+@pytest.mark.slow
+@pytest.mark.skipif(browser.BROWSER is None, reason="no Chromium: no page is looked at")
+def test_a_formula_that_is_wrong_unset_or_too_wide_is_seen(tmp_path: Path) -> None:
+    (tmp_path / "sound.html").write_text("<p>Words.</p>")
+    long = f'<span class="math">{"x" * 200}</span>'
+    (tmp_path / "wide.html").write_text(f'<span class="math">\\(a & b</span>{long}')
+    (tmp_path / "wrong.html").write_text('<p class="math"><i data-mjx-error="Misplaced &amp;"></p>')
+    said = browser.measured(tmp_path, ["sound.html", "wide.html", "wrong.html"], 400, look.LOOK)
+    assert look.faults(said["sound.html"]) == []
+    unset, long, off, page = look.faults(said["wide.html"])
+    assert unset.endswith("& b' is not set")
+    assert long.endswith("xx' is not set")
+    assert off.endswith("xx' runs off the page")
+    assert page.startswith("the page is ")
+    assert "a formula is wrong: Misplaced &" in look.faults(said["wrong.html"])
