@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidpend.config.description import Row, exact_row
+from rigidpend.experiments import heyoka_peer
 from rigidpend.experiments.bench import layout
 from rigidpend.experiments.bench.measuring import choice, problems, records
 from rigidpend.experiments.bench.measuring.methods import METHODS
@@ -18,7 +19,6 @@ from rigidpend.experiments.bench.measuring.worker import Order, measured
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Data, Dataset, Tree
-from rigidpend.experiments.independent import has_heyoka
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.engines import EngineError
 
@@ -45,7 +45,7 @@ def compute(config: Config, means: Means) -> Tree:
     EngineError
         heyoka, which makes the references in 113 bits, is not installed.
     """
-    if not has_heyoka():
+    if not heyoka_peer.installed():
         raise EngineError("the references need the package heyoka, which is not installed")
     with tempfile.TemporaryDirectory() as folder:
         reference = Path(folder) / "reference.npz"

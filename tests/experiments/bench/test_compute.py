@@ -11,6 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from rigidpend.cli import bench as command
+from rigidpend.experiments import heyoka_peer
 from rigidpend.experiments.bench import compute as bench
 from rigidpend.experiments.bench.measuring import problems, reading
 from rigidpend.experiments.bench.measuring.methods import METHODS
@@ -181,7 +182,7 @@ def test_a_larger_error_and_a_wrong_symbol_are_found(data: Any) -> None:
 
 
 def test_without_heyoka_there_is_no_reference(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bench, "has_heyoka", lambda: False)
+    monkeypatch.setattr(heyoka_peer, "installed", lambda: False)
     means = Means(CLOSED_FORM, 1, lambda _: None)
     with pytest.raises(EngineError, match="heyoka"):
         bench.compute(typed(Config, QUICK), means)

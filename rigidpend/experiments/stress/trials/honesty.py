@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.experiments import heyoka_peer
 from rigidpend.experiments.data import layout
 from rigidpend.experiments.data.tree import Dataset
-from rigidpend.experiments.independent import has_heyoka, number_type
 from rigidpend.experiments.stress.layout import SPOILT
 from rigidpend.experiments.stress.trials import principal, truth
 from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
@@ -165,7 +165,7 @@ def true_codes(
         All, but without heyoka only those checked, in integers of 113 bits.
     """
     known = np.ones(phases.size, dtype=bool)
-    if not has_heyoka():
+    if not heyoka_peer.installed():
         known[checked:] = False
         true = doubted.copy()
         integers = Way("scipy", jobs)
@@ -178,7 +178,7 @@ def true_codes(
         differ = (true != doubted).any(axis=0)
         differ[:checked] |= bits == truth.BITS
         columns = np.flatnonzero(differ)
-        if columns.size and number_type(bits) is not None:
+        if columns.size and heyoka_peer.offers(bits):
             true[:, columns] = principal.codes(problem, phases[columns], bits=bits, jobs=jobs)
     return true, known
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.experiments.independent import carry, initial, integrator
+from rigidpend.experiments.principal_axes import carry, initial, integrator
 from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import TURN, scale
@@ -61,7 +61,7 @@ def _angles(
         orbit.append(2 * math.atan2(M1, M2))
         return len(orbit) < n_crossings
 
-    made = integrator(body, _field, 6, bits, section=2, callback=record)
+    made = integrator(body, _field, 6, bits, record)
     found = np.full((n_crossings, len(states)), np.nan)
     for column, state in enumerate(states):
         orbit.clear()

@@ -25,7 +25,7 @@ from rigidpend.experiments.bench.measuring.tasks import (
     moments,
     time_unit,
 )
-from rigidpend.experiments.independent import initial
+from rigidpend.experiments.principal_axes import initial
 from rigidpend.mechanics.coordinates import Aligned, aligned_from_body, body_from_aligned
 from rigidpend.mechanics.equations import energy
 from rigidpend.mechanics.hodograph import field as aligned_with_angles

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend.experiments import heyoka_peer
 from rigidpend.experiments.stress.trials import honesty
 from rigidpend.experiments.stress.trials.claims import tried
 from rigidpend.experiments.stress.trials.truth import Way
@@ -125,7 +126,7 @@ def test_without_wrong_symbols_the_trial_says_that_it_shows_nothing(
 def test_without_heyoka_the_orbits_checked_are_followed_in_integers(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(honesty, "has_heyoka", lambda: False)
+    monkeypatch.setattr(heyoka_peer, "installed", lambda: False)
     problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-6"), 2)
     doubted = np.full((2, 3), 9, dtype=np.uint8)
     true, known = honesty.true_codes(problem, np.array([0.4, 1.1, 2.0]), doubted, 1, 1)

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.experiments.bench.measuring.tasks import Carrier, carrier
-from rigidpend.experiments.independent import heyoka
+from rigidpend.experiments.heyoka_peer import heyoka
 from rigidpend.numbers.doubles import Array
 
 

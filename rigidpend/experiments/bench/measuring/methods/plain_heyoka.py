@@ -20,7 +20,7 @@ from rigidpend.experiments.bench.measuring.tasks import (
     carrier,
     time_unit,
 )
-from rigidpend.experiments.independent import heyoka
+from rigidpend.experiments.heyoka_peer import heyoka
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import (
     andoyer_from_body,

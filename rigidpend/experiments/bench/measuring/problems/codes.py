@@ -18,7 +18,7 @@ from rigidpend.experiments.bench.measuring.tasks import (
     time_unit,
 )
 from rigidpend.experiments.data.tree import Data
-from rigidpend.experiments.independent import initial
+from rigidpend.experiments.principal_axes import initial
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import PI, exact

@@ -14,7 +14,7 @@ import numpy as np
 from rigidpend.experiments.bench.measuring.fields import principal
 from rigidpend.experiments.bench.measuring.tasks import MotionTask
 from rigidpend.experiments.data.tree import Data
-from rigidpend.experiments.independent import carry, integrator
+from rigidpend.experiments.principal_axes import carry, integrator
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import cross
 from rigidpend.mechanics.free_body import around_M1, around_M2

@@ -14,7 +14,7 @@ from rigidpend.experiments.bench.measuring.tasks import (
     time_unit,
 )
 from rigidpend.experiments.data.tree import Data
-from rigidpend.experiments.independent import carry, initial, integrator
+from rigidpend.experiments.principal_axes import carry, initial, integrator
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.hodograph import alpha_ahead, angular_velocity
 from rigidpend.numbers.doubles import Array

@@ -1,53 +1,19 @@
-"""Orbits by heyoka, which shares no arithmetic with ours: a peer, and the truth of others.
+"""Orbits in principal axes by heyoka: they share no arithmetic and no component with ours.
 
 Euler's and Poisson's equations themselves, in M and gamma and physical time, know nothing of
-separatrices, of J1 or of aligned components. The one module that imports heyoka.
+separatrices, of J1 or of aligned components.
 """
 
 from __future__ import annotations
 
-import functools
-import importlib.util
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import numpy as np
-
+from rigidpend.experiments.heyoka_peer import heyoka, typed, working_type
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import momentum, scale, vertical
 from rigidpend.numbers.exact import GUARD_BITS, context
-from rigidpend.numbers.generic import Scalar
 from rigidpend.routes.problem import RouteProblem
-
-
-def has_heyoka() -> bool:
-    """True if heyoka is installed."""
-    return importlib.util.find_spec("heyoka") is not None
-
-
-@functools.cache
-def heyoka() -> Any:
-    """Import heyoka, without its cache on disk: it believes whatever it reads there."""
-    import heyoka as imported
-
-    imported.set_logger_level_error()
-    imported.llvm_state.set_diskcache_enabled(False)
-    return imported
-
-
-def number_type(bits: int) -> Any:
-    """The type of numbers of 53, 64 or 113 bits; None where heyoka has none on this machine."""
-    real128 = getattr(heyoka(), "real128", None)
-    long = np.longdouble if np.finfo(np.longdouble).nmant == 63 else None
-    return {53: float, 64: long, 113: real128}[bits]
-
-
-def typed(x: Scalar, kind: Any) -> Any:
-    """A number of a type, from a float or an mpmath number: a sum of doubles, each step exact."""
-    total, rest = kind(0), x
-    while rest and (head := float(rest)):
-        total, rest = total + kind(head), rest - type(x)(head)
-    return total
 
 
 def integrator(
@@ -55,7 +21,7 @@ def integrator(
     field: Callable[..., Callable[[Any], Sequence[Any]]],
     size: int,
     bits: int,
-    **options: Any,
+    crossed: Callable[[Any, int], bool] | None = None,
 ) -> Any:
     """heyoka's integrator of one orbit in numbers of so many bits, to their rounding.
 
@@ -66,17 +32,14 @@ def integrator(
         ``field(A, r, mu)`` gives the function from `size` components to their derivatives.
     size, bits : int
         The bits are 53, 64 or 113.
-    **options
-        ``section``, the number of a component, and ``callback``: what is called where it is zero.
+    crossed : callable, optional
+        Called with the integrator, and a sign, where M3 = 0; goes on where it gives True.
     """
-    hy, kind, m = heyoka(), number_type(bits), context(bits + GUARD_BITS)
+    hy, kind, m = heyoka(), working_type(bits), context(bits + GUARD_BITS)
     names = [hy.make_vars(f"x{i}") for i in range(size)]
     A, r, mu = [hy.par[i] for i in range(3)], [hy.par[i] for i in range(3, 6)], hy.par[6]
     numbers = (*body.A, *body.r, body.mu)
-    events = {}
-    if options:
-        section = names[options["section"]]
-        events["t_events"] = [hy.t_event(section, fp_type=kind, callback=options["callback"])]
+    events = [hy.t_event(names[2], fp_type=kind, callback=crossed)] if crossed else []
     return hy.taylor_adaptive(
         list(zip(names, field(A, r, mu)(names), strict=True)),
         [kind(0)] * size,
@@ -85,7 +48,7 @@ def integrator(
         fp_type=kind,
         tol=kind(2.0 ** (1 - bits)),
         compact_mode=bits > 53,
-        **events,
+        t_events=events,
     )
 
 
