@@ -65,7 +65,7 @@ def test_trials_that_refused_leave_their_panels_empty() -> None:
 
 
 def panel(figure: Any, letter: str) -> Any:
-    [found] = [x for x in figure.axes if x.get_title(loc="left").startswith(f"({letter})")]
+    [found] = [x for x in figure.axes if x.get_title(loc="left").startswith(f"{letter})")]
     return found
 
 

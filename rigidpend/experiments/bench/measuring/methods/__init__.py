@@ -271,42 +271,25 @@ def _of_run(run: Run, threads: int) -> Callable[[Any], Any]:
 
 def _module(name: str) -> Any:
     """A module of methods; each is imported alone, for it may need what is not installed."""
+    found: Any
     # Spelt out, so that the hash of the code that computes finds them.
     match name:
         case "aligned_taylor":
-            from rigidpend.experiments.bench.measuring.methods import aligned_taylor as ours
-
-            return ours
+            from rigidpend.experiments.bench.measuring.methods import aligned_taylor as found
         case "closed_form":
-            from rigidpend.experiments.bench.measuring.methods import closed_form
-
-            return closed_form
+            from rigidpend.experiments.bench.measuring.methods import closed_form as found
         case "cyrk_compiled":
-            from rigidpend.experiments.bench.measuring.methods import cyrk_compiled
-
-            return cyrk_compiled
+            from rigidpend.experiments.bench.measuring.methods import cyrk_compiled as found
         case "diffrax_vmapped":
-            from rigidpend.experiments.bench.measuring.methods import diffrax_vmapped
-
-            return diffrax_vmapped
+            from rigidpend.experiments.bench.measuring.methods import diffrax_vmapped as found
         case "operator_splitting":
-            from rigidpend.experiments.bench.measuring.methods import operator_splitting
-
-            return operator_splitting
+            from rigidpend.experiments.bench.measuring.methods import operator_splitting as found
         case "plain_heyoka":
-            from rigidpend.experiments.bench.measuring.methods import plain_heyoka
-
-            return plain_heyoka
+            from rigidpend.experiments.bench.measuring.methods import plain_heyoka as found
         case "rebound_ode":
-            from rigidpend.experiments.bench.measuring.methods import rebound_ode
-
-            return rebound_ode
+            from rigidpend.experiments.bench.measuring.methods import rebound_ode as found
         case "scipy_ivp":
-            from rigidpend.experiments.bench.measuring.methods import scipy_ivp
-
-            return scipy_ivp
+            from rigidpend.experiments.bench.measuring.methods import scipy_ivp as found
         case "sundials_cvode":
-            from rigidpend.experiments.bench.measuring.methods import sundials_cvode
-
-            return sundials_cvode
-    raise KeyError(name)
+            from rigidpend.experiments.bench.measuring.methods import sundials_cvode as found
+    return found
