@@ -16,5 +16,4 @@ passages    growth of errors a passage; how many symbols a precision decides
 honesty     flags `certain` where the tolerance is spoilt
 spoilt_maps flags `certain` where the tables of return maps are spoilt
 addresses   orbits found from random codes of random bodies, read back
-table       the claims of a result, for people and for programs
 """

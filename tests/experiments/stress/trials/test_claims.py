@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from rigidpend.experiments.stress.trials import table
+from rigidpend.experiments.stress import report
 from rigidpend.experiments.stress.trials.claims import (
     FAILED,
     LIMIT,
@@ -88,12 +88,12 @@ def test_table_and_json_tell_what_was_stored(tmp_path: Path) -> None:
         path, store.Result({"experiment": "stress"}, "{}", {}, {"some_group": tree(claims, found)})
     )
     data = store.read_tree(path)
-    assert table.counts(data) == {PASSED: 1, LIMIT: 1, FAILED: 1}
-    told = json.loads(json.dumps(table.summary(data), allow_nan=False))
+    assert report.counts(data) == {PASSED: 1, LIMIT: 1, FAILED: 1}
+    told = json.loads(json.dumps(report.summary(data), allow_nan=False))
     assert [x["name"] for x in told["claims"]] == ["x", "y", "z"]
     assert told["claims"][1]["value"] == "inf"
     assert told["claims"][2]["reason"] == "the reason"
-    said = list(table.text(data))
+    said = list(report.text(data))
     assert said[-1] == "1 passed, 1 limit, 1 FAILED"
     assert any(x.startswith("limit: some_group, z") and x.endswith("known why") for x in said)
     assert any(x.startswith("FAILED: some_group, y") and x.endswith("too far") for x in said)
