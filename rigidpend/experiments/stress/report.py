@@ -64,11 +64,12 @@ def lines(data: Data) -> list[Line]:
     found = []
     for group, content in data.items():
         for name, claim in content["claims"].items():
-            meant = claim["value"].description, claim["value"].units
-            numbers = (float(claim[key].values) for key in ("value", "bound", "ratio"))
-            verdict, limit, note = (str(claim[key].values) for key in ("verdict", "limit", "note"))
+            told = {key: node.values for key, node in claim.items() if key != "up_to"}
+            meant = {"measured": claim["value"].description, "unit": claim["value"].units}
+            numbers = {key: float(told.pop(key)) for key in ("value", "bound", "ratio")}
+            texts = {key: str(value) for key, value in (told | meant).items()}
             reason = claim["bound"].description
-            found.append(Line(group, name, *meant, *numbers, verdict, reason, limit, note))
+            found.append(Line(group, name, **texts, **numbers, reason=reason))  # type: ignore[arg-type]
     return found
 
 

@@ -222,21 +222,21 @@ BOUNDS: dict[str, dict[str, float]] = {
         "splitting 4, energy": 5e-6,
         "splitting 6, energy": 9e-7,
         "splitting 8, energy": 4e-8,
-        "splitting": 4.3e-13,
+        # Four of 0.212 x 2^-52 a rounding, by the roots of 6 x 250,000 of them, and so on.
+        "splitting 2": 2.32e-13,
+        "splitting 4": 3.66e-13,
+        "splitting 6": 3.8e-13,
+        "splitting 8": 4.3e-13,
     },
 }
 """The most that any claim of the whole run may allow, by the first words found in its name."""
 
 
-def test_no_bound_is_looser_than_what_is_said_here() -> None:
-    """Nor is one so much tighter that a bound here would hold nothing."""
+def test_every_bound_is_what_theory_or_other_orbits_gave() -> None:
+    """Within three per cent of what is said here: no looser, and no tighter by accident."""
     asked = typed(Config, CONFIGS / "stress.yaml")
-    nearest = dict.fromkeys(BOUNDS, 0.0)
     for group, each in stress.trials(asked.problem, means()):
         kind = "routes" if group in stress.GROUPS else group
         for claim in each.claims:
             most = next(most for words, most in BOUNDS[kind].items() if words in claim.name)
-            assert claim.bound <= most, claim.name
-            assert claim.bound >= 0.5 * most, claim.name
-            nearest[kind] = max(nearest[kind], claim.bound / most if most else 0.0)
-    assert min(nearest.values()) > 0.9
+            assert 0.97 * most <= claim.bound <= most, claim.name

@@ -120,16 +120,9 @@ def test_medians_spread_as_those_of_random_walks(bits: int) -> None:
     assert expected == pytest.approx(medians[0], rel=0.2)
 
 
-def test_bounds_are_those_of_theory() -> None:
-    size, growing = passages.growth_claims(64, 16)
-    assert (size.verdict(2.9), size.verdict(3.1)) == ("passed", "FAILED")
-    assert (growing.verdict(0.041), growing.verdict(0.042)) == ("passed", "FAILED")
-    agreement = passages.agreement(53, 400, 64, FIG4.nu)
-    assert (agreement.verdict(5.0), agreement.verdict(7.0)) == ("passed", "FAILED")
-    assert passages.contradicted(53, 2).verdict(1) == "FAILED"
+def test_what_judges_a_precision_is_a_half_finer_at_least() -> None:
     assert {passages.finer(bits) for bits in (53, 64)} == {113}
     assert [passages.finer(bits) for bits in (106, 113)] == [212, 226]
-    assert passages.finer(113) == 226
 
 
 def test_a_thousandth_of_a_radian_is_where_symbols_are_no_longer_decided() -> None:
