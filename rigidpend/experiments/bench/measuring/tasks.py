@@ -136,7 +136,7 @@ def orbits_of(task: Any, columns: Any) -> Any:
     return task._replace(**changes)
 
 
-def crossed(time: Any, M: Any, body: Body, rising: Any = None) -> Crossed:
+def crossed(time: Any, M: Any, body: Body) -> Crossed:
     """The answer from what was found at crossings of M3 = 0.
 
     Parameters
@@ -146,11 +146,9 @@ def crossed(time: Any, M: Any, body: Body, rising: Any = None) -> Crossed:
     M : (2 or more, n_symbols + 1, n) array
         M1 and M2 there, or near enough to have the signs of Qp and Qm.
     body : Body
-    rising : (n_symbols + 1, n) array of bool, optional
-        Whether M3 grows there; by default upwards and downwards in turn.
     """
-    if rising is None:
-        rising = np.arange(len(time))[:, None] % 2 == 0
+    # M3 goes upwards and downwards in turn.
+    rising = np.arange(len(time))[:, None] % 2 == 0
     half = body.alpha0 / 2
     along, across = math.cos(half) * M[0], math.sin(half) * M[1]
     beside = np.where(rising, np.where(along + across > 0, 2, 4), np.where(along < across, 1, 3))
