@@ -198,7 +198,7 @@ def test_a_fault_of_the_benchmark_ends_the_command_in_one_sentence(
     monkeypatch.setattr(bench, "measured", broken)
     asked = ["--set", "problem.problems=[long_time]"]
     done = CliRunner().invoke(command.command, ["--quick", "--out", str(tmp_path), *asked])
-    assert done.exit_code == 3
+    assert done.exit_code == 4
     assert "the benchmark's worker stopped (lie_poisson): NameError" in done.stderr
     assert "Traceback" not in done.output
     assert not (tmp_path / "bench_quick.h5").exists()

@@ -49,10 +49,10 @@ def of_body(body: Body, angles: bool = False) -> Field:
 SIGNS = {"plus": "+", "minus": "-", "times": "*", "divided": "/"}
 
 
-def flat(field: Field, size: int) -> Callable[[float, Any], list[Any]]:
+def flat(body: Body, angles: bool = False) -> Callable[[float, Any], list[Any]]:
     """Write ``rates(t, y)``, plain Python that takes floats or arrays and gives a list."""
-    lines, rates = _written(field, size)
-    head = ["def rates(t, y):", f"    {', '.join(f'y{i}' for i in range(size))} = y"]
+    lines, rates = _written(body, angles)
+    head = ["def rates(t, y):", f"    {', '.join(f'y{i}' for i in range(len(rates)))} = y"]
     made: Callable[[float, Any], list[Any]] = _executed(
         [*head, *lines, f"    return [{', '.join(rates)}]"]
     )
@@ -65,27 +65,33 @@ def compilable(body: Body, arguments: str, angles: bool = False) -> Any:
     `arguments` are in any order; of them ``y`` is the array of the state, and the derivatives go
     to the array ``dy``.
     """
-    size = 8 if angles else 6
-    lines, rates = _written(of_body(body, angles), size)
+    lines, rates = _written(body, angles)
     ends = [f"    dy[{i}] = {x}" for i, x in enumerate(rates)]
-    begin = [f"    y{i} = y[{i}]" for i in range(size)]
+    begin = [f"    y{i} = y[{i}]" for i in range(len(rates))]
     return _executed([f"def rates({arguments}):", *begin, *lines, *ends])
 
 
-def _written(field: Field, size: int) -> tuple[list[str], list[str]]:
+def _written(body: Body, angles: bool) -> tuple[list[str], list[str]]:
     """The lines of a field, each a local variable, and the names of the derivatives."""
-    traced = trace(lambda y, _: field(y), size)
+    make, size = (with_angles, 8) if angles else (principal, 6)
+    r, mu = direction(body), float(body.mu)
+    # The moments are components too, for the tape multiplies by reciprocals of parameters: with
+    # quotients, which round once, CyRK was a sixth faster.
+    traced = trace(lambda y, _: make(y[size:], r, mu)(y[:size]), size + 3)
+    components = [*(f"y{i}" for i in range(size)), *map(repr, moments(body))]
     names: list[str] = []
     known: dict[str, str] = {}
     for name, operands in traced.lines:
         if name == "component":
-            names.append(f"y{operands[0]}")
+            names.append(components[operands[0]])
         elif name == "parameter":
             names.append(repr(traced.parameters[operands[0]]))
         else:
             left, right = (names[i] for i in operands)
+            text = f"{left} {SIGNS[name]} {right}"
             # The tape tells parameters apart, even equal ones.
-            names.append(known.setdefault(f"{left} {SIGNS[name]} {right}", f"x{len(known)}"))
+            whole = name == "divided" and right == "1.0"
+            names.append(left if whole else known.setdefault(text, f"x{len(known)}"))
     lines = [f"    {name} = {expression}" for expression, name in known.items()]
     return lines, [names[k] for k in traced.rates]
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import DOP853, solve_ivp
 
-from rigidpend.experiments.bench.measuring.fields import SMALLER, flat, of_body
+from rigidpend.experiments.bench.measuring.fields import SMALLER, flat
 from rigidpend.experiments.bench.measuring.methods.peers import one_by_one
 from rigidpend.experiments.bench.measuring.tasks import RouteTask
 from rigidpend.mechanics.body import Body
@@ -25,8 +25,7 @@ FALSE_POSITIONS = 12
 
 def ends(body: Body, states: Array, tolerance: float, method: str, abreast: bool = False) -> Any:
     """Give a function that carries states on: see `peers`; abreast to equal times alone."""
-    size = len(states)
-    rates = flat(of_body(body, angles=size == 8), size)
+    rates = flat(body, angles=len(states) == 8)
 
     def end(y: Array, start: float, time: float, field: Any) -> Array:
         found = _solved(field, y, (start, time), method, tolerance, t_eval=[time])
@@ -46,7 +45,7 @@ def crossings(
     task: RouteTask, states: Array, tolerance: float, method: str, abreast: bool = False
 ) -> Callable[[], Array]:
     """Give a function that finds crossings by `events`, or abreast by each step's dense output."""
-    rates, wanted = flat(of_body(task.problem.body), 6), task.problem.n_symbols + 1
+    rates, wanted = flat(task.problem.body), task.problem.n_symbols + 1
     if abreast:
         return lambda: _crossings_abreast(rates, states, wanted, task.horizon, tolerance)
 
