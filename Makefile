@@ -9,7 +9,7 @@ JOBS ?=
 RUN := $(BIN)/rigidpend
 PYTEST := $(BIN)/python -m pytest -n $(or $(JOBS),auto) --dist loadfile
 
-.PHONY: help setup figures check test test-fast test-plain test-wheel test-lowest attacks coverage audit docs mutants verify reference bench stress tables gallery clean distclean
+.PHONY: help setup figures check test test-fast test-wheel test-lowest attacks coverage audit docs mutants verify reference bench stress tables gallery clean distclean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -42,12 +42,6 @@ endif
 test-fast: $(VENV)/.installed-test ## run the tests that are not marked slow: the inner loop
 	$(PYTEST) -m "not slow"
 
-test-plain: ## run every test without heyoka, as on macOS and Windows, in build/plain
-	test -x build/plain/bin/python || $(PYTHON) -m venv build/plain
-	build/plain/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test]'
-	build/plain/bin/python -m pip uninstall --quiet --yes heyoka
-	build/plain/bin/python -m pytest -n $(or $(JOBS),auto) --dist loadfile
-
 # What a stranger has: no checkout around him, only what is installed.
 USED = cd build/$@ && bin/rigidpend run fig1 fig4 closed_orbits -q \
   && bin/rigidpend render fig1 fig4 closed_orbits && bin/rigidpend verify fig1 fig4
@@ -68,7 +62,7 @@ test-lowest: ## use the package with the lowest versions that pyproject.toml all
 	$(USED)
 
 attacks: $(VENV)/.installed-test ## random attacks of every kind, repeatable by their seed: half an hour; COUNT= SEED=
-	RIGIDPEND_ATTACKS=$(or $(COUNT),2000) RIGIDPEND_SEED=$(or $(SEED),1) $(PYTEST) tests/attacks tests/test_api_values.py tests/runs/test_fuzz.py tests/runs/test_faults.py tests/runs/test_kills.py tests/machine/test_signals.py
+	RIGIDPEND_ATTACKS=$(or $(COUNT),2000) RIGIDPEND_SEED=$(or $(SEED),1) $(PYTEST) tests/attacks tests/test_api_values.py tests/runs/test_forgeries.py tests/runs/test_limits.py tests/runs/test_fuzz.py tests/runs/test_faults.py tests/runs/test_kills.py tests/runs/test_cluster.py tests/machine/test_signals.py
 
 coverage: $(VENV)/.installed-test ## run every test and say which lines and branches they leave out
 	$(PYTEST) --cov --cov-report=term:skip-covered --cov-report=html:build/coverage

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -54,7 +53,7 @@ class StoredResult:
     @property
     def config(self) -> dict[str, Any]:
         """The config with every default; numbers are texts, exact."""
-        return dict(json.loads(self.loaded["config"]))
+        return self.loaded["config"]
 
     @property
     def values(self) -> Mapping[str, Any]:
@@ -225,7 +224,8 @@ def run(
     [config] = group.members
     planned = runner.plan(config, folder)
     if planned.reason:
-        runner.follow(planned, jobs=workers.cores() if jobs is None else jobs, say=say)
+        jobs = workers.cores() if jobs is None else jobs
+        runner.follow(planned, jobs=jobs, say=lambda text: say(f"{config.name}: {text}"))
     return load(planned.target)
 
 

@@ -4,7 +4,7 @@ A run draws a sample of all mutants from a stated seed, makes each in a copy of 
 runs the tests of its module there, in processes of their own. Mutation tools that fork a warm
 interpreter (mutmut) or wrap every function (its trampolines) meet compiled integrators that
 survive no fork, functions that are handed to worker processes, and functions that run over
-heyoka's symbols; so this one rewrites files and starts anew.
+symbols; so this one rewrites files and starts anew.
 
     python -m scripts.mutants --count 150 --seed 1 --processes 2 --keep build/mutants.txt
     python -m scripts.mutants --only rigidpend/experiments/data/compare.py:57
@@ -43,7 +43,7 @@ SLOW = (
     "tests/routes/test_random_phases.py",
     "tests/mechanics/test_equations.py::test_agrees_eq1_with_aligned_along_an_orbit",
     "tests/runs/test_reference.py::test_every_dataset_altered_by_more_than_its_allowance_is_noticed",
-    "tests/runs/test_reference.py::test_every_build_agrees_with_the_same_references",
+    "tests/runs/test_reference.py::test_each_reference_is_found_again",
 )
 """Left for the end: each takes seconds, and hardly a mutant gets as far as them."""
 BESIDE = (
@@ -61,6 +61,10 @@ TESTS = {
     "rigidpend/experiments/data/compare.py": (
         "tests/experiments/data/test_compare.py",
         "tests/runs/test_verify.py",
+    ),
+    "rigidpend/experiments/data/bounds.py": (
+        "tests/experiments/data/test_compare.py",
+        "tests/runs/test_reference.py",
     ),
     "rigidpend/runs/regression.py": (
         "tests/runs/test_verify.py",
@@ -87,6 +91,7 @@ TESTS = {
 """The tests of each module, or of each folder of modules; the quickest to tell come first."""
 QUICK = {
     "rigidpend/orbits/integrate/kernel": (
+        "tests/orbits/integrate/test_lane_numbers.py",
         "tests/orbits/integrate/test_kernel_functions.py",
         "tests/orbits/integrate/test_sample.py",
         "tests/orbits/integrate/test_kernel.py",
@@ -97,7 +102,6 @@ QUICK = {
         "tests/orbits/integrate/test_sample.py",
     ),
     "rigidpend/orbits/integrate/bounds": ("tests/orbits/integrate/test_touches.py",),
-    "rigidpend/orbits/integrate/compiled": ("tests/orbits/integrate/test_taylor.py",),
     "rigidpend/orbits/integrate/passages": (
         "tests/orbits/integrate/test_neighbours.py",
         "tests/orbits/integrate/test_reference_orbit.py",

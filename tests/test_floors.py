@@ -32,7 +32,7 @@ SLIPS = {
     "llvmlite": ("orbits/return_map/kernel.py", "import llvmlite.binding"),
     "python-flint": ("mechanics/equations.py", "import flint"),
     "Dask": ("runs/runner.py", "import distributed"),
-    "h5py": ("runs/stored.py", "import h5py"),
+    "h5py": ("runs/recalled.py", "import h5py"),
     "heyoka": ("routes/codes.py", "import heyoka"),
     "matplotlib is": ("results/store.py", "import matplotlib"),
     "Route codes": ("routes/codes.py", "from rigidpend.routes.symbolic import find"),
@@ -74,7 +74,7 @@ def test_the_package_s_docstring_names_the_floors_in_their_order() -> None:
 
 
 def test_few_names_stand_at_the_root() -> None:
-    names = {path.name for path in floors.PACKAGE.iterdir()} - {"__pycache__"}
+    names = {path.name for path in floors.PACKAGE.iterdir()} - {"__pycache__", "py.typed"}
     assert names == {"__init__.py", "__main__.py", "notebook.py"} | {
         name for floor in floors.floors() for name in floor if (floors.PACKAGE / name).is_dir()
     }

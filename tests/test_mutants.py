@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import random
-import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -60,42 +59,21 @@ def test_a_statement_is_changed(before: str, after: str) -> None:
     assert ast.unparse(change[0]) == after
 
 
-@pytest.mark.parametrize("text", ["a", "'word'", "f(a)[b]", "a.b"])
-def test_names_and_texts_are_left_alone(text: str) -> None:
-    assert mutations.changed(ast.parse(text, mode="eval").body) is None
-
-
-def test_an_end_that_returns_nothing_is_left_alone() -> None:
-    bare, said = ast.parse("return\nreturn None").body
-    assert mutations.changed(bare) is None
-    assert mutations.changed(said) is None
+@pytest.mark.parametrize("text", ["a", "'word'", "f(a)[b]", "a.b", "return", "return None"])
+def test_names_texts_and_ends_that_return_nothing_are_left_alone(text: str) -> None:
+    [node] = ast.parse(text).body
+    assert mutations.changed(node.value if isinstance(node, ast.Expr) else node) is None
 
 
 def test_annotations_and_docstrings_are_left_alone() -> None:
     tree = ast.parse('def f(a: Literal[1]) -> Literal[2]:\n    """Three 3."""\n    b: C[3] = a\n')
     assert list(mutations.places(tree)) == []
-
-
-def test_what_only_type_checkers_read_is_left_alone() -> None:
     assert list(mutations.places(ast.parse("if TYPE_CHECKING:\n    a = 1\n"))) == []
     assert len(list(mutations.places(ast.parse("if CHECKING:\n    a = 1\n")))) == 2
 
 
-@pytest.mark.slow
-def test_a_mutant_is_its_file_with_one_change() -> None:
-    plain = ast.unparse(ast.parse((ROOT / CERTAINTY).read_text())).splitlines()
-    every = mutations.mutants(CERTAINTY)
-    assert len(every) > 30
-    for mutant in every[::5]:
-        mutated = mutations.source(mutant).splitlines()
-        if len(mutated) == len(plain):
-            assert sum(a != b for a, b in zip(plain, mutated, strict=True)) == 1, mutant
-        else:
-            assert mutated != plain
-
-
 def test_every_module_that_is_named_has_tests_that_are_there() -> None:
-    named = {"compare", "regression", "coordinates", "equations", "routes", "integrate"}
+    named = {"bounds", "compare", "regression", "coordinates", "equations", "routes", "integrate"}
     assert {Path(room).stem for room in mutants.TESTS if "integrate/" not in room} == named
     assert all((ROOT / room).exists() for room in mutants.TESTS)
     assert (
@@ -112,12 +90,6 @@ def test_every_module_that_is_named_has_tests_that_are_there() -> None:
     for test in mutants.SLOW:
         file, _, function = test.partition("::")
         assert f"def {function.partition('[')[0]}" in (ROOT / file).read_text()
-
-
-def test_its_own_tests_know_a_module_best() -> None:
-    assert mutants.quick_of(CERTAINTY) == ("tests/routes/test_certainty.py",)
-    own, *others = mutants.quick_of("rigidpend/orbits/integrate/bounds.py")
-    assert (own, others) == ("tests/orbits/integrate/test_touches.py", [])
 
 
 def declared(folder: Path, *entries: dict[str, Any]) -> Path:
@@ -270,20 +242,6 @@ def test_a_mutant_is_alone_with_what_it_compiles_and_is_undone(
     assert second == (room, 11.0, False, sorted([*kinds, "of the mutant"]))
     assert last == (mutants.WIDE, 12.0, True, kinds), "nothing of the call before"
     assert (tmp_path / "0" / path).read_text() == (ROOT / path).read_text()
-    assert made.free.qsize() == 1
-
-
-def test_a_mutant_that_takes_too_long_is_told_apart_and_undone(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def passes(*_: Any, **__: Any) -> bool:
-        raise subprocess.TimeoutExpired("pytest", 1.0)
-
-    made = desk(tmp_path, monkeypatch, CERTAINTY)
-    monkeypatch.setattr(mutants, "passes", passes)
-    made.limits = {mutants.room_of(CERTAINTY)[1]: 1.0}
-    assert made.judge(mutations.mutants(CERTAINTY)[0]) == "timeout"
-    assert (tmp_path / "0" / CERTAINTY).read_text() == (ROOT / CERTAINTY).read_text()
     assert made.free.qsize() == 1
 
 

@@ -20,7 +20,7 @@ import click
 
 from rigidpend.cli import complete
 from rigidpend.config.catalogue import RESULTS
-from rigidpend.machine import signals
+from rigidpend.machine import signals, words
 
 DONE, FAILED, MISUSED, ABSENT, INTERNAL = 0, 1, 2, 3, 4
 """Exit codes of the commands.
@@ -38,7 +38,6 @@ KINDS = {
     "ParameterError": MISUSED,
     "ExactError": MISUSED,
     "EngineError": ABSENT,
-    "ModuleNotFoundError": ABSENT,
     "StoreError": FAILED,
     "WorkerError": FAILED,
     "UnknownExperiment": FAILED,
@@ -158,8 +157,8 @@ def _document_failure(given: dict[str, Any], said: str, code: int) -> None:
 def exit_code(error: BaseException) -> int:
     """Exit code of an error, by its class."""
     # A module of our own that is absent is a broken installation, no extra to be installed.
-    if isinstance(error, ModuleNotFoundError) and str(error.name).startswith("rigidpend"):
-        return INTERNAL
+    if isinstance(error, ImportError):
+        return ABSENT if words.library(error) else INTERNAL
     # The nearest class that is known decides, so that a kind may differ from what it derives from.
     names = (kind.__name__ for kind in type(error).__mro__)
     return next((KINDS[name] for name in names if name in KINDS), INTERNAL)
@@ -173,6 +172,8 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
     # Those of the package say themselves what to do.
     if type(error) is ModuleNotFoundError and code == ABSENT:
         return f"{error.name} is needed and not installed"
+    if type(error) is ImportError and code == ABSENT:
+        return f"{words.library(error)} cannot be loaded ({words.short(error)}): install it anew"
     if isinstance(error, OSError):
         named = f"{str(error.filename)[:MOST]}: " if error.filename else ""
         return f"{named}{error.strerror or error}"
@@ -207,13 +208,17 @@ def measured(
 
     [path] = resolve((f"{name}_quick" if quick else name,))
     planned = runner.plan(loading.load(path, settings), folder, force=force)
+
+    def tell(text: str) -> None:
+        say(f"{planned.config.name}: {text}")
+
     if planned.reason:
-        runner.follow(planned, jobs=jobs, say=say)
+        runner.follow(planned, jobs=jobs, say=tell)
     else:
-        say(f"{planned.config.name}: {planned.target} is up to date")
+        tell(f"{planned.target} is up to date")
     picture = planned.target.with_suffix(".png")
     render.render(planned.target, picture)
-    say(f"{planned.config.name}: {picture} drawn")
+    tell(f"{picture} drawn")
     return planned.target
 
 

@@ -56,23 +56,16 @@ def command(name: str, settings: tuple[str, ...], resolved: bool, as_json: bool)
 
 
 def _rows(loaded: Any) -> list[Any]:
-    """Rows of the experiment, then those that theory adds, if the config has one body."""
     from rigidpend import experiments
-    from rigidpend.config.theory import of
 
-    own = list(experiments.computation(loaded.experiment).describe(loaded.content))
-    names = {row.name for row in own}
-    return own + [row for row in of(loaded.content.problem) if row.name not in names]
+    return experiments.describe(loaded.experiment, loaded.content)
 
 
 def _document(loaded: Any) -> dict[str, Any]:
-    from rigidpend.runs import provenance
-
-    resolved = loaded.resolved()
     return {
         "name": loaded.name,
         "experiment": loaded.experiment,
-        "config_hash": provenance.config_hash(resolved),
-        "config": resolved,
+        "config_hash": loaded.config_hash,
+        "config": loaded.resolved(),
         "rows": [row_document(row) for row in _rows(loaded)],
     }

@@ -177,11 +177,13 @@ def _check_scheduler(address: str, loaded: Sequence[AnyConfig]) -> None:
 
 def _check_twins(named: Sequence[tuple[Path, Path]]) -> None:
     """Refuse configs of two files whose results would have one place."""
-    first: dict[Path, Path] = {}
+    first: dict[str, tuple[Path, Path]] = {}
     for target, path in named:
-        twin = first.setdefault(target, path)
+        known, twin = first.setdefault(str(target).casefold(), (target, path))
         if twin != path:
-            raise click.UsageError(f"{twin} and {path} would both be stored as {target.name}.h5")
+            same = "" if known == target else ", for some systems do not tell capitals"
+            where = f"would both be stored as {target.name}.h5{same}"
+            raise click.UsageError(f"{twin} and {path} {where}")
 
 
 def _plan(
@@ -262,9 +264,9 @@ def _follow(planned: Plan, outcome: RunOutcome, shown: Progress, logs: Logs, whe
 
     name, begun = outcome.name, time.perf_counter()
 
-    def hear(line: str) -> None:
-        logs.hear(line)
-        shown.hear(line)
+    def hear(text: str) -> None:
+        logs.hear(name, text)
+        shown.hear(name, text)
 
     outcome.status, code = "interrupted", DONE
     try:
@@ -274,7 +276,7 @@ def _follow(planned: Plan, outcome: RunOutcome, shown: Progress, logs: Logs, whe
     except Exception as error:
         code, outcome.status = exit_code(error), "failed"
         outcome.error = sentence(error, lambda it: logs.failure(name, it))
-        logs.hear(f"{name}: failed: {outcome.error}")
+        logs.hear(name, f"failed: {outcome.error}")
         shown.clear()
         say(f"rigidpend: {name}: {outcome.error}")
     finally:

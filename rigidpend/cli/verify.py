@@ -140,7 +140,7 @@ def _compared(
         absent = isinstance(error, files.Absent)
         mend = "" if stored.exists() else f"; call: rigidpend reference {path} --reason WHY"
         return {**outcome, "absent": absent, "error": f"{error}{mend}", "differences": []}
-    except (LookupError, TypeError, ValueError, ZeroDivisionError) as error:
+    except (LookupError, ValueError, ZeroDivisionError) as error:
         if exit_code(error) != INTERNAL:
             raise
         # A file may hold any values: what a comparison makes of them cannot be foreseen.

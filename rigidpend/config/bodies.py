@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from itertools import pairwise
 from typing import Annotated, Self
 
@@ -20,7 +21,7 @@ class FreeBody(Part):
     r: Direction
     """Direction that sets beta0, r1, r2 >= 0, r3 = 0; normalised."""
 
-    @property
+    @functools.cached_property
     def body(self) -> Body:
         return Body(self.A, self.r, 0)
 
@@ -42,7 +43,7 @@ class HeavyBody(Part):
     mu: Weight
     """Weight times the distance of the centre of gravity, mu >= 0."""
 
-    @property
+    @functools.cached_property
     def body(self) -> Body:
         return Body(self.A, self.r, self.mu)
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.free_body import separatrix_theta1
 from rigidpend.numbers.exact import Exact
+
+if TYPE_CHECKING:
+    from rigidpend.config.schema import Part
 
 
 class Row(NamedTuple):
@@ -34,17 +38,55 @@ def exact_row(name: str, meaning: str, *numbers: Exact | int) -> Row:
     return Row(name, written, meaning, values if values[1:] else values[0])
 
 
+def asked(part: Part) -> Iterator[Row]:
+    """A row for each key of a part of a config: its value as written, its meaning and unit.
+
+    A section that is nothing but its keys has a row for each of them.
+    """
+    from rigidpend.config.meanings import comment
+    from rigidpend.config.schema import WRITTEN
+
+    written = part.model_dump(mode="json", context=WRITTEN)
+    for name in type(part).model_fields:
+        value, meaning = getattr(part, name), comment(type(part), name)
+        numbers = value if isinstance(value, tuple) else (value,)
+        if isinstance(value, Mapping):
+            yield from (Row(f"{name} {key}", _text(x), meaning) for key, x in written[name].items())
+        elif not meaning:
+            yield from (row._replace(name=f"{name} {row.name}") for row in asked(value))
+        elif all(type(x) is int or isinstance(x, Exact) for x in numbers):
+            yield exact_row(name, meaning, *numbers)
+        else:
+            yield Row(name, _text(written[name]), meaning)
+
+
+def _text(written: Any) -> str:
+    """A value in one line."""
+    if isinstance(written, Mapping):
+        return ", ".join(f"{key} = {_text(x)}" for key, x in written.items())
+    return ", ".join(map(_text, written)) if isinstance(written, list) else str(written)
+
+
 def body_rows(body: Body) -> list[Row]:
     """A body's parameters and what follows from them."""
-    special = ", ".join(body.special_cases) or "none"
     return [
         exact_row("A", "principal moments of inertia A1, A2, A3", *body.A),
         exact_row("r", "direction to the centre of gravity", *body.r),
         exact_row("mu", "weight times distance of the centre of gravity", body.mu),
+        *derived_rows(body),
+    ]
+
+
+def derived_rows(body: Body) -> list[Row]:
+    """What follows from a body's parameters."""
+    special = ", ".join(body.special_cases) or "none"
+    theta1 = separatrix_theta1(body.alpha0, body.beta0)
+    return [
         number_row("alpha0", "rad", body.alpha0),
         number_row("beta0", "rad", body.beta0),
         number_row("gamma0", "rad", body.gamma0),
         number_row("kappa", "A1 A2/(A3 (A1 - A2))", body.kappa),
         number_row("nu", "pi kappa/sin(alpha0)", body.nu),
+        number_row("separatrices", "rad, theta1 of 1, 2, 3, 4 modulo 4 pi", *theta1),
         Row("special cases", special, "Hess: alpha0 = beta0; Grioli: gamma0 = beta0"),
     ]

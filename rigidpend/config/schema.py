@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import difflib
+import functools
 import math
 import re
 from collections.abc import Iterator
@@ -32,7 +33,7 @@ from pydantic_core import PydanticCustomError
 from rigidpend.machine import files
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
-from rigidpend.numbers.exact import FINEST, PRECISIONS, Exact, exact
+from rigidpend.numbers.exact import FINEST, PRECISIONS, Exact, exact, exacts
 from rigidpend.numbers.parameters import ParameterError
 
 if TYPE_CHECKING:
@@ -56,7 +57,16 @@ def _number(value: Any) -> Exact:
     # The reader leaves numbers as texts: a float here would have been rounded on its way.
     if not isinstance(value, str) or not value:
         raise ValueError("expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40")
-    number = exact(value)
+    return _read(value)
+
+
+# What is read and checked here is kept: of the members of a sweep most have the same.
+_kept = functools.lru_cache(maxsize=256)
+
+
+@_kept
+def _read(text: str) -> Exact:
+    number = exact(text)
     # What cannot be told from rounding errors, as tan(pi/2), is refused where it stands.
     float(number)
     return number
@@ -109,20 +119,30 @@ def _ladder(bits: tuple[int, ...]) -> tuple[int, ...]:
     return checked.precisions(bits)
 
 
+# Of any body: one field is judged at a time.
+_A, _R = exacts((2, 1, Fraction(3, 2))), exacts((1, 0, 0))
+
+
 def _moments(A: Any) -> Any:
-    # The other two are any that Body takes, here and below: one field is judged at a time.
-    Body(A, (1, 0, 0), 0)
+    Body(A, _R, 0)
     return A
 
 
 def _direction(r: Any) -> Any:
-    Body((2, 1, Fraction(3, 2)), r, 0)
+    Body(_A, r, 0)
     return r
 
 
 def _weight(mu: Exact) -> Exact:
-    Body((2, 1, Fraction(3, 2)), (1, 0, 0), mu)
+    Body(_A, _R, mu)
     return mu
+
+
+@_kept
+def _reaches(start: Exact, step: Exact, count: int) -> tuple[float, float, float, float]:
+    """Sizes in doubles of a grid's start, its step, all of its steps, and its farthest phase."""
+    first, last = abs(float(start)), abs(float(start + step * (count - 1)))
+    return first, abs(float(step)), abs(float(step * count)), max(first, last)
 
 
 Number = Annotated[Exact, BeforeValidator(_number), PlainSerializer(_canonical)]
@@ -174,8 +194,9 @@ class PhaseGrid(Part):
 
     @model_validator(mode="after")
     def _range(self) -> Self:
-        for field, reach in (("start", self.start), ("step", self.step * self.count)):
-            if not abs(float(reach)) < LARGEST:
+        first, _, whole, _ = _reaches(self.start, self.step, self.count)
+        for field, reach in (("start", first), ("step", whole)):
+            if not reach < LARGEST:
                 message = f"phases beyond {LARGEST:.0e} have no meaning left in doubles"
                 raise PydanticCustomError("physics", message, {"field": field, "message": message})
         with physics():
@@ -190,8 +211,7 @@ class PhaseGrid(Part):
         ParameterError
             The step is 0, or lost beside the phases.
         """
-        first, step = abs(float(self.start)), abs(float(self.step))
-        farthest = max(first, abs(float(self.start + self.step * (self.count - 1))))
+        _, step, _, farthest = _reaches(self.start, self.step, self.count)
         # As a power of two, which doubles lack below 2^-1074.
         if self.count > 1 and not step > math.ldexp(farthest, -bits):
             lost = f"equal in {bits} bits" if step else "equal in doubles"

@@ -6,11 +6,13 @@ when it is needed: a list of names imports none, drawing imports no integrator.
 
 from __future__ import annotations
 
+import functools
 import importlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 if TYPE_CHECKING:
+    from rigidpend.config.description import Row
     from rigidpend.config.schema import ExperimentConfig
     from rigidpend.experiments.contract import Computation, Drawing, Reporting
     from rigidpend.experiments.data.layout import Layout
@@ -23,9 +25,10 @@ class UnknownExperiment(ValueError):
     """Error: a name that no experiment has."""
 
 
-def names() -> list[str]:
+@functools.cache
+def names() -> tuple[str, ...]:
     """Names of all experiments, in alphabetical order."""
-    return sorted(file.parent.name for file in FOLDER.glob("*/schema.py"))
+    return tuple(sorted(file.parent.name for file in FOLDER.glob("*/schema.py")))
 
 
 def schema(name: str) -> type[ExperimentConfig]:
@@ -48,6 +51,31 @@ def cost(name: str, config: ExperimentConfig) -> float | None:
     """Estimate of the seconds that a config takes; None where its experiment gives none."""
     estimate = getattr(_module(name, "compute"), "cost", None)
     return None if estimate is None else float(estimate(config))
+
+
+def describe(name: str, config: ExperimentConfig) -> list[Row]:
+    """Describe a config in rows: what it asks for, and what follows from it.
+
+    What follows is said by its body, by the module that computes it where that has a function
+    `describe`, by its estimated cost, and by the theory of its body at its energy.
+    """
+    from rigidpend.config import description, theory
+
+    problem, own = config.problem, getattr(_module(name, "compute"), "describe", None)
+    body, seconds = getattr(problem, "body", None), cost(name, config)
+    found = [
+        *description.asked(problem),
+        *(description.derived_rows(body) if body else ()),
+        *(own(config) if own else ()),
+        *theory.of(problem),
+    ]
+    if seconds is not None:
+        found.append(description.Row("cost", f"about {seconds:.2g} s", "to compute, as estimated"))
+    # What is said twice, as A of a body, is told where and as it was said first.
+    told: dict[str, Row] = {}
+    for row in found:
+        told.setdefault(row.name, row)
+    return list(told.values())
 
 
 def in_pieces(name: str) -> bool:

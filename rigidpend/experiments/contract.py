@@ -5,7 +5,7 @@ An experiment is a folder ``experiments/NAME/``:
 ========== ============================================================= ==========
 schema.py  ``Config``, a subclass of :class:`rigidpend.config.schema.    required
            ExperimentConfig`: what a config may ask for
-layout.py  :class:`Declaring`: what a result consists of, as plain data  required
+layout.py  :class:`Declaring`: what a result consists of, unit and bound required
 compute.py :class:`Computation`: from a config to the data of a result   required
 draw.py    :class:`Drawing`: a figure from a stored result               required
 report.py  :class:`Reporting`: tables beside that figure                 optional
@@ -15,7 +15,7 @@ Modules are the implementations: a module satisfies the protocol by its function
 parameters are described here alone. Nothing is registered; a folder with a ``schema.py`` is an
 experiment. `schema.py` and `compute.py` import no matplotlib, `draw.py` and `report.py` no
 integrator, for each is loaded without the others; `layout.py` imports neither: whoever opens a
-result holds it against that first.
+result holds it against that first, and two results are compared by it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, TypeVar
 
-from rigidpend.config.description import Row as Row
 from rigidpend.experiments.data.layout import Layout
 from rigidpend.experiments.data.tree import Data, Loaded, Tree
 from rigidpend.machine.progress import tell_nobody
@@ -92,7 +91,8 @@ class Computation(Protocol[C_contra]):
     """The module ``compute.py`` of an experiment.
 
     It may also have ``cost(config)``, an estimate of the seconds that :meth:`compute` takes on
-    two cores, from what was measured of it: `run -n` tells it, and the time left begins with it.
+    two cores, from what was measured of it: `run -n` tells it, and the time left begins with it;
+    and ``describe(config)``, rows on what follows from a config beside what follows from its body.
     ``PIECES = True`` says that all its work goes through ``means.pieces``: a cluster can do it.
     """
 
@@ -103,22 +103,6 @@ class Computation(Protocol[C_contra]):
         ------
         ArithmeticError
             Something that the config asks for cannot be computed as well as it must be.
-        """
-
-    def describe(self, config: C_contra) -> list[Row]:
-        """Describe a config in rows, with what follows from it, units named."""
-
-    def differences(self, stored: Data, fresh: Data) -> Sequence[str]:
-        """Find where two results disagree by more than their arithmetic explains.
-
-        Sentences; a :class:`rigidpend.experiments.data.compare.Difference` also knows its
-        parts.
-
-        Parameters
-        ----------
-        stored, fresh : Data
-            ``/data`` of the reference and of the result held against it. Tolerances come
-            from the reference and from bounds that the experiment declares.
         """
 
 

@@ -26,12 +26,12 @@ def inside(*place: str) -> Path:
 
 def code_hash_of(*files: Path) -> str:
     """Hash the code of some of the package's files and of all that they import of the package."""
-    found = sorted(_needed(files).items())
-    _cache().save()
+    found = sorted(needed(files).items())
+    known_codes().save()
     return digest(json.dumps(found))
 
 
-def _needed(first: Sequence[Path]) -> dict[str, str]:
+def needed(first: Sequence[Path]) -> dict[str, str]:
     """Collect the code of the package's files that some of them import, by their places."""
     found: dict[str, str] = {}
     package = str(PACKAGE)
@@ -40,25 +40,26 @@ def _needed(first: Sequence[Path]) -> dict[str, str]:
     while waiting:
         place = waiting.pop()
         if place not in found:
-            found[place], imported = _looked_up(package, place)
+            found[place], imported = code_of(package, place)
             waiting += imported
     return found
 
 
 @functools.cache
-def _looked_up(package: str, place: str) -> tuple[str, list[str]]:
+def code_of(package: str, place: str) -> tuple[str, list[str]]:
     """A file's code, and the places of the files that it imports.
 
     Each is read once in a process, whose own code does not change meanwhile either.
     """
     with open(f"{package}/{place}", "rb") as file:
-        code, imported = _cache().entry(file.read(), _read)
+        code, imported = known_codes().entry(file.read(), _read)
     found = (each for module in imported for each in _files(package, module))
     return code, list(dict.fromkeys(found))
 
 
 @functools.cache
-def _cache() -> CodeCache:
+def known_codes() -> CodeCache:
+    """Codes of files that were read before, by any process."""
     return CodeCache(Path(__file__).read_bytes())
 
 
@@ -71,7 +72,7 @@ def _read(source: bytes) -> tuple[str, list[str]]:
             names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
         elif isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
-    return digest(_code(tree)), sorted(names)
+    return digest(as_text(tree)), sorted(names)
 
 
 def _running(tree: ast.AST) -> Iterator[ast.AST]:
@@ -106,18 +107,18 @@ def _around(package: str, folder: str) -> list[str]:
     return own + (_around(package, folder.rpartition("/")[0]) if folder else [])
 
 
-def _code(node: Any) -> str:
+def as_text(node: Any) -> str:
     """Text of a syntax tree, absent fields left out, so that versions of Python agree.
 
     `ast.dump` and `ast.unparse` change from one version of Python to the next, also by fields
     that are new and empty.
     """
     if isinstance(node, list):
-        return f"[{' '.join(_code(x) for x in node if not _is_text(x))}]"
+        return f"[{' '.join(as_text(x) for x in node if not _is_text(x))}]"
     if not isinstance(node, ast.AST):
         return repr(node)
     fields = {name: x for name, x in ast.iter_fields(node) if x is not None and x != []}
-    inner = " ".join(f"{name}={_code(x)}" for name, x in sorted(fields.items()))
+    inner = " ".join(f"{name}={as_text(x)}" for name, x in sorted(fields.items()))
     return f"{type(node).__name__}({inner})"
 
 

@@ -6,7 +6,6 @@ Neither colours nor other control sequences are written, only carriage returns o
 from __future__ import annotations
 
 import os
-import re
 import shutil
 import threading
 import time
@@ -16,15 +15,24 @@ from typing import Any, Self
 PERIOD = 0.5
 """Seconds between changes of the line on a terminal."""
 
-PART = re.compile(r"\b(\d+)(?:/| of )(\d+)\b")
+
+class Step(str):
+    """A line of progress that also knows what share of an experiment is done."""
+
+    share: float
+
+    def __new__(cls, text: str, done: int, total: int) -> Self:
+        self = super().__new__(cls, text)
+        self.share = done / total
+        return self
 
 
 class Course:
     """Progress of several experiments, with an estimate of the time left.
 
-    A report that holds ``k/n`` or ``k of n`` says how far its experiment is. What an experiment
-    is expected to take counts until its own reports tell more; the experiments that are over
-    say how much slower or faster this machine is than expected.
+    A :class:`Step` says how far its experiment is. What an experiment is expected to take counts
+    until its own steps tell more; the experiments that are over say how much slower or faster
+    this machine is than expected.
 
     Parameters
     ----------
@@ -39,27 +47,25 @@ class Course:
     def __init__(
         self, total: int, expected: Mapping[str, float] | None = None, at_once: int = 1
     ) -> None:
-        self.total, self.done, self.last = total, 0, ""
+        self.total, self.done, self.last = total, 0, ("", "")
         self.begun: float | None = None
         self._expected, self._at_once = dict(expected or {}), max(1, at_once)
         self._running: dict[str, tuple[float, float]] = {}
         self._took: dict[str, float] = {}
 
-    def hear(self, line: str, now: float) -> None:
+    def hear(self, name: str, text: str, now: float) -> None:
         """Take a line of an experiment that is under way."""
-        self.last = line
+        self.last = name, text
         self.begun = now if self.begun is None else self.begun
-        begun, share = self._running.setdefault(line.partition(":")[0], (now, 0.0))
-        found = PART.search(line)
-        if found and 0 < int(found[1]) <= int(found[2]):
-            # The k-th of n has just begun, or is just over.
-            share = max(share, (int(found[1]) - 0.5) / int(found[2]))
-        self._running[line.partition(":")[0]] = begun, share
+        begun, share = self._running.setdefault(name, (now, 0.0))
+        if isinstance(text, Step):
+            share = max(share, text.share)
+        self._running[name] = begun, share
 
     def end(self, now: float, name: str | None = None) -> None:
         """Note that an experiment is over, well or not: that name, or the one heard of last."""
         self.done += 1
-        name = self.last.partition(":")[0] if name is None else name
+        name = self.last[0] if name is None else name
         begun, _ = self._running.pop(name, (now, 0.0))
         self._took[name] = now - begun
 
@@ -82,7 +88,7 @@ class Course:
 
     def status(self, now: float) -> str:
         """Text of the changing line."""
-        return f"[{self.said(now)}] {self.last}"
+        return f"[{self.said(now)}] {': '.join(self.last)}"
 
     def _open(self) -> int:
         return self.total - self.done
@@ -164,15 +170,15 @@ class Progress:
         with self._lock:
             self._show("")
 
-    def hear(self, line: str) -> None:
-        """Take a line of the runner."""
+    def hear(self, name: str, text: str) -> None:
+        """Take a line of the runner on an experiment."""
         with self._lock:
-            self.course.hear(line, self._clock())
-            self._last[line.partition(":")[0]] = line
+            self.course.hear(name, text, self._clock())
+            self._last[name] = text
             if self._changing and not self._verbose:
                 self._show(self.course.status(self._clock()))
             else:
-                self._print(line)
+                self._print(f"{name}: {text}")
 
     def clear(self) -> None:
         """Clear the changing line, for others write to the terminal."""
@@ -189,12 +195,12 @@ class Progress:
             Which; the one heard of last if not given.
         """
         with self._lock:
-            last = self._last.get(name or "", self.course.last)
+            name = self.course.last[0] if name is None else name
             self.course.end(self._clock(), name)
             if self._changing and not self._verbose:
                 self._show("")
                 if well:
-                    self._print(last)
+                    self._print(f"{name}: {self._last.get(name, '')}")
             # A log needs no word on what ends at once, and a failure may be the end of all.
             elif well and (self.course.left(self._clock()) or 0.0) >= 1.0:
                 self._print(self.course.said(self._clock()))

@@ -16,3 +16,20 @@ def short(said: object, most: int = MOST) -> str:
 def error(kind: BaseException) -> str:
     """An error with its kind, as a line."""
     return f"{type(kind).__name__}: {short(kind)}"
+
+
+def library(failed: ImportError) -> str:
+    """The library that cannot be imported: the first that our code came to; empty for our own."""
+    if isinstance(failed, ModuleNotFoundError):
+        found = str(failed.name)
+    else:
+        found, frame = "", failed.__traceback__
+        while frame:
+            name = str(frame.tb_frame.f_globals.get("__name__"))
+            if name.startswith("rigidpend"):
+                found = ""
+            elif not name.startswith("importlib"):
+                found = found or name
+            frame = frame.tb_next
+    top = found.partition(".")[0]
+    return "" if top == "rigidpend" else top

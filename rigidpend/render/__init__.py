@@ -7,7 +7,6 @@ integrator is imported.
 from __future__ import annotations
 
 import io
-import json
 import os
 import textwrap
 from collections.abc import Iterator, Sequence
@@ -37,11 +36,12 @@ STYLE = Path(__file__).with_name("rigidpend.mplstyle")
 """Style sheet of all figures."""
 
 
-OF_VALUES = (ValueError, ArithmeticError, LookupError, TypeError, UserWarning, RuntimeWarning)
+OF_VALUES = (ValueError, ArithmeticError, LookupError, UserWarning, RuntimeWarning)
 """Errors that values of a foreign file may cause, which nothing has checked.
 
 Warnings are errors where Python is told so: of values NumPy and matplotlib give these two.
-Others, as a name that is not there, are faults of the program: they are told as such."""
+Others, as a name that is not there or a value of a type that layouts exclude, are faults of the
+program: they are told as such."""
 
 
 class Undrawable(store.StoreError):
@@ -118,7 +118,7 @@ def render_together(sources: Sequence[Path], target: Path) -> bool:
     os.environ["MPLBACKEND"] = "agg"
     import matplotlib
 
-    configs = [json.loads(result["config"]) for result in results]
+    configs = [result["config"] for result in results]
     labels = [changes.label(config, configs) for config in configs]
     # Several results have no fingerprint of their own to be told by the image.
     attributes = {**results[0]["attributes"], "name": target.stem, "config_hash": "several"}

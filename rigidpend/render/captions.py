@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -24,7 +23,7 @@ def bodies(result: Loaded) -> list[str]:
         Phrases such as ``A = (2, 1, 1.5), r along (1, 1, 0), mu = 0.001``; none for a result
         that is of no body.
     """
-    problem = json.loads(result["config"]).get("problem", {})
+    problem = result["config"].get("problem", {})
     if not isinstance(problem, Mapping):
         return []
     given = {key: problem.get(key) for key in SHARED}

@@ -30,22 +30,29 @@ def check(loaded: Loaded, layout: Layout | None = None) -> None:
     Raises
     ------
     Unfit
-        Its config is no JSON object, or a number is not finite that must be.
+        A number is not finite that must be.
     """
-    _check_config(loaded["config"])
     layout = layout or experiments.layout(loaded["attributes"]["experiment"])
     _check_values("data", loaded["data"], layout)
 
 
-def _check_config(text: str) -> None:
+def config(text: str) -> dict[str, Any]:
+    """Read the config of a result.
+
+    Raises
+    ------
+    Unfit
+        It is no JSON object, or too long or too deep for a config.
+    """
     try:
-        config = json.loads(text) if len(text) <= LONGEST else None
+        found = json.loads(text) if len(text) <= LONGEST else None
     except (ValueError, RecursionError):
-        config = None
-    if not isinstance(config, dict):
+        found = None
+    if not isinstance(found, dict):
         raise Unfit("its config is no JSON object")
-    if _depth(config) > DEEPEST:
+    if _depth(found) > DEEPEST:
         raise Unfit(f"its config has more than {DEEPEST} brackets inside each other")
+    return found
 
 
 def _depth(node: Any) -> int:

@@ -52,8 +52,8 @@ class Result(NamedTuple):
 
     attributes: Attributes
     """Attributes of the root; format and version are added."""
-    config: str
-    """The resolved config, JSON."""
+    config: Mapping[str, Any]
+    """The resolved config, as plain data."""
     provenance: Attributes
     data: Tree
 
@@ -101,7 +101,7 @@ def load(path: Path, layout: Layout | None = None, *, ratio: int = RATIO) -> Loa
     with opened(path, whole=True, layout=layout, ratio=ratio) as file, readable(path):
         loaded: Loaded = {
             "attributes": dict(file.attrs),
-            "config": _plain(file["config"]),
+            "config": content.config(_plain(file["config"])),
             "provenance": dict(file["provenance"].attrs),
             "data": _plain(file["data"]),
         }
@@ -121,7 +121,7 @@ def read_tree(path: Path) -> Tree:
 def part(tree: Tree) -> bytes:
     """An HDF5 file in memory that holds a part of a result, for :func:`read_part`."""
     # Names of dimensions are no attributes of ours in a file, and a part lacks some of its axes.
-    return _image(Result({}, json.dumps(_dimensions(tree)), {}, tree))
+    return _image(Result({}, _dimensions(tree), {}, tree))
 
 
 def read_part(path: Path, content: bytes) -> Tree:
@@ -139,13 +139,13 @@ def read_part(path: Path, content: bytes) -> Tree:
         return _tree(file["data"], json.loads(_plain(file["config"])))
 
 
-def config(path: Path) -> str:
-    """The config that a result file was made from, as JSON.
+def config(path: Path) -> dict[str, Any]:
+    """The config that a result file was made from, as plain data.
 
     Raises the errors of :func:`opened`.
     """
     with opened(path, whole=True) as file, readable(path):
-        return str(_plain(file["config"]))
+        return content.config(_plain(file["config"]))
 
 
 def attributes(path: Path) -> dict[str, Any]:
@@ -219,7 +219,11 @@ def _image(result: Result) -> bytes:
     with h5py.File.in_memory(libver=("earliest", "v110")) as file:
         file.attrs.update({"format": FORMAT, "format_version": FORMAT_VERSION})
         file.attrs.update(result.attributes)
-        _put(file, "config", Dataset(result.config, "", "resolved config, JSON"))
+        _put(
+            file,
+            "config",
+            Dataset(json.dumps(result.config, indent=2), "", "resolved config, JSON"),
+        )
         file.create_group("provenance").attrs.update(result.provenance)
         _put(file, "data", result.data)
         file.flush()

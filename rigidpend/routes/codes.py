@@ -96,7 +96,7 @@ def route_codes(
         Local tolerance in double precision; by default the engine's own, at least its finest.
     precisions : sequence of int, optional
         Bits, from 53 to 9,000, ascending by 11 or more. Columns with an uncertain symbol go to the
-        next. 64 is passed over where the engine has no such type.
+        next. 64 is passed over where integers would serve.
     jobs : int, optional
         How many threads (or processes, where Python itself computes). No result depends on it.
     method : {"auto", "map", "integration"}, optional
@@ -114,7 +114,7 @@ def route_codes(
     ProblemError, NumericsError, ExactError
         A value that is excluded or that is no number; the message says which.
     EngineError
-        An engine that is not known or not installed.
+        An engine that is not known.
     MapError
         The method is "map" and the orbits have none; the message gives the reason.
     Contradiction
@@ -129,7 +129,19 @@ def route_codes(
     """
     problem = RouteProblem(body, h0, J1_0, n_symbols)
     arithmetic = resolve(engine, tolerance, precisions)
-    phases, jobs = Phases(theta2_0), checked.whole("jobs", jobs, 1, error=ProblemError)
+    jobs = checked.whole("jobs", jobs, 1, error=ProblemError)
+    return codes_of(problem, theta2_0, arithmetic, jobs, method)
+
+
+def codes_of(
+    problem: RouteProblem,
+    theta2_0: Any,
+    arithmetic: Arithmetic,
+    jobs: int = 1,
+    method: str = "auto",
+) -> RouteCodes:
+    """The binary route codes of the orbits of a checked problem: see :func:`route_codes`."""
+    phases = Phases(theta2_0)
     run = Run(problem, phases, arithmetic, jobs)
     return routes_of(phases, *_decided(run, phase_rate(problem), method))
 
@@ -206,12 +218,11 @@ def _integrated(run: Run, rate: float) -> Decided:
     """Decide all columns by integration.
 
     Where a precision is compiled, threads share the columns and decide their own to its end; else
-    processes share the orbits of each computation. It is asked for when columns come to it: to
-    learn what types heyoka has would import it.
+    processes share the orbits of each computation.
     """
 
     def in_own(bits: int) -> bool:
-        return integrate.runs_in_threads(run.arithmetic.engine, bits)
+        return integrate.in_kernel(run.arithmetic.engine, bits)
 
     def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
         # Threads that share the columns start none of their own.

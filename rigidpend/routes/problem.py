@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -10,7 +11,7 @@ from rigidpend.mechanics import pendulum
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.separatrices import fastest_rate
 from rigidpend.numbers import checked
-from rigidpend.numbers.exact import GUARD_BITS, Exact, ExactError, context, function
+from rigidpend.numbers.exact import Exact, ExactError, context, function
 from rigidpend.numbers.parameters import ParameterError
 
 MAX_SYMBOLS = 100_000
@@ -78,20 +79,22 @@ class RouteProblem:
 
     def J2_0(self, bits: int) -> Any:
         """J2_0 = sqrt(2 h0/kappa), dimensionless (after eq. sol_3), in `bits` bits."""
-        m = context(bits + GUARD_BITS)
-        kappa = self.body.angles(bits + GUARD_BITS).kappa
-        return context(bits).mpf(m.sqrt(2 * self.h0.in_context(m) / kappa))
+        return _J2_0(self.body.A, self.h0).at(bits)
 
     def J2mJ1_0(self, bits: int) -> Any:
         """J2_0 - J1_0, dimensionless, correctly rounded to `bits` bits however small it is."""
-        A1, A2, A3 = self.body.A
-        # As an expression, which takes as many bits as the difference needs.
-        J2_0 = function("sqrt", 2 * self.h0 * A3 * (A1 - A2) / (A1 * A2))
         try:
-            return (J2_0 - self.J1_0).at(bits)
+            return (_J2_0(self.body.A, self.h0) - self.J1_0).at(bits)
         # Not to be told from zero, as where J1_0 is written as J2_0 is: refused like that.
         except ExactError:
             return context(bits).mpf(0)
+
+
+@functools.lru_cache(maxsize=256)
+def _J2_0(A: tuple[Exact, Exact, Exact], h0: Exact) -> Exact:
+    """J2_0 as an expression, which takes as many bits as a difference from it needs."""
+    A1, A2, A3 = A
+    return function("sqrt", 2 * h0 * A3 * (A1 - A2) / (A1 * A2))
 
 
 def phase_rate(problem: RouteProblem) -> float:

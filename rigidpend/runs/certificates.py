@@ -105,7 +105,7 @@ def certify(
             "version_python_flint": extra.version(),
             "code_hash": code,
         }
-        store.write(file, store.Result({}, json.dumps(stated, indent=2), made, data))
+        store.write(file, store.Result({}, stated, made, data))
         # Not before the whole file stands.
         parts.drop()
     report(f"{file} written")
@@ -196,7 +196,7 @@ def _stated(content: Any) -> dict[str, Any]:
 def _is_of(stored: Loaded, stated: Mapping[str, Any], routes: Routes) -> bool:
     """True if a certificate is of that problem and of those orbits."""
     try:
-        if json.loads(stored["config"]) != stated or stored["data"].keys() != routes.keys():
+        if stored["config"] != stated or stored["data"].keys() != routes.keys():
             return False
         for name, (problem, phases) in routes.items():
             _fits(name, stored["data"][name], problem, phases)
@@ -215,9 +215,9 @@ def _routes(file: Path, stored: Loaded) -> Routes:
     """
     try:
         # The schema takes numbers as texts, so that nothing is rounded on its way.
-        text = json.loads(stored["config"], parse_int=str, parse_float=str)
+        text = json.loads(json.dumps(stored["config"]), parse_int=str, parse_float=str)
         content = experiments.schema(text["experiment"]).model_validate(text)
-        if _stated(content) != json.loads(stored["config"]):
+        if _stated(content) != stored["config"]:
             raise ValueError("it is not written as a certificate writes it")
         computation: Any = experiments.computation(content.experiment)
         found = dict(computation.orbits(content, partial(_centres, stored["data"])))

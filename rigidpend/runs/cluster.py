@@ -21,6 +21,8 @@ from urllib.parse import urlsplit
 
 from rigidpend.experiments.contract import Piece
 from rigidpend.experiments.data.tree import Tree
+from rigidpend.machine import words
+from rigidpend.machine.progress import Step
 from rigidpend.machine.workers import PERIOD, WorkerError, check_stop
 from rigidpend.runs import provenance
 from rigidpend.runs.parts import Parts
@@ -35,6 +37,8 @@ SCHEMES = ("", "tcp", "tls", "ws", "wss")
 """Ways to reach a scheduler; tcp where nothing is said."""
 LOOK = 0.5
 """Seconds between two looks at the workers."""
+ROOM = "give it more, or fewer threads, as by dask worker --nthreads 1 --memory-limit 8GB"
+"""The cure for want of memory."""
 CONTINUES = "what is finished is kept: the same command again continues"
 
 
@@ -103,6 +107,8 @@ def computed(
         another version, lacks a library or memory, or dies again and again.
     """
     missing = [piece for piece in pieces if not parts.has(piece.name)]
+    if len(missing) < len(pieces):
+        crew["an earlier run, by the same code and engine"] = len(pieces) - len(missing)
     if missing:
         with _client(address) as client, _named_errors(address):
             given = experiment, engine, _facts(experiment, engine)
@@ -134,13 +140,13 @@ def _done(
         while len(names) < max(LEAST_AHEAD, AHEAD * threads):
             if (piece := next(waiting, None)) is None:
                 break
-            call = pickle.dumps(_Call((*given, piece.work, piece.arguments)))
+            call = pickle.dumps(_Call((*given, pickle.dumps((piece.work, piece.arguments)))))
             names[client.submit(pickle.loads, call, pure=False)] = piece.name
         for future in _ready(client, list(names)):
             done += 1
             tree, worker = _answer(client, future)
             yield tree, names.pop(future), worker
-            report(f"cluster: {done} of {len(missing)} parts")
+            report(Step(f"cluster: {done} of {len(missing)} parts", done, len(missing)))
 
 
 class _Call(NamedTuple):
@@ -175,7 +181,7 @@ def _answer(client: Any, future: Any) -> tuple[Tree, str]:
         tried = client.run(exec, f"import {__name__}", on_error="return")
         lacking = [worker for worker, failed in tried.items() if failed is not None]
         raise WorkerError(
-            f"rigidpend as it is here is not on {', '.join(lacking) or 'the scheduler'} ({error}):"
+            f"rigidpend as it is here is not on {', '.join(lacking) or 'a lost worker'} ({error}):"
             f" install it there; {CONTINUES}"
         ) from None
 
@@ -215,8 +221,8 @@ def _named_errors(address: str) -> Iterator[None]:
         yield
     except KilledWorker as error:
         lost = getattr(error.last_worker, "address", "its worker")
-        said = f"a part was lost with {lost} and others before, perhaps for want of memory there"
-        raise WorkerError(f"cluster {address}: {said}; {CONTINUES}") from None
+        said = f"a part was lost with the worker {lost} and others before, perhaps for want of"
+        raise WorkerError(f"cluster {address}: {said} memory there: {ROOM}; {CONTINUES}") from None
     except (CancelledError, CommClosedError, OSError):
         # A connection that closes, or one that is not made again in time.
         raise WorkerError(f"cluster {address}: the scheduler went away; {CONTINUES}") from None
@@ -228,9 +234,12 @@ def _facts(experiment: str, engine: str) -> dict[str, str]:
 
 
 def _on_worker(
-    experiment: str, engine: str, wanted: dict[str, str], work: Callable[..., Tree], arguments: Any
+    experiment: str, engine: str, wanted: dict[str, str], job: bytes
 ) -> tuple[Tree, str]:
-    """Compute a part on a worker that has the same code and engine; the worker's name with it."""
+    """Compute a part on a worker that has the same code and engine; the worker's name with it.
+
+    The job is unpickled here, where it is known what the worker is called that cannot do it.
+    """
     here, own = _name(), _facts(experiment, engine)
     for what, value in wanted.items():
         if own[what] != value:
@@ -239,16 +248,14 @@ def _on_worker(
                 " install the same rigidpend and the same libraries there"
             )
     try:
+        work, arguments = pickle.loads(job)
         tree = work(*arguments)
     except MemoryError:
-        raise WorkerError(
-            f"the worker {here} has not enough memory: give it more, or fewer threads, as by"
-            f" dask worker --nthreads 1; {CONTINUES}"
-        ) from None
+        said = f"the worker {here} has not enough memory: {ROOM}; {CONTINUES}"
+        raise WorkerError(said) from None
     except ImportError as error:
-        raise WorkerError(
-            f"the worker {here} cannot load a library ({error}): install it there anew"
-        ) from None
+        said = f"the worker {here}: {words.library(error) or 'a library'} cannot be loaded there"
+        raise WorkerError(f"{said} ({words.short(error)}): install it anew") from None
     libraries = ", ".join(f"{name} {provenance.version(name)}" for name in ("numpy", "mpmath"))
     return tree, f"{here}: {own['engine']}, {libraries}, Python {platform.python_version()}"
 

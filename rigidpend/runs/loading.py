@@ -21,6 +21,7 @@ from rigidpend.config.groups import Group
 from rigidpend.config.reader import Document
 from rigidpend.config.schema import ExperimentConfig
 from rigidpend.config.sweeps import Sweep
+from rigidpend.runs import provenance
 
 Result = TypeVar("Result")
 
@@ -41,6 +42,11 @@ class LoadedConfig:
     def resolved(self) -> dict[str, Any]:
         """All values, defaults included, as plain JSON data; numbers exact."""
         return dict(self.content.model_dump(mode="json"))
+
+    @functools.cached_property
+    def config_hash(self) -> str:
+        """Digest of all values."""
+        return provenance.config_hash(self.resolved())
 
     @property
     def engine_asked(self) -> str | None:
@@ -84,7 +90,8 @@ def load(path: Path, settings: Sequence[str] = ()) -> LoadedConfig:
     ConfigError
         With all that is wrong, each with its place in the file.
     """
-    return _loaded(path, _read(path), settings)
+    [found] = _titled(path, [_loaded(path, _read(path), settings)], settings)
+    return found
 
 
 def _loaded(path: Path, document: Document, settings: Sequence[str]) -> LoadedConfig:
@@ -111,8 +118,6 @@ def _loaded(path: Path, document: Document, settings: Sequence[str]) -> LoadedCo
         raise validation.config_error(document, model, error.errors()) from None
     if document.complaints:
         raise ConfigError(document.complaints)
-    if content.of_the_paper and (settings or path.resolve() not in catalogue.shipped()):
-        content = _titled(content)
     return LoadedConfig(path.stem, experiment, content, tuple(asked))
 
 
@@ -146,6 +151,7 @@ def _group(
     base = _loaded(path, document.copy(), settings)
     given = {sweep.key: sweep for sweep in (*base.sweeps, *options)}
     if not given:
+        [base] = _titled(path, [base], settings)
         return Group(path, name or base.name, [replace(base, name=name or base.name)])
     every = sweeping.variants(list(given.values()))
     # Read once: of a thousand members the file is the same.
@@ -156,7 +162,8 @@ def _group(
     for each in names:
         sweeping.checked_name(each, Origin("sweep"))
     swept = [replace(x, name=n, sweeps=()) for x, n in zip(members, names, strict=True)]
-    return Group(path, "_".join([name or base.name, *sweeping.short_names(list(given))]), swept)
+    names = [name or base.name, *sweeping.short_names(list(given))]
+    return Group(path, "_".join(names), _titled(path, swept, list(given)))
 
 
 def _together(calls: Sequence[Callable[[], Result]]) -> list[Result]:
@@ -181,20 +188,27 @@ def _read(path: Path) -> Document:
     from rigidpend.numbers import decimals
     from rigidpend.results import store
 
-    stored = decimals.everywhere(json.loads(store.config(path)))
+    stored = decimals.everywhere(store.config(path))
     return reader.parse(json.dumps(stored, indent=2, ensure_ascii=False), str(path))
 
 
-def _titled(content: ExperimentConfig) -> ExperimentConfig:
-    """Take the name of the paper's figure from a config of another problem."""
-    if content.problem in _problems(content.figure, tuple(catalogue.shipped())):
+def _titled(path: Path, configs: list[LoadedConfig], changes: Sequence[str]) -> list[LoadedConfig]:
+    """Take the name of the paper's figure from configs of a file that are of another problem."""
+    shipped = tuple(catalogue.shipped())
+    if path.resolve() in shipped and not changes:
+        return configs
+    return [replace(each, content=_of_its_figure(each.content, shipped)) for each in configs]
+
+
+def _of_its_figure(content: ExperimentConfig, shipped: tuple[Path, ...]) -> ExperimentConfig:
+    if not content.of_the_paper or content.problem in _problems(content.figure, shipped):
         return content
     return content.model_copy(update={"figure": ""})
 
 
 @functools.lru_cache(maxsize=16)
 def _problems(figure: str, shipped: tuple[Path, ...]) -> list[Any]:
-    """Problems of the shipped configs that make a figure; a sweep asks a thousand times."""
+    """Problems of the shipped configs that make a figure."""
     line = re.compile(rf'^figure: "?{re.escape(figure)}"?$', re.MULTILINE)
     texts = ((path, path.read_text(encoding="utf-8")) for path in shipped)
     return [load(path).content.problem for path, text in texts if line.search(text)]

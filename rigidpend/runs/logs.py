@@ -40,11 +40,9 @@ class Logs:
                 with contextlib.suppress(OSError):
                     file.close()
 
-    def hear(self, line: str) -> None:
-        """Take a line ``NAME: text`` into the log of NAME; others are passed over."""
-        name, _, text = line.partition(": ")
-        if name in self._targets:
-            self._write(name, text)
+    def hear(self, name: str, text: str) -> None:
+        """Take a line into the log of a name."""
+        self._write(name, text)
 
     def path(self, name: str) -> Path | None:
         """The log of a name, if something was written to it."""

@@ -13,7 +13,7 @@ from typing import Any
 
 from rigidpend.machine.code_hash import PACKAGE, code_hash_of, digest, inside
 
-LIBRARIES = ("numpy", "scipy", "mpmath", "h5py", "llvmlite", "heyoka")
+LIBRARIES = ("numpy", "scipy", "mpmath", "h5py", "llvmlite")
 ABSENT = "absent"
 """Version of a library that is not installed."""
 
@@ -40,19 +40,15 @@ def code_hash_of_part(experiment: str, part: str) -> str:
 
 
 def engine_name(engine: str) -> str:
-    """Name of an engine with the versions of the libraries behind it, as far as installed."""
+    """Name of an engine with the version of the library behind it."""
     if not engine:
         return "no engine"
-    behind = {"taylor": ("llvmlite", "heyoka"), "scipy": ("scipy",)}[engine]
-    versions = {library: version(library) for library in behind}
-    told = (f"{library} {its}" for library, its in versions.items() if its != ABSENT)
-    return f"{engine} ({', '.join(told)})"
+    library = {"taylor": "llvmlite", "scipy": "scipy"}[engine]
+    return f"{engine} ({library} {version(library)})"
 
 
 def provenance() -> dict[str, str]:
     """Provenance of a run: versions, commit, processor, system and time."""
-    from rigidpend.orbits.integrate.compile_cache import processor_model
-
     versions = {f"version_{name}": version(name) for name in ("rigidpend", *LIBRARIES)}
     now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
     return {
@@ -63,6 +59,18 @@ def provenance() -> dict[str, str]:
         "system": f"{platform.system()} {platform.machine()}",
         "created": now,
     }
+
+
+def processor_model() -> str:
+    """The processor's name, as far as the system tells it."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        lines = []
+    for line in lines:
+        if line.startswith("model name"):
+            return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
 
 
 def _part(experiment: str, part: str) -> Path:

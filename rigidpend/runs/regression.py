@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import datetime
-import json
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -64,13 +63,14 @@ def verify(
             fresh = planned.target
         new = store.load(fresh)
         outlines = store.outline(stored), store.outline(fresh)
-    configs = json.loads(old["config"]), json.loads(new["config"])
+    configs = old["config"], new["config"]
     same_numerics = configs[0].get("numerics") == configs[1].get("numerics")
     found: list[str] = [*compare.outlines(*outlines, same_numerics=same_numerics)]
     found += compare.plain(_problem(configs[0]), _problem(configs[1]), "config")
     # Values are compared place by place, which only equal structures allow.
     if outlines[0].keys() == outlines[1].keys():
-        found += experiments.computation(config.experiment).differences(old["data"], new["data"])
+        layout = experiments.layout(config.experiment)
+        found += compare.differences(layout, old["data"], new["data"])
     if certificate:
         found += storage.contradictions(new, certificate)
     return found
@@ -86,7 +86,7 @@ def is_of(config: LoadedConfig, stored: Path) -> bool:
     """
     if not stored.exists():
         return False
-    return _problem(json.loads(store.load(stored)["config"])) == _problem(config.resolved())
+    return _problem(store.load(stored)["config"]) == _problem(config.resolved())
 
 
 def verify_by_engines(config: LoadedConfig, *, jobs: int) -> list[str]:

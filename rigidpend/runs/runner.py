@@ -13,13 +13,11 @@ from typing import TYPE_CHECKING, Any
 from rigidpend import experiments
 from rigidpend.experiments.contract import Piece
 from rigidpend.experiments.data.tree import Tree
-from rigidpend.machine import files
 from rigidpend.machine.files import StoreError, twin
 from rigidpend.machine.workers import check_stop
-from rigidpend.runs import provenance, stored
+from rigidpend.runs import provenance, recalled
 from rigidpend.runs.parts import Parts, sweep
-from rigidpend.runs.recalled import AnyConfig, RecalledConfig
-from rigidpend.runs.stored import DOUBT, OTHER, SECONDS
+from rigidpend.runs.recalled import DOUBT, OTHER, SECONDS, AnyConfig
 
 # What a plan that finds nothing to do does without is imported where it is used.
 if TYPE_CHECKING:
@@ -68,11 +66,11 @@ def plan(config: AnyConfig, folder: Path, *, force: bool = False) -> Plan:
         message = f"{other} is there, and some systems take both names for one file"
         raise StoreError(f"{target}: {message}; choose another with --name")
     fingerprint = {
-        "config_hash": _config_hash(config),
+        "config_hash": config.config_hash,
         "code_hash": provenance.code_hash(config.experiment),
         "engine": provenance.engine_name(engine),
     }
-    known = {} if force else stored.facts(target)
+    known = {} if force else recalled.facts(target)
     reason = "--force" if force else _reason(known, fingerprint)
     if known.get("config_hash", fingerprint["config_hash"]) != fingerprint["config_hash"]:
         reason = reason.replace(REASONS["config_hash"], _changed(target, config))
@@ -98,7 +96,7 @@ def expected_seconds(planned: Plan) -> float | None:
 def follow(
     planned: Plan, *, jobs: int, say: Callable[[str], None], scheduler: str | None = None
 ) -> None:
-    """Run a planned experiment and report its progress, each line beginning with its name.
+    """Run a planned experiment and report its progress.
 
     Parameters
     ----------
@@ -115,18 +113,11 @@ def follow(
     StoreError, WorkerError, ArithmeticError
         It cannot be computed or written. Finished parts are kept.
     """
-    name, start = planned.config.name, time.perf_counter()
-    engine = planned.fingerprint["engine"]
-    say(f"{name}: computing ({planned.reason}), {engine}")
-    if slow := _slow(planned):
-        say(f"{name}: {slow}")
-
-    def report(text: str) -> None:
-        say(f"{name}: {text}")
-
-    told = run(planned, jobs=jobs, report=report, scheduler=scheduler)
+    start = time.perf_counter()
+    say(f"computing ({planned.reason}), {planned.fingerprint['engine']}")
+    told = run(planned, jobs=jobs, report=say, scheduler=scheduler)
     doubt = f"; {told}" if told else ""
-    say(f"{name}: {planned.target} written, {time.perf_counter() - start:.2f} s{doubt}")
+    say(f"{planned.target} written, {time.perf_counter() - start:.2f} s{doubt}")
 
 
 def run(
@@ -165,7 +156,7 @@ def run(
     from rigidpend.experiments.contract import Means
     from rigidpend.results import store
 
-    config = _settled(planned)
+    config, content = planned.config, planned.config.content
     store.prepare(planned.target)
     fingerprint = json.dumps(planned.fingerprint)
     with Parts(planned.target, fingerprint) as parts, ThreadPoolExecutor(1) as aside:
@@ -180,10 +171,10 @@ def run(
         pieces = _pieces(parts, planned, scheduler, report, crew)
         # Each thread of a cluster's workers has a piece of its own.
         means = Means(arithmetic, 1 if scheduler else jobs, report, parts.keep, pieces)
-        data = experiments.computation(config.experiment).compute(config.content, means)
+        data = experiments.computation(config.experiment).compute(content, means)
         attributes: dict[str, Any] = {
             "name": config.name,
-            "figure": config.content.figure,
+            "figure": content.figure,
             "experiment": config.experiment,
             **planned.fingerprint,
             **_stored(arithmetic, config),
@@ -191,11 +182,10 @@ def run(
             **({} if resumed else {SECONDS: time.perf_counter() - start}),
             **(further or {}),
         }
-        resolved = json.dumps(config.resolved(), indent=2)
         # What a signal does to Git may be in the provenance, or to a worker in the data.
         check_stop()
         workers = {"workers": json.dumps(crew, indent=2)} if crew else {}
-        result = store.Result(attributes, resolved, {**told.result(), **workers}, data)
+        result = store.Result(attributes, config.resolved(), {**told.result(), **workers}, data)
         store.write(planned.target, result)
         # Only now: a failure before this line leaves the parts for the next run.
         parts.drop()
@@ -216,16 +206,6 @@ def _pieces(
 
     given = scheduler, planned.config.experiment, planned.engine, parts
     return lambda pieces: cluster.computed(*given, pieces, report, crew)
-
-
-def _settled(planned: Plan) -> AnyConfig:
-    """The config of a plan, read and as it was when it was planned."""
-    config = planned.config
-    if isinstance(config, RecalledConfig):
-        config = config.loaded
-        if _config_hash(config) != planned.fingerprint["config_hash"]:
-            raise files.StoreError(f"{config.name}: its config was changed meanwhile; run it again")
-    return config
 
 
 def doubt(data: Tree) -> str:
@@ -258,32 +238,10 @@ def _arithmetic(planned: Plan) -> Arithmetic:
     return resolve(**{**planned.config.content.numerics_asked, "engine": planned.engine})
 
 
-def _slow(planned: Plan) -> str:
-    """Sentence on what is slow here for want of a library; empty when it was said before."""
-    from rigidpend.orbits.integrate.engines import slow_precisions
-
-    if not planned.engine:
-        return ""
-    slow = slow_precisions(planned.engine, _arithmetic(planned).precisions)
-    if slow in _said:
-        return ""
-    _said.add(slow)
-    return slow
-
-
-_said: set[str] = set()
-
-
 def _stored(arithmetic: Arithmetic, config: AnyConfig) -> dict[str, Any]:
     """Part of the arithmetic that a config can choose, as root attributes."""
     chosen = set(config.content.numerics_asked) - {"engine"}
     return {name: value for name, value in arithmetic._asdict().items() if name in chosen}
-
-
-def _config_hash(config: AnyConfig) -> str:
-    if isinstance(config, RecalledConfig):
-        return config.config_hash
-    return provenance.config_hash(config.resolved())
 
 
 def _engine(config: AnyConfig) -> str:
@@ -310,8 +268,8 @@ def _changed(target: Path, config: AnyConfig) -> str:
     from rigidpend.results import store
 
     try:
-        before = json.loads(store.config(target))
-    except (store.StoreError, ValueError):
+        before = store.config(target)
+    except store.StoreError:
         return REASONS["config_hash"]
     found = changes.changes(before, config.resolved())
     return (

@@ -40,13 +40,6 @@ TOP = 16
 With the body of Fig. 4 at mu = 0.1 the eighth is 1e-9 of the first."""
 FEWEST, SURE, MOST = 8, 128, 512
 """Numbers of orbits in one computation; a curve that turns back between `SURE` really does."""
-SHARE = 4e-3
-"""Allowed uncertainty of harmonics relative to Melnikov's amplitude, in units of (mu/h0)^2.
-
-The correction to Melnikov's amplitude is 3.4 (mu/h0)^2 with the body of Fig. 4: a thousandth of
-it is resolved."""
-COARSEST = 1e-9
-"""Largest relative uncertainty that counts as resolved, however large mu is."""
 WORST = 1e3
 """Factor by which the integration's error may exceed the expected one (`_noise`)."""
 SHIFTS = ((0.125, 0), (0.625, 1))
@@ -99,7 +92,9 @@ def amplitude(s: UnstableSurface) -> Any:
     return p.mu * p.kappa * J2 * melnikov.amplitude(2, J2, p, m) / slope
 
 
-def measure(body: Body, h0: Exact, arithmetic: Arithmetic, jobs: int = 1) -> SurfaceSplitting:
+def measure(
+    body: Body, h0: Exact, allowed: float, arithmetic: Arithmetic, jobs: int = 1
+) -> SurfaceSplitting:
     """Measure the splitting in the first precision, with the fewest orbits, that resolve it.
 
     Parameters
@@ -108,6 +103,8 @@ def measure(body: Body, h0: Exact, arithmetic: Arithmetic, jobs: int = 1) -> Sur
         With mu > 0.
     h0 : Exact
         Energy of all orbits, h0 > mu.
+    allowed : float
+        The largest error of `excess` that counts as resolved.
     arithmetic : Arithmetic
     jobs : int, optional
         Threads, or processes where Python itself computes.
@@ -117,7 +114,6 @@ def measure(body: Body, h0: Exact, arithmetic: Arithmetic, jobs: int = 1) -> Sur
     SurfaceSplitting
         From two computations that share neither starts nor phases.
     """
-    allowed = float(admitted(float(body.mu) / float(h0)))
     n = FEWEST
     for bits in arithmetic.precisions:
         # Where rounding stopped the search, half as many orbits were seen to be too few, or that
@@ -132,11 +128,6 @@ def measure(body: Body, h0: Exact, arithmetic: Arithmetic, jobs: int = 1) -> Sur
         if found.resolved or n >= _most(found):
             break
     return found
-
-
-def admitted(mu_over_h0: ArrayLike) -> Any:
-    """The largest error of `excess` that counts as resolved, at each weight over energy."""
-    return np.minimum(COARSEST, SHARE * np.square(mu_over_h0))
 
 
 def _most(found: SurfaceSplitting) -> int:

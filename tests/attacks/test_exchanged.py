@@ -1,8 +1,14 @@
-"""Results under names of others, values of all kinds in configs, names of all kinds, by lot."""
+"""Results and kept files under names of others or damaged, values and names of all kinds, by lot.
+
+And commands where a library is absent or broken."""
 
 from __future__ import annotations
 
+import os
+import random
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -14,7 +20,9 @@ from rigidpend.results import store
 from rigidpend.runs import loading, runner
 from tests.attacks import lot
 from tests.attacks.craft import REFERENCE
-from tests.config.samples import SMALL, written
+from tests.cli.calls import UNTRACED
+from tests.config.samples import HEAD, SMALL, written
+from tests.runs.test_faults import ZOOM
 
 KEYS = [
     *("A", "r", "mu", "h0", "J1_0", "n_symbols", "only"),
@@ -85,3 +93,145 @@ def test_a_result_under_another_name_is_never_taken_for_that_result(tmp_path: Pa
             # Drawn, it says whose result it is: by its own name.
             shown = render.captions.bodies(store.load(tmp_path / f"{mine}.h5"))
             assert shown == render.captions.bodies(store.load(stored[other]))
+
+
+MAP = f"""\
+{HEAD.format(experiment="route_map", n_symbols=6)}\
+  theta2_0: {{ends: [0, 2*pi], count: 1001}}
+  rows: {{axis: log10_J1_0, ends: [-10, -5], count: 8}}
+
+numerics:
+  precisions: [53, 106]
+"""
+
+
+def ran(folder: Path, *arguments: str, python_path: str = "") -> subprocess.CompletedProcess[str]:
+    """A command in a folder, with a cache of its own there."""
+    return subprocess.run(
+        [sys.executable, "-m", "rigidpend", *arguments],
+        cwd=folder,
+        env=UNTRACED | {"XDG_CACHE_HOME": str(folder / "cache"), "PYTHONPATH": python_path},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+
+
+def all_kept(folder: Path) -> list[Path]:
+    """Files of the cache and finished parts."""
+    return sorted(
+        path
+        for within in ("cache", "results/.zoom.parts")
+        for path in (folder / within).rglob("*")
+        if path.is_file()
+    )
+
+
+@pytest.fixture(scope="module")
+def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A zoom in parts, maps of two neighbouring bodies, kernels, and undisturbed results."""
+    found = tmp_path_factory.mktemp("desk")
+    near = MAP.replace("mu: 0.001", "mu: 0.0010000000001")
+    for name, text in (("zoom", ZOOM), ("map", MAP), ("near", near)):
+        written(found, text, f"{name}.yaml")
+    assert ran(found, "run", "map.yaml", "near.yaml", "zoom.yaml").returncode == 0
+    (found / "results").rename(found / "undisturbed")
+    # The result is larger than a file may be, the parts are not.
+    limit = "import resource, runpy, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (40000,) * 2)"
+    script = f"{limit}; runpy.run_module('rigidpend', run_name='__main__', alter_sys=True)"
+    command = [sys.executable, "-c", script, "run", "zoom.yaml"]
+    subprocess.run(command, cwd=found, env=UNTRACED, capture_output=True, check=False)
+    kinds = [path.relative_to(found).parts[-2] for path in all_kept(found)]
+    assert kinds.count("maps") >= 2
+    assert kinds.count("kernels") >= 2
+    assert sum(path.suffix == ".h5" for path in all_kept(found)) == 9
+    return found
+
+
+def disturb(path: Path, other: Path, chance: random.Random) -> str:
+    """Change a kept file, or exchange it with another; what was done."""
+    content, how = path.read_bytes(), chance.choice(["flip", "cut", "exchange", "copy", "empty"])
+    how = chance.choice([how, how, "gone", "pipe", "folder", "link"])
+    if how == "exchange":
+        path.write_bytes(other.read_bytes())
+        other.write_bytes(content)
+    elif how in ("flip", "cut", "copy", "empty"):
+        place = chance.randrange(len(content)) if content else 0
+        flipped = bytearray(content)
+        flipped[place : place + 1] = bytes(
+            x ^ 1 << chance.randrange(8) for x in content[place:][:1]
+        )
+        changed = {"flip": bytes(flipped), "cut": content[:place], "empty": b""}
+        path.write_bytes(changed.get(how, other.read_bytes()))
+    else:
+        path.unlink()
+        if how == "pipe":
+            os.mkfifo(path)
+        elif how == "folder":
+            path.mkdir()
+        elif how == "link":
+            path.symlink_to(other)
+    return how
+
+
+@pytest.mark.slow
+def test_kept_files_that_are_damaged_or_exchanged_change_no_result(
+    desk: Path, tmp_path: Path
+) -> None:
+    """Maps, kernels, plans and parts: what does not fit is told and made again."""
+    with lot.drawn("kept files") as chance:
+        for index in range(lot.trials(2, 0.02)):
+            folder = tmp_path / str(index)
+            shutil.copytree(desk, folder)
+            done = []
+            for _ in range(chance.choice([1, 2, 4])):
+                mine, other = chance.sample([x for x in all_kept(folder) if not x.is_symlink()], 2)
+                done.append((disturb(mine, other, chance), mine, other))
+            name = chance.choice(["map", "near"])
+            end = ran(folder, "run", f"{name}.yaml", "zoom.yaml")
+            assert end.returncode == 0, (done, end.stderr)
+            assert "Traceback" not in end.stderr
+            for each in (name, "zoom"):
+                one, two = (folder / where / f"{each}.h5" for where in ("results", "undisturbed"))
+                assert repr(store.read_tree(one)) == repr(store.read_tree(two)), done
+            assert not list((folder / "results").glob(".*"))
+            shutil.rmtree(folder)
+
+
+LIBRARIES = ["heyoka", "llvmlite", "flint", "scipy", "matplotlib", "h5py", "distributed"]
+ABSENT = """
+import importlib.machinery as machinery
+own = machinery.PathFinder.find_spec
+def find(name, *rest):
+    return None if name.partition(".")[0] == "LIBRARY" else own(name, *rest)
+machinery.PathFinder.find_spec = staticmethod(find)
+"""
+COMMANDS = [
+    "run small.yaml --force",
+    "certify small.yaml",
+    "render small.yaml",
+    "find fig4 --code 01",
+]
+
+
+@pytest.mark.slow
+def test_where_a_library_is_absent_or_broken_a_command_works_or_names_it(tmp_path: Path) -> None:
+    written(tmp_path, SMALL, "small.yaml")
+    assert ran(tmp_path, "run", "small.yaml").returncode == 0
+    codes = store.load(tmp_path / "results" / "small.h5")["data"]["only"]["codes"]
+    with lot.drawn("libraries") as chance:
+        for index in range(lot.trials(2, 0.02)):
+            library, broken = chance.choice(LIBRARIES), chance.random() < 0.5
+            place = tmp_path / str(index)
+            place.mkdir()
+            text = "raise ImportError('libm.so: broken')" if broken else ABSENT
+            name = library if broken else "sitecustomize"
+            (place / f"{name}.py").write_text(text.replace("LIBRARY", library))
+            command = chance.choice(COMMANDS)
+            end = ran(tmp_path, *command.split(), python_path=str(place))
+            assert end.returncode in (0, 3), (library, broken, command, end.stderr)
+            assert "Traceback" not in end.stderr
+            assert not end.returncode or library in end.stderr.splitlines()[-1]
+            found = store.load(tmp_path / "results" / "small.h5")["data"]["only"]["codes"]
+            assert (found == codes).all()

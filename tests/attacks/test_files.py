@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import multiprocessing
+import random
 import resource
 import shutil
 from concurrent.futures import ProcessPoolExecutor
@@ -14,7 +15,7 @@ from click.testing import CliRunner
 
 from rigidpend import cli, render
 from rigidpend.results import store
-from tests.attacks import craft, fuzz
+from tests.attacks import craft, fuzz, lot
 
 SECONDS, MEGABYTES = 2.0, 500
 """What a reader may need of the processor, with what it starts, and of memory."""
@@ -115,10 +116,22 @@ def test_no_command_tells_what_another_file_holds(
 BOMBS = ("bomb", "swollen chunk", "huge shape", "huge virtual chunks")
 
 
-def refused_bombs(folder: Path) -> tuple[int, float]:
+def drawn_bomb(chance: random.Random) -> craft.Change:
+    """An array of any length that holds nothing, in pieces of any size, packed or not."""
+    length, piece = (round(10 ** chance.uniform(4, 11)) for _ in range(2))
+    how = {"chunks": (min(piece, length, 2**28),)} if chance.random() < 0.7 else {}
+    packed = {"compression": "gzip"} if how and chance.random() < 0.5 else {}
+    place = chance.choice(["data/case1/t", "data/case1/codes", "data/case2/alpha"])
+    return craft.shaped(place, (length,), chance.choice(["f8", "u1", "i8"]), **how, **packed)
+
+
+def refused_bombs(folder: Path, count: int) -> tuple[int, float]:
     """How many bombs are refused, and the peak of memory of this process and its own, MB."""
+    with lot.drawn("bombs") as chance:
+        drawn = {f"{k}": craft.attack(drawn_bomb(chance)) for k in range(count)}
+    craft.ATTACKS.update(drawn)
     refused = 0
-    for name in BOMBS:
+    for name in (*BOMBS, *drawn):
         with contextlib.suppress(store.StoreError):
             store.load(craft.written(folder / name, name, seal=True))
             continue
@@ -129,7 +142,8 @@ def refused_bombs(folder: Path) -> tuple[int, float]:
 @pytest.mark.slow
 def test_the_memory_that_a_bomb_takes_is_bounded(tmp_path: Path) -> None:
     # In a fresh process, which has started nothing else.
+    count = lot.trials(8, 0.2)
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as fresh:
-        refused, peak = fresh.submit(refused_bombs, tmp_path).result()
-    assert refused == len(BOMBS)
+        refused, peak = fresh.submit(refused_bombs, tmp_path, count).result()
+    assert refused == len(BOMBS) + count
     assert peak < MEGABYTES

@@ -29,7 +29,7 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_sweep_has_a_result_for_each_value(swept: Path) -> None:
     for mu, stored in (("1e-4", "1/10000"), ("1e-3", "1/1000"), ("1e-2", "1/100")):
         path = swept / "results" / f"mine_mu={mu}.h5"
-        assert json.loads(store.config(path))["problem"]["mu"] == stored
+        assert store.config(path)["problem"]["mu"] == stored
         assert store.attributes(path)["name"] == f"mine_mu={mu}"
         assert path.with_suffix(".log").is_file()
 
@@ -142,7 +142,6 @@ def test_verify_needs_no_folder_of_its_own(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_verify_of_other_settings_computes_its_reference(tmp_path: Path) -> None:
     written(tmp_path, SMALL, "small.yaml")
-    pytest.importorskip("heyoka", reason="two engines are compared")
     done = call(tmp_path, "verify", "small", "--set", "problem.mu=0.01")
     assert done.stdout == "small: the same by Taylor series and DOP853\n"
     other = call(tmp_path, "verify", "fig1", "--set", "problem.A=[3, 2, 2.5]")

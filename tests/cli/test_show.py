@@ -7,7 +7,6 @@ import shutil
 import struct
 from pathlib import Path
 
-import h5py
 import pytest
 
 from rigidpend.config import reader, writer
@@ -105,7 +104,7 @@ def test_describe_prints_what_follows_from_the_parameters(tmp_path: Path) -> Non
     assert rows["alpha0"].split()[1] == "rad"
     assert float(rows["alpha0"].split()[0]) == pytest.approx(1.9106332362490186, rel=1e-15)
     assert float(rows["kappa"].split()[0]) == pytest.approx(4 / 3, rel=1e-15)
-    assert "  Melnikov zeros      1.563050, 4.704643 " in done.stdout
+    assert "  Melnikov zeros      1.5630503595" in done.stdout
     # Of the theory besides.
     assert rows["regime"].split()[0] == "iv"
     assert float(rows["multipliers"].split(",")[0]) == pytest.approx(9.22061, abs=1e-5)
@@ -186,23 +185,12 @@ def test_theory_is_of_any_config_with_a_body_and_an_energy(desk: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("suffix", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")]
-)
-def test_render_draws_without_a_display(
-    desk: Path, result: Path, suffix: str, start: bytes
-) -> None:
-    given = ("--out", "deep/results", "--format", suffix)
-    # In a process of its own what has to be imported first; the others share it.
-    done = (
-        called(desk, "render", "fig4", *given, backend="TkAgg")
-        if suffix == "png"
-        else call(desk, "render", "fig4", *given)
-    )
-    target = Path("deep", "results", f"fig4.{suffix}")
+def test_render_draws_without_a_display(desk: Path, result: Path) -> None:
+    done = called(desk, "render", "fig4", "--out", "deep/results", backend="TkAgg")
+    target = Path("deep", "results", "fig4.png")
     assert (done.returncode, done.stdout) == (0, "")
     assert done.stderr == f"fig4: {target} drawn\n"
-    assert (desk / target).read_bytes().startswith(start)
+    assert (desk / target).read_bytes().startswith(b"\x89PNG")
 
 
 def png_text(image: bytes) -> dict[str, str]:
@@ -229,23 +217,3 @@ def test_a_png_says_which_result_it_shows(desk: Path, result: Path) -> None:
         "Code-Hash": attributes["code_hash"],
         "Engine": attributes["engine"],
     }
-
-
-@pytest.mark.slow
-def test_verify_passes_against_the_reference(desk: Path) -> None:
-    done = call(desk, "verify", "fig4", "--reference", str(REFERENCE))
-    assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout == f"fig4: the same as in {REFERENCE / 'fig4.h5'}\n"
-
-
-@pytest.mark.slow
-def test_verify_fails_against_a_tampered_copy(tmp_path: Path) -> None:
-    shutil.copy(REFERENCE / "fig4.h5", tmp_path)
-    with h5py.File(tmp_path / "fig4.h5", "a") as file:
-        codes = file["data/right/codes"]
-        codes[14, 31] = 1 - codes[14, 31]
-    done = call(tmp_path, "verify", "fig4", "--reference", ".")
-    assert (done.returncode, done.stderr) == (1, "")
-    verdict, difference = done.stdout.splitlines()
-    assert verdict == "fig4: differs from fig4.h5"
-    assert "right/codes[14, 31]" in difference

@@ -113,6 +113,21 @@ def failing(monkeypatch: pytest.MonkeyPatch, desk: Path, error: BaseException, o
     return CliRunner().invoke(cli.main, ["run", "small.yaml", "--out", out])
 
 
+def test_a_library_that_cannot_be_loaded_is_named_with_the_cure(
+    desk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As where the system lacks what its compiled part needs."""
+    broken = "raise ImportError('libm.so: cannot open shared object file')"
+    (tmp_path / "brittle.py").write_text(broken)
+    monkeypatch.syspath_prepend(tmp_path)
+    ours = {"__name__": "rigidpend.ours"}
+    monkeypatch.setattr(runner, "run", eval("lambda *_, **__: __import__('brittle')", ours))
+    monkeypatch.chdir(desk)
+    done = CliRunner().invoke(cli.main, ["run", "small.yaml", "--out", "brittle"])
+    said = "brittle cannot be loaded (libm.so: cannot open shared object file): install it anew"
+    assert (done.exit_code, done.stderr.splitlines()[-1]) == (3, f"rigidpend: small: {said}")
+
+
 class Ours(ArithmeticError):
     """As a module of the package may derive one."""
 

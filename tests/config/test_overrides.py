@@ -40,24 +40,22 @@ def test_values_are_typed_as_in_the_file(setting: str, value: Fraction) -> None:
     assert problem_with(setting).mu.fraction == value
 
 
-def test_one_entry_of_a_list_is_replaced() -> None:
-    assert [float(x) for x in problem_with("problem.A.2=1.75").A] == [2, 1, 1.75]
+ONE = "{start: 0, step: 1/2, count: 3}"
 
 
-def test_a_whole_list_is_replaced() -> None:
-    problem = problem_with("problem.A=[3, 1, 2.5]")
-    assert [float(x) for x in problem.A] == [3, 1, 2.5]
-
-
-def test_a_whole_mapping_is_replaced() -> None:
-    problem = problem_with("problem.arrays={one: {start: 0, step: 1/2, count: 3}}")
-    assert list(problem.arrays) == ["one"]
-    assert problem.arrays["one"].count == 3
-
-
-def test_an_entry_is_added() -> None:
-    problem = problem_with("problem.arrays.new={start: 0, step: 1/2, count: 3}")
-    assert list(problem.arrays) == ["left", "right", "new"]
+@pytest.mark.parametrize(
+    ("setting", "key", "expected"),
+    [
+        ("problem.A.2=1.75", "A", ["2", "1", "7/4"]),
+        ("problem.A=[3, 1, 2.5]", "A", ["3", "1", "5/2"]),
+        (f"problem.arrays={{one: {ONE}}}", "arrays", ["one"]),
+        (f"problem.arrays.new={ONE}", "arrays", ["left", "right", "new"]),
+    ],
+)
+def test_an_entry_a_whole_list_or_a_mapping_is_replaced_or_added(
+    setting: str, key: str, expected: list[str]
+) -> None:
+    assert list(loading.load(FIG4, [setting]).resolved()["problem"][key]) == expected
 
 
 def test_a_part_that_the_file_leaves_out_is_made(tmp_path: Path) -> None:

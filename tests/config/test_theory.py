@@ -15,7 +15,8 @@ from rigidpend.routes.problem import ProblemError
 from tests.bodies import FIG4
 
 NAMES = (
-    *("A", "r", "mu", "alpha0", "beta0", "gamma0", "kappa", "nu", "special cases", "h0", "J2_0"),
+    *("A", "r", "mu", "alpha0", "beta0", "gamma0", "kappa", "nu", "separatrices"),
+    *("special cases", "h0", "J2_0"),
     *("Delta_1(+1)", "Delta_1(-1)", "Melnikov amplitude", "J1_0", "Melnikov zeros"),
     *("regime", "Delta theta3", "period", "multipliers", "multiplier, mu = 0"),
 )

@@ -11,6 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from rigidpend import experiments
+from rigidpend.experiments.data import compare
+from rigidpend.experiments.data.compare import Difference
 from rigidpend.experiments.data.tree import Loaded
 from rigidpend.results import store
 from tests.cli.calls import REFERENCE
@@ -31,10 +34,15 @@ def reference(name: str) -> Loaded:
     return store.load(REFERENCE / f"{name}.h5")
 
 
+def differences(experiment: str, stored: Any, fresh: Any) -> list[Difference]:
+    """Where two results of an experiment disagree, by what its layout declares."""
+    return compare.differences(experiments.layout(experiment), stored, fresh)
+
+
 def from_file(folder: Path, experiment: str, tree: Any) -> Loaded:
     """What an experiment computed, as it comes back from a result file."""
     path = folder / f"{experiment}.h5"
-    store.write(path, store.Result({"experiment": experiment}, "{}", {}, tree))
+    store.write(path, store.Result({"experiment": experiment}, {}, {}, tree))
     return store.load(path)
 
 

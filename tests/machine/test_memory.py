@@ -10,7 +10,7 @@ import pytest
 
 from rigidpend.machine import cache, files, kept, memory
 from rigidpend.results import store
-from rigidpend.runs import loading, recalled, runner, stored
+from rigidpend.runs import loading, recalled, runner
 from tests.config.samples import SMALL, written
 
 
@@ -25,8 +25,7 @@ def fresh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def forget() -> None:
     """Become another process, as far as memory goes."""
-    for module in (recalled, stored):
-        module._memory.cache_clear()
+    recalled._memory.cache_clear()
 
 
 @pytest.fixture
@@ -90,8 +89,7 @@ def test_other_code_of_a_schema_or_a_layout_reads_again(
     made: Path, counted: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     plan(made.parent)
-    monkeypatch.setattr(recalled, "_schema", lambda _: "other")
-    monkeypatch.setattr(stored, "_layout", lambda _: "other")
+    monkeypatch.setattr(recalled, "_part", lambda *_: "other")
     plan(made.parent)
     assert counted == ["load", "open"] * 2
 

@@ -1,6 +1,6 @@
 """Ctrl-C and SIGTERM to commands: none is lost, each ends the process soon and in good order.
 
-Six are sent at random moments, or more by `make attacks`.
+Four are sent at random moments, or more by `make attacks`.
 """
 
 from __future__ import annotations
@@ -243,7 +243,7 @@ def wrong(folder: Path, end: End, number: signal.Signals) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("index", range(trials(6, 0.05)))
+@pytest.mark.parametrize("index", range(trials(4, 0.05)))
 def test_a_signal_at_any_moment_ends_any_command(desk: Path, index: int) -> None:
     with drawn(f"signal {index}") as chance:
         command, number = list(COMMANDS)[index % len(COMMANDS)], chance.choice(BOTH)

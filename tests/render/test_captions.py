@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ BODY = "A = (2, 1, 1.5), r along (1, 1, 0), mu = 0.001, h0 = 1.3342, J1_0 = 1e-8
 
 def told(*settings: str) -> list[str]:
     """The captions of a result of the plane, with settings."""
-    result: Any = {"config": json.dumps(loading.load(PLANE, settings).resolved())}
+    result: Any = {"config": loading.load(PLANE, settings).resolved()}
     return captions.bodies(result)
 
 
@@ -30,8 +29,6 @@ def test_phases_along_an_axis_are_not_told() -> None:
 
 
 def test_the_energy_and_the_half_rotations_of_closed_orbits_are_told() -> None:
-    result: Any = {
-        "config": json.dumps(loading.load(PLANE.with_name("closed_orbits.yaml")).resolved())
-    }
+    result: Any = {"config": loading.load(PLANE.with_name("closed_orbits.yaml")).resolved()}
     [found] = captions.bodies(result)
     assert found.endswith("mu = 0.001, h = 1.3342, half_turns = 11")

@@ -15,6 +15,7 @@ from tests.cli.calls import REFERENCE, call
 
 FAULTS = [
     NameError("name 'axis' is not defined"),
+    TypeError("draw() takes 1 positional argument"),
     AttributeError("no attribute 'axis'"),
     ImportError("axis"),
     AssertionError(),
@@ -51,9 +52,7 @@ def test_a_fault_of_the_program_is_no_fault_of_the_file(
 PIXEL = (Path(render.__file__).parents[2] / "results" / "gallery" / "fig2.png").read_bytes()
 
 
-@pytest.mark.parametrize(
-    "error", [ValueError("x"), ZeroDivisionError("x"), IndexError("x"), TypeError("x")]
-)
+@pytest.mark.parametrize("error", [ValueError("x"), ZeroDivisionError("x"), IndexError("x")])
 def test_values_that_cannot_be_drawn_are_a_sentence(
     monkeypatch: pytest.MonkeyPatch, result: Path, error: Exception
 ) -> None:

@@ -9,4 +9,4 @@ from rigidpend.experiments.data.tree import Loaded
 
 def loaded(data: Any, **attributes: Any) -> Loaded:
     """A loaded result of such data."""
-    return {"attributes": attributes, "config": "{}", "provenance": {}, "data": data}
+    return {"attributes": attributes, "config": {}, "provenance": {}, "data": data}

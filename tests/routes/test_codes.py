@@ -20,7 +20,6 @@ from tests.orbits.integrate.problems import (
     ENGINES,
     FIG4,
     FREE,
-    needs_heyoka,
 )
 
 HESS = Body.from_angles("1.9", "1.9", "1.5", "0.001")
@@ -147,7 +146,6 @@ def test_agrees_hard_orbit_with_113_bits(theta2_0: Any) -> None:
 
 
 @pytest.mark.slow
-@needs_heyoka("integers take five minutes")
 def test_agrees_deep_start_with_113_bits() -> None:
     doubles = codes(["1", "2"], J1_0="1e-300", n_symbols=2)
     sure = codes(["1", "2"], J1_0="1e-300", precisions=(113,), n_symbols=2)

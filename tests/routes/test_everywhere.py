@@ -1,4 +1,4 @@
-"""The same symbols and certainty whatever optional libraries and long doubles there are."""
+"""The same symbols and certainty whatever long doubles there are."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.orbits.integrate import engines
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.codes import RouteCodes, route_codes
 from tests.orbits.integrate.problems import FIG4
@@ -17,10 +16,9 @@ PHASES = np.random.default_rng(7).uniform(0, 6.28, 120)
 
 
 @pytest.fixture
-def without_heyoka(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Lets heyoka be absent for whoever asks, and a long double be a double."""
-    genuine, numbers = engines._installed, np.finfo
-    monkeypatch.setattr(engines, "_installed", lambda name: name != "heyoka" and genuine(name))
+def without_long_doubles(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Lets a long double be a double for whoever asks."""
+    numbers = np.finfo
     monkeypatch.setattr(np, "finfo", lambda kind: numbers(float if kind is np.longdouble else kind))
     precision.cache_clear()
     yield
@@ -38,12 +36,11 @@ def given(request: pytest.FixtureRequest) -> tuple[str, RouteCodes]:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("without_heyoka")
-def test_symbols_and_certainty_need_neither_heyoka_nor_long_doubles(
+@pytest.mark.usefixtures("without_long_doubles")
+def test_symbols_and_certainty_need_no_long_doubles(
     given: tuple[str, RouteCodes],
 ) -> None:
     method, expected = given
-    assert not engines.has_heyoka()
     again = found(method)
     assert (again.bits == 64).sum() > 3, "some need more than doubles"
     np.testing.assert_array_equal(again.codes, expected.codes)

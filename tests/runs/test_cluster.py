@@ -6,6 +6,7 @@ import contextlib
 import importlib.util
 import json
 import os
+import pickle
 import re
 import socket
 import subprocess
@@ -13,6 +14,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -138,7 +140,9 @@ def test_the_same_file_with_a_worker_killed_and_one_that_comes_late(
 
 
 @pytest.mark.slow
-def test_a_run_without_its_scheduler_goes_on_here(dask: Dask, run: Callable[..., Path]) -> None:
+def test_a_run_without_its_scheduler_goes_on_with_another(
+    dask: Dask, run: Callable[..., Path], tmp_path: Path
+) -> None:
     dask.worker()
     lines: list[str] = []
 
@@ -151,9 +155,17 @@ def test_a_run_without_its_scheduler_goes_on_here(dask: Dask, run: Callable[...,
 
     with pytest.raises(WorkerError, match=r"went away; what is finished is kept"):
         run("lost", hear, dask.address)
-    found = run("lost", lines.append, None)
+    (tmp_path / "again").mkdir()
+    again = Dask(tmp_path / "again")
+    again.worker()
+    found = store.load(run("lost", lines.append, again.address))
+    again.end()
     assert any("goes on from" in line for line in lines)
-    assert store.load(found)["data"]["codes"].shape == (16, 12, 12)
+    assert found["data"]["codes"].shape == (16, 12, 12)
+    # Provenance tells of every part what computed it.
+    earlier, crew = "an earlier run, by the same code and engine", found["provenance"]["workers"]
+    assert sum(json.loads(crew).values()) == 12
+    assert 3 <= json.loads(crew)[earlier] < 12
 
 
 @pytest.mark.slow
@@ -161,7 +173,7 @@ def test_a_scheduler_that_does_not_answer_is_named(
     run: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-    monkeypatch.setattr(cluster, "PATIENCE", 1.0)
+    monkeypatch.setattr(cluster, "PATIENCE", 0.3)
     with socket.socket() as listening:
         # Something is there that says nothing: nor does it end.
         listening.bind(("127.0.0.1", 0))
@@ -179,11 +191,23 @@ def test_a_connection_that_is_not_made_again_is_the_scheduler_s_end(error: OSErr
         raise error
 
 
-def on_worker(work: Callable[..., Any], **other: str) -> Any:
+def on_worker(work: Callable[..., Any], *given: Any, **other: str) -> Any:
     """What a worker gives that is asked by a machine with other things."""
     pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-    own = cluster._facts("route_map", "taylor")
-    return cluster._on_worker("route_map", "taylor", {**own, **other}, work, ())
+    own, job = cluster._facts("route_map", "taylor"), pickle.dumps((work, given))
+    return cluster._on_worker("route_map", "taylor", {**own, **other}, job)
+
+
+def fail(error: Exception) -> Any:
+    """Work that a worker cannot do."""
+    raise error
+
+
+class Failing:
+    """What a worker cannot unpickle: its module lacks something there."""
+
+    def __reduce__(self) -> Any:
+        return fail, (ModuleNotFoundError("No module named 'mpmath'", name="mpmath"),)
 
 
 @pytest.mark.parametrize("what", ["code", "engine"])
@@ -195,24 +219,33 @@ def test_a_worker_with_other_code_or_libraries_is_refused(what: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("error", "said"),
+    ("given", "said"),
     [
-        (MemoryError(), "has not enough memory: give it"),
-        (ImportError("x"), r"cannot load .* \(x\)"),
+        (MemoryError(), " has not enough memory: give it more, .* --memory-limit"),
+        (ImportError("x"), r": tests cannot be loaded there \(x\): install it anew"),
+        (Failing(), ": mpmath cannot be loaded there .*: install it anew"),
     ],
 )
-def test_what_a_worker_lacks_is_said_of_it(error: Exception, said: str) -> None:
-    def fail() -> Any:
-        raise error
+def test_what_a_worker_lacks_is_said_of_it(given: Any, said: str) -> None:
+    with pytest.raises(WorkerError, match=rf"the worker on \S+{said}"):
+        on_worker(fail, given)
 
-    with pytest.raises(WorkerError, match=rf"the worker on .* {said}"):
-        on_worker(fail)
+
+def test_workers_that_are_killed_are_named_with_the_cure() -> None:
+    distributed = pytest.importorskip("distributed", reason="the extra `cluster` is missing")
+    lost = SimpleNamespace(address="tcp://far:1")
+    said = pytest.raises(WorkerError, match=r"the worker tcp://far:1 .* memory there: give it more")
+    with said, cluster._named_errors("tcp://head:8786"):
+        raise distributed.KilledWorker("part", lost, 3)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("package", "said"),
-    [("llvmlite", r"the worker tcp://.* cannot load a library"), ("rigidpend", "is not on tcp:")],
+    [
+        ("llvmlite", r"the worker tcp://.*: llvmlite cannot be loaded there"),
+        ("rigidpend", "is not on tcp:"),
+    ],
 )
 def test_a_worker_that_comes_late_and_lacks_a_package_is_named(
     dask: Dask, run: Callable[..., Path], package: str, said: str

@@ -15,6 +15,7 @@ from rigidpend.results import store
 from rigidpend.routes.certified import progress
 from rigidpend.routes.certified.steps import STEPS
 from rigidpend.runs import certificate_files as storage
+from tests.attacks import lot
 from tests.processes import python
 
 NAME = "bomb.certificate.h5"
@@ -76,9 +77,16 @@ def written(folder: Path, fields: dict[str, Any]) -> Path:
     return path
 
 
+def sizes() -> list[tuple[int, int]]:
+    """Steps and terms of bombs: many of one, many of both, and some by lot."""
+    with lot.drawn("bombs") as chance:
+        drawn = [round(10 ** chance.uniform(3.5, 6)) for _ in range(lot.trials(0, 0.005))]
+    return [(1_000_000, 1), (4_000, 500), *((n, 2_000_000 // n) for n in drawn)]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("code", [CHECKED, SCRIPT])
-@pytest.mark.parametrize(("steps", "terms"), [(1_000_000, 1), (4_000, 500)])
+@pytest.mark.parametrize(("steps", "terms"), sizes())
 def test_a_bomb_is_refused_before_it_takes_memory(
     tmp_path: Path, code: str, steps: int, terms: int
 ) -> None:

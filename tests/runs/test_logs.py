@@ -20,14 +20,12 @@ def lines(path: Path) -> list[str]:
 
 @pytest.fixture
 def targets(tmp_path: Path) -> dict[str, Path]:
-    return {name: tmp_path / "results" / f"{name}.h5" for name in ("a", "b")}
+    return {name: tmp_path / "results" / f"{name}.h5" for name in ("a", "b", "c: d")}
 
 
 def test_each_name_has_its_own_log_as_it_goes(targets: dict[str, Path]) -> None:
     with Logs(targets, "run a b") as logs:
-        logs.hear("a: computing: now")
-        logs.hear("c: of nobody")
-        logs.hear("no name at all")
+        logs.hear("a", "computing: now")
         # Already there, while the run goes on.
         assert lines(targets["a"].with_suffix(".log")) == ["run a b", "computing: now"]
         assert logs.path("a") == targets["a"].with_suffix(".log")
@@ -35,16 +33,22 @@ def test_each_name_has_its_own_log_as_it_goes(targets: dict[str, Path]) -> None:
     assert [x.name for x in targets["a"].parent.iterdir()] == ["a.log"]
 
 
+def test_a_name_may_hold_what_looks_like_the_end_of_one(targets: dict[str, Path]) -> None:
+    with Logs(targets, "run") as logs:
+        logs.hear("c: d", "computing")
+    assert lines(targets["c: d"].with_suffix(".log")) == ["run", "computing"]
+
+
 def test_the_log_is_that_of_the_last_run(targets: dict[str, Path]) -> None:
     for text in ("first", "second"):
         with Logs(targets, text) as logs:
-            logs.hear(f"a: {text}, {text}")
+            logs.hear("a", f"{text}, {text}")
     assert lines(targets["a"].with_suffix(".log")) == ["second", "second, second"]
 
 
 def test_any_text_can_be_logged(targets: dict[str, Path]) -> None:
     with Logs(targets, "run \udcff") as logs:
-        logs.hear("a: öäü")
+        logs.hear("a", "öäü")
     assert lines(targets["a"].with_suffix(".log")) == ["run ?", "öäü"]
 
 
@@ -57,7 +61,7 @@ def failure() -> ValueError:
 
 def test_a_failure_is_there_with_its_traceback(targets: dict[str, Path]) -> None:
     with Logs(targets, "run a") as logs:
-        logs.hear("a: computing")
+        logs.hear("a", "computing")
         assert logs.failure("a", failure()) == targets["a"].with_suffix(".log")
     text = targets["a"].with_suffix(".log").read_text()
     assert "computing\n" in text
@@ -70,7 +74,7 @@ def test_what_cannot_be_written_stops_nothing(
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     (tmp_path / "file").write_bytes(b"")
     with Logs({"a": tmp_path / "file" / "a.h5"}, "run a") as logs:
-        logs.hear("a: computing")
+        logs.hear("a", "computing")
         assert logs.path("a") is None
         elsewhere = logs.failure("a", failure())
     assert elsewhere.parent == tmp_path

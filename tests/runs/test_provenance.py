@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import ast
 import datetime
-import importlib.metadata
 import json
+import platform
 import re
 import shutil
 import subprocess
@@ -36,14 +36,14 @@ def copy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def hash_elsewhere(experiment: str = "route_codes") -> str:
     """The hash as another process finds it."""
-    code_hash._looked_up.cache_clear()
+    code_hash.code_of.cache_clear()
     return provenance.code_hash(experiment)
 
 
 def hashed(experiment: str) -> list[str]:
     """Places of the files whose code counts for an experiment."""
     parts = [provenance._part(experiment, part) for part in ("schema", "compute")]
-    return sorted(code_hash._needed(parts))
+    return sorted(code_hash.needed(parts))
 
 
 def config_hash(path: Path, *settings: str) -> str:
@@ -129,13 +129,13 @@ def test_code_hash_counts_what_python_imports_and_nothing_that_draws() -> None:
 def test_a_plan_changes_with_each_module_that_is_imported_and_with_no_other(
     experiment: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    real, edited = code_hash._looked_up, ""
+    real, edited = code_hash.code_of, ""
 
     def looked_up(package: str, place: str) -> tuple[str, list[str]]:
         code, imported = real(package, place)
         return f"{code} edited" if place == edited else code, imported
 
-    monkeypatch.setattr(code_hash, "_looked_up", looked_up)
+    monkeypatch.setattr(code_hash, "code_of", looked_up)
     config = loading.load(FIG4.with_name(CONFIG_OF[experiment]))
     before, changed = runner.plan(config, tmp_path).fingerprint, set()
     for file in code_hash.PACKAGE.rglob("*.py"):
@@ -201,20 +201,20 @@ def test_code_does_not_depend_on_fields_that_another_python_has(
 ) -> None:
     """As `type_params`, empty since Python 3.12 wherever nothing is generic."""
     tree = ast.parse("def f(x: int, *, y=0.1) -> str:\n    return f'{x + y!r:>9}'")
-    before = code_hash._code(tree)
+    before = code_hash.as_text(tree)
     monkeypatch.setattr(ast.FunctionDef, "_fields", (*ast.FunctionDef._fields, "novelty"))
     for empty in (list[ast.AST](), None):
         tree.body[0].novelty = empty  # type: ignore[attr-defined]
-        assert code_hash._code(tree) == before
+        assert code_hash.as_text(tree) == before
     tree.body[0].novelty = [ast.Pass()]  # type: ignore[attr-defined]
-    assert code_hash._code(tree) != before
+    assert code_hash.as_text(tree) != before
 
 
 @pytest.fixture
 def parsed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[bytes]]:
     """The sources that are parsed, where no earlier process has kept anything."""
     monkeypatch.setattr(cache, "folder", lambda: tmp_path)
-    code_hash._cache.cache_clear()
+    code_hash.known_codes.cache_clear()
     found: list[bytes] = []
     parse = ast.parse
 
@@ -224,7 +224,7 @@ def parsed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[byt
 
     monkeypatch.setattr(ast, "parse", counted)
     yield found
-    code_hash._cache.cache_clear()
+    code_hash.known_codes.cache_clear()
 
 
 @pytest.mark.slow
@@ -237,7 +237,7 @@ def test_each_file_is_parsed_once(parsed: list[bytes]) -> None:
 def test_what_one_process_has_read_the_next_does_not_parse(parsed: list[bytes]) -> None:
     first = hash_elsewhere()
     parsed.clear()
-    code_hash._cache.cache_clear()
+    code_hash.known_codes.cache_clear()
     assert hash_elsewhere() == first
     assert parsed == []
 
@@ -249,7 +249,7 @@ def test_a_damaged_cache_is_made_again(parsed: list[bytes], tmp_path: Path) -> N
     whole = path.read_bytes()
     for content in (b"", b"{}", files.sealed(b"[1]")):
         path.write_bytes(content)
-        code_hash._cache.cache_clear()
+        code_hash.known_codes.cache_clear()
         with pytest.warns(kept.KeptFileWarning):
             assert hash_elsewhere() == first
         assert path.read_bytes() == whole
@@ -330,19 +330,24 @@ def test_without_git_the_commit_is_unknown(monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_an_engine_is_named_with_its_version() -> None:
     assert provenance.engine_name("scipy") == f"scipy (scipy {scipy.__version__})"
-    assert provenance.engine_name("taylor").startswith(f"taylor (llvmlite {llvmlite.__version__}")
+    assert provenance.engine_name("taylor") == f"taylor (llvmlite {llvmlite.__version__})"
 
 
-def test_an_engine_is_named_with_what_is_installed_behind_it(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize("told", ["model name\t: A processor 3 GHz\nflags\t\t: fpu sse2\n", ""])
+def test_the_processor_is_named_as_the_system_tells_it(
+    told: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def version(library: str) -> str:
-        if library == "heyoka":
-            raise importlib.metadata.PackageNotFoundError
-        return "1.2"
+    """Where there is no such file, or no such line in it, Python says what it knows."""
 
-    monkeypatch.setattr(importlib.metadata, "version", version)
-    assert provenance.engine_name("taylor") == "taylor (llvmlite 1.2)"
+    def read(*_: object) -> str:
+        if not told:
+            raise FileNotFoundError
+        return told
+
+    monkeypatch.setattr(Path, "read_text", read)
+    monkeypatch.setattr(platform, "processor", lambda: "")
+    monkeypatch.setattr(platform, "machine", lambda: "arm64")
+    assert provenance.processor_model() == ("A processor 3 GHz" if told else "arm64")
 
 
 def test_the_commit_is_that_of_the_own_source_tree(

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import datetime
 import functools
-import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,14 +14,12 @@ from click.testing import CliRunner
 from rigidpend import experiments
 from rigidpend.cli import reference
 from rigidpend.experiments.contract import Means
-from rigidpend.orbits.integrate import compiled, engines, taylor
+from rigidpend.experiments.data import compare
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.results import store
-from rigidpend.runs import loading, regression, runner
-from tests.cli.calls import call
+from rigidpend.runs import loading, regression
 from tests.config.samples import SMALL, written
 from tests.experiments.trees import plain
-from tests.orbits.integrate.problems import needs_heyoka
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "results" / "reference"
@@ -47,33 +42,6 @@ NOT_COMPARED = ("bits", "orbits", "reference_bits", "by_map")
 """Which precision or means, and how many orbits, decided hangs on the last bit."""
 KEPT = ("sample", "offsets")
 """Which points of a curve are kept may hang on the last bit as well, for one in ten of them."""
-
-
-COMPILING = (compiled, taylor)
-"""The modules that make integrators."""
-
-
-class Build:
-    """heyoka, but for the width of its batches and how it compiles."""
-
-    def __init__(self, lanes: int, compact: bool) -> None:
-        self.genuine, self.lanes, self.compact = compiled.heyoka(), lanes, compact
-        self.made: list[dict[str, Any]] = []
-
-    def __getattr__(self, name: str) -> Any:
-        if name == "recommended_simd_size":
-            return lambda *_: self.lanes
-        found = getattr(self.genuine, name)
-        if name not in ("taylor_adaptive", "taylor_adaptive_batch"):
-            return found
-        return lambda *args, **how: self._integrator(found, args, how)
-
-    def _integrator(self, make: Any, args: Any, how: dict[str, Any]) -> Any:
-        # What is compiled otherwise in high precision takes minutes and gigabytes.
-        wide = how.get("fp_type", float) not in (float, np.longdouble)
-        compact = how.get("compact_mode", False) if wide else self.compact
-        self.made.append({**how, "compact_mode": compact})
-        return make(*args, **self.made[-1])
 
 
 def computed(name: str, engine: str, settings: tuple[str, ...] = ()) -> Any:
@@ -100,24 +68,15 @@ def part(stored: Any, fresh: Any) -> Any:
 
 
 def differences(name: str, stored: Any, fresh: Any) -> list[str]:
-    experiment = reference_of(name)["attributes"]["experiment"]
-    return list(experiments.computation(experiment).differences(stored, fresh))
+    layout = experiments.layout(reference_of(name)["attributes"]["experiment"])
+    return list(compare.differences(layout, stored, fresh))
 
 
 @pytest.mark.slow
-@needs_heyoka("builds of it")
-@pytest.mark.parametrize(("lanes", "compact"), [(1, True), (8, False)])
-def test_every_build_agrees_with_the_same_references(
-    monkeypatch: pytest.MonkeyPatch, lanes: int, compact: bool
-) -> None:
-    build = Build(lanes, compact)
-    for module in COMPILING:
-        monkeypatch.setattr(module, "heyoka", lambda: build)
-    monkeypatch.setattr(compiled, "_idle", {})
-    for name in SETTINGS:
-        fresh = computed(name, "taylor")
-        assert differences(name, part(held(name), fresh), fresh) == []
-    assert build.made
+@pytest.mark.parametrize("name", SETTINGS)
+def test_each_reference_is_found_again(name: str) -> None:
+    fresh = computed(name, "taylor")
+    assert differences(name, part(held(name), fresh), fresh) == []
 
 
 @pytest.mark.slow
@@ -125,42 +84,6 @@ def test_every_build_agrees_with_the_same_references(
 def test_the_scipy_engine_agrees_with_the_same_references(name: str) -> None:
     fresh = computed(name, "scipy", SCIPY[name])
     assert differences(name, part(held(name), fresh), fresh) == []
-
-
-@contextlib.contextmanager
-def without_heyoka() -> Iterator[None]:
-    """Lets heyoka be absent, whoever imports it or asks for it."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(sys.modules, "heyoka", None)
-        patch.setattr(compiled, "_idle", {})
-        patch.setattr(runner, "_said", set())
-        asked = compiled.heyoka, engines._installed
-        for cached in asked:
-            cached.cache_clear()
-        yield
-    for cached in asked:
-        cached.cache_clear()
-
-
-@pytest.mark.slow
-def test_figures_are_the_same_to_the_last_bit_where_heyoka_is_absent(tmp_path: Path) -> None:
-    names = ("fig4", "fig5")
-    first = [numbers(computed(name, "taylor", SETTINGS[name])) for name in names]
-    with without_heyoka():
-        done = call(tmp_path, "run", *names)
-        assert not engines.has_heyoka()
-    assert done.returncode == 0, done.stderr
-    assert done.stderr.count("heyoka is not installed") == 1, "it is said once"
-    again = [store.load(tmp_path / "results" / f"{name}.h5")["data"] for name in names]
-    for one, other in zip(first, map(numbers, again), strict=True):
-        np.testing.assert_array_equal(one, other)
-
-
-def numbers(node: Any) -> Any:
-    """All numbers of a tree in one row."""
-    if isinstance(node, dict):
-        return np.concatenate([numbers(child) for child in node.values()])
-    return np.zeros(0) if isinstance(node, str) else np.ravel(node).astype(float)
 
 
 CEILINGS = {

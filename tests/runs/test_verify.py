@@ -15,7 +15,7 @@ from click.testing import CliRunner
 
 from rigidpend.cli import verify
 from rigidpend.config import names
-from rigidpend.experiments.route_arrays import APART, crossing_tolerance
+from rigidpend.experiments.route_layout import APART, crossing_tolerance
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
@@ -246,7 +246,7 @@ def test_two_engines_are_compared_and_agree(copy: Path, monkeypatch: pytest.Monk
     verified = regression.verify
 
     def noted(config: Any, stored: Path, **more: Any) -> list[str]:
-        of = json.loads(store.load(stored)["config"]), config.resolved()
+        of = store.load(stored)["config"], config.resolved()
         engines.append([one["numerics"]["engine"] for one in of])
         return verified(config, stored, **more)
 

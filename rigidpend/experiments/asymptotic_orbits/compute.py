@@ -8,18 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.config.description import Row, body_rows, exact_row
 from rigidpend.experiments.asymptotic_orbits.layout import COUNTED, DRAWN, ORBITS, PLANE
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import compare
-from rigidpend.experiments.data.compare import Difference
 from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Data, Tree
-from rigidpend.experiments.route_arrays import symbol_differences
+from rigidpend.experiments.data.tree import Tree
 from rigidpend.mechanics import hodograph
 from rigidpend.orbits import integrate
 from rigidpend.orbits.return_map import return_map
-from rigidpend.routes.codes import route_codes
+from rigidpend.routes.codes import codes_of
 from rigidpend.routes.herpolhode import RouteOrbit, samples
 from rigidpend.routes.problem import rotation_period
 from rigidpend.routes.symbolic.doubly import DoublyAsymptotic, doubly_asymptotic
@@ -37,14 +33,6 @@ SAMPLES = 64
 """Samples of a drawn orbit in a rotation."""
 FADED = 1e-3
 """Distance from its last periodic orbit at which a drawn orbit ends."""
-CLOSE = {"flight": 1e-10, "theta3": 1e-12, "theta2_0_rest": 1e-29}
-"""Allowed differences of times and angles, which err by some 1e-13 a crossing, and of phases.
-
-A unit of their 30th digit is 1e-29."""
-DECLARED = {"residual": 1e-11, "moved": 1e-12, "error": 1e-29}
-"""The largest errors that a result may state of itself."""
-SAMPLED = 1e-6
-"""Allowed difference of drawn samples, where doubles have grown by the passages before."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -132,57 +120,5 @@ def _sampled(config: Config, launch: Launch, orbits: DoublyAsymptotic, means: Me
 def _plane(problem: Problem, means: Means) -> Tree:
     """Route codes of Fig. 4's orbits, whose changes the orbits are."""
     phases = 2 * np.pi * (np.arange(problem.columns) + 0.5) / problem.columns
-    found = route_codes(
-        problem.body,
-        list(phases),
-        h0=problem.h,
-        J1_0=problem.J1_0,
-        n_symbols=problem.symbols + 1,
-        engine=means.arithmetic.engine,
-        tolerance=means.arithmetic.tolerance,
-        jobs=means.jobs,
-    )
+    found = codes_of(problem.routes, list(phases), means.arithmetic, means.jobs)
     return datasets(PLANE, {name: getattr(found, name) for name in PLANE})
-
-
-def describe(config: Config) -> list[Row]:
-    """Describe a config in rows, with what follows from it, units named."""
-    problem = config.problem
-    return [
-        *body_rows(problem.body),
-        exact_row("h", "energy of the orbits", problem.h),
-        exact_row("J1_0", "action at which theta2_0 is told", problem.J1_0),
-        exact_row("symbols", "of the longest codes", problem.symbols),
-        exact_row("half_turns", "half rotations of a passage at most", problem.half_turns),
-        exact_row("drawn", "orbits that are sampled", problem.drawn),
-        exact_row("columns", "phases of the route codes beside them", problem.columns),
-    ]
-
-
-def differences(stored: Data, fresh: Data) -> list[Difference]:
-    """Find where two results disagree by more than their arithmetic explains.
-
-    Errors that the fresh result states of itself must be as small as declared.
-    """
-    found = compare.members(stored["orbits"], fresh["orbits"], _length, "orbits")
-    found += compare.differences(stored["drawn"], fresh["drawn"], SAMPLED, "drawn")
-    return sorted(found) + compare.inside("plane", _plane_apart(stored["plane"], fresh["plane"]))
-
-
-def _length(old: Data, new: Data) -> list[Difference]:
-    if np.shape(old["word"]) != np.shape(new["word"]):
-        return compare.arrays("word", old["word"], new["word"])
-    found: list[Difference] = []
-    # A phase of 30 digits decides its double: what may differ is in the rest.
-    for key in ("word", "half_turns", "first", "arcs", "ends", "theta2_0", *CLOSE):
-        found += compare.arrays(key, old[key], new[key], CLOSE.get(key, 0.0))
-    for key, most in DECLARED.items():
-        found += compare.beyond(key, new[key], np.full(np.shape(new[key]), most))
-    return found
-
-
-def _plane_apart(old: Data, new: Data) -> list[Difference]:
-    found = compare.arrays("theta2_0", old["theta2_0"], new["theta2_0"], compare.ROUNDING)
-    if found or old["codes"].shape != new["codes"].shape:
-        return found or compare.arrays("codes", old["codes"], new["codes"])
-    return symbol_differences(old, new)

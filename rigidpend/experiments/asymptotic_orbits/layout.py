@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from rigidpend.experiments.data.layout import (
-    FLAG,
-    FLOAT,
-    TEXT,
-    WHOLE,
-    Field,
-    Layout,
-)
+from rigidpend.experiments.data.bounds import ROUNDING, stated
+from rigidpend.experiments.data.layout import FLAG, FLOAT, TEXT, WHOLE, Field, Layout, held
+from rigidpend.experiments.route_layout import kept, known
+
+DIGIT = 1e-29
+"""A unit of the 30th digit of a phase, and the largest error that may be stated of one."""
+SAMPLED = 1e-6
+"""Allowed difference of drawn samples, where doubles have grown by the passages before."""
 
 ORBITS_ = ("orbits",)
 
@@ -20,14 +20,32 @@ ORBITS = {
     "theta2_0": Field(
         FLOAT, ORBITS_, "rad", "theta2 where J1 = J1_0 on the unstable surface, ascending"
     ),
-    "theta2_0_rest": Field(FLOAT, ORBITS_, "rad", "what theta2_0 leaves: their sum has 30 digits"),
-    "flight": Field(FLOAT, ORBITS_, "t'", "time from the first crossing to the last"),
-    "theta3": Field(FLOAT, ORBITS_, "rad", "growth of theta3 from one end to the other"),
-    "residual": Field(
-        FLOAT, ORBITS_, "1", "largest gap of the map where passages meet: rad, widths of tables"
+    # A phase of 30 digits decides its double: what may differ is in the rest.
+    "theta2_0_rest": Field(
+        FLOAT, ORBITS_, "rad", "what theta2_0 leaves: their sum has 30 digits", within=DIGIT
     ),
-    "moved": Field(FLOAT, ORBITS_, "rad", "theta2_0 in 106 bits less that by the map in doubles"),
-    "error": Field(FLOAT, ORBITS_, "rad", "last correction of theta2_0 in 106 bits"),
+    # Times and angles err by some 1e-13 a crossing.
+    "flight": Field(FLOAT, ORBITS_, "t'", "time from the first crossing to the last", within=1e-10),
+    "theta3": Field(
+        FLOAT, ORBITS_, "rad", "growth of theta3 from one end to the other", within=1e-12
+    ),
+    "residual": Field(
+        FLOAT,
+        ORBITS_,
+        "1",
+        "largest gap of the map where passages meet: rad, widths of tables",
+        within=stated(1e-11),
+    ),
+    "moved": Field(
+        FLOAT,
+        ORBITS_,
+        "rad",
+        "theta2_0 in 106 bits less that by the map in doubles",
+        within=stated(1e-12),
+    ),
+    "error": Field(
+        FLOAT, ORBITS_, "rad", "last correction of theta2_0 in 106 bits", within=stated(DIGIT)
+    ),
 }
 COUNTED = {
     "arcs": Field(WHOLE, (), "1", "arcs of the unstable surface on which the orbits were sought"),
@@ -36,9 +54,15 @@ COUNTED = {
     ),
 }
 PLANE = {
-    "theta2_0": Field(FLOAT, ("columns",), "rad", "initial phases of Fig. 4's orbits"),
-    "codes": Field(WHOLE, ("symbols+1", "columns"), "1", "their symbols: 0, 1, 255 no return"),
-    "certain": Field(FLAG, ("symbols+1", "columns"), "1", "whether the symbol is established"),
+    "theta2_0": Field(
+        FLOAT, ("columns",), "rad", "initial phases of Fig. 4's orbits", within=ROUNDING
+    ),
+    "codes": Field(
+        WHOLE, ("symbols+1", "columns"), "1", "their symbols: 0, 1, 255 no return", within=known
+    ),
+    "certain": Field(
+        FLAG, ("symbols+1", "columns"), "1", "whether the symbol is established", within=kept
+    ),
 }
 DRAWN = {
     "orbit": Field(WHOLE, (), "1", "place of the orbit among those with as many symbols"),
@@ -53,5 +77,5 @@ DRAWN = {
 LAYOUT: Layout = {
     "orbits": {"<lengths>": {**ORBITS, **COUNTED}},
     "plane": PLANE,
-    "drawn": {"<drawn>": DRAWN},
+    "drawn": {"<drawn>": held(SAMPLED, DRAWN)},
 }

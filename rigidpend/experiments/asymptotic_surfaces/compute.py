@@ -8,25 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.config.description import Row, exact_row
+from rigidpend.config.description import Row
 from rigidpend.experiments.asymptotic_surfaces.layout import ANGLES, CURVES, WINDOW
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import compare
-from rigidpend.experiments.data.compare import Difference
 from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Data, Tree
+from rigidpend.experiments.data.tree import Tree
 from rigidpend.mechanics.periodic import Delta_1
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import curves as surfaces
-from rigidpend.surfaces.curves import SurfaceCurves
 
 if TYPE_CHECKING:
     from rigidpend.experiments.asymptotic_surfaces.schema import Config, Problem
-
-
-DRIFT = 1e-12
-"""Allowed difference of theta1 (radians) and J1/J2 where orbits neither approach nor leave."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -62,90 +55,8 @@ def _body(config: Config, checked: RouteProblem, means: Means) -> Tree:
 
 
 def describe(config: Config) -> list[Row]:
-    """Describe a config in rows, with Table 1, units named."""
-    problem, problems = config.problem, _problems(config.problem)
-    grid = problem.theta2_0
-    return [
-        *(_body_row(name, checked) for name, checked in problems.items()),
-        Row("beta0", str(problem.beta0 or "gamma0"), "rad; gamma0 is Grioli's condition"),
-        exact_row("mu", "weight times distance of the centre of gravity", problem.mu),
-        exact_row("M_0", "initial |M|, physical; h0 = M_0^2/(2 A3)", problem.M_0),
-        exact_row("J1_0", "initial action, dimensionless", problem.J1_0),
-        Row("theta2_0", f"{grid.start} + k {grid.step}, k < {grid.count}", "rad, initial phases"),
-        exact_row("half_width", "of the window, in Delta_1", problem.half_width),
-    ]
-
-
-def differences(stored: Data, fresh: Data) -> list[Difference]:
-    """Find where two results of a config disagree by more than their arithmetic explains.
-
-    Curves are compared at the times that both hold: which samples are kept may hang on the
-    last digit. By eq. (dtheta) an error of theta1 grows as J2^2/(J1 (J2 - J1)).
-    """
-    if found := compare.keys(stored, fresh):
-        return found
-    found = compare.inside("table", _rounded(stored["table"], fresh["table"], ANGLES))
-    return found + compare.members(stored["bodies"], fresh["bodies"], _body_differences, "bodies")
-
-
-def _body_differences(stored: Data, fresh: Data) -> list[Difference]:
-    if found := compare.keys(stored, fresh):
-        return found
-    found = _rounded(stored, fresh, WINDOW)
-    for surface in CURVES:
-        found += compare.inside(surface, _curves_apart(stored[surface], fresh[surface]))
-    return found
-
-
-def _rounded(stored: Data, fresh: Data, fields: Any) -> list[Difference]:
-    """Compare numbers of closed form, up to their rounding."""
-    found = compare.keys(stored, fresh)
-    for field in [field for field in fields if field in stored and field in fresh]:
-        allowed = compare.ROUNDING * np.abs(stored[field])
-        found += compare.arrays(field, stored[field], fresh[field], allowed)
-    return found
-
-
-def _curves_apart(stored: Data, fresh: Data) -> list[Difference]:
-    if found := compare.keys(stored, fresh):
-        return found
-    old, new = (
-        SurfaceCurves(*(np.asarray(group[field]) for field in SurfaceCurves._fields))
-        for group in (stored, fresh)
-    )
-    if old.theta2_0.shape != new.theta2_0.shape:
-        return compare.arrays("theta2_0", old.theta2_0, new.theta2_0)
-    # Phases are modulo 2 pi: rounding may have put one at 0 and its equal just below a turn.
-    turned = np.angle(np.exp(1j * (new.theta2_0 - old.theta2_0)))
-    found = compare.arrays("theta2_0", old.theta2_0, old.theta2_0 + turned, 1e3 * compare.ROUNDING)
-    # Which samples are kept may differ, and the offsets with them; their ends may not.
-    ends = compare.arrays("offsets", [0, new.theta1.size], new.offsets[[0, -1]])
-    if ends:
-        return found + ends
-    here, there = _shared(old, new)
-    # Two results with few times in common would agree by having nothing to be compared.
-    if here.size < 0.9 * max(old.theta1.size, new.theta1.size):
-        said = f": only {here.size} of {old.theta1.size} points are at the same times"
-        return [*found, Difference("sample", old.theta1.size, here.size, words=said)]
-    J1, at = old.J1_over_J2, np.full(old.theta1.size, -1)
-    at[here] = there
-    # Where the other result has no point, there is nothing to compare.
-    height = np.where(at < 0, np.inf, DRIFT)
-    # J1 (J2 - J1) of (dtheta), in units of its value at the section, where the factor is 1.
-    across = height / (4 * J1 * (1 - J1))
-    found += compare.arrays("theta1", old.theta1, new.theta1[at], across)
-    return found + compare.arrays("J1_over_J2", J1, new.J1_over_J2[at], height)
-
-
-def _shared(a: SurfaceCurves, b: SurfaceCurves) -> tuple[Any, Any]:
-    """Find the points of two results that belong to the same orbit and time."""
-    # Curve and time in one integer, for intersect1d knows no pairs; times are below 2^31.
-    first, second = (
-        np.repeat(np.arange(c.offsets.size - 1), np.diff(c.offsets)) * 2**32 + c.sample
-        for c in (a, b)
-    )
-    _, here, there = np.intersect1d(first, second, return_indices=True)
-    return here, there
+    """Table 1: the angles of each body."""
+    return [_body_row(name, checked) for name, checked in _problems(config.problem).items()]
 
 
 def _problems(problem: Problem) -> dict[str, RouteProblem]:

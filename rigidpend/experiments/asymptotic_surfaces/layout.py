@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
-from rigidpend.experiments.data.layout import (
-    FLOAT,
-    WHOLE,
-    Field,
-    Layout,
-)
+from typing import Any
+
+import numpy as np
+
+from rigidpend.experiments.data import compare
+from rigidpend.experiments.data.bounds import ROUNDING, modulo, relative
+from rigidpend.experiments.data.compare import Difference
+from rigidpend.experiments.data.layout import FLOAT, WHOLE, Bound, Field, Layout, held
+from rigidpend.experiments.data.tree import Data
+
+DRIFT = 1e-12
+"""Allowed difference of theta1 (radians) and J1/J2 where orbits neither approach nor leave."""
+SHARED = 0.9
+"""Share of the points of two results that are to be at the same times."""
 
 BODIES = ("bodies",)
 
@@ -29,24 +37,94 @@ WINDOW = {
 """The window of a body's two panels."""
 
 
+def _shared(stored: Data, fresh: Data) -> Any:
+    """Places of stored points among the fresh ones, by orbit and time; -1 for none.
+
+    Which samples are kept may hang on the last digit.
+    """
+    # Curve and time in one integer, for intersect1d knows no pairs; times are below 2^31.
+    first, second = (
+        np.repeat(np.arange(len(x["offsets"]) - 1), np.diff(x["offsets"])) * 2**32 + x["sample"]
+        for x in (stored, fresh)
+    )
+    _, here, there = np.intersect1d(first, second, return_indices=True)
+    at = np.full(len(first), -1)
+    at[here] = there
+    return at
+
+
+def _ends(name: str, stored: Data, fresh: Data) -> list[Difference]:
+    """Offsets begin and end with the points."""
+    return compare.arrays(name, [0, len(fresh["theta1"])], fresh[name][[0, -1]])
+
+
+def _times(name: str, stored: Data, fresh: Data) -> list[Difference]:
+    """Two results with few times in common would agree by having nothing to be compared."""
+    if _ends("offsets", stored, fresh):
+        return []
+    points, shared = len(stored[name]), int((_shared(stored, fresh) >= 0).sum())
+    if shared >= SHARED * max(points, len(fresh[name])):
+        return []
+    said = f": only {shared} of {points} points are at the same times"
+    return [Difference(name, points, shared, words=said)]
+
+
+def _points(name: str, stored: Data, fresh: Data) -> list[Difference]:
+    """By eq. (dtheta) an error of theta1 grows as J2^2/(J1 (J2 - J1))."""
+    if _ends("offsets", stored, fresh):
+        return []
+    J1, at = stored["J1_over_J2"], _shared(stored, fresh)
+    # In units of its value at the section, where the factor is 1.
+    drift = DRIFT / (4 * J1 * (1 - J1)) if name == "theta1" else DRIFT
+    return compare.arrays(name, stored[name], fresh[name][at], np.where(at < 0, np.inf, drift))
+
+
 def _curves(name: str) -> dict[str, Field]:
     """The curves of one surface, with dimensions of their own."""
     points, orbits = f"points of {name}", f"orbits of {name}"
     return {
-        "theta1": Field(FLOAT, (points,), "rad", "all curves, one after the other"),
-        "J1_over_J2": Field(FLOAT, (points,), "1", "all curves, one after the other"),
+        "theta1": Field(
+            FLOAT,
+            (points,),
+            "rad",
+            "all curves, one after the other",
+            within=Bound(_points, sized=False),
+        ),
+        "J1_over_J2": Field(
+            FLOAT,
+            (points,),
+            "1",
+            "all curves, one after the other",
+            within=Bound(_points, sized=False),
+        ),
         "sample": Field(
             WHOLE,
             (points,),
             "1",
             "time of each point in time_step, from the start; S2+ runs backward",
+            within=Bound(_times, sized=False),
         ),
-        "offsets": Field(WHOLE, (f"{orbits}+1",), "1", "curve k is offsets[k]:offsets[k + 1]"),
-        "theta2_0": Field(FLOAT, (orbits,), "rad", "theta2 at the start of each orbit"),
+        "offsets": Field(
+            WHOLE,
+            (f"{orbits}+1",),
+            "1",
+            "curve k is offsets[k]:offsets[k + 1]",
+            within=Bound(_ends),
+        ),
+        "theta2_0": Field(
+            FLOAT,
+            (orbits,),
+            "rad",
+            "theta2 at the start of each orbit",
+            within=modulo(2 * np.pi, lambda name, stored, fresh: 1e3 * ROUNDING),
+        ),
     }
 
 
 CURVES = {name: _curves(name) for name in ("S1_minus", "S2_plus")}
 """Fields of each surface, whose dimensions are its own: the two differ in their points."""
 
-LAYOUT: Layout = {"table": ANGLES, "bodies": {"<bodies>": {**WINDOW, **CURVES}}}
+LAYOUT: Layout = {
+    "table": held(relative(ROUNDING), ANGLES),
+    "bodies": {"<bodies>": {**held(relative(ROUNDING), WINDOW), **CURVES}},
+}

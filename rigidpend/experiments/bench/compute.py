@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,8 +26,6 @@ if TYPE_CHECKING:
 
 PATIENCE, GRACE = 4, 120
 """A worker is ended after so many budgets, and so many seconds more."""
-SAME, CHAOTIC = 30, 1e-3
-"""Allowed factor between errors: where rounding rules, and where chaos magnifies it."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -72,38 +69,6 @@ def describe(config: Config) -> list[Row]:
         exact_row("threads", "of the meetings", *meeting.threads),
         exact_row("phases", "random ones for each J1_0, against 113 bits", config.phases.orbits),
     ]
-
-
-def differences(stored: Data, fresh: Data) -> list[str]:
-    """Find where the errors of two runs disagree by more than rounding explains; times never count.
-
-    What one run alone has measured, for its budget was larger, is passed over, and so is a
-    method that one of them lacked.
-    """
-    found = [f"problem {name} is in one file only" for name in sorted(set(stored) ^ set(fresh))]
-    for problem in sorted(set(stored) & set(fresh) & set(problems.NAMES)):
-        for method in METHODS:
-            pair = [data[problem].get(method, {}) for data in (stored, fresh)]
-            if all("error" in record for record in pair):
-                found += [f"{problem}, {method}: {text}" for text in _other_errors(*pair)]
-    return found
-
-
-def _other_errors(stored: Data, fresh: Data) -> Iterator[str]:
-    fresh_at = {_key(fresh, k): k for k in range(len(fresh["knob"]))}
-    for i, knob in enumerate(stored["knob"]):
-        k = fresh_at.get(_key(stored, i))
-        if k is None or not stored["error"][i] < CHAOTIC or stored["part"][i] != fresh["part"][k]:
-            continue
-        old, new = stored["error"][i], fresh["error"][k]
-        if not new <= SAME * max(old, np.finfo(float).eps):
-            yield f"at {knob:g} the error is {new:.2g}, it was {old:.2g}"
-        if "wrong_symbols" in stored and fresh["wrong_symbols"][k] > stored["wrong_symbols"][i]:
-            yield f"at {knob:g} {fresh['wrong_symbols'][k]:g} symbols are wrong"
-
-
-def _key(record: Data, k: int) -> str:
-    return f"{record['knob'][k]:.6g} {record['setting'][k]:g}"
 
 
 def _references(config: Config, means: Means) -> dict[str, Any]:

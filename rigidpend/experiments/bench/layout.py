@@ -2,15 +2,43 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 
-from rigidpend.experiments.data.layout import FLOAT, TEXT, Field, Fields, Layout
+from rigidpend.experiments.data.compare import Difference
+from rigidpend.experiments.data.layout import ANY, FLOAT, TEXT, Bound, Field, Fields, Layout
+from rigidpend.experiments.data.tree import Data
+
+SAME, CHAOTIC = 30, 1e-3
+"""Allowed factor between errors: where rounding rules, and where chaos magnifies it."""
+
+
+def _errors(name: str, stored: Data, fresh: Data) -> list[Difference]:
+    """Errors agree but for rounding, setting by setting; what one run alone measured is passed."""
+    found, at = [], {_key(fresh, k): k for k in range(len(fresh["knob"]))}
+    for i, old in enumerate(stored[name]):
+        k, knob = at.get(_key(stored, i)), f"at {stored['knob'][i]:g}"
+        if k is None or not old < CHAOTIC or stored["part"][i] != fresh["part"][k]:
+            continue
+        most = SAME * max(old, sys.float_info.epsilon)
+        if not fresh[name][k] <= most:
+            found.append(Difference(f"{name} {knob}", old, fresh[name][k], most))
+        if "wrong_symbols" in stored:
+            before, wrong = stored["wrong_symbols"][i], fresh["wrong_symbols"][k]
+            if wrong > before:
+                found.append(Difference(f"wrong_symbols {knob}", before, wrong))
+    return found
+
+
+def _key(record: Data, k: int) -> str:
+    return f"{record['knob'][k]:.6g} {record['setting'][k]:g}"
 
 
 def _floats(
     meaning: Mapping[str, tuple[str, str]], *dimensions: str, gaps: bool = True
 ) -> dict[str, Field]:
-    return {name: Field(FLOAT, dimensions, *said, gaps) for name, said in meaning.items()}
+    """Times are never compared, and errors only of the search; the rest tells how, not what."""
+    return {name: Field(FLOAT, dimensions, *said, gaps, ANY) for name, said in meaning.items()}
 
 
 def _if_there(fields: Fields) -> dict[str, Field]:
@@ -42,9 +70,10 @@ MEASURED = {
 ENDED = Field(
     TEXT, (), "text", "how the measurement ended: complete, cut at the budget, or why not"
 )
-CHOSEN = Field(TEXT, (), "text", "the setting that the search chose")
+CHOSEN = Field(TEXT, (), "text", "the setting that the search chose", within=ANY)
 
 ROWS = _floats(MEASURED, "measurements")
+ROWS["error"] = ROWS["error"]._replace(within=Bound(_errors, sized=False))
 ONCE = {
     **_floats(
         {
@@ -53,7 +82,7 @@ ONCE = {
             "form": ("1", "index of the form that was chosen"),
         }
     ),
-    "forms": Field(TEXT, (), "text", "what each form took at the middle knob"),
+    "forms": Field(TEXT, (), "text", "what each form took at the middle knob", within=ANY),
 }
 SEARCHED: Layout = {"ended": ENDED, **_if_there(ONCE), **_if_there(ROWS)}
 """Record of a method's search at a problem; what it did not measure is absent."""
@@ -96,9 +125,9 @@ NUMBERS = _floats(
 MANY: Layout = {**NUMBERS, "chosen": CHOSEN, "ended": ENDED}
 """Record of a method at ever more orbits."""
 PROBLEM = {
-    "title": Field(TEXT, (), "text", "the problem"),
-    "error": Field(TEXT, (), "text", "what its error is"),
-    "default": Field(TEXT, (), "text", "the method that rigidpend picks"),
+    "title": Field(TEXT, (), "text", "the problem", within=ANY),
+    "error": Field(TEXT, (), "text", "what its error is", within=ANY),
+    "default": Field(TEXT, (), "text", "the method that rigidpend picks", within=ANY),
 }
 
 LAYOUT: Layout = {

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.config.description import Row, body_rows
+from rigidpend.config.description import Row
 from rigidpend.experiments.closed_orbits.layout import AVERAGES, ORBITS, PLACES
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import compare
 from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Data, Tree
+from rigidpend.experiments.data.tree import Tree
 from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.symbolic.action import actions
@@ -38,12 +37,6 @@ FOUND, VERIFIED = 7e-3, 0.35
 """Seconds that the words of a length take, over two to that power: found, and verified."""
 PARTS = 10
 """Parts of the long orbit, from whose scatter its error is estimated."""
-CLOSE = 1e-9
-"""Allowed difference of places, times and exponents: the map errs by 1e-13, times its growth."""
-DECLARED = {"residual": 1e-10, "alone": 1e-9, "closing": 1e-15, "closing_expected": 1e-15}
-"""The largest errors that a result may state of itself.
-
-Passages alone are integrated in doubles, whose roundings of 1e-16 grow by some 1e5 in (d, chi)."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -131,36 +124,7 @@ def _words(found: list[ClosedOrbit]) -> NDArray[np.uint8]:
 
 
 def describe(config: Config) -> list[Row]:
-    """Describe a config in rows, with what follows from it, units named."""
-    problem = config.problem
-    count = sum(1 for _ in words(problem.longest))
-    return [
-        *body_rows(problem.body),
-        Row("h", str(problem.h), "energy of the orbits"),
-        Row("half_turns", str(problem.half_turns), "half rotations of every passage"),
-        Row("words", str(count), f"of up to {problem.longest} symbols, one for each closed orbit"),
-        Row("verified", str(problem.verified), "symbols of the longest integrated in 113 bits"),
-        Row("symbols", str(problem.symbols), "of the long orbit"),
-    ]
-
-
-def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
-    """Find where two results disagree by more than the map's error explains.
-
-    Errors that the fresh result states of itself must be as small as declared.
-    """
-    found = compare.keys(stored, fresh)
-    old, new = stored["orbits"], fresh["orbits"]
-    if np.shape(old["word"]) != np.shape(new["word"]):
-        return found + compare.arrays("orbits/word", old["word"], new["word"])
-    for key in ORBITS:
-        if key in DECLARED:
-            at = np.isfinite(np.asarray(old[key]))
-            found += compare.arrays(f"orbits/{key}", at, np.isfinite(np.asarray(new[key])))
-            stated = np.where(at, new[key], 0.0)
-            found += compare.beyond(f"orbits/{key}", stated, np.full(len(at), DECLARED[key]))
-        else:
-            found += compare.arrays(f"orbits/{key}", old[key], new[key], CLOSE)
-    for group in ("averages", "places"):
-        found += compare.differences(stored[group], fresh[group], CLOSE, group)
-    return found
+    """The number of words that a config asks for."""
+    longest = config.problem.longest
+    count = sum(1 for _ in words(longest))
+    return [Row("words", str(count), f"of up to {longest} symbols, one for each closed orbit")]

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from rigidpend.experiments.data.layout import (
-    FLAG,
-    FLOAT,
-    WHOLE,
-    Field,
-    Layout,
-)
+from rigidpend.experiments.data.bounds import stated
+from rigidpend.experiments.data.layout import FLAG, FLOAT, WHOLE, Field, Layout, held
+
+CLOSE = 1e-9
+"""Allowed difference of places, times and exponents: the map errs by 1e-13, times its growth."""
 
 WORDS, LENGTHS, POINTS = ("words",), ("lengths",), ("points",)
 
@@ -25,18 +23,34 @@ ORBITS = {
     "positive": Field(FLAG, WORDS, "1", "whether the Floquet multiplier of these is positive"),
     "exponent": Field(FLOAT, WORDS, "1", "ln of the Floquet multiplier's modulus, per passage"),
     "stable": Field(FLAG, WORDS, "1", "whether the orbit is elliptic"),
-    "residual": Field(FLOAT, WORDS, "rad", "largest gap where passages meet, by the map"),
+    "residual": Field(
+        FLOAT, WORDS, "rad", "largest gap where passages meet, by the map", within=stated(1e-10)
+    ),
+    # In doubles, whose roundings of 1e-16 grow by some 1e5 in (d, chi).
     "alone": Field(
-        FLOAT, WORDS, "t'", "largest error of a passage's time, each integrated alone in doubles"
+        FLOAT,
+        WORDS,
+        "t'",
+        "largest error of a passage's time, each integrated alone in doubles",
+        within=stated(1e-9),
     ),
     "closing": Field(
-        FLOAT, WORDS, "1", "gap in d and chi after one period in 113 bits; NaN if not verified",
+        FLOAT,
+        WORDS,
+        "1",
+        "gap in d and chi after one period in 113 bits; NaN if not verified",
         gaps=True,
+        within=stated(1e-15),
     ),
     "closing_expected": Field(
-        FLOAT, WORDS, "1", "what roundings leave of that gap, grown for a period", gaps=True
+        FLOAT,
+        WORDS,
+        "1",
+        "what roundings leave of that gap, grown for a period",
+        gaps=True,
+        within=stated(1e-15),
     ),
-}  # fmt: skip
+}
 AVERAGES = {
     "length": Field(WHOLE, LENGTHS, "1", "symbols of the words that are averaged over"),
     "points": Field(WHOLE, LENGTHS, "1", "upward crossings of the orbits that repeat such a word"),
@@ -49,4 +63,8 @@ PLACES = {
     "d": Field(FLOAT, POINTS, "1", "d of all upward crossings"),
     "of": Field(WHOLE, POINTS, "1", "place of the orbit in the list"),
 }
-LAYOUT: Layout = {"orbits": ORBITS, "averages": AVERAGES, "places": PLACES}
+LAYOUT: Layout = {
+    "orbits": held(CLOSE, ORBITS),
+    "averages": held(CLOSE, AVERAGES),
+    "places": held(CLOSE, PLACES),
+}

@@ -3,6 +3,7 @@
 Modules
 -------
 tree     named arrays with their meaning, in groups
-layout   what an experiment's results consist of, declared as plain data
+layout   what an experiment's results consist of, with unit, meaning and bound
 compare  differences of two results, by value
+bounds   by how much a field may differ, where one number does not say it
 """

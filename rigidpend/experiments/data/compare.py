@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from typing import Any, Self
+from collections import ChainMap
+from collections.abc import Iterable
+from typing import Any, Self, TypeAlias
 
 import numpy as np
+
+from rigidpend.experiments.data.layout import ANY, Bound, Field, Layout, members, named
+from rigidpend.experiments.data.tree import Data
+
+Scope: TypeAlias = ChainMap[str, Any]
+"""A group of a result, and those around it."""
 
 ROOT, PROVENANCE = "/", "/provenance"
 VOLATILE = ("config_hash", "code_hash", "engine")
@@ -16,9 +23,6 @@ TOLD = ("reasons", "doubt", "seconds")
 """Those that only say what is compared elsewhere, or need not be."""
 PRESENT, ABSENT = "(present)", "(absent)"
 """Stand-ins for values that only one side has, or that are passed over."""
-
-ROUNDING = 1e-14
-"""Allowed difference of what only rounds: of angles in radians, of other numbers relative."""
 
 
 class Difference(str):
@@ -71,17 +75,6 @@ def keys(stored: Any, fresh: Any, place: str = "") -> list[Difference]:
     ]
 
 
-def members(
-    stored: Any, fresh: Any, apart: Callable[[Any, Any], Iterable[Difference]], place: str = ""
-) -> list[Difference]:
-    """Find where groups of the same names differ, by what `apart` finds in two of one name."""
-    found = keys(stored, fresh, place)
-    for name in [name for name in stored if name in fresh]:
-        group = f"{place}/{name}" if place else name
-        found += inside(group, apart(stored[name], fresh[name]))
-    return found
-
-
 def attributes(stored: Any, fresh: Any, place: str) -> list[Difference]:
     """Find where the attributes of an object differ."""
     return [
@@ -127,25 +120,49 @@ def plain(stored: Any, fresh: Any, place: str) -> list[Difference]:
     return sorted(found)
 
 
-def differences(stored: Any, fresh: Any, allowed: float, place: str = "") -> list[Difference]:
-    """Compare two trees of arrays: floats up to `allowed`, all else exactly.
+def differences(layout: Layout, stored: Data, fresh: Data) -> list[Difference]:
+    """Find where two results disagree by more than the bounds of their fields.
 
     Parameters
     ----------
-    stored, fresh : dict or array
-        Groups and arrays, loaded.
-    allowed : float
-        By how much floats may differ, in their own units.
-    place : str, optional
-        The name of what is compared.
+    layout : Layout
+        Of both; a field whose bound is `ANY` is not compared.
+    stored, fresh : Data
+        ``/data`` of the reference and of the result held against it. Tolerances come from the
+        reference and from what is declared: an error that the fresh one states opens none.
     """
-    if not (isinstance(stored, dict) and isinstance(fresh, dict)):
-        return arrays(place, stored, fresh, allowed)
-    found = keys(stored, fresh, place)
-    inner = f"{place}/" if place else ""
-    for name in [name for name in stored if name in fresh]:
-        found += differences(stored[name], fresh[name], allowed, f"{inner}{name}")
+    return _groups(layout, ChainMap(dict(stored)), ChainMap(dict(fresh)))
+
+
+def _groups(layout: Layout, stored: Scope, fresh: Scope) -> list[Difference]:
+    """The same for a group and those around it."""
+    old, new = stored.maps[0], fresh.maps[0]
+    own, further = named(layout), members(layout)
+    nodes = {x: own[x][0] if x in own else further[1] if further else {} for x in (*old, *new)}
+    kept = [x for x, node in nodes.items() if not isinstance(node, Field) or node.within != ANY]
+    fields = {x: node for x in kept if isinstance(node := nodes[x], Field)}
+    found = keys({x: old[x] for x in kept if x in old}, {x: new[x] for x in kept if x in new})
+    for x, field in fields.items():
+        if not found and not (isinstance(field.within, Bound) and not field.within.sized):
+            found += _shapes(x, np.shape(old[x]), np.shape(new[x]))
+    # What is bounded by another field, or stands in a group, needs all of these.
+    if found:
+        return found
+    for x in kept:
+        node = nodes[x]
+        if not isinstance(node, Field):
+            inner = stored.new_child(old[x]), fresh.new_child(new[x])
+            found += inside(x, _groups(node, *inner))
+        elif isinstance(node.within, Bound):
+            found += node.within.apart(x, stored, fresh)
+        else:
+            found += arrays(x, old[x], new[x], node.within)
     return found
+
+
+def _shapes(place: str, stored: tuple[int, ...], fresh: tuple[int, ...]) -> list[Difference]:
+    said = f": shape {stored} stored, {fresh} computed"
+    return [] if stored == fresh else [Difference(place, stored, fresh, words=said)]
 
 
 def arrays(place: str, stored: Any, fresh: Any, allowed: Any = 0.0) -> list[Difference]:
@@ -161,9 +178,8 @@ def arrays(place: str, stored: Any, fresh: Any, allowed: Any = 0.0) -> list[Diff
         For all elements, or for each; where it is infinite nothing is compared.
     """
     a, b = np.asarray(stored), np.asarray(fresh)
-    if a.shape != b.shape:
-        said = f": shape {a.shape} stored, {b.shape} computed"
-        return [Difference(place, a.shape, b.shape, words=said)]
+    if found := _shapes(place, a.shape, b.shape):
+        return found
     excess = _excess(a, b, np.broadcast_to(allowed, a.shape))
     if not excess.any():
         return []
@@ -172,11 +188,6 @@ def arrays(place: str, stored: Any, fresh: Any, allowed: Any = 0.0) -> list[Diff
     index = f"[{', '.join(map(str, at))}]" if at else ""
     words = f": stored {shown(a[at])}, computed {shown(b[at])}{_aside(excess, limit)}"
     return [Difference(f"{place}{index}", a[at], b[at], limit, words)]
-
-
-def rounded(place: str, stored: Any, fresh: Any) -> list[Difference]:
-    """The worst element of two arrays that should differ by rounding, relative to their largest."""
-    return arrays(place, stored, fresh, ROUNDING * float(np.abs(stored).max()))
 
 
 def beyond(place: str, stated: Any, declared: Any) -> list[Difference]:

@@ -1,4 +1,4 @@
-"""Layouts of results as plain data, by which they are written and checked.
+"""Layouts of results, by which they are written, checked, and compared with others.
 
 A layout names the fields of a group and the groups inside it::
 
@@ -6,19 +6,36 @@ A layout names the fields of a group and the groups inside it::
 
 A name in ``<>`` stands for members of any names, as many as the dimension of that name; one
 that ends in ``?`` may be absent. A dimension has one size throughout, but in each member of
-such a group its own. Nothing heavy is imported: whoever reads a result reads this first.
+such a group its own. Nothing that computes is imported: whoever reads a result reads this first.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple, TypeAlias
+import math
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-from rigidpend.experiments.data.tree import Dataset
+from rigidpend.experiments.data.tree import Data, Dataset
+
+if TYPE_CHECKING:
+    from rigidpend.experiments.data.compare import Difference
 
 FLOAT, WHOLE, FLAG, TEXT = "double", "whole", "flag", "text"
 NUMBER = "number"
 """Kinds of elements of a field; a number is a double or whole."""
+ANY = math.inf
+"""Bound of a field that is not compared: it hangs on the last bit, or tells how, not what."""
+
+
+class Bound(NamedTuple):
+    """A comparison of a field in two results, where one number does not say it."""
+
+    apart: Callable[[str, Data, Data], list[Difference]]
+    """From the field's name and the two groups, stored and fresh, to where they differ.
+
+    A name that a group has not is looked up in those around it."""
+    sized: bool = True
+    """Whether the field has to be of one shape in both."""
 
 
 class Field(NamedTuple):
@@ -31,6 +48,8 @@ class Field(NamedTuple):
     description: str = ""
     gaps: bool = False
     """True if it may hold NaN or infinity."""
+    within: float | Bound = 0.0
+    """By how much doubles may differ in two results; other elements must be the same."""
 
     def dataset(self, values: Any) -> Dataset:
         """Values with their meaning, as they are stored."""
@@ -44,6 +63,16 @@ Fields: TypeAlias = Mapping[str, Field]
 def datasets(fields: Fields, values: Mapping[str, Any]) -> dict[str, Dataset]:
     """Give the values of a group their meaning: those that the fields name."""
     return {name: field.dataset(values[name]) for name, field in fields.items()}
+
+
+def held(bound: float | Bound, fields: Fields) -> dict[str, Field]:
+    """The fields, with a bound for those of doubles that have none of their own."""
+    return {
+        name: field._replace(within=bound)
+        if field.kind in (FLOAT, NUMBER) and field.within == 0.0
+        else field
+        for name, field in fields.items()
+    }
 
 
 def members(layout: Layout) -> tuple[str, Field | Layout] | None:

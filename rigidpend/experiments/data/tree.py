@@ -25,8 +25,8 @@ class Loaded(TypedDict):
     """A result file as plain data."""
 
     attributes: dict[str, Any]
-    config: str
-    """The resolved config, JSON."""
+    config: dict[str, Any]
+    """The resolved config, as plain data; numbers are texts, exact, or whole."""
     provenance: dict[str, Any]
     data: dict[str, Any]
     """Arrays, texts and groups by name."""

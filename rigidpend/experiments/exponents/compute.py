@@ -9,18 +9,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.config.description import Row, body_rows, exact_row
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import compare
-from rigidpend.experiments.data.compare import Difference
 from rigidpend.experiments.data.layout import (
     FLOAT,
     WHOLE,
     Field,
     datasets,
 )
-from rigidpend.experiments.data.tree import Data, Tree
+from rigidpend.experiments.data.tree import Tree
 from rigidpend.experiments.exponents.layout import CHECKED, GROWTH, MARKED, PLANE
+from rigidpend.machine.progress import Step
 from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact
@@ -37,11 +35,6 @@ TILE = 8192
 SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)
 CELL, CHECK = 2e-5, 5e-5
 """Seconds of a core for a cell of one symbol, followed and checked."""
-LOST = 1e-3
-"""Allowed share of cells that are known in one of two results alone, where doubles round otherwise.
-
-As many may move a quantile by the distance of neighbours: `QUANTILE`."""
-QUANTILE = 1e-3
 
 PIECE = {
     "growth": Field(FLOAT, ("symbols", "cells"), "1", "ln of the growth through the passages"),
@@ -95,7 +88,8 @@ def _followed(
         part = slice(first, first + TILE)
         tile = partial(_tile, orbits, theta2[part], J1[part], n)
         parts.append(means.part(f"cells.{first:09d}", tile))
-        means.report(f"cells to {min(part.stop, theta2.size)} of {theta2.size}")
+        done = min(part.stop, theta2.size), theta2.size
+        means.report(Step("cells to {} of {}".format(*done), *done))
     grown, codes, allowed = (
         np.concatenate([part[name].values for part in parts], axis=-1) for name in PIECE
     )
@@ -139,64 +133,8 @@ def _checked(
     return values
 
 
-def describe(config: Config) -> list[Row]:
-    """Describe a config in rows, with what follows from it, units named."""
-    problem = config.problem
-    across, along = problem.theta2_0, problem.log10_J1_0
-    return [
-        *body_rows(problem.body),
-        exact_row("h0", "energy constant, kappa J2_0^2/2", problem.h0),
-        exact_row("J1_0", "initial action that is marked, dimensionless", problem.J1_0),
-        Row("n_symbols", str(problem.n_symbols), "passages through which deviations grow"),
-        Row("theta2_0", f"{across.ends[0]} to {across.ends[1]} in {across.count}", "rad"),
-        Row("log10_J1_0", f"{along.ends[0]} to {along.ends[1]} in {along.count}", "of the rows"),
-        Row("checked", str(problem.checked), "cells, by the variational equations"),
-    ]
-
-
 def cost(config: Config) -> float:
     """Estimate the seconds that a config takes."""
     problem = config.problem
     cells = problem.theta2_0.count * problem.log10_J1_0.count
     return UNKEPT + problem.n_symbols * (cells * CELL + problem.checked * CHECK)
-
-
-def differences(stored: Data, fresh: Data) -> list[Difference]:
-    """Find where two results disagree by more than roundings explain.
-
-    Exponents are compared where both are known, up to the stored bound of their rounding. What the
-    fresh result is off from the variational equations must be within as much.
-    """
-    found = compare.keys(stored, fresh)
-    if stored["codes"].shape != fresh["codes"].shape:
-        return found + compare.arrays("codes", stored["codes"], fresh["codes"])
-    for name in ("theta2_0", "log10_J1_0", "marked"):
-        found += compare.rounded(name, stored[name], fresh[name])
-    old, new = stored["exponent"], fresh["exponent"]
-    both = np.isfinite(old) & np.isfinite(new)
-    lost = np.array([(np.isfinite(old) & ~both).mean()])
-    found += compare.beyond("exponent", lost, np.array([LOST]))
-    found += compare.arrays("codes", stored["codes"], fresh["codes"], np.where(both, 0.0, np.inf))
-    allowed = np.where(both, stored["allowed"], np.inf)
-    for name in ("exponent", "allowed"):
-        found += compare.arrays(name, stored[name], fresh[name], allowed)
-    for name in GROWTH:
-        within = QUANTILE if name == "exponent" else 0.0
-        at = stored["growth"][name], fresh["growth"][name]
-        found += compare.arrays(f"growth/{name}", *at, within)
-    return found + _checks(stored["checked"], fresh["checked"])
-
-
-def _checks(old: Data, new: Data) -> list[Difference]:
-    found = [
-        difference
-        for name in ("row", "column")
-        for difference in compare.arrays(f"checked/{name}", old[name], new[name])
-    ]
-    if found:
-        return found
-    both = np.isfinite(old["growth"]) & np.isfinite(new["growth"])
-    allowed = np.where(both, old["allowed"], np.inf)
-    for name in ("growth", "allowed"):
-        found += compare.arrays(f"checked/{name}", old[name], new[name], allowed)
-    return found + compare.beyond("checked/difference", np.abs(new["difference"]), allowed)

@@ -2,20 +2,50 @@
 
 from __future__ import annotations
 
-from rigidpend.experiments.data.layout import (
-    FLAG,
-    FLOAT,
-    TEXT,
-    WHOLE,
-    Field,
-    Layout,
-)
+from typing import Any
+
+import numpy as np
+
+from rigidpend.experiments.data.bounds import ROUNDING, bound, modulo, of_largest
+from rigidpend.experiments.data.layout import ANY, FLAG, FLOAT, TEXT, WHOLE, Field, Layout, held
+from rigidpend.experiments.data.tree import Data
+from rigidpend.experiments.route_layout import crossing_tolerance
+
+GROWTH = 10.0
+"""Allowed growth of the distance of two orbits from one crossing to the next.
+
+Between builds and engines they were, in t', up to 6e-15 and 4e-10 apart at the first two
+crossings and 1e-6 at the sixth."""
 
 SAMPLES, SYMBOLS, CROSSINGS = ("samples",), ("symbols",), ("symbols+1",)
 
+
+def _apart(stored: Data) -> Any:
+    """The time by which two orbits may be apart: little at first, more behind each passage."""
+    return crossing_tolerance(stored["crossing_time"].size + 1, GROWTH)[:, 0]
+
+
+def _moved(name: str, stored: Data, fresh: Data) -> Any:
+    """In the time by which orbits are apart a field changes by its largest slope at most."""
+    values, t = np.asarray(stored[name]), stored["t"]
+    # A sample may be as far off as the next crossing; the last ones, too, have a next one.
+    of_sample = _apart(stored)[np.searchsorted(stored["crossing_time"], t)]
+    allowed = 1e-12 + of_sample * np.abs(np.diff(values, axis=0)).max() / t[1]
+    return allowed.reshape(-1, *(1,) * (values.ndim - 1))
+
+
+_CLOSED = of_largest(ROUNDING, least=1.0)
+_CROSSED = bound(lambda name, stored, fresh: _apart(stored)[:-1])
+
 SAMPLED = {
-    "t": Field(FLOAT, SAMPLES, "t' = t s", "times of the samples, s = sqrt((A1 - A2)/(A1 A2))"),
-    "theta1": Field(FLOAT, SAMPLES, "rad", "0 .. 4 pi"),
+    "t": Field(
+        FLOAT,
+        SAMPLES,
+        "t' = t s",
+        "times of the samples, s = sqrt((A1 - A2)/(A1 A2))",
+        within=_CLOSED,
+    ),
+    "theta1": Field(FLOAT, SAMPLES, "rad", "0 .. 4 pi", within=modulo(4 * np.pi, _moved)),
     "J1_over_J2": Field(FLOAT, SAMPLES, "1", "0 at the lower periodic orbit, 1 at the upper one"),
     "theta3": Field(FLOAT, SAMPLES, "rad", "precession angle of M, by (th3)"),
     "alpha": Field(FLOAT, SAMPLES, "rad", "angle of omega's horizontal part from eta, by (th_al)"),
@@ -28,23 +58,28 @@ SAMPLED = {
 }
 """Fields of the samples along the orbit, in doubles."""
 OF_ROUTE = {
-    "theta2_0": Field(FLOAT, (), "rad", "initial phase"),
+    "theta2_0": Field(FLOAT, (), "rad", "initial phase", within=_CLOSED),
     "codes": Field(
         WHOLE, SYMBOLS, "1", "symbols of the route: 0 left, 1 right, 255 none (no return)"
     ),
     "certain": Field(
         FLAG, SYMBOLS, "1", "whether two independent computations establish the symbol"
     ),
-    "bits": Field(WHOLE, (), "bit", "precision that decided the route"),
+    "bits": Field(WHOLE, (), "bit", "precision that decided the route", within=ANY),
     "separatrix": Field(WHOLE, CROSSINGS, "1", "separatrices of the route, 1..4"),
     "crossing_time": Field(
-        FLOAT, CROSSINGS, "t' = t s", "when the route crosses J1 = J2/2 beside each separatrix"
+        FLOAT,
+        CROSSINGS,
+        "t' = t s",
+        "when the route crosses J1 = J2/2 beside each separatrix",
+        within=_CROSSED,
     ),
     "crossing_error": Field(
         FLOAT,
         CROSSINGS,
         "t' = t s",
         "how much later the sampled orbit crosses than the route",
+        within=_CROSSED,
     ),
     "route": Field(TEXT, (), "text", "vertices of the heteroclinic cycle in their order"),
     "plateaus": Field(
@@ -52,6 +87,7 @@ OF_ROUTE = {
         ("symbols+2",),
         "rad",
         "theta3 near each periodic orbit, predicted by (tri1) to first order",
+        within=_CLOSED,
     ),
     "wound": Field(
         WHOLE, (2,), "1", "first and last sample between the first vertex and that of n_wound"
@@ -59,4 +95,4 @@ OF_ROUTE = {
 }
 """Fields of the route that it is to follow, decided beforehand, and of how well it does."""
 
-LAYOUT: Layout = {"<cases>": {**SAMPLED, **OF_ROUTE}}
+LAYOUT: Layout = {"<cases>": held(bound(_moved), {**SAMPLED, **OF_ROUTE})}

@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.config.description import Row, body_rows
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import compare
 from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Data, Tree
+from rigidpend.experiments.data.tree import Tree
 from rigidpend.experiments.heteroclinic_cycle.layout import EDGES, RECTANGLES, START, VERTICES
 from rigidpend.mechanics.coordinates import TURN
 from rigidpend.mechanics.free_body import SEPARATRICES, separatrix_theta1
@@ -51,21 +49,6 @@ def compute(config: Config, means: Means) -> Tree:
         "edges": _edges(edges),
         "rectangles": _rectangles(edges),
     }
-
-
-def describe(config: Config) -> list[Row]:
-    """Describe a config in rows, with what follows from it, units named."""
-    body = config.problem.body
-    places = zip(SEPARATRICES, separatrix_theta1(body.alpha0, body.beta0), strict=True)
-    return [
-        *(row for row in body_rows(body) if row.name != "mu"),
-        *(Row(f"separatrix {i}", f"{x:.16g}", "rad, theta1 modulo 4 pi") for i, x in places),
-    ]
-
-
-def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
-    """Find where two results differ by more than the rounding of closed forms."""
-    return compare.differences(stored, fresh, compare.ROUNDING)
 
 
 def rises(number: int) -> bool:

@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-from rigidpend.experiments.data.layout import (
-    FLAG,
-    FLOAT,
-    TEXT,
-    WHOLE,
-    Field,
-    Layout,
-)
+from rigidpend.experiments.data.bounds import ROUNDING
+from rigidpend.experiments.data.layout import FLAG, FLOAT, TEXT, WHOLE, Field, Layout, held
 
 START = 2
 """Separatrix of the start; the rectangles on its two sides are called left and right."""
@@ -35,4 +29,7 @@ RECTANGLES = {
     "theta1": Field(FLOAT, (2, 2), "rad", "lower and upper bound of each"),
 }
 
-LAYOUT: Layout = {"vertices": VERTICES, "edges": EDGES, "rectangles": RECTANGLES}
+LAYOUT: Layout = {
+    name: held(ROUNDING, fields)
+    for name, fields in (("vertices", VERTICES), ("edges", EDGES), ("rectangles", RECTANGLES))
+}

@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.config.description import Row, body_rows, exact_row
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import compare
 from rigidpend.experiments.data.layout import Fields, datasets
-from rigidpend.experiments.data.tree import Data, Dataset, Tree
+from rigidpend.experiments.data.tree import Dataset, Tree
 from rigidpend.experiments.phase_portraits.layout import (
     CENTRES,
     NUMBER,
@@ -73,47 +71,12 @@ def compute(config: Config, means: Means) -> Tree:
     }
 
 
-def describe(config: Config) -> list[Row]:
-    """Describe a config in rows, with what follows from it, units named."""
-    problem = config.problem
-    heights = ", ".join(map(str, problem.heights))
-    places = free_body.separatrix_theta1(problem.body.alpha0, problem.body.beta0)
-    return [
-        # mu is 0 by the experiment, not by choice.
-        *(row for row in body_rows(problem.body) if row.name != "mu"),
-        Row("heights", heights, "largest |M3|/|M| of the orbits"),
-        exact_row("points", "on each curve", problem.points),
-        exact_row("azimuth", "rad, of the viewer, from M1 towards M2", problem.view.azimuth),
-        exact_row("elevation", "rad, of the viewer, towards M3", problem.view.elevation),
-        Row("separatrices", ", ".join(f"{x:.6f}" for x in places), "rad, theta1 of 1..4"),
-    ]
-
-
-def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
-    """Find where two results differ by more than the rounding of closed forms."""
-    return compare.differences(_without_limb(stored), _without_limb(fresh), compare.ROUNDING)
-
-
 def view_axes(view: Any) -> NDArray[np.float64]:
     """Unit vectors to the right, upwards and towards the viewer, the rows of a rotation."""
     azimuth, elevation = float(view.azimuth), float(view.elevation)
     (sina, cosa), (sine, cose) = ((np.sin(x), np.cos(x)) for x in (azimuth, elevation))
     right, up = (-sina, cosa, 0.0), (-sine * cosa, -sine * sina, cose)
     return np.array([right, up, (cose * cosa, cose * sina, sine)])
-
-
-def _without_limb(data: Data) -> Any:
-    """Take points on the outline as visible: rounding decides there."""
-    return {name: _settled(group) for name, group in data.items()}
-
-
-def _settled(group: Data) -> Any:
-    if not {"visible", "projected"} <= set(group):
-        return group
-    return {
-        **group,
-        "visible": group["visible"] | (np.abs(group["projected"][2]) <= compare.ROUNDING),
-    }
 
 
 def _orbits(problem: Problem) -> PortraitCurves:

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from rigidpend.experiments.data.layout import (
-    FLAG,
-    FLOAT,
-    WHOLE,
-    Field,
-    Layout,
-)
+from typing import Any
+
+import numpy as np
+
+from rigidpend.experiments.data.bounds import ROUNDING, bound
+from rigidpend.experiments.data.layout import FLAG, FLOAT, WHOLE, Field, Layout, held
+from rigidpend.experiments.data.tree import Data
+
+
+@bound
+def _beside_limb(name: str, stored: Data, fresh: Data) -> Any:
+    """On the outline rounding decides what is visible."""
+    return np.where(np.abs(stored["projected"][2]) <= ROUNDING, np.inf, 0.0)
 
 
 def _curves(name: str) -> dict[str, Field]:
@@ -28,7 +34,11 @@ def _curves(name: str) -> dict[str, Field]:
             FLOAT, (3, points), "|M|", "points to the right, upwards and towards the viewer"
         ),
         "visible": Field(
-            FLAG, (points,), "1", "whether the point is on the viewer's side of the sphere"
+            FLAG,
+            (points,),
+            "1",
+            "whether the point is on the viewer's side of the sphere",
+            within=_beside_limb,
         ),
         "theta1": Field(FLOAT, (points,), "rad", "theta1 of the points, in the window"),
         "J1": Field(FLOAT, (points,), "J2", "J1/J2 of the points"),
@@ -75,9 +85,9 @@ PLANE = {
 """Fields of the panel of the plane, besides curves."""
 
 LAYOUT: Layout = {
-    "orbits": {**ORBITS, **OF_ORBITS},
-    "separatrices": {**SEPARATRICES, "number": NUMBER},
-    "centres": CENTRES,
-    "sphere": SPHERE,
-    "plane": PLANE,
+    "orbits": held(ROUNDING, {**ORBITS, **OF_ORBITS}),
+    "separatrices": held(ROUNDING, {**SEPARATRICES, "number": NUMBER}),
+    "centres": held(ROUNDING, CENTRES),
+    "sphere": held(ROUNDING, SPHERE),
+    "plane": held(ROUNDING, PLANE),
 }

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.config.description import Row, exact_row
+from rigidpend.config.description import Row
 from rigidpend.experiments import weight_series
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import compare
 from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Data, Tree
-from rigidpend.experiments.precession.layout import DRAWN, OF_BODY
+from rigidpend.experiments.data.tree import Tree
+from rigidpend.experiments.precession.layout import DRAWN, OF_BODY, SLOPE, UNCERTAINTY
 from rigidpend.experiments.weight_layout import MU_OVER_H0
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.precession import increments, regime
@@ -23,17 +22,6 @@ from rigidpend.surfaces import heteroclinic
 
 if TYPE_CHECKING:
     from rigidpend.experiments.precession.schema import Config
-
-UNCERTAINTY = 1e-13
-"""Allowed uncertainty of an increment, relative to the largest of its body.
-
-It is the integration's rounding over some hundred steps."""
-DECLARED = 1e-12
-"""The largest error of an increment, relative to the largest of its body.
-
-It is `UNCERTAINTY`, and what the quadrature adds where mu is a tenth of h0, 3e-13 as measured."""
-SLOPE = 1e-3
-"""Allowed difference of fitted slopes."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -127,49 +115,13 @@ def _slopes(mu_over_h0: Array, remainder: Array, error: Array) -> Array:
 
 
 def describe(config: Config) -> list[Row]:
-    """Describe a config in rows, with what follows from it, units named."""
+    """The increments of each body by the first order."""
     problem = config.problem
-    return [
-        *(
-            _body_row(name, shape.heavy(problem.drawn), float(problem.h0))
-            for name, shape in problem.bodies.items()
-        ),
-        exact_row("h0", "energy of the orbits", problem.h0),
-        exact_row("mu", "weight times distance", *problem.mu),
-        exact_row("drawn", "mu at which the increments are shown", problem.drawn),
-    ]
+    bodies = {name: shape.heavy(problem.drawn) for name, shape in problem.bodies.items()}
+    return [_body_row(name, body, float(problem.h0)) for name, body in bodies.items()]
 
 
 def _body_row(name: str, body: Body, h0: float) -> Row:
     first = ", ".join(f"{x:+.5f}" for x in increments(body.angles(), h0))
     meaning = f"rad, along 1, 2, 3, 4 by (tri1) at mu = {body.mu}; {regime(body)}"
     return Row(f"body {name}", first, meaning)
-
-
-def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
-    """Find where two results of a config disagree by more than their arithmetic explains.
-
-    Increments may differ by the error that the stored result states and the one that is
-    declared of any, and remainders by as much. The fresh result's own error opens nothing: it
-    must be as small as declared.
-    """
-    found = compare.keys(stored, fresh)
-    for key in ("mu_over_h0", "drawn"):
-        found += compare.arrays(key, stored[key], fresh[key], UNCERTAINTY)
-    old, new = stored["bodies"], fresh["bodies"]
-    if np.shape(old["error"]) != np.shape(new["error"]):
-        return found + compare.arrays("bodies/error", old["error"], new["error"])
-    declared = DECLARED * np.asarray(old["unit"])
-    found += compare.beyond("bodies/error", new["error"], declared)
-    error = np.asarray(old["error"]) + declared
-    allowed = {
-        **dict.fromkeys(("alpha0", "beta0", "unit", "first_order"), UNCERTAINTY),
-        **dict.fromkeys(("slope", "mean_slope"), SLOPE),
-        **dict.fromkeys(("remainder", "mean_remainder"), error[..., None]),
-        "gained": error[..., None, None],
-        # Held against what is declared, above, and not against the stored one.
-        "error": np.inf,
-    }
-    for key in ("name", *OF_BODY):
-        found += compare.arrays(f"bodies/{key}", old[key], new[key], allowed.get(key, 0.0))
-    return found

@@ -11,29 +11,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.config.description import (
-    Row,
-    body_rows,
-    exact_row,
-    number_row,
-)
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import compare
-from rigidpend.experiments.data.compare import Difference
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Data, Dataset, Tree
-from rigidpend.experiments.route_arrays import array_differences
 from rigidpend.experiments.route_codes.layout import BY_MAP, ZEROS
 from rigidpend.experiments.route_layout import MEANING
 from rigidpend.machine import progress, workers
 from rigidpend.numbers.exact import Exact
-from rigidpend.routes.codes import MANY, RouteCodes, route_codes
+from rigidpend.routes.codes import MANY, RouteCodes, codes_of
 from rigidpend.routes.phases import Grid
 from rigidpend.routes.problem import passage_rotations
 from rigidpend.surfaces import melnikov
 
 if TYPE_CHECKING:
-    from rigidpend.config.schema import PhaseGrid
     from rigidpend.experiments.contract import Routes
     from rigidpend.experiments.route_codes.schema import Config, Problem
 
@@ -58,9 +48,6 @@ SLOW = 10.0
 """Seconds from which on a column is carried alone, for it climbs to where there are no lanes."""
 LONG = 200
 """Rotations from which on passages are said to be long, before they begin."""
-
-PHASES = {"theta2_0": compare.ROUNDING, "melnikov_zeros": compare.ROUNDING}
-"""Fields of an array that may differ by rounding, radians."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -101,7 +88,8 @@ def _in_parts(name: str, phases: Grid, config: Config, means: Means) -> RouteCod
             at_once = max(at_once, MAPPED)
         columns = [phases[k] for k in range(first, min(first + at_once, len(phases)))]
         if len(phases) > at_once:
-            means.report(f"{name}: columns from {first} of {len(phases)}")
+            text = f"{name}: columns from {first} of {len(phases)}"
+            means.report(progress.Step(text, first, len(phases)))
         begun = time.perf_counter()
         tree: Any = means.part(f"{name}.{first:08d}", partial(_part, columns, config, means))
         fields = {field: tree[field].values for field in MEANING}
@@ -157,57 +145,13 @@ def _part(phases: Sequence[Exact], config: Config, means: Means) -> Tree:
 
 
 def _routes(phases: Sequence[Exact], config: Config, means: Means, jobs: int) -> RouteCodes:
-    problem = config.problem
-    return route_codes(
-        problem.body,
-        phases,
-        h0=problem.h0,
-        J1_0=problem.J1_0,
-        n_symbols=problem.n_symbols,
-        jobs=jobs,
-        **means.arithmetic._asdict(),
-    )
+    return codes_of(config.problem.routes, phases, means.arithmetic, jobs)
 
 
 def orbits(config: Config, stored: Callable[[], Data]) -> Routes:
     """The orbits of each array."""
     problem = config.problem
     return {name: (problem.routes, grid.phases) for name, grid in problem.arrays.items()}
-
-
-def describe(config: Config) -> list[Row]:
-    """Describe a config in rows, with what follows from it, units named."""
-    problem = config.problem
-    body, checked = problem.body, problem.routes
-    zeros = ", ".join(f"{x:.6f}" for x in melnikov.zeros(checked))
-    return [
-        *body_rows(body),
-        exact_row("h0", "energy constant, kappa J2_0^2/2", problem.h0),
-        exact_row("J1_0", "initial action, dimensionless", problem.J1_0),
-        number_row("J2_0", "initial |M|, dimensionless", float(checked.J2_0(53))),
-        exact_row("n_symbols", "symbols on each orbit", problem.n_symbols),
-        *(_array_row(name, grid) for name, grid in problem.arrays.items()),
-        Row("Melnikov zeros", zeros, "rad, theta2_0 where the first symbol changes, to O(mu)"),
-    ]
-
-
-def differences(stored: Data, fresh: Data) -> list[Difference]:
-    """Find where two results of a config disagree by more than their arithmetic explains.
-
-    Symbols and separatrices must be the same where both are certain. Which precision decided
-    a column hangs on the last bit and is not compared, nor whether maps did.
-    """
-    return compare.members(stored, fresh, _array_differences)
-
-
-def _array_differences(stored: Data, fresh: Data) -> list[Difference]:
-    # Which columns maps decided depends on the method, not on the problem.
-    old, new = ({key: x for key, x in side.items() if key != "by_map"} for side in (stored, fresh))
-    return array_differences(old, new, PHASES)
-
-
-def _array_row(name: str, grid: PhaseGrid) -> Row:
-    return Row(f"array {name}", f"{grid.start} + k {grid.step}, k < {grid.count}", "rad, theta2_0")
 
 
 def _group(routes: RouteCodes) -> dict[str, Dataset]:

@@ -12,12 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.config.description import Row, body_rows
 from rigidpend.experiments.contract import Means, Piece
-from rigidpend.experiments.data import compare
-from rigidpend.experiments.data.compare import Difference
 from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Data, Tree
+from rigidpend.experiments.data.tree import Tree
 from rigidpend.experiments.route_map.layout import (
     COLUMNS,
     FREQUENCY,
@@ -26,6 +23,7 @@ from rigidpend.experiments.route_map.layout import (
     PLANE,
     Y_AXIS,
 )
+from rigidpend.machine.progress import Step
 from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.routes.bodies import cells_of_each
@@ -42,8 +40,6 @@ PIECES = True
 """All work goes through pieces, which a cluster can compute."""
 TILE = 131_072
 """Cells computed at a time, and kept if the run is interrupted: about half a second by maps."""
-LOST = 1e-3
-"""Allowed mean loss of certain symbols a cell, where doubles round otherwise."""
 OF_START = ("theta2_0", "log10_J1_0")
 """Parameters that leave body and energy as they are, and so the return maps."""
 OWN_TILE = 2048
@@ -56,7 +52,6 @@ BEGUN, OWN_BODY, ALONE = 2.2e-3, 3.3e-3, 3e-3
 """Seconds of a core for an orbit of its own energy, more for its own body, for 15 symbols alone.
 
 The first two are spent before it is integrated, most of them on its numbers in 113 bits."""
-UNITS = {"theta2_0": "rad", "beta0": "rad", "alpha0": "rad"}
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -107,7 +102,8 @@ def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -
             tile[key].values for key in ("codes", "certain", "by_map")
         )
         done = rows.stop * x.size if columns.stop == x.size else columns.stop * y.size
-        means.report(f"{name or 'plane'}: {done} of {certain.size} cells")
+        text = f"{name or 'plane'}: {done} of {certain.size} cells"
+        means.report(Step(text, done, certain.size))
     values = {"codes": codes, "certain": certain, "by_map": by_map, "x": x, "y": y}
     return datasets({**PLANE, "x": OTHER_X} if problem.columns else PLANE, values)
 
@@ -175,34 +171,6 @@ def _common_starts(problem: Problem) -> tuple[tuple[float, float], int]:
     return (float(ends[0]), float(ends[1])), sum(x.count * y.count for x, y in planes)
 
 
-def describe(config: Config) -> list[Row]:
-    """Describe a config in rows, with what follows from it, units named."""
-    problem = config.problem
-    J2 = float(problem.routes.J2_0(53))
-    return [
-        *body_rows(problem.body),
-        Row("h0", str(problem.h0), "energy constant, kappa J2_0^2/2"),
-        Row("J1_0", str(problem.J1_0), "initial action, dimensionless"),
-        *(
-            [Row("theta2_0", str(problem.theta2_0), "initial phase, rad")]
-            if problem.columns
-            else ()
-        ),
-        Row("J2_0", f"{J2:.16g}", "initial |M|, dimensionless"),
-        Row("n_symbols", str(problem.n_symbols), "symbols on each orbit"),
-        *(_plane_row(name, axes, problem) for name, axes in problem.planes.items()),
-        Row("cost", f"about {cost(config):.2g} s", "of one core, of this year's kind"),
-    ]
-
-
-def _plane_row(name: str, axes: tuple[Axis, Axis], problem: Problem) -> Row:
-    across, along = (f"{axis.ends[0]} to {axis.ends[1]} in {axis.count}" for axis in axes)
-    what = ", ".join(filter(None, (UNITS.get(problem.names[0]), problem.names[0])))
-    return Row(
-        f"zoom {name}" if name else "plane", across, f"{what}; by {problem.names[1]} {along}"
-    )
-
-
 def cost(config: Config) -> float:
     """Estimate the seconds that a config takes on one core, tables included."""
     problem = config.problem
@@ -224,35 +192,3 @@ def _cost(columns: int, rows: int, problem: Problem) -> float:
     by_map = cells // arrays >= MANY
     each = cells * share * (BY_MAP if by_map else BY_INTEGRATION)
     return each + (arrays * UNKEPT if by_map else 0)
-
-
-def differences(stored: Data, fresh: Data) -> list[Difference]:
-    """Find where two results of a config disagree by more than their arithmetic explains.
-
-    Symbols must be the same where both are certain. What decided a cell hangs on the last bit
-    and is not compared.
-    """
-    found = compare.keys(stored, fresh)
-    single = ("y_axis", "marked", "nu", *COLUMNS)
-    for name in [name for name in single if name in stored and name in fresh]:
-        found += compare.differences(stored[name], fresh[name], compare.ROUNDING, name)
-    found += _plane_differences(stored, fresh)
-    old, new = stored.get("zooms", {}), fresh.get("zooms", {})
-    return found + compare.members(old, new, _plane_differences, "zooms")
-
-
-def _plane_differences(stored: Data, fresh: Data) -> list[Difference]:
-    if stored["codes"].shape != fresh["codes"].shape:
-        return compare.arrays("codes", stored["codes"], fresh["codes"])
-    found = []
-    for name in ("x", "y"):
-        found += compare.rounded(name, stored[name], fresh[name])
-    both = np.minimum(stored["certain"], fresh["certain"])
-    known = np.arange(len(stored["codes"]))[:, None, None] < both
-    allowed = np.where(known, 0.0, np.inf)
-    most = np.minimum(fresh["certain"], len(fresh["codes"]))
-    found += compare.arrays("certain", most, fresh["certain"])
-    # Cells on the edge of a precision may lose a symbol, but hardly any do.
-    lost = np.clip(stored["certain"].astype(int) - fresh["certain"], 0, None).mean()
-    found += compare.arrays("codes", stored["codes"], fresh["codes"], allowed)
-    return found + compare.beyond("certain", np.array([lost]), np.array([LOST]))

@@ -2,14 +2,32 @@
 
 from __future__ import annotations
 
-from rigidpend.experiments.data.layout import (
-    FLAG,
-    FLOAT,
-    TEXT,
-    WHOLE,
-    Field,
-    Layout,
-)
+from typing import Any
+
+import numpy as np
+
+from rigidpend.experiments.data.bounds import ROUNDING, bound, of_largest
+from rigidpend.experiments.data.layout import ANY, FLAG, FLOAT, TEXT, WHOLE, Field, Layout
+from rigidpend.experiments.data.tree import Data
+
+LOST = 1e-3
+"""Allowed mean loss of certain symbols a cell, where doubles round otherwise."""
+
+
+@bound
+def _kept(name: str, stored: Data, fresh: Data) -> Any:
+    """Cells on the edge of a precision may lose a symbol, but hardly any do."""
+    lost = np.clip(stored[name].astype(int) - fresh[name], 0, None)
+    free = lost == 0 if lost.mean() > LOST else np.ones(lost.shape, dtype=bool)
+    return np.where(free & (fresh[name] <= len(fresh["codes"])), np.inf, 0.0)
+
+
+@bound
+def _known(name: str, stored: Data, fresh: Data) -> Any:
+    """Symbols are the same where both are certain."""
+    both = np.minimum(stored["certain"], fresh["certain"])
+    return np.where(np.arange(len(stored[name]))[:, None, None] < both, 0.0, np.inf)
+
 
 PLANE = {
     "codes": Field(
@@ -17,27 +35,40 @@ PLANE = {
         ("symbols", "rows", "columns"),
         "1",
         "symbols, layer 0 = symbol 1: 0 left, 1 right, 255 none (no return)",
+        within=_known,
     ),
     "certain": Field(
-        WHOLE, ("rows", "columns"), "1", "how many of the first symbols are established"
+        WHOLE,
+        ("rows", "columns"),
+        "1",
+        "how many of the first symbols are established",
+        within=_kept,
     ),
     "by_map": Field(
-        FLAG, ("rows", "columns"), "1", "whether return maps found the cell, not integration"
+        FLAG,
+        ("rows", "columns"),
+        "1",
+        "whether return maps found the cell, not integration",
+        within=ANY,
     ),
-    "x": Field(FLOAT, ("columns",), "rad", "theta2_0 of the columns"),
-    "y": Field(FLOAT, ("rows",), "see y_axis", "values of the rows"),
+    "x": Field(FLOAT, ("columns",), "rad", "theta2_0 of the columns", within=of_largest(ROUNDING)),
+    "y": Field(FLOAT, ("rows",), "see y_axis", "values of the rows", within=of_largest(ROUNDING)),
 }
-OTHER_X = Field(FLOAT, ("columns",), "see x_axis", "values of the columns")
+OTHER_X = PLANE["x"]._replace(units="see x_axis", description="values of the columns")
 """The field x where the config gives columns."""
 KINDS = "theta2_0 (rad), log10_J1_0, mu, h0 (dimensionless), beta0 or alpha0 (rad)"
 Y_AXIS = Field(TEXT, (), "", f"what y is: {KINDS}")
 COLUMNS = {
     "x_axis": Field(TEXT, (), "", f"what x is: {KINDS}"),
-    "marked_x": Field(FLOAT, (), "see x_axis", "the column of the config's own value"),
+    "marked_x": Field(
+        FLOAT, (), "see x_axis", "the column of the config's own value", within=ROUNDING
+    ),
 }
 """Fields that tell of columns that the config gives."""
-MARKED = Field(FLOAT, (), "see y_axis", "the row of the config's own value")
-FREQUENCY = Field(FLOAT, (), "1", "nu, by which a change of a symbol repeats: exp(pi^2/nu)")
+MARKED = Field(FLOAT, (), "see y_axis", "the row of the config's own value", within=ROUNDING)
+FREQUENCY = Field(
+    FLOAT, (), "1", "nu, by which a change of a symbol repeats: exp(pi^2/nu)", within=ROUNDING
+)
 
 LAYOUT: Layout = {
     **PLANE,

@@ -16,13 +16,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.config.description import Row, body_rows, exact_row
+from rigidpend.config.description import Row
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import compare
-from rigidpend.experiments.data.compare import Difference
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Data, Dataset, Tree
-from rigidpend.experiments.route_arrays import APART, array_differences
 from rigidpend.experiments.route_zoom.layout import (
     PLACE,
     REFERENCE_BITS,
@@ -30,6 +27,7 @@ from rigidpend.experiments.route_zoom.layout import (
     ROUTES,
     SYMBOL,
 )
+from rigidpend.machine.progress import Step
 from rigidpend.numbers.exact import Exact, exact, exacts
 from rigidpend.routes.change import Bracket, NoChange, check_change, narrowed
 from rigidpend.routes.neighbourhood import Neighbourhood
@@ -69,7 +67,8 @@ def compute(config: Config, means: Means) -> Tree:
         array: Any = means.part(name, partial(_level, around, problem, bracket, step))
         groups[name] = array
         bits = " and ".join(map(str, np.unique(array["bits"].values)))
-        means.report(f"{level + 1}/{problem.levels}: step {float(step):.0e}, {bits} bits")
+        done = level + 1, problem.levels
+        means.report(Step("{}/{}: ".format(*done) + f"step {float(step):.0e}, {bits} bits", *done))
     growth = math.exp(math.pi**2 / problem.body.nu)
     return {
         "levels": groups,
@@ -151,37 +150,7 @@ def orbits(config: Config, stored: Callable[[], Data]) -> Routes:
 
 
 def describe(config: Config) -> list[Row]:
-    """Describe a config in rows, with what follows from it, units named."""
-    problem = config.problem
-    finest = float(problem.step) / problem.factor ** (problem.levels - 1)
-    return [
-        *body_rows(problem.body),
-        exact_row("h0", "energy constant, kappa J2_0^2/2", problem.h0),
-        exact_row("J1_0", "initial action, dimensionless", problem.J1_0),
-        exact_row("between", "rad, theta2_0", *problem.between),
-        exact_row("symbol", "whose change is sought", problem.symbol),
-        Row("levels", f"{problem.levels} of {problem.count} columns", "each finer by the factor"),
-        Row("steps", f"{float(problem.step):.3g} to {finest:.3g}", "rad, spacing of columns"),
-    ]
-
-
-def differences(stored: Data, fresh: Data) -> list[Difference]:
-    """Find where two results of a config disagree by more than their arithmetic explains.
-
-    Beside a doubly asymptotic orbit errors grow as fast as the zoom: crossing times are held
-    to what certain symbols allow. What is given, and how it rounds, must be the same.
-    """
-    found = compare.keys(stored, fresh)
-    for name in ("repeats_after", "symbol"):
-        found += compare.arrays(name, stored[name], fresh[name], 10 * compare.ROUNDING)
-    return found + compare.members(stored["levels"], fresh["levels"], _level_differences, "levels")
-
-
-def _level_differences(stored: Data, fresh: Data) -> list[Difference]:
-    found = [
-        difference
-        for name in ("centre", "theta2_0")
-        for difference in compare.arrays(name, stored[name], fresh[name])
-    ]
-    rounding = dict.fromkeys(("offset", "step"), compare.ROUNDING * abs(float(stored["step"])))
-    return found + array_differences(stored, fresh, rounding, APART)
+    """The spacing of a config's columns, from the first level to the last."""
+    steps = _steps(config.problem)
+    first, last = float(steps[0]), float(steps[-1])
+    return [Row("steps", f"{first:.3g} to {last:.3g}", "rad, spacing of columns")]

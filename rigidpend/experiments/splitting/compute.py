@@ -6,13 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.config.description import Row, exact_row
+from rigidpend.config.description import Row
 from rigidpend.experiments import weight_series
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import compare
 from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Data, Tree
-from rigidpend.experiments.splitting.layout import CLOSED_FORM, CURVE, OF_BODY
+from rigidpend.experiments.data.tree import Tree
+from rigidpend.experiments.splitting.layout import CLOSED_FORM, CURVE, OF_BODY, admitted
 from rigidpend.experiments.weight_layout import MU_OVER_H0
 from rigidpend.experiments.weight_series import mu_over_h0, plain, slope
 from rigidpend.mechanics.body import Body
@@ -20,11 +19,8 @@ from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.integrate.engines import DEFAULT_TOLERANCE
 from rigidpend.surfaces import surface_orbits
 from rigidpend.surfaces.splitting import (
-    COARSEST,
     FEWEST,
-    TOP,
     SurfaceSplitting,
-    admitted,
     amplitude,
     distance,
     measure,
@@ -37,10 +33,6 @@ BEGIN, ORBIT, ORBITS = 1.0, (5e-4, 8e-3), 1200
 """Seconds of any run, those of an orbit in doubles or in pairs of them, orbits per mu/h0.
 
 The configuration that is shipped took 12 s, half of it in pairs."""
-RELATIVE = 1e-13
-"""Allowed relative difference of numbers of closed form."""
-MARGIN = 2
-"""Allowed difference of two results, in units of the error that is admitted of each."""
 GRID = np.linspace(-np.pi, np.pi, 721)
 """Phases among which the largest distances are looked for."""
 
@@ -83,10 +75,13 @@ def cost(config: Config) -> float:
 def _body(config: Config, name: str, means: Means) -> Tree:
     """Compute the fields of one body."""
     problem = config.problem
-    bodies = [problem.bodies[name].heavy(mu) for mu in problem.mu]
-    found = [measure(body, problem.h0, means.arithmetic, means.jobs) for body in bodies]
+    bodies, ratio = [problem.bodies[name].heavy(mu) for mu in problem.mu], mu_over_h0(problem)
+    found = [
+        measure(body, problem.h0, float(most), means.arithmetic, means.jobs)
+        for body, most in zip(bodies, admitted(ratio), strict=True)
+    ]
     means.report(f"{name}: nu = {bodies[0].nu:.2f}, {_summary(found)}")
-    values = _told(bodies[0], found, mu_over_h0(problem))
+    values = _told(bodies[0], found, ratio)
     return datasets(OF_BODY, values)
 
 
@@ -150,63 +145,13 @@ def _summary(found: list[SurfaceSplitting]) -> str:
 
 
 def describe(config: Config) -> list[Row]:
-    """Describe a config in rows, with what follows from it, units named."""
+    """The distance of each body by Melnikov's integral."""
     problem = config.problem
-    return [
-        *(
-            _body_row(name, shape.heavy(problem.mu[0]), problem)
-            for name, shape in problem.bodies.items()
-        ),
-        exact_row("h0", "energy of the orbits", problem.h0),
-        exact_row("mu", "weight times distance", *problem.mu),
-        Row("drawn", problem.drawn, f"body whose distance is kept at {problem.phases} phases"),
-    ]
+    bodies = {name: shape.heavy(problem.mu[0]) for name, shape in problem.bodies.items()}
+    return [_body_row(name, body, problem) for name, body in bodies.items()]
 
 
 def _body_row(name: str, body: Body, problem: Problem) -> Row:
     unit = float(amplitude(surface_orbits.surface(body, problem.h0, 53))) / float(body.mu)
     said = f"nu = {body.nu:.3f}, distance = {unit:.4g} mu cos g"
     return Row(f"body {name}", said, f"1, rad, by Melnikov; A = ({', '.join(map(str, body.A))})")
-
-
-def differences(stored: Data, fresh: Data) -> list[compare.Difference]:
-    """Find where two results of a config disagree by more than their arithmetic explains.
-
-    What is resolved may differ by the errors that are admitted of it, what follows from it as
-    well. Those that the fresh result states open nothing: they must be as small as admitted.
-    """
-    found = compare.keys(stored, fresh)
-    for key in ("mu_over_h0", "closed_form"):
-        found += compare.differences(stored[key], fresh[key], RELATIVE, key)
-    coarsest = MARGIN * TOP * COARSEST
-    found += compare.differences(stored["curve"], fresh["curve"], coarsest, "curve")
-    old, new = stored["bodies"], fresh["bodies"]
-    if np.shape(old["error"]) != np.shape(new["error"]):
-        return found + compare.arrays("bodies/error", old["error"], new["error"])
-    # Errors of what is not resolved are told, and nothing more is claimed of it.
-    within = np.where(old["resolved"], admitted(stored["mu_over_h0"]), np.inf)
-    found += compare.beyond("bodies/error", new["error"], within)
-    allowed = _allowed(old, within)
-    for key in ("name", *OF_BODY):
-        found += compare.arrays(f"bodies/{key}", old[key], new[key], allowed.get(key, 0.0))
-    return found
-
-
-def _allowed(stored: Data, within: Array) -> dict[str, Any]:
-    """Allowed difference of fields; infinite for what is not resolved, or how it was found."""
-    error, first = MARGIN * within, np.abs(stored["excess"][..., 0])
-    # Of a slope: what the error does to the logarithms it is fitted to.
-    slope = np.where(np.isfinite(error), error / first, 0.0).max(axis=1) + RELATIVE
-    rounding = {key: RELATIVE * np.abs(stored[key]) for key in ("nu", "amplitude", "largest")}
-    return {
-        **dict.fromkeys(("error", "bits", "orbits"), np.inf),
-        **dict.fromkeys(("alpha0", "beta0"), RELATIVE),
-        "nu": rounding["nu"],
-        "amplitude": rounding["amplitude"],
-        "slope_amplitude": slope,
-        "slope_curve": slope,
-        "largest": TOP * error * stored["amplitude"] + np.nan_to_num(rounding["largest"]),
-        "reduced": error + RELATIVE,
-        "curve_excess": TOP * error,
-        "excess": error[..., None],
-    }

@@ -2,32 +2,88 @@
 
 from __future__ import annotations
 
-from rigidpend.experiments.data.layout import (
-    FLAG,
-    FLOAT,
-    TEXT,
-    WHOLE,
-    Field,
-    Layout,
-)
+from typing import Any
+
+import numpy as np
+
+from rigidpend.experiments.data.bounds import bound, relative, stated
+from rigidpend.experiments.data.layout import ANY, FLAG, FLOAT, TEXT, WHOLE, Field, Layout, held
+from rigidpend.experiments.data.tree import Data
 from rigidpend.experiments.weight_layout import BODIES, EACH, MU_OVER_H0, NAME
+
+SHARE = 4e-3
+"""Admitted error of the excess, relative to Melnikov's amplitude, in units of (mu/h0)^2.
+
+The correction to Melnikov's amplitude is 3.4 (mu/h0)^2 with the body of Fig. 4: a thousandth of
+it is resolved."""
+COARSEST = 1e-9
+"""Largest error that is admitted, however large mu is."""
+RELATIVE = 1e-13
+"""Allowed relative difference of numbers of closed form."""
+MARGIN = 2
+"""Allowed difference of two results, in units of the error that is admitted of each."""
+
+
+def admitted(mu_over_h0: Any) -> Any:
+    """The largest error of `excess` that counts as resolved, at each weight over energy."""
+    return np.minimum(COARSEST, SHARE * np.square(mu_over_h0))
+
+
+def _error(stored: Data, fresh: Data) -> Any:
+    """The error that is admitted; of what is not resolved nothing is claimed."""
+    return np.where(stored["resolved"], admitted(stored["mu_over_h0"]), np.inf)
+
+
+def _of_sum(stored: Data) -> Any:
+    """Allowed difference of a sum of all harmonics."""
+    harmonics = stored["excess"].shape[-1]
+    return harmonics * MARGIN * _error(stored, stored)
+
+
+@bound
+def _slope(name: str, stored: Data, fresh: Data) -> Any:
+    """What the error does to the logarithms that a slope is fitted to."""
+    error, first = MARGIN * _error(stored, fresh), np.abs(stored["excess"][..., 0])
+    return np.where(np.isfinite(error), error / first, 0.0).max(axis=1) + RELATIVE
+
+
+@bound
+def _largest(name: str, stored: Data, fresh: Data) -> Any:
+    rounding = RELATIVE * np.nan_to_num(np.abs(stored[name]))
+    return _of_sum(stored) * stored["amplitude"] + rounding
+
+
+@bound
+def _curve(name: str, stored: Data, fresh: Data) -> Any:
+    return MARGIN * COARSEST * stored["bodies"]["excess"].shape[-1]
+
+
+_REDUCED = bound(lambda name, stored, fresh: MARGIN * _error(stored, fresh) + RELATIVE)
+_EXCESS = bound(lambda name, stored, fresh: MARGIN * _error(stored, fresh)[..., None])
+_SUM = bound(lambda name, stored, fresh: _of_sum(stored))
+
 
 OF_BODY = {
     "alpha0": Field(FLOAT, BODIES, "rad", "(bodies,): angle of each body"),
     "beta0": Field(FLOAT, BODIES, "rad", "(bodies,): angle of the centre of gravity"),
-    "nu": Field(FLOAT, BODIES, "1", "(bodies,): pi kappa/sin(alpha0)"),
+    "nu": Field(FLOAT, BODIES, "1", "(bodies,): pi kappa/sin(alpha0)", within=relative(RELATIVE)),
     "slope_amplitude": Field(
         FLOAT,
         BODIES,
         "1",
         "(bodies,): of |excess[0]| in mu, both logarithmic, mu <= 0.01 h0",
         gaps=True,
+        within=_slope,
     ),
     "slope_curve": Field(
-        FLOAT, BODIES, "1", "(bodies,): of curve_excess in mu, as well", gaps=True
+        FLOAT, BODIES, "1", "(bodies,): of curve_excess in mu, as well", gaps=True, within=_slope
     ),
     "amplitude": Field(
-        FLOAT, EACH, "rad", "(bodies, mu): Melnikov's amplitude of the distance in theta1"
+        FLOAT,
+        EACH,
+        "rad",
+        "(bodies, mu): Melnikov's amplitude of the distance in theta1",
+        within=relative(RELATIVE),
     ),
     "largest": Field(
         FLOAT,
@@ -35,6 +91,7 @@ OF_BODY = {
         "rad",
         "(bodies, mu): largest distance in theta1 over all phases",
         gaps=True,
+        within=_largest,
     ),
     "reduced": Field(
         FLOAT,
@@ -42,6 +99,7 @@ OF_BODY = {
         "1",
         "(bodies, mu): cos g part of the distance over what Melnikov's would be at nu = 0",
         gaps=True,
+        within=_REDUCED,
     ),
     "curve_excess": Field(
         FLOAT,
@@ -49,6 +107,7 @@ OF_BODY = {
         "1",
         "(bodies, mu): largest |distance - Melnikov's| over all phases, in Melnikov's amplitude",
         gaps=True,
+        within=_SUM,
     ),
     "error": Field(
         FLOAT,
@@ -56,10 +115,13 @@ OF_BODY = {
         "1",
         "(bodies, mu): what is uncertain of `excess`, from two computations",
         gaps=True,
+        within=stated(_error),
     ),
     "resolved": Field(FLAG, EACH, "1", "(bodies, mu): whether the error is small beside (mu/h0)^2"),
-    "bits": Field(WHOLE, EACH, "bit", "(bodies, mu): precision that decided"),
-    "orbits": Field(WHOLE, EACH, "1", "(bodies, mu): orbits in each of the two computations"),
+    "bits": Field(WHOLE, EACH, "bit", "(bodies, mu): precision that decided", within=ANY),
+    "orbits": Field(
+        WHOLE, EACH, "1", "(bodies, mu): orbits in each of the two computations", within=ANY
+    ),
     "excess": Field(
         FLOAT,
         (*EACH, "harmonics"),
@@ -67,6 +129,7 @@ OF_BODY = {
         "(bodies, mu, harmonics): distance less Melnikov's, in Melnikov's amplitude, of cos g,"
         " sin 2g, cos 3g, ...; NaN where S1- turns back in g",
         gaps=True,
+        within=_EXCESS,
     ),
 }
 """Fields of all bodies."""
@@ -80,6 +143,7 @@ CURVE = {
         "1",
         "(mu, phases): distance, in that amplitude; NaN where not resolved",
         gaps=True,
+        within=_curve,
     ),
 }
 CLOSED_FORM = {
@@ -89,7 +153,7 @@ CLOSED_FORM = {
 
 LAYOUT: Layout = {
     "mu_over_h0": MU_OVER_H0,
-    "bodies": {"name": NAME, **OF_BODY},
-    "curve": CURVE,
-    "closed_form": CLOSED_FORM,
+    "bodies": held(RELATIVE, {"name": NAME, **OF_BODY}),
+    "curve": held(RELATIVE, CURVE),
+    "closed_form": held(RELATIVE, CLOSED_FORM),
 }

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigidpend.config.description import Row, body_rows, exact_row
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.tree import Data, Tree
+from rigidpend.experiments.data.tree import Tree
 from rigidpend.experiments.stress.trials import (
     addresses,
     extremes,
@@ -23,8 +23,9 @@ from rigidpend.experiments.stress.trials import (
     starts,
     symmetries,
 )
-from rigidpend.experiments.stress.trials.claims import FAILED, Trial, tried
+from rigidpend.experiments.stress.trials.claims import Trial, tried
 from rigidpend.experiments.stress.trials.truth import Scene, Way
+from rigidpend.machine.progress import Step
 from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, FINEST_TOLERANCE
 from rigidpend.orbits.integrate.lie_poisson import SCHEMES
 
@@ -64,7 +65,8 @@ def compute(config: Config, means: Means) -> Tree:
             group["curves"][label] = made["curves"]
         verdicts = ", ".join(str(claim["verdict"].values) for claim in made["claims"].values())
         taken = f"{time.perf_counter() - begun:.1f} s"
-        means.report(f"{number}/{len(every)}: {kind}, {trial.name}: {verdicts}, {taken}")
+        text = f"{number}/{len(every)}: {kind}, {trial.name}: {verdicts}, {taken}"
+        means.report(Step(text, number, len(every)))
     return found
 
 
@@ -175,26 +177,3 @@ def describe(config: Config) -> list[Row]:
         Row("checked", f"{problem.honesty.checked} of them", "in principal axes, 113 bits"),
         Row("addresses", f"{problem.addresses.bodies} random bodies", "orbits by their codes"),
     ]
-
-
-def differences(stored: Data, fresh: Data) -> list[str]:
-    """Find where two results of a config disagree: claims, verdicts, failures.
-
-    Values are rounding errors, which differ from machine to machine; they are held against
-    their bounds, not against each other.
-    """
-    old, new = dict(_verdicts(stored)), dict(_verdicts(fresh))
-    found = [f"{name} is in one file only" for name in sorted(set(old) ^ set(new))]
-    for name in sorted(set(old) & set(new)):
-        if old[name] != new[name]:
-            found.append(f"{name}: {old[name]} stored, {new[name]} computed")
-        # To agree is not enough: what fails in both is refuted in both.
-        elif new[name] == FAILED:
-            found.append(f"{name}: {FAILED}")
-    return found
-
-
-def _verdicts(data: Data) -> Iterator[tuple[str, str]]:
-    for group, content in data.items():
-        for name, claim in content["claims"].items():
-            yield f"{group}/{name}", str(claim["verdict"])

@@ -2,23 +2,40 @@
 
 from __future__ import annotations
 
-from rigidpend.experiments.data.layout import NUMBER, TEXT, Field, Layout
+from rigidpend.experiments.data import compare
+from rigidpend.experiments.data.compare import Difference
+from rigidpend.experiments.data.layout import ANY, NUMBER, TEXT, Bound, Field, Layout
+from rigidpend.experiments.data.tree import Data
+
+PASSED, LIMIT, FAILED = "passed", "limit", "FAILED"
+"""Verdicts: within the bound; beyond it as it was declared to be; beyond it."""
+
+
+def _verdicts(name: str, stored: Data, fresh: Data) -> list[Difference]:
+    """To agree is not enough: what fails in both is refuted in both."""
+    found = compare.arrays(name, stored[name], fresh[name])
+    if not found and fresh[name] == FAILED:
+        found = [Difference(name, stored[name], fresh[name], words=f": {FAILED}")]
+    return found
 
 
 def _number(units: str, description: str, *dimensions: int | str) -> Field:
-    return Field(NUMBER, dimensions, units, description, gaps=True)
+    # Rounding errors, which differ from machine to machine: they are held against their bounds.
+    return Field(NUMBER, dimensions, units, description, gaps=True, within=ANY)
 
 
 OF_CLAIM = {
     "value": _number("", ""),
     "bound": _number("", ""),
     "ratio": _number("1", "value over bound"),
-    "verdict": Field(TEXT, (), "", "passed, limit (declared before), FAILED"),
-    "limit": Field(TEXT, (), "", "why it is known to exceed the bound, if it is"),
+    "verdict": Field(
+        TEXT, (), "", "passed, limit (declared before), FAILED", within=Bound(_verdicts)
+    ),
+    "limit": Field(TEXT, (), "", "why it is known to exceed the bound, if it is", within=ANY),
     "up_to": _number("", "the largest value that the limit explains"),
-    "note": Field(TEXT, (), "", "what else is to be said of this run"),
+    "note": Field(TEXT, (), "", "what else is to be said of this run", within=ANY),
 }
-"""A claim; units, and the meaning of value and bound, are those of the claim itself."""
+"""Fields of a claim; units, and the meaning of value and bound, are those of the claim itself."""
 GROWTH = {
     "crossing": _number("1", "passages behind", "crossings"),
     "measured": _number("rad", "phase error, geometric mean", "crossings"),
@@ -58,7 +75,6 @@ DRIFT = {
     "power": _number("1", "fitted power of t of each", 3),
 }
 """Drift of the integrals of motion: see `long_time`."""
-
 CURVES: dict[str, Layout] = {
     "passages": {"growth?": GROWTH, "<precisions>": DECIDED},
     "honesty": {"<starts>": SPOILT},

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.stress.trials.claims import FAILED, LIMIT, PASSED
+from rigidpend.experiments.stress.layout import FAILED, LIMIT, PASSED
 from rigidpend.machine.tables import Table, terminal
 
 CAPTION = (

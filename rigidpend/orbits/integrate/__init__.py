@@ -1,14 +1,14 @@
 """Engines behind :func:`crossings` of orbits in any precision, :func:`sample` and :func:`ends`.
 
-======== =========================================== ==================
+======== ============================================ ==================
 engine   how                                          precisions (bits)
-======== =========================================== ==================
-taylor   vectors of doubles, or of pairs of them      53, up to 106
-         heyoka, if installed: one orbit at a time    113, more
+======== ============================================ ==================
+taylor   Taylor series in vectors of doubles, or of   53, up to 106,
+         sums of two, four or eight, in machine code  212, 424
 scipy    DOP853, many orbits as one system            53
 bigint   Taylor series in integers, plain Python      any; serves where
                                                       the engine ends
-======== =========================================== ==================
+======== ============================================ ==================
 
 Engines are imported when they are used, not before.
 """
@@ -28,13 +28,11 @@ from rigidpend.orbits.integrate.engines import (
     DEFAULT_TOLERANCE,
     ENGINES,
     FINEST_TOLERANCE,
-    PAIRS,
     EngineError,
     check_engine,
     default_engine,
-    has_heyoka,
-    has_own_type,
-    runs_in_threads,
+    in_kernel,
+    kernel_bits,
 )
 from rigidpend.orbits.integrate.records import (
     Crossings,
@@ -56,9 +54,7 @@ __all__ = [
     "crossings",
     "default_engine",
     "ends",
-    "has_heyoka",
-    "has_own_type",
-    "runs_in_threads",
+    "in_kernel",
     "sample",
     "sample_orbits",
 ]
@@ -264,28 +260,22 @@ def _plan(
     orbits: Orbits, engine: str, bits: int, tolerance: float, jobs: int
 ) -> tuple[Any, tuple[Any, ...], bool, list[Orbits]]:
     """The function that integrates, its further arguments, whether it holds the GIL, the parts."""
-    if bits > 53:
-        parts = [orbits._replace(states=[state]) for state in orbits.states]
-    if not has_own_type(engine, bits):
-        from rigidpend.orbits.integrate import bigint
+    if in_kernel(engine, bits):
+        from rigidpend.orbits.integrate import batch
 
-        return bigint.crossings, (bits,), True, parts
-    if engine == "scipy":
+        n = len(orbits.states) if bits > 53 else orbits.states.shape[1]
+        count = min(jobs, -(-n // batch.WORTH[kernel_bits(bits)]))
+        return batch.crossings_batch, (bits, tolerance), False, _split(orbits, count)
+    if bits == 53:
         from rigidpend.orbits.integrate import dop853
 
         # Parts that don't depend on `jobs`: orbits of one part share their steps.
         count = -(-orbits.states.shape[1] // dop853.SIDE_BY_SIDE)
         return dop853.crossings, (tolerance,), True, _split(orbits, count)
-    if bits <= PAIRS:
-        from rigidpend.orbits.integrate import batch
-        from rigidpend.orbits.integrate.kernel.lane_numbers import kernel_bits
+    from rigidpend.orbits.integrate import bigint
 
-        n = len(orbits.states) if bits > 53 else orbits.states.shape[1]
-        count = min(jobs, -(-n // batch.WORTH[kernel_bits(bits)]))
-        return batch.crossings_batch, (bits, tolerance), False, _split(orbits, count)
-    from rigidpend.orbits.integrate import taylor
-
-    return taylor.crossings_scalar, (bits, tolerance), False, parts
+    parts = [orbits._replace(states=[state]) for state in orbits.states]
+    return bigint.crossings, (bits,), True, parts
 
 
 def _split(orbits: Orbits, count: int) -> list[Orbits]:

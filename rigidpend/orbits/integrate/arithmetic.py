@@ -13,7 +13,7 @@ from rigidpend.orbits.integrate.engines import (
     FINEST_TOLERANCE,
     check_engine,
     default_engine,
-    has_own_type,
+    in_kernel,
 )
 
 COARSEST_TOLERANCE = 1e-2
@@ -55,20 +55,19 @@ def resolve(
     tolerance : number, optional
         By default the engine's own; one finer than the engine can keep becomes its finest.
     precisions : sequence of int, optional
-        As `numbers.checked.precisions` takes them; 64 is left out where the engine has no such
-        type.
+        As `numbers.checked.precisions` takes them; 64 is left out where integers would serve.
 
     Raises
     ------
     EngineError
-        An engine that is not known or not installed.
+        An engine that is not known.
     NumericsError
         A tolerance that is not in (0, 0.01], or precisions that cannot be used together.
     """
     own = check_engine(default_engine() if engine is None else engine)
     ladder = checked.precisions(precisions, NumericsError)
-    # 64 bits only where the engine has such a type.
-    kept = tuple(bits for bits in ladder if bits != 64 or has_own_type(own, bits))
+    # Integers of 64 bits take as long as those of more.
+    kept = tuple(bits for bits in ladder if bits != 64 or in_kernel(own, bits))
     return Arithmetic(own, _tolerance(own, tolerance), kept or ladder)
 
 

@@ -1,4 +1,4 @@
-"""Engine `taylor` from 53 to 106 bits: many orbits at once, by a kernel (see `kernel`).
+"""Engine `taylor`: many orbits at once, by a kernel (see `kernel`).
 
 A call carries many orbits some steps on and notes the steps on which M3 may have
 been zero, with their series; `passages` finds the crossings there. Then orbits that are done
@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from rigidpend.machine.workers import check_stop
 from rigidpend.orbits.integrate.bounds import touch
+from rigidpend.orbits.integrate.engines import kernel_bits
 from rigidpend.orbits.integrate.kernel import notes, taylor_step
 from rigidpend.orbits.integrate.kernel.aligned_field import Products
-from rigidpend.orbits.integrate.kernel.lane_numbers import kernel_bits
 from rigidpend.orbits.integrate.kernel.parts import in_parts
 from rigidpend.orbits.integrate.kernel.writer import LANES
 from rigidpend.orbits.integrate.passages import (
@@ -39,11 +39,11 @@ Array = NDArray[np.float64]
 
 MAX_STEPS = 1_000_000
 """Steps without a crossing after which an orbit counts as failed; a passage takes some fifty."""
-TOGETHER = {53: 512, 106: 64}
+TOGETHER = {53: 512, 106: 64, 212: 8, 424: 8}
 """Orbits, by bits, that are carried at a time: the kernel then works for 4 ms or more."""
-WORTH = {53: 256, 106: 16}
+WORTH = {53: 256, 106: 16, 212: 8, 424: 8}
 """Orbits, by bits, that are worth a thread: 20 ms of work."""
-STEPS = {53: 128, 106: 32}
+STEPS = {53: 128, 106: 32, 212: 8, 424: 2}
 """Steps in a call, by bits; who is done sooner goes on to no purpose, on the average for half."""
 EXPECTED = 50
 """Steps that a passage takes."""
@@ -57,7 +57,7 @@ def crossings_batch(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
     orbits : Orbits
         With states (6, n) at 53 bits, else lists of Fractions.
     bits : int
-        53, doubles, or up to 106, pairs of them.
+        53, or up to the last of `engines.LADDER`.
     tolerance : float
         Of the Taylor series in 53 bits; every bit more halves it.
 

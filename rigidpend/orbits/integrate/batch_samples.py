@@ -30,23 +30,24 @@ def sample_batch(
     coefficients: AlignedCoefficients, states: Array, times: Array, tolerance: float
 ) -> Array:
     """Orbits of the aligned field (see `rigidpend.orbits.integrate.sample_orbits`)."""
-    return sample_aligned(coefficients, states[None], times, 53, tolerance)[0]
+    return sample_aligned(coefficients, states[None], times[None, :, None], 53, tolerance)[0]
 
 
 def sample_aligned(
     coefficients: AlignedCoefficients, states: Array, times: Array, bits: int, tolerance: float
 ) -> Array:
-    """Orbits of the aligned field in doubles or pairs of them.
+    """Orbits of the aligned field in the kernel's numbers.
 
     Parameters
     ----------
     coefficients : AlignedCoefficients
-        Floats at 53 bits, Fractions at 106.
+        Floats at 53 bits, else Fractions.
     states : (parts, 6, n) array
-        At the first of the times.
-    times : (k,) or (k, n) array
-        For all, or of each orbit its own, all forwards or all backwards.
-    bits : {53, 106}
+        At the first of the times, which is a double.
+    times : (parts, k, n) or (parts, k, 1) array
+        Of each orbit its own, or for all, all forwards or all backwards.
+    bits : int
+        One of `engines.LADDER`.
     tolerance : float
         At so many bits.
 
@@ -57,7 +58,7 @@ def sample_aligned(
     lanes = _lanes_for(states.shape[-1])
     kernel = samples.function(taylor_step.order_of(tolerance), bits, lanes=lanes)
     run = _Run(kernel, in_parts(Products.of(coefficients), bits), lanes)
-    return _in_portions(run, states, times if times.ndim > 1 else times[:, None])
+    return _in_portions(run, states, times)
 
 
 def sample_field(
@@ -70,7 +71,7 @@ def sample_field(
     (d, k, n) array
     """
     run = _traced(field, len(states), taylor_step.order_of(tol), _lanes_for(states.shape[1]))
-    return _in_portions(run, states[None], times)[0]
+    return _in_portions(run, states[None], times[None])[0]
 
 
 def ends_of_field(
@@ -112,28 +113,29 @@ def _traced(field: Callable[[Any, Any], Any], size: int, order: int, lanes: int)
 def _in_portions(run: _Run, states: Array, times: Array) -> Array:
     """Samples (parts, d, k, n) of states (parts, d, n)."""
     parts, size, n = states.shape
-    found = np.empty((parts, size, len(times), n))
+    found = np.empty((parts, size, times.shape[1], n))
     for first in range(0, n, TOGETHER):
         columns = slice(first, first + TOGETHER)
-        grid = times if times.shape[1] == 1 else times[:, columns]
+        grid = times if times.shape[2] == 1 else times[..., columns]
         found[..., columns] = _lanes(run, states[..., columns], grid)
     return found
 
 
 def _lanes(run: _Run, states: Array, times: Array) -> Array:
     """Samples of some orbits; lanes without an orbit repeat the first."""
-    (parts, size, n), count = states.shape, len(times)
+    (parts, size, n), count = states.shape, times.shape[1]
     groups = -(-n // run.lanes)
     width = groups * run.lanes
     idle = np.zeros(width - n, dtype=np.int64)
     lanes = np.concatenate((np.arange(n), idle))
     state = np.ascontiguousarray(states.reshape(parts * size, n)[:, lanes])
-    own = times.shape[1] > 1
-    grid = np.ascontiguousarray(times.T[lanes] if own else times.T)
+    own = times.shape[2] > 1
+    grid = times.transpose(0, 2, 1)
+    grid = np.ascontiguousarray(grid[:, lanes] if own else grid)
     time = np.zeros((2, width))
-    time[0] = grid[:, 0] if own else grid[0, 0]
+    time[0] = grid[0, :, 0]
     passed, found = np.zeros(width, dtype=np.int64), np.empty((count, parts * size, width))
-    sense = float(np.sign(grid[0, -1] - grid[0, 0]))
+    sense = float(np.sign(grid[0, 0, -1] - grid[0, 0, 0]))
     given = [x.ctypes.data for x in (time, run.parameters, grid)]
     left = width
     while left:
@@ -142,6 +144,7 @@ def _lanes(run: _Run, states: Array, times: Array) -> Array:
             state.ctypes.data,
             width,
             *given,
+            grid[0].size,
             count if own else 0,
             count,
             passed.ctypes.data,

@@ -20,10 +20,10 @@ from rigidpend.orbits.integrate.kernel.aligned_field import COMPONENTS
 from rigidpend.orbits.integrate.passages import Steps
 from rigidpend.orbits.integrate.records import Orbits
 
-NEWTON = 3
+NEWTON = 4
 """Iterations from a crossing time in doubles; each doubles the digits."""
 SPARE_BITS = 64
-"""Bits below the precision in which pairs are looked at: a small Qm keeps its own digits."""
+"""Bits below the precision in which series are looked at: a small Qm keeps its own digits."""
 
 Array = NDArray[np.float64]
 
@@ -58,24 +58,25 @@ def first_in_doubles(
     return times, found
 
 
-def first_in_pairs(
+def first_in_parts(
     states: Sequence[Sequence[Fraction]],
     coefficients: AlignedCoefficients,
     limit: float,
+    bits: int,
     tolerance: float,
 ) -> list[tuple[Fraction, tuple[Fraction, ...]] | None]:
-    """First crossings of orbits in pairs of doubles: time and state of each, or None.
+    """First crossings of orbits in sums of doubles: time and state of each, or None.
 
-    Parameters are those of :func:`first_in_doubles`, the numbers Fractions of 106 bits.
+    Parameters are those of :func:`first_in_doubles`, the numbers Fractions; `bits` are
+    those of `engines.LADDER`.
     """
-    run = _ToCrossings(Orbits(coefficients, list(states), 1, limit), 106, tolerance)
+    run = _ToCrossings(Orbits(coefficients, list(states), 1, limit), bits, tolerance)
     found: list[tuple[Fraction, tuple[Fraction, ...]] | None] = [None] * len(states)
     columns, steps, crossed = run.there()
     for k, column in enumerate(columns):
         begin = steps.fields["time"][k]
-        found[column] = _polished(
-            steps.series[k], begin, steps.fields["late"][k], crossed[k] - begin
-        )
+        late, x = steps.fields["late"][k], crossed[k] - begin
+        found[column] = _polished(steps.series[k], begin, late, x, bits + SPARE_BITS)
     return found
 
 
@@ -131,10 +132,12 @@ def _whole(x: Array, P: int) -> Any:
 
 
 def _polished(
-    series: Array, begin: float, late: float, x: float
+    series: Array, begin: float, late: float, x: float, P: int
 ) -> tuple[Fraction, tuple[Fraction, ...]]:
-    """Time and state of the crossing near x, from series (6, order + 1, parts) of its step."""
-    P = 106 + SPARE_BITS
+    """Time and state of the crossing near x, from series (6, order + 1, parts) of its step.
+
+    They are computed in integers of P fractional bits.
+    """
     whole = [list(map(sum, one)) for one in _whole(series, P)]
     at = fixed(Fraction(x), P)
     slopes = [k * term for k, term in enumerate(whole[2])][1:]

@@ -1,8 +1,8 @@
 """Engine of any precision: Taylor series in fixed-point integers, in plain Python.
 
-It needs no compiled library, so every platform has the high precisions, and it shares no
-arithmetic with heyoka, so the two check each other. A number x is the integer x 2^P. The
-field is :func:`rigidpend.mechanics.equations.aligned` itself, run over series instead of numbers.
+It has any precision, and shares no arithmetic with the kernel, so the two check each other. A
+number x is the integer x 2^P. The field is :func:`rigidpend.mechanics.equations.aligned` itself,
+run over series instead of numbers.
 """
 
 from __future__ import annotations

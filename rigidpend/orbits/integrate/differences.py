@@ -12,7 +12,6 @@ itself.
 
 from __future__ import annotations
 
-import functools
 import math
 from fractions import Fraction
 from itertools import combinations_with_replacement
@@ -22,7 +21,7 @@ import numpy as np
 
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.generic import Numbers
-from rigidpend.orbits.integrate.compiled import typed
+from rigidpend.orbits.integrate.kernel.parts import in_parts
 
 SIZE = 6
 """Number of aligned components."""
@@ -37,10 +36,10 @@ MORE_TERMS = 4
 
 def array(values: Any, bits: int) -> Any:
     """An array in so many bits from a nested list of Fractions or floats."""
-    kind = KINDS[bits]
-    given = np.asarray(values)
-    rounded = float if bits == 53 else functools.partial(typed, kind=kind)
-    return np.array([rounded(x) for x in given.ravel()], dtype=kind).reshape(given.shape)
+    if bits == 53:
+        return np.array(values, dtype=float)
+    exact = np.vectorize(Fraction, otypes=[object])(values)
+    return in_parts(exact, 106).astype(KINDS[bits]).sum(axis=0)
 
 
 class DifferenceField:

@@ -9,6 +9,7 @@ one of the engines' own.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +18,6 @@ from rigidpend.machine.workers import check_stop
 from rigidpend.numbers.generic import Numbers
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate.bounds import touch
-from rigidpend.orbits.integrate.compiled import exactly
 from rigidpend.orbits.integrate.differences import scaled, series_order, summed
 from rigidpend.orbits.integrate.passages import UNDECIDED, crossings_of_series
 from rigidpend.orbits.integrate.records import (
@@ -208,7 +208,8 @@ class _Walk:
             return self.reference.state(k, 53)[:, None] + differences
         at = self.reference.points[k].state
         return [
-            [x + exactly(d) for x, d in zip(at, column, strict=True)] for column in differences.T
+            [x + Fraction(*d.as_integer_ratio()) for x, d in zip(at, column, strict=True)]
+            for column in differences.T
         ]
 
     def go_on(self, count: int, alone: Sequence[_Departed], tolerance: float, jobs: int) -> None:

@@ -17,7 +17,7 @@ import numpy as np
 
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.exact import GUARD_BITS
-from rigidpend.orbits.integrate import pair_steps
+from rigidpend.orbits.integrate import steps
 from rigidpend.orbits.integrate.bounds import touch
 from rigidpend.orbits.integrate.differences import (
     DifferenceField,
@@ -26,16 +26,13 @@ from rigidpend.orbits.integrate.differences import (
     series_order,
     summed,
 )
-from rigidpend.orbits.integrate.engines import has_own_type
+from rigidpend.orbits.integrate.engines import LADDER, in_kernel
 from rigidpend.orbits.integrate.passages import crossings_of_series
 
 BLOCK = 8
 """Steps at a time, all in one precision."""
-PRECISIONS = (106, 113, *range(192, 10_000, 64))
-"""Precisions that are taken.
-
-MPFR's numbers cost as much between multiples of 64, and to compile for 128 bits costs more than
-it saves."""
+PRECISIONS = (*LADDER[1:], *range(448, 10_000, 64))
+"""Precisions that are taken: the kernel's, and for integers steps of some ten per cent in time."""
 TINY = 2.0**-800
 """Size of the differences that stand for a tangent: their squares vanish beside them."""
 
@@ -75,7 +72,7 @@ class ReferenceOrbit:
     longest : float
         Longest wait for the next crossing, t', after which the orbit is not continued.
     engine : str
-        One of `ENGINES`; integers serve where it has no type of so many bits.
+        One of `ENGINES`; integers serve where its numbers end.
     bits : int
         Precision at time 0; the computation's own is one of `PRECISIONS`.
     tolerance : float
@@ -161,12 +158,8 @@ class ReferenceOrbit:
             self._carry_tangent(k)
 
     def _advanced(self, state: Sequence[Fraction], bits: int) -> Any:
-        if self.engine == "taylor" and bits <= pair_steps.BITS:
-            return pair_steps.advance(self.coefficients, state, BLOCK, self.tolerance)
-        if has_own_type(self.engine, bits):
-            from rigidpend.orbits.integrate import taylor
-
-            return taylor.advance(self.coefficients, state, BLOCK, bits, self.tolerance)
+        if in_kernel(self.engine, bits):
+            return steps.advance(self.coefficients, state, BLOCK, bits, self.tolerance)
         from rigidpend.orbits.integrate import bigint
 
         return bigint.advance(self.coefficients, state, BLOCK, bits)

@@ -14,17 +14,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.machine.workers import check_stop, side_by_side
+from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.equations import AlignedCoefficients
-from rigidpend.numbers.generic import Numbers
 from rigidpend.orbits.integrate import bigint
-from rigidpend.orbits.integrate.batch_sections import first_in_doubles, first_in_pairs
-from rigidpend.orbits.integrate.engines import PAIRS, has_own_type
+from rigidpend.orbits.integrate.batch_sections import first_in_doubles, first_in_parts
+from rigidpend.orbits.integrate.engines import in_kernel, kernel_bits
 from rigidpend.orbits.integrate.kernel.aligned_field import COMPONENTS
 from rigidpend.orbits.integrate.roots import UndecidedTouch
-
-AT_ONCE = 100
-"""Steps in a call, which cannot be interrupted; in 113 bits they take 50 ms."""
 
 
 class Crossing(NamedTuple):
@@ -57,7 +53,7 @@ def first_crossings(
     limit : float
         How long, in t', to wait for the crossing.
     engine : str
-        One of `integrate.ENGINES`; integers serve where it has no type of `bits` bits.
+        One of `integrate.ENGINES`; integers serve where its numbers end.
     bits : int
         Working precision, 53 or more.
     tolerance : float
@@ -70,9 +66,9 @@ def first_crossings(
     list of n Crossing or None
         None for an orbit that does not cross within the limit.
     """
-    compiled = engine == "taylor" and has_own_type(engine, bits)
-    in_kernel: Any = _in_doubles if bits == 53 else _in_pairs
-    follow = (in_kernel if bits <= PAIRS else _in_series) if compiled else _in_integers
+    compiled = in_kernel(engine, bits)
+    by_kernel: Any = _in_doubles if bits == 53 else _in_parts
+    follow = by_kernel if compiled else _in_integers
     parts = [states[k::jobs] for k in range(min(jobs, len(states)))]
     done = side_by_side(follow, (coefficients, limit, bits, tolerance), not compiled, parts, jobs)
     found: list[Crossing | None] = [None] * len(states)
@@ -94,23 +90,12 @@ def _in_doubles(
     ]
 
 
-def _in_pairs(
-    states: Sequence[Any], c: AlignedCoefficients, limit: float, _: int, tolerance: float
-) -> list[Crossing | None]:
-    """Find the crossings by the kernel, in pairs of doubles."""
-    found = first_in_pairs(states, c, limit, tolerance)
-    return [None if one is None else Crossing(*one) for one in found]
-
-
-def _in_series(
+def _in_parts(
     states: Sequence[Any], c: AlignedCoefficients, limit: float, bits: int, tolerance: float
 ) -> list[Crossing | None]:
-    """Find the crossings by heyoka's Taylor integrator in the type that has so many bits."""
-    from rigidpend.orbits.integrate.compiled import borrowed
-
-    with borrowed(_ToSection, bits, tolerance) as orbit:
-        orbit.prepare(c)
-        return [orbit.run(state, limit) for state in states]
+    """Find the crossings by the kernel, in sums of doubles."""
+    found = first_in_parts(states, c, limit, kernel_bits(bits), tolerance)
+    return [None if one is None else Crossing(*one) for one in found]
 
 
 def _in_integers(
@@ -144,36 +129,3 @@ def _integer_crossing(
         here = [bigint.value_at(s, step, P) for s in series]
         time += step
     return None
-
-
-class _ToSection:
-    """An integrator that stops at the section."""
-
-    def __init__(self, bits: int, tolerance: float) -> None:
-        from rigidpend.orbits.integrate.compiled import to_crossings, working_type
-
-        self.type = working_type(bits)
-        self.integrator = to_crossings(bits, tolerance)
-
-    def prepare(self, c: AlignedCoefficients) -> None:
-        """Make the following orbits those of a body."""
-        from rigidpend.orbits.integrate.compiled import typed
-
-        self.integrator.pars[:] = [typed(x, self.type) for x in c]
-
-    def run(self, state: Numbers, limit: float) -> Crossing | None:
-        """The first crossing of an orbit, if it comes within the limit."""
-        from rigidpend.orbits.integrate.compiled import exactly, heyoka, restart
-
-        integrator = self.integrator
-        restart(integrator, self.type, state)
-        end = self.type(limit)
-        # The outcome of a terminal event that stops is -1 less its index.
-        while (ended := int(integrator.propagate_until(end, max_steps=AT_ONCE)[0])) != -1:
-            check_stop()
-            if ended != int(heyoka().taylor_outcome.step_limit):
-                return None
-        return Crossing(
-            exactly(integrator.time),
-            tuple(map(exactly, integrator.state)),
-        )

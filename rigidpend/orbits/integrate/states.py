@@ -7,21 +7,20 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.equations import AlignedCoefficients
-from rigidpend.numbers.exact import context
-from rigidpend.orbits.integrate import (
-    DEFAULT_TOLERANCE,
-    FINEST_TOLERANCE,
-    default_engine,
-    has_own_type,
-)
-from rigidpend.orbits.integrate.arcs import arcs, rational
-from rigidpend.orbits.integrate.engines import PAIRS
+from rigidpend.numbers.generic import Numbers, Scalar
+from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, FINEST_TOLERANCE, bigint
+from rigidpend.orbits.integrate.batch_samples import sample_aligned
+from rigidpend.orbits.integrate.engines import LADDER, PAIRS, kernel_bits
+from rigidpend.orbits.integrate.kernel.parts import exactly, in_parts
 
-SLOWER = 113
-"""Bits that serve in the place of pairs where there is no kernel for them."""
+SPARE_BITS = 8
+"""Bits below the precision to which series are cut off, where the numbers have them."""
+
+Array = NDArray[np.float64]
 
 
 def states_at(
@@ -30,7 +29,7 @@ def states_at(
     times: Sequence[Fraction],
     bits: int,
 ) -> list[list[Fraction]]:
-    """The aligned components of an orbit at times t', ascending from 0, which is not among them.
+    """The aligned components of an orbit at times t' of either sign, away from 0.
 
     Parameters
     ----------
@@ -51,23 +50,59 @@ def states_at(
     ArithmeticError
         The orbit did not reach the last of the times.
     """
-    own = default_engine() == "taylor" and has_own_type("taylor", bits)
-    if own and bits > PAIRS:
-        from rigidpend.orbits.integrate.compiled import in_series
+    begin = np.array(state, dtype=object)[:, None]
+    found = carried(coefficients, begin, np.array(times, dtype=object), bits)
+    return [list(row) for row in found[..., 0].T]
 
-        return in_series(coefficients, state, times, bits, FINEST_TOLERANCE["taylor"])
-    m = context(bits)
 
-    def number(x: Fraction) -> Any:
-        return m.mpf(x.numerator) / x.denominator
+def carried(coefficients: AlignedCoefficients, states: Any, times: Any, bits: int) -> Any:
+    """Orbits at the same times: (6, k, n) Fractions from states (6, n) and times (k,)."""
+    if bits <= LADDER[-1]:
+        kind = kernel_bits(bits)
+        begin, grid = in_parts(states, kind), in_parts(times, kind)
+        return exactly(in_kernel_s_numbers(coefficients, begin, grid, bits))
+    columns = [_in_integers(coefficients, state, times, bits) for state in states.T]
+    return np.array(columns, dtype=object).transpose(2, 1, 0)
 
-    found = arcs(
-        AlignedCoefficients(*map(number, coefficients)),
-        np.array([[number(x)] for x in state], dtype=object),
-        np.array([number(x) for x in times], dtype=object),
-        bits,
-    )
-    return [[rational(x) for x in row] for row in found[:, :, 0].T]
+
+def in_kernel_s_numbers(c: AlignedCoefficients, states: Array, times: Array, bits: int) -> Array:
+    """The same in parts: (parts, 6, k, n) from states (parts, 6, n) and times (parts, k)."""
+    kind = kernel_bits(bits)
+    tolerance = FINEST_TOLERANCE["taylor"] * 2.0 ** (53 - min(kind, bits + SPARE_BITS))
+    grid = np.concatenate((np.zeros((len(times), 1)), times), axis=1)[..., None]
+    return sample_aligned(c, states, grid, kind, tolerance)[:, :, 1:]
+
+
+def _in_integers(
+    c: AlignedCoefficients, state: Sequence[Fraction], times: Sequence[Fraction], bits: int
+) -> list[list[Fraction]]:
+    """6 Fractions for each of the times, by Taylor series of an error below their rounding."""
+    unit = bigint.unit_of(state)
+    scaled, here = bigint.in_units(c, state, unit)
+    P = bigint.fractional_bits((*here, *scaled), bits)
+    backward = times[0] < 0
+    if backward:
+        # With t and M3 reversed, and gamma3 with them, the field is the same.
+        here = _reversed(here)
+    flow = bigint.Flow([bigint.fixed(x, P) for x in scaled], P)
+    fixed, time = [bigint.fixed(x, P) for x in here], 0
+    found: list[list[Fraction]] = []
+    goals = [bigint.fixed(abs(t) * unit, P) for t in times]
+    while len(found) < len(goals):
+        series, step = flow.expand(fixed)
+        while len(found) < len(goals) and goals[len(found)] <= time + step:
+            at = goals[len(found)] - time
+            there = [Fraction(bigint.value_at(s, at, P), 1 << P) for s in series]
+            there = [*(x * unit for x in there[:3]), *there[3:]]
+            found.append(_reversed(there) if backward else there)
+        fixed = [bigint.value_at(s, step, P) for s in series]
+        time += step
+    return found
+
+
+def _reversed(state: Numbers) -> list[Any]:
+    Qp, Qm, M3, gamma1, gamma2, gamma3 = state
+    return [Qp, Qm, -M3, gamma1, gamma2, -gamma3]
 
 
 def states_after(
@@ -85,9 +120,9 @@ def states_after(
     states : sequence of 6 Fractions each
         At time 0.
     durations : sequence of float
-        Positive. They are met to the rounding of doubles, the orbits to that of 106 bits.
+        Positive.
     jobs : int, optional
-        Threads, or processes where Python itself computes.
+        Threads.
 
     Returns
     -------
@@ -95,32 +130,26 @@ def states_after(
     """
     if not len(states):
         return []
-    pairs = default_engine() == "taylor"
-    parts = spread(np.arange(len(states)), jobs if pairs else len(states), 0)
+    parts = spread(np.arange(len(states)), jobs, 0)
     tasks = [([states[k] for k in part], [durations[k] for k in part]) for part in parts]
-    found = side_by_side(_pairs_after if pairs else _after, (coefficients,), not pairs, tasks, jobs)
+    found = side_by_side(_pairs_after, (coefficients,), False, tasks, jobs)
     return [state for part in found for state in part]
 
 
 def _pairs_after(
     task: tuple[Sequence[Sequence[Fraction]], Sequence[float]], coefficients: AlignedCoefficients
 ) -> list[list[Fraction]]:
-    from rigidpend.orbits.integrate.batch_samples import sample_aligned
-    from rigidpend.orbits.integrate.kernel.parts import in_parts
-
     states, durations = task
     begin = in_parts(np.array(states, dtype=object).T, PAIRS)
-    times = np.stack((np.zeros(len(states)), durations))
+    times = np.zeros((2, 2, len(states)))
+    times[0, 1] = durations
     tolerance = DEFAULT_TOLERANCE["taylor"] * 2.0 ** (53 - PAIRS)
-    high, low = sample_aligned(coefficients, begin, times, PAIRS, tolerance)[:, :, -1]
-    exact = np.vectorize(Fraction, otypes=[object])
-    return [list(state) for state in (exact(high) + exact(low)).T]
+    found = sample_aligned(coefficients, begin, times, PAIRS, tolerance)[:, :, -1]
+    return [list(state) for state in exactly(found).T]
 
 
-def _after(
-    task: tuple[Sequence[Sequence[Fraction]], Sequence[float]], coefficients: AlignedCoefficients
-) -> list[list[Fraction]]:
-    return [
-        states_at(coefficients, state, [Fraction(float(time))], SLOWER)[0]
-        for state, time in zip(*task, strict=True)
-    ]
+def rational(x: Scalar) -> Fraction:
+    """The value of an mpmath number."""
+    from mpmath.libmp import to_rational
+
+    return Fraction(*map(int, to_rational(x._mpf_)))

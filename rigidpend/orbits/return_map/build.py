@@ -28,9 +28,9 @@ from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, normal
 from rigidpend.orbits.return_map.orders import (
     Layer,
     Orders,
+    border_of,
     first_look,
     orders,
-    radius,
 )
 from rigidpend.orbits.return_map.passage import EnergyLevel
 from rigidpend.orbits.return_map.precision import Precision, in_pairs, precision
@@ -48,10 +48,6 @@ TOLD = 16
 """Factor by which tables may err more than their last coefficients."""
 ATTEMPTS = 4
 """Number of times the orders are raised before a map is refused."""
-MOST_DEGREE = 45
-"""Largest degree of the normal form in doubles, and in proportion to the bits.
-
-With the body of Fig. 4 mu = 0.045 takes 43 and 7 s."""
 FLOQUET = 1e-11
 """Largest difference from the Floquet exponent, which is found in doubles."""
 
@@ -218,16 +214,13 @@ def build(body: Body, low: Exact, high: Exact, bits: int, design: Design = FIRST
     ends = float(low * scale), float(high * scale)
     exponent = _floquet_exponent(body, float(low), float(high))
     layer = first_look(rough, sum(ends) / 2)
-    planned = _designed(orders(rough, ends, layer, bits if bits == 53 else a.bits), design)
     allowed = 2.0**-bits * (SLACK if bits in (53, a.bits) else 1.0)
+    target = min(2.0 ** -min(bits, a.bits), allowed / 4)
+    planned = _designed(orders(rough, ends, layer, target), design)
     middle, half = (low + high) / 2 * scale, (high - low) / 2 * scale
     for _ in range(ATTEMPTS):
-        if planned.degree > MOST_DEGREE * bits / 53:
-            raise MapError(
-                f"mu is too large: {bits} bits take a normal form of degree {planned.degree}"
-            )
         energies = Interval(_number(middle, a), _number(half, a), planned.n_energy)
-        nf, charts, errors = _attempt(c, energies, layer, planned, exponent, a)
+        nf, charts, errors = _attempt(c, rough, energies, layer, planned, exponent, a)
         if max(errors.exponents, errors.charts, errors.inverse) < allowed:
             break
         small = allowed / 8
@@ -254,12 +247,17 @@ def build(body: Body, low: Exact, high: Exact, bits: int, design: Design = FIRST
 
 
 def _attempt(
-    c: Coefficients, energies: Interval, layer: Layer, o: Orders, exponent: float, a: Precision
+    c: Coefficients,
+    rough: Coefficients,
+    energies: Interval,
+    layer: Layer,
+    o: Orders,
+    exponent: float,
+    a: Precision,
 ) -> tuple[NormalForm, tuple[Chart, Chart], Errors]:
     """The normal form and the charts by given orders, with their errors."""
     h, length = float(energies.centre), a.number(o.length)
-    size = 2 * math.sqrt(2 * h / float(c.aligned.kappa)) * 2 * float(c.aligned.half_sigma)
-    border = size * radius(c, h, max(layer.widths))
+    border = border_of(rough, h, max(layer.widths))
     nf = normal_form(c, energies, o.degree, o.n_phase_orbit, border, a)
     charts, found = [], []
     for rising in (False, True):

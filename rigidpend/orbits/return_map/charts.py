@@ -40,6 +40,9 @@ from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.reduced import Coefficients, theta3_rate
 
 MOST_ITERATIONS = 30
+SETTLED = 1e-12
+"""Correction in doubles, relative, after which the next one would be rounding."""
+UNCOVERED = "the charts of the section do not cover the invariants' range"
 STRIP = 1.2
 """Distance of the nearest complex singularity of theta3's rate from the arc's middle.
 
@@ -171,8 +174,12 @@ def _branch(
 
 def _quadrature(length: Scalar, c: Coefficients, h: Scalar, a: Precision) -> tuple[Any, Any]:
     """Points in (0, 1), ascending, and the weights of Fejer's rule."""
-    rate = float(c.aligned.half_sigma) * float(np.sqrt(2 * float(h) / float(c.aligned.kappa)))
-    strip = STRIP * 2 / (rate * float(length))
+    k = c.aligned
+    J2 = math.sqrt(2 * float(h) / float(k.kappa))
+    weight = math.hypot(float(k.mu_r1), float(k.mu_r2)) / float(h)
+    # In complex time the weight's share grows with the rotation, up to order one.
+    height = min(STRIP / (float(k.half_sigma) * J2), -math.log(weight) / (float(k.kappa) * J2))
+    strip = height * 2 / float(length)
     return _fejer(8 + math.ceil(a.bits * math.log(2) / math.asinh(strip)), a)
 
 
@@ -246,8 +253,7 @@ def inverse_table(
     weights = nf.energies.basis(nf.energies.nodes(a), a)
     values = at_energies(forward, weights)
     rates = weights @ nf.exponent, weights @ nf.rotation
-    d, chi = _solved(rising, forward, values, rates, (I, s), a)
-    _, _, time, theta3 = look_up(forward, values, d, chi, a)
+    d, chi, (_, _, time, theta3) = _solved(rising, forward, values, rates, (I, s), a)
     found = np.stack((d, chi - s, time, theta3))
     return fitted(arranged(found, forward.n_x, forward.n_phase), width, nf.energies, a)
 
@@ -264,32 +270,55 @@ def _solved(
     rates: tuple[Numbers, Numbers],
     goal: tuple[Scalar, Scalar],
     a: Precision,
-) -> tuple[Any, Any]:
-    """The points (d, chi) that have the invariants I and s, by Newton's method."""
-    I, s = goal
-    d, chi = 0 * I, s + 0
-    if a.bits > 53:
-        # Doubles have all digits of the first corrections, for a tenth of the time.
-        low, seen = forward._replace(width=float(forward.width)), a.floats(values)
-        rough = [(a.floats(x), a.floats(y)) for x, y in (rates, goal)]
-        begin = _solved(rising, low, seen, rough[0], rough[1], precision(53))
-        d, chi = map(a.array, begin)
+) -> tuple[Any, Any, Any]:
+    """The points (d, chi) that have the invariants I and s, and the chart there.
+
+    Doubles do all of it but the last corrections, and give the slopes for these.
+    """
+    low, seen = forward._replace(width=float(forward.width)), a.floats(values)
+    rough = [(a.floats(x), a.floats(y)) for x, y in (rates, goal)]
+    begin, slopes, at = _newton(rising, low, seen, rough[0], rough[1])
+    d, chi = (a.array(x) for x in begin)
     for _ in range(MOST_ITERATIONS):
-        seen = look_up_slopes(forward, values, d, chi, a)
-        at = invariants(rising, seen, chi, *rates, a)
-        off, late = at.I - I, at.s - s
-        (I_d, I_chi), (s_d, s_chi) = at.I_slopes, at.s_slopes
-        determinant = I_d * s_chi - I_chi * s_d
-        step = (off * s_chi - I_chi * late) / determinant
-        turn = (I_d * late - off * s_d) / determinant
+        value = look_up(forward, values, d, chi, a)
+        I, s, _ = kept(rising, value, chi, *rates, a)
+        step, turn = _correction(at, I - goal[0], s - goal[1])
         d, chi = d - step, chi - turn
-        if not a.largest(d) < 4 * float(forward.width):
+        # The slopes in doubles leave 2^-40 of a correction.
+        if _size(step, turn, low, a) * 2.0**-40 < a.epsilon:
+            return d, chi, value - slopes.by_x * step - slopes.by_phase * turn
+    raise MapError(UNCOVERED)
+
+
+def _newton(
+    rising: bool, table: ChartTable, values: Any, rates: tuple[Any, Any], goal: Any
+) -> tuple[tuple[Any, Any], Looked, Invariants]:
+    """The points in doubles, with the chart and the invariants there."""
+    a = precision(53)
+    d, chi = 0 * goal[0], goal[1] + 0
+    for _ in range(MOST_ITERATIONS):
+        seen = look_up_slopes(table, values, d, chi, a)
+        at = invariants(rising, seen, chi, *rates, a)
+        step, turn = _correction(at, at.I - goal[0], at.s - goal[1])
+        d, chi = d - step, chi - turn
+        if not a.largest(d) < 4 * table.width:
             break
-        if a.largest(step / forward.width) + a.largest(turn) < 64 * a.epsilon:
-            if a.largest(d) <= float(forward.width):
-                return d, chi
+        if _size(step, turn, table, a) < SETTLED:
+            if a.largest(d) <= table.width:
+                return (d, chi), seen, at
             break
-    raise MapError("the charts of the section do not cover the invariants' range")
+    raise MapError(UNCOVERED)
+
+
+def _correction(at: Invariants, off: Any, late: Any) -> tuple[Any, Any]:
+    """Newton's correction of d and of chi, where I and s are off by so much."""
+    (I_d, I_chi), (s_d, s_chi) = at.I_slopes, at.s_slopes
+    determinant = I_d * s_chi - I_chi * s_d
+    return (off * s_chi - I_chi * late) / determinant, (I_d * late - off * s_d) / determinant
+
+
+def _size(step: Any, turn: Any, table: ChartTable, a: Precision) -> float:
+    return a.largest(step) / float(table.width) + a.largest(turn)
 
 
 def invariants(
@@ -307,14 +336,22 @@ def invariants(
     exponent, rotation : (N or 1, K) arrays
         Coefficients of Lambda and of the mean dt'/dpsi.
     """
-    U, V = seen.value[:2]
-    I = U * V
+    (U, V), which, side = seen.value[:2], int(by_v), 1 if by_v else -1
+    I, s, rates = kept(by_v, seen.value, chi, exponent, rotation, a)
+    W, depth = seen.value[which], s - chi
     I_slopes = tuple(U * by[1] + V * by[0] for by in (seen.by_x, seen.by_phase))
-    which, side = (1, 1) if by_v else (0, -1)
-    W, rates = seen.value[which], torus_rates(exponent, rotation, I)
-    depth = side * a.log(np.abs(W)) / rates.exponent
     by_d, by_chi = (
         side * by[which] / (W * rates.exponent) - depth * rates.exponent_slope / rates.exponent * of
         for by, of in zip((seen.by_x, seen.by_phase), I_slopes, strict=True)
     )
-    return Invariants(I, chi + depth, I_slopes, (by_d, 1 + by_chi), rates)
+    return Invariants(I, s, I_slopes, (by_d, 1 + by_chi), rates)
+
+
+def kept(
+    by_v: bool, value: Any, chi: Scalar, exponent: Scalar, rotation: Scalar, a: Precision
+) -> tuple[Any, Any, TorusRates]:
+    """I and s, which no passage changes, and the rates there: see :func:`invariants`."""
+    I = value[0] * value[1]
+    rates = torus_rates(exponent, rotation, I)
+    depth = a.log(np.abs(value[int(by_v)])) / rates.exponent
+    return I, chi + depth if by_v else chi - depth, rates

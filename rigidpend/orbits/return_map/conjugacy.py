@@ -6,6 +6,8 @@ groups of one length, each with an energy in common.
 
 from __future__ import annotations
 
+import copy
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,9 +15,17 @@ import numpy as np
 from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.orbits.return_map.expansions import fourier_basis
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, powers
-from rigidpend.orbits.return_map.precision import Precision
+from rigidpend.orbits.return_map.precision import Precision, precision
 
-MOST_ITERATIONS = 40
+MOST_ITERATIONS = 12
+"""Most corrections with all terms; each doubles the digits, where the series converges at all."""
+AT_ONCE = 256
+"""Number of points whose coefficients are at hand together: they stay in a core's own memory."""
+GUARD = 2.0**-8
+"""Share of a rounding that terms in doubles leave of one in more bits."""
+SETTLED = 1e-14
+"""Relative correction in doubles after which the next one would be rounding."""
+BEYOND = "the normal form does not reach as far as the section's arcs"
 
 
 class TorusRates(NamedTuple):
@@ -56,9 +66,9 @@ def placed(
     nf: NormalForm, weights: Numbers, psi: Scalar, u: Scalar, v: Scalar, a: Precision
 ) -> tuple[Any, Any, Any]:
     """Qp, Qm and the time less its mean of points in the normal form, (N,) each."""
-    series = _TorusSeries(nf, weights, psi, a)
-    (Qp, Qm, _), _, _ = series.values(u, v)
-    return Qp, Qm, series.time(u, v)
+    series = TorusSeries(nf, weights, psi, a)
+    Qp, Qm, _, tau = series.values(u, v)
+    return Qp, Qm, tau
 
 
 def inverted(
@@ -66,73 +76,179 @@ def inverted(
 ) -> Beside:
     """u and v of points by Newton's method.
 
+    Doubles do all of it but a last correction, and of that all but the terms of low degree: the
+    others are so small beside them that in doubles they have digits enough.
+
     Raises
     ------
     MapError
         A point lies outside of the range of the normal form.
     """
-    series = _TorusSeries(nf, weights, psi, a)
-    # In degree 1, v stands before u.
-    (pv, pu), (mv, mu) = series.odd[:, :2, 0].T, series.odd[:, :2, 1].T
-    determinant = pu * mv - pv * mu
-    u, v = (Qp * mv - pv * Qm) / determinant, (pu * Qm - Qp * mu) / determinant
+    rough = nf if a.bits == 53 else rounded(nf, a)
+    found = [
+        _inverted(nf, rough, weights[level], psi[at], (Qp[at], Qm[at]), a)
+        for level, at in _blocks(len(weights), len(psi))
+    ]
+    return Beside(*(np.concatenate(x) for x in zip(*found, strict=True)))
+
+
+def rounded(nf: NormalForm, a: Precision) -> NormalForm:
+    """A normal form's series in doubles."""
+    return nf._replace(odd=a.floats(nf.odd), even=a.floats(nf.even))
+
+
+def _blocks(levels: int, n: int) -> Iterator[tuple[slice, slice]]:
+    """Rows of weights and points that belong together, few enough at a time."""
+    if levels == n:
+        yield from ((slice(k, k + AT_ONCE),) * 2 for k in range(0, n, AT_ONCE))
+        return
+    size = n // levels
+    for level in range(levels):
+        for k in range(0, size, AT_ONCE):
+            begin = level * size + k
+            yield slice(level, level + 1), slice(begin, begin + min(AT_ONCE, size - k))
+
+
+def _inverted(
+    nf: NormalForm, rough: NormalForm, weights: Numbers, psi: Any, Q: tuple[Any, Any], a: Precision
+) -> tuple[Any, Any, Any, Any]:
+    doubles = precision(53)
+    given = [a.floats(x) for x in Q]
+    series = TorusSeries(rough, a.floats(weights), a.floats(psi), doubles)
+    u, v, (by_u, by_v) = _newton(series, given[0], given[1])
+    if a.bits == 53:
+        return (u, v, *series.values(u, v)[:1:-1])
+    size = max(doubles.largest(u), doubles.largest(v))
+    low = series.least_degree(size, GUARD * 2.0 ** (53 - a.bits))
+    head = TorusSeries(nf, weights, psi, a, most=low)
+    tail = series.part(low + 1)
+    u, v = a.array(u), a.array(v)
+    determinant = by_u[0] * by_v[1] - by_v[0] * by_u[1]
     for _ in range(MOST_ITERATIONS):
-        (p, m, _), by_u, by_v = series.values(u, v)
-        p, m = p - Qp, m - Qm
-        determinant = by_u[0] * by_v[1] - by_v[0] * by_u[1]
+        values = head.values(u, v) + tail.values(a.floats(u), a.floats(v))
+        p, m = values[0] - Q[0], values[1] - Q[1]
         du = (p * by_v[1] - by_v[0] * m) / determinant
         dv = (by_u[0] * m - p * by_u[1]) / determinant
         u, v = u - du, v - dv
-        size = np.abs(u) + np.abs(v)
-        if a.largest(np.where(size == 0, 0, (np.abs(du) + np.abs(dv)) / (size + (size == 0)))) < (
-            4 * a.epsilon
-        ):
-            break
-    else:
-        raise MapError("the normal form does not reach as far as the section's arcs")
-    return Beside(u, v, series.time(u, v), series.values(u, v)[0][2])
+        # The slopes in doubles leave 2^-40 of a correction.
+        if _relative(du, dv, u, v, a) * 2.0**-40 < 4 * a.epsilon:
+            values = head.values(u, v) + tail.values(a.floats(u), a.floats(v))
+            return u, v, values[3], values[2]
+    raise MapError(BEYOND)
 
 
-def _levels(weights: Numbers, part: Any, n: int) -> Any:
-    """Coefficients (E, n, terms) at E energies."""
-    return (weights @ part.reshape(weights.shape[1], -1)).reshape(len(weights), n, -1)
+def _newton(series: TorusSeries, Qp: Any, Qm: Any) -> tuple[Any, Any, Any]:
+    """u, v and the derivatives of Qp and Qm there, in doubles."""
+    u, v = 0 * Qp, 0 * Qp
+    degree, late = 1, 0
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        while late < MOST_ITERATIONS:
+            (p, m), by_u, by_v = series.part(0, degree).slopes(u, v)
+            p, m = p - Qp, m - Qm
+            determinant = by_u[0] * by_v[1] - by_v[0] * by_u[1]
+            du = (p * by_v[1] - by_v[0] * m) / determinant
+            dv = (by_u[0] * m - p * by_u[1]) / determinant
+            u, v = u - du, v - dv
+            off = _relative(du, dv, u, v, precision(53))
+            if degree >= series.degree and off < SETTLED:
+                return u, v, (by_u, by_v)
+            if not off < np.inf:
+                break
+            # A correction doubles the digits, and as many more terms count then.
+            degree, late = 2 * degree + 1, late + (degree >= series.degree)
+    raise MapError(BEYOND)
 
 
-class _TorusSeries:
-    """The series at given phases: polynomials in u and v with coefficients of each point."""
+def _relative(du: Any, dv: Any, u: Any, v: Any, a: Precision) -> float:
+    """The largest correction relative to |u| + |v|."""
+    size = a.floats(np.abs(u) + np.abs(v))
+    return a.largest(a.floats(np.abs(du) + np.abs(dv)) / (size + (size == 0)))
 
-    def __init__(self, nf: NormalForm, weights: Numbers, psi: Scalar, a: Precision) -> None:
+
+class TorusSeries:
+    """The series at given phases: polynomials in u and v with coefficients of each point.
+
+    Parameters
+    ----------
+    nf : NormalForm
+    weights : (E, count) array
+    psi : (N,) array
+    a : Precision
+    most : int, optional
+        Largest degree of the terms that are taken.
+    """
+
+    def __init__(
+        self, nf: NormalForm, weights: Numbers, psi: Scalar, a: Precision, most: int | None = None
+    ) -> None:
+        self.a, self.degree = a, nf.degree if most is None else min(most, nf.degree)
+        odd, even = (powers(self.degree, parity) for parity in (1, 0))
+        self.powers = odd, even
         basis = fourier_basis(psi, nf.n, a)
-        odd, even = nf.odd.reshape(len(nf.odd), -1), nf.even
+        series = (
+            nf.odd[:, : len(odd)].transpose(0, 2, 1).reshape(len(nf.odd), -1),
+            nf.even[:, : len(even)],
+        )
         if len(weights) < len(psi):
-            odd, even = (_levels(weights, part, nf.n) for part in (odd, even))
+            series = tuple(
+                (weights @ part.reshape(weights.shape[1], -1)).reshape(len(weights), nf.n, -1)
+                for part in series
+            )
             basis = basis.reshape(len(weights), -1, nf.n)
         else:
             basis = (weights[:, :, None] * basis[:, None, :]).reshape(len(psi), -1)
-        N = len(psi)
-        self.odd = np.matmul(basis, odd).reshape(N, -1, 3)
-        self.even = np.matmul(basis, even).reshape(N, -1)
-        self.a, self.degree = a, nf.degree
-        self.odd_powers, self.even_powers = powers(nf.degree, 1), powers(nf.degree, 0)
+        self.odd, self.even = (np.matmul(basis, part).reshape(len(psi), -1) for part in series)
+        self.odd = self.odd.reshape(len(psi), 3, -1)
 
-    def values(self, u: Scalar, v: Scalar) -> tuple[Any, Any, Any]:
-        """Qp, Qm, sigma, (3, N), and their derivatives in u and in v."""
-        (j, k), up, vp = self.odd_powers.T, self._powers(u), self._powers(v)
-        of_u, of_v = up[:, j], vp[:, k]
-        by_u, by_v = j * up[:, np.maximum(j - 1, 0)], k * vp[:, np.maximum(k - 1, 0)]
-        return (
-            (self.odd * (of_u * of_v)[:, :, None]).sum(axis=1).T,
-            (self.odd * (by_u * of_v)[:, :, None]).sum(axis=1).T,
-            (self.odd * (of_u * by_v)[:, :, None]).sum(axis=1).T,
-        )
+    def part(self, least: int, most: int | None = None) -> TorusSeries:
+        """The terms from a degree to another."""
+        made = copy.copy(self)
+        made.degree = self.degree if most is None else min(most, self.degree)
+        odd, even = (_range(x, least, made.degree) for x in self.powers)
+        made.powers = self.powers[0][odd], self.powers[1][even]
+        made.odd, made.even = self.odd[:, :, odd], self.even[:, even]
+        return made
 
-    def time(self, u: Scalar, v: Scalar) -> Any:
-        """tau, (N,)."""
-        j, k = self.even_powers.T
-        return (self.even * self._powers(u)[:, j] * self._powers(v)[:, k]).sum(axis=1)
+    def least_degree(self, size: float, share: float) -> int:
+        """The degree behind which terms at |u|, |v| <= size are below a share of the largest."""
+        low = 1
+        for powers_, values in zip(self.powers, (self.odd, self.even[:, None]), strict=True):
+            degrees = powers_.sum(axis=1)
+            sizes = np.abs(values).max(axis=0) * size**degrees
+            sizes = sizes / np.maximum(sizes.max(axis=1, keepdims=True), 1e-300)
+            large = (sizes > share).any(axis=0)
+            low = max(low, int(degrees[large].max(initial=0)))
+        return low
+
+    def values(self, u: Scalar, v: Scalar) -> Any:
+        """Qp, Qm, sigma and tau, (4, N)."""
+        found = [
+            np.matmul(c, self._monomials(u, v, powers_)[:, :, None])[..., 0]
+            for c, powers_ in zip((self.odd, self.even[:, None]), self.powers, strict=True)
+        ]
+        return np.concatenate(found, axis=1).T
+
+    def slopes(self, u: Scalar, v: Scalar) -> tuple[Any, Any, Any]:
+        """Qp and Qm, (2, N), and their derivatives in u and in v."""
+        (j, k), of_u, of_v = self.powers[0].T, self._powers(u), self._powers(v)
+        by_u, by_v = j * of_u[:, np.maximum(j - 1, 0)], k * of_v[:, np.maximum(k - 1, 0)]
+        of_u, of_v = of_u[:, j], of_v[:, k]
+        terms = np.stack((of_u * of_v, by_u * of_v, of_u * by_v), axis=2)
+        value, along_u, along_v = np.matmul(self.odd[:, :2], terms).T
+        return value, along_u, along_v
+
+    def _monomials(self, u: Scalar, v: Scalar, exponents: Any) -> Any:
+        j, k = exponents.T
+        return self._powers(u)[:, j] * self._powers(v)[:, k]
 
     def _powers(self, x: Scalar) -> Any:
         found = self.a.array(np.ones((len(x), self.degree + 1)))
         for k in range(1, self.degree + 1):
             found[:, k] = found[:, k - 1] * x
         return found
+
+
+def _range(exponents: Any, least: int, most: int) -> slice:
+    """The terms, in ascending order of degrees, from a degree to another."""
+    degrees = exponents.sum(axis=1)
+    return slice(*np.searchsorted(degrees, (least, most + 1)))

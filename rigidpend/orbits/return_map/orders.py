@@ -1,20 +1,31 @@
 """Orders of the tables: how many terms a body, an energy and a precision need.
 
 A first look at the charts, in doubles and of low order, measures how far the orbits' layer
-reaches. The rates at which terms shrink follow from that; whether they are small enough is
-measured on the finished tables.
+reaches; a second one, at one energy, how fast the terms of the normal form and of the charts
+shrink over this layer. Whether they are small enough is measured on the finished tables.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.orbits.return_map.charts import at_energies, forward_table, look_up_slopes
+from rigidpend.orbits.return_map.charts import (
+    ChartTable,
+    at_energies,
+    forward_table,
+    inverse_table,
+    look_up_slopes,
+)
 from rigidpend.orbits.return_map.expansions import Interval, phases
-from rigidpend.orbits.return_map.normal_form import MapError, normal_form
+from rigidpend.orbits.return_map.normal_form import (
+    MapError,
+    NormalForm,
+    normal_form,
+    powers,
+)
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients
 
@@ -30,6 +41,19 @@ LARGEST_RADIUS = 0.5
 Beyond it a series needs too many terms."""
 LOOK = 3, 9, 7
 """Sizes of the first look: nodes in d and in chi, degree of the normal form."""
+SECOND_LOOK = 21
+"""Degree of the normal form in the second look."""
+DOUBLES = 53 * math.log(2)
+"""Natural logarithm of one over a rounding of doubles."""
+NOISE = 1e-12
+"""Relative size from which on terms in doubles tell how fast they shrink."""
+TINY = 1e-17
+SLOWEST = 0.05
+"""Least natural logarithm by which terms shrink from order to order."""
+MOST_DEGREE = 45
+"""Largest degree of the normal form in doubles, and in proportion to the bits.
+
+With the body of Fig. 4 mu = 0.045 takes 43."""
 
 
 class Orders(NamedTuple):
@@ -49,11 +73,11 @@ class Orders(NamedTuple):
     def larger(self, *, inner: bool, x: bool, phase: bool, energy: bool) -> Orders:
         """The orders for another attempt, where some were too small."""
         return Orders(
-            _odd(self.degree * (1.3 if inner else 1)),
-            _odd(self.n_phase_orbit * (1.3 if inner else 1)),
-            math.ceil(self.n_x * (1.3 if x else 1)),
-            _odd(self.n_phase * (1.3 if phase else 1)),
-            math.ceil(self.n_energy * (1.3 if energy else 1)),
+            _odd(self.degree * (1.2 if inner else 1)),
+            _odd(self.n_phase_orbit * (1.2 if inner else 1)),
+            math.ceil(self.n_x * (1.2 if x else 1)),
+            _odd(self.n_phase * (1.2 if phase else 1)),
+            math.ceil(self.n_energy * (1.2 if energy else 1)),
             self.length,
         )
 
@@ -89,7 +113,7 @@ def first_look(c: Coefficients, h: float, reach: float = REACH) -> Layer:
         raise MapError("without weight (mu = 0) nothing is split and no map is needed")
     n_x, n_phase, degree = LOOK
     length = arc_length(c, h, guess)
-    n = _harmonics(c, h, a.bits)
+    n = _harmonics(c, h, DOUBLES)
     nf = normal_form(c, Interval(h, 0.0, 1), degree, n, 0.0, a)
     splittings, slopes = [], []
     for rising in (False, True):
@@ -135,25 +159,90 @@ def arc_length(c: Coefficients, h: float, width: float) -> float:
     return -math.log(r) / (math.sqrt(2 * h / c.aligned.kappa) * c.aligned.half_sigma)
 
 
-def orders(c: Coefficients, energies: tuple[float, float], layer: Layer, bits: int) -> Orders:
-    """The orders with which terms shrink to `bits` bits, by the rates of the leading ones."""
-    centre, half_width = (energies[0] + energies[1]) / 2, (energies[1] - energies[0]) / 2
-    width, nats = max(layer.widths), bits * math.log(2)
-    r, n = radius(c, centre, width), _harmonics(c, centre, bits)
+def orders(c: Coefficients, energies: tuple[float, float], layer: Layer, target: float) -> Orders:
+    """The orders whose first terms left out are below `target`, relative, by a second look.
+
+    Parameters
+    ----------
+    c : Coefficients
+        Floats.
+    energies : 2 floats
+    layer : Layer
+    target : float
+
+    Raises
+    ------
+    MapError
+        The series shrink too slowly, or not at all.
+    """
+    h, half_width = (energies[0] + energies[1]) / 2, (energies[1] - energies[0]) / 2
+    width, nats = max(layer.widths), -math.log(target)
+    length, n = arc_length(c, h, width), _harmonics(c, h, nats)
+    a, border = precision(53), border_of(c, h, width)
+    nf = normal_form(c, Interval(h, 0.0, 1), SECOND_LOOK, _harmonics(c, h, DOUBLES), border, a)
+    degree = 2 * _enough(_by_degree(nf, border), target) - 1
+    if degree > MOST_DEGREE * nats / DOUBLES:
+        raise MapError(
+            f"mu is too large: the normal form shrinks so slowly over the layer around the"
+            f" separatrices, |d| up to {width:.2g}, that it takes the degree {degree}"
+        )
+    tables = []
+    for rising in (False, True):
+        sizes = rising, a.number(layer.widths[rising]), _nodes(c, h, width, DOUBLES), nf.n
+        forward = forward_table(*sizes, nf, c, length, a)
+        tables += [forward, inverse_table(rising, forward, layer.invariant, nf, a)]
+    by_x, by_phase = zip(*(_by_order(table) for table in tables), strict=True)
     return Orders(
-        _odd((nats + 4) / -math.log(r)),
+        degree,
         n,
-        math.ceil(nats / -math.log(min(0.5, 2 * r * r)) + 1),
-        n,
-        math.ceil(nats / math.log(2 * centre / half_width) + 1) if half_width else 1,
-        arc_length(c, centre, width),
+        max(_enough(x, target) for x in by_x),
+        2 * max(_enough(x, target) for x in by_phase) - 1,
+        math.ceil(nats / math.log(2 * h / half_width) + 1) if half_width else 1,
+        length,
     )
 
 
-def _harmonics(c: Coefficients, h: float, bits: int) -> int:
+def border_of(c: Coefficients, h: float, width: float) -> float:
+    """|u| and |v| at the ends of arcs from points at d = width."""
+    return 2 * math.sqrt(2 * h / c.aligned.kappa) * 2 * c.aligned.half_sigma * radius(c, h, width)
+
+
+def _by_degree(nf: NormalForm, border: float) -> Any:
+    """The largest terms of Qp and Qm of degree 1, 3, ... where |u| = |v| = border, relative."""
+    degrees = powers(nf.degree, 1).sum(axis=1)
+    sizes = np.abs(nf.odd[:, :, :2]).max(axis=(0, 2)) * border**degrees
+    found = np.array([sizes[degrees == D].max() for D in range(1, nf.degree + 1, 2)])
+    return found / found[0]
+
+
+def _by_order(table: ChartTable) -> tuple[Any, Any]:
+    """The largest coefficients of a table for each order in x and each harmonic, relative."""
+    sizes = np.abs(table.values[0].reshape(table.n_x, table.n_phase, -1))
+    sizes = (sizes / np.maximum(sizes.max(axis=(0, 1)), TINY)).max(axis=2)
+    phase = sizes.max(axis=0)
+    return sizes.max(axis=1), np.append(phase[0], np.maximum(phase[1::2], phase[2::2]))
+
+
+def _enough(sizes: Any, target: float) -> int:
+    """How many terms come before those below a target, by the rate at which they shrink."""
+    logs = np.log(np.maximum(np.maximum.accumulate(sizes[::-1])[::-1], TINY))
+    last = min(len(logs) - 1, 1 + int(np.flatnonzero(logs > math.log(NOISE)).max()))
+    first = last // 2
+    rate = (logs[first] - logs[last]) / (last - first)
+    if rate < SLOWEST:
+        raise MapError("mu is too large: the series of the map do not shrink")
+    return max(2, math.ceil(last + (logs[last] - math.log(target)) / rate))
+
+
+def _nodes(c: Coefficients, h: float, width: float, nats: float) -> int:
+    """The number of Chebyshev nodes in d, by the rate of the leading terms."""
+    return math.ceil(nats / -math.log(min(0.5, 2 * radius(c, h, width) ** 2)) + 1)
+
+
+def _harmonics(c: Coefficients, h: float, nats: float) -> int:
     """The number of Fourier terms: the harmonics of order k are of order (mu/h)^k."""
     mu = math.hypot(c.aligned.mu_r1, c.aligned.mu_r2)
-    return _odd(2 * bits * math.log(2) / -math.log(min(0.5, 2 * mu / h)) + 1)
+    return _odd(2 * nats / -math.log(min(0.5, 2 * mu / h)) + 1)
 
 
 def _odd(x: float) -> int:

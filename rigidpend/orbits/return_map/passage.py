@@ -19,10 +19,10 @@ from rigidpend.orbits.return_map.charts import (
     Looked,
     at_energies,
     invariants,
+    kept,
     look_up,
     look_up_slopes,
 )
-from rigidpend.orbits.return_map.conjugacy import TorusRates, torus_rates
 from rigidpend.orbits.return_map.normal_form import NormalForm
 from rigidpend.orbits.return_map.precision import Precision
 
@@ -146,10 +146,8 @@ class EnergyLevel:
     def _invariants(self, by_v: bool, seen: Looked, chi: Scalar) -> Invariants:
         if seen.by_x is not None:
             return invariants(by_v, seen, chi, self.exponent, self.rotation, self.a)
-        I = seen.value[0] * seen.value[1]
-        rates: TorusRates = torus_rates(self.exponent, self.rotation, I)
-        depth = self.a.log(np.abs(seen.value[int(by_v)])) / rates.exponent
-        return Invariants(I, chi + depth if by_v else chi - depth, (), (), rates)  # type: ignore[arg-type]
+        I, s, rates = kept(by_v, seen.value, chi, self.exponent, self.rotation, self.a)
+        return Invariants(I, s, (), (), rates)  # type: ignore[arg-type]
 
 
 def _chained(seen: Looked, there: Looked, at: Invariants, turned: Scalar, side: Any) -> Any:

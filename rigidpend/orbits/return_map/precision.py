@@ -1,9 +1,8 @@
 """Arrays of numbers of any precision, with their elementary functions.
 
-Doubles are NumPy's own type, up to 96 bits are carried in pairs of doubles by the kernel, and the
-113 bits of `real128` are heyoka's. Elsewhere a number is mpmath's, in an array of objects, some
-fifty times slower. The same lines compute with all of them: ``+ - * /``, ``@``, and the functions
-of a :class:`Precision`.
+Doubles are NumPy's own type, up to 96 bits are carried in pairs of doubles by the kernel. Beyond,
+a number is mpmath's, in an array of objects. The same lines compute with all of them:
+``+ - * /``, ``@``, and the functions of a :class:`Precision`.
 """
 
 from __future__ import annotations
@@ -17,27 +16,17 @@ import numpy as np
 from rigidpend.numbers.exact import context
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate import pair_arrays
-from rigidpend.orbits.integrate.compiled import exactly, heyoka, typed
-from rigidpend.orbits.integrate.engines import default_engine, has_heyoka
 from rigidpend.orbits.integrate.pair_arrays import PairArray
+from rigidpend.orbits.integrate.states import rational
 
 FUNCTIONS = {"sin": 1, "cos": 1, "exp": 1, "expm1": 1, "log": 1, "sqrt": 1, "atan2": 2}
 MOST_IN_PAIRS = 96
 """Bits that pairs of doubles keep after some hundred operations that each err by 2^-104."""
 
 
-def native(bits: int) -> Any:
-    """NumPy's type of numbers of so many bits; None where there is none."""
-    if bits == 53:
-        return np.float64
-    if bits == 113 and has_heyoka():
-        return heyoka().real128
-    return None
-
-
 def in_pairs(bits: int) -> bool:
     """True if numbers of so many bits are pairs of doubles, of the kernel."""
-    return 53 < bits <= MOST_IN_PAIRS and default_engine() == "taylor"
+    return 53 < bits <= MOST_IN_PAIRS
 
 
 class Precision:
@@ -53,14 +42,14 @@ class Precision:
 
     def __init__(self, bits: int) -> None:
         self.bits, self.in_pairs = bits, in_pairs(bits)
-        kind = native(bits)
-        self.dtype: Any = np.dtype(kind or object)
+        doubles = bits == 53
+        self.dtype: Any = np.dtype(float if doubles else object)
         m = context(bits)
         for name, arguments in FUNCTIONS.items():
-            if self.in_pairs:
-                mine = getattr(pair_arrays, name)
+            if self.in_pairs or doubles:
+                mine = getattr(np if doubles else pair_arrays, name)
             else:
-                mine = getattr(np, name) if kind else np.frompyfunc(getattr(m, name), arguments, 1)
+                mine = np.frompyfunc(getattr(m, name), arguments, 1)
             setattr(self, name, mine)
         self.pi = self.number(+context(max(bits, 113)).pi)
         self.epsilon = 2.0 ** (1 - bits)
@@ -69,12 +58,11 @@ class Precision:
         """A number of this precision from an int, a float, a Fraction or an mpmath number."""
         if self.in_pairs:
             known = isinstance(x, (int, float, Fraction))
-            return PairArray.number(Fraction(x) if known else exactly(x))
+            return PairArray.number(Fraction(x) if known else rational(x))
         if self.dtype == object:
             m = context(self.bits)
             return m.mpf(x.numerator) / x.denominator if isinstance(x, Fraction) else m.mpf(x)
-        value = Fraction(x) if isinstance(x, (int, float)) else x
-        return float(x) if self.bits == 53 else typed(value, self.dtype.type)
+        return float(x)
 
     def array(self, x: Scalar) -> Any:
         """An array of this precision from an array or nested list of such numbers."""

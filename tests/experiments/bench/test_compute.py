@@ -24,6 +24,7 @@ from rigidpend.results import store
 from rigidpend.runs import loading, runner
 from tests.config.samples import content as typed
 from tests.config.samples import refused
+from tests.experiments.trees import differences
 from tests.orbits.integrate.problems import needs_heyoka
 
 pytestmark = pytest.mark.slow
@@ -166,7 +167,7 @@ def test_a_result_does_not_differ_from_itself_nor_by_its_times(data: Any) -> Non
     fresh = copy.deepcopy(data)
     fresh["codes"]["aligned_batch"]["seconds"] *= 100
     fresh["meetings"]["threads_1"]["codes"]["aligned_batch"]["rounds"] *= 100
-    assert bench.differences(data, fresh) == []
+    assert differences("bench", data, fresh) == []
 
 
 @needs_heyoka("the references in 113 bits")
@@ -174,11 +175,11 @@ def test_a_larger_error_and_a_wrong_symbol_are_found(data: Any) -> None:
     fresh = copy.deepcopy(data)
     fresh["pendulum"]["aligned_batch"]["error"][1] *= 1e3
     fresh["codes"]["route_codes"]["wrong_symbols"][0] = 1
-    second, first = bench.differences(data, fresh)
-    assert first.startswith("pendulum, aligned_batch: at 1e-09 the error is")
-    assert second == "codes, route_codes: at nan 1 symbols are wrong"
+    second, first = sorted(differences("bench", data, fresh))
+    assert first.startswith("pendulum/aligned_batch/error at 1e-09: stored ")
+    assert second == "codes/route_codes/wrong_symbols at nan: stored 0, computed 1"
     del fresh["codes"]
-    assert "problem codes is in one file only" in bench.differences(data, fresh)
+    assert differences("bench", data, fresh) == ["codes is only stored"]
 
 
 def test_without_heyoka_there_is_no_reference(monkeypatch: pytest.MonkeyPatch) -> None:

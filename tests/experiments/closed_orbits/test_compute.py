@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ from rigidpend.experiments.contract import Means
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.engines import default_engine
 from tests.config.samples import content as typed
-from tests.experiments.trees import plain, shifted
+from tests.experiments.trees import plain
 
 CONFIG = Path(__file__).parents[3] / "configs" / "closed_orbits.yaml"
 SMALL = ["problem.longest=5", "problem.verified=2", "problem.symbols=1000"]
@@ -53,28 +52,6 @@ def test_averages_agree_with_the_long_orbit(data: Any) -> None:
     # They settle exponentially: neighbours further off matter ever less.
     near = np.abs(averages["mean"][:-1] - averages["mean"][-1])
     assert (near[1:] < near[:-1] / 10).all()
-
-
-@pytest.mark.parametrize(
-    ("place", "change"),
-    [
-        (("orbits", "period"), 1e-8),
-        (("orbits", "action"), 1e-8),
-        (("orbits", "alone"), 1e-7),
-        (("orbits", "closing"), 1e-14),
-        (("averages", "mean"), 1e-8),
-        (("places", "chi"), 1e-8),
-    ],
-)
-def test_a_difference_is_found(data: Any, place: tuple[str, str], change: float) -> None:
-    [found] = closed_orbits.differences(data, shifted(data, place, change))
-    assert "/".join(place) in str(found)
-    assert not closed_orbits.differences(data, copy.deepcopy(data))
-
-
-def test_rows_tell_what_is_asked() -> None:
-    rows = {row.name: row.value for row in closed_orbits.describe(typed(Config, CONFIG, SMALL))}
-    assert rows["words"] == "18"
 
 
 def test_the_estimate_doubles_with_each_symbol_that_is_verified() -> None:

@@ -1,12 +1,22 @@
-"""Comparing trees of arrays: floats to within what is allowed, all else exactly."""
+"""Comparing two results by what their layout declares: doubles within bounds, all else exactly."""
 
 from __future__ import annotations
 
+import functools
+import operator
 from typing import Any
 
 import numpy as np
 import pytest
 
+from rigidpend.experiments.data.bounds import (
+    bound,
+    modulo,
+    of_field,
+    of_largest,
+    relative,
+    stated,
+)
 from rigidpend.experiments.data.compare import (
     Difference,
     attributes,
@@ -16,70 +26,113 @@ from rigidpend.experiments.data.compare import (
     outlines,
     plain,
 )
+from rigidpend.experiments.data.layout import ANY, FLOAT, TEXT, WHOLE, Field, Layout
+
+LAYOUT: Layout = {
+    "a": {
+        "x": Field(FLOAT, (2, 2), gaps=True, within=0.4),
+        "n": Field(WHOLE, (2,)),
+        "how": Field(WHOLE, within=ANY),
+        "e": Field(FLOAT, (2,), within=stated(0.2)),
+        "r": Field(FLOAT, (2,), within=relative(0.1)),
+        "m": Field(FLOAT, (2,), within=of_largest(0.1)),
+        "f": Field(FLOAT, (2,), within=of_field("scale", 0.1)),
+        "p": Field(FLOAT, (2,), within=modulo(4.0, lambda name, stored, fresh: 0.1)),
+        "c": Field(WHOLE, (2,), within=bound(lambda name, stored, fresh: np.array([0, np.inf]))),
+    },
+    "b": Field(TEXT, (2,)),
+    "scale": Field(FLOAT),
+    "of": {"<any>": {"y": Field(FLOAT)}},
+}
 
 
 def tree() -> dict[str, Any]:
+    two = np.array([1.0, 4.0])
     return {
-        "a": {"x": np.array([[1.0, 2.0], [np.nan, 4.0]]), "n": np.array([1, 2])},
+        "a": {
+            "x": np.array([[1.0, 2.0], [np.nan, 4.0]]),
+            "n": np.array([1, 2]),
+            "how": np.array(1),
+            "e": np.array([0.1, np.nan]),
+            **{name: two.copy() for name in "rmfp"},
+            "c": np.array([1, 2]),
+        },
         "b": np.array(["p", "q"], dtype=object),
+        "scale": np.array(10.0),
+        "of": {"one": {"y": np.array(1.0)}},
     }
 
 
 def test_a_tree_does_not_differ_from_itself() -> None:
-    assert differences(tree(), tree(), 0.0) == []
+    assert differences(LAYOUT, tree(), tree()) == []
 
 
 @pytest.mark.parametrize(
-    ("group", "index", "value", "said"),
+    ("name", "index", "value", "said"),
     [
         ("x", (0, 1), 2.5, "a/x[0, 1]: stored 2, computed 2.5 (may differ by 0.4)"),
+        ("x", (0, 1), 2.375, None),
         ("x", (1, 1), np.nan, "a/x[1, 1]: stored 4, computed nan (may differ by 0.4)"),
         ("x", (1, 0), 0.0, "a/x[1, 0]: stored nan, computed 0 (may differ by 0.4)"),
         ("n", (1,), 3, "a/n[1]: stored 2, computed 3"),
+        ("how", (), 2, None),
+        ("e", (0,), 0.19, None),
+        ("e", (0,), -0.25, "a/e[0]: 0.25 is stated, at most 0.2 is declared"),
+        ("e", (0,), np.nan, "a/e[0]: stored True, computed False"),
+        ("e", (1,), 0.1, "a/e[1]: stored False, computed True"),
+        ("r", (0,), 1.0625, None),
+        ("r", (0,), 1.25, "a/r[0]: stored 1, computed 1.25 (may differ by 0.1)"),
+        ("m", (0,), 1.25, None),
+        ("m", (0,), 1.5, "a/m[0]: stored 1, computed 1.5 (may differ by 0.4)"),
+        ("f", (0,), 1.75, None),
+        ("f", (0,), 2.25, "a/f[0]: stored 1, computed 2.25 (may differ by 1)"),
+        ("p", (1,), 0.0625, None),
+        ("p", (1,), 0.25, "a/p[1]: stored 4, computed 4.25 (may differ by 0.1)"),
+        ("c", (0,), 2, "a/c[0]: stored 1, computed 2"),
+        ("c", (1,), 3, None),
     ],
 )
-def test_what_differs_is_named(group: str, index: Any, value: Any, said: str) -> None:
+def test_what_differs_by_more_than_is_declared_is_named(
+    name: str, index: Any, value: Any, said: str | None
+) -> None:
     fresh = tree()
-    fresh["a"][group][index] = value
-    assert differences(tree(), fresh, 0.4) == [said]
-
-
-def test_a_float_may_differ_by_what_is_allowed_and_no_more() -> None:
-    fresh = tree()
-    fresh["a"]["x"][0, 0] = 1.25
-    assert differences(tree(), fresh, 0.25) == []
-    assert differences(tree(), fresh, 0.24) != []
+    fresh["a"][name][index] = value
+    assert differences(LAYOUT, tree(), fresh) == ([said] if said else [])
 
 
 def test_a_text_that_changed_is_found() -> None:
     fresh = tree()
     fresh["b"][1] = "r"
-    assert differences(tree(), fresh, 1.0) == ["b[1]: stored q, computed r"]
+    assert differences(LAYOUT, tree(), fresh) == ["b[1]: stored q, computed r"]
+
+
+def test_the_worst_difference_is_that_furthest_beyond_its_bound() -> None:
+    fresh = tree()
+    fresh["a"]["r"] += [0.3, 0.9]
+    [found] = differences(LAYOUT, tree(), fresh)
+    assert (found.place, found.computed) == ("a/r[0]", 1.3)
+    assert found.endswith("(may differ by 0.1, 2 of 2 differ)")
 
 
 @pytest.mark.parametrize("missing_first", [True, False])
-def test_a_missing_array_or_group_is_found(missing_first: bool) -> None:
-    for remove, said in ((("a",), "a"), (("a", "n"), "a/n")):
+def test_a_missing_array_or_group_is_found_but_none_that_is_not_compared(
+    missing_first: bool,
+) -> None:
+    for place in (("a",), ("a", "n"), ("of", "one"), ("b",), ("a", "how")):
         fewer = tree()
-        holder: Any = fewer
-        for name in remove[:-1]:
-            holder = holder[name]
-        del holder[remove[-1]]
+        *outer, name = place
+        holder: Any = functools.reduce(operator.getitem, outer, fewer)
+        del holder[name]
         pair = (fewer, tree()) if missing_first else (tree(), fewer)
         where = "computed" if missing_first else "stored"
-        assert differences(*pair, 0.0) == [f"{said} is only {where}"]
+        expected = [] if name == "how" else [f"{'/'.join(place)} is only {where}"]
+        assert differences(LAYOUT, *pair) == expected
 
 
 def test_another_shape_is_found() -> None:
     fresh = tree()
     fresh["b"] = fresh["b"][:1]
-    assert differences(tree(), fresh, 0.0) == ["b: shape (2,) stored, (1,) computed"]
-
-
-def test_a_group_for_an_array_is_found() -> None:
-    group = {**tree(), "b": {"c": np.array([1])}}
-    assert differences(tree(), group, 0.0) == ["b: shape (2,) stored, () computed"]
-    assert differences(group, tree(), 0.0) == ["b: shape () stored, (2,) computed"]
+    assert differences(LAYOUT, tree(), fresh) == ["b: shape (2,) stored, (1,) computed"]
 
 
 @pytest.mark.parametrize(

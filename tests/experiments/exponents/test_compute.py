@@ -22,7 +22,7 @@ from rigidpend.routes.symbolic.exponents import stretched
 from rigidpend.routes.symbolic.surface import surface
 from tests.config.samples import content as typed
 from tests.config.samples import refused
-from tests.experiments.trees import plain, shifted
+from tests.experiments.trees import differences, plain
 from tests.routes.symbolic.fig4 import BODY, H
 
 CONFIG = Path(__file__).parents[3] / "configs" / "exponents.yaml"
@@ -70,29 +70,12 @@ def test_quantiles_are_those_of_the_cells(data: Any) -> None:
     assert (np.diff(data["growth"]["exponent"], axis=0) >= 0).all()
 
 
-@pytest.mark.parametrize(
-    ("place", "change"),
-    [
-        (("exponent",), 1e-3),
-        (("codes",), 1),
-        (("theta2_0",), 1e-12),
-        (("growth", "exponent"), 1e-2),
-        (("checked", "growth"), 1e-3),
-        (("checked", "allowed"), 1e-3),
-        (("checked", "difference"), 1e-3),
-    ],
-)
-def test_a_difference_is_found(data: Any, place: tuple[str, ...], change: float) -> None:
-    [found] = exponents.differences(data, shifted(data, place, change, at=-1))
-    assert "/".join(place) in str(found)
-    assert not exponents.differences(data, copy.deepcopy(data))
-
-
 def test_cells_that_are_no_longer_known_are_a_difference(data: Any) -> None:
     other = copy.deepcopy(data)
     other["exponent"][1, 1] = np.nan
-    [found] = exponents.differences(data, other)
-    assert "is stated, at most 0.001 is declared" in str(found)
+    [found] = differences("exponents", data, other)
+    assert found.startswith("exponent[1, 1]: stored 5.42005645858")
+    assert "computed nan" in found
 
 
 def test_more_passages_than_doubles_tell_are_refused() -> None:
@@ -100,10 +83,7 @@ def test_more_passages_than_doubles_tell_are_refused() -> None:
     assert "at most 10" in str(found)
 
 
-def test_rows_tables_and_the_estimate_tell_what_is_asked(data: Any) -> None:
-    asked = typed(Config, CONFIG, SMALL)
-    rows = {row.name: row.value for row in exponents.describe(asked)}
-    assert rows["checked"] == "5"
+def test_tables_and_the_estimate_tell_what_is_asked(data: Any) -> None:
     [table] = tables(cast("Any", {"data": data}))
     assert len(table.rows) == 3
     assert "of 24 cells are known" in table.note

@@ -131,21 +131,6 @@ def test_the_rectangles_are_on_the_two_sides_of_separatrix_2(content: Any, data:
     np.testing.assert_allclose(rectangles["theta1"].T, expected, atol=1e-14)
 
 
-def test_a_result_does_not_differ_from_itself_but_from_another_body_s(data: Any) -> None:
-    assert heteroclinic_cycle.differences(data, data) == []
-    x = data["vertices"]["theta1"]
-    for step, count in ((1e-15, 0), (1e-12, 1)):
-        fresh = {**data, "vertices": {**data["vertices"], "theta1": x + step}}
-        assert len(heteroclinic_cycle.differences(data, fresh)) == count
-
-
-def test_describe_names_the_places_of_the_separatrices() -> None:
-    rows = {row.name: row for row in heteroclinic_cycle.describe(typed(Config, FIG2))}
-    assert float(rows["separatrix 2"].value) == pytest.approx(3.4814295630439, abs=1e-12)
-    assert "mu" not in rows
-    assert all(row.meaning for row in rows.values())
-
-
 @pytest.mark.parametrize(
     ("setting", "told"),
     [

@@ -20,7 +20,7 @@ from rigidpend.mechanics.equations import (
 from rigidpend.orbits.integrate import sample
 from rigidpend.runs import loading
 from tests.config.samples import refused
-from tests.experiments.trees import from_file
+from tests.experiments.trees import differences, from_file
 from tests.processes import modules_of_computing
 
 FIG1 = Path(__file__).resolve().parents[3] / "configs" / "fig1.yaml"
@@ -187,24 +187,6 @@ def test_the_centres_are_equilibria(content: Any, data: Any) -> None:
     np.testing.assert_allclose(np.diff(np.sort(centres["theta1"])), np.pi)
 
 
-def test_a_result_does_not_differ_from_itself(data: Any) -> None:
-    assert phase_portraits.differences(data, data) == []
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("group", "field"), [("orbits", "theta1"), ("separatrices", "points"), ("plane", "window")]
-)
-def test_a_changed_curve_is_found_and_its_rounding_is_not(
-    data: Any, group: str, field: str
-) -> None:
-    for step, count in ((1e-15, 0), (1e-12, 1)):
-        values = data[group][field].copy()
-        values.flat[1] += step
-        fresh = {**data, group: {**data[group], field: values}}
-        assert len(phase_portraits.differences(data, fresh)) == count
-
-
 def test_visibility_may_change_on_the_outline_only(data: Any) -> None:
     orbits = data["orbits"]
     depth = orbits["projected"].copy()
@@ -215,16 +197,7 @@ def test_visibility_may_change_on_the_outline_only(data: Any) -> None:
         visible[index] ^= True
         fresh = {**stored, "orbits": {**stored["orbits"], "visible": visible}}
         changed = {**stored, "orbits": {**stored["orbits"], "visible": orbits["visible"]}}
-        assert len(phase_portraits.differences(changed, fresh)) == count
-
-
-def test_describe_names_every_parameter_but_not_mu(content: Any) -> None:
-    rows = {row.name: row for row in phase_portraits.describe(content)}
-    assert rows["alpha0"].value == "1.9106332362490186"
-    assert rows["separatrices"].value == "-0.339837, 3.481430, 5.943348, 9.764615"
-    assert rows["azimuth"].value == "pi/8"
-    assert "mu" not in rows
-    assert all(row.meaning for row in rows.values())
+        assert len(differences("phase_portraits", changed, fresh)) == count
 
 
 @pytest.mark.parametrize(

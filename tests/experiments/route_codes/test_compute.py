@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.route_arrays import crossing_tolerance
 from rigidpend.experiments.route_codes import compute as route_codes
+from rigidpend.experiments.route_layout import crossing_tolerance
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.engines import default_engine
 from rigidpend.routes.codes import route_codes as compute_codes
@@ -19,7 +19,7 @@ from rigidpend.routes.problem import RouteProblem
 from rigidpend.runs import loading
 from rigidpend.surfaces import melnikov
 from tests.config.samples import SMALL, written
-from tests.experiments.trees import plain, with_change
+from tests.experiments.trees import differences, plain, with_change
 
 FIG4 = Path(__file__).resolve().parents[3] / "configs" / "fig4.yaml"
 SECOND = "problem.arrays.second={start: 3*pi/40, step: 1/100, count: 2}"
@@ -89,22 +89,17 @@ def test_compute_reports_each_array(tree: Any, reported: list[str]) -> None:
 def test_numerics_reach_the_computation(content: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[Any] = []
 
-    def stop(*_: Any, **keywords: Any) -> Any:
-        seen.append(keywords)
+    def stop(*given: Any) -> Any:
+        seen.append(given)
         raise InterruptedError
 
-    monkeypatch.setattr(route_codes, "route_codes", stop)
+    monkeypatch.setattr(route_codes, "codes_of", stop)
     arithmetic = resolve("scipy", 1e-9, (60, 80))
     with pytest.raises(InterruptedError):
         route_codes.compute(content, Means(arithmetic, 3, print))
-    [keywords] = seen
-    assert keywords["tolerance"] == 1e-9
-    assert keywords["precisions"] == (60, 80)
-    assert (keywords["engine"], keywords["jobs"]) == ("scipy", 3)
-
-
-def test_a_result_does_not_differ_from_itself(data: Data) -> None:
-    assert route_codes.differences(data, data) == []
+    [(problem, _, *numerics)] = seen
+    assert problem is content.problem.routes
+    assert numerics == [arithmetic, 3]
 
 
 def flip(data: Data) -> None:
@@ -117,7 +112,7 @@ def doubt(data: Data) -> None:
 
 
 def test_a_certain_symbol_that_changed_is_found(data: Data) -> None:
-    [found] = route_codes.differences(data, with_change(data, flip))
+    [found] = differences("route_codes", data, with_change(data, flip))
     assert found == f"only/codes[2, 1]: stored {1 - found.computed}, computed {found.computed}"
 
 
@@ -125,11 +120,11 @@ LOST = "only/certain[2, 1]: stored True, computed False (3 of 25 differ)"
 
 
 def test_a_symbol_that_was_uncertain_may_differ(data: Data) -> None:
-    assert route_codes.differences(with_change(data, doubt), data) == []
+    assert differences("route_codes", with_change(data, doubt), data) == []
 
 
 def test_symbols_that_are_no_longer_certain_are_found_and_no_more_of_them(data: Data) -> None:
-    assert route_codes.differences(data, with_change(data, doubt)) == [LOST]
+    assert differences("route_codes", data, with_change(data, doubt)) == [LOST]
 
 
 @pytest.mark.parametrize("field", ["crossing_time", "separatrix"])
@@ -143,52 +138,18 @@ def test_what_is_compared_ends_before_the_first_uncertain_symbol(data: Data, fie
 
     # Symbol 3, in row 2, is what happens between the crossings 2 and 3 of rows 2 and 3.
     for row, count in ((2, 1), (3, 0)):
-        assert len(route_codes.differences(with_change(data, change(row)), data)) == count
-        lost, *found = route_codes.differences(data, with_change(data, change(row)))
+        assert len(differences("route_codes", with_change(data, change(row)), data)) == count
+        lost, *found = differences("route_codes", data, with_change(data, change(row)))
         assert lost == LOST
         assert len(found) == count
         assert all(field in text for text in found)
-
-
-def test_a_separatrix_that_changed_is_found(data: Data) -> None:
-    def change(data: Data) -> None:
-        data["second"]["separatrix"][0, 1] = 3
-
-    [found] = route_codes.differences(data, with_change(data, change))
-    assert found == "second/separatrix[0, 1]: stored 2, computed 3"
-
-
-@pytest.mark.parametrize("row", [0, 5])
-def test_a_shifted_crossing_time_is_found(data: Data, row: int) -> None:
-    def change(data: Data) -> None:
-        data["only"]["crossing_time"][row, 3] += 0.01
-
-    [found] = route_codes.differences(data, with_change(data, change))
-    assert found.startswith(f"only/crossing_time[{row}, 3]: stored ")
 
 
 def test_a_crossing_time_may_differ_by_what_its_arithmetic_explains(data: Data) -> None:
     def change(data: Data) -> None:
         data["only"]["crossing_time"] += 0.5 * crossing_tolerance(6)
 
-    assert route_codes.differences(data, with_change(data, change)) == []
-
-
-@pytest.mark.parametrize("field", ["theta2_0", "melnikov_zeros"])
-def test_another_phase_is_found(data: Data, field: str) -> None:
-    def change(data: Data) -> None:
-        data["only"][field][1] += 1e-12
-
-    [found] = route_codes.differences(data, with_change(data, change))
-    assert found.startswith(f"only/{field}[1]: stored ")
-
-
-@pytest.mark.parametrize("absent_first", [True, False])
-def test_a_missing_array_is_found(data: Data, absent_first: bool) -> None:
-    fewer = {"only": data["only"]}
-    pair = (fewer, data) if absent_first else (data, fewer)
-    where = "computed" if absent_first else "stored"
-    assert route_codes.differences(*pair) == [f"second is only {where}"]
+    assert differences("route_codes", data, with_change(data, change)) == []
 
 
 def test_other_numbers_of_symbols_or_columns_are_found(data: Data) -> None:
@@ -196,8 +157,8 @@ def test_other_numbers_of_symbols_or_columns_are_found(data: Data) -> None:
         for field in data["only"]:
             data["only"][field] = data["only"][field][..., :2]
 
-    [found] = route_codes.differences(data, with_change(data, change))
-    assert found == "only/codes: shape (5, 5) stored, (5, 2) computed"
+    [found] = differences("route_codes", data, with_change(data, change))
+    assert found == "only/theta2_0: shape (5,) stored, (2,) computed"
 
 
 @pytest.mark.parametrize("absent_first", [True, False])
@@ -208,33 +169,10 @@ def test_a_certain_crossing_without_a_time_is_found(data: Data, absent_first: bo
     pair = [with_change(data, change), data]
     if not absent_first:
         pair.reverse()
-    [found] = route_codes.differences(*pair)
+    [found] = differences("route_codes", *pair)
     assert found.startswith("only/crossing_time[0, 0]: stored ")
     assert "nan" in found
-    assert route_codes.differences(with_change(data, change), with_change(data, change)) == []
-
-
-@pytest.mark.parametrize("absent_first", [True, False])
-@pytest.mark.parametrize("field", ["theta2_0", "codes", "certain", "bits", "melnikov_zeros"])
-def test_a_missing_dataset_is_found(data: Data, field: str, absent_first: bool) -> None:
-    def change(data: Data) -> None:
-        del data["second"][field]
-
-    pair = [with_change(data, change), data]
-    if not absent_first:
-        pair.reverse()
-    where = "computed" if absent_first else "stored"
-    assert route_codes.differences(*pair) == [f"second/{field} is only {where}"]
-
-
-def test_describe_names_every_parameter_with_what_follows(content: Any) -> None:
-    rows = {row.name: row for row in route_codes.describe(content)}
-    assert rows["alpha0"].value == "1.9106332362490186"
-    assert rows["J1_0"].value == "1e-8"
-    assert rows["Melnikov zeros"].value == "1.563050, 4.704643"
-    assert rows["array second"].value == "3*pi/40 + k 1/100, k < 2"
-    assert rows["special cases"].value == "Grioli"
-    assert all(row.meaning for row in rows.values())
+    assert differences("route_codes", with_change(data, change), with_change(data, change)) == []
 
 
 def test_an_array_in_parts_is_the_array_at_once(
@@ -323,7 +261,7 @@ def test_what_maps_decided_is_told_where_there_was_a_choice(
         name: {field: np.array(dataset.values) for field, dataset in group.items()}
         for name, group in mapped.items()
     }
-    assert route_codes.differences(data, fresh) == []
+    assert differences("route_codes", data, fresh) == []
 
 
 def test_an_estimate_counts_the_bits_that_long_codes_take() -> None:

@@ -16,7 +16,7 @@ from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.engines import default_engine
 from rigidpend.runs import loading
 from tests.config.samples import refused
-from tests.experiments.trees import plain
+from tests.experiments.trees import differences, plain
 
 SHIPPED = Path(__file__).parents[3] / "configs" / "route_map.yaml"
 SMALL = (
@@ -195,30 +195,18 @@ def test_tiles_are_kept_and_none_is_computed_twice(
     monkeypatch.setattr(route_map, "_cells", lambda *_: pytest.fail("computed again"))
     again = plain(computed(given, pieces=pieces))
     assert np.array_equal(first["codes"], again["codes"])
-    assert not route_map.differences(data, first)
+    assert not differences("route_map", data, first)
 
 
 def test_two_results_are_told_apart(data: Any) -> None:
     other = {**data, "codes": data["codes"].copy()}
-    assert not route_map.differences(data, other)
+    assert not differences("route_map", data, other)
     other["codes"][0, 0, 0] ^= 1
-    assert len(route_map.differences(data, other)) == 1
+    assert len(differences("route_map", data, other)) == 1
     less = {**data, "certain": data["certain"] * 0}
-    assert len(route_map.differences(data, less)) == 1
+    assert len(differences("route_map", data, less)) == 1
     moved = {**data, "x": data["x"] + 1e-9}
-    assert route_map.differences(data, moved)
-
-
-def test_the_description_says_what_it_costs() -> None:
-    rows = {row.name: row.value for row in route_map.describe(content())}
-    few = float(rows["cost"].split()[1])
-    many = {
-        row.name: row.value
-        for row in route_map.describe(
-            content("problem.theta2_0.count=1250", "problem.rows.count=800", "problem.zooms={}")
-        )
-    }
-    assert few < 1 < float(many["cost"].split()[1]) < 60
+    assert differences("route_map", data, moved)
 
 
 def test_cells_of_their_own_bodies_cost_most() -> None:

@@ -36,12 +36,8 @@ def test_words_are_a_gray_code_between_0_and_1() -> None:
     assert found == pytest.approx(np.arange(8) / 8)
 
 
-def test_the_plane_shows_every_cell_and_the_change_of_the_first_symbol() -> None:
-    figure = figure_of()
-    (axes,) = figure.axes
-    (image,) = axes.images
-    assert np.array_equal(image.get_array(), words(plane(0, 6)["codes"]))
-    assert image.get_extent() == pytest.approx([0, 6, -10, -4])
+def test_lines_are_where_symbols_change() -> None:
+    (axes,) = figure_of().axes
     first = axes.collections[-1].get_paths()[0].vertices
     assert np.ptp(first[:, 0]) < 1
     assert abs(first[:, 0].mean() - 3) < 0.5

@@ -14,20 +14,22 @@ from rigidpend import route_codes
 from rigidpend.config import catalogue
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_zoom import compute as route_zoom
-from rigidpend.numbers.exact import exact
-from rigidpend.orbits.integrate import default_engine
+from rigidpend.numbers.exact import context, exact
+from rigidpend.orbits.integrate import default_engine, neighbours
 from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate.records import Crossings
 from rigidpend.routes import certainty
 from rigidpend.routes.change import Bracket, NoChange, narrowed
 from rigidpend.routes.codes import Run
 from rigidpend.routes.cycle import symbols
-from rigidpend.routes.neighbourhood import Neighbourhood
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.runs import loading
 from rigidpend.surfaces import melnikov
+from scripts import check_certificate
 from tests.bodies import FIG4
 from tests.config.samples import refused
+from tests.experiments.trees import differences
 
 SHIPPED = Path(__file__).parents[3] / "configs" / "fig4_zoom.yaml"
 SMALL = ("problem.levels=3", "problem.count=5", "problem.n_symbols=4")
@@ -90,57 +92,77 @@ def test_the_centre_is_that_of_plain_bisection(tree: Any, given: Any) -> None:
     assert Fraction(last["centre"].values) == (low + high) / 2
 
 
-def deep(monkeypatch: pytest.MonkeyPatch, step: str, n_symbols: int) -> tuple[Any, Any]:
-    """The config and the tree of three columns far below doubles, around a known change."""
-    near, width = exact("4.7056968531335417968386154358755098278470455951865372620864"), "2.6e-56"
-    known = Bracket(near - exact(width), near + exact(width))
-    monkeypatch.setattr(route_zoom, "narrowed", lambda *_: [known])
-    small = ("problem.levels=1", "problem.count=3", f"problem.n_symbols={n_symbols}")
-    content = loading.load(SHIPPED, (*small, f"problem.step={step}")).content
-    return content, route_zoom.compute(content, Means(resolve()))  # type: ignore[arg-type]
+NEAR = exact("4.7056968531335417968386154358755098278470455951865372620864")
+"""A change of symbol, to 2.6e-56."""
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("step", ["1e-54", "pi*1e-54"])
+@pytest.mark.parametrize("step", ["1/10", "pi/32"])
 def test_every_phase_that_is_stored_is_the_number_that_was_used(
     step: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Read back from the texts alone, also where the spacing is no rational number."""
-    used: list[Any] = []
-    real = Neighbourhood.crossings
+    """Down to 1e-55: what is integrated starts where another program says of the texts alone."""
+    used: list[tuple[Any, Any]] = []
 
-    def seen(self: Neighbourhood, bits: int, scales: Any, phases: Any) -> Any:
-        # The ends of the bracket come first.
-        used.append(list(phases)[2:])
-        return real(self, bits, scales, phases)
+    def crossings(reference: Any, beside: Any, **_: Any) -> Crossings:
+        """Note the starts, and find that the symbol changes between the first two."""
+        n, k = beside.differences.shape[1], beside.n_crossings
+        used.append((reference.points[0].state, beside.differences))
+        separatrix = np.array([(2 - np.arange(k) - 1) % 4 + 1] * n).T
+        separatrix[1:, 1] = separatrix[:-1, 1] % 4 + 1
+        time = np.outer(np.arange(k), np.full(n, beside.passage_limit / 99))
+        return Crossings(time, separatrix.astype(np.uint8), np.zeros(n, dtype=np.uint8))
 
-    monkeypatch.setattr(Neighbourhood, "crossings", seen)
-    content, found = deep(monkeypatch, step, 1)
-    level = found["levels"]["level00"]
-    texts = [text.decode() for text in level["theta2_0"].values]
-    stored, centre = [exact(text) for text in texts], exact(level["centre"].values)
-    assert stored in used
-    assert stored[1].at(2000) == centre.at(2000)
-    # For drawing only.
-    assert level["offset"].values.tolist() == [float(phase - centre) for phase in stored]
+    monkeypatch.setattr(neighbours, "crossings", crossings)
+    deep = ("factor=1000000", "levels=10", "count=5", "n_symbols=30", f"step={step}")
+    content: Any = loading.load(SHIPPED, [f"problem.{each}" for each in deep]).content
+    widths = [exact(step) / 10 ** (6 * level + 1) for level in range(10)]
+    known = [Bracket(NEAR - width, NEAR + width) for width in widths]
+    monkeypatch.setattr(route_zoom, "narrowed", lambda *_: known)
+    found = route_zoom.compute(content, Means(resolve()))
+    monkeypatch.setattr(check_certificate.Interval, "digits", 1200)
+    m, given = (
+        context(1200),
+        {"A": ("2", "1", "3/2"), "r": ("1", "1", "0"), "mu": "1/1000", **WHERE},
+    )
+    levels = list(found["levels"].values())
+    for level, (state, apart), (_, other) in zip(levels, used[::2], used[1::2], strict=True):
+        texts = [text.decode() for text in level["theta2_0"].values]
+        centre, stored = exact(level["centre"].values), [exact(text) for text in texts]
+        assert stored[2].at(2000) == centre.at(2000)
+        # For drawing only.
+        assert level["offset"].values.tolist() == [float(phase - centre) for phase in stored]
+        assert other.shape == apart.shape
+        for text, difference in zip(texts, apart.T[2:], strict=True):
+            true = check_certificate.problem_of(given, check_certificate.number(text)).start
+            # A difference is rounded as a double, the reference by as much.
+            bound = float(level["step"].values) * 2.0**-48
+            for x, y, z in zip(state[3:], difference[3:], true[3:], strict=True):
+                start = m.mpf(x.numerator) / x.denominator + m.mpf(float(y))
+                assert abs(start - m.mpf(z.low) / 2**1200) < bound
     orbits = route_zoom.orbits(content, lambda: plain(found))
-    assert [phase.text for phase in orbits["level00"][1]] == texts
+    assert [phase.text for phase in orbits["level09"][1]] == texts
 
 
 @pytest.mark.slow
 def test_a_deep_zoom_is_of_the_phases_that_it_stores(monkeypatch: pytest.MonkeyPatch) -> None:
     """One column is integrated by itself in 260 bits, whatever lies in its neighbourhood."""
-    _, found = deep(monkeypatch, "1e-54", 4)
-    level = {name: found["levels"]["level00"][name].values for name in ("codes", "crossing_time")}
-    phase = exact(found["levels"]["level00"]["theta2_0"].values[2].decode())
+    known = Bracket(NEAR - exact("2.6e-56"), NEAR + exact("2.6e-56"))
+    monkeypatch.setattr(route_zoom, "narrowed", lambda *_: [known])
+    small = ("levels=1", "count=3", "n_symbols=4", "step=1e-54")
+    content: Any = loading.load(SHIPPED, [f"problem.{each}" for each in small]).content
+    found: Any = route_zoom.compute(content, Means(resolve()))
+    level = {name: each.values for name, each in found["levels"]["level00"].items()}
+    phase = exact(level["theta2_0"][2].decode())
     problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 4)
     run = Run(problem, Phases([phase]), resolve(), 1)
     true = run.crossings(260, certainty.FIRST, np.arange(1))
-    assert found["levels"]["level00"]["certain"].values.all()
+    assert level["certain"].all()
     assert symbols(true.separatrix)[:, 0].tolist() == level["codes"][:, 2].tolist()
-    # Doubles err by 1e-8 at the last crossing, a centre rounded to 1e-10 of the step by 1e-3.
     late = np.abs(true.time[:, 0] - level["crossing_time"][:, 2])
-    assert late.max() < 1e-5
+    # A double's rounding, 1e-16 of the distance from the change, may grow twentyfold in each
+    # passage; a column cut to 212 bits was found 1e-9 off.
+    assert late.max() < 1e-10
 
 
 def test_levels_are_what_integration_alone_finds(tree: Any, given: Any) -> None:
@@ -195,21 +217,16 @@ def plain(node: Any) -> Any:
 
 def test_differences_find_a_changed_symbol_and_a_shifted_phase(tree: Any) -> None:
     stored, fresh = plain(tree), plain(tree)
-    assert route_zoom.differences(stored, fresh) == []
+    assert differences("route_zoom", stored, fresh) == []
     fresh["levels"]["level01"]["codes"][2, 1] ^= 1
     fresh["levels"]["level02"]["centre"] = "4.7"
     fresh["levels"]["level02"]["theta2_0"][4] = "4.7"
-    found = route_zoom.differences(stored, fresh)
+    found = differences("route_zoom", stored, fresh)
     assert [text.place for text in found] == [
         "levels/level01/codes[2, 1]",
         "levels/level02/centre",
         "levels/level02/theta2_0[4]",
     ]
-
-
-def test_describe_tells_the_steps(given: Any) -> None:
-    rows = {row.name: row.value for row in route_zoom.describe(given)}
-    assert rows["steps"] == "0.1 to 1e-05"
 
 
 @pytest.mark.parametrize(

@@ -36,6 +36,7 @@ from rigidpend.routes.problem import ProblemError
 from rigidpend.runs import loading
 from tests.config.samples import content as typed
 from tests.config.samples import refused
+from tests.experiments.trees import differences
 
 CONFIGS = Path(__file__).parents[3] / "configs" / "measure"
 
@@ -106,12 +107,13 @@ def test_differences_are_in_claims_and_verdicts_not_in_values() -> None:
     }
     fresh = copy.deepcopy(stored)
     fresh["a"]["claims"]["x"]["value"] = 2
-    assert stress.differences(stored, fresh) == []
+    assert differences("stress", stored, fresh) == []
     fresh["a"]["claims"]["x"]["verdict"] = "FAILED"
+    found = differences("stress", stored, fresh)
+    assert found == ["a/claims/x/verdict: stored passed, computed FAILED"]
+    assert differences("stress", fresh, fresh) == ["a/claims/x/verdict: FAILED"]
     del fresh["a"]["claims"]["y"]
-    found = stress.differences(stored, fresh)
-    assert found == ["a/y is in one file only", "a/x: passed stored, FAILED computed"]
-    assert stress.differences(fresh, fresh) == ["a/x: FAILED"]
+    assert differences("stress", stored, fresh) == ["a/claims/y is only stored"]
 
 
 def test_describe_tells_how_much_is_tried(given: Any) -> None:

@@ -50,8 +50,8 @@ def stepped(bits: int, order: int, steps_taken: int) -> tuple[list[Fraction], Fr
     return end, Fraction(time[0, 0]) + Fraction(time[1, 0]), notes[:count]
 
 
-def by_integers(time: Fraction, bits: int = 300) -> list[Fraction]:
-    """The state of the same orbit at a time, in integers of 300 bits."""
+def by_integers(time: Fraction, bits: int = 500) -> list[Fraction]:
+    """The state of the same orbit at a time, in integers of 500 bits."""
     flow = bigint.Flow([bigint.fixed(x, bits) for x in C], bits)
     here, left = [bigint.fixed(x, bits) for x in STATE], bigint.fixed(time, bits)
     while left:
@@ -62,7 +62,10 @@ def by_integers(time: Fraction, bits: int = 300) -> list[Fraction]:
     return [Fraction(x, 1 << bits) for x in here]
 
 
-@pytest.mark.parametrize(("bits", "order", "finest"), [(53, 20, 2.0**-50), (106, 36, 2.0**-99)])
+@pytest.mark.parametrize(
+    ("bits", "order", "finest"),
+    [(53, 20, 2.0**-50), (106, 36, 2.0**-99), (212, 72, 2.0**-205), (424, 146, 2.0**-410)],
+)
 def test_steps_err_by_rounding_alone(bits: int, order: int, finest: float) -> None:
     """A slip in a single recurrence, or a part of a pair that is lost, is seen here."""
     end, time, _ = stepped(bits, order, 8)
@@ -70,8 +73,6 @@ def test_steps_err_by_rounding_alone(bits: int, order: int, finest: float) -> No
     error = max(abs(a - b) for a, b in zip(end, by_integers(time), strict=True))
     # Eight steps, each of which rounds and lets earlier errors grow a little.
     assert error < 8 * Fraction(finest)
-    if bits == 106:
-        assert error < Fraction(2) ** -80, "far below what doubles could do"
 
 
 def test_a_lower_order_takes_shorter_steps_and_errs_as_its_tolerance_says() -> None:
@@ -103,7 +104,7 @@ def test_notes_hold_the_series_of_every_step_on_which_M3_changes_its_sign() -> N
         np.testing.assert_allclose(first[:, 1], rate[:3], rtol=1e-14)
 
 
-@pytest.mark.parametrize("bits", [53, 106])
+@pytest.mark.parametrize("bits", [53, 106, 212])
 def test_an_orbit_comes_out_the_same_in_any_company(bits: int) -> None:
     together = find(fan(19), "taylor", bits)
     for k in (0, 7, 18):
@@ -115,14 +116,6 @@ def _one(states: Any, k: int) -> Any:
     if isinstance(states, list):
         return [states[k]]
     return np.asarray(states)[:, k : k + 1]
-
-
-@pytest.mark.slow
-def test_pairs_of_doubles_agree_with_integers_to_the_last_bit_of_a_time() -> None:
-    begin = fan(1, J1=1e-12)
-    np.testing.assert_allclose(
-        find(begin, "taylor", 106).time, find(begin, "scipy", 160).time, rtol=3e-16
-    )
 
 
 def test_parts_of_a_number_add_up_to_it() -> None:
@@ -205,7 +198,7 @@ def test_samples_are_those_of_integers_and_of_nobody_elses_lane(sense: int) -> N
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("bits", [53, 106])
+@pytest.mark.parametrize("bits", [53, 106, 212])
 def test_every_processor_computes_the_same_bits(
     bits: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -79,7 +79,7 @@ def test_a_falling_precision_costs_no_neighbour_a_bit(
 
     monkeypatch.setattr(falling, "_advanced", noted)
     k = next(k for k in range(1000) if falling.reaches(k) and falling.growth[k] > 1e17)
-    assert (used[0], used[-1]) == (192, 106)
+    assert (used[0], used[-1]) == (212, 106)
     time, state = falling.points[k][:2]
     near = next(j for j in range(1000) if high.reaches(j) and high.points[j].time > float(time))
     true = _at(high, near - 1, time)
@@ -158,5 +158,5 @@ def test_differences_that_are_multiples_of_the_tangent_are_not_integrated() -> N
 
 
 def test_the_least_precision_that_suffices_serves() -> None:
-    rungs = [_rung(bits) for bits in (60.0, 106.0, 106.5, 113.0, 113.5, 10_000.2)]
-    assert rungs == [106, 106, 113, 113, 192, 10_001]
+    rungs = [_rung(bits) for bits in (60.0, 106.0, 106.5, 212.5, 424.5, 10_000.2)]
+    assert rungs == [106, 106, 212, 424, 448, 10_001]

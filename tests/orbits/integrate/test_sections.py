@@ -15,7 +15,7 @@ from tests.orbits.integrate.problems import (
     task,
 )
 
-ORBITS = task(fan(5), 113)
+ORBITS = task(fan(5), 212)
 
 
 def crossed(engine: str, bits: int, **how: Any) -> list[Crossing]:
@@ -30,12 +30,12 @@ def crossed(engine: str, bits: int, **how: Any) -> list[Crossing]:
 @pytest.fixture(scope="module")
 def truth() -> list[Crossing]:
     """In integers, far beyond the other types."""
-    return crossed("scipy", 160)
+    return crossed("scipy", 260)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("engine", "bits"), WAYS)
-def test_agrees_with_160_bit_integers_to_the_precision_asked_for(
+def test_agrees_with_260_bit_integers_to_the_precision_asked_for(
     truth: list[Crossing], engine: str, bits: int
 ) -> None:
     for found, expected in zip(crossed(engine, bits), truth, strict=True):

@@ -1,45 +1,33 @@
-"""Engine `taylor`: lanes that take one orbit after another, and integrators used again."""
+"""Engine `taylor`: lanes that take one orbit after another."""
 
 from __future__ import annotations
 
 import threading
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import pytest
 
 from rigidpend.orbits.integrate import Crossings, Outcome, batch
-from rigidpend.orbits.integrate import taylor as engine
 from rigidpend.orbits.integrate.bounds import touch
-from rigidpend.orbits.integrate.compiled import stepper, typed
 from rigidpend.orbits.integrate.kernel import taylor_step
+from rigidpend.orbits.integrate.kernel.writer import LANES
 from tests.orbits.integrate.problems import (
     FIG4,
     FREE,
     GENERIC,
     fan,
     find,
-    needs_heyoka,
     same,
     task,
 )
-
-pytestmark = needs_heyoka("its integrators")
-
-
-def width() -> int:
-    import heyoka
-
-    return int(heyoka.recommended_simd_size())
 
 
 @pytest.mark.parametrize("n", ["one", "fewer", "as many", "more", "many more"])
 def test_batch_finds_each_orbit_whatever_the_company(n: str) -> None:
     """Fewer orbits than lanes, and numbers of orbits that the width does not divide."""
-    lanes = width()
-    sizes = {"one": 1, "fewer": lanes - 1, "as many": lanes, "more": lanes + 1}
-    states = fan(max(1, sizes.get(n, 5 * lanes + 3)))
+    sizes = {"one": 1, "fewer": LANES - 1, "as many": LANES, "more": LANES + 1}
+    states = fan(max(1, sizes.get(n, 5 * LANES + 3)))
     found = find(states, "taylor")
     assert found.outcome.tolist() == [Outcome.COMPLETE] * states.shape[1]
     for k in range(0, states.shape[1], 5):
@@ -49,7 +37,7 @@ def test_batch_finds_each_orbit_whatever_the_company(n: str) -> None:
 
 
 @pytest.mark.parametrize("bits", [53, 64, 113])
-def test_integrators_keep_nothing_of_the_run_before(bits: int) -> None:
+def test_runs_keep_nothing_of_the_run_before(bits: int) -> None:
     first = find(fan(2), "taylor", bits)
     find(fan(3, GENERIC), "taylor", bits, body=GENERIC, n_crossings=2)
     find(fan(1, FREE), "taylor", bits, body=FREE, passage_limit=20)
@@ -58,7 +46,7 @@ def test_integrators_keep_nothing_of_the_run_before(bits: int) -> None:
 
 @pytest.mark.parametrize("bits", [53, 113])
 def test_outcome_out_of_steps_is_failed(bits: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(batch if bits == 53 else engine, "MAX_STEPS", 3)
+    monkeypatch.setattr(batch, "MAX_STEPS", 3)
     found = find(fan(3), "taylor", bits)
     assert found.outcome.tolist() == [Outcome.FAILED] * 3
     assert np.isnan(found.time).all()
@@ -66,7 +54,7 @@ def test_outcome_out_of_steps_is_failed(bits: int, monkeypatch: pytest.MonkeyPat
     assert find(fan(3), "taylor", bits).outcome.tolist() == [Outcome.COMPLETE] * 3
 
 
-@pytest.mark.parametrize("bits", [53, 106])
+@pytest.mark.parametrize("bits", [53, 106, 212])
 def test_steps_are_noted_to_twice_the_depth_of_a_touch_of_the_largest_orbit(bits: int) -> None:
     """So that none is missed which `passages` would not decide, though |M| grows on the way."""
     states = fan(11) * np.geomspace(3, 1, 11)
@@ -84,7 +72,7 @@ def test_steps_are_noted_to_twice_the_depth_of_a_touch_of_the_largest_orbit(bits
     assert depths == [pytest.approx(2 * touch(bits) * largest, rel=1e-12)]
 
 
-@pytest.mark.parametrize("bits", [53, 106])
+@pytest.mark.parametrize("bits", [53, 106, 212])
 def test_an_orbit_makes_room_for_the_next(bits: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Three times as many as are carried at a time, which end after different numbers of steps."""
     states = np.concatenate([fan(8, J1=J1) for J1 in (1e-4, 1e-2, 1e-6)], axis=1)
@@ -95,7 +83,7 @@ def test_an_orbit_makes_room_for_the_next(bits: int, monkeypatch: pytest.MonkeyP
     assert same(find(states, "taylor", bits, n_crossings=2), whole)
 
 
-@pytest.mark.parametrize(("bits", "expected"), [(53, 2.0**-40), (106, 2.0**-93)])
+@pytest.mark.parametrize(("bits", "expected"), [(53, 2.0**-40), (106, 2.0**-93), (160, 2.0**-147)])
 def test_every_bit_halves_the_tolerance(
     bits: int, expected: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -128,18 +116,6 @@ def test_threads_that_call_at_once_get_the_results_of_one() -> None:
     assert all(same(record, alone[body]) for body, record in found)  # type: ignore[index]
 
 
-@pytest.mark.parametrize("bits", [64, 113])
-def test_numbers_of_the_working_type_are_given_to_their_last_bit(bits: int) -> None:
-    import heyoka
-
-    made = heyoka.real128 if bits == 113 else np.longdouble
-    whole = 1 + Fraction(1, 2**55) + Fraction(1, 2 ** (bits - 1))
-    found = typed(whole, made)
-    # Taken away again exactly, what is left is the last bit.
-    left = found - made(1) - made(2.0**-55)
-    assert float(left) == 2.0 ** (1 - bits)
-
-
 def test_order_a_coarser_tolerance_errs_more() -> None:
     truth = find(fan(2), "taylor", 64).time
     errors = [
@@ -148,18 +124,3 @@ def test_order_a_coarser_tolerance_errs_more() -> None:
     ]
     assert errors[0] > 10 * errors[1] > 100 * errors[2]
     assert errors[2] < 1e-11
-
-
-def test_precisions_of_this_machine_ascend_from_doubles() -> None:
-    offered = engine.precisions()
-    assert offered[0] == 53
-    assert sorted(set(offered)) == list(offered)
-    assert set(offered) <= {53, 64, 106, 113}
-
-
-@pytest.mark.parametrize(("bits", "compact"), [(53, False), (64, False), (113, True), (160, True)])
-def test_only_types_that_the_processor_lacks_are_compiled_compactly(
-    bits: int, compact: bool
-) -> None:
-    """Else a step of long doubles would be made of calls, and compiling real128 take long."""
-    assert stepper(bits, 2.0**-52).compact_mode is compact

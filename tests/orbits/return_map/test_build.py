@@ -188,14 +188,14 @@ def test_keys_tell_all_apart_that_a_map_follows_from() -> None:
 )
 def test_a_map_of_other_code_is_another(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """What integrates for the tables counts as well as what fits them."""
-    h, real = exact(H), code_hash._looked_up
+    h, real = exact(H), code_hash.code_of
 
     def edited(package: str, place: str) -> tuple[str, list[str]]:
         code, imported = real(package, place)
         return f"{code} edited" if place == f"orbits/{module}" else code, imported
 
     before = storage.followed(FIG4, h, h, 53, FIRST, 64)
-    monkeypatch.setattr(code_hash, "_looked_up", edited)
+    monkeypatch.setattr(code_hash, "code_of", edited)
     storage._code.cache_clear()
     after = storage.followed(FIG4, h, h, 53, FIRST, 64)
     storage._code.cache_clear()

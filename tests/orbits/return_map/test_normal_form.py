@@ -99,9 +99,9 @@ def test_order_the_normal_form_solves_the_equations_to_its_degree() -> None:
 
     def point(u: float, v: float, at: Any) -> Any:
         """Qp and Qm that have u and v: the inverse of `inverted`, by its own series."""
-        from rigidpend.orbits.return_map.conjugacy import _TorusSeries
+        from rigidpend.orbits.return_map.conjugacy import TorusSeries
 
-        return _TorusSeries(nf, ones, at, DOUBLES).values(np.array([u]), np.array([v]))[0][:2, 0]
+        return TorusSeries(nf, ones, at, DOUBLES).values(np.array([u]), np.array([v]))[:2, 0]
 
     errors = []
     for scale in (0.2, 0.1):

@@ -17,7 +17,7 @@ from rigidpend.orbits.return_map.poincare import section_momentum, section_state
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import theta3_rate
 from rigidpend.surfaces import melnikov
-from tests.orbits.integrate.problems import FIG4, GENERIC, needs_heyoka
+from tests.orbits.integrate.problems import FIG4, GENERIC
 from tests.strategies import apart
 
 H = 1.3342
@@ -173,7 +173,6 @@ def test_order_the_splitting_is_melnikovs_amplitude_to_first_order(
     "bits",
     [
         64,
-        pytest.param(113, marks=[needs_heyoka("mpmath's numbers take a minute"), pytest.mark.slow]),
         pytest.param(80, marks=pytest.mark.slow),
     ],
 )

@@ -11,7 +11,6 @@ import pytest
 from rigidpend.mechanics import floquet
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.exact import fraction
-from rigidpend.orbits.integrate import arcs, states
 from rigidpend.orbits.integrate.states import states_after, states_at
 from rigidpend.routes.symbolic import launch as launches
 from rigidpend.routes.symbolic import sharp as module
@@ -59,17 +58,6 @@ def test_orbits_in_106_bits_are_those_in_113() -> None:
             energies = [energy(state) for state in pair]
             assert abs(energies[0] - energies[1]) < Fraction(1, 10**29)
         assert max(abs(float(x - y)) for x, y in zip(found[k], there, strict=True)) < 1e-14
-
-
-def test_integers_serve_where_there_is_no_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
-    starts = sharp(launch(), orbits(0)).starts
-    found = states_after(launch().fractions, starts, [2.0, 3.0])
-    for module_ in (states, arcs):
-        monkeypatch.setattr(module_, "default_engine", lambda: "scipy")
-    for one, other in zip(found, states_after(launch().fractions, starts, [2.0, 3.0]), strict=True):
-        # So far below the section that a rounding of the time moves gamma alone.
-        assert max(abs(float(x - y)) for x, y in zip(one, other, strict=True)) < 1e-14
-        assert abs(energy(one) - energy(other)) < Fraction(1, 10**29)
 
 
 def energy(state: list[Fraction]) -> Fraction:

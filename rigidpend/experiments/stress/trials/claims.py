@@ -8,11 +8,8 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from rigidpend.experiments.data.tree import Tree
-from rigidpend.experiments.stress.layout import OF_CLAIM
+from rigidpend.experiments.stress.layout import FAILED, LIMIT, OF_CLAIM, PASSED
 from rigidpend.routes.problem import ProblemError
-
-PASSED, LIMIT, FAILED = "passed", "limit", "FAILED"
-"""Verdicts: within the bound; beyond it as it was declared to be; beyond it."""
 
 
 class Limit(NamedTuple):

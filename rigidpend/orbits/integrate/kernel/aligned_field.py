@@ -6,14 +6,18 @@ b_(k-j).
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from rigidpend.mechanics.equations import AlignedCoefficients
+from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
 
 if TYPE_CHECKING:
     from rigidpend.orbits.integrate.kernel.lane_numbers import Value
     from rigidpend.orbits.integrate.kernel.taylor_step import Kernel
 
+BITS, SPARE = 53, 24
+"""Bits of a part, and those that a coefficient has more than its size on a step asks for."""
 COMPONENTS = ("Qp", "Qm", "M3", "gamma1", "gamma2", "gamma3")
 
 
@@ -59,8 +63,12 @@ class AlignedRecurrences:
 
     def expand(self) -> None:
         """Find all coefficients from those of order 0."""
-        with self.code.loop(self.kernel.order) as k:
-            self._next_coefficients(k)
+        first = 0
+        for parts, last in parts_by_order(self.kernel.order, self.parts):
+            self.numbers = KINDS[BITS * parts](self.code, self.parts)
+            with self.code.loop(last, first) as k:
+                self._next_coefficients(k)
+            first = last
 
     def _next_coefficients(self, k: str) -> None:
         """Coefficients of order k + 1 from those up to k: ``aligned``, term by term."""
@@ -84,15 +92,16 @@ class AlignedRecurrences:
             n.minus(total["1c"], total["3a"]),
             n.minus(total["2a"], total["1b"]),
         )
-        self.kernel.integrated(zip(COMPONENTS, rates, strict=True), k)
+        self.kernel.integrated(zip(COMPONENTS, rates, strict=True), k, n)
 
     def _products(self, k: str) -> dict[str, Value]:
         """Coefficients of order k of nine products: of omega_i with Qp, Qm, gamma (a, b, c)."""
         code, n = self.code, self.numbers
         pairs = ("3p", "3m", "12", "3b", "2c", "1c", "3a", "2a", "1b")
-        sums = {pair: code.variable(n.rows(self.parts)) for pair in pairs}
+        sums = {pair: code.variable(n.rows(n.parts)) for pair in pairs}
+        own = type(n)(code)
         for place in sums.values():
-            n.store(("zeroinitializer",) * self.parts, place, 0)
+            own.store(own.of_double("zeroinitializer"), place, 0)
         with code.loop(code(f"add i64 {k}, 1")) as j:
             other = code(f"sub i64 {k}, {j}")
             left = {i: n.load(x, j) for i, x in zip("123", self.turning, strict=True)}
@@ -100,5 +109,20 @@ class AlignedRecurrences:
             right = {letter: n.load(self.component[x], other) for letter, x in names}
             right["2"] = n.load(self.turning[1], other)
             for pair, place in sums.items():
-                n.store(n.with_product(n.load(place, 0), left[pair[0]], right[pair[1]]), place, 0)
-        return {pair: n.settled(n.load(place, 0)) for pair, place in sums.items()}
+                total = own.load(place, 0)
+                own.store(own.with_product(total, left[pair[0]], right[pair[1]]), place, 0)
+        return {pair: own.settled(own.load(place, 0)) for pair, place in sums.items()}
+
+
+def parts_by_order(order: int, parts: int) -> list[tuple[int, int]]:
+    """Doubles that the coefficients of rates need: (parts, first order that needs fewer).
+
+    On a step of the radius of convergence over e^2 each order is e^2 times smaller than the one
+    before, down to the tolerance, and so are its digits that count.
+    """
+    found = []
+    for fewer in range(parts - 1, 0, -1):
+        last = order - math.ceil((BITS * fewer - SPARE) * math.log(2) / 2)
+        if last > 0:
+            found.append((fewer + 1, last))
+    return [*found, (1, order)]

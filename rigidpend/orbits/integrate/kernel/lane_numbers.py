@@ -1,18 +1,23 @@
-"""Numbers in vectors of lanes, as the kernel computes with them: doubles, or pairs of doubles.
+"""Numbers in vectors of lanes, as the kernel computes with them: doubles, or sums of some.
 
 A pair is a sum of two doubles of which the second is the rounding error of the first: some 106
 bits. Its operations are those of Dekker (1971) and Knuth with fused multiplication: Joldes,
-Muller and Popescu, ACM Trans. Math. Softw. 44 (2017), bound their errors by some 2^-104. A sum
-of terms that cancel errs by as much relative to the terms, as it would with exact terms rounded.
+Muller and Popescu, ACM Trans. Math. Softw. 44 (2017), bound their errors by some 2^-104. Sums of
+up to eight doubles go on so, in the manner of Hida, Li and Bailey (15th IEEE Symposium on
+Computer Arithmetic, 2001) but without branches, which lanes cannot take. A sum of terms that
+cancel errs by as much relative to the terms, as it would with exact terms rounded.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from typing import TypeAlias
 
 from rigidpend.orbits.integrate.kernel.writer import Writer, hexadecimal
 
+LONG = 5
+"""Parts from which on an operation has so many lines that it is a function of its own."""
 Value: TypeAlias = tuple[str, ...]
 """Registers that make up a number in each lane, the largest part first."""
 
@@ -33,8 +38,9 @@ class Doubles:
 
     bits, parts = 53, 1
 
-    def __init__(self, code: Writer) -> None:
-        self.code = code
+    def __init__(self, code: Writer, room: int = 0) -> None:
+        self.code, self.room = code, room or self.parts
+        """`room` is how many parts a number has in memory; those that it lacks are zero."""
 
     def rows(self, count: int | str) -> str:
         """Kind of memory for so many numbers."""
@@ -42,12 +48,12 @@ class Doubles:
 
     def load(self, base: str, index: str | int) -> Value:
         """The number at an index of an array of `rows`."""
-        place = self.code.at(base, index, self.rows(self.parts))
+        place = self.code.at(base, index, self.rows(self.room))
         return tuple(self.code.element(place, i) for i in range(self.parts))
 
     def store(self, value: Value, base: str, index: str | int) -> None:
-        place = self.code.at(base, index, self.rows(self.parts))
-        for i, part in enumerate(value):
+        place = self.code.at(base, index, self.rows(self.room))
+        for i, part in enumerate((*value, *("zeroinitializer",) * (self.room - self.parts))):
             self.code.store(part, self.code.at(place, i))
 
     def constant(self, value: Fraction) -> list[str]:
@@ -101,54 +107,110 @@ class Doubles:
         return self.horner(total, x[0], c)
 
 
-class Pairs(Doubles):
-    """Numbers of some 106 bits, two vectors each."""
+class Expansions(Doubles):
+    """Numbers that are sums of several doubles, each below an ulp of the one before.
 
-    bits, parts = 106, 2
+    Parts of products and sums are added up by size, with their rounding errors handed on to the
+    next smaller size, down to the last part.
+    """
 
     def times(self, a: Value, b: Value) -> Value:
-        product, error = self._product(a[0], b[0])
-        error = self.code.fma(a[0], b[1], error)
-        return self._joined(product, self.code.fma(a[1], b[0], error))
+        return self.settled(self.with_product(self.of_double("zeroinitializer"), a, b))
 
     def plus(self, a: Value, b: Value) -> Value:
-        total, error = self._sum(a[0], b[0])
-        rest = self.code.binary("fadd", a[1], b[1])
-        return self._joined(total, self.code.binary("fadd", error, rest))
+        return self._called(Expansions._plus, a, b)
+
+    def with_product(self, total: Value, a: Value, b: Value) -> Value:
+        return self._called(Expansions._with_product, total, a, b)
+
+    def settled(self, total: Value) -> Value:
+        return self._called(Expansions._settled, total)
+
+    def _called(self, lines: Callable[..., Value], *given: Value) -> Value:
+        """What some lines make, as a function of its own where there are many of them.
+
+        To compile them once, and not wherever they are used, takes a tenth of the time.
+        """
+        code, parts = self.code, range(self.parts)
+        if self.parts < LONG:
+            return lines(self, *given)
+        name = f"@{lines.__name__}_{self.parts}"
+        kind = "{" + ", ".join(code.vector for _ in parts) + "}"
+        if name not in code.functions:
+            inner = Writer(code.lanes)
+            taken = [tuple(f"%x{i}.{part}" for part in parts) for i in range(len(given))]
+            made = "poison"
+            for part, value in enumerate(lines(type(self)(inner), *taken)):
+                made = inner(f"insertvalue {kind} {made}, {code.vector} {value}, {part}")
+            listed = ", ".join(f"{code.vector} {x}" for value in taken for x in value)
+            head = f"define internal {kind} {name}({listed}) noinline {{"
+            code.functions[name] = [head, *inner.lines, f"  ret {kind} {made}", "}"]
+        listed = ", ".join(f"{code.vector} {x}" for value in given for x in value[: self.parts])
+        made = code(f"call {kind} {name}({listed})")
+        return tuple(code(f"extractvalue {kind} {made}, {part}") for part in parts)
+
+    def _plus(self, a: Value, b: Value) -> Value:
+        found, lost = list[str](), list[str]()
+        for x, y in zip(a, b, strict=True):
+            last = len(found) == self.parts - 1
+            total, lost = self._added(x, [y, *lost], last)
+            found.append(total)
+        return self._settled(tuple(found))
 
     def minus(self, a: Value, b: Value) -> Value:
         opposite = tuple(self.code(f"fneg {self.code.vector} {part}") for part in b)
         return self.plus(a, opposite)
 
-    def with_product(self, total: Value, a: Value, b: Value) -> Value:
-        product, error = self._product(a[0], b[0])
-        head, lost = self._sum(total[0], product)
-        rest = self.code.binary("fadd", total[1], lost)
-        rest = self.code.binary("fadd", rest, error)
-        rest = self.code.fma(a[0], b[1], rest)
-        return head, self.code.fma(a[1], b[0], rest)
+    def _with_product(self, total: Value, a: Value, b: Value) -> Value:
+        found, lost = list[str](), list[str]()
+        for order, part in enumerate(total):
+            last = order == self.parts - 1
+            part, lost = self._added(part, lost, last)
+            for i in range(order + 1):
+                if last:
+                    part = self.code.fma(a[i], b[order - i], part)
+                    continue
+                product, error = self._product(a[i], b[order - i])
+                part, rest = self._sum(part, product)
+                lost += [rest, error]
+            found.append(part)
+        return tuple(found)
 
-    def settled(self, total: Value) -> Value:
-        return self._joined(*total)
+    def _settled(self, total: Value) -> Value:
+        # Sizes may have cancelled: each round brings the next largest part to its place.
+        parts = list(total)
+        for first in range(self.parts - 1):
+            for i in range(self.parts - 1, first, -1):
+                parts[i - 1], parts[i] = self._sum(parts[i - 1], parts[i])
+        return tuple(parts)
 
     def divided(self, a: Value, share: Value, whole: str) -> Value:
         return self.times(a, share)
 
     def quotient(self, a: Value, b: Value) -> Value:
-        quotients, rest = [], a
-        for _ in range(3):
-            quotients.append(self.code.binary("fdiv", rest[0], b[0]))
-            rest = self.minus(rest, self.times(self.of_double(quotients[-1]), b))
-        first, second, third = quotients
-        return self._joined(first, self.code.binary("fadd", second, third))
+        quotient, rest = self.of_double("zeroinitializer"), a
+        for _ in range(self.parts + 1):
+            digit = self.of_double(self.code.binary("fdiv", rest[0], b[0]))
+            rest = self.minus(rest, self.times(digit, b))
+            quotient = self.plus(quotient, digit)
+        return quotient
 
     def horner(self, total: Value, x: str, c: Value) -> Value:
-        product, error = self._product(total[0], x)
-        error = self.code.fma(total[1], x, error)
-        return self.plus((product, error), c)
+        return self.horner_at(total, self.of_double(x), c)
 
     def horner_at(self, total: Value, x: Value, c: Value) -> Value:
         return self.plus(self.times(total, x), c)
+
+    def _added(self, total: str, terms: list[str], last: bool) -> tuple[str, list[str]]:
+        """A sum of terms of one size, and its rounding errors unless it is the last part."""
+        lost = []
+        for term in terms:
+            if last:
+                total = self.code.binary("fadd", total, term)
+            else:
+                total, rest = self._sum(total, term)
+                lost.append(rest)
+        return total, lost
 
     def _product(self, a: str, b: str) -> tuple[str, str]:
         """a b and its rounding error, exactly."""
@@ -163,6 +225,33 @@ class Pairs(Doubles):
         first = code.binary("fsub", a, code.binary("fsub", total, part))
         return total, code.binary("fadd", first, code.binary("fsub", b, part))
 
+
+class Pairs(Expansions):
+    """Numbers of some 106 bits, two vectors each: the same with fewer operations."""
+
+    bits, parts = 106, 2
+
+    def times(self, a: Value, b: Value) -> Value:
+        product, error = self._product(a[0], b[0])
+        error = self.code.fma(a[0], b[1], error)
+        return self._joined(product, self.code.fma(a[1], b[0], error))
+
+    def _settled(self, total: Value) -> Value:
+        return self._joined(*total)
+
+    def quotient(self, a: Value, b: Value) -> Value:
+        quotients, rest = [], a
+        for _ in range(3):
+            quotients.append(self.code.binary("fdiv", rest[0], b[0]))
+            rest = self.minus(rest, self.times(self.of_double(quotients[-1]), b))
+        first, second, third = quotients
+        return self._joined(first, self.code.binary("fadd", second, third))
+
+    def horner(self, total: Value, x: str, c: Value) -> Value:
+        product, error = self._product(total[0], x)
+        error = self.code.fma(total[1], x, error)
+        return self.plus((product, error), c)
+
     def _joined(self, head: str, rest: str) -> Value:
         """The pair of a sum whose second term is small (Dekker)."""
         code = self.code
@@ -170,10 +259,14 @@ class Pairs(Doubles):
         return total, code.binary("fsub", rest, code.binary("fsub", total, head))
 
 
-KINDS: dict[int, type[Doubles]] = {kind.bits: kind for kind in (Doubles, Pairs)}
-"""Kinds of numbers by their bits."""
+def _of_parts(parts: int) -> type[Doubles]:
+    """The kind of numbers that are sums of more than two doubles."""
+    return type(f"Sums{parts}", (Expansions,), {"bits": 53 * parts, "parts": parts})
 
 
-def kernel_bits(bits: int) -> int:
-    """The bits of the kernel's numbers that serve so many, 106 at most."""
-    return min(kind for kind in KINDS if kind >= bits)
+KINDS: dict[int, type[Doubles]] = {
+    53: Doubles,
+    106: Pairs,
+    **{53 * parts: _of_parts(parts) for parts in range(3, 9)},
+}
+"""Kinds of numbers by their bits, 53 for each part."""

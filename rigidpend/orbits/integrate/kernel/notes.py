@@ -36,7 +36,7 @@ def width_of_note(order: int, bits: int, noted: int = MOMENTA) -> int:
 
 
 def text(order: int, bits: int, noted: int = MOMENTA) -> str:
-    """The kernel's text for series of an order, in doubles (53 bits) or pairs of them (106).
+    """The kernel's text for series of an order, in numbers of so many bits.
 
     It defines ``carry(state, stride, time, parameters, depth, groups, steps, notes)``, all
     pointers to doubles or int64, depth a double, and returns the number of notes:

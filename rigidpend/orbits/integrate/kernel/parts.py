@@ -1,7 +1,8 @@
-"""Exact numbers as the doubles that the kernel computes with."""
+"""Exact numbers as the doubles that the kernel computes with, and back."""
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -20,11 +21,9 @@ def in_parts(values: Any, bits: int) -> NDArray[np.float64]:
     return np.array(columns, dtype=float).reshape(parts, *exact.shape)
 
 
-def split(values: Any, parts: int) -> NDArray[np.float64]:
-    """Doubles or long doubles as sums of so many doubles, shape (parts, ...)."""
-    found = [np.asarray(values).astype(float)]
-    rest = values
-    for _ in range(parts - 1):
-        rest = rest - found[-1]
-        found.append(rest.astype(float))
-    return np.stack(found)
+def exactly(parts: Any) -> Any:
+    """The sums of parts, shape (parts, ...), as Fractions, shape (...)."""
+    total, *rest = np.vectorize(Fraction, otypes=[object])(parts)
+    for one in rest:
+        total = total + one
+    return total

@@ -14,15 +14,16 @@ from rigidpend.orbits.integrate.kernel.writer import LANES, hexadecimal
 
 
 def text(order: int, bits: int, field: LaneField = ALIGNED, lanes: int = LANES) -> str:
-    """The kernel's text for series of an order, in doubles (53 bits) or pairs of them (106).
+    """The kernel's text for series of an order, in numbers of so many bits.
 
-    It defines ``sample(state, stride, time, parameters, grid, apart, count, next, sense, groups,
-    steps, samples)``, all pointers to doubles or int64, sense a double, and returns the number of
-    lanes that have not reached the last of the times:
+    It defines ``sample(state, stride, time, parameters, grid, all, apart, count, next, sense,
+    groups, steps, samples)``, all pointers to doubles or int64, sense a double, and returns the
+    number of lanes that have not reached the last of the times:
 
     - state, stride, time, parameters: of the field, as in the module `notes`;
-    - grid, apart: `count` times t', in their order, of each lane `apart` doubles behind those of
-      the one before: 0 where all have the same;
+    - grid, all, apart: `count` times t', in their order, of each lane `apart` doubles behind those
+      of the one before: 0 where all have the same; of the parts of a time each is `all` doubles
+      behind the one before;
     - next: of each lane, how many of them it has passed; kept up to date;
     - sense: 1 if the times ascend, -1 if they descend;
     - groups, steps: vectors of lanes, and steps for each of them at most;
@@ -36,7 +37,7 @@ def function(order: int, bits: int, field: LaneField = ALIGNED, lanes: int = LAN
     """The compiled kernel (see :func:`text`)."""
     pointer, count, number = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
     state = (pointer, count, pointer, pointer)
-    kinds = (*state, pointer, count, count, pointer, number, count, count, pointer)
+    kinds = (*state, pointer, count, count, count, pointer, number, count, count, pointer)
     return machine_code.function(text(order, bits, field, lanes), "sample", *kinds)
 
 
@@ -49,8 +50,8 @@ class _Sampling(Kernel):
         self.begin()
         self.sense, self.never = code.everywhere("%sense"), code.number(float("inf"))
         self.due, self.found = (
-            code.variable(code.vector),
-            code.variable(self.numbers.rows(len(self.components) * self.parts)),
+            code.variable(self.numbers.rows(count * self.parts))
+            for count in (1, len(self.components))
         )
         self.left = code.variable("i64")
         code.store("0", self.left, "i64", 8)
@@ -58,7 +59,7 @@ class _Sampling(Kernel):
             self._group(code(f"mul i64 {group}, {code.lanes}"))
         head = (
             "define i64 @sample(ptr noalias %state, i64 %stride, ptr noalias %time,"
-            " ptr noalias %parameters, ptr noalias %grid, i64 %apart, i64 %count,"
+            " ptr noalias %parameters, ptr noalias %grid, i64 %all, i64 %apart, i64 %count,"
             " ptr noalias %next, double %sense, i64 %groups, i64 %steps, ptr noalias %samples) {"
         )
         return code.function(head, code.load(self.left, "i64", 8), self.field.functions)
@@ -89,9 +90,12 @@ class _Sampling(Kernel):
         code.store(code(f"fmul double %sense, {infinity}"), place, "double", 8)
         with code.when(code(f"icmp slt i64 {passed}, %count")):
             column = code(f"mul i64 {code(f'add i64 {first}, {lane}')}, %apart")
-            place_in_grid = code.at("%grid", code(f"add i64 {column}, {passed}"), "double")
-            time = code.load(place_in_grid, "double", 8)
-            code.store(time, place, "double", 8)
+            row = code(f"add i64 {column}, {passed}")
+            for part in range(self.parts):
+                time = code.load(code.at("%grid", row, "double"), "double", 8)
+                place = code.at(code.at(self.due, part), lane, "double")
+                code.store(time, place, "double", 8)
+                row = code(f"add i64 {row}, %all")
 
     def _step(self, first: str) -> None:
         code = self.code
@@ -110,7 +114,7 @@ class _Sampling(Kernel):
     def _since(self) -> Value:
         """Time from the beginning of the step to what is due in each lane."""
         high, low = (self.numbers.of_double(self.code.load(x)) for x in self.time)
-        due = self.numbers.of_double(self.code.load(self.due))
+        due = self.numbers.load(self.due, 0)
         return self.numbers.minus(self.numbers.minus(due, high), low)
 
     def _any(self, mask: str) -> str:

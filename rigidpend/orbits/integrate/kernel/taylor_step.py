@@ -15,11 +15,13 @@ from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from typing import Protocol
 
-from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Value
+from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Doubles, Value
 from rigidpend.orbits.integrate.kernel.writer import LANES, Writer
 
 LONGEST = 32.0
 """Longest step, t'; only an orbit that stands still comes to it."""
+FEW_BITS = -(1 << 32)
+"""The sign, the exponent and the first 20 bits of a double."""
 LOGARITHM = (-1025.4983531488, 4.0292113911, -2.0783351683, 0.6260321822, -0.0784406762)
 """log2 x - 1023 on [1, 2) within 1.2e-4, from its values at Chebyshev's points."""
 POWER = (0.9999002882, 0.6963247711, 0.2246931558, 0.0789672570)
@@ -125,9 +127,11 @@ class Kernel:
         """Find the series about the lanes' states."""
         self.recurrences.expand()
 
-    def integrated(self, rates: Iterable[tuple[str, Value]], k: str) -> None:
+    def integrated(
+        self, rates: Iterable[tuple[str, Value]], k: str, numbers: Doubles | None = None
+    ) -> None:
         """Store the coefficients of order k + 1 of components from those of order k of rates."""
-        n, following = self.numbers, self.code(f"add i64 {k}, 1")
+        n, following = numbers or self.numbers, self.code(f"add i64 {k}, 1")
         share = self.scalar(self.shares, following, self.order + 1)
         whole = self.code.everywhere(self.code(f"sitofp i64 {following} to double"))
         for name, rate in rates:
@@ -161,7 +165,13 @@ class Kernel:
         ]
         shrink = code.number((-0.7 / (p - 1) - 2) / math.log(2))
         exponent = code.binary("fadd", code.smaller(*exponents), shrink)
-        return self._power_of_two(code.smaller(exponent, code.number(math.log2(LONGEST))))
+        length = self._power_of_two(code.smaller(exponent, code.number(math.log2(LONGEST))))
+        if self.parts <= 2:
+            return length
+        # Two doubles then hold every sum of steps, which is the time, without rounding.
+        bits = code(f"bitcast {code.vector} {length} to {code.whole}")
+        bits = code(f"and {code.whole} {bits}, {code.everywhere(str(FEW_BITS), 'i64')}")
+        return code(f"bitcast {code.whole} {bits} to {code.vector}")
 
     def _norm(self, m: int) -> str:
         """Largest coefficient of an order."""
@@ -209,9 +219,17 @@ class Kernel:
     def _summed(self, name: str, further: Callable[[Value, Value], Value]) -> Value:
         n, place = self.numbers, self.component[name]
         total = n.load(place, self.order)
-        for k in range(self.order - 1, -1, -1):
-            total = further(total, n.load(place, k))
-        return total
+        if self.parts <= 2:
+            for k in range(self.order - 1, -1, -1):
+                total = further(total, n.load(place, k))
+            return total
+        # Lines enough for a loop, which would take long to compile without one.
+        kept = self.code.variable(n.rows(self.parts))
+        n.store(total, kept, 0)
+        with self.code.loop(self.order) as done:
+            next_ = self.code(f"sub i64 {self.order - 1}, {done}")
+            n.store(further(n.load(kept, 0), n.load(place, next_)), kept, 0)
+        return n.load(kept, 0)
 
     def _let_time_pass(self, h: str) -> None:
         """Add the step to the time, with what the sum's rounding leaves over."""

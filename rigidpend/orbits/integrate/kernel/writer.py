@@ -23,6 +23,8 @@ class Writer:
         self.mask, self.whole = f"<{lanes} x i1>", f"<{lanes} x i64>"
         self.suffix, self.lanes, self.bytes = f"v{lanes}f64", lanes, 8 * lanes
         self.variables: list[str] = []
+        self.functions: dict[str, list[str]] = {}
+        """Functions that the lines call, by their names."""
         self.lines: list[str] = []
         self.made = 0
 
@@ -143,7 +145,8 @@ class Writer:
             f"declare {v} @llvm.fma.{self.suffix}({v}, {v}, {v})",
             *(f"declare {v} @llvm.{x}.{self.suffix}({v})" for x in ("fabs", "floor", *functions)),
         )
-        body = [*declared, head, "entry:", *self.variables, *self.lines]
+        called = [line for lines in self.functions.values() for line in lines]
+        body = [*declared, *called, head, "entry:", *self.variables, *self.lines]
         return "\n".join([*body, f"  ret i64 {result}", "}"]) + "\n"
 
     def _jump(self, label: str) -> None:

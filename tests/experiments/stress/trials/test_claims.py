@@ -10,10 +10,8 @@ from typing import Any
 import pytest
 
 from rigidpend.experiments.stress import report
+from rigidpend.experiments.stress.layout import FAILED, LIMIT, PASSED
 from rigidpend.experiments.stress.trials.claims import (
-    FAILED,
-    LIMIT,
-    PASSED,
     Claim,
     Findings,
     Limit,
@@ -85,7 +83,7 @@ def test_table_and_json_tell_what_was_stored(tmp_path: Path) -> None:
     found = Findings([1, math.inf, 5], notes=["", "much too far"])
     path = tmp_path / "r.h5"
     store.write(
-        path, store.Result({"experiment": "stress"}, "{}", {}, {"some_group": tree(claims, found)})
+        path, store.Result({"experiment": "stress"}, {}, {}, {"some_group": tree(claims, found)})
     )
     data = store.read_tree(path)
     assert report.counts(data) == {PASSED: 1, LIMIT: 1, FAILED: 1}

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
+from rigidpend.experiments.stress.layout import FAILED, PASSED
 from rigidpend.experiments.stress.trials import extremes, starts, truth
-from rigidpend.experiments.stress.trials.claims import FAILED, PASSED, tried
+from rigidpend.experiments.stress.trials.claims import tried
 from rigidpend.numbers.exact import PRECISIONS, exact
 from rigidpend.orbits import integrate
 from rigidpend.routes.codes import route_codes

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend.experiments.stress.layout import FAILED, PASSED
 from rigidpend.experiments.stress.trials import starts, truth
-from rigidpend.experiments.stress.trials.claims import FAILED, PASSED, tried
+from rigidpend.experiments.stress.trials.claims import tried
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, canonical_from_aligned
 from rigidpend.orbits import integrate
 from tests.orbits.integrate.problems import FIG4, GENERIC

@@ -9,12 +9,11 @@ from rigidpend.experiments.stress.trials import truth
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import Crossings
 from rigidpend.routes.problem import RouteProblem
-from tests.orbits.integrate.problems import FIG4, needs_heyoka
+from tests.orbits.integrate.problems import FIG4
 
 
 @pytest.mark.slow
-@needs_heyoka("heyoka's numbers against integers")
-def test_integers_agree_with_heyoka_in_113_bits() -> None:
+def test_integers_agree_with_fours_of_doubles_in_113_bits() -> None:
     problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-6"), 3)
     ours, integers = (
         truth.route_crossings(problem, ["0.4"], truth.Way(engine), bits)

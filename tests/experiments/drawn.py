@@ -1,0 +1,245 @@
+"""Where a stored dataset is seen in a figure: what of the drawing changes when it changes."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Container, Iterator
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import Collection, LineCollection, QuadMesh
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.text import Annotation, Text
+from matplotlib.ticker import FixedLocator
+
+from rigidpend.experiments.contract import Drawing
+from rigidpend.experiments.data.layout import FLOAT, TEXT, Field, Layout
+from rigidpend.experiments.data.tree import Loaded
+from tests.experiments.figures import styled
+
+Seen = dict[str, list[Any]]
+"""What a reader sees, by panel and kind (``a.x``, ``a.colour``): numbers, or other values."""
+
+
+PANELS = "abcdefghijklmnop"
+OTHERS = "all others"
+"""The name of all datasets that are not told, changed at once."""
+OTHER = {"homoclinic": "heteroclinic", "fig4": "a", "log10_J1_0": "mu"}
+"""Other words for those that a drawing looks up."""
+
+
+class Place(NamedTuple):
+    """A dataset of a result, or one component of it."""
+
+    path: tuple[str, ...]
+    field: Field
+    component: tuple[Any, ...] = ()
+
+    def components(self) -> Iterator[Self]:
+        """Its parts along dimensions of two to four, as of vectors; itself if there are none."""
+        sizes = [n if n in (2, 3, 4) else 1 for n in self.field.dimensions]
+        if self.field.kind != FLOAT or not set(sizes) - {1}:
+            yield self
+            return
+        for index in np.ndindex(*map(int, sizes)):
+            at = (slice(None) if n == 1 else k for n, k in zip(sizes, index, strict=True))
+            yield self._replace(component=tuple(at))
+
+    def __str__(self) -> str:
+        at = ",".join(":" if isinstance(x, slice) else str(x) for x in self.component)
+        return "/".join(self.path) + (f"[{at}]" if at else "")
+
+
+def places(layout: Layout, data: Any, path: tuple[str, ...] = ()) -> Iterator[Place]:
+    """The datasets of a result, those of fixed short dimensions component by component."""
+    for name, node in layout.items():
+        members = [*data] if name.startswith("<") else [name.removesuffix("?")]
+        for member in members:
+            if member not in data:
+                continue
+            here = (*path, member)
+            if isinstance(node, Field):
+                yield from Place(here, node).components()
+            else:
+                yield from places(node, data[member], here)
+
+
+def shortened(layout: Layout | Field, data: Any) -> Any:
+    """The data with the first and the last of members of any names only, to be drawn sooner."""
+    if isinstance(layout, Field):
+        return data
+    for name, node in layout.items():
+        if name.startswith("<"):
+            kept = dict.fromkeys(list(data)[:: max(1, len(data) - 1)])
+            return {member: shortened(node, data[member]) for member in kept}
+    known = {name.removesuffix("?"): node for name, node in layout.items()}
+    return {name: shortened(known[name], node) for name, node in data.items()}
+
+
+def changed(data: Any, place: Place) -> Any:
+    """Change the data in that place, and return the values that are there now.
+
+    Doubles are scaled and moved, so that they keep their order; of flags one is turned; of all
+    else each element gets the value of the one before.
+    """
+    group = data
+    for name in place.path[:-1]:
+        group = group[name]
+    stored = group[place.path[-1]]
+    array = np.array(stored, dtype=object if place.field.kind == TEXT else None)
+    part = array[place.component]
+    if array.dtype.kind == "f":
+        known = np.abs(part[np.isfinite(part)])
+        new = part * 1.0137 + 0.0319 * known.max(initial=1e-9)
+    elif array.dtype.kind == "b":
+        new = part.copy()
+        new[tuple(n // 2 for n in part.shape)] ^= True
+    else:
+        new = np.roll(part, 1)
+        if (new == part).all():
+            new = _others(part)
+    array[place.component] = np.asarray(new)[()]
+    group[place.path[-1]] = array if array.ndim else array[()]
+    return new
+
+
+def _others(part: Any) -> Any:
+    """Other whole numbers, or other texts, than those of an array of equal ones."""
+    if np.asarray(part).dtype.kind in "ui":
+        return np.where(part > 0, part - 1, part + 1).astype(part.dtype)
+    return np.array(OTHER.get(str(part), f"9{part}"), dtype=object)
+
+
+def seen(figure: Figure) -> Seen:
+    """What a reader sees of a figure, whatever draws it."""
+    found: Seen = {}
+
+    def put(panel: str, kind: str, values: Any) -> None:
+        flat = np.asarray(values).ravel().tolist()
+        found.setdefault(f"{panel}.{kind}", []).extend(flat)
+
+    for panel, axes in zip(PANELS, figure.axes, strict=False):
+        for artist in (*axes.lines, *axes.collections, *axes.patches, *axes.texts, *axes.images):
+            _of_artist(panel, artist, put)
+        _of_axes(panel, axes, put)
+    texts = [*figure.texts, *(t for legend in figure.legends for t in legend.get_texts())]
+    put("figure", "text", [t.get_text() for t in texts])
+    return found
+
+
+def _points(artist: Any) -> list[Any]:
+    """Where an artist is, as arrays (..., 2) in its own coordinates."""
+    if isinstance(artist, Line2D):
+        return [artist.get_xydata()]
+    if isinstance(artist, LineCollection):
+        return list(artist.get_segments())
+    if isinstance(artist, QuadMesh):
+        return [artist.get_coordinates()]
+    if isinstance(artist, Collection):
+        return [*(path.vertices for path in artist.get_paths()), artist.get_offsets()]
+    if isinstance(artist, Annotation):
+        # What is tied to another artist, or to the frame, is nowhere by itself.
+        tied = isinstance(artist.xycoords, str) and artist.xycoords != "data"
+        return [] if tied else [[artist.xy, artist.xyann]]
+    if isinstance(artist, Text):
+        return [artist.get_position()]
+    if isinstance(artist, Patch):
+        return [artist.get_patch_transform().transform(artist.get_path().vertices)]
+    return [np.reshape(artist.get_extent(), (2, 2)).T]
+
+
+def _colours(artist: Any) -> list[Any]:
+    """The colours of an artist, or the values that a map turns into colours."""
+    if isinstance(artist, (Line2D, Text)):
+        return [to_hex(artist.get_color())]
+    if isinstance(artist, Patch):
+        return [to_hex(artist.get_facecolor()), to_hex(artist.get_edgecolor())]
+    if artist.get_array() is not None:
+        return np.ravel(artist.get_array()).tolist()
+    return [str(colour) for colour in artist.get_edgecolor().tolist()]
+
+
+def _of_artist(panel: str, artist: Any, put: Any) -> None:
+    label = str(artist.get_label())
+    # A label with a number is itself of the data.
+    numbered = any(sign.isdigit() for sign in label)
+    name = f" of {label}" if label in _legend(artist.axes) and not numbered else ""
+    for points in _points(artist):
+        for k, kind in enumerate("xy"):
+            put(panel, kind + name, np.asarray(points)[..., k])
+    put(panel, "colour", _colours(artist))
+    if isinstance(artist, Text):
+        put(panel, "text", artist.get_text())
+
+
+def _legend(axes: Axes) -> list[str]:
+    legend = axes.get_legend()
+    return [text.get_text() for text in legend.get_texts()] if legend is not None else []
+
+
+def _of_axes(panel: str, axes: Axes, put: Any) -> None:
+    """Titles, names, and those ticks and limits that the drawing has set itself."""
+    put(panel, "text", [axes.get_title(loc="left"), axes.get_title(), axes.get_title(loc="right")])
+    put(panel, "text", _legend(axes))
+    for kind, axis, ends, auto in (
+        ("x", axes.xaxis, axes.get_xlim(), axes.get_autoscalex_on()),
+        ("y", axes.yaxis, axes.get_ylim(), axes.get_autoscaley_on()),
+    ):
+        put(panel, "text", axis.get_label_text())
+        if isinstance(axis.get_major_locator(), FixedLocator):
+            put(panel, f"{kind} ticks", axis.get_majorticklocs())
+            put(panel, "text", [label.get_text() for label in axis.get_majorticklabels()])
+        if not auto:
+            put(panel, f"{kind} window", ends)
+
+
+def where(drawing: Drawing, layout: Layout, result: Loaded, told: Container[str]) -> Any:
+    """Where each of the datasets that are told is seen, such as ``a.x= b.colour``.
+
+    What is drawn as it is stored is marked ``=`` where all its values are drawn and ``<`` where
+    some are; what only follows from it has no mark. All others are changed together: where they
+    are seen stands under `OTHERS`.
+    """
+    data = result["data"]
+
+    def drawn(data: Any) -> Seen:
+        return seen(styled(drawing.draw, {**result, "data": data}))
+
+    def moved(data: Any, new: Any) -> str:
+        try:
+            after = drawn(data)
+        except (ValueError, LookupError):
+            return "refused"
+        changes = [
+            x for x in sorted({*before, *after}) if repr(before.get(x)) != repr(after.get(x))
+        ]
+        return ", ".join(key + _mark(new, after.get(key, [])) for key in changes)
+
+    before, rest, found = drawn(data), copy.deepcopy(data), {}
+    for place in places(layout, data):
+        if str(place) in told:
+            other = copy.deepcopy(data)
+            found[str(place)] = moved(other, changed(other, place))
+        else:
+            changed(rest, place)
+    return {**found, OTHERS: moved(rest, np.array([]))}
+
+
+def _mark(new: Any, drawn: list[Any]) -> str:
+    if new.dtype.kind != "f" or not new.size:
+        return ""
+    known = np.unique(new[np.isfinite(new)])
+    there = np.isin(known, np.array([x for x in drawn if isinstance(x, float)]))
+    return "=" if there.all() else "<" if there.any() else ""
+
+
+def names_of_axes(figure: Figure) -> dict[str, list[str]]:
+    """The names of the axes of each panel, and of the bar of colours."""
+    return {
+        panel: [axes.get_xlabel(), axes.get_ylabel()]
+        for panel, axes in zip(PANELS, figure.axes, strict=False)
+    }

@@ -1,0 +1,70 @@
+"""Descriptions: every key of a config with its meaning, and what follows from it."""
+
+from __future__ import annotations
+
+import pytest
+
+from rigidpend import experiments
+from rigidpend.config import catalogue
+from rigidpend.config.description import Row
+from rigidpend.runs import loading
+
+KNOWN = catalogue.known()
+ROWS = {
+    "fig1": {"alpha0": "1.9106332362490186", "view elevation": "pi/8"},
+    "fig2": {"gamma0": "1.5707963267948966"},
+    "fig3": {"body a": "alpha0 = 2.91891, gamma0 = 2.46192, nu = 1.756", "beta0": "gamma0"},
+    "fig4": {"J1_0": "1e-8", "arrays right": "start = 3*pi/40, step = 1/100, count = 32"}
+    | {"special cases": "Grioli", "A": "2, 1, 1.5"},
+    "fig4_zoom": {"between": "4.7, 4.8", "steps": "0.1 to 1e-25"},
+    "fig5": {"cases case2": "theta2_0 = 1.83"},
+    # mu pi kappa/h0 sin(theta1/2)/sin(alpha0) with kappa = 4/3, sin(alpha0) = sqrt(8)/3.
+    "precession": {"body i": "+0.25651, +0.25651, -0.25651, -0.25651", "drawn": "0.1"},
+    # 8 sin(theta1/2)/(J2^2 sin(alpha0)) nu/sinh(nu) with J2^2 = 2/kappa, by hand.
+    "splitting": {"body fig4": "nu = 4.443, distance = 0.5828 mu cos g"},
+    "route_map": {"theta2_0": "ends = 0, 2*pi, count = 300", "columns": "auto"},
+    "closed_orbits": {"words": "114", "longest": "8"},
+}
+"""Rows of some configs, as they are written there or follow by hand."""
+
+
+def described(name: str, *settings: str) -> dict[str, Row]:
+    loaded = loading.load(KNOWN[name], settings)
+    rows = experiments.describe(loaded.experiment, loaded.content)
+    assert len({row.name for row in rows}) == len(rows)
+    return {row.name: row for row in rows}
+
+
+@pytest.mark.parametrize("name", sorted(KNOWN))
+def test_every_key_is_told_with_its_meaning(name: str) -> None:
+    rows, problem = described(name), loading.load(KNOWN[name]).content.problem
+    assert all(row.value and row.meaning for row in rows.values())
+    told = {row.partition(" ")[0] for row in rows}
+    assert told >= set(type(problem).model_fields)
+    assert {key: rows[key].value for key in ROWS.get(name, {})} == ROWS.get(name, {})
+
+
+def test_numbers_are_numbers_for_programs_too() -> None:
+    rows = described("fig4", "problem.mu=1/3")
+    assert (rows["mu"].value, rows["mu"].number) == ("1/3", 1 / 3)
+    assert rows["n_symbols"].number == 15
+    zeros = rows["Melnikov zeros"].number
+    assert zeros == pytest.approx([1.563050, 4.704643], abs=1e-2)
+    assert described("fig2")["separatrices"].number == pytest.approx(
+        [-0.339837, 3.481430, 5.943348, 9.764615], abs=1e-6
+    )
+
+
+def test_a_body_without_weight_is_told_no_mu() -> None:
+    assert "mu" not in described("fig1")
+
+
+def test_the_cost_is_that_of_the_cells() -> None:
+    """Of 600 cells, and of a million."""
+
+    def seconds(*counts: int) -> float:
+        given = zip(("theta2_0", "rows"), counts, strict=True)
+        settings = [f"problem.{name}.count={count}" for name, count in given]
+        return float(described("route_map", *settings, "problem.zooms={}")["cost"].value.split()[1])
+
+    assert seconds(30, 20) < 3 < seconds(1250, 800) < 60

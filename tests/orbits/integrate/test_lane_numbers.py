@@ -1,0 +1,107 @@
+"""Sums of doubles as the kernel computes with them, against fractions: random and hard cases."""
+
+from __future__ import annotations
+
+import ctypes
+import itertools
+import random
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend.orbits.integrate.kernel import machine_code
+from rigidpend.orbits.integrate.kernel.lane_numbers import (
+    KINDS,
+    Doubles,
+    Value,
+    as_doubles,
+)
+from rigidpend.orbits.integrate.kernel.writer import LANES, Writer
+
+OPERATIONS: dict[str, tuple[Callable[[Doubles, Value, Value], Value], Any]] = {
+    "plus": (lambda n, a, b: n.plus(a, b), lambda a, b: a + b),
+    "minus": (lambda n, a, b: n.minus(a, b), lambda a, b: a - b),
+    "times": (lambda n, a, b: n.times(a, b), lambda a, b: a * b),
+    "quotient": (lambda n, a, b: n.quotient(a, b), lambda a, b: a / b),
+    "with_product": (lambda n, a, b: n.settled(n.with_product(a, a, b)), lambda a, b: a + a * b),
+    "horner": (lambda n, a, b: n.horner(a, b[0], b), lambda a, b: a * Fraction(float(b)) + b),
+    "horner_at": (lambda n, a, b: n.horner_at(a, b, a), lambda a, b: a * b + a),
+}
+SMALLEST = Fraction(2) ** -1074
+"""The smallest double, by which a part that is smaller still errs."""
+
+
+def computed(name: str, parts: int, a: list[Fraction], b: list[Fraction]) -> list[list[float]]:
+    """The parts of the results for `LANES` numbers."""
+    code = Writer()
+    n = KINDS[53 * parts](code)
+    given = [
+        tuple(code.load(code.at(base, i), align=8) for i in range(parts)) for base in ("%a", "%b")
+    ]
+    for i, part in enumerate(OPERATIONS[name][0](n, *given)):
+        code.store(part, code.at("%out", i), align=8)
+    head = "define i64 @apply(ptr noalias %out, ptr %a, ptr %b) {"
+    kinds = (ctypes.c_void_p,) * 3
+    function = machine_code.function(code.function(head, "0"), "apply", *kinds)
+    rows = [np.array([as_doubles(x, parts) for x in xs]).T.copy() for xs in (a, b)]
+    out = np.empty((parts, LANES))
+    function(*(x.ctypes.data for x in (out, *rows)))
+    return out.T.tolist()
+
+
+def summed(parts: Any) -> Fraction:
+    return sum(map(Fraction, parts), Fraction(0))
+
+
+def numbers(source: random.Random, parts: int, size: float = 1.0) -> list[Fraction]:
+    """As many random numbers as there are lanes, of a size and a thousandfold more or less."""
+    found = []
+    for _ in range(LANES):
+        digits = Fraction(source.getrandbits(53 * parts) | 1, 1 << 53 * parts)
+        scale = Fraction(size * 10.0 ** source.uniform(-3, 3)) * source.choice((-1, 1))
+        found.append(summed(as_doubles(digits * scale, parts)))
+    return found
+
+
+def easy(source: random.Random, parts: int) -> list[tuple[Fraction, Fraction]]:
+    rows = [(numbers(source, parts), numbers(source, parts)) for _ in range(12)]
+    return [pair for row in rows for pair in zip(*row, strict=True)]
+
+
+def hard(source: random.Random, parts: int) -> list[tuple[Fraction, Fraction]]:
+    """Numbers that cancel to any depth, lie halfway, have gaps of zeros, or tails below 1e-308."""
+    found = []
+    for x, tiny in zip(numbers(source, parts), numbers(source, parts, 1e-285), strict=True):
+        high = Fraction(float(x))
+        for depth in (1, 40, 53, 80, 106, 150, 159, 190):
+            found.append((x, -x * (1 + Fraction(1, 1 << depth))))
+        found += [(x, -high), (high, high / (1 << 53)), (high, high * 3 / (1 << 53 * parts))]
+        found += [(high + high / (1 << 120), -high), (x, x / 10**160), (tiny, x), (tiny, tiny / 3)]
+    rounded = [(as_doubles(a, parts), as_doubles(b, parts)) for a, b in found]
+    return [(summed(a), summed(b)) for a, b in rounded if any(b)]
+
+
+@pytest.mark.parametrize("cases", [easy, hard])
+@pytest.mark.parametrize("parts", [2, 3, 4, 8])
+@pytest.mark.parametrize("name", OPERATIONS)
+def test_an_operation_errs_by_roundings_of_the_last_part_alone(
+    name: str, parts: int, cases: Callable[[random.Random, int], list[tuple[Fraction, Fraction]]]
+) -> None:
+    """In a number plus a product of p parts the last takes up p^2 terms, and rounds at each.
+
+    Those are p products, p - 1 errors of products, and the (p - 1)^2 that larger parts hand on;
+    their sum is p^2 of them at most, and half an ulp of that each rounding.
+    """
+    pairs, true = cases(random.Random(7), parts), OPERATIONS[name][1]
+    for k in range(0, len(pairs) - LANES + 1, LANES):
+        a, b = map(list, zip(*pairs[k : k + LANES], strict=True))
+        for x, y, found in zip(a, b, computed(name, parts, a, b), strict=True):
+            size = true(abs(x), abs(y)) if name != "minus" else abs(x) + abs(y)
+            lost = SMALLEST / min(1, abs(y)) if name == "quotient" else SMALLEST
+            unit = size / (1 << 53 * parts) + lost
+            assert abs(summed(found) - true(x, y)) < parts**4 * unit / 2, (x, y)
+            each = itertools.pairwise(found)
+            assert all(abs(low) <= 2.0**-52 * abs(high) for high, low in each), "parts overlap"
