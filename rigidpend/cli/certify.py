@@ -42,7 +42,7 @@ def command(
 
     Writes FOLDER/NAME.certificate.h5: what is proven, and the polynomials that prove it. An
     orbit that cannot be proven is undecided, with the reason; its code is never guessed. An
-    interrupted proof goes on where it was. Needs the extra `certified` (python-flint).
+    interrupted proof goes on where it was.
 
     \b
     Examples:
@@ -52,7 +52,6 @@ def command(
     """
     if bool(names) == bool(file):
         raise click.UsageError("give names of configs, or a certificate with --check")
-    # Imported behind the check, so that wrong usage is told even without python-flint.
     from rigidpend.config.names import resolve
     from rigidpend.machine.workers import cores
     from rigidpend.runs import certificates, loading

@@ -22,7 +22,7 @@ from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.exact import Exact, exact
 from rigidpend.numbers.parameters import ExactError
 from rigidpend.results import store
-from rigidpend.routes.certified import codes, extra
+from rigidpend.routes.certified import codes
 from rigidpend.routes.certified.progress import Report
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.runs import certificate_files as storage
@@ -101,10 +101,7 @@ def certify(
             tree = _array(name, problem, phases, parts, jobs, report)
             reasons[name] = [x.decode() for x in tree.pop("reason").values]
             data[name] = tree
-        made = provenance.provenance() | {
-            "version_python_flint": extra.version(),
-            "code_hash": code,
-        }
+        made = provenance.provenance() | {"code_hash": code}
         store.write(file, store.Result({}, stated, made, data))
         # Not before the whole file stands.
         parts.drop()

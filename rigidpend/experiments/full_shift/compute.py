@@ -33,8 +33,6 @@ UNDECIDED = "undecided, nothing is proven"
 
 def compute(config: Config, means: Means) -> Tree:
     """Find the sets and the polynomials of their orbits, and check what they prove."""
-    # Behind a function, for only this experiment needs the extra `certified`.
-    from rigidpend.routes.certified import extra as extra  # isort: skip
     from rigidpend.orbits.return_map import MapError
     from rigidpend.routes.certified import horseshoe, pieces
     from rigidpend.routes.certified.checker import Undecided
@@ -69,7 +67,7 @@ def compute(config: Config, means: Means) -> Tree:
 
 
 class Proven(NamedTuple):
-    """Relations that the proof of a result shows."""
+    """Arrivals and relations that the proof of a result proves."""
 
     arrivals: list[Reached]
     relations: list[list[Relation]]

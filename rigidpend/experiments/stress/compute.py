@@ -24,7 +24,7 @@ from rigidpend.experiments.stress.trials import (
     symmetries,
 )
 from rigidpend.experiments.stress.trials.claims import Trial, tried
-from rigidpend.machine.progress import Step
+from rigidpend.machine.progress import PartDone
 from rigidpend.mechanics.body import Body
 from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, FINEST_TOLERANCE
 from rigidpend.orbits.integrate.lie_poisson import SCHEMES
@@ -66,7 +66,7 @@ def compute(config: Config, means: Means) -> Tree:
         verdicts = ", ".join(str(claim["verdict"].values) for claim in made["claims"].values())
         taken = f"{time.perf_counter() - begun:.1f} s"
         text = f"{number}/{len(trials)}: {kind}, {trial.name}: {verdicts}, {taken}"
-        means.report(Step(text, number, len(trials)))
+        means.report(PartDone(text, number, len(trials)))
     return found
 
 

@@ -94,16 +94,16 @@ class Layer(NamedTuple):
     """Largest |d| on downward and upward crossings."""
 
 
-class Plan(NamedTuple):
-    """What is to be built, by the two looks."""
+class MapPlan(NamedTuple):
+    """Layer and orders of a map to be built, by the two looks."""
 
     layer: Layer
     orders: Orders
 
-    def designed(self, unit: float, stretch: float, more: int) -> Plan:
+    def designed(self, unit: float, stretch: float, more: int) -> MapPlan:
         """The plan in units of a design, with arcs and orders of its own."""
         (invariant, widths), o = self
-        return Plan(
+        return MapPlan(
             Layer(invariant * unit**2, (widths[0] * unit, widths[1] * unit)),
             Orders(
                 o.degree + more,
@@ -261,7 +261,7 @@ def _by_order(table: ChartTable) -> tuple[Any, Any]:
 
 
 def _enough(sizes: Any, target: float) -> int:
-    """How many terms come before those below a target, by the rate at which they shrink."""
+    """Number of terms that come before those below a target, by the rate at which they shrink."""
     logs = np.log(np.maximum(np.maximum.accumulate(sizes[::-1])[::-1], TINY))
     last = min(len(logs) - 1, 1 + int(np.flatnonzero(logs > math.log(NOISE)).max()))
     first = last // 2
