@@ -99,8 +99,10 @@ def prepare(path: Path) -> None:
     Raises
     ------
     StoreError
-        The folder cannot be made, or nothing can be written to it.
+        The folder cannot be made, or nothing can be written to it, or a folder is in the file's
+        place.
     """
+    make_way(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, temporary = _temporary(path)
@@ -109,6 +111,21 @@ def prepare(path: Path) -> None:
     except OSError as error:
         reason = f"{path.parent} is not writable ({error.strerror})"
         raise StoreError(f"{path}: {reason}; choose another folder with --out") from None
+
+
+def make_way(path: Path) -> None:
+    """Refuse a folder in the place of a file to come; what is in it is for its owner to judge.
+
+    Raises
+    ------
+    StoreError
+        There is one.
+    """
+    if path.is_dir() and not path.is_symlink():
+        message = (
+            "a folder is in the place of a file: move it away, or remove it if it is not needed"
+        )
+        raise StoreError(f"{path}: {message}")
 
 
 def replace(path: Path, content: bytes, *, lasting: bool = True) -> None:
