@@ -117,12 +117,13 @@ def test_parts_that_another_run_uses_stay_until_it_drops_them(tmp_path: Path) ->
 def test_a_folder_in_the_place_of_a_part_is_refused_before_the_part_is_computed(
     tmp_path: Path,
 ) -> None:
-    target, place = tmp_path / "fig.h5", tmp_path / ".fig.parts" / "a" / "first.h5"
-    place.mkdir(parents=True)
+    target = tmp_path / "fig.h5"
+    Parts(target, "a").keep("first", lambda: PART)
+    [place] = tmp_path.rglob("first.h5")
+    place.unlink()
+    place.mkdir()
     with pytest.raises(StoreError, match=r"first\.h5: a folder is in the place of a file: move it"):
         Parts(target, "a").keep("first", not_again)
-    place.rmdir()
-    assert Parts(target, "a").keep("first", lambda: PART) is PART
 
 
 def test_a_run_goes_on_though_another_removed_the_folder(tmp_path: Path) -> None:
