@@ -295,6 +295,8 @@ def beginning(p: Problem, quad: Quad, step: Step) -> tuple[list[Interval], Fract
         [kappa * (n1 * by[0] + n2 * by[1]) - away / 2, *p.mu],
     ]
     near = solution(residual, J, ALONE)
+    if q.low <= 0:
+        raise Fails("C1: the large Q is not shown to be positive at the points of a set")
     apart = [near, near, y[2].most, near, near, (y[5] - g).most]
     apart[1 - large] = (y[1 - large] - d).most
     return [Q.ball(), g1.ball(), g2.ball()], p.norm(*apart)

@@ -200,6 +200,31 @@ def test_a_beginning_is_as_far_as_it_is_moved(quads: Any, orbits: Any, numbers: 
         assert far < bound < 4e-6
 
 
+def mirrored(quad: Quad, piece: FamilyStep) -> tuple[Quad, FamilyStep]:
+    """The same points beside the opposite separatrix, all that changes its sign taken with it."""
+    curve = tuple(x if k % 2 else -x for k, x in enumerate(quad.p))
+    other = quad._replace(a=-quad.a, b=-quad.b, l0=-quad.l0, p=curve)
+    terms = [
+        {at: -w for at, w in each.items()} if k in (0, 1, 5) else each
+        for k, each in enumerate(piece.terms)
+    ]
+    return other, piece._replace(terms=terms)
+
+
+@pytest.mark.parametrize("k", [0, 2])
+def test_C1_a_set_lies_beside_separatrix_2_or_3(
+    quads: Any, orbits: Any, numbers: Any, k: int
+) -> None:
+    """Beside the opposite one its symbol would be the other one."""
+    quad, piece = mirrored(quads[k], orbits[k][0])
+    growth = LogarithmicNorm.of(numbers.field)
+    for reason in (
+        said(coverings.beginning, numbers, quad, piece, growth),
+        said(script.beginning, problem(), quad_of(quad), step(piece)),
+    ):
+        assert reason.startswith("C1: the large Q")
+
+
 # ---- C2
 
 
