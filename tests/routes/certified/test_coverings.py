@@ -467,6 +467,20 @@ def test_the_stored_proof_holds_in_both_checkers(data: Any, tmp_path: Path, caps
     assert script.main([file, "--config", str(other)]) == 1
 
 
+def test_terms_that_come_round_again_are_refused(data: Any) -> None:
+    """2^64 more than there are, which whole numbers of a machine take for as many."""
+    proof = dict(data["proof"])
+    terms = np.array(proof["terms"], dtype=np.int64)
+    terms[:4] += 2**62
+    with pytest.raises(ValueError, match="other terms"):
+        unpacked({**proof, "terms": terms}, 5)
+
+
+def test_a_set_without_a_curve_is_refused(data: Any) -> None:
+    with pytest.raises(ValueError, match="no extent"):
+        unpacked_quads({**data["sets"], "p": np.zeros((4, 0))})
+
+
 def spoilt(file: Any, how: str) -> None:
     """Make something of a result that is no proof of this file, or more than it can be."""
     sets, proof = file["data/sets"], file["data/proof"]
