@@ -615,7 +615,7 @@ def check(path: Path, given: Path | None = None) -> str:
 
             wanted = yaml.load(given.read_text(encoding="utf-8"), yaml.BaseLoader)
             keys = ("experiment", "problem")
-            check_against(*({key: each[key] for key in keys} for each in (config, wanted)))
+            check_against({key: config[key] for key in keys}, {key: wanted[key] for key in keys})
             Interval.digits = DIGITS
         problem = {key: config["problem"][key] for key in ("A", "r", "mu", "h")}
         action = config["problem"]["J1_0"]
