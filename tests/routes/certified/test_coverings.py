@@ -191,6 +191,26 @@ def test_C1_a_line_is_as_far_as_it_is_moved(
     assert {reason[:2] for reason in reasons} == {"C1"}
 
 
+def test_the_line_of_starts_is_where_theorem_2_says(line: Any, orbits: Any) -> None:
+    """Its ends lie within the box of C1 about those of theta2_0 = 1.5625 -+ 0.003 or less."""
+    from rigidpend.orbits.return_map.precision import precision
+    from rigidpend.routes.certified.horseshoe import LineStarts, ShiftProblem
+
+    starts = LineStarts(ShiftProblem(BODY, exact(GIVEN["h"]), 14), J1)
+    theta2 = 1.5625 + np.array([-0.003, 0.0, 0.003])
+    gamma = starts.states(theta2, precision(53))[3:]
+    along = (float(line.e1) * gamma[0] + float(line.e2) * gamma[1] - float(line.centre)) / float(
+        line.half
+    )
+    # So |u| <= 1 is passed between these two, and gamma is that of the polynomials, not of
+    # the other theta2_0 at the same place.
+    assert along[0] < -1
+    assert along[2] > 1
+    begin = [Family.of(t, orbits[4][0].bits).at("z", -1) for t in orbits[4][0].terms[3:]]
+    found = [_value(dict(_terms(each)), each.bits, along[1], 0.0) for each in begin]
+    np.testing.assert_allclose(found, gamma[:, 1], atol=2.0**-20)
+
+
 def test_a_beginning_is_as_far_as_it_is_moved(quads: Any, orbits: Any, numbers: Any) -> None:
     quad, piece, growth = quads[2], orbits[2][0], LogarithmicNorm.of(numbers.field)
     off = moved(piece, 4, (0, 0, 0), 2e-6)
