@@ -84,7 +84,7 @@ def budget(problem: RouteProblem, orbits: int) -> float:
     """Seconds of a core that the tables of all designs may take, if they are to pay."""
     rotations = passage_rotations(problem)
     # The share of orbits that doubles leave open: as those bodies had it within a factor of 4, but
-    # for one that had a fifteenth. A wrong guess costs time and no symbol.
+    # for one, where it is off by 15. A wrong guess costs time and no symbol.
     beyond = min(0.003 * rotations**2, 6.5 / rotations)
     integrated = (SYMBOL + ROTATION * rotations) * (1 + PAIRS * beyond)
     return STAKE * orbits * problem.n_symbols * (integrated - MAPPED)
