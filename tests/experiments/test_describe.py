@@ -16,7 +16,7 @@ ROWS = {
     "fig3": {"body a": "alpha0 = 2.91891, gamma0 = 2.46192, nu = 1.756", "beta0": "gamma0"},
     "fig4": {"J1_0": "1e-8", "arrays right": "start = 3*pi/40, step = 1/100, count = 32"}
     | {"special cases": "Grioli", "A": "2, 1, 1.5"},
-    "fig4_zoom": {"between": "4.7, 4.8", "steps": "0.1 to 1e-25"},
+    "fig4_zoom": {"between": "4.7, 4.8", "steps": "0.1 to 2.44e-12"},
     "fig5": {"cases case2": "theta2_0 = 1.83"},
     # mu pi kappa/h0 sin(theta1/2)/sin(alpha0) with kappa = 4/3, sin(alpha0) = sqrt(8)/3.
     "precession": {"body i": "+0.25651, +0.25651, -0.25651, -0.25651", "drawn": "0.1"},
