@@ -46,7 +46,7 @@ def command(
       rigidpend stress --quick
       rigidpend stress --set problem.honesty.orbits=1000000 --json
     """
-    from rigidpend.experiments.stress.trials import table
+    from rigidpend.experiments.stress import report
     from rigidpend.machine import workers
     from rigidpend.results import store
 
@@ -54,8 +54,8 @@ def command(
     target = measured("stress", quick, settings, folder, force=force, jobs=many)
     machine, data = store.load(target)["provenance"], store.read_tree(target)
     if as_json:
-        print_json({"machine": machine, **table.summary(data)})
+        print_json({"machine": machine, **report.summary(data)})
     else:
         click.echo(f"{machine['processor']}, {machine['system']}; {machine['created']}")
-        click.echo("\n".join(table.text(data)))
-    sys.exit(FAILED if table.counts(data)["FAILED"] else DONE)
+        click.echo("\n".join(report.text(data)))
+    sys.exit(FAILED if report.counts(data)["FAILED"] else DONE)

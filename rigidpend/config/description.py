@@ -78,7 +78,7 @@ def body_rows(body: Body) -> list[Row]:
 
 
 def derived_rows(body: Body) -> list[Row]:
-    """What follows from a body's parameters."""
+    """Rows of what follows from a body's parameters."""
     special = ", ".join(body.special_cases) or "none"
     theta1 = separatrix_theta1(body.alpha0, body.beta0)
     return [

@@ -16,7 +16,7 @@ PERIOD = 0.5
 """Seconds between changes of the line on a terminal."""
 
 
-class Step(str):
+class PartDone(str):
     """A line of progress that also knows what share of an experiment is done."""
 
     share: float
@@ -30,9 +30,9 @@ class Step(str):
 class Course:
     """Progress of several experiments, with an estimate of the time left.
 
-    A :class:`Step` says how far its experiment is. What an experiment is expected to take counts
-    until its own steps tell more; the experiments that are over say how much slower or faster
-    this machine is than expected.
+    A :class:`PartDone` says how far its experiment is. What an experiment is expected to take
+    counts until its own parts tell more; the experiments that are over say how much slower or
+    faster this machine is than expected.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class Course:
         self.last = name, text
         self.begun = now if self.begun is None else self.begun
         begun, share = self._running.setdefault(name, (now, 0.0))
-        if isinstance(text, Step):
+        if isinstance(text, PartDone):
             share = max(share, text.share)
         self._running[name] = begun, share
 

@@ -31,10 +31,13 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.orbits import UNITS
 from rigidpend.orbits.integrate.records import Crossings, Outcome, joined
 from rigidpend.routes.start import Scales
 
-FIRST, SECOND, THIRD = Scales(), Scales("1.37", "0.73"), Scales("0.61", "1.43")
+FIRST, SECOND, THIRD = (
+    Scales(unit, vertical) for unit, vertical in zip(UNITS, ("1", "0.73", "1.43"), strict=True)
+)
 """The scales of the computations in a precision."""
 
 CLOSE = 1e-6

@@ -57,8 +57,8 @@ UNKEPT = 0.8
 SYMBOL, ROTATION, MAPPED = 3e-6, 1e-6, 0.5e-6
 """Seconds of a core a symbol takes: by integration, beside what each rotation takes; by maps.
 
-Measured on 17 bodies drawn by lot, twice in doubles, at 1.4 to 151 rotations a passage:
-integration took 0.8 to 1.4 times as long."""
+Measured on 17 bodies drawn by lot, twice in doubles, at 1.4 to 151 rotations a passage, on a busy
+machine: integration took some 0.8 to 1.4 times as long."""
 PAIRS = 25
 """Factor by which two integrations in pairs of doubles take longer."""
 STAKE = 0.5
@@ -83,7 +83,8 @@ class Starts(NamedTuple):
 def budget(problem: RouteProblem, orbits: int) -> float:
     """Seconds of a core that the tables of all designs may take, if they are to pay."""
     rotations = passage_rotations(problem)
-    # The share of orbits that doubles leave open, as those bodies had it, within a factor of 4.
+    # The share of orbits that doubles leave open: as those bodies had it within a factor of 4, but
+    # for one, where it is off by 15. A wrong guess costs time and no symbol.
     beyond = min(0.003 * rotations**2, 6.5 / rotations)
     integrated = (SYMBOL + ROTATION * rotations) * (1 + PAIRS * beyond)
     return STAKE * orbits * problem.n_symbols * (integrated - MAPPED)

@@ -22,7 +22,7 @@ from urllib.parse import urlsplit
 from rigidpend.experiments.contract import Piece
 from rigidpend.experiments.data.tree import Tree
 from rigidpend.machine import words
-from rigidpend.machine.progress import Step
+from rigidpend.machine.progress import PartDone
 from rigidpend.machine.workers import PERIOD, WorkerError, check_stop
 from rigidpend.runs import provenance
 from rigidpend.runs.parts import Parts
@@ -146,7 +146,7 @@ def _done(
             done += 1
             tree, worker = _answer(client, future)
             yield tree, names.pop(future), worker
-            report(Step(f"cluster: {done} of {len(missing)} parts", done, len(missing)))
+            report(PartDone(f"cluster: {done} of {len(missing)} parts", done, len(missing)))
 
 
 class _Call(NamedTuple):

@@ -13,7 +13,7 @@ from typing import Any
 
 from rigidpend.machine.code_hash import PACKAGE, code_hash_of, digest, inside
 
-LIBRARIES = ("numpy", "scipy", "mpmath", "h5py", "llvmlite")
+LIBRARIES = ("numpy", "scipy", "mpmath", "h5py", "llvmlite", "python_flint")
 ABSENT = "absent"
 """Version of a library that is not installed."""
 

@@ -44,7 +44,7 @@ class Kind(NamedTuple):
     part: str
     """The part of an experiment by which they are read."""
     fits: Callable[[Path, bytes], bool]
-    """Whether a file can be recalled, by its place and content."""
+    """True if a file can be recalled, by its place and content."""
 
 
 # A config in a result is read as that result is.

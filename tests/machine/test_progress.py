@@ -6,7 +6,7 @@ import io
 
 import pytest
 
-from rigidpend.machine.progress import Course, Progress, Step, duration
+from rigidpend.machine.progress import Course, PartDone, Progress, duration
 
 
 class Terminal(io.StringIO):
@@ -42,10 +42,10 @@ def test_the_time_left_is_what_the_share_done_took_so_far() -> None:
     # Half of all in 5 s.
     assert course.left(15.0) == pytest.approx(5.0)
     course.hear("b", "computing", 20.0)
-    course.hear("b", Step("the ninth level", 9, 20), 29.0)
+    course.hear("b", PartDone("the ninth level", 9, 20), 29.0)
     # 0.45 of the second in 9 s.
     assert course.left(29.0) == pytest.approx(11.0)
-    course.hear("b", Step("of another array", 2, 10), 29.0)
+    course.hear("b", PartDone("of another array", 2, 10), 29.0)
     course.hear("b", "9 of 10, in words", 29.0)
     assert course.left(29.0) == pytest.approx(11.0)
     assert course.said(29.0) == "1 of 2 done, 19 s, about 11 s left"
@@ -64,7 +64,7 @@ def test_what_experiments_are_expected_to_take_counts_before_they_begin() -> Non
     course.hear("zoom", "computing", 4.0)
     assert course.left(54.0) == pytest.approx(152.0)
     # Half of it in 60 s: the rest by both, what is expected and its own pace.
-    course.hear("zoom", Step("level", 1, 2), 64.0)
+    course.hear("zoom", PartDone("level", 1, 2), 64.0)
     assert course.left(64.0) == pytest.approx(0.5 * 120 + 0.5 * 200 - 60 + 2)
 
 

@@ -17,7 +17,6 @@ from rigidpend.routes.certified.steps import Step
 from rigidpend.runs import certificate_files as storage
 from tests.cli.calls import call
 from tests.config.samples import SMALL, changed, written
-from tests.processes import python
 
 TINY = changed("count: 5", "count: 2", changed("n_symbols: 3", "n_symbols: 2", SMALL))
 FILE = "tiny.certificate.h5"
@@ -153,17 +152,6 @@ def test_wrong_usage_is_said(folder: Path) -> None:
     done = call(folder, "certify", "fig1")
     assert done.returncode == 2
     assert "no route codes to prove" in done.stderr
-
-
-@pytest.mark.slow
-def test_without_the_extra_it_says_what_to_install(folder: Path) -> None:
-    absent = "import sys; sys.modules['flint'] = None; from rigidpend.cli import main; main()"
-    for arguments in (("tiny.yaml",), ("--check", FILE)):
-        done = python(folder, "-c", absent, "certify", *arguments)
-        assert done.returncode == 3
-        assert done.stderr.endswith(
-            "install it with: python -m pip install 'rigidpend[certified]'\n"
-        )
 
 
 def test_a_zoom_needs_its_result(folder: Path) -> None:

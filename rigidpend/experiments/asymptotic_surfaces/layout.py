@@ -70,7 +70,7 @@ def _times(name: str, stored: Data, fresh: Data) -> list[Difference]:
 
 
 def _points(name: str, stored: Data, fresh: Data) -> list[Difference]:
-    """By eq. (dtheta) an error of theta1 grows as J2^2/(J1 (J2 - J1))."""
+    """An error of theta1 grows as J2^2/(J1 (J2 - J1)), by eq. (dtheta)."""
     if _ends("offsets", stored, fresh):
         return []
     J1, at = stored["J1_over_J2"], _shared(stored, fresh)

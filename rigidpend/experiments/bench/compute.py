@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,14 +11,14 @@ import numpy as np
 
 from rigidpend.config.description import Row, exact_row
 from rigidpend.experiments import heyoka_peer
-from rigidpend.experiments.bench.layout import PROBLEM
+from rigidpend.experiments.bench import layout
 from rigidpend.experiments.bench.measuring import choice, problems, records
 from rigidpend.experiments.bench.measuring.methods import METHODS
-from rigidpend.experiments.bench.measuring.tasks import Sizes
 from rigidpend.experiments.bench.measuring.worker import Order, measured
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Data, Dataset, Tree
+from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.engines import EngineError
 
 if TYPE_CHECKING:
@@ -74,16 +75,17 @@ def _references(config: Config, means: Means) -> dict[str, Any]:
     """The truth of every problem, as arrays named PROBLEM.NAME."""
     arrays: dict[str, Any] = {}
     for name in config.problem.problems:
-        problem = problems.module(name)
-        task = problem.task(_sizes(config))
-        truth = means.part(
-            f"reference.{name}",
-            lambda: {k: Dataset(v, "", "the truth") for k, v in problem.reference(task).items()},  # noqa: B023
-        )
-        means.report(f"{problem.TITLE}: reference")
+        truth = means.part(f"reference.{name}", partial(_reference, config, name))
+        means.report(f"{problems.module(name).TITLE}: reference")
         for key, node in truth.items():
             arrays[f"{name}.{key}"] = node[0]  # type: ignore[index]
     return arrays
+
+
+def _reference(config: Config, name: str) -> Tree:
+    problem = problems.module(name)
+    found = problem.reference(problem.task(config.problem))
+    return {key: Dataset(values, "", "the truth") for key, values in found.items()}
 
 
 def _searched(config: Config, reference: str, means: Means) -> dict[str, dict[str, Any]]:
@@ -93,7 +95,7 @@ def _searched(config: Config, reference: str, means: Means) -> dict[str, dict[st
         asked = _asked(config, key)
         if not asked:
             continue
-        found = means.part(f"search.{key}", lambda: _search(config, key, asked, reference))  # noqa: B023
+        found = means.part(f"search.{key}", partial(_search, config, key, asked, reference))
         for name, record in found.items():
             groups[name][key] = record
         means.report(f"{METHODS[key].label}: {_said(found)}")
@@ -102,7 +104,7 @@ def _searched(config: Config, reference: str, means: Means) -> dict[str, dict[st
 
 def _titles(name: str) -> dict[str, Any]:
     problem = problems.module(name)
-    return datasets(PROBLEM, {name: getattr(problem, name.upper()) for name in PROBLEM})
+    return datasets(layout.PROBLEM, {key: getattr(problem, key.upper()) for key in layout.PROBLEM})
 
 
 def _asked(config: Config, key: str) -> dict[str, list[Any]]:
@@ -117,25 +119,32 @@ def _asked(config: Config, key: str) -> dict[str, list[Any]]:
 
 def _search(config: Config, key: str, asked: dict[str, list[Any]], reference: str) -> Tree:
     """The records of a method, by problem."""
-    method = METHODS[key]
+    method, search = METHODS[key], config.search
     if method.absent():
         return {name: records.absent(method.absent()) for name in asked}
-    seconds = float(config.search.seconds)
-    order = Order(
-        "search",
-        list(asked),
-        {key: [{"knobs": knobs} for knobs in asked.values()]},
-        _sizes(config)._asdict(),
-        config.problem.few,
-        config.search.repeats,
-        seconds,
-        reference,
-    )
-    lines, ended = measured(order, PATIENCE * seconds * len(asked) + GRACE)
+    tried = [{"knobs": knobs} for knobs in asked.values()]
+    more: dict[str, Any] = {"problems": tuple(asked), "reference": reference}
+    given = search.repeats, search.seconds, len(asked)
+    lines, ended = _measured(config, "search", {key: tried}, *given, **more)
     return {
         name: records.searched(lines, ended, name, len(knobs) * len(method.variants))
         for name, knobs in asked.items()
     }
+
+
+def _measured(
+    config: Config,
+    work: str,
+    methods: dict[str, list[Any]],
+    repeats: int,
+    seconds: Scalar,
+    budgets: int,
+    **more: Any,
+) -> tuple[list[dict[str, Any]], str]:
+    """Measurements of some methods by a worker, within so many budgets, and how that ended."""
+    sizes = config.problem.model_dump()
+    order = Order(work, methods, sizes, repeats, float(seconds), **more)
+    return measured(order, PATIENCE * order.seconds * budgets + GRACE)
 
 
 def _met(config: Config, groups: Any, reference: str, threads: int, means: Means) -> Tree:
@@ -145,33 +154,30 @@ def _met(config: Config, groups: Any, reference: str, threads: int, means: Means
         chosen = choice.guests(name, _records(groups[name]), config, threads)
         if len(chosen) < 2:
             continue
-        order = Order(
-            "meeting",
-            [name],
-            {key: [entry] for key, entry in chosen.items()},
-            _sizes(config)._asdict(),
-            config.problem.few,
-            config.meeting.rounds,
-            float(config.meeting.seconds),
-            reference,
-            threads,
-        )
-        found[name] = means.part(f"meeting.{threads}.{name}", lambda: _meeting(order))  # noqa: B023
+        made = partial(_meeting, config, name, chosen, reference, threads)
+        found[name] = means.part(f"meeting.{threads}.{name}", made)
         title = problems.module(name).TITLE
         means.report(f"{title}, {threads} thread{'s' * (threads > 1)}: {_ended(found[name])}")
     return found
 
 
-def _meeting(order: Order) -> Tree:
-    limit = PATIENCE * order.seconds * len(order.methods) + GRACE
-    lines, ended = measured(order, limit)
+def _meeting(
+    config: Config, name: str, chosen: dict[str, Any], reference: str, threads: int
+) -> Tree:
+    guests, meeting = {key: [entry] for key, entry in chosen.items()}, config.meeting
+    given = meeting.rounds, meeting.seconds, len(chosen)
+    more: dict[str, Any] = {"problems": (name,), "reference": reference, "threads": threads}
+    lines, ended = _measured(config, "meeting", guests, *given, **more)
     found: dict[str, Any] = {
-        line["method"]: records.met(line, choice.spelt(order.methods[line["method"]][0]))
+        line["method"]: {
+            **records.single(layout.ONE_SETTING | layout.ROUND, line),
+            "chosen": layout.CHOSEN.dataset(choice.spelt(chosen[line["method"]])),
+        }
         for line in lines
     }
-    missing = ", ".join(sorted(set(order.methods) - set(found)))
+    missing = ", ".join(sorted(set(chosen) - set(found)))
     said = f"{ended or 'no answer'}: {missing}" if missing else records.COMPLETE
-    return {**found, "ended": records.ENDED._replace(values=said)}
+    return {**found, "ended": layout.ENDED.dataset(said)}
 
 
 def _records(group: Data) -> dict[str, dict[str, Any]]:
@@ -187,28 +193,18 @@ def _random_phases(config: Config, means: Means) -> Tree:
     for key in config.phases.methods:
         if METHODS[key].absent():
             continue
-        found = means.part(f"phases.{key}", lambda: _phases(config, key))  # noqa: B023
-        for start, record in found.items():
+        for start, record in means.part(f"phases.{key}", partial(_phases, config, key)).items():
             groups.setdefault(start, {})[key] = record
         means.report(f"random phases: {METHODS[key].label}")
     return groups
 
 
 def _phases(config: Config, key: str) -> Tree:
-    seconds = float(config.phases.seconds)
-    order = Order(
-        "phases",
-        [],
-        {key: [choice.finest(METHODS[key], config.search)]},
-        {},
-        config.problem.few,
-        config.phases.orbits,
-        seconds,
-    )
-    lines, ended = measured(order, PATIENCE * 2 * seconds + GRACE)
+    tried, asked = [choice.finest(METHODS[key], config.search)], config.phases
+    lines, ended = _measured(config, "phases", {key: tried}, asked.orbits, asked.seconds, 2)
     if ended:
         raise RuntimeError(f"random phases, {METHODS[key].label}: {ended}")
-    return {f"J1_0_{line['J1_0']}": records.counted(line) for line in lines}
+    return {f"J1_0_{line['J1_0']}": records.single(layout.COUNTED, line) for line in lines}
 
 
 def _many(config: Config, groups: Any, means: Means) -> Tree:
@@ -218,28 +214,27 @@ def _many(config: Config, groups: Any, means: Means) -> Tree:
         if METHODS[key].absent() or not METHODS[key].answer("many", "routes"):
             continue
         entry = choice.best("codes", key, codes, config.search)
-        found[key] = means.part(f"many.{key}", lambda: _many_of(config, key, entry))  # noqa: B023
+        found[key] = means.part(f"many.{key}", partial(_many_of, config, key, entry))
         means.report(f"many orbits, {METHODS[key].label}: {_ended(found[key])}")
     return found
 
 
 def _many_of(config: Config, key: str, entry: dict[str, Any]) -> Tree:
-    numbers, few, seconds = config.many.orbits, config.problem.few, float(config.many.seconds)
-    sizes, repeats = _sizes(config)._asdict(), config.search.repeats
-    order = Order("many", [], {key: [entry]}, sizes, few, repeats, seconds, numbers=numbers)
-    lines, ended = measured(order, PATIENCE * seconds * len(numbers) + GRACE)
+    numbers = config.many.orbits
+    given = config.search.repeats, config.many.seconds, len(numbers)
+    lines, ended = _measured(config, "many", {key: [entry]}, *given, numbers=numbers)
     if not lines:
         raise RuntimeError(f"many orbits, {METHODS[key].label}: {ended}")
-    return records.many(lines, ended, choice.spelt(entry))
-
-
-def _sizes(config: Config) -> Sizes:
-    return Sizes(*(getattr(config.problem, name) for name in Sizes._fields))
+    return {
+        **records.arrays(layout.NUMBERS, lines),
+        "chosen": layout.CHOSEN.dataset(choice.spelt(entry)),
+        "ended": layout.ENDED.dataset(ended or records.COMPLETE),
+    }
 
 
 def _said(found: Any) -> str:
     """Summary of how the measurements of a method ended, those alike together."""
-    said = {name: str(record["ended"].values) for name, record in found.items()}
+    said = {name: _ended(record) for name, record in found.items()}
     if len(set(said.values())) == 1:
         return next(iter(said.values()))
     return "; ".join(f"{name} {text}" for name, text in said.items())

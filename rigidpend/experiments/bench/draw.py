@@ -1,38 +1,26 @@
-"""Figure of the benchmark: ratios of time, diagrams of work and error, wrong symbols."""
+"""Figure of the benchmark, one page: who is faster, work and error, trust, and many orbits."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import count
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
 from rigidpend.experiments.bench.measuring import reading
-from rigidpend.experiments.bench.measuring.methods import METHODS
 from rigidpend.experiments.bench.measuring.problems import NAMES
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots.palette import (
-    BLUE,
-    GREEN,
-    ORANGE,
-    PINK,
-    RED,
-    SKY,
-    WIDTH,
-)
-from rigidpend.experiments.plots.panels import entry
+from rigidpend.experiments.plots.palette import BLUE, GREEN, ORANGE, PINK, RED, SKY, WIDTH
+from rigidpend.experiments.plots.panels import entry, title
 
-BASE, ROW, PLOT, FOOT = 0.75, 0.155, 2.6, 1.0
-"""Inches: a panel of ratios without rows, a row, a diagram, the legend."""
+ROW, DIAGRAM, LEGEND = 0.24, 2.35, 1.35
+"""Inches: a row of ratios, a diagram, and the legend with the labels of the axes."""
 LARGEST = 3.0
 """Errors beyond, which are of the size of the answer, are not drawn."""
-LOSS, TINT = RED, "#FBEFE6"
-"""Colours of the ratios, and of the ground, where ours is slower."""
+FASTER = "#FBEFE6"
+"""Ground where others are faster than ours."""
 
 
 class Appearance(NamedTuple):
@@ -43,6 +31,13 @@ class Appearance(NamedTuple):
     marker: str
     line: str = "-"
     width: float = 0.9
+
+    @property
+    def style(self) -> dict[str, Any]:
+        """The same in the words of a plot."""
+        size = 8.0 if self.marker == "*" else 3.8 if self.line else 5.0
+        line = {"color": self.colour, "ls": self.line or "none", "lw": self.width}
+        return {**line, "marker": self.marker, "ms": size, "mew": 0.7}
 
 
 OURS, HEYOKA, CYRK, JAX, SCIPY, GREY = BLUE, ORANGE, GREEN, PINK, RED, "#666666"
@@ -75,126 +70,82 @@ APPEARANCES = {
 
 
 def draw(result: Loaded) -> Figure:
-    """Draw all panels of a result."""
+    """Draw a result: the ratios of all problems above, then two diagrams a row."""
     data = result["data"]
-    met = [name for name in NAMES if name in data and reading.met(data, name, 1)]
-    searched = [name for name in ("codes", "free_body") if name in data]
-    phases = list(data.get("random_phases", {}))
-    heights = [_height(data, pair) for pair in _pairs(met)]
-    further = [("search", name) for name in searched] + [("phases", name) for name in phases]
-    further += [("many", "many_orbits")] if data.get("many_orbits") else []
-    heights += [PLOT] * -(-len(further) // 2)
-    figure = Figure(figsize=(WIDTH, sum(heights) + FOOT))
+    rows = [
+        (name, threads, met)
+        for name in NAMES
+        for threads in (1, 2)
+        if name in data and (met := reading.met(data, name, threads))
+    ]
+    diagrams = [
+        *((_draw_work, data[name]) for name in ("codes", "free_body") if name in data),
+        *((_draw_wrong, data[name]) for name in ("random_phases",) if data.get(name)),
+        *((_draw_many, data[name]) for name in ("many_orbits",) if data.get(name)),
+    ]
+    heights = [ROW * (len(rows) + 3), DIAGRAM * -(-len(diagrams) // 2)]
+    figure = Figure(figsize=(WIDTH, sum(heights) + LEGEND))
     figure.set_layout_engine("constrained", w_pad=0.05, h_pad=0.05)
-    grid = figure.subplots(len(heights), 2, squeeze=False, height_ratios=heights)
-    letters = iter("abcdefghijkl")
-    free = [*grid[: len(_pairs(met))].ravel()]
-    for axes, name in zip(free, met, strict=False):
-        _draw_ratios(axes, data, name)
-        _title(axes, letters, str(data[name]["title"]))
-    for axes in free[len(met) :]:
-        _explain(axes)
-    rest = grid[len(_pairs(met)) :].ravel()
-    for axes, (kind, name) in zip(rest, further, strict=False):
-        if kind == "search":
-            _draw_work(axes, data[name])
-            _title(axes, letters, f"{data[name]['title']}: each alone")
-        elif kind == "many":
-            _draw_many(axes, data[name])
-            _title(axes, letters, "codes of ever more orbits")
-        else:
-            _draw_wrong(axes, data["random_phases"][name])
-            _title(axes, letters, f"random phases, J1_0 = {name.removeprefix('J1_0_')}")
-    for axes in rest[len(further) :]:
-        axes.set_axis_off()
-    shown = {x for name in searched for x in data[name]} | {
-        x for name in phases for x in data["random_phases"][name]
-    }
-    shown |= set(data.get("many_orbits", {}))
-    handles = _legend(shown & set(APPEARANCES))
+    # Apart, so that the long names above take no width from the diagrams.
+    halves: Any = figure.subfigures(2, 1, height_ratios=heights)
+    above, below = halves
+    axes = [above.subplots()]
+    _draw_ratios(axes[0], data, rows)
+    for k, (draw_one, group) in enumerate(diagrams, 1):
+        axes.append(below.add_subplot(-(-len(diagrams) // 2), 2, k))
+        draw_one(axes[-1], group)
+    for each, letter in zip(axes, "abcde", strict=False):
+        title(each, letter, each.get_title())
+        each.set_title("")
+        each.grid(alpha=0.25, lw=0.4)
+    shown = {str(line.get_label()) for each in axes for line in each.lines}
+    looks = [look for name, look in reversed(APPEARANCES.items()) if name in shown]
+    handles = [entry(look.label, **look.style) for look in looks]
     figure.legend(handles=handles, loc="outside lower center", ncols=4, columnspacing=1.2)
     return figure
 
 
-def _pairs(names: Sequence[str]) -> list[Sequence[str]]:
-    return [names[k : k + 2] for k in range(0, len(names), 2)]
-
-
-def _height(data: Data, names: Sequence[str]) -> float:
-    return BASE + ROW * max(len(reading.met(data, name, 1)) for name in names)
-
-
-def _title(axes: Axes, letters: Any, text: str) -> None:
-    axes.set_title(f"{next(letters)})  {text}", loc="left")
-
-
-def _draw_ratios(axes: Axes, data: Data, problem: str) -> None:
-    """Times a method needs in units of ours, the fastest on top; rings: up to two threads, both."""
-    results = reading.met(data, problem, 1)
-    more = {result.method: result for result in reading.met(data, problem, 2)}
-    default = str(data[problem]["default"])
-    for row, result in zip(count(), reversed(results)):
-        look = APPEARANCES[result.method]
-        axes.plot([result.low, result.high], [row, row], color=look.colour, lw=1.0, zorder=3)
-        axes.plot(result.ratio, row, "o", color=look.colour, ms=4.2, zorder=4, label=result.method)
-        if result.method in more:
-            ratio = more[result.method].ratio
-            axes.plot(ratio, row, "o", color=look.colour, mfc="white", ms=6.5, mew=0.8, zorder=3)
+def _draw_ratios(axes: Axes, data: Data, rows: list[Any]) -> None:
+    """Times in units of ours, a row a problem and number of threads; hollow: level not reached."""
+    axes.set_title("time in units of ours, each at its best setting; hollow: too inexact")
+    for row, (_, _, met) in enumerate(rows):
+        axes.plot([met[0].ratio, met[-1].ratio], [row, row], color="0.85", lw=0.8, zorder=1)
+        for result in met:
+            look = APPEARANCES[result.method]
+            face = look.colour if result.reached else "white"
+            style = {**look.style, "ls": "none", "mfc": face, "ms": look.style["ms"] + 1.2}
+            axes.plot(result.ratio, row, label=result.method, zorder=_order(result.method), **style)
     axes.axvline(1.0, color="black", lw=0.8, zorder=2)
     axes.set_xscale("log")
-    axes.xaxis.set_minor_formatter(NullFormatter())
     low, high = axes.get_xlim()
     axes.set_xlim(min(low, 0.4), max(high, 2.5))
-    axes.axvspan(axes.get_xlim()[0], 1.0, color=TINT, zorder=0)
-    axes.set_yticks(
-        range(len(results)),
-        [APPEARANCES[r.method].label + ("" if r.reached else " $^+$") for r in reversed(results)],
-        fontsize=7,
-    )
-    for tick, result in zip(axes.get_yticklabels(), reversed(results), strict=True):
-        tick.set_fontweight("bold" if result.method == default else "normal")
-        if result.ratio < 1 and result.reached and METHODS[result.method].family != "ours":
-            tick.set_color(LOSS)
-    axes.set_ylim(-0.7, len(results) - 0.3)
+    axes.axvspan(axes.get_xlim()[0], 1.0, color=FASTER, zorder=0)
+    labels = [
+        str(data[name]["title"]) + ", 1 thread" if threads == 1 else "2 threads"
+        for name, threads, _ in rows
+    ]
+    axes.set_yticks(range(len(rows)), labels)
+    axes.set(ylim=(len(rows) - 0.3, -0.7), xlabel="tinted: faster than ours")
     axes.tick_params(axis="y", length=0)
-    axes.set_xlabel("time, in units of ours (bold)")
-    axes.grid(axis="x", alpha=0.25, lw=0.4)
-
-
-def _explain(axes: Axes) -> None:
-    """Say in the room that is left how to read the ratios."""
-    axes.set_axis_off()
-    text = (
-        "dot: one thread, and the quartiles\n"
-        "ring: up to two threads, ours too\n"
-        "tinted, name in red: faster than ours\n"
-        "$^+$ did not reach the error asked for"
-    )
-    axes.text(0.0, 0.95, text, transform=axes.transAxes, va="top", fontsize=7.5, linespacing=1.5)
 
 
 def _draw_work(axes: Axes, group: Data) -> None:
     """Time against error, the best of the settings; a hollow mark went only a part of the way."""
-    for name, look in APPEARANCES.items():
-        record = group.get(name, {})
+    for name, record in _in_order(group):
         if "error" not in record:
             continue
+        look = APPEARANCES[name]
         error = np.maximum(record["error"], np.finfo(float).eps)
         kept = _front(error, record["seconds"]) & np.isfinite(error) & (error <= LARGEST)
         order = np.argsort(-error[kept])
-        x, y = error[kept][order], record["seconds"][kept][order]
-        style = look.line or "none"
         face = look.colour if record["part"][kept].all() else "white"
-        axes.plot(
-            x, y, look.marker, color=look.colour, ls=style, lw=look.width, ms=_size(look), mfc=face,
-            mew=0.7, zorder=_order(name), label=name,
-        )  # fmt: skip
-    axes.set(xscale="log", yscale="log")
-    axes.invert_xaxis()
+        points = error[kept][order], record["seconds"][kept][order]
+        axes.plot(*points, label=name, mfc=face, zorder=_order(name), **look.style)
     codes = "wrong_symbols" in group.get("aligned_batch", {})
+    axes.set_title(f"{group['title']}: each alone")
+    axes.set(xscale="log", yscale="log", ylabel="time (s)")
     axes.set_xlabel("error of the crossing times ($t'$)" if codes else "error (relative)")
-    axes.set_ylabel("time (s)")
-    axes.grid(alpha=0.25, lw=0.4)
+    axes.invert_xaxis()
 
 
 def _front(error: Any, seconds: Any) -> Any:
@@ -204,66 +155,48 @@ def _front(error: Any, seconds: Any) -> Any:
     return ~strictly.any(axis=0)
 
 
-def _draw_wrong(axes: Axes, group: Data) -> None:
+def _draw_wrong(axes: Axes, groups: Data) -> None:
     """Wrong symbols per million against the time of an orbit; none at all lies on the floor."""
-    for name, look in APPEARANCES.items():
-        if name not in group:
-            continue
-        record = group[name]
-        wrong = 1e6 * float(record["wrong_trusted"]) / float(record["symbols"])
-        cost = 1e3 * float(record["seconds"]) / float(record["orbits"])
-        axes.plot(
-            cost, wrong, look.marker, color=look.colour, ms=_size(look) + 2, zorder=_order(name),
-            label=name, clip_on=False,
-        )  # fmt: skip
-    axes.set_xscale("log")
+    for group, filled in zip(groups.values(), (True, False), strict=False):
+        for name, record in _in_order(group):
+            wrong = 1e6 * float(record["wrong_trusted"]) / float(record["symbols"])
+            cost = 1e3 * float(record["seconds"]) / float(record["orbits"])
+            style = {**APPEARANCES[name].style, "ls": "none", "clip_on": False}
+            style |= {} if filled else {"mfc": "white"}
+            axes.plot(cost, wrong, label=name, zorder=_order(name), **style)
+    starts = [name.removeprefix("J1_0_") for name in groups]
+    hollow = f", hollow: {starts[1]}" if len(starts) > 1 else ""
+    axes.set_title("symbols that are trusted and wrong")
+    axes.set(xscale="log", ylabel="wrong per million")
+    axes.set_xlabel(f"time of an orbit (ms); J1_0 = {starts[0]}{hollow}")
     axes.set_yscale("symlog", linthresh=10, linscale=0.5)
-    axes.set_ylim(0, max(100.0, axes.get_ylim()[1]))
+    axes.set_ylim(0, max(100.0, 1.5 * axes.get_ylim()[1]))
     low, high = axes.get_xlim()
     axes.set_xlim(low / 1.5, high * 1.5)
     axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.set(xlabel="time of an orbit (ms)", ylabel="wrong, trusted, per million")
-    axes.grid(alpha=0.25, lw=0.4)
 
 
 def _draw_many(axes: Axes, group: Data) -> None:
     """Time against the number of orbits; dashed with what is made ready once."""
-    ends = [float(edge(record["orbits"])) for record in group.values() for edge in (min, max)]
-    for name, look in APPEARANCES.items():
-        if name not in group:
-            continue
-        record = group[name]
+    most = max(float(max(record["orbits"])) for record in group.values())
+    for name, record in _in_order(group):
         orbits, warm = np.asarray(record["orbits"]), np.asarray(record["seconds"])
-        # Dotted beyond what was measured: scaled.
-        beyond = np.array([orbits[-1], max(ends)])
-        style: dict[str, Any] = {"color": look.colour, "lw": look.width, "zorder": _order(name)}
-        axes.plot(
-            orbits, warm, look.marker, ls="-", ms=_size(look), mew=0.7, label=name, **style
-        )  # fmt: skip
-        axes.plot(beyond, warm[-1] * beyond / orbits[-1], ls=":", label="_scaled", **style)
+        style = {**APPEARANCES[name].style, "zorder": _order(name)}
+        axes.plot(orbits, warm, label=name, **{**style, "ls": "-"})
+        plain = {**style, "marker": "", "lw": 0.7}
+        beyond = np.array([orbits[-1], most])
+        scaled = warm[-1] * beyond / orbits[-1]
+        axes.plot(beyond, scaled, label="_scaled", **{**plain, "ls": ":"})
         first = np.cumsum(record["prepare"]) + warm
-        axes.plot(orbits, first, ls="--", label="_first", **{**style, "lw": 0.7})
-    axes.set(xscale="log", yscale="log", xlabel="number of orbits", ylabel="time (s)")
-    said = "dashed: with tables and\ncompilation, made once\ndotted: scaled from\nfewer orbits"
-    beside = axes.text(1.06, 0.95, said, transform=axes.transAxes, va="top", fontsize=7.5)
-    beside.set(linespacing=1.5)
-    # It stands in the room of the next panel, and asks for none beside its own.
-    beside.set_in_layout(False)
-    axes.grid(alpha=0.25, lw=0.4)
+        axes.plot(orbits, first, label="_first", **{**plain, "ls": "--"})
+    axes.set_title("codes of ever more orbits")
+    axes.set(xscale="log", yscale="log", ylabel="time (s)")
+    axes.set_xlabel("orbits; dashed: first call, dotted: scaled")
 
 
-def _size(look: Appearance) -> float:
-    return 8.0 if look.marker == "*" else 3.6 if look.line else 5.0
+def _in_order(group: Data) -> list[tuple[str, Data]]:
+    return [(name, group[name]) for name in APPEARANCES if name in group]
 
 
 def _order(name: str) -> float:
     return 3.0 + list(APPEARANCES).index(name)
-
-
-def _legend(shown: set[str]) -> list[Line2D]:
-    return [_entry(look) for name, look in reversed(APPEARANCES.items()) if name in shown]
-
-
-def _entry(look: Appearance) -> Line2D:
-    style: dict[str, Any] = {"color": look.colour, "ls": look.line or "none", "lw": look.width}
-    return entry(look.label, **style, marker=look.marker, ms=_size(look))

@@ -1,12 +1,12 @@
-"""Layout of a result of `bench`: searches, meetings and random phases."""
+"""Layout of a result of `bench`: searches, meetings, random phases and ever more orbits."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 
-from rigidpend.experiments.bench.measuring import records
 from rigidpend.experiments.data.compare import Difference
-from rigidpend.experiments.data.layout import ANY, FLOAT, TEXT, Bound, Field, Layout
+from rigidpend.experiments.data.layout import ANY, FLOAT, TEXT, Bound, Field, Fields, Layout
 from rigidpend.experiments.data.tree import Data
 
 SAME, CHAOTIC = 30, 1e-3
@@ -34,43 +34,95 @@ def _key(record: Data, k: int) -> str:
     return f"{record['knob'][k]:.6g} {record['setting'][k]:g}"
 
 
-ERRORS = {"error": Bound(_errors, sized=False)}
-"""Times are never compared, and errors only of the search; the rest tells how, not what."""
-ENDED = Field(TEXT, (), *records.ENDED[1:3], within=ANY)
-SEARCHED: Layout = {
-    "ended": ENDED,
-    **{
-        f"{name}?": Field(FLOAT, (), *said, gaps=True, within=ANY)
-        for name, said in records.ONCE.items()
-    },
-    **{
-        f"{name}?": Field(FLOAT, ("measurements",), *said, gaps=True, within=ERRORS.get(name, ANY))
-        for name, said in records.MEANING.items()
-        if name != "rounds"
-    },
-    "form?": Field(FLOAT, (), *records.FORM["form"], within=ANY),
-    "forms?": Field(TEXT, (), *records.FORM["forms"], within=ANY),
+def _floats(
+    meaning: Mapping[str, tuple[str, str]], *dimensions: str, gaps: bool = True
+) -> dict[str, Field]:
+    """Times are never compared, and errors only of the search; the rest tells how, not what."""
+    return {name: Field(FLOAT, dimensions, *said, gaps, ANY) for name, said in meaning.items()}
+
+
+def _if_there(fields: Fields) -> dict[str, Field]:
+    return {f"{name}?": field for name, field in fields.items()}
+
+
+MEASURED = {
+    "knob": ("1", "tolerance, or steps in a period; NaN where there is none"),
+    "setting": ("1", "index of the variant, in the order of `variants`"),
+    "error": ("1", "of the answer, as the problem defines it"),
+    "worst": ("t' = t s", "largest error of a crossing time, over the columns"),
+    "wrong": ("1", "share of wrong symbols"),
+    "wrong_symbols": ("1", "number of wrong symbols"),
+    "wrong_trusted": ("1", "number of wrong symbols that the method vouches for"),
+    "undecided": ("1", "number of symbols that it does not vouch for"),
+    "energy": ("1", "largest drift of the energy, relative"),
+    "gamma": ("1", "largest drift of |gamma|, relative"),
+    "area": ("1", "largest drift of M . gamma, in |M|"),
+    "part": ("1", "how far the orbits were followed, of the whole way"),
+    "orbits": ("1", "orbits that were measured; the time is scaled to all of the problem's"),
+    "seconds": ("s", "warm, the median, scaled to the whole problem"),
+    "once": ("s", "the same, of what was solved"),
+    "repeats": ("1", "how many repetitions the median is of"),
+    "prepare": ("s", "made ready and solved first, beyond a warm solve: compilation, mostly"),
+    "memory": ("MB", "peak of the process so far"),
+    "threads": ("1", "of those allowed at the meeting, as many as took it least time"),
 }
+"""Units and meaning of what is measured of a method at a problem, with one setting."""
+ENDED = Field(
+    TEXT, (), "text", "how the measurement ended: complete, cut at the budget, or why not"
+)
+CHOSEN = Field(TEXT, (), "text", "the setting that the search chose", within=ANY)
+
+ROWS = _floats(MEASURED, "measurements")
+ROWS["error"] = ROWS["error"]._replace(within=Bound(_errors, sized=False))
+ONCE = {
+    **_floats(
+        {
+            "import": ("s", "time to import its libraries, NumPy apart"),
+            "memory_before": ("MB", "peak of the process before that import"),
+            "form": ("1", "index of the form that was chosen"),
+        }
+    ),
+    "forms": Field(TEXT, (), "text", "what each form took at the middle knob", within=ANY),
+}
+SEARCHED: Layout = {"ended": ENDED, **_if_there(ONCE), **_if_there(ROWS)}
 """Record of a method's search at a problem; what it did not measure is absent."""
-MET: Layout = {
-    **{
-        f"{name}?": Field(FLOAT, (), *said, gaps=True, within=ANY)
-        for name, said in records.MEANING.items()
-        if name != "rounds"
-    },
-    "rounds": Field(FLOAT, ("rounds",), *records.MEANING["rounds"], gaps=True, within=ANY),
-    "chosen": Field(TEXT, (), *records.CHOSEN, within=ANY),
-}
+ROUND = _floats(
+    {"rounds": ("s", "each round of the meeting, scaled to the whole problem; NaN: not timed")},
+    "rounds",
+)
+ONE_SETTING = _floats(MEASURED)
+MET: Layout = {**_if_there(ONE_SETTING), **ROUND, "chosen": CHOSEN}
 """Record of a method at a meeting, with the setting that was chosen for it."""
-COUNTED: Layout = {
-    name: Field(FLOAT, (), *said, gaps=True, within=ANY) for name, said in records.PHASES.items()
-}
+COUNTED = _floats(
+    {
+        "orbits": ("1", "random phases that were tried"),
+        "symbols": ("1", "symbols compared with 113-bit arithmetic"),
+        "wrong": ("1", "of them wrong"),
+        "wrong_trusted": (
+            "1",
+            "of them wrong and vouched for; without a cross-check, all wrong ones",
+        ),
+        "undecided": ("1", "of them not vouched for"),
+        "seconds": ("s", "warm, one thread, for all these orbits"),
+        "last_crossing": (
+            "t' = t s",
+            "median error of the last crossing, of 7 decimals",
+        ),
+    }
+)
 """Record of a method on random phases."""
-MANY: Layout = {
-    **{name: Field(FLOAT, ("numbers",), *said, within=ANY) for name, said in records.MANY.items()},
-    "chosen": Field(TEXT, (), *records.CHOSEN, within=ANY),
-    "ended": ENDED,
-}
+NUMBERS = _floats(
+    {
+        "orbits": ("1", "number of orbits from random phases"),
+        "seconds": ("s", "warm, one thread, the median, for all these orbits"),
+        "prepare": ("s", "what the first solve took beyond: tables of maps, compilation"),
+        "repeats": ("1", "how many repetitions the median is of"),
+        "undecided": ("1", "number of symbols that the method does not vouch for"),
+    },
+    "numbers",
+    gaps=False,
+)
+MANY: Layout = {**NUMBERS, "chosen": CHOSEN, "ended": ENDED}
 """Record of a method at ever more orbits."""
 PROBLEM = {
     "title": Field(TEXT, (), "text", "the problem", within=ANY),

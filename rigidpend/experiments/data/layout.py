@@ -35,7 +35,7 @@ class Bound(NamedTuple):
 
     A name that a group has not is looked up in those around it."""
     sized: bool = True
-    """Whether the field has to be of one shape in both."""
+    """True if the field has to be of one shape in both."""
 
 
 class Field(NamedTuple):
@@ -49,7 +49,7 @@ class Field(NamedTuple):
     gaps: bool = False
     """True if it may hold NaN or infinity."""
     within: float | Bound = 0.0
-    """By how much doubles may differ in two results; other elements must be the same."""
+    """Difference that doubles may have in two results; other elements must be the same."""
 
     def dataset(self, values: Any) -> Dataset:
         """Values with their meaning, as they are stored."""

@@ -13,7 +13,7 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import FLOAT, WHOLE, Field, datasets
 from rigidpend.experiments.data.tree import Tree
 from rigidpend.experiments.exponents.layout import CHECKED, GROWTH, MARKED, PLANE
-from rigidpend.machine.progress import Step
+from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact
@@ -84,7 +84,7 @@ def _followed(
         tile = partial(_tile, orbits, theta2[part], J1[part], n)
         parts.append(means.part(f"cells.{first:09d}", tile))
         done = min(part.stop, theta2.size), theta2.size
-        means.report(Step("cells to {} of {}".format(*done), *done))
+        means.report(PartDone("cells to {} of {}".format(*done), *done))
     grown, codes, allowed = (
         np.concatenate([part[name].values for part in parts], axis=-1) for name in PIECE
     )

@@ -33,8 +33,6 @@ UNDECIDED = "undecided, nothing is proven"
 
 def compute(config: Config, means: Means) -> Tree:
     """Find the sets and the polynomials of their orbits, and check what they prove."""
-    # Behind a function, for only this experiment needs the extra `certified`.
-    from rigidpend.routes.certified import extra as extra  # isort: skip
     from rigidpend.orbits.return_map import MapError
     from rigidpend.routes.certified import horseshoe, pieces
     from rigidpend.routes.certified.checker import Undecided
@@ -69,7 +67,7 @@ def compute(config: Config, means: Means) -> Tree:
 
 
 class Proven(NamedTuple):
-    """What the proof of a result proves."""
+    """Arrivals and relations that the proof of a result proves."""
 
     arrivals: list[Reached]
     relations: list[list[Relation]]
@@ -100,6 +98,21 @@ def checked(config: Config, quads: Data, line: Data, proof: Data) -> Proven:
     return Proven(
         arrivals, relations, *coverings.prove_line(numbers, starts, orbits[-1], sets, arrivals)
     )
+
+
+def theorems(config: Config, data: Data) -> list[str]:
+    """Sentences that the proof in a result proves, checked again without integration."""
+    from rigidpend.routes.certified.checker import Undecided
+
+    try:
+        proven = checked(config, data["sets"], data["line"], data["proof"])
+    except Undecided as doubt:
+        raise ArithmeticError(f"{UNDECIDED}: {doubt}") from None
+    count = sum(map(len, proven.relations))
+    return [
+        f"{count} covering relations hold: every sequence of 0 and 1 is the code of an orbit",
+        "the line of starts crosses both upward sets: every one-sided sequence is a start's code",
+    ]
 
 
 def _level(config: Config) -> tuple[Body, Exact]:

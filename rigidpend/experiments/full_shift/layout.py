@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from rigidpend.experiments.data.bounds import of_largest, stated
+from rigidpend.experiments.data.bounds import bound, of_largest, stated
 from rigidpend.experiments.data.layout import ANY, FLAG, FLOAT, WHOLE, Field, Layout, held
 
 SETS = ("sets",)
 CLOSE = of_largest(1e-6)
 """Allowed difference of sets, of the largest: the map errs by 1e-16 in d, which is 1e-7 of a."""
+CURVE = bound(lambda *_: [1e-12, 1e-10, 1e-8, 1e-6, 1e-4])
+"""Allowed difference of the coefficients of a curve, over |gamma3| of a hundredth."""
 MARGIN = 0.05
 """Allowed difference of a bound on |V|, which is less than 1 or nothing is proven."""
 NEAR = stated(2.0**-12)
@@ -15,7 +17,9 @@ NEAR = stated(2.0**-12)
 
 QUADS = {
     "rising": Field(FLAG, SETS, "1", "whether it is on the section of upward crossings"),
-    "p": Field(FLOAT, ("sets", "curve"), "1", "p: its curve U = 0 is d = sum of p_k gamma3^k"),
+    "p": Field(
+        FLOAT, ("sets", "curve"), "1", "p: its curve U = 0 is d = sum of p_k gamma3^k", within=CURVE
+    ),
     "a": Field(FLOAT, SETS, "1", "half of its width in d: U = (d - p(gamma3))/a"),
     "b": Field(FLOAT, SETS, "1", "V = (d - p(gamma3) - l0 - l1 gamma3)/b"),
     "l0": Field(FLOAT, SETS, "1", "see b"),

@@ -26,7 +26,7 @@ def _apart(stored: Data) -> Any:
 
 
 def _moved(name: str, stored: Data, fresh: Data) -> Any:
-    """In the time by which orbits are apart a field changes by its largest slope at most."""
+    """A field changes by its largest slope at most, in the time by which orbits are apart."""
     values, t = np.asarray(stored[name]), stored["t"]
     # A sample may be as far off as the next crossing; the last ones, too, have a next one.
     of_sample = _apart(stored)[np.searchsorted(stored["crossing_time"], t)]

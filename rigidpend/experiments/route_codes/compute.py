@@ -89,7 +89,7 @@ def _in_parts(name: str, phases: Grid, config: Config, means: Means) -> RouteCod
         columns = [phases[k] for k in range(first, min(first + at_once, len(phases)))]
         if len(phases) > at_once:
             text = f"{name}: columns from {first} of {len(phases)}"
-            means.report(progress.Step(text, first, len(phases)))
+            means.report(progress.PartDone(text, first, len(phases)))
         begun = time.perf_counter()
         tree: Any = means.part(f"{name}.{first:08d}", partial(_part, columns, config, means))
         fields = {field: tree[field].values for field in MEANING}

@@ -23,7 +23,7 @@ from rigidpend.experiments.route_map.layout import (
     PLANE,
     Y_AXIS,
 )
-from rigidpend.machine.progress import Step
+from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.routes.bodies import cells_of_each
@@ -103,7 +103,7 @@ def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -
         )
         done = rows.stop * x.size if columns.stop == x.size else columns.stop * y.size
         text = f"{name or 'plane'}: {done} of {certain.size} cells"
-        means.report(Step(text, done, certain.size))
+        means.report(PartDone(text, done, certain.size))
     values = {"codes": codes, "certain": certain, "by_map": by_map, "x": x, "y": y}
     return datasets({**PLANE, "x": OTHER_X} if problem.columns else PLANE, values)
 

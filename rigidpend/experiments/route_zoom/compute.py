@@ -27,7 +27,7 @@ from rigidpend.experiments.route_zoom.layout import (
     ROUTES,
     SYMBOL,
 )
-from rigidpend.machine.progress import Step
+from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.exact import Exact, exact, exacts
 from rigidpend.routes.change import Bracket, NoChange, check_change, narrowed
 from rigidpend.routes.neighbourhood import Neighbourhood
@@ -68,7 +68,9 @@ def compute(config: Config, means: Means) -> Tree:
         groups[name] = array
         bits = " and ".join(map(str, np.unique(array["bits"].values)))
         done = level + 1, problem.levels
-        means.report(Step("{}/{}: ".format(*done) + f"step {float(step):.0e}, {bits} bits", *done))
+        means.report(
+            PartDone("{}/{}: ".format(*done) + f"step {float(step):.0e}, {bits} bits", *done)
+        )
     growth = math.exp(math.pi**2 / problem.body.nu)
     return {
         "levels": groups,

@@ -42,7 +42,7 @@ def _of_sum(stored: Data) -> Any:
 
 @bound
 def _slope(name: str, stored: Data, fresh: Data) -> Any:
-    """What the error does to the logarithms that a slope is fitted to."""
+    """Effect of the error on the logarithms that a slope is fitted to."""
     error, first = MARGIN * _error(stored, fresh), np.abs(stored["excess"][..., 0])
     return np.where(np.isfinite(error), error / first, 0.0).max(axis=1) + RELATIVE
 

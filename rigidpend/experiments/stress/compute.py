@@ -24,8 +24,8 @@ from rigidpend.experiments.stress.trials import (
     symmetries,
 )
 from rigidpend.experiments.stress.trials.claims import Trial, tried
-from rigidpend.machine.progress import Step
-from rigidpend.mechanics.body import Body
+from rigidpend.experiments.stress.trials.truth import Scene, Way
+from rigidpend.machine.progress import PartDone
 from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, FINEST_TOLERANCE
 from rigidpend.orbits.integrate.lie_poisson import SCHEMES
 
@@ -53,9 +53,9 @@ def compute(config: Config, means: Means) -> Tree:
         A group for each kind of trial: `claims`, each with value, bound, ratio and verdict, and
         the `curves` behind them.
     """
-    trials = list(_trials(config.problem, means))
+    every = list(trials(config.problem, means))
     found: dict[str, dict[str, dict[str, Any]]] = {}
-    for number, (kind, trial) in enumerate(trials, 1):
+    for number, (kind, trial) in enumerate(every, 1):
         label, begun = _label(trial.name), time.perf_counter()
         made: Any = means.part(f"{kind}.{label}", partial(tried, trial))
         group = found.setdefault(kind, {"claims": {}, "curves": {}})
@@ -65,142 +65,93 @@ def compute(config: Config, means: Means) -> Tree:
             group["curves"][label] = made["curves"]
         verdicts = ", ".join(str(claim["verdict"].values) for claim in made["claims"].values())
         taken = f"{time.perf_counter() - begun:.1f} s"
-        text = f"{number}/{len(trials)}: {kind}, {trial.name}: {verdicts}, {taken}"
-        means.report(Step(text, number, len(trials)))
+        text = f"{number}/{len(every)}: {kind}, {trial.name}: {verdicts}, {taken}"
+        means.report(PartDone(text, number, len(every)))
     return found
 
 
-def _trials(problem: Problem, means: Means) -> Iterator[tuple[str, Trial]]:
+def trials(problem: Problem, means: Means) -> Iterator[tuple[str, Trial]]:
     """All trials, each with its group, in the order in which they are run."""
-    body, engine, jobs = problem.body, means.arithmetic.engine, means.jobs
-    J2 = math.sqrt(2 * float(problem.h0) / body.kappa)
-    yield "symmetries", symmetries.trial(body, J2, 4, engine, jobs)
-    yield from _extremes(body, problem.extremes, engine, jobs)
-    yield from _passages(body, J2, problem, engine, jobs)
-    yield from _honesty(body, problem, engine, jobs)
-    # In integers, as without that engine, an orbit of many digits takes minutes.
-    if engine == "taylor":
-        yield from _addresses(problem)
-    yield from _long_time(body, J2, problem, engine, jobs)
-
-
-def _extremes(body: Body, asked: Any, engine: str, jobs: int) -> Iterator[tuple[str, Trial]]:
-    common = {"columns": asked.columns, "engine": engine, "jobs": jobs}
+    way, body = Way(means.arithmetic.engine, means.jobs), problem.body
+    scene = Scene(body, math.sqrt(2 * float(problem.h0) / body.kappa))
+    yield "symmetries", symmetries.trial(scene, 4, way)
+    asked = problem.extremes
     for group, members in GROUPS.items():
         for extreme in members:
-            if extreme.long and not asked.long:
-                continue
-            yield group, extremes.trial(extreme, n_symbols=asked.n_symbols, **common)
+            if asked.long or not extreme.long:
+                sizes = {"columns": asked.columns, "n_symbols": asked.n_symbols}
+                yield group, extremes.trial(extreme, way, **sizes)
     for place in starts.PLACES:
-        yield "separatrices", starts.trial(body, place, n_crossings=5, **common)
+        sizes = {"columns": asked.columns, "n_crossings": 5}
+        yield "separatrices", starts.trial(body, place, way, **sizes)
+    yield from (("passages", trial) for trial in _passages(scene, problem, way))
+    yield from (("honesty", trial) for trial in _honesty(problem, way))
+    # In integers, as without that engine, an orbit of many digits takes minutes.
+    if way.engine == "taylor":
+        yield from (("addresses", trial) for trial in _addresses(problem))
+    yield from (("long_time", trial) for trial in _long_time(scene, problem, way))
 
 
-def _passages(
-    body: Body, J2: float, problem: Problem, engine: str, jobs: int
-) -> Iterator[tuple[str, Trial]]:
+def _passages(scene: Scene, problem: Problem, way: Way) -> Iterator[Trial]:
     asked = problem.passages
-    fan = passages.Fan(body, float(problem.J1_0), J2, problem.seed)
-    yield (
-        "passages",
-        passages.growth_trial(
-            fan, orbits=asked.orbits, n_crossings=asked.n_crossings, engine=engine, jobs=jobs
-        ),
-    )
+    fan = passages.Fan(scene, float(problem.J1_0), problem.seed)
+    yield passages.growth_trial(fan, way, orbits=asked.orbits, n_crossings=asked.n_crossings)
     for text, columns in asked.columns.items():
         bits = int(text)
-        trial = passages.decided_trial(
+        yield passages.decided_trial(
             fan,
+            way,
             bits,
             h0=problem.h0,
             columns=columns,
             checked=asked.checked.get(text, 0),
             n_symbols=round(SYMBOLS_PER_BIT * bits),
             tangents=asked.orbits,
-            engine=engine,
-            jobs=jobs,
         )
-        yield "passages", trial
 
 
-def _honesty(body: Body, problem: Problem, engine: str, jobs: int) -> Iterator[tuple[str, Trial]]:
-    asked, thirds = problem.honesty, len(honesty.STARTS)
-    yield "honesty", honesty.hard_trial(engine)
+def _honesty(problem: Problem, way: Way) -> Iterator[Trial]:
+    asked, thirds, body = problem.honesty, len(honesty.STARTS), problem.body
+    common = {"n_symbols": asked.n_symbols, "seed": problem.seed}
+    yield honesty.hard_trial(way.engine)
     for k, J1_0 in enumerate(honesty.STARTS):
-        trial = honesty.trial(
-            body,
-            problem.h0,
-            J1_0,
-            list(map(str, asked.tolerances)),
-            # What the division leaves goes to the first starts, so that no orbit is lost.
-            orbits=asked.orbits // thirds + (k < asked.orbits % thirds),
-            checked=asked.checked // thirds + (k < asked.checked % thirds),
-            n_symbols=asked.n_symbols,
-            seed=problem.seed,
-            engine=engine,
-            jobs=jobs,
-        )
-        yield "honesty", trial
+        # What the division leaves goes to the first starts, so that no orbit is lost.
+        sizes = {
+            "orbits": asked.orbits // thirds + (k < asked.orbits % thirds),
+            "checked": asked.checked // thirds + (k < asked.checked % thirds),
+        }
+        tolerances = list(map(str, asked.tolerances))
+        yield honesty.trial(body, problem.h0, J1_0, tolerances, way, **sizes, **common)
     # Maps are held against the kernel's orbits, in 64 bits too, which the other engine lacks.
-    if engine == "taylor":
-        yield (
-            "honesty",
-            spoilt_maps.trial(
-                body,
-                problem.h0,
-                str(problem.J1_0),
-                orbits=asked.orbits // thirds,
-                n_symbols=asked.n_symbols,
-                seed=problem.seed,
-                jobs=jobs,
-            ),
-        )
+    if way.engine == "taylor":
+        J1_0, orbits = str(problem.J1_0), asked.orbits // thirds
+        yield spoilt_maps.trial(body, problem.h0, J1_0, way.jobs, orbits=orbits, **common)
 
 
-def _addresses(problem: Problem) -> Iterator[tuple[str, Trial]]:
+def _addresses(problem: Problem) -> Iterator[Trial]:
     asked, seed = problem.addresses, problem.seed
     setups = {"own body": addresses.Setup(problem.body, problem.h0, problem.J1_0)}
-    for k in range(asked.bodies):
-        setups[f"body {k + 1}"] = addresses.drawn(1000 * seed + k)
+    setups |= {f"body {k + 1}": addresses.drawn(1000 * seed + k) for k in range(asked.bodies)}
+    sizes = {"words": asked.words, "n_symbols": asked.n_symbols}
     for k, (name, setup) in enumerate(setups.items()):
-        yield (
-            "addresses",
-            addresses.trial(
-                name, setup, words=asked.words, n_symbols=asked.n_symbols, seed=seed + k
-            ),
-        )
+        yield addresses.trial(name, setup, **sizes, seed=seed + k)
 
 
-def _long_time(
-    body: Body, J2: float, problem: Problem, engine: str, jobs: int
-) -> Iterator[tuple[str, Trial]]:
-    asked = problem.long_time
-    turns = (asked.rotations if engine == "taylor" else asked.rotations_scipy) // 3
-    yield "long_time", pendulum.trial(body, problem.h0, rotations=turns, engine=engine)
-    setting = long_time.Setting(body, J2, problem.seed)
-    ways = [("scipy", DEFAULT_TOLERANCE["scipy"], asked.rotations_scipy, 4)]
-    if engine == "taylor":
-        ways += [
-            ("taylor", tolerance["taylor"], asked.rotations, asked.orbits)
-            for tolerance in (FINEST_TOLERANCE, DEFAULT_TOLERANCE)
-        ]
-    for name, tolerance, rotations, orbits in ways:
-        trial = long_time.engine_trial(
-            setting,
-            engine=name,
-            tolerance=tolerance,
-            rotations=rotations,
-            orbits=orbits,
-            jobs=jobs,
-        )
-        yield "long_time", trial
+def _long_time(scene: Scene, problem: Problem, way: Way) -> Iterator[Trial]:
+    asked, compiled = problem.long_time, way.engine == "taylor"
+    turns = (asked.rotations if compiled else asked.rotations_scipy) // 3
+    yield pendulum.trial(problem.body, problem.h0, way.engine, rotations=turns)
+    setting = long_time.Setting(scene, problem.seed)
+    ways = [(way._replace(engine="scipy"), DEFAULT_TOLERANCE, asked.rotations_scipy, 4)]
+    if compiled:
+        for tolerance in (FINEST_TOLERANCE, DEFAULT_TOLERANCE):
+            ways.append((way, tolerance, asked.rotations, asked.orbits))
+    for each, tolerance, rotations, orbits in ways:
+        sizes = {"rotations": rotations, "orbits": orbits}
+        yield long_time.engine_trial(setting, each, tolerance[each.engine], **sizes)
+    sizes = {"rotations": asked.rotations_splitting, "orbits": asked.orbits}
     for order in SCHEMES:
-        rotations = asked.rotations_splitting
-        yield (
-            "long_time",
-            long_time.splitting_trial(
-                setting, order=order, rotations=rotations, orbits=asked.orbits
-            ),
-        )
+        yield long_time.splitting_trial(setting, order=order, **sizes)
 
 
 def _label(name: str) -> str:

@@ -11,15 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots.palette import (
-    BLUE,
-    GREEN,
-    ORANGE,
-    PINK,
-    RED,
-    WIDTH,
-)
-from rigidpend.experiments.plots.panels import entry
+from rigidpend.experiments.plots.palette import BLUE, GREEN, ORANGE, PINK, RED, WIDTH
+from rigidpend.experiments.plots.panels import entry, title
 
 HEIGHT = 8.8
 """Inches."""
@@ -52,17 +45,8 @@ def draw(result: Loaded) -> Figure:
     """Draw a result."""
     data = result["data"]
     figure = Figure(figsize=(WIDTH, HEIGHT))
-    grid = figure.add_gridspec(
-        3,
-        6,
-        left=0.1,
-        right=0.985,
-        top=0.965,
-        bottom=0.06,
-        hspace=0.42,
-        wspace=1.5,
-        height_ratios=(1, 1.45, 1),
-    )
+    margins: Any = {"left": 0.1, "right": 0.985, "top": 0.965, "bottom": 0.06}
+    grid = figure.add_gridspec(3, 6, **margins, hspace=0.42, wspace=1.5, height_ratios=(1, 1.45, 1))
     engines, methods = _drifts(data)
     _draw_engines(figure.add_subplot(grid[0, :3]), engines)
     _draw_splittings(figure.add_subplot(grid[0, 3:]), methods)
@@ -83,7 +67,7 @@ def _drifts(data: Data) -> tuple[list[Any], list[Any]]:
 
 def _draw_engines(axes: Axes, engines: list[Any]) -> None:
     """Drift against time with the predicted walk; the legend tells the fitted powers of t."""
-    axes.set_title("(a) drift of the integrals, engines", loc="left")
+    title(axes, "a", "drift of the integrals, engines")
     entries = [entry(name, color=colour) for name, colour in INTEGRALS]
     if engines:
         # One prediction serves all: that of the engine which was followed longest.
@@ -96,16 +80,9 @@ def _draw_engines(axes: Axes, engines: list[Any]) -> None:
         powers = ", ".join(f"{x:.2f}" for x in curve["power"])
         label = f"{str(curve['name']).replace(' at', '')}: {powers}"
         entries.append(entry(label, color="0.2", ls=style, lw=0.9))
-    axes.legend(
-        handles=entries,
-        fontsize=6.5,
-        loc="upper left",
-        ncols=2,
-        labelspacing=0.25,
-        columnspacing=1,
-        title="tolerance: power of t of the three" if engines else "",
-        title_fontsize=6.5,
-    )
+    small: Any = {"fontsize": 6.5, "title_fontsize": 6.5, "labelspacing": 0.25, "columnspacing": 1}
+    said = "tolerance: power of t of the three" if engines else ""
+    axes.legend(handles=entries, loc="upper left", ncols=2, title=said, **small)
     _log(axes, "rotations", "rms drift, relative")
     # Room for the legend above the curves.
     low, high = axes.get_ylim()
@@ -113,29 +90,20 @@ def _draw_engines(axes: Axes, engines: list[Any]) -> None:
 
 
 def _draw_splittings(axes: Axes, methods: list[Any]) -> None:
-    """Energy bounded, the Casimirs kept: energies in colour, the others grey."""
-    axes.set_title("(b) Lie-Poisson splittings", loc="left")
+    """Energy bounded, the Casimirs, in thin lines, kept."""
+    title(axes, "b", "Lie-Poisson splittings")
     looks = ((BLUE, "-"), (RED, "--"), (GREEN, "-."), (PINK, ":"))
     entries = []
     for curve, (colour, style) in zip(methods, looks, strict=False):
         late = curve["rotations"] >= 1
-        energy, gamma, along = curve["drift"][:, late]
-        x = curve["rotations"][late]
-        axes.plot(x, energy, color=colour, ls=style)
-        axes.plot(x, gamma, color=colour, ls=style, lw=0.6)
-        axes.plot(x, along, color=colour, ls=style, lw=0.6)
+        for row, width in zip(curve["drift"][:, late], (None, 0.6, 0.6), strict=True):
+            axes.plot(curve["rotations"][late], row, color=colour, ls=style, lw=width)
         label = str(curve["name"]).replace("splitting", "order")
         entries.append(entry(label, color=colour, ls=style))
     if methods:
-        axes.text(0.97, 0.86, "energy", transform=axes.transAxes, ha="right", fontsize=7.5)
-        axes.text(
-            0.97,
-            0.24,
-            r"$|\gamma|,\ M\cdot\gamma$",
-            transform=axes.transAxes,
-            ha="right",
-            fontsize=8,
-        )
+        place: dict[str, Any] = {"transform": axes.transAxes, "ha": "right", "fontsize": 7.5}
+        axes.text(0.97, 0.86, "energy", **place)
+        axes.text(0.97, 0.24, r"$|\gamma|,\ M\cdot\gamma$", **place)
     axes.legend(handles=entries, fontsize=6.5, loc=(0.25, 0.3), ncols=2, labelspacing=0.25)
     _log(axes, "rotations", "rms drift, relative")
 
@@ -155,8 +123,7 @@ def _draw_claims(axes: Axes, data: Data) -> None:
             axes.plot(x, row + up, look.marker, color=look.colour, ms=3.2, mew=0, clip_on=False)
         _name(axes, row, members)
     axes.axvline(1, color="0.3", lw=0.8)
-    total = sum(counts.values())
-    axes.set_title(f"(c) all {total} claims", loc="left")
+    title(axes, "c", f"all {sum(counts.values())} claims")
     axes.set_xscale("log")
     # Far beyond the last ratio, for the names of what is beyond its bound.
     axes.set_xlim(FLOOR / 3, 1e12)
@@ -170,14 +137,8 @@ def _draw_claims(axes: Axes, data: Data) -> None:
         for key, look in LOOKS.items()
         if counts[key]
     ]
-    axes.legend(
-        handles=entries,
-        loc="lower right",
-        bbox_to_anchor=(1, 1),
-        ncols=3,
-        fontsize=7,
-        borderaxespad=0.1,
-    )
+    place: Any = {"loc": "lower right", "bbox_to_anchor": (1, 1), "borderaxespad": 0.1}
+    axes.legend(handles=entries, ncols=3, fontsize=7, **place)
 
 
 def _name(axes: Axes, row: int, members: list[tuple[str, float, str]]) -> None:
@@ -201,7 +162,7 @@ def _name(axes: Axes, row: int, members: list[tuple[str, float, str]]) -> None:
 
 def _draw_growth(axes: Axes, growth: Any) -> None:
     """Errors at each crossing: all orbits, their mean, and the prediction."""
-    axes.set_title("(d) rounding error at each crossing", loc="left")
+    title(axes, "d", "rounding error at each crossing")
     x = growth["crossing"] + 1
     for column in growth["scatter"].T:
         # An error of exactly 0 has no place on a logarithmic axis.
@@ -220,26 +181,19 @@ def _draw_growth(axes: Axes, growth: Any) -> None:
 
 def _draw_symbols(axes: Axes, curves: Any) -> None:
     """Draw the symbols that each precision decides: share of orbits with at least so many."""
-    axes.set_title("(e) symbols that a precision decides", loc="left")
+    title(axes, "e", "symbols that a precision decides")
     looks = {53: (BLUE, "-"), 64: (GREEN, "--"), 106: (ORANGE, ":"), 113: (RED, "-.")}
     for curve in (x for x in curves.values() if "bits" in x):
         bits = int(curve["bits"])
         colour, style = looks[bits]
-        for values, width, faint in (
-            (curve["measured"], 1.4, 1.0),
-            (curve["predicted"], 2.6, 0.35),
-        ):
-            ordered = np.r_[0, np.sort(values)]
+        ways: dict[str, Any] = {
+            "measured": {"ls": style, "lw": 1.4},
+            "predicted": {"ls": "-", "lw": 2.6, "alpha": 0.35},
+        }
+        for key, look in ways.items():
+            ordered = np.r_[0, np.sort(curve[key])]
             share = np.linspace(1, 0, ordered.size)
-            axes.step(
-                ordered,
-                share,
-                style if faint == 1 else "-",
-                where="post",
-                color=colour,
-                lw=width,
-                alpha=faint,
-            )
+            axes.step(ordered, share, where="post", color=colour, **look)
         axes.plot([], [], style, color=colour, label=f"{bits} bits")
     axes.plot([], [], "-", color="0.6", lw=2.6, label="predicted")
     axes.set(xlabel="symbols", ylabel="share of orbits with more", ylim=(0, 1.02), xlim=(0, None))

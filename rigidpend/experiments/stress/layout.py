@@ -2,16 +2,79 @@
 
 from __future__ import annotations
 
-from rigidpend.experiments.data.layout import Layout
-from rigidpend.experiments.stress.trials.fields import (
-    DECIDED,
-    DRIFT,
-    GROWTH,
-    OF_CLAIM,
-    PENDULUM,
-    SPOILT,
-)
+from rigidpend.experiments.data import compare
+from rigidpend.experiments.data.compare import Difference
+from rigidpend.experiments.data.layout import ANY, NUMBER, TEXT, Bound, Field, Layout
+from rigidpend.experiments.data.tree import Data
 
+PASSED, LIMIT, FAILED = "passed", "limit", "FAILED"
+"""Verdicts: within the bound; beyond it as it was declared to be; beyond it."""
+
+
+def _verdicts(name: str, stored: Data, fresh: Data) -> list[Difference]:
+    """To agree is not enough: what fails in both is refuted in both."""
+    found = compare.arrays(name, stored[name], fresh[name])
+    if not found and fresh[name] == FAILED:
+        found = [Difference(name, stored[name], fresh[name], words=f": {FAILED}")]
+    return found
+
+
+def _number(units: str, description: str, *dimensions: int | str) -> Field:
+    # Rounding errors, which differ from machine to machine: they are held against their bounds.
+    return Field(NUMBER, dimensions, units, description, gaps=True, within=ANY)
+
+
+OF_CLAIM = {
+    "value": _number("", ""),
+    "bound": _number("", ""),
+    "ratio": _number("1", "value over bound"),
+    "verdict": Field(
+        TEXT, (), "", "passed, limit (declared before), FAILED", within=Bound(_verdicts)
+    ),
+    "limit": Field(TEXT, (), "", "why it is known to exceed the bound, if it is", within=ANY),
+    "up_to": _number("", "the largest value that the limit explains"),
+    "note": Field(TEXT, (), "", "what else is to be said of this run", within=ANY),
+}
+"""Fields of a claim; units, and the meaning of value and bound, are those of the claim itself."""
+GROWTH = {
+    "crossing": _number("1", "passages behind", "crossings"),
+    "measured": _number("rad", "phase error, geometric mean", "crossings"),
+    "predicted": _number("rad", "the same, predicted", "crossings"),
+    "floor": _number("rad", "the last bit of a time in doubles", "crossings"),
+    "scatter": _number("rad", "phase error of each orbit (n_crossings, n)", "crossings", "orbits"),
+    "growth_measured": _number("1", "growth a passage"),
+    "growth_predicted": _number("1", "growth a passage"),
+    "growth_whisker": _number("1", "growth a passage if phases were random"),
+}
+"""Errors at each crossing, and their growth a passage: see `passages.growth_trial`."""
+DECIDED = {
+    "bits": _number("1", "precision"),
+    "measured": _number("1", "symbols decided on each orbit", "columns"),
+    "predicted": _number("1", "the same on orbits of the prediction", "tangents"),
+    "asked": _number("1", "symbols asked for"),
+}
+"""Symbols that a precision decides: see `passages.decided_trial`."""
+SPOILT = {
+    "tolerance": _number("1", "local, spoilt", "tolerances"),
+    "symbols": _number("1", "symbols compared", "tolerances"),
+    "wrong": _number("1", "of them wrong at this tolerance", "tolerances"),
+    "lies": _number("1", "of them wrong and called certain", "tolerances"),
+}
+"""Counts of symbols at each spoilt tolerance: see `honesty`."""
+PENDULUM = {
+    "rotations": _number("1", "periods", "periods"),
+    "phase": _number("rad", "phase error", "periods"),
+    "walk": _number("rad", "predicted", "periods"),
+}
+"""Phase errors of the motion with J1 = 0: see `pendulum`."""
+DRIFT = {
+    "name": Field(TEXT, (), "", "what integrates"),
+    "rotations": _number("1", "time in rotations without weight", "times"),
+    "drift": _number("1", "rms of energy/h0, |gamma|, M.gamma/|M|: (3, k)", 3, "times"),
+    "walk": _number("1", "predicted random walk of roundings", "times"),
+    "power": _number("1", "fitted power of t of each", 3),
+}
+"""Drift of the integrals of motion: see `long_time`."""
 CURVES: dict[str, Layout] = {
     "passages": {"growth?": GROWTH, "<precisions>": DECIDED},
     "honesty": {"<starts>": SPOILT},

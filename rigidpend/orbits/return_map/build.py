@@ -16,6 +16,7 @@ from rigidpend.numbers.exact import FINEST, GUARD_BITS, Exact, exact
 from rigidpend.numbers.expressions import named
 from rigidpend.numbers.generic import Scalar
 from rigidpend.numbers.parameters import ParameterError
+from rigidpend.orbits import UNITS
 from rigidpend.orbits.return_map import storage
 from rigidpend.orbits.return_map.charts import (
     Chart,
@@ -28,8 +29,8 @@ from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, normal_form
 from rigidpend.orbits.return_map.orders import (
     Layer,
+    MapPlan,
     Orders,
-    Plan,
     border_of,
     cost,
     first_look,
@@ -56,7 +57,7 @@ FLOQUET = 1e-11
 
 
 class Design(NamedTuple):
-    """Design of a map: two maps of different design budget no rounding and no truncation."""
+    """Design of a map: two maps of different design share no rounding and no truncation."""
 
     unit: str = "1"
     """M is multiplied by it, mu and h by its square; t' is divided by it."""
@@ -79,7 +80,9 @@ class Costly(MapError):
         self.needed = needed
 
 
-FIRST, SECOND, THIRD = Design(), Design("1.37", 1.06, 2, 0.7), Design("0.61", 1.03, 2, 1.9)
+FIRST = Design(UNITS[0])
+SECOND = Design(UNITS[1], 1.06, 2, 0.7)
+THIRD = Design(UNITS[2], 1.03, 2, 1.9)
 
 
 @dataclass(frozen=True)
@@ -276,7 +279,7 @@ def expected_cost(body: Body, low: Exact, high: Exact, bits: int, design: Design
     return cost(plan.orders, rough, middle, table_bits(bits))
 
 
-def _plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> Plan:
+def _plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> MapPlan:
     found = _looked(body, float(low), float(high), min(2.0**-bits, _allowed(bits) / 4))
     if isinstance(found, MapError):
         raise MapError(str(found))
@@ -289,13 +292,13 @@ def _allowed(bits: int) -> float:
 
 
 @functools.lru_cache(maxsize=64)
-def _looked(body: Body, low: float, high: float, target: float) -> Plan | MapError:
-    """What to build, in the first design; or why there is nothing."""
+def _looked(body: Body, low: float, high: float, target: float) -> MapPlan | MapError:
+    """Design of a map to be built, the first one; or why there is none."""
     try:
         rough = coefficients(body.angles(), FIRST.unit, precision(53))
         _floquet_exponent(body, low, high)
         layer = first_look(rough, (low + high) / 2)
-        return Plan(layer, orders(rough, (low, high), layer, target))
+        return MapPlan(layer, orders(rough, (low, high), layer, target))
     except MapError as refused:
         return refused
 

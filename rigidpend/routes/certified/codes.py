@@ -18,9 +18,6 @@ from rigidpend.numbers import checked
 from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.exact import Exact, function
 from rigidpend.numbers.generic import Scalar
-
-# Before what needs python-flint, so that its absence is told in words.
-from rigidpend.routes.certified import extra as extra
 from rigidpend.routes.certified.progress import ProofProgress, Report
 from rigidpend.routes.certified.proofs import (
     Proof,

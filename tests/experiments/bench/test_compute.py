@@ -11,11 +11,11 @@ import pytest
 from click.testing import CliRunner
 
 from rigidpend.cli import bench as command
+from rigidpend.experiments import heyoka_peer
 from rigidpend.experiments.bench import compute as bench
 from rigidpend.experiments.bench.measuring import problems, reading
 from rigidpend.experiments.bench.measuring.methods import METHODS
-from rigidpend.experiments.bench.measuring.tasks import Sizes
-from rigidpend.experiments.bench.measuring.worker import measured
+from rigidpend.experiments.bench.measuring.worker import Fault, measured
 from rigidpend.experiments.bench.schema import Config
 from rigidpend.experiments.contract import Means
 from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM
@@ -183,10 +183,26 @@ def test_a_larger_error_and_a_wrong_symbol_are_found(data: Any) -> None:
 
 
 def test_without_heyoka_there_is_no_reference(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bench, "has_heyoka", lambda: False)
+    monkeypatch.setattr(heyoka_peer, "installed", lambda: False)
     means = Means(CLOSED_FORM, 1, lambda _: None)
     with pytest.raises(EngineError, match="heyoka"):
         bench.compute(typed(Config, QUICK), means)
+
+
+@needs_heyoka("the references in 113 bits")
+def test_a_fault_of_the_benchmark_ends_the_command_in_one_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: Any) -> Any:
+        raise Fault("the benchmark's worker stopped (lie_poisson): NameError: name 'x'")
+
+    monkeypatch.setattr(bench, "measured", broken)
+    asked = ["--set", "problem.problems=[long_time]"]
+    done = CliRunner().invoke(command.command, ["--quick", "--out", str(tmp_path), *asked])
+    assert done.exit_code == 4
+    assert "the benchmark's worker stopped (lie_poisson): NameError" in done.stderr
+    assert "Traceback" not in done.output
+    assert not (tmp_path / "bench_quick.h5").exists()
 
 
 @pytest.mark.parametrize("path", [FULL, QUICK], ids=["full", "quick"])
@@ -203,7 +219,6 @@ def test_the_full_config_asks_for_everything() -> None:
     assert content.meeting.rounds >= 11
     assert content.meeting.threads == (1, 2)
     assert content.phases.orbits == 2000
-    assert bench._sizes(content) == Sizes()
 
 
 @pytest.mark.parametrize(

@@ -43,8 +43,8 @@ CONFIGS = Path(__file__).parents[3] / "configs" / "measure"
 
 def trial(name: str, claim: str, value: float, limit: Limit | None = None, **curves: Any) -> Trial:
     """A trial of one claim, of bound 1."""
-    declared = Claim(claim, "what is measured", "rad", 1.0, "why", limit)
-    return Trial(name, (declared,), lambda: Findings({claim: value}, curves))
+    declared = Claim(claim, 1.0, "what is measured", "why", "rad", limit)
+    return Trial(name, (declared,), lambda: Findings([value], curves))
 
 
 @pytest.fixture
@@ -59,7 +59,7 @@ def means(**replaced: Any) -> Means:
 @pytest.mark.parametrize("name", ["stress", "stress_quick"])
 def test_configs_ask_for_every_trial_under_its_own_name(name: str) -> None:
     asked = typed(Config, CONFIGS / f"{name}.yaml")
-    trials = list(stress._trials(asked.problem, means()))
+    trials = list(stress.trials(asked.problem, means()))
     labels = [f"{group}.{stress._label(x.name)}" for group, x in trials]
     assert len(set(labels)) == len(labels) > 75
     assert {group for group, _ in trials} == {
@@ -74,7 +74,7 @@ def test_configs_ask_for_every_trial_under_its_own_name(name: str) -> None:
 
 
 def test_without_heyoka_the_other_engine_is_tried(given: Any) -> None:
-    names = [x.name for _, x in stress._trials(given.problem, means(arithmetic=resolve("scipy")))]
+    names = [x.name for _, x in stress.trials(given.problem, means(arithmetic=resolve("scipy")))]
     assert not any("taylor" in x for x in names)
     assert any("scipy" in x for x in names)
 
@@ -85,7 +85,7 @@ def test_claims_of_one_group_come_together(given: Any, monkeypatch: pytest.Monke
         yield "a", trial("second", "y", 2.0, c={})
         yield "b", trial("third", "z", 2.0, Limit("known", 2.0))
 
-    monkeypatch.setattr(stress, "_trials", trials)
+    monkeypatch.setattr(stress, "trials", trials)
     said: list[str] = []
     kept: list[str] = []
 
@@ -136,7 +136,7 @@ def test_command_draws_tells_and_ends_as_the_claims_do(
     def drawn(source: Path, target: Path) -> None:
         store.replace(target, store.load(source)["attributes"]["experiment"].encode())
 
-    monkeypatch.setattr(stress, "_trials", trials)
+    monkeypatch.setattr(stress, "trials", trials)
     monkeypatch.setattr(render, "render", drawn)
     result = CliRunner().invoke(command, ["--quick", "--json", "--out", str(tmp_path)])
     assert result.exit_code == code, result.output
@@ -167,7 +167,7 @@ def test_a_route_codes_that_always_refuses_fails_everything_that_needs_it(
     for module in (extremes, honesty, passages, spoilt_maps, symmetries):
         monkeypatch.setattr(module, "route_codes", refuse)
     needed = {*stress.GROUPS, "honesty", "symmetries"}
-    tried = [x for group, x in stress._trials(given.problem, means()) if group in needed]
+    tried = [x for group, x in stress.trials(given.problem, means()) if group in needed]
     assert len(tried) > 40
     for each in tried:
         made: Any = claims.tried(each)
@@ -178,7 +178,7 @@ def test_a_route_codes_that_always_refuses_fails_everything_that_needs_it(
 def test_limits_are_declared_before_anything_is_measured(given: Any) -> None:
     limited = {
         claim.name: claim.limit.up_to
-        for _, each in stress._trials(given.problem, means())
+        for _, each in stress.trials(given.problem, means())
         for claim in each.claims
         if claim.limit
     }
@@ -190,7 +190,7 @@ def test_limits_are_declared_before_anything_is_measured(given: Any) -> None:
 @pytest.mark.parametrize(("long", "tried"), [("true", 1), ("false", 0)])
 def test_what_takes_minutes_is_tried_where_that_is_asked_for(long: str, tried: int) -> None:
     asked = typed(Config, CONFIGS / "stress_quick.yaml", [f"problem.extremes.long={long}"])
-    names = [each.name for _, each in stress._trials(asked.problem, means())]
+    names = [each.name for _, each in stress.trials(asked.problem, means())]
     assert names.count("near-spherical, J1_0 = 1e-80") == tried
 
 
@@ -224,21 +224,21 @@ BOUNDS: dict[str, dict[str, float]] = {
         "splitting 4, energy": 5e-6,
         "splitting 6, energy": 9e-7,
         "splitting 8, energy": 4e-8,
-        "splitting": 4.3e-13,
+        # Four of 0.212 x 2^-52 a rounding, by the roots of 6 x 250,000 of them, and so on.
+        "splitting 2": 2.32e-13,
+        "splitting 4": 3.66e-13,
+        "splitting 6": 3.8e-13,
+        "splitting 8": 4.3e-13,
     },
 }
 """The most that any claim of the whole run may allow, by the first words found in its name."""
 
 
-def test_no_bound_is_looser_than_what_is_said_here() -> None:
-    """Nor is one so much tighter that a bound here would hold nothing."""
+def test_every_bound_is_what_theory_or_other_orbits_gave() -> None:
+    """Within three per cent of what is said here: no looser, and no tighter by accident."""
     asked = typed(Config, CONFIGS / "stress.yaml")
-    nearest = dict.fromkeys(BOUNDS, 0.0)
-    for group, each in stress._trials(asked.problem, means()):
+    for group, each in stress.trials(asked.problem, means()):
         kind = "routes" if group in stress.GROUPS else group
         for claim in each.claims:
             most = next(most for words, most in BOUNDS[kind].items() if words in claim.name)
-            assert claim.bound <= most, claim.name
-            assert claim.bound >= 0.5 * most, claim.name
-            nearest[kind] = max(nearest[kind], claim.bound / most if most else 0.0)
-    assert min(nearest.values()) > 0.9
+            assert 0.97 * most <= claim.bound <= most, claim.name

@@ -1,138 +1,117 @@
-"""The figure of trials: every case is a point, what is beyond its bound is named."""
+"""The figure of trials: every claim is a point, and each curve moves what is drawn."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from rigidpend.experiments.stress.draw import CEILING, FLOOR, LOOKS, draw
-from tests.experiments.figures import styled
+from rigidpend.results.store import load
+from tests.experiments.figures import check_on_page, styled
 from tests.results.loaded import loaded
-
-ROTATIONS = np.geomspace(0.1, 1e4, 21)
-
-
-def drift(name: str, power: float) -> dict[str, Any]:
-    row = 1e-16 * ROTATIONS**power
-    return {
-        "name": name,
-        "rotations": ROTATIONS,
-        "drift": np.stack((row, 2 * row, 3 * row)),
-        "walk": 1e-16 * np.sqrt(ROTATIONS),
-        "power": np.full(3, power),
-    }
-
-
-def group(*claims: tuple[str, float, str], **curves: Any) -> dict[str, Any]:
-    made = {name: {"ratio": ratio, "verdict": verdict} for name, ratio, verdict in claims}
-    return {"claims": made, "curves": curves}
 
 
 @pytest.fixture
-def figure() -> Any:
-    crossing = np.arange(4)
-    growth = {
-        "crossing": crossing,
-        "measured": 1e-14 * 3.0**crossing,
-        "predicted": 1.1e-14 * 3.0**crossing,
-        "floor": np.full(4, 1e-15),
-        "scatter": np.full((4, 2), 1e-13),
-        "growth_measured": 2.51,
-        "growth_predicted": 2.49,
-        "growth_whisker": 3.0,
-    }
-    bits = {"bits": 64, "measured": np.array([30, 20, 40]), "predicted": np.array([25, 35])}
-    data = {
-        "upper_starts": group(("far", np.inf, "FAILED"), ("none", 0.0, "passed")),
-        "long_time": group(
-            ("known one", 3.0, "limit"),
-            ("fine", 0.25, "passed"),
-            t=drift("taylor at 2.2e-16", 0.5),
-            s=drift("splitting 4", 0.25),
-        ),
-        "passages": group(("p", 0.5, "passed"), growth=growth, b64=bits, b106=bits | {"bits": 106}),
-    }
-    return styled(draw, loaded(data))
+def data() -> Any:
+    return load(Path("results/measured/stress.h5"))["data"]
 
 
-def test_trials_that_refused_leave_their_panels_empty() -> None:
-    refused = {"passages": group(("p", np.inf, "FAILED")), "bodies": group(("b", 0.5, "passed"))}
-    drawn = draw(loaded(refused))
-    assert [len(panel(drawn, letter).lines) for letter in "ab"] == [0, 0]
-    assert len(panel(drawn, "c").lines) == 3
+def claims(**ratios: tuple[float, str]) -> dict[str, Any]:
+    made = {name: {"ratio": ratio, "verdict": verdict} for name, (ratio, verdict) in ratios.items()}
+    return {"claims": made, "curves": {}}
 
 
-def panel(figure: Any, letter: str) -> Any:
-    [found] = [x for x in figure.axes if x.get_title(loc="left").startswith(f"({letter})")]
+def panel(figure: Figure, letter: str) -> Any:
+    [found] = [x for x in figure.axes if x.get_title(loc="left").startswith(f"{letter})")]
     return found
 
 
-def test_every_case_is_a_point_at_its_ratio(figure: Any) -> None:
-    axes = panel(figure, "c")
-    looks = {look.colour: verdict for verdict, look in LOOKS.items()}
+def drawn(figure: Figure) -> list[Any]:
+    """All that is drawn: points of lines, words and their places."""
+    lines = [np.asarray(line.get_xydata()).tolist() for x in figure.axes for line in x.lines]
+    words = [(word.get_text(), word.get_position()) for x in figure.axes for word in x.texts]
+    legends = [legend for x in figure.axes if (legend := x.get_legend())]
+    return [lines, words, [text.get_text() for each in legends for text in each.get_texts()]]
+
+
+OTHER: dict[str, Any] = {"bits": 53, "name": "another"}
+CURVES: dict[str, Any] = {
+    "long_time": {"taylor_2.2e-16": ("rotations", "drift", "walk", "power", "name")},
+    "passages": {
+        "growth": (
+            "crossing",
+            "measured",
+            "predicted",
+            "floor",
+            "scatter",
+            "growth_measured",
+            "growth_predicted",
+        ),
+        "64_bits": ("bits", "measured", "predicted"),
+    },
+}
+
+
+@pytest.mark.parametrize(
+    ("kind", "curve", "name"),
+    [(kind, curve, x) for kind, some in CURVES.items() for curve in some for x in some[curve]],
+)
+def test_each_number_of_a_curve_moves_what_is_drawn(
+    kind: str, curve: str, name: str, data: Any
+) -> None:
+    before = drawn(styled(draw, loaded(data)))
+    group = data[kind]["curves"][curve]
+    group[name] = OTHER[name] if name in OTHER else 3.0 * group[name]
+    assert drawn(styled(draw, loaded(data))) != before
+
+
+def test_the_stored_trials_do_not_leave_their_page(data: Any) -> None:
+    made = styled(draw, loaded(data), laid_out=True)
+    check_on_page(made)
+    said = " ".join(x.get_text() for x in panel(made, "a").get_legend().get_texts())
+    powers = ", ".join(f"{x:.2f}" for x in data["long_time"]["curves"]["taylor_2.2e-16"]["power"])
+    assert f"taylor 2.2e-16: {powers}" in said
+    assert len(panel(made, "b").lines) == 3 * 4, "splittings have their own panel"
+
+
+def test_every_claim_is_a_point_at_its_ratio_and_what_is_beyond_is_named() -> None:
+    made = styled(
+        draw,
+        loaded(
+            {
+                "upper_starts": claims(far=(np.inf, "FAILED"), none=(0.0, "passed")),
+                "long_time": claims(known=(3.0, "limit"), fine=(0.25, "passed")),
+            }
+        ),
+    )
+    axes = panel(made, "c")
+    verdicts = {look.colour: verdict for verdict, look in LOOKS.items()}
     points = {
-        (looks[line.get_color()], float(line.get_xdata()[0]))
+        (verdicts[line.get_color()], float(line.get_xdata()[0]), round(line.get_ydata()[0]))
         for line in axes.lines
-        if line.get_color() in looks and len(line.get_xdata()) == 1
+        if line.get_color() in verdicts
     }
-    assert points == {
-        ("FAILED", CEILING),
-        ("passed", FLOOR),
-        ("limit", 3.0),
-        ("passed", 0.25),
-        ("passed", 0.5),
-    }
-    assert [x.get_text() for x in axes.get_yticklabels()] == [
-        "upper starts",
-        "long time",
-        "passages",
-    ]
+    expected = {("FAILED", CEILING, 0), ("passed", FLOOR, 0), ("limit", 3, 1), ("passed", 0.25, 1)}
+    assert points == expected
+    assert [x.get_text() for x in axes.get_yticklabels()] == ["upper starts", "long time"]
+    assert {x.get_text() for x in axes.texts} == {"far", "known"}
+    assert all(x.get_position()[0] > CEILING for x in axes.texts), "on the right of all marks"
+    counts = [x.get_text().split()[0] for x in axes.get_legend().get_texts()]
+    assert counts == ["2", "1", "1"]
 
 
-def test_only_what_is_beyond_its_bound_is_named(figure: Any) -> None:
-    assert {x.get_text() for x in panel(figure, "c").texts} == {"far", "known one"}
-    said = [x.get_text() for x in panel(figure, "c").get_legend().get_texts()]
-    assert [x.split()[0] for x in said] == ["3", "1", "1"]
+def test_trials_that_refused_leave_their_panels_empty() -> None:
+    refused = {"passages": claims(p=(np.inf, "FAILED")), "bodies": claims(b=(0.5, "passed"))}
+    made = draw(loaded(refused))
+    assert [len(panel(made, letter).lines) for letter in "ab"] == [0, 0]
+    assert len(panel(made, "c").lines) == 3
 
 
-def test_fitted_powers_are_told(figure: Any) -> None:
-    said = " ".join(x.get_text() for x in panel(figure, "a").get_legend().get_texts())
-    assert "taylor 2.2e-16: 0.50, 0.50, 0.50" in said
-    assert "splitting" not in said
-
-
-def test_splittings_have_their_own_panel(figure: Any) -> None:
-    drawn = panel(figure, "b").lines
-    assert len(drawn) == 3
-    assert all(line.get_xdata().min() >= 1 for line in drawn)
-
-
-def test_measured_and_predicted_growth_are_told(figure: Any) -> None:
-    [text] = panel(figure, "d").texts
-    assert "2.51 measured" in text.get_text()
-    assert "2.49 predicted" in text.get_text()
-
-
-def test_shares_fall_from_one_to_zero(figure: Any) -> None:
-    steps = [line for line in panel(figure, "e").lines if len(line.get_xdata()) > 1]
-    assert len(steps) == 4, "two precisions"
-    for line in steps:
-        assert line.get_ydata()[[0, -1]].tolist() == [1, 0]
-    assert steps[0].get_xdata().tolist() == [0, 20, 30, 40]
-
-
-def test_the_labels_of_the_splittings_stand_beside_their_own_curves(figure: Any) -> None:
-    """Errors of the energy are the larger, so their label is the upper one, both on the right."""
-    places = {x.get_text(): x.get_position() for x in panel(figure, "b").texts}
-    energy, casimirs = places["energy"], places[r"$|\gamma|,\ M\cdot\gamma$"]
-    assert energy[1] > 0.5 > casimirs[1]
-    assert min(energy[0], casimirs[0]) > 0.9
-
-
-def test_what_is_beyond_its_bound_is_named_on_the_right_of_all_marks(figure: Any) -> None:
-    axes = panel(figure, "c")
-    for text in axes.texts:
-        assert text.get_position()[0] > CEILING
-        assert text.get_horizontalalignment() == "left"
+def test_shares_of_symbols_fall_from_one_to_zero(data: Any) -> None:
+    steps = [line for line in panel(draw(loaded(data)), "e").lines if len(line.get_xdata()) > 1]
+    assert len(steps) == 2 * 4, "measured and predicted, of four precisions"
+    assert all(line.get_ydata()[[0, -1]].tolist() == [1, 0] for line in steps)

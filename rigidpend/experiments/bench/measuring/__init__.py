@@ -2,10 +2,8 @@
 
 tasks      what a method is asked for, and what it answers with
 problems   the five problems, each with its error and its reference
-truth      orbits in 113 bits, for references
 methods    ours and the others, with the settings that are tried for each
-fields     the equations as the methods integrate them; flat writes them as plain Python
-threads    orbits shared out among threads
+fields     the equations as the methods integrate them, also as plain Python
 protocol   how methods are searched and timed in turn
 choice     which setting of a method goes to a meeting with the others
 phases     wrong symbols on random phases

@@ -1,4 +1,8 @@
-"""The fields that the methods integrate, all composed of the package's equations."""
+"""The fields that the methods integrate, all composed of the package's equations.
+
+For peers in Python and for compilers they are written out flat, as a hand would for speed: from
+the tape that the package's own compiled fields are made of.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +15,7 @@ from rigidpend.mechanics.equations import euler_poisson
 from rigidpend.mechanics.hodograph import angular_velocity, hodograph
 from rigidpend.mechanics.precession import turning_rate
 from rigidpend.numbers.generic import Numbers, Scalar
+from rigidpend.orbits.integrate.kernel.tape import trace
 
 Field = Callable[[Any], tuple[Any, ...]]
 
@@ -39,3 +44,60 @@ def of_body(body: Body, angles: bool = False) -> Field:
     """The field of a body in floats."""
     make = with_angles if angles else principal
     return make(moments(body), direction(body), float(body.mu))
+
+
+SIGNS = {"plus": "+", "minus": "-", "times": "*", "divided": "/"}
+
+
+def flat(body: Body, angles: bool = False) -> Callable[[float, Any], list[Any]]:
+    """Write ``rates(t, y)``, plain Python that takes floats or arrays and gives a list."""
+    lines, rates = _written(body, angles)
+    head = ["def rates(t, y):", f"    {', '.join(f'y{i}' for i in range(len(rates)))} = y"]
+    made: Callable[[float, Any], list[Any]] = _executed(
+        [*head, *lines, f"    return [{', '.join(rates)}]"]
+    )
+    return made
+
+
+def compilable(body: Body, arguments: str, angles: bool = False) -> Any:
+    """Write ``rates(arguments)`` of a body, which numba can compile; 8 components with angles.
+
+    `arguments` are in any order; of them ``y`` is the array of the state, and the derivatives go
+    to the array ``dy``.
+    """
+    lines, rates = _written(body, angles)
+    ends = [f"    dy[{i}] = {x}" for i, x in enumerate(rates)]
+    begin = [f"    y{i} = y[{i}]" for i in range(len(rates))]
+    return _executed([f"def rates({arguments}):", *begin, *lines, *ends])
+
+
+def _written(body: Body, angles: bool) -> tuple[list[str], list[str]]:
+    """The lines of a field, each a local variable, and the names of the derivatives."""
+    make, size = (with_angles, 8) if angles else (principal, 6)
+    r, mu = direction(body), float(body.mu)
+    # The moments are components too, for the tape multiplies by reciprocals of parameters: with
+    # quotients, which round once, CyRK was a sixth faster.
+    traced = trace(lambda y, _: make(y[size:], r, mu)(y[:size]), size + 3)
+    components = [*(f"y{i}" for i in range(size)), *map(repr, moments(body))]
+    names: list[str] = []
+    known: dict[str, str] = {}
+    for name, operands in traced.lines:
+        if name == "component":
+            names.append(components[operands[0]])
+        elif name == "parameter":
+            names.append(repr(traced.parameters[operands[0]]))
+        else:
+            left, right = (names[i] for i in operands)
+            text = f"{left} {SIGNS[name]} {right}"
+            # The tape tells parameters apart, even equal ones.
+            whole = name == "divided" and right == "1.0"
+            names.append(left if whole else known.setdefault(text, f"x{len(known)}"))
+    lines = [f"    {name} = {expression}" for expression, name in known.items()]
+    return lines, [names[k] for k in traced.rates]
+
+
+def _executed(lines: list[str]) -> Any:
+    """The function ``rates`` of some lines."""
+    room: dict[str, Any] = {}
+    exec(compile("\n".join(lines), "<field>", "exec"), room)
+    return room["rates"]

@@ -31,8 +31,7 @@ class Extrapolated(NamedTuple):
 
 
 def counted(
-    make: Callable[[RouteTask, Any], Any],
-    knob: Any,
+    make: Callable[[RouteTask], Any],
     numbers: Sequence[int],
     n_symbols: int,
     repeats: int,
@@ -43,9 +42,7 @@ def counted(
     Parameters
     ----------
     make : callable
-        A method's function.
-    knob : float or None
-        Of the method.
+        Makes a method ready for a task.
     numbers : sequence of int
         Of orbits, ascending.
     n_symbols, repeats : int
@@ -60,7 +57,7 @@ def counted(
     """
     for number, after in zip(numbers, [*numbers[1:], 0], strict=True):
         task = codes.random_task(number, n_symbols)
-        prepared, solver = timed(lambda: make(task, knob))  # noqa: B023
+        prepared, solver = timed(lambda: make(task))  # noqa: B023
         first, found = timed(solver.solve)
         answer, taken = solver.read(found), [timed(solver.solve)[0]] if first < seconds else []
         while taken and len(taken) < repeats and sum(taken) + taken[-1] < seconds:

@@ -30,7 +30,7 @@ def starts() -> tuple[str, ...]:
 
 
 def counted(
-    J1_0: str, make: Callable[[RouteTask, Any], Any], knob: Any, most: int, seconds: float
+    J1_0: str, make: Callable[[RouteTask], Any], most: int, seconds: float
 ) -> dict[str, float]:
     """Count the symbols of a method that are wrong, chunk by chunk.
 
@@ -39,9 +39,7 @@ def counted(
     J1_0 : str
         One of :func:`starts`.
     make : callable
-        A method's function.
-    knob : float or None
-        Of the method.
+        Makes a method ready for a task.
     most : int
         How many phases at most.
     seconds : float
@@ -60,7 +58,7 @@ def counted(
     while done < min(most, len(theta2_0)) and spent < seconds:
         columns = slice(done, min(done + CHUNK, most))
         task = codes.from_phases(theta2_0[columns], J1_0, len(true))
-        solver = make(task, knob)
+        solver = make(task)
         if not done:
             # What is compiled, is compiled before the clock runs.
             solver.solve()

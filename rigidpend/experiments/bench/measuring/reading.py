@@ -8,7 +8,7 @@ time divided by that of the default in the same round.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -53,18 +53,19 @@ def met(data: Data, problem: str, threads: int) -> list[Standing]:
         return []
     found = []
     for name in _measured(group):
-        record = group[name]
-        both = np.isfinite(record["rounds"]) & np.isfinite(default["rounds"])
-        if not both.any():
-            continue
-        ratios = record["rounds"][both] / default["rounds"][both]
-        low, middle, high = np.quantile(ratios, (0.25, 0.5, 0.75))
-        reached = bool(choice.good_enough(problem, record))
-        median = float(np.nanmedian(record["rounds"]))
-        found.append(
-            Standing(name, median, float(middle), float(low), float(high), reached, record)
-        )
+        ratios = _ratios(group[name], default)
+        if ratios.size:
+            low, middle, high = (float(x) for x in np.quantile(ratios, (0.25, 0.5, 0.75)))
+            median = float(np.nanmedian(group[name]["rounds"]))
+            reached = bool(choice.good_enough(problem, group[name]))
+            found.append(Standing(name, median, middle, low, high, reached, group[name]))
     return sorted(found, key=lambda result: result.ratio)
+
+
+def _ratios(record: Data, other: Data) -> Any:
+    """Ratios of the times of two methods in the rounds that both were timed in."""
+    ratios = record["rounds"] / other["rounds"]
+    return ratios[np.isfinite(ratios)]
 
 
 def losses(data: Data) -> list[tuple[str, int, Standing]]:
@@ -83,18 +84,22 @@ def time_to_reach(record: Data, level: float) -> float:
 
     Over long times only what went all the way counts.
     """
-    if "error" not in record:
-        return math.inf
-    enough = (np.nan_to_num(record["error"], nan=math.inf) <= level) & (record["part"] == 1)
-    return float(min(record["seconds"][enough], default=math.inf))
+    errors, times = _all_the_way(record)
+    return float(min(times[errors <= level], default=math.inf))
 
 
 def error_at_cost(record: Data, cost: float) -> float:
     """The smallest error that a method reached in no more than `cost` seconds."""
+    errors, times = _all_the_way(record)
+    return float(min(errors[times <= cost], default=math.inf))
+
+
+def _all_the_way(record: Data) -> tuple[Any, Any]:
+    """Errors, infinite where there is none, and times of the settings that went all the way."""
     if "error" not in record:
-        return math.inf
-    cheap = (record["seconds"] <= cost) & (record["part"] == 1)
-    return float(min(np.nan_to_num(record["error"][cheap], nan=math.inf), default=math.inf))
+        return np.empty(0), np.empty(0)
+    whole = record["part"] == 1
+    return np.nan_to_num(record["error"][whole], nan=math.inf), record["seconds"][whole]
 
 
 def tables(data: Data) -> list[Table]:
@@ -149,23 +154,15 @@ def meeting_table(data: Data, problem: str) -> Table:
 
 def cross_checks_table(data: Data) -> Table:
     """Table of the cost of trust at the codes of Fig. 4: methods that vouch for symbols."""
-    rows = []
     results = {r.method: r for r in met(data, "codes", 1)}
-    own = results.get("route_codes")
+    own, rows = results.get("route_codes"), []
     for result in results.values():
         if not METHODS[result.method].cross_checked:
             continue
-        record = result.record
-        ratio = math.nan if own is None else _middle_ratio(record, own.record)
-        rows.append(
-            (
-                METHODS[result.method].label,
-                seconds(result.seconds),
-                times(ratio),
-                f"{float(record['undecided']):.0f}",
-                f"{float(record['wrong_trusted']):.0f}",
-            )
-        )
+        ratios = np.empty(0) if own is None else _ratios(result.record, own.record)
+        told = (f"{float(result.record[name]):.0f}" for name in ("undecided", "wrong_trusted"))
+        ratio = times(float(np.median(ratios)) if ratios.size else math.nan)
+        rows.append((METHODS[result.method].label, seconds(result.seconds), ratio, *told))
     header = ("cross-check", "time", "times route_codes", "not decided", "wrong, trusted")
     note = "A peer's user runs twice, compares, and runs a third time where the two differ."
     return Table("Cross-check against cross-check, codes of Fig. 4, one thread", header, rows, note)
@@ -278,30 +275,23 @@ def summary(data: Data) -> dict[str, Any]:
     """All of it as plain data, for JSON: None where nothing was reached."""
     found: dict[str, Any] = {
         "losses": [
-            {"problem": problem, "threads": threads, **_plain_result(result)}
+            {"problem": problem, "threads": threads, **result._asdict()}
             for problem, threads, result in losses(data)
-        ]
+        ],
+        "random_phases": data.get("random_phases", {}),
+        "many_orbits": data.get("many_orbits", {}),
     }
     for problem in _problems(data):
         group = data[problem]
         found[problem] = {
-            "title": str(group["title"]),
-            "error": str(group["error"]),
-            "default": str(group["default"]),
-            "methods": {name: _plain(group[name]) for name in _measured(group)},
+            **{name: str(group[name]) for name in ("title", "error", "default")},
+            "methods": {name: group[name] for name in _measured(group)},
             "met": {
-                str(count): [_plain_result(result) for result in met(data, problem, count)]
+                str(count): [result._asdict() for result in met(data, problem, count)]
                 for count in _threads(data)
             },
         }
-    found["random_phases"] = {
-        start: {name: _plain(record) for name, record in group.items()}
-        for start, group in data.get("random_phases", {}).items()
-    }
-    found["many_orbits"] = {
-        name: _plain(record) for name, record in data.get("many_orbits", {}).items()
-    }
-    return found
+    return {name: _plain(values) for name, values in found.items()}
 
 
 def level_text(data: Data, problem: str) -> str:
@@ -309,12 +299,6 @@ def level_text(data: Data, problem: str) -> str:
     level = choice.LEVELS.get(problem)
     goal = "every symbol right" if level is None else f"to an error of {level:.0e}"
     return f"{data[problem]['title']}, {goal}"
-
-
-def _middle_ratio(record: Data, other: Scalar) -> float:
-    """The median over the rounds that both were timed in; NaN where there is none."""
-    ratios = record["rounds"] / other["rounds"]
-    return float(np.nanmedian(ratios)) if np.isfinite(ratios).any() else math.nan
 
 
 def _per_million(record: Data) -> list[str]:
@@ -359,20 +343,13 @@ def _measured(group: Data) -> list[str]:
     return [name for name in METHODS if name in group]
 
 
-def _plain_result(result: Standing) -> dict[str, Any]:
-    return {**result._asdict(), "record": _plain(result.record)}
-
-
-def _plain(record: Data) -> dict[str, Any]:
-    """A record as JSON has it."""
-    return {
-        name: [_finite(x) for x in values] if np.ndim(values) else _single(values)
-        for name, values in record.items()
-    }
-
-
-def _single(value: Any) -> Any:
-    return value if isinstance(value, str) else _finite(value)
+def _plain(value: Any) -> Any:
+    """Value as JSON can hold it; None for what is not finite."""
+    if isinstance(value, Mapping):
+        return {name: _plain(each) for name, each in value.items()}
+    if isinstance(value, list) or np.ndim(value):
+        return [_plain(each) for each in value]
+    return value if isinstance(value, (str, bool)) else _finite(value)
 
 
 def _finite(x: Scalar) -> float | None:

@@ -13,27 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.mechanics.body import Body
-from rigidpend.mechanics.coordinates import momentum, scale, vertical
+from rigidpend.mechanics.coordinates import scale
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import GUARD_BITS, context
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import RouteProblem
-
-
-class Sizes(NamedTuple):
-    """Sizes of the problems."""
-
-    orbits: int = 16
-    """Orbits of the free body and of the pendulum, carried at once."""
-    turns: float = 25
-    """Length of the orbits, in turns about the third axis."""
-    columns: int = 63
-    """Phases k/10 of Fig. 4."""
-    n_symbols: int = 15
-    companions: int = 8
-    """Orbits of the problem over long times, carried at once."""
-    periods: float = 2e4
-    """Over which their integrals may drift."""
 
 
 class MotionTask(NamedTuple):
@@ -152,7 +136,7 @@ def orbits_of(task: Any, columns: Any) -> Any:
     return task._replace(**changes)
 
 
-def crossed(time: Any, M: Any, body: Body, rising: Any = None) -> Crossed:
+def crossed(time: Any, M: Any, body: Body) -> Crossed:
     """The answer from what was found at crossings of M3 = 0.
 
     Parameters
@@ -162,11 +146,9 @@ def crossed(time: Any, M: Any, body: Body, rising: Any = None) -> Crossed:
     M : (2 or more, n_symbols + 1, n) array
         M1 and M2 there, or near enough to have the signs of Qp and Qm.
     body : Body
-    rising : (n_symbols + 1, n) array of bool, optional
-        Whether M3 grows there; by default upwards and downwards in turn.
     """
-    if rising is None:
-        rising = np.arange(len(time))[:, None] % 2 == 0
+    # M3 goes upwards and downwards in turn.
+    rising = np.arange(len(time))[:, None] % 2 == 0
     half = body.alpha0 / 2
     along, across = math.cos(half) * M[0], math.sin(half) * M[1]
     beside = np.where(rising, np.where(along + across > 0, 2, 4), np.where(along < across, 1, 3))
@@ -204,25 +186,4 @@ def aligned_states(body: Body, states: Array) -> Array:
     for k, (M1, M2) in enumerate(states[:2].T):
         x, y = s * m.cos(half) * m.mpf(M1), s * m.sin(half) * m.mpf(M2)
         found[:2, k] = float(x + y), float(x - y)
-    return found
-
-
-def initial(problem: RouteProblem, theta2_0: Any, bits: int = 53) -> list[list[Any]]:
-    """M and gamma at the start of each orbit, n lists of 6 numbers in `bits` bits.
-
-    The start is theta1_0 = alpha0 + beta0, J1_0, J2_0, J3 = 0 in Andoyer variables, rounded
-    once.
-    """
-    m = context(bits + GUARD_BITS)
-    p = problem.body.angles(bits + GUARD_BITS)
-    J1, J2 = problem.J1_0.in_context(m), m.mpf(problem.J2_0(bits + GUARD_BITS))
-    p_pair = ((2 * J1 - J2) / J2, 2 * m.sqrt(J1 * (J2 - J1)) / J2)
-    sinl, cosl = m.sin(p.alpha0 / 2), m.cos(p.alpha0 / 2)
-    G = J2 / scale([x.in_context(m) for x in problem.body.A], m)
-    found = []
-    for theta2 in theta2_0:
-        g = (p.alpha0 + p.beta0) / 2 + theta2.in_context(m)
-        gamma = vertical(p_pair, (m.mpf(0), m.mpf(1)), (m.sin(g), m.cos(g)), (sinl, cosl))
-        M = momentum(G, *p_pair, sinl, cosl)
-        found.append([context(bits).mpf(x) for x in (*M, *gamma)])
     return found

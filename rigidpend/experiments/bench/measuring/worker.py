@@ -14,11 +14,24 @@ import subprocess
 import sys
 import tempfile
 import time
+import traceback
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 from rigidpend.machine.workers import PERIOD, check_stop
+
+FAILURES = (ArithmeticError, ImportError, MemoryError, RuntimeError, ValueError)
+"""Errors that a method may raise: it found no number, its library is not there or refuses.
+
+Whatever else is raised is a fault of this package's own lines."""
+FAILED = 3
+"""Exit code of a worker whose method failed."""
+
+
+class Fault(Exception):
+    """A worker stopped for a fault of the benchmark itself: nothing that it measures counts."""
 
 
 class Order(NamedTuple):
@@ -26,14 +39,13 @@ class Order(NamedTuple):
 
     work: str
     """``search``, ``meeting``, ``phases`` or ``many``."""
-    problems: list[str]
     methods: dict[str, list[dict[str, Any]]]
     """Entries by method, one a problem: of `knobs`, or of `knob`, `setting` and `part`."""
     sizes: dict[str, Any]
-    few: int
-    """Orbits of a problem that a method gets which takes one after the other."""
+    """Sizes of the problems: those of `schema.Workload`, by name."""
     repeats: int
     seconds: float
+    problems: tuple[str, ...] = ()
     reference: str = ""
     """A file of NumPy's arrays, named PROBLEM.NAME."""
     threads: int = 1
@@ -49,23 +61,29 @@ def measured(order: Order, limit: float) -> tuple[list[dict[str, Any]], str]:
     order : Order
     limit : float
         Seconds after which the process is ended; what it has measured until then is kept.
+
+    Raises
+    ------
+    Fault
+        The worker met what no method may raise.
     """
     with tempfile.TemporaryDirectory() as cache:
         # The cache is empty: what is compiled is compiled here, what is built is built.
         environment = {**os.environ, **limited_to(order.threads), "XDG_CACHE_HOME": cache}
         command = [sys.executable, "-m", "rigidpend.experiments.bench.measuring.worker"]
-        given = json.dumps(order._asdict())
         process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
             text=True, env=environment,
         )  # fmt: skip
         with process:
-            out, err, late = _heard(process, given, limit)
+            out, err, late = _heard(process, json.dumps(order._asdict()), limit)
     if late:
         return _lines(out), f"ended at {limit:g} s"
-    said = err.strip().splitlines()
-    code = process.returncode
-    return _lines(out), f"failed: {said[-1] if said else code}" if code else ""
+    code, said = process.returncode, (err.strip().splitlines() or [""])[-1]
+    # A library may crash, which ends the process by a signal.
+    if code in (0, FAILED) or code < 0:
+        return _lines(out), f"failed: {said or f'signal {-code}'}" if code else ""
+    raise Fault(f"the benchmark's worker stopped ({', '.join(order.methods)}): {said or code}")
 
 
 def _heard(process: subprocess.Popen[str], given: str, limit: float) -> tuple[str, str, bool]:
@@ -107,13 +125,26 @@ def _lines(text: str) -> list[dict[str, Any]]:
 
 
 def main() -> None:
+    """Do an order; end with a sentence where that fails."""
     order = Order(**json.load(sys.stdin))
     keep_to(order.threads)
-    work = {"search": searched, "meeting": met, "phases": random_phases, "many": many_orbits}[
-        order.work
-    ]
-    for line in work(order):
-        print(json.dumps(line), flush=True)
+    works = {"search": searched, "meeting": met, "phases": random_phases, "many": many_orbits}
+    try:
+        for line in works[order.work](order):
+            print(json.dumps(line), flush=True)
+    except Exception as error:
+        print(_said(error), file=sys.stderr)
+        sys.exit(FAILED if isinstance(error, FAILURES) else 1)
+
+
+def _said(error: Exception) -> str:
+    """An error in one line, with the place in the package where it rose."""
+    text = f"{type(error).__name__}: {' '.join(str(error).split())}"
+    if isinstance(error, FAILURES):
+        return text
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [frame for frame in frames if "rigidpend" in Path(frame.filename).parts]
+    return f"{text} ({Path(own[-1].filename).name}, line {own[-1].lineno})" if own else text
 
 
 def keep_to(cores: int) -> None:
@@ -132,81 +163,75 @@ def searched(order: Order) -> Iterator[dict[str, Any]]:
     imported, _ = protocol.timed(lambda: [importlib.import_module(x) for x in method.libraries])
     yield {"import": imported, "memory_before": before}
     for problem, entry in zip(order.problems, tried, strict=True):
-        stage, answer = _stage(order, problem), None
-        answer = method.answer(problem, stage.module.KIND)
-        assert answer is not None
-        share = order.seconds
+        stage = _stage(order, problem)
+        answer = method.answers_to(problem, stage.module.KIND)
+        found = protocol.search(stage, method, answer, entry["knobs"], order.seconds, order.repeats)
         try:
-            for line in protocol.search(
-                stage, method, answer, entry["knobs"], share, order.repeats
-            ):
+            for line in found:
                 yield {"problem": problem, **line}
-        except Exception as error:
+        except FAILURES as error:
             # The other problems are still to be measured.
-            yield {"problem": problem, "failed": f"{type(error).__name__}: {error}"}
+            yield {"problem": problem, "failed": _said(error)}
 
 
 def met(order: Order) -> Iterator[dict[str, Any]]:
     """Several methods in turn at one problem; a line each."""
-    from rigidpend.experiments.bench.measuring import methods, protocol
+    from rigidpend.experiments.bench.measuring import protocol
 
     [problem] = order.problems
     stage = _stage(order, problem)
-    trials, parts = {}, {}
-    for name, [entry] in order.methods.items():
-        method = methods.METHODS[name]
-        answer = method.answer(problem, stage.module.KIND)
-        assert answer is not None
-        trials[name] = protocol.Attempt(
-            method, answer, entry["setting"], entry["knob"], order.threads
-        )
-        parts[name] = entry.get("part", 1.0)
+    trials = {
+        name: _attempt(name, entry, problem, stage.module.KIND, order.threads)
+        for name, [entry] in order.methods.items()
+    }
+    parts = {name: entry.get("part", 1.0) for name, [entry] in order.methods.items()}
     found = protocol.meeting(stage, trials, parts, order.repeats, order.seconds)
     for name, line in found.items():
         yield {"method": name, **line}
 
 
 def random_phases(order: Order) -> Iterator[dict[str, Any]]:
-    """Wrong symbols of each method on random phases; a line a method and a start."""
-    from rigidpend.experiments.bench.measuring import methods, phases
+    """Wrong symbols of one method on random phases; a line a start."""
+    from rigidpend.experiments.bench.measuring import phases
 
+    [(name, [entry])] = order.methods.items()
+    make = _attempt(name, entry, "codes", "routes").make
     for J1_0 in phases.starts():
-        for name, [entry] in order.methods.items():
-            method = methods.METHODS[name]
-            make = methods.function(method.answers["routes"], 1, entry["setting"])
-            counted = phases.counted(J1_0, make, entry["knob"], order.repeats, order.seconds)
-            yield {"method": name, "J1_0": J1_0, **counted}
+        yield {"J1_0": J1_0, **phases.counted(J1_0, make, order.repeats, order.seconds)}
 
 
 def many_orbits(order: Order) -> Iterator[dict[str, Any]]:
     """One method at ever more orbits; a line a number."""
-    from rigidpend.experiments.bench.measuring import many, methods, protocol
+    from rigidpend.experiments.bench.measuring import many
 
     [(name, [entry])] = order.methods.items()
+    trial, sizes = _attempt(name, entry, "many", "routes"), order.sizes
+    numbers = order.numbers if trial.abreast else (sizes["few"],)
+    given = numbers, sizes["n_symbols"], order.repeats, order.seconds
+    yield from many.counted(trial.make, *given)
+
+
+def _attempt(name: str, entry: dict[str, Any], problem: str, kind: str, threads: int = 1) -> Any:
+    from rigidpend.experiments.bench.measuring import methods, protocol
+
     method = methods.METHODS[name]
-    answer = method.answer("many", "routes")
-    assert answer is not None
-    trial = protocol.Attempt(method, answer, entry["setting"], entry["knob"])
-    numbers = order.numbers if trial.abreast else (order.few,)
-    make = methods.function(answer, 1, entry["setting"])
-    share, n_symbols = order.seconds, order.sizes["n_symbols"]
-    yield from many.counted(make, entry["knob"], numbers, n_symbols, order.repeats, share)
+    answer = method.answers_to(problem, kind)
+    return protocol.Attempt(method, answer, entry["setting"], entry["knob"], threads)
 
 
 def _stage(order: Order, problem: str) -> Any:
     import numpy as np
 
     from rigidpend.experiments.bench.measuring import problems, protocol
-    from rigidpend.experiments.bench.measuring.tasks import Sizes
 
-    module = problems.module(problem)
+    module, sizes = problems.module(problem), SimpleNamespace(**order.sizes)
     with np.load(Path(order.reference)) as stored:
         truth = {
             name.removeprefix(f"{problem}."): stored[name]
             for name in stored.files
             if name.startswith(f"{problem}.")
         }
-    return protocol.Stage(module, module.task(Sizes(**order.sizes)), truth, order.few)
+    return protocol.Stage(module, module.task(sizes), truth, sizes.few)
 
 
 if __name__ == "__main__":

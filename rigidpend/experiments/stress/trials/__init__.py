@@ -3,9 +3,8 @@
 Modules
 -------
 claims      claims that a run may refute, their limits and verdicts
-fields      the fields of claims and of the curves behind them, as they are stored
 principal   orbits in principal axes, another formulation
-truth       the same orbits in other arithmetic, and how far apart two computations are
+truth       orbits in some arithmetic and in another, and how far apart two computations are
 dual        derivatives of fields, by dual numbers
 growth      the rounding error of a crossing, predicted from the variational equations
 long_time   integrals over up to 1e6 rotations
@@ -17,5 +16,4 @@ passages    growth of errors a passage; how many symbols a precision decides
 honesty     flags `certain` where the tolerance is spoilt
 spoilt_maps flags `certain` where the tables of return maps are spoilt
 addresses   orbits found from random codes of random bodies, read back
-table       the claims of a result, for people and for programs
 """

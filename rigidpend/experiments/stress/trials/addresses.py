@@ -51,18 +51,7 @@ def drawn(seed: int) -> Setup:
 
 
 def trial(name: str, setup: Setup, *, words: int, n_symbols: int, seed: int) -> Trial:
-    """Random words of a body: found, confirmed, and read back in more bits.
-
-    Parameters
-    ----------
-    name : str
-        Name of the body.
-    setup : Setup
-    words, n_symbols : int
-        How many words, and their length.
-    seed : int
-    """
-    claims = _claims(name)
+    """Random words of a body, of so many symbols: found, and read back in more bits."""
 
     def measure() -> Findings:
         random, lost, other, delay = np.random.default_rng(seed), 0, 0, 0.0
@@ -79,12 +68,10 @@ def trial(name: str, setup: Setup, *, words: int, n_symbols: int, seed: int) -> 
                 other += not _read_back(setup, found)
                 delay = max(delay, found.delay)
                 asked = _longer(found.address, (n_symbols + 1) // 2, random)
-        values = [float(lost), float(other), delay]
         said = f"{words} codes of {n_symbols} symbols, and as many longer addresses of half of them"
-        names = [claim.name for claim in claims]
-        return Findings(dict(zip(names, values, strict=True)), notes={names[0]: said})
+        return Findings([lost, other, delay], notes=[said])
 
-    return Trial(f"addresses {name}", claims, measure)
+    return Trial(f"addresses {name}", _claims(name), measure)
 
 
 def _longer(address: Address, n: int, random: np.random.Generator) -> Address:
@@ -97,24 +84,22 @@ def _claims(name: str) -> tuple[Claim, ...]:
     return (
         Claim(
             f"{name}: none found",
-            "random words, and their longer addresses, for which no orbit was found",
-            "1",
             0,
+            "random words, and their longer addresses, for which no orbit was found",
             "every finite sequence of turns occurs, and with long passages at every address",
         ),
         Claim(
             f"{name}: read back",
-            f"found orbits whose address by integration in {truth.BITS} bits is another",
-            "1",
             0,
+            f"found orbits whose address by integration in {truth.BITS} bits is another",
             "26 digits outlast ten of the shortest passages, which take two each at most",
         ),
         Claim(
             f"{name}: delay",
-            "largest difference of a crossing's time by integration and by the map",
-            "t'",
             DELAY,
+            "largest difference of a crossing's time by integration and by the map",
             "2^13 roundings of a passage's time, which is 100 t' at most, for each of ten passages",
+            "t'",
         ),
     )
 

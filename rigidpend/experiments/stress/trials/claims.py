@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from rigidpend.experiments.data.tree import Tree
-from rigidpend.experiments.stress.trials.fields import FAILED as FAILED
-from rigidpend.experiments.stress.trials.fields import LIMIT as LIMIT
-from rigidpend.experiments.stress.trials.fields import OF_CLAIM
-from rigidpend.experiments.stress.trials.fields import PASSED as PASSED
+from rigidpend.experiments.stress.layout import FAILED, LIMIT, OF_CLAIM, PASSED
 from rigidpend.routes.problem import ProblemError
 
 
@@ -26,13 +24,13 @@ class Claim(NamedTuple):
     """A sentence about the program that one number can refute."""
 
     name: str
-    measured: str
-    """The meaning of the number."""
-    unit: str
     bound: float
     """The largest value that passes."""
+    measured: str
+    """The meaning of the number."""
     reason: str
     """Reason for the bound."""
+    unit: str = "1"
     limit: Limit | None = None
 
     def verdict(self, value: float) -> str:
@@ -49,13 +47,13 @@ class Claim(NamedTuple):
 
 
 class Findings(NamedTuple):
-    """The outcome of a trial: a number for each of its claims, by name."""
+    """The outcome of a trial: a number for each of its claims, in their order."""
 
-    values: Mapping[str, float]
+    values: Sequence[float]
     curves: Tree | None = None
     """Curves of what was measured behind the numbers."""
-    notes: Mapping[str, str] | None = None
-    """Further remarks on a claim in this run."""
+    notes: Sequence[str] = ()
+    """Further remarks on the claims in this run, in their order."""
 
 
 class Trial(NamedTuple):
@@ -71,12 +69,11 @@ def tried(trial: Trial) -> Tree:
     try:
         found = trial.measure()
     except (ProblemError, ArithmeticError) as refused:
-        said = f"refused: {refused}"
-        found = Findings({}, notes={claim.name: said for claim in trial.claims})
+        found = Findings([], notes=[f"refused: {refused}"] * len(trial.claims))
     return tree(trial.claims, found)
 
 
-def tree(claims: Iterable[Claim], found: Findings) -> Tree:
+def tree(claims: Sequence[Claim], found: Findings) -> Tree:
     """Claims with what was found, as they are stored.
 
     Raises
@@ -84,28 +81,22 @@ def tree(claims: Iterable[Claim], found: Findings) -> Tree:
     ValueError
         Something was measured that nothing was claimed of.
     """
-    declared = {claim.name: claim for claim in claims}
-    if undeclared := sorted(set(found.values) - set(declared)):
-        raise ValueError(f"measured, but not declared before: {', '.join(undeclared)}")
+    if len(found.values) > len(claims):
+        raise ValueError(f"measured {len(found.values)} values, declared {len(claims)} before")
+    rows = itertools.zip_longest(claims, found.values, found.notes)
     stored = {
         # What was claimed and not measured is NaN, which fails.
-        name: _stored(claim, float(found.values.get(name, math.nan)), (found.notes or {}).get(name))
-        for name, claim in declared.items()
+        claim.name: _stored(claim, math.nan if value is None else float(value), note or "")
+        for claim, value, note in rows
     }
     return {"claims": stored, "curves": found.curves or {}}
 
 
-def _stored(claim: Claim, value: float, note: str | None) -> Tree:
+def _stored(claim: Claim, value: float, note: str) -> Tree:
     why, up_to = claim.limit or ("", claim.bound)
-    values = {
-        "value": value,
-        "bound": float(claim.bound),
-        "ratio": float(claim.ratio(value)),
-        "verdict": claim.verdict(value),
-        "limit": why,
-        "up_to": float(up_to),
-        "note": note or "",
-    }
+    numbers = {"value": value, "bound": claim.bound, "ratio": claim.ratio(value), "up_to": up_to}
+    texts = {"verdict": claim.verdict(value), "limit": why, "note": note}
+    values = {**texts, **{name: float(number) for name, number in numbers.items()}}
     meaning: dict[str, dict[str, Any]] = {
         "value": {"units": claim.unit, "description": claim.measured},
         "bound": {"units": claim.unit, "description": claim.reason},

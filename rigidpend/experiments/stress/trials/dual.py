@@ -23,8 +23,9 @@ class Dual:
         b = _dual(other)
         return Dual(self.value + b.value, self.slope + b.slope)
 
-    def __radd__(self, other: Scalar) -> Dual:
-        return self + other
+    def __mul__(self, other: Scalar) -> Dual:
+        b = _dual(other)
+        return Dual(self.value * b.value, self.value * b.slope + self.slope * b.value)
 
     def __neg__(self) -> Dual:
         return Dual(-self.value, -self.slope)
@@ -35,12 +36,7 @@ class Dual:
     def __rsub__(self, other: Scalar) -> Dual:
         return -self + other
 
-    def __mul__(self, other: Scalar) -> Dual:
-        b = _dual(other)
-        return Dual(self.value * b.value, self.value * b.slope + self.slope * b.value)
-
-    def __rmul__(self, other: Scalar) -> Dual:
-        return self * other
+    __radd__, __rmul__ = __add__, __mul__
 
 
 def _dual(x: Scalar) -> Dual:

@@ -6,15 +6,16 @@ left uncertain. The first is the promise of the package, the second its reach.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigidpend.experiments.stress.trials import truth
 from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
 from rigidpend.experiments.stress.trials.starts import PHASES
+from rigidpend.experiments.stress.trials.truth import Way
 from rigidpend.mechanics.body import Body
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import Crossings
 from rigidpend.routes.codes import RouteCodes, route_codes
@@ -90,78 +91,57 @@ UPPER = tuple(
 """Starts ever closer to the upper one, where J2_0 - J1_0 is small."""
 
 
-def trial(extreme: Extreme, *, columns: int, n_symbols: int, engine: str, jobs: int) -> Trial:
-    """Both claims of a route problem, and their measurement.
-
-    Parameters
-    ----------
-    extreme : Extreme
-    columns, n_symbols : int
-        How many orbits, how many symbols on each.
-    engine : str
-    jobs : int
-    """
-    error, uncertain = claims = _claims(extreme)
+def trial(extreme: Extreme, way: Way, *, columns: int, n_symbols: int) -> Trial:
+    """Both claims of a route problem, of so many orbits and symbols, and their measurement."""
     n = min(n_symbols, extreme.most)
     phases = PHASES[: columns if extreme.most > 2 else min(columns, 2)]
 
     def measure() -> Findings:
-        body, h0, J1 = (
-            Body(extreme.A, extreme.r, extreme.mu),
-            exact(extreme.h0),
-            exact(extreme.J1_0),
-        )
-        problem = RouteProblem(body, h0, J1, n)
-        routes = route_codes(body, phases, h0=h0, J1_0=J1, n_symbols=n, engine=engine, jobs=jobs)
-        wrong = _errors(problem, routes, phases, engine, jobs)
+        body = Body(extreme.A, extreme.r, extreme.mu)
+        problem = RouteProblem(body, exact(extreme.h0), exact(extreme.J1_0), n)
+        given: dict[str, Any] = {"h0": problem.h0, "J1_0": problem.J1_0, "n_symbols": n}
+        routes = route_codes(body, phases, **given, **way._asdict())
+        wrong = _errors(problem, routes, phases, way)
         # An uncertain symbol promises nothing, so that it may be wrong.
-        worst = float(np.max(wrong, where=routes.certain, initial=0.0))
-        left = float(1 - routes.certain.mean())
-        return Findings({error.name: worst, uncertain.name: left})
+        worst = np.max(wrong, where=routes.certain, initial=0.0)
+        return Findings([worst, 1 - routes.certain.mean()])
 
-    return Trial(extreme.name, claims, measure)
+    return Trial(extreme.name, _claims(extreme), measure)
 
 
 def _claims(extreme: Extreme) -> tuple[Claim, Claim]:
     return (
         Claim(
             f"{extreme.name}: error",
+            ERROR,
             "largest phase error at a certain symbol, against"
             f" {truth.BITS} or {truth.INTEGER_BITS} bits",
-            "rad",
-            ERROR,
             "a symbol turns over at about a radian; a hundredth is far from it",
+            "rad",
         ),
         Claim(
             f"{extreme.name}: uncertain",
-            "share of symbols that stay uncertain after the last precision",
-            "1",
             0.0,
+            "share of symbols that stay uncertain after the last precision",
             "160 bits outlast 15 passages, each of which triples an error",
         ),
     )
 
 
-def _errors(
-    problem: RouteProblem, routes: RouteCodes, phases: tuple[str, ...], engine: str, jobs: int
-) -> NDArray[np.float64]:
+def _errors(problem: RouteProblem, routes: RouteCodes, phases: tuple[str, ...], way: Way) -> Array:
     """The phase error of each symbol, infinite for a wrong one, (n_symbols, n)."""
     outcome = np.zeros(len(phases), dtype=np.uint8)
-    found = Crossings(routes.crossing_time, routes.separatrix, outcome)
     errors = np.zeros(routes.codes.shape)
     # What took 113 bits or more is held against integers of more bits.
-    for columns, arithmetic, bits in (
-        (np.flatnonzero(routes.bits < truth.BITS), engine, truth.BITS),
-        (np.flatnonzero((routes.bits >= truth.BITS) & routes.certain.any(axis=0)), "scipy", 0),
+    integers = way._replace(engine="scipy")
+    exacting = routes.bits >= truth.BITS
+    for mask, arithmetic, bits in (
+        (~exacting, way, truth.BITS),
+        (exacting & routes.certain.any(axis=0), integers, truth.INTEGER_BITS),
     ):
-        if columns.size:
-            true = truth.route_crossings(
-                problem,
-                [phases[k] for k in columns],
-                engine=arithmetic,
-                bits=bits or truth.INTEGER_BITS,
-                jobs=jobs,
-            )
-            part = Crossings(found.time[:, columns], found.separatrix[:, columns], outcome)
-            errors[:, columns] = truth.phase_errors(part, true, phase_rate(problem))[1:]
+        if mask.any():
+            chosen = [phase for phase, here in zip(phases, mask, strict=True) if here]
+            true = truth.route_crossings(problem, chosen, arithmetic, bits)
+            part = Crossings(routes.crossing_time[:, mask], routes.separatrix[:, mask], outcome)
+            errors[:, mask] = truth.phase_errors(part, true, phase_rate(problem))[1:]
     return errors

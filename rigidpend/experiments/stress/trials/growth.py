@@ -8,12 +8,14 @@ are independent, so their squares add. Nothing is fitted.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from rigidpend.experiments.stress.trials.dual import cotangent, tangent
+from rigidpend.experiments.stress.trials.truth import Scene
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Scalar
@@ -50,35 +52,33 @@ def noise(engine: str) -> float:
     return rounding if engine == "taylor" else max(rounding, DEFAULT_TOLERANCE[engine])
 
 
-def predicted_errors(
-    c: AlignedCoefficients, state: Array, crossings: Array, u: float, rate: float, engine: str
-) -> Array:
-    """The root mean square error of each crossing of an orbit in doubles, in radians.
+def predicted_errors(scene: Scene, states: Array, crossings: Array, engine: str) -> Array:
+    """The root mean square errors of crossings in doubles, in radians, (k, n).
 
     Parameters
     ----------
-    c : AlignedCoefficients
-        Floats.
-    state : (6,) array
+    scene : Scene
+    states : (6, n) array
         At time 0.
-    crossings : (k,) array
+    crossings : (k, n) array
         Their times t', ascending.
-    u : float
-        Exponent of the separatrices, per t'.
-    rate : float
-        Radians per t'.
     engine : str
         Whose errors are meant; it integrates the variational equations too.
     """
-    restarts = _restarts(np.r_[0.0, crossings], u)
-    times = np.union1d(restarts, crossings)
+    each = zip(states.T, crossings.T, strict=True)
+    return np.array([_predicted(scene, state, times, engine) for state, times in each]).T
+
+
+def _predicted(scene: Scene, state: Array, crossings: Array, engine: str) -> Array:
+    restarts = _restarts(np.r_[0.0, crossings], scene.u)
+    times, c = np.union1d(restarts, crossings), scene.c
     states = sample(lambda x, _: aligned(x, c), state, times, engine=engine)
     errors = []
     for t in crossings:
         inside = (times == t) | (np.isin(times, restarts) & (times < t))
-        squares = _squares(c, times[inside], states[:, inside], rate, u, engine)
+        squares = _squares(scene, times[inside], states[:, inside], engine)
         # One rounding a step: the sum over steps is the integral over the length of a step.
-        errors.append(noise(engine) * math.sqrt(squares / step(u)))
+        errors.append(noise(engine) * math.sqrt(squares / step(scene.u)))
     return np.array(errors)
 
 
@@ -95,10 +95,9 @@ def _restarts(times: Array, u: float) -> Array:
     return np.unique(np.concatenate(parts))
 
 
-def _squares(
-    c: AlignedCoefficients, times: Array, states: Array, rate: float, u: float, engine: str
-) -> float:
+def _squares(scene: Scene, times: Array, states: Array, engine: str) -> float:
     """Integral of (weight times component)^2, summed, back from a crossing at the last time."""
+    c = scene.c
 
     def backward(y: Scalar, _: Any) -> list[Any]:
         # Cotangents obey the transposed equations with the opposite sign.
@@ -106,11 +105,11 @@ def _squares(
         return [*aligned(y[:6], c), *(-w for w in back)]
 
     # As in a Newton step: a deviation of M3 shifts the crossing by that over -M3'.
-    weights = np.array([0, 0, -rate / aligned(states[:, -1], c)[2], 0, 0, 0])
+    weights = np.array([0, 0, -scene.rate / aligned(states[:, -1], c)[2], 0, 0, 0])
     total = 0.0
     for k in range(times.size - 1, 0, -1):
         span = times[k] - times[k - 1]
-        grid = np.linspace(times[k], times[k - 1], max(8, math.ceil(span * u / SAMPLES)))
+        grid = np.linspace(times[k], times[k - 1], max(8, math.ceil(span * scene.u / SAMPLES)))
         # The weights go on from piece to piece, the orbit from where it was forwards.
         start = np.r_[states[:, k], weights]
         y = sample(backward, start, grid, engine=engine, tolerance=TOLERANCE)
@@ -119,36 +118,29 @@ def _squares(
     return total
 
 
-def growths(
-    c: AlignedCoefficients, state: Array, until: float, u: float, engine: str
-) -> tuple[Array, Array]:
+def growths(scene: Scene, state: Array, until: float, engine: str) -> tuple[Array, Array]:
     """Crossing times of an orbit, and ln of how much a small error of the phase has grown there.
 
-    Parameters
-    ----------
-    c, state, u, engine : as in :func:`predicted_errors`
-    until : float
-        t' to which the orbit is followed.
-
-    Returns
-    -------
-    times, growths : (k,) arrays
-        From the first crossing on, where the growth is 0.
+    The orbit is followed to t' = `until`; both are (k,) arrays, and the growth at the first
+    crossing is 0.
     """
-    times = np.arange(0.0, until, SAMPLES / u)
+    c = scene.c
+    times = np.arange(0.0, until, SAMPLES / scene.u)
     # A shift of the phase: M is nearly along Oz at the start, and gamma turns about that axis.
     direction = np.array([0.0, 0.0, 0.0, -state[4], state[3], 0.0])
 
-    def forward(y: Scalar, _: Any) -> list[Any]:
-        return [*aligned(y[:6], c), *tangent(lambda x: aligned(x, c), y[:6], y[6:])]
-
-    y = sample(forward, np.r_[state, direction], times, engine=engine, tolerance=TOLERANCE)
+    y = sample(with_tangent(c), np.r_[state, direction], times, engine=engine, tolerance=TOLERANCE)
     M3 = y[2]
     k = np.flatnonzero(M3[:-1] * M3[1:] < 0)
     share = M3[k] / (M3[k] - M3[k + 1])
     shift = (y[8, k] + share * (y[8, k + 1] - y[8, k])) / aligned(y[:6, k], c)[2]
     logarithm = np.log(np.abs(shift))
     return times[k] + share * (times[k + 1] - times[k]), logarithm - logarithm[:1]
+
+
+def with_tangent(c: AlignedCoefficients) -> Callable[[Any, Any], list[Any]]:
+    """The aligned field of 12 components: an orbit, and a small deviation from it."""
+    return lambda y, _: [*aligned(y[:6], c), *tangent(lambda x: aligned(x, c), y[:6], y[6:])]
 
 
 def decided(errors: Array, limit: float) -> int:

@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 from rigidpend.experiments import heyoka_peer
 from rigidpend.experiments.data import layout
 from rigidpend.experiments.data.tree import Dataset
+from rigidpend.experiments.stress.layout import SPOILT
 from rigidpend.experiments.stress.trials import principal, truth
 from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
-from rigidpend.experiments.stress.trials.fields import SPOILT
+from rigidpend.experiments.stress.trials.truth import Way
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Scalar
@@ -32,6 +33,8 @@ Codes = NDArray[np.uint8]
 
 STARTS = ("1e-6", "1e-8", "1e-10")
 """J1_0 of a third of the orbits each."""
+NO_LIE = "no wrong symbol is called certain"
+"""Reason for bounds of zero."""
 SPOILT_RIGHT = 0.999
 """Share of right symbols at the coarsest tolerance above which the trial shows nothing.
 
@@ -46,19 +49,23 @@ class Tally(NamedTuple):
     lies: int
     """Wrong and called certain."""
 
+    @property
+    def said(self) -> str:
+        """Remark on the claim."""
+        return f"of {self.symbols} symbols {self.wrong} are wrong"
+
 
 def trial(
     body: Body,
     h0: Scalar,
     J1_0: str,
     tolerances: Sequence[str],
+    way: Way,
     *,
     orbits: int,
     checked: int,
     n_symbols: int,
     seed: int,
-    engine: str,
-    jobs: int,
 ) -> Trial:
     """Doubles alone at spoilt tolerances, and the default run, against the truth.
 
@@ -68,70 +75,61 @@ def trial(
     h0, J1_0 : number
     tolerances : sequence of str
         Decimal.
+    way : Way
     orbits, checked, n_symbols : int
         How many orbits, how many of them in 113 bits in any case, how many symbols on each.
     seed : int
         Of the random phases.
-    engine : str
-    jobs : int
     """
-    claims = _claims(J1_0, tolerances)
-    contradicted, uncertain, useless = (claim.name for claim in claims[-3:])
     # Other phases for each J1_0, and the same in every run.
     random = np.random.default_rng((seed, *J1_0.encode()))
     phases = random.uniform(0, 2 * np.pi, orbits)
 
     def measure() -> Findings:
         problem = RouteProblem(body, exact(h0), exact(J1_0), n_symbols)
-        routes = partial(
-            route_codes, body, h0=h0, J1_0=J1_0, n_symbols=n_symbols, engine=engine, jobs=jobs
-        )
+        given: dict[str, Any] = {"h0": h0, "J1_0": J1_0, "n_symbols": n_symbols}
+        routes: Any = partial(route_codes, body, **given, **way._asdict())
         default = routes(phases)
-        true, known = true_codes(problem, phases, default.codes, checked, jobs)
+        true, known = true_codes(problem, phases, default.codes, checked, way.jobs)
         # A tolerance spoils integrations; the maps' tables have a trial of their own.
         spoilt = [
             routes(phases, tolerance=float(x), precisions=(53,), method="integration")
             for x in tolerances
         ]
         counts = [counted(x, true, known) for x in (*spoilt, default)]
-        judged = list(zip(claims, counts, strict=False))
-        values: dict[str, float] = {claim.name: count.lies for claim, count in judged}
         coarse = counts[int(np.argmax(list(map(float, tolerances))))]
-        values |= {
-            contradicted: float((default.codes[:, :checked] != true[:, :checked]).sum()),
-            uncertain: float(1 - default.certain.mean()),
-            useless: 1 - coarse.wrong / coarse.symbols,
-        }
-        notes = {claim.name: f"of {x.symbols} symbols {x.wrong} are wrong" for claim, x in judged}
-        return Findings(values, _curves(tolerances, counts[:-1]), notes)
+        values = [
+            *(count.lies for count in counts),
+            (default.codes[:, :checked] != true[:, :checked]).sum(),
+            1 - default.certain.mean(),
+            1 - coarse.wrong / coarse.symbols,
+        ]
+        return Findings(values, _curves(tolerances, counts[:-1]), [x.said for x in counts])
 
-    return Trial(f"J1_0 = {J1_0}", claims, measure)
+    return Trial(f"J1_0 = {J1_0}", _claims(J1_0, tolerances), measure)
 
 
 def _claims(J1_0: str, tolerances: Sequence[str]) -> tuple[Claim, ...]:
-    lie, at = "no wrong symbol is called certain", f"J1_0 = {J1_0}"
+    at = f"J1_0 = {J1_0}"
     names = [*(f"lies at {x}, {at}" for x in tolerances), f"lies by default, {at}"]
     return (
-        *(Claim(name, "wrong symbols called certain", "1", 0, lie) for name in names),
+        *(Claim(name, 0, "wrong symbols called certain", NO_LIE) for name in names),
         Claim(
             f"against 113 bits, {at}",
-            "symbols of the default run that differ from principal axes in 113 bits",
-            "1",
             0,
+            "symbols of the default run that differ from principal axes in 113 bits",
             "the default precisions decide every symbol of these orbits, and rightly",
         ),
         Claim(
             f"uncertain, {at}",
-            "share of symbols that the default precisions leave uncertain",
-            "1",
             0,
+            "share of symbols that the default precisions leave uncertain",
             "113 bits outlast 15 passages, each of which triples an error",
         ),
         Claim(
             f"right at the coarsest, {at}",
-            "share of symbols that are right at the coarsest tolerance",
-            "1",
             SPOILT_RIGHT,
+            "share of symbols that are right at the coarsest tolerance",
             "where nothing goes wrong, flags are not put to the test",
         ),
     )
@@ -170,9 +168,8 @@ def true_codes(
     if not heyoka_peer.installed():
         known[checked:] = False
         true = doubted.copy()
-        found = truth.route_crossings(
-            problem, phases[:checked], engine="scipy", bits=truth.BITS, jobs=jobs
-        )
+        integers = Way("scipy", jobs)
+        found = truth.route_crossings(problem, phases[:checked], integers, truth.BITS)
         true[:, :checked] = symbols(found.separatrix)
         return true, known
     true = principal.codes(problem, phases, bits=53, jobs=jobs)
@@ -194,9 +191,8 @@ HARD_PHASE = 3.453198983306014
 """An orbit whose error outruns the difference of two computations twentyfold, at 64 bits."""
 HARD_CLAIM = Claim(
     "lies on a hard orbit",
-    "wrong symbols called certain, of 32",
-    "1",
     0,
+    "wrong symbols called certain, of 32",
     "no wrong symbol is called certain, whatever precision decides",
 )
 
@@ -210,10 +206,7 @@ def hard_trial(engine: str) -> Trial:
         found = route_codes(HARD, phases, engine=engine, **HARD_START)
         true, known = true_codes(problem, phases, found.codes, 1, 1)
         count = counted(found, true, known)
-        return Findings(
-            {HARD_CLAIM.name: count.lies},
-            notes={HARD_CLAIM.name: f"of {count.symbols} symbols {count.wrong} are wrong"},
-        )
+        return Findings([count.lies], notes=[count.said])
 
     return Trial("hard orbit", (HARD_CLAIM,), measure)
 

@@ -11,21 +11,15 @@ from numpy.typing import NDArray
 
 from rigidpend.experiments.data import layout
 from rigidpend.experiments.data.tree import Dataset
-from rigidpend.experiments.stress.trials.claims import (
-    Claim,
-    Findings,
-    Limit,
-    Trial,
-)
-from rigidpend.experiments.stress.trials.fields import DRIFT
+from rigidpend.experiments.stress.layout import DRIFT
+from rigidpend.experiments.stress.trials.claims import Claim, Findings, Limit, Trial
 from rigidpend.experiments.stress.trials.growth import ROUNDING, step
 from rigidpend.experiments.stress.trials.starts import Place, state
-from rigidpend.experiments.stress.trials.truth import float_coefficients
+from rigidpend.experiments.stress.trials.truth import Scene, Way
 from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import energy
-from rigidpend.mechanics.separatrices import exponent
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import FINEST_TOLERANCE
 from rigidpend.orbits.integrate.lie_poisson import splitting, stages
@@ -53,6 +47,8 @@ ENERGIES = {2: 1.6e-3, 4: 5e-6, 6: 9e-7, 8: 4e-8}
 
 It is two and a half times what two other sets of 16 orbits showed (6.6e-4, 2.0e-6, 3.7e-7,
 1.7e-8)."""
+STEPS = {2: 1 / 50, 4: 1 / 25, 6: 1 / 15, 8: 1 / 10}
+"""Length of a step of each order, in rotations: errors of the energy from 1e-4 to 1e-10."""
 SIDE_BY_SIDE = {"taylor": 8, "scipy": 2}
 """Orbits in a part of the work; those of one part share their steps with `scipy`."""
 SUBSTEPS = 6
@@ -62,59 +58,47 @@ SUBSTEPS = 6
 class Setting(NamedTuple):
     """Orbits that pass the separatrices, with M . gamma = 0.2 |M|."""
 
-    body: Body
-    J2: float
-    """Dimensionless."""
+    scene: Scene
     seed: int
 
     def states(self, n: int) -> Array:
-        """(6, n), aligned components."""
-        place = Place("", 2, 1e-4, self.J2 - 1e-4, 0.0, 0.2 * self.J2)
+        """Aligned components of n orbits, (6, n)."""
+        body, J2 = self.scene
+        place = Place("", 2, 1e-4, J2 - 1e-4, 0.0, 0.2 * J2)
         phases = np.random.default_rng(self.seed).uniform(0, 2 * np.pi, n)
-        return np.stack([state(place, self.body, x) for x in phases], axis=1)
+        return np.stack([state(place, body, x) for x in phases], axis=1)
 
     @property
     def rotation(self) -> float:
         """t' of a rotation without weight."""
-        return 2 * math.pi / (self.body.kappa * self.J2)
+        return 2 * math.pi / (self.scene.body.kappa * self.scene.J2)
 
     @property
     def moments(self) -> Array:
-        return np.array([float(x) for x in self.body.A])
-
-    @property
-    def direction(self) -> Array:
-        return unit_r(self.body)
+        """A1, A2 and A3, floats."""
+        return np.array([float(x) for x in self.scene.body.A])
 
     def integrals(self, M: Array, gamma: Array) -> Array:
         """Energy over h0, |gamma| and M . gamma over |M|, (3, ...), from physical vectors."""
+        body, J2 = self.scene
         s = float(scale(self.moments))
-        h = energy(M, gamma, self.moments, self.direction, float(self.body.mu))
-        h0 = self.body.kappa * self.J2**2 / 2
+        h = energy(M, gamma, self.moments, unit_r(body), float(body.mu))
+        h0 = body.kappa * J2**2 / 2
         # Half of |gamma|^2 deviates from 1/2 as |gamma| from 1.
-        return np.stack((h / h0, (gamma**2).sum(axis=0) / 2, (M * gamma).sum(axis=0) * s / self.J2))
+        return np.stack((h / h0, (gamma**2).sum(axis=0) / 2, (M * gamma).sum(axis=0) * s / J2))
 
 
 def engine_trial(
-    setting: Setting, *, engine: str, tolerance: float, rotations: int, orbits: int, jobs: int
+    setting: Setting, way: Way, tolerance: float, *, rotations: int, orbits: int
 ) -> Trial:
     """Drift of the integrals with an engine: a random walk at its finest tolerance.
 
-    Parameters
-    ----------
-    setting : Setting
-    engine : str
-    tolerance : float
-        Local; a coarser one than the finest has a declared bias.
-    rotations : int
-        How long.
-    orbits : int
-    jobs : int
+    The tolerance is local; a coarser one than the finest has a declared bias.
     """
+    engine = way.engine
     name = f"{engine} at {tolerance:.1e}"
     marks = np.r_[0.0, np.geomspace(1, rotations, POINTS)] * setting.rotation
-    u = exponent(setting.J2, setting.body.angles(), math)
-    steps, at = marks[1:] / step(u), marks[1:] / setting.rotation
+    steps, at = marks[1:] / step(setting.scene.u), marks[1:] / setting.rotation
     walk = ROUNDING * 2.0**-52 * np.sqrt(steps)
     named = [f"{name}, {integral}" for integral in INTEGRALS]
     if engine == "taylor":
@@ -124,28 +108,26 @@ def engine_trial(
         claims = [_tolerated(each) for each in named]
 
     def measure() -> Findings:
-        drift = _engine_drift(setting, engine, tolerance, marks, orbits, jobs)
+        drift = _engine_drift(setting, way, tolerance, marks, orbits)
         if engine == "taylor":
-            values = [x for row in drift for x in (abs(_slope(at, row)[0] - 0.5), float(row[-1]))]
+            values = [x for row in drift for x in (abs(slope(at, row)[0] - 0.5), row[-1])]
         else:
-            values = [float((row / (tolerance * steps)).max()) for row in drift]
-        found = dict(zip([claim.name for claim in claims], values, strict=True))
-        return Findings(found, _curves(name, at, drift, walk))
+            values = [(row / (tolerance * steps)).max() for row in drift]
+        return Findings(values, _curves(name, at, drift, walk))
 
     return Trial(f"{engine} {tolerance:.1e}", tuple(claims), measure)
 
 
-def _engine_drift(
-    setting: Setting, engine: str, tolerance: float, marks: Array, orbits: int, jobs: int
-) -> Array:
+def _engine_drift(setting: Setting, way: Way, tolerance: float, marks: Array, orbits: int) -> Array:
     """Root mean square drifts of the integrals at all marks but the first, (3, k)."""
-    c, states = float_coefficients(setting.body), setting.states(orbits)
+    engine, scene, states = way.engine, setting.scene, setting.states(orbits)
     parts = spread(states, -(-orbits // SIDE_BY_SIDE[engine]), axis=1)
-    found = side_by_side(_sampled, (c, marks, engine, tolerance), engine == "scipy", parts, jobs)
+    given = scene.c, marks, engine, tolerance
+    found = side_by_side(_sampled, given, engine == "scipy", parts, way.jobs)
     # In long doubles, or the evaluation of the integrals would hide their drift.
-    aligned = np.concatenate(found, axis=2).astype(np.longdouble)
+    aligned = Aligned(*np.concatenate(found, axis=2).astype(np.longdouble))
     s = float(scale(setting.moments))
-    return _drift(setting.integrals(*body_from_aligned(Aligned(*aligned), setting.body.alpha0, s)))
+    return _drift(setting.integrals(*body_from_aligned(aligned, scene.body.alpha0, s)))
 
 
 def _sampled(states: Array, c: Any, marks: Array, engine: str, tolerance: float) -> Array:
@@ -163,7 +145,7 @@ def _late(rotations: Array) -> Array:
     return np.asarray(rotations >= min(BEGIN, rotations[-1] / 10))
 
 
-def _slope(rotations: Array, row: Array) -> tuple[float, float]:
+def slope(rotations: Array, row: Array) -> tuple[float, float]:
     """The fitted power of t, and ln of the range fitted."""
     late = _late(rotations)
     x = np.log(rotations[late])
@@ -178,19 +160,17 @@ def _walk_claims(
     return (
         Claim(
             f"{name}: power",
-            "how far the fitted power of t is from 1/2",
-            "1",
             spread,
+            "how far the fitted power of t is from 1/2",
             "four standard errors of a slope between two rms of so many random walks",
-            Limit(BIASED, 0.5 + spread) if biased else None,
+            limit=Limit(BIASED, 0.5 + spread) if biased else None,
         ),
         Claim(
             f"{name}: size",
-            f"rms drift after {rotations[-1]:.0e} rotations, relative",
-            "1",
             most,
+            f"rms drift after {rotations[-1]:.0e} rotations, relative",
             "one rounding of each component a step, independent: sqrt(steps); series add some more",
-            Limit(BIASED, most + BIAS * float(rotations[-1])) if biased else None,
+            limit=Limit(BIASED, most + BIAS * float(rotations[-1])) if biased else None,
         ),
     )
 
@@ -198,15 +178,14 @@ def _walk_claims(
 def _tolerated(name: str) -> Claim:
     return Claim(
         name,
-        "largest ratio of the rms drift to the tolerances of all steps added up",
-        "1",
         1.0,
+        "largest ratio of the rms drift to the tolerances of all steps added up",
         "every step keeps its tolerance, and no integral leans on a component more than once",
     )
 
 
 def _curves(name: str, rotations: Array, drift: Array, walk: Array) -> dict[str, Dataset]:
-    powers = np.array([_slope(rotations, row)[0] for row in drift])
+    powers = np.array([slope(rotations, row)[0] for row in drift])
     values = {"name": name, "rotations": rotations, "drift": drift, "walk": walk, "power": powers}
     return layout.datasets(DRIFT, values)
 
@@ -215,37 +194,30 @@ def splitting_trial(setting: Setting, *, order: int, rotations: int, orbits: int
     """A Lie-Poisson splitting: energy bounded, |gamma| and M . gamma kept to rounding."""
     name = f"splitting {order}"
     counts = np.unique(np.geomspace(1, max(10, rotations / STEPS[order]), POINTS).astype(int))
-    walk, at = (
-        ROUNDING * 2.0**-52 * np.sqrt(counts * SUBSTEPS * stages(order)),
-        counts * STEPS[order],
-    )
-    claims = _splitting_claims(name, order, at, walk)
+    walk = ROUNDING * 2.0**-52 * np.sqrt(counts * SUBSTEPS * stages(order))
+    at = counts * STEPS[order]
 
     def measure() -> Findings:
-        drift = _splitting_drift(setting, order, counts, orbits)
-        values = (drift[0].max(), *drift[1:, -1])
-        found = {claim.name: float(x) for claim, x in zip(claims, values, strict=True)}
-        return Findings(found, _curves(name, at, drift, walk))
+        drift = splitting_drift(setting, order, counts, orbits)
+        return Findings([drift[0].max(), *drift[1:, -1]], _curves(name, at, drift, walk))
 
-    return Trial(name, claims, measure)
+    return Trial(name, _splitting_claims(name, order, at, walk), measure)
 
 
 def _splitting_claims(name: str, order: int, at: Array, walk: Array) -> tuple[Claim, ...]:
     return (
         Claim(
             f"{name}, energy",
-            "largest rms error of the energy at any time, relative to h0",
-            "1",
             ENERGIES[order],
+            "largest rms error of the energy at any time, relative to h0",
             "a Poisson map keeps a nearby energy, of a distance of the step's power: its error"
             " comes and goes, and does not grow",
         ),
         *(
             Claim(
                 f"{name}, {integral}",
-                f"rms drift after {at[-1]:.0f} rotations, relative",
-                "1",
                 FACTOR * float(walk[-1]),
+                f"rms drift after {at[-1]:.0f} rotations, relative",
                 "turns and kicks keep it exactly; what is left is one rounding a substep",
             )
             for integral in INTEGRALS[1:]
@@ -253,11 +225,11 @@ def _splitting_claims(name: str, order: int, at: Array, walk: Array) -> tuple[Cl
     )
 
 
-def _splitting_drift(setting: Setting, order: int, counts: Any, orbits: int) -> Array:
+def splitting_drift(setting: Setting, order: int, counts: Any, orbits: int) -> Array:
     """Root mean square drifts of the integrals after so many steps, (3, k)."""
-    s = float(scale(setting.moments))
-    made = splitting(setting.moments, setting.direction, float(setting.body.mu), order)
-    vectors = body_from_aligned(Aligned(*setting.states(orbits)), setting.body.alpha0, s)
+    s, body = float(scale(setting.moments)), setting.scene.body
+    made = splitting(setting.moments, unit_r(body), float(body.mu), order)
+    vectors = body_from_aligned(Aligned(*setting.states(orbits)), body.alpha0, s)
     # Splittings know physical time alone.
     h = STEPS[order] * setting.rotation / s
     now: list[Any] = [np.stack(pair) for pair in zip(*vectors, strict=True)]
@@ -266,10 +238,6 @@ def _splitting_drift(setting: Setting, order: int, counts: Any, orbits: int) -> 
         now = made.advance(now, h, int(steps))
         kept.append(setting.integrals(*_pair(now)))
     return _drift(np.stack(kept, axis=1))
-
-
-STEPS = {2: 1 / 50, 4: 1 / 25, 6: 1 / 15, 8: 1 / 10}
-"""Length of a step of each order, in rotations: errors of the energy from 1e-4 to 1e-10."""
 
 
 def _pair(components: Sequence[Array]) -> tuple[Array, Array]:

@@ -14,16 +14,13 @@ from numpy.typing import NDArray
 
 from rigidpend.experiments.data import layout
 from rigidpend.experiments.data.tree import Dataset
+from rigidpend.experiments.stress.layout import DECIDED, GROWTH
 from rigidpend.experiments.stress.trials import growth, truth
 from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
-from rigidpend.experiments.stress.trials.fields import DECIDED, GROWTH
-from rigidpend.experiments.stress.trials.starts import Place, state
-from rigidpend.mechanics.body import Body
-from rigidpend.mechanics.separatrices import exponent, fastest_rate
+from rigidpend.experiments.stress.trials.starts import Place, compared, state
+from rigidpend.experiments.stress.trials.truth import Scene, Way
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Scalar
-from rigidpend.orbits import integrate
-from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, Orbits
 from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.surfaces.melnikov import whisker_growth
 
@@ -52,78 +49,50 @@ LEVEL_ERROR = 1.0
 class Fan(NamedTuple):
     """Orbits of one body on separatrix 2 with random phases."""
 
-    body: Body
+    scene: Scene
     J1: float
-    J2: float
     seed: int
 
-    @property
-    def u(self) -> float:
-        return exponent(self.J2, self.body.angles(), math)
-
-    @property
-    def rate(self) -> float:
-        return fastest_rate(self.J2, self.body.angles(), math)
-
     def phases(self, n: int) -> Array:
+        """Phases theta2_0 of n orbits."""
         return np.random.default_rng(self.seed).uniform(0, 2 * np.pi, n)
 
     def states(self, n: int) -> Array:
-        """(6, n), aligned components."""
-        place = Place("", 2, self.J1, self.J2 - self.J1)
-        return np.stack([state(place, self.body, x) for x in self.phases(n)], axis=1)
+        """Their aligned components, (6, n)."""
+        place = Place("", 2, self.J1, self.scene.J2 - self.J1)
+        return np.stack([state(place, self.scene.body, x) for x in self.phases(n)], axis=1)
 
 
-def growth_trial(fan: Fan, *, orbits: int, n_crossings: int, engine: str, jobs: int) -> Trial:
+def growth_trial(fan: Fan, way: Way, *, orbits: int, n_crossings: int) -> Trial:
     """Errors of doubles at each crossing, measured against 113 bits, and predicted."""
-    size, growing = claims = _growth_claims(orbits, n_crossings)
+    scene = fan.scene
 
     def measure() -> Findings:
-        measured, predicted, floor = _errors(fan, orbits, n_crossings, engine, jobs)
+        given = fan.states(orbits), n_crossings, 500 / scene.u, way
+        measured, predicted, floor = compared(scene, *given)
         slopes = np.array([_slopes(x) for x in (measured, predicted)])
         rms = np.sqrt(((measured / predicted) ** 2).mean(axis=1))
-        values = {
-            size.name: float(np.maximum(rms, 1 / rms).max()),
-            growing.name: float(abs((slopes[0] - slopes[1]).mean())),
-        }
-        return Findings(values, _growth_curves(measured, predicted, slopes, floor, fan.body.nu))
+        values = [np.maximum(rms, 1 / rms).max(), abs((slopes[0] - slopes[1]).mean())]
+        floor = floor.mean(axis=1)
+        curves = _growth_curves(measured, predicted, slopes, floor, scene.body.nu)
+        return Findings(values, curves)
 
-    return Trial("growth", claims, measure)
-
-
-def _errors(
-    fan: Fan, orbits: int, n_crossings: int, engine: str, jobs: int
-) -> tuple[Array, Array, Array]:
-    """Phase errors measured and predicted, (n_crossings, n), and the last bit of the times."""
-    c, states, u, rate = truth.float_coefficients(fan.body), fan.states(orbits), fan.u, fan.rate
-    task = Orbits(c, states, n_crossings, 500 / u)
-    tolerance = DEFAULT_TOLERANCE[engine]
-    # The truth of the very same doubles: what rounds their starts is no error of the integration.
-    ways: Any = ((task, 53), (truth.exactly(task), truth.BITS))
-    found, true = (
-        integrate.crossings(x, engine=engine, bits=bits, tolerance=tolerance, jobs=jobs)
-        for x, bits in ways
-    )
-    rows = zip(states.T, true.time.T, strict=True)
-    predicted = np.array([growth.predicted_errors(c, x, t, u, rate, engine) for x, t in rows]).T
-    floor = rate * np.spacing(true.time).mean(axis=1)
-    return truth.phase_errors(found, true, rate), predicted, floor
+    return Trial("growth", growth_claims(orbits, n_crossings), measure)
 
 
-def _growth_claims(orbits: int, n_crossings: int) -> tuple[Claim, Claim]:
+def growth_claims(orbits: int, n_crossings: int) -> tuple[Claim, Claim]:
+    """The claims on the size of errors and on their growth."""
     return (
         Claim(
             "size of errors",
-            "measured over predicted error, or its inverse: the largest of all crossings",
-            "1",
             FACTOR,
+            "measured over predicted error, or its inverse: the largest of all crossings",
             "one rounding of each component a step is counted, and series add some more",
         ),
         Claim(
             "growth a passage",
-            "difference of measured and predicted ln of the growth a passage",
-            "1",
             slope_spread(orbits, n_crossings),
+            "difference of measured and predicted ln of the growth a passage",
             "four standard errors of the mean slope, were each orbit's errors normal ones that"
             " know nothing of each other",
         ),
@@ -139,20 +108,18 @@ def slope_spread(orbits: int, n_crossings: int) -> float:
 def _growth_curves(
     measured: Array, predicted: Array, slopes: Array, floor: Array, nu: float
 ) -> dict[str, Dataset]:
-    typical = np.exp(_typical(measured)), GEOMETRIC * np.exp(_typical(predicted))
     a_passage = np.exp(slopes.mean(axis=1))
-    whisker = whisker_growth(nu)
     return layout.datasets(
         GROWTH,
         {
             "crossing": np.arange(len(measured)),
-            "measured": typical[0],
-            "predicted": typical[1],
+            "measured": np.exp(_typical(measured)),
+            "predicted": GEOMETRIC * np.exp(_typical(predicted)),
             "floor": floor,
             "scatter": measured,
             "growth_measured": a_passage[0],
             "growth_predicted": a_passage[1],
-            "growth_whisker": whisker,
+            "growth_whisker": whisker_growth(nu),
         },
     )
 
@@ -170,6 +137,7 @@ def _typical(errors: Array) -> Array:
 
 def decided_trial(
     fan: Fan,
+    way: Way,
     bits: int,
     *,
     h0: Scalar,
@@ -177,14 +145,13 @@ def decided_trial(
     checked: int,
     n_symbols: int,
     tangents: int,
-    engine: str,
-    jobs: int,
 ) -> Trial:
     """Trial of the number of symbols that one precision decides alone, predicted and measured.
 
     Parameters
     ----------
     fan : Fan
+    way : Way
     bits : int
     h0 : number
         Energy constant that belongs to the fan's J2.
@@ -194,28 +161,25 @@ def decided_trial(
         More than the precision can decide.
     tangents : int
         Orbits of which the growth is taken.
-    engine : str
-    jobs : int
     """
-    claims = [_agreement(bits, columns, tangents, fan.body.nu)]
-    claims += [_contradicted(bits, checked)] if checked else []
+    body = fan.scene.body
+    claims = [agreement(bits, columns, tangents, body.nu)]
+    claims += [contradicted(bits, checked)] if checked else []
 
     def measure() -> Findings:
         # Predicted before anything is measured.
-        predicted = predicted_symbols(fan, bits, n_symbols, tangents, engine)
-        common: dict[str, Any] = {"h0": h0, "J1_0": fan.J1, "n_symbols": n_symbols, "jobs": jobs}
-        phases = fan.phases(columns)
-        found = route_codes(fan.body, phases, precisions=(bits,), engine=engine, **common)
+        predicted = predicted_symbols(fan, bits, n_symbols, tangents, way.engine)
+        common: dict[str, Any] = {"h0": h0, "J1_0": fan.J1, "n_symbols": n_symbols}
+        common["jobs"], phases = way.jobs, fan.phases(columns)
+        found = route_codes(body, phases, precisions=(bits,), engine=way.engine, **common)
         decided = found.certain.sum(axis=0)
         middle = [float(np.median(x)) for x in (decided, predicted)]
         values = [abs(middle[0] - middle[1])]
         if checked:
-            values.append(_wrong(fan, found, phases[:checked], engine, common))
+            values.append(_wrong(fan, found, phases[:checked], way.engine, common))
         said = f"{middle[0]:g} measured, {middle[1]:g} predicted"
         told = {"bits": bits, "measured": decided, "predicted": predicted, "asked": n_symbols}
-        curves = layout.datasets(DECIDED, told)
-        names = [claim.name for claim in claims]
-        return Findings(dict(zip(names, values, strict=True)), curves, {names[0]: said})
+        return Findings(values, layout.datasets(DECIDED, told), [said])
 
     return Trial(f"{bits} bits", tuple(claims), measure)
 
@@ -230,7 +194,7 @@ def _wrong(fan: Fan, found: RouteCodes, phases: Array, engine: str, common: Any)
     bits = finer(int(found.bits[0]))
     # Above 113 bits integers compute: they share no arithmetic with what they judge.
     arithmetic = engine if bits == truth.BITS else "scipy"
-    known = route_codes(fan.body, phases, precisions=(bits,), engine=arithmetic, **common)
+    known = route_codes(fan.scene.body, phases, precisions=(bits,), engine=arithmetic, **common)
     differ = found.codes[:, : phases.size] != known.codes
     return float((found.certain[:, : phases.size] & differ).sum())
 
@@ -243,12 +207,13 @@ def predicted_symbols(
     The error at crossing `LEVEL` is carried on by a tangent vector. Two computations that round
     independently differ by sqrt(2) times it.
     """
-    c, u = truth.float_coefficients(fan.body), fan.u
-    until = n_symbols * passage(fan.body.angles().mu / (fan.body.kappa * fan.J2**2 / 2)) / u
+    scene, body = fan.scene, fan.scene.body
+    until = n_symbols * passage(body.angles().mu / (body.kappa * scene.J2**2 / 2)) / scene.u
     numbers = []
     for x in fan.states(tangents).T:
-        times, grown = growth.growths(c, x, until, u, engine)
-        there = growth.predicted_errors(c, x, times[: LEVEL + 1], u, fan.rate, "taylor")[-1]
+        times, grown = growth.growths(scene, x, until, engine)
+        first = x[:, None], times[: LEVEL + 1, None]
+        there = growth.predicted_errors(scene, *first, "taylor")[-1, 0]
         # In other precisions roundings are larger or smaller, and what becomes of them is the same.
         difference = math.sqrt(2) * there * np.exp(grown - grown[LEVEL]) * 2.0 ** (53 - bits)
         numbers.append(growth.decided(difference[: n_symbols + 1], UNDECIDED))
@@ -260,14 +225,15 @@ def passage(weight: float) -> float:
     return 2 * math.log(1 / weight) + 8
 
 
-def _agreement(bits: int, columns: int, tangents: int, nu: float) -> Claim:
+def agreement(bits: int, columns: int, tangents: int, nu: float) -> Claim:
+    """The claim that as many symbols are decided as predicted."""
     return Claim(
         f"decided by {bits} bits",
-        "difference of the median numbers of symbols decided, measured and predicted",
-        "symbols",
         median_spread(bits, columns, tangents, nu) + LEVEL_ERROR,
+        "difference of the median numbers of symbols decided, measured and predicted",
         "four standard errors of two medians of first passages of a random walk, whose step is"
         " the growth a passage, and one symbol for a factor two of the level",
+        "symbols",
     )
 
 
@@ -282,11 +248,11 @@ def median_spread(bits: int, columns: int, tangents: int, nu: float) -> float:
     return SIGMAS * deviation * math.sqrt(math.pi / 2 * (1 / columns + 1 / tangents))
 
 
-def _contradicted(bits: int, checked: int) -> Claim:
+def contradicted(bits: int, checked: int) -> Claim:
+    """The claim that more bits contradict nothing that is decided."""
     return Claim(
         f"decided by {bits} bits, wrong",
-        f"symbols that {finer(bits)} bits contradict, on {checked} orbits",
-        "1",
         0,
+        f"symbols that {finer(bits)} bits contradict, on {checked} orbits",
         "what two computations establish is right",
     )

@@ -11,18 +11,20 @@ from typing import Any
 import numpy as np
 
 from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
-from rigidpend.experiments.stress.trials.dual import tangent
-from rigidpend.experiments.stress.trials.growth import noise, predicted_errors, step
+from rigidpend.experiments.stress.trials.growth import (
+    noise,
+    predicted_errors,
+    step,
+    with_tangent,
+)
 from rigidpend.experiments.stress.trials.starts import DEVIATIONS, Place, state
-from rigidpend.experiments.stress.trials.truth import float_coefficients, phase_errors
+from rigidpend.experiments.stress.trials.truth import Scene, Way, followed, phase_errors
 from rigidpend.mechanics.body import Body
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned
-from rigidpend.mechanics.separatrices import exponent, fastest_rate
+from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import PI, exact
-from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits import integrate
-from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, Crossings, Orbits
+from rigidpend.orbits.integrate import Crossings, Orbits
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.cycle import MIRRORED
 
@@ -51,33 +53,24 @@ and a half as much at each of the nine that follow, which makes 3e-6."""
 SIZED = DEVIATIONS * math.sqrt(2)
 """Bound where two computations differ: the squares of their roundings add."""
 CLAIMS = (
-    Claim(
-        "reflection",
-        "crossings that differ from those of the mirrored orbits",
-        "1",
-        0,
-        BITWISE,
-    ),
+    Claim("reflection", 0, "crossings that differ from those of the mirrored orbits", BITWISE),
     Claim(
         "time reversal",
-        "numbers that differ between an orbit backwards and the reversed orbit forwards",
-        "1",
         0,
+        "numbers that differ between an orbit backwards and the reversed orbit forwards",
         BITWISE,
     ),
     Claim(
         "there and back",
-        f"largest difference after t' = {BACK:g} and back, over its predicted root mean square",
-        "1",
         SIZED,
+        f"largest difference after t' = {BACK:g} and back, over its predicted root mean square",
         "roundings on both ways, carried back to the start by the variational equations",
     ),
     *(
         Claim(
             f"units of {units}",
-            "largest phase error between both units, over its predicted root mean square",
-            "1",
             SIZED,
+            "largest phase error between both units, over its predicted root mean square",
             why,
         )
         for units, why in (
@@ -87,59 +80,38 @@ CLAIMS = (
     ),
     Claim(
         "theta2_0 + 2 pi",
-        "largest phase difference over ten symbols",
-        "rad",
         TURNED,
+        "largest phase difference over ten symbols",
         "one orbit, whose roundings grow by three and a half a passage at most",
+        "rad",
     ),
 )
 
 
-def trial(body: Body, J2: float, n: int, engine: str, jobs: int) -> Trial:
-    """All symmetries of one body.
-
-    Parameters
-    ----------
-    body : Body
-    J2 : float
-        \\|M\\|, dimensionless, from which the orbits start.
-    n : int
-        Orbits.
-    engine : str
-    jobs : int
-    """
-
-    def measure() -> Findings:
-        values = _measured(body, J2, n, engine, jobs)
-        names = [claim.name for claim in CLAIMS]
-        return Findings(dict(zip(names, values, strict=True)))
-
-    return Trial("all", CLAIMS, measure)
+def trial(scene: Scene, n: int, way: Way) -> Trial:
+    """All symmetries, on n orbits."""
+    return Trial("all", CLAIMS, lambda: Findings(_measured(scene, n, way)))
 
 
-def _measured(body: Body, J2: float, n: int, engine: str, jobs: int) -> list[float]:
+def _measured(scene: Scene, n: int, way: Way) -> list[float]:
     """The values of `CLAIMS`, in their order."""
-    p, c, states = body.angles(), float_coefficients(body), fan(body, n, J2)
-    u, rate = exponent(J2, p, math), fastest_rate(J2, p, math)
+    c, states, rate = scene.c, fan(scene.body, n, scene.J2), scene.rate
 
     def follow(states: Array, coefficients: AlignedCoefficients = c, unit: float = 1) -> Crossings:
-        orbits = Orbits(coefficients, states, 5, 300 / u / unit)
-        tolerance = DEFAULT_TOLERANCE[engine]
-        found = integrate.crossings(orbits, engine=engine, bits=53, tolerance=tolerance, jobs=jobs)
+        found = followed(Orbits(coefficients, states, 5, 300 / scene.u / unit), way)
         return found._replace(time=found.time * unit)
 
     plain, mirrored = follow(states), follow(MIRROR[:, None] * states)
-    orbits = zip(states.T, plain.time.T, strict=True)
-    predicted = np.array([predicted_errors(c, x, t, u, rate, engine) for x, t in orbits]).T
+    predicted = predicted_errors(scene, states, plain.time, way.engine)
     other_units = [
         follow(*_in_units(states, c, k, v), unit=k) for k, v in ((2.0, 4.0), (1.37, 0.73))
     ]
     return [
         _unequal(plain, mirrored._replace(separatrix=MIRRORED[mirrored.separatrix])),
-        _turned(states, c, engine),
-        _returned(states, c, u, engine),
+        _turned(states, c, way.engine),
+        _returned(states, scene, way.engine),
         *(float(np.max(phase_errors(other, plain, rate) / predicted)) for other in other_units),
-        _full_turn(body, J2, n, engine, jobs),
+        _full_turn(scene, n, way),
     ]
 
 
@@ -166,41 +138,37 @@ def _turned(states: Array, c: AlignedCoefficients, engine: str) -> float:
     return float((REVERSAL[:, None, None] * forward != backward).sum())
 
 
-def _returned(states: Array, c: AlignedCoefficients, u: float, engine: str) -> float:
+def _returned(states: Array, scene: Scene, engine: str) -> float:
     """There and back again: what is not found again, over the roundings carried along."""
-    times = np.array([0.0, BACK])
+    times, c = np.array([0.0, BACK]), scene.c
     there = integrate.sample_orbits(c, states, times, engine=engine)[:, -1]
     back = integrate.sample_orbits(c, there, times[::-1], engine=engine)[:, -1]
     missed = np.abs(back - states).max(axis=0)
-    allowed = [_carried(c, x, u, engine) for x in there.T]
+    allowed = [_carried(scene, x, engine) for x in there.T]
     return float(np.max(missed / np.array(allowed)))
 
 
-def _carried(c: AlignedCoefficients, there: Array, u: float, engine: str) -> float:
+def _carried(scene: Scene, there: Array, engine: str) -> float:
     """Size of roundings on the way back, root mean square.
 
     The tangent vectors of all six directions, each with a component's rounding: its growth from
     the far end bounds that from any place nearer.
     """
-    units = np.diag(there)
-
-    def field(y: Scalar, _: Any) -> list[Any]:
-        return [*aligned(y[:6], c), *tangent(lambda x: aligned(x, c), y[:6], y[6:])]
-
+    field, times = with_tangent(scene.c), np.array([BACK, 0.0])
     ends = [
-        integrate.sample(field, np.r_[there, v], np.array([BACK, 0.0]), engine=engine)[6:, -1]
-        for v in units
+        integrate.sample(field, np.r_[there, v], times, engine=engine)[6:, -1]
+        for v in np.diag(there)
     ]
-    return noise(engine) * math.sqrt(BACK / step(u) * (np.array(ends) ** 2).sum(axis=0).max())
+    return noise(engine) * math.sqrt(BACK / step(scene.u) * (np.array(ends) ** 2).sum(axis=0).max())
 
 
-def _full_turn(body: Body, J2: float, n: int, engine: str, jobs: int) -> float:
+def _full_turn(scene: Scene, n: int, way: Way) -> float:
     """The largest phase difference: theta2_0 and theta2_0 + 2 pi are one orbit."""
-    h0 = float(body.angles().kappa) * J2**2 / 2
+    kappa, J2 = scene.body.kappa, scene.J2
+    given: dict[str, Any] = {"h0": kappa * J2**2 / 2, "J1_0": "1e-8", "n_symbols": 10}
     phases = [exact(f"{k}/7") for k in range(1, n + 1)]
     once, again = (
-        route_codes(body, x, h0=h0, J1_0="1e-8", n_symbols=10, engine=engine, jobs=jobs)
+        route_codes(scene.body, x, **given, **way._asdict())
         for x in (phases, [x + 2 * PI for x in phases])
     )
-    rate = J2 * body.angles().kappa
-    return float(rate * np.abs(once.crossing_time - again.crossing_time).max())
+    return float(J2 * kappa * np.abs(once.crossing_time - again.crossing_time).max())

@@ -1,18 +1,24 @@
-"""The same orbits in other arithmetic, and how far two computations are apart."""
+"""Scenes that trials share: a body's orbits, followed in some arithmetic and in another.
+
+The truth about doubles has 113 bits; about more bits it comes from integers.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
+from rigidpend.mechanics.separatrices import exponent, fastest_rate
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exacts
 from rigidpend.orbits import integrate
-from rigidpend.orbits.integrate import Crossings, Orbits
+from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, Crossings, Orbits
 from rigidpend.routes.problem import RouteProblem, passage_limit
 from rigidpend.routes.start import Scales, start, states_exact
 
@@ -24,24 +30,57 @@ INTEGER_BITS = 192
 It is above the last of the default precisions, so that nothing judges itself."""
 
 
-def float_coefficients(body: Body) -> AlignedCoefficients:
-    """The body for an engine in doubles."""
-    return AlignedCoefficients(*map(float, aligned_coefficients(body.angles(), np)))
+class Way(NamedTuple):
+    """The way of all computations of a run: their engine, and how many at a time."""
+
+    engine: str
+    jobs: int = 1
 
 
-def route_crossings(
-    problem: RouteProblem, phases: Sequence[Any], *, engine: str, bits: int, jobs: int
-) -> Crossings:
+class Scene(NamedTuple):
+    """A body and |M|, dimensionless, of orbits near its separatrices."""
+
+    body: Body
+    J2: float
+
+    @property
+    def c(self) -> AlignedCoefficients:
+        """The body for an engine in doubles."""
+        return AlignedCoefficients(*map(float, aligned_coefficients(self.body.angles(), np)))
+
+    @property
+    def u(self) -> float:
+        """Exponent of the separatrices, per t'."""
+        return exponent(self.J2, self.body.angles(), math)
+
+    @property
+    def rate(self) -> float:
+        """Radians per t', at most."""
+        return fastest_rate(self.J2, self.body.angles(), math)
+
+
+def followed(orbits: Orbits, way: Way, bits: int = 53) -> Crossings:
+    """The crossings of orbits at the default tolerance; of more bits those of the same doubles."""
+    return integrate.crossings(
+        orbits if bits == 53 else exactly(orbits),
+        engine=way.engine,
+        bits=bits,
+        tolerance=DEFAULT_TOLERANCE[way.engine],
+        jobs=way.jobs,
+    )
+
+
+def route_crossings(problem: RouteProblem, phases: Sequence[Any], way: Way, bits: int) -> Crossings:
     """The crossings of a route problem in one precision of 64 bits or more, in t'.
 
-    ``engine="scipy"`` computes in integers, which share no arithmetic with the other engine.
+    The engine `scipy` computes in integers, which share no arithmetic with the other engine.
     """
     begin = start(problem, bits, Scales())
     states = states_exact(begin, exacts(phases), bits)
     limit = passage_limit(problem, bits)
     orbits = Orbits(begin.coefficients, states, problem.n_symbols + 1, limit)
     # The tolerance is that of doubles, and halved by every bit beyond.
-    return integrate.crossings(orbits, engine=engine, bits=bits, tolerance=1e-13, jobs=jobs)
+    return integrate.crossings(orbits, engine=way.engine, bits=bits, tolerance=1e-13, jobs=way.jobs)
 
 
 def exactly(orbits: Orbits) -> Orbits:
@@ -51,7 +90,7 @@ def exactly(orbits: Orbits) -> Orbits:
     return orbits._replace(coefficients=coefficients, states=states)
 
 
-def phase_errors(found: Crossings, true: Crossings, rate: float) -> Any:
+def phase_errors(found: Crossings, true: Crossings, rate: float) -> Array:
     """Distances of crossings from the true ones, (n_crossings, n), in radians.
 
     Parameters

@@ -127,7 +127,7 @@ class Expansions(Doubles):
         return self._called(Expansions._settled, total)
 
     def _called(self, lines: Callable[..., Value], *given: Value) -> Value:
-        """What some lines make, as a function of its own where there are many of them.
+        """The product of some lines, as a function of its own where there are many of them.
 
         To compile them once, and not wherever they are used, takes a tenth of the time.
         """

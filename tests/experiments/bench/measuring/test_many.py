@@ -18,7 +18,7 @@ def slow(each: float, first: float) -> Any:
     """A method that takes so many seconds for an orbit, and more at first."""
     left = [first]
 
-    def make(task: RouteTask, _: Any) -> Solver:
+    def make(task: RouteTask) -> Solver:
         n = task.states.shape[1]
 
         def solve() -> int:
@@ -33,7 +33,7 @@ def slow(each: float, first: float) -> Any:
 
 
 def test_numbers_are_tried_until_the_next_would_go_beyond_the_budget() -> None:
-    lines = list(many.counted(slow(1e-3, 0.2), None, (4, 20, 1000), 2, 3, 0.5))
+    lines = list(many.counted(slow(1e-3, 0.2), (4, 20, 1000), 2, 3, 0.5))
     assert [line["orbits"] for line in lines] == [4, 20]
     assert [line["undecided"] for line in lines] == [1, 1]
     assert 0.15 < lines[0]["prepare"] < 0.4
@@ -43,7 +43,7 @@ def test_numbers_are_tried_until_the_next_would_go_beyond_the_budget() -> None:
 
 
 def test_a_first_solve_beyond_the_budget_is_all_there_is() -> None:
-    [line] = many.counted(slow(0.02, 0.0), None, (5, 6), 2, 3, 0.05)
+    [line] = many.counted(slow(0.02, 0.0), (5, 6), 2, 3, 0.05)
     assert line["orbits"] == 5
     assert line["repeats"] == 1
 

@@ -6,6 +6,7 @@ import functools
 import multiprocessing
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,14 +19,13 @@ from rigidpend.experiments.bench.measuring.problems import NAMES
 from rigidpend.experiments.bench.measuring.tasks import (
     Carrier,
     Crossed,
-    Sizes,
     Solver,
     aligned_states,
     direction,
-    initial,
     moments,
     time_unit,
 )
+from rigidpend.experiments.principal_axes import initial
 from rigidpend.mechanics.coordinates import Aligned, aligned_from_body, body_from_aligned
 from rigidpend.mechanics.equations import energy
 from rigidpend.mechanics.hodograph import field as aligned_with_angles
@@ -34,7 +34,7 @@ from rigidpend.routes.start import Scales, start, states_double
 from tests.orbits.integrate.problems import GENERIC, needs_heyoka
 
 pytestmark = needs_heyoka("the references in 113 bits")
-SMALL = Sizes(orbits=3, turns=2, columns=3, n_symbols=3, companions=2, periods=3)
+SMALL = SimpleNamespace(orbits=3, turns=2, columns=3, n_symbols=3, companions=2, periods=3)
 
 # JAX and CyRK compile for many seconds; both are tried on the codes below, where installed.
 SLOW = ("diffrax", "cyrk", "diffrax_two_tolerances", "cyrk_two_methods")
@@ -123,18 +123,6 @@ def check(problem: str, method: str, errors: dict[str, Any]) -> None:
 def test_every_form_agrees_with_the_truth(apart: Executor, problem: str, name: str) -> None:
     for form in range(len(METHODS[name].forms)):
         check(problem, name, apart.submit(errors_of, problem, name, form).result())
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("terminal", [True, False])
-@pytest.mark.parametrize("lanes", [1, 2])
-def test_crossings_that_do_not_end_a_step_are_found_too(terminal: bool, lanes: int) -> None:
-    """A form that the search left out, for it never was the faster one."""
-    from rigidpend.experiments.bench.measuring.methods import plain_heyoka
-
-    task, truth = given("codes")
-    solver = plain_heyoka.principal_codes(task, 1e-11, 1, lanes=lanes, terminal=terminal)
-    assert problems.module("codes").error(solver.read(solver.solve()), truth)["wrong_symbols"] == 0
 
 
 @pytest.mark.parametrize(

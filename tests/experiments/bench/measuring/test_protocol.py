@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,17 +14,24 @@ import pytest
 
 from rigidpend.experiments.bench.measuring import problems, protocol, worker
 from rigidpend.experiments.bench.measuring.methods import METHODS, Answer, Method
+from rigidpend.experiments.bench.measuring.methods.peers import shared_out
 from rigidpend.experiments.bench.measuring.protocol import Attempt, Stage
 from rigidpend.experiments.bench.measuring.tasks import (
     Carrier,
     MotionTask,
-    Sizes,
     Solver,
 )
-from rigidpend.experiments.bench.measuring.threads import shared_out
 from tests.orbits.integrate.problems import FIG4, needs_heyoka
 
-SIZES = Sizes(orbits=2, turns=1, columns=2, n_symbols=2, companions=1, periods=4)
+SIZES: dict[str, Any] = {
+    "orbits": 2,
+    "turns": 1,
+    "columns": 2,
+    "n_symbols": 2,
+    "companions": 1,
+    "periods": 4,
+    "few": 1,
+}
 ANSWER = Answer("", "")
 
 
@@ -205,10 +215,10 @@ def test_a_worker_searches_in_its_own_process(
 ) -> None:
     module = problems.module(problem)
     reference = tmp_path / "reference.npz"
-    truth = module.reference(module.task(SIZES))
+    truth = module.reference(module.task(SimpleNamespace(**SIZES)))
     np.savez(reference, **{f"{problem}.{key}": value for key, value in truth.items()})
     order = worker.Order(
-        "search", [problem], {name: [{"knobs": knobs}]}, SIZES._asdict(), 1, 1, 20.0, str(reference)
+        "search", {name: [{"knobs": knobs}]}, SIZES, 1, 20.0, (problem,), str(reference)
     )
     (once, head, *rows), ended = worker.measured(order, 100)
     assert ended == ""
@@ -221,7 +231,7 @@ def test_a_worker_searches_in_its_own_process(
 
 @pytest.mark.slow
 def test_a_worker_that_is_too_slow_is_ended_and_what_it_had_is_kept() -> None:
-    order = worker.Order("phases", [], {"lie_poisson": [SLOW]}, {}, 1, 250, 50.0)
+    order = worker.Order("phases", {"lie_poisson": [SLOW]}, {}, 250, 50.0)
     lines, ended = worker.measured(order, 1.5)
     assert "ended at 1.5 s" in ended
     assert lines == []
@@ -230,14 +240,56 @@ def test_a_worker_that_is_too_slow_is_ended_and_what_it_had_is_kept() -> None:
 SLOW = {"knob": 1e5, "setting": {"order": 8}}
 
 
-def test_a_worker_that_fails_says_how(tmp_path: Any) -> None:
+def search(name: str, knobs: list[Any], tmp_path: Path) -> Any:
+    """A search at the pendulum, of a reference that no method looks at before it has failed."""
+    reference = tmp_path / "reference.npz"
+    truth: Any = {"pendulum.states": np.zeros((6, 2))}
+    np.savez(reference, **truth)
     order = worker.Order(
-        "search", ["codes"], {"lie_poisson": [{"knobs": [8]}]}, {}, 1, 1, 1.0, "nowhere.npz"
+        "search", {name: [{"knobs": knobs}]}, SIZES, 1, 1.0, ("pendulum",), str(reference)
     )
-    lines, ended = worker.measured(order, 100)
-    assert ended.startswith("failed: ")
-    assert "nowhere.npz" in ended
-    assert lines[0]["import"] >= 0
+    return worker.measured(order, 100)
+
+
+@pytest.mark.slow
+def test_a_method_that_finds_no_number_has_failed_and_the_rest_is_measured(tmp_path: Path) -> None:
+    (_, head, failed), ended = search("lie_poisson", [0.0], tmp_path)
+    assert ended == ""
+    assert head["form"] == 0
+    assert failed["failed"].startswith("ZeroDivisionError: ")
+
+
+@pytest.mark.slow
+def test_a_fault_of_our_own_lines_ends_the_benchmark(tmp_path: Path) -> None:
+    """A knob of the wrong type stands for it: where it rose is told, in one line."""
+    with pytest.raises(worker.Fault, match=r"\(lie_poisson\): TypeError: .*, line \d+\)$"):
+        search("lie_poisson", ["8"], tmp_path)
+
+
+@pytest.mark.parametrize(
+    "error", [NameError("x"), TypeError("x"), AttributeError("x"), KeyError(1)]
+)
+def test_what_our_own_lines_raise_is_no_failure_of_a_method(error: Exception) -> None:
+    assert not isinstance(error, worker.FAILURES)
+
+
+@pytest.mark.parametrize("ending", [(1, "x"), (worker.FAILED, "failed: x"), (-11, "failed: x")])
+def test_a_worker_s_exit_tells_a_method_s_failure_from_a_fault(
+    ending: tuple[int, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also a library that crashes, which ends it by a signal, has failed."""
+    code, said = ending
+    process = subprocess.Popen([sys.executable, "-c", f"import os; os._exit({max(code, 0)})"])
+    process.wait()
+    process.returncode = code
+    monkeypatch.setattr(subprocess, "Popen", lambda *_, **__: process)
+    monkeypatch.setattr(worker, "_heard", lambda *_: ("", "x", False))
+    order = worker.Order("search", {"cyrk": []}, {}, 1, 1.0)
+    if code == 1:
+        with pytest.raises(worker.Fault, match=r"worker stopped \(cyrk\): x"):
+            worker.measured(order, 1.0)
+    else:
+        assert worker.measured(order, 1.0) == ([], said)
 
 
 def test_a_process_keeps_to_its_cores() -> None:

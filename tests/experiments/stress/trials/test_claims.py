@@ -9,11 +9,9 @@ from typing import Any
 
 import pytest
 
-from rigidpend.experiments.stress.trials import table
+from rigidpend.experiments.stress import report
+from rigidpend.experiments.stress.layout import FAILED, LIMIT, PASSED
 from rigidpend.experiments.stress.trials.claims import (
-    FAILED,
-    LIMIT,
-    PASSED,
     Claim,
     Findings,
     Limit,
@@ -27,7 +25,7 @@ from rigidpend.routes.problem import ProblemError
 
 def claim(bound: float, up_to: float | None = None, name: str = "a") -> Claim:
     limit = None if up_to is None else Limit("known why", up_to)
-    return Claim(name, "what is measured", "rad", bound, "the reason", limit)
+    return Claim(name, bound, "what is measured", "the reason", "rad", limit)
 
 
 @pytest.mark.parametrize(
@@ -70,30 +68,30 @@ def test_a_refusal_refutes_every_claim_of_its_trial(error: Exception) -> None:
 
 
 def test_a_claim_that_nothing_was_measured_of_fails() -> None:
-    made: Any = tree([claim(1.0), claim(1.0, name="b")], Findings({"a": 0.5}))
+    made: Any = tree([claim(1.0), claim(1.0, name="b")], Findings([0.5]))
     verdicts = {name: str(x["verdict"].values) for name, x in made["claims"].items()}
     assert verdicts == {"a": PASSED, "b": FAILED}
 
 
 def test_what_was_not_declared_before_is_refused() -> None:
-    with pytest.raises(ValueError, match="not declared before: b"):
-        tree([claim(1.0)], Findings({"a": 0.5, "b": 0.1}))
+    with pytest.raises(ValueError, match="measured 2 values, declared 1 before"):
+        tree([claim(1.0)], Findings([0.5, 0.1]))
 
 
 def test_table_and_json_tell_what_was_stored(tmp_path: Path) -> None:
     claims = [claim(2, name="x"), claim(2, name="y"), claim(2, 6, "z")]
-    found = Findings({"x": 1, "y": math.inf, "z": 5}, notes={"y": "much too far"})
+    found = Findings([1, math.inf, 5], notes=["", "much too far"])
     path = tmp_path / "r.h5"
     store.write(
         path, store.Result({"experiment": "stress"}, {}, {}, {"some_group": tree(claims, found)})
     )
     data = store.read_tree(path)
-    assert table.counts(data) == {PASSED: 1, LIMIT: 1, FAILED: 1}
-    told = json.loads(json.dumps(table.summary(data), allow_nan=False))
+    assert report.counts(data) == {PASSED: 1, LIMIT: 1, FAILED: 1}
+    told = json.loads(json.dumps(report.summary(data), allow_nan=False))
     assert [x["name"] for x in told["claims"]] == ["x", "y", "z"]
     assert told["claims"][1]["value"] == "inf"
     assert told["claims"][2]["reason"] == "the reason"
-    said = list(table.text(data))
+    said = list(report.text(data))
     assert said[-1] == "1 passed, 1 limit, 1 FAILED"
     assert any(x.startswith("limit: some_group, z") and x.endswith("known why") for x in said)
     assert any(x.startswith("FAILED: some_group, y") and x.endswith("too far") for x in said)

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.stress.trials.dual import Dual, cotangent, tangent
-from rigidpend.experiments.stress.trials.truth import float_coefficients
+from rigidpend.experiments.stress.trials.truth import Scene
 from rigidpend.mechanics.equations import aligned
 from tests.orbits.integrate.problems import GENERIC
 from tests.strategies import FINE, along
 
-C = float_coefficients(GENERIC)
+C = Scene(GENERIC, 1.0).c
 X = [0.4, -0.2, 0.9, 0.3, -0.5, 0.8]
 V = [0.1, 0.7, -0.3, 0.2, 0.9, -0.6]
 W = [1.1, -0.4, 0.5, 0.8, -0.7, 0.3]

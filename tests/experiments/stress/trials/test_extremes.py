@@ -8,21 +8,22 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
+from rigidpend.experiments.stress.layout import FAILED, PASSED
 from rigidpend.experiments.stress.trials import extremes, starts, truth
-from rigidpend.experiments.stress.trials.claims import FAILED, PASSED, tried
+from rigidpend.experiments.stress.trials.claims import tried
 from rigidpend.numbers.exact import PRECISIONS, exact
 from rigidpend.orbits import integrate
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.problem import RouteProblem, phase_rate
 
-ENGINE = integrate.default_engine()
+WAY = truth.Way(integrate.default_engine())
 ORDINARY = extremes.Extreme("x", J1_0="1e-3")
 EVERY = (*extremes.BODIES, *extremes.ENERGIES, *extremes.LOWER, *extremes.UPPER)
 
 
 def run(extreme: extremes.Extreme) -> list[str]:
     """The verdicts on the error and on what is uncertain."""
-    made: Any = tried(extremes.trial(extreme, columns=1, n_symbols=1, engine=ENGINE, jobs=1))
+    made: Any = tried(extremes.trial(extreme, WAY, columns=1, n_symbols=1))
     return [str(claim["verdict"].values) for claim in made["claims"].values()]
 
 
@@ -84,7 +85,7 @@ def test_a_refusal_fails() -> None:
 
 
 def test_no_extreme_has_a_declared_limit() -> None:
-    trials = [extremes.trial(x, columns=1, n_symbols=1, engine=ENGINE, jobs=1) for x in EVERY]
+    trials = [extremes.trial(x, WAY, columns=1, n_symbols=1) for x in EVERY]
     assert not any(claim.limit for trial in trials for claim in trial.claims)
 
 

@@ -9,13 +9,15 @@ import pytest
 
 from rigidpend.experiments.stress.trials import growth
 from rigidpend.experiments.stress.trials.passages import Fan
-from rigidpend.experiments.stress.trials.truth import exactly, float_coefficients, phase_errors
+from rigidpend.experiments.stress.trials.starts import compared
+from rigidpend.experiments.stress.trials.truth import Scene, Way
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Orbits
 from tests.orbits.integrate.problems import FIG4, on_separatrix
 
-FAN = Fan(FIG4, 1e-4, 1.4, 3)
-C = float_coefficients(FIG4)
+SCENE = Scene(FIG4, 1.4)
+FAN = Fan(SCENE, 1e-4, 3)
+ENGINE = integrate.default_engine()
 
 
 def test_rounding_is_that_of_numbers_with_all_mantissas() -> None:
@@ -33,12 +35,10 @@ def test_step_is_a_share_of_the_distance_to_the_poles_of_J1() -> None:
 
 def test_growths_agree_with_two_orbits_side_by_side() -> None:
     near, far = (on_separatrix(2, FIG4, 1e-4, 2.1 + x, 1.4) for x in (0.0, 1e-9))
-    orbits = Orbits(C, np.stack((near, far), axis=1), 7, 500.0)
-    found = integrate.crossings(
-        orbits, engine=integrate.default_engine(), bits=53, tolerance=1e-13, jobs=1
-    )
+    orbits = Orbits(SCENE.c, np.stack((near, far), axis=1), 7, 500.0)
+    found = integrate.crossings(orbits, engine=ENGINE, bits=53, tolerance=1e-13, jobs=1)
     apart = np.abs(np.diff(found.time, axis=1))[:, 0]
-    times, grown = growth.growths(C, near, 150.0, FAN.u, integrate.default_engine())
+    times, grown = growth.growths(SCENE, near, 150.0, ENGINE)
     assert np.allclose(times[:7], found.time[:, 0], atol=0.01)
     # At the first crossing both are still too close for times in doubles.
     assert np.allclose(grown[1:7] - grown[1], np.log(apart / apart[1])[1:], atol=0.01)
@@ -47,19 +47,7 @@ def test_growths_agree_with_two_orbits_side_by_side() -> None:
 
 @pytest.mark.slow
 def test_predicted_errors_are_those_that_are_made() -> None:
-    states = FAN.states(12)
-    task = Orbits(C, states, 6, 500.0)
-    found, true = (
-        integrate.crossings(x, engine="taylor", bits=bits, tolerance=3e-14, jobs=1)
-        for x, bits in ((task, 53), (exactly(task), 113))
-    )
-    errors = phase_errors(found, true, FAN.rate)
-    predicted = np.transpose(
-        [
-            growth.predicted_errors(C, x, t, FAN.u, FAN.rate, "taylor")
-            for x, t in zip(states.T, true.time.T, strict=True)
-        ]
-    )
+    errors, predicted, _ = compared(SCENE, FAN.states(12), 6, 500.0, Way("taylor"))
     ratio = np.sqrt(((errors / predicted)[2:] ** 2).mean(axis=1))
     assert (ratio > 0.4).all()
     assert (ratio < 2.5).all()

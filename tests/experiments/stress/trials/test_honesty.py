@@ -10,14 +10,13 @@ import pytest
 from rigidpend.experiments import heyoka_peer
 from rigidpend.experiments.stress.trials import honesty
 from rigidpend.experiments.stress.trials.claims import tried
+from rigidpend.experiments.stress.trials.truth import Way
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits import integrate
 from rigidpend.routes import certainty
 from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.problem import RouteProblem
 from tests.orbits.integrate.problems import FIG4, needs_heyoka
-
-ENGINE = integrate.default_engine()
 
 
 def run(orbits: int) -> Any:
@@ -27,12 +26,11 @@ def run(orbits: int) -> Any:
             "1.3342",
             "1e-8",
             ("1e-2", "1e-4"),
+            Way(integrate.default_engine()),
             orbits=orbits,
             checked=2,
             n_symbols=15,
             seed=5,
-            engine=ENGINE,
-            jobs=1,
         )
     )
 

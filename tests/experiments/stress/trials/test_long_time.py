@@ -9,14 +9,15 @@ import pytest
 
 from rigidpend.experiments.stress.trials import long_time
 from rigidpend.experiments.stress.trials.claims import tried
+from rigidpend.experiments.stress.trials.truth import Scene, Way
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate.lie_poisson import splitting
 from tests.orbits.integrate.problems import FIG4, GENERIC
 
 ENGINE = integrate.default_engine()
-SETTING = long_time.Setting(GENERIC, 1.3, 4)
-FIG_4 = long_time.Setting(FIG4, 1.41467, 12)
+SETTING = long_time.Setting(Scene(GENERIC, 1.3), 4)
+FIG_4 = long_time.Setting(Scene(FIG4, 1.41467), 12)
 
 
 def verdicts(tree: Any) -> list[str]:
@@ -25,7 +26,7 @@ def verdicts(tree: Any) -> list[str]:
 
 def drift(engine: str, tolerance: float, rotations: int = 300, orbits: int = 8) -> Any:
     trial = long_time.engine_trial(
-        SETTING, engine=engine, tolerance=tolerance, rotations=rotations, orbits=orbits, jobs=1
+        SETTING, Way(engine), tolerance, rotations=rotations, orbits=orbits
     )
     return tried(trial)
 
@@ -47,7 +48,7 @@ def test_integrals_are_energy_length_and_projection() -> None:
 def test_slope_is_the_power_of_the_late_times() -> None:
     rotations = np.geomspace(1, 1e4, 61)
     row = 1e-16 * rotations**0.7 + np.where(rotations < 90, 1e-10, 0)
-    power, reach = long_time._slope(rotations, row)
+    power, reach = long_time.slope(rotations, row)
     assert power == pytest.approx(0.7)
     assert reach == pytest.approx(np.log(100), rel=0.05)
 
@@ -59,9 +60,8 @@ def test_the_finest_tolerance_walks_at_random_and_a_coarse_one_does_not() -> Non
 
 
 def claims(tolerance: float) -> Any:
-    made = long_time.engine_trial(
-        SETTING, engine="taylor", tolerance=tolerance, rotations=10**6, orbits=16, jobs=1
-    ).claims
+    sizes = {"rotations": 10**6, "orbits": 16}
+    made = long_time.engine_trial(SETTING, Way("taylor"), tolerance, **sizes).claims
     return made[0::2], made[1::2]
 
 
@@ -111,5 +111,5 @@ def test_an_energy_error_of_a_fifth_of_its_bound_comes_and_one_of_the_bound_does
     order: int,
 ) -> None:
     """A bound a thousand times looser, or tighter, would be noticed."""
-    energy = long_time._splitting_drift(FIG_4, order, np.arange(1, 400, 5), 8)[0].max()
+    energy = long_time.splitting_drift(FIG_4, order, np.arange(1, 400, 5), 8)[0].max()
     assert 0.2 < energy / long_time.ENERGIES[order] < 1

@@ -16,7 +16,7 @@ def test_the_pendulum_keeps_its_period_and_another_is_noticed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def run() -> list[str]:
-        made: Any = tried(pendulum.trial(FIG4, "1.3342", rotations=300, engine="taylor"))
+        made: Any = tried(pendulum.trial(FIG4, "1.3342", "taylor", rotations=300))
         return [str(claim["verdict"].values) for claim in made["claims"].values()]
 
     assert run() == ["passed"]
@@ -26,8 +26,3 @@ def test_the_pendulum_keeps_its_period_and_another_is_noticed(
 
     monkeypatch.setattr(pendulum, "rotation_period", longer)
     assert run() == ["FAILED"]
-
-
-def test_four_times_the_predicted_error_is_the_most_that_passes() -> None:
-    assert pendulum.CLAIM.verdict(3.9) == "passed"
-    assert pendulum.CLAIM.verdict(4.1) == "FAILED"

@@ -12,7 +12,7 @@ from tests.orbits.integrate.problems import FIG4
 
 
 def verdicts() -> dict[str, str]:
-    trial = spoilt_maps.trial(FIG4, "1.3342", "1e-8", orbits=60, n_symbols=15, seed=2, jobs=1)
+    trial = spoilt_maps.trial(FIG4, "1.3342", "1e-8", 1, orbits=60, n_symbols=15, seed=2)
     made: Any = claims.tried(trial)
     # 60 orbits in doubles, and one of them again with 64 bits and with 106.
     for which in ("one", "all"):

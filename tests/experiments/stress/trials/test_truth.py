@@ -16,7 +16,7 @@ from tests.orbits.integrate.problems import FIG4
 def test_integers_agree_with_fours_of_doubles_in_113_bits() -> None:
     problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-6"), 3)
     ours, integers = (
-        truth.route_crossings(problem, ["0.4"], engine=engine, bits=bits, jobs=1)
+        truth.route_crossings(problem, ["0.4"], truth.Way(engine), bits)
         for engine, bits in (("taylor", 113), ("scipy", 160))
     )
     assert np.array_equal(ours.separatrix, integers.separatrix)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from rigidpend.experiments.bench.measuring.methods.peers import shared_out
 from rigidpend.experiments.bench.measuring.tasks import (
     AngleTask,
     Carrier,
@@ -18,7 +19,6 @@ from rigidpend.experiments.bench.measuring.tasks import (
     carrier,
     time_unit,
 )
-from rigidpend.experiments.bench.measuring.threads import shared_out
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned
 from rigidpend.mechanics.equations import aligned_coefficients
 from rigidpend.numbers.doubles import Array
@@ -61,7 +61,7 @@ def route_codes(task: RouteTask, _: None, threads: int, method: str = "auto") ->
     )
 
 
-def crossings(task: RouteTask, tolerance: float | None, threads: int, bits: int = 53) -> Solver:
+def codes(task: RouteTask, tolerance: float | None, threads: int, bits: int = 53) -> Solver:
     """One computation in `bits` bits, and no cross-check."""
     p = task.problem
     if tolerance is None:

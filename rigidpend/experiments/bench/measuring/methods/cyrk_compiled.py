@@ -6,24 +6,15 @@ Its events need Python, so crossings are looked up in its dense output, as numba
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from CyRK import nb_diffeq_addr, nbsolve2_ivp
 from numba import njit
 
-from rigidpend.experiments.bench.measuring.fields import SMALLER
-from rigidpend.experiments.bench.measuring.methods.compiled_rates import rates
-from rigidpend.experiments.bench.measuring.tasks import (
-    AngleTask,
-    Carrier,
-    MotionTask,
-    RouteTask,
-    Solver,
-    carrier,
-    crossed,
-)
-from rigidpend.experiments.bench.measuring.threads import shared_out
+from rigidpend.experiments.bench.measuring.fields import SMALLER, compilable
+from rigidpend.experiments.bench.measuring.tasks import RouteTask
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.doubles import Array
 
@@ -33,59 +24,31 @@ FALSE_POSITIONS = 40
 """At most so many steps from the ends of a step to a crossing in it; about eight are enough."""
 
 
-def motion(task: MotionTask, tolerance: float, threads: int, method: str) -> Carrier:
-    """Orbits in M and gamma."""
-    address = _address(task.body)
+def ends(body: Body, states: Array, tolerance: float, method: str) -> Any:
+    """Give a function that carries states on: see `peers`."""
+    address = _address(body, len(states) == 8)
 
-    def part(first: Array) -> Carrier:
-        def advance(states: Array, start: float, end: float) -> Array:
-            times = np.full(states.shape[1], end)
-            return _carried(address, states, start, times, method, tolerance)
+    def carry(states: Array, start: float, times: Array) -> Array:
+        ended = _ends(address, np.ascontiguousarray(states.T), start, times, method, tolerance)
+        if not np.isfinite(ended).all():
+            raise ArithmeticError("an orbit did not reach its time")
+        return np.ascontiguousarray(ended.T)
 
-        return carrier(first, advance)
-
-    made: Carrier = shared_out(part, task.states, threads)
-    return made
+    return carry
 
 
-def angle(task: AngleTask, tolerance: float, threads: int, method: str) -> Solver:
-    """alpha(T), with the quadratures of theta3 and alpha."""
-    address = _address(task.problem.body, angles=True)
-    return Solver(
-        lambda: _carried(address, task.states, 0.0, task.ends, method, tolerance),
-        lambda found: found[7],
-    )
-
-
-def codes(task: RouteTask, tolerance: float, threads: int, method: str) -> Solver:
-    """Crossings of M3 = 0."""
-    address, wanted = _address(task.problem.body), task.problem.n_symbols + 1
-
-    def part(states: Array) -> Any:
-        orbits = np.ascontiguousarray(states.T)
-        given = (address, orbits, wanted, task.horizon / PIECES, method, tolerance)
-        return lambda: np.moveaxis(_crossings(*given), 0, -1)
-
-    def read(found: Array) -> Any:
-        return crossed(found[:, 0], found[:, 1:].swapaxes(0, 1), task.problem.body)
-
-    return Solver(shared_out(part, task.states, threads), read)
+def crossings(task: RouteTask, states: Array, tolerance: float, method: str) -> Callable[[], Array]:
+    """Give a function that finds crossings: see `peers`."""
+    orbits, wanted = np.ascontiguousarray(states.T), task.problem.n_symbols + 1
+    given = (_address(task.problem.body), orbits, wanted, task.horizon / PIECES, method, tolerance)
+    return lambda: np.transpose(_crossings(*given), (2, 1, 0))
 
 
 @functools.cache
 def _address(body: Body, angles: bool = False) -> int:
     """The address of the compiled field."""
-    address: int = nb_diffeq_addr(rates(body, "dy, t, y, args", angles))
+    address: int = nb_diffeq_addr(compilable(body, "dy, t, y, args", angles))
     return address
-
-
-def _carried(
-    address: int, states: Array, start: float, times: Array, method: str, tolerance: float
-) -> Array:
-    ended = _ends(address, np.ascontiguousarray(states.T), start, times, method, tolerance)
-    if not np.isfinite(ended).all():
-        raise ArithmeticError("an orbit did not reach its time")
-    return np.ascontiguousarray(ended.T)
 
 
 @njit(nogil=True)  # type: ignore[misc, unused-ignore]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from typing import Any
 
 import diffrax
@@ -13,78 +14,44 @@ import optimistix
 
 from rigidpend.experiments.bench.measuring import fields
 from rigidpend.experiments.bench.measuring.fields import SMALLER
-from rigidpend.experiments.bench.measuring.tasks import (
-    AngleTask,
-    Carrier,
-    MotionTask,
-    RouteTask,
-    Solver,
-    carrier,
-    crossed,
-)
-from rigidpend.experiments.bench.measuring.threads import shared_out
+from rigidpend.experiments.bench.measuring.tasks import RouteTask
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Numbers
 
 settings: Any = jax.config
 settings.update("jax_enable_x64", True)
-ready: Any = jax.block_until_ready
 
 AT_ONCE = 1e-3
 """A time, physical, until which to go when only compilation is wanted."""
 
 
-def motion(task: MotionTask, tolerance: float, threads: int, solver: str) -> Carrier:
-    """Orbits in M and gamma."""
-    solve = _to(task.body, False, solver)
+def ends(body: Body, states: Array, tolerance: float, solver: str) -> Any:
+    """Give a function that carries states on, compiled for so many: see `peers`."""
+    solve = _to(body, len(states) == 8, solver)
 
-    def part(states: Array) -> Carrier:
-        def advance(states: Any, start: float, end: float) -> Any:
-            return ready(solve(states, start, jnp.asarray(np.full(len(states), end)), tolerance))
+    def carry(states: Array, start: float, times: Array) -> Array:
+        return np.asarray(solve(states.T, start, times, tolerance)).T
 
-        made = carrier(jnp.asarray(states.T), advance, lambda found: np.asarray(found).T)
-        made.to(AT_ONCE)
-        return made
-
-    made: Carrier = shared_out(part, task.states, threads)
-    return made
+    carry(states, 0.0, np.full(states.shape[1], AT_ONCE))
+    return carry
 
 
-def angle(task: AngleTask, tolerance: float, threads: int, solver: str) -> Solver:
-    """alpha(T), with the quadratures of theta3 and alpha."""
-    solve, states = _to(task.problem.body, True, solver), jnp.asarray(task.states.T)
-    ready(solve(states, 0.0, jnp.asarray(np.full(len(states), AT_ONCE)), tolerance))
-    ends = jnp.asarray(task.ends)
-    return Solver(
-        lambda: ready(solve(states, 0.0, ends, tolerance)),
-        lambda found: np.asarray(found)[:, 7],
-    )
+def crossings(task: RouteTask, states: Array, tolerance: float, solver: str) -> Callable[[], Array]:
+    """Give a function that goes from crossing to crossing: see `peers`."""
+    solve, first = _crossings(task.problem.body, task.problem.n_symbols + 1, solver), states.T
 
+    def find(horizon: float) -> Array:
+        times, there = solve(first, tolerance, horizon)
+        return np.concatenate((np.asarray(times).T[None], np.asarray(there).transpose(2, 1, 0)[:2]))
 
-def codes(task: RouteTask, tolerance: float, threads: int, solver: str) -> Solver:
-    """From crossing to crossing of M3 = 0, by `Event` with a root finder, in a scan."""
-    body, wanted = task.problem.body, task.problem.n_symbols + 1
-    solve = _crossings(body, wanted, solver)
-
-    def part(states: Array) -> Any:
-        first = jnp.asarray(states.T)
-        ready(solve(first, tolerance, AT_ONCE))
-
-        def run() -> Array:
-            times, there = ready(solve(first, tolerance, task.horizon))
-            M = np.asarray(there).transpose(2, 1, 0)[:2]
-            return np.concatenate((np.asarray(times).T[None], M))
-
-        return run
-
-    solve_all = shared_out(part, task.states, threads)
-    return Solver(solve_all, lambda found: crossed(found[0], found[1:], body))
+    find(AT_ONCE)
+    return lambda: find(task.horizon)
 
 
 @functools.cache
 def _to(body: Body, angles: bool, solver: str) -> Any:
-    """The ends of orbits, compiled: of states, start, ends and tolerance."""
+    """The ends of orbits (n, d), compiled: of states, start, ends and tolerance."""
     term = _term(fields.of_body(body, angles=angles))
 
     def end(state: Numbers, start: Any, stop: Any, tolerance: Any) -> Any:
@@ -106,8 +73,7 @@ def _to(body: Body, angles: bool, solver: str) -> Any:
 def _crossings(body: Body, wanted: int, solver: str) -> Any:
     """Times (n, wanted) and states of the crossings, compiled: of states, tolerance and horizon."""
     term = _term(fields.of_body(body))
-    event = diffrax.Event(
-        # Upwards and downwards in turn.
+    event = diffrax.Event(  # By a root finder, upwards and downwards in turn.
         lambda t, y, args, **_: args * y[2],
         root_finder=optimistix.Newton(1e-14, 1e-14, optimistix.rms_norm),
         direction=True,

@@ -1,8 +1,7 @@
 """heyoka as its experts use it: orbits side by side in batches, any field, with or without events.
 
 What can be chosen, and is searched over by the benchmark: the number of lanes (1 is heyoka's
-integrator of one orbit), compact mode, and whether a crossing is a terminal event or not. A lane
-whose orbit is done takes the next one.
+integrator of one orbit), and compact mode.
 """
 
 from __future__ import annotations
@@ -12,8 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.experiments.bench.measuring import tasks
-from rigidpend.experiments.bench.measuring.tasks import Carrier
+from rigidpend.experiments.bench.measuring.tasks import Carrier, carrier
 from rigidpend.experiments.heyoka_peer import heyoka
 from rigidpend.numbers.doubles import Array
 
@@ -23,37 +21,31 @@ class Build(NamedTuple):
 
     lanes: int = 8
     compact: bool = False
-    terminal: bool = True
-    """True if a crossing ends the step; else it is looked up in it."""
 
 
-class BatchCrossings(NamedTuple):
-    """Zeros of a section along each orbit."""
+def ends(system: Any, tolerance: float, build: Build) -> Callable[[Array, float, Array], Array]:
+    """Give a function that carries orbits (d, n) on, as many at once as there are lanes."""
+    made, width = _compiled(system, tolerance, build), build.lanes
 
-    time: Array
-    """(wanted, n), in the time of the system; NaN where there is none."""
-    kept: Array
-    """(k, wanted, n): those components of the state that were asked for."""
-    rising: Any
-    """(wanted, n) of bool."""
+    def one_by_one(states: Array, start: float, times: Array) -> Array:
+        after = np.empty_like(states)
+        for k in range(states.shape[1]):
+            made.time, made.state[:] = start, states[:, k]
+            made.propagate_until(times[k])
+            after[:, k] = made.state
+        return after
 
+    def side_by_side(states: Array, start: float, times: Array) -> Array:
+        after = np.empty_like(states)
+        for first in range(0, states.shape[1], width):
+            made.set_time(start)
+            made.state[:] = _lanes(states, first, width)
+            made.propagate_until(_lanes(times[None], first, width)[0])
+            count = min(width, states.shape[1] - first)
+            after[:, first : first + count] = made.state[:, :count]
+        return after
 
-def carrier(system: Any, states: Array, tolerance: float, build: Build) -> Carrier:
-    """Carry orbits (d, n) on, as many at once as there are lanes."""
-    made = _compiled(system, tolerance, build)
-
-    def advance(states: Array, start: float, end: float) -> Array:
-        return _carried(made, states, start, np.full(states.shape[1], end))
-
-    return tasks.carrier(states, advance)
-
-
-def ends(
-    system: Any, states: Array, times: Array, tolerance: float, build: Build
-) -> Callable[[], Array]:
-    """Give a function that carries orbits from time 0, each to its own end; (d, n)."""
-    made = _compiled(system, tolerance, build)
-    return lambda: _carried(made, states, 0.0, times)
+    return one_by_one if width == 1 else side_by_side
 
 
 def ensemble(system: Any, states: Array, tolerance: float, build: Build, threads: int) -> Carrier:
@@ -72,34 +64,7 @@ def ensemble(system: Any, states: Array, tolerance: float, build: Build, threads
         after = np.concatenate([result[0].state for result in ended], axis=1)
         return after[:, : before.shape[1]]
 
-    return tasks.carrier(states, advance)
-
-
-def crossings(
-    system: Any,
-    section: Any,
-    states: Array,
-    kept: tuple[int, ...],
-    wanted: int,
-    limit: float,
-    tolerance: float,
-    build: Build,
-) -> Callable[[], BatchCrossings]:
-    """Give a function that follows orbits to their `wanted` zeros of `section`.
-
-    Parameters
-    ----------
-    states : (d, n) array
-    kept : tuple of int
-        Components of the state to be kept at each zero: exactly there where events are
-        terminal, else at the end of the step in which it lies, which tells their sign.
-    limit : float
-        A time at which to give up.
-    """
-    follow = (_Lanes if build.lanes > 1 else _OneByOne)(
-        system, section, kept, wanted, limit, tolerance, build
-    )
-    return lambda: follow.run(states)
+    return carrier(states, advance)
 
 
 def _compiled(system: Any, tolerance: float, build: Build, **events: Any) -> Any:
@@ -109,31 +74,13 @@ def _compiled(system: Any, tolerance: float, build: Build, **events: Any) -> Any
     return make(system, np.zeros(shape), tol=tolerance, compact_mode=build.compact, **events)
 
 
-def _carried(made: Any, states: Array, start: float, times: Array) -> Array:
-    after = np.empty_like(states)
-    if made.state.ndim == 1:
-        for k in range(states.shape[1]):
-            made.time, made.state[:] = start, states[:, k]
-            made.propagate_until(times[k])
-            after[:, k] = made.state
-        return after
-    width = made.state.shape[1]
-    for first in range(0, states.shape[1], width):
-        made.set_time(start)
-        made.state[:] = _lanes(states, first, width)
-        made.propagate_until(_lanes(times[None], first, width)[0])
-        count = min(width, states.shape[1] - first)
-        after[:, first : first + count] = made.state[:, :count]
-    return after
-
-
 def _lanes(values: Array, first: int, width: int) -> Array:
     """Columns from `first` on; the last one is repeated where there are too few."""
     return values[:, np.minimum(np.arange(first, first + width), values.shape[1] - 1)]
 
 
-class _Follower:
-    """Shared part of both ways to follow orbits: the event, and its record."""
+class Follower:
+    """Orbits followed to zeros of a section: one after the other, or side by side in lanes."""
 
     def __init__(
         self,
@@ -145,103 +92,54 @@ class _Follower:
         tolerance: float,
         build: Build,
     ) -> None:
-        self.kept, self.wanted, self.limit = list(kept), wanted, limit
-        kind = ("t_event" if build.terminal else "nt_event") + ("_batch" * (build.lanes > 1))
-        event = getattr(heyoka(), kind)(section, callback=self.recorder(build.terminal))
-        name = "t_events" if build.terminal else "nt_events"
-        self.integrator = _compiled(system, tolerance, build, **{name: [event]})
-        self.steps: dict[str, Any] = {} if build.terminal else {"callback": self.go_on}
-
-    def recorder(self, terminal: bool) -> Any:
-        raise NotImplementedError
-
-    def go_on(self, _: Any) -> bool:
-        """Step callback of events that are not terminal: stop where an orbit is done."""
-        raise NotImplementedError
-
-    def empty(self, n: int) -> BatchCrossings:
-        shape = (self.wanted, n)
-        return BatchCrossings(
-            np.full(shape, np.nan),
-            np.full((len(self.kept), *shape), np.nan),
-            np.zeros(shape, dtype=bool),
+        """Compile it; `kept` are components of the state, `limit` is a time at which to give up."""
+        self.kept, self.wanted, self.limit, self.lanes = kept, wanted, limit, build.lanes
+        self.column, self.count = [0] * self.lanes, [0] * self.lanes
+        hy, write = heyoka(), self._write
+        event = (
+            hy.t_event(section, callback=lambda made, _: write(made.time, 0))
+            if self.lanes == 1
+            else hy.t_event_batch(section, callback=lambda made, _, k: write(made.time[k], k))
         )
+        self.integrator = _compiled(system, tolerance, build, t_events=[event])
+        self.state = self.integrator.state.reshape(len(system), self.lanes)
 
-
-class _OneByOne(_Follower):
-    """One orbit after the other."""
-
-    found: BatchCrossings
-    column = count = 0
-
-    def recorder(self, terminal: bool) -> Any:
-        me = self
-
-        def write(integrator: Any, time: float, direction: int) -> bool:
-            if me.count < me.wanted:
-                me.found.time[me.count, me.column] = time
-                me.found.kept[:, me.count, me.column] = integrator.state[me.kept]
-                me.found.rising[me.count, me.column] = direction > 0
-            me.count += 1
-            return me.count < me.wanted
-
-        if terminal:
-            return lambda integrator, d: write(integrator, integrator.time, d)
-        return lambda integrator, time, d: write(integrator, time, d) and None
-
-    def go_on(self, _: Any) -> bool:
-        return self.count < self.wanted
-
-    def run(self, states: Array) -> BatchCrossings:
-        self.found, made = self.empty(states.shape[1]), self.integrator
-        for self.column, state in enumerate(states.T):
-            self.count = 0
-            made.time, made.state[:] = 0.0, state
-            made.reset_cooldowns()
-            made.propagate_until(self.limit, **self.steps)
+    def run(self, states: Array) -> Array:
+        """Times of `wanted` zeros and what is kept there, (1 + k, wanted, n); NaN for none."""
+        shape = 1 + len(self.kept), self.wanted, states.shape[1]
+        self.found = np.full(shape, np.nan)
+        if self.lanes == 1:
+            self._run_one_by_one(states)
+        else:
+            self._run_side_by_side(states)
         return self.found
 
+    def _write(self, time: float, lane: int) -> bool:
+        k, column = self.count[lane], self.column[lane]
+        self.count[lane] = k + 1
+        if k < self.wanted:
+            self.found[0, k, column] = time
+            for i, component in enumerate(self.kept, 1):
+                self.found[i, k, column] = self.state[component, lane]
+        return k + 1 < self.wanted
 
-class _Lanes(_Follower):
-    """As many orbits at once as there are lanes."""
+    def _run_one_by_one(self, states: Array) -> None:
+        made = self.integrator
+        for column, state in enumerate(states.T):
+            self.column[0], self.count[0] = column, 0
+            made.time, made.state[:] = 0.0, state
+            made.reset_cooldowns()
+            made.propagate_until(self.limit)
 
-    found: BatchCrossings
-
-    def __init__(self, *given: Any) -> None:
-        self.lanes: int = given[-1].lanes
-        self.column, self.count = [0] * self.lanes, [0] * self.lanes
-        super().__init__(*given)
-        self.state = self.integrator.state
-
-    def recorder(self, terminal: bool) -> Any:
-        me = self
-
-        def write(time: float, direction: int, lane: int) -> bool:
-            k, column = me.count[lane], me.column[lane]
-            me.count[lane] = k + 1
-            if k < me.wanted:
-                me.found.time[k, column] = time
-                me.found.rising[k, column] = direction > 0
-                for i, component in enumerate(me.kept):
-                    me.found.kept[i, k, column] = me.state[component, lane]
-            return k + 1 < me.wanted
-
-        if terminal:
-            return lambda integrator, d, lane: write(integrator.time[lane], d, lane)
-        return lambda integrator, time, d, lane: write(time, d, lane) and None
-
-    def go_on(self, _: Any) -> bool:
-        return max(self.count) < self.wanted
-
-    def run(self, states: Array) -> BatchCrossings:
-        made, width, n = self.integrator, self.lanes, states.shape[1]
-        self.found = self.empty(n)
-        waiting, until = iter(range(n)), np.zeros(width)
+    def _run_side_by_side(self, states: Array) -> None:
+        """A lane whose orbit is done takes the next one."""
+        made, width = self.integrator, self.lanes
+        waiting, until = iter(range(states.shape[1])), np.zeros(width)
         made.state[:] = states[:, :1]
         made.set_time(0.0)
         busy = {lane for lane in range(width) if self._load(lane, waiting, states, until)}
         while busy:
-            made.propagate_until(until, **self.steps)
+            made.propagate_until(until)
             for lane in list(busy):
                 # An orbit that a loose tolerance has spoilt has a time that is none.
                 running = made.time[lane] < until[lane] and np.isfinite(self.state[:, lane]).all()
@@ -249,7 +147,6 @@ class _Lanes(_Follower):
                     continue
                 if not self._load(lane, waiting, states, until):
                     busy.discard(lane)
-        return self.found
 
     def _load(self, lane: int, waiting: Iterator[int], states: Array, until: Array) -> bool:
         """Put the next orbit into a lane; without one, let it idle and return False."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,22 +11,18 @@ import numpy as np
 from rigidpend.experiments.bench.measuring.tasks import (
     AngleTask,
     Carrier,
-    Crossed,
     MotionTask,
     RouteTask,
     Solver,
     carrier,
     direction,
     moments,
-    time_unit,
 )
 from rigidpend.mechanics.body import Body
-from rigidpend.mechanics.coordinates import aligned_from_body
 from rigidpend.mechanics.equations import cross, euler_poisson
 from rigidpend.mechanics.hodograph import angular_velocity
 from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.integrate.lie_poisson import Splitting, splitting
-from rigidpend.routes.cycle import symbols
 
 REFINEMENTS = 4
 """Newton's steps to a crossing; each doubles the digits."""
@@ -42,30 +39,28 @@ def motion(task: MotionTask, steps: float, threads: int, order: int) -> Carrier:
     return carrier(_vectors(task.states), advance, _states)
 
 
-def codes(task: RouteTask, steps: float, threads: int, order: int) -> Solver:
-    """Crossings of M3 = 0: the step in which it changes sign, cut short by Newton's method."""
-    body = task.problem.body
-    made, h = _made(body, order), task.period / steps
-    wanted, n, s = task.problem.n_symbols + 1, len(task.theta2_0), time_unit(body)
+def crossings(task: RouteTask, states: Array, steps: float, order: int) -> Callable[[], Array]:
+    """Give a function that finds crossings: see `peers`.
 
-    def solve() -> tuple[Array, Any]:
-        v, time = _vectors(task.states), 0.0
-        count, found = np.zeros(n, dtype=int), np.full((wanted, n), np.nan)
-        beside = np.zeros((wanted, n), dtype=int)
+    The step in which M3 changes sign is cut short by Newton's method.
+    """
+    body, wanted, n = task.problem.body, task.problem.n_symbols + 1, states.shape[1]
+    made, h = _made(body, order), task.period / steps
+
+    def find() -> Array:
+        v, time = _vectors(states), 0.0
+        count, found = np.zeros(n, dtype=int), np.full((3, wanted, n), np.nan)
         while time < task.horizon and (count < wanted).any():
             after = made.advance(v, h)
             now = np.flatnonzero((v[2][0] * after[2][0] < 0) & (count < wanted))
             if now.size:
-                k = count[now]
-                before = [x[:, now] for x in v]
-                part, at = _crossing(made, body, before, [x[:, now] for x in after], h)
-                found[k, now] = s * (time + part)
-                beside[k, now] = _beside(at, before[2][0] < 0, body.alpha0, s)
+                part, at = _crossing(made, body, [x[:, now] for x in v], after[2][0, now], h)
+                found[:, count[now], now] = time + part, at[0][0], at[1][0]
                 count[now] += 1
             v, time = after, time + h
-        return found, beside
+        return found
 
-    return Solver(solve, lambda found: Crossed(symbols(found[1]), found[0]))
+    return find
 
 
 def angle(task: AngleTask, steps: float, threads: int, order: int) -> Solver:
@@ -97,22 +92,16 @@ def _horizontal(task: AngleTask) -> tuple[Any, Any, Any]:
 
 
 def _crossing(
-    made: Splitting, body: Body, before: Any, after: Any, h: float
+    made: Splitting, body: Body, before: Any, M3: Array, h: float
 ) -> tuple[Array, list[Any]]:
-    """The part of the step after which M3 = 0, and the states there."""
+    """The part of the step after which M3 = 0, and the states there; it ends with another M3."""
     A, r, mu = moments(body), direction(body), float(body.mu)
-    part = h * before[2][0] / (before[2][0] - after[2][0])
+    part = h * before[2][0] / (before[2][0] - M3)
     for _ in range(REFINEMENTS):
         at = made.advance(before, part)
         rate = euler_poisson([x[0] for x in at], [x[1] for x in at], A, r, mu)[2]
         part = part - at[2][0] / rate
     return part, at
-
-
-def _beside(at: Any, rising: Any, alpha0: float, s: float) -> Any:
-    """The separatrices beside which crossings lie, as `separatrices.separatrix_beside` says."""
-    a = aligned_from_body([x[0] for x in at], [x[1] for x in at], alpha0, s)
-    return np.where(rising, np.where(a.Qp > 0, 2, 4), np.where(a.Qm < 0, 1, 3))
 
 
 def _made(body: Body, order: int) -> Splitting:

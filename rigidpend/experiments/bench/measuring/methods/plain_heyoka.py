@@ -1,25 +1,25 @@
-"""heyoka without the aligned components: (eq1), or Euler-Poisson in principal axes."""
+"""heyoka without the aligned components: Euler-Poisson in principal axes, or (eq1)."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from rigidpend.experiments.bench.measuring import fields
 from rigidpend.experiments.bench.measuring.methods import heyoka_batches as batches
-from rigidpend.experiments.bench.measuring.methods.heyoka_batches import BatchCrossings, Build
+from rigidpend.experiments.bench.measuring.methods.heyoka_batches import Build, Follower
+from rigidpend.experiments.bench.measuring.methods.peers import shared_out
 from rigidpend.experiments.bench.measuring.tasks import (
-    AngleTask,
     Carrier,
     Crossed,
     MotionTask,
     RouteTask,
     Solver,
-    crossed,
+    carrier,
     time_unit,
 )
-from rigidpend.experiments.bench.measuring.threads import shared_out
 from rigidpend.experiments.heyoka_peer import heyoka
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import (
@@ -35,75 +35,55 @@ from rigidpend.numbers.doubles import Array
 from rigidpend.routes.phases import Phases
 
 
-def eq1_motion(task: MotionTask, tolerance: float, threads: int, **build: Any) -> Carrier:
-    """Orbits in the paper's variables theta1, J1, theta2, J2."""
-    s, body = time_unit(task.body), task.body
-    made = shared_out(
-        lambda states: batches.carrier(_eq1(body)[1], states, tolerance, Build(**build)),
-        _to_eq1(task.states, body),
-        threads,
-    )
-    return Carrier(made.start, lambda t: made.to(s * t), lambda: _from_eq1(made.states(), body))
+def ends(body: Body, states: Array, tolerance: float, **build: Any) -> Any:
+    """Give a function that carries states on: see `peers`."""
+    return batches.ends(_principal(body, len(states))[1], tolerance, Build(**build))
 
 
-def principal_motion(task: MotionTask, tolerance: float, threads: int, **build: Any) -> Carrier:
-    """Orbits in M and gamma."""
-    system = _principal(task.body)[1]
-    return shared_out(
-        lambda states: batches.carrier(system, states, tolerance, Build(**build)),
-        task.states,
-        threads,
-    )
+def crossings(
+    task: RouteTask, states: Array, tolerance: float, **build: Any
+) -> Callable[[], Array]:
+    """Give a function that finds crossings: see `peers`."""
+    (names, system), wanted = _principal(task.problem.body), task.problem.n_symbols + 1
+    follower = Follower(system, names[2], (0, 1), wanted, task.horizon, tolerance, Build(**build))
+    return lambda: follower.run(states)
 
 
-def ensemble_motion(task: MotionTask, tolerance: float, threads: int, **build: Any) -> Carrier:
-    """Orbits in M and gamma, by heyoka's ensemble of batches."""
+def ensemble(task: MotionTask, tolerance: float, threads: int, **build: Any) -> Carrier:
+    """Carry orbits in M and gamma, by heyoka's ensemble of batches."""
     system = _principal(task.body)[1]
     return batches.ensemble(system, task.states, tolerance, Build(**build), threads)
 
 
+def eq1_motion(task: MotionTask, tolerance: float, threads: int, **build: Any) -> Carrier:
+    """Carry orbits in the paper's variables theta1, J1, theta2, J2."""
+    s, body = time_unit(task.body), task.body
+
+    def part(first: Array) -> Carrier:
+        carry = batches.ends(_eq1(body)[1], tolerance, Build(**build))
+        return carrier(first, lambda y, start, end: carry(y, start, np.full(y.shape[1], end)))
+
+    made = shared_out(part, _to_eq1(task.states, body), threads)
+    return Carrier(made.start, lambda t: made.to(s * t), lambda: _from_eq1(made.states(), body))
+
+
 def eq1_codes(task: RouteTask, tolerance: float, threads: int, **build: Any) -> Solver:
-    """Crossings of J1 = J2/2; theta1, which goes on beyond 4 pi, tells the side."""
-    body, p = task.problem.body, task.problem
+    """Give crossings of J1 = J2/2; theta1, which goes on beyond 4 pi, tells the side."""
+    body, wanted = task.problem.body, task.problem.n_symbols + 1
     names, system = _eq1(body)
     section, limit = names[1] - names[3] / 2.0, time_unit(body) * task.horizon
-    wanted = p.n_symbols + 1
-    solve = shared_out(
-        lambda states: batches.crossings(
-            system, section, states, (0,), wanted, limit, tolerance, Build(**build)
-        ),
-        _eq1_start(task),
-        threads,
-    )
-    return Solver(solve, _by_side)
+
+    def part(states: Array) -> Callable[[], Array]:
+        follower = Follower(system, section, (0,), wanted, limit, tolerance, Build(**build))
+        return lambda: follower.run(states)
+
+    return Solver(shared_out(part, _eq1_start(task), threads), _by_side)
 
 
-def principal_codes(task: RouteTask, tolerance: float, threads: int, **build: Any) -> Solver:
-    """Crossings of M3 = 0, and the separatrix beside which each lies."""
-    body, wanted = task.problem.body, task.problem.n_symbols + 1
-    names, system = _principal(body)
-    solve = shared_out(
-        lambda states: batches.crossings(
-            system, names[2], states, (0, 1), wanted, task.horizon, tolerance, Build(**build)
-        ),
-        task.states,
-        threads,
-    )
-    return Solver(solve, lambda found: crossed(found.time, found.kept, body, found.rising))
-
-
-def principal_angle(task: AngleTask, tolerance: float, threads: int, **build: Any) -> Solver:
-    """alpha(T), with the quadratures of theta3 and alpha."""
-    field = fields.of_body(task.problem.body, angles=True)
-    names = [heyoka().make_vars(f"x{i}") for i in range(8)]
-    system = list(zip(names, field(names), strict=True))
-    solve = batches.ends(system, task.states, task.ends, tolerance, Build(**build))
-    return Solver(solve, lambda found: found[7])
-
-
-def _principal(body: Body) -> tuple[Any, Any]:
-    names = [heyoka().make_vars(f"x{i}") for i in range(6)]
-    return names, list(zip(names, fields.of_body(body)(names), strict=True))
+def _principal(body: Body, size: int = 6) -> tuple[Any, Any]:
+    names = [heyoka().make_vars(f"x{i}") for i in range(size)]
+    field = fields.of_body(body, angles=size == 8)
+    return names, list(zip(names, field(names), strict=True))
 
 
 def _eq1(body: Body) -> tuple[Any, Any]:
@@ -136,7 +116,8 @@ def _from_eq1(found: Array, body: Body) -> Array:
     return np.concatenate((M / time_unit(body), gamma))
 
 
-def _by_side(found: BatchCrossings) -> Crossed:
+def _by_side(found: Array) -> Crossed:
     """A symbol is 1 where theta1 has grown from a crossing to the next."""
-    step = np.diff(found.kept[0], axis=0)
-    return Crossed(np.where(np.isnan(step), NO_SYMBOL, step > 0).astype(np.uint8), found.time)
+    time, theta1 = found
+    step = np.diff(theta1, axis=0)
+    return Crossed(np.where(np.isnan(step), NO_SYMBOL, step > 0).astype(np.uint8), time)

@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import rebound
 from numba import cfunc, types
 
-from rigidpend.experiments.bench.measuring.methods.compiled_rates import rates
-from rigidpend.experiments.bench.measuring.tasks import (
-    AngleTask,
-    Carrier,
-    MotionTask,
-    RouteTask,
-    Solver,
-    crossed,
-)
-from rigidpend.experiments.bench.measuring.threads import shared_out
+from rigidpend.experiments.bench.measuring.fields import compilable
+from rigidpend.experiments.bench.measuring.methods.peers import one_by_one
+from rigidpend.experiments.bench.measuring.tasks import RouteTask
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.doubles import Array
 
@@ -32,43 +26,28 @@ _Vector: Any = types.CPointer(types.float64)
 _SIGNATURE = types.void(types.voidptr, _Vector, _Vector, types.float64)
 
 
-def motion(task: MotionTask, tolerance: float, threads: int) -> Carrier:
-    """Orbits in M and gamma."""
+def ends(body: Body, states: Array, tolerance: float) -> Any:
+    """Give a function that carries states on: see `peers`."""
+    begun: list[Any] = []
+    reached = np.empty(0)
 
-    def part(states: Array) -> Carrier:
-        begun: list[Any] = []
+    def carry(states: Array, start: float, times: Array) -> Array:
+        nonlocal reached
+        # Orbits go on in their simulations, which keep their order and step.
+        if states is not reached:
+            begun[:] = [_begun(body, state, tolerance, start) for state in states.T]
+        for (simulation, _), time in zip(begun, times, strict=True):
+            _integrate(simulation, time)
+        reached = np.array([ode.y[: len(states)] for _, ode in begun]).T
+        return reached
 
-        def begin() -> None:
-            begun[:] = [_begun(task.body, state, tolerance) for state in states.T]
-
-        def to(time: float) -> None:
-            for simulation, _ in begun:
-                simulation.integrate(time)
-
-        begin()
-        return Carrier(begin, to, lambda: np.array([ode.y[:6] for _, ode in begun]).T)
-
-    made: Carrier = shared_out(part, task.states, threads)
-    return made
+    return carry
 
 
-def angle(task: AngleTask, tolerance: float, threads: int) -> Solver:
-    """alpha(T), with the quadratures of theta3 and alpha."""
-
-    def one(state: Array, end: float) -> float:
-        simulation, ode = _begun(task.problem.body, state, tolerance)
-        simulation.integrate(end)
-        return float(ode.y[7])
-
-    return Solver(
-        lambda: [one(*each) for each in zip(task.states.T, task.ends, strict=True)], np.array
-    )
-
-
-def codes(task: RouteTask, tolerance: float, threads: int) -> Solver:
-    """Crossings of M3 = 0: steps until it changes sign, then Newton's."""
+def crossings(task: RouteTask, states: Array, tolerance: float) -> Callable[[], Array]:
+    """Give a function that finds crossings, by steps until M3 changes sign and then Newton's."""
     body, wanted = task.problem.body, task.problem.n_symbols + 1
-    slope = rates(body, "t, y, dy")
+    slope = compilable(body, "t, y, dy")
 
     def one(state: Array) -> Array:
         simulation, ode = _begun(body, state, tolerance)
@@ -79,22 +58,20 @@ def codes(task: RouteTask, tolerance: float, threads: int) -> Solver:
                 simulation.steps(1)
             for _ in range(NEWTON):
                 slope(0.0, ode.y, derivative)
-                simulation.integrate(simulation.t - ode.y[2] / derivative[2])
+                _integrate(simulation, simulation.t - ode.y[2] / derivative[2])
             at[:, k] = simulation.t, ode.y[0], ode.y[1]
             # Away from it: the steps after Newton's are as short as his, and may go back.
             simulation.dt = AWAY
-            simulation.integrate(at[0, k] + AWAY)
+            _integrate(simulation, at[0, k] + AWAY)
         return at
 
-    def solve() -> Array:
-        return np.stack([one(state) for state in task.states.T], axis=-1)
-
-    return Solver(solve, lambda found: crossed(found[0], found[1:], body))
+    return one_by_one(one, states)
 
 
-def _begun(body: Body, state: Array, tolerance: float) -> tuple[Any, Any]:
+def _begun(body: Body, state: Array, tolerance: float, start: float = 0.0) -> tuple[Any, Any]:
     """A simulation without particles, with one orbit as its equations."""
     simulation = rebound.Simulation()
+    simulation.t = start
     simulation.integrator = "bs"
     simulation.integrator.eps_rel = simulation.integrator.eps_abs = tolerance
     ode = simulation.create_ode(length=len(state), needs_nbody=False)
@@ -104,6 +81,13 @@ def _begun(body: Body, state: Array, tolerance: float) -> tuple[Any, Any]:
     return simulation, ode
 
 
+def _integrate(simulation: Any, time: float) -> None:
+    try:
+        simulation.integrate(time)
+    except rebound.GenericError as error:
+        raise ArithmeticError(str(error)) from error
+
+
 @functools.cache
 def _address(body: Body, angles: bool) -> Any:
-    return cfunc(_SIGNATURE)(rates(body, "ode, dy, y, t", angles))
+    return cfunc(_SIGNATURE)(compilable(body, "ode, dy, y, t", angles))

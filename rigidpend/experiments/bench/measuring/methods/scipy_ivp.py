@@ -13,84 +13,57 @@ from typing import Any
 import numpy as np
 from scipy.integrate import DOP853, solve_ivp
 
-from rigidpend.experiments.bench.measuring import fields
-from rigidpend.experiments.bench.measuring.fields import SMALLER
-from rigidpend.experiments.bench.measuring.flat import flat
-from rigidpend.experiments.bench.measuring.tasks import (
-    AngleTask,
-    Carrier,
-    MotionTask,
-    RouteTask,
-    Solver,
-    carrier,
-    crossed,
-)
+from rigidpend.experiments.bench.measuring.fields import SMALLER, flat
+from rigidpend.experiments.bench.measuring.methods.peers import one_by_one
+from rigidpend.experiments.bench.measuring.tasks import RouteTask
+from rigidpend.mechanics.body import Body
 from rigidpend.numbers.doubles import Array
 
 FALSE_POSITIONS = 12
 """Steps from the ends of a step to the crossings in it."""
 
 
-def motion(
-    task: MotionTask, tolerance: float, threads: int, method: str, abreast: bool = False
-) -> Carrier:
-    """Orbits in M and gamma."""
-    rates = flat(fields.of_body(task.body), 6)
+def ends(body: Body, states: Array, tolerance: float, method: str, abreast: bool = False) -> Any:
+    """Give a function that carries states on: see `peers`; abreast to equal times alone."""
+    rates = flat(body, angles=len(states) == 8)
 
-    def advance(states: Array, *span: float) -> Array:
-        if abreast:
-            return _system(rates, states, span, method, tolerance)
-        return np.array([_end(rates, y, span, method, tolerance) for y in states.T]).T
+    def end(y: Array, start: float, time: float, field: Any) -> Array:
+        found = _solved(field, y, (start, time), method, tolerance, t_eval=[time])
+        return np.asarray(found.y[:, -1])
 
-    return carrier(task.states, advance)
+    def carry(states: Array, start: float, times: Array) -> Array:
+        if abreast and (times == times[0]).all():
+            side_by_side = _abreast(rates, states.shape)
+            return end(states.ravel(), start, times[0], side_by_side).reshape(states.shape)
+        each = zip(states.T, times, strict=True)
+        return np.array([end(y, start, time, _in_floats(rates)) for y, time in each]).T
 
-
-def codes(
-    task: RouteTask, tolerance: float, threads: int, method: str, abreast: bool = False
-) -> Solver:
-    """Crossings of M3 = 0: by `events`, or abreast by the dense output of each step."""
-    rates, body = flat(fields.of_body(task.problem.body), 6), task.problem.body
-    wanted = task.problem.n_symbols + 1
-
-    def solve() -> Array:
-        if abreast:
-            return _crossings_abreast(rates, task.states, wanted, task.horizon, tolerance)
-        each = [
-            _crossings(rates, y, wanted, task.horizon, method, tolerance) for y in task.states.T
-        ]
-        return np.stack(each, axis=-1)
-
-    return Solver(solve, lambda found: crossed(found[0], found[1:], body))
+    return carry
 
 
-def angle(
-    task: AngleTask, tolerance: float, threads: int, method: str, abreast: bool = False
-) -> Solver:
-    """alpha(T), with the quadratures of theta3 and alpha; never abreast, for the ends differ."""
-    rates = flat(fields.of_body(task.problem.body, angles=True), 8)
-
-    def solve() -> list[Array]:
-        each = zip(task.states.T, task.ends, strict=True)
-        return [_end(rates, y, (0.0, end), method, tolerance) for y, end in each]
-
-    return Solver(solve, lambda found: np.array(found)[:, 7])
-
-
-def _crossings(
-    rates: Any, state: Array, wanted: int, horizon: float, method: str, tolerance: float
-) -> Array:
-    """Time, M1 and M2 at the crossings of one orbit, (3, wanted)."""
+def crossings(
+    task: RouteTask, states: Array, tolerance: float, method: str, abreast: bool = False
+) -> Callable[[], Array]:
+    """Give a function that finds crossings by `events`, or abreast by each step's dense output."""
+    rates, wanted = flat(task.problem.body), task.problem.n_symbols + 1
+    if abreast:
+        return lambda: _crossings_abreast(rates, states, wanted, task.horizon, tolerance)
 
     def section(_: float, y: Array) -> float:
         return float(y[2])
 
     section.terminal = wanted  # type: ignore[attr-defined]
-    found = _solved(rates, state, (0.0, horizon), method, tolerance, events=section)
-    at = np.full((3, wanted), np.nan)
-    times, states = found.t_events[0][:wanted], found.y_events[0][:wanted]
-    if len(times):
-        at[:, : len(times)] = times, states[:, 0], states[:, 1]
-    return at
+
+    def one(state: Array) -> Array:
+        span = (0.0, task.horizon)
+        found = _solved(_in_floats(rates), state, span, method, tolerance, events=section)
+        at = np.full((3, wanted), np.nan)
+        times, there = found.t_events[0][:wanted], found.y_events[0][:wanted]
+        if len(times):
+            at[:, : len(times)] = times, there[:, 0], there[:, 1]
+        return at
+
+    return one_by_one(one, states)
 
 
 def _crossings_abreast(
@@ -98,13 +71,8 @@ def _crossings_abreast(
 ) -> Array:
     """Time, M1 and M2 at the crossings of all orbits as one system, (3, wanted, n)."""
     n, shape = states.shape[1], states.shape
-
-    def side_by_side(t: float, y: Array) -> Array:
-        return np.concatenate(rates(t, y.reshape(shape)))
-
-    solver = DOP853(
-        side_by_side, 0.0, states.ravel(), horizon, rtol=tolerance, atol=SMALLER * tolerance
-    )
+    abreast, tolerances = _abreast(rates, shape), _tolerances(tolerance)
+    solver = DOP853(abreast, 0.0, states.ravel(), horizon, **tolerances)
     at, count = np.full((3, wanted, n), np.nan), np.zeros(n, dtype=int)
     while solver.status == "running" and (count < wanted).any():
         before = solver.y.reshape(shape)[2]
@@ -135,47 +103,25 @@ def _zeros(dense: Any, columns: Any, shape: Any, start: Any, end: Any, ends: lis
     return b
 
 
+def _in_floats(rates: Any) -> Any:
+    # Floats are faster in Python than the numbers of an array.
+    return lambda t, y: rates(t, y.tolist())
+
+
+def _abreast(rates: Any, shape: tuple[int, ...]) -> Any:
+    """All orbits as one system: a call of Python serves all of them."""
+    return lambda t, y: np.concatenate(rates(t, y.reshape(shape)))
+
+
+def _tolerances(tolerance: float) -> dict[str, Any]:
+    return {"rtol": tolerance, "atol": SMALLER * tolerance}
+
+
 def _solved(
-    rates: Callable[..., Any], y: Array, span: Any, method: str, tolerance: float, **more: Any
+    field: Any, y: Array, span: tuple[float, float], method: str, tolerance: float, **more: Any
 ) -> Any:
     solve: Any = solve_ivp
-    # Floats are faster in Python than the numbers of an array.
-    found = solve(
-        lambda t, y: rates(t, y.tolist()),
-        span,
-        y,
-        method=method,
-        rtol=tolerance,
-        atol=SMALLER * tolerance,
-        **more,
-    )
+    found = solve(field, span, y, method=method, **_tolerances(tolerance), **more)
     if found.status < 0:
         raise ArithmeticError(found.message)
     return found
-
-
-def _end(rates: Any, y: Array, span: Any, method: str, tolerance: float) -> Array:
-    end: Array = _solved(rates, y, span, method, tolerance, t_eval=span[1:]).y[:, -1]
-    return end
-
-
-def _system(rates: Any, states: Array, span: Any, method: str, tolerance: float) -> Array:
-    """All orbits as one system: a call of Python serves all of them."""
-    shape, solve = states.shape, solve_ivp
-
-    def side_by_side(t: float, y: Array) -> Array:
-        return np.concatenate(rates(t, y.reshape(shape)))
-
-    any_method: Any = solve
-    found = any_method(
-        side_by_side,
-        span,
-        states.ravel(),
-        method=method,
-        rtol=tolerance,
-        atol=SMALLER * tolerance,
-        t_eval=span[1:],
-    )
-    if found.status < 0:
-        raise ArithmeticError(found.message)
-    return np.asarray(found.y[:, -1]).reshape(shape)

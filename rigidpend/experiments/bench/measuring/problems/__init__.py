@@ -5,7 +5,7 @@ Each module has
 - ``TITLE``, ``ERROR``: what it is, and what its error is, for people;
 - ``KIND``: what a method is asked for, a key of `methods.Method.answers`;
 - ``DEFAULT``: the method that rigidpend picks for it by default;
-- ``task(sizes)``: the task, from `tasks.Sizes`;
+- ``task(sizes)``: the task, from the sizes of `schema.Workload`;
 - ``reference(task) -> dict of arrays``: the truth, in 113 bits or in closed form;
 - ``error(answer, reference) -> dict of float``: ``error`` first, then what else is told.
 """

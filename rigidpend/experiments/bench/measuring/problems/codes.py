@@ -15,11 +15,10 @@ import numpy as np
 from rigidpend.experiments.bench.measuring.tasks import (
     Crossed,
     RouteTask,
-    Sizes,
-    initial,
     time_unit,
 )
 from rigidpend.experiments.data.tree import Data
+from rigidpend.experiments.principal_axes import initial
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import PI, exact
@@ -37,7 +36,7 @@ PASSAGE = 26.0
 """t' by which any passage of these orbits is over; the mean is 16."""
 
 
-def task(sizes: Sizes) -> RouteTask:
+def task(sizes: Any) -> RouteTask:
     """The first columns of the left array."""
     phases = tuple(f"{k}/10" for k in range(sizes.columns))
     problem = _problem(sizes.n_symbols)

@@ -9,7 +9,6 @@ import numpy as np
 from rigidpend.experiments.bench.measuring.problems import codes
 from rigidpend.experiments.bench.measuring.tasks import (
     MotionTask,
-    Sizes,
     direction,
     moments,
 )
@@ -24,7 +23,7 @@ KIND = "long"
 DEFAULT = "aligned_batch"
 
 
-def task(sizes: Sizes) -> MotionTask:
+def task(sizes: Any) -> MotionTask:
     """Orbits of Fig. 4, from random phases."""
     found = codes.random_task(sizes.companions, 1)
     return MotionTask(codes.BODY, found.states, sizes.periods * found.period, found.period)

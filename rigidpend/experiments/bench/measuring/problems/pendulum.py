@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from rigidpend.experiments.bench.measuring.problems.free_body import error as error
 from rigidpend.experiments.bench.measuring.tasks import (
     MotionTask,
-    Sizes,
     direction,
     moments,
 )
@@ -26,7 +26,7 @@ DEFAULT = "closed_form"
 BODY = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu="0.1")
 
 
-def task(sizes: Sizes) -> MotionTask:
+def task(sizes: Any) -> MotionTask:
     """Rotations from the lowest point, tau = 0, of energies h0 from 1.1 mu to 20 mu.
 
     M3 < 0: then J1 = 0 exactly, which spares (eq1) the rounding of J2 - J1.
