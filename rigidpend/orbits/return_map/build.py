@@ -85,12 +85,13 @@ SECOND = Design(UNITS[1], 1.06, 2, 0.7)
 THIRD = Design(UNITS[2], 1.03, 2, 1.9)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ReturnMap:
     """The return map of the section M3 = 0 over an interval of energies.
 
     Attributes
     ----------
+    body : Body
     bits : int
         Its precision.
     energies : 2 floats
@@ -100,7 +101,7 @@ class ReturnMap:
     orders : Orders
     design : Design
     coefficients : Coefficients
-        The body, in the map's unit.
+        Those of the body, in the map's unit.
     normal_form : NormalForm
     charts : 2 Chart
         Of downward and of upward crossings.
@@ -108,6 +109,7 @@ class ReturnMap:
         Seconds of a core that building it takes, as they are expected.
     """
 
+    body: Body
     bits: int
     energies: tuple[float, float]
     errors: Errors
@@ -117,6 +119,14 @@ class ReturnMap:
     normal_form: NormalForm
     charts: tuple[Chart, Chart]
     cost: float
+
+    def __repr__(self) -> str:
+        # The tables hold thousands of numbers.
+        low, high = self.energies
+        return (
+            f"<ReturnMap of {self.body},\n h = {low} to {high}, {self.bits} bits,"
+            f" errors of its tables up to {self.errors.largest:.2g}>"
+        )
 
     def at(self, h: Scalar) -> EnergyLevel:
         """The map at an energy, or at one for each of N orbits, within the interval."""
@@ -256,6 +266,7 @@ class _Kept:
             return MapError(facts["refused"]) if needed is None else Costly(needed, 0.0)
         p = body.angles(precision(bits).bits + GUARD_BITS)
         return ReturnMap(
+            body,
             bits,
             (float(low), float(high)),
             Errors(**facts["errors"]),
@@ -335,7 +346,7 @@ def build(
             raise Costly(spent, budget)
         energies = Interval(_number(middle, a), _number(half, a), planned.n_energy)
         nf, charts, errors = _attempt(c, rough, energies, layer, planned, exponent, a)
-        if max(errors.exponents, errors.charts, errors.inverse) < allowed:
+        if errors.largest < allowed:
             break
         small = allowed / 8
         x, phase, energy = (tail > small for tail in errors[-3:])
@@ -349,6 +360,7 @@ def build(
         raise MapError(f"Lambda_0 differs from the Floquet exponent by {errors.floquet:.2g}")
     own = precision(bits)
     return ReturnMap(
+        body,
         bits,
         (float(low), float(high)),
         errors,
