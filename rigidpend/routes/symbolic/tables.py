@@ -37,7 +37,7 @@ class PassageEnds(NamedTuple):
     """Derivatives of chi in I and in the angle."""
     d_by: tuple[Array, Array]
 
-    def part(self, where: slice) -> PassageEnds:
+    def part(self, where: slice | Signs) -> PassageEnds:
         """Some of the crossings."""
         (chi_I, chi_angle), (d_I, d_angle) = self.chi_by, self.d_by
         return PassageEnds(
