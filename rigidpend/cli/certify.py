@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +13,7 @@ from rigidpend.cli import complete
 from rigidpend.cli.common import JOBS, JSON, OUT, SETTINGS, guarded, print_json, say
 
 if TYPE_CHECKING:
-    from rigidpend.runs.certificates import Summary
+    from rigidpend.runs.certificates import Summary, Theorem
 
 
 @click.command("certify")
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     "--check",
     "file",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="Check the proof in a certificate again, without integration.",
+    help="Check the proof in a certificate, or in full_shift.h5, again, without integration.",
 )
 @click.option("--force", is_flag=True, help="Prove even what is up to date.")
 @JSON
@@ -57,7 +58,7 @@ def command(
     from rigidpend.runs import certificates, loading
 
     # Told at the end, so that --json prints one document.
-    told = {}
+    told: dict[str, Sequence[Summary | Theorem]] = {}
     if file:
         told[str(file)] = certificates.check(file, jobs=jobs or cores(), report=say)
     for loaded in loading.load_all(resolve(names), settings) if names else ():
@@ -72,16 +73,9 @@ def command(
         print_json({name: [each._asdict() for each in found] for name, found in told.items()})
     else:
         for name, found in told.items():
-            _tell(name, found)
+            for each in found:
+                click.echo(f"{name}: {each}")
 
 
 def _say(name: str, text: str) -> None:
     say(f"{name}: {text}")
-
-
-def _tell(name: str, found: list[Summary]) -> None:
-    for each in found:
-        counted = f"{each.proven} of {each.symbols} symbols of {each.orbits} orbits proven"
-        click.echo(f"{name}: {each.array}: {counted}")
-        for line in each.undecided:
-            click.echo(f"  undecided: {line}")

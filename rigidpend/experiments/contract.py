@@ -120,6 +120,16 @@ class Certifiable(Protocol[C_contra]):
         """
 
 
+class Proving(Protocol[C_contra]):
+    """Offered by an experiment whose results hold a proof; `certify --check` asks for it."""
+
+    def theorems(self, config: C_contra, data: Data) -> list[str]:
+        """Sentences that ``/data`` of a result proves, checked again without integration.
+
+        Raises ArithmeticError where it does not; the text says what is not shown.
+        """
+
+
 class Drawing(Protocol):
     """The module ``draw.py`` of an experiment.
 

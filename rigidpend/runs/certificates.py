@@ -26,7 +26,7 @@ from rigidpend.routes.certified import codes
 from rigidpend.routes.certified.progress import Report
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.runs import certificate_files as storage
-from rigidpend.runs import provenance
+from rigidpend.runs import loading, provenance
 from rigidpend.runs.loading import LoadedConfig
 from rigidpend.runs.parts import Parts
 
@@ -53,6 +53,21 @@ class Summary(NamedTuple):
     proven: int
     undecided: list[str]
     """A line for each orbit that is not proven throughout: phase, symbol and reason."""
+
+    def __str__(self) -> str:
+        counted = f"{self.proven} of {self.symbols} symbols of {self.orbits} orbits proven"
+        return "\n".join(
+            [f"{self.array}: {counted}", *(f"  undecided: {x}" for x in self.undecided)]
+        )
+
+
+class Theorem(NamedTuple):
+    """A sentence that a result proves."""
+
+    proven: str
+
+    def __str__(self) -> str:
+        return f"proven: {self.proven}"
 
 
 def target(config: LoadedConfig, folder: Path) -> Path:
@@ -130,8 +145,8 @@ def orbits(config: LoadedConfig, folder: Path) -> Routes:
     return dict(found)
 
 
-def check(file: Path, *, jobs: int, report: Report) -> list[Summary]:
-    """Check the proof in a certificate again, without integration.
+def check(file: Path, *, jobs: int, report: Report) -> Sequence[Summary | Theorem]:
+    """Check the proof in a certificate, or in a result that holds one, without integration.
 
     Parameters
     ----------
@@ -145,6 +160,8 @@ def check(file: Path, *, jobs: int, report: Report) -> list[Summary]:
     StoreError
         It is no certificate, or does not prove all that it says.
     """
+    if not storage.is_certificate(file) and (theorems := _theorems(file)) is not None:
+        return theorems
     stored = storage.read(file)
     data = stored["data"]
     for name, (problem, phases) in _routes(file, stored).items():
@@ -160,6 +177,19 @@ def check(file: Path, *, jobs: int, report: Report) -> list[Summary]:
         proven = int((data[name]["codes"] != NO_SYMBOL).sum())
         report(f"{name}: {proven} symbols of {len(phases)} orbits proven again")
     return summaries(data)
+
+
+def _theorems(file: Path) -> list[Theorem] | None:
+    """Sentences that a result proves; None for an experiment that proves nothing."""
+    config = loading.load(file)
+    computation: Any = experiments.computation(config.experiment)
+    if not hasattr(computation, "theorems"):
+        return None
+    try:
+        found = computation.theorems(config.content, store.load(file)["data"])
+    except ArithmeticError as doubt:
+        raise store.StoreError(f"{file}: {doubt}") from None
+    return [Theorem(each) for each in found]
 
 
 def summaries(data: Data, reasons: Mapping[str, Sequence[str]] | None = None) -> list[Summary]:

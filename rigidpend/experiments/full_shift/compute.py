@@ -100,6 +100,21 @@ def checked(config: Config, quads: Data, line: Data, proof: Data) -> Proven:
     )
 
 
+def theorems(config: Config, data: Data) -> list[str]:
+    """Sentences that the proof in a result proves, checked again without integration."""
+    from rigidpend.routes.certified.checker import Undecided
+
+    try:
+        proven = checked(config, data["sets"], data["line"], data["proof"])
+    except Undecided as doubt:
+        raise ArithmeticError(f"{UNDECIDED}: {doubt}") from None
+    count = sum(map(len, proven.relations))
+    return [
+        f"{count} covering relations hold: every sequence of 0 and 1 is the code of an orbit",
+        "the line of starts crosses both upward sets: every one-sided sequence is a start's code",
+    ]
+
+
 def _level(config: Config) -> tuple[Body, Exact]:
     return config.problem.body, config.problem.h
 

@@ -10,15 +10,19 @@ import pytest
 
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.compare import differences
+from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.full_shift import compute as full_shift
 from rigidpend.experiments.full_shift import report
 from rigidpend.experiments.full_shift.layout import LAYOUT
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.numbers.parameters import ParameterError
+from rigidpend.results import store
 from rigidpend.routes.certified import coverings
+from rigidpend.runs import certificates
 from tests.config.samples import content as typed
 from tests.experiments.trees import plain, reference, shifted
 
+FOLDER = Path(__file__).parents[3] / "results" / "reference"
 CONFIG = Path(__file__).parents[3] / "configs" / "full_shift.yaml"
 
 
@@ -55,6 +59,22 @@ def test_what_is_not_shown_is_undecided(change: str, said: str) -> None:
     with pytest.raises(ArithmeticError, match="undecided, nothing is proven") as failed:
         full_shift.compute(typed(Config, CONFIG, [change]), Means())
     assert said in str(failed.value)
+
+
+@pytest.mark.slow
+def test_the_command_that_checks_certificates_proves_a_result_again(tmp_path: Path) -> None:
+    stored = store.load(FOLDER / "full_shift.h5")
+    said = certificates.check(FOLDER / "full_shift.h5", jobs=1, report=print)
+    assert [type(each) for each in said] == [certificates.Theorem] * 2
+    stored["data"]["sets"]["a"][0] *= 3
+    tree: Any = {}
+    for name, fields in LAYOUT.items():
+        assert isinstance(fields, dict)
+        tree[name] = datasets(fields, stored["data"][name])
+    changed = store.Result(stored["attributes"], stored["config"], stored["provenance"], tree)
+    store.write(tmp_path / "wide.h5", changed)
+    with pytest.raises(store.StoreError, match=r"wide\.h5: undecided, nothing is proven: "):
+        certificates.check(tmp_path / "wide.h5", jobs=1, report=print)
 
 
 def test_a_free_body_is_refused_where_it_stands() -> None:
@@ -96,10 +116,22 @@ def coverings_quads(data: Any) -> list[Any]:
     return unpacked_quads(data["sets"])
 
 
-def test_the_entropy_is_rounded_down() -> None:
+def test_bounds_are_rounded_outward() -> None:
     result = reference("full_shift")
     [relations, sets] = report.tables(result)
     assert len(relations.rows) == 8
+    proven = result["data"]["relations"]
+    for row, edge, across in zip(
+        relations.rows, proven["edge"].flat, proven["across"].flat, strict=True
+    ):
+        assert edge * (1 - 1e-3) < float(row[2].removeprefix("more than ")) <= edge
+        assert across <= float(row[3].removeprefix("less than ")) < across + 1e-4
+    proven = result["data"]["sets"]
+    for k, row in enumerate(sets.rows):
+        low, high = map(float, row[3].split(" to "))
+        assert 0 <= proven["shortest"][k] - low < 1e-4
+        assert 0 <= high - proven["longest"][k] < 1e-4
+        assert proven["bound"][k] <= float(row[2]) < 1.1 * proven["bound"][k]
     stated = float(sets.note.split()[-5])
     assert 0 < np.log(2) / result["data"]["sets"]["longest"].max() - stated < 1e-5
     assert coverings.ALONE
