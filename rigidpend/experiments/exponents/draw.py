@@ -76,6 +76,6 @@ def _draw_check(axes: Axes, checked: Data) -> None:
     growth, difference = checked["growth"][order], np.abs(checked["difference"][order])
     axes.semilogy(growth, difference, ".", color=BLUE, ms=3, label="difference")
     axes.semilogy(growth, checked["allowed"][order], ".", color=RED, ms=3, label="allowed")
-    axes.set(xlabel="ln of the growth", ylabel="difference in it")
+    axes.set(xlabel="ln of the growth", ylabel="difference of ln growth")
     title(axes, "c", "variational equations less map")
     axes.legend(fontsize=7.5, loc="lower right")

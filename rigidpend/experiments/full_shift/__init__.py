@@ -1,1 +1,1 @@
-"""Closed orbits by their codes, with multipliers and actions."""
+"""Sets that passages stretch across each other: a proof that every code occurs."""

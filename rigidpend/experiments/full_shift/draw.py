@@ -32,7 +32,8 @@ def draw(result: Loaded) -> Figure:
         whole, near = panels[:, column]
         words = "upward" if rising else "downward"
         title(whole, "ab"[column], f"{words} crossings")
-        _draw(whole, data, rising)
+        # At this scale a set has no width of its own to be seen by.
+        _draw(whole, data, rising, 1.8)
         if rising:
             whole.plot(data["drawn"]["line_chi"], data["drawn"]["line_d"], color="0.2", lw=0.8)
         target = int(np.flatnonzero(data["sets"]["rising"] == rising)[-1])
@@ -47,26 +48,28 @@ def draw(result: Loaded) -> Figure:
         handles=[
             *(entry(f"set of symbol {k}", color=COLOUR[k], lw=4) for k in (0, 1)),
             *(
-                entry(f"image of that of symbol {k}", color=COLOUR[k], lw=4, alpha=0.3)
+                entry(f"image of set {k}", color=COLOUR[k], lw=4, alpha=0.4)
                 for k in (0, 1)
             ),
-            entry("first crossings of starts on a line", color="0.2", lw=0.8),
+            entry("starts on a line", color="0.2", lw=0.8),
         ],
-        loc="outside lower center", ncols=3, fontsize=7,
+        loc="outside lower center", ncols=5, fontsize=7.5,
     )  # fmt: skip
     return figure
 
 
-def _draw(axes: Axes, data: Data, rising: bool) -> None:
+def _draw(axes: Axes, data: Data, rising: bool, edge: float = 0.6) -> None:
     drawn, symbol = data["drawn"], data["sets"]["symbol"]
     for k, of in enumerate(data["sets"]["rising"]):
         colour = COLOUR[int(symbol[k])]
         if of == rising:
-            axes.fill(drawn["chi"][k], drawn["d"][k], color=colour, lw=0.6)
+            axes.fill(drawn["chi"][k], drawn["d"][k], color=colour, lw=edge, joinstyle="bevel")
         else:
             x, y = drawn["image_chi"][k], drawn["image_d"][k]
-            axes.fill(x, y, facecolor=colour, edgecolor=colour, alpha=0.3, lw=0.6)
-    axes.set(xlabel=r"$\chi$ (rad)", ylabel="$d$ beyond the stable surface")
+            axes.fill(
+                x, y, facecolor=colour, edgecolor=colour, alpha=0.4, lw=edge, joinstyle="bevel"
+            )
+    axes.set(xlabel=r"$\chi$ (rad)", ylabel="$d$ from the stable surface (1)")
     axes.ticklabel_format(style="sci", scilimits=(-2, 2))
 
 
