@@ -254,18 +254,8 @@ def _unit(unit: str, bits: int) -> Any:
 
 def start_Qp(problem: RouteProblem, unit: str, bits: int, J1_0: Any = None) -> Any:
     """Qp of starts in units of a design, for the problem's J1_0 or for doubles in its place."""
-    if J1_0 is None:
-        return _own_Qp(problem, unit, bits)
-    return _Qp(problem, unit, bits, precision(bits).array(J1_0)[()])
-
-
-@functools.lru_cache(maxsize=16)
-def _own_Qp(problem: RouteProblem, unit: str, bits: int) -> Any:
-    return _Qp(problem, unit, bits, _constants(problem, bits).J1_0)
-
-
-def _Qp(problem: RouteProblem, unit: str, bits: int, J1: Any) -> Any:
-    a, (p, J2, _) = precision(bits), _constants(problem, bits)
+    a, (p, J2, J1) = precision(bits), _constants(problem, bits)
+    J1 = J1 if J1_0 is None else a.array(J1_0)[()]
     begin = Canonical(J1, J2 - J1, 0, p.alpha0 + p.beta0, 0 * J1, 0, 1)
     return _unit(unit, bits) * aligned_from_canonical(begin, p.alpha0, p.beta0, a).Qp
 

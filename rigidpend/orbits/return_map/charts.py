@@ -202,7 +202,7 @@ class Chart(NamedTuple, Generic[Kind]):
 
 
 Charts: TypeAlias = tuple[Chart[ChartTable], Chart[ChartTable]]
-"""Of downward and of upward crossings."""
+"""The charts of downward and of upward crossings."""
 
 
 def grid(

@@ -18,7 +18,7 @@ class Rates(NamedTuple):
     """Rates where |W| is of the order of `scale`; a depth is ln|W|/Lambda less whole turns."""
 
     coefficients: tuple[Any, Any, Any]
-    """Of powers of I, (energies, K) each: 1/Lambda, ln(scale)/Lambda less the turns, dt'/dpsi."""
+    """Coefficients (energies, K) in I: of 1/Lambda, ln(scale)/Lambda less the turns, dt'/dpsi."""
     turns: float
     scale: float
     """W is divided by it."""
