@@ -15,11 +15,9 @@ from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Tree
 from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.orbits.return_map import return_map
-from rigidpend.routes.symbolic.action import actions
 from rigidpend.routes.symbolic.chain import on_surface, signs_of
 from rigidpend.routes.symbolic.closed import ClosedOrbit, closed, lyapunov, words
-from rigidpend.routes.symbolic.closing import closing
-from rigidpend.routes.symbolic.confirm import passages
+from rigidpend.routes.symbolic.integrated import actions, closing, passages
 from rigidpend.routes.symbolic.shortest import path
 from rigidpend.routes.symbolic.stretching import stretching
 from rigidpend.routes.symbolic.tables import Level

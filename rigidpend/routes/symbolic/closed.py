@@ -27,7 +27,7 @@ from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.symbolic.address import AddressError, parsed
 from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, signs_of, tangents
-from rigidpend.routes.symbolic.shortest import INSIDE, MORE
+from rigidpend.routes.symbolic.shortest import INSIDE, MORE, Path, in_cells, spread
 from rigidpend.routes.symbolic.tables import Level, Signs
 
 MOST_SYMBOLS = 60
@@ -126,12 +126,12 @@ def closed(
     reason: NoOrbit | None = None
     for n in range(least, least + MORE):
         try:
-            chain = _solved(level, signs, n, first)
+            made = _solved(level, signs, n, first)
         except NoOrbit as error:
             reason = error
             continue
-        if _spread(chain, n, first) <= INSIDE:
-            return _record(level, word, n, first, chain)
+        if spread(made) <= INSIDE:
+            return _record(level, word, n, first, made)
     raise NoOrbit(f"none with {least} to {least + MORE - 1} half rotations a passage: {reason}")
 
 
@@ -150,7 +150,8 @@ def words(longest: int) -> Iterator[tuple[int, ...]]:
                 yield word
 
 
-def _record(level: Level, word: tuple[int, ...], n: int, first: int, chain: Chain) -> ClosedOrbit:
+def _record(level: Level, word: tuple[int, ...], n: int, first: int, made: Path) -> ClosedOrbit:
+    chain = made.chain
     matrix = np.eye(2)
     for slope in tangents(level, chain):
         matrix = slope[:2] @ matrix
@@ -159,19 +160,12 @@ def _record(level: Level, word: tuple[int, ...], n: int, first: int, chain: Chai
     return ClosedOrbit(word, n, first, level.h, mirrored, period, trace, chain)
 
 
-def _solved(level: Level, signs: Signs, n: int, first: int) -> Chain:
+def _solved(level: Level, signs: Signs, n: int, first: int) -> Path:
     """The chain whose last crossing is its first one, n half rotations a passage."""
-    P = len(signs)
-    system = System(level, None, signs, math.pi * n * P)
-    chain = system.solved(system.guess(np.pi * (first + n * np.arange(P + 1.0)), 0.0))
-    if _spread(chain, n, first) > 0.5:
-        raise NoOrbit("the orbit found has other half rotations")
-    return chain
-
-
-def _spread(chain: Chain, n: int, first: int) -> float:
-    cells = first + n * np.arange(len(chain.chi))
-    return float(np.abs(chain.chi / np.pi - cells).max())
+    cells = first + n * np.arange(len(signs) + 1)
+    angles = np.asarray(np.pi * cells, dtype=float)
+    system = System(level, None, signs, math.pi * n * len(signs))
+    return in_cells(system.solved(system.guess(angles, 0.0)), cells)
 
 
 def lyapunov(orbits: Sequence[ClosedOrbit], length: int) -> float:

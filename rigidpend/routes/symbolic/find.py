@@ -19,23 +19,21 @@ from rigidpend.routes.codes import route_codes
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.symbolic.address import Address, AddressError, parsed
 from rigidpend.routes.symbolic.chain import NoOrbit, signs_of
-from rigidpend.routes.symbolic.confirm import passages
 from rigidpend.routes.symbolic.follow import followed
-from rigidpend.routes.symbolic.refine import Refined, refined
+from rigidpend.routes.symbolic.integrated import passages
+from rigidpend.routes.symbolic.refine import Refined, Solved, refined
 from rigidpend.routes.symbolic.shortest import (
     Path,
     exactly,
     followed_on,
     shortest,
 )
-from rigidpend.routes.symbolic.surface import (
-    SECANTS,
-    SETTLED,
-    Surface,
-    surface,
-)
+from rigidpend.routes.symbolic.surface import Surface, surface
 from rigidpend.routes.symbolic.tables import Level
 
+SECANTS = 12
+SETTLED = 4e-15
+"""Change of theta2_0, radians, at which its energy is found."""
 MOST_SYMBOLS = 10_000
 DIGITS = 28
 MOST_DIGITS = 200
@@ -81,15 +79,6 @@ class FoundOrbit(NamedTuple):
     def symbols(self) -> NDArray[np.uint8]:
         """The symbols, (n,)."""
         return np.array(self.address.symbols, dtype=np.uint8)
-
-
-class Solved(NamedTuple):
-    """A path at its own energy."""
-
-    path: Path
-    level: Level
-    by_energy: float
-    """Derivative of theta2_0 in the energy, at a given end."""
 
 
 def find_orbit(

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from decimal import Decimal, localcontext
 from fractions import Fraction
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,10 +21,9 @@ from rigidpend.numbers.exact import context, exact, fraction
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic.chain import NoOrbit, tangents
+from rigidpend.routes.symbolic.shortest import Path
 from rigidpend.routes.symbolic.surface import STEP, Surface
-
-if TYPE_CHECKING:
-    from rigidpend.routes.symbolic.find import Solved
+from rigidpend.routes.symbolic.tables import Level
 
 FAR = 1e-3
 """Delay, t', up to which it tells theta2_0: what it leaves is its square."""
@@ -35,6 +34,15 @@ MARGIN = 3
 """Digits that theta2_0 has beyond those that tell a symbol."""
 GUARD = 19
 """Bits beyond the digits: 12 were seen to be lost in 113 bits."""
+
+
+class Solved(NamedTuple):
+    """A path at its own energy."""
+
+    path: Path
+    level: Level
+    by_energy: float
+    """Derivative of theta2_0 in the energy, at a given end."""
 
 
 class Growth(NamedTuple):
@@ -141,7 +149,7 @@ class _Refiner:
                 raise NoOrbit("integration does not find the first crossing where the map has it")
             k = int(near[-1])
             last = whole and k == reach
-            off = -height / self._fraction(self.grown.chi[k]) if last else self._fraction(late[k])
+            off = -height / Fraction(self.grown.chi[k]) if last else Fraction(late[k])
             step = -off / self._power(k)
             theta += step
             size = max(abs(float(off)) ** 2, 0.0 if last else FIRST_ERROR)
@@ -168,9 +176,6 @@ class _Refiner:
         whole = math.floor(self.grown.exponent[k])
         part = Fraction(float(self.grown.sign[k]) * 10 ** float(self.grown.exponent[k] - whole))
         return part * Fraction(10) ** whole
-
-    def _fraction(self, x: float) -> Fraction:
-        return Fraction(float(x))
 
 
 def _decimal(theta: Fraction, digits: int) -> Decimal:

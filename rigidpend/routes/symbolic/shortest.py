@@ -78,17 +78,17 @@ def path(
     system = System(level, begin, signs, float(angles[-1]))
     x = system.guess(angles, unknown)
     try:
-        return _in_cells(system.solved(x), cells)
+        return in_cells(system.solved(x), cells)
     except NoOrbit:
         if not patient:
             raise
-        return _in_cells(_continued(system, x, cells), cells)
+        return in_cells(_continued(system, x, cells), cells)
 
 
 def followed_on(level: Level, begin: Begin, signs: Signs, made: Path) -> Path:
     """The path of the same address at a nearby energy."""
     system = System(level, begin, signs, float(made.chain.chi[-1]))
-    return _in_cells(system.solved(system.unknowns(made.chain)), made.cells)
+    return in_cells(system.solved(system.unknowns(made.chain)), made.cells)
 
 
 def _continued(system: System, x: Array, cells: Signs) -> Chain:
@@ -123,7 +123,8 @@ def _reason(system: System, made: Chain | None, longer: float) -> str:
     )
 
 
-def _in_cells(chain: Chain, cells: Signs) -> Path:
+def in_cells(chain: Chain, cells: Signs) -> Path:
+    """The path of a chain; NoOrbit if a crossing lies in another cell."""
     off = np.flatnonzero(cells_of(chain.chi) != cells)
     if off.size:
         k = int(off[0])
@@ -167,7 +168,7 @@ def exactly(
     if beside is not None:
         with contextlib.suppress(NoOrbit):
             system = System(level, begin, signs, float(beside[-1]))
-            return _in_cells(system.solved(system.nearer(beside, unknown)), cells)
+            return in_cells(system.solved(system.nearer(beside, unknown)), cells)
     for end in ENDS:
         try:
             return path(level, begin, signs, cells, unknown, end=end)
@@ -178,7 +179,7 @@ def exactly(
         angles = np.asarray(np.pi * (cells + offsets), dtype=float)
         system = System(level, begin, signs, float(angles[-1]))
         try:
-            return _in_cells(system.solved(system.guess(angles, unknown)), cells)
+            return in_cells(system.solved(system.guess(angles, unknown)), cells)
         except NoOrbit:
             continue
     raise reason
@@ -228,7 +229,7 @@ def shortest(
         turns = np.array([*given, *[each] * free])
         try:
             made = path(level, begin, signs, _cells(first, turns), unknown, patient=False)
-            if _spread(made) <= INSIDE or given:
+            if spread(made) <= INSIDE or given:
                 break
         except NoOrbit as error:
             reason = error
@@ -245,7 +246,7 @@ def shortest(
         return alike
 
 
-def _spread(made: Path) -> float:
+def spread(made: Path) -> float:
     """The largest distance of a crossing from the middle of its cell, half rotations."""
     return float(np.abs(made.chain.chi / np.pi - made.cells).max())
 
@@ -268,6 +269,6 @@ def _lessened(level: Level, begin: Begin, signs: Signs, made: Path, k: int) -> P
             part = path(level, here, signs[low:high], cells[low : high + 1], unknown, False)
         except NoOrbit:
             return made
-        if _spread(part) > INSIDE:
+        if spread(part) > INSIDE:
             return made
         made = made._replace(cells=cells)

@@ -13,7 +13,7 @@ from rigidpend.routes.symbolic.chain import (
     on_surface,
     signs_of,
 )
-from rigidpend.routes.symbolic.confirm import passages
+from rigidpend.routes.symbolic.integrated import passages
 from rigidpend.routes.symbolic.shortest import (
     INSIDE,
     exactly,

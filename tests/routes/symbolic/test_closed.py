@@ -19,7 +19,7 @@ from rigidpend.routes.symbolic.closed import (
     lyapunov,
     words,
 )
-from rigidpend.routes.symbolic.closing import closing
+from rigidpend.routes.symbolic.integrated import closing
 from rigidpend.routes.symbolic.shortest import path
 from rigidpend.routes.symbolic.tables import Level
 from tests.orbits.integrate.problems import FIG4

@@ -17,10 +17,16 @@ from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic.chain import on_surface, signs_of, tangents
 from rigidpend.routes.symbolic.closed import closed
-from rigidpend.routes.symbolic.confirm import doubles
-from rigidpend.routes.symbolic.exponents import Stretched, integrated, stretched
+from rigidpend.routes.symbolic.integrated import doubles
 from rigidpend.routes.symbolic.shortest import path
-from rigidpend.routes.symbolic.stretching import euclidean, frame, most_stretched
+from rigidpend.routes.symbolic.stretching import (
+    Stretched,
+    euclidean,
+    frame,
+    integrated,
+    most_stretched,
+    stretched,
+)
 from rigidpend.routes.symbolic.surface import Surface, surface
 from tests.routes.symbolic.fig4 import (
     BODY,

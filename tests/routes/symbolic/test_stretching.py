@@ -19,10 +19,9 @@ from rigidpend.routes.symbolic.chain import (
     tangents,
 )
 from rigidpend.routes.symbolic.closed import closed
-from rigidpend.routes.symbolic.exponents import variational_equations
 from rigidpend.routes.symbolic.follow import section_points
 from rigidpend.routes.symbolic.shortest import path
-from rigidpend.routes.symbolic.stretching import stretching
+from rigidpend.routes.symbolic.stretching import stretching, variational_equations
 from tests.routes.symbolic.fig4 import BODY, H, level
 
 STEP = 1e-6
