@@ -26,8 +26,8 @@ from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.symbolic.address import AddressError, parsed
-from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, signs_of, tangents
-from rigidpend.routes.symbolic.shortest import INSIDE, MORE, Path, in_cells, spread
+from rigidpend.routes.symbolic.chain import Chain, System, signs_of, tangents
+from rigidpend.routes.symbolic.shortest import Path, alike, in_cells
 from rigidpend.routes.symbolic.tables import Level, Signs
 
 MOST_SYMBOLS = 60
@@ -118,21 +118,18 @@ def closed(
     level: Level, word: tuple[int, ...], half_turns: int | None = None, first: int = 0
 ) -> ClosedOrbit:
     """:func:`closed_orbit` on a level that is at hand, from an even (0) or odd (1) cell on."""
-    symbols = np.array(word * (1 + len(word) % 2))
-    signs = signs_of(symbols)
-    if half_turns is not None:
-        return _record(level, word, half_turns, first, _solved(level, signs, half_turns, first))
-    least = max(1, level.fewest_half_turns)
-    reason: NoOrbit | None = None
-    for n in range(least, least + MORE):
-        try:
-            made = _solved(level, signs, n, first)
-        except NoOrbit as error:
-            reason = error
-            continue
-        if spread(made) <= INSIDE:
-            return _record(level, word, n, first, made)
-    raise NoOrbit(f"none with {least} to {least + MORE - 1} half rotations a passage: {reason}")
+    signs = signs_of(np.array(word * (1 + len(word) % 2)))
+    if half_turns is None:
+        made = alike(level, lambda n: _solved(level, signs, n, first))
+    else:
+        made = _solved(level, signs, half_turns, first)
+    chain, matrix = made.chain, np.eye(2)
+    for slope in tangents(level, chain):
+        matrix = slope[:2] @ matrix
+    mirrored = bool((chain.I < 0).sum() % 2)
+    period, trace = float(chain.time.sum()), float(np.trace(matrix))
+    turns = made.half_turns[0]
+    return ClosedOrbit(word, turns, first, level.h, mirrored, period, trace, chain)
 
 
 def words(longest: int) -> Iterator[tuple[int, ...]]:
@@ -148,16 +145,6 @@ def words(longest: int) -> Iterator[tuple[int, ...]]:
             along = turned if n % 2 else turned[1::2]
             if word not in turned and all(word < other for other in along):
                 yield word
-
-
-def _record(level: Level, word: tuple[int, ...], n: int, first: int, made: Path) -> ClosedOrbit:
-    chain = made.chain
-    matrix = np.eye(2)
-    for slope in tangents(level, chain):
-        matrix = slope[:2] @ matrix
-    mirrored = bool((chain.I < 0).sum() % 2)
-    period, trace = float(chain.time.sum()), float(np.trace(matrix))
-    return ClosedOrbit(word, n, first, level.h, mirrored, period, trace, chain)
 
 
 def _solved(level: Level, signs: Signs, n: int, first: int) -> Path:

@@ -105,7 +105,8 @@ def doubly_asymptotic(level: Level, rough: Skeleton) -> DoublyAsymptotic:
     NoOrbit
         Newton's method does not settle, or only at another orbit.
     """
-    places, moved = _Places.of(level, rough), 0.0
+    track, moved = rough.track, 0.0
+    places = _Places(level, rough.b, track.d[1:], track.chi[1:], track.symbols)
     for _ in range(MOST_ITERATIONS):
         step = places.step()
         size = float(np.abs(step).max(initial=0.0))
@@ -131,12 +132,6 @@ class _Places:
         self.chi = np.concatenate((self.arrival.chi[None], chi))
         self.passed = [self._passage(k) for k in range(self.n)]
         self.end = leaving(level, self.n % 2 == 0, self.d[-1], self.chi[-1])
-
-    @staticmethod
-    def of(level: Level, rough: Skeleton) -> _Places:
-        """The crossings of a skeleton."""
-        track = rough.track
-        return _Places(level, rough.b, track.d[1:], track.chi[1:], track.symbols)
 
     def _passage(self, k: int) -> Passage:
         point = SectionPoint(k % 2 == 0, self.d[k], self.chi[k])

@@ -18,14 +18,14 @@ from rigidpend.numbers.generic import Scalar
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.symbolic.address import Address, AddressError, parsed
-from rigidpend.routes.symbolic.chain import NoOrbit, signs_of
+from rigidpend.routes.symbolic.chain import NoOrbit, System, signs_of
 from rigidpend.routes.symbolic.follow import followed
 from rigidpend.routes.symbolic.integrated import passages
 from rigidpend.routes.symbolic.refine import Refined, Solved, refined
 from rigidpend.routes.symbolic.shortest import (
     Path,
     exactly,
-    followed_on,
+    in_cells,
     shortest,
 )
 from rigidpend.routes.symbolic.surface import Surface, surface
@@ -260,7 +260,8 @@ def _at_own_energy(orbits: Surface, made: Path, h: float, level: Level) -> Solve
             break
         h, before = h + step, theta
         level = orbits.level(h)
-        made = followed_on(level, orbits.begin(level), signs, made)
+        system = System(level, orbits.begin(level), signs, float(made.chain.chi[-1]))
+        made = in_cells(system.solved(system.unknowns(made.chain)), made.cells)
         theta = made.chain.unknown
         if abs(step) > 1e-9 * abs(h):
             slope = (theta - before) / step

@@ -63,7 +63,7 @@ def passages(body: Body, level: Level, chain: Chain) -> Confirmation:
     chain : Chain
         That begins with an upward crossing.
     """
-    c, rising = doubles(body), upward(len(chain.b))
+    c, rising = doubles(body), np.arange(len(chain.b)) % 2 == 0
     limit = float(chain.time.max()) * PATIENCE
     time, separatrix = _next(c.aligned, crossing_states(c, level, chain), limit)
     found = symbols(np.stack((np.where(rising, 2, 3), separatrix)))[0]
@@ -76,18 +76,13 @@ def doubles(body: Body) -> Coefficients:
     return coefficients(body.angles(53 + GUARD_BITS), "1", precision(53))
 
 
-def upward(n: int) -> Mask:
-    """The first n crossings of an orbit: whether they are upward, as the very first is."""
-    return np.arange(n) % 2 == 0
-
-
 def crossing_states(c: Coefficients, level: Level, chain: Chain) -> Array:
     """The aligned components (6, n) at the crossings from which a chain's passages begin.
 
     They are those on separatrix 2 or 3, the orbit's own or their mirror images.
     """
     n, a = len(chain.b), precision(53)
-    rising, states = upward(n), np.empty((6, n))
+    rising, states = np.arange(n) % 2 == 0, np.empty((6, n))
     for side in (True, False):
         here = rising == side
         if here.any():

@@ -19,7 +19,7 @@ from rigidpend.mechanics.equations import aligned
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import context, exact, fraction
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.routes.start import Scales, start, states_exact
+from rigidpend.routes.start import Scales, Start, start, states_exact
 from rigidpend.routes.symbolic.chain import NoOrbit, tangents
 from rigidpend.routes.symbolic.shortest import Path
 from rigidpend.routes.symbolic.surface import STEP, Surface
@@ -114,28 +114,22 @@ def refined(orbits: Surface, solved: Solved, digits: int) -> Refined:
     reach = int((np.maximum.accumulate(grown.exponent) <= digits - 1).sum()) - 1
     fixed = int((np.maximum.accumulate(grown.exponent) <= digits - MARGIN).sum()) - 1
     bits = max(64, math.ceil(digits * math.log2(10)) + GUARD)
-    theta, delay = _Refiner(orbits, times, grown, bits, digits, solved.path.symmetric).run(
-        chain.unknown, max(reach, 0)
-    )
+    begin = start(orbits.problem, bits, Scales())
+    refiner = _Refiner(begin, times, grown, bits, digits, solved.path.symmetric)
+    theta, delay = refiner.run(chain.unknown, max(reach, 0))
     return Refined(_decimal(theta, digits), max(fixed, 0), bits, delay, times)
 
 
-class _Refiner:
+class _Refiner(NamedTuple):
     """Integrations of one orbit, each with a better theta2_0."""
 
-    def __init__(
-        self,
-        orbits: Surface,
-        times: Array,
-        grown: Growth,
-        bits: int,
-        digits: int,
-        symmetric: bool,
-    ) -> None:
-        self.symmetric = symmetric
-        self.problem, self.times, self.grown = orbits.problem, times, grown
-        self.bits, self.digits = bits, digits
-        self.begin = start(self.problem, bits, Scales())
+    begin: Start
+    times: Array
+    """By the map, t' of the crossings."""
+    grown: Growth
+    bits: int
+    digits: int
+    symmetric: bool
 
     def run(self, theta2: float, reach: int) -> tuple[Fraction, float]:
         """The phase, and the largest delay on the way."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -34,6 +35,12 @@ LESSENED = 100
 """Number of symbols up to which half rotations are lessened one by one, 30 ms each."""
 MORE = 24
 """Largest number of half rotations above the tables' least that are tried alike for all."""
+ENDS = 0.0, 0.2, -0.2, 0.4, -0.4
+"""Places of the last crossing in its cell, half rotations from the middle, in the order tried."""
+STARTS = 60
+"""Number of random starts after that."""
+SLACK = 0.25
+"""Share by which crossings away from the surface may change I more than those on it."""
 
 
 class Path(NamedTuple):
@@ -85,12 +92,6 @@ def path(
         return in_cells(_continued(system, x, cells), cells)
 
 
-def followed_on(level: Level, begin: Begin, signs: Signs, made: Path) -> Path:
-    """The path of the same address at a nearby energy."""
-    system = System(level, begin, signs, float(made.chain.chi[-1]))
-    return in_cells(system.solved(system.unknowns(made.chain)), made.cells)
-
-
 def _continued(system: System, x: Array, cells: Signs) -> Chain:
     apart = system.level.half_turns(system.level.splitting) + APART
     longer = max(APART, apart - float(np.diff(cells).min())) * math.pi
@@ -133,16 +134,6 @@ def in_cells(chain: Chain, cells: Signs) -> Path:
             f"{abs(chain.chi[k] / np.pi - cells[k]):.2f} half rotations from where it should be"
         )
     return Path(chain, cells)
-
-
-ENDS = 0.0, 0.2, -0.2, 0.4, -0.4
-"""Places of the last crossing in its cell, half rotations from the middle, in the order tried."""
-
-
-STARTS = 60
-"""Number of random starts after that."""
-SLACK = 0.25
-"""Share by which crossings away from the surface may change I more than those on it."""
 
 
 def exactly(
@@ -223,27 +214,43 @@ def shortest(
         None was found.
     """
     n, free = len(signs), len(signs) - len(given)
-    least = max(1, level.fewest_half_turns)
-    reason = None
-    for each in range(least, least + MORE):
-        turns = np.array([*given, *[each] * free])
-        try:
-            made = path(level, begin, signs, _cells(first, turns), unknown, patient=False)
-            if spread(made) <= INSIDE or given:
-                break
-        except NoOrbit as error:
-            reason = error
-    else:
-        raise NoOrbit(f"from {least} to {least + MORE - 1} half rotations a passage: {reason}")
-    alike = made
+
+    def tried(each: int) -> Path:
+        cells = _cells(first, np.array([*given, *[each] * free]))
+        return path(level, begin, signs, cells, unknown, patient=False)
+
+    made = alike(level, tried, math.inf if given else INSIDE)
+    begun = made
     for k in range(len(given), n if n <= LESSENED else 0):
         made = _lessened(level, begin, signs, made, k)
-    if made is alike:
+    if made is begun:
         return made
     try:
         return path(level, begin, signs, made.cells, made.chain.unknown, patient=False)
     except NoOrbit:
-        return alike
+        return begun
+
+
+def alike(level: Level, tried: Callable[[int], Path], within: float = INSIDE) -> Path:
+    """The path with the fewest half rotations, as many in every passage that is free.
+
+    `tried` finds that with so many. Its crossings stay `within` of their cells' middles.
+
+    Raises
+    ------
+    NoOrbit
+        None was found.
+    """
+    least, reason = max(1, level.fewest_half_turns), None
+    for each in range(least, least + MORE):
+        try:
+            made = tried(each)
+        except NoOrbit as error:
+            reason = error
+            continue
+        if spread(made) <= within:
+            return made
+    raise NoOrbit(f"from {least} to {least + MORE - 1} half rotations a passage: {reason}")
 
 
 def spread(made: Path) -> float:
