@@ -90,7 +90,7 @@ class System(NamedTuple):
     """None for a closed orbit: the passage before the first is the last one."""
     signs: Signs
     """(N,)."""
-    last: float | None
+    last: float | None = None
     """chi of the last crossing, radians; None for an orbit that ends on a stable surface.
 
     Of a closed orbit it is by how much chi grows in all."""

@@ -221,7 +221,8 @@ def _either(
     `middle` is the middle of the turn of theta2_0, radians, in which the first cell is sought,
     `beside` chi of the crossings of an orbit with this very address, if one is known.
     """
-    signs, begin = signs_of(np.array(address.symbols)), orbits.begin(level)
+    begin = orbits.begin(level)
+    system = System(level, begin, signs_of(np.array(address.symbols)))
     given = address.half_turns or ()
     found, reason = [], None
     origin = float(begin(0.0).crossing(level).chi[0])
@@ -230,12 +231,12 @@ def _either(
             continue
         unknown = math.pi * cell - origin
         try:
-            if len(given) < len(signs):
-                found.append(shortest(level, begin, signs, cell, unknown, given))
+            if len(given) < len(address.symbols):
+                found.append(shortest(system, cell, unknown, given))
             else:
                 here = beside is not None and round(float(beside[0]) / math.pi) == cell
                 own, unknown = (beside, middle) if here else (None, unknown)
-                found.append(exactly(level, begin, signs, cell, unknown, given, own))
+                found.append(exactly(system, cell, unknown, given, own))
         except NoOrbit as error:
             reason = error
     if not found:

@@ -19,6 +19,7 @@ from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic.chain import (
     Chain,
+    System,
     on_surface,
     signs_of,
     tangents,
@@ -51,7 +52,7 @@ STEP = 1e-6
 
 def long_chain(n: int) -> Chain:
     symbols = np.random.default_rng(3).integers(0, 2, n)
-    return path(level(), on_surface, signs_of(symbols), 11 * np.arange(n + 1), 0.0).chain
+    return path(System(level(), on_surface, signs_of(symbols)), 11 * np.arange(n + 1), 0.0).chain
 
 
 @pytest.mark.parametrize("k", [0, 1, 2])
@@ -84,7 +85,9 @@ def test_slopes_are_those_of_the_variational_equations(k: int) -> None:
 
 def test_a_closed_orbit_stretches_by_its_multiplier() -> None:
     orbit = closed(level(), (0, 1), 11)
-    many = path(level(), on_surface, signs_of(np.array([0, 1] * 20)), 11 * np.arange(41), 0.0)
+    many = path(
+        System(level(), on_surface, signs_of(np.array([0, 1] * 20))), 11 * np.arange(41), 0.0
+    )
     grown = stretching(level(), many.chain)
     # In the middle the surface's orbit is beside the closed one, whose word has two passages.
     assert abs(grown[18:20].mean() - orbit.exponent) < 1e-8
@@ -194,7 +197,9 @@ def test_growths_are_the_largest_singular_values() -> None:
 
 def test_beside_a_closed_orbit_it_is_the_multiplier_that_grows() -> None:
     orbit, c = closed(level(), (0, 1), 11), doubles(BODY)
-    many = path(level(), on_surface, signs_of(np.array([0, 1] * 10)), 11 * np.arange(21), 0.0)
+    many = path(
+        System(level(), on_surface, signs_of(np.array([0, 1] * 10))), 11 * np.arange(21), 0.0
+    )
     chain = many.chain
     frames = [
         frame(SectionPoint(k % 2 == 0, chain.d[k : k + 1], chain.chi[k : k + 1]), float(H), c)[
