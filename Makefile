@@ -27,14 +27,10 @@ check: $(VENV)/.installed-test ## check format, lint, which way imports go, and 
 	$(BIN)/lint-imports --no-logo --no-cache
 	$(BIN)/mypy
 
-# Counting lines takes twice as long: of the slow tests only those count that reach the most new ones.
-COUNTED := tests/experiments tests/experiments/bench tests/runs/test_cluster.py tests/render tests/render/report
-
-test: check ## check, then run every test, on all cores; COVERAGE=1 counts the lines of most
+test: check ## check, then run every test, on all cores; COVERAGE=1 counts the lines that quick ones run
 ifdef COVERAGE
-	$(PYTEST) -m "not slow" --cov --cov-report= --cov-fail-under=0
-	$(PYTEST) -m slow $(COUNTED) --cov --cov-append --cov-report=term:skip-covered
-	$(PYTEST) -m slow $(addprefix --ignore=,$(COUNTED))
+	$(PYTEST) -m "not slow" --cov --cov-report=term:skip-covered --cov-fail-under=0
+	$(PYTEST) -m slow
 else
 	$(PYTEST)
 endif

@@ -126,7 +126,8 @@ def test_signals_upon_signals_end_it_without_a_core_dump() -> None:
         process.send_signal(number)
         time.sleep(0.01)
     code, seconds, said = ended(process)
-    # While Python shuts down signals are the system's again.
-    assert code in (130, -signal.SIGINT, -signal.SIGTERM)
+    # Of signals that wait together any may be the first to be seen; and while Python shuts down
+    # they are the system's again.
+    assert code in (130, 143, -signal.SIGINT, -signal.SIGTERM)
     assert not said
     assert seconds < PROMPT * max(1.0, os.getloadavg()[0])

@@ -14,8 +14,8 @@ from rigidpend.numbers.exact import Exact
 
 UNITS = {
     **dict.fromkeys(("A", "bodies", "mu", "M_0", "drawn"), "physical units"),
-    **dict.fromkeys(("h", "h0", "J1_0", "half_width", "heights", "tolerance"), "dimensionless"),
-    **dict.fromkeys(("tolerances", "long_tolerances"), "dimensionless"),
+    **dict.fromkeys(("h", "h0", "J1_0", "half_width", "heights", "factor"), "dimensionless"),
+    **dict.fromkeys(("tolerance", "tolerances", "long_tolerances"), "dimensionless"),
     **dict.fromkeys(("theta2_0", "between", "start", "step", "beta0"), "radians"),
     **dict.fromkeys(("azimuth", "elevation"), "radians"),
     **dict.fromkeys(("seconds", "slowest"), "seconds"),

@@ -11,6 +11,7 @@ import tempfile
 from pathlib import Path
 
 from rigidpend.machine import locks, signals
+from rigidpend.numbers.parameters import ParameterError
 
 CERTIFICATE = ".certificate"
 """Ending of the name of a certificate, behind that of its result."""
@@ -21,6 +22,8 @@ SEAL_LENGTH = len(SEAL) + 64 + 1
 
 LARGEST = 2**31
 """Bytes of a file that is read, and of what it holds, at most."""
+COPIES = 3
+"""How often a run holds a result: as parts, put together, and as the image of the file."""
 
 
 class StoreError(RuntimeError):
@@ -29,6 +32,29 @@ class StoreError(RuntimeError):
 
 class Absent(StoreError):
     """Error: a result that is needed and not there."""
+
+
+def afford(field: str, count: int, size: int, what: str) -> None:
+    """Refuse what would need more memory than results may take.
+
+    Parameters
+    ----------
+    field : str
+        Name of the parameter that asks for so much.
+    count, size : int
+        How many values are stored, and how many bytes of a result each takes.
+    what : str
+        What they are, with their number.
+
+    Raises
+    ------
+    ParameterError
+        They take more.
+    """
+    needed, most = (COPIES * x / 1e9 for x in (count * size, LARGEST))
+    if needed > most:
+        message = f"{what} need about {needed:.3g} GB of memory, and {most:.2g} GB is the most"
+        raise ParameterError(field, message)
 
 
 def content(path: Path, *, links: bool = True) -> bytes:

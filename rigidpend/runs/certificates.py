@@ -180,7 +180,7 @@ def check(file: Path, *, jobs: int, report: Report) -> Sequence[Summary | Theore
 
 
 def _theorems(file: Path) -> list[Theorem] | None:
-    """What a result proves; None for one of an experiment that proves nothing."""
+    """Sentences that a result proves; None for an experiment that proves nothing."""
     config = loading.load(file)
     computation: Any = experiments.computation(config.experiment)
     if not hasattr(computation, "theorems"):

@@ -96,7 +96,7 @@ def test_a_result_under_another_name_is_never_taken_for_that_result(tmp_path: Pa
 
 
 MAP = f"""\
-{HEAD.format(experiment="route_map", n_symbols=6)}\
+{HEAD.format(experiment="route_map", n_symbols=20)}\
   theta2_0: {{ends: [0, 2*pi], count: 1001}}
   rows: {{axis: log10_J1_0, ends: [-10, -5], count: 8}}
 

@@ -28,7 +28,7 @@ Seen = dict[str, list[Any]]
 PANELS = "abcdefghijklmnop"
 OTHERS = "all others"
 """The name of all datasets that are not told, changed at once."""
-OTHER = {"homoclinic": "heteroclinic", "fig4": "a", "log10_J1_0": "mu"}
+OTHER = {"homoclinic": "heteroclinic", "fig4": "a", "mu": "h0"}
 """Other words for those that a drawing looks up."""
 
 

@@ -19,7 +19,7 @@ def told(*settings: str) -> list[str]:
 
 
 def test_a_phase_that_all_cells_have_is_told() -> None:
-    columns = "problem.columns={axis: mu, ends: [1/1000, 2/1000], count: 4}"
+    columns = "problem.columns={axis: h0, ends: [1, 2], count: 4}"
     found = told("problem.theta2_0=4.7057", columns, "problem.zooms={}")
     assert found == [f"{BODY}, theta2_0 = 4.7057"]
 

@@ -141,7 +141,7 @@ def _measured(
     budgets: int,
     **more: Any,
 ) -> tuple[list[dict[str, Any]], str]:
-    """What a worker measures of some methods, within so many budgets, and how that ended."""
+    """Measurements of some methods by a worker, within so many budgets, and how that ended."""
     sizes = config.problem.model_dump()
     order = Order(work, methods, sizes, repeats, float(seconds), **more)
     return measured(order, PATIENCE * order.seconds * budgets + GRACE)

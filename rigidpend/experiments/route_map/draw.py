@@ -30,7 +30,7 @@ SHADES = LinearSegmentedColormap.from_list(
     "word", ["#1d3557", "#3f6f9f", "#9cc3d5", "#f3efe0", "#efc88b", "#cf7a4c", "#7a2e2e"]
 )
 """Colours of words: blue where the first symbol is 0, red where it is 1."""
-TALL, SMALL, BELOW, ABOVE, LEFT, GAP = 3.4, 1.75, 0.95, 0.15, 0.62, 0.55
+TALL, SMALL, BELOW, ABOVE, LEFT, GAP = 2.9, 1.75, 0.95, 0.15, 0.66, 0.58
 """Heights of the plane and of its zooms, margins, inches."""
 ACROSS = 3
 """Zooms side by side."""
@@ -41,7 +41,9 @@ def draw(result: Loaded) -> Figure:
     data = result["data"]
     zooms = dict(data.get("zooms", {}))
     bands = -(-len(zooms) // ACROSS)
-    high = ABOVE + TALL + bands * (SMALL + GAP) + BELOW
+    # One alone is as large as the plane, with which it is compared.
+    small = TALL if len(zooms) == 1 else SMALL
+    high = ABOVE + TALL + bands * (small + GAP) + BELOW
     figure = Figure(figsize=(WIDTH, high))
     # A label at the end of an axis of small numbers is wide.
     right = 0.12 if "x_axis" not in data else 0.3
@@ -55,13 +57,14 @@ def draw(result: Loaded) -> Figure:
     before = {"": whole}
     for k, (name, zoom) in enumerate(zooms.items()):
         left = LEFT + (k % ACROSS) * (each + GAP)
-        bottom = high - ABOVE - TALL - (k // ACROSS + 1) * (SMALL + GAP)
+        bottom = high - ABOVE - TALL - (k // ACROSS + 1) * (small + GAP)
         axes = figure.add_axes(
-            (left / WIDTH, bottom / high, each / WIDTH, SMALL / high), label=name
+            (left / WIDTH, bottom / high, each / WIDTH, small / high), label=name
         )
         _draw_plane(axes, zoom, data)
         axes.spines[:].set(color=ZOOM, linewidth=1.2)
-        axes.set_title(name, loc="left", fontsize=8, pad=3)
+        times = np.ptp(np.asarray(data["y"])) / np.ptp(np.asarray(zoom["y"]))
+        axes.set_title(f"{name}: {times:.3g} times higher", loc="left", fontsize=8, pad=3)
         _frame(before, zoom, name)
         before[name] = axes
     figure.legend(
@@ -113,9 +116,10 @@ def _draw_plane(axes: Axes, plane: Data, data: Data) -> None:
     axes.set_xlabel(NAMES[str(data.get("x_axis", "theta2_0"))], labelpad=2)
     if axes.get_position().x0 * WIDTH < 1.01 * LEFT:
         axes.set_ylabel(NAMES[str(data["y_axis"])], labelpad=3)
-    axes.tick_params(labelsize=8 if axes.get_label() == "plane" else 6.5, pad=2)
-    axes.locator_params(axis="x", nbins=3 if axes.get_label() != "plane" else 8)
-    if axes.get_label() != "plane" and str(data["y_axis"]) == "mu":
+    wide = axes.get_position().width > 0.5
+    axes.tick_params(labelsize=8 if wide else 6.5, pad=2)
+    axes.locator_params(axis="x", nbins=8 if wide else 3)
+    if not wide and str(data["y_axis"]) == "mu":
         # More ticks would have more digits than there is room for.
         axes.locator_params(axis="y", nbins=3)
     axes.ticklabel_format(useOffset=False)
@@ -134,7 +138,9 @@ def _frame(before: dict[str, Axes], zoom: Data, name: str) -> None:
 
     def holds(axes: Axes) -> bool:
         (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
-        return x0 <= left and right <= x1 and y0 <= low and top <= y1
+        # Ends of the plane itself are rounded.
+        a, b = 1e-9 * (x1 - x0), 1e-9 * (y1 - y0)
+        return x0 - a <= left and right <= x1 + a and y0 - b <= low and top <= y1 + b
 
     around = [axes for axes in before.values() if holds(axes)]
     if around:
@@ -147,12 +153,14 @@ def _frame(before: dict[str, Axes], zoom: Data, name: str) -> None:
 
 def _entries(data: Data, zooms: Data) -> list[Any]:
     """Entries of the legend: those of what the figure shows."""
-    own = "the config's own " + ("values" if "marked_x" in data else "row")
+    own = [f"{NAMES[str(data['y_axis'])]} = {float(data['marked']):g}"]
+    if "marked_x" in data:
+        own.append(f"{NAMES[str(data['x_axis'])]} = {float(data['marked_x']):g}")
     entries: list[Any] = [
         Patch(facecolor=SHADES(0.12), label=r"$z_1 = 0$; shades: later symbols"),
         Patch(facecolor=SHADES(0.85), label=r"$z_1 = 1$; shades: later symbols"),
         entry("changes of symbols 1, 2, 3", color=LINES[0][1], lw=LINES[0][0]),
-        entry(own, color=ZOOM, lw=0.8, ls=(0, (5, 3))),
+        entry(", ".join(own), color=ZOOM, lw=0.8, ls=(0, (5, 3))),
     ]
     if zooms:
         entries.append(Patch(fill=False, edgecolor=ZOOM, lw=1.2, label="magnified part"))

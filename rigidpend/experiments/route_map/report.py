@@ -8,8 +8,10 @@ from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.machine.tables import Table
 
 CAPTION = (
-    "Route codes over a plane of two parameters, mostly the initial phase theta2_0 across. Zooms"
-    " around a change of symbol 1 are alike: they repeat after a factor of exp(pi^2/nu)."
+    "Each cell is an orbit, coloured by its route code: blue if it leaves on the left first, red if"
+    " on the right, and shaded by what comes next. The closer to a line between two colours it"
+    " starts, the longer it stays with a periodic orbit; one rotation longer, for a start or a"
+    " weight exp(pi^2/nu) times smaller, and the same pattern comes again."
 )
 
 

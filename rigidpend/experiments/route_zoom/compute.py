@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 
 FINER = 2.0**-20
-"""Width to which the change is found, as a share of the finest step: no column comes closer."""
+"""Width to which a level's change is found, as a share of its step, so that levels compare."""
 LEVEL, COLUMNS = 0.02, 25
 """Seconds that a level takes for each symbol, and the columns that double them."""
 
@@ -102,8 +102,7 @@ def _centres(problem: Problem, steps: Sequence[Exact], means: Means) -> Tree:
         means.arithmetic,
         lambda width: means.report(f"the change is known to {width:.0e} rad"),
     )
-    # Each level is centred on a bracket within half of its step: its change lies in the middle.
-    chosen = [next(b for b in path if b.width <= float(step) / 2) for step in steps]
+    chosen = [next(b for b in path if b.width <= float(step) * FINER) for step in steps]
     return {f"bracket{k:02d}": _texts(b) for k, b in enumerate([*chosen, path[-1]])}
 
 

@@ -1,21 +1,28 @@
-"""Zooms into the arrays of Fig. 4, from a spacing of tenths to far below doubles."""
+"""Zooms into the arrays of Fig. 4, side by side; what is new in each is in colour."""
 
 from __future__ import annotations
 
-import textwrap
+from itertools import pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots.code_arrays import COLOURS, DOUBT, NORM, ZOOM, symbol_entries
+from rigidpend.experiments.plots.code_arrays import DOUBT, NONE, ZOOM, symbol_entries
 from rigidpend.experiments.plots.palette import WIDTH
+from rigidpend.experiments.route_zoom.report import same, share
+from rigidpend.numbers.alphabet import NO_SYMBOL
 
+NEW = ("#A04000", "#FFD0A0")
+"""Colours of symbols 0 and 1 that differ from those of the array before."""
+CELLS = ListedColormap(["black", "white", *NEW, NONE])
+NORM = BoundaryNorm([-0.5, 0.5, 1.5, 2.5, 3.5, NO_SYMBOL + 0.5], 5)
 ACROSS = 3
 """Number of levels side by side."""
-HIGH, TOP, BOTTOM, LEFT, GAP = 0.95, 0.3, 1.25, 0.4, 0.42
+HIGH, TOP, BOTTOM, LEFT, GAP = 0.95, 0.3, 0.95, 0.4, 0.42
 """Height of an array, margins, and the space between rows, inches."""
 
 
@@ -35,8 +42,11 @@ def draw(result: Loaded) -> Figure:
         hspace=GAP / HIGH,
         wspace=0.08,
     )
-    for axes, level in zip(grid.flat, levels, strict=False):
-        _draw_level(axes, level, int(data["symbol"]))
+    _draw_level(grid.flat[0], levels[0], levels[0], int(data["symbol"]))
+    for axes, (before, level) in zip(grid.flat[1:], pairwise(levels), strict=False):
+        _draw_level(axes, level, before, int(data["symbol"]))
+        text = f"{100 * share(before, level):.0f} % as before"
+        axes.set_title(text, fontsize=8, pad=3, loc="right")
     for axes in grid.flat[len(levels) :]:
         axes.set_axis_off()
     for axes in grid[:, 0]:
@@ -45,43 +55,39 @@ def draw(result: Loaded) -> Figure:
     return figure
 
 
-def _draw_level(axes: Axes, level: Data, symbol: int) -> None:
+def _draw_level(axes: Axes, level: Data, before: Data, symbol: int) -> None:
     """Draw one array, its columns counted in steps from the centre."""
     step, codes = float(level["step"]), level["codes"]
     # Phases themselves are beyond doubles, of which neighbours would be the same.
     columns = level["offset"] / step
-    axes.pcolormesh(columns, np.arange(1, len(codes) + 1), codes, cmap=COLOURS, norm=NORM)
+    cells = codes + 2 * (~same(before, level) & (codes != NO_SYMBOL))
+    axes.pcolormesh(columns, np.arange(1, len(codes) + 1), cells, cmap=CELLS, norm=NORM)
     row, column = np.nonzero(~level["certain"])
     if row.size:
         axes.plot(columns[column], row + 1, "x", color=DOUBT, ms=2.5, mew=0.7, label="uncertain")
     axes.axhline(symbol + 0.5, color=ZOOM, lw=0.8, label="the symbol that changes")
-    axes.set_title(rf"step {_power(step)} rad", fontsize=8, pad=3)
+    axes.set_title(rf"step {_power(step)} rad", fontsize=8, pad=3, loc="left")
     axes.set_yticks([1, 5, 10, 15] if len(codes) == 15 else [1, len(codes)])
     axes.tick_params(labelsize=7, pad=2)
 
 
 def _power(step: float) -> str:
-    mantissa, exponent = f"{step:.0e}".split("e")
-    factor = "" if mantissa == "1" else rf"{mantissa}\cdot "
-    return rf"${factor}10^{{{int(exponent)}}}$"
+    mantissa, exponent = f"{step:.1e}".split("e")
+    return rf"${mantissa}\cdot 10^{{{int(exponent)}}}$"
 
 
 def _explain(figure: Figure, data: Data, high: float) -> None:
-    """Write below the arrays: axis, legend, and what repeats and why."""
+    """Write below the arrays: axis, legend, and by how much the rows repeat."""
     label = r"columns: $\theta_2^0$ less that of the centre, in steps"
-    figure.text(0.5, (BOTTOM - 0.32) / high, label, ha="center", va="top", fontsize=8)
-    said = (
-        f"In the middle symbol {int(data['symbol'])} changes: the orbit there stays with the "
-        "periodic orbit for ever. Beside it, at a distance d, orbits stay a time that grows as "
-        "ln(1/d), and the symbols above follow from the phase at which they leave. A zoom by "
-        f"exp(π²/ν) = {float(data['repeats_after']):.2f} adds one rotation, so the rows above "
-        "repeat: zooming changes nothing, and never ends. Columns are differences from one orbit "
-        f"in {int(data['reference_bits'])} bits."
+    figure.text(0.5, (BOTTOM - 0.3) / high, label, ha="center", va="top", fontsize=8)
+    text = (
+        f"Rows repeat after a zoom by exp(π²/ν) = {float(data['repeats_after']):.4f}. "
+        f"Columns are differences from one orbit in {int(data['reference_bits'])} bits."
     )
-    text = "\n".join(textwrap.wrap(said, 112))
-    figure.text(0.5, (BOTTOM - 0.5) / high, text, ha="center", va="top", fontsize=7.5)
+    figure.text(0.5, (BOTTOM - 0.48) / high, text, ha="center", va="top", fontsize=7.5)
     entries = [
         *symbol_entries(r"$z_i = 0$", r"$z_i = 1$"),
-        Patch(facecolor="none", edgecolor=ZOOM, label="below: the symbol that changes"),
+        *(Patch(facecolor=NEW[k], label=f"{k}, other than in the array before") for k in (0, 1)),
+        Patch(facecolor="none", edgecolor=ZOOM, label=f"above symbol {int(data['symbol'])}"),
     ]
-    figure.legend(handles=entries, loc="lower center", ncols=3, fontsize=7.5, borderaxespad=0.1)
+    figure.legend(handles=entries, loc="lower center", ncols=5, fontsize=7.5, borderaxespad=0.1)

@@ -7,15 +7,29 @@ from decimal import Decimal
 from fractions import Fraction
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.machine.tables import Table
 
 CAPTION = (
-    "Route codes around a phase at which a symbol changes, each array much finer than the one"
-    " before, down to spacings far below those of doubles. Rows repeat after a zoom of"
-    " exp(pi^2/nu), the self-similarity of the codes."
+    "Magnified again and again about a phase at which a symbol changes, the array of route codes"
+    " comes to repeat itself, row after row from below. The orbit at that phase stays with a"
+    " periodic orbit for ever; an orbit at a distance d from it stays a time that grows as"
+    " ln(1/d), and its next symbols follow from the phase at which it leaves, which is the same"
+    " again for a d that is exp(pi^2/nu) times smaller: one rotation more. In colour: what differs"
+    " from the array before."
 )
+
+
+def same(before: Data, level: Data) -> NDArray[np.bool_]:
+    """Whether each symbol of a level is that of the level before, so many steps from the centre."""
+    return np.asarray(before["codes"] == level["codes"])
+
+
+def share(before: Data, level: Data) -> float:
+    """The share of symbols that a level repeats."""
+    return float(same(before, level).mean())
 
 
 def tables(result: Loaded) -> list[Table]:
@@ -26,8 +40,11 @@ def tables(result: Loaded) -> list[Table]:
     return [
         Table(
             f"Levels around the phase at which symbol {symbol} changes",
-            ("level", "spacing (rad)", "columns", "symbols", "certain", "bits"),
-            [_row(k, level) for k, level in enumerate(levels)],
+            ("level", "spacing (rad)", "columns", "symbols", "certain", "as before", "bits"),
+            [
+                _row(k, level, f"{100 * share(before, level):.1f} %" if k else "")
+                for k, (before, level) in enumerate(zip([levels[0], *levels], levels, strict=False))
+            ],
             f"theta2_0 = {_decimals(levels[-1])} rad at the last centre, rounded; rows repeat after"
             f" a zoom of {repeats:.6f}.",
         )
@@ -41,9 +58,9 @@ def _decimals(level: Data) -> str:
     return f"{Decimal(f'{nearest}e-{digits}'):f}"
 
 
-def _row(k: int, level: Data) -> tuple[str, ...]:
+def _row(k: int, level: Data, repeated: str) -> tuple[str, ...]:
     bits = np.unique(level["bits"])
     certain = int(np.count_nonzero(level["certain"]))
     size = level["codes"].size
     numbers = (str(level["codes"].shape[1]), str(size), str(certain))
-    return str(k), f"{float(level['step']):.3g}", *numbers, ", ".join(map(str, bits))
+    return str(k), f"{float(level['step']):.3g}", *numbers, repeated, ", ".join(map(str, bits))

@@ -9,9 +9,13 @@ from pydantic import Field, model_validator
 
 from rigidpend.config.route_start import RouteStart
 from rigidpend.config.schema import ExperimentConfig, Number, Numerics, Whole
+from rigidpend.numbers.exact import exact
 
 FINEST = -200
 """Least exponent of a step, rad: below that doubles lose what has yet to grow from it."""
+
+LONGEST = 20
+"""Characters of the factor, whose powers are written out in every phase."""
 
 
 class Problem(RouteStart):
@@ -23,8 +27,10 @@ class Problem(RouteStart):
     """Number of the symbol that changes."""
     step: Number
     """Spacing of the columns at the first level, rad."""
-    factor: Annotated[Whole, Field(ge=2, le=10**6)] = 100
-    """Factor by which each level is finer than the one before."""
+    factor: Number = exact(100)
+    """Factor by which each level is finer than the one before, 2 to 1000000.
+
+    The picture repeats where it is the multiplier of the periodic orbit, which `describe` tells."""
     levels: Annotated[Whole, Field(ge=1, le=60)]
     """Number of arrays."""
     count: Annotated[Whole, Field(ge=3, le=999)]
@@ -36,7 +42,10 @@ class Problem(RouteStart):
             raise ValueError(f"symbol {self.symbol} is beyond n_symbols = {self.n_symbols}")
         if not float(self.step) > 0:
             raise ValueError(f"step must be greater than 0, got {self.step}")
-        finest = math.log10(float(self.step)) - (self.levels - 1) * math.log10(self.factor)
+        if not 2 <= float(self.factor) <= 1e6 or len(self.factor.text) > LONGEST:
+            said = f"factor must be from 2 to 1000000, in at most {LONGEST} characters"
+            raise ValueError(f"{said}, got {self.factor}")
+        finest = math.log10(float(self.step)) - (self.levels - 1) * math.log10(float(self.factor))
         if finest < FINEST:
             raise ValueError(f"the last level's step would be 1e{finest:.0f}, below 1e{FINEST}")
         self.afford(self.levels * self.count, "levels")

@@ -43,6 +43,11 @@ class Errors(NamedTuple):
     tail_energy: float
     """Tail of the tables in h."""
 
+    @property
+    def largest(self) -> float:
+        """The largest of those that are measured in the precision of the tables."""
+        return max(self.exponents, self.charts, self.inverse)
+
 
 def held_out(
     rising: bool, chart: Chart, nf: NormalForm, c: Coefficients, length: Scalar, a: Precision

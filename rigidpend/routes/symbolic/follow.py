@@ -35,6 +35,8 @@ from rigidpend.routes.symbolic.tables import Level
 
 LEAST_BITS = 64
 """Least precision of the states at crossings."""
+IN_DOUBLES = 53
+"""Bits of doubles."""
 MOST_DECIMALS = 4
 """At most 62,832 phases are tried."""
 MOST_SYMBOLS = 50
@@ -210,19 +212,29 @@ def round_phases(
     asked = np.array(address.symbols)[:, None]
     found = np.flatnonzero(certain & (routes.codes == asked).all(axis=0))
     problem = RouteProblem(body, h0, J1_0, n)
-    each = {phases[k]: _address(problem, phases[k], address.symbols) for k in found}
+    each = {
+        phases[k]: _address(
+            problem, phases[k], address.symbols, in_doubles=routes.bits[k] <= IN_DOUBLES
+        )
+        for k in found
+    }
     kept = {phase: own for phase, own in each.items() if _meant(address, own)}
     return RoundPhases(tuple(kept), tuple(kept.values()), tried, int((~certain).sum()))
 
 
-def _address(problem: RouteProblem, phase: Decimal, symbols: tuple[int, ...]) -> Address | None:
-    """The address of an orbit whose symbols are known."""
+def _address(
+    problem: RouteProblem, phase: Decimal, symbols: tuple[int, ...], *, in_doubles: bool
+) -> Address | None:
+    """The address of an orbit whose symbols are known, as are the bits that decided them."""
     try:
-        own, _ = followed(surface(problem), float(phase), len(symbols))
-        # Where doubles do not follow the orbit, integration does.
-        return own if own.symbols == symbols else address_of(
+        if in_doubles:
+            own, _ = followed(surface(problem), float(phase), len(symbols))
+            if own.symbols == symbols:
+                return own
+        # Beyond what doubles follow their symbols may still be right by chance, their turns not.
+        return address_of(
             problem.body, phase, h0=problem.h0, J1_0=problem.J1_0, n_symbols=len(symbols)
-        )  # fmt: skip
+        )
     except MapError:
         return None
 

@@ -20,8 +20,9 @@ from tests.experiments.trees import differences, plain
 
 SHIPPED = Path(__file__).parents[3] / "configs" / "route_map.yaml"
 SMALL = (
+    "problem.zooms={}",
     "problem.theta2_0.count=5",
-    "problem.rows.count=4",
+    "problem.rows={axis: log10_J1_0, ends: [-10, -5], count: 4}",
     "problem.n_symbols=3",
     "numerics.precisions=[53]",
 )
@@ -83,7 +84,7 @@ def body_of(values: dict[str, float]) -> Body:
 
 @pytest.mark.parametrize("axis", ROWS)
 def test_rows_of_other_bodies_and_energies(axis: str) -> None:
-    given = content("problem.zooms={}", f"problem.rows={ROWS[axis]}")
+    given = content(f"problem.rows={ROWS[axis]}")
     found = plain(computed(given))
     y, x = found["y"], found["x"]
     body = body_of({axis: float(y[2])})
@@ -121,7 +122,7 @@ def axis_of(name: str, count: int) -> str:
 def over(across: str, upwards: str, *settings: str) -> Any:
     """A small plane of two parameters."""
     axes = f"problem.columns={axis_of(across, 3)}", f"problem.rows={axis_of(upwards, 4)}"
-    return content("problem.zooms={}", "problem.theta2_0=1.2", *axes, *settings)
+    return content("problem.theta2_0=1.2", *axes, *settings)
 
 
 @pytest.mark.slow
@@ -145,7 +146,7 @@ def test_any_two_parameters_make_a_plane_whose_cells_are_their_orbits(
 
 def test_columns_of_theta2_0_are_those_of_its_own_cells(data: Any) -> None:
     ends = "{axis: theta2_0, ends: [0, 2*pi], count: 5}"
-    given = content("problem.zooms={}", "problem.theta2_0=1", f"problem.columns={ends}")
+    given = content("problem.theta2_0=1", f"problem.columns={ends}")
     same = plain(computed(given))
     for name in ("codes", "certain", "x", "y"):
         assert np.array_equal(same[name], data[name])
@@ -259,7 +260,7 @@ def test_columns_that_do_not_fit_are_refused(
     settings: tuple[str, ...], field: str, reason: str
 ) -> None:
     base = f"problem.columns={axis_of('h0', 3)}", f"problem.rows={axis_of('mu', 4)}"
-    asked = [*SMALL[2:], "problem.zooms={}", "problem.theta2_0=1.2", *base, *settings]
+    asked = [*SMALL[3:], "problem.zooms={}", "problem.theta2_0=1.2", *base, *settings]
     said = "\n".join(map(str, refused(SHIPPED, asked)))
     assert field in said
     assert reason in said

@@ -68,6 +68,14 @@ def test_order_a_map_of_64_bits_errs_by_less_than_their_rounding(design: Design)
     assert max(errors.charts, errors.inverse, errors.exponents) < 2.0**-64
 
 
+def test_a_map_is_shown_in_two_lines() -> None:
+    made = return_map(FIG4, h=("1.3332", "1.3352"), bits=64)
+    worst = max(made.errors.charts, made.errors.inverse, made.errors.exponents)
+    first, second = repr(made).splitlines()
+    assert first == f"<ReturnMap of {FIG4!r},"
+    assert second == f" h = 1.3332 to 1.3352, 64 bits, errors of its tables up to {worst:.2g}>"
+
+
 def test_agrees_tables_of_two_designs_have_the_same_values() -> None:
     """In other units: U and d scale, t' inversely, theta3 not; with other orders and arcs."""
     first, second = (return_map(FIG4, h=H, design=design) for design in (FIRST, SECOND))

@@ -344,7 +344,7 @@ def _measured(group: Data) -> list[str]:
 
 
 def _plain(value: Any) -> Any:
-    """What JSON can hold; None for what is not finite."""
+    """Value as JSON can hold it; None for what is not finite."""
     if isinstance(value, Mapping):
         return {name: _plain(each) for name, each in value.items()}
     if isinstance(value, list) or np.ndim(value):

@@ -23,8 +23,9 @@ from typing import Any, NamedTuple
 from rigidpend.machine.workers import PERIOD, check_stop
 
 FAILURES = (ArithmeticError, ImportError, MemoryError, RuntimeError, ValueError)
-"""What a method may raise: it found no number, its library is not there or refuses. Whatever else
-is raised is a fault of this package's own lines."""
+"""Errors that a method may raise: it found no number, its library is not there or refuses.
+
+Whatever else is raised is a fault of this package's own lines."""
 FAILED = 3
 """Exit code of a worker whose method failed."""
 

@@ -51,7 +51,7 @@ def drawn(seed: int) -> Setup:
 
 
 def trial(name: str, setup: Setup, *, words: int, n_symbols: int, seed: int) -> Trial:
-    """So many random words of a body, of so many symbols: found, and read back in more bits."""
+    """Random words of a body, of so many symbols: found, and read back in more bits."""
 
     def measure() -> Findings:
         random, lost, other, delay = np.random.default_rng(seed), 0, 0, 0.0

@@ -51,7 +51,7 @@ class Tally(NamedTuple):
 
     @property
     def said(self) -> str:
-        """What is remarked on the claim."""
+        """Remark on the claim."""
         return f"of {self.symbols} symbols {self.wrong} are wrong"
 
 

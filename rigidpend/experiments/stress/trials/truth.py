@@ -1,4 +1,4 @@
-"""What trials share: a body's orbits, followed in some arithmetic and in another.
+"""Scenes that trials share: a body's orbits, followed in some arithmetic and in another.
 
 The truth about doubles has 113 bits; about more bits it comes from integers.
 """

@@ -26,7 +26,7 @@ class Answer(NamedTuple):
     told: Setting = {}  # noqa: RUF012
 
 
-class Run(NamedTuple):
+class MethodRun(NamedTuple):
     """A run of a cross-check: a method with a tolerance and a setting."""
 
     method: str
@@ -88,7 +88,7 @@ def _ours(label: str, routes: Answer | None = None, **more: Any) -> Method:
     return Method(label, "ours", answers, **{"libraries": HEYOKA, **more})
 
 
-def _cross_check(label: str, *runs: Run) -> Method:
+def _cross_check(label: str, *runs: MethodRun) -> Method:
     answers = {"routes": Answer("", "compared", {"runs": runs})}
     first = METHODS[runs[0].method]
     more: Setting = {"libraries": first.libraries, "threads": first.threads}
@@ -219,29 +219,29 @@ METHODS = {
 }
 """Every method by its name; cross-checks of peers follow."""
 
-PRINCIPAL, EQ1 = Run("heyoka_principal", 2.0**-52), Run("heyoka_eq1", 2.0**-52)
-COARSER = Run("heyoka_principal", 1e-14)
+PRINCIPAL, EQ1 = MethodRun("heyoka_principal", 2.0**-52), MethodRun("heyoka_eq1", 2.0**-52)
+COARSER = MethodRun("heyoka_principal", 1e-14)
 METHODS |= {
     "heyoka_two_forms": _cross_check("heyoka, both forms", PRINCIPAL, EQ1, COARSER),
     "heyoka_two_tolerances": _cross_check("heyoka, two tolerances", PRINCIPAL, COARSER, EQ1),
     "cyrk_two_methods": _cross_check(
         "CyRK, two methods",
         *(
-            Run("cyrk", tolerance, {"method": name})
+            MethodRun("cyrk", tolerance, {"method": name})
             for tolerance, name in ((1e-13, "DOP853"), (1e-13, "Vern8"), (3e-14, "DOP853"))
         ),
     ),
     "diffrax_two_tolerances": _cross_check(
         "diffrax, two tolerances",
         *(
-            Run("diffrax", tolerance, {"solver": name})
+            MethodRun("diffrax", tolerance, {"solver": name})
             for tolerance, name in ((1e-13, "Dopri8"), (3e-14, "Dopri8"), (1e-12, "Dopri5"))
         ),
     ),
     "scipy_two_tolerances": _cross_check(
         "SciPy DOP853, two tolerances",
         *(
-            Run("scipy_dop853", tolerance, {"abreast": abreast})
+            MethodRun("scipy_dop853", tolerance, {"abreast": abreast})
             for tolerance, abreast in ((1e-12, True), (1e-13, True), (1e-13, False))
         ),
     ),
@@ -264,7 +264,7 @@ def function(answer: Answer, threads: int, setting: Setting) -> Callable[[Any, A
     return lambda task, knob: make(task, knob, threads, **answer.told, **setting)
 
 
-def _of_run(run: Run, threads: int) -> Callable[[Any], Any]:
+def _of_run(run: MethodRun, threads: int) -> Callable[[Any], Any]:
     make = function(METHODS[run.method].answers["routes"], threads, run.setting)
     return lambda task: make(task, run.tolerance)
 
