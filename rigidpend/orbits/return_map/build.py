@@ -21,6 +21,7 @@ from rigidpend.orbits.integrate.engines import PAIRS
 from rigidpend.orbits.return_map import storage
 from rigidpend.orbits.return_map.charts import (
     Chart,
+    Charts,
     ChartTable,
     forward_table,
     inverse_table,
@@ -119,7 +120,7 @@ class ReturnMap:
     design: Design
     coefficients: Coefficients
     normal_form: NormalForm
-    charts: tuple[Chart, Chart]
+    charts: Charts
     cost: float
 
     def __repr__(self) -> str:
@@ -383,7 +384,7 @@ def _attempt(
     o: Orders,
     exponent: float,
     a: Precision,
-) -> tuple[NormalForm, tuple[Chart, Chart], Errors]:
+) -> tuple[NormalForm, Charts, Errors]:
     """The normal form and the charts by given orders, with their errors."""
     h, length = float(energies.centre), a.number(o.length)
     border = border_of(rough, h, max(layer.widths))

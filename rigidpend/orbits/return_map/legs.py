@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.orbits.integrate.pair_arrays import PairArray
-from rigidpend.orbits.return_map.charts import Chart, ChartTable
+from rigidpend.orbits.return_map.charts import Charts, ChartTable
 from rigidpend.orbits.return_map.normal_form import NormalForm
 from rigidpend.orbits.return_map.precision import Precision
 from rigidpend.orbits.return_map.rates import rates_at
@@ -47,7 +47,7 @@ class Leg(NamedTuple):
 
 
 def legs(
-    nf: NormalForm, charts: tuple[Chart, Chart], starts: Entry, threshold: float, a: Precision
+    nf: NormalForm, charts: Charts, starts: Entry, threshold: float, a: Precision
 ) -> tuple[Leg, Leg, Leg]:
     """From the starts, and past the upper orbit from upward and from downward crossings.
 
@@ -57,10 +57,7 @@ def legs(
     reach = charts[True].inverse.width
     rates = rates_at(nf, float(starts.centre + starts.half_width), float(reach), threshold, a)
     start = Leg(
-        _scaled(
-            significant(starts.table, threshold),
-            (1 / rates.scale, rates.scale / reach, 1),
-        ),
+        _scaled(significant(starts.table, threshold), (1 / rates.scale, rates.scale / reach, 1)),
         down.out,
         rates.joined(-1, reach),
         nf.radius / rates.scale,
@@ -69,9 +66,7 @@ def legs(
     return start, up, down
 
 
-def _passage(
-    rising: bool, nf: NormalForm, charts: tuple[Chart, Chart], threshold: float, a: Precision
-) -> Leg:
+def _passage(rising: bool, nf: NormalForm, charts: Charts, threshold: float, a: Precision) -> Leg:
     """Past the upper orbit from upward crossings; mirrored from downward ones."""
     side, (forward, inverse) = 1 if rising else -1, charts[not rising]
     reach, into = inverse.width, significant(charts[rising].forward, threshold)

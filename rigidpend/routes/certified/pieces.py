@@ -148,5 +148,7 @@ def unpacked(data: Mapping[str, Any], n: int) -> list[list[FamilyStep]]:
             {at: int(x) for at, x in zip(powers, column, strict=True) if x}
             for column in data["coefficients"][here].T
         ]
+        if any(j for j, _, _ in columns[-1]):
+            raise ValueError("the length of a step depends on time")
         found[of].append(FamilyStep(int(bits), columns[-1], columns[:-1]))
     return found

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.return_map import Passage, SectionPoint
-from rigidpend.orbits.return_map.charts import look_up, look_up_slopes
 from rigidpend.routes.symbolic.address import Address, cells_of
 from rigidpend.routes.symbolic.chain import SETTLED, NoOrbit
 from rigidpend.routes.symbolic.skeleton import Skeleton
@@ -211,16 +210,14 @@ class _Places:
     def _arriving(self) -> Array:
         """Growth of theta3 from the periodic orbit to the first crossing."""
         made = self.level.map_level
-        table, values = made.charts[True].inverse, made.values[True][1]
-        found: Array = look_up(table, values, 0 * self.b, -self.b, made.a)[3]
+        found: Array = made.charts[True].inverse.look_up(0 * self.b, -self.b, made.a)[3]
         return found
 
 
 def leaving(level: Level, rising: bool, d: Array, chi: Array) -> Leaving:
     """The last crossings of doubly asymptotic orbits."""
     made, side = level.map_level, 1.0 if rising else -1.0
-    table, values = made.charts[rising].forward, made.values[rising][0]
-    seen = look_up_slopes(table, values, d, side * chi, made.a)
+    seen = made.charts[rising].forward.look_up_slopes(d, side * chi, made.a)
     out = 0 if rising else 1
     V = seen.value[1 - out]
     by_d, by_chi = seen.by_x[out] * V, side * seen.by_phase[out] * V

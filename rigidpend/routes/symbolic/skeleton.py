@@ -26,7 +26,6 @@ from numpy.typing import NDArray
 
 from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.return_map import SectionPoint
-from rigidpend.orbits.return_map.charts import look_up
 from rigidpend.routes.symbolic.address import cells_of
 from rigidpend.routes.symbolic.chain import NoOrbit
 from rigidpend.routes.symbolic.tables import Level, Mask, Signs, columns
@@ -108,7 +107,7 @@ def _track(level: Level, b: Array, n: int) -> Track:
 def unstable(level: Level, rising: bool, d: Array, chi: Array) -> Array:
     """U of crossings: of downward ones V of their image in the reversor."""
     made, angle = level.map_level, chi if rising else -chi
-    found: Array = look_up(made.charts[rising].forward, made.values[rising][0], d, angle, made.a)
+    found: Array = made.charts[rising].forward.look_up(d, angle, made.a)
     return found[0 if rising else 1]
 
 

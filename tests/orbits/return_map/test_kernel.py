@@ -11,7 +11,6 @@ import pytest
 from rigidpend.machine.signals import Stopped
 from rigidpend.orbits.integrate.kernel.writer import LANES
 from rigidpend.orbits.return_map import ReturnMap, kernel, return_map
-from rigidpend.orbits.return_map.charts import at_energies, look_up
 from rigidpend.orbits.return_map.expansions import chebyshev_basis, fourier_basis
 from rigidpend.orbits.return_map.itinerary import Itinerary, enter, follow
 from rigidpend.orbits.return_map.kernel import Followed
@@ -109,8 +108,8 @@ def test_order_what_is_left_out_of_a_table_is_below_its_threshold(
     table, a, own = made.charts[1][which], precision(53), precision(made.bits)
     phase, e = drawn()
     x = np.random.default_rng(4).uniform(-1, 1, N)
-    values = at_energies(table, made.normal_form.energies.basis(energy(made, e), own))
-    full = look_up(table, values, table.width * own.array(x), own.array(phase), own)[:3]
+    there = table.at(made.normal_form.energies.basis(energy(made, e), own))
+    full = there.look_up(table.width * own.array(x), own.array(phase), own)[:3]
     kept = significant(table, 2.0**-40).astype(float)
     E, T = (chebyshev_basis(y, n, a) for y, n in zip((e, x), kept.shape[:2], strict=True))
     few = np.einsum("nl,ni,nk,likf->fn", E, T, fourier_basis(phase, kept.shape[2], a), kept)

@@ -496,6 +496,14 @@ def test_terms_that_come_round_again_are_refused(data: Any) -> None:
         unpacked({**proof, "terms": terms}, 5)
 
 
+def test_a_length_that_depends_on_time_is_refused(data: Any) -> None:
+    coefficients = np.array(data["proof"]["coefficients"])
+    later = np.flatnonzero(data["proof"]["powers"][:, 0])[0]
+    coefficients[later, 6] = 1
+    with pytest.raises(ValueError, match="depends on time"):
+        unpacked({**data["proof"], "coefficients": coefficients}, 5)
+
+
 def test_a_set_without_a_curve_is_refused(data: Any) -> None:
     with pytest.raises(ValueError, match="no extent"):
         unpacked_quads({**data["sets"], "p": np.zeros((4, 0))})

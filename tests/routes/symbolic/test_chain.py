@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from rigidpend.orbits.return_map import SectionPoint, return_map
-from rigidpend.orbits.return_map.charts import look_up_slopes
 from rigidpend.routes.symbolic.chain import (
     NoOrbit,
     System,
@@ -40,8 +39,8 @@ def test_tables_are_those_of_the_map(level: Level) -> None:
     for rising in (False, True):
         upper = np.full(50, True)
         at = level.crossings(np.full(50, rising), upper, I, phase)
-        chart, values = level.map_level.charts[rising], level.map_level.values[rising]
-        seen = look_up_slopes(chart.inverse, values[1], I, phase, level.map_level.a)
+        table = level.map_level.charts[rising].inverse
+        seen = table.look_up_slopes(I, phase, level.map_level.a)
         np.testing.assert_allclose(at.d, seen.value[0], atol=1e-16)
         np.testing.assert_allclose(at.chi - phase, seen.value[1], atol=1e-13)
         np.testing.assert_allclose(at.d_by[0], seen.by_x[0], rtol=1e-10, atol=1e-11)
