@@ -92,7 +92,7 @@ def _list(code: str, decimals: int, given: dict[str, Any], as_json: bool) -> Non
     """Print the round phases of a code."""
     from rigidpend.machine.workers import cores
     from rigidpend.routes.symbolic import NoOrbit
-    from rigidpend.routes.symbolic.round_phases import round_phases
+    from rigidpend.routes.symbolic.follow import round_phases
 
     found = round_phases(code=code, decimals=decimals, jobs=cores(), **given)
     if not found.theta2_0:

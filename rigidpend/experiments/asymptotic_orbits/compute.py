@@ -19,10 +19,9 @@ from rigidpend.routes.codes import codes_of
 from rigidpend.routes.herpolhode import RouteOrbit, samples
 from rigidpend.routes.problem import rotation_period
 from rigidpend.routes.symbolic.doubly import DoublyAsymptotic, doubly_asymptotic
-from rigidpend.routes.symbolic.launch import Launch
-from rigidpend.routes.symbolic.sharp import sharp
+from rigidpend.routes.symbolic.sharp import Launch, sharp
 from rigidpend.routes.symbolic.skeleton import skeleton
-from rigidpend.routes.symbolic.tables import Level
+from rigidpend.routes.symbolic.tables import Level, columns
 
 if TYPE_CHECKING:
     from rigidpend.experiments.asymptotic_orbits.schema import Config, Problem
@@ -67,7 +66,7 @@ def cost(config: Config) -> float:
 def _ordered(launch: Launch, orbits: DoublyAsymptotic) -> DoublyAsymptotic:
     """The orbits by their phases in [0, 2 pi)."""
     phase = np.mod(launch.theta2(orbits.b, float(launch.J1_0)), 2 * np.pi)
-    return orbits.part(np.argsort(phase))
+    return columns(orbits, np.argsort(phase))
 
 
 def _orbits(launch: Launch, orbits: DoublyAsymptotic, arcs: int, jobs: int) -> Tree:
@@ -96,7 +95,7 @@ def _orbits(launch: Launch, orbits: DoublyAsymptotic, arcs: int, jobs: int) -> T
 def _sampled(config: Config, launch: Launch, orbits: DoublyAsymptotic, means: Means) -> Tree:
     """The orbit with the shortest flight, from where J1 = J1_0, in doubles."""
     problem, k = config.problem, int(np.argmin(orbits.flight))
-    one, level = orbits.part(np.array([k])), launch.level
+    one, level = columns(orbits, np.array([k])), launch.level
     start, shown = (
         float(launch.clock(launch.theta2(one.b, J1), J1)[0])
         for J1 in (float(launch.J1), float(launch.J1_0))

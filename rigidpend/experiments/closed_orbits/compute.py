@@ -15,11 +15,9 @@ from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Tree
 from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.orbits.return_map import return_map
-from rigidpend.routes.symbolic.action import actions
-from rigidpend.routes.symbolic.chain import on_surface, signs_of
+from rigidpend.routes.symbolic.chain import System, on_surface, signs_of
 from rigidpend.routes.symbolic.closed import ClosedOrbit, closed, lyapunov, words
-from rigidpend.routes.symbolic.closing import closing
-from rigidpend.routes.symbolic.confirm import passages
+from rigidpend.routes.symbolic.integrated import actions, closing, passages
 from rigidpend.routes.symbolic.shortest import path
 from rigidpend.routes.symbolic.stretching import stretching
 from rigidpend.routes.symbolic.tables import Level
@@ -94,8 +92,8 @@ def _averages(problem: Problem, level: Level, found: list[ClosedOrbit]) -> dict[
 def _long_orbit(level: Level, n: int, half_turns: int) -> tuple[float, float]:
     """The Lyapunov exponent per passage of an orbit with random symbols, and its error."""
     symbols = np.random.default_rng(SEED).integers(0, 2, n)
-    chain = path(level, on_surface, signs_of(symbols), half_turns * np.arange(n + 1), 0.0).chain
-    grown = stretching(level, chain)
+    system = System(level, on_surface, signs_of(symbols))
+    grown = stretching(level, path(system, half_turns * np.arange(n + 1), 0.0).chain)
     parts = [float(part.mean()) for part in np.array_split(grown, PARTS)]
     return float(grown.mean()), float(np.std(parts, ddof=1) / math.sqrt(PARTS))
 

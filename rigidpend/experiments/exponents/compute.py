@@ -19,7 +19,7 @@ from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.mapped import UNKEPT
 from rigidpend.routes.plane import Plane
-from rigidpend.routes.symbolic.exponents import integrated, stretched
+from rigidpend.routes.symbolic.stretching import integrated, stretched
 from rigidpend.routes.symbolic.surface import Surface, surface
 
 if TYPE_CHECKING:

@@ -5,26 +5,20 @@ given one, the chain of its passages tells, solved all at once.
 
 Chain parts
 -----------
-address   codes and addresses as texts
-tables    the return map's inverse charts at one energy, with slopes
-chain     the equations of a chain of passages, by Newton's method
-shortest  chains with given half rotations, or with few
-surface   the orbits of Fig. 4 as the beginning of a chain
-refine    theta2_0 to any number of digits, by integration
-confirm   every passage of a chain integrated alone
-follow    the address of a given orbit
-find      the orbit of a given address
-round_phases phases of few decimals that have a code
-closed    the periodic orbit of a word, its multiplier
-closing   closed orbits verified by integration
-action    their actions
+address    codes and addresses as texts
+tables     the return map's inverse charts at one energy, with slopes
+chain      the equations of a chain of passages, open or closed, by Newton's method
+shortest   chains with given half rotations, or with few
+surface    the orbits of Fig. 4 as the beginning of a chain
+follow     the address of a given orbit, round phases that have a code
+refine     theta2_0 to any number of digits, by integration
+find       the orbit of a given address
+closed     the periodic orbit of a word, its multiplier
+integrated passages integrated alone, actions, closed orbits that close
 stretching growth of deviations, finite-time Lyapunov exponents
-exponents the same for many orbits of Fig. 4's kind at once
-track     orbits of the unstable surface, followed by the map
-skeleton  the doubly asymptotic orbits with short codes
-doubly    the same to rounding, what theta3 gains along them
-launch    starts on the unstable surface itself, in 106 bits
-sharp     their phases to 30 digits
+skeleton   the doubly asymptotic orbits with short codes, from tracks by the map
+doubly     the same to rounding, what theta3 gains along them
+sharp      their phases to 30 digits, from starts on the unstable surface itself
 """
 
 from rigidpend.routes.symbolic.address import Address, AddressError

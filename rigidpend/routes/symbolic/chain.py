@@ -18,7 +18,7 @@ from scipy.linalg import solve_banded
 
 from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.return_map import SectionPoint
-from rigidpend.routes.symbolic.tables import Level, PassageEnds, Signs
+from rigidpend.routes.symbolic.tables import Level, PassageEnds, Signs, columns
 
 MOST_ITERATIONS = 12
 LONGEST_STEP = 0.5
@@ -43,8 +43,7 @@ class Arrival(NamedTuple):
 
     def crossing(self, level: Level) -> PassageEnds:
         """The first crossing, an upward one: where that passage ends."""
-        upper, rising = np.array([True]), np.array([False])
-        return level.crossings(upper, rising, np.array([self.I]), np.array([self.b]))
+        return level.arriving(np.array([self.I]), np.array([self.b]))
 
 
 Begin: TypeAlias = Callable[[float], Arrival]
@@ -91,7 +90,7 @@ class System(NamedTuple):
     """None for a closed orbit: the passage before the first is the last one."""
     signs: Signs
     """(N,)."""
-    last: float | None
+    last: float | None = None
     """chi of the last crossing, radians; None for an orbit that ends on a stable surface.
 
     Of a closed orbit it is by how much chi grows in all."""
@@ -156,14 +155,14 @@ class System(NamedTuple):
         upper = ~odd[: len(a)]
         if arrival is None:
             ends = self.level.crossings(~upper, upper, I, b)
-            return self.level.crossings(upper, upper, I, a), ends.part(np.arange(-1, n))
+            return self.level.crossings(upper, upper, I, a), columns(ends, np.arange(-1, n))
         both = self.level.crossings(
             np.concatenate((~odd, upper)),
             np.concatenate((odd, upper)),
             np.concatenate(([arrival.I], I, I, np.zeros(len(a) - n))),
             np.concatenate(([arrival.b], b, a)),
         )
-        return both.part(slice(n + 1, None)), both.part(slice(0, n + 1))
+        return columns(both, slice(n + 1, None)), columns(both, slice(0, n + 1))
 
     def _equations(
         self, arrival: Arrival | None, slope: Array, starts: PassageEnds, ends: PassageEnds

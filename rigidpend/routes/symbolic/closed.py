@@ -26,8 +26,8 @@ from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.symbolic.address import AddressError, parsed
-from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, signs_of, tangents
-from rigidpend.routes.symbolic.shortest import INSIDE, MORE
+from rigidpend.routes.symbolic.chain import Chain, System, signs_of, tangents
+from rigidpend.routes.symbolic.shortest import Path, alike, in_cells
 from rigidpend.routes.symbolic.tables import Level, Signs
 
 MOST_SYMBOLS = 60
@@ -118,21 +118,18 @@ def closed(
     level: Level, word: tuple[int, ...], half_turns: int | None = None, first: int = 0
 ) -> ClosedOrbit:
     """:func:`closed_orbit` on a level that is at hand, from an even (0) or odd (1) cell on."""
-    symbols = np.array(word * (1 + len(word) % 2))
-    signs = signs_of(symbols)
-    if half_turns is not None:
-        return _record(level, word, half_turns, first, _solved(level, signs, half_turns, first))
-    least = max(1, level.fewest_half_turns)
-    reason: NoOrbit | None = None
-    for n in range(least, least + MORE):
-        try:
-            chain = _solved(level, signs, n, first)
-        except NoOrbit as error:
-            reason = error
-            continue
-        if _spread(chain, n, first) <= INSIDE:
-            return _record(level, word, n, first, chain)
-    raise NoOrbit(f"none with {least} to {least + MORE - 1} half rotations a passage: {reason}")
+    signs = signs_of(np.array(word * (1 + len(word) % 2)))
+    if half_turns is None:
+        made = alike(level, lambda n: _solved(level, signs, n, first))
+    else:
+        made = _solved(level, signs, half_turns, first)
+    chain, matrix = made.chain, np.eye(2)
+    for slope in tangents(level, chain):
+        matrix = slope[:2] @ matrix
+    mirrored = bool((chain.I < 0).sum() % 2)
+    period, trace = float(chain.time.sum()), float(np.trace(matrix))
+    turns = made.half_turns[0]
+    return ClosedOrbit(word, turns, first, level.h, mirrored, period, trace, chain)
 
 
 def words(longest: int) -> Iterator[tuple[int, ...]]:
@@ -150,28 +147,12 @@ def words(longest: int) -> Iterator[tuple[int, ...]]:
                 yield word
 
 
-def _record(level: Level, word: tuple[int, ...], n: int, first: int, chain: Chain) -> ClosedOrbit:
-    matrix = np.eye(2)
-    for slope in tangents(level, chain):
-        matrix = slope[:2] @ matrix
-    mirrored = bool((chain.I < 0).sum() % 2)
-    period, trace = float(chain.time.sum()), float(np.trace(matrix))
-    return ClosedOrbit(word, n, first, level.h, mirrored, period, trace, chain)
-
-
-def _solved(level: Level, signs: Signs, n: int, first: int) -> Chain:
+def _solved(level: Level, signs: Signs, n: int, first: int) -> Path:
     """The chain whose last crossing is its first one, n half rotations a passage."""
-    P = len(signs)
-    system = System(level, None, signs, math.pi * n * P)
-    chain = system.solved(system.guess(np.pi * (first + n * np.arange(P + 1.0)), 0.0))
-    if _spread(chain, n, first) > 0.5:
-        raise NoOrbit("the orbit found has other half rotations")
-    return chain
-
-
-def _spread(chain: Chain, n: int, first: int) -> float:
-    cells = first + n * np.arange(len(chain.chi))
-    return float(np.abs(chain.chi / np.pi - cells).max())
+    cells = first + n * np.arange(len(signs) + 1)
+    angles = np.asarray(np.pi * cells, dtype=float)
+    system = System(level, None, signs, math.pi * n * len(signs))
+    return in_cells(system.solved(system.guess(angles, 0.0)), cells)
 
 
 def lyapunov(orbits: Sequence[ClosedOrbit], length: int) -> float:

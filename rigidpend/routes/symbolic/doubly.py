@@ -21,11 +21,24 @@ from rigidpend.routes.symbolic.address import Address, cells_of
 from rigidpend.routes.symbolic.chain import SETTLED, NoOrbit
 from rigidpend.routes.symbolic.skeleton import Skeleton
 from rigidpend.routes.symbolic.tables import Level
-from rigidpend.routes.symbolic.track import Leaving, arrivals, leaving
 
 MOST_ITERATIONS = 8
 MOVED = 1e-3
 """Largest correction of a track, radians or widths: its error is 1e-16, grown along the orbit."""
+
+
+class Leaving(NamedTuple):
+    """Crossings on the stable surface of the next periodic orbit, (N,) each."""
+
+    I: Array
+    V: Array
+    """Share in the stable direction; I is U V."""
+    I_by: tuple[Array, Array]
+    """Derivatives of I in d and in chi."""
+    constant: Array
+    """Share of the time beyond the crossing that is not rotation, t'."""
+    theta3: Array
+    """Growth of theta3 from there to the periodic orbit, as if on separatrix 2 or 3, radians."""
 
 
 class DoublyAsymptotic(NamedTuple):
@@ -63,13 +76,8 @@ class DoublyAsymptotic(NamedTuple):
         """(n + 1, N) the multiples of pi to which chi is nearest."""
         return cells_of(self.chi)
 
-    def part(self, where: NDArray[np.int64]) -> DoublyAsymptotic:
-        """Some of the orbits, or all in another order."""
-        arrays = {name: getattr(self, name)[..., where] for name in self._fields if name != "end"}
-        return DoublyAsymptotic(**arrays, end=self.end.part(where))
-
     def begun(self, level: Level) -> Array:
-        """(N,) t' of the first crossings, on the clock of `launch`."""
+        """(N,) t' of the first crossings, on the clock of `Launch`."""
         found: Array = level.rates(np.zeros(1)).rotation * self.chi[0] - self.arrival
         return found
 
@@ -96,7 +104,8 @@ def doubly_asymptotic(level: Level, rough: Skeleton) -> DoublyAsymptotic:
     NoOrbit
         Newton's method does not settle, or only at another orbit.
     """
-    places, moved = _Places.of(level, rough), 0.0
+    track, moved = rough.track, 0.0
+    places = _Places(level, rough.b, track.d[1:], track.chi[1:], track.symbols)
     for _ in range(MOST_ITERATIONS):
         step = places.step()
         size = float(np.abs(step).max(initial=0.0))
@@ -117,17 +126,11 @@ class _Places:
     ) -> None:
         self.level, self.b, self.symbols, self.n = level, b, symbols, len(symbols)
         self.unit = np.array([level.unit, 1.0])[:, None]
-        self.arrival = level.crossings(*arrivals(len(b)), b)
+        self.arrival = level.arriving(np.zeros_like(b), b)
         self.d = np.concatenate((self.arrival.d[None], d))
         self.chi = np.concatenate((self.arrival.chi[None], chi))
         self.passed = [self._passage(k) for k in range(self.n)]
         self.end = leaving(level, self.n % 2 == 0, self.d[-1], self.chi[-1])
-
-    @staticmethod
-    def of(level: Level, rough: Skeleton) -> _Places:
-        """The crossings of a skeleton."""
-        track = rough.track
-        return _Places(level, rough.b, track.d[1:], track.chi[1:], track.symbols)
 
     def _passage(self, k: int) -> Passage:
         point = SectionPoint(k % 2 == 0, self.d[k], self.chi[k])
@@ -209,3 +212,15 @@ class _Places:
         made = self.level.map_level
         found: Array = made.charts[True].inverse.look_up(0 * self.b, -self.b, made.a)[3]
         return found
+
+
+def leaving(level: Level, rising: bool, d: Array, chi: Array) -> Leaving:
+    """The last crossings of doubly asymptotic orbits."""
+    made, side = level.map_level, 1.0 if rising else -1.0
+    seen = made.charts[rising].forward.look_up_slopes(d, side * chi, made.a)
+    out = 0 if rising else 1
+    V = seen.value[1 - out]
+    by_d, by_chi = seen.by_x[out] * V, side * seen.by_phase[out] * V
+    return Leaving(
+        seen.value[out] * V, V, (by_d, by_chi), side * seen.value[2], side * seen.value[3]
+    )

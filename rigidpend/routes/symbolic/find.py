@@ -18,24 +18,22 @@ from rigidpend.numbers.generic import Scalar
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.symbolic.address import Address, AddressError, parsed
-from rigidpend.routes.symbolic.chain import NoOrbit, signs_of
-from rigidpend.routes.symbolic.confirm import passages
+from rigidpend.routes.symbolic.chain import NoOrbit, System, signs_of
 from rigidpend.routes.symbolic.follow import followed
-from rigidpend.routes.symbolic.refine import Refined, refined
+from rigidpend.routes.symbolic.integrated import passages
+from rigidpend.routes.symbolic.refine import Refined, Solved, refined
 from rigidpend.routes.symbolic.shortest import (
     Path,
     exactly,
-    followed_on,
+    in_cells,
     shortest,
 )
-from rigidpend.routes.symbolic.surface import (
-    SECANTS,
-    SETTLED,
-    Surface,
-    surface,
-)
+from rigidpend.routes.symbolic.surface import Surface, surface
 from rigidpend.routes.symbolic.tables import Level
 
+SECANTS = 12
+SETTLED = 4e-15
+"""Change of theta2_0, radians, at which its energy is found."""
 MOST_SYMBOLS = 10_000
 DIGITS = 28
 MOST_DIGITS = 200
@@ -81,15 +79,6 @@ class FoundOrbit(NamedTuple):
     def symbols(self) -> NDArray[np.uint8]:
         """The symbols, (n,)."""
         return np.array(self.address.symbols, dtype=np.uint8)
-
-
-class Solved(NamedTuple):
-    """A path at its own energy."""
-
-    path: Path
-    level: Level
-    by_energy: float
-    """Derivative of theta2_0 in the energy, at a given end."""
 
 
 def find_orbit(
@@ -232,7 +221,8 @@ def _either(
     `middle` is the middle of the turn of theta2_0, radians, in which the first cell is sought,
     `beside` chi of the crossings of an orbit with this very address, if one is known.
     """
-    signs, begin = signs_of(np.array(address.symbols)), orbits.begin(level)
+    begin = orbits.begin(level)
+    system = System(level, begin, signs_of(np.array(address.symbols)))
     given = address.half_turns or ()
     found, reason = [], None
     origin = float(begin(0.0).crossing(level).chi[0])
@@ -241,12 +231,12 @@ def _either(
             continue
         unknown = math.pi * cell - origin
         try:
-            if len(given) < len(signs):
-                found.append(shortest(level, begin, signs, cell, unknown, given))
+            if len(given) < len(address.symbols):
+                found.append(shortest(system, cell, unknown, given))
             else:
                 here = beside is not None and round(float(beside[0]) / math.pi) == cell
                 own, unknown = (beside, middle) if here else (None, unknown)
-                found.append(exactly(level, begin, signs, cell, unknown, given, own))
+                found.append(exactly(system, cell, unknown, given, own))
         except NoOrbit as error:
             reason = error
     if not found:
@@ -271,7 +261,8 @@ def _at_own_energy(orbits: Surface, made: Path, h: float, level: Level) -> Solve
             break
         h, before = h + step, theta
         level = orbits.level(h)
-        made = followed_on(level, orbits.begin(level), signs, made)
+        system = System(level, orbits.begin(level), signs, float(made.chain.chi[-1]))
+        made = in_cells(system.solved(system.unknowns(made.chain)), made.cells)
         theta = made.chain.unknown
         if abs(step) > 1e-9 * abs(h):
             slope = (theta - before) / step

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from decimal import Decimal, localcontext
 from fractions import Fraction
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,12 +19,11 @@ from rigidpend.mechanics.equations import aligned
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import context, exact, fraction
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.routes.start import Scales, start, states_exact
+from rigidpend.routes.start import Scales, Start, start, states_exact
 from rigidpend.routes.symbolic.chain import NoOrbit, tangents
+from rigidpend.routes.symbolic.shortest import Path
 from rigidpend.routes.symbolic.surface import STEP, Surface
-
-if TYPE_CHECKING:
-    from rigidpend.routes.symbolic.find import Solved
+from rigidpend.routes.symbolic.tables import Level
 
 FAR = 1e-3
 """Delay, t', up to which it tells theta2_0: what it leaves is its square."""
@@ -35,6 +34,15 @@ MARGIN = 3
 """Digits that theta2_0 has beyond those that tell a symbol."""
 GUARD = 19
 """Bits beyond the digits: 12 were seen to be lost in 113 bits."""
+
+
+class Solved(NamedTuple):
+    """A path at its own energy."""
+
+    path: Path
+    level: Level
+    by_energy: float
+    """Derivative of theta2_0 in the energy, at a given end."""
 
 
 class Growth(NamedTuple):
@@ -106,28 +114,22 @@ def refined(orbits: Surface, solved: Solved, digits: int) -> Refined:
     reach = int((np.maximum.accumulate(grown.exponent) <= digits - 1).sum()) - 1
     fixed = int((np.maximum.accumulate(grown.exponent) <= digits - MARGIN).sum()) - 1
     bits = max(64, math.ceil(digits * math.log2(10)) + GUARD)
-    theta, delay = _Refiner(orbits, times, grown, bits, digits, solved.path.symmetric).run(
-        chain.unknown, max(reach, 0)
-    )
+    begin = start(orbits.problem, bits, Scales())
+    refiner = _Refiner(begin, times, grown, bits, digits, solved.path.symmetric)
+    theta, delay = refiner.run(chain.unknown, max(reach, 0))
     return Refined(_decimal(theta, digits), max(fixed, 0), bits, delay, times)
 
 
-class _Refiner:
+class _Refiner(NamedTuple):
     """Integrations of one orbit, each with a better theta2_0."""
 
-    def __init__(
-        self,
-        orbits: Surface,
-        times: Array,
-        grown: Growth,
-        bits: int,
-        digits: int,
-        symmetric: bool,
-    ) -> None:
-        self.symmetric = symmetric
-        self.problem, self.times, self.grown = orbits.problem, times, grown
-        self.bits, self.digits = bits, digits
-        self.begin = start(self.problem, bits, Scales())
+    begin: Start
+    times: Array
+    """By the map, t' of the crossings."""
+    grown: Growth
+    bits: int
+    digits: int
+    symmetric: bool
 
     def run(self, theta2: float, reach: int) -> tuple[Fraction, float]:
         """The phase, and the largest delay on the way."""
@@ -141,7 +143,7 @@ class _Refiner:
                 raise NoOrbit("integration does not find the first crossing where the map has it")
             k = int(near[-1])
             last = whole and k == reach
-            off = -height / self._fraction(self.grown.chi[k]) if last else self._fraction(late[k])
+            off = -height / Fraction(self.grown.chi[k]) if last else Fraction(late[k])
             step = -off / self._power(k)
             theta += step
             size = max(abs(float(off)) ** 2, 0.0 if last else FIRST_ERROR)
@@ -168,9 +170,6 @@ class _Refiner:
         whole = math.floor(self.grown.exponent[k])
         part = Fraction(float(self.grown.sign[k]) * 10 ** float(self.grown.exponent[k] - whole))
         return part * Fraction(10) ** whole
-
-    def _fraction(self, x: float) -> Fraction:
-        return Fraction(float(x))
 
 
 def _decimal(theta: Fraction, digits: int) -> Decimal:

@@ -1,5 +1,12 @@
 """theta2_0 of doubly asymptotic orbits to 30 digits, by integration in 106 bits, many at once.
 
+Orbits start on the unstable surface itself: they have left the lower orbit since for ever. Close
+to the periodic orbit the surface is flat: where J1 is 1e-24, theta1 in doubles is off it by 1e-16
+of 1e-12, and so is the orbit by an invariant I of 1e-40. J1 and theta2 are exact there, and J2
+follows from the energy in as many bits as one likes. theta1 is straight in theta2 beside an
+anchor, lest its roundings move the orbits. What an orbit does from there up to a larger J1 is
+integrated.
+
 An orbit is integrated from its start until it is close to the periodic orbit at its end. There
 the normal form tells the invariant I of the passage, which is 0 if the orbit is asymptotic, and
 the map tells by how much I changes with theta2. The closer to the end, the smaller an I is told:
@@ -10,18 +17,34 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
+from rigidpend.mechanics.equations import AlignedCoefficients, eq1, hamiltonian_J3_0
 from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
+from rigidpend.orbits.integrate.engines import PAIRS
 from rigidpend.orbits.integrate.states import states_after
-from rigidpend.orbits.return_map.conjugacy import inverted
+from rigidpend.orbits.return_map.conjugacy import inverted, placed
 from rigidpend.orbits.return_map.poincare import rotation_phase
+from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.symbolic.chain import NoOrbit
 from rigidpend.routes.symbolic.doubly import DoublyAsymptotic
-from rigidpend.routes.symbolic.launch import Anchors, Launch
+from rigidpend.routes.symbolic.tables import Level
 
+DEPTH = Fraction(1, 10**16)
+"""J1 of the starts over J1_0: 1e-16 of it is how far off the surface theta2_0 is told."""
+HIGHEST = Fraction(1, 10**20)
+"""J1 of the starts at most, dimensionless."""
+BITS = PAIRS + 2 * GUARD_BITS
+"""Bits of the starts before they are rounded."""
+MOST_ITERATIONS = 60
+STEP = 1e-4
+"""Step of the derivative of b in theta2, radians."""
 FIRST_ERROR = 1e-12
 """Error of b by the map in doubles, radians, at most."""
 GAINED = 1e-6
@@ -38,13 +61,152 @@ DIGITS = 29
 States: TypeAlias = list[list[Fraction]]
 
 
+class Anchors(NamedTuple):
+    """Starts in doubles, (N,) each: those nearby have theta1 on a straight line through them."""
+
+    theta2: Array
+    """Radians."""
+    theta1: Array
+    slope: Array
+    """Derivative of theta1 in theta2 on the surface."""
+    b_slope: Array
+    """Derivative of the angle b."""
+
+
+class Launch:
+    """Orbits of the surface at one energy, by theta2 where J1 is tiny.
+
+    Parameters
+    ----------
+    body : Body
+    level : Level
+        The map at the energy h, in doubles.
+    h : Exact
+    J1_0 : Exact
+        Where theta2_0 is told, dimensionless.
+    """
+
+    def __init__(self, body: Body, level: Level, h: Exact, J1_0: Exact) -> None:
+        self.level, self.m, self.a = level, context(BITS), precision(BITS)
+        self.p = body.angles(BITS)
+        self.h, self.J1_0 = h.in_context(self.m), J1_0.in_context(self.m)
+        depth, highest = (self.m.mpf(x.numerator) / x.denominator for x in (DEPTH, HIGHEST))
+        self.J1 = min(self.J1_0 * depth, highest)
+        self.c = coefficients(self.p, "1", self.a)
+        self.fractions = AlignedCoefficients(*(fraction(x, PAIRS) for x in self.c.aligned))
+        self.doubles = coefficients(body.angles(), "1", precision(53))
+        self.zero_phase = self.m.pi / 2 - self.p.beta0 / 2
+
+    def theta2(self, b: Array, J1: float) -> Array:
+        """theta2 of orbits where their action is J1, in doubles."""
+        psi = -b
+        for _ in range(MOST_ITERATIONS):
+            before, psi = psi, -b - np.log(self._beside(psi, J1)[0]) / self.level.exponent
+            if np.abs(psi - before).max(initial=0.0) < 4e-15 * (1 + np.abs(psi).max(initial=0.0)):
+                break
+        return np.asarray(float(self.zero_phase) - psi)
+
+    def b(self, theta2: Array, J1: float) -> Array:
+        """The angle on the surface, the inverse of :meth:`theta2`."""
+        psi = float(self.zero_phase) - theta2
+        return np.asarray(-psi - np.log(self._beside(psi, J1)[0]) / self.level.exponent)
+
+    def anchors(self, b: Array) -> Anchors:
+        """The starts of orbits by their angles on the surface."""
+        J1 = float(self.J1)
+        theta2 = self.theta2(b, J1)
+        psi = float(self.zero_phase) - theta2
+        here, low, high = (self._beside(psi - x, J1)[1] for x in (0.0, -STEP, STEP))
+        b_slope = (self.b(theta2 + STEP, J1) - self.b(theta2 - STEP, J1)) / (2 * STEP)
+        return Anchors(theta2, here, (high - low) / (2 * STEP), b_slope)
+
+    def clock(self, theta2: Array, J1: float) -> Array:
+        """t' of those places on a clock of which theta2 = zero_phase at tiny J1 is the origin."""
+        psi = float(self.zero_phase) - theta2
+        rotation = self.level.rates(np.zeros(1)).rotation
+        return np.asarray(-(self._beside(psi, J1)[2] + rotation * psi))
+
+    def states(self, anchors: Anchors, theta2: list[Fraction]) -> list[list[Fraction]]:
+        """The starts in 106 bits at theta2 beside the anchors."""
+        found = []
+        for begun, theta1, slope, _, here in zip(*anchors, theta2, strict=True):
+            along = Fraction(float(slope)) * (here - Fraction(float(begun)))
+            found.append(self._state(Fraction(float(theta1)) + along, here))
+        return found
+
+    def _state(self, theta1: Fraction, theta2: Fraction) -> list[Fraction]:
+        m, p = self.m, self.p
+        first, second = (m.mpf(x.numerator) / x.denominator for x in (theta1, theta2))
+        J2 = m.sqrt(2 * (self.h - p.mu * m.sin(second)) / p.kappa)
+        while True:
+            off = hamiltonian_J3_0(self.J1, J2, (first, second), p, m) - self.h
+            J2 -= off / (p.kappa * J2)
+            # What is left is smaller by mu J1.
+            if abs(off) < self.h * m.ldexp(1, -PAIRS // 2):
+                break
+        at = Canonical(self.J1, J2 - self.J1, m.mpf(0), first, second, m.mpf(0), m.mpf(1))
+        found = aligned_from_canonical(at, p.alpha0, p.beta0, m)
+        return [fraction(x, PAIRS) for x in found]
+
+    def _beside(self, psi: Array, J1: float) -> tuple[Array, Array, Array]:
+        """v, theta1 and the oscillation of the time, at psi of the mirrored orbits."""
+        made, zero = self.level.map_level, 0 * psi
+        v = np.full(len(psi), np.sqrt(J1))
+        for _ in range(MOST_ITERATIONS):
+            Qp, Qm, tau = placed(made.nf, made.weights, psi, zero, v, made.a)
+            M1, M2 = (Qp + Qm) * self.doubles.to_M1, (Qp - Qm) * self.doubles.to_M2
+            here = self._action(psi, Qp, Qm, M1, M2)
+            v = v * np.sqrt(J1 / here)
+            if np.abs(here / J1 - 1).max(initial=0.0) < 1e-15:
+                break
+        theta1 = float(self.p.beta0) + 2 * np.atan2(M1, M2)
+        return v, theta1, tau
+
+    def _action(self, psi: Array, Qp: Array, Qm: Array, M1: Array, M2: Array) -> Array:
+        """J1 from M and the energy, with M3 as positive as the mirrored orbits have it."""
+        k, across = self.doubles.aligned, M1 * M1 + M2 * M2
+        lifted = k.mu_r1 * np.cos(psi) - k.mu_r2 * np.sin(psi)
+        J2 = np.sqrt(2 * (self.level.h - lifted + Qp * Qm / 2) / k.kappa)
+        return np.asarray(across / (2 * (J2 + np.sqrt(J2 * J2 - across))))
+
+    def at_J1_0(self, anchors: Anchors, states: list[list[Fraction]], jobs: int) -> list[Fraction]:
+        """theta2_0: theta2 where J1 has grown to J1_0, radians in [0, 2 pi), from the starts."""
+        begin = anchors.theta2
+        goal = self.theta2(self.b(begin, float(self.J1)), float(self.J1_0))
+        times = self.clock(goal, float(self.J1_0)) - self.clock(begin, float(self.J1))
+        grown = states_after(self.fractions, states, list(times), jobs)
+        found = self._moved(np.array(grown, dtype=object).T)
+        turn = 2 * self.m.pi
+        return [fraction(x - turn * self.m.floor(x / turn), PAIRS) for x in found]
+
+    def _moved(self, states: Any) -> Any:
+        """theta2 where J1 is J1_0 sharply, from states (6, n) a rounding of doubles beside."""
+        a = self.a
+        Qp, Qm, M3, gamma1, gamma2, gamma3 = a.array(states)
+        image = np.stack((Qp, Qm, -M3, gamma1, gamma2, -gamma3))
+        theta2 = self.zero_phase - rotation_phase(image, self.c, a)
+        M1, M2 = (Qp + Qm) * self.c.to_M1, (Qp - Qm) * self.c.to_M2
+        J2 = a.sqrt(M1 * M1 + M2 * M2 + M3 * M3)
+        J1 = (M1 * M1 + M2 * M2) / (2 * (J2 - M3))
+        here = (self.p.beta0 + 2 * a.atan2(M1, M2), J1, theta2, J2)
+        wide: Any = a
+        # The first step is some 1e-12 long and leaves its square, the second nothing.
+        for _ in range(2):
+            rates = eq1(here, self.p, wide)
+            time = (self.J1_0 - here[1]) / rates[1]
+            middle = tuple(x + time / 2 * rate for x, rate in zip(here, rates, strict=True))
+            rates = eq1(middle, self.p, wide)
+            here = tuple(x + time * rate for x, rate in zip(here, rates, strict=True))
+        return here[2]
+
+
 class Sharp(NamedTuple):
     """Phases to 30 digits, (N,) each."""
 
     theta2_0: list[Fraction]
     """Radians in [0, 2 pi), where J1 is J1_0."""
     starts: States
-    """Aligned components at the starts of `launch`, to 106 bits."""
+    """Aligned components at the starts of `Launch`, to 106 bits."""
     moved: Array
     """Corrections of the map by integration, radians."""
     error: Array

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +13,6 @@ from rigidpend.numbers.doubles import Array
 from rigidpend.routes.symbolic.address import cells_of
 from rigidpend.routes.symbolic.chain import (
     Arrival,
-    Begin,
     Chain,
     NoOrbit,
     System,
@@ -34,6 +34,12 @@ LESSENED = 100
 """Number of symbols up to which half rotations are lessened one by one, 30 ms each."""
 MORE = 24
 """Largest number of half rotations above the tables' least that are tried alike for all."""
+ENDS = 0.0, 0.2, -0.2, 0.4, -0.4
+"""Places of the last crossing in its cell, half rotations from the middle, in the order tried."""
+STARTS = 60
+"""Number of random starts after that."""
+SLACK = 0.25
+"""Share by which crossings away from the surface may change I more than those on it."""
 
 
 class Path(NamedTuple):
@@ -55,15 +61,15 @@ class Path(NamedTuple):
 
 
 def path(
-    level: Level,
-    begin: Begin,
-    signs: Signs,
+    system: System,
     cells: Signs,
     unknown: float,
     patient: bool = True,
     end: float = 0.0,
 ) -> Path:
     """The chain whose crossings lie in given cells, the last one `end` off the middle of its own.
+
+    Where the chain ends the cells tell, whatever `last` the system has.
 
     Where Newton's method does not find it from the middles of the cells, and one is `patient`,
     passages are made longer, until no crossing disturbs the next, and then shorter by steps.
@@ -75,20 +81,14 @@ def path(
     """
     angles = np.asarray(np.pi * cells, dtype=float)
     angles[-1] += np.pi * end
-    system = System(level, begin, signs, float(angles[-1]))
+    system = system._replace(last=float(angles[-1]))
     x = system.guess(angles, unknown)
     try:
-        return _in_cells(system.solved(x), cells)
+        return in_cells(system.solved(x), cells)
     except NoOrbit:
         if not patient:
             raise
-        return _in_cells(_continued(system, x, cells), cells)
-
-
-def followed_on(level: Level, begin: Begin, signs: Signs, made: Path) -> Path:
-    """The path of the same address at a nearby energy."""
-    system = System(level, begin, signs, float(made.chain.chi[-1]))
-    return _in_cells(system.solved(system.unknowns(made.chain)), made.cells)
+        return in_cells(_continued(system, x, cells), cells)
 
 
 def _continued(system: System, x: Array, cells: Signs) -> Chain:
@@ -123,7 +123,8 @@ def _reason(system: System, made: Chain | None, longer: float) -> str:
     )
 
 
-def _in_cells(chain: Chain, cells: Signs) -> Path:
+def in_cells(chain: Chain, cells: Signs) -> Path:
+    """The path of a chain; NoOrbit if a crossing lies in another cell."""
     off = np.flatnonzero(cells_of(chain.chi) != cells)
     if off.size:
         k = int(off[0])
@@ -134,20 +135,8 @@ def _in_cells(chain: Chain, cells: Signs) -> Path:
     return Path(chain, cells)
 
 
-ENDS = 0.0, 0.2, -0.2, 0.4, -0.4
-"""Places of the last crossing in its cell, half rotations from the middle, in the order tried."""
-
-
-STARTS = 60
-"""Number of random starts after that."""
-SLACK = 0.25
-"""Share by which crossings away from the surface may change I more than those on it."""
-
-
 def exactly(
-    level: Level,
-    begin: Begin,
-    signs: Signs,
+    system: System,
     first: int,
     unknown: float,
     turns: tuple[int, ...],
@@ -162,23 +151,23 @@ def exactly(
     NoOrbit
         There is none in the range of the map; the message says which passage is too short.
     """
-    check_possible(level, turns, float(begin(unknown).I))
+    check_possible(system.level, turns, float(system.begin(unknown).I) if system.begin else 0.0)
     cells, reason = _cells(first, np.array(turns)), NoOrbit()
     if beside is not None:
         with contextlib.suppress(NoOrbit):
-            system = System(level, begin, signs, float(beside[-1]))
-            return _in_cells(system.solved(system.nearer(beside, unknown)), cells)
+            one = system._replace(last=float(beside[-1]))
+            return in_cells(one.solved(one.nearer(beside, unknown)), cells)
     for end in ENDS:
         try:
-            return path(level, begin, signs, cells, unknown, end=end)
+            return path(system, cells, unknown, end=end)
         except NoOrbit as error:
             reason = reason if str(reason) else error
     random = np.random.default_rng(len(turns))
     for offsets in random.uniform(-0.45, 0.45, (STARTS, len(cells))):
         angles = np.asarray(np.pi * (cells + offsets), dtype=float)
-        system = System(level, begin, signs, float(angles[-1]))
+        one = system._replace(last=float(angles[-1]))
         try:
-            return _in_cells(system.solved(system.guess(angles, unknown)), cells)
+            return in_cells(one.solved(one.guess(angles, unknown)), cells)
         except NoOrbit:
             continue
     raise reason
@@ -203,9 +192,7 @@ def check_possible(level: Level, turns: tuple[int, ...], I: float = 0.0) -> None
 
 
 def shortest(
-    level: Level,
-    begin: Begin,
-    signs: Signs,
+    system: System,
     first: int,
     unknown: float,
     given: tuple[int, ...] = (),
@@ -221,31 +208,47 @@ def shortest(
     NoOrbit
         None was found.
     """
-    n, free = len(signs), len(signs) - len(given)
-    least = max(1, level.fewest_half_turns)
-    reason = None
-    for each in range(least, least + MORE):
-        turns = np.array([*given, *[each] * free])
-        try:
-            made = path(level, begin, signs, _cells(first, turns), unknown, patient=False)
-            if _spread(made) <= INSIDE or given:
-                break
-        except NoOrbit as error:
-            reason = error
-    else:
-        raise NoOrbit(f"from {least} to {least + MORE - 1} half rotations a passage: {reason}")
-    alike = made
+    n = len(system.signs)
+
+    def tried(each: int) -> Path:
+        cells = _cells(first, np.array([*given, *[each] * (n - len(given))]))
+        return path(system, cells, unknown, patient=False)
+
+    made = alike(system.level, tried, math.inf if given else INSIDE)
+    begun = made
     for k in range(len(given), n if n <= LESSENED else 0):
-        made = _lessened(level, begin, signs, made, k)
-    if made is alike:
+        made = _lessened(system, made, k)
+    if made is begun:
         return made
     try:
-        return path(level, begin, signs, made.cells, made.chain.unknown, patient=False)
+        return path(system, made.cells, made.chain.unknown, patient=False)
     except NoOrbit:
-        return alike
+        return begun
 
 
-def _spread(made: Path) -> float:
+def alike(level: Level, tried: Callable[[int], Path], within: float = INSIDE) -> Path:
+    """The path with the fewest half rotations, as many in every passage that is free.
+
+    `tried` finds that with so many. Its crossings stay `within` of their cells' middles.
+
+    Raises
+    ------
+    NoOrbit
+        None was found.
+    """
+    least, reason = max(1, level.fewest_half_turns), None
+    for each in range(least, least + MORE):
+        try:
+            made = tried(each)
+        except NoOrbit as error:
+            reason = error
+            continue
+        if spread(made) <= within:
+            return made
+    raise NoOrbit(f"from {least} to {least + MORE - 1} half rotations a passage: {reason}")
+
+
+def spread(made: Path) -> float:
     """The largest distance of a crossing from the middle of its cell, half rotations."""
     return float(np.abs(made.chain.chi / np.pi - made.cells).max())
 
@@ -254,20 +257,21 @@ def _cells(first: int, turns: Signs) -> Signs:
     return first + np.concatenate(([0], np.cumsum(turns)))
 
 
-def _lessened(level: Level, begin: Begin, signs: Signs, made: Path, k: int) -> Path:
+def _lessened(system: System, made: Path, k: int) -> Path:
     """The path with as few half rotations in passage k as its neighbours allow."""
-    low, high = max(0, k - WINDOW), min(len(signs), k + 1 + WINDOW)
-    here, unknown = begin, made.chain.unknown
+    low, high = max(0, k - WINDOW), min(len(system.signs), k + 1 + WINDOW)
+    part, unknown = system._replace(signs=system.signs[low:high]), made.chain.unknown
     if low:
         I, shift = float(made.chain.I[low - 1]), made.chain.b[low - 1] - made.chain.chi[low]
-        here, unknown = lambda angle: Arrival(I, angle, 0.0, 1.0), shift + np.pi * made.cells[low]
+        part = part._replace(begin=lambda angle: Arrival(I, angle, 0.0, 1.0))
+        unknown = shift + np.pi * made.cells[low]
     while True:
         cells = made.cells.copy()
         cells[k + 1 :] -= 1
         try:
-            part = path(level, here, signs[low:high], cells[low : high + 1], unknown, False)
+            near = path(part, cells[low : high + 1], unknown, patient=False)
         except NoOrbit:
             return made
-        if _spread(part) > INSIDE:
+        if spread(near) > INSIDE:
             return made
         made = made._replace(cells=cells)

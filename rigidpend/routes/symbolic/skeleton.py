@@ -22,12 +22,16 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rigidpend.numbers.doubles import Array
+from rigidpend.orbits.return_map import SectionPoint
+from rigidpend.routes.symbolic.address import cells_of
 from rigidpend.routes.symbolic.chain import NoOrbit
-from rigidpend.routes.symbolic.tables import Level, Mask, Signs
-from rigidpend.routes.symbolic.track import Track, track
+from rigidpend.routes.symbolic.tables import Level, Mask, Signs, columns
 
+TOGETHER = 2000
+"""Orbits that are followed at a time, so that their tables stay in the processor's cache."""
 PER_CELL = 10
 """Samples of an arc for each half rotation of its end."""
 AROUND = 720
@@ -39,6 +43,72 @@ WIDENINGS = 8
 """Number of times that the samples of arcs are extended, by a third each."""
 NARROWINGS = 40
 """Narrowings of a minimum of |U|: to 1e-8 of two samples, where it is flat to rounding."""
+
+
+class Track(NamedTuple):
+    """Orbits through their first n passages, one in each column."""
+
+    chi: Array
+    """(n + 1, N) radians, whole turns included."""
+    d: Array
+    """(n + 1, N) dimensionless."""
+    symbols: NDArray[np.uint8]
+    """(n, N) 0 left, 1 right."""
+    inside: Mask
+    """(N,) True where the tables reach so far; elsewhere the rest is void."""
+    U: Array
+    """(N,) share of the last crossings in the unstable direction of the next periodic orbit.
+
+    Its sign is the next symbol's; where it is 0 the orbit is doubly asymptotic."""
+
+    @property
+    def cells(self) -> Signs:
+        """(n + 1, N) the multiples of pi to which chi is nearest."""
+        return cells_of(self.chi)
+
+    @property
+    def half_turns(self) -> Signs:
+        """(n, N) half rotations of the passages."""
+        return np.diff(self.cells, axis=0)
+
+
+def track(level: Level, b: Array, n: int) -> Track:
+    """Follow orbits through n passages.
+
+    Parameters
+    ----------
+    level : Level
+    b : (N,) array
+        The angles by which orbits of the surface differ, radians.
+    n : int
+    """
+    starts = range(0, max(len(b), 1), TOGETHER)
+    parts = [_track(level, b[k : k + TOGETHER], n) for k in starts]
+    return Track(*(np.concatenate(x, axis=-1) for x in zip(*parts, strict=True)))
+
+
+def _track(level: Level, b: Array, n: int) -> Track:
+    at = level.arriving(np.zeros_like(b), b)
+    d, chi, turned = at.d, at.chi, at.chi
+    whole, small, symbols, inside = [chi], [d], [], np.ones(len(b), dtype=bool)
+    for k in range(n):
+        passed = level.map_level.passage(SectionPoint(k % 2 == 0, d, chi))
+        inside = inside & passed.inside
+        turned, (_, d, chi) = turned + passed.turned, passed.point
+        whole.append(turned)
+        small.append(d)
+        symbols.append(passed.symbol)
+    found = np.array(symbols, dtype=np.uint8).reshape(n, len(b))
+    return Track(
+        np.array(whole), np.array(small), found, inside, unstable(level, n % 2 == 0, d, chi)
+    )
+
+
+def unstable(level: Level, rising: bool, d: Array, chi: Array) -> Array:
+    """U of crossings: of downward ones V of their image in the reversor."""
+    made, angle = level.map_level, chi if rising else -chi
+    found: Array = made.charts[rising].forward.look_up(d, angle, made.a)
+    return found[0 if rising else 1]
 
 
 class Skeleton(NamedTuple):
@@ -101,7 +171,7 @@ def skeleton(level: Level, symbols: int, half_turns: int) -> list[Skeleton]:
     for n in range(1, symbols + 1):
         arcs = _Arcs(level, low, high, n, half_turns)
         seen = arcs.zeros()
-        kept = seen.track.part(seen.inside)
+        kept = columns(seen.track, seen.inside)
         found.append(Skeleton(n, seen.b[seen.inside], kept, len(low)))
         begin = np.flatnonzero(seen.opens)
         low, high = seen.b[begin], seen.b[begin + 1]

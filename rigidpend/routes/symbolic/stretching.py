@@ -5,22 +5,39 @@ the Euclidean norm of the change of (M', gamma), both dimensionless: six numbers
 has who integrates the equations of motion. The logarithm of its growth through some passages, a
 passage, is a finite-time exponent, and tends to the Lyapunov exponent of the return map. Another
 norm changes the logarithm by a bounded amount, however many passages there are.
+
+Chains have it passage by passage, and many orbits of Fig. 4's kind at once, one for each theta2_0
+and J1_0. Some of these are held against the variational equations, integrated from their first
+crossing to their last.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.doubles import Array
+from rigidpend.orbits import integrate
 from rigidpend.orbits.return_map import SectionPoint
-from rigidpend.orbits.return_map.poincare import section_tangents
+from rigidpend.orbits.return_map.passage import EnergyLevel
+from rigidpend.orbits.return_map.poincare import section_state, section_tangents
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients
 from rigidpend.routes.symbolic.chain import Chain, tangents
-from rigidpend.routes.symbolic.tables import Level
+from rigidpend.routes.symbolic.surface import Surface
+from rigidpend.routes.symbolic.tables import Level, Mask, widest_d
+
+ROUNDINGS = 100
+"""Roundings of doubles in a passage: a table sums some 80 terms, an integration takes 50 steps."""
+BENDING = 3.0
+"""Relative change of a growth by a change of the place of a crossing, in radians of chi.
+
+Behind it the derivatives have harmonics of chi, whose relative change is as large as its own,
+before it they have such too, and go with 1/U, whose relative change is Lambda < 1 times chi's."""
 
 
 def stretching(level: Level, chain: Chain) -> Array:
@@ -93,3 +110,103 @@ def largest_singular(matrix: Any) -> Any:
     """The larger singular value of matrices with two rows of two numbers or arrays."""
     (a, b), (c, d) = matrix
     return (np.hypot(a + d, b - c) + np.hypot(a - d, b + c)) / 2
+
+
+class Stretched(NamedTuple):
+    """Orbits through n passages with the growth of a deviation, one in each column."""
+
+    level: EnergyLevel
+    """The map at the energy of each orbit."""
+    coefficients: Coefficients
+    """The body."""
+    begin: SectionPoint
+    """The first crossings, (N,)."""
+    time: Array
+    """(N,) t' from the first crossing to the last."""
+    symbols: NDArray[np.uint8]
+    """(n, N) 0 left, 1 right."""
+    growth: Array
+    """(n, N) ln of the growth of the deviation that grows most, through 1 to n passages."""
+    allowed: Array
+    """(N,) bound of its rounding through all passages."""
+    inside: Mask
+    """(N,) True where the tables reach so far; elsewhere the rest is void."""
+
+
+def stretched(orbits: Surface, theta2_0: Array, J1_0: Array, n: int) -> Stretched:
+    """Follow orbits of one body and h0 through n passages.
+
+    Parameters
+    ----------
+    orbits : Surface
+    theta2_0, J1_0 : (N,) arrays
+        Initial phases, radians, and actions, dimensionless.
+    n : int
+    """
+    level, begin = orbits.first_crossings(theta2_0, J1_0)
+    c, inside, time = orbits.made.coefficients, begin.inside, np.zeros(theta2_0.size)
+    # What lies outside of the tables may have no energy there.
+    first = begin.point._replace(d=np.where(inside, begin.point.d, 0.0))
+    point, frames = first, [frame(first, level.h, c)]
+    slopes, symbols = [], []
+    for _ in range(n):
+        passed = level.passage(point, slopes=True)
+        point, inside, time = passed.point, inside & passed.inside, time + passed.time
+        slopes.append(passed.slopes[:2])
+        frames.append(frame(point, level.h, c))
+        symbols.append(passed.symbol)
+    growth = most_stretched(slopes, frames)
+    codes, allowed = np.array(symbols, dtype=np.uint8), rounding(slopes, widest_d(level))
+    return Stretched(level, c, first, time, codes, growth, allowed, inside)
+
+
+def rounding(slopes: list[Array], width: float) -> Array:
+    """Allowed error of ln of the growth through all passages, (N,): a bound by theory.
+
+    In each passage the place on the section errs by `ROUNDINGS`, of chi in radians and of d in
+    widths of the layer. The error grows as deviations do from there to the next crossings. At
+    each it changes the derivatives by `BENDING`, and the growth through all passages by the
+    product of those before it and behind it over the whole.
+    """
+    n, unit = len(slopes), np.array([width, 1.0])
+    scaled = [slope * (unit / unit[:, None])[..., None] for slope in slopes]
+    norm = np.ones((n + 1, n + 1, scaled[0].shape[-1]))
+    for j in range(n):
+        whole = np.broadcast_to(np.eye(2)[..., None], scaled[j].shape)
+        for k in range(j, n):
+            whole = product(scaled[k], whole)
+            norm[j, k + 1] = largest_singular(whole)
+    place = ROUNDINGS * 2.0**-53 * np.array([norm[: k + 1, k].sum(axis=0) for k in range(n + 1)])
+    return np.asarray((BENDING * place * norm[0] * norm[:, n] / norm[0, n]).sum(axis=0))
+
+
+def integrated(found: Stretched) -> Array:
+    """ln of the growth through all passages, by the variational equations, (N,)."""
+    c, a, at = found.coefficients, precision(53), (*found.begin, found.level.h)
+    begun, off = section_state(*at, found.coefficients, a), section_tangents(*at, c, a)
+    unit = np.linalg.inv(np.moveaxis(frame(found.begin, found.level.h, c), -1, 0))
+    ended = []
+    for beside in np.einsum("ijn,njk->kin", off, unit):
+        rates, states = variational_equations(c.aligned), np.concatenate((begun, beside))
+        end = integrate.ends(rates, states, found.time)
+        flow = np.array(aligned(end[:6], c.aligned))
+        # Back to the section along the orbit.
+        ended.append(euclidean(end[6:] - flow * (end[8] / flow[2]), c))
+    one, other = ended
+    sizes = (one * one).sum(axis=0), (other * other).sum(axis=0)
+    both = np.hypot(sizes[0] - sizes[1], 2 * (one * other).sum(axis=0))
+    return np.asarray(np.log((sum(sizes) + both) / 2) / 2)
+
+
+def variational_equations(c: AlignedCoefficients) -> Any:
+    """The field of the aligned components with a deviation from them, 12 numbers, per t'."""
+
+    def rates(state: Any, _: Any) -> tuple[Any, ...]:
+        here, off = state[:6], state[6:]
+        # Of a quadratic field half of this difference is the derivative, exactly.
+        ahead, back = (
+            aligned([x + side * y for x, y in zip(here, off, strict=True)], c) for side in (1, -1)
+        )
+        return (*aligned(here, c), *((x - y) / 2 for x, y in zip(ahead, back, strict=True)))
+
+    return rates

@@ -23,9 +23,6 @@ from rigidpend.routes.symbolic.tables import Level
 
 STEP = 1e-4
 """Step of the differences in theta2_0, radians: its square is the error of a slope."""
-SECANTS = 12
-SETTLED = 4e-15
-"""Change of theta2_0, radians, at which its energy is found."""
 
 
 class Surface(NamedTuple):
@@ -75,8 +72,7 @@ class Surface(NamedTuple):
     def first_time(self, level: Level, theta2: Array) -> Array:
         """t' of the first crossings."""
         I, b, tau = self._entered(level, theta2)
-        none, yes = np.zeros(len(I), dtype=bool), np.ones(len(I), dtype=bool)
-        at = level.crossings(yes, none, I, b)
+        at = level.arriving(I, b)
         phase = _phase(self.problem, theta2)
         found: Array = tau - at.constant + level.rates(I).rotation * (at.chi + phase)
         return found

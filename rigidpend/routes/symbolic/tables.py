@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebder
@@ -37,16 +37,15 @@ class PassageEnds(NamedTuple):
     """Derivatives of chi in I and in the angle."""
     d_by: tuple[Array, Array]
 
-    def part(self, where: slice | Signs) -> PassageEnds:
-        """Some of the crossings."""
-        (chi_I, chi_angle), (d_I, d_angle) = self.chi_by, self.d_by
-        return PassageEnds(
-            self.chi[where],
-            self.d[where],
-            self.constant[where],
-            (chi_I[where], chi_angle[where]),
-            (d_I[where], d_angle[where]),
-        )
+
+Record = TypeVar("Record", bound=tuple[Any, ...])
+
+
+def columns(record: Record, where: slice | Signs | Mask) -> Record:
+    """Some of the columns of a record of arrays, or all in another order."""
+    found = [columns(x, where) if isinstance(x, tuple) else x[..., where] for x in record]
+    make = getattr(record, "_make", type(record))
+    return make(found)
 
 
 def widest_d(level: EnergyLevel) -> float:
@@ -108,6 +107,10 @@ class Level:
             (by_I[0], side * by_angle[0]),
         )
 
+    def arriving(self, I: Array, b: Array) -> PassageEnds:
+        """Upward crossings at the ends of passages past the lower periodic orbit."""
+        return self.crossings(np.ones(len(b), dtype=bool), np.zeros(len(b), dtype=bool), I, b)
+
     def invariants(self, signs: Signs, growth: Array) -> tuple[Array, Array]:
         """I of passages in which the angle grows by `growth`, and its derivative; (N,) each.
 
@@ -143,8 +146,7 @@ class Level:
         """Largest |I| that a crossing on the unstable surface of the lower orbit leads to."""
         level, a = self.map_level, self.map_level.a
         b = np.linspace(0, 2 * np.pi, LOOKS)
-        none, yes = np.zeros(LOOKS, dtype=bool), np.ones(LOOKS, dtype=bool)
-        on = self.crossings(yes, none, np.zeros(LOOKS), b)
+        on = self.arriving(np.zeros(LOOKS), b)
         U, V, *_ = level.charts[True].forward.look_up(on.d, on.chi, a)
         return float(np.abs(U * V).max())
 

@@ -18,7 +18,7 @@ from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.engines import default_engine
 from rigidpend.routes.plane import Cells, Plane
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.routes.symbolic.exponents import stretched
+from rigidpend.routes.symbolic.stretching import stretched
 from rigidpend.routes.symbolic.surface import surface
 from tests.config.samples import content as typed
 from tests.config.samples import refused

@@ -8,7 +8,7 @@ from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.symbolic.doubly import DoublyAsymptotic, doubly_asymptotic
-from rigidpend.routes.symbolic.launch import Launch
+from rigidpend.routes.symbolic.sharp import Launch
 from rigidpend.routes.symbolic.skeleton import Skeleton, skeleton
 from rigidpend.routes.symbolic.tables import Level
 

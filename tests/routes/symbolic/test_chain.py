@@ -12,7 +12,7 @@ from rigidpend.routes.symbolic.chain import (
     on_surface,
     signs_of,
 )
-from rigidpend.routes.symbolic.confirm import passages
+from rigidpend.routes.symbolic.integrated import passages
 from rigidpend.routes.symbolic.shortest import (
     INSIDE,
     exactly,
@@ -70,7 +70,7 @@ def test_the_jacobian_is_the_derivatives(level: Level, kind: str) -> None:
 
 
 def test_the_map_follows_a_chain(level: Level) -> None:
-    chain = exactly(level, on_surface, signs_of(SYMBOLS), 0, 0.0, TURNS).chain
+    chain = exactly(System(level, on_surface, signs_of(SYMBOLS)), 0, 0.0, TURNS).chain
     assert chain.residual < 1e-12
     for k, symbol in enumerate(SYMBOLS):
         point = SectionPoint(k % 2 == 0, chain.d[k : k + 1], chain.chi[k : k + 1])
@@ -81,7 +81,7 @@ def test_the_map_follows_a_chain(level: Level) -> None:
 
 
 def test_integration_follows_every_passage(level: Level) -> None:
-    chain = exactly(level, on_surface, signs_of(SYMBOLS), 0, 0.0, TURNS).chain
+    chain = exactly(System(level, on_surface, signs_of(SYMBOLS)), 0, 0.0, TURNS).chain
     alone = passages(FIG4, level, chain)
     assert alone.right.all()
     assert np.abs(alone.late).max() < 1e-9
@@ -91,7 +91,7 @@ def test_integration_follows_every_passage(level: Level) -> None:
 
 def test_long_passages_end_in_the_middle_of_cells(level: Level) -> None:
     """Where no crossing disturbs the next, the surfaces meet at gamma3 = 0 alone."""
-    chain = exactly(level, on_surface, signs_of(SYMBOLS), 1, np.pi, (30,) * 5).chain
+    chain = exactly(System(level, on_surface, signs_of(SYMBOLS)), 1, np.pi, (30,) * 5).chain
     np.testing.assert_allclose(chain.chi, np.pi * (1 + 30 * np.arange(6)), atol=1e-9)
 
 
@@ -107,7 +107,7 @@ def test_the_reversor_makes_of_a_chain_one_of_the_inverse(level: Level) -> None:
 
 
 def test_few_half_rotations_leave_room(level: Level) -> None:
-    made = shortest(level, on_surface, signs_of(SYMBOLS), 0, 0.0)
+    made = shortest(System(level, on_surface, signs_of(SYMBOLS)), 0, 0.0)
     assert np.abs(made.chain.chi / np.pi - made.cells).max() <= INSIDE
     # The splitting allows no shorter passage beside the surface.
     assert made.half_turns[0] >= level.half_turns(level.splitting) - 1
@@ -116,6 +116,6 @@ def test_few_half_rotations_leave_room(level: Level) -> None:
 def test_too_few_half_rotations_end_in_a_fold(level: Level) -> None:
     cells = np.concatenate(([0], np.cumsum((11, 7, 12, 11, 14))))
     with pytest.raises(NoOrbit, match="Passage 2 is the shortest"):
-        path(level, on_surface, signs_of(SYMBOLS), cells, 0.0)
+        path(System(level, on_surface, signs_of(SYMBOLS)), cells, 0.0)
     with pytest.raises(NoOrbit, match="none exists: passage 2"):
-        exactly(level, on_surface, signs_of(SYMBOLS), 0, 0.0, (11, 5, 12, 11, 14))
+        exactly(System(level, on_surface, signs_of(SYMBOLS)), 0, 0.0, (11, 5, 12, 11, 14))

@@ -12,14 +12,14 @@ from rigidpend.mechanics.floquet import periodic_orbit
 from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.return_map import SectionPoint, return_map
 from rigidpend.routes.symbolic import AddressError, NoOrbit, closed_orbit
-from rigidpend.routes.symbolic.chain import on_surface, signs_of, tangents
+from rigidpend.routes.symbolic.chain import System, on_surface, signs_of, tangents
 from rigidpend.routes.symbolic.closed import (
     ClosedOrbit,
     closed,
     lyapunov,
     words,
 )
-from rigidpend.routes.symbolic.closing import closing
+from rigidpend.routes.symbolic.integrated import closing
 from rigidpend.routes.symbolic.shortest import path
 from rigidpend.routes.symbolic.tables import Level
 from tests.orbits.integrate.problems import FIG4
@@ -134,7 +134,7 @@ def test_averages_over_cycles_are_those_of_a_long_orbit(
     level: Level, orbits: list[ClosedOrbit]
 ) -> None:
     symbols = np.random.default_rng(0).integers(0, 2, 4000)
-    chain = path(level, on_surface, signs_of(symbols), TURNS * np.arange(4001), 0.0).chain
+    chain = path(System(level, on_surface, signs_of(symbols)), TURNS * np.arange(4001), 0.0).chain
     change, grown = np.array([0.0, 1.0]), []
     for slope in tangents(level, chain):
         change = slope[:2] @ change

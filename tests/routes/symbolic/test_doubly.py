@@ -12,7 +12,8 @@ from rigidpend.routes.symbolic.chain import (
     on_surface,
     signs_of,
 )
-from rigidpend.routes.symbolic.doubly import doubly_asymptotic
+from rigidpend.routes.symbolic.doubly import doubly_asymptotic, leaving
+from rigidpend.routes.symbolic.skeleton import track
 from rigidpend.surfaces.heteroclinic import increments
 from tests.routes.symbolic.fig4 import (
     BODY,
@@ -75,8 +76,6 @@ def test_the_chain_of_passages_finds_the_same_orbits() -> None:
 
 def test_slopes_are_differences() -> None:
     """The slope of I behind the last crossing, against the I of orbits beside."""
-    from rigidpend.routes.symbolic.track import leaving, track
-
     found, step = orbits(2), 1e-7
     seen = [track(level(), found.b + side * step, 2) for side in (-1, 1)]
     I = [leaving(level(), True, each.d[-1], each.chi[-1]).I for each in seen]

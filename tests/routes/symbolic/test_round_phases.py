@@ -10,7 +10,7 @@ import pytest
 from rigidpend import Body, address_of, route_codes
 from rigidpend.routes.problem import ProblemError
 from rigidpend.routes.symbolic import AddressError
-from rigidpend.routes.symbolic.round_phases import round_phases
+from rigidpend.routes.symbolic.follow import round_phases
 from tests.orbits.integrate.problems import FIG4
 from tests.routes.symbolic.test_find import FIG5, ROUTE, START
 
@@ -75,7 +75,7 @@ def test_what_is_not_certain_is_counted_and_left_out(monkeypatch: pytest.MonkeyP
         found.certain[1, int(10 * every.theta2_0[0])] = False
         return found
 
-    monkeypatch.setattr("rigidpend.routes.symbolic.round_phases.route_codes", doubted)
+    monkeypatch.setattr("rigidpend.routes.symbolic.follow.route_codes", doubted)
     found = round_phases(FIG4, "011", **START, decimals=1)
     assert (found.theta2_0, found.uncertain) == (every.theta2_0[1:], 1)
 

@@ -12,11 +12,9 @@ from rigidpend.mechanics import floquet
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.exact import fraction
 from rigidpend.orbits.integrate.states import states_after, states_at
-from rigidpend.routes.symbolic import launch as launches
 from rigidpend.routes.symbolic import sharp as module
 from rigidpend.routes.symbolic.chain import NoOrbit
-from rigidpend.routes.symbolic.launch import Launch
-from rigidpend.routes.symbolic.sharp import sharp
+from rigidpend.routes.symbolic.sharp import Launch, sharp
 from tests.routes.symbolic.fig4 import (
     BODY,
     J1_0,
@@ -33,7 +31,7 @@ def test_phases_do_not_depend_on_where_orbits_begin_and_end(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     first = sharp(launch(), orbits(1)).theta2_0
-    monkeypatch.setattr(launches, "DEPTH", Fraction(1, 3 * 10**18))
+    monkeypatch.setattr(module, "DEPTH", Fraction(1, 3 * 10**18))
     monkeypatch.setattr(module, "NEAREST", 4e-10)
     second = sharp(Launch(BODY, level(), H, J1_0), orbits(1)).theta2_0
     for one, other in zip(first, second, strict=True):

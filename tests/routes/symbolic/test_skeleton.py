@@ -7,8 +7,7 @@ import pytest
 
 from rigidpend.numbers.doubles import Array
 from rigidpend.routes.symbolic import skeleton as module
-from rigidpend.routes.symbolic.skeleton import skeleton
-from rigidpend.routes.symbolic.track import track
+from rigidpend.routes.symbolic.skeleton import skeleton, track
 from tests.routes.symbolic.fig4 import HALF_TURNS, level, rough
 
 

@@ -1,4 +1,4 @@
-"""Stretching of passages: against variational equations, closed and long orbits."""
+"""Growth of deviations: by variational equations, other algebra, closed and long orbits."""
 
 from __future__ import annotations
 
@@ -6,24 +6,46 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
-from rigidpend.mechanics.equations import aligned
+from rigidpend import route_codes
+from rigidpend.mechanics.equations import aligned, euler_poisson
+from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.exact import exact
 from rigidpend.orbits import integrate
+from rigidpend.orbits.return_map import SectionPoint, build, orders
 from rigidpend.orbits.return_map.poincare import section_state
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
+from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic.chain import (
     Chain,
+    System,
     on_surface,
     signs_of,
     tangents,
 )
 from rigidpend.routes.symbolic.closed import closed
-from rigidpend.routes.symbolic.exponents import variational_equations
 from rigidpend.routes.symbolic.follow import section_points
+from rigidpend.routes.symbolic.integrated import doubles
 from rigidpend.routes.symbolic.shortest import path
-from rigidpend.routes.symbolic.stretching import stretching
-from tests.routes.symbolic.fig4 import BODY, H, level
+from rigidpend.routes.symbolic.stretching import (
+    Stretched,
+    euclidean,
+    frame,
+    integrated,
+    most_stretched,
+    stretched,
+    stretching,
+    variational_equations,
+)
+from rigidpend.routes.symbolic.surface import Surface, surface
+from tests.routes.symbolic.fig4 import (
+    BODY,
+    J1_0,
+    H,
+    level,
+)
 
 STEP = 1e-6
 """Step of differences on the section; its square, 1e-12 times derivatives of order 1, is left."""
@@ -31,7 +53,7 @@ STEP = 1e-6
 
 def long_chain(n: int) -> Chain:
     symbols = np.random.default_rng(3).integers(0, 2, n)
-    return path(level(), on_surface, signs_of(symbols), 11 * np.arange(n + 1), 0.0).chain
+    return path(System(level(), on_surface, signs_of(symbols)), 11 * np.arange(n + 1), 0.0).chain
 
 
 @pytest.mark.parametrize("k", [0, 1, 2])
@@ -64,7 +86,9 @@ def test_slopes_are_those_of_the_variational_equations(k: int) -> None:
 
 def test_a_closed_orbit_stretches_by_its_multiplier() -> None:
     orbit = closed(level(), (0, 1), 11)
-    many = path(level(), on_surface, signs_of(np.array([0, 1] * 20)), 11 * np.arange(41), 0.0)
+    many = path(
+        System(level(), on_surface, signs_of(np.array([0, 1] * 20))), 11 * np.arange(41), 0.0
+    )
     grown = stretching(level(), many.chain)
     # In the middle the surface's orbit is beside the closed one, whose word has two passages.
     assert abs(grown[18:20].mean() - orbit.exponent) < 1e-8
@@ -74,3 +98,122 @@ def test_the_mean_of_a_long_orbit_tends_to_its_exponent() -> None:
     grown = stretching(level(), long_chain(200))
     assert grown.shape == (200,)
     assert abs(grown[1:].mean() - 2.939) < 4 * grown[1:].std() / np.sqrt(199)
+
+
+PASSAGES = 5
+GIVEN = [np.array(x, dtype=float) for x in (BODY.A, BODY.r, BODY.mu)]
+
+
+@pytest.fixture(scope="module")
+def orbits() -> Surface:
+    return surface(RouteProblem(BODY, H, J1_0, PASSAGES))
+
+
+def some(count: int) -> tuple[Array, Array]:
+    """Random phases, and actions of four orders of magnitude."""
+    random = np.random.default_rng(7)
+    return random.uniform(0, 2 * np.pi, count), 10 ** random.uniform(-9, -5, count)
+
+
+@pytest.fixture(scope="module")
+def found(orbits: Surface) -> Stretched:
+    return stretched(orbits, *some(200), PASSAGES)
+
+
+def test_the_variational_equations_grow_as_much(found: Stretched) -> None:
+    assert found.inside.all()
+    off = np.abs(integrated(found) - found.growth[-1])
+    assert (off < found.allowed).all()
+    assert np.median(found.allowed) < 1e-7
+    assert np.ptp(found.growth[-1]) > 8
+
+
+def linear(t: float, y: Any) -> Any:
+    """Euler and Poisson's equations in principal axes, with two deviations; time t."""
+    state, off = y[:6, None], y[6:].reshape(6, 2)
+    beside = np.hstack((state, state + off, state - off))
+    rates = np.array(euler_poisson(beside[:3], beside[3:], *GIVEN))
+    # Of a quadratic field half of this difference is the derivative, exactly.
+    return np.concatenate((rates[:, 0], ((rates[:, 1:3] - rates[:, 3:]) / 2).ravel()))
+
+
+def plane_of(state: Array) -> Array:
+    """Orthonormal deviations (6, 2) of (M', gamma) that keep M3, h, M . gamma and |gamma|."""
+    A, r, mu = GIVEN
+    M, gamma = state[:3], state[3:]
+    # Of h = M'.M'/(2 A s^2) + mu r.gamma, s^2 = 1/2 for this body.
+    rises = (np.eye(6)[2], [*(M / A * 2), *(mu * r)], [*gamma, *M], [0, 0, 0, *gamma])
+    return np.linalg.svd(np.array(rises))[2][4:].T
+
+
+@pytest.mark.slow
+def test_the_norm_is_that_of_anybody_who_integrates(orbits: Surface) -> None:
+    """SciPy, principal axes, physical time: nothing of the section's coordinates or of charts."""
+    seen = stretched(orbits, np.array([2.1]), np.array([1e-7]), 2)
+    s, rising = np.sqrt(0.5), seen.begin.rising
+    begun = section_state(
+        rising, seen.begin.d, seen.begin.chi, seen.level.h, doubles(BODY), precision(53)
+    )
+    state = euclidean(begun, doubles(BODY))[:, 0]
+    unit = np.array([s, s, s, 1, 1, 1])
+    begin = np.concatenate((state / unit, (plane_of(state) / unit[:, None]).ravel()))
+    end = solve_ivp(
+        linear, (0, seen.time[0] / s), begin, method="DOP853", rtol=1e-11, atol=1e-14
+    ).y[:, -1]
+    flow, off = linear(0, end)[:6], end[6:].reshape(6, 2)
+    back = (off - np.outer(flow, off[2] / flow[2])) * unit[:, None]
+    assert np.log(np.linalg.norm(back, 2)) == pytest.approx(seen.growth[-1, 0], abs=1e-7)
+
+
+@pytest.mark.slow
+def test_exponents_owe_nothing_to_the_width_of_the_tables(
+    orbits: Surface, found: Stretched, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(orders, "MARGIN", 1.5 * orders.MARGIN)
+    # Other ends by a hair: what is found out of a map's layer is remembered by them.
+    hair = exact("1e-12")
+    ends = orbits.problem.h0 - BODY.mu - hair, orbits.problem.h0 + BODY.mu + hair
+    wider = stretched(orbits._replace(made=build.build(BODY, *ends, 53)), *some(200), PASSAGES)
+    assert wider.level.charts[0].forward.width > 1.4 * found.level.charts[0].forward.width
+    assert (np.abs(wider.growth[-1] - found.growth[-1]) < found.allowed + wider.allowed).all()
+
+
+def test_orbits_have_their_codes(found: Stretched) -> None:
+    phases, actions = some(200)
+    for k in (0, 77, 160):
+        routes = route_codes(BODY, [phases[k]], h0=H, J1_0=actions[k], n_symbols=PASSAGES)
+        np.testing.assert_array_equal(routes.codes[:, 0], found.symbols[:, k])
+        taken = routes.crossing_time[-1, 0] - routes.crossing_time[0, 0]
+        assert found.time[k] == pytest.approx(taken, rel=1e-10)
+
+
+def test_growths_are_the_largest_singular_values() -> None:
+    slopes = np.random.default_rng(2).normal(size=(4, 2, 2, 9))
+    frames = np.random.default_rng(3).normal(size=(5, 2, 2, 9))
+    grown, whole = most_stretched(list(slopes), list(frames)), np.eye(2)
+    for k, slope in enumerate(np.moveaxis(slopes, -1, 1)):
+        whole = slope @ whole
+        begun, ended = np.moveaxis(frames[0], -1, 0), np.moveaxis(frames[k + 1], -1, 0)
+        largest = np.linalg.svd(ended @ whole @ np.linalg.inv(begun), compute_uv=False)[:, 0]
+        np.testing.assert_allclose(np.exp(grown[k]), largest, rtol=1e-11)
+
+
+def test_beside_a_closed_orbit_it_is_the_multiplier_that_grows() -> None:
+    orbit, c = closed(level(), (0, 1), 11), doubles(BODY)
+    many = path(
+        System(level(), on_surface, signs_of(np.array([0, 1] * 10))), 11 * np.arange(21), 0.0
+    )
+    chain = many.chain
+    frames = [
+        frame(SectionPoint(k % 2 == 0, chain.d[k : k + 1], chain.chi[k : k + 1]), float(H), c)[
+            ..., 0
+        ]
+        for k in range(21)
+    ]
+    grown = most_stretched(list(tangents(level(), chain)[:, :2]), frames)
+    assert (grown[11] - grown[7]) / 4 == pytest.approx(orbit.exponent, abs=1e-5)
+
+
+def test_orbits_that_begin_beyond_the_normal_form_are_left_out(orbits: Surface) -> None:
+    seen = stretched(orbits, np.array([1.0, 1.0]), np.array([1e-8, 0.3]), 1)
+    np.testing.assert_array_equal(seen.inside, [True, False])

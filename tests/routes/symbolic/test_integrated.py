@@ -11,9 +11,8 @@ from rigidpend.mechanics.coordinates import Aligned, canonical_from_aligned
 from rigidpend.mechanics.equations import eq1
 from rigidpend.orbits import integrate
 from rigidpend.orbits.return_map import return_map
-from rigidpend.routes.symbolic.action import actions
 from rigidpend.routes.symbolic.closed import closed
-from rigidpend.routes.symbolic.confirm import crossing_states, doubles
+from rigidpend.routes.symbolic.integrated import actions, crossing_states, doubles
 from rigidpend.routes.symbolic.tables import Level
 from tests.routes.symbolic.fig4 import BODY, H, level
 

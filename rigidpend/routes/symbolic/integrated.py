@@ -1,4 +1,12 @@
-"""Closed orbits verified: integrated over a period in many bits, they come back to rounding."""
+"""Chains and closed orbits held against integration of the full equations.
+
+Every passage of a chain is integrated alone, in doubles, from crossing to crossing. So is the
+action, the integral of p dq over a period: where M . gamma = 0 the form p dq is M . omega dt in
+any coordinates, J1 dtheta1 + J2 dtheta2 or others, and on the sphere of gamma it has no ambiguity.
+So the action is twice the kinetic energy, 2 (h - mu r . gamma), integrated. Along a family of
+orbits its derivative in h is their period. Closed orbits are integrated over a period in many
+bits, and come back to rounding.
+"""
 
 from __future__ import annotations
 
@@ -7,25 +15,128 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import GUARD_BITS, context, exact, fraction
 from rigidpend.numbers.generic import Scalar
+from rigidpend.orbits import integrate
+from rigidpend.orbits.integrate.records import Orbits
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.poincare import section_state
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
-from rigidpend.routes.symbolic.chain import NoOrbit, tangents
+from rigidpend.routes.cycle import symbols
+from rigidpend.routes.symbolic.chain import Chain, NoOrbit, tangents
 from rigidpend.routes.symbolic.closed import ClosedOrbit
-from rigidpend.routes.symbolic.tables import Level
+from rigidpend.routes.symbolic.tables import Level, Mask
 
+EARLY = 1e-3
+"""Time t' below which a zero of M3 is the crossing that an orbit starts from."""
+PATIENCE = 4.0
+"""Longest wait, in times of the longest passage."""
 ROUNDS = 12
 LOST = 12
 """Bits by which a passage may fail to meet the next."""
 GUARD = 15
 """Bits that the numbers of the section have beyond those of the integration."""
+
+
+class Confirmation(NamedTuple):
+    """Passages of a chain, each integrated alone in doubles, (n,) each."""
+
+    right: Mask
+    """True where it has the chain's symbol."""
+    late: Array
+    """Its time less the chain's, t'."""
+
+
+def passages(body: Body, level: Level, chain: Chain) -> Confirmation:
+    """Integrate the full equations from each crossing of a chain to the next.
+
+    Parameters
+    ----------
+    body : Body
+    level : Level
+    chain : Chain
+        That begins with an upward crossing.
+    """
+    c, rising = doubles(body), np.arange(len(chain.b)) % 2 == 0
+    limit = float(chain.time.max()) * PATIENCE
+    time, separatrix = _next(c.aligned, crossing_states(c, level, chain), limit)
+    found = symbols(np.stack((np.where(rising, 2, 3), separatrix)))[0]
+    right = found == np.where((chain.I > 0) == rising, 1, 0)
+    return Confirmation(right, time - chain.time)
+
+
+def doubles(body: Body) -> Coefficients:
+    """The coefficients of a body in doubles."""
+    return coefficients(body.angles(53 + GUARD_BITS), "1", precision(53))
+
+
+def crossing_states(c: Coefficients, level: Level, chain: Chain) -> Array:
+    """The aligned components (6, n) at the crossings from which a chain's passages begin.
+
+    They are those on separatrix 2 or 3, the orbit's own or their mirror images.
+    """
+    n, a = len(chain.b), precision(53)
+    rising, states = np.arange(n) % 2 == 0, np.empty((6, n))
+    for side in (True, False):
+        here = rising == side
+        if here.any():
+            d, chi = chain.d[:n][here], chain.chi[:n][here]
+            states[:, here] = section_state(side, d, chi, level.h, c, a)
+    return states
+
+
+def _next(c: AlignedCoefficients, states: Array, limit: float) -> tuple[Array, NDArray[np.uint8]]:
+    """Time t' and separatrix of the first crossing behind the start."""
+    engine = integrate.default_engine()
+    found = integrate.crossings(
+        Orbits(c, states, 2, limit),
+        engine=engine,
+        bits=53,
+        tolerance=integrate.FINEST_TOLERANCE[engine],
+        jobs=1,
+    )
+    which = np.where(found.time[0] > EARLY, 0, 1)
+    columns = np.arange(states.shape[1])
+    return found.time[which, columns], found.separatrix[which, columns]
+
+
+def actions(body: Body, level: Level, chains: Sequence[Chain]) -> Array:
+    """The actions of chains through all their passages, each integrated alone in doubles.
+
+    Parameters
+    ----------
+    body : Body
+    level : Level
+    chains : sequence of Chain
+        Each begins with an upward crossing.
+
+    Returns
+    -------
+    (len(chains),) array
+        Dimensionless, as J1 and J2.
+    """
+    c = doubles(body)
+    states = np.concatenate([crossing_states(c, level, chain) for chain in chains], axis=1)
+    time = np.concatenate([chain.time for chain in chains])
+    lifted = integrate.ends(_field(c.aligned), np.vstack((states, 0 * time)), time)[6]
+    of = np.repeat(np.arange(len(chains)), [len(chain.time) for chain in chains])
+    found: Array = np.bincount(of, weights=2 * (level.h * time - lifted)).astype(float)
+    return found
+
+
+def _field(c: AlignedCoefficients) -> Any:
+    """The aligned equations with the quadrature of the potential energy."""
+
+    def rates(state: Any, _: Any) -> tuple[Any, ...]:
+        return (*aligned(state[:6], c), c.mu_r1 * state[3] + c.mu_r2 * state[4])
+
+    return rates
 
 
 class Closing(NamedTuple):
