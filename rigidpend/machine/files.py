@@ -23,7 +23,7 @@ SEAL_LENGTH = len(SEAL) + 64 + 1
 LARGEST = 2**31
 """Bytes of a file that is read, and of what it holds, at most."""
 COPIES = 3
-"""How often a run holds a result: as parts, put together, and as the image of the file."""
+"""Number of times that a run holds a result: as parts, as a whole, and as the image of the file."""
 
 
 class StoreError(RuntimeError):
