@@ -605,7 +605,7 @@ def read(path: Path) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
     length = path.stat().st_size
     try:
         with h5py.File(path) as file:
-            _bounded(file, RATIO * length + 2**26)
+            bounded(file, RATIO * length + 2**26)
             config = json.loads(file["config"].asstr()[()])
             arrays = {name: _fields(group, name) for name, group in file["data"].items()}
     except (OSError, KeyError, ValueError, TypeError, AttributeError, RuntimeError) as error:
@@ -618,7 +618,7 @@ def read(path: Path) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
     return config, arrays
 
 
-def _bounded(file: Any, left: int) -> None:
+def bounded(file: Any, left: int) -> None:
     """Refuse what lies in other files, and arrays that are too large, before any is read."""
     import h5py
 

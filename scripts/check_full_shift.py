@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
@@ -19,9 +20,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from scripts.check_certificate import (
+    RATIO,
     Fails,
     Interval,
     Refused,
+    bounded,
     check_against,
     exponential,
     hypotenuse,
@@ -38,8 +41,10 @@ PARTS = 32
 """Parts of a step on which signs and rates are told."""
 ALONE, THIN, WIDEST = Fraction(1, 32), Fraction(1, 2**20), Fraction(1, 4096)
 """Distances within which a point of the section and one of a line is alone; radius of a tube."""
-MOST = {"steps": 4000, "terms": 10**6, "degree": 100, "bits": 62, "curve": 20}
-"""Sizes of a proof at most."""
+MOST = {"steps": 4000, "work": 10**8, "degree": 40, "bits": 62, "curve": 20}
+"""Sizes of a proof at most; work is that of multiplying term by term, minutes."""
+STEEP = 64
+"""Exponent of a bound's growth over a step at most."""
 
 
 class Series:
@@ -263,6 +268,8 @@ class Arrival(NamedTuple):
     symbol: int
     box: list[Interval]
     begin: list[Interval]
+    time: Interval
+    """When, t' from the beginning."""
 
 
 def beginning(p: Problem, quad: Quad, step: Step) -> tuple[list[Interval], Fraction]:
@@ -295,6 +302,8 @@ def beginning(p: Problem, quad: Quad, step: Step) -> tuple[list[Interval], Fract
         [kappa * (n1 * by[0] + n2 * by[1]) - away / 2, *p.mu],
     ]
     near = solution(residual, J, ALONE)
+    if q.low <= 0:
+        raise Fails("C1: the large Q is not shown to be positive at the points of a set")
     apart = [near, near, y[2].most, near, near, (y[5] - g).most]
     apart[1 - large] = (y[1 - large] - d).most
     return [Q.ball(), g1.ball(), g2.ball()], p.norm(*apart)
@@ -372,7 +381,10 @@ def tube(p: Problem, step: Step, begin: Fraction) -> Fraction:
         for m in sizes:
             steep = p.lam * (m + E / (2 * p.sigma))
             rates += (steep + hypotenuse(steep, k)) / 2
-        grown = (exponential(rates * (2 * step.half.most / PARTS)) * begin).above
+        growth = rates * (2 * step.half.most / PARTS)
+        if growth.above > STEEP:
+            raise Fails(f"C3: a bound that grows by more than exp({STEEP}) on a step is none")
+        grown = (exponential(growth) * begin).above
         if grown < radius:
             return grown
         if radius == WIDEST:
@@ -408,11 +420,13 @@ def arrival(p: Problem, start: Quad | Line, steps: Sequence[Step]) -> Arrival:
         side, order = 1 if start.rising else -1, [1, 0, -1]
         begin, bound = beginning(p, start, steps[0])
     told: list[int] = []
+    passed = Interval.of(0)
     for k, step in enumerate(steps):
         if k:
             before = [state.at(0, 1) for state in steps[k - 1].states]
             gap = [(a.at(0, -1) - b).most for a, b in zip(step.states, before, strict=True)]
             bound += p.norm(*gap)
+        passed += 2 * step.half.ball()
         if step.half.ball().low <= 0:
             raise Fails("C2: the length of a step is not shown to be positive")
         rates = p.field(step.states)
@@ -422,13 +436,14 @@ def arrival(p: Problem, start: Quad | Line, steps: Sequence[Step]) -> Arrival:
     if [x for k, x in enumerate(told) if not k or told[k - 1] != x] != order:
         raise Fails("C4: M3 is not shown to leave zero at once and to return at the end")
     end = [state.at(0, 1) for state in steps[-1].states]
-    return crossing(p, end, bound, side, begin)
+    found = crossing(p, end, bound, side, begin)
+    return found._replace(time=passed + found.time)
 
 
 def crossing(
     p: Problem, end: list[Series], bound: Fraction, side: int, begin: list[Interval]
 ) -> Arrival:
-    """C5: where the orbits cross beside the end of the last step."""
+    """C5: where the orbits cross beside the end of the last step, from which time counts."""
     apart = p.apart(bound)
     M3 = end[2].most + apart[2]
     late = M3 + apart[2]
@@ -440,7 +455,8 @@ def crossing(
             break
         time = M3 / Fraction(slowest, 1 << Interval.digits)
         if time * fastest <= late:
-            return _crossed(end, box, [e + time * fastest for e in apart], side, begin)
+            away = [e + time * fastest for e in apart]
+            return _crossed(end, box, away, side, begin)._replace(time=around(0, time))
         late = 2 * time * fastest
     raise Fails("C5: M3 crosses zero too slowly")
 
@@ -457,7 +473,8 @@ def _crossed(
         Series(x.terms, x.digits, x.error + int(away[j] * 2**x.digits) + 1) * sign
         for j, x in ((1 - large, end[1 - large]), (5, end[5]))
     )
-    return Arrival(d, g, int(sign == side), [sign * box[large], box[3], box[4]], begin)
+    there = [sign * box[large], box[3], box[4]]
+    return Arrival(d, g, int(sign == side), there, begin, Interval.of(0))
 
 
 def check_relation(source: Arrival, quad: Quad, begin: Sequence[Interval]) -> None:
@@ -476,8 +493,11 @@ def check_relation(source: Arrival, quad: Quad, begin: Sequence[Interval]) -> No
 
 def prove(
     problem: dict[str, Any], quads: Sequence[Quad], line: Line, orbits: Sequence[list[Step]]
-) -> None:
-    """All that a full shift and its line of starts need; raises Fails with what is not shown."""
+) -> tuple[Fraction, Fraction]:
+    """All that a full shift and its line of starts need: the least and largest time of a passage.
+
+    Raises Fails with what is not shown.
+    """
     if sorted(quad.rising for quad in quads) != [False, False, True, True]:
         raise Fails("there are other sets than two on each section")
     if (
@@ -498,6 +518,9 @@ def prove(
     for quad, other in zip(quads, found, strict=True):
         if quad.rising:
             _named("line", check_relation, start, quad, other.begin)
+    unit = 1 << Interval.digits
+    low, high = min(x.time.low for x in found), max(x.time.high for x in found)
+    return Fraction(low, unit), Fraction(high, unit)
 
 
 def _named(k: int | str, check: Callable[..., Any], *arguments: Any) -> Any:
@@ -509,8 +532,10 @@ def _named(k: int | str, check: Callable[..., Any], *arguments: Any) -> Any:
 
 # ---- The file.
 
+QUAD = ("rising", "a", "b", "l0", "l1", "p")
 LINE = ("e1", "e2", "centre", "half")
-"""Numbers of a line of starts."""
+PROOF = ("family", "bits", "terms", "powers", "coefficients")
+"""Arrays of sets, of a line of starts, and of steps."""
 
 
 def read(path: Path) -> tuple[dict[str, Any], list[Quad], list[Fraction], list[list[Step]]]:
@@ -519,15 +544,14 @@ def read(path: Path) -> tuple[dict[str, Any], list[Quad], list[Fraction], list[l
 
     try:
         with h5py.File(path) as file:
+            bounded(file, RATIO * path.stat().st_size + 2**26)
             config = json.loads(file["config"].asstr()[()])
-            sets = {
-                k: _array(file, f"data/sets/{k}") for k in ("rising", "a", "b", "l0", "l1", "p")
-            }
-            along = {k: _array(file, f"data/line/{k}") for k in LINE}
-            proof = {
-                k: _array(file, f"data/proof/{k}")
-                for k in ("family", "bits", "terms", "powers", "coefficients")
-            }
+            sets, along, proof = (
+                {k: file[f"data/{group}/{k}"][()] for k in names}
+                for group, names in (("sets", QUAD), ("line", LINE), ("proof", PROOF))
+            )
+        if not 0 < sets["p"].shape[1] <= MOST["curve"]:
+            raise Refused(f"a curve has no coefficients, or more than {MOST['curve']}")
         quads = []
         for k in range(4):
             a, b, l0, l1, *p = (
@@ -540,13 +564,6 @@ def read(path: Path) -> tuple[dict[str, Any], list[Quad], list[Fraction], list[l
     except (OSError, KeyError, ValueError, TypeError, AttributeError, IndexError, OverflowError,
             RuntimeError) as error:  # fmt: skip
         raise Refused(f"it cannot be read: {str(error)[:200]}") from None
-
-
-def _array(file: Any, place: str) -> Any:
-    node = file[place]
-    if node.external or node.is_virtual or node.size > 7 * MOST["terms"]:
-        raise Refused(f"{place} is no array of this file, or too large")
-    return node[()]
 
 
 def _steps(proof: dict[str, Any]) -> Iterable[list[Step]]:
@@ -563,7 +580,7 @@ def _steps(proof: dict[str, Any]) -> Iterable[list[Step]]:
     if any(len(at) != 3 or not all(0 <= n <= MOST["degree"] for n in at) for at in powers):
         raise Refused("a term is of no degree, or of one too high")
     orbits: list[list[Step]] = [[], [], [], [], []]
-    first = 0
+    first, left = 0, MOST["work"]
     for k, count, fine in zip(of, counts, bits, strict=True):
         here = range(first, first + count)
         if len({powers[i] for i in here}) < count or any(len(values[i]) != 7 for i in here):
@@ -578,6 +595,9 @@ def _steps(proof: dict[str, Any]) -> Iterable[list[Step]]:
             for c in range(7)
         ]
         states = [Series(terms, fine + 1) for terms in columns[:6]]
+        left -= count * count * (1 + len(columns[6]))
+        if left < 0:
+            raise Refused("there are more terms than can be multiplied in minutes")
         if any(j for j, _, _ in columns[6]):
             raise Refused("the length of a step depends on time")
         orbits[k].append(Step(Series(columns[6], CLOCK + 1), states))
@@ -585,23 +605,34 @@ def _steps(proof: dict[str, Any]) -> Iterable[list[Step]]:
     return orbits
 
 
-def check(path: Path, given: Path | None = None) -> None:
-    """Check a result; raises Refused or Fails."""
+def check(path: Path, given: Path | None = None) -> str:
+    """What a result proves, and of which numbers; raises Refused or Fails."""
     Interval.digits = DIGITS
     config, quads, line, orbits = read(path)
-    if given:
-        import yaml
-
-        wanted = yaml.load(given.read_text(encoding="utf-8"), yaml.BaseLoader)
-        keys = ("experiment", "problem")
-        check_against({k: config.get(k) for k in keys}, {key: wanted[key] for key in keys})
-        Interval.digits = DIGITS
     try:
+        if given:
+            import yaml
+
+            wanted = yaml.load(given.read_text(encoding="utf-8"), yaml.BaseLoader)
+            keys = ("experiment", "problem")
+            check_against({key: config[key] for key in keys}, {key: wanted[key] for key in keys})
+            Interval.digits = DIGITS
         problem = {key: config["problem"][key] for key in ("A", "r", "mu", "h")}
-        J1 = number(config["problem"]["J1_0"])
-    except (KeyError, TypeError) as error:
-        raise Refused(f"its config lacks something: {error!r}") from None
-    prove(problem, quads, Line(J1, *line), orbits)
+        action = config["problem"]["J1_0"]
+        triples = [", ".join(problem[key]) for key in ("A", "r") if len(problem[key]) == 3]
+        of = "A = {}; r = {}; mu = {mu}; h = {h}".format(*triples, **problem)
+    except (KeyError, TypeError, IndexError) as error:
+        raise Refused(f"its config, or the one given, lacks something: {error!r}") from None
+    J1 = number(action)
+    if Interval.of(J1).low <= 0:
+        raise Refused("J1_0 > 0 is broken, or cannot be told")
+    least, most = prove(problem, quads, Line(J1, *line), orbits)
+    # Rounded outward.
+    times = f"{math.floor(least * 10**4) / 10**4} to {math.ceil(most * 10**4) / 10**4}"
+    return (
+        f"proven of {of}: eight covering relations, so every sequence is a code, with {times} t'"
+        f" a passage; and a line of starts of J1_0 = {action}"
+    )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -611,11 +642,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--config", type=Path, help="a YAML config that it is to be of")
     given = parser.parse_args(arguments)
     try:
-        check(given.file, given.config)
+        print(check(given.file, given.config))
     except (Refused, Fails, OSError) as error:
         print(f"{given.file}: not proven: {error}", file=sys.stderr)
         return 1
-    print("proven: eight covering relations and a line of starts: every sequence is a code")
     return 0
 
 

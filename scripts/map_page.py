@@ -29,7 +29,7 @@ from rigidpend.experiments.plots.palette import (
 from rigidpend.machine.tables import Table, markdown
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
+from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, return_map
 from rigidpend.orbits.return_map.build import table_bits
 from rigidpend.orbits.return_map.normal_form import powers
 from rigidpend.render import STYLE
@@ -157,7 +157,8 @@ def largest_start(body: Body, h0: str) -> float:
         problem = RouteProblem(body, exact(h0), exact(f"1e{exponent}"), 1)
         Qp = start_Qp(problem, "1", made.bits)
         with contextlib.suppress(MapError):
-            begin = made.rapid(53, Qp, Qp).follow(np.array([float(Qp)]), zero, zero, 0)
+            program = made.program(53, Qp, Qp)
+            begin = kernel.follow(program, np.array([float(Qp)]), zero, zero, 1)
             if begin.separatrix[0, 0]:
                 return 10.0**exponent
     raise MapError("no start lies within the normal form")

@@ -8,14 +8,10 @@ from typing import TYPE_CHECKING, Self
 from pydantic import model_validator
 
 from rigidpend.config.bodies import HeavyBody
-from rigidpend.config.schema import Number, Whole, afford, physics
+from rigidpend.config.schema import Number, Whole, physics
 
 if TYPE_CHECKING:
     from rigidpend.routes.problem import RouteProblem
-
-
-OF_SYMBOL = 11
-"""Bytes of a result for each symbol: itself, whether it is certain, separatrix, crossing time."""
 
 
 class RouteStart(HeavyBody):
@@ -37,8 +33,8 @@ class RouteStart(HeavyBody):
 
     def afford(self, columns: int, field: str) -> None:
         """Refuse more columns, each of so many symbols, than a result can hold."""
-        what = f"{columns} columns of {self.n_symbols} symbols"
-        afford(field, columns * (self.n_symbols + 1), OF_SYMBOL, what)
+        with physics():
+            self.routes.afford(columns, field)
 
     @model_validator(mode="after")
     def _start(self) -> Self:

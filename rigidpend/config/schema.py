@@ -30,7 +30,6 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from rigidpend.machine import files
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
 from rigidpend.numbers.exact import FINEST, PRECISIONS, Exact, exact, exacts
@@ -39,10 +38,6 @@ from rigidpend.numbers.parameters import ParameterError
 if TYPE_CHECKING:
     from rigidpend.routes.phases import Grid
 
-LARGEST_RESULT, COPIES = files.LARGEST, 3
-"""Bytes that a result may hold, as many as a reader takes; and how often a run holds them.
-
-It holds them as parts, put together, and as the image of the file."""
 ENGINES = ("auto", "taylor", "scipy")
 """Words for an engine in a config."""
 WRITTEN = "as written"
@@ -225,24 +220,6 @@ def physics() -> Iterator[None]:
     except ValueError as error:
         known = {"field": getattr(error, "field", ""), "message": str(error)}
         raise PydanticCustomError("physics", "{message}", known) from None
-
-
-def afford(field: str, count: int, size: int, what: str) -> None:
-    """Refuse what would need more memory than results may take.
-
-    Parameters
-    ----------
-    field : str
-        The field that a complaint is shown at.
-    count, size : int
-        How many values are stored, and how many bytes of a result each takes.
-    what : str
-        What they are, with their number.
-    """
-    needed, most = (COPIES * x / 1e9 for x in (count * size, LARGEST_RESULT))
-    if needed > most:
-        message = f"{what} need about {needed:.3g} GB of memory, and {most:.2g} GB is the most"
-        raise PydanticCustomError("physics", "{message}", {"field": field, "message": message})
 
 
 class EngineNumerics(Part):

@@ -11,6 +11,7 @@ import tempfile
 from pathlib import Path
 
 from rigidpend.machine import locks, signals
+from rigidpend.numbers.parameters import ParameterError
 
 CERTIFICATE = ".certificate"
 """Ending of the name of a certificate, behind that of its result."""
@@ -21,6 +22,8 @@ SEAL_LENGTH = len(SEAL) + 64 + 1
 
 LARGEST = 2**31
 """Bytes of a file that is read, and of what it holds, at most."""
+COPIES = 3
+"""How often a run holds a result: as parts, put together, and as the image of the file."""
 
 
 class StoreError(RuntimeError):
@@ -29,6 +32,29 @@ class StoreError(RuntimeError):
 
 class Absent(StoreError):
     """Error: a result that is needed and not there."""
+
+
+def afford(field: str, count: int, size: int, what: str) -> None:
+    """Refuse what would need more memory than results may take.
+
+    Parameters
+    ----------
+    field : str
+        Name of the parameter that asks for so much.
+    count, size : int
+        How many values are stored, and how many bytes of a result each takes.
+    what : str
+        What they are, with their number.
+
+    Raises
+    ------
+    ParameterError
+        They take more.
+    """
+    needed, most = (COPIES * x / 1e9 for x in (count * size, LARGEST))
+    if needed > most:
+        message = f"{what} need about {needed:.3g} GB of memory, and {most:.2g} GB is the most"
+        raise ParameterError(field, message)
 
 
 def content(path: Path, *, links: bool = True) -> bytes:
@@ -73,8 +99,10 @@ def prepare(path: Path) -> None:
     Raises
     ------
     StoreError
-        The folder cannot be made, or nothing can be written to it.
+        The folder cannot be made, or nothing can be written to it, or a folder is in the file's
+        place.
     """
+    make_way(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, temporary = _temporary(path)
@@ -83,6 +111,21 @@ def prepare(path: Path) -> None:
     except OSError as error:
         reason = f"{path.parent} is not writable ({error.strerror})"
         raise StoreError(f"{path}: {reason}; choose another folder with --out") from None
+
+
+def make_way(path: Path) -> None:
+    """Refuse a folder in the place of a file to come; what is in it is for its owner to judge.
+
+    Raises
+    ------
+    StoreError
+        There is one.
+    """
+    if path.is_dir() and not path.is_symlink():
+        message = (
+            "a folder is in the place of a file: move it away, or remove it if it is not needed"
+        )
+        raise StoreError(f"{path}: {message}")
 
 
 def replace(path: Path, content: bytes, *, lasting: bool = True) -> None:

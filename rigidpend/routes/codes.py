@@ -112,8 +112,9 @@ def route_codes(
 
     Raises
     ------
-    ProblemError, NumericsError, ExactError
-        A value that is excluded or that is no number; the message says which.
+    ParameterError, ExactError
+        A value that is excluded or that is no number, or more symbols than memory holds; the
+        message says which.
     EngineError
         An engine that is not known.
     MapError
@@ -143,6 +144,7 @@ def codes_of(
 ) -> RouteCodes:
     """The binary route codes of the orbits of a checked problem: see :func:`route_codes`."""
     phases = Phases(theta2_0)
+    problem.afford(len(phases))
     run = Run(problem, phases, arithmetic, jobs)
     return routes_of(phases, *_decided(run, phase_rate(problem), method))
 

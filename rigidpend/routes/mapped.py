@@ -22,7 +22,7 @@ from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import height
 from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
 from rigidpend.orbits.integrate.records import Crossings, Outcome
-from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
+from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, return_map
 from rigidpend.orbits.return_map.build import (
     FIRST,
     SECOND,
@@ -33,7 +33,7 @@ from rigidpend.orbits.return_map.build import (
 )
 from rigidpend.orbits.return_map.itinerary import entry_phase
 from rigidpend.orbits.return_map.precision import in_pairs, precision
-from rigidpend.orbits.return_map.rapid import Rapid
+from rigidpend.orbits.return_map.program import Program
 from rigidpend.routes import certainty
 from rigidpend.routes.certainty import Decided
 from rigidpend.routes.cycle import symbols
@@ -124,7 +124,7 @@ class Maps:
         self.problem, self.phases, self.starts = problem, phases, starts
         self.orbits = starts.orbits if starts else len(phases)
         self.table_bits, self._lock = SHARPER if in_pairs(SHARPER) else 53, threading.Lock()
-        self._ready: dict[tuple[int, Design], Rapid] = {}
+        self._ready: dict[tuple[int, Design], Program] = {}
         self._least_time, self._budgets = least_time, dict[Design, float]()
         try:
             self._make(jobs)
@@ -170,9 +170,9 @@ class Maps:
 
     def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
         """The crossings of some columns in t'; FAILED where an orbit leaves the tables."""
-        design, rapid = DESIGNS[scales], self._rapid(bits, DESIGNS[scales])
+        design, program = DESIGNS[scales], self._program(bits, DESIGNS[scales])
         blocks = [columns[k : k + BLOCK] for k in range(0, len(columns), BLOCK)] or [columns]
-        parts = [self._follow(rapid, bits, design, block) for block in blocks]
+        parts = [self._follow(program, bits, design, block) for block in blocks]
         time, separatrix = (np.concatenate(x, axis=1) for x in zip(*parts, strict=True))
         outcome = np.where(separatrix[-1] != 0, Outcome.COMPLETE, Outcome.FAILED)
         return Crossings(time, separatrix, outcome.astype(np.uint8))
@@ -187,7 +187,7 @@ class Maps:
             budget=self._budgets.get(design, math.inf),
         )
 
-    def _rapid(self, bits: int, design: Design) -> Rapid:
+    def _program(self, bits: int, design: Design) -> Program:
         """The map of a design, ready for use."""
         # Threads ask for the same map: one makes it, and the others wait.
         with self._lock:
@@ -197,17 +197,15 @@ class Maps:
                     start_Qp(self.problem, design.unit, made.bits, J1)
                     for J1 in (self.starts.least if self.starts else None, None)
                 )
-                self._ready[bits, design] = made.rapid(bits, least, most)
+                self._ready[bits, design] = made.program(bits, least, most)
             return self._ready[bits, design]
 
-    def _follow(self, rapid: Rapid, bits: int, design: Design, columns: Any) -> tuple[Any, Any]:
+    def _follow(self, program: Program, bits: int, design: Design, columns: Any) -> tuple[Any, Any]:
         """Times (n + 1, N) in t' and separatrices; NaN and 0 where the tables end."""
         J1 = self.starts.J1_0[columns] if self.starts else None
         Qp = start_Qp(self.problem, design.unit, bits, J1)
         phase, height = self._begin(bits, design, J1, columns)
-        # Orbits that leave the tables may go on as NaN or infinity.
-        with np.errstate(invalid="ignore", over="ignore"):
-            found = rapid.follow(Qp + 0 * phase, phase, height, self.problem.n_symbols)
+        found = kernel.follow(program, Qp + 0 * phase, phase, height, self.problem.n_symbols + 1)
         return found.time * _unit(design.unit, 53), found.separatrix
 
     def _begin(self, bits: int, design: Design, J1_0: Any, columns: Any) -> tuple[Any, Any]:
@@ -256,18 +254,8 @@ def _unit(unit: str, bits: int) -> Any:
 
 def start_Qp(problem: RouteProblem, unit: str, bits: int, J1_0: Any = None) -> Any:
     """Qp of starts in units of a design, for the problem's J1_0 or for doubles in its place."""
-    if J1_0 is None:
-        return _own_Qp(problem, unit, bits)
-    return _Qp(problem, unit, bits, precision(bits).array(J1_0)[()])
-
-
-@functools.lru_cache(maxsize=16)
-def _own_Qp(problem: RouteProblem, unit: str, bits: int) -> Any:
-    return _Qp(problem, unit, bits, _constants(problem, bits).J1_0)
-
-
-def _Qp(problem: RouteProblem, unit: str, bits: int, J1: Any) -> Any:
-    a, (p, J2, _) = precision(bits), _constants(problem, bits)
+    a, (p, J2, J1) = precision(bits), _constants(problem, bits)
+    J1 = J1 if J1_0 is None else a.array(J1_0)[()]
     begin = Canonical(J1, J2 - J1, 0, p.alpha0 + p.beta0, 0 * J1, 0, 1)
     return _unit(unit, bits) * aligned_from_canonical(begin, p.alpha0, p.beta0, a).Qp
 

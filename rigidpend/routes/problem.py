@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from rigidpend.machine import files
 from rigidpend.mechanics import pendulum
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.separatrices import fastest_rate
@@ -18,6 +19,8 @@ MAX_SYMBOLS = 100_000
 """Symbols on an orbit at most."""
 LEAST = 1e-100
 """Least h0, and least mu relative to it: what is smaller is lost in doubles."""
+OF_SYMBOL = 11
+"""Bytes of a result for each symbol: itself, whether it is certain, separatrix, crossing time."""
 SMALLEST_RATIO = "1e-500"
 """J1_0/J2_0 from which the components, its square root, are ordinary doubles."""
 
@@ -76,6 +79,11 @@ class RouteProblem:
             raise ProblemError("J1_0", message)
         if m.mpf(SMALLEST_RATIO) > J1 / J2:
             raise ProblemError("J1_0", f"J1_0 = {self.J1_0} is below {SMALLEST_RATIO} J2_0")
+
+    def afford(self, columns: int, field: str = "theta2_0") -> None:
+        """Refuse more columns, each of so many symbols, than a result can hold."""
+        what = f"{columns} columns of {self.n_symbols} symbols"
+        files.afford(field, columns * (self.n_symbols + 1), OF_SYMBOL, what)
 
     def J2_0(self, bits: int) -> Any:
         """J2_0 = sqrt(2 h0/kappa), dimensionless (after eq. sol_3), in `bits` bits."""

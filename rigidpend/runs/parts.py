@@ -59,13 +59,15 @@ class Parts:
         Raises
         ------
         StoreError
-            It cannot be written.
+            It cannot be written, as where a folder is in its place.
         """
         # HDF5 is for runs that keep something; a plan sweeps up without it.
         from rigidpend.results import store
 
         self._join()
         path, of = self._folder / f"{name}.h5", f"{self._fingerprint}, part {name}".encode()
+        # Asked before hours of computation, which could not be kept.
+        files.make_way(path)
         content = kept.load(path, of)
         if content is not None:
             try:

@@ -96,7 +96,7 @@ def test_a_result_under_another_name_is_never_taken_for_that_result(tmp_path: Pa
 
 
 MAP = f"""\
-{HEAD.format(experiment="route_map", n_symbols=6)}\
+{HEAD.format(experiment="route_map", n_symbols=20)}\
   theta2_0: {{ends: [0, 2*pi], count: 1001}}
   rows: {{axis: log10_J1_0, ends: [-10, -5], count: 8}}
 
@@ -194,7 +194,7 @@ def test_kept_files_that_are_damaged_or_exchanged_change_no_result(
             for how, path, _ in done:
                 if how == "folder" and path.suffix == ".h5":
                     # It may hold anything: whose it is, is asked.
-                    assert f"{path.name}: cannot be written: Is a directory" in end.stderr
+                    assert f"{path.name}: a folder is in the place of a file: move" in end.stderr
                     path.rmdir()
                     end = ran(folder, "run", f"{name}.yaml", "zoom.yaml")
             assert end.returncode == 0, (done, end.stderr)

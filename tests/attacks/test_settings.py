@@ -5,10 +5,13 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from rigidpend.config.schema import LARGEST_RESULT
+import rigidpend
+from rigidpend.machine.files import LARGEST
 from rigidpend.numbers.exact import FINEST, ExactError, exact
+from rigidpend.numbers.parameters import ParameterError
 from rigidpend.runs import loading
 from tests.config.samples import SMALL, refused, written
 
@@ -95,8 +98,14 @@ def test_products_are_bounded_by_the_memory_that_they_need(tmp_path: Path) -> No
     assert loading.load(path, small)
     large = ["problem.arrays.only.count=1000000", "problem.n_symbols=1000"]
     [complaint] = refused(path, large)
-    needed, most = 3 * 11 * 1001e6 / 1e9, 3 * LARGEST_RESULT / 1e9
-    assert complaint.message == (
+    needed, most = 3 * 11 * 1001e6 / 1e9, 3 * LARGEST / 1e9
+    said = (
         "1000000 columns of 1000 symbols need about "
         f"{needed:.3g} GB of memory, and {most:.2g} GB is the most"
     )
+    assert complaint.message == said
+    # From Python too, before the first of them is computed.
+    body = rigidpend.Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
+    for function in (rigidpend.route_codes, rigidpend.certify_codes):
+        with pytest.raises(ParameterError, match=said):
+            function(body, np.zeros(10**6), h0="1.3342", J1_0="1e-8", n_symbols=1000)

@@ -14,7 +14,7 @@ from rigidpend.experiments.stress.trials.spoilt_maps import spoilt
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Crossings, Outcome
-from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
+from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, return_map
 from rigidpend.orbits.return_map.build import FIRST
 from rigidpend.routes import certainty, codes, mapped
 from rigidpend.routes.codes import RouteCodes, route_codes
@@ -148,7 +148,7 @@ def test_orbits_that_leave_the_tables_on_the_way_have_failed(
     def follow(_: Any, __: int, ___: Any, columns: Any) -> Any:
         return time[:, columns], separatrix[:, columns]
 
-    monkeypatch.setattr(maps, "_rapid", lambda *_: None, raising=False)
+    monkeypatch.setattr(maps, "_program", lambda *_: None, raising=False)
     monkeypatch.setattr(maps, "_follow", follow, raising=False)
     record = maps.crossings(53, certainty.FIRST, np.arange(4))
     assert record.outcome.tolist() == [Outcome.COMPLETE] + [Outcome.FAILED] * 3
@@ -162,13 +162,14 @@ def test_orbits_of_every_phase_begin_at_one_distance(monkeypatch: pytest.MonkeyP
     maps.starts = None
     phases = np.array([-2.0, 0.0, 1e-300, 3.0])
 
-    def follow(Qp: Any, phase: Any, *_: Any) -> Any:
+    def follow(_: Any, Qp: Any, phase: Any, *__: Any) -> Any:
         begun.append((Qp, phase))
         return SimpleNamespace(time=np.zeros((4, 4)), separatrix=np.ones((4, 4)))
 
     monkeypatch.setattr(maps, "_begin", lambda *_: (phases, 0 * phases), raising=False)
+    monkeypatch.setattr(kernel, "follow", follow)
     design = mapped.DESIGNS[certainty.FIRST]
-    maps._follow(SimpleNamespace(follow=follow), 53, design, np.arange(4))  # type: ignore[arg-type]
+    maps._follow(None, 53, design, np.arange(4))  # type: ignore[arg-type]
     [(Qp, phase)] = begun
     assert Qp.tolist() == [mapped.start_Qp(maps.problem, design.unit, 53)] * 4
     assert phase is phases

@@ -11,6 +11,7 @@ import pytest
 
 from rigidpend.experiments.data.tree import Dataset, Tree
 from rigidpend.machine import kept
+from rigidpend.machine.files import StoreError
 from rigidpend.machine.kept import KeptFileWarning
 from rigidpend.runs.parts import Parts, sweep
 
@@ -111,6 +112,18 @@ def test_parts_that_another_run_uses_stay_until_it_drops_them(tmp_path: Path) ->
     assert two.keep("first", not_again).keys() == PART.keys()
     two.drop()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_in_the_place_of_a_part_is_refused_before_the_part_is_computed(
+    tmp_path: Path,
+) -> None:
+    target = tmp_path / "fig.h5"
+    Parts(target, "a").keep("first", lambda: PART)
+    [place] = tmp_path.rglob("first.h5")
+    place.unlink()
+    place.mkdir()
+    with pytest.raises(StoreError, match=r"first\.h5: a folder is in the place of a file: move it"):
+        Parts(target, "a").keep("first", not_again)
 
 
 def test_a_run_goes_on_though_another_removed_the_folder(tmp_path: Path) -> None:

@@ -8,7 +8,8 @@ from pydantic import Field, model_validator
 
 from rigidpend.config.axes import Axis
 from rigidpend.config.route_start import RouteStart
-from rigidpend.config.schema import ExperimentConfig, Numerics, Whole, afford, physics
+from rigidpend.config.schema import ExperimentConfig, Numerics, Whole, physics
+from rigidpend.machine import files
 
 MOST_SYMBOLS = 10
 """Passages at most: beyond them roundings of doubles have grown to what is to be told."""
@@ -33,9 +34,9 @@ class Problem(RouteStart):
         with physics():
             for value in self.log10_J1_0.ends:
                 cell_problem(self.routes, {"log10_J1_0": value})
-        cells = self.theta2_0.count * self.log10_J1_0.count
-        what = f"{cells} cells of {self.n_symbols} symbols"
-        afford("theta2_0", cells, self.n_symbols + 9, what)
+            cells = self.theta2_0.count * self.log10_J1_0.count
+            what = f"{cells} cells of {self.n_symbols} symbols"
+            files.afford("theta2_0", cells, self.n_symbols + 9, what)
         return self
 
 

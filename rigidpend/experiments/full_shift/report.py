@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 
 from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.machine.tables import Table
@@ -32,15 +33,16 @@ def tables(result: Loaded) -> list[Table]:
                 (
                     names[k],
                     names[relations["target"][k][j]],
-                    f"more than {relations['edge'][k][j]:.4g}",
-                    f"less than {relations['across'][k][j]:.4f}",
+                    f"more than {_below(relations['edge'][k][j], 4)}",
+                    f"less than {_above(relations['across'][k][j], 4)}",
                 )
                 for k in range(len(names))
                 for j in range(2)
             ],
             "A relation needs more than 1 and less than 1. The line of starts, with theta2_0 from"
             f" {line['theta2'][0]:.5f} to {line['theta2'][1]:.5f}, crosses both upward ones too:"
-            f" more than {min(line['edge']):.4g}, less than {max(line['across']):.4f}.",
+            f" more than {_below(min(line['edge']), 4)}, less than"
+            f" {_above(max(line['across']), 4)}.",
         ),
         Table(
             "Sets and passages from them",
@@ -49,15 +51,25 @@ def tables(result: Loaded) -> list[Table]:
                 (
                     names[k],
                     f"{sets['a'][k]:.3g}",
-                    f"{sets['bound'][k]:.2g}",
-                    f"{sets['shortest'][k]:.4f} to {sets['longest'][k]:.4f}",
+                    _above(sets["bound"][k], 2),
+                    f"{_below(sets['shortest'][k], 6)} to {_above(sets['longest'][k], 6)}",
                 )
                 for k in range(len(names))
             ],
             "The topological entropy is at least ln 2 a passage, so at least"
-            f" {math.floor(entropy * 1e5) / 1e5:.5f} a unit of t'.",
+            f" {_below(entropy, 4)} a unit of t'.",
         ),
     ]
+
+
+def _below(x: float, digits: int) -> str:
+    """A lower bound as text, rounded down."""
+    return f"{Context(digits, ROUND_FLOOR).create_decimal_from_float(float(x)):g}"
+
+
+def _above(x: float, digits: int) -> str:
+    """An upper bound as text, rounded up."""
+    return f"{Context(digits, ROUND_CEILING).create_decimal_from_float(float(x)):g}"
 
 
 def _name(sets: Data, k: int) -> str:

@@ -18,9 +18,9 @@ from rigidpend.config.schema import (
     Part,
     Word,
     absent_is,
-    afford,
     physics,
 )
+from rigidpend.machine import files
 from rigidpend.numbers.parameters import ParameterError
 
 
@@ -99,7 +99,8 @@ class Problem(RouteStart):
             with physics():
                 self._check_corners(axes, f"zooms.{name}." if name else "")
         what = f"{cells} cells of {self.n_symbols} symbols"
-        afford(self._across, cells, self.n_symbols + 2, what)
+        with physics():
+            files.afford(self._across, cells, self.n_symbols + 2, what)
         return self
 
     def _check_corners(self, axes: tuple[Axis, Axis], place: str) -> None:

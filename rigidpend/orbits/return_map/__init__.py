@@ -16,10 +16,9 @@ poincare      the section M3 = 0 in coordinates (d, chi)
 charts        from the section to the normal form and back, as tables
 passage       one passage, forward and backward, with its derivatives
 itinerary     many passages; orbits that begin beside the lower periodic orbit
-terms         the significant terms of tables, summed over any kind of numbers
 starts        starts in the normal form, as a table
 rates         rates of the normal form, and how deep orbits go into it
-rapid         many orbits through a finished map for codes and times
+legs          from crossing to crossing, by the significant terms of tables
 program       a finished map as data for the kernel
 kernel        many orbits through any map, in machine code
 kernel_sums   tables and polynomials summed in lanes

@@ -17,15 +17,18 @@ from rigidpend.numbers.expressions import named
 from rigidpend.numbers.generic import Scalar
 from rigidpend.numbers.parameters import ParameterError
 from rigidpend.orbits import UNITS
+from rigidpend.orbits.integrate.engines import PAIRS
 from rigidpend.orbits.return_map import storage
 from rigidpend.orbits.return_map.charts import (
     Chart,
+    Charts,
     ChartTable,
     forward_table,
     inverse_table,
 )
 from rigidpend.orbits.return_map.checks import Errors, held_out, tails
 from rigidpend.orbits.return_map.expansions import Interval
+from rigidpend.orbits.return_map.legs import legs
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, normal_form
 from rigidpend.orbits.return_map.orders import (
     Layer,
@@ -38,7 +41,7 @@ from rigidpend.orbits.return_map.orders import (
 )
 from rigidpend.orbits.return_map.passage import EnergyLevel
 from rigidpend.orbits.return_map.precision import Precision, in_pairs, precision
-from rigidpend.orbits.return_map.rapid import Rapid
+from rigidpend.orbits.return_map.program import Program, program
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
 from rigidpend.orbits.return_map.starts import Entry, entry
 
@@ -85,12 +88,13 @@ SECOND = Design(UNITS[1], 1.06, 2, 0.7)
 THIRD = Design(UNITS[2], 1.03, 2, 1.9)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ReturnMap:
     """The return map of the section M3 = 0 over an interval of energies.
 
     Attributes
     ----------
+    body : Body
     bits : int
         Its precision.
     energies : 2 floats
@@ -100,7 +104,7 @@ class ReturnMap:
     orders : Orders
     design : Design
     coefficients : Coefficients
-        The body, in the map's unit.
+        Those of the body, in the map's unit.
     normal_form : NormalForm
     charts : 2 Chart
         Of downward and of upward crossings.
@@ -108,6 +112,7 @@ class ReturnMap:
         Seconds of a core that building it takes, as they are expected.
     """
 
+    body: Body
     bits: int
     energies: tuple[float, float]
     errors: Errors
@@ -115,37 +120,45 @@ class ReturnMap:
     design: Design
     coefficients: Coefficients
     normal_form: NormalForm
-    charts: tuple[Chart, Chart]
+    charts: Charts
     cost: float
+
+    def __repr__(self) -> str:
+        # The tables hold thousands of numbers.
+        low, high = self.energies
+        return (
+            f"<ReturnMap of {self.body},\n h = {low} to {high}, {self.bits} bits,"
+            f" errors of its tables up to {self.errors.largest:.2g}>"
+        )
 
     def at(self, h: Scalar) -> EnergyLevel:
         """The map at an energy, or at one for each of N orbits, within the interval."""
         a = precision(self.bits)
         return EnergyLevel(self.normal_form, self.charts, a.array(h) * self._unit**2, a)
 
-    def rapid(self, bits: int, least_Qp: Scalar, most_Qp: Scalar) -> Rapid:
-        """Rapid passages through this map for many orbits that start at least_Qp <= Qp <= most_Qp.
+    def program(self, bits: int, least_Qp: Scalar, most_Qp: Scalar) -> Program:
+        """This map for `kernel.follow`, for orbits that start at least_Qp <= Qp <= most_Qp.
 
-        Raises MapError where the normal form does not reach as far as `most_Qp`.
+        In doubles (53 bits) or pairs of them. Raises MapError where the normal form does not
+        reach as far as `most_Qp`.
         """
         key = (bits, least_Qp, most_Qp)
-        if key not in self._begun:
-            self._begun[key] = self._rapid(bits).beginning(self._entry(least_Qp, most_Qp))
-        return self._begun[key]
+        if key not in self._programs:
+            starts = self._entry(least_Qp, most_Qp)
+            # Terms far below the tables' errors are left out.
+            threshold = max(2.0 ** -(bits + 2), self.errors.charts / 16)
+            stages = legs(self.normal_form, self.charts, starts, threshold, precision(self.bits))
+            self._programs[key] = program(starts, stages, 53 if bits == 53 else PAIRS)
+        return self._programs[key]
 
     @functools.cached_property
-    def _begun(self) -> dict[tuple[Any, ...], Rapid]:
+    def _programs(self) -> dict[tuple[Any, ...], Program]:
         return {}
 
     @functools.cached_property
     def _entry(self) -> Callable[[Any, Any], Entry]:
         a = precision(self.bits)
         return functools.cache(lambda least, most: entry(self.normal_form, least, most, a))
-
-    @functools.cached_property
-    def _rapid(self) -> Callable[[int], Rapid]:
-        parts = self.normal_form, self.charts, self.errors.charts
-        return functools.cache(lambda bits: Rapid(*parts, bits, precision(self.bits)))
 
     @property
     def _unit(self) -> Any:
@@ -256,6 +269,7 @@ class _Kept:
             return MapError(facts["refused"]) if needed is None else Costly(needed, 0.0)
         p = body.angles(precision(bits).bits + GUARD_BITS)
         return ReturnMap(
+            body,
             bits,
             (float(low), float(high)),
             Errors(**facts["errors"]),
@@ -335,7 +349,7 @@ def build(
             raise Costly(spent, budget)
         energies = Interval(_number(middle, a), _number(half, a), planned.n_energy)
         nf, charts, errors = _attempt(c, rough, energies, layer, planned, exponent, a)
-        if max(errors.exponents, errors.charts, errors.inverse) < allowed:
+        if errors.largest < allowed:
             break
         small = allowed / 8
         x, phase, energy = (tail > small for tail in errors[-3:])
@@ -349,6 +363,7 @@ def build(
         raise MapError(f"Lambda_0 differs from the Floquet exponent by {errors.floquet:.2g}")
     own = precision(bits)
     return ReturnMap(
+        body,
         bits,
         (float(low), float(high)),
         errors,
@@ -369,7 +384,7 @@ def _attempt(
     o: Orders,
     exponent: float,
     a: Precision,
-) -> tuple[NormalForm, tuple[Chart, Chart], Errors]:
+) -> tuple[NormalForm, Charts, Errors]:
     """The normal form and the charts by given orders, with their errors."""
     h, length = float(energies.centre), a.number(o.length)
     border = border_of(rough, h, max(layer.widths))

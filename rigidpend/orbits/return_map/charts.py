@@ -18,7 +18,7 @@ from __future__ import annotations
 import functools
 import math
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -49,6 +49,44 @@ STRIP = 1.2
 In units of 1/Lambda_0, as it is taken to be; it is pi/2 without weight."""
 
 
+class Looked(NamedTuple):
+    """The four functions of a table and their derivatives, (4, N) each."""
+
+    value: Any
+    by_x: Any
+    by_phase: Any
+
+
+class LevelTable(NamedTuple):
+    """Four functions of x in [-width, width] and a phase, at E energies.
+
+    Points to look them up at come in E groups of one length, each with an energy in common.
+    """
+
+    width: Any
+    n_x: int
+    n_phase: int
+    values: Any
+    """(E, n_x n_phase, 4) coefficients; the phase runs fastest."""
+
+    def look_up(self, x: Scalar, phase: Scalar, a: Precision) -> Any:
+        """The four functions at points, (4, N)."""
+        return self._summed(x, phase, a, "")
+
+    def look_up_slopes(self, x: Scalar, phase: Scalar, a: Precision) -> Looked:
+        """The four functions at points, with the derivatives."""
+        return Looked(*(self._summed(x, phase, a, slope) for slope in ("", "x", "phase")))
+
+    def _summed(self, x: Scalar, phase: Scalar, a: Precision, slope: str) -> Any:
+        T = chebyshev_basis(x / self.width, self.n_x, a, slope=slope == "x")
+        F = fourier_basis(phase, self.n_phase, a, slope=slope == "phase")
+        if slope == "x":
+            T = T / self.width
+        products = T[:, :, None] * F[:, None, :]
+        groups = products.reshape(len(self.values), -1, self.n_x * self.n_phase)
+        return np.matmul(groups, self.values).reshape(-1, 4).T
+
+
 class ChartTable(NamedTuple):
     """Four functions of x in [-width, width] and a phase, over an interval of energies."""
 
@@ -57,6 +95,12 @@ class ChartTable(NamedTuple):
     n_phase: int
     values: Any
     """(count, n_x n_phase, 4) coefficients; the phase runs fastest."""
+
+    def at(self, weights: Numbers) -> LevelTable:
+        """The table at E energies, of which `weights` are the Chebyshev polynomials, (E, count)."""
+        flat = self.values.reshape(len(self.values), -1)
+        values = (weights @ flat).reshape(len(weights), -1, 4)
+        return LevelTable(self.width, self.n_x, self.n_phase, values)
 
 
 def fitted(values: Numbers, width: Scalar, energies: Interval, a: Precision) -> ChartTable:
@@ -68,50 +112,6 @@ def fitted(values: Numbers, width: Scalar, energies: Interval, a: Precision) -> 
     found = found.reshape(n_phase, n_x, count, functions).transpose(2, 1, 0, 3)
     found = np.matmul(energies.analysis(a), found.reshape(count, -1))
     return ChartTable(width, n_x, n_phase, found.reshape(count, n_x * n_phase, functions))
-
-
-class Looked(NamedTuple):
-    """The four functions of a table and their derivatives, (4, N) each."""
-
-    value: Any
-    by_x: Any
-    by_phase: Any
-
-
-def look_up(table: ChartTable, values: Numbers, x: Scalar, phase: Scalar, a: Precision) -> Any:
-    """The four functions at points, (4, N).
-
-    `values` are the table's at the points' energies, (E, n_x n_phase, 4), see
-    :func:`at_energies`: the points come in E groups of one length, each with an energy in common.
-    """
-    return _contracted(_basis(table, x, phase, a), values)
-
-
-def look_up_slopes(
-    table: ChartTable, values: Numbers, x: Scalar, phase: Scalar, a: Precision
-) -> Looked:
-    """:func:`look_up` with the derivatives."""
-    return Looked(*(_contracted(_basis(table, x, phase, a, s), values) for s in ("", "x", "phase")))
-
-
-def at_energies(table: ChartTable, weights: Numbers) -> Any:
-    """A table's coefficients at E energies, (E, n_x n_phase, 4)."""
-    flat = table.values.reshape(len(table.values), -1)
-    return (weights @ flat).reshape(len(weights), -1, 4)
-
-
-def _basis(table: ChartTable, x: Scalar, phase: Scalar, a: Precision, slope: str = "") -> Any:
-    """The products of Chebyshev polynomials and Fourier modes, (N, n_x n_phase)."""
-    T = chebyshev_basis(x / table.width, table.n_x, a, slope=slope == "x")
-    F = fourier_basis(phase, table.n_phase, a, slope=slope == "phase")
-    if slope == "x":
-        T = T / table.width
-    return (T[:, :, None] * F[:, None, :]).reshape(len(x), table.n_x * table.n_phase)
-
-
-def _contracted(basis: Any, values: Numbers) -> Any:
-    groups = basis.reshape(len(values), -1, basis.shape[-1])
-    return np.matmul(groups, values).reshape(-1, 4).T
 
 
 def section_chart(
@@ -189,13 +189,20 @@ def _fejer(n: int, a: Precision) -> tuple[Any, Any]:
     return (1 - nodes(n, a)) / 2, a.array(moments) @ chebyshev_analysis(n, a)
 
 
-class Chart(NamedTuple):
-    """The chart of one section, both ways."""
+Kind = TypeVar("Kind")
 
-    forward: ChartTable
+
+class Chart(NamedTuple, Generic[Kind]):
+    """The chart of one section, both ways: tables over energies, or at some."""
+
+    forward: Kind
     """U, V, and the constants of time and theta3, of (d, chi)."""
-    inverse: ChartTable
+    inverse: Kind
     """d, chi - s, and the same constants, of (I, s)."""
+
+
+Charts: TypeAlias = tuple[Chart[ChartTable], Chart[ChartTable]]
+"""The charts of downward and of upward crossings."""
 
 
 def grid(
@@ -250,9 +257,8 @@ def inverse_table(
     """
     I, s, _ = grid(width, forward.n_x, forward.n_phase, nf.energies, a)
     weights = nf.energies.basis(nf.energies.nodes(a), a)
-    values = at_energies(forward, weights)
     rates = weights @ nf.exponent, weights @ nf.rotation
-    d, chi, (_, _, time, theta3) = _solved(rising, forward, values, rates, (I, s), a)
+    d, chi, (_, _, time, theta3) = _solved(rising, forward.at(weights), rates, (I, s), a)
     found = np.stack((d, chi - s, time, theta3))
     return fitted(arranged(found, forward.n_x, forward.n_phase), width, nf.energies, a)
 
@@ -264,8 +270,7 @@ def arranged(found: Any, n_x: int, n_phase: int) -> Any:
 
 def _solved(
     rising: bool,
-    forward: ChartTable,
-    values: Numbers,
+    forward: LevelTable,
     rates: tuple[Numbers, Numbers],
     goal: tuple[Scalar, Scalar],
     a: Precision,
@@ -274,12 +279,12 @@ def _solved(
 
     Doubles do all of it but the last corrections, and give the slopes for these.
     """
-    low, seen = forward._replace(width=float(forward.width)), a.floats(values)
+    low = forward._replace(width=float(forward.width), values=a.floats(forward.values))
     rough = [(a.floats(x), a.floats(y)) for x, y in (rates, goal)]
-    begin, slopes, at = _newton(rising, low, seen, rough[0], rough[1])
+    begin, slopes, at = _newton(rising, low, rough[0], rough[1])
     d, chi = (a.array(x) for x in begin)
     for _ in range(MOST_ITERATIONS):
-        value = look_up(forward, values, d, chi, a)
+        value = forward.look_up(d, chi, a)
         I, s, _ = kept(rising, value, chi, *rates, a)
         step, turn = _correction(at, I - goal[0], s - goal[1])
         d, chi = d - step, chi - turn
@@ -290,16 +295,16 @@ def _solved(
 
 
 def _newton(
-    rising: bool, table: ChartTable, values: Any, rates: tuple[Any, Any], goal: Any
+    rising: bool, table: LevelTable, rates: tuple[Any, Any], goal: Any
 ) -> tuple[tuple[Any, Any], Looked, Invariants]:
     """The points in doubles, with the chart and the invariants there."""
     a = precision(53)
     d, chi = 0 * goal[0], goal[1] + 0
     # Where passages are long chi and s are many turns apart, the same at nearly all points.
-    _, s, _ = kept(rising, look_up(table, values, d, chi, a), chi, *rates, a)
+    _, s, _ = kept(rising, table.look_up(d, chi, a), chi, *rates, a)
     chi = chi - (s - goal[1])
     for _ in range(MOST_ITERATIONS):
-        seen = look_up_slopes(table, values, d, chi, a)
+        seen = table.look_up_slopes(d, chi, a)
         at = invariants(rising, seen, chi, *rates, a)
         step, turn = _correction(at, at.I - goal[0], at.s - goal[1])
         d, chi = np.clip(d - step, -2 * table.width, 2 * table.width), chi - turn
@@ -317,7 +322,7 @@ def _correction(at: Invariants, off: Any, late: Any) -> tuple[Any, Any]:
     return (off * s_chi - I_chi * late) / determinant, (I_d * late - off * s_d) / determinant
 
 
-def _size(step: Any, turn: Any, table: ChartTable, a: Precision) -> float:
+def _size(step: Any, turn: Any, table: LevelTable, a: Precision) -> float:
     return a.largest(step) / float(table.width) + a.largest(turn)
 
 

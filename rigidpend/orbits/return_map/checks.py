@@ -10,10 +10,7 @@ from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.return_map.charts import (
     Chart,
     ChartTable,
-    at_energies,
     invariants,
-    look_up,
-    look_up_slopes,
     section_chart,
 )
 from rigidpend.orbits.return_map.normal_form import NormalForm
@@ -43,9 +40,19 @@ class Errors(NamedTuple):
     tail_energy: float
     """Tail of the tables in h."""
 
+    @property
+    def largest(self) -> float:
+        """The largest of those that are measured in the precision of the tables."""
+        return max(self.exponents, self.charts, self.inverse)
+
 
 def held_out(
-    rising: bool, chart: Chart, nf: NormalForm, c: Coefficients, length: Scalar, a: Precision
+    rising: bool,
+    chart: Chart[ChartTable],
+    nf: NormalForm,
+    c: Coefficients,
+    length: Scalar,
+    a: Precision,
 ) -> tuple[float, float]:
     """The errors of a chart and of its inverse at random points."""
     random = np.random.default_rng(POINTS + rising)
@@ -54,13 +61,12 @@ def held_out(
     weights = nf.energies.basis(h, a)
     d = chart.forward.width * a.array(share)
     direct = section_chart(rising, d, chi, h, weights, nf, c, length * a.number(LONGER), a)
-    seen = look_up(chart.forward, at_energies(chart.forward, weights), d, chi, a)
+    forward, inverse = (table.at(weights) for table in chart)
+    seen = forward.look_up(d, chi, a)
     scale = np.array([a.largest(x) or 1.0 for x in direct])[:, None]
     I = chart.inverse.width * a.array(share)
-    there = look_up(chart.inverse, at_energies(chart.inverse, weights), I, chi, a)
-    back = look_up_slopes(
-        chart.forward, at_energies(chart.forward, weights), there[0], chi + there[1], a
-    )
+    there = inverse.look_up(I, chi, a)
+    back = forward.look_up_slopes(there[0], chi + there[1], a)
     again = invariants(
         rising, back, chi + there[1], weights @ nf.exponent, weights @ nf.rotation, a
     )

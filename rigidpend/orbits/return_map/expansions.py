@@ -22,28 +22,15 @@ def phases(n: int, a: Precision) -> Any:
 
 def fourier_basis(phase: Scalar, n: int, a: Precision, *, slope: bool = False) -> Any:
     """The n functions 1, cos, sin, cos 2, ... at phases: (..., n), or their derivatives."""
-    found = fourier_terms(phase, n, a)
     basis = a.zeros((*np.shape(phase), n))
     basis[..., 0] = a.number(0 if slope else 1)
+    if n > 1:
+        c, s = cos, sin = a.cos(phase), a.sin(phase)
     for k in range(1, n // 2 + 1):
-        c, s = found[2 * k - 1 : 2 * k + 1]
+        if k > 1:
+            c, s = c * cos - s * sin, s * cos + c * sin
         basis[..., 2 * k - 1], basis[..., 2 * k] = (-k * s, k * c) if slope else (c, s)
     return basis
-
-
-def fourier_terms(phase: Scalar, n: int, m: Any) -> list[Any]:
-    """The n functions 1, cos, sin, cos 2, ... as a list, over any kind of numbers.
-
-    `m` is a namespace of sin and cos.
-    """
-    if n == 1:
-        return [1]
-    c, s = cos, sin = m.cos(phase), m.sin(phase)
-    found = [1, c, s]
-    while len(found) < n:
-        c, s = c * cos - s * sin, s * cos + c * sin
-        found += [c, s]
-    return found
 
 
 def fourier_analysis(n: int, a: Precision) -> Any:
@@ -62,21 +49,16 @@ def chebyshev_basis(x: Scalar, n: int, a: Precision, *, slope: bool = False) -> 
     """The Chebyshev polynomials T_0 .. T_{n-1} at x: (..., n), or their derivatives."""
     T = a.zeros((*np.shape(x), n))
     T[..., 0] = a.number(1)
-    for k, term in enumerate(chebyshev_terms(x, n)[1:], 1):
-        T[..., k] = term
+    before, last = 1, x
+    for k in range(1, n):
+        if k > 1:
+            before, last = last, (x + x) * last - before
+        T[..., k] = last
     dT = np.zeros_like(T)
     dT[..., 1:2] = a.number(1)
     for k in range(2, n) if slope else ():
         dT[..., k] = 2 * T[..., k - 1] + 2 * x * dT[..., k - 1] - dT[..., k - 2]
     return dT if slope else T
-
-
-def chebyshev_terms(x: Scalar, n: int) -> list[Any]:
-    """The Chebyshev polynomials T_0 .. T_{n-1} as a list, over any kind of numbers."""
-    found = [1, x][:n]
-    while len(found) < n:
-        found.append((x + x) * found[-1] - found[-2])
-    return found
 
 
 def chebyshev_analysis(n: int, a: Precision) -> Any:

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers.generic import Scalar
-from rigidpend.orbits.return_map.charts import look_up
 from rigidpend.orbits.return_map.conjugacy import inverted, torus_rates
 from rigidpend.orbits.return_map.passage import EnergyLevel, SectionPoint, reduced_angle
 from rigidpend.orbits.return_map.precision import Precision
@@ -68,7 +67,7 @@ def enter(level: EnergyLevel, Qp: Scalar, phase: Scalar) -> Entered:
     rates = torus_rates(level.exponent, level.rotation, I)
     s = phase + a.log(at.v) / rates.exponent
     inside = (np.abs(I) <= inverse.width) & (np.abs(at.v) <= nf.radius)
-    seen = look_up(inverse, level.values[True][1], np.where(inside, I, zero), s, a)
+    seen = inverse.look_up(np.where(inside, I, zero), s, a)
     chi = s + seen[1]
     time = at.tau + seen[2] - rates.rotation * (chi - phase)
     point = SectionPoint(True, seen[0], reduced_angle(-chi, a))

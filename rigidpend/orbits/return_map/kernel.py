@@ -13,18 +13,19 @@ from __future__ import annotations
 
 import ctypes
 import functools
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rigidpend.machine.workers import check_stop
+from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.kernel import machine_code
 from rigidpend.orbits.integrate.kernel.lane_numbers import Value
 from rigidpend.orbits.integrate.kernel.writer import LANES
 from rigidpend.orbits.integrate.pair_arrays import in_doubles
 from rigidpend.orbits.return_map.kernel_sums import Sums
+from rigidpend.orbits.return_map.legs import FUNCTIONS
 from rigidpend.orbits.return_map.program import STAGE, Program
-from rigidpend.orbits.return_map.terms import FUNCTIONS
 
 AT_ONCE = 2**15
 """Passages of a call: some 0.01 s in doubles, 0.2 s in pairs."""
@@ -40,26 +41,30 @@ HEAD = (
 )
 
 
-def follow(
-    program: Program, orbits: Any, crossings: int
-) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """Follow orbits to so many crossings of M3 = 0.
+class Followed(NamedTuple):
+    """Orbits through their crossings of M3 = 0, (crossings, N) each."""
+
+    time: np.ndarray[Any, Any]
+    """t' in the map's unit, doubles; NaN where the tables do not reach so far."""
+    separatrix: np.ndarray[Any, Any]
+    """uint8, 1..4; 0 where the tables do not reach as far as that crossing."""
+
+
+def follow(program: Program, Qp: Scalar, phase: Scalar, e: Scalar, crossings: int) -> Followed:
+    """Follow orbits from their start to so many crossings of M3 = 0.
 
     Parameters
     ----------
     program : Program
-    orbits : (4, N) array
-        The place x in the table of starts, psi of the mirrored start, the energy from -1 to 1,
-        and Qp: doubles or pairs of them.
+    Qp : (N,) array
+        Doubles or pairs of them, as are all: in the map's unit, within the program's starts.
+    phase : (N,) array
+        psi of the mirrored start, radians.
+    e : (N,) array
+        Energies, -1 to 1 in the map's interval.
     crossings : int
-
-    Returns
-    -------
-    (crossings, N) array
-        t' of the crossings in the map's unit; NaN where the tables do not reach so far.
-    (crossings, N) array of uint8
-        The separatrices, 1..4; 0 where the tables do not reach so far.
     """
+    orbits = np.stack((program.starts.place(Qp), phase, e, Qp))
     bits, n = program.bits, orbits.shape[-1]
     groups = -(-n // LANES)
     stride = groups * LANES
@@ -99,7 +104,7 @@ def follow(
                 times.ctypes.data + here * times.itemsize,
                 separatrices.ctypes.data + here,
             )
-    return times[:, :n], separatrices[:, :n]
+    return Followed(times[:, :n], separatrices[:, :n])
 
 
 @functools.cache
@@ -159,7 +164,7 @@ class _Following(Sums):
         return found
 
     def _pass(self, k: str, first: str) -> None:
-        """From one crossing to the next, the first from the start: what `Rapid` does for both."""
+        """From one crossing to the next, the first from the start: a leg."""
         code, n, f = self.code, self.numbers, self.functions
         number = code(f"add i64 {k}, %begun")
         odd = code(f"and i64 {number}, 1")

@@ -14,10 +14,8 @@ import numpy as np
 
 from rigidpend.orbits.return_map.charts import (
     ChartTable,
-    at_energies,
     forward_table,
     inverse_table,
-    look_up_slopes,
     quadrature_points,
 )
 from rigidpend.orbits.return_map.expansions import Interval, phases
@@ -157,8 +155,7 @@ def first_look(c: Coefficients, h: float, reach: float = REACH) -> Layer:
     for rising in (False, True):
         table = forward_table(rising, guess, n_x, n_phase, nf, c, length, a)
         at = phases(36, a)
-        values = at_energies(table, np.ones((1, 1)))
-        seen = look_up_slopes(table, values, 0 * at, at, a)
+        seen = table.at(np.ones((1, 1))).look_up_slopes(0 * at, at, a)
         U, V = seen.value[:2]
         splittings.append(float(np.abs(U * V).max()))
         slopes.append(float(np.abs(U * seen.by_x[1] + V * seen.by_x[0]).min()))

@@ -15,13 +15,12 @@ import numpy as np
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.return_map.charts import (
     Chart,
+    Charts,
     Invariants,
+    LevelTable,
     Looked,
-    at_energies,
     invariants,
     kept,
-    look_up,
-    look_up_slopes,
 )
 from rigidpend.orbits.return_map.normal_form import NormalForm
 from rigidpend.orbits.return_map.precision import Precision
@@ -72,15 +71,17 @@ class EnergyLevel:
     """
 
     def __init__(
-        self, nf: NormalForm, charts: tuple[Chart, Chart], h: Scalar, a: Precision
+        self,
+        nf: NormalForm,
+        charts: Charts,
+        h: Scalar,
+        a: Precision,
     ) -> None:
-        self.nf, self.charts, self.a = nf, charts, a
+        self.nf, self.a = nf, a
         self.h = np.atleast_1d(a.array(h))
         self.weights = nf.energies.basis(self.h, a)
         self.exponent, self.rotation = self.weights @ nf.exponent, self.weights @ nf.rotation
-        self.values = [
-            tuple(at_energies(table, self.weights) for table in chart) for chart in charts
-        ]
+        self.charts = [Chart(*(table.at(self.weights) for table in chart)) for chart in charts]
 
     def passage(
         self, point: SectionPoint, *, backward: bool = False, slopes: bool = False
@@ -118,13 +119,13 @@ class EnergyLevel:
         forward, inverse = self.charts[rising].forward, self.charts[not rising].inverse
         inside = np.abs(point.d) <= forward.width
         d = np.where(inside, point.d, 0 * point.d)
-        seen = self._seen(look_up_slopes if slopes else look_up, rising, 0, d, point.chi)
+        seen = self._seen(forward, d, point.chi, slopes)
         with np.errstate(divide="ignore", invalid="ignore"):
             at = self._invariants(not rising, seen, point.chi)
         other = seen.value[0 if rising else 1]
         inside = inside & (np.abs(at.I) <= inverse.width) & (other != 0)
         I, s = (np.where(inside, x, 0 * d) for x in (at.I, at.s))
-        there = self._seen(look_up_slopes if slopes else look_up, not rising, 1, I, s)
+        there = self._seen(inverse, I, s, slopes)
         right = other > 0
         chi = s + there.value[1]
         turned, side = chi - point.chi, np.where(right, 1, -1)
@@ -139,9 +140,10 @@ class EnergyLevel:
             _chained(seen, there, at, turned, side) if slopes else None,
         )
 
-    def _seen(self, how: Any, rising: bool, which: int, x: Scalar, phase: Scalar) -> Looked:
-        found = how(self.charts[rising][which], self.values[rising][which], x, phase, self.a)
-        return found if isinstance(found, Looked) else Looked(found, None, None)
+    def _seen(self, table: LevelTable, x: Scalar, phase: Scalar, slopes: bool) -> Looked:
+        if slopes:
+            return table.look_up_slopes(x, phase, self.a)
+        return Looked(table.look_up(x, phase, self.a), None, None)
 
     def _invariants(self, by_v: bool, seen: Looked, chi: Scalar) -> Invariants:
         if seen.by_x is not None:

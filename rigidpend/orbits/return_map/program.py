@@ -1,22 +1,20 @@
 """Tables of a finished map as the kernel reads them: its significant terms, one after the other.
 
 A table is a staircase: for each Chebyshev polynomial of d or I the harmonics up to the last that
-is significant, and for each of these a sum over as many polynomials of the energy. Units are such
-that d and I go from -1 to 1 and that W is near 1; signs such that all passages are alike: what
-follows a downward crossing is run backward and mirrored, and so is the way from a start.
+is significant, and for each of these a sum over as many polynomials of the energy.
 """
 
 from __future__ import annotations
 
-from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.numbers.exact import context, fraction
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
-from rigidpend.orbits.integrate.pair_arrays import PairArray, in_doubles
-from rigidpend.orbits.return_map.terms import FUNCTIONS, Terms
+from rigidpend.orbits.integrate.pair_arrays import in_doubles
+from rigidpend.orbits.return_map.legs import Leg
+from rigidpend.orbits.return_map.rates import radians
+from rigidpend.orbits.return_map.starts import Entry
 
 STAGE = 10
 """Whole numbers that describe a stage: two tables and the rates.
@@ -25,25 +23,12 @@ Of a table: its rows, the place of its first coefficients, the place of its list
 the most of them. Of the rates: how many powers of I, and the place of the first."""
 
 
-class Leg(NamedTuple):
-    """From one crossing to the next: into the normal form and out of it."""
-
-    into: Terms
-    """W, the other and the time, over d (or the place of a start) and a phase."""
-    out: Terms
-    """d, chi - s and the time, over I and s."""
-    rates: Any
-    """(energies, K, 3): coefficients of I in 1/Lambda, the rest of the depth, and dt'/dpsi."""
-    largest: float
-    """Largest |W|."""
-    turns: float
-    """Whole turns that depths are short of."""
-
-
 class Program(NamedTuple):
-    """Data of a map for the kernel."""
+    """A map's data for the kernel, for orbits that begin within some starts."""
 
+    starts: Entry
     bits: int
+    """53, in doubles, or 106, in pairs of them."""
     energies: int
     most: int
     """Most harmonics of a table."""
@@ -59,8 +44,8 @@ class Program(NamedTuple):
     """(3, 3): of each stage the largest |W|, and its turns in radians as a sum of two doubles."""
 
 
-def program(stages: tuple[Leg, Leg, Leg], bits: int) -> Program:
-    """The program of three stages, in doubles (53 bits) or pairs of them (more)."""
+def program(starts: Entry, stages: tuple[Leg, Leg, Leg], bits: int) -> Program:
+    """The program of three legs, in doubles (53 bits) or pairs of them (106)."""
     writer = _Writer(KINDS[bits].parts)
     rows = [
         [*writer.table(stage.into), *writer.table(stage.out), *writer.rates(stage.rates)]
@@ -68,8 +53,9 @@ def program(stages: tuple[Leg, Leg, Leg], bits: int) -> Program:
     ]
     limits = [[stage.largest, *radians(stage.turns)] for stage in stages]
     return Program(
+        starts,
         bits,
-        max(len(x.into.values) for x in stages),
+        max(len(x.into) for x in stages),
         max(writer.harmonics),
         np.array(rows, dtype=np.int64),
         np.array(writer.harmonics, dtype=np.int64),
@@ -89,11 +75,11 @@ class _Writer:
         self.values: list[Any] = []
         self.known: dict[int, tuple[int, int, int, int]] = {}
 
-    def table(self, terms: Terms) -> tuple[int, int, int, int]:
+    def table(self, terms: Any) -> tuple[int, int, int, int]:
         """Write a table: its rows from the second on, then the first."""
         if id(terms) not in self.known:
             first, listed = len(self.lengths), len(self.harmonics)
-            values = in_doubles(terms.values, self.parts)
+            values = in_doubles(terms, self.parts)
             used = (values[0] != 0).any(axis=(0, 3))
             rows = 1 + int(np.flatnonzero(used.any(axis=1)).max(initial=0))
             counts = [(1 + int(np.flatnonzero(row).max(initial=0))) // 2 for row in used[:rows]]
@@ -118,29 +104,3 @@ class _Writer:
         length = 1 + int(np.flatnonzero((series[0] != 0).any(axis=1)).max(initial=0))
         self.lengths.append(length)
         self.values.append(series[:, length - 1 :: -1])
-
-
-def scaled(terms: Terms, order: tuple[int, int], factors: tuple[Any, Any, Any]) -> Terms:
-    """A table with its first two functions in an order, each function times a factor."""
-    values = terms.values[..., [*order, FUNCTIONS - 1]]
-    several = np.stack if isinstance(values, PairArray) else np.array
-    return Terms(terms.width, values * several(factors))
-
-
-def joined_rates(rates: Any, side: int, width: Any) -> Any:
-    """The coefficients of three polynomials in I as those of one in I/width: (energies, K, 3)."""
-    most = max(x.shape[1] for x in rates)
-    found = np.zeros_like(rates[0], shape=(len(rates[0]), most, len(rates)))
-    for j, x in enumerate(rates):
-        found[:, : x.shape[1], j] = side * x
-    power = width
-    for k in range(1, most):
-        found[:, k] = found[:, k] * power
-        power = power * width
-    return found
-
-
-def radians(turns: float) -> tuple[float, float]:
-    """Whole turns in radians, as a sum of two doubles."""
-    exactly = fraction(2 * context(160).pi * int(turns), 160)
-    return float(exactly), float(exactly - Fraction(float(exactly)))

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers.generic import Scalar
+from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map.charts import (
     ChartTable,
     arranged,
@@ -33,11 +34,11 @@ class Entry(NamedTuple):
     table: ChartTable
     """v/Qp, u/Qp, tau and sigma over (x, psi), x = (Qp - centre)/half_width."""
 
-    def place(self, Qp: Scalar, a: Precision) -> Any:
-        """x of starts, in a precision."""
+    def place(self, Qp: Scalar) -> Any:
+        """x of starts, in their numbers: doubles or pairs of them."""
         if not self.half_width:
             return 0 * Qp
-        centre, half_width = (float(z) if a.bits == 53 else z for z in self[:2])
+        centre, half_width = (z if isinstance(Qp, PairArray) else float(z) for z in self[:2])
         x = (Qp - centre) * (1 / half_width)
         return np.where(x > 1, 1.0, np.where(x < -1, -1.0, x))
 

@@ -22,7 +22,7 @@ from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import Exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.pair_arrays import PairArray
-from rigidpend.orbits.return_map.charts import Chart, ChartTable
+from rigidpend.orbits.return_map.charts import Chart, Charts, ChartTable
 from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.normal_form import NormalForm
 from rigidpend.orbits.return_map.precision import Precision, precision
@@ -44,7 +44,12 @@ def _code() -> str:
     return code_hash_of(Path(__file__).with_name("build.py"))
 
 
-def save(of: bytes, nf: NormalForm, charts: tuple[Chart, Chart], facts: dict[str, Any]) -> None:
+def save(
+    of: bytes,
+    nf: NormalForm,
+    charts: Charts,
+    facts: dict[str, Any],
+) -> None:
     """Keep a map with what it follows from."""
     arrays = {f"nf_{k}": _split(x) for k, x in _numbers(nf).items()}
     for rising, chart in enumerate(charts):

@@ -118,12 +118,13 @@ def certify_codes(
     phases, jobs = Phases(theta2_0), checked.whole("jobs", jobs, 1, error=ProblemError)
     if bits is not None:
         bits = checked.whole("bits", bits, FEWEST_BITS, MOST_BITS, ProblemError)
-    exactly = phases.exactly(range(len(phases)))
     # Told apart, for route problems exclude it: nothing is
     # integrated, and every orbit is undecided.
     h0, J1_0 = (checked.number(n, x, ProblemError) for n, x in (("h0", h0), ("J1_0", J1_0)))
     at_rest = J1_0.fraction == 0
     problem = _problem(body, h0, J1_0, n_symbols)
+    problem.afford(len(phases))
+    exactly = phases.exactly(range(len(phases)))
     if at_rest:
         proofs = [Proof([], [], AT_REST) for _ in exactly]
     else:

@@ -194,6 +194,8 @@ def beginning(
             ]
         )
         near = _nearest(residual, slopes, ALONE)
+        if not q > 0:
+            raise Undecided("C1: the large Q is not shown to be positive at the points of a set")
         apart = [near, near, states[2].bound, near, near, (states[5] - g).bound]
         apart[small] = (states[small] - d).bound
     with precision(SCALARS):

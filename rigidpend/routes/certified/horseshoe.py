@@ -26,7 +26,6 @@ from rigidpend.numbers.exact import GUARD_BITS, Exact
 from rigidpend.orbits.integrate.batch_samples import sample_aligned
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map import EnergyLevel, SectionPoint, return_map
-from rigidpend.orbits.return_map.charts import look_up
 from rigidpend.orbits.return_map.expansions import chebyshev_analysis, nodes
 from rigidpend.orbits.return_map.itinerary import enter
 from rigidpend.orbits.return_map.poincare import state_of
@@ -96,10 +95,9 @@ class _Section(NamedTuple):
         """U of the passage to come or, mirrored, of the one before."""
         which, turn = (0, 1.0) if self.rising else (1, -1.0)
         side = -turn if mirrored else turn
-        table = self.level.charts[self.rising].forward
-        values = self.level.values[self.rising][0]
         phase = side * (self.chi + chi)
-        return np.asarray(look_up(table, values, d, phase, self.level.a)[which], dtype=float)
+        seen = self.level.charts[self.rising].forward.look_up(d, phase, self.level.a)
+        return np.asarray(seen[which], dtype=float)
 
     def surface(self, chi: Array, *, mirrored: bool = False) -> Array:
         """d of the stable or unstable surface."""

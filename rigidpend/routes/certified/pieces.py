@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeAlias
@@ -78,7 +79,7 @@ def unpacked_quads(data: Mapping[str, Any]) -> list[Quad]:
     """
     if not all(np.isfinite(data[name]).all() for name in ("a", "b", "l0", "l1", "p")):
         raise ValueError("a set has a number that is not finite")
-    if not all(np.all(data[name]) for name in ("a", "b", "l1")):
+    if not (np.shape(data["p"])[1] and all(np.all(data[name]) for name in ("a", "b", "l1"))):
         raise ValueError("a set has no extent")
     rows = zip(*(data[name] for name in ("rising", "a", "b", "l0", "l1", "p")), strict=True)
     return [made(bool(rising), numbers, p) for rising, *numbers, p in rows]
@@ -127,8 +128,9 @@ def unpacked(data: Mapping[str, Any], n: int) -> list[list[FamilyStep]]:
     ValueError
         They are no steps.
     """
-    ends = np.cumsum(np.asarray(data["terms"], dtype=np.int64))
-    if not len(ends) or ends[-1] != len(data["powers"]) or np.min(data["terms"]) < 1:
+    # Whole numbers of Python, which do not come round again.
+    ends = list(itertools.accumulate(map(int, data["terms"])))
+    if not ends or ends[-1] != len(data["powers"]) or np.min(data["terms"]) < 1:
         raise ValueError("the steps have other terms than are stored")
     if np.min(data["bits"]) < 1 or np.max(data["bits"]) > MOST_BITS:
         raise ValueError(f"a step has fewer bits than 1 or more than {MOST_BITS}")
@@ -146,5 +148,7 @@ def unpacked(data: Mapping[str, Any], n: int) -> list[list[FamilyStep]]:
             {at: int(x) for at, x in zip(powers, column, strict=True) if x}
             for column in data["coefficients"][here].T
         ]
+        if any(j for j, _, _ in columns[-1]):
+            raise ValueError("the length of a step depends on time")
         found[of].append(FamilyStep(int(bits), columns[-1], columns[:-1]))
     return found

@@ -48,6 +48,7 @@ class Arrival(NamedTuple):
 
 
 Begin: TypeAlias = Callable[[float], Arrival]
+Places: TypeAlias = NDArray[np.int64] | int
 
 
 def on_surface(b: float) -> Arrival:
@@ -83,14 +84,17 @@ def signs_of(symbols: Signs, first_upper: bool = True) -> Signs:
 
 
 class System(NamedTuple):
-    """The equations of a chain at one energy."""
+    """The equations of a chain at one energy, of an open one or of a closed orbit."""
 
     level: Level
-    begin: Begin
+    begin: Begin | None
+    """None for a closed orbit: the passage before the first is the last one."""
     signs: Signs
     """(N,)."""
     last: float | None
-    """chi of the last crossing, radians; None for an orbit that ends on a stable surface."""
+    """chi of the last crossing, radians; None for an orbit that ends on a stable surface.
+
+    Of a closed orbit it is by how much chi grows in all."""
     longer: float = 0.0
     """Radians by which each passage is made longer, so that no crossing disturbs the next."""
 
@@ -126,90 +130,77 @@ class System(NamedTuple):
         return x
 
     def evaluated(self, x: Array) -> tuple[Array, Array, Chain]:
-        """Residuals, the Jacobian in bands, and the chain."""
-        n, level = len(self.signs), self.level
-        arrival = self.begin(float(x[0]))
-        a, b = x[1::2], x[2::2]
+        """Residuals, the Jacobian, and the chain.
+
+        The Jacobian of an open chain is in bands. That of a closed orbit is whole, and its last
+        row leaves the first unknown alone, which has no part in it.
+        """
+        a, b, n, level = x[1::2], x[2::2], len(self.signs), self.level
+        arrival = self.begin(float(x[0])) if self.begin else None
         I, slope = level.invariants(self.signs, b - a[:n] + self.longer)
-        odd = np.arange(n + 1) % 2 == 1
-        upper, free = ~odd[: len(a)], np.zeros(len(a) - n)
-        both = level.crossings(
-            np.concatenate((~odd, upper)),
-            np.concatenate((odd, upper)),
-            np.concatenate(([arrival.I], I, I, free)),
-            np.concatenate(([arrival.b], b, a)),
-        )
-        ends, starts = both.part(slice(0, n + 1)), both.part(slice(n + 1, None))
+        starts, ends = self._crossings(arrival, a, b, I)
         turned = ends.chi[1:] - starts.chi[:n]
         time = starts.constant[:n] - ends.constant[1:] + level.rates(I).rotation * turned
-        rows, bands = self._equations(arrival, np.append(slope, free), starts, ends)
-        made = Chain(
-            float(x[0]), a, b, I, ends.chi, ends.d, time, float(np.abs(rows).max(initial=0.0))
+        rows, matrix = self._equations(arrival, slope, starts, ends)
+        # Of a closed orbit the first crossing is an end too, but a whole growth of chi later.
+        at = ends if arrival else starts
+        chi, d = np.append(at.chi[:n], ends.chi[n]), np.append(at.d[:n], ends.d[n])
+        residual = float(np.abs(rows).max(initial=0.0))
+        return rows, matrix, Chain(float(x[0]), a, b, I, chi, d, time, residual)
+
+    def _crossings(
+        self, arrival: Arrival | None, a: Array, b: Array, I: Array
+    ) -> tuple[PassageEnds, PassageEnds]:
+        """The crossings where passages begin, and those where they end, from the arrival on."""
+        n, odd = len(I), np.arange(len(I) + 1) % 2 == 1
+        upper = ~odd[: len(a)]
+        if arrival is None:
+            ends = self.level.crossings(~upper, upper, I, b)
+            return self.level.crossings(upper, upper, I, a), ends.part(np.arange(-1, n))
+        both = self.level.crossings(
+            np.concatenate((~odd, upper)),
+            np.concatenate((odd, upper)),
+            np.concatenate(([arrival.I], I, I, np.zeros(len(a) - n))),
+            np.concatenate(([arrival.b], b, a)),
         )
-        return rows, bands, made
+        return both.part(slice(n + 1, None)), both.part(slice(0, n + 1))
 
     def _equations(
-        self, arrival: Arrival, slope: Array, starts: PassageEnds, ends: PassageEnds
+        self, arrival: Arrival | None, slope: Array, starts: PassageEnds, ends: PassageEnds
     ) -> tuple[Array, Array]:
-        n, m = len(self.signs), len(slope)
-        size, width = 1 + n + m, self.level.unit
-        rows, bands = np.zeros(size), np.zeros((2 * WIDTH + 1, size))
+        n, m, closed = len(slope), len(starts.chi), arrival is None
+        size = 1 + n + m
+        rows, matrix = np.zeros(size), np.zeros((size if closed else 2 * WIDTH + 1, size))
 
-        def put(row: NDArray[np.int64], column: NDArray[np.int64], value: Array) -> None:
-            bands[WIDTH + row - column, column] = value
+        def put(row: Places, column: Places, value: Array | float) -> None:
+            matrix[row if closed else WIDTH + row - column, column] = value
 
-        k, j = np.arange(m), np.arange(n)
+        k, slopes = np.arange(m), np.append(slope, np.zeros(m - n))
+        # Crossings behind a passage, and behind which: of a closed orbit the first has the last.
+        reached = k if closed else k[1:]
+        behind = (reached - 1) % n
         parts = ((ends.chi, ends.chi_by, starts.chi, starts.chi_by, 1.0),
-                 (ends.d, ends.d_by, starts.d, starts.d_by, width))  # fmt: skip
-        for part, (behind, behind_by, before, before_by, unit) in enumerate(parts):
+                 (ends.d, ends.d_by, starts.d, starts.d_by, self.level.unit))  # fmt: skip
+        for part, (end, (end_I, end_b), start, (start_I, start_a), unit) in enumerate(parts):
             row = 2 * k + part
-            rows[row] = (behind[:m] - before) / unit
-            bands[WIDTH + part, 0] = (
-                behind_by[0][0] * arrival.I_slope + behind_by[1][0] * arrival.b_slope
-            ) / unit
-            in_a, in_b = -before_by[0] * slope + before_by[1], before_by[0] * slope
-            put(row, 2 * k + 1, -in_a / unit)
-            put(row[:n], 2 * j + 2, -in_b[:n] / unit)
-            in_a, in_b = -behind_by[0][1:] * slope[:n], behind_by[0][1:] * slope[:n]
-            in_b = in_b + behind_by[1][1:]
-            inner = np.arange(min(n, m - 1))
-            put(2 * inner + 2 + part, 2 * inner + 1, in_a[inner] / unit)
-            put(2 * inner + 2 + part, 2 * inner + 2, in_b[inner] / unit)
-            if part == 0 and self.last is not None:
-                rows[-1] = ends.chi[-1] - self.last
-                bands[WIDTH + 1, -2], bands[WIDTH, -1] = in_a[-1], in_b[-1]
-        return rows, bands
-
-    def cyclic(self, x: Array, total: float) -> tuple[Array, Array, Chain]:
-        """Residuals, Jacobian and chain of a closed orbit, whose angle grows by `total` in all.
-
-        The first unknown has no part in it: the last passage is the one before the first.
-        """
-        n, level = len(self.signs), self.level
-        a, b = x[1::2], x[2::2]
-        I, slope = level.invariants(self.signs, b - a)
-        upper = np.arange(n) % 2 == 0
-        starts = level.crossings(upper, upper, I, a)
-        ends = level.crossings(~upper, upper, I, b)
-        after = np.roll(np.arange(n), -1)
-        shift = np.where(after == 0, total, 0.0)
-        rows, matrix = np.empty(2 * n), np.zeros((2 * n, 2 * n))
-        k, wide = np.arange(n), level.unit
-        parts = ((ends.chi - starts.chi[after] - shift, ends.chi_by, starts.chi_by, 1.0),
-                 (ends.d - starts.d[after], ends.d_by, starts.d_by, wide))  # fmt: skip
-        for part, (off, behind, before, unit) in enumerate(parts):
-            row = 2 * k + part
-            rows[row] = off / unit
-            matrix[row, 2 * k] += -behind[0] * slope / unit
-            matrix[row, 2 * k + 1] += (behind[0] * slope + behind[1]) / unit
-            matrix[row, 2 * after] -= ((before[1] - before[0] * slope) / unit)[after]
-            matrix[row, 2 * after + 1] -= (before[0] * slope / unit)[after]
-        turned = ends.chi - starts.chi
-        time = starts.constant - ends.constant + level.rates(I).rotation * turned
-        chi = np.append(starts.chi, ends.chi[-1])
-        d = np.append(starts.d, ends.d[-1])
-        residual = float(np.abs(rows).max())
-        return rows, matrix, Chain(float(x[0]), a, b, I, chi, d, time, residual)
+            rows[row] = (end[:m] - start) / unit
+            put(row, 2 * k + 1, (start_I * slopes - start_a) / unit)
+            put(row[:n], 2 * k[:n] + 2, (-start_I * slopes)[:n] / unit)
+            in_a = -end_I[1:] * slope
+            in_b = end_b[1:] - in_a
+            put(row[reached], 2 * behind + 1, in_a[behind] / unit)
+            put(row[reached], 2 * behind + 2, in_b[behind] / unit)
+            if arrival:
+                first = end_I[0] * arrival.I_slope + end_b[0] * arrival.b_slope
+                put(row[0], 0, first / unit)
+            if part == 0 and m == n and not closed:
+                rows[-1] = end[-1] - self.last
+                put(2 * n, 2 * n - 1, in_a[-1])
+                put(2 * n, 2 * n, in_b[-1])
+        if closed:
+            rows[0] -= self.last
+            put(2 * n, 0, 1.0)
+        return rows, matrix
 
     def solved(self, x: Array) -> Chain:
         """The chain, by Newton's method from a guess.
@@ -220,9 +211,12 @@ class System(NamedTuple):
             The iteration does not settle, or leaves the tables.
         """
         for _ in range(MOST_ITERATIONS):
-            rows, bands, _ = self.evaluated(x)
+            rows, matrix, _ = self.evaluated(x)
             try:
-                step = solve_banded((WIDTH, WIDTH), bands, rows, check_finite=False)
+                if self.begin is None:
+                    step = np.linalg.solve(matrix, rows)
+                else:
+                    step = solve_banded((WIDTH, WIDTH), matrix, rows, check_finite=False)
             except np.linalg.LinAlgError:
                 break
             size = float(np.abs(step).max())

@@ -26,20 +26,10 @@ from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.symbolic.address import AddressError, parsed
-from rigidpend.routes.symbolic.chain import (
-    LONGEST_STEP,
-    SETTLED,
-    Chain,
-    NoOrbit,
-    System,
-    on_surface,
-    signs_of,
-    tangents,
-)
+from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, signs_of, tangents
 from rigidpend.routes.symbolic.shortest import INSIDE, MORE
 from rigidpend.routes.symbolic.tables import Level, Signs
 
-MOST_ITERATIONS = 20
 MOST_SYMBOLS = 60
 """Longest word: its equations are a dense system."""
 
@@ -171,26 +161,12 @@ def _record(level: Level, word: tuple[int, ...], n: int, first: int, chain: Chai
 
 def _solved(level: Level, signs: Signs, n: int, first: int) -> Chain:
     """The chain whose last crossing is its first one, n half rotations a passage."""
-    P, total = len(signs), math.pi * n * len(signs)
-    angles = np.pi * (first + n * np.arange(P + 1.0))
-    system = System(level, on_surface, signs, 0.0)
-    x = system.guess(angles, 0.0)
-    for _ in range(MOST_ITERATIONS):
-        rows, matrix, chain = system.cyclic(x, total)
-        try:
-            step = np.linalg.solve(matrix, rows)
-        except np.linalg.LinAlgError:
-            break
-        size = float(np.abs(step).max())
-        x[1:] -= step * min(1.0, LONGEST_STEP / max(size, 1e-300))
-        if size < SETTLED:
-            chain = system.cyclic(x, total)[2]
-            if (np.abs(chain.I) >= level.widest).any():
-                break
-            if _spread(chain, n, first) > 0.5:
-                raise NoOrbit("the orbit found has other half rotations")
-            return chain
-    raise NoOrbit(f"Newton's method does not settle with {n} half rotations a passage")
+    P = len(signs)
+    system = System(level, None, signs, math.pi * n * P)
+    chain = system.solved(system.guess(np.pi * (first + n * np.arange(P + 1.0)), 0.0))
+    if _spread(chain, n, first) > 0.5:
+        raise NoOrbit("the orbit found has other half rotations")
+    return chain
 
 
 def _spread(chain: Chain, n: int, first: int) -> float:

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.return_map import Passage, SectionPoint
-from rigidpend.orbits.return_map.charts import look_up
 from rigidpend.routes.symbolic.address import Address, cells_of
 from rigidpend.routes.symbolic.chain import SETTLED, NoOrbit
 from rigidpend.routes.symbolic.skeleton import Skeleton
@@ -208,6 +207,5 @@ class _Places:
     def _arriving(self) -> Array:
         """Growth of theta3 from the periodic orbit to the first crossing."""
         made = self.level.map_level
-        table, values = made.charts[True].inverse, made.values[True][1]
-        found: Array = look_up(table, values, 0 * self.b, -self.b, made.a)[3]
+        found: Array = made.charts[True].inverse.look_up(0 * self.b, -self.b, made.a)[3]
         return found

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.return_map import EnergyLevel, ReturnMap
-from rigidpend.orbits.return_map.charts import ChartTable, look_up
+from rigidpend.orbits.return_map.charts import LevelTable
 from rigidpend.orbits.return_map.conjugacy import TorusRates, torus_rates
 from rigidpend.orbits.return_map.expansions import chebyshev_basis, fourier_basis
 from rigidpend.orbits.return_map.precision import precision
@@ -37,7 +37,7 @@ class PassageEnds(NamedTuple):
     """Derivatives of chi in I and in the angle."""
     d_by: tuple[Array, Array]
 
-    def part(self, where: slice) -> PassageEnds:
+    def part(self, where: slice | Signs) -> PassageEnds:
         """Some of the crossings."""
         (chi_I, chi_angle), (d_I, d_angle) = self.chi_by, self.d_by
         return PassageEnds(
@@ -73,11 +73,7 @@ class Level:
         charts = self.map_level.charts
         self.widest = min(float(chart.inverse.width) for chart in charts)
         self.unit = widest_d(self.map_level)
-        values = (each[1][0] for each in self.map_level.values)
-        self._tables = [
-            _Sloped(chart.inverse, np.asarray(each, dtype=float))
-            for chart, each in zip(charts, values, strict=True)
-        ]
+        self._tables = [_Sloped(chart.inverse) for chart in charts]
         self.exponent = float(self.map_level.exponent[0, 0])
         self.splitting = self._splitting()
         self.shift = self._shift()
@@ -149,8 +145,7 @@ class Level:
         b = np.linspace(0, 2 * np.pi, LOOKS)
         none, yes = np.zeros(LOOKS, dtype=bool), np.ones(LOOKS, dtype=bool)
         on = self.crossings(yes, none, np.zeros(LOOKS), b)
-        table, values = level.charts[True].forward, level.values[True][0]
-        U, V, *_ = look_up(table, values, on.d, on.chi, a)
+        U, V, *_ = level.charts[True].forward.look_up(on.d, on.chi, a)
         return float(np.abs(U * V).max())
 
     def _shift(self) -> float:
@@ -163,9 +158,9 @@ class Level:
 class _Sloped:
     """A table at one energy whose slopes are further columns of its coefficients."""
 
-    def __init__(self, table: ChartTable, values: Array) -> None:
+    def __init__(self, table: LevelTable) -> None:
         self.width, self.n_x, self.n_phase = float(table.width), table.n_x, table.n_phase
-        grid = values.reshape(self.n_x, self.n_phase, 4)
+        grid = table.values[0].astype(float).reshape(self.n_x, self.n_phase, 4)
         by_x = np.zeros_like(grid)
         by_x[:-1] = chebder(grid, axis=0) / self.width if self.n_x > 1 else 0
         k = np.arange(1, self.n_phase // 2 + 1)[:, None]

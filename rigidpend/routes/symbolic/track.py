@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.return_map import SectionPoint
-from rigidpend.orbits.return_map.charts import look_up, look_up_slopes
 from rigidpend.routes.symbolic.address import cells_of
 from rigidpend.routes.symbolic.tables import Level, Mask, Signs
 
@@ -94,7 +93,7 @@ def arrivals(n: int) -> tuple[Mask, Mask, Array]:
 def unstable(level: Level, rising: bool, d: Array, chi: Array) -> Array:
     """U of crossings: of downward ones V of their image in the reversor."""
     made, angle = level.map_level, chi if rising else -chi
-    found: Array = look_up(made.charts[rising].forward, made.values[rising][0], d, angle, made.a)
+    found: Array = made.charts[rising].forward.look_up(d, angle, made.a)
     return found[0 if rising else 1]
 
 
@@ -126,8 +125,7 @@ class Leaving(NamedTuple):
 def leaving(level: Level, rising: bool, d: Array, chi: Array) -> Leaving:
     """The last crossings of doubly asymptotic orbits."""
     made, side = level.map_level, 1.0 if rising else -1.0
-    table, values = made.charts[rising].forward, made.values[rising][0]
-    seen = look_up_slopes(table, values, d, side * chi, made.a)
+    seen = made.charts[rising].forward.look_up_slopes(d, side * chi, made.a)
     out = 0 if rising else 1
     V = seen.value[1 - out]
     by_d, by_chi = seen.by_x[out] * V, side * seen.by_phase[out] * V

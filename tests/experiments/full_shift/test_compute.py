@@ -116,10 +116,22 @@ def coverings_quads(data: Any) -> list[Any]:
     return unpacked_quads(data["sets"])
 
 
-def test_the_entropy_is_rounded_down() -> None:
+def test_bounds_are_rounded_outward() -> None:
     result = reference("full_shift")
     [relations, sets] = report.tables(result)
     assert len(relations.rows) == 8
+    proven = result["data"]["relations"]
+    for row, edge, across in zip(
+        relations.rows, proven["edge"].flat, proven["across"].flat, strict=True
+    ):
+        assert edge * (1 - 1e-3) < float(row[2].removeprefix("more than ")) <= edge
+        assert across <= float(row[3].removeprefix("less than ")) < across + 1e-4
+    proven = result["data"]["sets"]
+    for k, row in enumerate(sets.rows):
+        low, high = map(float, row[3].split(" to "))
+        assert 0 <= proven["shortest"][k] - low < 1e-4
+        assert 0 <= high - proven["longest"][k] < 1e-4
+        assert proven["bound"][k] <= float(row[2]) < 1.1 * proven["bound"][k]
     stated = float(sets.note.split()[-5])
     assert 0 < np.log(2) / result["data"]["sets"]["longest"].max() - stated < 1e-5
     assert coverings.ALONE

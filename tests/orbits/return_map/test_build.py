@@ -27,7 +27,6 @@ from rigidpend.orbits.return_map.build import (
     THIRD,
     Design,
 )
-from rigidpend.orbits.return_map.charts import at_energies, look_up
 from tests.orbits.integrate.problems import FIG4
 
 H = "1.3342"
@@ -68,6 +67,14 @@ def test_order_a_map_of_64_bits_errs_by_less_than_their_rounding(design: Design)
     assert max(errors.charts, errors.inverse, errors.exponents) < 2.0**-64
 
 
+def test_a_map_is_shown_in_two_lines() -> None:
+    made = return_map(FIG4, h=("1.3332", "1.3352"), bits=64)
+    worst = max(made.errors.charts, made.errors.inverse, made.errors.exponents)
+    first, second = repr(made).splitlines()
+    assert first == f"<ReturnMap of {FIG4!r},"
+    assert second == f" h = 1.3332 to 1.3352, 64 bits, errors of its tables up to {worst:.2g}>"
+
+
 def test_agrees_tables_of_two_designs_have_the_same_values() -> None:
     """In other units: U and d scale, t' inversely, theta3 not; with other orders and arcs."""
     first, second = (return_map(FIG4, h=H, design=design) for design in (FIRST, SECOND))
@@ -78,8 +85,8 @@ def test_agrees_tables_of_two_designs_have_the_same_values() -> None:
 
     for rising in (False, True):
         one, other = first.charts[rising].forward, second.charts[rising].forward
-        a = look_up(one, at_energies(one, ones), d, chi, precision(53))
-        b = look_up(other, at_energies(other, ones), d * unit, chi, precision(53))
+        a = one.at(ones).look_up(d, chi, precision(53))
+        b = other.at(ones).look_up(d * unit, chi, precision(53))
         np.testing.assert_allclose(a[0] * a[1] * unit**2, b[0] * b[1], rtol=1e-12, atol=1e-15)
         # The constant of time holds tau, which each map counts from its own mean.
         np.testing.assert_allclose(a[2], b[2] * unit, rtol=0, atol=1e-13)

@@ -12,7 +12,6 @@ from rigidpend import Body
 from rigidpend.orbits.integrate import sample_orbits
 from rigidpend.orbits.integrate.arcs import arcs
 from rigidpend.orbits.return_map import ReturnMap, SectionPoint, return_map
-from rigidpend.orbits.return_map.charts import look_up_slopes
 from rigidpend.orbits.return_map.poincare import section_momentum, section_state
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import theta3_rate
@@ -157,9 +156,7 @@ def test_order_the_splitting_is_melnikovs_amplitude_to_first_order(
         """d where U = 0; the lower orbit's unstable surface is its mirror image."""
         d = 0 * chi
         for _ in range(20):
-            seen = look_up_slopes(
-                level.charts[True].forward, level.values[True][0], d, chi, DOUBLES
-            )
+            seen = level.charts[True].forward.look_up_slopes(d, chi, DOUBLES)
             d = d - seen.value[0] / seen.by_x[0]
         return d
 

@@ -12,6 +12,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 from flint import arb
@@ -35,6 +36,7 @@ from rigidpend.routes.certified.pieces import (
 from scripts import check_full_shift as script
 from scripts.check_certificate import Fails, Interval
 from tests.attacks import lot
+from tests.cli.calls import REFERENCE
 from tests.experiments.trees import reference
 
 GIVEN: Any = {"A": ("2", "1", "3/2"), "r": ("1", "1", "0"), "mu": "1/1000", "h": "1.3342"}
@@ -189,6 +191,26 @@ def test_C1_a_line_is_as_far_as_it_is_moved(
     assert {reason[:2] for reason in reasons} == {"C1"}
 
 
+def test_the_line_of_starts_is_where_theorem_2_says(line: Any, orbits: Any) -> None:
+    """Its ends lie within the box of C1 about those of theta2_0 = 1.5625 -+ 0.003 or less."""
+    from rigidpend.orbits.return_map.precision import precision
+    from rigidpend.routes.certified.horseshoe import LineStarts, ShiftProblem
+
+    starts = LineStarts(ShiftProblem(BODY, exact(GIVEN["h"]), 14), J1)
+    theta2 = 1.5625 + np.array([-0.003, 0.0, 0.003])
+    gamma = starts.states(theta2, precision(53))[3:]
+    along = (float(line.e1) * gamma[0] + float(line.e2) * gamma[1] - float(line.centre)) / float(
+        line.half
+    )
+    # So |u| <= 1 is passed between these two, and gamma is that of the polynomials, not of
+    # the other theta2_0 at the same place.
+    assert along[0] < -1
+    assert along[2] > 1
+    begin = [Family.of(t, orbits[4][0].bits).at("z", -1) for t in orbits[4][0].terms[3:]]
+    found = [_value(dict(_terms(each)), each.bits, along[1], 0.0) for each in begin]
+    np.testing.assert_allclose(found, gamma[:, 1], atol=2.0**-20)
+
+
 def test_a_beginning_is_as_far_as_it_is_moved(quads: Any, orbits: Any, numbers: Any) -> None:
     quad, piece, growth = quads[2], orbits[2][0], LogarithmicNorm.of(numbers.field)
     off = moved(piece, 4, (0, 0, 0), 2e-6)
@@ -198,6 +220,31 @@ def test_a_beginning_is_as_far_as_it_is_moved(quads: Any, orbits: Any, numbers: 
         float(script.beginning(problem(), quad_of(quad), step(off))[1]),
     ):
         assert far < bound < 4e-6
+
+
+def mirrored(quad: Quad, piece: FamilyStep) -> tuple[Quad, FamilyStep]:
+    """The same points beside the opposite separatrix, all that changes its sign taken with it."""
+    curve = tuple(x if k % 2 else -x for k, x in enumerate(quad.p))
+    other = quad._replace(a=-quad.a, b=-quad.b, l0=-quad.l0, p=curve)
+    terms = [
+        {at: -w for at, w in each.items()} if k in (0, 1, 5) else each
+        for k, each in enumerate(piece.terms)
+    ]
+    return other, piece._replace(terms=terms)
+
+
+@pytest.mark.parametrize("k", [0, 2])
+def test_C1_a_set_lies_beside_separatrix_2_or_3(
+    quads: Any, orbits: Any, numbers: Any, k: int
+) -> None:
+    """Beside the opposite one its symbol would be the other one."""
+    quad, piece = mirrored(quads[k], orbits[k][0])
+    growth = LogarithmicNorm.of(numbers.field)
+    for reason in (
+        said(coverings.beginning, numbers, quad, piece, growth),
+        said(script.beginning, problem(), quad_of(quad), step(piece)),
+    ):
+        assert reason.startswith("C1: the large Q")
 
 
 # ---- C2
@@ -265,6 +312,18 @@ def test_C3_the_widest_tube(numbers: Any, factor: float, reason: str) -> None:
     mine = said(coverings._tube, states, length, arb(begin), arb(0), growth)
     theirs = said(script.tube, problem(), step(piece), Fraction(begin))
     assert mine[:2] == theirs[:2] == reason
+
+
+def test_C3_a_bound_without_end_is_refused_in_no_time(numbers: Any) -> None:
+    """exp(thousands) is no double, and exp(2^60) is no number of this world."""
+    growth = LogarithmicNorm.of(numbers.field)
+    for M3 in (2.0**12, 2.0**60):
+        steep = {(0, 0, 0): round(M3 * 2)}
+        piece = FamilyStep(1, {(0, 0, 0): 3 << CLOCK}, [CALM, CALM, steep, CALM, CALM, CALM])
+        states = [Family.of(terms, 1) for terms in piece.terms]
+        length = Family.of(piece.half, CLOCK)
+        mine = said(coverings._tube, states, length, arb(1e-9), arb(0), growth)
+        assert mine[:2] == said(script.tube, problem(), step(piece), Fraction(1e-9))[:2] == "C3"
 
 
 # ---- C4
@@ -373,7 +432,7 @@ def test_C6_an_image_lies_across_a_set(
     )
     mine = said(coverings.relation, source, STRAIGHT, begin, 0)
     there = [Interval.of(Fraction(float(x.mid()))) for x in box]
-    other = script.Arrival(series(d, BITS), series(g, BITS), 1, there, [])
+    other = script.Arrival(series(d, BITS), series(g, BITS), 1, there, [], Interval.of(0))
     at = [Interval.of(Fraction(float(x.mid()))) for x in begin]
     theirs = said(script.check_relation, other, quad_of(STRAIGHT), at)
     assert mine.startswith(reason)
@@ -401,9 +460,7 @@ def arrivals(quads: Any, orbits: Any, numbers: Any) -> list[coverings.Reached]:
 
 
 @pytest.mark.slow
-def test_the_stored_proof_holds_in_both_checkers(data: Any, tmp_path: Path) -> None:
-    from tests.cli.calls import REFERENCE
-
+def test_the_stored_proof_holds_in_both_checkers(data: Any, tmp_path: Path, capsys: Any) -> None:
     quads, orbits = unpacked_quads(data["sets"]), unpacked(data["proof"], 5)
     numbers = coverings.Numbers.of(BODY, exact(GIVEN["h"]))
     arrivals, relations = coverings.prove(numbers, quads, orbits[:4])
@@ -416,12 +473,89 @@ def test_the_stored_proof_holds_in_both_checkers(data: Any, tmp_path: Path) -> N
     np.testing.assert_allclose([one.across for one in crossed], data["line"]["across"], rtol=1e-6)
     file = str(REFERENCE / "full_shift.h5")
     assert script.main([file, "--config", str(CONFIG)]) == 0
+    said_by_script = capsys.readouterr().out
+    assert "A = 2, 1, 3/2; r = 1, 1, 0; mu = 1/1000; h = 6671/5000:" in said_by_script
+    # The times of docs/full-shift.md are proven by both, and are as wide as these are.
+    assert "23.9501 to 23.9902 t'" in said_by_script
+    durations = np.array([each.duration for each in arrivals])
+    assert 23.9501 < durations.min() < durations.max() < 23.9902
     other = tmp_path / "other.yaml"
     other.write_text(
         CONFIG.read_text(encoding="utf-8").replace("1.3342", "1.3343"),
         encoding="utf-8",
     )
     assert script.main([file, "--config", str(other)]) == 1
+
+
+def test_terms_that_come_round_again_are_refused(data: Any) -> None:
+    """2^64 more than there are, which whole numbers of a machine take for as many."""
+    proof = dict(data["proof"])
+    terms = np.array(proof["terms"], dtype=np.int64)
+    terms[:4] += 2**62
+    with pytest.raises(ValueError, match="other terms"):
+        unpacked({**proof, "terms": terms}, 5)
+
+
+def test_a_length_that_depends_on_time_is_refused(data: Any) -> None:
+    coefficients = np.array(data["proof"]["coefficients"])
+    later = np.flatnonzero(data["proof"]["powers"][:, 0])[0]
+    coefficients[later, 6] = 1
+    with pytest.raises(ValueError, match="depends on time"):
+        unpacked({**data["proof"], "coefficients": coefficients}, 5)
+
+
+def test_a_set_without_a_curve_is_refused(data: Any) -> None:
+    with pytest.raises(ValueError, match="no extent"):
+        unpacked_quads({**data["sets"], "p": np.zeros((4, 0))})
+
+
+def spoilt(file: Any, how: str) -> None:
+    """Make something of a result that is no proof of this file, or more than it can be."""
+    sets, proof = file["data/sets"], file["data/proof"]
+    if how == "link":
+        del file["data/line/half"]
+        file["data/line/half"] = h5py.ExternalLink(
+            str(REFERENCE / "full_shift.h5"), "data/line/half"
+        )
+    elif how == "too large":
+        del sets["a"]
+        sets.create_dataset("a", (1000,), "S1048576", chunks=(1,))
+    elif how == "a curve has no coefficients":
+        del sets["p"]
+        sets["p"] = np.zeros((4, 21))
+    elif how == "more terms":
+        at = np.array(np.unravel_index(np.arange(10001), (40, 40, 40))).T
+        for name, value in {"family": [0], "bits": [60], "terms": [len(at)], "powers": at}.items():
+            del proof[name]
+            proof[name] = np.array(value)
+        del proof["coefficients"]
+        proof["coefficients"] = np.ones((len(at), 7), dtype=np.int64)
+    else:
+        text = file["config"].asstr()[()].replace('"1/100000000"', '"-1"')
+        if how == "lacks something":
+            text = text.replace('"3/2"', '"3/2", "1"')
+        del file["config"]
+        file["config"] = text
+
+
+@pytest.mark.parametrize(
+    "how",
+    [
+        "link",
+        "too large",
+        "a curve has no coefficients",
+        "more terms",
+        "lacks something",
+        "J1_0 > 0 is broken",
+    ],
+)
+def test_a_file_that_is_no_proof_is_refused_at_once(how: str, tmp_path: Path, capsys: Any) -> None:
+    path = tmp_path / "other.h5"
+    path.write_bytes((REFERENCE / "full_shift.h5").read_bytes())
+    with h5py.File(path, "r+") as file:
+        spoilt(file, how)
+    assert script.main([str(path)]) == 1
+    assert how in capsys.readouterr().err
 
 
 def changed(quads: list[Quad], orbits: Any, how: str) -> tuple[list[Quad], list[Any]]:
@@ -534,7 +668,8 @@ def test_the_second_checker_imports_nothing_of_the_package() -> None:
         elif isinstance(node, ast.ImportFrom):
             found.add(node.module or "")
         assert not (isinstance(node, ast.Name) and node.id in ("__import__", "exec", "eval"))
-    standard = {"__future__", "argparse", "collections.abc", "fractions", "json", "pathlib", "sys"}
+    standard = {"__future__", "argparse", "collections.abc", "fractions", "json", "math"}
+    standard |= {"pathlib", "sys"}
     assert found <= standard | {"typing", "h5py", "yaml", "scripts.check_certificate"}
 
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from rigidpend.orbits.return_map import SectionPoint, return_map
-from rigidpend.orbits.return_map.charts import look_up_slopes
 from rigidpend.routes.symbolic.chain import (
     NoOrbit,
     System,
@@ -40,29 +39,34 @@ def test_tables_are_those_of_the_map(level: Level) -> None:
     for rising in (False, True):
         upper = np.full(50, True)
         at = level.crossings(np.full(50, rising), upper, I, phase)
-        chart, values = level.map_level.charts[rising], level.map_level.values[rising]
-        seen = look_up_slopes(chart.inverse, values[1], I, phase, level.map_level.a)
+        table = level.map_level.charts[rising].inverse
+        seen = table.look_up_slopes(I, phase, level.map_level.a)
         np.testing.assert_allclose(at.d, seen.value[0], atol=1e-16)
         np.testing.assert_allclose(at.chi - phase, seen.value[1], atol=1e-13)
         np.testing.assert_allclose(at.d_by[0], seen.by_x[0], rtol=1e-10, atol=1e-11)
         np.testing.assert_allclose(at.chi_by[1] - 1, seen.by_phase[1], rtol=1e-9, atol=1e-12)
 
 
-@pytest.mark.parametrize("ends_on_a_surface", [False, True])
-def test_bands_are_the_derivatives(level: Level, ends_on_a_surface: bool) -> None:
-    last = None if ends_on_a_surface else float(np.pi * CELLS[-1])
-    system = System(level, on_surface, signs_of(SYMBOLS), last)
-    x = system.guess(np.pi * CELLS, 0.0) + 0.1
-    _, bands, _ = system.evaluated(x)
-    dense = np.zeros((len(x), len(x)))
-    for row in range(len(x)):
-        for column in range(max(0, row - 2), min(len(x), row + 3)):
-            dense[row, column] = bands[2 + row - column, column]
+@pytest.mark.parametrize("kind", ["open", "ends on a surface", "closed"])
+def test_the_jacobian_is_the_derivatives(level: Level, kind: str) -> None:
+    n = 4 if kind == "closed" else 5
+    begin = None if kind == "closed" else on_surface
+    last = None if kind == "ends on a surface" else float(np.pi * CELLS[n])
+    system = System(level, begin, signs_of(SYMBOLS[:n]), last)
+    x = system.guess(np.pi * CELLS[: n + 1], 0.0) + 0.1
+    _, matrix, _ = system.evaluated(x)
     for column in range(len(x)):
         step = np.zeros(len(x))
         step[column] = 1e-5
         change = system.evaluated(x + step)[0] - system.evaluated(x - step)[0]
-        np.testing.assert_allclose(change / 2e-5, dense[:, column], atol=1e-7)
+        if begin:
+            rows = np.arange(max(0, column - 2), min(len(x), column + 3))
+            derivative = np.zeros(len(x))
+            derivative[rows] = matrix[2 + rows - column, column]
+        else:
+            # The last row only leaves the first unknown alone.
+            derivative = np.append(matrix[:-1, column], 0.0)
+        np.testing.assert_allclose(change / 2e-5, derivative, atol=1e-7)
 
 
 def test_the_map_follows_a_chain(level: Level) -> None:

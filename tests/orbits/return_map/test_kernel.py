@@ -1,0 +1,142 @@
+"""Orbits followed by the kernel against the map in full, in doubles and in pairs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend.machine.signals import Stopped
+from rigidpend.orbits.integrate.kernel.writer import LANES
+from rigidpend.orbits.return_map import ReturnMap, kernel, return_map
+from rigidpend.orbits.return_map.expansions import chebyshev_basis, fourier_basis
+from rigidpend.orbits.return_map.itinerary import Itinerary, enter, follow
+from rigidpend.orbits.return_map.kernel import Followed
+from rigidpend.orbits.return_map.legs import significant
+from rigidpend.orbits.return_map.precision import in_pairs, precision
+from tests.orbits.integrate.problems import FIG4, GENERIC
+
+ENERGIES = ("1.3332", "1.3352")
+N = 203
+"""Orbits, not a multiple of the lanes."""
+QP = 1.3e-4
+CROSSINGS = 7
+BITS = [53, 64]
+INTERVAL, POINT = (1e-5, 3e-4), (QP, QP)
+
+
+@pytest.fixture(scope="module", params=[FIG4, GENERIC], ids=["Fig. 4", "generic"])
+def made(request: pytest.FixtureRequest) -> ReturnMap:
+    return return_map(request.param, h=ENERGIES, bits=64 if in_pairs(64) else 53)
+
+
+def drawn() -> tuple[Any, Any]:
+    """Phases and energies, -1 to 1 in the interval."""
+    random = np.random.default_rng(9)
+    return random.uniform(0, 6.28, N), random.uniform(-1, 1, N)
+
+
+def energy(made: ReturnMap, e: Any) -> Any:
+    within = made.normal_form.energies
+    return within.centre + within.half_width * precision(made.bits).array(e)
+
+
+def followed(
+    made: ReturnMap, bits: int, phase: Any, e: Any, ends: tuple[float, float] = POINT
+) -> Followed:
+    own, a = precision(made.bits), precision(bits)
+    program = made.program(bits, *map(own.number, ends))
+    Qp, phase, e = (a.array(x) for x in (QP + 0 * phase, phase, e))
+    return kernel.follow(program, Qp, phase, e, CROSSINGS)
+
+
+def in_full(made: ReturnMap, phase: Any, e: Any) -> Itinerary:
+    a, level = precision(made.bits), made.at(energy(made, e))
+    return follow(level, enter(level, a.number(QP), a.array(phase)), CROSSINGS - 1)
+
+
+@pytest.mark.parametrize("bits", BITS)
+@pytest.mark.parametrize("ends", [INTERVAL, POINT], ids=["interval", "point"])
+def test_agrees_the_kernel_with_the_map_in_full(
+    made: ReturnMap, bits: int, ends: tuple[float, float]
+) -> None:
+    phase, e = drawn()
+    found, full = followed(made, bits, phase, e, ends), in_full(made, phase, e)
+    assert full.inside.all()
+    assert (found.separatrix == full.separatrix).all()
+    late = np.abs(found.time - full.time).astype(float)
+    # Doubles store times of 10 with roundings of 2e-15; each passage makes errors grow tenfold.
+    assert late[0].max() < 3e-14
+    assert np.quantile(late[-1], 0.9) < (1e-9 if bits == 53 else 1e-13)
+
+
+@pytest.mark.parametrize("which", ["forward", "inverse"])
+def test_the_kernel_tells_orbits_that_leave_the_tables(made: ReturnMap, which: str) -> None:
+    def narrowed(chart: Any) -> Any:
+        table = getattr(chart, which)
+        return chart._replace(**{which: table._replace(width=table.width * 0.32)})
+
+    down, up = made.charts
+    phase, e = drawn()
+    for charts in ((narrowed(down), up), (down, narrowed(up))):
+        narrow = replace(made, charts=charts)
+        found, inside = followed(narrow, 53, phase, e), in_full(narrow, phase, e).inside
+        assert 0.05 < inside[-1].mean() < 0.95
+        assert ((found.separatrix != 0) == inside).mean() > 0.99
+        assert (np.isnan(found.time) == (found.separatrix == 0)).all()
+
+
+@pytest.mark.parametrize("bits", BITS)
+def test_an_orbit_does_not_hang_on_its_neighbours(made: ReturnMap, bits: int) -> None:
+    phase, e = drawn()
+    together, alone = (followed(made, bits, phase[k], e[k]) for k in (slice(None), slice(4, 5)))
+    np.testing.assert_array_equal(together.time[:, 4:5], alone.time)
+    # One far outside of the energies spoils none beside it.
+    with np.errstate(over="ignore", invalid="ignore"):
+        beside = followed(made, bits, phase[4:7], np.array([e[4], 1e6, e[6]]))
+    np.testing.assert_array_equal(beside.time[:, [0, 2]], together.time[:, [4, 6]])
+    assert np.isnan(beside.time[-1, 1])
+    assert beside.separatrix[-1, 1] == 0
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_order_what_is_left_out_of_a_table_is_below_its_threshold(
+    made: ReturnMap, which: int
+) -> None:
+    table, a, own = made.charts[1][which], precision(53), precision(made.bits)
+    phase, e = drawn()
+    x = np.random.default_rng(4).uniform(-1, 1, N)
+    there = table.at(made.normal_form.energies.basis(energy(made, e), own))
+    full = there.look_up(table.width * own.array(x), own.array(phase), own)[:3]
+    kept = significant(table, 2.0**-40).astype(float)
+    E, T = (chebyshev_basis(y, n, a) for y, n in zip((e, x), kept.shape[:2], strict=True))
+    few = np.einsum("nl,ni,nk,likf->fn", E, T, fourier_basis(phase, kept.shape[2], a), kept)
+    scale = np.abs(table.values.astype(float)).max(axis=(0, 1))[:3, None]
+    off = (np.abs(few - full.astype(float)) / scale).max()
+    assert 2.0**-46 < off < 2.0**-36
+    assert (kept != 0).sum() < 0.3 * kept.size
+
+
+@pytest.mark.parametrize("bits", BITS)
+def test_the_kernel_follows_in_pieces_between_which_it_may_be_stopped(
+    made: ReturnMap, bits: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (phase, e), asked = (x[:20] for x in drawn()), [0]
+    whole = followed(made, bits, phase, e)
+
+    def count(most: int) -> None:
+        asked[0] += 1
+        if asked[0] == most:
+            raise Stopped
+
+    monkeypatch.setattr(kernel, "AT_ONCE", 2 * LANES)
+    monkeypatch.setattr(kernel, "check_stop", lambda: count(0))
+    for one, other in zip(followed(made, bits, phase, e), whole, strict=True):
+        np.testing.assert_array_equal(one, other)
+    # Three groups of orbits, each two crossings at a time.
+    assert asked == [12]
+    monkeypatch.setattr(kernel, "check_stop", lambda: count(14))
+    with pytest.raises(Stopped):
+        followed(made, bits, phase, e)
