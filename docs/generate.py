@@ -1,10 +1,11 @@
-"""Write the pages that the package itself dictates: settings, departures, names, modules.
+"""Write the pages that the package itself dictates: settings, gallery, names, modules and more.
 
 Markdown for MyST, one function a page, called by `conf.py` before Sphinx reads the sources.
 """
 
 from __future__ import annotations
 
+import importlib
 import inspect
 import pkgutil
 import re
@@ -22,9 +23,13 @@ import rigidpend
 from docs import floors
 from rigidpend import experiments
 from rigidpend.cli import main
+from rigidpend.config import catalogue
 from rigidpend.config.meanings import UNITS, meanings, nested
+from rigidpend.config.schema import ExperimentConfig
 from rigidpend.numbers.exact import Exact
+from rigidpend.render import captions
 from rigidpend.render.report.departures import DEPARTURES
+from rigidpend.runs import loading
 
 COMMON = ("figure", "experiment")
 """The first two keys of every config, of which the page itself tells."""
@@ -49,6 +54,7 @@ def write(folder: Path) -> None:
         "commands": commands,
         "settings": settings,
         "departures": departures,
+        "gallery": gallery,
         "names": names,
         "modules": modules,
     }
@@ -183,6 +189,32 @@ def departures() -> str:
     """The places where the paper slips."""
     rows = [tuple(map(plain, departure.row)) for departure in DEPARTURES]
     return "\n".join(table(("place", "as printed", "here"), rows)) + "\n"
+
+
+def gallery() -> str:
+    """Every figure that is kept, the paper's first, with its caption and its body."""
+    kept = [loading.load(path) for name, path in catalogue.known().items() if shown(name).exists()]
+    return "\n\n".join(map(_figure, sorted(kept, key=lambda each: _order(each.content)))) + "\n"
+
+
+def shown(name: str) -> Path:
+    """The kept figure of a config."""
+    return floors.ROOT / "results" / "gallery" / f"{name}.png"
+
+
+def _order(content: ExperimentConfig) -> tuple[bool, str]:
+    return not content.figure[:1].isdigit(), content.figure
+
+
+def _figure(config: loading.LoadedConfig) -> str:
+    """A section: the figure, what one sees in it, and the bodies."""
+    about = inspect.getdoc(importlib.import_module(f"rigidpend.experiments.{config.experiment}"))
+    head = plain((about or "").partition("\n")[0].rstrip("."))
+    result: Any = {"config": config.resolved()}
+    bodies = "; ".join(captions.bodies(result))
+    said = f"{plain(captions.caption(config.experiment))}\n\n`{config.name}`: {plain(bodies)}"
+    figure = f"```{{figure}} ../results/gallery/{config.name}.png\n:alt: {head}\n\n{said}\n```"
+    return f"## {head}\n\n{figure}"
 
 
 def names() -> str:

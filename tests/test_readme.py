@@ -15,8 +15,11 @@ import pytest
 from packaging.version import Version
 
 import rigidpend
+from docs import generate
+from rigidpend import experiments
 from rigidpend.cli import main
 from rigidpend.config import names
+from rigidpend.render import captions
 from rigidpend.results import store
 from rigidpend.runs import loading
 from scripts import lowest, readme_tables
@@ -95,9 +98,13 @@ def test_every_file_that_a_page_points_to_is_there(page: str) -> None:
         assert ((ROOT / page).parent / target).exists(), target
 
 
-def test_the_gallery_has_every_figure_once() -> None:
-    shown = re.findall(r"\{figure\} \.\./results/gallery/(\S+)", TEXTS["docs/gallery.md"])
+def test_the_gallery_has_every_figure_once_with_what_one_sees_in_it() -> None:
+    page = generate.gallery()
+    shown = re.findall(r"\{figure\} \.\./results/gallery/(\S+)", page)
     assert sorted(shown) == sorted(x.name for x in (ROOT / "results/gallery").glob("*.png"))
+    assert shown[:2] == ["fig1.png", "fig2.png"]
+    for experiment in experiments.names():
+        assert generate.plain(captions.caption(experiment)) in page
 
 
 def test_what_is_cited_is_the_last_release_and_what_comes_after_says_so() -> None:

@@ -84,9 +84,7 @@ def image(result: Any, suffix: str) -> bytes:
 
     with matplotlib.rc_context(fname=STYLE), _undrawable():
         drawing = experiments.drawing(result["attributes"]["experiment"])
-        said = "; ".join(captions.bodies(result))
-        name = str(result["attributes"].get("name", "unnamed"))
-        foot = f"{name}: {said}" if said else name
+        foot = captions.foot(str(result["attributes"].get("name", "unnamed")), [result])
         return _image(drawing.draw(result), suffix, result["attributes"], foot)
 
 
@@ -124,7 +122,7 @@ def render_together(sources: Sequence[Path], target: Path) -> bool:
     attributes = {**results[0]["attributes"], "name": target.stem, "config_hash": "several"}
     with matplotlib.rc_context(fname=STYLE), _undrawable():
         figure = together(list(zip(labels, results, strict=True)))
-        drawn = _image(figure, target.suffix[1:], attributes, target.stem)
+        drawn = _image(figure, target.suffix[1:], attributes, captions.foot(target.stem, results))
     store.replace(target, drawn)
     return True
 
@@ -138,14 +136,15 @@ def _undrawable() -> Iterator[None]:
         raise Undrawable(f"cannot be drawn: {words.error(error)}") from error
 
 
-def _image(figure: Figure, suffix: str, attributes: Any, foot: str) -> bytes:
-    """Write a figure with a line on its body below, as bytes."""
+def _image(figure: Figure, suffix: str, attributes: Any, foot: Sequence[str]) -> bytes:
+    """Write a figure with lines on what it shows and on its body below, as bytes."""
     buffer = io.BytesIO()
     from matplotlib import rcParams
     from matplotlib.transforms import Bbox
 
     wide, high = map(float, figure.get_size_inches())
-    lines = textwrap.wrap(foot, max(20, int((wide - 2 * MARGIN) / CHARACTER)))
+    room = max(20, int((wide - 2 * MARGIN) / CHARACTER))
+    lines = [line for said in foot for line in textwrap.wrap(said, room)]
     below = LINE * len(lines) + MARGIN
     figure.text(
         MARGIN / wide,

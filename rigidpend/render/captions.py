@@ -1,10 +1,11 @@
-"""Captions: the body and the start of a stored result in words, from its config."""
+"""Captions: what one sees in a figure, and the body and the start of a result in words."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from rigidpend import experiments
 from rigidpend.experiments.data.tree import Loaded
 from rigidpend.numbers.decimals import as_written
 
@@ -12,6 +13,22 @@ SHARED = ("beta0", "mu", "h", "h0", "half_turns", "M_0", "J1_0", "theta2_0")
 """Keys of a problem that are told beside the body, in this order, if one value is given."""
 LONGEST = 300
 """Characters of a value that are shown."""
+
+
+def caption(experiment: str) -> str:
+    """Sentences on what the figures of an experiment show: the first is for whoever sees one."""
+    reporting = experiments.reporting(experiment)
+    return reporting.CAPTION if reporting else ""
+
+
+def foot(name: str, results: Sequence[Loaded]) -> list[str]:
+    """The lines at the foot of a figure: what one sees, the name, and what its results share."""
+    seen, stop, _ = caption(str(results[0]["attributes"]["experiment"])).partition(". ")
+    first, *others = (result["config"].get("problem", {}) for result in results)
+    if others:
+        first = {k: x for k, x in first.items() if all(x == other.get(k) for other in others)}
+    said = "; ".join(bodies({**results[0], "config": {"problem": first}}))
+    return [*filter(None, [seen + stop.strip()]), f"{name}: {said}" if said else name]
 
 
 def bodies(result: Loaded) -> list[str]:

@@ -10,11 +10,11 @@ from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.machine.tables import Table
 
 CAPTION = (
-    "Homoclinic orbits, which leave a periodic orbit and return to it, and heteroclinic ones,"
-    " which go to the other. They lie where a symbol of the route codes changes: row i + 1 of the"
-    " plane has the orbits with i symbols, as far as no passage takes too many rotations. The"
-    " hodographs of the sampled orbits begin and end at the origin, where omega is horizontal"
-    " along eta."
+    "Where a symbol of the route codes changes lies an orbit that never leaves again: a"
+    " homoclinic one, which returns to the periodic orbit that it came from, or a heteroclinic"
+    " one, which goes to the other. Row i + 1 of the plane has the orbits with i symbols, as far"
+    " as no passage takes too many rotations. The hodographs of the sampled orbits begin and end"
+    " at the origin, where omega is horizontal along eta."
 )
 ROWS = 24
 """Orbits that have a row of their own: the first in the order of symbols and phases."""

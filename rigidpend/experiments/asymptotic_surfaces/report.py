@@ -8,8 +8,10 @@ from rigidpend.experiments.data.tree import Loaded
 from rigidpend.machine.tables import Table
 
 CAPTION = (
-    "Asymptotic surfaces of the periodic orbits beside separatrix 2: S2+ above, S1- below, in"
-    " units of Delta_1. Dashed: how far the formula (dt) lets them swing beside their own orbit."
+    "With a weight the orbits that leave one rotation (S1-, below) and those that approach the"
+    " other (S2+, above) no longer lie on separatrix 2 but sway on both sides of it, for each body"
+    " in its own way. In units of Delta_1. Dashed: how far the formula (dt) lets them swing beside"
+    " their own orbit."
 )
 
 FIGURE = "3"

@@ -9,11 +9,11 @@ from rigidpend.machine.tables import Table
 from rigidpend.numbers.alphabet import NO_SYMBOL
 
 CAPTION = (
-    "Periodic orbits of the perturbed body, one for each way to repeat a word of symbols from a"
-    " passage past the upper orbit on, found by the return map. Their Lyapunov exponents, averaged"
-    " over all words of a length, tend to that of long orbits of random symbols: each symbol more"
-    " leaves a small part of the distance, where a random orbit must be a hundred times as long for"
-    " each digit."
+    "Each word of symbols has a periodic orbit that repeats it (left), and averages over all"
+    " words of a length settle within a few lengths (right). The words are read from a passage"
+    " past the upper orbit on, and the orbits found by the return map. Averages of their Lyapunov"
+    " exponents tend to that of long orbits of random symbols: each symbol more leaves a small"
+    " part of the distance, where a random orbit must be a hundred times as long for each digit."
 )
 SHORT = 4
 """Words of up to so many symbols have a row of their own; there are twelve."""

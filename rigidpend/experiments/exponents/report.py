@@ -8,11 +8,11 @@ from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.machine.tables import Table
 
 CAPTION = (
-    "Growth of deviations over a plane of initial phases and actions: the logarithm of the largest"
-    " growth through some passages, a passage, from the derivatives of the return map, in the"
-    " Euclidean norm of (M', gamma), dimensionless, on the section at the orbit's energy. It is"
-    " greatest where a symbol of the route code changes. In some cells the variational equations"
-    " are integrated as well."
+    "Orbits that start side by side part fastest (bright) along the lines where a symbol of their"
+    " route code changes. The exponent is the logarithm of the largest growth of a deviation"
+    " through some passages, a passage, from the derivatives of the return map, in the Euclidean"
+    " norm of (M', gamma), dimensionless, on the section at the orbit's energy. In some cells the"
+    " variational equations are integrated as well."
 )
 
 

@@ -9,12 +9,13 @@ from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.machine.tables import Table
 
 CAPTION = (
-    "Four sets on the section J1 = J2/2, two for upward and two for downward crossings, and their"
-    " images after one passage, of which each crosses both sets of the other section from end to"
-    " end. That this is so is proven, and from it follows that every sequence of 0 and 1 is the"
-    " route code of an orbit, and every periodic sequence that of a closed one. A line of starts of"
-    " one J1_0 crosses both upward sets too: every one-sided sequence is the code of one of them."
-    " What looks like a line in the upper panels is a set: below, one crossing is magnified."
+    "Each image, a pale strip, crosses both sets of its panel, the full ones, from end to end, as"
+    " in a horseshoe. The sets lie on the section J1 = J2/2, two for upward and two for downward"
+    " crossings, and the images are those after one passage. That they cross is proven, and from"
+    " it follows that every sequence of 0 and 1 is the route code of an orbit, and every periodic"
+    " sequence that of a closed one. A line of starts of one J1_0 crosses both upward sets too:"
+    " every one-sided sequence is the code of one of them. What looks like a line in the upper"
+    " panels is a set: below, one crossing is magnified."
 )
 
 

@@ -8,8 +8,9 @@ from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.machine.tables import Table
 
 CAPTION = (
-    "Orbits along their routes through the heteroclinic cycle: the angle of precession with the"
-    " plateaus that (tri1) predicts, and the curve of the angular velocity in a horizontal plane."
+    "The angle of precession stays at a plateau, swings as the orbit goes along a separatrix, and"
+    " goes on to the next plateau, as (tri1) predicts. Beside it the curve of the angular velocity"
+    " in a horizontal plane."
 )
 
 FIGURE = "5"

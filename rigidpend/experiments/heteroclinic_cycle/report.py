@@ -8,9 +8,10 @@ from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.machine.tables import Table
 
 CAPTION = (
-    "The heteroclinic cycle in the plane of theta1 and J1/J2: separatrices 1 to 4 between the two"
-    " rotations about the middle axis, and the symbol of each turn from one to the next. As a"
-    " graph it is the alphabet of the route codes."
+    "At the end of each separatrix, 1 to 4, a body with a weight turns to the left or to the"
+    " right, symbol 0 or 1, and so on along the next: this graph is the alphabet of the route"
+    " codes. Its vertices are the two rotations about the middle axis, in the plane of theta1 and"
+    " J1/J2."
 )
 
 

@@ -8,9 +8,10 @@ from rigidpend.experiments.data.tree import Loaded
 from rigidpend.machine.tables import Table
 
 CAPTION = (
-    "Orbits of the free body, mu = 0, on the sphere of the angular momentum and in the plane of"
-    " theta1 and J1/J2. The separatrices 1 to 4 join the two rotations about the middle axis."
-    " Closed forms; nothing is integrated."
+    "Without weight the angular momentum goes around two of the body's axes on closed curves;"
+    " between these lie the separatrices 1 to 4, which join the two rotations about the middle"
+    " axis. On the left on the sphere of the angular momentum, on the right in the plane of theta1"
+    " and J1/J2. Closed forms; nothing is integrated."
 )
 
 

@@ -9,9 +9,9 @@ from rigidpend.experiments.data.tree import Loaded
 from rigidpend.machine.tables import Table
 
 CAPTION = (
-    "Increments of theta3 along the heteroclinic orbits of each separatrix, by the full dynamics,"
-    " beside the first order (tri1), for one body in each regime of (trieq). What the first order"
-    " leaves out falls as mu^2 along each orbit, and as mu^3 in the mean of the two."
+    "What theta3 gains along a separatrix is close to the first order (tri1), in each of the"
+    " regimes of (trieq): the filled marks lie in the open ones. What the first order leaves out"
+    " falls as mu^2 along each orbit, and as mu^3 in the mean of the two."
 )
 
 

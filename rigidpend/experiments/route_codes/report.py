@@ -8,8 +8,10 @@ from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.machine.tables import Table
 
 CAPTION = (
-    "Binary route codes of orbits on S1-. A column is one initial phase theta2_0; cell i, counted"
-    " from below, says on which side the orbit leaves after its i-th passage: 0 black, 1 white."
+    "Orbits that start beside each other take the same turns at first and other ones later: the"
+    " array is plain at the bottom and seems random at the top. A column is one initial phase"
+    " theta2_0 on S1-; cell i, counted from below, says on which side the orbit leaves after its"
+    " i-th passage: 0 black, 1 white."
 )
 
 

@@ -23,7 +23,7 @@ CAPTION = (
 
 
 def same(before: Data, level: Data) -> NDArray[np.bool_]:
-    """Symbols of a level that are those of the level before, so many steps from the centre."""
+    """Compare the symbols of a level with the level before, step by step from the centre."""
     return np.asarray(before["codes"] == level["codes"])
 
 

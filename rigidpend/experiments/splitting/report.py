@@ -8,9 +8,10 @@ from rigidpend.experiments.data.tree import Loaded
 from rigidpend.machine.tables import Table
 
 CAPTION = (
-    "Distance of S1- and S2+ on the section J1 = J2/2 beside Melnikov's formula, whose curve errs"
-    " by O(mu) and whose amplitude errs by O(mu^2). Each distance has an error of its own; those"
-    " that no precision resolved are crossed out."
+    "The surfaces S1- and S2+ part as a cosine of the phase, with the amplitude that Melnikov's"
+    " formula gives, the more exactly the smaller the weight is. On the section J1 = J2/2 the"
+    " formula's curve errs by O(mu), its amplitude by O(mu^2). Each distance has an error of its"
+    " own; those that no precision resolved are crossed out."
 )
 
 

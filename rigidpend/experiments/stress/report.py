@@ -11,9 +11,9 @@ from rigidpend.experiments.stress.layout import FAILED, LIMIT, PASSED
 from rigidpend.machine.tables import Table, terminal
 
 CAPTION = (
-    "Trials at the limits: drift of the integrals, every trial's value as a share of the bound"
-    " stated before it ran, growth of errors from passage to passage, and how many symbols each"
-    " precision decides."
+    "Each trial goes to a limit, and its value stays below the bound that was stated before it"
+    " ran: its share of it is less than 1. Drift of the integrals, growth of errors from passage"
+    " to passage, and how many symbols each precision decides."
 )
 
 

@@ -125,16 +125,11 @@ def section(result: Any) -> ResultSection:
         figure=str(attributes.get("figure", "")),
         experiment=experiment,
         picture=picture(render.image(result, "png")),
-        caption=_caption(experiment),
+        caption=captions.caption(experiment),
         bodies=captions.bodies(result),
         tables=_tables(experiment, result),
         provenance=_provenance(result),
     )
-
-
-def _caption(experiment: str) -> str:
-    reporting = experiments.reporting(experiment)
-    return reporting.CAPTION if reporting else ""
 
 
 def _tables(experiment: str, result: Any) -> Sequence[Table]:
