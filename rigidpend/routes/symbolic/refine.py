@@ -125,7 +125,7 @@ class _Refiner(NamedTuple):
 
     begin: Start
     times: Array
-    """By the map, t' of the crossings."""
+    """Times t' of the crossings by the map."""
     grown: Growth
     bits: int
     digits: int
