@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from rigidpend.results import damage
 from tests.attacks import fuzz, lot
 
-SECONDS, MEGABYTES = 2.0, 500
-"""What one file may take of the processor, and of memory."""
+SECONDS, MEGABYTES = damage.ALLOWANCE + 1.0, 500
+"""What one file may take of the processor, a reader that hangs included, and of memory."""
 FUZZED = lot.trials(60)
 """Number of files of each kind; one takes some 20 ms."""
 
