@@ -251,8 +251,8 @@ class _Trip:
         m, array = self.m, self.a.array
         d, chi, d_there, chi_there = (m.mpf(x.numerator) / x.denominator for x in (*here, *there))
         state = section_state(rising, array([d]), array([chi]), array([self.h]), self.c, self.a)
-        rounded = [fraction(x, self.bits) for x in state[:, 0]]
-        [reached] = states_at(self.fractions, rounded, [time], self.bits)
+        rounded = np.array([[fraction(x, self.bits)] for x in state[:, 0]])
+        reached = states_at(self.fractions, rounded, [time], self.bits)[:, 0, 0]
         rates = aligned(reached, self.fractions)
         late = -reached[2] / rates[2]
         end = [x + late * rate for x, rate in zip(reached, rates, strict=True)]
