@@ -146,8 +146,8 @@ def test_differences_that_are_multiples_of_the_tangent_are_not_integrated() -> N
     reference, shifts = orbit("4.7", 192), np.array([1e-30, -2e-30])
     tangent = reference.tangents[0]
     beside = neighbours.Neighbours(np.outer(tangent, shifts), shifts, 2, 1e3)
-    walk = neighbours._Walk(reference, beside, 53, 20)
-    k, small = walk._skip(), 2.0 ** -(53 + neighbours.MARGIN)
+    walk = neighbours.Walk(reference, beside, 53, 20)
+    k, small = walk.skip(), 2.0 ** -(53 + neighbours.MARGIN)
     assert k > 4
     assert reference.growth[k] * 2e-30 < small <= reference.growth[k + 1] * 2e-30
     np.testing.assert_array_equal(walk.differences, np.outer(reference.tangents[k], shifts))
