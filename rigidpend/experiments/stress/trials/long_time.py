@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rigidpend.experiments.data import layout
 from rigidpend.experiments.data.tree import Dataset
+from rigidpend.experiments.lie_poisson import splitting, stages
 from rigidpend.experiments.stress.layout import DRIFT
 from rigidpend.experiments.stress.trials.claims import Claim, Findings, Limit, Trial
 from rigidpend.experiments.stress.trials.growth import ROUNDING, step
@@ -22,7 +23,6 @@ from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import energy
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import FINEST_TOLERANCE
-from rigidpend.orbits.integrate.lie_poisson import splitting, stages
 
 Array = NDArray[Any]
 

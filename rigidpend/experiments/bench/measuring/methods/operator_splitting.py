@@ -18,11 +18,11 @@ from rigidpend.experiments.bench.measuring.tasks import (
     direction,
     moments,
 )
+from rigidpend.experiments.lie_poisson import Splitting, splitting
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import cross, euler_poisson
 from rigidpend.mechanics.hodograph import angular_velocity
 from rigidpend.numbers.doubles import Array
-from rigidpend.orbits.integrate.lie_poisson import Splitting, splitting
 
 REFINEMENTS = 4
 """Newton's steps to a crossing; each doubles the digits."""
