@@ -1,9 +1,9 @@
 """The flags `certain` where the tolerance is spoilt: wrong symbols come, flagged ones do not.
 
-The truth comes from elsewhere. Every orbit is followed in principal axes too (`principal`), and
-where that differs from the default run anywhere it is followed there once more in more bits,
-at last in 113, whose word is final. So the default run is judged like all others, and a wrong
-symbol is missed only if both formulations err alike. Some orbits go to 113 bits at once.
+The truth comes from elsewhere. Every orbit is followed in principal axes too, and where that
+differs from the default run anywhere it is followed there once more in more bits, at last in 113,
+whose word is final. So the default run is judged like all others, and a wrong symbol is missed
+only if both formulations err alike. Some orbits go to 113 bits at once.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.experiments import heyoka_peer
+from rigidpend.experiments import heyoka_peer, principal_axes
 from rigidpend.experiments.data import layout
 from rigidpend.experiments.data.tree import Dataset
 from rigidpend.experiments.stress.layout import SPOILT
-from rigidpend.experiments.stress.trials import principal, truth
+from rigidpend.experiments.stress.trials import truth
 from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
 from rigidpend.experiments.stress.trials.truth import Way
 from rigidpend.mechanics.body import Body
@@ -172,14 +172,14 @@ def true_codes(
         found = truth.route_crossings(problem, phases[:checked], integers, truth.BITS)
         true[:, :checked] = symbols(found.separatrix)
         return true, known
-    true = principal.codes(problem, phases, bits=53, jobs=jobs)
+    true = principal_axes.codes(problem, phases, bits=53, jobs=jobs)
     # 64 bits settle most of what differs, at far less than the cost of 113.
     for bits in (64, truth.BITS):
         differ = (true != doubted).any(axis=0)
         differ[:checked] |= bits == truth.BITS
         columns = np.flatnonzero(differ)
         if columns.size and heyoka_peer.offers(bits):
-            true[:, columns] = principal.codes(problem, phases[columns], bits=bits, jobs=jobs)
+            true[:, columns] = principal_axes.codes(problem, phases[columns], bits=bits, jobs=jobs)
     return true, known
 
 

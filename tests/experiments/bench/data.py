@@ -58,8 +58,24 @@ def many(orbits: Any, seconds: Any, prepare: Any, undecided: float = 0.0) -> dic
     return {**found, **told, "chosen": "", "ended": "complete"}
 
 
+def with_bodies(first: Any, again: Any, orbits: float, **more: float) -> dict[str, Any]:
+    """The record of a method with bodies drawn by lot."""
+    counts = {"symbols": 1e5, "wrong": 0.0, "wrong_trusted": 0.0, "undecided": 0.0, **more}
+    told = {"orbits": orbits, **counts}
+    columns = {"first": first, "again": again}
+    return {name: np.zeros(len(first)) + np.array(x) for name, x in {**columns, **told}.items()}
+
+
+def bodies(**methods: Any) -> dict[str, Any]:
+    """A list of bodies with the records of methods."""
+    n = len(next(iter(methods.values()))["first"])
+    told = {"A1": 2, "A2": 1, "A3": 1.5, "r1": 0.6, "r2": 0.8, "h0": 1, "J1_0": 1e-8}
+    columns = {name: np.full(n, float(x)) for name, x in told.items()}
+    return {**columns, "mu": 1e-3 * np.arange(1.0, n + 1), "ended": "complete", **methods}
+
+
 def data() -> dict[str, Any]:
-    """Three problems, some methods, two meetings and random phases."""
+    """Three problems, some methods, two meetings, random phases, many orbits and bodies."""
     texts = {"error": "largest error", "default": "aligned_batch"}
     nan = np.nan
     return {
@@ -118,5 +134,17 @@ def data() -> dict[str, Any]:
             "route_codes_map": many([100, 1000, 10000], [1e-3, 1e-2, 0.1], [2.0, 0, 1.0]),
             "route_codes": many([100, 1000, 10000], [0.05, 0.5, 5.0], [0.1, 0, 0], undecided=2),
             "scipy_dop853": many([3], [0.6], [0.0]),
+        },
+        "bodies": {
+            "kept": bodies(
+                route_codes_auto=with_bodies([1.0, 2.0, 8.0], [0.05, 0.1, 0.4], 10_000),
+                heyoka_principal=with_bodies(
+                    [0.5, 0.5, 0.5], [0.2, 0.2, 0.02], 1000, wrong_trusted=40
+                ),
+            ),
+            "drawn": bodies(
+                route_codes_auto=with_bodies([1.5], [0.05], 10_000),
+                heyoka_principal=with_bodies([0.5], [0.2], 1000, wrong_trusted=40),
+            ),
         },
     }

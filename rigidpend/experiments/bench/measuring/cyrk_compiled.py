@@ -14,7 +14,7 @@ from CyRK import nb_diffeq_addr, nbsolve2_ivp
 from numba import njit
 
 from rigidpend.experiments.bench.measuring.fields import SMALLER, compilable
-from rigidpend.experiments.bench.measuring.tasks import RouteTask
+from rigidpend.experiments.bench.measuring.problems import Task
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.doubles import Array
 
@@ -25,7 +25,7 @@ FALSE_POSITIONS = 40
 
 
 def ends(body: Body, states: Array, tolerance: float, method: str) -> Any:
-    """Give a function that carries states on: see `peers`."""
+    """Give a function that carries states on: see `adapters`."""
     address = _address(body, len(states) == 8)
 
     def carry(states: Array, start: float, times: Array) -> Array:
@@ -37,17 +37,24 @@ def ends(body: Body, states: Array, tolerance: float, method: str) -> Any:
     return carry
 
 
-def crossings(task: RouteTask, states: Array, tolerance: float, method: str) -> Callable[[], Array]:
-    """Give a function that finds crossings: see `peers`."""
-    orbits, wanted = np.ascontiguousarray(states.T), task.problem.n_symbols + 1
-    given = (_address(task.problem.body), orbits, wanted, task.horizon / PIECES, method, tolerance)
+def crossings(task: Task, states: Array, tolerance: float, method: str) -> Callable[[], Array]:
+    """Give a function that finds crossings: see `adapters`."""
+    orbits, wanted = np.ascontiguousarray(states.T), task.routes.n_symbols + 1
+    given = (
+        _address(task.body),
+        orbits,
+        wanted,
+        float(task.times.max()) / PIECES,
+        method,
+        tolerance,
+    )
     return lambda: np.transpose(_crossings(*given), (2, 1, 0))
 
 
 @functools.cache
 def _address(body: Body, angles: bool = False) -> int:
     """The address of the compiled field."""
-    address: int = nb_diffeq_addr(compilable(body, "dy, t, y, args", angles))
+    address: int = nb_diffeq_addr(compilable(body, angles))
     return address
 
 

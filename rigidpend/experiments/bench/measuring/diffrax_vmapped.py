@@ -14,7 +14,7 @@ import optimistix
 
 from rigidpend.experiments.bench.measuring import fields
 from rigidpend.experiments.bench.measuring.fields import SMALLER
-from rigidpend.experiments.bench.measuring.tasks import RouteTask
+from rigidpend.experiments.bench.measuring.problems import Task
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Numbers
@@ -27,7 +27,7 @@ AT_ONCE = 1e-3
 
 
 def ends(body: Body, states: Array, tolerance: float, solver: str) -> Any:
-    """Give a function that carries states on, compiled for so many: see `peers`."""
+    """Give a function that carries states on, compiled for so many: see `adapters`."""
     solve = _to(body, len(states) == 8, solver)
 
     def carry(states: Array, start: float, times: Array) -> Array:
@@ -37,16 +37,16 @@ def ends(body: Body, states: Array, tolerance: float, solver: str) -> Any:
     return carry
 
 
-def crossings(task: RouteTask, states: Array, tolerance: float, solver: str) -> Callable[[], Array]:
-    """Give a function that goes from crossing to crossing: see `peers`."""
-    solve, first = _crossings(task.problem.body, task.problem.n_symbols + 1, solver), states.T
+def crossings(task: Task, states: Array, tolerance: float, solver: str) -> Callable[[], Array]:
+    """Give a function that goes from crossing to crossing: see `adapters`."""
+    solve, first = _crossings(task.body, task.routes.n_symbols + 1, solver), states.T
 
     def find(horizon: float) -> Array:
         times, there = solve(first, tolerance, horizon)
         return np.concatenate((np.asarray(times).T[None], np.asarray(there).transpose(2, 1, 0)[:2]))
 
     find(AT_ONCE)
-    return lambda: find(task.horizon)
+    return lambda: find(float(task.times.max()))
 
 
 @functools.cache
