@@ -96,7 +96,6 @@ def bench_lines(result: Loaded) -> Iterator[str]:
         reading.cross_checks_table(data),
         reading.phases_table(data),
         *([reading.many_table(data)] if data.get("many_orbits") else []),
-        reading.cost_table(data),
     ):
         yield ""
         yield from markdown(table)

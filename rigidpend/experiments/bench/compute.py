@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import math
 import tempfile
 from collections.abc import Sequence
 from functools import partial
@@ -296,59 +297,54 @@ def _many_of(config: Config, key: str, entry: dict[str, Any]) -> Tree:
 
 
 def _bodies(config: Config, groups: Any, means: Means) -> Tree:
-    """Times with bodies drawn by lot, by their list: kept, or of the seed."""
+    """Times with bodies drawn by lot, those that are kept and those of the seed."""
     asked, codes = config.bodies, _records(groups.get("codes", {}))
     entries = {
         key: [methods.best("codes", key, codes, config.search)]
         for key in asked.methods
         if not _missing(key)
     }
-    found = {}
-    for title, seed, n in (("kept", drawn.SEED, asked.kept), ("drawn", asked.seed, asked.drawn)):
-        parts = [range(k, min(k + BODIES_AT_ONCE, n)) for k in range(0, n, BODIES_AT_ONCE)]
-        made = []
-        for numbers in parts:
-            work = partial(_some_bodies, config, seed, n, tuple(numbers), entries)
-            made.append(means.part(f"bodies.{title}.{numbers[0]}", work))
-            means.report(f"bodies, {title}, from {numbers[0]}: {_ended(made[-1])}")
-        if made:
-            found[title] = _joined(made)
-    return found
+    parts = []
+    for seed, n in ((drawn.SEED, asked.kept), (asked.seed, asked.drawn)):
+        for k in range(0, n, BODIES_AT_ONCE):
+            numbers = tuple(range(k, min(k + BODIES_AT_ONCE, n)))
+            work = partial(_some_bodies, config, seed, n, numbers, entries)
+            parts.append(means.part(f"bodies.{seed}.{k}", work))
+            means.report(f"bodies of seed {seed}, from {k}: {_ended(parts[-1])}")
+    measured = [part for part in parts if len(part) > 1]
+    return _joined(measured) if measured else {}
 
 
 def _some_bodies(config: Config, seed: int, n: int, numbers: Any, entries: Any) -> Tree:
     asked = config.bodies
     sizes = {"seed": seed, "bodies": n, "orbits": asked.orbits}
     more: dict[str, Any] = {"sizes": sizes, "numbers": numbers, "threads": asked.threads}
-    given = asked.repeats, asked.seconds, len(numbers) * len(entries)
+    # Of peers and of the truth, and of ours.
+    budgets = len(numbers) * (len(entries) + math.ceil(asked.longest / float(asked.seconds)))
+    given = asked.repeats, asked.seconds, budgets
     lines, ended = _measured(config, "bodies", entries, *given, **more)
-    if not lines:
-        raise RuntimeError(f"bodies drawn by lot: {ended}")
-    problems = [drawn.drawn(seed, n)[k] for k in numbers[: len(lines)]]
-    rows = [
-        {
-            **{f"A{i + 1}": float(x) for i, x in enumerate(p.body.A)},
-            **{f"r{i + 1}": float(x) for i, x in enumerate(p.body.r[:2])},
-            "mu": float(p.body.mu),
-            "h0": float(p.h0),
-            "J1_0": float(p.J1_0),
-        }
-        for p in problems
-    ]
-    each = {key: _arrays(layout.OF_BODIES, [line[key] for line in lines]) for key in entries}
     said = f"{ended}: {len(lines)} of {len(numbers)}" if ended else COMPLETE
+    if not lines:
+        return {"ended": layout.ENDED.dataset(said)}
+    rows = []
+    for k in numbers[: len(lines)]:
+        problem = drawn.drawn(seed, n)[k]
+        body = problem.body
+        values = *body.A, *body.r[:2], body.mu, problem.h0, problem.J1_0
+        rows.append(dict(zip(layout.BODY, (seed == drawn.SEED, *map(float, values)), strict=True)))
+    each = {key: _arrays(layout.OF_BODIES, [line[key] for line in lines]) for key in entries}
     return {**_arrays(layout.BODY, rows), **each, "ended": layout.ENDED.dataset(said)}
 
 
 def _joined(parts: list[Any]) -> Any:
     """Trees of arrays as one, end to end; of texts the first that is not like the others."""
     first: Any = parts[0]
-    if isinstance(first, Dataset):
-        values = [part.values for part in parts]
-        if isinstance(first.values, str):
-            return first._replace(values=next((x for x in values if x != COMPLETE), COMPLETE))
+    if not isinstance(first, Dataset):
+        return {name: _joined([part[name] for part in parts]) for name in first}
+    values = [part.values for part in parts]
+    if np.ndim(first.values):
         return first._replace(values=np.concatenate(values))
-    return {name: _joined([part[name] for part in parts]) for name in first}
+    return first._replace(values=next((x for x in values if str(x) != COMPLETE), COMPLETE))
 
 
 def _said(found: Any) -> str:

@@ -130,8 +130,7 @@ def _draw_again(axes: Axes, data: Data) -> None:
 def _draw_first(axes: Axes, data: Data) -> None:
     found = report.of_bodies(data)
     _draw_shares(axes, {name: one.first for name, one in found.items()})
-    group = next(iter(data["bodies"].values()))
-    orbits = max(group[next(iter(found))]["orbits"])
+    orbits = max(data["bodies"][next(iter(found))]["orbits"])
     axes.set_title("bodies drawn by lot: first call with each")
     axes.set(xlabel=f"time of {orbits:,.0f} orbits (s)", ylabel="share of bodies below")
 

@@ -140,6 +140,7 @@ OF_BODIES = _floats(
 """Record of a method with bodies drawn by lot."""
 BODY = _floats(
     {
+        "kept": ("1", "1 for a body that is the same in every run, 0 for one of the seed"),
         **{f"A{i}": ("", f"principal moment A{i}") for i in (1, 2, 3)},
         **{f"r{i}": ("1", f"centre of gravity, unit vector, axis {i}") for i in (1, 2)},
         "mu": ("", "weight times distance"),
@@ -160,5 +161,5 @@ LAYOUT: Layout = {
     "meetings": {"<threads>": {"<problems that met>": {"ended": ENDED, "<methods that met>": MET}}},
     "random_phases": {"<starts>": {"<methods>": COUNTED}},
     "many_orbits?": {"<methods of many>": MANY},
-    "bodies?": {"<lists>": {**BODY, "ended": ENDED, "<methods with bodies>": OF_BODIES}},
+    "bodies?": {**BODY, "ended": ENDED, "<methods with bodies>": OF_BODIES},
 }

@@ -108,22 +108,10 @@ def time_to_reach(record: Data, level: float) -> float:
 
     Over long times only what went all the way counts.
     """
-    errors, times = _all_the_way(record)
-    return float(min(times[errors <= level], default=math.inf))
-
-
-def error_at_cost(record: Data, cost: float) -> float:
-    """The smallest error that a method reached in no more than `cost` seconds."""
-    errors, times = _all_the_way(record)
-    return float(min(errors[times <= cost], default=math.inf))
-
-
-def _all_the_way(record: Data) -> tuple[Any, Any]:
-    """Errors, infinite where there is none, and times of the settings that went all the way."""
     if "error" not in record:
-        return np.empty(0), np.empty(0)
-    whole = record["part"] == 1
-    return np.nan_to_num(record["error"][whole], nan=math.inf), record["seconds"][whole]
+        return math.inf
+    enough = (np.nan_to_num(record["error"], nan=math.inf) <= level) & (record["part"] == 1)
+    return float(min(record["seconds"][enough], default=math.inf))
 
 
 def tables(result: Loaded) -> list[Table]:
@@ -136,7 +124,6 @@ def tables(result: Loaded) -> list[Table]:
     found += [cross_checks_table(data)] if "codes" in data else []
     found += [phases_table(data)] if data.get("random_phases") else []
     found += [many_table(data)] if data.get("many_orbits") else []
-    found += [cost_table(data)] if "codes" in data and met(data, "codes", 1) else []
     return found + [search_table(data, problem) for problem in _problems(data)]
 
 
@@ -164,45 +151,30 @@ class OfBodies(NamedTuple):
     """First call with each body, seconds, scaled to as many orbits as ours followed."""
     again: Any
     """The same call again, seconds an orbit."""
-    counts: dict[str, float]
-    """Symbols compared, wrong, wrong and trusted, undecided, over all bodies."""
 
 
 def of_bodies(data: Data) -> dict[str, OfBodies]:
-    """Times of each method with the bodies of both lists, ours first."""
-    lists = list(data.get("bodies", {}).values())
-    names = [name for name in METHODS if lists and all(name in group for group in lists)]
-    if not names:
-        return {}
-    orbits = np.concatenate([group[names[0]]["orbits"] for group in lists])
-    found = {}
-    for name in names:
-        record = {
-            key: np.concatenate([group[name][key] for group in lists])
-            for key in ("first", "again", "orbits", *COUNTS)
-        }
+    """Times of each method with the bodies drawn by lot, ours first."""
+    group: Data = data.get("bodies", {})
+    found: dict[str, OfBodies] = {}
+    for name in _measured(group):
+        record, own = group[name], group[next(iter(found), name)]
         again = record["again"] / record["orbits"]
-        first = record["first"] + (orbits - record["orbits"]) * again
-        counts = {key: float(record[key].sum()) for key in COUNTS}
-        found[name] = OfBodies(first, again, counts)
+        found[name] = OfBodies(record["first"] + (own["orbits"] - record["orbits"]) * again, again)
     return found
 
 
-COUNTS = ("symbols", "wrong_trusted", "undecided")
+CALLS = {"first call": "first", "again, an orbit": "again"}
 
 
 def _lost_bodies(data: Data) -> Iterator[tuple[str, ...]]:
     """Bodies with which a peer is faster: how many, and the one with which it is so by most."""
     found = of_bodies(data)
-    own = next(iter(found.values()), None)
-    for name, other in found.items():
-        if own is None or METHODS[name].family in OWN:
-            continue
-        for call, theirs, ours in (
-            ("first call", other.first, own.first),
-            ("again, an orbit", other.again, own.again),
-        ):
-            ratios = theirs / ours
+    for name in (name for name in found if METHODS[name].family not in OWN):
+        own = next(iter(found.values()))
+        for call, key in CALLS.items():
+            theirs = getattr(found[name], key)
+            ratios = theirs / getattr(own, key)
             k, lost = int(np.argmin(ratios)), int((ratios < 1).sum())
             if lost:
                 text = f"{call}: {lost} of {ratios.size} bodies drawn by lot, the worst"
@@ -213,25 +185,24 @@ def _lost_bodies(data: Data) -> Iterator[tuple[str, ...]]:
 def bodies_table(data: Data) -> Table:
     """First call, and again, of every method with bodies drawn by lot; symbols that are wrong."""
     found, rows = of_bodies(data), []
-    own = next(iter(found.values()))
-    for name, one in found.items():
-        cells = [METHODS[name].label]
-        for theirs, ours in ((one.first, own.first), (one.again, own.again)):
+    own = next(iter(found))
+    for name in found:
+        cells, record = [METHODS[name].label], data["bodies"][name]
+        for key in CALLS.values():
+            theirs, ours = getattr(found[name], key), getattr(found[own], key)
             cells += [seconds(float(x)) for x in np.quantile(theirs, (0.5, 0.9, 1))]
-            ratios = theirs / ours
-            cells.append("1" if theirs is ours else _stated(np.median(ratios), *interval(ratios)))
-        counts = one.counts
-        cells += [f"{1e6 * counts[key] / counts['symbols']:,.0f}" for key in COUNTS[1:]]
-        rows.append(cells)
+            cells.append(_stated(np.median(theirs / ours), *interval(theirs / ours)))
+        shares = (record[key].sum() / record["symbols"].sum() for key in TRUST)
+        rows.append([*cells, *(f"{1e6 * float(share):,.0f}" for share in shares)])
     header = (
         *("method", "first call", "90 %", "worst", "times ours"),
         *("again, an orbit", "90 %", "worst", "times ours", "wrong", "not decided"),
     )
-    number, most = own.first.size, max(map(float, _all_of(data, "orbits", next(iter(found)))))
+    orbits = data["bodies"][own]["orbits"]
     note = (
-        f"{number} bodies: their shapes, directions, energies, weights (mu/h0 from 1e-4 to 2e-2)"
-        " and starts (J1_0 from 1e-12 to 1e-6) by lot, some kept and some of the seed;"
-        f" {most:,.0f} orbits of 15 symbols each, up to two threads. A peer follows fewer orbits,"
+        f"{orbits.size} bodies: shapes, directions, energies, weights (mu/h0 from 1e-4 to 2e-2)"
+        " and starts (J1_0 from 1e-12 to 1e-6) by lot;"
+        f" {max(orbits):,.0f} orbits of 15 symbols each, up to two threads. A peer follows fewer,"
         " and its time is scaled. Medians over the bodies, then what 90 % of them stay below."
         " Symbols per million: wrong ones that a method vouches for, all wrong ones where it"
         " vouches for none; where two methods differ, 113 bits tell."
@@ -239,36 +210,24 @@ def bodies_table(data: Data) -> Table:
     return Table("Bodies drawn by lot", header, rows, note)
 
 
+TRUST = ("wrong_trusted", "undecided")
+
+
 def slowest_table(data: Data) -> Table:
     """The bodies with which ours takes longest, in the first call or again."""
-    name, own = next(iter(of_bodies(data).items()))
-    columns = {
-        key: _all_of(data, key) for key in ("A1", "A2", "A3", "r1", "r2", "mu", "h0", "J1_0")
-    }
+    (name, own), group = next(iter(of_bodies(data).items())), data["bodies"]
     slow = np.argsort(-own.first / np.median(own.first) - own.again / np.median(own.again))
     rows = []
     for k in slow[:SLOWEST]:
+        one = {key: float(x[k]) for key, x in group.items() if np.ndim(x)}
         A, r = (
-            [f"{columns[x][k]:.4g}" for x in some] for some in (("A1", "A2", "A3"), ("r1", "r2"))
+            ", ".join(f"{one[key]:.4g}" for key in keys)
+            for keys in (("A1", "A2", "A3"), ("r1", "r2"))
         )
-        rows.append(
-            (
-                f"({', '.join(A)})",
-                f"({', '.join(r)}, 0)",
-                f"{columns['mu'][k] / columns['h0'][k]:.2g}",
-                f"{columns['J1_0'][k]:.2g}",
-                seconds(float(own.first[k])),
-                seconds(float(own.again[k])),
-            )
-        )
-    header = ("A", "r", "mu/h0", "J1_0", "first call", "again, an orbit")
+        told = f"({A})", f"({r}, 0)", f"{one['mu'] / one['h0']:.2g}", f"{one['J1_0']:.2g}"
+        rows.append((*told, seconds(float(own.first[k])), seconds(float(own.again[k]))))
+    header = ("A", "r", "mu/h0", "J1_0", *CALLS)
     return Table(f"The slowest bodies: {METHODS[name].label}", header, rows)
-
-
-def _all_of(data: Data, key: str, name: str = "") -> Any:
-    """A column of all bodies, of a method's record or of the bodies themselves."""
-    lists = data["bodies"].values()
-    return np.concatenate([group[name][key] if name else group[key] for group in lists])
 
 
 def meeting_table(data: Data, problem: str) -> Table:
@@ -418,20 +377,6 @@ def _interpolated(record: Data, number: float) -> float:
     return scaled(record, number).prepare + float(each) * number
 
 
-def cost_table(data: Data, multiples: tuple[float, ...] = (1, 2, 10)) -> Table:
-    """The error of the crossing times that each method reaches at equal cost."""
-    default = str(data["codes"]["default"])
-    unit = next(r.seconds for r in met(data, "codes", 1) if r.method == default)
-    rows = [
-        (METHODS[name].label, *(f"{x:.1e}" if math.isfinite(x) else "-" for x in errors))
-        for name in _measured(data["codes"])
-        if (errors := [error_at_cost(data["codes"][name], k * unit) for k in multiples])
-        and math.isfinite(min(errors))
-    ]
-    header = ("method", *(f"up to {seconds(k * unit)}" for k in multiples))
-    return Table("Median error of the crossing times (t') at equal cost", header, rows)
-
-
 def search_table(data: Data, problem: str) -> Table:
     """Time to reach an error, of every method alone."""
     group = data[problem]
@@ -450,26 +395,19 @@ def search_table(data: Data, problem: str) -> Table:
 
 def summary(data: Data) -> dict[str, Any]:
     """All of it as plain data, for JSON: None where nothing was reached."""
-    found: dict[str, Any] = {
-        "losses": [
-            {"problem": problem, "threads": threads, **result._asdict()}
-            for problem, threads, result in losses(data)
-        ],
-        "random_phases": data.get("random_phases", {}),
-        "many_orbits": data.get("many_orbits", {}),
-        "bodies": data.get("bodies", {}),
-    }
-    for problem in _problems(data):
-        group = data[problem]
-        found[problem] = {
-            **{name: str(group[name]) for name in ("title", "error", "default")},
-            "methods": {name: group[name] for name in _measured(group)},
-            "met": {
-                str(count): [result._asdict() for result in met(data, problem, count)]
-                for count in _threads(data)
-            },
+    lost = [
+        {"problem": problem, "threads": threads, **result._asdict()}
+        for problem, threads, result in losses(data)
+    ]
+    standings = {
+        problem: {
+            str(count): [result._asdict() for result in met(data, problem, count)]
+            for count in _threads(data)
         }
-    return {name: _plain(values) for name, values in found.items()}
+        for problem in _problems(data)
+    }
+    found: dict[str, Any] = _plain({"losses": lost, "met": standings, **data})
+    return found
 
 
 def level_text(data: Data, problem: str) -> str:
@@ -480,17 +418,14 @@ def level_text(data: Data, problem: str) -> str:
 
 
 def _per_million(record: Data) -> list[str]:
-    symbols, orbits = float(record["symbols"]), float(record["orbits"])
-    shares = (float(record[name]) / symbols for name in ("wrong_trusted", "undecided"))
-    return [
-        *(f"{1e6 * share:,.0f}" for share in shares),
-        seconds(float(record["seconds"]) / orbits),
-    ]
+    shares = (float(record[name]) / float(record["symbols"]) for name in TRUST)
+    cost = seconds(float(record["seconds"]) / float(record["orbits"]))
+    return [*(f"{1e6 * share:,.0f}" for share in shares), cost]
 
 
 def _marks(data: Data, problem: str, result: Standing) -> str:
     marks = " *" if result.method == str(data[problem]["default"]) else ""
-    return f"{marks}{' +' * (not result.reached)}"
+    return marks + " +" * (not result.reached)
 
 
 def _spread(result: Standing) -> str:

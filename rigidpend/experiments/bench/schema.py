@@ -150,6 +150,8 @@ class Bodies(Part):
     """Calls again with each body; their median counts."""
     seconds: Seconds
     """Time of a peer at a body, seconds of solving: it follows fewer orbits where it is slow."""
+    longest: Annotated[Whole, Field(ge=1, le=3600)] = 10
+    """Time of ours at a body, seconds: four times that, on average, and the list is cut."""
 
 
 class Config(ExperimentConfig):

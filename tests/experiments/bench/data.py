@@ -67,9 +67,9 @@ def with_bodies(first: Any, again: Any, orbits: float, **more: float) -> dict[st
 
 
 def bodies(**methods: Any) -> dict[str, Any]:
-    """A list of bodies with the records of methods."""
+    """Bodies drawn by lot, with the records of methods."""
     n = len(next(iter(methods.values()))["first"])
-    told = {"A1": 2, "A2": 1, "A3": 1.5, "r1": 0.6, "r2": 0.8, "h0": 1, "J1_0": 1e-8}
+    told = {"A1": 2, "A2": 1, "A3": 1.5, "r1": 0.6, "r2": 0.8, "h0": 1, "J1_0": 1e-8, "kept": 1}
     columns = {name: np.full(n, float(x)) for name, x in told.items()}
     return {**columns, "mu": 1e-3 * np.arange(1.0, n + 1), "ended": "complete", **methods}
 
@@ -135,16 +135,8 @@ def data() -> dict[str, Any]:
             "route_codes": many([100, 1000, 10000], [0.05, 0.5, 5.0], [0.1, 0, 0], undecided=2),
             "scipy_dop853": many([3], [0.6], [0.0]),
         },
-        "bodies": {
-            "kept": bodies(
-                route_codes_auto=with_bodies([1.0, 2.0, 8.0], [0.05, 0.1, 0.4], 10_000),
-                heyoka_principal=with_bodies(
-                    [0.5, 0.5, 0.5], [0.2, 0.2, 0.02], 1000, wrong_trusted=40
-                ),
-            ),
-            "drawn": bodies(
-                route_codes_auto=with_bodies([1.5], [0.05], 10_000),
-                heyoka_principal=with_bodies([0.5], [0.2], 1000, wrong_trusted=40),
-            ),
-        },
+        "bodies": bodies(
+            route_codes_auto=with_bodies([1.0, 2.0, 8.0, 1.5], [0.05, 0.1, 0.4, 0.05], 10_000),
+            heyoka_principal=with_bodies([0.5] * 4, [0.2, 0.2, 0.02, 0.2], 1000, wrong_trusted=40),
+        ),
     }

@@ -180,7 +180,7 @@ def of_bodies(
             prepared, solver = timed(lambda: made(name, part, entry, threads))  # noqa: B023
             first, answer = timed(solver.solve)
             answers[name] = solver.read(answer)
-            taken = again(solver.solve, repeats, first, seconds) or [first]
+            taken = again(solver.solve, repeats, first, seconds, sure=True)
             found[name] = {
                 "orbits": part.states.shape[1],
                 "first": prepared + first,

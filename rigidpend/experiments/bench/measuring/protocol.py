@@ -55,9 +55,11 @@ def timed(work: Callable[[], Any]) -> tuple[float, Any]:
     return time.perf_counter() - begun, found
 
 
-def again(solve: Callable[[], Any], repeats: int, first: float, seconds: float) -> list[float]:
-    """Times of further solves, as many as are left of some seconds after a first one."""
-    taken: list[float] = []
+def again(
+    solve: Callable[[], Any], repeats: int, first: float, seconds: float, sure: bool = False
+) -> list[float]:
+    """Times of further solves, as many as some seconds allow after a first one; one if sure."""
+    taken = [timed(solve)[0]] if sure else []
     while len(taken) < repeats and sum(taken) + (taken or [first])[-1] < seconds:
         taken.append(timed(solve)[0])
     return taken
@@ -110,9 +112,7 @@ def measured(
     prepared, solver = timed(lambda: made(name, task, entry))
     first, found = timed(solver.solve)
     errors = stage.error(solver.read(found), stage.truth)
-    taken = again(solver.solve, repeats, first, share)
-    if not taken and first < WARM:
-        taken = [timed(solver.solve)[0]]
+    taken = again(solver.solve, repeats, first, share, sure=first < WARM)
     middle = statistics.median(taken or [first])
     line = {
         "knob": float(entry["knob"] or np.nan),

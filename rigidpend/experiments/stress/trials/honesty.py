@@ -19,9 +19,9 @@ from rigidpend.experiments import heyoka_peer, principal_axes
 from rigidpend.experiments.data import layout
 from rigidpend.experiments.data.tree import Dataset
 from rigidpend.experiments.stress.layout import SPOILT
-from rigidpend.experiments.stress.trials import truth
+from rigidpend.experiments.stress.trials import scenes
 from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
-from rigidpend.experiments.stress.trials.truth import Way
+from rigidpend.experiments.stress.trials.scenes import Way
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Scalar
@@ -42,7 +42,7 @@ For 1,500 other orbits at 1e-6 it was 0.993 to 0.995."""
 
 
 class Tally(NamedTuple):
-    """Symbols held against the truth."""
+    """Symbols held against the scenes."""
 
     symbols: int
     wrong: int
@@ -67,7 +67,7 @@ def trial(
     n_symbols: int,
     seed: int,
 ) -> Trial:
-    """Doubles alone at spoilt tolerances, and the default run, against the truth.
+    """Doubles alone at spoilt tolerances, and the default run, against the scenes.
 
     Parameters
     ----------
@@ -169,14 +169,14 @@ def true_codes(
         known[checked:] = False
         true = doubted.copy()
         integers = Way("scipy", jobs)
-        found = truth.route_crossings(problem, phases[:checked], integers, truth.BITS)
+        found = scenes.route_crossings(problem, phases[:checked], integers, scenes.BITS)
         true[:, :checked] = symbols(found.separatrix)
         return true, known
     true = principal_axes.codes(problem, phases, bits=53, jobs=jobs)
     # 64 bits settle most of what differs, at far less than the cost of 113.
-    for bits in (64, truth.BITS):
+    for bits in (64, scenes.BITS):
         differ = (true != doubted).any(axis=0)
-        differ[:checked] |= bits == truth.BITS
+        differ[:checked] |= bits == scenes.BITS
         columns = np.flatnonzero(differ)
         if columns.size and heyoka_peer.offers(bits):
             true[:, columns] = principal_axes.codes(problem, phases[columns], bits=bits, jobs=jobs)

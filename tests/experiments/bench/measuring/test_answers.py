@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.special import ellipj, ellipkinc
 
 from rigidpend.experiments.bench.measuring import adapters, fields, problems
 from rigidpend.experiments.bench.measuring.adapters import compared
@@ -148,28 +147,6 @@ def test_a_tighter_knob_is_more_exact(problem: str, method: str) -> None:
         error(answered(problem, method, knob), given(problem)[1])["error"] for knob in knobs
     )
     assert tight < loose / 50
-
-
-def test_the_truth_of_the_free_body_is_its_elliptic_functions() -> None:
-    task, reference = given("free_body")
-    body, end = task.body, time_unit(task.body) * task.times[-1, 0]
-    J2 = time_unit(body) * np.linalg.norm(task.states[:3], axis=0)
-    for column, (begin, truth) in enumerate(zip(task.states.T, reference["states"].T, strict=True)):
-        # Exchanging M1 with M2 and alpha0 with pi - alpha0 takes an orbit around M2 to one
-        # around M1.
-        order = [0, 1, 2] if column % 2 else [1, 0, 2]
-        half = (body.alpha0 if column % 2 else np.pi - body.alpha0) / 2
-        first, second, third = begin[order] / np.linalg.norm(begin[:3])
-        side = np.sign(second)
-        height = np.hypot(first / np.sin(half), third)
-        # The rate of the angle of `around_M2` is that of an amplitude.
-        dn0 = np.sqrt(1 - (height * np.sin(half)) ** 2)
-        k = height * np.cos(half) / dn0
-        start = ellipkinc(np.arctan2(side * third, first / np.sin(half)), k * k)
-        sn, cn, dn, _ = ellipj(start + np.sin(half) * J2[column] * dn0 * end, k * k)
-        found = [np.sin(half) * height * cn, side * dn0 * dn, side * height * sn]
-        expected = truth[order] / np.linalg.norm(truth[:3])
-        np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
 def test_the_closed_form_of_the_free_body_is_the_truth_to_rounding() -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend import Body
 from rigidpend.experiments.bench import drawn
 from rigidpend.experiments.bench.measuring import counts
 from rigidpend.experiments.bench.measuring.fields import time_unit
@@ -118,6 +119,26 @@ def test_what_nobody_could_settle_in_time_is_not_counted(methods: Any) -> None:
     [line] = counts.of_bodies([SHORT], entries, 20, 1, 1, -1.0)
     assert line["peer"]["symbols"] == 2 * (line["peer"]["orbits"] - 1)
     assert line["peer"]["wrong"] == 0
+
+
+def test_a_first_call_that_takes_longer_than_a_peer_may_is_followed_by_another(
+    monkeypatch: pytest.MonkeyPatch, clock: list[float]
+) -> None:
+    """Ours builds maps in its first call with a body: 5 s, and then 0.1 s."""
+    seen: set[Any] = set()
+
+    def made(name: str, task: Task, entry: Any, threads: int) -> Solver:
+        def solve() -> Crossed:
+            clock[0] += 0.1 if task.body in seen else 5.0
+            seen.add(task.body)
+            return route(task)
+
+        return Solver(solve)
+
+    monkeypatch.setattr(counts, "made", made)
+    other = replace(SHORT, body=Body((2, 1, "1.4"), (1, 1, 0), "0.001"))
+    [line] = counts.of_bodies([other], {"ours": {}}, 3, 1, 3, 0.15)
+    assert (line["ours"]["first"], line["ours"]["again"]) == pytest.approx((5.0, 0.1))
 
 
 def test_the_horizon_of_a_peer_is_behind_the_last_crossing(methods: Any, tasks: list[Task]) -> None:

@@ -7,18 +7,17 @@ import subprocess
 import sys
 from itertools import pairwise
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from rigidpend.experiments.bench.measuring import protocol, worker
-from rigidpend.experiments.bench.measuring.problems import ASKED, LOOKS, Task
+from rigidpend.experiments.bench.measuring.problems import LOOKS, Task
 from rigidpend.experiments.bench.measuring.protocol import Stage
 from rigidpend.experiments.bench.measuring.solvers import Solver, in_looks, shared_out
 from rigidpend.experiments.bench.methods import METHODS, Method
-from tests.orbits.integrate.problems import FIG4, needs_heyoka
+from tests.orbits.integrate.problems import FIG4
 
 SIZES: dict[str, Any] = {
     "orbits": 2,
@@ -154,37 +153,6 @@ def test_threads_share_the_orbits_and_give_the_same() -> None:
     task = stage(orbits=7).task
     solve = shared_out(lambda part: lambda: part.states * 2, task, 3)
     np.testing.assert_array_equal(solve(), task.states * 2)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("problem", "name", "knobs", "fields"),
-    [
-        pytest.param(
-            *("pendulum", "aligned_batch", [1e-4, 1e-10]),
-            {"error", "seconds", "prepare", "setting"},
-            marks=needs_heyoka("the references in 113 bits"),
-        ),
-        ("codes", "scipy_dop853", [1e-4, 1e-10], {"error", "wrong_symbols", "undecided"}),
-        ("long_time", "lie_poisson", [8, 16], {"error", "part", "energy"}),
-    ],
-)
-def test_a_worker_searches_in_its_own_process(
-    tmp_path: Any, problem: str, name: str, knobs: list[float], fields: set[str]
-) -> None:
-    asked, reference = ASKED[problem], tmp_path / "reference.npz"
-    truth = asked.truth(asked.task(SimpleNamespace(**SIZES)))
-    np.savez(reference, **{f"{problem}.{key}": value for key, value in truth.items()})
-    order = worker.Order(
-        "search", {name: [{"knobs": knobs}]}, SIZES, 1, 20.0, (problem,), str(reference)
-    )
-    (once, head, *rows), ended = worker.measured(order, 100)
-    assert ended == ""
-    assert once["import"] >= 0
-    assert head["form"] in range(len(METHODS[name].forms))
-    assert len(rows) == len(knobs) * len(METHODS[name].variants)
-    assert all(fields <= set(row) for row in rows)
-    assert rows[1]["error"] < rows[0]["error"] / 2 or problem == "long_time"
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Scenes that trials share: a body's orbits, followed in some arithmetic and in another.
+"""Scenes that trials share: orbits of a body, their starts, and how far computations are apart.
 
 The truth about doubles has 113 bits; about more bits it comes from integers.
 """
@@ -13,8 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
-from rigidpend.mechanics.separatrices import exponent, fastest_rate
+from rigidpend.mechanics.separatrices import exponent, fastest_rate, theta1
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exacts
 from rigidpend.orbits import integrate
@@ -28,6 +29,9 @@ INTEGER_BITS = 192
 """Precision, in integers, of the truth about what took `BITS` or more.
 
 It is above the last of the default precisions, so that nothing judges itself."""
+
+PHASES = ("3/10", "29/10", "47/10", "7/5", "1/5", "6", "22/7", "13/4")
+"""theta2_0 of columns, radians: nothing special."""
 
 
 class Way(NamedTuple):
@@ -108,3 +112,35 @@ def phase_errors(found: Crossings, true: Crossings, rate: float) -> Array:
     apart = rate * np.abs(found.time - true.time)
     absent = (found.separatrix == 0) & (true.separatrix == 0)
     return np.where(absent, 0.0, np.where(found.separatrix == true.separatrix, apart, np.inf))
+
+
+class Place(NamedTuple):
+    """Place where orbits start, with a bound of their own instead of a route problem."""
+
+    name: str
+    separatrix: int
+    J1: float
+    J2mJ1: float
+    aside: float = 0.0
+    """theta1 from the separatrix, radians."""
+    J3: float = 0.0
+
+
+def state(place: Place, body: Body, theta2: float) -> Array:
+    """The aligned components (6,) of a start; on a separatrix its own Q is exactly 0."""
+    p = body.angles()
+    J2 = place.J1 + place.J2mJ1
+    cosq = math.sqrt((J2 - place.J3) * (J2 + place.J3)) / J2
+    at = float(theta1(place.separatrix, p, np)) + place.aside
+    c = Canonical(place.J1, place.J2mJ1, place.J3, at, theta2, 0.0, cosq)
+    made = aligned_from_canonical(c, p.alpha0, p.beta0)
+    # The sine of a rounded theta1 is not quite 0, which the start must not depend on.
+    if not place.aside:
+        made = made._replace(**{"Qm" if place.separatrix in (2, 4) else "Qp": 0.0})
+    return np.array(made)
+
+
+def at_random(place: Place, body: Body, n: int, seed: int) -> Array:
+    """The aligned components, (6, n), of starts at a place with random phases."""
+    phases = np.random.default_rng(seed).uniform(0, 2 * np.pi, n)
+    return np.stack([state(place, body, x) for x in phases], axis=1)
