@@ -54,7 +54,7 @@ BESIDE = (
 )
 ON_SECTIONS = (
     "tests/orbits/integrate/test_sections.py",
-    "tests/orbits/integrate/test_arcs.py",
+    "tests/orbits/integrate/test_states.py",
     "tests/orbits/return_map",
 )
 TESTS = {
@@ -85,8 +85,7 @@ TESTS = {
     "rigidpend/orbits/integrate/differences.py": BESIDE,
     "rigidpend/orbits/integrate/reference_orbit.py": BESIDE,
     "rigidpend/orbits/integrate/sections.py": ON_SECTIONS,
-    "rigidpend/orbits/integrate/batch_sections.py": ON_SECTIONS,
-    "rigidpend/orbits/integrate/arcs.py": ON_SECTIONS,
+    "rigidpend/orbits/integrate/states.py": ON_SECTIONS,
 }
 """The tests of each module, or of each folder of modules; the quickest to tell come first."""
 QUICK = {

@@ -15,7 +15,7 @@ from scripts import mutants, mutations
 
 ROOT = Path(__file__).resolve().parents[1]
 CERTAINTY = "rigidpend/routes/certainty.py"
-ARCS = "rigidpend/orbits/integrate/arcs.py"
+STATES = "rigidpend/orbits/integrate/states.py"
 
 
 @pytest.mark.parametrize(
@@ -77,8 +77,8 @@ def test_every_module_that_is_named_has_tests_that_are_there() -> None:
     assert {Path(room).stem for room in mutants.TESTS if "integrate/" not in room} == named
     assert all((ROOT / room).exists() for room in mutants.TESTS)
     assert (
-        mutants.room_of("rigidpend/orbits/integrate/arcs.py")[0]
-        == "rigidpend/orbits/integrate/arcs.py"
+        mutants.room_of("rigidpend/orbits/integrate/states.py")[0]
+        == "rigidpend/orbits/integrate/states.py"
     )
     assert mutants.room_of("rigidpend/orbits/integrate/batch.py")[0] == "rigidpend/orbits/integrate"
     for path in mutants.files():
@@ -132,7 +132,7 @@ def test_an_entry_that_fits_no_mutant_is_an_error(tmp_path: Path, stale: dict[st
 
 
 def test_an_entry_that_fits_several_says_which(tmp_path: Path) -> None:
-    first, second, *_ = twins(ARCS)
+    first, second, *_ = twins(STATES)
     with pytest.raises(ValueError, match=r"fits \d mutants, not one"):
         mutations.equivalent(declared(tmp_path, entry_of(second)))
     chosen = [entry_of(first, nth=1), entry_of(second, nth=2)]
@@ -168,7 +168,7 @@ def test_verdicts_that_are_kept_are_those_of_this_code(
     mutants.Verdicts(kept).add(mutant, "open")
     mutants.Verdicts(kept).add(mutant, "killed")
     assert mutants.Verdicts(kept) == {str(mutant): "killed"}
-    monkeypatch.setattr(mutants, "files", lambda: [ARCS])
+    monkeypatch.setattr(mutants, "files", lambda: [STATES])
     with pytest.raises(SystemExit, match="on other code"):
         mutants.Verdicts(kept)
 
@@ -218,7 +218,9 @@ def desk(folder: Path, monkeypatch: pytest.MonkeyPatch, *paths: str) -> mutants.
     return made
 
 
-@pytest.mark.parametrize(("path", "kinds"), [(ARCS, ["kernels"]), (CERTAINTY, ["kernels", "maps"])])
+@pytest.mark.parametrize(
+    ("path", "kinds"), [(STATES, ["kernels"]), (CERTAINTY, ["kernels", "maps"])]
+)
 def test_a_mutant_is_alone_with_what_it_compiles_and_is_undone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, path: str, kinds: list[str]
 ) -> None:

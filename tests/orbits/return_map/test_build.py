@@ -231,7 +231,7 @@ def test_keys_tell_all_apart_that_a_map_follows_from() -> None:
 
 
 @pytest.mark.parametrize(
-    "module", ["return_map/charts.py", "integrate/arcs.py", "integrate/kernel/functions.py"]
+    "module", ["return_map/charts.py", "integrate/states.py", "integrate/kernel/functions.py"]
 )
 def test_a_map_of_other_code_is_another(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """What integrates for the tables counts as well as what fits them."""
