@@ -122,7 +122,8 @@ class Desk:
 
     def _verdict(self, mutant: Mutant, folder: Path) -> tuple[str, str]:
         near = nearest(mutant, self.of_tests)
-        for tests in filter(None, (near, [] if self.quick else around(mutant, near))):
+        rest = [] if self.quick and near else around(mutant, near)
+        for tests in filter(None, (near, rest)):
             failed = failing(folder, tests, self.kept, self.limit)
             if failed is None:
                 return (LATE if self._in_time(mutant, folder, tests) else UNTOLD), ""
