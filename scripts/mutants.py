@@ -113,36 +113,36 @@ class Desk:
         target = folder / mutant.path
         before = target.read_text()
         try:
-            target.write_text(source(mutant))
-            found, by = self._verdict(mutant, folder)
+            target.write_text(source(before, mutant))
+            found, by = self._verdict(mutant, folder, source(before))
         finally:
             target.write_text(before)
             self.free.put(folder)
         return Verdict(found, by, time.monotonic() - begun)
 
-    def _verdict(self, mutant: Mutant, folder: Path) -> tuple[str, str]:
+    def _verdict(self, mutant: Mutant, folder: Path, plain: str) -> tuple[str, str]:
         near = nearest(mutant, self.of_tests)
         rest = [] if self.quick and near else around(mutant, near)
         for tests in filter(None, (near, rest)):
             failed = failing(folder, tests, self.kept, self.limit)
             if failed is None:
-                return (LATE if self._in_time(mutant, folder, tests) else UNTOLD), ""
-            if failed and self._is_sound(mutant, folder, failed):
+                return (LATE if self._in_time(mutant, folder, plain, tests) else UNTOLD), ""
+            if failed and self._is_sound(mutant, folder, plain, failed):
                 return KILLED, failed
             if failed:
                 return UNTOLD, failed
         return (OPEN if self.quick else SURVIVED), ""
 
-    def _in_time(self, mutant: Mutant, folder: Path, tests: Sequence[str]) -> bool:
+    def _in_time(self, mutant: Mutant, folder: Path, plain: str, tests: Sequence[str]) -> bool:
         """Whether the tests pass in half of the time, without the mutant."""
-        (folder / mutant.path).write_text(source(None, mutant.path))
+        (folder / mutant.path).write_text(plain)
         return failing(folder, tests, self.kept, self.limit / 2) == ""
 
-    def _is_sound(self, mutant: Mutant, folder: Path, test: str) -> bool:
+    def _is_sound(self, mutant: Mutant, folder: Path, plain: str, test: str) -> bool:
         """Whether a test passes where the file is written anew and means the same."""
         at = (mutant.path, test)
         if at not in self.sound:
-            (folder / mutant.path).write_text(source(None, mutant.path))
+            (folder / mutant.path).write_text(plain)
             self.sound[at] = failing(folder, [test], self.kept, self.limit) == ""
         return self.sound[at]
 
