@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigidpend import experiments
 from rigidpend.config import changes
-from rigidpend.machine import words
+from rigidpend.machine import files, words
 from rigidpend.render import captions
 from rigidpend.results import store
 from rigidpend.runs import certificate_files as storage
@@ -58,15 +58,13 @@ def render(source: Path, target: Path) -> None:
     StoreError
         The result cannot be read, or the figure not written.
     """
+    files.make_way(target)
     result = storage.marked(store.load(source), storage.beside(source))
     try:
         drawn = image(result, target.suffix[1:])
     except Undrawable as error:
         raise Undrawable(f"{source}: {error}") from error
-    try:
-        store.replace(target, drawn)
-    except OSError as error:
-        raise store.StoreError(f"{target}: cannot be written: {error.strerror}") from None
+    files.write(target, drawn)
 
 
 def image(result: Any, suffix: str) -> bytes:
@@ -123,7 +121,7 @@ def render_together(sources: Sequence[Path], target: Path) -> bool:
     with matplotlib.rc_context(fname=STYLE), _undrawable():
         figure = together(list(zip(labels, results, strict=True)))
         drawn = _image(figure, target.suffix[1:], attributes, captions.foot(target.stem, results))
-    store.replace(target, drawn)
+    files.write(target, drawn)
     return True
 
 

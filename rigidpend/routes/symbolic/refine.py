@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rigidpend.machine.workers import note
 from rigidpend.mechanics.equations import aligned
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import context, exact, fraction
@@ -137,6 +138,7 @@ class _Refiner(NamedTuple):
         whole = self.symmetric and reach == len(self.times) - 1
         for _ in range(ROUNDS):
             until = min(reach, int((self.grown.exponent + error <= 0).sum()))
+            note(lambda: f"theta2_0 to {-error:.0f} of {self.digits} digits, in {self.bits} bits")  # noqa: B023
             late, height = self._late(theta, until)
             near = np.flatnonzero(np.logical_and.accumulate(np.abs(late) < FAR))
             if not near.size:
