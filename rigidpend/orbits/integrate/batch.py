@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.machine.workers import check_stop
+from rigidpend.machine.workers import check_stop, note
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.orbits.integrate.bounds import touch
 from rigidpend.orbits.integrate.engines import kernel_bits
@@ -107,11 +107,19 @@ class Batch:
         self._load()
         while self.columns.size:
             check_stop()
+            note(self._told)
             number = self._number()
             self._take(self._carried(number), number)
             self._load(~self._ended())
         Found.joined(self.seen).write(self.found, self.orbits.passage_limit)
         return self.found
+
+    def _told(self) -> str:
+        """Progress of these orbits, in words."""
+        open_ = self.n - self.next + self.columns.size
+        reached = float(self.times[0, : self.columns.size].max())
+        said = f"{open_} of {self.n} orbits under way in {self.bits} bits, at t' = {reached:.4g}"
+        return f"{said} of {self.orbits.passage_limit:.4g} at most for each passage"
 
     def _number(self) -> int:
         """Number of steps of the next call: few where all orbits are nearly done."""
