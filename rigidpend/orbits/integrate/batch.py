@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.machine.workers import check_stop
+from rigidpend.machine.workers import check_stop, note
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.orbits.integrate.bounds import touch
 from rigidpend.orbits.integrate.engines import kernel_bits
@@ -104,21 +104,29 @@ class Batch:
 
     def run(self) -> Crossings:
         """Follow all orbits."""
-        self._load()
+        self.load()
         while self.columns.size:
             check_stop()
+            note(self._told)
             number = self._number()
-            self._take(self._carried(number), number)
-            self._load(~self._ended())
+            self._take(self.carried(number), number)
+            self.load(~self._ended())
         Found.joined(self.seen).write(self.found, self.orbits.passage_limit)
         return self.found
+
+    def _told(self) -> str:
+        """Progress of these orbits, in words."""
+        open_ = self.n - self.next + self.columns.size
+        reached = float(self.times[0, : self.columns.size].max())
+        said = f"{open_} of {self.n} orbits under way in {self.bits} bits, at t' = {reached:.4g}"
+        return f"{said} of {self.orbits.passage_limit:.4g} at most for each passage"
 
     def _number(self) -> int:
         """Number of steps of the next call: few where all orbits are nearly done."""
         left = int(self.orbits.n_crossings - self.counts.min())
         return max(8, min(STEPS[self.kind], MAX_STEPS, left * EXPECTED // 2))
 
-    def _carried(self, number: int) -> Steps:
+    def carried(self, number: int) -> Steps:
         """All columns some steps further: those on which M3 may have been zero."""
         m = self.columns.size
         groups = -(-m // LANES)
@@ -161,7 +169,7 @@ class Batch:
             self.found.outcome[self.columns[k]] = silent_outcome(*self.states[:2, k])
         return complete | late | ~finite | (self.silence >= MAX_STEPS)
 
-    def _load(self, kept: Any = slice(None)) -> None:
+    def load(self, kept: Any = slice(None)) -> None:
         """Close the gaps of orbits that are done, and put the next ones behind."""
         m, states, times = self.columns.size, self.states[:, :0], self.times[:, :0]
         states, times = self.states[:, :m][:, kept], self.times[:, :m][:, kept]

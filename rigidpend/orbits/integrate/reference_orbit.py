@@ -228,13 +228,13 @@ class ReferenceOrbit:
         """Take some further steps."""
         first = len(self.points) - 1
         begin = self.points[first]
-        for time, state in self._advanced(begin.state, rung(self.bits_at(first))):
+        for time, state in self.advanced(begin.state, rung(self.bits_at(first))):
             last, here = self.points[-1].exact_time, begin.exact_time + time
             self.points.append(Point(here, state, float(here), float(here - last)))
         for k in range(first, len(self.points) - 1):
             self._carry_tangent(k)
 
-    def _advanced(self, state: Sequence[Fraction], bits: int) -> Any:
+    def advanced(self, state: Sequence[Fraction], bits: int) -> Any:
         if in_kernel(self.engine, bits):
             return advance(self.coefficients, state, BLOCK, bits, self.tolerance)
         from rigidpend.orbits.integrate import bigint

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rigidpend.machine.workers import note
 from rigidpend.mechanics.equations import aligned
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import context, exact, fraction
@@ -144,6 +145,7 @@ class _Refiner(NamedTuple):
         whole = self.symmetric and reach == len(self.times) - 1
         for _ in range(ROUNDS):
             until = min(reach, int((self.grown.exponent + error <= 0).sum()))
+            note(lambda: f"theta2_0 to {-error:.0f} of {self.digits} digits, in {self.bits} bits")  # noqa: B023
             # Until the end no more than the next correction can use.
             bits = self.bits if until == reach else math.ceil((SPARE - error) * math.log2(10))
             late, height = self._late(theta, until, min(bits, self.bits))

@@ -73,13 +73,13 @@ def test_a_falling_precision_costs_no_neighbour_a_bit(
         pytest.skip(f"no engine {engine}")
     used: list[int] = []
     falling, high = orbit(PHASE, BITS, engine), exactly()
-    advanced = falling._advanced
+    advanced = falling.advanced
 
     def noted(state: Any, bits: int) -> Any:
         used.append(bits)
         return advanced(state, bits)
 
-    monkeypatch.setattr(falling, "_advanced", noted)
+    monkeypatch.setattr(falling, "advanced", noted)
     k = next(k for k in range(1000) if falling.reaches(k) and falling.growth[k] > 1e17)
     assert (used[0], used[-1]) == (212, 106)
     time, state = falling.points[k][:2]
@@ -101,7 +101,7 @@ def exactly() -> ReferenceOrbit:
         taken = islice(bigint.steps(high.coefficients, state, 2 * high.bits), 8)
         return [(step.time(step.length), step.at(step.length)) for step in taken]
 
-    pytest.MonkeyPatch().setattr(high, "_advanced", fine)
+    pytest.MonkeyPatch().setattr(high, "advanced", fine)
     return high
 
 

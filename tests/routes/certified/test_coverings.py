@@ -43,7 +43,7 @@ GIVEN: Any = {"A": ("2", "1", "3/2"), "r": ("1", "1", "0"), "mu": "1/1000", "h":
 J1 = Fraction("1e-8")
 CONFIG = Path(__file__).parents[3] / "configs" / "full_shift.yaml"
 BODY = Body(A=GIVEN["A"], r=GIVEN["r"], mu=GIVEN["mu"])
-BARELY = 0.02
+BARELY = 0.005
 ALONE, WIDEST = 2.0**-5, 2.0**-12
 BITS = 60
 CALM = {(0, 0, 0): 0}
