@@ -79,9 +79,10 @@ def command(
             raise click.UsageError("--decimals lists orbits, and --near chooses one: give one")
         _list(code, decimals, given, as_json)
         return
+    from rigidpend.machine.workers import cores
     from rigidpend.routes.symbolic import find_orbit
 
-    found = find_orbit(code=code, near=near, digits=digits, **given)
+    found = find_orbit(code=code, near=near, digits=digits, jobs=cores(), **given)
     if as_json:
         print_json(_document(found))
     else:

@@ -22,7 +22,7 @@ from rigidpend.orbits.integrate import (
     default_engine,
     neighbours,
 )
-from rigidpend.orbits.integrate.records import Orbits
+from rigidpend.orbits.integrate.records import Orbits, Outcome
 from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, reference_bits, rung
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
@@ -130,6 +130,17 @@ def test_an_orbit_that_does_not_cross_ends() -> None:
     assert short.reaches(8)
     assert not short.reaches(1000)
     assert short.last_below(1e300) == len(short.points) - 1
+
+
+def test_a_crossing_after_the_longest_wait_ends_an_orbit() -> None:
+    """Though it lies on a step that is taken before the wait is looked at."""
+    path, outcome = orbit("3.3", 113).path(2)
+    assert outcome == Outcome.COMPLETE
+    waited = path[1].time - path[0].time
+    for share, ends in ((1 + 1e-9, Outcome.COMPLETE), (1 - 1e-9, Outcome.NO_CROSSING)):
+        found, outcome = orbit("3.3", 113, longest=waited * share).path(2)
+        assert outcome == ends
+        assert found == path[: 2 if ends == Outcome.COMPLETE else 1]
 
 
 def test_each_halving_of_the_least_distance_costs_a_bit_and_one_beyond_1_none() -> None:
