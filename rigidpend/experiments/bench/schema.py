@@ -47,7 +47,7 @@ MANY_METHODS = (
     "heyoka_two_forms", "scipy_dop853",
 )  # fmt: skip
 """Methods that are timed at ever more orbits, by default."""
-OF_BODIES = ("route_codes_auto", "heyoka_principal", "heyoka_two_tolerances", "scipy_dop853")
+OF_BODIES = ("route_codes_auto", "heyoka_principal", "heyoka_two_tolerances", "cyrk")
 """Methods that are timed with bodies drawn by lot, by default; ours first."""
 BY_PROBLEM = tuple(name for name, method in METHODS.items() if any(map(method.answer, PROBLEMS)))
 """Methods that answer one of the problems."""

@@ -167,30 +167,24 @@ def of_bodies(
     dict
         By method: ``first`` and ``again``, seconds; ``orbits``; and the counts of :func:`judged`.
     """
+    own, *peers = entries
     # What any body needs is compiled before the clock runs.
-    for name, entry in entries.items():
-        for n in (1, drawn.ORBITS if name == next(iter(entries)) else PILOT):
-            made(name, random_routes(FIG4, min(n, orbits)), entry, threads).solve()
+    for n in (1, orbits):
+        made(own, random_routes(FIG4, n), entries[own], threads).solve()
+    for name in peers:
+        made(name, random_routes(FIG4, min(PILOT, orbits)), entries[name], threads).solve()
     for problem in bodies:
         task = from_phases(problem, drawn.phases(orbits))
-        found: dict[str, Any] = {}
-        answers: dict[str, Crossed] = {}
-        for name, entry in entries.items():
-            part = _of_its_time(name, entry, task, threads, seconds) if answers else task
-            prepared, solver = timed(lambda: made(name, part, entry, threads))  # noqa: B023
-            first, answer = timed(solver.solve)
-            answers[name] = solver.read(answer)
-            taken = again(solver.solve, repeats, first, seconds, sure=True)
-            found[name] = {
-                "orbits": part.states.shape[1],
-                "first": prepared + first,
-                "again": statistics.median(taken),
-            }
-            if len(answers) == 1:
-                last = np.nanmax(answers[name].time, initial=0.0)
-                task = task._replace(
-                    times=np.full((1, orbits), 1.001 * last / time_unit(task.body))
-                )
+        solver = made(own, task, entries[own], threads)
+        first, answer = timed(solver.solve)
+        answers = {own: solver.read(answer)}
+        warm = statistics.median(again(solver.solve, repeats, first, seconds, sure=True))
+        found: dict[str, Any] = {own: {"orbits": orbits, "first": first, "again": warm}}
+        last = np.nanmax(answers[own].time, initial=0.0)
+        task = task._replace(times=np.full((1, orbits), 1.001 * last / time_unit(task.body)))
+        for name in peers:
+            make = functools.partial(made, name, entry=entries[name], threads=threads)
+            found[name], answers[name] = _in_its_time(make, task, repeats, seconds)
         settled, true = _settled(task, answers, seconds)
         for name, answer in answers.items():
             columns = settled[: answer.codes.shape[1]]
@@ -198,17 +192,30 @@ def of_bodies(
         yield found
 
 
+def _in_its_time(
+    make: Make, task: Task, repeats: int, seconds: float
+) -> tuple[dict[str, float], Crossed]:
+    """Times of a peer with as many orbits as it is expected to follow in so many seconds.
+
+    Its first call is with a few of them, to which the others are added at what they take again.
+    """
+    n = few = min(PILOT, task.states.shape[1])
+    prepared, solver = timed(lambda: make(task.of(np.arange(few))))
+    first, answer = timed(solver.solve)
+    taken = [timed(solver.solve)[0]]
+    more = min(int(seconds / taken[0] * few), task.states.shape[1])
+    if more > few:
+        n, solver = more, make(task.of(np.arange(more)))
+        warm, answer = timed(solver.solve)
+        taken = [warm, *again(solver.solve, repeats - 1, warm, seconds)]
+    middle = statistics.median(taken)
+    told = {"orbits": n, "first": prepared + first + middle * (n - few) / n, "again": middle}
+    return told, solver.read(answer)
+
+
 def _of(answer: Crossed, columns: Any) -> Crossed:
     certain = None if answer.certain is None else answer.certain[:, columns]
     return Crossed(answer.codes[:, columns], answer.time[:, columns], certain)
-
-
-def _of_its_time(name: str, entry: Setting, task: Task, threads: int, seconds: float) -> Task:
-    """As many of the orbits as a method is expected to follow in so many seconds."""
-    pilot = task.of(np.arange(min(PILOT, task.states.shape[1])))
-    taken, _ = timed(made(name, pilot, entry, threads).solve)
-    n = int(seconds / taken * pilot.states.shape[1])
-    return task.of(np.arange(min(max(n, PILOT), task.states.shape[1])))
 
 
 def _settled(task: Task, answers: dict[str, Crossed], seconds: float) -> tuple[Any, Any]:

@@ -46,8 +46,8 @@ class Order(NamedTuple):
     repeats: int
     seconds: float
     problems: tuple[str, ...] = ()
-    reference: str = ""
-    """A file of NumPy's arrays, named PROBLEM.NAME."""
+    truth: dict[str, dict[str, Any]] = {}  # noqa: RUF012
+    """Arrays by problem and name, as lists."""
     threads: int = 1
     numbers: tuple[int, ...] = ()
     """Numbers of orbits, or of bodies in their list, ascending."""
@@ -232,12 +232,7 @@ def _stage(order: Order, problem: str) -> Any:
     from rigidpend.experiments.bench.measuring import problems, protocol
 
     asked = problems.ASKED[problem]
-    with np.load(Path(order.reference)) as stored:
-        truth = {
-            name.removeprefix(f"{problem}."): stored[name]
-            for name in stored.files
-            if name.startswith(f"{problem}.")
-        }
+    truth = {name: np.array(values) for name, values in order.truth[problem].items()}
     task = asked.task(SimpleNamespace(**order.sizes))
     return protocol.Stage(task, truth, asked.error, problem == "long_time")
 

@@ -99,8 +99,8 @@ def test_where_two_methods_differ_more_bits_tell_which_is_right(
     methods: list[tuple[str, int]], wrong: str
 ) -> None:
     entries = {key: {"wrong": wrong} for key in ("ours", "peer")}
-    [line] = counts.of_bodies([SHORT], entries, 40, 1, 2, 0.06)
-    # Sixteen orbits of a pilot take 32 ms: 60 ms are enough for thirty.
+    [line] = counts.of_bodies([SHORT], entries, 40, 1, 2, 0.061)
+    # Sixteen orbits of a pilot take 32 ms: 61 ms are enough for thirty.
     assert (line["ours"]["orbits"], line["peer"]["orbits"]) == (40, 30)
     other = "peer" if wrong == "ours" else "ours"
     for name in ("ours", "peer"):
@@ -109,7 +109,7 @@ def test_where_two_methods_differ_more_bits_tell_which_is_right(
     assert (line[other]["wrong"], line[other]["undecided"]) == (0, 0)
     assert (line["peer"]["first"], line["peer"]["again"]) == pytest.approx((0.06, 0.06))
     # Both are called with another body first: what any body needs is not told of this one.
-    assert methods[:4] == [("ours", 1), ("ours", 40), ("peer", 1), ("peer", 16)]
+    assert methods[:3] == [("ours", 1), ("ours", 40), ("peer", 16)]
 
 
 @pytest.mark.slow
