@@ -134,7 +134,7 @@ def test_command_draws_tells_and_ends_as_the_claims_do(
         yield "a", trial("first", "x", value)
 
     def drawn(source: Path, target: Path) -> None:
-        store.replace(target, store.load(source)["attributes"]["experiment"].encode())
+        target.write_text(store.load(source)["attributes"]["experiment"])
 
     monkeypatch.setattr(stress, "trials", trials)
     monkeypatch.setattr(render, "render", drawn)

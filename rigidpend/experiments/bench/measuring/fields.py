@@ -82,7 +82,7 @@ def _written(body: Body, angles: bool) -> tuple[list[str], list[str]]:
     r, mu = direction(body), float(body.mu)
     # The moments are components too, for the tape multiplies by reciprocals of parameters: with
     # quotients, which round once, CyRK was a sixth faster.
-    traced = trace(lambda y, _: make(y[size:], r, mu)(y[:size]), size + 3)
+    traced, parameters = trace(lambda y, _: make(y[size:], r, mu)(y[:size]), size + 3)
     components = [*(f"y{i}" for i in range(size)), *map(repr, moments(body))]
     names: list[str] = []
     known: dict[str, str] = {}
@@ -90,7 +90,7 @@ def _written(body: Body, angles: bool) -> tuple[list[str], list[str]]:
         if name == "component":
             names.append(components[operands[0]])
         elif name == "parameter":
-            names.append(repr(traced.parameters[operands[0]]))
+            names.append(repr(parameters[operands[0]]))
         else:
             left, right = (names[i] for i in operands)
             text = f"{left} {SIGNS[name]} {right}"
