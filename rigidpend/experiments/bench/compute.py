@@ -297,25 +297,29 @@ def _bodies(config: Config, groups: Any, means: Means) -> Tree:
         if not _missing(key)
     }
     parts = []
-    for seed, n in ((drawn.SEED, asked.kept), (asked.seed, asked.drawn)):
+    for kept, seed, n in ((True, drawn.SEED, asked.kept), (False, asked.seed, asked.drawn)):
         for k in range(0, n, BODIES_AT_ONCE):
             numbers = tuple(range(k, min(k + BODIES_AT_ONCE, n)))
-            work = partial(_some_bodies, config, seed, n, numbers, entries)
-            parts.append(means.part(f"bodies.{seed}.{k}", work))
-            means.report(f"bodies of seed {seed}, from {k}: {_ended(parts[-1])}")
+            work = partial(_some_bodies, config, kept, seed, n, numbers, entries)
+            title = "kept" if kept else "drawn"
+            parts.append(means.part(f"bodies.{title}.{k}", work))
+            means.report(f"bodies, {title}, from {k}: {_ended(parts[-1])}")
     measured = [part for part in parts if len(part) > 1]
-    return _joined(measured) if measured else {}
+    said = next((x for x in map(_ended, parts) if x != COMPLETE), COMPLETE)
+    return {**_joined(measured), "ended": layout.ENDED.dataset(said)} if measured else {}
 
 
-def _some_bodies(config: Config, seed: int, n: int, numbers: Any, entries: Any) -> Tree:
+def _some_bodies(config: Config, kept: bool, seed: int, n: int, numbers: Any, entries: Any) -> Tree:
+    """The bodies of those numbers in their list, and the records of all methods with them."""
     asked = config.bodies
-    sizes = {"seed": seed, "bodies": n, "orbits": asked.orbits}
+    sizes = {"seed": seed, "bodies": n, "orbits": asked.orbits, "longest": asked.longest}
     more: dict[str, Any] = {"sizes": sizes, "numbers": numbers, "threads": asked.threads}
     # Of peers and of the truth, and of ours.
     budgets = len(numbers) * (len(entries) + math.ceil(asked.longest / float(asked.seconds)))
     given = asked.repeats, asked.seconds, budgets
     lines, ended = _measured(config, "bodies", entries, *given, **more)
-    said = f"{ended}: {len(lines)} of {len(numbers)}" if ended else COMPLETE
+    cut = ended or ("" if len(lines) == len(numbers) else "cut at the budget")
+    said = f"{cut}: {len(lines)} of {len(numbers)}" if cut else COMPLETE
     if not lines:
         return {"ended": layout.ENDED.dataset(said)}
     rows = []
@@ -323,20 +327,17 @@ def _some_bodies(config: Config, seed: int, n: int, numbers: Any, entries: Any) 
         problem = drawn.drawn(seed, n)[k]
         body = problem.body
         values = *body.A, *body.r[:2], body.mu, problem.h0, problem.J1_0
-        rows.append(dict(zip(layout.BODY, (seed == drawn.SEED, *map(float, values)), strict=True)))
+        rows.append(dict(zip(layout.BODY, (kept, *map(float, values)), strict=True)))
     each = {key: _arrays(layout.OF_BODIES, [line[key] for line in lines]) for key in entries}
     return {**_arrays(layout.BODY, rows), **each, "ended": layout.ENDED.dataset(said)}
 
 
 def _joined(parts: list[Any]) -> Any:
-    """Trees of arrays as one, end to end; of texts the first that is not like the others."""
+    """Trees of arrays as one, end to end."""
     first: Any = parts[0]
-    if not isinstance(first, Dataset):
-        return {name: _joined([part[name] for part in parts]) for name in first}
-    values = [part.values for part in parts]
-    if np.ndim(first.values):
-        return first._replace(values=np.concatenate(values))
-    return first._replace(values=next((x for x in values if str(x) != COMPLETE), COMPLETE))
+    if isinstance(first, Dataset):
+        return first._replace(values=np.concatenate([part.values for part in parts]))
+    return {name: _joined([part[name] for part in parts]) for name in first if name != "ended"}
 
 
 def _said(found: Any) -> str:

@@ -205,7 +205,8 @@ def bodies_table(data: Data) -> Table:
         f" {max(orbits):,.0f} orbits of 15 symbols each, up to two threads. A peer follows fewer,"
         " and its time is scaled. Medians over the bodies, then what 90 % of them stay below."
         " Symbols per million: wrong ones that a method vouches for, all wrong ones where it"
-        " vouches for none; where two methods differ, 113 bits tell."
+        " vouches for none. Where two methods differ principal axes tell, in up to 113 bits; what"
+        " is behind the first orbit that they have no time for does not count."
     )
     return Table("Bodies drawn by lot", header, rows, note)
 

@@ -150,8 +150,8 @@ class Bodies(Part):
     """Calls again with each body; their median counts."""
     seconds: Seconds
     """Time of a peer at a body, seconds of solving: it follows fewer orbits where it is slow."""
-    longest: Annotated[Whole, Field(ge=1, le=3600)] = 10
-    """Time of ours at a body, seconds: four times that, on average, and the list is cut."""
+    longest: Annotated[Whole, Field(ge=1, le=3600)] = 6
+    """Time of ours at a body on average, seconds: the list is cut where it takes longer."""
 
 
 class Config(ExperimentConfig):

@@ -10,7 +10,8 @@ import pytest
 
 from rigidpend.experiments.bench import report as reading
 from rigidpend.machine.tables import Table, terminal
-from tests.experiments.bench.data import data, many
+from scripts import readme_tables
+from tests.experiments.bench.data import data, many, with_bodies
 from tests.results.loaded import loaded
 
 
@@ -161,6 +162,16 @@ def test_bodies_are_told_by_median_and_worst_with_a_peer_scaled_to_as_many_orbit
     assert peer[9] == "400"
     assert "4 bodies" in table.note
     assert "10,000 orbits" in table.note
+
+
+def test_the_readme_has_bodies_beside_the_fastest_peer_that_vouches_for_symbols() -> None:
+    """A peer that vouches for none is no peer here, however fast."""
+    changed = data()
+    changed["bodies"] |= {"heyoka_two_tolerances": with_bodies([3.0] * 4, [0.5] * 4, 10_000)}
+    assert [row[2:] for row in readme_tables.shortest(changed).rows[-2:]] == [
+        ("1.75 s", "heyoka, two tolerances compared", "3 s", "1.75"),
+        ("7.5 us", "heyoka, two tolerances compared", "50 us", "7.5"),
+    ]
 
 
 def test_a_body_with_which_a_peer_is_faster_is_a_loss() -> None:

@@ -203,7 +203,7 @@ def test_a_worker_s_exit_tells_a_method_s_failure_from_a_fault(
     process.wait()
     process.returncode = code
     monkeypatch.setattr(subprocess, "Popen", lambda *_, **__: process)
-    monkeypatch.setattr(worker, "_heard", lambda *_: ("", "x", False))
+    monkeypatch.setattr(worker, "heard", lambda *_: ("", "x", False))
     order = worker.Order("search", {"cyrk": []}, {}, 1, 1.0)
     if code == 1:
         with pytest.raises(worker.Fault, match=r"worker stopped \(cyrk\): x"):
