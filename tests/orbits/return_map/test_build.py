@@ -217,7 +217,7 @@ def test_a_cache_that_cannot_be_written_costs_time_alone(
 
 
 @pytest.mark.parametrize(
-    "module", ["return_map/charts.py", "integrate/arcs.py", "integrate/kernel/functions.py"]
+    "module", ["return_map/charts.py", "integrate/states.py", "integrate/kernel/functions.py"]
 )
 def test_a_map_of_other_code_is_another(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """What integrates for the tables counts as well as what fits them."""

@@ -19,7 +19,7 @@ from flint import arb
 from rigidpend import Body
 from rigidpend.mechanics.equations import aligned
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.integrate.arcs import arcs
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.poincare import state_of
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
@@ -83,7 +83,7 @@ def crossed(quad: Quad, u: float, h: str) -> tuple[float, float]:
     begin, c, a = section_point(FIG4, h, quad, u)
     time = 23.97
     for _ in range(3):
-        end = arcs(c.aligned, begin, a.array([time]), 113)[:, -1, 0]
+        end = states_at(c.aligned, begin, a.array([time]), 113)[:, -1, 0]
         time -= float(end[2] / aligned(list(end), c.aligned)[2])
     Qp, Qm, _, _, _, gamma3 = map(float, end)
     side = 1 if Qm > 0 else -1
@@ -205,7 +205,7 @@ def first_crossing(quad: Quad) -> tuple[float, float]:
     begin, c, a = section_point(HEAVY, "2", quad, 0)
     times = np.arange(1, 301) / 100
     for _ in range(2):
-        M3 = arcs(c.aligned, begin, a.array(list(times)), 113)[2, :, 0].astype(float)
+        M3 = states_at(c.aligned, begin, a.array(list(times)), 113)[2, :, 0].astype(float)
         changed = np.flatnonzero(M3 * M3[0] < 0)
         if not changed.size:
             return math.inf, math.inf
