@@ -12,8 +12,7 @@ from matplotlib.ticker import NullFormatter
 from rigidpend.experiments.bench.measuring import reading
 from rigidpend.experiments.bench.measuring.problems import NAMES
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots.palette import BLUE, GREEN, ORANGE, PINK, RED, SKY, WIDTH
-from rigidpend.experiments.plots.panels import entry, title
+from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, PINK, RED, SKY, WIDTH, entry, title
 
 ROW, DIAGRAM, LEGEND = 0.24, 2.35, 1.35
 """Inches: a row of ratios, a diagram, and the legend with the labels of the axes."""
