@@ -1,4 +1,4 @@
-"""Parts that drawings share: colours, titles, legends, arrays of symbols, planes, ticks, axis labels.
+"""Parts that drawings share: colours, titles, legends, symbols, planes, ticks, axis labels.
 
 Colours are Okabe and Ito's palette, safe for the colour-blind (M. Okabe and K. Ito, Color
 Universal Design, 2008). In arrays of symbols black is 0, white is 1, grey is no symbol.
