@@ -78,15 +78,13 @@ def render(source: Path, target: Path, *, force: bool = False) -> bool:
     origin = drawn_from([source])
     if not force and kept(target, origin):
         return False
+    files.make_way(target)
     result = storage.marked(store.load(source), storage.beside(source))
     try:
         drawn = image(result, target.suffix[1:], origin)
     except Undrawable as error:
         raise Undrawable(f"{source}: {error}") from error
-    try:
-        store.replace(target, drawn)
-    except OSError as error:
-        raise store.StoreError(f"{target}: cannot be written: {error.strerror}") from None
+    files.write(target, drawn)
     return True
 
 
@@ -186,7 +184,7 @@ def render_together(sources: Sequence[Path], target: Path, *, force: bool = Fals
     with matplotlib.rc_context(fname=STYLE), _undrawable():
         figure = together(list(zip(labels, results, strict=True)))
         drawn = _image(figure, target.suffix[1:], attributes, captions.foot(target.stem, results))
-    store.replace(target, drawn)
+    files.write(target, drawn)
     return True
 
 

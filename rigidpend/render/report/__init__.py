@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from rigidpend import experiments
 from rigidpend.experiments.data.tree import Loaded
-from rigidpend.machine import words
+from rigidpend.machine import files, words
 from rigidpend.machine.files import Absent
 from rigidpend.machine.tables import Table
 from rigidpend.machine.workers import check_stop
@@ -60,11 +60,8 @@ def write(sources: Sequence[Path], target: Path) -> list[str]:
         As :func:`build`; or the page cannot be written.
     """
     page = build(sources)
-    store.prepare(target)
-    try:
-        store.replace(target, page.html.encode("utf-8"))
-    except OSError as error:
-        raise store.StoreError(f"{target}: cannot be written: {error.strerror}") from None
+    files.prepare(target)
+    files.write(target, page.html.encode("utf-8"))
     return page.problems
 
 
