@@ -138,7 +138,7 @@ def guarded(command: Command) -> Command:
             code, said = signals.conclude(signals.came() or signal.SIGINT, say)
             _document_failure(kwargs, said, code)
             sys.exit(code)
-        except Exception as error:
+        except Exception as error:  # noqa: BLE001
             code = exit_code(error)
             # stdout may be what failed, as on a full disk: flushed at the end it would fail again.
             if isinstance(error, OSError):

@@ -257,7 +257,7 @@ def _follow(planned: Plan, outcome: RunOutcome, shown: Progress, logs: Logs, whe
         jobs = max(1, where.jobs // where.at_once)
         runner.follow(planned, jobs=jobs, say=hear, scheduler=where.scheduler)
         outcome.status = "computed"
-    except Exception as error:
+    except Exception as error:  # noqa: BLE001
         code, outcome.status = exit_code(error), "failed"
         outcome.error = sentence(error, lambda it: logs.failure(name, it))
         logs.hear(name, f"failed: {outcome.error}")

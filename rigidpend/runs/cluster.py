@@ -212,7 +212,7 @@ def _client(address: str) -> Any:
     def connect() -> None:
         try:
             made.set_result(distributed.Client(address, timeout=PATIENCE, set_as_default=False))
-        except Exception as error:
+        except Exception as error:  # noqa: BLE001
             made.set_exception(error)
 
     threading.Thread(target=connect, daemon=True).start()
@@ -221,7 +221,7 @@ def _client(address: str) -> Any:
         check_stop()
     try:
         return made.result(0)
-    except Exception as error:
+    except Exception as error:  # noqa: BLE001
         said = str(error) or f"silent for {PATIENCE:g} s"
         raise WorkerError(
             f"no Dask scheduler answers at {address} ({said}); start one there: dask scheduler"
