@@ -69,8 +69,8 @@ def test_phases_may_come_in_any_dress() -> None:
 def test_codes_are_read_as_texts() -> None:
     codes = np.array([[0, 1, NO_SYMBOL], [1, 0, NO_SYMBOL]], dtype=np.uint8)
     certain = np.array([[True, True, True], [True, False, True]])
-    empty = np.zeros(3)
-    routes = RouteCodes(np.arange(3.0), codes, certain, *([empty] * 4))  # type: ignore[list-item]
+    none: Any = None
+    routes = RouteCodes(np.arange(3.0), codes, certain, none, none, none, none)
     assert routes.words == ["01", "1?", ".."]
     assert repr(routes) == "<routes of 3 orbits; 0: 01, 1: 1?, 2: ..>"
 
