@@ -84,13 +84,15 @@ def build(sources: Sequence[Path]) -> Page:
 
 def _section(source: Path) -> ResultSection:
     """The part of a file; a sentence where it cannot be shown."""
+    from rigidpend import render
     from rigidpend.render import OF_VALUES, Undrawable
 
     check_stop()
     try:
         result = store.load(source)
         certificate, doubt = _certificate(source)
-        return section(marked(result, certificate))._replace(doubt=doubt)
+        drawn = render.kept(source.with_suffix(".png"), render.drawn_from([source]))
+        return section(marked(result, certificate), drawn)._replace(doubt=doubt)
     except Undrawable as error:
         return problem(source.stem, f"{source}: {error}")
     except store.StoreError as error:
@@ -110,8 +112,8 @@ def _certificate(source: Path) -> tuple[Loaded | None, str]:
         return None, f"nothing is marked as proven: {error}"
 
 
-def section(result: Any) -> ResultSection:
-    """Make a result's part of the page."""
+def section(result: Any, drawn: bytes | None = None) -> ResultSection:
+    """Make a result's part of the page, with its image, drawn now where none is given."""
     from rigidpend import render
     from rigidpend.render import captions
 
@@ -121,7 +123,7 @@ def section(result: Any) -> ResultSection:
         name=str(attributes.get("name", "unnamed")),
         figure=str(attributes.get("figure", "")),
         experiment=experiment,
-        picture=picture(render.image(result, "png")),
+        picture=picture(drawn or render.image(result, "png")),
         caption=captions.caption(experiment),
         bodies=captions.bodies(result),
         tables=_tables(experiment, result),
