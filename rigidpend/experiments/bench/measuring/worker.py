@@ -135,7 +135,7 @@ def main() -> None:
     try:
         for line in works[order.work](order):
             print(json.dumps(line), flush=True)
-    except Exception as error:
+    except Exception as error:  # noqa: BLE001
         print(_said(error), file=sys.stderr)
         sys.exit(FAILED if isinstance(error, FAILURES) else 1)
 
