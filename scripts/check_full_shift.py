@@ -41,7 +41,7 @@ PARTS = 32
 """Parts of a step on which signs and rates are told."""
 ALONE, THIN, WIDEST = Fraction(1, 32), Fraction(1, 2**20), Fraction(1, 4096)
 """Distances within which a point of the section and one of a line is alone; radius of a tube."""
-MOST = {"steps": 4000, "work": 10**8, "degree": 40, "bits": 62, "curve": 20}
+MOST = {"steps": 4000, "work": 5 * 10**8, "degree": 100, "bits": 124, "curve": 20}
 """Sizes of a proof at most; work is that of multiplying term by term, minutes."""
 STEEP = 64
 """Exponent of a bound's growth over a step at most."""
@@ -455,7 +455,7 @@ def crossing(
             break
         time = M3 / Fraction(slowest, 1 << Interval.digits)
         if time * fastest <= late:
-            away = [e + time * fastest for e in apart]
+            away = [e + time * size(rate) for e, rate in zip(apart, found, strict=True)]
             return _crossed(end, box, away, side, begin)._replace(time=around(0, time))
         late = 2 * time * fastest
     raise Fails("C5: M3 crosses zero too slowly")
@@ -570,16 +570,16 @@ def _steps(proof: dict[str, Any]) -> Iterable[list[Step]]:
     counts, bits = [int(x) for x in proof["terms"]], [int(x) for x in proof["bits"]]
     powers = [tuple(int(x) for x in row) for row in proof["powers"]]
     values = [[int(x) for x in row] for row in proof["coefficients"]]
+    orbits: list[list[Step]] = [[], [], [], [], []]
     of = [int(x) for x in proof["family"]]
     if not len(counts) == len(bits) == len(of) <= MOST["steps"] or min(counts) < 1:
         raise Refused("steps are not as many as they say")
     if sum(counts) != len(powers) or len(powers) != len(values):
         raise Refused("terms are not as many as they say")
-    if not all(1 <= x <= MOST["bits"] for x in bits) or not set(of) <= {0, 1, 2, 3, 4}:
+    if not all(1 <= x <= MOST["bits"] for x in bits) or not set(of) <= set(range(2 * len(orbits))):
         raise Refused("a step has too many bits, or is of no set")
     if any(len(at) != 3 or not all(0 <= n <= MOST["degree"] for n in at) for at in powers):
         raise Refused("a term is of no degree, or of one too high")
-    orbits: list[list[Step]] = [[], [], [], [], []]
     first, left = 0, MOST["work"]
     for k, count, fine in zip(of, counts, bits, strict=True):
         here = range(first, first + count)
@@ -600,9 +600,24 @@ def _steps(proof: dict[str, Any]) -> Iterable[list[Step]]:
             raise Refused("there are more terms than can be multiplied in minutes")
         if any(j for j, _, _ in columns[6]):
             raise Refused("the length of a step depends on time")
-        orbits[k].append(Step(Series(columns[6], CLOCK + 1), states))
         first += count
+        if k < len(orbits):
+            orbits[k].append(Step(Series(columns[6], CLOCK + 1), states))
+            continue
+        # What is finer than a word, of the step before.
+        steps = orbits[k - len(orbits)]
+        if not steps or columns[6]:
+            raise Refused("what is added to a step is of no step, or has a length")
+        coarse = steps.pop()
+        both = [x + y for x, y in zip(coarse.states, states, strict=True)]
+        steps.append(Step(coarse.half, both))
     return orbits
+
+
+def _stated(config: dict[str, Any]) -> dict[str, Any]:
+    """What a config says of a proof; how many half rotations were asked for is no part of it."""
+    problem = {key: x for key, x in config["problem"].items() if key != "half_turns"}
+    return {"experiment": config["experiment"], "problem": problem}
 
 
 def check(path: Path, given: Path | None = None) -> str:
@@ -614,14 +629,13 @@ def check(path: Path, given: Path | None = None) -> str:
             import yaml
 
             wanted = yaml.load(given.read_text(encoding="utf-8"), yaml.BaseLoader)
-            keys = ("experiment", "problem")
-            check_against({key: config[key] for key in keys}, {key: wanted[key] for key in keys})
+            check_against(_stated(config), _stated(wanted))
             Interval.digits = DIGITS
         problem = {key: config["problem"][key] for key in ("A", "r", "mu", "h")}
         action = config["problem"]["J1_0"]
         triples = [", ".join(problem[key]) for key in ("A", "r") if len(problem[key]) == 3]
         of = "A = {}; r = {}; mu = {mu}; h = {h}".format(*triples, **problem)
-    except (KeyError, TypeError, IndexError) as error:
+    except (KeyError, TypeError, IndexError, AttributeError) as error:
         raise Refused(f"its config, or the one given, lacks something: {error!r}") from None
     J1 = number(action)
     if Interval.of(J1).low <= 0:

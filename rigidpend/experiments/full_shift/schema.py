@@ -18,8 +18,8 @@ class Problem(HeavyBody):
     """Energy of all orbits (eq. h0_new), dimensionless, h > mu > 0."""
     J1_0: Number
     """Initial action of a line of starts, dimensionless, a decimal or fraction, J1_0 > 0."""
-    half_turns: Annotated[Whole, Field(ge=1, le=100)]
-    """Half rotations of every passage; the more, the smaller are the sets, and the less bent."""
+    half_turns: Annotated[Whole, Field(ge=1, le=100)] | None = None
+    """Half rotations of every passage, by which sets are smaller; searched unless given."""
 
     @model_validator(mode="after")
     def _rotates(self) -> Self:

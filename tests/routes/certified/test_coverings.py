@@ -29,12 +29,13 @@ from rigidpend.routes.certified.pieces import (
     Quad,
     StartLine,
     made,
+    packed,
     unpacked,
     unpacked_line,
     unpacked_quads,
 )
 from scripts import check_full_shift as script
-from scripts.check_certificate import Fails, Interval
+from scripts.check_certificate import Fails, Interval, Refused
 from tests.attacks import lot
 from tests.cli.calls import REFERENCE
 from tests.experiments.trees import reference
@@ -494,6 +495,49 @@ def test_terms_that_come_round_again_are_refused(data: Any) -> None:
     terms[:4] += 2**62
     with pytest.raises(ValueError, match="other terms"):
         unpacked({**proof, "terms": terms}, 5)
+
+
+def finer(piece: FamilyStep, by: int) -> FamilyStep:
+    """The same step in units that many bits finer, and half a unit of old off in each term."""
+    terms = [{at: (w << by) + (1 << by - 1) for at, w in each.items()} for each in piece.terms]
+    return FamilyStep(piece.bits + by, piece.half, terms)
+
+
+def test_numbers_of_more_bits_than_a_word_are_stored_whole(orbits: Any) -> None:
+    """By both readers, negative ones among them."""
+    steps = [[finer(piece, 30) for piece in orbits[k]] for k in range(5)]
+    steps[1] = orbits[1]
+    stored = packed(steps)
+    assert set(stored["family"]) > {0, 1, 5}
+    found = unpacked(stored, 5)
+    assert [[each.bits for each in of] for of in found] == [[x.bits for x in of] for of in steps]
+    theirs = script._steps(stored)
+    for mine, others, wanted in zip(found, theirs, steps, strict=True):
+        for one, other, piece in zip(mine, others, wanted, strict=True):
+            assert one.half == {at: w for at, w in piece.half.items() if w}
+            for k, terms in enumerate(piece.terms):
+                assert one.terms[k] == terms
+                expected = series(terms, piece.bits)
+                assert (other.states[k] - expected).most == 0
+
+
+@pytest.mark.parametrize("how", ["of no step", "a length", "not finer"])
+def test_digits_that_are_added_to_nothing_are_refused(orbits: Any, how: str) -> None:
+    stored = packed([[finer(orbits[0][0], 30)]])
+    if how == "of no step":
+        stored["family"] = stored["family"][::-1]
+    elif how == "a length":
+        stored["coefficients"][-1, 6] = 1
+        stored["powers"][-1] = 0, 9, 9
+    else:
+        stored["bits"][1] = stored["bits"][0] - 1
+    with pytest.raises(ValueError, match="what is added to a step is"):
+        unpacked(stored, 1)
+    if how != "not finer":
+        # The other reader counts five sets, and takes units of any order.
+        stored["family"] = stored["family"] * 5
+        with pytest.raises(Refused, match="what is added to a step is"):
+            script._steps(stored)
 
 
 def test_a_length_that_depends_on_time_is_refused(data: Any) -> None:
