@@ -58,7 +58,9 @@ class Series:
         if isinstance(x, Series):
             return x
         ends = Interval.of(x)
-        return cls({(0, 0, 0): ends.low}, Interval.digits, ends.high - ends.low)
+        middle = (ends.low + ends.high) // 2
+        # The middle is rounded down, so that it is nearer to the lower end.
+        return cls({(0, 0, 0): middle}, Interval.digits, ends.high - middle)
 
     @property
     def most(self) -> Fraction:
@@ -199,7 +201,11 @@ class Problem(NamedTuple):
 def problem_of(given: dict[str, Any]) -> Problem:
     """The constants, from the numbers of a config."""
     (A1, A2, A3), (r1, r2, r3) = (map(number, given[key]) for key in ("A", "r"))
-    mu, h = number(given["mu"]), number(given["h"])
+    wide = Interval.of(number(given.get("around", "0")))
+    if wide.low < 0:
+        raise Refused("around >= 0 is broken, or cannot be told")
+    near = around(1, wide)
+    mu, h = (number(given[name]) * near for name in ("mu", "h"))
     ordered = Interval.of(A1 - A3).low > 0 and Interval.of(A3 - A2).low > 0
     if not (ordered and Interval.of(A2).low > 0 and r3 == 0 and r1 >= 0 and r2 >= 0):
         raise Refused("A1 > A3 > A2 > 0 or r1, r2 >= 0 = r3 is broken, or cannot be told")
@@ -209,11 +215,11 @@ def problem_of(given: dict[str, Any]) -> Problem:
     rho1, rho2, lam, two = r1 / length, r2 / length, s * c, sqrt(Interval.of(2))
     a, b, sigma = mu * (s * rho1 - c * rho2), mu * (s * rho1 + c * rho2), lam * two
     omega = (kappa - c * c) / (2 * c), (kappa + s * s) / (2 * s), kappa
-    F = larger(hypotenuse(a, b), sigma * Interval.of(mu).size)
+    F = larger(hypotenuse(a, b), sigma * mu.size)
     Omega = larger(two * larger(omega[0].size, omega[1].size), kappa.size / sigma)
     w = sqrt(Omega / F) if F.low << 32 > Omega.high else Interval.of(2**16)
     return Problem(
-        *(lam, a, b, (mu * rho1, mu * rho2), omega, (1 / (2 * c), 1 / (2 * s)), Interval.of(h)),
+        *(lam, a, b, (mu * rho1, mu * rho2), omega, (1 / (2 * c), 1 / (2 * s)), h),
         *(sigma, F, Omega, Interval(w.low, w.low)),
     )
 
@@ -616,7 +622,8 @@ def _steps(proof: dict[str, Any]) -> Iterable[list[Step]]:
 
 def _stated(config: dict[str, Any]) -> dict[str, Any]:
     """What a config says of a proof; how many half rotations were asked for is no part of it."""
-    problem = {key: x for key, x in config["problem"].items() if key != "half_turns"}
+    problem = {"around": "0"} | dict(config["problem"].items())
+    problem.pop("half_turns", None)
     return {"experiment": config["experiment"], "problem": problem}
 
 
@@ -632,11 +639,14 @@ def check(path: Path, given: Path | None = None) -> str:
             check_against(_stated(config), _stated(wanted))
             Interval.digits = DIGITS
         problem = {key: config["problem"][key] for key in ("A", "r", "mu", "h")}
+        near = problem["around"] = config["problem"].get("around", "0")
         action = config["problem"]["J1_0"]
         triples = [", ".join(problem[key]) for key in ("A", "r") if len(problem[key]) == 3]
         of = "A = {}; r = {}; mu = {mu}; h = {h}".format(*triples, **problem)
     except (KeyError, TypeError, IndexError, AttributeError) as error:
         raise Refused(f"its config, or the one given, lacks something: {error!r}") from None
+    if near != "0":
+        of += f", and all mu and h that differ from these by at most {near} of them"
     J1 = number(action)
     if Interval.of(J1).low <= 0:
         raise Refused("J1_0 > 0 is broken, or cannot be told")

@@ -104,7 +104,8 @@ def checked(config: Config, quads: Data, line: Data, proof: Data) -> Proven:
     """
     from rigidpend.routes.certified import coverings, pieces
 
-    sets, numbers = pieces.unpacked_quads(quads), coverings.Numbers.of(*_level(config))
+    sets = pieces.unpacked_quads(quads)
+    numbers = coverings.Numbers.of(*_level(config), config.problem.around)
     orbits = pieces.unpacked(proof, len(sets) + 1)
     starts = pieces.unpacked_line(_fraction(config), line)
     arrivals, relations = coverings.prove(numbers, sets, orbits[:-1])
@@ -121,10 +122,12 @@ def theorems(config: Config, data: Data) -> list[str]:
         proven = checked(config, data["sets"], data["line"], data["proof"])
     except Undecided as doubt:
         raise ArithmeticError(f"{UNDECIDED}: {doubt}") from None
-    count = sum(map(len, proven.relations))
+    count, around = sum(map(len, proven.relations)), config.problem.around
+    also = f"all of this of every mu and h that differ by at most {around} of themselves"
     return [
         f"{count} covering relations hold: every sequence of 0 and 1 is the code of an orbit",
         "the line of starts crosses both upward sets: every one-sided sequence is a start's code",
+        *([also] if float(around) else []),
     ]
 
 

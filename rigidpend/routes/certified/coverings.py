@@ -69,7 +69,7 @@ def coordinates(quad: Quad, d: Family, g: Family) -> tuple[Family, Family]:
 
 
 class Numbers(NamedTuple):
-    """Numbers of a body and an energy, balls."""
+    """Numbers of a body and an energy, or of all near them, balls."""
 
     field: AlignedCoefficients
     to_M1: arb
@@ -77,13 +77,16 @@ class Numbers(NamedTuple):
     h: arb
 
     @classmethod
-    def of(cls, body: Body, h: Exact) -> Numbers:
-        """Enclose those of a body."""
+    def of(cls, body: Body, h: Exact, around: Exact | None = None) -> Numbers:
+        """Enclose those of a body, with all mu and h that differ by at most so much of them."""
         with precision(BITS):
+            near = (
+                1 + arb(0, abs(arb(around.over(BALLS))).upper()) if around is not None else arb(1)
+            )
             p = angles(body)
-            half = p.alpha0 / 2
-            found = aligned_coefficients(p, BALLS)
-            return cls(found, 1 / (2 * half.cos()), 1 / (2 * half.sin()), arb(h.over(BALLS)))
+            p, half = p._replace(mu=p.mu * near), p.alpha0 / 2
+            found, h_ball = aligned_coefficients(p, BALLS), arb(h.over(BALLS)) * near
+            return cls(found, 1 / (2 * half.cos()), 1 / (2 * half.sin()), h_ball)
 
 
 class Reached(NamedTuple):

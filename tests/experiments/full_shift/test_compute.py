@@ -97,7 +97,13 @@ def test_the_command_that_checks_certificates_proves_a_result_again(tmp_path: Pa
 
 
 def test_a_free_body_is_refused_where_it_stands() -> None:
-    for change, word in (("problem.mu=0", "mu > 0"), ("problem.h=0.0005", "h > mu")):
+    for change, word in (
+        ("problem.mu=0", "mu > 0"),
+        ("problem.h=0.0005", "h > mu"),
+        ("problem.around=-1e-15", "a number from 0"),
+        ("problem.A=[2, 1.5, 1.5]", "A1 > A3 > A2 is broken"),
+        ("problem.r=[1, 1, 0.1]", "r3 = 0 is broken"),
+    ):
         with pytest.raises((ValueError, ParameterError), match=word):
             typed(Config, CONFIG, [change])
 

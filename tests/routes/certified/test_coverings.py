@@ -704,6 +704,51 @@ def test_a_proof_is_of_one_body_and_energy(
         assert said(script.arrival, script.problem_of(given), quad_of(quads[0]), steps)[:1] == "C"
 
 
+@pytest.mark.parametrize(("share", "inside"), [("99/100", True), ("101/100", False)])
+@pytest.mark.parametrize("sign", ["", "-"])
+def test_an_interval_has_the_bodies_and_energies_within_it(
+    share: str, inside: bool, sign: str
+) -> None:
+    """mu and h that differ by barely less, and by barely more, in both checkers."""
+    by = 1 + Fraction(f"{sign}{share}") * Fraction("1e-13")
+    near = coverings.Numbers.of(BODY, exact(GIVEN["h"]), exact("1e-13"))
+    other = Body(A=GIVEN["A"], r=GIVEN["r"], mu=Fraction(GIVEN["mu"]) * by)
+    found = coverings.Numbers.of(other, exact(Fraction(GIVEN["h"]) * by))
+    for name in ("mu_r1", "mu_r2", "force_m"):
+        assert getattr(near.field, name).contains(getattr(found.field, name)) is inside
+    assert near.h.contains(found.h) is inside
+    given = {**GIVEN, "mu": str(Fraction(GIVEN["mu"]) * by), "h": str(Fraction(GIVEN["h"]) * by)}
+    ours = script.problem_of({**GIVEN, "around": "1e-13"})
+    theirs = script.problem_of(given)
+    for one, there in ((ours.mu[0], theirs.mu[0]), (ours.b, theirs.b), (ours.h, theirs.h)):
+        assert (one.low < there.low and there.high < one.high) is inside
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("around", "reason"), [("1e-13", ""), ("2e-13", "C6")])
+def test_a_proof_is_of_all_bodies_that_are_near_enough(
+    quads: Any, orbits: Any, arrivals: Any, around: str, reason: str
+) -> None:
+    """The set that is proven with the least room."""
+    numbers = coverings.Numbers.of(BODY, exact(GIVEN["h"]), exact(around))
+
+    def by_package() -> None:
+        found = coverings.arrival(numbers, quads[0], orbits[0])
+        coverings.relation(found, quads[2], arrivals[2].begin, 2)
+
+    def by_script() -> None:
+        p = script.problem_of({**GIVEN, "around": around})
+        found = script.arrival(p, quad_of(quads[0]), [step(x) for x in orbits[0]])
+        script.check_relation(found, quad_of(quads[2]), [_interval(x) for x in arrivals[2].begin])
+
+    assert said(by_package)[:2] == said(by_script)[:2] == reason
+
+
+def test_an_interval_that_is_turned_round_is_refused() -> None:
+    with pytest.raises(Refused, match="around >= 0"):
+        script.problem_of({**GIVEN, "around": "-1e-13"})
+
+
 def test_the_second_checker_imports_nothing_of_the_package() -> None:
     found = set()
     for node in ast.walk(ast.parse(Path(script.__file__).read_text(encoding="utf-8"))):
