@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
-from rigidpend.experiments.bench import drawn
 from rigidpend.experiments.bench.measuring import counts
 from rigidpend.experiments.bench.measuring.fields import time_unit
 from rigidpend.experiments.bench.measuring.problems import FIG4, Crossed, Task, random_routes
@@ -157,18 +156,6 @@ def test_the_horizon_of_a_peer_is_behind_the_last_crossing(methods: Any, tasks: 
     last = route(tasks[-1]).time.max()
     horizon = float(tasks[-1].times.max()) * time_unit(SHORT.body)
     assert last < horizon < 1.01 * last
-
-
-def test_bodies_are_drawn_from_the_whole_domain_and_the_kept_ones_stay() -> None:
-    kept, other = drawn.drawn(), drawn.drawn(1, 20)
-    assert [str(x) for x in drawn.drawn()[3].body.A] == [str(x) for x in kept[3].body.A]
-    assert len({x.body.A for x in [*kept, *other]}) == 60
-    weights = np.log10([float(x.body.mu) / float(x.h0) for x in kept])
-    starts = np.log10([float(x.J1_0) for x in kept])
-    for values, (low, high) in ((weights, drawn.WEIGHT), (starts, drawn.START)):
-        # Forty even draws leave a sixth of their range empty at an end once in a thousand.
-        assert low - 0.01 <= values.min() < low + (high - low) / 6
-        assert high - (high - low) / 6 < values.max() <= high + 0.01
 
 
 def test_symbols_of_random_phases_are_held_against_113_bits() -> None:
