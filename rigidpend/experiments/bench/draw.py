@@ -85,6 +85,8 @@ def draw(result: Loaded) -> Figure:
         title(axes, letter, axes.get_title())
         axes.set_title("")
         axes.grid(alpha=0.25, lw=0.4)
+        # Within less than a decade they would be written upon each other.
+        axes.xaxis.set_minor_formatter(NullFormatter())
     _draw_legend(below.add_subplot(grid[-1, len(diagrams) % 2 :]), every)
     return figure
 
@@ -181,7 +183,6 @@ def _draw_wrong(axes: Axes, data: Data) -> None:
     axes.set_ylim(0, max(100.0, 1.5 * axes.get_ylim()[1]))
     low, high = axes.get_xlim()
     axes.set_xlim(low / 1.5, high * 1.5)
-    axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _draw_many(axes: Axes, data: Data) -> None:
