@@ -67,6 +67,15 @@ def test_phases_may_come_in_any_dress() -> None:
     np.testing.assert_array_equal(alone.codes[:, 0], whole.codes[:, 1])
 
 
+def test_codes_are_read_as_texts() -> None:
+    codes = np.array([[0, 1, NO_SYMBOL], [1, 0, NO_SYMBOL]], dtype=np.uint8)
+    certain = np.array([[True, True, True], [True, False, True]])
+    none: Any = None
+    routes = RouteCodes(np.arange(3.0), codes, certain, none, none, none, none)
+    assert routes.words == ["01", "1?", ".."]
+    assert repr(routes) == "<routes of 3 orbits; 0: 01, 1: 1?, 2: ..>"
+
+
 def test_symbols_do_not_depend_on_how_many_are_asked() -> None:
     few, many = codes(["1", "2"], n_symbols=3), codes(["1", "2"], n_symbols=20)
     np.testing.assert_array_equal(few.codes, many.codes[:3])

@@ -181,7 +181,7 @@ def _record(
         fine.bits,
         fine.delay,
         int(alone.right.sum()),
-        float(np.abs(alone.late[alone.right]).max(initial=0.0)),
+        float(alone.error[alone.right].max(initial=0.0)),
         made.chain.chi,
         made.chain.d,
         made.chain.I,
