@@ -37,11 +37,11 @@ WEIGHTS = ("force_p", "force_m", "mu_r1", "mu_r2")
 State = tuple[Fraction, ...]
 
 
-class Step(NamedTuple):
+class IntegerStep(NamedTuple):
     """A step of an orbit, with M in units of `unit` and time in units of its inverse."""
 
     series: list[list[int]]
-    """Of the six components, in powers of the time from the beginning."""
+    """Series of the six components, in powers of the time from the beginning."""
     begin: int
     length: int
     P: int
@@ -78,7 +78,7 @@ class Step(NamedTuple):
 
 def steps(
     coefficients: AlignedCoefficients, state: Sequence[Fraction], bits: int
-) -> Iterator[Step]:
+) -> Iterator[IntegerStep]:
     """Follow an orbit of the aligned field, step by step of natural length, for ever.
 
     Parameters
@@ -97,7 +97,7 @@ def steps(
     flow, now, time = _Flow([fixed(x, P) for x in c], P), [fixed(x, P) for x in here], 0
     while True:
         series, length = flow.expand(now)
-        yield Step(series, time, length, P, unit)
+        yield IntegerStep(series, time, length, P, unit)
         now, time = [value_at(one, length, P) for one in series], time + length
 
 
@@ -154,7 +154,7 @@ class _Flow:
         for line, value in zip(self.components, state, strict=True):
             self.terms[line].append(value)
         self.known = {i: [0] * (self.order + 1) for i, *_ in self.sums}
-        """What is already added to the coefficients of products."""
+        """Parts of the coefficients of products that are already added up."""
         self.heads: dict[tuple[int, int], Any] = {}
         """Beginnings of series as polynomials, which several products need."""
         self._solve(0, self.order)

@@ -33,8 +33,9 @@ FAR = 1e-3
 FIRST_ERROR = 1e-11
 """Error of theta2_0 by the map in doubles, radians, and of its times in t', at most."""
 ACROSS = 24
-"""Bits by which what is rounded on the way stays below what has grown from the start: across the
-layer of these orbits, some thousandth thick, a deviation grows as much more, once."""
+"""Bits by which roundings on the way stay below what has grown from the start.
+
+Across the layer of these orbits, some thousandth thick, a deviation grows as much more, once."""
 SPARE = 15
 """Digits beyond those of theta2_0 that are known in which its orbit is followed."""
 ROUNDS = 400
