@@ -14,7 +14,9 @@ from rigidpend.numbers.exact import Exact
 
 UNITS = {
     **dict.fromkeys(("A", "bodies", "mu", "M_0", "drawn"), "physical units"),
-    **dict.fromkeys(("h", "h0", "J1_0", "half_width", "heights", "factor"), "dimensionless"),
+    **dict.fromkeys(
+        ("h", "h0", "J1_0", "half_width", "heights", "factor", "around"), "dimensionless"
+    ),
     **dict.fromkeys(("tolerance", "tolerances", "long_tolerances"), "dimensionless"),
     **dict.fromkeys(("theta2_0", "between", "start", "step", "beta0"), "radians"),
     **dict.fromkeys(("azimuth", "elevation"), "radians"),

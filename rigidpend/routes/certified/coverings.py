@@ -139,36 +139,9 @@ def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilySt
     else:
         side, order = 1 if start.rising else -1, [1, 0, -1]
         begin, bound = beginning(numbers, start, pieces[0], growth)
+    end: list[Family] | None = None
     signs: list[int] = []
     time = arb(0)
-    for states, half, apart in followed(numbers, pieces, bound, growth):
-        with precision(SCALARS):
-            time += 2 * half.range
-            signs += _signs(numbers, states, apart, growth, side)
-    _check_signs(signs, order)
-    end = [state.at("z", 1) for state in states]
-    with precision(SCALARS):
-        return _crossing(numbers, end, apart, growth, side, begin, time)
-
-
-def followed(
-    numbers: Numbers, pieces: Sequence[FamilyStep], bound: arb, growth: LogarithmicNorm
-) -> Iterator[tuple[list[Family], Family, arb]]:
-    """Check steps one after the other (C2, C3): states, half-length and distance over each.
-
-    Parameters
-    ----------
-    numbers : Numbers
-    pieces : sequence of FamilyStep
-    bound : arb
-        On the distance of the polynomials from the orbits at the beginning.
-    growth : LogarithmicNorm
-
-    Raises
-    ------
-    Undecided
-    """
-    end: list[Family] | None = None
     for piece in pieces:
         check_stop()
         states = [Family.of(terms, piece.bits) for terms in piece.terms]
@@ -182,7 +155,11 @@ def followed(
             end = [state.at("z", 1) for state in states]
             leap = defect(numbers, states, half, growth)
             bound = _tube(states, half, bound, leap, growth)
-        yield states, half, bound
+            time += 2 * half.range
+            signs += _signs(numbers, states, bound, growth, side)
+    _check_signs(signs, order)
+    with precision(SCALARS):
+        return _crossing(numbers, end or [], bound, growth, side, begin, time)
 
 
 def beginning(

@@ -17,7 +17,7 @@ from rigidpend.experiments.full_shift.layout import LAYOUT
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.numbers.parameters import ParameterError
 from rigidpend.results import store
-from rigidpend.routes.certified import coverings
+from rigidpend.routes.certified import coverings, horseshoe
 from rigidpend.runs import certificates
 from tests.config.samples import content as typed
 from tests.experiments.trees import plain, reference, shifted
@@ -71,13 +71,21 @@ def test_all_eight_relations_are_proven_of_what_is_stored(changes: list[str]) ->
         (["problem.half_turns=10"], "sets are too wide"),
         (["problem.half_turns=12"], "with 12 half rotations: set 2: C3: the orbits are shown to"),
         (["problem.half_turns=22"], "with 22 half rotations: set 0: C6: an edge lies at |U| >="),
-        (["problem.half_turns=26"], "the sets are lost in rounding"),
+        (["problem.half_turns=32"], "no passages of 32 half rotations begin beside"),
     ],
 )
 def test_what_is_not_shown_is_undecided(changes: list[str], said: str) -> None:
     with pytest.raises(ArithmeticError, match="undecided, nothing is proven") as failed:
         full_shift.compute(typed(Config, CONFIG, changes), Means())
     assert said in str(failed.value)
+
+
+@pytest.mark.slow
+def test_sets_without_a_width_are_lost_in_rounding(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Both edges of a set are the same where images reach no further than its middle."""
+    monkeypatch.setattr(horseshoe, "OVERSHOOT", 0.0)
+    with pytest.raises(ArithmeticError, match="lost in rounding"):
+        full_shift.compute(typed(Config, CONFIG, ["problem.half_turns=14"]), Means())
 
 
 @pytest.mark.slow
