@@ -10,7 +10,17 @@ from typing import TYPE_CHECKING
 import click
 
 from rigidpend.cli import complete
-from rigidpend.cli.common import JOBS, JSON, OUT, SETTINGS, guarded, print_json, say
+from rigidpend.cli.common import (
+    JOBS,
+    JSON,
+    OUT,
+    SCHEDULER,
+    SETTINGS,
+    check_scheduler,
+    guarded,
+    print_json,
+    say,
+)
 
 if TYPE_CHECKING:
     from rigidpend.runs.certificates import Summary, Theorem
@@ -22,6 +32,7 @@ if TYPE_CHECKING:
 @click.option("--name", metavar="NAME", help="Name of the certificate, for one config.")
 @OUT
 @JOBS
+@SCHEDULER
 @click.option(
     "--check",
     "file",
@@ -37,6 +48,7 @@ def command(
     name: str | None,
     folder: Path,
     jobs: int | None,
+    scheduler: str | None,
     file: Path | None,
     force: bool,
     as_json: bool,
@@ -55,6 +67,7 @@ def command(
     """
     if bool(names) == bool(file):
         raise click.UsageError("give names of configs, or a certificate with --check")
+    check_scheduler(scheduler)
     from rigidpend.config.names import resolve
     from rigidpend.machine.workers import cores
     from rigidpend.runs import certificates, loading
@@ -74,6 +87,7 @@ def command(
             jobs=jobs or cores(),
             report=partial(_say, loaded.name),
             force=force,
+            scheduler=scheduler,
         )
     if as_json:
         print_json({of: [each._asdict() for each in found] for of, found in told.items()})

@@ -21,6 +21,7 @@ from rigidpend.runs.recalled import DOUBT, OTHER, SECONDS, AnyConfig
 
 # What a plan that finds nothing to do does without is imported where it is used.
 if TYPE_CHECKING:
+    from rigidpend.config.schema import ExperimentConfig
     from rigidpend.orbits.integrate.arithmetic import Arithmetic
 
 
@@ -174,8 +175,12 @@ def run(
         crew: dict[str, int] = {}
         pieces = _pieces(parts, planned, scheduler, tell, crew)
         # Each thread of a cluster's workers has a piece of its own.
-        means = Means(arithmetic, 1 if scheduler else jobs, tell, parts.keep, pieces)
-        data = experiments.computation(config.experiment).compute(content, means)
+        away, given = scheduler is not None, (config.experiment, content, arithmetic)
+        means = Means(arithmetic, 1 if away else jobs, tell, parts.keep, pieces, away)
+        if away and not experiments.in_pieces(config.experiment):
+            [data] = pieces([Piece("whole", _whole, given)])
+        else:
+            data = experiments.computation(config.experiment).compute(content, means)
         attributes: dict[str, Any] = {
             "name": config.name,
             "figure": content.figure,
@@ -194,6 +199,13 @@ def run(
         # Only now: a failure before this line leaves the parts for the next run.
         parts.drop()
         return str(attributes[DOUBT])
+
+
+def _whole(experiment: str, content: ExperimentConfig, arithmetic: Arithmetic) -> Tree:
+    """Compute an experiment on a worker of a cluster."""
+    from rigidpend.experiments.contract import Means
+
+    return experiments.computation(experiment).compute(content, Means(arithmetic))
 
 
 def _pieces(

@@ -12,8 +12,7 @@ from matplotlib.ticker import NullFormatter, PercentFormatter
 from rigidpend.experiments.bench import report
 from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots.palette import BLUE, GREEN, ORANGE, PINK, RED, SKY, WIDTH
-from rigidpend.experiments.plots.panels import entry, title
+from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, PINK, RED, SKY, WIDTH, entry, title
 
 ROW, DIAGRAM = 0.25, 2.15
 """Inches: a row of ratios, and a diagram."""
