@@ -39,7 +39,7 @@ from coverage import CoverageData
 from scripts.mutations import ROOT, Mutant, drawn, equivalent, mutants, source
 
 BUILD = ROOT / "build" / "mutants"
-COPIED = ("rigidpend", "tests", "scripts", "docs", "configs")
+COPIED = ("rigidpend", "tests", "scripts", "docs", "configs", "results")
 """What a copy of the project has of its own; the rest it shares."""
 OF_TEXT = tuple(
     f"tests/test_{name}.py"

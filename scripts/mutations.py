@@ -95,17 +95,32 @@ class Place(NamedTuple):
     """Whether a key is put together here."""
 
 
-def changes(node: ast.AST, *, keyed: bool = False) -> Iterator[ast.AST]:  # noqa: C901 (a table)
+def changes(node: ast.AST, *, keyed: bool = False) -> Iterator[ast.AST]:
     """Mutated copies of a node."""
+    yield from _of_operator(node)
+    yield from _of_number(node)
+    yield from _of_statement(node)
+    if isinstance(node, ast.Compare):
+        yield from _of_comparison(node)
+    if isinstance(node, ast.Call):
+        yield from _of_call(node)
+    if keyed:
+        yield from _of_key(node)
+
+
+def _of_comparison(node: ast.Compare) -> Iterator[ast.AST]:
+    op, left, right = node.ops[0], node.left, node.comparators[0]
+    if type(op) in COMPARISONS:
+        yield _with(node, ops=[COMPARISONS[type(op)](), *node.ops[1:]])
+    # Beside zero a factor changes nothing.
+    if isinstance(op, ORDERS) and not any(map(_is_zero, (left, right))):
+        for factor in SCALES:
+            yield _with(node, left=_times(left, factor))
+            yield _with(node, comparators=[_times(right, factor), *node.comparators[1:]])
+
+
+def _of_operator(node: ast.AST) -> Iterator[ast.AST]:
     match node:
-        case ast.Compare(left=left, ops=[op, *_], comparators=[right, *_]):
-            if type(op) in COMPARISONS:
-                yield _with(node, ops=[COMPARISONS[type(op)](), *node.ops[1:]])
-            # Beside zero a factor changes nothing.
-            if isinstance(op, ORDERS) and not any(map(_is_zero, (left, right))):
-                for factor in SCALES:
-                    yield _with(node, left=_times(left, factor))
-                    yield _with(node, comparators=[_times(right, factor), *node.comparators[1:]])
         case ast.BinOp(op=op) | ast.AugAssign(op=op) if type(op) in OPERATORS:
             yield _with(node, op=OPERATORS[type(op)]())
         case ast.BoolOp(op=op, values=values):
@@ -114,6 +129,10 @@ def changes(node: ast.AST, *, keyed: bool = False) -> Iterator[ast.AST]:  # noqa
                 yield _with(node, values=[*values[:k], *values[k + 1 :]])
         case ast.UnaryOp(op=ast.USub() | ast.Not(), operand=operand):
             yield operand
+
+
+def _of_number(node: ast.AST) -> Iterator[ast.AST]:
+    match node:
         case ast.Constant(value=bool() as value):
             yield ast.Constant(not value)
         case ast.Constant(value=int() as value):
@@ -126,6 +145,10 @@ def changes(node: ast.AST, *, keyed: bool = False) -> Iterator[ast.AST]:  # noqa
             if _number(value):
                 yield _with(node, value=_times(value, 10))
                 yield _with(node, value=_times(value, 0.5))
+
+
+def _of_statement(node: ast.AST) -> Iterator[ast.AST]:
+    match node:
         case ast.IfExp(test=test) | ast.If(test=test) | ast.While(test=test):
             yield _with(node, test=ast.UnaryOp(ast.Not(), test))
             if isinstance(node, ast.If) and isinstance(node.body[-1], LEAVING) and not node.orelse:
@@ -134,12 +157,14 @@ def changes(node: ast.AST, *, keyed: bool = False) -> Iterator[ast.AST]:  # noqa
             yield _with(node, value=ast.Constant(None))
         case ast.Return(value=ast.expr()) if ast.unparse(node) != "return None":
             yield _with(node, value=ast.Constant(None))
-        case ast.Call():
-            yield from _of_call(node)
-        case ast.Tuple(elts=elts) | ast.List(elts=elts) if keyed and len(elts) > 1:
+
+
+def _of_key(node: ast.AST) -> Iterator[ast.AST]:
+    match node:
+        case ast.Tuple(elts=elts) | ast.List(elts=elts) if len(elts) > 1:
             for k in range(len(elts)):
                 yield _with(node, elts=[*elts[:k], *elts[k + 1 :]])
-        case ast.Dict(keys=keys, values=values) if keyed and len(keys) > 1:
+        case ast.Dict(keys=keys, values=values) if len(keys) > 1:
             for k in range(len(keys)):
                 rest = {"keys": keys[:k] + keys[k + 1 :], "values": values[:k] + values[k + 1 :]}
                 yield _with(node, **rest)

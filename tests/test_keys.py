@@ -98,6 +98,7 @@ def test_of_each_field_of_a_map_s_design() -> None:
     assert_complete(key, FIRST._asdict(), SECOND._asdict())
 
 
+@pytest.mark.slow
 def test_of_a_map_s_program_for_orbits() -> None:
     made = return_map(FIG4, h="1.3342", bits=64)
     given = {"bits": 53, "least_Qp": 1e-4, "most_Qp": 1e-3}

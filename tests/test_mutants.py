@@ -97,7 +97,7 @@ def test_annotations_decorators_and_docstrings_are_left_alone() -> None:
 
 
 def test_numbers_of_a_drawing_are_taste() -> None:
-    of_drawing = mutations.mutants("rigidpend/experiments/plots/separatrix_ticks.py")
+    of_drawing = mutations.mutants("rigidpend/experiments/route_codes/draw.py")
     assert of_drawing
     assert not any(re.match(r"[\d.]+  ->", x.said) for x in of_drawing)
 

@@ -123,6 +123,7 @@ def taken(module: Any, start: Start, steps: Sequence[Step]) -> tuple[list[int], 
     return [x.separatrix for x in walk.crossings], float(walk.time / problem.unit)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("without", "before", "after", "made"),
     [
