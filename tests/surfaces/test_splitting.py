@@ -16,6 +16,7 @@ from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import sample_orbits
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.engines import default_engine
+from rigidpend.surfaces import splitting
 from rigidpend.surfaces.arrays import arrays
 from rigidpend.surfaces.heteroclinic import phase_at_start
 from rigidpend.surfaces.splitting import (
@@ -215,3 +216,17 @@ def test_where_S1_turns_back_nothing_is_resolved_and_nothing_told() -> None:
     assert not found.resolved
     assert np.isnan(found.excess).all()
     assert found.excess.shape == (TOP,)
+
+
+def test_eight_orbits_err_by_more_than_they_state(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So sixteen are the fewest. Their third harmonic is also that of 32 orbits."""
+    body = Body(A=(2, 1, "1.08"), r=("sqrt(0.92)", "sqrt(0.08)", 0), mu="1e-3")
+    in_doubles = ARITHMETIC._replace(precisions=(53,))
+    found = {}
+    for n in (8, 16, 32):
+        monkeypatch.setattr(splitting, "FEWEST", n)
+        found[n] = measure(body, H0, 1.0, in_doubles)
+        assert found[n].n == n
+    few, enough, many = found.values()
+    assert abs(few.excess[2] - many.excess[2]) > 2 * few.error
+    assert np.abs(enough.excess - many.excess).max() <= enough.error + many.error

@@ -77,4 +77,6 @@ def _draw_check(axes: Axes, checked: Data) -> None:
     axes.semilogy(growth, checked["allowed"][order], ".", color=RED, ms=3, label="allowed")
     axes.set(xlabel="ln of the growth", ylabel="|difference of ln growth|")
     title(axes, "c", "variational equations less map")
-    axes.legend(fontsize=7.5, loc="lower right")
+    # Room for the legend below the marks.
+    axes.margins(y=0.2)
+    axes.legend(fontsize=7.5, loc="lower right", ncols=2)
