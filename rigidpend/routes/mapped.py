@@ -52,7 +52,7 @@ SAMPLE = 64
 LEAST_SAMPLE = 8
 """Number of them in each part of the orbits, at least."""
 
-SHARPER, SHARPEST = 64, 90
+SHARPER, SHARPEST = 64, 84
 """Bits of the maps that decide what those in doubles leave open, in pairs of doubles.
 
 Those of most bits are made where the others leave so many orbits open that this pays."""
