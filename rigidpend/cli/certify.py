@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 @click.command("certify")
 @click.argument("names", nargs=-1, metavar="[NAME|FILE.yaml]...", shell_complete=complete.names)
 @SETTINGS
+@click.option("--name", metavar="NAME", help="Name of the certificate, for one config.")
 @OUT
 @JOBS
 @click.option(
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 def command(
     names: tuple[str, ...],
     settings: tuple[str, ...],
+    name: str | None,
     folder: Path,
     jobs: int | None,
     file: Path | None,
@@ -48,7 +50,7 @@ def command(
     \b
     Examples:
       rigidpend certify fig4
-      rigidpend certify fig4 --set problem.J1_0=1e-12 --out elsewhere
+      rigidpend certify fig4 --set problem.J1_0=1e-12 --name lower
       rigidpend certify --check results/fig4.certificate.h5
     """
     if bool(names) == bool(file):
@@ -61,7 +63,11 @@ def command(
     told: dict[str, Sequence[Summary | Theorem]] = {}
     if file:
         told[str(file)] = certificates.check(file, jobs=jobs or cores(), report=say)
-    for loaded in loading.load_all(resolve(names), settings) if names else ():
+    paths = resolve(names)
+    if name is not None and len(paths) != 1:
+        raise click.UsageError("--name is for one config; the others keep their names")
+    groups = loading.load_groups(paths, settings, (), name)
+    for loaded in (each for group in groups for each in group.members):
         told[loaded.name] = certificates.certify(
             loaded,
             folder,
@@ -70,11 +76,11 @@ def command(
             force=force,
         )
     if as_json:
-        print_json({name: [each._asdict() for each in found] for name, found in told.items()})
+        print_json({of: [each._asdict() for each in found] for of, found in told.items()})
     else:
-        for name, found in told.items():
+        for of, found in told.items():
             for each in found:
-                click.echo(f"{name}: {each}")
+                click.echo(f"{of}: {each}")
 
 
 def _say(name: str, text: str) -> None:

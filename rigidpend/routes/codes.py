@@ -244,7 +244,22 @@ def _integrated(run: Run, rate: float) -> Decided:
             return _shared(run.jobs, work, columns, bits)
         return certainty.undivided(work, columns, bits)
 
-    return certainty.decide(compute, len(run.phases), rate, run.arithmetic.precisions, share)
+    n, precisions = len(run.phases), run.arithmetic.precisions
+    compiled = in_own(precisions[0])
+    # Where threads or processes would have no columns of their own to share.
+    few = run.jobs > 1 and n <= (LANES if compiled else run.jobs // 2)
+
+    def both(columns: Any) -> list[Crossings]:
+        each = run._replace(jobs=1) if compiled or few else run
+        scales, jobs = (certainty.FIRST, certainty.SECOND), 2 if few else 1
+        return side_by_side(_in_scales, (each, precisions[0], columns), not compiled, scales, jobs)
+
+    return certainty.decide(compute, n, rate, precisions, share, both)
+
+
+def _in_scales(scales: Scales, run: Run, bits: int, columns: Any) -> Crossings:
+    """One computation of those that go side by side."""
+    return run.crossings(bits, scales, columns)
 
 
 class Run(NamedTuple):

@@ -124,6 +124,24 @@ def budget_in_pairs(problem: RouteProblem, orbits: float) -> float:
     return STAKE * orbits * problem.n_symbols * each
 
 
+def expected_seconds(problem: RouteProblem, orbits: int) -> float:
+    """Seconds of a core that so many orbits of one body are expected to take.
+
+    By maps that are not kept yet, tables included, where they pay; else by integration.
+    """
+    most, mapped = budget(problem, orbits), MAPPED * orbits * problem.n_symbols
+    integrated, reach = (
+        most / STAKE + mapped,
+        (problem.h0 - problem.body.mu, problem.h0 + problem.body.mu),
+    )
+    try:
+        designs = DESIGNS.values() if orbits >= THIRDS else (FIRST, SECOND)
+        tables = sum(expected_cost(problem.body, *reach, SHARPER, each) for each in designs)
+    except MapError:
+        return integrated
+    return tables + mapped if tables <= most else integrated
+
+
 class Maps:
     """Return maps for orbits that start with J2_0 = sqrt(2 h0/kappa), as in Fig. 4.
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import dataclasses
 import math
 import pickle
+import re
 from fractions import Fraction
+from itertools import permutations
 from typing import Any
 
 import mpmath
@@ -321,3 +323,22 @@ def test_agrees_a_pickled_error_with_itself(error: Any) -> None:
     again = pickle.loads(pickle.dumps(error))
     assert type(again) is type(error)
     assert (again.field, str(again)) == (error.field, "is broken")
+
+
+@pytest.mark.parametrize("A", sorted({*permutations((1, 2, 1.5))} - {(2, 1, 1.5)}))
+def test_the_advice_to_relabel_axes_leads_to_the_same_body(A: tuple[float, ...]) -> None:
+    """The moment of inertia about the centre of gravity's axis is no matter of labels."""
+    with pytest.raises(BodyError, match="relabel the axes") as refused:
+        Body(A, (1, 0, 0), 0)
+    asked = re.fullmatch(
+        r".*A = \[(.*)\], r = \[(.*)\] of your r; that needs your (r\d) = 0", str(refused.value)
+    )
+    assert asked is not None
+    moments, components, zero = asked.groups()
+    r = {"r1": 0.5, "r2": 0.25, "r3": 0.125, zero: 0}
+    given = [r[name] for name in components.split(", ")]
+    body = Body([float(x) for x in moments.split(", ")], given, 0)
+    square = sum(x * x for x in r.values())
+    before = sum(a * x * x for a, x in zip(A, r.values(), strict=True)) / square
+    after = sum(float(a) * float(x) ** 2 for a, x in zip(body.A, body.r, strict=True))
+    assert after == pytest.approx(before, rel=1e-14)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import importlib.util
+import math
 import tempfile
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,12 +14,12 @@ import numpy as np
 
 from rigidpend.config.description import Row, exact_row
 from rigidpend.experiments import heyoka_peer
-from rigidpend.experiments.bench import layout
-from rigidpend.experiments.bench.measuring import choice, problems, records
-from rigidpend.experiments.bench.measuring.methods import METHODS
+from rigidpend.experiments.bench import drawn, layout, methods
+from rigidpend.experiments.bench.measuring.problems import ASKED
 from rigidpend.experiments.bench.measuring.worker import Order, measured
+from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import datasets
+from rigidpend.experiments.data.layout import Fields, datasets
 from rigidpend.experiments.data.tree import Data, Dataset, Tree
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.engines import EngineError
@@ -26,6 +29,10 @@ if TYPE_CHECKING:
 
 PATIENCE, GRACE = 4, 120
 """A worker is ended after so many budgets, and so many seconds more."""
+BODIES_AT_ONCE = 20
+"""Bodies of a worker, whose measurements an interrupted run keeps."""
+COMPLETE = "complete"
+Line = dict[str, Any]
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -35,7 +42,8 @@ def compute(config: Config, means: Means) -> Tree:
     -------
     Tree
         A group for each problem, with a record of the search for each method; `meetings`, by
-        the number of threads, then by problem; `random_phases`, by J1_0; `many_orbits`.
+        the number of threads, then by problem; `random_phases`, by J1_0; `many_orbits`; `bodies`,
+        by their list.
 
     Raises
     ------
@@ -53,21 +61,23 @@ def compute(config: Config, means: Means) -> Tree:
             for count in config.meeting.threads
         }
     phases = _random_phases(config, means)
-    many = _many(config, groups, means)
-    return {**groups, "meetings": met, "random_phases": phases, "many_orbits": many}
+    many, bodies = _many(config, groups, means), _bodies(config, groups, means)
+    last = {"random_phases": phases, "many_orbits": many, "bodies": bodies}
+    return {**groups, "meetings": met, **last}
 
 
 def describe(config: Config) -> list[Row]:
     """Describe a config in rows, units named."""
-    p, search, meeting = config.problem, config.search, config.meeting
-    asked = {name: problems.module(name) for name in p.problems}
+    p, search, meeting, bodies = config.problem, config.search, config.meeting, config.bodies
+    many = f"{bodies.kept} kept, {bodies.drawn} of seed {bodies.seed}"
     return [
-        *(Row(name, problem.TITLE, problem.ERROR) for name, problem in asked.items()),
+        *(Row(name, PROBLEMS[name].title, PROBLEMS[name].error) for name in p.problems),
         *(Row(name, METHODS[name].family, METHODS[name].label) for name in p.methods),
         Row("search", f"{search.seconds} s", "a method's budget at a problem, every setting"),
         exact_row("rounds", "of the meeting; the median of their ratios counts", meeting.rounds),
         exact_row("threads", "of the meetings", *meeting.threads),
         exact_row("phases", "random ones for each J1_0, against 113 bits", config.phases.orbits),
+        Row("bodies", many, f"drawn by lot, {bodies.orbits} orbits of each"),
     ]
 
 
@@ -76,15 +86,15 @@ def _references(config: Config, means: Means) -> dict[str, Any]:
     arrays: dict[str, Any] = {}
     for name in config.problem.problems:
         truth = means.part(f"reference.{name}", partial(_reference, config, name))
-        means.report(f"{problems.module(name).TITLE}: reference")
+        means.report(f"{PROBLEMS[name].title}: reference")
         for key, node in truth.items():
             arrays[f"{name}.{key}"] = node[0]  # type: ignore[index]
     return arrays
 
 
 def _reference(config: Config, name: str) -> Tree:
-    problem = problems.module(name)
-    found = problem.reference(problem.task(config.problem))
+    asked = ASKED[name]
+    found = asked.truth(asked.task(config.problem))
     return {key: Dataset(values, "", "the truth") for key, values in found.items()}
 
 
@@ -103,47 +113,101 @@ def _searched(config: Config, reference: str, means: Means) -> dict[str, dict[st
 
 
 def _titles(name: str) -> dict[str, Any]:
-    problem = problems.module(name)
-    return datasets(layout.PROBLEM, {key: getattr(problem, key.upper()) for key in layout.PROBLEM})
+    told = PROBLEMS[name]._asdict()
+    return datasets(layout.PROBLEM, told)
 
 
 def _asked(config: Config, key: str) -> dict[str, list[Any]]:
     """The problems that a method answers, and the knobs it is tried with."""
     method = METHODS[key]
     return {
-        name: choice.knobs(method, config.search, problems.module(name).KIND == "long")
+        name: methods.knobs(method, config.search, PROBLEMS[name].kind == "long")
         for name in config.problem.problems
-        if method.answer(name, problems.module(name).KIND)
+        if method.answer(name)
     }
 
 
 def _search(config: Config, key: str, asked: dict[str, list[Any]], reference: str) -> Tree:
     """The records of a method, by problem."""
     method, search = METHODS[key], config.search
-    if method.absent():
-        return {name: records.absent(method.absent()) for name in asked}
+    if missing := _missing(key):
+        said = f"absent: {missing} is not installed"
+        return {name: {"ended": layout.ENDED.dataset(said)} for name in asked}
     tried = [{"knobs": knobs} for knobs in asked.values()]
     more: dict[str, Any] = {"problems": tuple(asked), "reference": reference}
     given = search.repeats, search.seconds, len(asked)
     lines, ended = _measured(config, "search", {key: tried}, *given, **more)
     return {
-        name: records.searched(lines, ended, name, len(knobs) * len(method.variants))
+        name: searched(lines, ended, name, len(knobs) * len(method.variants))
         for name, knobs in asked.items()
+    }
+
+
+def _missing(key: str) -> str:
+    """Name the first of a method's libraries that is not installed; empty where all are."""
+    missing = [x for x in METHODS[key].libraries if importlib.util.find_spec(x) is None]
+    return missing[0] if missing else ""
+
+
+def searched(lines: list[Line], ended: str, problem: str, planned: int) -> Tree:
+    """The record of a method at a problem, of what a worker told.
+
+    Parameters
+    ----------
+    lines : list of dict
+        All that it told: first the costs of its import.
+    ended : str
+        What went wrong with the worker; empty where nothing did.
+    problem : str
+    planned : int
+        How many measurements were asked for.
+    """
+    own = [line for line in lines[1:] if line["problem"] == problem]
+    rows = [line for line in own if "knob" in line]
+    wrong = next((line["failed"] for line in own if "failed" in line), ended)
+    said = f"{len(rows)} of {planned}"
+    cut = f"cut at the budget: {said}" if len(rows) < planned else COMPLETE
+    once = {k: v for line in [*lines[:1], *own] for k, v in line.items() if k in layout.ONCE}
+    return {
+        "ended": layout.ENDED.dataset(f"{wrong}: {said}" if wrong else cut),
+        **{
+            name: layout.ONCE[name].dataset(value if isinstance(value, str) else float(value))
+            for name, value in once.items()
+        },
+        **_arrays(layout.ROWS, rows),
+    }
+
+
+def _arrays(fields: Fields, rows: Sequence[Line]) -> Tree:
+    """Arrays of those fields that rows have, by their names."""
+    return {
+        name: field.dataset(np.array([row[name] for row in rows], dtype=float))
+        for name, field in fields.items()
+        if rows and name in rows[0]
+    }
+
+
+def _single(fields: Fields, row: Line) -> Tree:
+    """Numbers and lists of those fields that a row has."""
+    return {
+        name: field.dataset(np.array(row[name], dtype=float))
+        for name, field in fields.items()
+        if name in row
     }
 
 
 def _measured(
     config: Config,
     work: str,
-    methods: dict[str, list[Any]],
+    tried: dict[str, list[Any]],
     repeats: int,
     seconds: Scalar,
     budgets: int,
     **more: Any,
 ) -> tuple[list[dict[str, Any]], str]:
     """Measurements of some methods by a worker, within so many budgets, and how that ended."""
-    sizes = config.problem.model_dump()
-    order = Order(work, methods, sizes, repeats, float(seconds), **more)
+    sizes = more.pop("sizes", None) or config.problem.model_dump()
+    order = Order(work, tried, sizes, repeats, float(seconds), **more)
     return measured(order, PATIENCE * order.seconds * budgets + GRACE)
 
 
@@ -151,12 +215,12 @@ def _met(config: Config, groups: Any, reference: str, threads: int, means: Means
     """The meetings of all problems with so many threads."""
     found = {}
     for name in config.problem.problems:
-        chosen = choice.guests(name, _records(groups[name]), config, threads)
+        chosen = methods.guests(name, _records(groups[name]), config, threads)
         if len(chosen) < 2:
             continue
         made = partial(_meeting, config, name, chosen, reference, threads)
         found[name] = means.part(f"meeting.{threads}.{name}", made)
-        title = problems.module(name).TITLE
+        title = PROBLEMS[name].title
         means.report(f"{title}, {threads} thread{'s' * (threads > 1)}: {_ended(found[name])}")
     return found
 
@@ -170,13 +234,13 @@ def _meeting(
     lines, ended = _measured(config, "meeting", guests, *given, **more)
     found: dict[str, Any] = {
         line["method"]: {
-            **records.single(layout.ONE_SETTING | layout.ROUND, line),
-            "chosen": layout.CHOSEN.dataset(choice.spelt(chosen[line["method"]])),
+            **_single(layout.ONE_SETTING | layout.ROUND, line),
+            "chosen": layout.CHOSEN.dataset(methods.spelt(chosen[line["method"]])),
         }
         for line in lines
     }
     missing = ", ".join(sorted(set(chosen) - set(found)))
-    said = f"{ended or 'no answer'}: {missing}" if missing else records.COMPLETE
+    said = f"{ended or 'no answer'}: {missing}" if missing else COMPLETE
     return {**found, "ended": layout.ENDED.dataset(said)}
 
 
@@ -191,7 +255,7 @@ def _random_phases(config: Config, means: Means) -> Tree:
     """Wrong symbols, by J1_0 and method."""
     groups: dict[str, dict[str, Any]] = {}
     for key in config.phases.methods:
-        if METHODS[key].absent():
+        if _missing(key):
             continue
         for start, record in means.part(f"phases.{key}", partial(_phases, config, key)).items():
             groups.setdefault(start, {})[key] = record
@@ -200,20 +264,20 @@ def _random_phases(config: Config, means: Means) -> Tree:
 
 
 def _phases(config: Config, key: str) -> Tree:
-    tried, asked = [choice.finest(METHODS[key], config.search)], config.phases
+    tried, asked = [methods.finest(key, config.search)], config.phases
     lines, ended = _measured(config, "phases", {key: tried}, asked.orbits, asked.seconds, 2)
     if ended:
         raise RuntimeError(f"random phases, {METHODS[key].label}: {ended}")
-    return {f"J1_0_{line['J1_0']}": records.single(layout.COUNTED, line) for line in lines}
+    return {f"J1_0_{line['J1_0']}": _single(layout.COUNTED, line) for line in lines}
 
 
 def _many(config: Config, groups: Any, means: Means) -> Tree:
     """Times against the number of orbits, by method."""
     codes, found = _records(groups.get("codes", {})), {}
     for key in config.many.methods:
-        if METHODS[key].absent() or not METHODS[key].answer("many", "routes"):
+        if _missing(key):
             continue
-        entry = choice.best("codes", key, codes, config.search)
+        entry = methods.best("codes", key, codes, config.search)
         found[key] = means.part(f"many.{key}", partial(_many_of, config, key, entry))
         means.report(f"many orbits, {METHODS[key].label}: {_ended(found[key])}")
     return found
@@ -226,10 +290,61 @@ def _many_of(config: Config, key: str, entry: dict[str, Any]) -> Tree:
     if not lines:
         raise RuntimeError(f"many orbits, {METHODS[key].label}: {ended}")
     return {
-        **records.arrays(layout.NUMBERS, lines),
-        "chosen": layout.CHOSEN.dataset(choice.spelt(entry)),
-        "ended": layout.ENDED.dataset(ended or records.COMPLETE),
+        **_arrays(layout.NUMBERS, lines),
+        "chosen": layout.CHOSEN.dataset(methods.spelt(entry)),
+        "ended": layout.ENDED.dataset(ended or COMPLETE),
     }
+
+
+def _bodies(config: Config, groups: Any, means: Means) -> Tree:
+    """Times with bodies drawn by lot, those that are kept and those of the seed."""
+    asked, codes = config.bodies, _records(groups.get("codes", {}))
+    entries = {
+        key: [methods.best("codes", key, codes, config.search)]
+        for key in asked.methods
+        if not _missing(key)
+    }
+    parts = []
+    for seed, n in ((drawn.SEED, asked.kept), (asked.seed, asked.drawn)):
+        for k in range(0, n, BODIES_AT_ONCE):
+            numbers = tuple(range(k, min(k + BODIES_AT_ONCE, n)))
+            work = partial(_some_bodies, config, seed, n, numbers, entries)
+            parts.append(means.part(f"bodies.{seed}.{k}", work))
+            means.report(f"bodies of seed {seed}, from {k}: {_ended(parts[-1])}")
+    measured = [part for part in parts if len(part) > 1]
+    return _joined(measured) if measured else {}
+
+
+def _some_bodies(config: Config, seed: int, n: int, numbers: Any, entries: Any) -> Tree:
+    asked = config.bodies
+    sizes = {"seed": seed, "bodies": n, "orbits": asked.orbits}
+    more: dict[str, Any] = {"sizes": sizes, "numbers": numbers, "threads": asked.threads}
+    # Of peers and of the truth, and of ours.
+    budgets = len(numbers) * (len(entries) + math.ceil(asked.longest / float(asked.seconds)))
+    given = asked.repeats, asked.seconds, budgets
+    lines, ended = _measured(config, "bodies", entries, *given, **more)
+    said = f"{ended}: {len(lines)} of {len(numbers)}" if ended else COMPLETE
+    if not lines:
+        return {"ended": layout.ENDED.dataset(said)}
+    rows = []
+    for k in numbers[: len(lines)]:
+        problem = drawn.drawn(seed, n)[k]
+        body = problem.body
+        values = *body.A, *body.r[:2], body.mu, problem.h0, problem.J1_0
+        rows.append(dict(zip(layout.BODY, (seed == drawn.SEED, *map(float, values)), strict=True)))
+    each = {key: _arrays(layout.OF_BODIES, [line[key] for line in lines]) for key in entries}
+    return {**_arrays(layout.BODY, rows), **each, "ended": layout.ENDED.dataset(said)}
+
+
+def _joined(parts: list[Any]) -> Any:
+    """Trees of arrays as one, end to end; of texts the first that is not like the others."""
+    first: Any = parts[0]
+    if not isinstance(first, Dataset):
+        return {name: _joined([part[name] for part in parts]) for name in first}
+    values = [part.values for part in parts]
+    if np.ndim(first.values):
+        return first._replace(values=np.concatenate(values))
+    return first._replace(values=next((x for x in values if str(x) != COMPLETE), COMPLETE))
 
 
 def _said(found: Any) -> str:

@@ -6,7 +6,7 @@ engine   how                                          precisions (bits)
 taylor   Taylor series in vectors of doubles, or of   53, up to 106,
          sums of two, four or eight, in machine code  212, 424
 scipy    DOP853, many orbits as one system            53
-bigint   Taylor series in integers, plain Python      any; serves where
+bigint   Taylor series in integers, products by FLINT  any; serves where
                                                       the engine ends
 ======== ============================================ ==================
 
@@ -272,10 +272,10 @@ def _plan(
         # Parts that don't depend on `jobs`: orbits of one part share their steps.
         count = -(-orbits.states.shape[1] // dop853.SIDE_BY_SIDE)
         return dop853.crossings, (tolerance,), True, _split(orbits, count)
-    from rigidpend.orbits.integrate import bigint
+    from rigidpend.orbits.integrate import reference_orbit
 
     parts = [orbits._replace(states=[state]) for state in orbits.states]
-    return bigint.crossings, (bits,), True, parts
+    return reference_orbit.crossings, (bits, engine, tolerance), True, parts
 
 
 def _split(orbits: Orbits, count: int) -> list[Orbits]:

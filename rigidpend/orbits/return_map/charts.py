@@ -24,7 +24,7 @@ from typing import Any, Generic, NamedTuple, TypeAlias, TypeVar
 import numpy as np
 
 from rigidpend.numbers.generic import Numbers, Scalar
-from rigidpend.orbits.integrate.arcs import arcs
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.conjugacy import TorusRates, inverted, torus_rates
 from rigidpend.orbits.return_map.expansions import (
     Interval,
@@ -216,7 +216,7 @@ def section_chart(
     side = 1 if rising else -1
     shares, parts = _fejer(quadrature_points(float(length), c, float(h[0]), a.bits), a)
     times = side * length * np.append(shares, a.number(1))
-    path = arcs(c.aligned, begin, times, a.bits)
+    path = states_at(c.aligned, begin, times, a.bits)
     end = path[:, -1]
     if not (end[2] > 0).all():
         raise MapError("an orbit from the section does not reach the periodic orbit")

@@ -265,7 +265,8 @@ def _nearest(residual: Sequence[Family], slopes: arb_mat, room: float) -> arb:
     away = _largest(
         sum((abs(inverse[i, j]) * residual[j].bound for j in range(n)), arb(0)) for i in range(n)
     )
-    if not (share < 1 and away <= (1 - share) * room):
+    # So the share is less than 1 too.
+    if not away < (1 - share) * room:
         raise Undecided("C1: no points are shown to be where the orbits begin")
     return _up(away / (1 - share))
 

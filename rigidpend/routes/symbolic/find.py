@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.machine.workers import cores
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
 from rigidpend.numbers.doubles import Array
@@ -153,6 +154,7 @@ def _confirmed(problem: RouteProblem, address: Address, fine: Refined) -> int:
         n_symbols=fine.fixed,
         precisions=(fine.bits,),
         method="integration",
+        jobs=cores(),
     )
     right = routes.codes[:, 0] == np.array(address.symbols[: fine.fixed])
     if not right[routes.certain[:, 0]].all():

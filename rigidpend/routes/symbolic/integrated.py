@@ -29,7 +29,7 @@ from rigidpend.orbits.return_map.poincare import section_state
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
 from rigidpend.routes.cycle import symbols
-from rigidpend.routes.symbolic.chain import Chain, NoOrbit, tangents
+from rigidpend.routes.symbolic.chain import Chain, NoOrbit, corrections, tangents
 from rigidpend.routes.symbolic.closed import ClosedOrbit
 from rigidpend.routes.symbolic.tables import Level, Mask
 
@@ -183,8 +183,9 @@ def closing(body: Body, orbit: ClosedOrbit, level: Level, *, h: Scalar, bits: in
         size = max(abs(x) for x in off)
         if size < Fraction(1, 2 ** (bits - LOST)):
             break
-        step = _solved(slopes, np.array([float(x / size) for x in off]))
-        places = [x - Fraction(float(s)) * size for x, s in zip(places, step, strict=True)]
+        gaps = np.array([float(x / size) for x in off]).reshape(-1, 2, 1)
+        [step] = corrections(slopes[..., None], gaps)
+        places = [x + Fraction(float(s)) * size for x, s in zip(places, step, strict=True)]
     else:
         raise NoOrbit(f"the orbit of {orbit.word} does not come to close, by {float(size):.2g}")
     moved = max(abs(float(x - y)) for x, y in zip(places, trip.begin, strict=True))
@@ -194,17 +195,6 @@ def closing(body: Body, orbit: ClosedOrbit, level: Level, *, h: Scalar, bits: in
         matrix = slope @ matrix
     expected = len(slopes) * float(np.abs(matrix).max()) * 2.0 ** (LOST - bits)
     return Closing(total, expected, moved, sum(times, Fraction(0)), bits)
-
-
-def _solved(slopes: Array, off: Array) -> Array:
-    """Newton's step (2 P,) from the derivatives (P, 2, 2) of the passages."""
-    P = len(slopes)
-    matrix = np.zeros((2 * P, 2 * P))
-    for k, slope in enumerate(slopes):
-        after = (k + 1) % P
-        matrix[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] += slope
-        matrix[2 * k : 2 * k + 2, 2 * after : 2 * after + 2] -= np.eye(2)
-    return np.asarray(np.linalg.solve(matrix, off))
 
 
 class _Trip:
@@ -251,8 +241,8 @@ class _Trip:
         m, array = self.m, self.a.array
         d, chi, d_there, chi_there = (m.mpf(x.numerator) / x.denominator for x in (*here, *there))
         state = section_state(rising, array([d]), array([chi]), array([self.h]), self.c, self.a)
-        rounded = [fraction(x, self.bits) for x in state[:, 0]]
-        [reached] = states_at(self.fractions, rounded, [time], self.bits)
+        rounded = np.array([[fraction(x, self.bits)] for x in state[:, 0]])
+        reached = states_at(self.fractions, rounded, [time], self.bits)[:, 0, 0]
         rates = aligned(reached, self.fractions)
         late = -reached[2] / rates[2]
         end = [x + late * rate for x, rate in zip(reached, rates, strict=True)]

@@ -15,9 +15,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rigidpend.machine.workers import note
 from rigidpend.mechanics.equations import aligned
 from rigidpend.numbers.doubles import Array
-from rigidpend.numbers.exact import context, exact, fraction
+from rigidpend.numbers.exact import GUARD_BITS, PI, context, exact, fraction
+from rigidpend.orbits.integrate.engines import FINEST_TOLERANCE, default_engine
+from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.start import Scales, Start, start, states_exact
 from rigidpend.routes.symbolic.chain import NoOrbit, tangents
@@ -29,6 +32,8 @@ FAR = 1e-3
 """Delay, t', up to which it tells theta2_0: what it leaves is its square."""
 FIRST_ERROR = 1e-11
 """Error of theta2_0 by the map in doubles, radians, and of its times in t', at most."""
+SPARE = 15
+"""Digits beyond those of theta2_0 that are known in which its orbit is followed."""
 ROUNDS = 400
 MARGIN = 3
 """Digits that theta2_0 has beyond those that tell a symbol."""
@@ -137,7 +142,10 @@ class _Refiner(NamedTuple):
         whole = self.symmetric and reach == len(self.times) - 1
         for _ in range(ROUNDS):
             until = min(reach, int((self.grown.exponent + error <= 0).sum()))
-            late, height = self._late(theta, until)
+            note(lambda: f"theta2_0 to {-error:.0f} of {self.digits} digits, in {self.bits} bits")  # noqa: B023
+            # Until the end no more than the next correction can use.
+            bits = self.bits if until == reach else math.ceil((SPARE - error) * math.log2(10))
+            late, height = self._late(theta, until, min(bits, self.bits))
             near = np.flatnonzero(np.logical_and.accumulate(np.abs(late) < FAR))
             if not near.size:
                 raise NoOrbit("integration does not find the first crossing where the map has it")
@@ -154,16 +162,39 @@ class _Refiner(NamedTuple):
                 return theta, delay
         raise NoOrbit(f"integration follows the map up to crossing {k + 1} only")
 
-    def _late(self, theta: Fraction, until: int) -> tuple[Array, Fraction]:
-        """Delays t' of the crossings, and gamma3 at the last of them."""
-        [state] = states_exact(self.begin, [exact(theta)], self.bits)
-        times = [Fraction(float(t)) for t in self.times[: until + 1]]
-        states = states_at(self.begin.coefficients, state, times, self.bits)
-        rates = [aligned(state, self.begin.coefficients) for state in states]
-        late = [-state[2] / rate[2] for state, rate in zip(states, rates, strict=True)]
-        height = states[-1][5] + late[-1] * rates[-1][5]
-        cos = 1 if float(rates[-1][5]) < 0 else -1
-        return np.array([float(x) for x in late]), height * cos
+    def _late(self, theta: Fraction, until: int, bits: int) -> tuple[Array, Fraction]:
+        """Delays t' of the crossings, and gamma3 at the last of them.
+
+        The orbit is followed in so many bits, and in fewer where its errors have grown.
+        """
+        c, phase = self.begin.coefficients, exact(theta)
+        state, further = states_exact(self.begin, [phase, phase + PI / 2], self.bits)
+        # A quarter turn further on gamma is its own derivative; M does not depend on the phase.
+        orbit = ReferenceOrbit(
+            c,
+            state,
+            [Fraction(0)] * 3 + further[3:],
+            tangent_bits=53,
+            longest=math.inf,
+            engine=default_engine(),
+            bits=bits + GUARD_BITS,
+            tolerance=FINEST_TOLERANCE["taylor"],
+        )
+        last = Fraction(float(self.times[until]))
+        k = 0
+        while orbit.reaches(k + 1) and orbit.points[k + 1].exact_time < last:
+            k += 1
+        found = [passed.time for passed in orbit.crossed_before(k + 1)][: until + 1]
+        late = np.full(until + 1, np.inf)
+        late[: len(found)] = found - self.times[: len(found)]
+        # There a small delay keeps its digits.
+        at = orbit.points[k]
+        given = np.array([at.state]).T, [last - at.exact_time]
+        reached = states_at(c, *given, max(math.ceil(orbit.bits_at(k)), 54))[:, 0, 0]
+        rates = aligned(reached, c)
+        rest = -reached[2] / rates[2]
+        late[until] = float(rest)
+        return late, (reached[5] + rest * rates[5]) * (1 if rates[5] < 0 else -1)
 
     def _power(self, k: int) -> Fraction:
         """dt/dtheta2_0 at crossing k."""

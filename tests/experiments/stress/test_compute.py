@@ -60,11 +60,11 @@ def means(**replaced: Any) -> Means:
 def test_configs_ask_for_every_trial_under_its_own_name(name: str) -> None:
     asked = typed(Config, CONFIGS / f"{name}.yaml")
     trials = list(stress.trials(asked.problem, means()))
-    labels = [f"{group}.{stress._label(x.name)}" for group, x in trials]
+    labels = [f"{group}.{stress.label(x.name)}" for group, x in trials]
     assert len(set(labels)) == len(labels) > 75
     assert {group for group, _ in trials} == {
         "symmetries",
-        *stress.GROUPS,
+        *extremes.GROUPS,
         "separatrices",
         "passages",
         "honesty",
@@ -134,7 +134,7 @@ def test_command_draws_tells_and_ends_as_the_claims_do(
         yield "a", trial("first", "x", value)
 
     def drawn(source: Path, target: Path) -> None:
-        store.replace(target, store.load(source)["attributes"]["experiment"].encode())
+        target.write_text(store.load(source)["attributes"]["experiment"])
 
     monkeypatch.setattr(stress, "trials", trials)
     monkeypatch.setattr(render, "render", drawn)
@@ -166,7 +166,7 @@ def test_a_route_codes_that_always_refuses_fails_everything_that_needs_it(
 
     for module in (extremes, honesty, passages, spoilt_maps, symmetries):
         monkeypatch.setattr(module, "route_codes", refuse)
-    needed = {*stress.GROUPS, "honesty", "symmetries"}
+    needed = {*extremes.GROUPS, "honesty", "symmetries"}
     tried = [x for group, x in stress.trials(given.problem, means()) if group in needed]
     assert len(tried) > 40
     for each in tried:
@@ -238,7 +238,7 @@ def test_every_bound_is_what_theory_or_other_orbits_gave() -> None:
     """Within three per cent of what is said here: no looser, and no tighter by accident."""
     asked = typed(Config, CONFIGS / "stress.yaml")
     for group, each in stress.trials(asked.problem, means()):
-        kind = "routes" if group in stress.GROUPS else group
+        kind = "routes" if group in extremes.GROUPS else group
         for claim in each.claims:
             most = next(most for words, most in BOUNDS[kind].items() if words in claim.name)
             assert 0.97 * most <= claim.bound <= most, claim.name

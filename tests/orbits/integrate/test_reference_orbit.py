@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from fractions import Fraction
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -15,13 +16,14 @@ from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import (
     ENGINES,
     EngineError,
+    bigint,
     check_engine,
     crossings,
     default_engine,
     neighbours,
 )
 from rigidpend.orbits.integrate.records import Orbits
-from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, _rung, reference_bits
+from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, reference_bits, rung
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
 
@@ -93,12 +95,11 @@ PHASE, BITS = "4.705696853133541796856", reference_bits(1e-20, 53)
 @functools.cache
 def exactly() -> ReferenceOrbit:
     """The same orbit with steps in twice the bits, by integers, that never fall."""
-    from rigidpend.orbits.integrate import bigint
-
     high = orbit(PHASE, BITS)
 
     def fine(state: Any, _: int) -> Any:
-        return bigint.advance(high.coefficients, state, 8, 2 * high.bits)
+        taken = islice(bigint.steps(high.coefficients, state, 2 * high.bits), 8)
+        return [(step.time(step.length), step.at(step.length)) for step in taken]
 
     pytest.MonkeyPatch().setattr(high, "_advanced", fine)
     return high
@@ -106,13 +107,8 @@ def exactly() -> ReferenceOrbit:
 
 def _at(orbit: ReferenceOrbit, k: int, time: Fraction) -> list[Fraction]:
     """The state of an orbit a little after its point k."""
-    from rigidpend.orbits.integrate import bigint
-
-    P = 2 * orbit.bits + 80
-    flow = bigint.Flow([bigint.fixed(x, P) for x in orbit.coefficients], P)
-    series, _ = flow.expand([bigint.fixed(x, P) for x in orbit.points[k].state])
-    at = bigint.fixed(time - orbit.points[k].exact_time, P)
-    return [Fraction(bigint.value_at(s, at, P), 1 << P) for s in series]
+    step = next(bigint.steps(orbit.coefficients, orbit.points[k].state, 2 * orbit.bits + 80))
+    return list(step.at(step.since_begin(time - orbit.points[k].exact_time)))
 
 
 def test_crossings_are_those_of_integration() -> None:
@@ -158,5 +154,5 @@ def test_differences_that_are_multiples_of_the_tangent_are_not_integrated() -> N
 
 
 def test_the_least_precision_that_suffices_serves() -> None:
-    rungs = [_rung(bits) for bits in (60.0, 106.0, 106.5, 212.5, 424.5, 10_000.2)]
+    rungs = [rung(bits) for bits in (60.0, 106.0, 106.5, 212.5, 424.5, 10_000.2)]
     assert rungs == [106, 106, 212, 424, 448, 10_001]

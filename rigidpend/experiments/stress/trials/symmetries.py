@@ -12,13 +12,20 @@ import numpy as np
 
 from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
 from rigidpend.experiments.stress.trials.growth import (
+    DEVIATIONS,
     noise,
     predicted_errors,
     step,
     with_tangent,
 )
-from rigidpend.experiments.stress.trials.starts import DEVIATIONS, Place, state
-from rigidpend.experiments.stress.trials.truth import Scene, Way, followed, phase_errors
+from rigidpend.experiments.stress.trials.scenes import (
+    Place,
+    Scene,
+    Way,
+    followed,
+    phase_errors,
+    state,
+)
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.doubles import Array
