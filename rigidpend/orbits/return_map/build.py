@@ -53,6 +53,10 @@ SPARE_BITS = 6
 """Bits by which the tables of a map are sharper than it is said to be, in pairs of doubles."""
 TOLD = 16
 """Factor by which tables may err more than their last coefficients."""
+MARGIN = 2.0**8
+"""Factor by which the first coefficients left out are planned to be below what is allowed.
+
+At the ends of a table's width all of them add up."""
 ATTEMPTS = 4
 """Number of times the orders are raised before a map is refused."""
 FLOQUET = 1e-11
@@ -294,7 +298,7 @@ def expected_cost(body: Body, low: Exact, high: Exact, bits: int, design: Design
 
 
 def _plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> MapPlan:
-    found = _looked(body, float(low), float(high), min(2.0**-bits, _allowed(bits) / 16))
+    found = _looked(body, float(low), float(high), min(2.0**-bits, _allowed(bits) / MARGIN))
     if isinstance(found, MapError):
         raise MapError(str(found))
     return found.designed(float(design.unit), design.stretch, design.more)

@@ -238,7 +238,8 @@ def orders(c: Coefficients, energies: tuple[float, float], layer: Layer, target:
     length, n = arc_length(c, h, width), _harmonics(c, h, nats)
     a, border = precision(53), border_of(c, h, width)
     nf = normal_form(c, Interval(h, 0.0, 1), SECOND_LOOK, _harmonics(c, h, DOUBLES), border, a)
-    degree = 2 * _enough(_by_degree(nf, border), target) - 1
+    # Two degrees more, for all terms of one add up where |u| = |v|.
+    degree = 2 * _enough(_by_degree(nf, border), target) + 3
     if degree > MOST_DEGREE * nats / DOUBLES:
         raise MapError(
             f"mu is too large: the normal form shrinks so slowly over the layer around the"
@@ -252,7 +253,7 @@ def orders(c: Coefficients, energies: tuple[float, float], layer: Layer, target:
     by_x, by_phase = zip(*(_by_order(table) for table in tables), strict=True)
     return Orders(
         degree,
-        n,
+        n + 2,
         max(_enough(x, target) for x in by_x),
         # One harmonic more: what a chart leaves out is larger than its last one.
         2 * max(_enough(x, target) for x in by_phase[::2]) + 1,

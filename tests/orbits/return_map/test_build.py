@@ -27,7 +27,8 @@ from rigidpend.orbits.return_map.build import (
     THIRD,
     Design,
 )
-from tests.orbits.integrate.problems import FIG4
+from scripts import stated_maps
+from tests.orbits.integrate.problems import FIG4, GENERIC
 
 H = "1.3342"
 
@@ -65,6 +66,14 @@ def test_order_a_map_of_64_bits_errs_by_less_than_their_rounding(design: Design)
     """Which is what the rule for two precisions asks for: two thousand times less than doubles."""
     errors = return_map(FIG4, h=H, bits=64, design=design).errors
     assert max(errors.charts, errors.inverse, errors.exponents) < 2.0**-64
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("body", [FIG4, GENERIC], ids=["Fig. 4", "generic"])
+def test_order_tables_err_by_less_than_is_stated(body: Body) -> None:
+    """At 400 points, beside a normal form of more terms; the largest errors are not far below."""
+    for ratios in stated_maps.ratios(return_map(body, h=("1.3332", "1.3352"), bits=64)):
+        assert 0.1 < ratios.max() < 1
 
 
 def test_a_map_is_shown_in_two_lines() -> None:

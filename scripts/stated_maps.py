@@ -1,0 +1,90 @@
+"""The true errors of return maps over those that they state, on bodies drawn by lot.
+
+The truth is a chart by a normal form of more terms at arcs of another length, in pairs of doubles:
+it errs by some 2^-90, where maps of 64 bits err by 2^-65. Run as
+``python -m scripts.stated_maps [BODIES]``.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from rigidpend.experiments.bench.drawn import drawn
+from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
+from rigidpend.orbits.return_map.charts import kept, section_chart
+from rigidpend.orbits.return_map.normal_form import normal_form
+from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.return_map.reduced import coefficients
+from rigidpend.routes.problem import RouteProblem
+
+BITS = 64
+FINER = 96
+"""Bits of the truth."""
+POINTS = 200
+"""Points of each chart, one in each of as many equal parts of its width, energies by lot."""
+SHORTER = 0.97
+"""Length of the arcs of the truth over those behind the tables."""
+QUANTILES = 0.5, 0.9, 0.99, 1.0
+
+
+def ratios(made: ReturnMap) -> tuple[Any, Any]:
+    """True over stated errors of the charts and of the inverse charts, at points drawn by lot."""
+    a, o, nf = precision(FINER), made.orders, made.normal_form
+    c = coefficients(made.body.angles(FINER + 32), made.design.unit, a)
+    energies = nf.energies._replace(n=o.n_energy + 4 if o.n_energy > 1 else 1)
+    finer = normal_form(c, energies, o.degree + 12, o.n_phase_orbit + 8, nf.radius, a)
+    random, charts, inverses = np.random.default_rng(1), [], []
+    for rising, chart in enumerate(made.charts):
+        chi, energy = (a.array(x) for x in random.uniform(-1, 1, (2, POINTS)))
+        share = a.array((np.arange(POINTS) + random.uniform(0, 1, POINTS)) * 2 / POINTS - 1)
+        chi, h = chi * a.pi, energies.centre + energies.half_width * energy
+        weights = [x.basis(h, a) for x in (nf.energies, energies)]
+
+        def true(d: Any, chi: Any, rising: int = rising, h: Any = h, weights: Any = weights) -> Any:
+            length = a.number(o.length * SHORTER)
+            return section_chart(bool(rising), d, chi, h, weights[1], finer, c, length, a)
+
+        forward, inverse = (table.at(weights[0]) for table in chart)
+        d = forward.width * share
+        right = true(d, chi)
+        scale = np.array([a.largest(x) for x in right])[:, None]
+        off = np.abs(a.floats(forward.look_up(d, chi, a) - right)) / scale
+        charts.append(off.max(axis=0) / made.errors.charts)
+        I = inverse.width * share
+        there = inverse.look_up(I, chi, a)
+        back = true(there[0], chi + there[1])
+        rates = weights[1] @ finer.exponent, weights[1] @ finer.rotation
+        I_back, s_back, _ = kept(bool(rising), back, chi + there[1], *rates, a)
+        off = [(I_back - I) / inverse.width, s_back - chi, *((back - there)[2:] / scale[2:])]
+        # An inverse chart states what it errs by beside the chart's table.
+        stated = made.errors.inverse + made.errors.charts
+        inverses.append(np.max([np.abs(a.floats(x)) for x in off], axis=0) / stated)
+    return np.concatenate(charts), np.concatenate(inverses)
+
+
+def of(problem: RouteProblem) -> tuple[Any, Any]:
+    """:func:`ratios` of the map over the energies of all phases of a problem's orbits."""
+    h0, mu = problem.h0, problem.body.mu
+    return ratios(return_map(problem.body, h=(h0 - mu, h0 + mu), bits=BITS))
+
+
+def rows(problems: list[RouteProblem]) -> Iterator[str]:
+    """A line for each body: quantiles of the ratios, or why there is no map."""
+    for k, problem in enumerate(problems):
+        try:
+            shown = (np.quantile(x, QUANTILES) for x in of(problem))
+            yield f"{k:3d}  " + "   ".join(" ".join(f"{x:7.2g}" for x in each) for each in shown)
+        except MapError as reason:
+            yield f"{k:3d}  {reason}"
+
+
+if __name__ == "__main__":
+    print(
+        f"true over stated errors, {BITS} bits; quantiles {QUANTILES} of charts, of inverse charts"
+    )
+    for line in rows(drawn()[: int(sys.argv[1]) if len(sys.argv) > 1 else None]):
+        print(line, flush=True)
