@@ -29,7 +29,7 @@ import sys
 import tempfile
 import time
 from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
@@ -158,7 +158,8 @@ def nearest(mutant: Mutant, of_tests: Map) -> list[str]:
     own = [str(file) for file in [folder / f"test_{stem}.py"] if (ROOT / file).exists()]
     of_file = of_tests.get(mutant.path, {})
     reached = of_file.get(mutant.statement, of_file.get("", ()))
-    return [*own, *(test for test in reached if test.partition("::")[0] not in own)][:MOST]
+    others = [test for test in reached if test.partition("::")[0] not in own]
+    return [*own, *sorted(others, key=lambda test: not test.startswith(f"{folder}/"))][:MOST]
 
 
 def around(mutant: Mutant, before: Sequence[str]) -> list[str]:
@@ -196,7 +197,12 @@ def failing(folder: Path, tests: Sequence[str], kept: Path, limit: float) -> str
         return None
     if process.returncode in (0, 5):
         return ""
-    named = re.search(r"^(?:FAILED|ERROR) (\S+?)(?: - .*)?$", said, re.MULTILINE)
+    # The map is older than the tests; pytest tells the function, without its case.
+    gone = set(re.findall(r"^ERROR: .*not found: (?:.*/)?(tests/.*)$", said, re.MULTILINE))
+    left = [test for test in tests if test.partition("[")[0] not in gone]
+    if len(left) < len(tests):
+        return failing(folder, left, kept, limit) if left else ""
+    named = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", said, re.MULTILINE)
     return named[1] if named else tests[0]
 
 
@@ -238,27 +244,27 @@ def write_map(found: CoverageData) -> None:
             tests = {x for x in tests if not x.startswith(OF_TEXT)}
             breadth.update(tests)
             of_file[lines[line - 1].strip()] |= tests
-    order = sorted(breadth, key=lambda x: (breadth[x], x))
-    rank = {test: k for k, test in enumerate(order)}
+    number = {test: k for k, test in enumerate(breadth)}
     kept: dict[str, dict[str, list[int]]] = {}
     for name, of_file in reached.items():
         # What stands outside a function runs once, for the first who imports it.
-        whole = set().union(*of_file.values())
+        whole, beside = set().union(*of_file.values()), f"{mirrored(name)}/"
+        first = sorted(whole, key=lambda x: (not x.startswith(beside), breadth[x], x))
         kept[name] = {
-            text: _few(sorted(rank[x] for x in tests or whole), order)
+            text: [number[x] for x in _few(x for x in first if x in (tests or whole))]
             for text, tests in [*of_file.items(), ("", whole)]
         }
-    (BUILD / "map.json").write_text(json.dumps({"tests": order, "reached": kept}))
+    (BUILD / "map.json").write_text(json.dumps({"tests": list(number), "reached": kept}))
 
 
-def _few(ranks: Sequence[int], order: Sequence[str]) -> list[int]:
+def _few(tests: Iterable[str]) -> list[str]:
     """The first of them, no more than some of one function."""
     seen: Counter[str] = Counter()
     found = []
-    for k in ranks:
-        seen[name := order[k].partition("[")[0]] += 1
+    for test in tests:
+        seen[name := test.partition("[")[0]] += 1
         if seen[name] <= ALIKE:
-            found.append(k)
+            found.append(test)
     return found[:MOST]
 
 

@@ -95,13 +95,14 @@ class Place(NamedTuple):
     """Whether a key is put together here."""
 
 
-def changes(node: ast.AST, *, keyed: bool = False) -> Iterator[ast.AST]:
+def changes(node: ast.AST, *, keyed: bool = False) -> Iterator[ast.AST]:  # noqa: C901 (a table)
     """Mutated copies of a node."""
     match node:
         case ast.Compare(left=left, ops=[op, *_], comparators=[right, *_]):
             if type(op) in COMPARISONS:
                 yield _with(node, ops=[COMPARISONS[type(op)](), *node.ops[1:]])
-            if isinstance(op, ORDERS):
+            # Beside zero a factor changes nothing.
+            if isinstance(op, ORDERS) and not any(map(_is_zero, (left, right))):
                 for factor in SCALES:
                     yield _with(node, left=_times(left, factor))
                     yield _with(node, comparators=[_times(right, factor), *node.comparators[1:]])
@@ -173,6 +174,10 @@ def _with(node: ast.AST, **fields: Any) -> ast.AST:
 
 def _times(node: ast.expr, factor: float) -> ast.expr:
     return ast.BinOp(node, ast.Mult(), ast.Constant(factor))
+
+
+def _is_zero(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and not node.value
 
 
 def _number(node: ast.expr) -> bool:

@@ -13,6 +13,8 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
+
 from docs import floors
 from rigidpend.experiments.bench import report as reading
 from rigidpend.experiments.bench.methods import METHODS, OWN, PROBLEMS
@@ -102,8 +104,9 @@ def bench_lines(result: Loaded) -> Iterator[str]:
 
 
 def shortest(data: Data) -> Table:
-    """Ours and the fastest peer at every problem, with one thread."""
+    """Ours and the fastest peer at every problem, with one thread, and with bodies, with two."""
     rows = [row for problem in data if problem in PROBLEMS for row in _pair(data, problem)]
+    rows += _pairs_with_bodies(data)
     header = ("problem", "ours", "time", "fastest peer", "time", "times ours")
     return Table("Ours and the fastest peer that reaches the level, one thread:", header, rows)
 
@@ -121,6 +124,20 @@ def _pair(data: Data, problem: str) -> Iterator[tuple[str, ...]]:
     label = METHODS[peers[0].method].label
     ratio = times(peers[0].ratio)
     yield (*first, seconds(own.seconds), label, seconds(peers[0].seconds), ratio)
+
+
+def _pairs_with_bodies(data: Data) -> Iterator[tuple[str, ...]]:
+    """Ours and the fastest peer that vouches for symbols too, medians over the bodies."""
+    found = reading.of_bodies(data)
+    peers = [name for name in found if METHODS[name].certain and METHODS[name].family not in OWN]
+    for call, key in reading.CALLS.items() if peers else ():
+        (name, own), *_ = found.items()
+        medians = {peer: float(np.median(getattr(found[peer], key))) for peer in peers}
+        best = min(medians, key=medians.__getitem__)
+        ratio = times(float(np.median(getattr(found[best], key) / getattr(own, key))))
+        title = f"bodies drawn by lot, every symbol vouched for: {call}"
+        time = seconds(float(np.median(getattr(own, key))))
+        yield title, METHODS[name].label, time, METHODS[best].label, seconds(medians[best]), ratio
 
 
 def stress_lines(result: Loaded) -> Iterator[str]:

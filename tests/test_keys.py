@@ -110,7 +110,7 @@ def test_of_machine_code(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def key(text: str, triple: str, cpu: str, features: str, version: Any) -> bytes:
         monkeypatch.setattr(machine_code, "_machine", lambda _: SimpleNamespace(triple=triple))
-        monkeypatch.setattr(machine_code, "_processor", lambda _: (cpu, features))
+        monkeypatch.setattr(machine_code, "processor", lambda _: (cpu, features))
         monkeypatch.setattr(llvm, "llvm_version_info", version)
         return asked(lambda: machine_code.function(text, "f", ctypes.c_double))
 

@@ -21,6 +21,7 @@ CERTAINTY = "rigidpend/routes/certainty.py"
     [
         ("a == b", ["a != b"]),
         ("a < b", ["a <= b", "a * 0.5 < b", "a < b * 0.5", "a * 0.99 < b", "a < b * 0.99"]),
+        ("a > 0", ["a >= 0"]),
         ("a + b", ["a - b"]),
         ("a // b", ["a * b"]),
         ("a and b", ["a or b", "b", "a"]),

@@ -116,7 +116,7 @@ def command(
         return
     from rigidpend.routes.symbolic import find_orbit
 
-    found = find_orbit(code=codes[0], **given)
+    found = find_orbit(code=codes[0], jobs=many, **given)
     if as_json:
         print_json(_document(found))
     else:

@@ -229,10 +229,11 @@ def _decided(
                 least_time=method == "auto",
             )
             return *known, by_map
-        except MapError:
+        except MapError as reason:
             # What was asked for by name is not replaced in silence.
             if method == "map":
                 raise
+            mapped.told(run.problem, n, str(reason))
     return *_integrated(run, rate), np.zeros(n, dtype=bool)
 
 

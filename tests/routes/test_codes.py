@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from rigidpend import Body, RouteCodes, route_codes
+from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.exact import ExactError, exact
 from rigidpend.orbits import integrate
@@ -359,3 +360,25 @@ def test_jobs_change_no_bit_of_certified_codes() -> None:
     alone = codes(phases)
     assert len(set(alone.bits.tolist())) > 1, "some columns climb"
     assert all(equal(alone, codes(phases, jobs=jobs)) for jobs in (2, 3))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("bits", [113, 430])
+def test_two_computations_of_one_orbit_go_side_by_side(
+    bits: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In threads where the kernel computes, in processes where Python does."""
+    begun: list[tuple[bool, int]] = []
+
+    def noted(work: Any, given: Any, python: bool, parts: Any, jobs: int) -> Any:
+        begun.append((python, jobs))
+        return side_by_side(work, given, python, parts, jobs)
+
+    monkeypatch.setattr("rigidpend.routes.codes.side_by_side", noted)
+    alone = codes(["0.3"], n_symbols=1, precisions=(bits,))
+    python = bits > 424
+    assert (python, 2) not in begun
+    both = codes(["0.3"], n_symbols=1, precisions=(bits,), jobs=2)
+    assert (python, 2) in begun
+    assert equal(alone, both)
+    assert alone.certain.all()

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import importlib.util
 import math
-import tempfile
 from collections.abc import Sequence
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,6 +31,8 @@ BODIES_AT_ONCE = 20
 """Bodies of a worker, whose measurements an interrupted run keeps."""
 COMPLETE = "complete"
 Line = dict[str, Any]
+Truth = dict[str, dict[str, Any]]
+"""Arrays by problem and name."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -52,14 +52,12 @@ def compute(config: Config, means: Means) -> Tree:
     """
     if not heyoka_peer.installed():
         raise EngineError("the references need the package heyoka, which is not installed")
-    with tempfile.TemporaryDirectory() as folder:
-        reference = Path(folder) / "reference.npz"
-        np.savez(reference, **_references(config, means))
-        groups = _searched(config, str(reference), means)
-        met = {
-            f"threads_{count}": _met(config, groups, str(reference), count, means)
-            for count in config.meeting.threads
-        }
+    truth = _truth(config, means)
+    groups = _searched(config, truth, means)
+    met = {
+        f"threads_{count}": _met(config, groups, truth, count, means)
+        for count in config.meeting.threads
+    }
     phases = _random_phases(config, means)
     many, bodies = _many(config, groups, means), _bodies(config, groups, means)
     last = {"random_phases": phases, "many_orbits": many, "bodies": bodies}
@@ -81,15 +79,14 @@ def describe(config: Config) -> list[Row]:
     ]
 
 
-def _references(config: Config, means: Means) -> dict[str, Any]:
-    """The truth of every problem, as arrays named PROBLEM.NAME."""
-    arrays: dict[str, Any] = {}
+def _truth(config: Config, means: Means) -> Truth:
+    """The truth of every problem, in lists that a worker can be told."""
+    found = {}
     for name in config.problem.problems:
-        truth = means.part(f"reference.{name}", partial(_reference, config, name))
+        part: Any = means.part(f"reference.{name}", partial(_reference, config, name))
         means.report(f"{PROBLEMS[name].title}: reference")
-        for key, node in truth.items():
-            arrays[f"{name}.{key}"] = node[0]  # type: ignore[index]
-    return arrays
+        found[name] = {key: np.asarray(node[0]).tolist() for key, node in part.items()}
+    return found
 
 
 def _reference(config: Config, name: str) -> Tree:
@@ -98,23 +95,20 @@ def _reference(config: Config, name: str) -> Tree:
     return {key: Dataset(values, "", "the truth") for key, values in found.items()}
 
 
-def _searched(config: Config, reference: str, means: Means) -> dict[str, dict[str, Any]]:
+def _searched(config: Config, truth: Truth, means: Means) -> dict[str, dict[str, Any]]:
     """The records of every problem; a worker for each method."""
-    groups: dict[str, dict[str, Any]] = {name: _titles(name) for name in config.problem.problems}
+    groups: dict[str, dict[str, Any]] = {
+        name: datasets(layout.PROBLEM, PROBLEMS[name]._asdict()) for name in config.problem.problems
+    }
     for key in config.problem.methods:
         asked = _asked(config, key)
         if not asked:
             continue
-        found = means.part(f"search.{key}", partial(_search, config, key, asked, reference))
+        found = means.part(f"search.{key}", partial(_search, config, key, asked, truth))
         for name, record in found.items():
             groups[name][key] = record
         means.report(f"{METHODS[key].label}: {_said(found)}")
     return groups
-
-
-def _titles(name: str) -> dict[str, Any]:
-    told = PROBLEMS[name]._asdict()
-    return datasets(layout.PROBLEM, told)
 
 
 def _asked(config: Config, key: str) -> dict[str, list[Any]]:
@@ -127,14 +121,14 @@ def _asked(config: Config, key: str) -> dict[str, list[Any]]:
     }
 
 
-def _search(config: Config, key: str, asked: dict[str, list[Any]], reference: str) -> Tree:
+def _search(config: Config, key: str, asked: dict[str, list[Any]], truth: Truth) -> Tree:
     """The records of a method, by problem."""
     method, search = METHODS[key], config.search
     if missing := _missing(key):
         said = f"absent: {missing} is not installed"
         return {name: {"ended": layout.ENDED.dataset(said)} for name in asked}
     tried = [{"knobs": knobs} for knobs in asked.values()]
-    more: dict[str, Any] = {"problems": tuple(asked), "reference": reference}
+    more: dict[str, Any] = {"problems": tuple(asked), "truth": truth}
     given = search.repeats, search.seconds, len(asked)
     lines, ended = _measured(config, "search", {key: tried}, *given, **more)
     return {
@@ -211,26 +205,24 @@ def _measured(
     return measured(order, PATIENCE * order.seconds * budgets + GRACE)
 
 
-def _met(config: Config, groups: Any, reference: str, threads: int, means: Means) -> Tree:
+def _met(config: Config, groups: Any, truth: Truth, threads: int, means: Means) -> Tree:
     """The meetings of all problems with so many threads."""
     found = {}
     for name in config.problem.problems:
         chosen = methods.guests(name, _records(groups[name]), config, threads)
         if len(chosen) < 2:
             continue
-        made = partial(_meeting, config, name, chosen, reference, threads)
+        made = partial(_meeting, config, name, chosen, truth, threads)
         found[name] = means.part(f"meeting.{threads}.{name}", made)
         title = PROBLEMS[name].title
         means.report(f"{title}, {threads} thread{'s' * (threads > 1)}: {_ended(found[name])}")
     return found
 
 
-def _meeting(
-    config: Config, name: str, chosen: dict[str, Any], reference: str, threads: int
-) -> Tree:
+def _meeting(config: Config, name: str, chosen: dict[str, Any], truth: Truth, threads: int) -> Tree:
     guests, meeting = {key: [entry] for key, entry in chosen.items()}, config.meeting
     given = meeting.rounds, meeting.seconds, len(chosen)
-    more: dict[str, Any] = {"problems": (name,), "reference": reference, "threads": threads}
+    more: dict[str, Any] = {"problems": (name,), "truth": truth, "threads": threads}
     lines, ended = _measured(config, "meeting", guests, *given, **more)
     found: dict[str, Any] = {
         line["method"]: {
@@ -305,25 +297,29 @@ def _bodies(config: Config, groups: Any, means: Means) -> Tree:
         if not _missing(key)
     }
     parts = []
-    for seed, n in ((drawn.SEED, asked.kept), (asked.seed, asked.drawn)):
+    for kept, seed, n in ((True, drawn.SEED, asked.kept), (False, asked.seed, asked.drawn)):
         for k in range(0, n, BODIES_AT_ONCE):
             numbers = tuple(range(k, min(k + BODIES_AT_ONCE, n)))
-            work = partial(_some_bodies, config, seed, n, numbers, entries)
-            parts.append(means.part(f"bodies.{seed}.{k}", work))
-            means.report(f"bodies of seed {seed}, from {k}: {_ended(parts[-1])}")
+            work = partial(_some_bodies, config, kept, seed, n, numbers, entries)
+            title = "kept" if kept else "drawn"
+            parts.append(means.part(f"bodies.{title}.{k}", work))
+            means.report(f"bodies, {title}, from {k}: {_ended(parts[-1])}")
     measured = [part for part in parts if len(part) > 1]
-    return _joined(measured) if measured else {}
+    said = next((x for x in map(_ended, parts) if x != COMPLETE), COMPLETE)
+    return {**_joined(measured), "ended": layout.ENDED.dataset(said)} if measured else {}
 
 
-def _some_bodies(config: Config, seed: int, n: int, numbers: Any, entries: Any) -> Tree:
+def _some_bodies(config: Config, kept: bool, seed: int, n: int, numbers: Any, entries: Any) -> Tree:
+    """The bodies of those numbers in their list, and the records of all methods with them."""
     asked = config.bodies
-    sizes = {"seed": seed, "bodies": n, "orbits": asked.orbits}
+    sizes = {"seed": seed, "bodies": n, "orbits": asked.orbits, "longest": asked.longest}
     more: dict[str, Any] = {"sizes": sizes, "numbers": numbers, "threads": asked.threads}
     # Of peers and of the truth, and of ours.
     budgets = len(numbers) * (len(entries) + math.ceil(asked.longest / float(asked.seconds)))
     given = asked.repeats, asked.seconds, budgets
     lines, ended = _measured(config, "bodies", entries, *given, **more)
-    said = f"{ended}: {len(lines)} of {len(numbers)}" if ended else COMPLETE
+    cut = ended or ("" if len(lines) == len(numbers) else "cut at the budget")
+    said = f"{cut}: {len(lines)} of {len(numbers)}" if cut else COMPLETE
     if not lines:
         return {"ended": layout.ENDED.dataset(said)}
     rows = []
@@ -331,20 +327,17 @@ def _some_bodies(config: Config, seed: int, n: int, numbers: Any, entries: Any) 
         problem = drawn.drawn(seed, n)[k]
         body = problem.body
         values = *body.A, *body.r[:2], body.mu, problem.h0, problem.J1_0
-        rows.append(dict(zip(layout.BODY, (seed == drawn.SEED, *map(float, values)), strict=True)))
+        rows.append(dict(zip(layout.BODY, (kept, *map(float, values)), strict=True)))
     each = {key: _arrays(layout.OF_BODIES, [line[key] for line in lines]) for key in entries}
     return {**_arrays(layout.BODY, rows), **each, "ended": layout.ENDED.dataset(said)}
 
 
 def _joined(parts: list[Any]) -> Any:
-    """Trees of arrays as one, end to end; of texts the first that is not like the others."""
+    """Trees of arrays as one, end to end."""
     first: Any = parts[0]
-    if not isinstance(first, Dataset):
-        return {name: _joined([part[name] for part in parts]) for name in first}
-    values = [part.values for part in parts]
-    if np.ndim(first.values):
-        return first._replace(values=np.concatenate(values))
-    return first._replace(values=next((x for x in values if str(x) != COMPLETE), COMPLETE))
+    if isinstance(first, Dataset):
+        return first._replace(values=np.concatenate([part.values for part in parts]))
+    return {name: _joined([part[name] for part in parts]) for name in first if name != "ended"}
 
 
 def _said(found: Any) -> str:

@@ -12,8 +12,7 @@ from matplotlib.ticker import NullFormatter, PercentFormatter
 from rigidpend.experiments.bench import report
 from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots.palette import BLUE, GREEN, ORANGE, PINK, RED, SKY, WIDTH
-from rigidpend.experiments.plots.panels import entry, title
+from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, PINK, RED, SKY, WIDTH, entry, title
 
 ROW, DIAGRAM = 0.25, 2.15
 """Inches: a row of ratios, and a diagram."""
@@ -86,6 +85,8 @@ def draw(result: Loaded) -> Figure:
         title(axes, letter, axes.get_title())
         axes.set_title("")
         axes.grid(alpha=0.25, lw=0.4)
+        # Within less than a decade they would be written upon each other.
+        axes.xaxis.set_minor_formatter(NullFormatter())
     _draw_legend(below.add_subplot(grid[-1, len(diagrams) % 2 :]), every)
     return figure
 
@@ -182,7 +183,6 @@ def _draw_wrong(axes: Axes, data: Data) -> None:
     axes.set_ylim(0, max(100.0, 1.5 * axes.get_ylim()[1]))
     low, high = axes.get_xlim()
     axes.set_xlim(low / 1.5, high * 1.5)
-    axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _draw_many(axes: Axes, data: Data) -> None:

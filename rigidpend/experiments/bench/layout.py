@@ -129,7 +129,7 @@ OF_BODIES = _floats(
         "orbits": ("1", "orbits of each body, from random phases"),
         "first": ("s", "first call with a body: made ready and solved, for all these orbits"),
         "again": ("s", "the same call again, the median"),
-        "symbols": ("1", "symbols compared: where methods differ, those known in 113 bits"),
+        "symbols": ("1", "symbols compared: of orbits before the first that is in doubt"),
         "wrong": ("1", "of them wrong"),
         "wrong_trusted": ("1", "of them wrong and vouched for; without a cross-check, all wrong"),
         "undecided": ("1", "of them not vouched for"),

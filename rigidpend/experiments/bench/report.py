@@ -205,7 +205,8 @@ def bodies_table(data: Data) -> Table:
         f" {max(orbits):,.0f} orbits of 15 symbols each, up to two threads. A peer follows fewer,"
         " and its time is scaled. Medians over the bodies, then what 90 % of them stay below."
         " Symbols per million: wrong ones that a method vouches for, all wrong ones where it"
-        " vouches for none; where two methods differ, 113 bits tell."
+        " vouches for none. Where two methods differ principal axes tell, in up to 113 bits; what"
+        " is behind the first orbit that they have no time for does not count."
     )
     return Table("Bodies drawn by lot", header, rows, note)
 
@@ -308,19 +309,18 @@ def many_table(data: Data) -> Table:
         ]
         undecided = f"{float(group[name]['undecided'][-1]):.0f}" if METHODS[name].certain else "-"
         ratio = times(found[-1].seconds / own)
-        cells += [seconds(found[-1].prepare), ratio, _crossing(group, name), undecided]
+        cells += [seconds(found[-1].prepare), ratio, undecided]
         rows.append((METHODS[name].label, *cells))
     header = (
         "method",
         *(f"{number:,.0f}" for number in numbers),
         "to prepare",
         f"times maps, {most:,.0f}",
-        "maps faster from",
         "not decided",
     )
     note = (
         "Orbits from random phases, 15 symbols each in the record, warm. To prepare: tables of the "
-        "maps and compilation, once; where maps are faster it counts. ~ scaled from fewer orbits."
+        "maps and compilation, once. ~ scaled from fewer orbits."
     )
     return Table("Time against the number of orbits, one thread", header, rows, note)
 
@@ -330,13 +330,6 @@ def many_numbers(data: Data) -> list[float]:
     group = data["many_orbits"]
     longest = max((record["orbits"] for record in group.values()), key=len)
     return [float(number) for number in longest]
-
-
-def _crossing(group: Data, name: str) -> str:
-    if name == MAPS or MAPS not in group:
-        return "-"
-    number = crossing(group[MAPS], group[name])
-    return f"{number:,.0f}" if math.isfinite(number) else "never"
 
 
 class Scaled(NamedTuple):
@@ -356,25 +349,6 @@ def scaled(record: Data, number: float) -> Scaled:
     k = int(np.flatnonzero(orbits <= number).max(initial=0))
     seconds = float(record["seconds"][k]) * number / float(orbits[k])
     return Scaled(seconds, float(prepare[k]), float(orbits[k]))
-
-
-def crossing(record: Data, other: Data) -> float:
-    """The number of orbits from which on a method, made ready and all, beats another; or infinity.
-
-    Between numbers that were measured times are taken to be powers of these.
-    """
-    numbers = np.geomspace(1, 1e7, 1401)
-    own, theirs = ([_interpolated(r, n) for n in numbers] for r in (record, other))
-    slower = np.flatnonzero(np.array(own) >= np.array(theirs))
-    if not slower.size:
-        return 1.0
-    return float(numbers[slower[-1] + 1]) if slower[-1] + 1 < len(numbers) else np.inf
-
-
-def _interpolated(record: Data, number: float) -> float:
-    orbits, seconds = np.asarray(record["orbits"]), np.asarray(record["seconds"])
-    each = np.exp(np.interp(np.log(number), np.log(orbits), np.log(seconds / orbits)))
-    return scaled(record, number).prepare + float(each) * number
 
 
 def search_table(data: Data, problem: str) -> Table:

@@ -47,7 +47,7 @@ MANY_METHODS = (
     "heyoka_two_forms", "scipy_dop853",
 )  # fmt: skip
 """Methods that are timed at ever more orbits, by default."""
-OF_BODIES = ("route_codes_auto", "heyoka_principal", "heyoka_two_tolerances", "scipy_dop853")
+OF_BODIES = ("route_codes_auto", "heyoka_principal", "heyoka_two_tolerances", "cyrk")
 """Methods that are timed with bodies drawn by lot, by default; ours first."""
 BY_PROBLEM = tuple(name for name, method in METHODS.items() if any(map(method.answer, PROBLEMS)))
 """Methods that answer one of the problems."""
@@ -150,8 +150,8 @@ class Bodies(Part):
     """Calls again with each body; their median counts."""
     seconds: Seconds
     """Time of a peer at a body, seconds of solving: it follows fewer orbits where it is slow."""
-    longest: Annotated[Whole, Field(ge=1, le=3600)] = 10
-    """Time of ours at a body, seconds: four times that, on average, and the list is cut."""
+    longest: Annotated[Whole, Field(ge=1, le=3600)] = 6
+    """Time of ours at a body on average, seconds: the list is cut where it takes longer."""
 
 
 class Config(ExperimentConfig):

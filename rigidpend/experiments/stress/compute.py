@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from rigidpend.config.description import Row, body_rows, exact_row
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.tree import Tree
+from rigidpend.experiments.lie_poisson import SCHEMES
 from rigidpend.experiments.stress.trials import (
     addresses,
     extremes,
@@ -25,7 +26,6 @@ from rigidpend.experiments.stress.trials.claims import Trial, tried
 from rigidpend.experiments.stress.trials.scenes import Scene, Way
 from rigidpend.machine.progress import PartDone
 from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, FINEST_TOLERANCE
-from rigidpend.orbits.integrate.lie_poisson import SCHEMES
 
 if TYPE_CHECKING:
     from rigidpend.experiments.stress.schema import Config, Problem

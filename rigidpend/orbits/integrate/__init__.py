@@ -235,7 +235,8 @@ def sample_orbits(
         return flat.reshape(*shape, times.size).transpose(0, 2, 1)
     from rigidpend.orbits.integrate import batch_samples
 
-    return batch_samples.sample_batch(coefficients, states, times, tolerance)
+    given = states[None], times[None, :, None], 53, tolerance
+    return batch_samples.sample_aligned(coefficients, *given)[0]
 
 
 def _checked_tolerance(tolerance: float | None, engine: str) -> float:

@@ -104,13 +104,13 @@ class Batch:
 
     def run(self) -> Crossings:
         """Follow all orbits."""
-        self._load()
+        self.load()
         while self.columns.size:
             check_stop()
             note(self._told)
             number = self._number()
-            self._take(self._carried(number), number)
-            self._load(~self._ended())
+            self._take(self.carried(number), number)
+            self.load(~self._ended())
         Found.joined(self.seen).write(self.found, self.orbits.passage_limit)
         return self.found
 
@@ -126,7 +126,7 @@ class Batch:
         left = int(self.orbits.n_crossings - self.counts.min())
         return max(8, min(STEPS[self.kind], MAX_STEPS, left * EXPECTED // 2))
 
-    def _carried(self, number: int) -> Steps:
+    def carried(self, number: int) -> Steps:
         """All columns some steps further: those on which M3 may have been zero."""
         m = self.columns.size
         groups = -(-m // LANES)
@@ -169,7 +169,7 @@ class Batch:
             self.found.outcome[self.columns[k]] = silent_outcome(*self.states[:2, k])
         return complete | late | ~finite | (self.silence >= MAX_STEPS)
 
-    def _load(self, kept: Any = slice(None)) -> None:
+    def load(self, kept: Any = slice(None)) -> None:
         """Close the gaps of orbits that are done, and put the next ones behind."""
         m, states, times = self.columns.size, self.states[:, :0], self.times[:, :0]
         states, times = self.states[:, :m][:, kept], self.times[:, :m][:, kept]

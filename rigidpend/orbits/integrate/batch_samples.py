@@ -24,13 +24,6 @@ TOGETHER = 256
 Array = NDArray[np.float64]
 
 
-def sample_batch(
-    coefficients: AlignedCoefficients, states: Array, times: Array, tolerance: float
-) -> Array:
-    """Orbits of the aligned field (see `rigidpend.orbits.integrate.sample_orbits`)."""
-    return sample_aligned(coefficients, states[None], times[None, :, None], 53, tolerance)[0]
-
-
 def sample_aligned(
     coefficients: AlignedCoefficients, states: Array, times: Array, bits: int, tolerance: float
 ) -> Array:

@@ -38,7 +38,7 @@ def crossings(orbits: Orbits, tolerance: float) -> Crossings:
     tolerance : float
         Relative; SciPy takes 2.3e-14 or more.
     """
-    return _Group(orbits, tolerance).run()
+    return Group(orbits, tolerance).run()
 
 
 def sample(field: Any, state: Array, times: Array, tolerance: float) -> Array:
@@ -59,7 +59,7 @@ def sample(field: Any, state: Array, times: Array, tolerance: float) -> Array:
     return np.asarray(found.y)
 
 
-class _Group:
+class Group:
     """Orbits that advance together, with the crossings found so far."""
 
     def __init__(self, orbits: Orbits, tolerance: float) -> None:

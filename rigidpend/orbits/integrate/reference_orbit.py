@@ -33,6 +33,7 @@ from rigidpend.orbits.integrate.records import (
     Crossings,
     Orbits,
     Outcome,
+    in_turn,
     no_crossings,
     silent_outcome,
 )
@@ -83,9 +84,8 @@ def crossings(orbits: Orbits, bits: int, engine: str, tolerance: float) -> Cross
     tolerance : float
         As for :class:`ReferenceOrbit`.
     """
-    found = no_crossings(orbits.n_crossings, len(orbits.states))
-    for column, state in enumerate(orbits.states):
-        orbit = ReferenceOrbit(
+    alone = (
+        ReferenceOrbit(
             orbits.coefficients,
             state,
             [Fraction(1 / x) for x in _units(state)],
@@ -95,10 +95,22 @@ def crossings(orbits: Orbits, bits: int, engine: str, tolerance: float) -> Cross
             bits=bits + GUARD_BITS,
             tolerance=tolerance,
         )
-        path, found.outcome[column] = orbit.path(orbits.n_crossings)
+        for state in orbits.states
+    )
+    return followed(list(alone), orbits.n_crossings)
+
+
+def followed(orbits: Sequence[ReferenceOrbit], n_crossings: int) -> Crossings:
+    """The first crossings of orbits, each for itself in a precision that falls.
+
+    FAILED where they do not rise and sink in turn.
+    """
+    found = no_crossings(n_crossings, len(orbits))
+    for column, orbit in enumerate(orbits):
+        path, found.outcome[column] = orbit.path(n_crossings)
         for k, passed in enumerate(path):
             found.time[k, column], found.separatrix[k, column] = passed
-    return found
+    return in_turn(found)
 
 
 class ReferenceOrbit:
@@ -216,13 +228,13 @@ class ReferenceOrbit:
         """Take some further steps."""
         first = len(self.points) - 1
         begin = self.points[first]
-        for time, state in self._advanced(begin.state, rung(self.bits_at(first))):
+        for time, state in self.advanced(begin.state, rung(self.bits_at(first))):
             last, here = self.points[-1].exact_time, begin.exact_time + time
             self.points.append(Point(here, state, float(here), float(here - last)))
         for k in range(first, len(self.points) - 1):
             self._carry_tangent(k)
 
-    def _advanced(self, state: Sequence[Fraction], bits: int) -> Any:
+    def advanced(self, state: Sequence[Fraction], bits: int) -> Any:
         if in_kernel(self.engine, bits):
             return advance(self.coefficients, state, BLOCK, bits, self.tolerance)
         from rigidpend.orbits.integrate import bigint

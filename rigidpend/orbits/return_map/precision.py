@@ -104,3 +104,13 @@ class Precision:
 def precision(bits: int) -> Precision:
     """The numbers of so many bits; it holds no state, so threads may share it."""
     return Precision(bits)
+
+
+def product(x: Scalar, y: Scalar) -> Any:
+    """x @ y of matrices, in the thread that asks for it.
+
+    BLAS would start others for large ones in doubles, which go on waiting busily for some
+    hundredths of a second: the time of another thread's tables.
+    """
+    plain = isinstance(x, np.ndarray) and x.dtype == float
+    return np.einsum("...ij,...jk->...ik", x, y) if plain else np.matmul(x, y)

@@ -69,7 +69,7 @@ def coordinates(quad: Quad, d: Family, g: Family) -> tuple[Family, Family]:
 
 
 class Numbers(NamedTuple):
-    """Numbers of a body and an energy, balls."""
+    """Numbers of a body and an energy, or of all near them, balls."""
 
     field: AlignedCoefficients
     to_M1: arb
@@ -77,13 +77,16 @@ class Numbers(NamedTuple):
     h: arb
 
     @classmethod
-    def of(cls, body: Body, h: Exact) -> Numbers:
-        """Enclose those of a body."""
+    def of(cls, body: Body, h: Exact, around: Exact | None = None) -> Numbers:
+        """Enclose those of a body, with all mu and h that differ by at most so much of them."""
         with precision(BITS):
+            near = (
+                1 + arb(0, abs(arb(around.over(BALLS))).upper()) if around is not None else arb(1)
+            )
             p = angles(body)
-            half = p.alpha0 / 2
-            found = aligned_coefficients(p, BALLS)
-            return cls(found, 1 / (2 * half.cos()), 1 / (2 * half.sin()), arb(h.over(BALLS)))
+            p, half = p._replace(mu=p.mu * near), p.alpha0 / 2
+            found, h_ball = aligned_coefficients(p, BALLS), arb(h.over(BALLS)) * near
+            return cls(found, 1 / (2 * half.cos()), 1 / (2 * half.sin()), h_ball)
 
 
 class Reached(NamedTuple):
@@ -136,9 +139,36 @@ def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilySt
     else:
         side, order = 1 if start.rising else -1, [1, 0, -1]
         begin, bound = beginning(numbers, start, pieces[0], growth)
-    end: list[Family] | None = None
     signs: list[int] = []
     time = arb(0)
+    for states, half, apart in followed(numbers, pieces, bound, growth):
+        with precision(SCALARS):
+            time += 2 * half.range
+            signs += _signs(numbers, states, apart, growth, side)
+    _check_signs(signs, order)
+    end = [state.at("z", 1) for state in states]
+    with precision(SCALARS):
+        return _crossing(numbers, end, apart, growth, side, begin, time)
+
+
+def followed(
+    numbers: Numbers, pieces: Sequence[FamilyStep], bound: arb, growth: LogarithmicNorm
+) -> Iterator[tuple[list[Family], Family, arb]]:
+    """Check steps one after the other (C2, C3): states, half-length and distance over each.
+
+    Parameters
+    ----------
+    numbers : Numbers
+    pieces : sequence of FamilyStep
+    bound : arb
+        On the distance of the polynomials from the orbits at the beginning.
+    growth : LogarithmicNorm
+
+    Raises
+    ------
+    Undecided
+    """
+    end: list[Family] | None = None
     for piece in pieces:
         check_stop()
         states = [Family.of(terms, piece.bits) for terms in piece.terms]
@@ -152,11 +182,7 @@ def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilySt
             end = [state.at("z", 1) for state in states]
             leap = defect(numbers, states, half, growth)
             bound = _tube(states, half, bound, leap, growth)
-            time += 2 * half.range
-            signs += _signs(numbers, states, bound, growth, side)
-    _check_signs(signs, order)
-    with precision(SCALARS):
-        return _crossing(numbers, end or [], bound, growth, side, begin, time)
+        yield states, half, bound
 
 
 def beginning(
@@ -297,7 +323,8 @@ def _tube(
         if grown < assumed:
             return grown
         assumed = 2 * grown
-    raise Undecided(f"C3: no tube below {WIDEST} is shown to hold the orbits")
+    said = f"C3: the orbits are shown to stay within {float(grown):.3g} of the polynomials"
+    raise Undecided(f"{said}, and within {WIDEST:.3g} is needed")
 
 
 def _signs(
@@ -359,7 +386,7 @@ def _crossing(
         raise Undecided("C5: the side on which the orbits leave is not told")
     mirrored = bool(box[large] < 0)
     # (-M1, -M2, M3, gamma1, gamma2, -gamma3) makes separatrix 1 or 4 of 3 or 2.
-    d, g = (end[j].widened(apart[j] + time * fastest) for j in (small, 5))
+    d, g = (end[j].widened(apart[j] + time * abs(rates[j])) for j in (small, 5))
     if mirrored:
         d, g = -d, -g
     Q = -box[large] if mirrored else box[large]
@@ -390,17 +417,16 @@ def relation(source: Reached, target: Quad, begin: Sequence[arb], place: int) ->
         if not all(abs(a - b) <= ALONE for a, b in zip(source.box, begin, strict=True)):
             raise Undecided("C6: the crossings are on another sheet of the section")
         U, V = coordinates(target, source.d, source.g)
-        edges = [U.at("u", side).range for side in (-1, 1)]
-        if edges[0] < -1 and edges[1] > 1:
-            orientation = 1
-        elif edges[0] > 1 and edges[1] < -1:
-            orientation = -1
-        else:
-            raise Undecided("C6: an edge does not lie beyond the end of the set")
+        low, high = (U.at("u", side).range for side in (-1, 1))
+        forward, back = (-low).lower().min(high.lower()), low.lower().min((-high).lower())
+        least, orientation = (forward, 1) if forward > back else (back, -1)
+        if not least > 1:
+            said = f"C6: an edge lies at |U| >= {float(least):.4g} of set {place}"
+            raise Undecided(f"{said}, and more than 1 is needed")
         if not V.bound < 1:
-            raise Undecided("C6: the image is not between the sides of the set")
-        least = min(-_double(-abs(edge).lower()) for edge in edges)
-        return Relation(place, orientation, least, _double(V.bound))
+            said = f"C6: the image lies within |V| <= {float(V.bound):.4g} of set {place}"
+            raise Undecided(f"{said}, and less than 1 is needed")
+        return Relation(place, orientation, -_double(-least), _double(V.bound))
 
 
 def prove(

@@ -35,6 +35,8 @@ from rigidpend.routes.symbolic.tables import Level, Mask
 
 EARLY = 1e-3
 """Time t' below which a zero of M3 is the crossing that an orbit starts from."""
+ROUNDED = 2.0**-51
+"""Rounding of a passage's time, relative: its crossings, too, are rounded to doubles."""
 PATIENCE = 4.0
 """Longest wait, in times of the longest passage."""
 ROUNDS = 12
@@ -51,6 +53,8 @@ class Confirmation(NamedTuple):
     """True where it has the chain's symbol."""
     late: Array
     """Its time less the chain's, t'."""
+    error: Array
+    """Error of the chain's time, t': that difference, and what both may round alike."""
 
 
 def passages(body: Body, level: Level, chain: Chain) -> Confirmation:
@@ -68,7 +72,8 @@ def passages(body: Body, level: Level, chain: Chain) -> Confirmation:
     time, separatrix = _next(c.aligned, crossing_states(c, level, chain), limit)
     found = symbols(np.stack((np.where(rising, 2, 3), separatrix)))[0]
     right = found == np.where((chain.I > 0) == rising, 1, 0)
-    return Confirmation(right, time - chain.time)
+    late = time - chain.time
+    return Confirmation(right, late, np.abs(late) + ROUNDED * chain.time)
 
 
 def doubles(body: Body) -> Coefficients:
@@ -145,7 +150,7 @@ class Closing(NamedTuple):
     error: float
     """Distance of the end from the beginning in d and chi."""
     expected: float
-    """Gap left by passages that meet to LOST bits, enlarged by the period's derivative."""
+    """Gap left where passages meet, and by roundings, enlarged by the period's derivative."""
     moved: float
     """Distance by which refinement moved the crossings: the error of the map in doubles."""
     period: Fraction
@@ -193,7 +198,8 @@ def closing(body: Body, orbit: ClosedOrbit, level: Level, *, h: Scalar, bits: in
     matrix = np.eye(2)
     for slope in slopes:
         matrix = slope @ matrix
-    expected = len(slopes) * float(np.abs(matrix).max()) * 2.0 ** (LOST - bits)
+    left = float(size) + 2.0**-bits
+    expected = len(slopes) * float(np.abs(matrix).max()) * left
     return Closing(total, expected, moved, sum(times, Fraction(0)), bits)
 
 

@@ -8,19 +8,19 @@ on. In the end gamma3 = 0 at the last crossing is solved in the working precisio
 
 from __future__ import annotations
 
+import itertools
 import math
 from decimal import Decimal, localcontext
 from fractions import Fraction
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rigidpend.machine.workers import note
 from rigidpend.mechanics.equations import aligned
 from rigidpend.numbers.doubles import Array
-from rigidpend.numbers.exact import GUARD_BITS, PI, context, exact, fraction
-from rigidpend.orbits.integrate.engines import FINEST_TOLERANCE, default_engine
-from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit
+from rigidpend.numbers.exact import context, exact, fraction
+from rigidpend.orbits.integrate.reference_orbit import rung
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.start import Scales, Start, start, states_exact
 from rigidpend.routes.symbolic.chain import NoOrbit, tangents
@@ -32,6 +32,9 @@ FAR = 1e-3
 """Delay, t', up to which it tells theta2_0: what it leaves is its square."""
 FIRST_ERROR = 1e-11
 """Error of theta2_0 by the map in doubles, radians, and of its times in t', at most."""
+ACROSS = 24
+"""Bits by which what is rounded on the way stays below what has grown from the start: across the
+layer of these orbits, some thousandth thick, a deviation grows as much more, once."""
 SPARE = 15
 """Digits beyond those of theta2_0 that are known in which its orbit is followed."""
 ROUNDS = 400
@@ -167,34 +170,22 @@ class _Refiner(NamedTuple):
 
         The orbit is followed in so many bits, and in fewer where its errors have grown.
         """
-        c, phase = self.begin.coefficients, exact(theta)
-        state, further = states_exact(self.begin, [phase, phase + PI / 2], self.bits)
-        # A quarter turn further on gamma is its own derivative; M does not depend on the phase.
-        orbit = ReferenceOrbit(
-            c,
-            state,
-            [Fraction(0)] * 3 + further[3:],
-            tangent_bits=53,
-            longest=math.inf,
-            engine=default_engine(),
-            bits=bits + GUARD_BITS,
-            tolerance=FINEST_TOLERANCE["taylor"],
-        )
-        last = Fraction(float(self.times[until]))
-        k = 0
-        while orbit.reaches(k + 1) and orbit.points[k + 1].exact_time < last:
-            k += 1
-        found = [passed.time for passed in orbit.crossed_before(k + 1)][: until + 1]
-        late = np.full(until + 1, np.inf)
-        late[: len(found)] = found - self.times[: len(found)]
-        # There a small delay keeps its digits.
-        at = orbit.points[k]
-        given = np.array([at.state]).T, [last - at.exact_time]
-        reached = states_at(c, *given, max(math.ceil(orbit.bits_at(k)), 54))[:, 0, 0]
-        rates = aligned(reached, c)
-        rest = -reached[2] / rates[2]
-        late[until] = float(rest)
-        return late, (reached[5] + rest * rates[5]) * (1 if rates[5] < 0 else -1)
+        c = self.begin.coefficients
+        [state] = np.array(states_exact(self.begin, [exact(theta)], self.bits))
+        times = [Fraction(0), *(Fraction(float(t)) for t in self.times[: until + 1])]
+        spent = np.maximum.accumulate(np.append(0.0, self.grown.exponent[:until])) * math.log2(10)
+        left = [rung(bits + ACROSS - x) for x in spent]
+        rows: list[Any] = []
+        for most, passages in itertools.groupby(range(until + 1), left.__getitem__):
+            here = list(passages)
+            since = [times[k + 1] - times[here[0]] for k in here]
+            found = states_at(c, state[:, None], since, most)[..., 0]
+            rows, state = [*rows, *found.T], found[:, -1]
+        rates = [aligned(state, c) for state in rows]
+        late = [-state[2] / rate[2] for state, rate in zip(rows, rates, strict=True)]
+        height = rows[-1][5] + late[-1] * rates[-1][5]
+        cos = 1 if float(rates[-1][5]) < 0 else -1
+        return np.array([float(x) for x in late]), height * cos
 
     def _power(self, k: int) -> Fraction:
         """dt/dtheta2_0 at crossing k."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -173,6 +174,21 @@ def test_a_route_codes_that_always_refuses_fails_everything_that_needs_it(
         made: Any = claims.tried(each)
         verdicts = {str(claim["verdict"].values) for claim in made["claims"].values()}
         assert verdicts == {"FAILED"}, each.name
+
+
+def test_no_orbit_is_lost_where_the_starts_share_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[tuple[int, int]] = []
+
+    def trial(*_: Any, orbits: int, checked: int, **__: Any) -> None:
+        asked.append((orbits, checked))
+
+    monkeypatch.setattr(honesty, "trial", trial)
+    monkeypatch.setattr(honesty, "hard_trial", lambda *_: None)
+    sizes = SimpleNamespace(orbits=8, checked=4, n_symbols=2, tolerances=())
+    problem: Any = SimpleNamespace(honesty=sizes, body=None, h0=None, seed=1)
+    way: Any = SimpleNamespace(engine="scipy")
+    assert len(list(stress._honesty(problem, way))) == 1 + len(asked)
+    assert asked == [(3, 2), (3, 1), (2, 1)]
 
 
 def test_limits_are_declared_before_anything_is_measured(given: Any) -> None:

@@ -130,13 +130,13 @@ def test_machine_code_is_kept_and_a_damaged_file_made_anew(
 ) -> None:
     monkeypatch.setattr(machine_code, "folder", lambda: tmp_path / "kernels")
     made: list[str] = []
-    compiled = machine_code._compiled
+    compiled = machine_code.compiled
 
     def counted(llvm: Any, machine: Any, text: str) -> bytes:
         made.append(text)
         return compiled(llvm, machine, text)
 
-    monkeypatch.setattr(machine_code, "_compiled", counted)
+    monkeypatch.setattr(machine_code, "compiled", counted)
 
     def fresh() -> int:
         machine_code.function.cache_clear()
@@ -201,7 +201,7 @@ def test_every_processor_computes_the_same_bits(
     order = taylor_step.order_of(1e-8)
     here = stepped(bits, order, 40)
     monkeypatch.setattr(machine_code, "folder", lambda: tmp_path)
-    monkeypatch.setattr(machine_code, "_processor", lambda llvm: (plain_processor(), ""))
+    monkeypatch.setattr(machine_code, "processor", lambda llvm: (plain_processor(), ""))
     for cached in (machine_code.function, function):
         cached.cache_clear()
     plain = stepped(bits, order, 40)

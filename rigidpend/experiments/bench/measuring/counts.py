@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments import principal_axes
+from rigidpend.experiments import heyoka_peer, principal_axes
 from rigidpend.experiments.bench import drawn
 from rigidpend.experiments.bench.measuring.adapters import made
 from rigidpend.experiments.bench.measuring.fields import time_unit
@@ -39,8 +39,10 @@ CHUNK = 250
 """Random phases in one call."""
 PILOT = 16
 """Orbits of a body by which the time of a peer's orbit is told."""
-TRUTH_BITS = 113
-"""Precision in principal axes that says who is right where two methods differ."""
+TRUTH_BITS = 64, 113
+"""Precisions in principal axes that say who is right where two methods differ."""
+BLOCK = 8
+"""Orbits that are followed so at a time."""
 
 
 def starts() -> tuple[str, ...]:
@@ -146,6 +148,7 @@ def of_bodies(
     threads: int,
     repeats: int,
     seconds: float,
+    longest: float,
 ) -> Iterator[dict[str, Any]]:
     """Call each method with bodies that it has not seen before, and again.
 
@@ -161,79 +164,112 @@ def of_bodies(
     orbits, threads, repeats : int
     seconds : float
         Of solving, a peer's budget at a body; as much for the truth.
+    longest : float
+        Of ours at a body, on average: no further body is begun when all this time is spent.
 
     Yields
     ------
     dict
         By method: ``first`` and ``again``, seconds; ``orbits``; and the counts of :func:`judged`.
     """
+    own, *peers = entries
+    spent, budget = 0.0, len(bodies) * (longest + seconds * len(entries))
     # What any body needs is compiled before the clock runs.
-    for name, entry in entries.items():
-        for n in (1, drawn.ORBITS if name == next(iter(entries)) else PILOT):
-            made(name, random_routes(FIG4, min(n, orbits)), entry, threads).solve()
+    for n in (1, orbits):
+        made(own, random_routes(FIG4, n), entries[own], threads).solve()
+    for name in peers:
+        made(name, random_routes(FIG4, min(PILOT, orbits)), entries[name], threads).solve()
     for problem in bodies:
-        task = from_phases(problem, drawn.phases(orbits))
-        found: dict[str, Any] = {}
-        answers: dict[str, Crossed] = {}
-        for name, entry in entries.items():
-            part = _of_its_time(name, entry, task, threads, seconds) if answers else task
-            prepared, solver = timed(lambda: made(name, part, entry, threads))  # noqa: B023
-            first, answer = timed(solver.solve)
-            answers[name] = solver.read(answer)
-            taken = again(solver.solve, repeats, first, seconds, sure=True)
-            found[name] = {
-                "orbits": part.states.shape[1],
-                "first": prepared + first,
-                "again": statistics.median(taken),
-            }
-            if len(answers) == 1:
-                last = np.nanmax(answers[name].time, initial=0.0)
-                task = task._replace(
-                    times=np.full((1, orbits), 1.001 * last / time_unit(task.body))
-                )
-        settled, true = _settled(task, answers, seconds)
-        for name, answer in answers.items():
-            columns = settled[: answer.codes.shape[1]]
-            found[name] |= judged(_of(answer, columns), true[:, : columns.size][:, columns])
+        if spent > budget:
+            return
+        given = problem, entries, orbits, threads, repeats, seconds
+        taken, found = timed(functools.partial(_with_body, *given))
+        spent += taken
         yield found
 
 
-def _of(answer: Crossed, columns: Any) -> Crossed:
-    certain = None if answer.certain is None else answer.certain[:, columns]
-    return Crossed(answer.codes[:, columns], answer.time[:, columns], certain)
+def _with_body(
+    problem: RouteProblem,
+    entries: dict[str, Setting],
+    orbits: int,
+    threads: int,
+    repeats: int,
+    seconds: float,
+) -> dict[str, Any]:
+    """Times and counts of each method with one body."""
+    own, *peers = entries
+    task = from_phases(problem, drawn.phases(orbits))
+    solver = made(own, task, entries[own], threads)
+    first, answer = timed(solver.solve)
+    answers = {own: solver.read(answer)}
+    warm = statistics.median(again(solver.solve, repeats, first, seconds, sure=True))
+    found: dict[str, Any] = {own: {"orbits": orbits, "first": first, "again": warm}}
+    last = np.nanmax(answers[own].time, initial=0.0)
+    task = task._replace(times=np.full((1, orbits), 1.001 * last / time_unit(task.body)))
+    for name in peers:
+        make = functools.partial(made, name, entry=entries[name], threads=threads)
+        found[name], answers[name] = _in_its_time(make, task, repeats, seconds)
+    settled, true = _settled(task, answers, seconds)
+    for name, answer in answers.items():
+        n = min(settled, answer.codes.shape[1])
+        certain = None if answer.certain is None else answer.certain[:, :n]
+        part = Crossed(answer.codes[:, :n], answer.time[:, :n], certain)
+        found[name] |= judged(part, true[:, :n])
+    return found
 
 
-def _of_its_time(name: str, entry: Setting, task: Task, threads: int, seconds: float) -> Task:
-    """As many of the orbits as a method is expected to follow in so many seconds."""
-    pilot = task.of(np.arange(min(PILOT, task.states.shape[1])))
-    taken, _ = timed(made(name, pilot, entry, threads).solve)
-    n = int(seconds / taken * pilot.states.shape[1])
-    return task.of(np.arange(min(max(n, PILOT), task.states.shape[1])))
+def _in_its_time(
+    make: Make, task: Task, repeats: int, seconds: float
+) -> tuple[dict[str, float], Crossed]:
+    """Times of a peer with as many orbits as it is expected to follow in so many seconds.
+
+    Its first call is with a few of them, to which the others are added at what they take again.
+    """
+    n = few = min(PILOT, task.states.shape[1])
+    prepared, solver = timed(lambda: make(task.of(np.arange(few))))
+    first, answer = timed(solver.solve)
+    taken = [timed(solver.solve)[0]]
+    more = min(int(seconds / taken[0] * few), task.states.shape[1])
+    if more > few:
+        n, solver = more, make(task.of(np.arange(more)))
+        warm, answer = timed(solver.solve)
+        taken = [warm, *again(solver.solve, repeats - 1, warm, seconds)]
+    middle = statistics.median(taken)
+    told = {"orbits": n, "first": prepared + first + middle * (n - few) / n, "again": middle}
+    return told, solver.read(answer)
 
 
-def _settled(task: Task, answers: dict[str, Crossed], seconds: float) -> tuple[Any, Any]:
-    """The columns whose symbols are known, of those that two methods computed; the symbols.
+def _settled(task: Task, answers: dict[str, Crossed], seconds: float) -> tuple[int, Any]:
+    """The number of orbits whose symbols are known, and the symbols of ours set right.
 
-    Where all agree they are known. Where not they are followed in 113 bits, one after the other,
-    until the time is spent.
+    Where all agree they are known. Where not they are followed in principal axes: in 64 bits, and
+    in 113, whose word is final, where these differ from ours. What is behind the first orbit that
+    is not settled in time does not count, or none of the doubtful ones would.
     """
     first, *others = answers.values()
-    most = max((other.codes.shape[1] for other in others), default=0)
-    true = first.codes.copy()
-    differ = np.zeros(true.shape[1], dtype=bool)
+    true, most = first.codes.copy(), max((x.codes.shape[1] for x in others), default=0)
+    differ = np.zeros(most, dtype=bool)
     for other in others:
         n = other.codes.shape[1]
         differ[:n] |= (other.codes != true[:, :n]).any(axis=0)
-    known, spent = ~differ, 0.0
-    known[most:] = False
-    for column in np.flatnonzero(differ):
-        if spent < seconds:
-            phase = [exact(float(task.theta2_0[column]))]
-            taken, codes = timed(
-                lambda: principal_axes.codes(task.routes, phase, bits=TRUTH_BITS, jobs=1)  # noqa: B023
-            )
-            spent, true[:, column], known[column] = spent + taken, codes[:, 0], True
-    return known, true
+    doubtful, spent = np.flatnonzero(differ), 0.0
+    for k in range(0, doubtful.size, BLOCK):
+        if spent > seconds:
+            return int(doubtful[k]), true
+        columns = doubtful[k : k + BLOCK]
+        for bits in filter(heyoka_peer.offers, TRUTH_BITS):
+            phases = [exact(float(x)) for x in task.theta2_0[columns]]
+            work = functools.partial(principal_axes.codes, task.routes, phases, bits=bits, jobs=1)
+            taken, codes = timed(work)
+            spent += taken
+            if bits == TRUTH_BITS[-1]:
+                true[:, columns] = codes
+            columns = columns[(codes != true[:, columns]).any(axis=0)]
+            if not columns.size:
+                break
+        else:
+            return int(columns[0]), true
+    return most, true
 
 
 @functools.cache

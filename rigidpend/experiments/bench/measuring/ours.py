@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from rigidpend.experiments import lie_poisson
 from rigidpend.experiments.bench.measuring.fields import direction, moments, time_unit
 from rigidpend.experiments.bench.measuring.problems import Crossed, Task
 from rigidpend.experiments.bench.measuring.solvers import Solver, in_looks, shared_out
@@ -22,7 +23,6 @@ from rigidpend.mechanics.poinsot.polhode import momentum
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import GUARD_BITS, context
 from rigidpend.orbits import integrate
-from rigidpend.orbits.integrate import lie_poisson
 from rigidpend.orbits.integrate.records import Crossings, Orbits
 from rigidpend.routes import codes
 from rigidpend.routes.cycle import symbols

@@ -46,8 +46,8 @@ class Order(NamedTuple):
     repeats: int
     seconds: float
     problems: tuple[str, ...] = ()
-    reference: str = ""
-    """A file of NumPy's arrays, named PROBLEM.NAME."""
+    truth: dict[str, dict[str, Any]] = {}  # noqa: RUF012
+    """Arrays by problem and name, as lists."""
     threads: int = 1
     numbers: tuple[int, ...] = ()
     """Numbers of orbits, or of bodies in their list, ascending."""
@@ -76,7 +76,7 @@ def measured(order: Order, limit: float) -> tuple[list[dict[str, Any]], str]:
             text=True, env=environment,
         )  # fmt: skip
         with process:
-            out, err, late = _heard(process, json.dumps(order._asdict()), limit)
+            out, err, late = heard(process, json.dumps(order._asdict()), limit)
     if late:
         return _lines(out), f"ended at {limit:g} s"
     code, said = process.returncode, (err.strip().splitlines() or [""])[-1]
@@ -86,7 +86,7 @@ def measured(order: Order, limit: float) -> tuple[list[dict[str, Any]], str]:
     raise Fault(f"the benchmark's worker stopped ({', '.join(order.methods)}): {said or code}")
 
 
-def _heard(process: subprocess.Popen[str], given: str, limit: float) -> tuple[str, str, bool]:
+def heard(process: subprocess.Popen[str], given: str, limit: float) -> tuple[str, str, bool]:
     """Words of a process on stdout and stderr, and whether it had to be ended at the limit."""
     until = time.monotonic() + limit
     asked: str | None = given
@@ -215,7 +215,7 @@ def bodies(order: Order) -> Iterator[dict[str, Any]]:
     some = [every[k] for k in order.numbers]
     entries = {name: entry for name, [entry] in order.methods.items()}
     given = order.sizes["orbits"], order.threads, order.repeats, order.seconds
-    yield from counts.of_bodies(some, entries, *given)
+    yield from counts.of_bodies(some, entries, *given, order.sizes["longest"])
 
 
 def _make(order: Order) -> Any:
@@ -232,12 +232,7 @@ def _stage(order: Order, problem: str) -> Any:
     from rigidpend.experiments.bench.measuring import problems, protocol
 
     asked = problems.ASKED[problem]
-    with np.load(Path(order.reference)) as stored:
-        truth = {
-            name.removeprefix(f"{problem}."): stored[name]
-            for name in stored.files
-            if name.startswith(f"{problem}.")
-        }
+    truth = {name: np.array(values) for name, values in order.truth[problem].items()}
     task = asked.task(SimpleNamespace(**order.sizes))
     return protocol.Stage(task, truth, asked.error, problem == "long_time")
 

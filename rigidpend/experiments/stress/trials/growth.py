@@ -71,19 +71,19 @@ def predicted_errors(scene: Scene, states: Array, crossings: Array, engine: str)
 
 
 def _predicted(scene: Scene, state: Array, crossings: Array, engine: str) -> Array:
-    restarts = _restarts(np.r_[0.0, crossings], scene.u)
-    times, c = np.union1d(restarts, crossings), scene.c
+    begun = restarts(np.r_[0.0, crossings], scene.u)
+    times, c = np.union1d(begun, crossings), scene.c
     states = sample(lambda x, _: aligned(x, c), state, times, engine=engine)
     errors = []
     for t in crossings:
-        inside = (times == t) | (np.isin(times, restarts) & (times < t))
+        inside = (times == t) | (np.isin(times, begun) & (times < t))
         squares = _squares(scene, times[inside], states[:, inside], engine)
         # One rounding a step: the sum over steps is the integral over the length of a step.
         errors.append(noise(engine) * math.sqrt(squares / step(scene.u)))
     return np.array(errors)
 
 
-def _restarts(times: Array, u: float) -> Array:
+def restarts(times: Array, u: float) -> Array:
     """Times at which a cotangent vector goes on from the orbit as it was followed forwards.
 
     Backwards, the orbit leaves itself as exp(u t'/2). So a passage that is too long for doubles

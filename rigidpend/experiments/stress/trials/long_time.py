@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rigidpend.experiments.data import layout
 from rigidpend.experiments.data.tree import Dataset
+from rigidpend.experiments.lie_poisson import splitting, stages
 from rigidpend.experiments.stress.layout import DRIFT, PENDULUM
 from rigidpend.experiments.stress.trials.claims import Claim, Findings, Limit, Trial
 from rigidpend.experiments.stress.trials.growth import ROUNDING, noise, step
@@ -23,7 +24,6 @@ from rigidpend.numbers.exact import Exact, exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import FINEST_TOLERANCE
-from rigidpend.orbits.integrate.lie_poisson import splitting, stages
 from rigidpend.routes.problem import RouteProblem, rotation_period
 
 Array = NDArray[Any]

@@ -70,7 +70,7 @@ def growth_trial(fan: Fan, way: Way, *, orbits: int, n_crossings: int) -> Trial:
     def measure() -> Findings:
         given = fan.states(orbits), n_crossings, 500 / scene.u, way
         measured, predicted, floor = compared(scene, *given)
-        slopes = np.array([_slopes(x) for x in (measured, predicted)])
+        slopes = np.array([slopes_of(x) for x in (measured, predicted)])
         rms = np.sqrt(((measured / predicted) ** 2).mean(axis=1))
         values = [np.maximum(rms, 1 / rms).max(), abs((slopes[0] - slopes[1]).mean())]
         floor = floor.mean(axis=1)
@@ -124,7 +124,7 @@ def _growth_curves(
     )
 
 
-def _slopes(errors: Array) -> Array:
+def slopes_of(errors: Array) -> Array:
     """ln of the growth a passage of each orbit, where times in doubles can tell its errors."""
     number = np.arange(SETTLED, len(errors))
     return np.asarray(np.polyfit(number, np.log(np.maximum(errors[SETTLED:], 2.0**-53)), 1)[0])

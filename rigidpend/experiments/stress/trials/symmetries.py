@@ -111,7 +111,7 @@ def _measured(scene: Scene, n: int, way: Way) -> list[float]:
     plain, mirrored = follow(states), follow(MIRROR[:, None] * states)
     predicted = predicted_errors(scene, states, plain.time, way.engine)
     other_units = [
-        follow(*_in_units(states, c, k, v), unit=k) for k, v in ((2.0, 4.0), (1.37, 0.73))
+        follow(*in_units(states, c, k, v), unit=k) for k, v in ((2.0, 4.0), (1.37, 0.73))
     ]
     return [
         _unequal(plain, mirrored._replace(separatrix=MIRRORED[mirrored.separatrix])),
@@ -126,7 +126,7 @@ def _unequal(a: Crossings, b: Crossings) -> float:
     return float(((a.time != b.time) | (a.separatrix != b.separatrix)).sum())
 
 
-def _in_units(
+def in_units(
     states: Array, c: AlignedCoefficients, momentum: float, vertical: float
 ) -> tuple[Array, AlignedCoefficients]:
     """The same orbits with M and gamma in other units; t' is then in units of 1/momentum."""

@@ -9,8 +9,10 @@ With a_k the coefficients of an operand, b_k those of the other and c_k those of
     c = sin(a)      c_k = sum' (j a_j) d_(k-j) / k, d = cos(a), and d_k with -c,
 
 where j goes from 0 to k, from 1 in sum', and from 1 to k - 1 in sum''. The terms between 1 and
-k - 1 wait for nothing of the order k: those of all sums share a loop. Functions are in doubles
-only, for their first coefficients come from the system's mathematical library.
+k - 1 wait for nothing of the order k: those of all sums share a loop. Where all sums are products
+of what no other sum leads to, as in the aligned field, longer numbers than doubles share one from
+0 to k. Functions
+are in doubles only, for their first coefficients come from the system's mathematical library.
 """
 
 from __future__ import annotations
@@ -36,6 +38,9 @@ class Recurrences:
         self.field, self.kernel, self.code = field, kernel, kernel.code
         self.numbers, self.zero = kernel.numbers, kernel.numbers.of_double(ZERO)
         self.sums, size = field.sums, self.numbers.rows((kernel.order + 1) * kernel.parts)
+        # Doubles are quicker with the ends of the sums apart; of longer numbers their lines would
+        # take long to compile.
+        self.early = early_lines(field) if kernel.parts > 1 else ()
         self.series: dict[int, str] = {}
         self.weighted: dict[int, str] = {}
         """Series of k a_k of the operands of functions."""
@@ -55,11 +60,13 @@ class Recurrences:
     def expand(self) -> None:
         """Find all coefficients from those of order 0."""
         values: dict[int, Value] = {}
-        for i in range(len(self.field.lines)):
-            values[i] = self._value(i, values)
-            self._put(i, values[i], "0")
-        self._integrate(values, "0")
-        first = 1
+        for i, line in enumerate(self.field.lines):
+            if line.name == "parameter" or not self.early:
+                values[i] = self._value(i, values)
+                self._put(i, values[i], "0")
+        if not self.early:
+            self._integrate(values, "0")
+        first = 0 if self.early else 1
         for parts, last in parts_by_order(self.kernel.order, self.kernel.parts):
             self.numbers = KINDS[BITS * parts](self.code, self.kernel.parts)
             if last > first:
@@ -71,9 +78,13 @@ class Recurrences:
     def _coefficients(self, k: str, values: dict[int, Value]) -> None:
         """Coefficients of order k of all lines, and of order k + 1 of the components."""
         order = self.code.everywhere(self.code(f"sitofp i64 {k} to double"))
-        sums, found = self._sums(k), dict[int, Value]()
+        found: dict[int, Value] = {}
+        for i in self.early:
+            found[i] = self._linear(i, k, found, values)
+            self._put(i, found[i], k)
+        sums = self._sums(k)
         for i, line in enumerate(self.field.lines):
-            if line.name == "parameter":
+            if line.name == "parameter" or i in self.early:
                 continue
             if i in sums:
                 found[i] = self._finished(i, sums[i], order, found, values)
@@ -123,17 +134,18 @@ class Recurrences:
             return self._component(operands[0], k)
         if operation in ("times", "divided"):
             # The factor that is no series is a number; a sum has none of it from k = 1 on.
-            return self._combined(operation, *(found.get(j, values[j]) for j in operands))
+            return self._combined(operation, *({**values, **found}[j] for j in operands))
         return self._combined(operation, *(found.get(j, self.zero) for j in operands))
 
     def _sums(self, k: str) -> dict[int, Value]:
-        """The terms of all sums for j from 1 to k - 1."""
+        """The terms of all sums for j from 1 to k - 1, or from 0 to k."""
         code, n = self.code, self.numbers
         own = type(n)(code)
         places = {i: code.variable(own.rows(own.parts)) for i in self.sums}
         for place in places.values():
             own.store(own.of_double(ZERO), place, 0)
-        with code.loop(k, 1) as j:
+        whole = (code(f"add i64 {k}, 1"), 0) if self.early else (k, 1)
+        with code.loop(*whole) as j:
             other = code(f"sub i64 {k}, {j}")
             loaded: dict[tuple[str, str], Value] = {}
             for i, place in places.items():
@@ -166,6 +178,8 @@ class Recurrences:
         """A line's coefficient from its sum, whose terms with j = k are still to come."""
         n, (operation, operands) = self.numbers, self.field.lines[i]
         a = operands[0]
+        if self.early:
+            return n.settled(total)
         if operation == "times":
             b = operands[1]
             total = n.with_product(n.with_product(total, found[a], values[b]), values[a], found[b])
@@ -195,6 +209,28 @@ class Recurrences:
         n = self.numbers
         made = {"plus": n.plus, "minus": n.minus, "times": n.times, "divided": n.quotient}
         return made[operation](a, b)
+
+
+def early_lines(field: TracedField) -> tuple[int, ...]:
+    """Lines that no sum leads to, if all sums are products of such; else none.
+
+    Nor may a plain number be added anywhere, for then order 0 is not like the others.
+    """
+    late = set(field.sums)
+    for i, (operation, operands) in enumerate(field.lines):
+        if operation in ("component", "parameter"):
+            continue
+        numbers = {j for j in operands if field.lines[j].name == "parameter"}
+        if (i in field.sums or numbers) and operation != "times":
+            return ()
+        if late.intersection(operands):
+            if i in field.sums:
+                return ()
+            late.add(i)
+    if any(field.lines[i].name == "parameter" for i in field.rates):
+        return ()
+    lines = enumerate(field.lines)
+    return tuple(i for i, line in lines if i not in late and line.name != "parameter")
 
 
 def parts_by_order(order: int, parts: int) -> list[tuple[int, int]]:

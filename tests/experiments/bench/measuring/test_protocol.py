@@ -6,7 +6,6 @@ import os
 import subprocess
 import sys
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -164,30 +163,27 @@ def test_a_worker_that_is_too_slow_is_ended_and_what_it_had_is_kept() -> None:
     assert lines == []
 
 
-def search(name: str, knobs: list[Any], tmp_path: Path) -> Any:
-    """A search at the pendulum, of a reference that no method looks at before it has failed."""
-    reference = tmp_path / "reference.npz"
-    truth: Any = {"pendulum.states": np.zeros((6, 2))}
-    np.savez(reference, **truth)
-    order = worker.Order(
-        "search", {name: [{"knobs": knobs}]}, SIZES, 1, 1.0, ("pendulum",), str(reference)
-    )
+def search(name: str, knobs: list[Any]) -> Any:
+    """A search at the pendulum, of a truth that no method looks at before it has failed."""
+    truth = {"pendulum": {"states": [[0.0, 0.0]] * 6}}
+    tried = {name: [{"knobs": knobs}]}
+    order = worker.Order("search", tried, SIZES, 1, 1.0, ("pendulum",), truth)
     return worker.measured(order, 100)
 
 
 @pytest.mark.slow
-def test_a_method_that_finds_no_number_has_failed_and_the_rest_is_measured(tmp_path: Path) -> None:
-    (_, head, failed), ended = search("lie_poisson", [0.0], tmp_path)
+def test_a_method_that_finds_no_number_has_failed_and_the_rest_is_measured() -> None:
+    (_, head, failed), ended = search("lie_poisson", [0.0])
     assert ended == ""
     assert head["form"] == 0
     assert failed["failed"].startswith("ZeroDivisionError: ")
 
 
 @pytest.mark.slow
-def test_a_fault_of_our_own_lines_ends_the_benchmark(tmp_path: Path) -> None:
+def test_a_fault_of_our_own_lines_ends_the_benchmark() -> None:
     """A knob of the wrong type stands for it: where it rose is told, in one line."""
     with pytest.raises(worker.Fault, match=r"\(lie_poisson\): TypeError: .*, line \d+\)$"):
-        search("lie_poisson", ["8"], tmp_path)
+        search("lie_poisson", ["8"])
 
 
 @pytest.mark.parametrize(
@@ -207,7 +203,7 @@ def test_a_worker_s_exit_tells_a_method_s_failure_from_a_fault(
     process.wait()
     process.returncode = code
     monkeypatch.setattr(subprocess, "Popen", lambda *_, **__: process)
-    monkeypatch.setattr(worker, "_heard", lambda *_: ("", "x", False))
+    monkeypatch.setattr(worker, "heard", lambda *_: ("", "x", False))
     order = worker.Order("search", {"cyrk": []}, {}, 1, 1.0)
     if code == 1:
         with pytest.raises(worker.Fault, match=r"worker stopped \(cyrk\): x"):

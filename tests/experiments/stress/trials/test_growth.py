@@ -55,7 +55,7 @@ def test_predicted_errors_are_those_that_are_made() -> None:
 
 
 def test_a_long_passage_is_divided_backwards() -> None:
-    times = growth._restarts(np.array([0.0, 10.0, 110.0, 115.0]), 1.0)
+    times = growth.restarts(np.array([0.0, 10.0, 110.0, 115.0]), 1.0)
     assert times[0] == 0
     assert {10.0, 110.0} <= set(times)
     assert np.diff(times[1:]).max() <= growth.DEEPEST

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend.experiments.lie_poisson import splitting
 from rigidpend.experiments.stress.trials import long_time
 from rigidpend.experiments.stress.trials.claims import tried
 from rigidpend.experiments.stress.trials.scenes import Scene, Way
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.orbits import integrate
-from rigidpend.orbits.integrate.lie_poisson import splitting
 from rigidpend.routes.problem import RouteProblem, rotation_period
 from tests.experiments.stress.trials.verdicts import failed, verdicts
 from tests.orbits.integrate.problems import FIG4, GENERIC

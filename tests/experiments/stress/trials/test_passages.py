@@ -100,7 +100,7 @@ def test_more_bits_decide_more_symbols() -> None:
 def test_slopes_of_orbits_spread_as_those_of_normal_errors() -> None:
     """The bound is four times what slopes of as many independent normal errors scatter by."""
     errors = np.abs(np.random.default_rng(3).normal(size=(16, 20_000)))
-    deviation = passages._slopes(errors).std() / np.sqrt(64)
+    deviation = passages.slopes_of(errors).std() / np.sqrt(64)
     assert passages.slope_spread(64, 16) / deviation == pytest.approx(4, rel=0.02)
 
 

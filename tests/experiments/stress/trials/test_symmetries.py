@@ -24,7 +24,7 @@ def test_the_field_has_the_symmetries() -> None:
 
 
 def test_other_units_are_the_same_field() -> None:
-    states, coefficients = symmetries._in_units(X[:, None], C, 1.37, 0.73)
+    states, coefficients = symmetries.in_units(X[:, None], C, 1.37, 0.73)
     units = np.array([1.37] * 3 + [0.73] * 3)
     found = np.array(aligned(states[:, 0], coefficients))
     assert np.allclose(found, 1.37 * units * np.array(aligned(X, C)), rtol=1e-14)

@@ -9,9 +9,9 @@ import mpmath
 import numpy as np
 import pytest
 
+from rigidpend.experiments.lie_poisson import SCHEMES, splitting, stages
 from rigidpend.mechanics.equations import energy, euler_poisson
 from rigidpend.orbits.integrate import sample
-from rigidpend.orbits.integrate.lie_poisson import SCHEMES, splitting, stages
 from tests.orbits.integrate.problems import GENERIC
 from tests.strategies import floats_of
 

@@ -9,8 +9,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from rigidpend.experiments.heteroclinic_cycle.draw import PANEL
-from rigidpend.experiments.plots import separatrix_ticks
-from rigidpend.experiments.plots.palette import WIDTH
+from rigidpend.experiments.plots import WIDTH, separatrix_ticks
 
 PLACES = ["beta_0-", "beta_0+", "beta_0-", "beta_0+", "beta_0-"]
 
@@ -21,7 +20,7 @@ def axes_with(alpha0: float, width: float) -> Figure:
     axes = figure.add_axes((0.1, 0.4, width / 7.2, 0.5))
     first, second = 1 - alpha0, 1 + alpha0
     places = np.array([first, second, first + 2 * np.pi, second + 2 * np.pi, first + 4 * np.pi])
-    separatrix_ticks.put(axes, places, digits=3)
+    separatrix_ticks(axes, places, digits=3)
     figure.draw_without_rendering()
     return figure
 
