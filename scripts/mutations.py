@@ -95,7 +95,7 @@ class Place(NamedTuple):
     """Whether a key is put together here."""
 
 
-def changes(node: ast.AST, *, keyed: bool = False) -> Iterator[ast.AST]:  # noqa: C901 (a table)
+def changes(node: ast.AST, *, keyed: bool = False) -> Iterator[ast.AST]:
     """Mutated copies of a node."""
     match node:
         case ast.Compare(left=left, ops=[op, *_], comparators=[right, *_]):
