@@ -28,7 +28,9 @@ SMALLER = {
     # What is added to an example with that word, so that it takes little.
     "numerics.engine=scipy": ["--set", "numerics.precisions=[53]"],
     "--near": ["--digits", "12"],
-    "0^11 1^10 1^11": ["--code", "0^11"],
+    "0^11 1^10 1^11": ["--digits", "12"],
+    # In this process, which has the maps of the examples before.
+    "0010": ["-j", "1", "--digits", "12"],
     "certify": ["-j", "1"],
     "verify": ["-j", "1"],
 }
@@ -84,11 +86,11 @@ draw = render.image
 DRAWN: dict[tuple[str, str], bytes] = {}
 
 
-def drawn_once(result: Any, suffix: str) -> bytes:
+def drawn_once(result: Any, suffix: str, origin: str = "") -> bytes:
     """Draw a result for the first example that shows it."""
     key = f"{result['attributes']['name']} {result['attributes']['config_hash']}", suffix
     if key not in DRAWN:
-        DRAWN[key] = draw(result, suffix)
+        DRAWN[key] = draw(result, suffix, origin)
     return DRAWN[key]
 
 
@@ -104,9 +106,10 @@ def place(template: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pa
     # A small image goes the same way as a large one; the same result looks the same.
     monkeypatch.setattr(render, "PIXELS", 800)
     monkeypatch.setattr(render, "image", drawn_once)
-    # An example empties the cache: not the user's own.
-    (folder / "cache" / "rigidpend" / "maps").mkdir(parents=True)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(folder / "cache"))
+    # An example empties the cache: not the user's own, but one that all examples share.
+    cache = tmp_path.parent / "cache of examples"
+    (cache / "rigidpend" / "maps").mkdir(parents=True, exist_ok=True)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(cache))
     return folder
 
 
