@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -50,7 +51,9 @@ def compute(config: Config, means: Means) -> Tree:
         proven = checked(config, quads, line, proof)
     except (MapError, ArithmeticError, Undecided) as doubt:
         raise ArithmeticError(f"{UNDECIDED}: {doubt}") from None
-    means.report("every code occurs: 8 of 8 covering relations are proven, and those of a line")
+    means.report(
+        "every code occurs, on one orbit: 8 of 8 relations are proven, and those of a line"
+    )
     rows = [
         {name: [getattr(one, name) for one in pair] for name in RELATIONS}
         for pair in proven.relations
@@ -95,9 +98,9 @@ def checked(config: Config, quads: Data, line: Data, proof: Data) -> Proven:
     orbits = pieces.unpacked(proof, len(sets) + 1)
     starts = pieces.unpacked_line(_fraction(config), line)
     arrivals, relations = coverings.prove(numbers, sets, orbits[:-1])
-    return Proven(
-        arrivals, relations, *coverings.prove_line(numbers, starts, orbits[-1], sets, arrivals)
-    )
+    start, crossed = coverings.prove_line(numbers, starts, orbits[-1], sets, arrivals)
+    coverings.prove_cones([*itertools.chain(*relations), *crossed])
+    return Proven(arrivals, relations, start, crossed)
 
 
 def theorems(config: Config, data: Data) -> list[str]:
@@ -112,6 +115,7 @@ def theorems(config: Config, data: Data) -> list[str]:
     return [
         f"{count} covering relations hold: every sequence of 0 and 1 is the code of an orbit",
         "the line of starts crosses both upward sets: every one-sided sequence is a start's code",
+        "all of them stretch one way and shrink the other: in the sets each sequence has one orbit",
     ]
 
 
@@ -127,7 +131,7 @@ def _fraction(config: Config) -> Fraction:
 
 
 def _of_line(proven: Proven, theta2: tuple[float, float]) -> dict[str, Any]:
-    names = ("target", "edge", "across")
+    names = ("target", "edge", "across", "stretch", "squeeze")
     return {
         "theta2": np.array(theta2),
         "bound": proven.start.bound,

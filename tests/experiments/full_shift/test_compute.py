@@ -36,6 +36,8 @@ def test_all_eight_relations_are_proven_of_what_is_stored(changes: list[str]) ->
     assert len(proven.crossed) == 2
     assert data["relations"]["edge"].min() > 1
     assert data["relations"]["across"].max() < 1
+    assert data["relations"]["stretch"].min() > 1
+    assert data["relations"]["squeeze"].max() < 1
     assert sorted(zip(data["sets"]["rising"], data["sets"]["symbol"], strict=True)) == [
         (False, 0), (False, 1), (True, 0), (True, 1)
     ]  # fmt: skip
@@ -65,7 +67,7 @@ def test_what_is_not_shown_is_undecided(change: str, said: str) -> None:
 def test_the_command_that_checks_certificates_proves_a_result_again(tmp_path: Path) -> None:
     stored = store.load(FOLDER / "full_shift.h5")
     said = certificates.check(FOLDER / "full_shift.h5", jobs=1, report=print)
-    assert [type(each) for each in said] == [certificates.Theorem] * 2
+    assert [type(each) for each in said] == [certificates.Theorem] * 3
     stored["data"]["sets"]["a"][0] *= 3
     tree: Any = {}
     for name, fields in LAYOUT.items():
@@ -121,11 +123,12 @@ def test_bounds_are_rounded_outward() -> None:
     [relations, sets] = report.tables(result)
     assert len(relations.rows) == 8
     proven = result["data"]["relations"]
-    for row, edge, across in zip(
-        relations.rows, proven["edge"].flat, proven["across"].flat, strict=True
-    ):
-        assert edge * (1 - 1e-3) < float(row[2].removeprefix("more than ")) <= edge
-        assert across <= float(row[3].removeprefix("less than ")) < across + 1e-4
+    for at, above, below in ((2, "edge", "across"), (4, "stretch", "squeeze")):
+        for row, more, less in zip(
+            relations.rows, proven[above].flat, proven[below].flat, strict=True
+        ):
+            assert more * (1 - 1e-3) < float(row[at].removeprefix("more than ")) <= more
+            assert less <= float(row[at + 1].removeprefix("less than ")) < less + 1e-4
     proven = result["data"]["sets"]
     for k, row in enumerate(sets.rows):
         low, high = map(float, row[3].split(" to "))
