@@ -2,10 +2,10 @@
 
     .venv/bin/python -m scripts.check_full_shift FILE [--config FULL_SHIFT.yaml]
 
-It follows docs/full-shift.md from the definitions to C7, in Python's integers and fractions, with
+It follows docs/full-shift.md from the definitions to C8, in Python's integers and fractions, with
 the intervals of scripts/check_certificate.py. Polynomials are dictionaries, multiplied term by
-term. It ends with 0 only if all eight covering relations, those of the line of starts, and that
-each sequence has one orbit, are proven of the config's body.
+term. It ends with 0 only if all eight covering relations, those of the line of starts, that each
+sequence has one orbit, and what orbits do beside the sets, are proven of the config's body.
 """
 
 from __future__ import annotations
@@ -613,6 +613,33 @@ def check_cone(source: Arrival, quad: Quad) -> None:
         raise Fails("C7: the passage is not shown to stretch along u and to shrink along v")
 
 
+def check_middle(p: Problem, small: Fraction) -> None:
+    """C8: orbits with |d| <= small on M3 = 0 cross it again on one of two sides, or never do."""
+    mu, h, kappa = hypotenuse(*p.mu), p.h, p.omega[2]
+    spins = [omega * m for omega, m in zip(p.omega, p.to_M, strict=False)]
+    most, least = larger(*spins), -larger(-spins[0], -spins[1])
+    if least.low <= 0:
+        raise Fails("C8: the energy is not shown to be positive")
+    # Any numbers would do for m0, m1 and q.
+    m1, q = 2 * sqrt(2 * h / kappa) / 3, sqrt(h / most) / 5
+    m0, lean = m1 / 2, larger(*p.to_M) * sqrt(Interval.of(2))
+    square = (h - mu - kappa * m1 * m1 / 2) / most
+    rise = (square - 2 * q * q) / (4 * p.lam) - mu
+    if rise.low <= 0:
+        raise Fails("C8: M3 is not shown to rise beside the sets")
+    rate = p.lam * m0 - p.F * lean / m0
+    if rate.low <= 0:
+        raise Fails("C8: the middle is not shown to be a saddle")
+    time = m1 / rise
+    steep = p.lam * m1 * time
+    if steep.above > STEEP or (q - exponential(steep) * (p.F * time + small)).low <= 0:
+        raise Fails("C8: orbits beside the sets are not shown to follow the separatrix")
+    apart = 2 * sqrt(2 * p.lam * rate * square * (m1 - m0)) - 4 * p.lam * mu
+    fall = apart / (8 * p.lam) - mu
+    if fall.low <= 0 or (apart - 4 * p.F * sqrt((h + mu) / least) * m0 / fall).low <= 0:
+        raise Fails("C8: M3 is not shown to fall to zero where it leaves the middle")
+
+
 def prove(
     problem: dict[str, Any], quads: Sequence[Quad], line: Line, orbits: Sequence[list[Step]]
 ) -> tuple[Fraction, Fraction]:
@@ -637,6 +664,7 @@ def prove(
             if quad.rising != quads[k].rising:
                 _named(k, check_relation, source, quad, other.begin)
                 _named(k, check_cone, source, quad)
+    check_middle(p, max(x.most for x in (*(q.place()[0] for q in quads), *(y.d for y in found))))
     start = _named("line", arrival, p, line, orbits[4])
     for quad, other in zip(quads, found, strict=True):
         if quad.rising:
@@ -755,7 +783,8 @@ def check(path: Path, given: Path | None = None) -> str:
     times = f"{math.floor(least * 10**4) / 10**4} to {math.ceil(most * 10**4) / 10**4}"
     return (
         f"proven of {of}: eight covering relations with cones, so every sequence is the code of one"
-        f" orbit, with {times} t' a passage; and a line of starts of J1_0 = {action}"
+        f" orbit, with {times} t' a passage, and every finite one of one from T1 or T2 to T1 or T2;"
+        f" and a line of starts of J1_0 = {action}"
     )
 
 

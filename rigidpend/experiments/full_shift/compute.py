@@ -100,6 +100,7 @@ def checked(config: Config, quads: Data, line: Data, proof: Data) -> Proven:
     arrivals, relations = coverings.prove(numbers, sets, orbits[:-1])
     start, crossed = coverings.prove_line(numbers, starts, orbits[-1], sets, arrivals)
     coverings.prove_cones([*itertools.chain(*relations), *crossed])
+    coverings.prove_connections(numbers, sets, arrivals)
     return Proven(arrivals, relations, start, crossed)
 
 
@@ -116,6 +117,8 @@ def theorems(config: Config, data: Data) -> list[str]:
         f"{count} covering relations hold: every sequence of 0 and 1 is the code of an orbit",
         "the line of starts crosses both upward sets: every one-sided sequence is a start's code",
         "all of them stretch one way and shrink the other: in the sets each sequence has one orbit",
+        "beside the sets orbits return on one of two sides or tend to T1 or T2: every finite"
+        " sequence is the code of an orbit from T1 to T1 or T2, and of one from T2",
     ]
 
 

@@ -14,8 +14,10 @@ CAPTION = (
     " crossings, and the images are those after one passage. That they cross is proven, and from"
     " it follows that every sequence of 0 and 1 is the route code of an orbit in the sets, of one"
     " alone, and every periodic sequence that of a closed one. A line of starts of one J1_0 crosses"
-    " both upward sets too: every one-sided sequence is the code of one of them. What looks like a"
-    " line in the upper panels is a set: below, one crossing is magnified."
+    " both upward sets too: every one-sided sequence is the code of one of them; and every finite"
+    " sequence is that of an orbit from the lower periodic orbit to the upper or the lower one, and"
+    " of one from the upper one. What looks like a line in the upper panels is a set: below, one"
+    " crossing is magnified."
 )
 
 

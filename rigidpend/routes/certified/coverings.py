@@ -1,6 +1,6 @@
 """The checker of covering relations: whether given polynomials prove what a passage does to a set.
 
-It knows nothing of how they were found. `docs/full-shift.md` has the theorems; C1 to C7 below are
+It knows nothing of how they were found. `docs/full-shift.md` has the theorems; C1 to C8 below are
 its hypotheses. Whatever is not shown ends in :class:`Undecided`, never in a relation.
 """
 
@@ -552,6 +552,46 @@ def prove_line(
         return found, [relation(found, quads[k], arrivals[k].begin, k) for k in upward]
     except Undecided as doubt:
         raise Undecided(f"line of starts: {doubt}") from None
+
+
+def prove_connections(numbers: Numbers, quads: Sequence[Quad], arrivals: Iterable[Reached]) -> None:
+    """C8: beside the sets an orbit crosses M3 = 0 again on one of two sides, or tends to T1 or T2.
+
+    Raises
+    ------
+    Undecided
+    """
+    small = [place(quad)[0].bound for quad in quads] + [found.d.bound for found in arrivals]
+    with precision(SCALARS):
+        check_middle(numbers, _largest(small))
+
+
+def check_middle(numbers: Numbers, small: arb) -> None:
+    """C8, for orbits that cross M3 = 0 at |d| <= small."""
+    c, growth = numbers.field, LogarithmicNorm.of(numbers.field)
+    saddle, force = growth.saddle, growth.torque
+    mu = (c.mu_r1**2 + c.mu_r2**2).sqrt()
+    spins = c.omega1 * numbers.to_M1, c.omega2 * numbers.to_M2
+    most, least = spins[0].max(spins[1]), spins[0].min(spins[1])
+    # Any m0, m1 and q will do.
+    unit = (2 * numbers.h / c.kappa).sqrt()
+    m0, m1, q = unit / 3, 2 * unit / 3, (numbers.h / most).sqrt() / 5
+    lean = numbers.to_M1.max(numbers.to_M2) * arb(2).sqrt()
+    square = (numbers.h - mu - c.kappa * m1 * m1 / 2) / most
+    rise = (square - 2 * q * q) / (4 * saddle) - mu
+    if not rise > 0:
+        raise Undecided("C8: M3 is not shown to rise beside the sets")
+    rate = saddle * m0 - force * lean / m0
+    if not rate > 0:
+        raise Undecided("C8: the middle is not shown to be a saddle")
+    time = m1 / rise
+    if not (saddle * m1 * time).exp() * (small + force * time) < q:
+        raise Undecided("C8: orbits beside the sets are not shown to follow the separatrix")
+    apart = 2 * (2 * saddle * rate * square * (m1 - m0)).sqrt() - 4 * saddle * mu
+    fall = apart / (8 * saddle) - mu
+    widest = ((numbers.h + mu) / least).sqrt()
+    if not (fall > 0 and 4 * force * widest * m0 / fall < apart):
+        raise Undecided("C8: M3 is not shown to fall to zero where it leaves the middle")
 
 
 @contextmanager
