@@ -13,9 +13,10 @@ from sphinx.application import Sphinx  # noqa: E402
 from sphinx.ext.napoleon import Config, NumpyDocstring  # noqa: E402
 
 import rigidpend  # noqa: E402
-from docs import generate  # noqa: E402
+from docs import generate, notebooks  # noqa: E402
 
 generate.write(HERE / "generated")
+notebooks.write(HERE, HERE / "generated")
 
 project = "rigidpend"
 author = "The rigidpend developers"

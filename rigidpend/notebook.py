@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -192,7 +192,8 @@ def run(
     jobs : int, optional
         Threads; all processors if not given.
     progress : callable, optional
-        Takes lines of progress.
+        Takes lines of progress. By default those of a run that takes longer than three seconds
+        stand on stderr: in a notebook and on a terminal one that changes, with the time left.
     **problem
         Values of the section `problem`, as ``mu="0.01"``. Text is exact as written, a float is
         written with the fewest digits that give it back.
@@ -205,11 +206,12 @@ def run(
     from rigidpend.config import sweeps
     from rigidpend.config.names import resolve
     from rigidpend.machine import workers
-    from rigidpend.machine.progress import tell_nobody
+    from rigidpend.machine.progress import shown
     from rigidpend.runs import loading, runner
 
     pairs = checked.of_kind("settings", {} if settings is None else settings, Mapping)
-    say = checked.of_kind("progress", tell_nobody if progress is None else progress, Callable)
+    if progress is not None:
+        checked.of_kind("progress", progress, Callable)
     folder = checked.path("folder", folder)
     if jobs is not None:
         jobs = checked.whole("jobs", jobs, 1)
@@ -225,7 +227,11 @@ def run(
     planned = runner.plan(config, folder)
     if planned.reason:
         jobs = workers.cores() if jobs is None else jobs
-        runner.follow(planned, jobs=jobs, say=lambda text: say(f"{config.name}: {text}"))
+        expected = {config.name: cost} if (cost := runner.expected_seconds(planned)) else {}
+        with shown(1, expected) as display:
+            hear = partial(display.hear, config.name)
+            say = hear if progress is None else lambda x: progress(f"{config.name}: {x}")
+            runner.follow(planned, jobs=jobs, say=say)
     return load(planned.target)
 
 

@@ -428,7 +428,7 @@ class Walk:
 
     def __init__(self, problem: Problem) -> None:
         self.problem, self.separatrices = problem, list[int]()
-        self.bound, self.side = Interval.of(0), 0
+        self.bound = Interval.of(0)
         self.end: Sequence[Any] = problem.start
 
     def take(self, step: Step) -> None:
@@ -453,7 +453,6 @@ class Walk:
                     raise
         self.bound, self.end = Interval.of(bound), end
         self.separatrices += crossed
-        self.side = 1 if M3(parts - 1)[0] > 0 else -1
 
     def tube(
         self, step: Step, begin: Fraction, M3: Callable[[int], tuple[int, int]], parts: int
@@ -482,7 +481,7 @@ class Walk:
         """H4 and H5: the separatrices beside which the orbit crosses on the step."""
         away = math.ceil((bound / self.problem.sigma).above * (1 << FINE))
         sides = [(low > away) - (high < -away) for low, high in map(M3, range(parts))]
-        if not (sides[0] and sides[-1]) or self.side == -sides[0]:
+        if not (sides[0] and sides[-1]):
             raise Fails("H4: the sign of M3 is not told at an end of the step")
         known = [k for k, side in enumerate(sides) if side]
         for before, after in pairwise(known):

@@ -41,7 +41,7 @@ PARTS = 32
 """Parts of a step on which signs and rates are told."""
 ALONE, THIN, WIDEST = Fraction(1, 32), Fraction(1, 2**20), Fraction(1, 4096)
 """Distances within which a point of the section and one of a line is alone; radius of a tube."""
-MOST = {"steps": 4000, "work": 10**8, "degree": 40, "bits": 62, "curve": 20}
+MOST = {"steps": 4000, "work": 5 * 10**8, "degree": 100, "bits": 124, "curve": 20}
 """Sizes of a proof at most; work is that of multiplying term by term, minutes."""
 STEEP = 64
 """Exponent of a bound's growth over a step at most."""
@@ -70,7 +70,9 @@ class Series:
         if isinstance(x, Series):
             return x
         ends = Interval.of(x)
-        return cls({(0, 0, 0): ends.low}, Interval.digits, ends.high - ends.low)
+        middle = (ends.low + ends.high) // 2
+        # The middle is rounded down, so that it is nearer to the lower end.
+        return cls({(0, 0, 0): middle}, Interval.digits, ends.high - middle)
 
     @property
     def most(self) -> Fraction:
@@ -254,7 +256,11 @@ class Problem(NamedTuple):
 def problem_of(given: dict[str, Any]) -> Problem:
     """The constants, from the numbers of a config."""
     (A1, A2, A3), (r1, r2, r3) = (map(number, given[key]) for key in ("A", "r"))
-    mu, h = number(given["mu"]), number(given["h"])
+    wide = Interval.of(number(given.get("around", "0")))
+    if wide.low < 0:
+        raise Refused("around >= 0 is broken, or cannot be told")
+    near = around(1, wide)
+    mu, h = (number(given[name]) * near for name in ("mu", "h"))
     ordered = Interval.of(A1 - A3).low > 0 and Interval.of(A3 - A2).low > 0
     if not (ordered and Interval.of(A2).low > 0 and r3 == 0 and r1 >= 0 and r2 >= 0):
         raise Refused("A1 > A3 > A2 > 0 or r1, r2 >= 0 = r3 is broken, or cannot be told")
@@ -264,11 +270,11 @@ def problem_of(given: dict[str, Any]) -> Problem:
     rho1, rho2, lam, two = r1 / length, r2 / length, s * c, sqrt(Interval.of(2))
     a, b, sigma = mu * (s * rho1 - c * rho2), mu * (s * rho1 + c * rho2), lam * two
     omega = (kappa - c * c) / (2 * c), (kappa + s * s) / (2 * s), kappa
-    F = larger(hypotenuse(a, b), sigma * Interval.of(mu).size)
+    F = larger(hypotenuse(a, b), sigma * mu.size)
     Omega = larger(two * larger(omega[0].size, omega[1].size), kappa.size / sigma)
     w = sqrt(Omega / F) if F.low << 32 > Omega.high else Interval.of(2**16)
     return Problem(
-        *(lam, a, b, (mu * rho1, mu * rho2), omega, (1 / (2 * c), 1 / (2 * s)), Interval.of(h)),
+        *(lam, a, b, (mu * rho1, mu * rho2), omega, (1 / (2 * c), 1 / (2 * s)), h),
         *(sigma, F, Omega, Interval(w.low, w.low)),
     )
 
@@ -570,7 +576,8 @@ def crossing(
                 off = p.apart(bounds[i] + more * most)
                 timed = (moved[2].most + off[2]) * fastest * (1 << Interval.digits) / slowest
                 slopes.append([x.wider(e + timed) for x, e in zip(moved, off, strict=True)])
-            places = [x.wider(e + time * fastest) for x, e in zip(end, apart, strict=True)]
+            away = [e + time * size(rate) for e, rate in zip(apart, found, strict=True)]
+            places = [x.wider(e) for x, e in zip(end, away, strict=True)]
             crossed = _crossed([places, *slopes], box, side, begin)
             return crossed._replace(time=around(0, time))
         late = 2 * time * fastest
@@ -722,16 +729,16 @@ def _steps(proof: dict[str, Any]) -> Iterable[list[Step]]:
     counts, bits = [int(x) for x in proof["terms"]], [int(x) for x in proof["bits"]]
     powers = [tuple(int(x) for x in row) for row in proof["powers"]]
     values = [[int(x) for x in row] for row in proof["coefficients"]]
+    orbits: list[list[Step]] = [[], [], [], [], []]
     of = [int(x) for x in proof["family"]]
     if not len(counts) == len(bits) == len(of) <= MOST["steps"] or min(counts) < 1:
         raise Refused("steps are not as many as they say")
     if sum(counts) != len(powers) or len(powers) != len(values):
         raise Refused("terms are not as many as they say")
-    if not all(1 <= x <= MOST["bits"] for x in bits) or not set(of) <= {0, 1, 2, 3, 4}:
+    if not all(1 <= x <= MOST["bits"] for x in bits) or not set(of) <= set(range(2 * len(orbits))):
         raise Refused("a step has too many bits, or is of no set")
     if any(len(at) != 3 or not all(0 <= n <= MOST["degree"] for n in at) for at in powers):
         raise Refused("a term is of no degree, or of one too high")
-    orbits: list[list[Step]] = [[], [], [], [], []]
     first, left = 0, MOST["work"]
     for k, count, fine in zip(of, counts, bits, strict=True):
         here = range(first, first + count)
@@ -752,9 +759,25 @@ def _steps(proof: dict[str, Any]) -> Iterable[list[Step]]:
             raise Refused("there are more terms than can be multiplied in minutes")
         if any(j for j, _, _ in columns[6]):
             raise Refused("the length of a step depends on time")
-        orbits[k].append(Step(Series.made(columns[6], CLOCK + 1), states))
         first += count
+        if k < len(orbits):
+            orbits[k].append(Step(Series.made(columns[6], CLOCK + 1), states))
+            continue
+        # What is finer than a word, of the step before.
+        steps = orbits[k - len(orbits)]
+        if not steps or columns[6]:
+            raise Refused("what is added to a step is of no step, or has a length")
+        coarse = steps.pop()
+        both = [x + y for x, y in zip(coarse.states, states, strict=True)]
+        steps.append(Step(coarse.half, both))
     return orbits
+
+
+def _stated(config: dict[str, Any]) -> dict[str, Any]:
+    """What a config says of a proof; how many half rotations were asked for is no part of it."""
+    problem = {"around": "0"} | dict(config["problem"].items())
+    problem.pop("half_turns", None)
+    return {"experiment": config["experiment"], "problem": problem}
 
 
 def check(path: Path, given: Path | None = None) -> str:
@@ -766,15 +789,17 @@ def check(path: Path, given: Path | None = None) -> str:
             import yaml
 
             wanted = yaml.load(given.read_text(encoding="utf-8"), yaml.BaseLoader)
-            keys = ("experiment", "problem")
-            check_against({key: config[key] for key in keys}, {key: wanted[key] for key in keys})
+            check_against(_stated(config), _stated(wanted))
             Interval.digits = DIGITS
         problem = {key: config["problem"][key] for key in ("A", "r", "mu", "h")}
+        near = problem["around"] = config["problem"].get("around", "0")
         action = config["problem"]["J1_0"]
         triples = [", ".join(problem[key]) for key in ("A", "r") if len(problem[key]) == 3]
         of = "A = {}; r = {}; mu = {mu}; h = {h}".format(*triples, **problem)
-    except (KeyError, TypeError, IndexError) as error:
+    except (KeyError, TypeError, IndexError, AttributeError) as error:
         raise Refused(f"its config, or the one given, lacks something: {error!r}") from None
+    if near != "0":
+        of += f", and all mu and h that differ from these by at most {near} of them"
     J1 = number(action)
     if Interval.of(J1).low <= 0:
         raise Refused("J1_0 > 0 is broken, or cannot be told")

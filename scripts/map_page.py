@@ -19,13 +19,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rigidpend.experiments.plots.palette import (
-    BLUE,
-    GREEN,
-    ORANGE,
-    RED,
-    WIDTH,
-)
+from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, RED, WIDTH
 from rigidpend.machine.tables import Table, markdown
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact

@@ -1,343 +1,367 @@
 """Mutation testing: change the code in one place at a time, and see whether a test fails.
 
-A run draws a sample of all mutants from a stated seed, makes each in a copy of the project and
-runs the tests of its module there, in processes of their own. Mutation tools that fork a warm
-interpreter (mutmut) or wrap every function (its trampolines) meet compiled integrators that
-survive no fork, functions that are handed to worker processes, and functions that run over
-symbols; so this one rewrites files and starts anew.
+A run draws a sample of all places of the package from a stated seed, makes each change in a copy of
+the project and runs there, in processes of their own, the test file that mirrors the module, then
+the tests that reach the line, and at last the whole of the mirrored folder. Which tests reach a
+line is told by a map, which one run of the tests makes under coverage.
 
-    python -m scripts.mutants --count 150 --seed 1 --processes 2 --keep build/mutants.txt
-    python -m scripts.mutants --only rigidpend/experiments/data/compare.py:57
+    python -m scripts.mutants --map                          # once: all tests, some ten minutes
+    python -m scripts.mutants --count 400 --seed 1 --processes 2
+    python -m scripts.mutants --only rigidpend/routes/certified
 
-Verdicts that are kept in a file are not sought again: a run that was stopped goes on where it was.
-What is declared in `tests/equivalent_mutants.yaml` is not run, and counts apart.
+Verdicts are kept, and not sought again: a run that was stopped goes on where it was. What is
+declared in `tests/equivalent_mutants.yaml` is not run, and counts apart. `tests/MUTANTS.md` says
+why this is no tool of others.
 """
 
 from __future__ import annotations
 
 import argparse
-import hashlib
+import contextlib
+import json
 import os
 import queue
-import random
+import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 import time
-from collections import Counter
-from collections.abc import Sequence
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import NamedTuple
 
-from scripts.mutations import ROOT, Mutant, equivalent, mutants, source
+from coverage import CoverageData
 
-COPIED = ("rigidpend", "tests", "configs", "results", "pyproject.toml", "README.md")
-PATIENCE = 5
-"""A mutant counts as killed after so many times what its tests take without it."""
-SLOW = (
-    "tests/routes/test_codes.py::test_agrees_engines_on_special_bodies",
-    "tests/routes/test_codes.py::test_agrees_deep_start_with_113_bits",
-    "tests/routes/test_fig4.py::test_agrees_engines_on_the_right_array",
-    "tests/routes/test_fig4.py::test_agrees_every_cell_of_the_left_array_and_all_are_certain[scipy]",
-    "tests/routes/test_random_phases.py",
-    "tests/mechanics/test_equations.py::test_agrees_eq1_with_aligned_along_an_orbit",
-    "tests/runs/test_reference.py::test_every_dataset_altered_by_more_than_its_allowance_is_noticed",
-    "tests/runs/test_reference.py::test_each_reference_is_found_again",
+from scripts.mutations import ROOT, Mutant, drawn, equivalent, mutants, source
+
+BUILD = ROOT / "build" / "mutants"
+COPIED = ("rigidpend", "tests", "scripts", "docs", "configs")
+"""What a copy of the project has of its own; the rest it shares."""
+OF_TEXT = tuple(
+    f"tests/test_{name}.py"
+    for name in (
+        "english",
+        "floors",
+        "generated_pages",
+        "imports",
+        "labels",
+        "mutants",
+        "readme",
+    )
 )
-"""Left for the end: each takes seconds, and hardly a mutant gets as far as them."""
-BESIDE = (
-    "tests/orbits/integrate/test_neighbours.py",
-    "tests/orbits/integrate/test_differences.py",
-    "tests/orbits/integrate/test_reference_orbit.py",
-    "tests/routes/test_neighbourhood.py",
-)
-ON_SECTIONS = (
-    "tests/orbits/integrate/test_sections.py",
-    "tests/orbits/integrate/test_arcs.py",
-    "tests/orbits/return_map",
-)
-TESTS = {
-    "rigidpend/experiments/data/compare.py": (
-        "tests/experiments/data/test_compare.py",
-        "tests/runs/test_verify.py",
-    ),
-    "rigidpend/experiments/data/bounds.py": (
-        "tests/experiments/data/test_compare.py",
-        "tests/runs/test_reference.py",
-    ),
-    "rigidpend/runs/regression.py": (
-        "tests/runs/test_verify.py",
-        "tests/runs/test_reference.py",
-    ),
-    "rigidpend/mechanics/coordinates.py": (
-        "tests/mechanics/test_coordinates.py",
-        "tests/mechanics/test_coordinates_limits.py",
-        "tests/routes/test_start.py",
-    ),
-    "rigidpend/mechanics/equations.py": (
-        "tests/mechanics/test_equations.py",
-        "tests/orbits/integrate/test_analytic.py",
-    ),
-    "rigidpend/routes": ("tests/routes", "tests/experiments/heteroclinic_cycle/test_compute.py"),
-    "rigidpend/orbits/integrate": ("tests/orbits/integrate", "tests/routes/test_codes.py"),
-    "rigidpend/orbits/integrate/neighbours.py": BESIDE,
-    "rigidpend/orbits/integrate/differences.py": BESIDE,
-    "rigidpend/orbits/integrate/reference_orbit.py": BESIDE,
-    "rigidpend/orbits/integrate/sections.py": ON_SECTIONS,
-    "rigidpend/orbits/integrate/batch_sections.py": ON_SECTIONS,
-    "rigidpend/orbits/integrate/arcs.py": ON_SECTIONS,
-}
-"""The tests of each module, or of each folder of modules; the quickest to tell come first."""
-QUICK = {
-    "rigidpend/orbits/integrate/kernel": (
-        "tests/orbits/integrate/test_lane_numbers.py",
-        "tests/orbits/integrate/test_kernel_functions.py",
-        "tests/orbits/integrate/test_sample.py",
-        "tests/orbits/integrate/test_kernel.py",
-    ),
-    "rigidpend/orbits/integrate/batch": (
-        "tests/orbits/integrate/test_taylor.py",
-        "tests/orbits/integrate/test_sections.py",
-        "tests/orbits/integrate/test_sample.py",
-    ),
-    "rigidpend/orbits/integrate/bounds": ("tests/orbits/integrate/test_touches.py",),
-    "rigidpend/orbits/integrate/passages": (
-        "tests/orbits/integrate/test_neighbours.py",
-        "tests/orbits/integrate/test_reference_orbit.py",
-    ),
-    "rigidpend/orbits/integrate/roots": (
-        "tests/orbits/integrate/test_touches.py",
-        "tests/orbits/integrate/test_bigint.py",
-    ),
-    "rigidpend/routes/rows": ("tests/routes/test_plane.py", "tests/routes/test_bodies.py"),
-}
-"""Those of a room that know modules of that name best: they run before the others."""
-WIDE = (
-    "tests/orbits/integrate",
-    "tests/orbits/return_map",
-    "tests/routes",
-    "tests/results",
-    "tests/routes/symbolic",
-    "tests/surfaces",
-    "tests/experiments/stress/trials",
-    "tests/mechanics/test_coordinates.py",
-    "tests/mechanics/test_coordinates_limits.py",
-    "tests/mechanics/test_equations.py",
-    "tests/test_imports.py",
-    "tests/surfaces/test_variational.py",
-)
-"""What a mutant has to pass that survives the tests of its module: tests of what is built on it."""
-SECONDS = 120
-"""What those that know a module best may take at most: they take some 5, or 40 with compiling."""
-OPEN, SURVIVED = "open", "survived"
-"""Verdicts on a mutant that its own tests do not notice, and that no test does."""
-OF_MAPS = ("rigidpend/routes", "rigidpend/results")
-"""Modules of which no return map is made: the maps that are kept are those of the code as it is."""
+"""Tests of the texts: they notice that a file is written anew, whatever it says."""
+OF_PEERS = ("cyrk_compiled", "diffrax_vmapped", "rebound_ode", "sundials_cvode")
+"""Methods of libraries that the tests do without."""
+MOST = 100
+"""Tests at most that the map adds to the mirrored file, the most particular ones first."""
+ALIKE = 3
+"""Of the cases of one test as many at most."""
+LIMIT = 300.0
+"""Seconds that tests may take before they are held against the code as it is."""
+KILLED, LATE, SURVIVED = "killed", "timeout", "survived"
+OPEN, UNTOLD = "open", "untold"
+"""What the nearest tests do not notice; what no verdict was found on, for tests fail without it."""
+Map = Mapping[str, Mapping[str, Sequence[str]]]
+"""Tests by path and by the text of the line, "" for what any line of a function needs."""
 
 
-def files() -> list[str]:
+def files(below: str = "rigidpend") -> list[str]:
     """The files that are mutated."""
-    found = [ROOT / name for name in TESTS]
-    inner = {file for path in found for file in (path.rglob("*.py") if path.is_dir() else [path])}
-    return sorted(str(path.relative_to(ROOT)) for path in inner)
+    target = ROOT / below
+    found = target.rglob("*.py") if target.is_dir() else [target]
+    return sorted(str(x.relative_to(ROOT)) for x in found if x.stem not in OF_PEERS)
 
 
-def room_of(path: str) -> tuple[str, tuple[str, ...]]:
-    """The narrowest entry of `TESTS` to which a module belongs."""
-    return max((x, y) for x, y in TESTS.items() if path == x or path.startswith(f"{x}/"))
+class Verdict(NamedTuple):
+    """What became of a mutant."""
 
-
-def quick_of(path: str, root: Path = ROOT) -> tuple[str, ...]:
-    """The tests that know a module best: its own file, where there is one, and others."""
-    own = root / "tests" / Path(path).parent.relative_to("rigidpend") / f"test_{Path(path).name}"
-    named = [x for name, found in QUICK.items() if path.startswith(name) for x in found]
-    return tuple(dict.fromkeys([*([str(own.relative_to(root))] if own.exists() else []), *named]))
+    found: str
+    by: str
+    """The test that failed, or nothing."""
+    seconds: float
 
 
 class Desk:
     """Copies of the project in which mutants are made, one for each that works at a time.
 
-    A mutant has compiled code and return maps of its own, and begins with those of the code as it
-    is: what a mutated module compiles must not be found by the next one, nor by the user.
+    A mutant has compiled code and return maps of its own, and begins with those of the user: what
+    a mutated module compiles must not be found by the next one.
     """
 
-    def __init__(self, folder: Path, copies: int, limit: float) -> None:
-        self.compiled = folder / "compiled"
+    def __init__(
+        self, folder: Path, copies: int, of_tests: Map, limit: float, *, quick: bool
+    ) -> None:
         self.free: queue.Queue[Path] = queue.Queue()
-        self.limit = limit
-        self.limits: dict[tuple[str, ...], float] = {}
+        self.of_tests, self.limit, self.quick = of_tests, limit, quick
+        self.sound: dict[tuple[str, str], bool] = {}
+        # As it is now, for others change it meanwhile.
+        self.kept = folder / "kept"
+        self.kept.mkdir(parents=True)
+        mine = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "rigidpend"
+        with contextlib.suppress(shutil.Error, FileNotFoundError):
+            shutil.copytree(mine, self.kept / "rigidpend")
         for k in range(copies):
             self.free.put(copied(folder / str(k)))
 
-    def measure(self, tests: tuple[str, ...]) -> None:
-        """How long a mutant may take for tests; without one they must pass."""
-        folder, begun = self.free.get(), time.monotonic()
-        try:
-            passed = passes(folder, tests, self.compiled, wide=tests == WIDE)
-        finally:
-            self.free.put(folder)
-        if not passed:
-            raise SystemExit(f"without a mutant these fail: {' '.join(tests)}")
-        taken = time.monotonic() - begun
-        print(f"{taken:.0f} s without a mutant: {' '.join(tests)}", flush=True)
-        self.limits[tests] = self.limit or 30 + PATIENCE * taken
-
-    def judge(self, mutant: Mutant, *, wide: bool = False) -> str:
-        """The verdict of a mutant's own tests, or of the wide ones, which is said."""
+    def judge(self, mutant: Mutant) -> Verdict:
+        """The verdict of the tests on a mutant."""
         folder, begun = self.free.get(), time.monotonic()
         target = folder / mutant.path
         before = target.read_text()
-        target.write_text(source(mutant))
         try:
-            found = self._verdict(mutant, folder, wide=wide)
+            target.write_text(source(before, mutant))
+            found, by = self._verdict(mutant, folder, source(before))
         finally:
             target.write_text(before)
             self.free.put(folder)
-        print(f"{found:8} {time.monotonic() - begun:5.0f} s  {mutant}", flush=True)
-        return found
+        return Verdict(found, by, time.monotonic() - begun)
 
-    def _verdict(self, mutant: Mutant, folder: Path, *, wide: bool) -> str:
-        cache = folder / "cache"
-        shutil.rmtree(cache, ignore_errors=True)
-        shutil.copytree(self.compiled, cache)
-        if not mutant.path.startswith(OF_MAPS):
-            shutil.rmtree(cache / "rigidpend" / "maps", ignore_errors=True)
-        _, tests = room_of(mutant.path)
-        whole = WIDE if wide else tests
-        # In calls of their own: within one, pytest would take a folder's files by their names.
-        calls = {whole: self.limits[whole]}
-        quick = quick_of(mutant.path, folder)
-        if quick and not wide:
-            calls = {quick: min(SECONDS, self.limits[whole]), **calls}
-        try:
-            if all(passes(folder, x, cache, calls[x], wide=wide) for x in calls):
-                return SURVIVED if wide else OPEN
-        except subprocess.TimeoutExpired:
-            return "timeout"
-        return "killed"
+    def _verdict(self, mutant: Mutant, folder: Path, plain: str) -> tuple[str, str]:
+        near = nearest(mutant, self.of_tests)
+        rest = [] if self.quick and near else around(mutant, near)
+        for tests in filter(None, (near, rest)):
+            failed = failing(folder, tests, self.kept, self.limit)
+            if failed is None:
+                return (LATE if self._in_time(mutant, folder, plain, tests) else UNTOLD), ""
+            if failed and self._is_sound(mutant, folder, plain, failed):
+                return KILLED, failed
+            if failed:
+                return UNTOLD, failed
+        return (OPEN if self.quick else SURVIVED), ""
+
+    def _in_time(self, mutant: Mutant, folder: Path, plain: str, tests: Sequence[str]) -> bool:
+        """Whether the tests pass in half of the time, without the mutant."""
+        (folder / mutant.path).write_text(plain)
+        return failing(folder, tests, self.kept, self.limit / 2) == ""
+
+    def _is_sound(self, mutant: Mutant, folder: Path, plain: str, test: str) -> bool:
+        """Whether a test passes where the file is written anew and means the same."""
+        at = (mutant.path, test)
+        if at not in self.sound:
+            (folder / mutant.path).write_text(plain)
+            self.sound[at] = failing(folder, [test], self.kept, self.limit) == ""
+        return self.sound[at]
 
 
-def passes(
-    folder: Path,
-    tests: Sequence[str],
-    cache: Path,
-    limit: float | None = None,
-    *,
-    wide: bool = False,
-) -> bool:
-    """Whether tests pass in a copy of the project, which they may be given so many seconds for."""
-    left_out = [] if wide else [f"--deselect={name}" for name in SLOW]
-    plugins = ["-p", "no:cacheprovider", "-p", "tests.unshrunk"]
-    call = [sys.executable, "-m", "pytest", "-x", "-q", *plugins, *left_out]
+def mirrored(path: str) -> Path:
+    """The folder of tests of a module."""
+    return Path("tests") / Path(path).parent.relative_to("rigidpend")
+
+
+def nearest(mutant: Mutant, of_tests: Map) -> list[str]:
+    """The mirrored test file, then the tests that reach the line, the most particular first."""
+    folder, stem = mirrored(mutant.path), Path(mutant.path).stem
+    own = [str(file) for file in [folder / f"test_{stem}.py"] if (ROOT / file).exists()]
+    of_file = of_tests.get(mutant.path, {})
+    reached = of_file.get(mutant.statement, of_file.get("", ()))
+    others = [test for test in reached if test.partition("::")[0] not in own]
+    return [*own, *sorted(others, key=lambda test: not test.startswith(f"{folder}/"))][:MOST]
+
+
+def around(mutant: Mutant, before: Sequence[str]) -> list[str]:
+    """All test files of the mirrored folder that were not run, or of the one above."""
+    folder = ROOT / mirrored(mutant.path)
+    while not any(folder.glob("test_*.py")):
+        folder = folder.parent
+    found = (str(x.relative_to(ROOT)) for x in sorted(folder.rglob("test_*.py")))
+    return [x for x in found if x not in before and x not in OF_TEXT]
+
+
+def failing(folder: Path, tests: Sequence[str], kept: Path, limit: float) -> str | None:
+    """The first test that fails in a copy of the project, "" if none does, None without an end."""
+    cache = folder / "cache"
+    shutil.rmtree(cache, ignore_errors=True)
+    shutil.copytree(kept, cache)
+    plugins = ["no:cacheprovider", "no:xdist", "no:cov", "tests.unshrunk"]
+    call = [sys.executable, "-m", "pytest", "-x", "-q", "-rfE", "--tb=no", "--no-header"]
     where = {"PYTHONPATH": str(folder), "XDG_CACHE_HOME": str(cache)}
-    done = subprocess.run(
-        [*call, *tests],
+    process = subprocess.Popen(
+        [*call, *(x for name in plugins for x in ("-p", name)), *tests],
         cwd=folder,
         env={**os.environ, **where, "PYTHONDONTWRITEBYTECODE": "1"},
-        capture_output=True,
-        timeout=limit,
-        check=False,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=True,
     )
-    if done.returncode >= 4:
-        raise SystemExit(f"pytest could not run {' '.join(tests)}:\n{done.stdout.decode()}")
-    return done.returncode == 0
+    try:
+        said, _ = process.communicate(timeout=limit)
+    except subprocess.TimeoutExpired:
+        # Its own processes with it: they have a session of their own.
+        os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
+        return None
+    if process.returncode in (0, 5):
+        return ""
+    # The map is older than the tests; pytest tells the function, without its case.
+    gone = set(re.findall(r"^ERROR: .*not found: (?:.*/)?(tests/.*)$", said, re.MULTILINE))
+    left = [test for test in tests if test.partition("[")[0] not in gone]
+    if len(left) < len(tests):
+        return failing(folder, left, kept, limit) if left else ""
+    named = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", said, re.MULTILINE)
+    return named[1] if named else tests[0]
 
 
 def copied(folder: Path) -> Path:
     """A copy of the project, to be mutated."""
-    folder.mkdir()
-    for name in COPIED:
-        copy_one = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
-        copy_one(ROOT / name, folder / name)
+    folder.mkdir(parents=True)
+    for path in ROOT.iterdir():
+        if path.name in COPIED:
+            shutil.copytree(path, folder / path.name, ignore=shutil.ignore_patterns("__pycache__"))
+        elif path.name not in (".git", "build"):
+            (folder / path.name).symlink_to(path)
     return folder
 
 
-class Verdicts(dict[str, str]):
-    """The verdicts on mutants, by what they are called; kept in a file, if one is given."""
+def make_map(asked: Sequence[str]) -> None:
+    """Run tests under coverage and keep which of them reach which line, by the line's text."""
+    data = BUILD / "coverage"
+    BUILD.mkdir(parents=True, exist_ok=True)
+    left_out = [f"--ignore={file}" for file in OF_TEXT]
+    counted = ["--cov", "--cov-context=test", "--cov-report=", "--cov-fail-under=0"]
+    call = [sys.executable, "-m", "pytest", "-q", *counted, *left_out, *asked]
+    subprocess.run(call, cwd=ROOT, env={**os.environ, "COVERAGE_FILE": str(data)}, check=True)
+    found = CoverageData(str(data))
+    found.read()
+    write_map(found)
 
-    def __init__(self, kept: Path | None) -> None:
+
+def write_map(found: CoverageData) -> None:
+    """Keep the map of a run's coverage, the tests of a line in order of what else they reach."""
+    reached: dict[str, dict[str, set[str]]] = {}
+    breadth: Counter[str] = Counter()
+    for file in found.measured_files():
+        path = Path(file)
+        lines = path.read_text().splitlines()
+        name = str(Path("rigidpend", *path.parts[path.parts.index("rigidpend") + 1 :]))
+        of_file = reached.setdefault(name, defaultdict(set))
+        for line, contexts in found.contexts_by_lineno(file).items():
+            tests = {x.partition("|")[0] for x in contexts if x.endswith("|run")}
+            tests = {x for x in tests if not x.startswith(OF_TEXT)}
+            breadth.update(tests)
+            of_file[lines[line - 1].strip()] |= tests
+    number = {test: k for k, test in enumerate(breadth)}
+    kept: dict[str, dict[str, list[int]]] = {}
+    for name, of_file in reached.items():
+        # What stands outside a function runs once, for the first who imports it.
+        whole, beside = set().union(*of_file.values()), f"{mirrored(name)}/"
+        first = sorted(whole, key=lambda x: (not x.startswith(beside), breadth[x], x))
+        kept[name] = {
+            text: [number[x] for x in _few(x for x in first if x in (tests or whole))]
+            for text, tests in [*of_file.items(), ("", whole)]
+        }
+    (BUILD / "map.json").write_text(json.dumps({"tests": list(number), "reached": kept}))
+
+
+def _few(tests: Iterable[str]) -> list[str]:
+    """The first of them, no more than some of one function."""
+    seen: Counter[str] = Counter()
+    found = []
+    for test in tests:
+        seen[name := test.partition("[")[0]] += 1
+        if seen[name] <= ALIKE:
+            found.append(test)
+    return found[:MOST]
+
+
+def read_map() -> Map:
+    """The map that was kept."""
+    if not (BUILD / "map.json").exists():
+        raise SystemExit("which tests reach which line? `python -m scripts.mutants --map` tells")
+    kept = json.loads((BUILD / "map.json").read_text())
+    tests = kept["tests"]
+    return {
+        name: {text: [tests[k] for k in ranks] for text, ranks in of_file.items()}
+        for name, of_file in kept["reached"].items()
+    }
+
+
+class Verdicts(dict[str, Verdict]):
+    """The verdicts on mutants, by what they are called; kept in a file."""
+
+    def __init__(self, kept: Path) -> None:
         super().__init__()
         self.kept = kept
-        if not kept:
-            return
-        if not kept.exists():
-            kept.parent.mkdir(parents=True, exist_ok=True)
-            kept.write_text(f"{_digest()}\n")
-        first, *lines = kept.read_text().splitlines()
-        if first != _digest():
-            raise SystemExit(f"{kept}: these verdicts are on other code; remove it to begin anew")
-        self.update((mutant, found) for found, _, mutant in (x.partition("\t") for x in lines))
+        if kept.exists():
+            rows = (x.split("\t") for x in kept.read_text().splitlines())
+            self.update((name, Verdict(found, by, float(s))) for found, s, by, name in rows)
 
-    def add(self, mutant: Mutant, found: str) -> None:
-        self[str(mutant)] = found
-        if self.kept:
-            with self.kept.open("a") as file:
-                file.write(f"{found}\t{mutant}\n")
+    def add(self, mutant: Mutant, verdict: Verdict) -> None:
+        self[str(mutant)] = verdict
+        self.kept.parent.mkdir(parents=True, exist_ok=True)
+        with self.kept.open("a") as file:
+            file.write(f"{verdict.found}\t{verdict.seconds:.0f}\t{verdict.by}\t{mutant}\n")
 
 
-def _digest() -> str:
-    texts = [(ROOT / path).read_bytes() for path in files()]
-    return hashlib.sha256(b"\0".join(texts)).hexdigest()
+def room(path: str) -> str:
+    """The room to which a module belongs, as the table of a sample counts it."""
+    _, floor, *rest = path.split("/")
+    return f"{floor}/{rest[0]}" if len(rest) > 1 and floor in ("orbits", "routes") else floor
 
 
-def run(chosen: list[Mutant], processes: int, limit: float, verdicts: Verdicts) -> None:
-    """Judge mutants by their own tests, then those that survive by the wide ones."""
-    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(processes) as pool:
-        desk = Desk(Path(folder), processes, limit)
-
-        def judged(mutant: Mutant) -> None:
-            verdicts.add(mutant, desk.judge(mutant, wide=verdicts.get(str(mutant)) == OPEN))
-
-        fresh = [mutant for mutant in chosen if verdicts.get(str(mutant)) != OPEN]
-        list(pool.map(desk.measure, sorted({room_of(mutant.path)[1] for mutant in fresh})))
-        list(pool.map(judged, fresh))
-        open_ = [mutant for mutant in chosen if verdicts[str(mutant)] == OPEN]
-        if open_:
-            desk.measure(WIDE)
-        list(pool.map(judged, open_))
-
-
-def told(chosen: list[Mutant], verdicts: Verdicts, reasons: dict[Mutant, str]) -> float:
-    """Say how a sample came out: the share that was killed of those that are not equivalent."""
-    counts = Counter(verdicts[str(mutant)] for mutant in chosen if mutant not in reasons)
-    alike = sum(mutant in reasons for mutant in chosen)
-    killed, able = counts["killed"] + counts["timeout"], counts.total()
-    print(f"{len(chosen)} mutants: {alike} declared equivalent, {dict(counts)}")
-    share = 100 * killed / max(1, able)
-    print(f"{share:.1f} % killed of the {able} that are not equivalent")
-    print(f"{100 * killed / max(1, len(chosen)):.1f} % killed of all {len(chosen)} that were drawn")
+def told(chosen: Sequence[Mutant], verdicts: Verdicts, reasons: Mapping[Mutant, str]) -> float:
+    """Say how a sample came out, room by room: the share that was killed of what can be."""
+    counts: dict[str, Counter[str]] = defaultdict(Counter)
     for mutant in chosen:
-        if mutant in reasons:
-            print(f"equivalent: {mutant}: {reasons[mutant]}")
-        elif verdicts[str(mutant)] == SURVIVED:
-            print(f"survived: {mutant}")
+        verdict = verdicts.get(str(mutant))
+        found = "equivalent" if mutant in reasons else verdict.found if verdict else "unjudged"
+        for name in (room(mutant.path), "all"):
+            counts[name][found] += 1
+    kinds = ("equivalent", KILLED, LATE, SURVIVED, OPEN, UNTOLD, "unjudged")
+    print(f"| room | drawn | {' | '.join(kinds)} |")
+    print("|---" * (2 + len(kinds)) + "|")
+    for name in [*sorted(counts.keys() - {"all"}), "all"]:
+        numbers = [counts[name].total(), *(counts[name][kind] for kind in kinds)]
+        print(f"| {name} | {' | '.join(map(str, numbers))} |")
+    whole = counts["all"]
+    able = whole.total() - whole["equivalent"] - whole["unjudged"]
+    share = 100 * (whole[KILLED] + whole[LATE]) / max(1, able)
+    print(f"{share:.1f} % killed of {able} that were judged")
+    for mutant in chosen:
+        if mutant not in reasons and (verdict := verdicts.get(str(mutant))):
+            if verdict.found in (SURVIVED, OPEN, UNTOLD):
+                print(f"{verdict.found}: {mutant.line}: {mutant} {verdict.by}")
     return share
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--count", type=int, default=150, help="mutants in the sample")
+    parser.add_argument("--map", nargs="*", help="make the map of tests, with options of pytest")
+    parser.add_argument("--count", type=int, default=400, help="mutants in the sample")
     parser.add_argument("--seed", type=int, default=1, help="of the sample")
-    parser.add_argument("--processes", type=int, default=2)
-    parser.add_argument("--limit", type=float, default=0, help="seconds; measured if not given")
-    parser.add_argument("--only", default="", help="PATH or PATH:LINE, all mutants there")
-    parser.add_argument("--keep", type=Path, help="a file of verdicts, to go on from")
-    parser.add_argument("--again", action="store_true", help="judge kept survivors once more")
+    parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--limit", type=float, default=LIMIT, help="seconds for tests")
+    parser.add_argument("--only", default="rigidpend", help="a file or a folder")
+    parser.add_argument("--minutes", type=float, default=0, help="judge no more after so many")
+    parser.add_argument("--quick", action="store_true", help="leave out the rest of the folder")
+    parser.add_argument("--again", action="store_true", help="judge survivors once more")
     parser.add_argument("--least", type=float, default=90.0, help="share to be killed, in %%")
     asked = parser.parse_args()
-    every = [mutant for path in files() for mutant in mutants(path)]
-    if asked.only:
-        path, _, line = asked.only.partition(":")
-        chosen = [x for x in every if x.path == path and (not line or x.line == int(line))]
-    else:
-        chosen = random.Random(asked.seed).sample(every, min(asked.count, len(every)))
-    reasons, verdicts = equivalent(), Verdicts(asked.keep)
-    sought = (None, OPEN, asked.again and SURVIVED)
-    able = [x for x in chosen if x not in reasons and verdicts.get(str(x)) in sought]
-    print(f"seed {asked.seed}: {len(chosen)} of {len(every)} mutants, {len(able)} to be judged")
-    if able:
-        run(able, asked.processes, asked.limit, verdicts)
+    if asked.map is not None:
+        make_map(asked.map)
+        return 0
+    of_tests = read_map()
+    every = [mutant for path in files(asked.only) for mutant in mutants(path)]
+    chosen = drawn(every, asked.count, asked.seed)
+    reasons, verdicts = equivalent(), Verdicts(BUILD / f"{asked.seed}.txt")
+    sought = (SURVIVED, UNTOLD, OPEN) if asked.again else () if asked.quick else (OPEN,)
+    known = {x for x, y in verdicts.items() if y.found not in sought}
+    open_ = [x for x in chosen if x not in reasons and str(x) not in known]
+    print(f"seed {asked.seed}: {len(chosen)} of {len(every)} mutants, {len(open_)} to be judged")
+    end = time.monotonic() + 60 * asked.minutes if asked.minutes else float("inf")
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(asked.processes) as pool:
+        desk = Desk(Path(folder), asked.processes, of_tests, asked.limit, quick=asked.quick)
+
+        def judged(mutant: Mutant) -> None:
+            if time.monotonic() < end:
+                verdicts.add(mutant, found := desk.judge(mutant))
+                print(f"{found.found:8} {found.seconds:4.0f} s  {mutant}", flush=True)
+
+        list(pool.map(judged, open_))
     return int(told(chosen, verdicts, reasons) < asked.least)
 
 

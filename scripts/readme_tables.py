@@ -13,10 +13,11 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
+
 from docs import floors
-from rigidpend.experiments.bench.measuring import reading
-from rigidpend.experiments.bench.measuring.methods import METHODS
-from rigidpend.experiments.bench.measuring.problems import NAMES
+from rigidpend.experiments.bench import report as reading
+from rigidpend.experiments.bench.methods import METHODS, OWN, PROBLEMS
 from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.experiments.stress import report as trials
 from rigidpend.machine.tables import (
@@ -85,26 +86,27 @@ def provisional(result: Loaded) -> Iterator[str]:
 
 
 def bench_lines(result: Loaded) -> Iterator[str]:
-    """Losses, the codes of Fig. 4, the other problems in short, cross-checks, random phases."""
+    """Losses, bodies by lot, the codes of Fig. 4, the rest in short, cross-checks, trust."""
     data = result["data"]
     yield from provisional(result)
     yield f"{machine(result)}; medians over rounds in which methods take turns."
     for table in (
         reading.losses_table(data),
+        *([reading.bodies_table(data), reading.slowest_table(data)] if data.get("bodies") else []),
         reading.meeting_table(data, "codes"),
         shortest(data),
         reading.cross_checks_table(data),
         reading.phases_table(data),
         *([reading.many_table(data)] if data.get("many_orbits") else []),
-        reading.cost_table(data),
     ):
         yield ""
         yield from markdown(table)
 
 
 def shortest(data: Data) -> Table:
-    """Ours and the fastest peer at every problem, with one thread."""
-    rows = [row for problem in data if problem in NAMES for row in _pair(data, problem)]
+    """Ours and the fastest peer at every problem, with one thread, and with bodies, with two."""
+    rows = [row for problem in data if problem in PROBLEMS for row in _pair(data, problem)]
+    rows += _pairs_with_bodies(data)
     header = ("problem", "ours", "time", "fastest peer", "time", "times ours")
     return Table("Ours and the fastest peer that reaches the level, one thread:", header, rows)
 
@@ -114,7 +116,7 @@ def _pair(data: Data, problem: str) -> Iterator[tuple[str, ...]]:
     own = next((r for r in results if r.method == str(data[problem]["default"])), None)
     if own is None:
         return
-    peers = [r for r in results if r.reached and METHODS[r.method].family not in reading.OWN]
+    peers = [r for r in results if r.reached and METHODS[r.method].family not in OWN]
     first = (reading.level_text(data, problem), METHODS[own.method].label)
     if not peers:
         yield (*first, seconds(own.seconds), "none reaches it", "-", "-")
@@ -122,6 +124,20 @@ def _pair(data: Data, problem: str) -> Iterator[tuple[str, ...]]:
     label = METHODS[peers[0].method].label
     ratio = times(peers[0].ratio)
     yield (*first, seconds(own.seconds), label, seconds(peers[0].seconds), ratio)
+
+
+def _pairs_with_bodies(data: Data) -> Iterator[tuple[str, ...]]:
+    """Ours and the fastest peer that vouches for symbols too, medians over the bodies."""
+    found = reading.of_bodies(data)
+    peers = [name for name in found if METHODS[name].certain and METHODS[name].family not in OWN]
+    for call, key in reading.CALLS.items() if peers else ():
+        (name, own), *_ = found.items()
+        medians = {peer: float(np.median(getattr(found[peer], key))) for peer in peers}
+        best = min(medians, key=medians.__getitem__)
+        ratio = times(float(np.median(getattr(found[best], key) / getattr(own, key))))
+        title = f"bodies drawn by lot, every symbol vouched for: {call}"
+        time = seconds(float(np.median(getattr(own, key))))
+        yield title, METHODS[name].label, time, METHODS[best].label, seconds(medians[best]), ratio
 
 
 def stress_lines(result: Loaded) -> Iterator[str]:

@@ -1,10 +1,9 @@
-"""The mutation runner: what it changes, where, and what it leaves alone."""
+"""The mutation runner: what it changes, which tests it asks, and what it takes for a verdict."""
 
 from __future__ import annotations
 
 import ast
-import random
-from collections.abc import Sequence
+import re
 from pathlib import Path
 from typing import Any
 
@@ -15,128 +14,130 @@ from scripts import mutants, mutations
 
 ROOT = Path(__file__).resolve().parents[1]
 CERTAINTY = "rigidpend/routes/certainty.py"
-ARCS = "rigidpend/orbits/integrate/arcs.py"
 
 
 @pytest.mark.parametrize(
     ("before", "after"),
     [
-        ("a < b", "a <= b"),
-        ("a == b", "a != b"),
-        ("a + b", "a - b"),
-        ("a // b", "a * b"),
-        ("a and b", "a or b"),
-        ("not a", "a"),
-        ("-a", "a"),
-        ("3", "4"),
-        ("0.5", "1.0"),
-        ("0.0", "1.0"),
-        ("True", "False"),
+        ("a == b", ["a != b"]),
+        ("a < b", ["a <= b", "a * 0.5 < b", "a < b * 0.5", "a * 0.99 < b", "a < b * 0.99"]),
+        ("a > 0", ["a >= 0"]),
+        ("a + b", ["a - b"]),
+        ("a // b", ["a * b"]),
+        ("a and b", ["a or b", "b", "a"]),
+        ("not a", ["a"]),
+        ("-a", ["a"]),
+        ("3", ["4", "0"]),
+        ("0.5", ["1.0"]),
+        ("0.0", ["1.0"]),
+        ("True", ["False"]),
+        ("max(a.b, 1)", ["min(a.b, 1)"]),
+        ("np.minimum(a, b)", ["np.maximum(a, b)"]),
+        ("np.isnan(a)", ["np.isnan(a) & False"]),
+        ("f(a, b.c, d)", ["f(b.c, a, d)"]),
     ],
 )
-def test_an_expression_is_changed(before: str, after: str) -> None:
+def test_an_expression_is_changed(before: str, after: list[str]) -> None:
     node = ast.parse(before, mode="eval").body
-    changed, said = mutations.changed(node) or (node, "")
-    assert ast.unparse(changed) == after
-    assert said == f"{before}  ->  {after}"
+    assert [ast.unparse(x) for x in mutations.changes(node)] == after
     assert ast.unparse(node) == before, "the node itself stays"
 
 
 @pytest.mark.parametrize(
     ("before", "after"),
     [
-        ("return a", "return None"),
-        ("f(a)", "None"),
-        ("a += 1", "a -= 1"),
-        ("if a:\n    b", "if not a:\n    b"),
-        ("while a:\n    b", "while not a:\n    b"),
+        ("return a", ["return None"]),
+        ("f(a)", ["None"]),
+        ("a += 1", ["a -= 1"]),
+        ("if a:\n    b", ["if not a:\n    b"]),
+        ("if a:\n    raise b", ["if not a:\n    raise b", "if False:\n    raise b"]),
+        ("while a:\n    b", ["while not a:\n    b"]),
+        ("MOST = 2 ** (-6)", ["MOST = 2 ** (-6) * 10", "MOST = 2 ** (-6) * 0.5"]),
     ],
 )
-def test_a_statement_is_changed(before: str, after: str) -> None:
+def test_a_statement_is_changed(before: str, after: list[str]) -> None:
     [node] = ast.parse(before).body
-    change = mutations.changed(node)
-    assert change
-    assert ast.unparse(change[0]) == after
+    assert [ast.unparse(ast.fix_missing_locations(x)) for x in mutations.changes(node)] == after
 
 
-@pytest.mark.parametrize("text", ["a", "'word'", "f(a)[b]", "a.b", "return", "return None"])
+@pytest.mark.parametrize("text", ["a", "'word'", "f(a)[b]", "a.b", "(a, b)", "return None"])
 def test_names_texts_and_ends_that_return_nothing_are_left_alone(text: str) -> None:
     [node] = ast.parse(text).body
-    assert mutations.changed(node.value if isinstance(node, ast.Expr) else node) is None
+    assert not list(mutations.changes(node.value if isinstance(node, ast.Expr) else node))
 
 
-def test_annotations_and_docstrings_are_left_alone() -> None:
-    tree = ast.parse('def f(a: Literal[1]) -> Literal[2]:\n    """Three 3."""\n    b: C[3] = a\n')
-    assert list(mutations.places(tree)) == []
-    assert list(mutations.places(ast.parse("if TYPE_CHECKING:\n    a = 1\n"))) == []
-    assert len(list(mutations.places(ast.parse("if CHECKING:\n    a = 1\n")))) == 2
+@pytest.mark.parametrize(
+    ("text", "without"),
+    [
+        ("key = (a, b)", ["(b,)", "(a,)"]),
+        ("def followed(a):\n    return [a, b]", ["[b]", "[a]"]),
+        ("c = digest({1: a, **b})", ["{**b}", "{1: a}"]),
+        ("c = (a, b)", []),
+    ],
+)
+def test_a_key_loses_its_parts(text: str, without: list[str]) -> None:
+    found = [
+        ast.unparse(x)
+        for place in mutations.places(ast.parse(text))
+        for x in mutations.changes(place.node, keyed=place.keyed)
+        if isinstance(x, ast.Tuple | ast.List | ast.Dict)
+    ]
+    assert found == without
 
 
-def test_every_module_that_is_named_has_tests_that_are_there() -> None:
-    named = {"bounds", "compare", "regression", "coordinates", "equations", "routes", "integrate"}
-    assert {Path(room).stem for room in mutants.TESTS if "integrate/" not in room} == named
-    assert all((ROOT / room).exists() for room in mutants.TESTS)
-    assert (
-        mutants.room_of("rigidpend/orbits/integrate/arcs.py")[0]
-        == "rigidpend/orbits/integrate/arcs.py"
-    )
-    assert mutants.room_of("rigidpend/orbits/integrate/batch.py")[0] == "rigidpend/orbits/integrate"
-    for path in mutants.files():
-        tests = *mutants.quick_of(path), *mutants.room_of(path)[1]
-        assert all((ROOT / test).exists() for test in tests)
-    for name in mutants.QUICK:
-        assert any(path.startswith(name) for path in mutants.files()), name
-    assert all((ROOT / test).exists() for test in mutants.WIDE)
-    for test in mutants.SLOW:
-        file, _, function = test.partition("::")
-        assert f"def {function.partition('[')[0]}" in (ROOT / file).read_text()
+def test_annotations_decorators_and_docstrings_are_left_alone() -> None:
+    annotated = '@f(3)\ndef f(a: Literal[1]) -> Literal[2]:\n    """Three 3."""\n    b: C[3] = a'
+    for text, changed in (
+        (annotated, 0),
+        ("if TYPE_CHECKING:\n    a = 1\n", 0),
+        ("if CHECKING:\n    a = 1\n", 2),
+    ):
+        every = mutations.places(ast.parse(text))
+        assert sum(len(list(mutations.changes(place.node))) for place in every) == changed
 
 
-def declared(folder: Path, *entries: dict[str, Any]) -> Path:
-    """A file that declares some mutants to be equivalent."""
-    path = folder / "declared.yaml"
-    path.write_text(yaml.safe_dump(list(entries)))
-    return path
+def test_numbers_of_a_drawing_are_taste() -> None:
+    of_drawing = mutations.mutants("rigidpend/experiments/plots/separatrix_ticks.py")
+    assert of_drawing
+    assert not any(re.match(r"[\d.]+  ->", x.said) for x in of_drawing)
 
 
-def entry_of(mutant: mutations.Mutant, **others: Any) -> dict[str, Any]:
-    line = (ROOT / mutant.path).read_text().splitlines()[mutant.line - 1].strip()
-    return {"path": mutant.path, "line": line, "change": mutant.said, "reason": "why"} | others
+def test_the_source_has_the_one_change_that_is_said() -> None:
+    text = (ROOT / CERTAINTY).read_text()
+    for mutant in mutations.mutants(CERTAINTY)[::40]:
+        plain, slip = (mutations.source(text, x) for x in (None, mutant))
+        assert plain != slip
+        assert len(set(plain.splitlines()) ^ set(slip.splitlines())) <= 2, str(mutant)
 
 
-def lonely(path: str) -> mutations.Mutant:
-    """A mutant that its line and change tell from all others of a file."""
-    every = mutations.mutants(path)
-    return next(x for x in every if len(mutations.Entry(**entry_of(x)).fits()) == 1)
+def test_a_lot_stays_where_other_code_changes_and_a_larger_one_holds_it() -> None:
+    here = mutations.mutants(CERTAINTY)
+    some = mutations.drawn(here, 20, 1)
+    assert len({(x.path, x.place) for x in some}) == 20, "one of a place"
+    assert mutations.drawn(here, 30, 1)[:20] == some
+    assert mutations.drawn(here, 20, 2) != some
+    both = [*here, *mutations.mutants("rigidpend/routes/codes.py")]
+    of_both = mutations.drawn(both, len(both), 1)
+    assert [x for x in of_both if x.path == CERTAINTY][:20] == some
 
 
-def twins(path: str) -> list[mutations.Mutant]:
-    """Mutants of a file that are of one line and one change."""
-    return next(
-        found
-        for x in mutations.mutants(path)
-        if len(found := mutations.Entry(**entry_of(x)).fits()) > 1
-    )
+def declared(folder: Path, **changed: Any) -> Path:
+    """A file that declares a mutant to be equivalent."""
+    mutant = mutations.mutants(CERTAINTY)[0]
+    entry = {"path": mutant.path, "line": mutant.text, "change": mutant.said, "reason": "why"}
+    (folder / "declared.yaml").write_text(yaml.safe_dump([entry | changed]))
+    return folder / "declared.yaml"
 
 
 def test_a_declared_mutant_is_found_by_its_line_and_its_change(tmp_path: Path) -> None:
-    mutant = lonely(CERTAINTY)
-    assert mutations.equivalent(declared(tmp_path, entry_of(mutant))) == {mutant: "why"}
+    found = mutations.equivalent(declared(tmp_path))
+    assert found == {mutations.mutants(CERTAINTY)[0]: "why"}
 
 
-@pytest.mark.parametrize("stale", [{"line": "no such line"}, {"change": "1  ->  7"}, {"nth": 2}])
+@pytest.mark.parametrize("stale", [{"line": "no such line"}, {"change": "1  ->  7"}, {"nth": 99}])
 def test_an_entry_that_fits_no_mutant_is_an_error(tmp_path: Path, stale: dict[str, Any]) -> None:
-    entry = entry_of(lonely(CERTAINTY), **stale)
-    with pytest.raises(ValueError, match="fits 0 mutants, not one: rigidpend/routes/certainty"):
-        mutations.equivalent(declared(tmp_path, entry))
-
-
-def test_an_entry_that_fits_several_says_which(tmp_path: Path) -> None:
-    first, second, *_ = twins(ARCS)
-    with pytest.raises(ValueError, match=r"fits \d mutants, not one"):
-        mutations.equivalent(declared(tmp_path, entry_of(second)))
-    chosen = [entry_of(first, nth=1), entry_of(second, nth=2)]
-    assert list(mutations.equivalent(declared(tmp_path, *chosen))) == [first, second]
+    with pytest.raises(ValueError, match="fits no mutant: rigidpend/routes/certainty"):
+        mutations.equivalent(declared(tmp_path, **stale))
 
 
 def test_every_declared_mutant_is_one_that_can_be_drawn_and_has_a_reason() -> None:
@@ -145,123 +146,72 @@ def test_every_declared_mutant_is_one_that_can_be_drawn_and_has_a_reason() -> No
     assert all(reason.endswith(".") for reason in reasons.values())
 
 
-def test_the_share_is_of_those_that_are_not_equivalent(capsys: pytest.CaptureFixture[str]) -> None:
-    chosen = mutations.mutants(CERTAINTY)[:5]
-    verdicts = mutants.Verdicts(None)
+def test_the_nearest_tests_are_the_mirrored_file_and_those_that_reach_the_line() -> None:
+    mutant = next(x for x in mutations.mutants(CERTAINTY) if x.statement != x.text)
+    own = "tests/routes/test_certainty.py"
+    reach = {mutant.statement: [f"{own}::test_a", "tests/x.py::test_b"], "": ["tests/x.py::c"]}
+    assert mutants.nearest(mutant, {CERTAINTY: reach}) == [own, "tests/x.py::test_b"]
+    other = mutant._replace(statement="another")
+    assert mutants.nearest(other, {CERTAINTY: reach}) == [own, "tests/x.py::c"]
+    assert mutants.nearest(mutant, {}) == [own]
+    rest = mutants.around(mutant, [own])
+    assert own not in rest
+    assert "tests/routes/test_codes.py" in rest
+
+
+@pytest.mark.parametrize(
+    ("answers", "found"),
+    [
+        (["test_a", ""], ("killed", "test_a")),
+        (["test_a", "test_a"], ("untold", "test_a")),
+        (["", "test_b", ""], ("killed", "test_b")),
+        (["", ""], ("survived", "")),
+        ([None, ""], ("timeout", "")),
+        ([None, None], ("untold", "")),
+    ],
+)
+def test_a_verdict_is_held_against_the_code_as_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, answers: list[str | None], found: Any
+) -> None:
+    """A test counts that fails with the mutant, and passes where the file is but written anew."""
+    mutant = mutations.mutants(CERTAINTY)[0]
+    slip = mutations.source((ROOT / CERTAINTY).read_text(), mutant)
+    sources = iter(answers)
+
+    def failing(folder: Path, *_: Any) -> str | None:
+        seen.append((folder / CERTAINTY).read_text() == slip)
+        return next(sources)
+
+    seen: list[bool] = []
+    monkeypatch.setattr(mutants, "COPIED", ("rigidpend",))
+    monkeypatch.setattr(mutants, "failing", failing)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "none"))
+    desk = mutants.Desk(tmp_path / "desk", 1, {}, 7.0, quick=False)
+    verdict = desk.judge(mutant)
+    assert (verdict.found, verdict.by) == found
+    assert seen[0]
+    assert seen[-1] is (found == ("survived", ""))
+    copy = tmp_path / "desk" / "0" / CERTAINTY
+    assert copy.read_text() == (ROOT / CERTAINTY).read_text(), "it is undone"
+
+
+def test_verdicts_are_kept_and_the_last_one_counts(tmp_path: Path) -> None:
+    kept, mutant = tmp_path / "new" / "verdicts.txt", mutations.mutants(CERTAINTY)[0]
+    for found in ("open", "killed"):
+        mutants.Verdicts(kept).add(mutant, mutants.Verdict(found, "test_a", 3.0))
+    assert mutants.Verdicts(kept) == {str(mutant): ("killed", "test_a", 3.0)}
+
+
+def test_the_share_is_of_those_that_were_judged(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    chosen = mutations.mutants(CERTAINTY)[:6]
+    verdicts = mutants.Verdicts(tmp_path / "kept")
     for mutant, found in zip(chosen, ["killed", "timeout", "survived", "killed"], strict=False):
-        verdicts.add(mutant, found)
+        verdicts.add(mutant, mutants.Verdict(found, "", 1.0))
     assert mutants.told(chosen, verdicts, {chosen[4]: "why"}) == 75
     said = capsys.readouterr().out
-    assert "1 declared equivalent" in said
-    assert "75.0 % killed of the 4 that are not equivalent" in said
-    assert "60.0 % killed of all 5 that were drawn" in said
-    assert f"equivalent: {chosen[4]}: why" in said
+    assert "| routes | 6 | 1 | 2 | 1 | 1 | 0 | 0 | 1 |" in said
+    assert "75.0 % killed of 4 that were judged" in said
     assert said.count("survived: ") == 1
-    assert f"survived: {chosen[2]}" in said
-
-
-def test_verdicts_that_are_kept_are_those_of_this_code(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    kept = tmp_path / "new" / "verdicts.txt"
-    mutant = mutations.mutants(CERTAINTY)[0]
-    mutants.Verdicts(kept).add(mutant, "open")
-    mutants.Verdicts(kept).add(mutant, "killed")
-    assert mutants.Verdicts(kept) == {str(mutant): "killed"}
-    monkeypatch.setattr(mutants, "files", lambda: [ARCS])
-    with pytest.raises(SystemExit, match="on other code"):
-        mutants.Verdicts(kept)
-
-
-@pytest.mark.parametrize(("again", "judged"), [((), [1, 3, 4]), (("--again",), [1, 2, 3, 4])])
-def test_a_run_that_was_stopped_goes_on_where_it_was(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    again: Sequence[str],
-    judged: Sequence[int],
-) -> None:
-    monkeypatch.setattr(mutants, "files", lambda: [CERTAINTY])
-    every = mutations.mutants(CERTAINTY)
-    chosen = random.Random(3).sample(every, 6)
-    verdicts = mutants.Verdicts(tmp_path / "kept")
-    for mutant, found in zip(chosen, ["killed", "open", "survived"], strict=False):
-        verdicts.add(mutant, found)
-    asked: list[mutations.Mutant] = []
-
-    def run(open_: list[mutations.Mutant], _: int, __: float, known: mutants.Verdicts) -> None:
-        asked.extend(open_)
-        for mutant in open_:
-            known.add(mutant, "killed")
-
-    monkeypatch.setattr(mutants, "run", run)
-    monkeypatch.setattr(mutants, "equivalent", lambda: {chosen[5]: "why"})
-    options = ["--seed=3", "--count=6", "--least=81", f"--keep={tmp_path / 'kept'}"]
-    monkeypatch.setattr("sys.argv", ["mutants", *options, *again])
-    assert mutants.main() == (0 if again else 1), "4 of 5, or all"
-    assert asked == [chosen[k] for k in judged]
-    assert f"6 of {len(every)} mutants, {len(judged)} to be judged" in capsys.readouterr().out
-
-
-def desk(folder: Path, monkeypatch: pytest.MonkeyPatch, *paths: str) -> mutants.Desk:
-    """A desk whose copy holds these files only, with compiled code and a map of the code as is."""
-    monkeypatch.setattr(mutants, "COPIED", ())
-    made = mutants.Desk(folder, 1, 7.0)
-    for path in paths:
-        (folder / "0" / path).parent.mkdir(parents=True, exist_ok=True)
-        (folder / "0" / path).write_text((ROOT / path).read_text())
-        for test in mutants.quick_of(path):
-            (folder / "0" / test).parent.mkdir(parents=True, exist_ok=True)
-            (folder / "0" / test).touch()
-    for kind in ("maps", "kernels"):
-        (folder / "compiled" / "rigidpend" / kind).mkdir(parents=True)
-    return made
-
-
-@pytest.mark.parametrize(("path", "kinds"), [(ARCS, ["kernels"]), (CERTAINTY, ["kernels", "maps"])])
-def test_a_mutant_is_alone_with_what_it_compiles_and_is_undone(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, path: str, kinds: list[str]
-) -> None:
-    mutant, calls = mutations.mutants(path)[0], []
-    made = desk(tmp_path, monkeypatch, path)
-    quick, room = mutants.quick_of(path), mutants.room_of(path)[1]
-
-    def passes(folder: Path, tests: Any, cache: Path, limit: float, *, wide: bool) -> bool:
-        assert (folder / path).read_text() == mutations.source(mutant)
-        assert cache != made.compiled
-        calls.append((tests, limit, wide, sorted(x.name for x in (cache / "rigidpend").iterdir())))
-        (cache / "rigidpend" / "of the mutant").mkdir(exist_ok=True)
-        return not wide
-
-    monkeypatch.setattr(mutants, "passes", passes)
-    made.limits = {room: 11.0, mutants.WIDE: 12.0}
-    assert made.judge(mutant) == "open"
-    assert made.judge(mutant, wide=True) == "killed"
-    first, second, last = calls
-    assert first == (quick, 11.0, False, kinds)
-    assert second == (room, 11.0, False, sorted([*kinds, "of the mutant"]))
-    assert last == (mutants.WIDE, 12.0, True, kinds), "nothing of the call before"
-    assert (tmp_path / "0" / path).read_text() == (ROOT / path).read_text()
-    assert made.free.qsize() == 1
-
-
-def test_who_survives_his_own_tests_sits_through_the_wide_ones(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    first, second, third = mutations.mutants(CERTAINTY)[:3]
-    judged, measured = [], []
-
-    def judge(_: Any, mutant: mutations.Mutant, *, wide: bool) -> str:
-        judged.append((mutant, wide))
-        return "survived" if wide else "killed" if mutant == second else "open"
-
-    monkeypatch.setattr(mutants, "COPIED", ())
-    monkeypatch.setattr(mutants.Desk, "judge", judge)
-    monkeypatch.setattr(mutants.Desk, "measure", lambda _, tests: measured.append(tests))
-    verdicts = mutants.Verdicts(None)
-    verdicts.add(third, "open")
-    mutants.run([first, second, third], 1, 0, verdicts)
-    assert judged == [(first, False), (second, False), (first, True), (third, True)]
-    assert measured == [mutants.room_of(CERTAINTY)[1], mutants.WIDE]
-    found = {str(first): "survived", str(second): "killed", str(third): "survived"}
-    assert verdicts == found
+    assert f"survived: {chosen[2].line}: {chosen[2]}" in said

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy as np
 import pytest
 
 import rigidpend
+from docs import notebooks
 from rigidpend.notebook import SampledOrbit
 from rigidpend.results import store
 from tests.config.samples import SMALL, changed, written
@@ -148,15 +148,19 @@ def test_what_is_wrong_is_said_as_on_the_command_line(tmp_path: Path) -> None:
         rigidpend.load(tmp_path / "none.h5")
 
 
-def test_the_tour_notebook_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every cell of the notebook in the documentation, in their order, in one name space."""
+@pytest.mark.slow
+def test_every_cell_of_the_notebooks_runs_and_is_shown_with_its_outcome(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pytest.importorskip("xarray")
     monkeypatch.chdir(tmp_path)
-    cells = json.loads((ROOT / "docs" / "notebook.ipynb").read_text(encoding="utf-8"))["cells"]
-    codes = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
-    space: dict[str, Any] = {}
-    for code in codes:
-        exec(code, space)
-    assert len(codes) >= 6
-    assert space["routes"].name == "fig4_mu=0.01"
+    tour, codes = (
+        notebooks.page(ROOT / "docs" / f"{name}.ipynb", tmp_path) for name in ("notebook", "codes")
+    )
     assert (tmp_path / "results" / "fig4_mu=0.01.h5").is_file()
+    assert (tmp_path / "notebook-1.png").read_bytes().startswith(b"\x89PNG")
+    assert "![](notebook-1.png)" in tour
+    # What is found has the code that it was found by.
+    assert tour.count("```python") >= 6
+    assert "['0001101']" in codes
+    assert "(['proven'], array([0, 1, 0, 0], dtype=uint8))" in codes

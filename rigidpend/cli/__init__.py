@@ -14,6 +14,7 @@ from rigidpend.cli import (
     common,
     completion,
     describe,
+    doctor,
     find,
     listing,
     reference,
@@ -61,6 +62,6 @@ def main() -> None:
 
 for _module in (
     *(run, render, report, listing, describe, theory, find),
-    *(certify, verify, reference, bench, stress, cache, completion),
+    *(certify, verify, reference, bench, stress, cache, doctor, completion),
 ):
     main.add_command(_module.command)

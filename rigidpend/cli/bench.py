@@ -31,7 +31,7 @@ def command(
       rigidpend bench --quick
       rigidpend bench --set search.seconds=1 --json
     """
-    from rigidpend.experiments.bench.measuring import reading
+    from rigidpend.experiments.bench import report
     from rigidpend.machine import tables
     from rigidpend.results import store
 
@@ -39,9 +39,9 @@ def command(
     result = store.load(measured("bench", quick, settings, folder, force=force, jobs=1))
     machine = result["provenance"]
     if as_json:
-        print_json({"machine": machine, **reading.summary(result["data"])})
+        print_json({"machine": machine, **report.summary(result["data"])})
         return
     click.echo(f"{machine['processor']}, {machine['system']}; {machine['created']}\n")
-    for table in reading.tables(result["data"]):
+    for table in report.tables(result):
         for line in tables.terminal(table):
             click.echo(line)

@@ -10,7 +10,17 @@ from typing import TYPE_CHECKING
 import click
 
 from rigidpend.cli import complete
-from rigidpend.cli.common import JOBS, JSON, OUT, SETTINGS, guarded, print_json, say
+from rigidpend.cli.common import (
+    JOBS,
+    JSON,
+    OUT,
+    SCHEDULER,
+    SETTINGS,
+    check_scheduler,
+    guarded,
+    print_json,
+    say,
+)
 
 if TYPE_CHECKING:
     from rigidpend.runs.certificates import Summary, Theorem
@@ -19,8 +29,10 @@ if TYPE_CHECKING:
 @click.command("certify")
 @click.argument("names", nargs=-1, metavar="[NAME|FILE.yaml]...", shell_complete=complete.names)
 @SETTINGS
+@click.option("--name", metavar="NAME", help="Name of the certificate, for one config.")
 @OUT
 @JOBS
+@SCHEDULER
 @click.option(
     "--check",
     "file",
@@ -33,8 +45,10 @@ if TYPE_CHECKING:
 def command(
     names: tuple[str, ...],
     settings: tuple[str, ...],
+    name: str | None,
     folder: Path,
     jobs: int | None,
+    scheduler: str | None,
     file: Path | None,
     force: bool,
     as_json: bool,
@@ -48,11 +62,12 @@ def command(
     \b
     Examples:
       rigidpend certify fig4
-      rigidpend certify fig4 --set problem.J1_0=1e-12 --out elsewhere
+      rigidpend certify fig4 --set problem.J1_0=1e-12 --name lower
       rigidpend certify --check results/fig4.certificate.h5
     """
     if bool(names) == bool(file):
         raise click.UsageError("give names of configs, or a certificate with --check")
+    check_scheduler(scheduler)
     from rigidpend.config.names import resolve
     from rigidpend.machine.workers import cores
     from rigidpend.runs import certificates, loading
@@ -61,20 +76,25 @@ def command(
     told: dict[str, Sequence[Summary | Theorem]] = {}
     if file:
         told[str(file)] = certificates.check(file, jobs=jobs or cores(), report=say)
-    for loaded in loading.load_all(resolve(names), settings) if names else ():
+    paths = resolve(names)
+    if name is not None and len(paths) != 1:
+        raise click.UsageError("--name is for one config; the others keep their names")
+    groups = loading.load_groups(paths, settings, (), name)
+    for loaded in (each for group in groups for each in group.members):
         told[loaded.name] = certificates.certify(
             loaded,
             folder,
             jobs=jobs or cores(),
             report=partial(_say, loaded.name),
             force=force,
+            scheduler=scheduler,
         )
     if as_json:
-        print_json({name: [each._asdict() for each in found] for name, found in told.items()})
+        print_json({of: [each._asdict() for each in found] for of, found in told.items()})
     else:
-        for name, found in told.items():
+        for of, found in told.items():
             for each in found:
-                click.echo(f"{name}: {each}")
+                click.echo(f"{of}: {each}")
 
 
 def _say(name: str, text: str) -> None:

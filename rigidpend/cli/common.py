@@ -108,6 +108,11 @@ SWEEPS = click.option(
 JOBS = click.option(
     "-j", "--jobs", type=click.IntRange(1), help="Threads; all processors if not given."
 )
+SCHEDULER = click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Let the workers of this Dask scheduler compute, as tcp://host:8786 (extra `cluster`).",
+)
 JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 
 
@@ -133,7 +138,7 @@ def guarded(command: Command) -> Command:
             code, said = signals.conclude(signals.came() or signal.SIGINT, say)
             _document_failure(kwargs, said, code)
             sys.exit(code)
-        except Exception as error:
+        except Exception as error:  # noqa: BLE001
             code = exit_code(error)
             # stdout may be what failed, as on a full disk: flushed at the end it would fail again.
             if isinstance(error, OSError):
@@ -191,6 +196,17 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
 def brief(said: str) -> str:
     """A message in which words of more than `MOST` characters lack their middle."""
     return re.sub(rf"\S{{{MOST + 1},}}", lambda word: f"{word[0][:60]}...{word[0][-60:]}", said)
+
+
+def check_scheduler(address: str | None) -> None:
+    """Refuse an address that no scheduler has; say where its client is absent."""
+    if address is None:
+        return
+    from rigidpend.runs import cluster
+
+    if said := cluster.complaint(address):
+        raise click.UsageError(f"--scheduler: {said}")
+    cluster.check_extra()
 
 
 def folder_of(path: Path, folder: Path) -> Path:

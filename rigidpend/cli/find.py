@@ -2,12 +2,26 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from rigidpend.cli import complete
-from rigidpend.cli.common import JSON, SETTINGS, guarded, print_json, print_table, say
+from rigidpend.cli.common import (
+    DONE,
+    FAILED,
+    JOBS,
+    JSON,
+    SCHEDULER,
+    SETTINGS,
+    check_scheduler,
+    guarded,
+    print_json,
+    print_table,
+    say,
+)
 
 if TYPE_CHECKING:
     from rigidpend.routes.symbolic import FoundOrbit
@@ -20,14 +34,19 @@ SHOWN = 400
 @click.argument("name", default="fig4", metavar="[NAME|FILE.yaml]", shell_complete=complete.names)
 @click.option(
     "--code",
+    "codes",
     required=True,
+    multiple=True,
     metavar="CODE",
-    help="Symbols, 0011, or each with its half rotations, 'a 0^11 1^10 1^11'.",
+    help="Symbols, 0011, or each with its half rotations, 'a 0^11 1^10 1^11'. Given again it is"
+    " one of many codes, of which each orbit is a row.",
 )
 @click.option(
     "--near",
     metavar="PHASE",
-    help="Take the half rotations of this theta2_0 (radians), as far as it has the code.",
+    help="Of the orbits with the code, the one whose passages take the half rotations of this"
+    " theta2_0 (radians), as far as it has the code: in fig5 00011 begins at 5.5225, and --near"
+    " 1.02 finds 1.0199999999988.",
 )
 @click.option(
     "--digits", type=int, default=28, show_default=True, help="Digits of theta2_0 behind the point."
@@ -36,19 +55,24 @@ SHOWN = 400
     "--decimals",
     type=int,
     metavar="N",
-    help="List all phases with N decimals, 0 to 4, whose orbits have the code.",
+    help="List all phases with N decimals, 0 to 4, whose orbits have the code: with 2 all of 0.00"
+    " to 6.28 are tried.",
 )
 @SETTINGS
 @JSON
+@JOBS
+@SCHEDULER
 @guarded
 def command(
     name: str,
-    code: str,
+    codes: tuple[str, ...],
     near: str | None,
     digits: int,
     decimals: int | None,
     settings: tuple[str, ...],
     as_json: bool,
+    jobs: int | None,
+    scheduler: str | None,
 ) -> None:
     """Find the initial phase whose orbit has a given route code.
 
@@ -62,39 +86,94 @@ def command(
       rigidpend find fig4 --code 0001101
       rigidpend find fig5 --code 00011 --near 1.02
       rigidpend find fig5 --code 00011 --decimals 2
+      rigidpend find fig4 --code 0001 --code 0010 --code 0011
       rigidpend find fig4 --code "0^11 1^10 1^11" --digits 45 --json
     """
+    check_scheduler(scheduler)
     from rigidpend.config.names import resolve
+    from rigidpend.machine.workers import cores
     from rigidpend.runs import loading
 
     [path, *others] = resolve((name,))
     if others:
         raise click.UsageError("find is about one config, not all")
-    problem: Any = loading.load(path, settings).content.problem
+    loaded = loading.load(path, settings)
+    problem: Any = loaded.content.problem
     if not all(hasattr(problem, each) for each in ("body", "h0", "J1_0")):
         raise click.UsageError(f"{path} has not one body, h0 and J1_0, as fig4 and fig5 have")
     given = {name: getattr(problem, name) for name in ("body", "h0", "J1_0")}
+    many = jobs or cores()
     if decimals is not None:
         if near is not None:
             raise click.UsageError("--decimals lists orbits, and --near chooses one: give one")
-        _list(code, decimals, given, as_json)
+        if len(codes) > 1 or scheduler:
+            raise click.UsageError("--decimals lists orbits of one code, on this machine")
+        _list(codes[0], decimals, given, as_json, many)
+        return
+    given |= {"near": near, "digits": digits}
+    if len(codes) > 1 or scheduler:
+        _many(list(dict.fromkeys(codes)), given, as_json, many, loaded.experiment, scheduler)
         return
     from rigidpend.routes.symbolic import find_orbit
 
-    found = find_orbit(code=code, near=near, digits=digits, **given)
+    found = find_orbit(code=codes[0], jobs=many, **given)
     if as_json:
         print_json(_document(found))
     else:
         print_table(_rows(found))
 
 
-def _list(code: str, decimals: int, given: dict[str, Any], as_json: bool) -> None:
+def _many(
+    codes: Sequence[str],
+    given: dict[str, Any],
+    as_json: bool,
+    jobs: int,
+    experiment: str,
+    scheduler: str | None,
+) -> None:
+    """Print the orbits of many codes, a row for each; exit code 1 where one has none."""
+    from rigidpend.machine.workers import side_by_side
+
+    if scheduler is None:
+        documents = side_by_side(_found, (given,), True, codes, jobs)
+    else:
+        from rigidpend.experiments.contract import Piece
+        from rigidpend.runs import cluster
+
+        pieces = [Piece(str(k), _found, (code, given)) for k, code in enumerate(codes)]
+        come = cluster.gathered(scheduler, experiment, "taylor", pieces, say)
+        by_name = {name: found for found, name, _ in come}
+        documents = [by_name[piece.name] for piece in pieces]
+    if as_json:
+        print_json(documents)
+    else:
+        print_table([_row(document) for document in documents])
+    sys.exit(FAILED if any("error" in document for document in documents) else DONE)
+
+
+def _found(code: str, given: dict[str, Any]) -> dict[str, Any]:
+    """The orbit of a code as plain data, or why there is none."""
+    from rigidpend.routes.symbolic import NoOrbit, find_orbit
+
+    try:
+        return {"code": code} | _document(find_orbit(code=code, **given))
+    except NoOrbit as error:
+        return {"code": code, "error": str(error)}
+
+
+def _row(document: dict[str, Any]) -> tuple[str, str, str]:
+    if "error" in document:
+        return document["code"], "-", document["error"]
+    confirmed = f"{document['confirmed']} of {len(document['symbols'])} symbols confirmed"
+    return document["code"], document["theta2_0"], f"{document['address']}; {confirmed}"
+
+
+def _list(code: str, decimals: int, given: dict[str, Any], as_json: bool, jobs: int) -> None:
     """Print the round phases of a code."""
-    from rigidpend.machine.workers import cores
     from rigidpend.routes.symbolic import NoOrbit
     from rigidpend.routes.symbolic.follow import round_phases
 
-    found = round_phases(code=code, decimals=decimals, jobs=cores(), **given)
+    found = round_phases(code=code, decimals=decimals, jobs=jobs, **given)
     if not found.theta2_0:
         raise NoOrbit(
             f"none of the {found.tried} phases with {decimals} decimals has this code: try one more"
@@ -134,7 +213,7 @@ def _document(found: FoundOrbit) -> dict[str, Any]:
         "theta2_0": str(found.theta2_0),
         "address": str(address),
         "first": address.first,
-        "symbols": list(address.symbols),
+        "symbols": "".join(map(str, address.symbols)),
         "half_turns": list(address.half_turns or ()),
         **{
             name: getattr(found, name)

@@ -24,11 +24,15 @@ from rigidpend.config import catalogue
     show_default=True,
     help="Format of the figure.",
 )
+@click.option("--force", is_flag=True, help="Draw figures that are up to date as well.")
 @guarded
-def command(names: tuple[str, ...], sweeps: tuple[str, ...], folder: Path, suffix: str) -> None:
+def command(
+    names: tuple[str, ...], sweeps: tuple[str, ...], folder: Path, suffix: str, force: bool
+) -> None:
     """Draw stored results as FOLDER/NAME.png, a RESULT.h5 beside itself.
 
-    The results of a sweep are drawn one by one, and together where their experiment says how.
+    A figure of the same result, drawn by the same code, is kept. The results of a sweep are
+    drawn one by one, and together where their experiment says how.
 
     \b
     Examples:
@@ -47,11 +51,15 @@ def command(names: tuple[str, ...], sweeps: tuple[str, ...], folder: Path, suffi
             check_stop()
             _check_there(source, path.stem)
             target = source.parent / f"{source.stem}.{suffix}"
-            drawing.render(source, target)
-            say(f"{source.stem}: {target} drawn")
+            _tell(source.stem, target, drawing.render(source, target, force=force))
         together = sources[0].parent / f"{title}.{suffix}"
-        if len(sources) > 1 and drawing.render_together(sources, together):
-            say(f"{title}: {together} drawn")
+        if len(sources) > 1:
+            _tell(title, together, drawing.render_together(sources, together, force=force))
+
+
+def _tell(name: str, target: Path, drawn: bool | None) -> None:
+    if drawn is not None:
+        say(f"{name}: {target} {'drawn' if drawn else 'up to date'}")
 
 
 def _members(path: Path, sweeps: tuple[str, ...]) -> tuple[str, list[str]]:

@@ -19,8 +19,10 @@ from rigidpend.cli.common import (
     JSON,
     NAMES,
     OUT,
+    SCHEDULER,
     SETTINGS,
     SWEEPS,
+    check_scheduler,
     exit_code,
     folder_of,
     guarded,
@@ -34,6 +36,9 @@ if TYPE_CHECKING:
     from rigidpend.runs.logs import Logs
     from rigidpend.runs.recalled import AnyConfig
     from rigidpend.runs.runner import Plan
+
+CLUSTERED = 32
+"""Configs at a time that a cluster computes: each takes a thread here, which waits."""
 
 
 @dataclass
@@ -73,11 +78,7 @@ class Where(NamedTuple):
 @click.option("--name", metavar="NAME", help="Name of the result, for one config.")
 @OUT
 @JOBS
-@click.option(
-    "--scheduler",
-    metavar="ADDRESS",
-    help="Let the workers of this Dask scheduler compute, as tcp://host:8786 (extra `cluster`).",
-)
+@SCHEDULER
 @click.option("--force", is_flag=True, help="Compute even what is up to date.")
 @click.option(
     "-n", "--dry-run", is_flag=True, help="Only print what would be computed, and the reason."
@@ -135,8 +136,7 @@ def command(
     if name is not None and len(paths) > 1:
         raise click.UsageError("--name is for one config; the results of several keep their names")
     groups = recalled.load_groups(paths, settings, sweeps, name)
-    if scheduler is not None:
-        _check_scheduler(scheduler, [each for x in groups for each in x.members])
+    check_scheduler(scheduler)
     named = [(folder_of(x.path, folder), each, x.path) for x in groups for each in x.members]
     _check_twins([(place / each.name, path) for place, each, path in named])
     planned = [_plan(each, place, force, keep_going) for place, each, _ in named]
@@ -144,7 +144,8 @@ def command(
     code = max((code for *_, code in planned), default=DONE)
     waiting = [(plan, outcome) for plan, outcome, _ in planned if plan and plan.reason]
     shared = jobs or workers.cores()
-    at_once = 1 if len(groups) > 1 else min(len(waiting), shared)
+    # A cluster takes configs as they come; here one after the other has all threads.
+    at_once = min(len(waiting), CLUSTERED if scheduler else 1 if len(groups) > 1 else shared)
     expected = {x.name: cost for plan, x in waiting if (cost := runner.expected_seconds(plan))}
     course = progress.Course(len(waiting), expected, at_once)
     shown = progress.Progress(course, sys.stderr, begun, quiet=quiet, verbose=verbose)
@@ -156,23 +157,6 @@ def command(
             where = Where(shared, at_once, scheduler)
             code = max(code, _compute(waiting, shown, where, keep_going))
     sys.exit(code)
-
-
-def _check_scheduler(address: str, loaded: Sequence[AnyConfig]) -> None:
-    """Refuse a cluster where its client is absent, or for an experiment that it cannot serve."""
-    from rigidpend import experiments
-    from rigidpend.runs import cluster
-
-    if said := cluster.complaint(address):
-        raise click.UsageError(f"--scheduler: {said}")
-    cluster.check_extra()
-    for each in loaded:
-        if not experiments.in_pieces(each.experiment):
-            served = ", ".join(name for name in experiments.names() if experiments.in_pieces(name))
-            raise click.UsageError(
-                f"--scheduler: {each.name} is of the experiment {each.experiment}, which is"
-                f" computed on one machine; a cluster serves {served}"
-            )
 
 
 def _check_twins(named: Sequence[tuple[Path, Path]]) -> None:
@@ -273,7 +257,7 @@ def _follow(planned: Plan, outcome: RunOutcome, shown: Progress, logs: Logs, whe
         jobs = max(1, where.jobs // where.at_once)
         runner.follow(planned, jobs=jobs, say=hear, scheduler=where.scheduler)
         outcome.status = "computed"
-    except Exception as error:
+    except Exception as error:  # noqa: BLE001
         code, outcome.status = exit_code(error), "failed"
         outcome.error = sentence(error, lambda it: logs.failure(name, it))
         logs.hear(name, f"failed: {outcome.error}")

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +16,10 @@ from rigidpend.cli.common import (
     DONE,
     FAILED,
     FOLDER,
-    INTERNAL,
     JOBS,
     JSON,
     NAMED,
     SETTINGS,
-    exit_code,
     guarded,
     print_json,
     say,
@@ -63,7 +62,8 @@ def command(
     compare with.
 
     With --set, where no stored result is of that problem, the reference is computed too: by
-    the Taylor engine, and DOP853 is compared with it.
+    the Taylor engine, and DOP853 is compared with it. Where they differ by no more than DOP853 at
+    two tolerances differs from itself, nothing is decided, and the exit code is 3.
 
     \b
     Examples:
@@ -73,17 +73,22 @@ def command(
       rigidpend verify fig4 --set problem.mu=0.01
     """
     from rigidpend.config.names import resolve
+    from rigidpend.machine import progress
     from rigidpend.machine.workers import check_stop
 
     everything = not names or "all" in names
     paths = resolve(names or ("all",))
     folders = [reference] if reference else references()
     found = []
-    for path in paths:
-        check_stop()
-        found.append(_compared(path, settings, folders, results, jobs))
-        if not as_json:
-            _tell(found[-1])
+    with progress.shown(len(paths)) as display:
+        for path in paths:
+            check_stop()
+            hear = partial(display.hear, path.stem)
+            found.append(_compared(path, settings, folders, results, jobs, hear))
+            display.end(well=False, name=path.stem)
+            display.clear()
+            if not as_json:
+                _tell(found[-1])
     # Where everything is compared, a reference that no config makes is a difference as well.
     strays = _strays(folders[0], {path.stem for path in paths}) if everything else []
     same = not strays and all(one["same"] for one in found)
@@ -115,41 +120,43 @@ def _compared(
     folders: Sequence[Path],
     results: Path | None,
     jobs: int | None,
+    hear: Callable[[str], None],
 ) -> Any:
     """Compute one experiment and compare it, as plain data."""
-    from rigidpend.machine import files, words, workers
+    from rigidpend.machine import files, workers
     from rigidpend.results import store
     from rigidpend.runs import certificate_files as storage
     from rigidpend.runs import loading, regression
 
-    loaded, many = loading.load(path, settings), jobs or workers.cores()
+    loaded = loading.load(path, settings)
+    given: dict[str, Any] = {"jobs": jobs or workers.cores(), "report": hear}
     stored = path if path.suffix == ".h5" else _stored(loaded.name, folders)
     read = results / stored.name if results else None
     outcome: dict[str, Any] = {"name": loaded.name, "reference": str(stored), "same": False}
-    outcome["absent"] = False
+    outcome |= {"absent": False, "undecided": [], "error": None, "differences": []}
     try:
         # The certificate of what is read, if results are given; else that of the reference.
         proof = storage.beside(read or stored)
         # Settings of numerics leave the problem as it is: the stored reference stands.
         if settings and not read and not regression.is_of(loaded, stored):
             outcome["reference"], proof = ENGINES, None
-            found = regression.verify_by_engines(loaded, jobs=many)
+            referee = regression.verify_by_engines(loaded, **given)
+            found, undecided = referee.differences, referee.undecided
+            outcome["tolerances"] = referee.tolerances
         else:
-            found = regression.verify(loaded, stored, jobs=many, fresh=read, certificate=proof)
+            found = regression.verify(loaded, stored, fresh=read, certificate=proof, **given)
+            undecided = []
     except store.StoreError as error:
         absent = isinstance(error, files.Absent)
         mend = "" if stored.exists() else f"; call: rigidpend reference {path} --reason WHY"
-        return {**outcome, "absent": absent, "error": f"{error}{mend}", "differences": []}
-    except (LookupError, ValueError, ZeroDivisionError) as error:
-        if exit_code(error) != INTERNAL:
-            raise
-        # A file may hold any values: what a comparison makes of them cannot be foreseen.
-        said = f"{stored}: cannot be compared: {words.error(error)}"
-        return {**outcome, "error": said, "differences": []}
-    listed = [_parts(difference) for difference in found]
+        return {**outcome, "absent": absent, "error": f"{error}{mend}"}
+    told: dict[str, Any] = {
+        "same": not found and not undecided,
+        "absent": bool(undecided and not found),
+    }
     proven = storage.count(proof) if proof else 0
-    told = {"same": not found, "error": None, "differences": listed, "proven": proven}
-    return {**outcome, **told}
+    told |= {"differences": [_parts(x) for x in found], "proven": proven}
+    return {**outcome, **told, "undecided": [_parts(x) for x in undecided]}
 
 
 def _parts(difference: Any) -> dict[str, Any]:
@@ -169,12 +176,20 @@ def _tell(outcome: dict[str, Any]) -> None:
     if outcome["error"]:
         say(f"rigidpend: {outcome['error']}")
         return
-    verdict = "the same as in" if outcome["same"] else "differs from"
+    same, undecided = outcome["same"], outcome["undecided"]
+    verdict = "the same as in" if same else "differs from"
     if outcome["reference"] == ENGINES:
-        verdict = "the same by" if outcome["same"] else "differs by"
+        verdict = "the same by" if same else "differs by"
+        verdict = "not decided by" if undecided and not outcome["differences"] else verdict
     proven = f"; {outcome['proven']} symbols are proven" if outcome["proven"] else ""
     click.echo(f"{outcome['name']}: {verdict} {outcome['reference']}{proven}")
     for difference in outcome["differences"]:
+        click.echo(f"  {difference['said']}")
+    if undecided:
+        fine, coarse = outcome["tolerances"]
+        said = f"DOP853 differs as much from itself, at tolerances {fine:g} and {coarse:g}:"
+        click.echo(f"  undecided, for {said}")
+    for difference in undecided:
         click.echo(f"  {difference['said']}")
 
 

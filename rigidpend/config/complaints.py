@@ -48,12 +48,16 @@ class Complaint:
     origin: Origin
     place: Place
     message: str
+    configs: tuple[str, ...] = ()
+    """Names of the configs that an option does not fit, where it fits others."""
 
     def __str__(self) -> str:
         path = plain(clipped(".".join(map(str, self.place))))
         middle = f" {path}:" if path else ""
         message = plain(clipped(self.message))
-        return f"{plain(clipped(str(self.origin)))}:{middle} {message}{self.origin.shown()}"
+        configs = f"{plain(clipped(', '.join(self.configs)))}: " if self.configs else ""
+        where = f"{configs}{plain(clipped(str(self.origin)))}"
+        return f"{where}:{middle} {message}{self.origin.shown()}"
 
 
 class ConfigError(ValueError):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -25,9 +25,6 @@ from rigidpend.numbers.exact import Exact, exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import melnikov
-
-if TYPE_CHECKING:
-    pass
 
 
 def rows(body: Body, h0: Scalar, J1_0: Scalar = None) -> list[Row]:
@@ -71,7 +68,8 @@ def rows(body: Body, h0: Scalar, J1_0: Scalar = None) -> list[Row]:
 def of(problem: Any) -> list[Row]:
     """Make the table of a config's body; empty where the config has not one body and h0."""
     body, h0 = getattr(problem, "body", None), getattr(problem, "h0", None)
-    if body is None or h0 is None:
+    # An experiment may ask for several energies at once.
+    if body is None or not isinstance(h0, Exact):
         return []
     return rows(body, h0, getattr(problem, "J1_0", None))
 

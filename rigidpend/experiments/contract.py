@@ -77,6 +77,8 @@ class Means(NamedTuple):
     """Checkpoint: ``part(name, compute)`` is ``compute()``, kept for an interrupted run."""
     pieces: Callable[[Sequence[Piece]], Iterator[Tree]] = compute_in_order
     """Checkpoints whose functions and arguments may go to other machines; trees in their order."""
+    away: bool = False
+    """True if pieces are computed by other machines, which take many small ones best."""
 
 
 class Declaring(Protocol):
@@ -93,7 +95,8 @@ class Computation(Protocol[C_contra]):
     It may also have ``cost(config)``, an estimate of the seconds that :meth:`compute` takes on
     two cores, from what was measured of it: `run -n` tells it, and the time left begins with it;
     and ``describe(config)``, rows on what follows from a config beside what follows from its body.
-    ``PIECES = True`` says that all its work goes through ``means.pieces``: a cluster can do it.
+    ``PIECES = True`` says that all its work goes through ``means.pieces``, so that a cluster shares
+    it; what does not, a worker of the cluster computes as a whole.
     """
 
     def compute(self, config: C_contra, means: Means) -> Tree:

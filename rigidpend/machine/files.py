@@ -128,6 +128,21 @@ def make_way(path: Path) -> None:
         raise StoreError(f"{path}: {message}")
 
 
+def write(path: Path, content: bytes, *, lasting: bool = True) -> None:
+    """Write a file whole, as :func:`replace` does, and say in a sentence where that fails.
+
+    Raises
+    ------
+    StoreError
+        It cannot be written; what was there before is untouched.
+    """
+    make_way(path)
+    try:
+        replace(path, content, lasting=lasting)
+    except OSError as error:
+        raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
 def replace(path: Path, content: bytes, *, lasting: bool = True) -> None:
     """Give a file new content in one step, so that no reader sees half of it.
 

@@ -5,15 +5,26 @@ Neither colours nor other control sequences are written, only carriage returns o
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
+import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any, Self
 
 PERIOD = 0.5
 """Seconds between changes of the line on a terminal."""
+PATIENCE, LOG_PATIENCE = 3.0, 30.0
+"""Seconds of silence before a line that changes, and before lines that stay."""
+BETWEEN = 2.0
+"""Seconds between lines on parts, where each line stays."""
+RECENT = 4.0
+"""Power of the share that was done by which a part weighs: the last fifth weighs 0.6 of all."""
+BELIEF = 0.05
+"""Share after which an experiment's own pace counts as much as what was expected of it."""
 
 
 class PartDone(str):
@@ -25,6 +36,40 @@ class PartDone(str):
         self = super().__new__(cls, text)
         self.share = done / total
         return self
+
+
+@dataclass
+class _Pace:
+    """Pace of an experiment that is under way; late parts weigh more than early ones."""
+
+    begun: float
+    last: float
+    """When its last part was done."""
+    share: float = 0.0
+    time: float = 0.0
+    """Weighted seconds of the parts so far."""
+    done: float = 0.0
+    """Weighted shares of the same parts."""
+
+    def hear(self, share: float, now: float) -> None:
+        """Take up a part."""
+        if share <= self.share:
+            return
+        fading = (self.share / share) ** RECENT
+        self.time = fading * self.time + now - self.last
+        self.done = fading * self.done + share - self.share
+        self.last, self.share = now, share
+
+    def rest(self, expected: float | None, now: float) -> float | None:
+        """Estimate the seconds that are left; None where nothing tells."""
+        own = self.time / self.done if self.done else expected
+        if own is None:
+            return None
+        belief = self.share / (self.share + BELIEF)
+        whole = belief * own + (1 - belief) * (own if expected is None else expected)
+        left = (1 - self.share) * whole - (now - self.last)
+        # What takes longer than was expected, and never said how far it is, may take any time.
+        return None if left < 0 and not self.share else max(0.0, left)
 
 
 class Course:
@@ -50,34 +95,35 @@ class Course:
         self.total, self.done, self.last = total, 0, ("", "")
         self.begun: float | None = None
         self._expected, self._at_once = dict(expected or {}), max(1, at_once)
-        self._running: dict[str, tuple[float, float]] = {}
+        self._running: dict[str, _Pace] = {}
         self._took: dict[str, float] = {}
 
     def hear(self, name: str, text: str, now: float) -> None:
         """Take a line of an experiment that is under way."""
         self.last = name, text
         self.begun = now if self.begun is None else self.begun
-        begun, share = self._running.setdefault(name, (now, 0.0))
+        pace = self._running.setdefault(name, _Pace(now, now))
         if isinstance(text, PartDone):
-            share = max(share, text.share)
-        self._running[name] = begun, share
+            pace.hear(text.share, now)
 
     def end(self, now: float, name: str | None = None) -> None:
         """Note that an experiment is over, well or not: that name, or the one heard of last."""
         self.done += 1
         name = self.last[0] if name is None else name
-        begun, _ = self._running.pop(name, (now, 0.0))
-        self._took[name] = now - begun
+        pace = self._running.pop(name, None)
+        self._took[name] = now - pace.begun if pace else 0.0
 
     def left(self, now: float) -> float | None:
         """Estimate the seconds that the rest takes; None where nothing is known of it."""
         if self.begun is None:
             return None
-        waiting = self._waiting(now)
-        running = [self._rest(name, now) for name in self._running]
-        if waiting is None or None in running:
+        running = {name: self._rest(name, now) for name in self._running}
+        known = {name: x for name, x in running.items() if x is not None}
+        waiting = self._waiting(known, now)
+        if waiting is None or len(known) < len(running):
             return None
-        return (waiting + sum(filter(None, running))) / min(self._at_once, max(1, self._open()))
+        open_ = max(1, self.total - self.done)
+        return (waiting + sum(known.values())) / min(self._at_once, open_)
 
     def said(self, now: float) -> str:
         """Count of finished experiments, the time since the start, and the time left if known."""
@@ -90,41 +136,27 @@ class Course:
         """Text of the changing line."""
         return f"[{self.said(now)}] {': '.join(self.last)}"
 
-    def _open(self) -> int:
-        return self.total - self.done
+    def _expectation(self, name: str) -> float | None:
+        """Seconds that an experiment takes here, by what others took of what they were to take."""
+        expected = self._expected.get(name)
+        known = [each for each in self._took if each in self._expected]
+        whole = sum(self._expected[each] for each in known)
+        pace = sum(self._took[each] for each in known) / whole if whole > 0 else 1.0
+        return None if expected is None else expected * pace
 
-    def _pace(self) -> float:
-        """Seconds that an expected second takes here."""
-        known = [name for name in self._took if name in self._expected]
-        expected = sum(self._expected[name] for name in known)
-        return sum(self._took[name] for name in known) / expected if expected > 0 else 1.0
+    def _rest(self, name: str, now: float) -> float | None:
+        return self._running[name].rest(self._expectation(name), now)
 
-    def _waiting(self, now: float) -> float | None:
-        """Seconds of the experiments that have not begun."""
-        count = self._open() - len(self._running)
+    def _waiting(self, rests: Mapping[str, float], now: float) -> float | None:
+        """Seconds of the experiments that have not begun, by the rests of those that have."""
         begun = self._running.keys() | self._took.keys()
-        known = [x * self._pace() for name, x in self._expected.items() if name not in begun]
-        unknown = count - len(known)
+        known = [self._expectation(name) or 0.0 for name in self._expected if name not in begun]
+        unknown = self.total - self.done - len(self._running) - len(known)
         if unknown <= 0:
             return sum(known)
         taken = list(self._took.values())
-        taken += filter(None, (self._whole(name, now) for name in self._running))
+        taken += [now - self._running[name].begun + rest for name, rest in rests.items()]
         return sum(known) + unknown * sum(taken) / len(taken) if taken else None
-
-    def _whole(self, name: str, now: float) -> float | None:
-        """Seconds that a running experiment takes in all; None if nothing is known of it."""
-        begun, share = self._running[name]
-        expected = self._expected.get(name)
-        own = (now - begun) / share if share else None
-        if expected is None:
-            return own
-        # The further it is the more its own pace counts.
-        expected *= self._pace()
-        return expected if own is None else share * own + (1 - share) * expected
-
-    def _rest(self, name: str, now: float) -> float | None:
-        whole = self._whole(name, now)
-        return None if whole is None else max(0.0, whole - (now - self._running[name][0]))
 
 
 class Progress:
@@ -139,6 +171,8 @@ class Progress:
         When the command began, by the clock.
     quiet, verbose : bool
         Say nothing, or everything with its time.
+    patience : float
+        Seconds for which nothing is said of what may soon be over.
     clock : callable
         Seconds.
     """
@@ -151,13 +185,15 @@ class Progress:
         *,
         quiet: bool = False,
         verbose: bool = False,
+        patience: float = 0.0,
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
         self.course, self._stream, self._clock = course, stream, clock
-        self._quiet, self._verbose = quiet, verbose
-        self._changing = not quiet and is_terminal(stream)
+        self._quiet, self._verbose, self._patience = quiet, verbose, patience
+        self._changing = not quiet and changes(stream)
         self._shown, self._start = "", start
         self._last: dict[str, str] = {}
+        self._part = -math.inf
         self._lock, self._over = threading.Lock(), threading.Event()
 
     def __enter__(self) -> Self:
@@ -175,6 +211,8 @@ class Progress:
         with self._lock:
             self.course.hear(name, text, self._clock())
             self._last[name] = text
+            if not self._due(text):
+                return
             if self._changing and not self._verbose:
                 self._show(self.course.status(self._clock()))
             else:
@@ -211,6 +249,17 @@ class Progress:
             with self._lock:
                 self._print(line)
 
+    def _due(self, text: str) -> bool:
+        """True if a line is to be shown: not too early, and parts not too often in a log."""
+        now = self._clock()
+        if now - self._start < self._patience:
+            return False
+        if not isinstance(text, PartDone) or self._changing:
+            return True
+        due = text.share == 1 or now - self._part >= BETWEEN
+        self._part = now if due else self._part
+        return due
+
     def _print(self, line: str) -> None:
         if self._quiet:
             return
@@ -243,8 +292,21 @@ class Progress:
         """Refresh the time left, between two lines too."""
         while not self._over.wait(PERIOD):
             with self._lock:
-                if self.course.begun is not None and not self._over.is_set():
+                if self.course.begun is not None and self._due("") and not self._over.is_set():
                     self._show(self.course.status(self._clock()))
+
+
+def shown(total: int, expected: Mapping[str, float] | None = None) -> Progress:
+    """Display on stderr for what may soon be over: where lines stay it waits longer than else."""
+    stream = sys.stderr
+    patience = PATIENCE if changes(stream) else LOG_PATIENCE
+    course = Course(total, expected)
+    return Progress(course, stream, time.perf_counter(), patience=patience)
+
+
+def changes(stream: Any) -> bool:
+    """True if a line of a stream can be changed: on a terminal, and in a notebook."""
+    return is_terminal(stream) or "ipykernel" in sys.modules
 
 
 def is_terminal(stream: Any) -> bool:

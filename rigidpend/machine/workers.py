@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import threading
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
 from typing import Any, TypeVar
 
 from rigidpend.machine.signals import Stopped, came, kept_from_children
@@ -16,6 +19,9 @@ Result = TypeVar("Result")
 
 PERIOD = 0.1
 """Seconds between two looks whether what is waited for is still wanted."""
+
+SILENCE = 5.0
+"""Seconds for which work that takes long says nothing."""
 
 _of_thread = threading.local()
 
@@ -45,6 +51,61 @@ def check_stop() -> None:
     stop = getattr(_of_thread, "stop", None)
     if came() or (stop is not None and stop.is_set()):
         raise Stopped
+
+
+class Listener:
+    """Receiver of what long work says of itself, at most a line in `SILENCE` seconds."""
+
+    def __init__(self, say: Callable[[str], object]) -> None:
+        self._say, self._lock, self._last = say, threading.Lock(), time.monotonic()
+
+    def hear(self, text: Callable[[], str]) -> None:
+        """Take a line, which is made only if it is due."""
+        now = time.monotonic()
+        if now - self._last < SILENCE or not self._lock.acquire(blocking=False):
+            return
+        try:
+            self._last = now
+            self._say(text())
+        finally:
+            self._lock.release()
+
+    def heard(self, text: str) -> None:
+        """Take a line that is said in any case."""
+        with self._lock:
+            self._last = time.monotonic()
+        self._say(text)
+
+
+@contextmanager
+def listening(say: Callable[[str], object]) -> Iterator[Callable[[str], None]]:
+    """Let `say` take what work says by :func:`note` within, and threads that it starts.
+
+    Gives a function for lines that are said in any case; after one there is silence first.
+    """
+    before, listener = getattr(_of_thread, "listener", None), Listener(say)
+    _of_thread.listener = listener
+    try:
+        yield listener.heard
+    finally:
+        _of_thread.listener = before
+
+
+def note(text: Callable[[], str]) -> None:
+    """Say how far long work is, where somebody listens and nothing was said for a while.
+
+    In a notebook, or where Python is used by hand, stderr listens.
+    """
+    listener = getattr(_of_thread, "listener", None)
+    if listener is None and by_hand():
+        listener = _of_thread.listener = Listener(lambda line: print(line, file=sys.stderr))
+    if listener is not None:
+        listener.hear(text)
+
+
+def by_hand() -> bool:
+    """True in a notebook, and where Python asks for each line."""
+    return hasattr(sys, "ps1") or "ipykernel" in sys.modules
 
 
 class WorkerError(RuntimeError):
@@ -131,7 +192,8 @@ def _result(future: Future[Result]) -> Result:
 
 def _pool(workers: int, holds_interpreter: bool, stop: _Stop) -> Executor:
     if not holds_interpreter:
-        return ThreadPoolExecutor(workers, initializer=_heed, initargs=(stop,))
+        given = stop, getattr(_of_thread, "listener", None)
+        return ThreadPoolExecutor(workers, initializer=_heed, initargs=given)
     # Imported here: a run that needs no process does not pay for it.
     import multiprocessing
     from concurrent.futures import ProcessPoolExecutor
@@ -141,9 +203,9 @@ def _pool(workers: int, holds_interpreter: bool, stop: _Stop) -> Executor:
     return ProcessPoolExecutor(workers, mp_context=spawn, initializer=_follow_parent)
 
 
-def _heed(stop: _Stop) -> None:
-    """Let this thread's work end when the event is set."""
-    _of_thread.stop = stop
+def _heed(stop: _Stop, listener: Listener | None) -> None:
+    """Let this thread's work end when the event is set, and be heard by who hears the pool's."""
+    _of_thread.stop, _of_thread.listener = stop, listener
 
 
 def _follow_parent() -> None:

@@ -16,6 +16,13 @@ from rigidpend.numbers.parameters import ParameterError
 SAME_WITHIN = 1e-15
 """Distance below which two angles are equal to within the rounding of doubles, radians."""
 
+OUTSIDE = (
+    "with the centre of gravity out of the plane of axes 1 and 2, those of the largest and the"
+    " smallest moment, gravity turns the body out of every rotation about axis 3: there is no"
+    " pendulum motion to start from, and no relabelling helps"
+)
+"""Reason for r3 = 0."""
+
 
 class BodyError(ParameterError):
     """Error: a body that the paper's conditions exclude; names the condition and the values."""
@@ -248,12 +255,16 @@ def _check_moments(A: tuple[Exact, Exact, Exact]) -> None:
 
 def _relabelled(A: Sequence[Exact]) -> str:
     """The mend of moments in another order, or what hinders it."""
-    least, middle, most = sorted(A, key=lambda x: x.at(113))
+    order = sorted(range(3), key=lambda i: A[i].at(113))
+    least, middle, most = (A[i] for i in order)
     if not most.at(113) > middle.at(113) > least.at(113):
         return "a body with two equal moments is symmetric and has no separatrices"
     # The middle moment is the third in the paper: A1 > A3 > A2.
-    mended = ", ".join(map(_written, (most, least, middle)))
-    return f"relabel the axes, those of r too: A = [{mended}]"
+    places = order[2], order[0], order[1]
+    mended = ", ".join(_written(A[i]) for i in places)
+    direction = ", ".join(f"r{i + 1}" for i in places)
+    needed = f"; that needs your r{places[2] + 1} = 0"
+    return f"relabel the axes: A = [{mended}], r = [{direction}] of your r{needed}"
 
 
 def _check_direction(r: tuple[Exact, Exact, Exact], square: Exact) -> None:
@@ -261,8 +272,7 @@ def _check_direction(r: tuple[Exact, Exact, Exact], square: Exact) -> None:
     if r[2].fraction != 0:
         raise BodyError(
             "r",
-            f"r3 = 0 is broken: {shown}; the centre of gravity must lie in the plane of axes 1"
-            " and 2, those of the largest and the smallest moment",
+            f"r3 = 0 is broken: {shown}; {OUTSIDE}",
         )
     if not square.at(113) > 0:
         raise BodyError("r", f"r must have a direction: {shown}")

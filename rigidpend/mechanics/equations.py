@@ -123,7 +123,7 @@ def aligned(state: Numbers, c: AlignedCoefficients) -> tuple[Any, ...]:
     both, difference = Qp + Qm, Qp - Qm
     omega = (c.omega1 * both, c.omega2 * difference, c.kappa * M3)
     return (
-        -c.half_sigma * M3 * Qp + c.force_p * gamma3,
+        c.force_p * gamma3 - c.half_sigma * M3 * Qp,
         c.half_sigma * M3 * Qm - c.force_m * gamma3,
         c.twist * both * difference + c.mu_r2 * gamma1 - c.mu_r1 * gamma2,
         *cross((gamma1, gamma2, gamma3), omega),

@@ -75,11 +75,12 @@ def _kind_of_context() -> type[MPContext]:
     return Context
 
 
-def fraction(x: Any, bits: int) -> Fraction:
-    """Round an mpmath number to `bits` bits, as a Fraction."""
+def fraction(x: Any, bits: int | None = None) -> Fraction:
+    """Make a Fraction of an mpmath number, rounded to `bits` bits where they are given."""
     from mpmath.libmp import to_rational
 
-    return Fraction(*map(int, to_rational(context(bits).mpf(x)._mpf_)))
+    rounded = x if bits is None else context(bits).mpf(x)
+    return Fraction(*map(int, to_rational(rounded._mpf_)))
 
 
 @dataclass(frozen=True, eq=False)

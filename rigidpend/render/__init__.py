@@ -1,22 +1,26 @@
 """Figures from result files: one module an experiment. Nothing is computed here.
 
 Each has ``draw(result) -> Figure``, from what `store.load` gives. No display is needed, and no
-integrator is imported.
+integrator is imported. An image says in its metadata what it was drawn from: the bytes of the
+files, the code that draws, the style and the libraries. One that says what is there now is kept.
 """
 
 from __future__ import annotations
 
+import hashlib
 import io
 import os
 import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from importlib import metadata as installed
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigidpend import experiments
 from rigidpend.config import changes
-from rigidpend.machine import words
+from rigidpend.machine import files, words
+from rigidpend.machine.code_hash import code_hash_of, inside
 from rigidpend.render import captions
 from rigidpend.results import store
 from rigidpend.runs import certificate_files as storage
@@ -24,12 +28,14 @@ from rigidpend.runs import certificate_files as storage
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-KEYS = ("name", "config_hash", "code_hash", "engine")
+KEYS = ("name", "config_hash", "code_hash", "engine", "drawn_from")
 """Attributes that an image tells, besides its experiment."""
 PIXELS = 20_000
 """The longest side of an image."""
-FORMATS = ("png", "svg", "pdf")
-"""Formats of an image, by the suffix of its file."""
+ENDS = {"png": b"IEND\xaeB`\x82", "svg": b"</svg>\n", "pdf": b"%%EOF\n"}
+"""Formats of an image, by the suffix of its file, and the bytes with which such a file ends."""
+LIBRARIES = ("matplotlib", "numpy", "pillow")
+"""Libraries whose version may change a figure."""
 FOOT, LINE, CHARACTER, MARGIN = 6, 0.11, 0.043, 0.1
 """Size of the text at the foot in points; its lines, its mean characters and margins in inches."""
 STYLE = Path(__file__).with_name("rigidpend.mplstyle")
@@ -48,29 +54,73 @@ class Undrawable(store.StoreError):
     """A result whose values cannot be drawn, as those of a foreign file."""
 
 
-def render(source: Path, target: Path) -> None:
+def render(source: Path, target: Path, *, force: bool = False) -> bool:
     """Draw a result file; the suffix of `target` is the format.
 
     Where a certificate is beside it, what that proves is marked.
+
+    Parameters
+    ----------
+    source, target : Path
+    force : bool, optional
+        Draw even where the image is up to date.
+
+    Returns
+    -------
+    bool
+        Whether it was drawn.
 
     Raises
     ------
     StoreError
         The result cannot be read, or the figure not written.
     """
+    origin = drawn_from([source])
+    if not force and kept(target, origin):
+        return False
+    files.make_way(target)
     result = storage.marked(store.load(source), storage.beside(source))
     try:
-        drawn = image(result, target.suffix[1:])
+        drawn = image(result, target.suffix[1:], origin)
     except Undrawable as error:
         raise Undrawable(f"{source}: {error}") from error
+    files.write(target, drawn)
+    return True
+
+
+def drawn_from(sources: Sequence[Path]) -> str:
+    """Fingerprint of all that an image of some results depends on."""
+    experiment = str(store.attributes(sources[0]).get("experiment", ""))
+    drawing = [inside("experiments", experiment, f"{part}.py") for part in ("draw", "report")]
+    own = [inside("render", name) for name in ("__init__.py", "captions.py")]
+    certificates = map(storage.certificate_of, sources)
+    parts = [files.content(each) if each.is_file() else b"" for each in (*sources, *certificates)]
+    parts += [STYLE.read_bytes(), code_hash_of(*filter(Path.is_file, (*drawing, *own))).encode()]
+    parts += [installed.version(name).encode() for name in LIBRARIES]
+    digests = (hashlib.sha256(part).digest() for part in parts)
+    return hashlib.sha256(b"".join(digests)).hexdigest()
+
+
+def kept(target: Path, origin: str) -> bytes | None:
+    """The image that is there, if it is whole and was drawn from just that; None if not."""
     try:
-        store.replace(target, drawn)
-    except OSError as error:
-        raise store.StoreError(f"{target}: cannot be written: {error.strerror}") from None
+        found = target.read_bytes()
+    except OSError:
+        return None
+    whole = found.endswith(ENDS[target.suffix[1:]])
+    return found if whole and origin.encode() in found else None
 
 
-def image(result: Any, suffix: str) -> bytes:
+def image(result: Any, suffix: str, origin: str = "") -> bytes:
     """Draw a loaded result, as the bytes of a file of that format.
+
+    Parameters
+    ----------
+    result : Loaded
+    suffix : str
+        One of `ENDS`.
+    origin : str, optional
+        What it is drawn from, for the image to tell: :func:`drawn_from`.
 
     Raises
     ------
@@ -85,10 +135,11 @@ def image(result: Any, suffix: str) -> bytes:
     with matplotlib.rc_context(fname=STYLE), _undrawable():
         drawing = experiments.drawing(result["attributes"]["experiment"])
         foot = captions.foot(str(result["attributes"].get("name", "unnamed")), [result])
-        return _image(drawing.draw(result), suffix, result["attributes"], foot)
+        known = {**result["attributes"], "drawn_from": origin}
+        return _image(drawing.draw(result), suffix, known, foot)
 
 
-def render_together(sources: Sequence[Path], target: Path) -> bool:
+def render_together(sources: Sequence[Path], target: Path, *, force: bool = False) -> bool | None:
     """Draw results of one experiment in one figure, if the experiment says how.
 
     Parameters
@@ -97,11 +148,13 @@ def render_together(sources: Sequence[Path], target: Path) -> bool:
         Result files.
     target : Path
         Image; its suffix is the format.
+    force : bool, optional
+        Draw even where the image is up to date.
 
     Returns
     -------
-    bool
-        Whether it was drawn.
+    bool or None
+        Whether it was drawn; None where the experiment does not say how.
 
     Raises
     ------
@@ -112,6 +165,9 @@ def render_together(sources: Sequence[Path], target: Path) -> bool:
     experiment = str(results[0]["attributes"]["experiment"])
     together = getattr(experiments.drawing(experiment), "draw_together", None)
     if together is None:
+        return None
+    origin = drawn_from(sources)
+    if not force and kept(target, origin):
         return False
     os.environ["MPLBACKEND"] = "agg"
     import matplotlib
@@ -119,11 +175,16 @@ def render_together(sources: Sequence[Path], target: Path) -> bool:
     configs = [result["config"] for result in results]
     labels = [changes.label(config, configs) for config in configs]
     # Several results have no fingerprint of their own to be told by the image.
-    attributes = {**results[0]["attributes"], "name": target.stem, "config_hash": "several"}
+    attributes = {
+        **results[0]["attributes"],
+        "name": target.stem,
+        "config_hash": "several",
+        "drawn_from": origin,
+    }
     with matplotlib.rc_context(fname=STYLE), _undrawable():
         figure = together(list(zip(labels, results, strict=True)))
         drawn = _image(figure, target.suffix[1:], attributes, captions.foot(target.stem, results))
-    store.replace(target, drawn)
+    files.write(target, drawn)
     return True
 
 
@@ -184,7 +245,7 @@ def metadata(suffix: str, attributes: Any) -> dict[str, str | None]:
     Parameters
     ----------
     suffix : str
-        One of `FORMATS`.
+        One of `ENDS`.
     attributes : mapping
         Root attributes of the result file.
     """
@@ -195,6 +256,7 @@ def metadata(suffix: str, attributes: Any) -> dict[str, str | None]:
         "Config-Hash": known["config_hash"],
         "Code-Hash": known["code_hash"],
         "Engine": known["engine"],
+        "Drawn-From": known["drawn_from"],
     }
     text = "; ".join(f"{key}: {value}" for key, value in marks.items())
     return {

@@ -146,7 +146,7 @@ def _try(read: Callable[[], Any], into: int, seconds: int, memory: int) -> NoRet
     except (OSError, KeyError, RuntimeError, TypeError, ValueError, MemoryError) as error:
         said = (short(error).strip("'\"") or "more memory than its size allows").encode()
     # Whatever it is, saying nothing tells the parent that HDF5 cannot cope.
-    except BaseException:
+    except BaseException:  # noqa: BLE001
         pass
     finally:
         os.write(into, said)

@@ -22,7 +22,8 @@ import numpy as np
 
 from rigidpend.experiments.data.layout import Layout
 from rigidpend.experiments.data.tree import Dataset, Loaded, Tree
-from rigidpend.machine.files import StoreError, prepare, replace, sealed
+from rigidpend.machine import files
+from rigidpend.machine.files import StoreError, prepare, sealed
 from rigidpend.results import content
 from rigidpend.results.opening import FORMAT, FORMAT_VERSION, RATIO, OtherVersion, opened, readable
 from rigidpend.results.structure import SCALES, told
@@ -35,7 +36,6 @@ __all__ = [
     "load",
     "opened",
     "prepare",
-    "replace",
     "write",
 ]
 
@@ -69,11 +69,7 @@ def write(path: Path, result: Result, *, lasting: bool = True) -> None:
         It cannot be written; what was there before is untouched.
     """
     prepare(path)
-    image = sealed(_image(result))
-    try:
-        replace(path, image, lasting=lasting)
-    except OSError as error:
-        raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from None
+    files.write(path, sealed(_image(result)), lasting=lasting)
 
 
 def load(path: Path, layout: Layout | None = None, *, ratio: int = RATIO) -> Loaded:

@@ -68,6 +68,7 @@ class Decided(NamedTuple):
 
 Columns: TypeAlias = NDArray[np.intp]
 Compute: TypeAlias = Callable[[int, Scales, Any], Crossings]
+Both: TypeAlias = Callable[[Columns], Sequence[Crossings]]
 Share: TypeAlias = Callable[
     [Callable[[Columns], Decided], Columns, int], list[tuple[Columns, Decided]]
 ]
@@ -109,6 +110,7 @@ def decide(
     rate: float,
     precisions: tuple[int, ...],
     share: Share | None = None,
+    both: Both | None = None,
 ) -> Decided:
     """Compute `n` columns, and those with an uncertain symbol again in higher precision.
 
@@ -129,14 +131,18 @@ def decide(
     share : callable, optional
         ``share(work, columns, bits)`` lets `work` decide the columns in a precision, some at a
         time: a list of the columns of each piece with what was decided. By default all at once.
+    both : callable, optional
+        ``both(columns)`` gives the two computations in the first precision, of which none waits
+        for the other. By default they come one after the other.
     """
     share, least = share or undivided, precisions[0]
+    both = both or (lambda columns: [compute(least, x, columns) for x in (FIRST, SECOND)])
 
     def settle(columns: Columns) -> Decided:
-        first = compute(least, FIRST, columns)
-        unknown = np.zeros((len(first.time) - 1, columns.size), dtype=bool)
-        bits = np.full(columns.size, least, dtype=np.uint16)
-        return _climb(compute, Decided(first, unknown, bits), columns, rate, [(least, SECOND)])
+        first, second = both(columns)
+        third = functools.partial(compute, least, THIRD)
+        certain = _established(first, second, rate, third, columns)
+        return Decided(second, certain, np.full(columns.size, least, dtype=np.uint16))
 
     pieces = share(settle, np.arange(n), least)
     found = Decided(

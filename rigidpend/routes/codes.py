@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
+from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.exact import PRECISIONS, Exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits import integrate
@@ -58,6 +59,17 @@ class RouteCodes(NamedTuple):
     """(n_symbols + 1, n), 1..4; 0 where there is no crossing."""
     by_map: NDArray[np.bool_]
     """(n,), True where return maps alone found the column, without integration of any part."""
+
+    @property
+    def words(self) -> list[str]:
+        """Codes as texts, one an orbit: 0, 1, ``.`` for no symbol, ``?`` for an uncertain one."""
+        shown = np.where(self.codes == NO_SYMBOL, ".", self.codes.astype("U1"))
+        return ["".join(column) for column in np.where(self.certain, shown, "?").T]
+
+    def __repr__(self) -> str:
+        told = [f"{x:.6g}: {word}" for x, word in zip(self.theta2_0[:5], self.words, strict=False)]
+        more = ", ..." if len(self.theta2_0) > len(told) else ""
+        return f"<routes of {len(self.theta2_0)} orbits; {', '.join(told)}{more}>"
 
 
 def route_codes(
@@ -217,10 +229,11 @@ def _decided(
                 least_time=method == "auto",
             )
             return *known, by_map
-        except MapError:
+        except MapError as reason:
             # What was asked for by name is not replaced in silence.
             if method == "map":
                 raise
+            mapped.told(run.problem, n, str(reason))
     return *_integrated(run, rate), np.zeros(n, dtype=bool)
 
 
@@ -243,7 +256,22 @@ def _integrated(run: Run, rate: float) -> Decided:
             return _shared(run.jobs, work, columns, bits)
         return certainty.undivided(work, columns, bits)
 
-    return certainty.decide(compute, len(run.phases), rate, run.arithmetic.precisions, share)
+    n, precisions = len(run.phases), run.arithmetic.precisions
+    compiled = in_own(precisions[0])
+    # Where threads or processes would have no columns of their own to share.
+    few = run.jobs > 1 and n <= (LANES if compiled else run.jobs // 2)
+
+    def both(columns: Any) -> list[Crossings]:
+        each = run._replace(jobs=1) if compiled or few else run
+        scales, jobs = (certainty.FIRST, certainty.SECOND), 2 if few else 1
+        return side_by_side(_in_scales, (each, precisions[0], columns), not compiled, scales, jobs)
+
+    return certainty.decide(compute, n, rate, precisions, share, both)
+
+
+def _in_scales(scales: Scales, run: Run, bits: int, columns: Any) -> Crossings:
+    """One computation of those that go side by side."""
+    return run.crossings(bits, scales, columns)
 
 
 class Run(NamedTuple):

@@ -7,9 +7,11 @@ rounding. Their energies are those of all phases, h0 + mu sin(theta2_0) and the 
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import math
 import threading
+import warnings
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeAlias
 
@@ -50,8 +52,10 @@ SAMPLE = 64
 LEAST_SAMPLE = 8
 """Number of them in each part of the orbits, at least."""
 
-SHARPER = 64
-"""Bits of the maps that decide what those in doubles leave open, in pairs of doubles."""
+SHARPER, SHARPEST = 64, 90
+"""Bits of the maps that decide what those in doubles leave open, in pairs of doubles.
+
+Those of most bits are made where the others leave so many orbits open that this pays."""
 UNKEPT = 0.8
 """Seconds of a core for the tables of the three designs of Fig. 4, where they are not kept yet."""
 SYMBOL, ROTATION, MAPPED = 3e-6, 1e-6, 0.5e-6
@@ -59,10 +63,14 @@ SYMBOL, ROTATION, MAPPED = 3e-6, 1e-6, 0.5e-6
 
 Measured on 17 bodies drawn by lot, twice in doubles, at 1.4 to 151 rotations a passage, on a busy
 machine: integration took some 0.8 to 1.4 times as long."""
-PAIRS = 25
+PAIRS = 8
 """Factor by which two integrations in pairs of doubles take longer."""
-STAKE = 0.5
-"""Share of the time expected to be saved that is risked for the tables."""
+SLOW, LONG = 100e-6 / 15, 1.0
+"""Seconds a symbol, and in all, from which on it is said that orbits are integrated."""
+STAKE = 2
+"""Time that tables may take over that which they are expected to save.
+
+They are kept: the next calls with the same body have them for nothing."""
 DESIGNS = {certainty.FIRST: FIRST, certainty.SECOND: SECOND, certainty.THIRD: THIRD}
 """The map in the place of an integration in some scales, with the same unit of M."""
 
@@ -80,14 +88,58 @@ class Starts(NamedTuple):
     """Number of orbits in all, if these are a part."""
 
 
-def budget(problem: RouteProblem, orbits: int) -> float:
-    """Seconds of a core that the tables of all designs may take, if they are to pay."""
+class SlowRoutesWarning(UserWarning):
+    """Warning of many orbits that are integrated, with the reason."""
+
+
+def told(problem: RouteProblem, orbits: int, reason: str) -> None:
+    """Say at once why many orbits take long, if integrating them is expected to."""
+    each = _integrated(problem)
+    if each > SLOW * problem.n_symbols and orbits * each > LONG:
+        warnings.warn(
+            f"{orbits} orbits are integrated, {1e6 * each:.2g} microseconds each on a core, some"
+            f" {orbits * each:.2g} s in all, for there are no return maps: {reason}",
+            SlowRoutesWarning,
+            stacklevel=2,
+        )
+
+
+def _integrated(problem: RouteProblem) -> float:
+    """Seconds of a core that an orbit takes by integration."""
     rotations = passage_rotations(problem)
     # The share of orbits that doubles leave open: as those bodies had it within a factor of 4, but
     # for one, where it is off by 15. A wrong guess costs time and no symbol.
     beyond = min(0.003 * rotations**2, 6.5 / rotations)
-    integrated = (SYMBOL + ROTATION * rotations) * (1 + PAIRS * beyond)
-    return STAKE * orbits * problem.n_symbols * (integrated - MAPPED)
+    return problem.n_symbols * (SYMBOL + ROTATION * rotations) * (1 + PAIRS * beyond)
+
+
+def budget(problem: RouteProblem, orbits: int) -> float:
+    """Seconds of a core that the tables of all designs may take, if they are to pay."""
+    return STAKE * orbits * (_integrated(problem) - MAPPED * problem.n_symbols)
+
+
+def budget_in_pairs(problem: RouteProblem, orbits: float) -> float:
+    """The same for orbits that would be integrated in pairs of doubles."""
+    each = PAIRS * (SYMBOL + ROTATION * passage_rotations(problem))
+    return STAKE * orbits * problem.n_symbols * each
+
+
+def expected_seconds(problem: RouteProblem, orbits: int) -> float:
+    """Seconds of a core that so many orbits of one body are expected to take.
+
+    By maps that are not kept yet, tables included, where they pay; else by integration.
+    """
+    most, mapped = budget(problem, orbits), MAPPED * orbits * problem.n_symbols
+    integrated, reach = (
+        most / STAKE + mapped,
+        (problem.h0 - problem.body.mu, problem.h0 + problem.body.mu),
+    )
+    try:
+        designs = DESIGNS.values() if orbits >= THIRDS else (FIRST, SECOND)
+        tables = sum(expected_cost(problem.body, *reach, SHARPER, each) for each in designs)
+    except MapError:
+        return integrated
+    return tables + mapped if tables <= most else integrated
 
 
 class Maps:
@@ -125,33 +177,41 @@ class Maps:
         self.orbits = starts.orbits if starts else len(phases)
         self.table_bits, self._lock = SHARPER if in_pairs(SHARPER) else 53, threading.Lock()
         self._ready: dict[tuple[int, Design], Program] = {}
-        self._least_time, self._budgets = least_time, dict[Design, float]()
+        self._jobs, self._budgets = jobs, dict[tuple[int, Design], float]()
+        used = [design for scales, design in DESIGNS.items() if self.serve(53, scales)]
+        most = budget(problem, self.orbits) if least_time else math.inf
         try:
-            self._make(jobs)
+            self._make(used, self.table_bits, most)
         except MapError:
             # Tables in more bits may not settle where those in doubles do.
             if self.table_bits == 53:
                 raise
             self.table_bits = 53
-            self._make(jobs)
+            self._make(used, 53, most)
         for scales in (certainty.FIRST, certainty.SECOND):
             # The first crossing shows whether starts lie in the range of the normal form; where an
             # orbit goes from there is its own affair.
             if not self.crossings(53, scales, np.arange(1)).separatrix[0, 0]:
                 raise MapError(f"J1_0 = {problem.J1_0} lies outside of the normal form")
 
-    def _make(self, jobs: int) -> None:
-        """Make the maps of all designs that are used, side by side."""
-        used = [design for scales, design in DESIGNS.items() if self.serve(53, scales)]
-        if self._least_time:
-            which = self.problem.body, *self._energies, self.table_bits
-            costs = [expected_cost(*which, design) for design in used]
-            most = budget(self.problem, self.orbits)
+    def _make(self, used: list[Design], bits: int, most: float) -> None:
+        """Make the maps of some designs side by side, if they are expected to take no more."""
+        if most < math.inf:
+            costs = [expected_cost(self.problem.body, *self._energies, bits, x) for x in used]
             if sum(costs) > most:
                 raise Costly(sum(costs), most)
-            shares = (most * each / sum(costs) for each in costs)
-            self._budgets = dict(zip(used, shares, strict=True))
-        side_by_side(self.made, (), False, used, jobs)
+            for design, each in zip(used, costs, strict=True):
+                self._budgets[bits, design] = most * each / sum(costs)
+        side_by_side(self.made, (bits,), False, used, self._jobs)
+
+    def sharpen(self, share: float) -> bool:
+        """Make maps of more bits, if they pay where a share of the orbits is left open."""
+        if self.table_bits == SHARPER:
+            with contextlib.suppress(MapError):
+                most = budget_in_pairs(self.problem, share * self.orbits)
+                self._make(list(DESIGNS.values()), SHARPEST, most)
+                self.table_bits = SHARPEST
+        return self.table_bits == SHARPEST
 
     @property
     def _energies(self) -> tuple[Exact, Exact]:
@@ -165,7 +225,7 @@ class Maps:
 
     def serve(self, bits: int, scales: Scales) -> bool:
         """True if there is such a map."""
-        third = scales == certainty.THIRD and self.orbits < THIRDS
+        third = scales == certainty.THIRD and bits <= SHARPER and self.orbits < THIRDS
         return bits <= self.table_bits and scales in DESIGNS and not third
 
     def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
@@ -177,14 +237,14 @@ class Maps:
         outcome = np.where(separatrix[-1] != 0, Outcome.COMPLETE, Outcome.FAILED)
         return Crossings(time, separatrix, outcome.astype(np.uint8))
 
-    def made(self, design: Design) -> ReturnMap:
+    def made(self, design: Design, bits: int) -> ReturnMap:
         """The map of a design over the energies of all phases."""
         return return_map(
             self.problem.body,
             h=self._energies,
-            bits=self.table_bits,
+            bits=bits,
             design=design,
-            budget=self._budgets.get(design, math.inf),
+            budget=self._budgets.get((bits, design), math.inf),
         )
 
     def _program(self, bits: int, design: Design) -> Program:
@@ -192,7 +252,7 @@ class Maps:
         # Threads ask for the same map: one makes it, and the others wait.
         with self._lock:
             if (bits, design) not in self._ready:
-                made = self.made(design)
+                made = self.made(design, max(bits, min(self.table_bits, SHARPER)))
                 least, most = (
                     start_Qp(self.problem, design.unit, made.bits, J1)
                     for J1 in (self.starts.least if self.starts else None, None)
@@ -326,6 +386,10 @@ def decided_by(
     compute, left = with_maps(maps, integrated, n, precisions)
     known = certainty.decide(compute, n, rate, within, share)
     open_ = np.flatnonzero(~known.certain.all(axis=0))
+    beyond = tuple(p for p in precisions if p > SHARPEST)
+    if open_.size and beyond and maps.sharpen(open_.size / n):
+        certainty.climb(compute, known, open_, rate, (SHARPEST,))
+        open_ = np.flatnonzero(~known.certain.all(axis=0))
     beyond = tuple(p for p in precisions if p > maps.table_bits)
     if open_.size and beyond:
         left[open_] = True

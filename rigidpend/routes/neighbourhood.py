@@ -19,8 +19,8 @@ from rigidpend.orbits.integrate import neighbours
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.orbits.integrate.differences import KINDS, array
 from rigidpend.orbits.integrate.neighbours import Neighbours
-from rigidpend.orbits.integrate.records import Crossings, joined
-from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, reference_bits
+from rigidpend.orbits.integrate.records import Crossings
+from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, followed, reference_bits
 from rigidpend.routes import certainty
 from rigidpend.routes.codes import RouteCodes, routes_of, tolerance_of
 from rigidpend.routes.phases import Phases
@@ -118,19 +118,12 @@ class Neighbourhood:
 
     def _alone(self, bits: int, scales: Scales, phases: Sequence[Exact]) -> Crossings:
         """Each orbit by itself, in `bits` bits relative to its distance."""
-        # Each in a precision of its own, by its distance: none share a step.
-        found = joined([self._integrated(bits, scales, phase) for phase in phases])
+        # Each in a precision of its own, by its distance: none share a step. What is closer than
+        # is to be resolved gets no further bits.
+        apart = [max(self.finest, abs(float(phase - self.centre))) for phase in phases]
+        orbits = [
+            self._orbit(phase, reference_bits(distance, bits), scales)
+            for phase, distance in zip(phases, apart, strict=True)
+        ]
+        found = followed(orbits, self.problem.n_symbols + 1)
         return found._replace(time=found.time * float(exact(scales.momentum)))
-
-    def _integrated(self, bits: int, scales: Scales, phase: Exact) -> Crossings:
-        # What is closer than is to be resolved gets no further bits.
-        distance = max(self.finest, abs(float(phase - self.centre)))
-        orbit = self._orbit(phase, reference_bits(distance, bits), scales)
-        return neighbours.crossings_alone(
-            orbit,
-            distance,
-            self.problem.n_symbols + 1,
-            passage_limit(self.problem, bits) / float(exact(scales.momentum)),
-            bits=bits,
-            tolerance=tolerance_of(self.arithmetic, bits, scales),
-        )

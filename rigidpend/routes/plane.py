@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -88,12 +87,13 @@ class Plane:
         if self.orbits >= MANY and ladder[0] == 53:
             starts = mapped.Starts(J1_0, self.range[0], self.orbits)
             share = functools.partial(in_threads, self.jobs)
-            # Where no map resolves the orbits integration stays.
-            with contextlib.suppress(MapError):
+            try:
                 maps = mapped.Maps(
                     self.largest, run.phases, starts, jobs=self.jobs, least_time=True
                 )
                 return cells_of(*mapped.decided_by(maps, integrated.crossings, rate, ladder, share))
+            except MapError as reason:
+                mapped.told(self.largest, self.orbits, str(reason))
         found = certainty.decide(integrated.crossings, theta2_0.size, rate, ladder)
         return cells_of(found, np.zeros(theta2_0.size, dtype=bool))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -13,10 +13,12 @@ from pydantic import ValidationError
 
 from rigidpend import experiments
 from rigidpend.config.complaints import Complaint, ConfigError, Origin
+from rigidpend.experiments.contract import Piece
 from rigidpend.experiments.data.layout import TEXT, Field, datasets
 from rigidpend.experiments.data.tree import Data, Loaded, Tree
 from rigidpend.machine.code_hash import code_hash_of
 from rigidpend.machine.files import Absent
+from rigidpend.machine.progress import PartDone, tell_nobody
 from rigidpend.machine.words import short
 from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.exact import Exact, exact
@@ -26,7 +28,7 @@ from rigidpend.routes.certified import codes
 from rigidpend.routes.certified.progress import Report
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.runs import certificate_files as storage
-from rigidpend.runs import loading, provenance
+from rigidpend.runs import cluster, loading, provenance
 from rigidpend.runs.loading import LoadedConfig
 from rigidpend.runs.parts import Parts
 
@@ -76,7 +78,13 @@ def target(config: LoadedConfig, folder: Path) -> Path:
 
 
 def certify(
-    config: LoadedConfig, folder: Path, *, jobs: int, report: Report, force: bool = False
+    config: LoadedConfig,
+    folder: Path,
+    *,
+    jobs: int,
+    report: Report,
+    force: bool = False,
+    scheduler: str | None = None,
 ) -> list[Summary]:
     """Prove the route codes of a config and write its certificate, unless it is up to date.
 
@@ -91,6 +99,8 @@ def certify(
         Takes lines of progress.
     force : bool, optional
         Prove even what is up to date.
+    scheduler : str, optional
+        Address of a Dask cluster that proves, an orbit at a time.
 
     Raises
     ------
@@ -108,15 +118,24 @@ def certify(
             return summaries(stored["data"])
     store.prepare(file)
     reasons: dict[str, list[str]] = {}
+    crew: dict[str, int] = {}
     texts = {name: [_text(x) for x in phases] for name, (_, phases) in routes.items()}
     # Kept under all that they depend on: parts of other orbits or of other code do not count.
     with Parts(file, provenance.config_hash({"of": stated, "at": texts, "code": code})) as parts:
         data = {}
         for name, (problem, phases) in routes.items():
-            tree = _array(name, problem, phases, parts, jobs, report)
+            pieces = _pieces(
+                name, problem, phases, *((1, tell_nobody) if scheduler else (jobs, report))
+            )
+            proofs = parts.in_order(pieces)
+            if scheduler:
+                given = config.experiment, "taylor", parts, pieces, report, crew
+                proofs = cluster.computed(scheduler, *given)
+            tree = _joined(proofs, name, len(phases), report)
             reasons[name] = [x.decode() for x in tree.pop("reason").values]
             data[name] = tree
-        made = provenance.provenance() | {"code_hash": code}
+        workers = {"workers": json.dumps(crew, indent=2)} if crew else {}
+        made = provenance.provenance() | {"code_hash": code} | workers
         store.write(file, store.Result({}, stated, made, data))
         # Not before the whole file stands.
         parts.drop()
@@ -294,21 +313,28 @@ def _same(text: str, phase: Exact) -> bool:
         return False
 
 
-def _array(
-    name: str,
-    problem: RouteProblem,
-    phases: Sequence[Exact],
-    parts: Parts,
-    jobs: int,
-    report: Report,
-) -> dict[str, Any]:
+def _pieces(
+    name: str, problem: RouteProblem, phases: Sequence[Exact], jobs: int, report: Report
+) -> list[Piece]:
+    """The proofs of an array, some orbits at a time."""
+    at_once = AT_ONCE if jobs > 1 else 1
+    starts = range(0, len(phases), at_once)
+    some = {k: [phases[i] for i in range(k, min(k + at_once, len(phases)))] for k in starts}
+    # The name tells how many, for another run may prove more or fewer at a time.
+    return [
+        Piece(f"{name}.{k:08d}.{len(few)}", _part, (problem, few, jobs, report))
+        for k, few in some.items()
+    ]
+
+
+def _joined(proofs: Iterable[Tree], name: str, count: int, report: Report) -> dict[str, Any]:
+    """The parts of an array as one."""
     found: list[Any] = []
-    for first in range(0, len(phases), AT_ONCE):
-        some = [phases[k] for k in range(first, min(first + AT_ONCE, len(phases)))]
-        report(f"{name}: orbits from {first} of {len(phases)}")
-        part = partial(_part, problem, some, jobs, report)
-        found.append(parts.keep(f"{name}.{first:08d}", part))
-        report(f"{name}: {first + len(some)} of {len(phases)} orbits")
+    done = 0
+    for part in proofs:
+        found.append(part)
+        done += len(found[-1]["theta2_0"].values)
+        report(PartDone(f"{name}: {done} of {count} orbits", done, count))
     # Columns come last in every field, and so do steps and bytes: parts join at their ends.
     fields = {**storage.FIELDS, **storage.PROOF, **REASON}
     joined = {

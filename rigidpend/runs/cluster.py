@@ -22,6 +22,7 @@ from urllib.parse import urlsplit
 from rigidpend.experiments.contract import Piece
 from rigidpend.experiments.data.tree import Tree
 from rigidpend.machine import words
+from rigidpend.machine.code_hash import code_hash_of, digest, inside
 from rigidpend.machine.progress import PartDone
 from rigidpend.machine.workers import PERIOD, WorkerError, check_stop
 from rigidpend.runs import provenance
@@ -39,6 +40,8 @@ LOOK = 0.5
 """Seconds between two looks at the workers."""
 ROOM = "give it more, or fewer threads, as by dask worker --nthreads 1 --memory-limit 8GB"
 """The cure for want of memory."""
+PROVING_AND_FINDING = (("certified", "codes.py"), ("symbolic", "find.py"))
+"""Modules of routes that workers compute with besides an experiment's own."""
 CONTINUES = "what is finished is kept: the same command again continues"
 
 
@@ -110,13 +113,27 @@ def computed(
     if len(missing) < len(pieces):
         crew["an earlier run, by the same code and engine"] = len(pieces) - len(missing)
     if missing:
-        with _client(address) as client, _named_errors(address):
-            given = experiment, engine, _facts(experiment, engine)
-            for tree, name, worker in _done(client, address, given, missing, report):
-                parts.keep(name, lambda: tree)  # noqa: B023
-                crew[worker] = crew.get(worker, 0) + 1
+        for tree, name, worker in gathered(address, experiment, engine, missing, report):
+            parts.keep(name, lambda: tree)  # noqa: B023
+            crew[worker] = crew.get(worker, 0) + 1
     # One at a time from the disk: memory holds none of them together.
     return parts.in_order(pieces)
+
+
+def gathered(
+    address: str,
+    experiment: str,
+    engine: str,
+    pieces: Sequence[Piece],
+    report: Callable[[str], None],
+) -> Iterator[tuple[Any, str, str]]:
+    """Outcomes of pieces on a cluster's workers, with the names of piece and worker, as they come.
+
+    Takes and raises what :func:`computed` does; nothing is kept.
+    """
+    given = experiment, engine, _facts(experiment, engine)
+    with _client(address) as client, _named_errors(address):
+        yield from _done(client, address, given, pieces, report)
 
 
 def _done(
@@ -125,7 +142,7 @@ def _done(
     given: tuple[Any, ...],
     missing: Sequence[Piece],
     report: Callable[[str], None],
-) -> Iterator[tuple[Tree, str, str]]:
+) -> Iterator[tuple[Any, str, str]]:
     """Parts with their names and workers as they come, some ahead of what is in hand."""
     waiting, names, done, idle = iter(missing), dict[Any, str](), 0, False
     report(f"cluster {address}: {len(missing)} parts, {sum(client.nthreads().values())} threads")
@@ -195,7 +212,7 @@ def _client(address: str) -> Any:
     def connect() -> None:
         try:
             made.set_result(distributed.Client(address, timeout=PATIENCE, set_as_default=False))
-        except Exception as error:
+        except Exception as error:  # noqa: BLE001
             made.set_exception(error)
 
     threading.Thread(target=connect, daemon=True).start()
@@ -204,7 +221,7 @@ def _client(address: str) -> Any:
         check_stop()
     try:
         return made.result(0)
-    except Exception as error:
+    except Exception as error:  # noqa: BLE001
         said = str(error) or f"silent for {PATIENCE:g} s"
         raise WorkerError(
             f"no Dask scheduler answers at {address} ({said}); start one there: dask scheduler"
@@ -229,8 +246,10 @@ def _named_errors(address: str) -> Iterator[None]:
 
 
 def _facts(experiment: str, engine: str) -> dict[str, str]:
-    """All that decides the numbers of a part on this machine."""
-    return {"code": provenance.code_hash(experiment), "engine": provenance.engine_name(engine)}
+    """All that decides the numbers of a part on this machine: of results, proofs and addresses."""
+    routes = (inside("routes", *place) for place in PROVING_AND_FINDING)
+    code = digest(provenance.code_hash(experiment) + code_hash_of(*routes))
+    return {"code": code, "engine": provenance.engine_name(engine)}
 
 
 def _on_worker(

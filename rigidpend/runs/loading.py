@@ -21,6 +21,7 @@ from rigidpend.config.groups import Group
 from rigidpend.config.reader import Document
 from rigidpend.config.schema import ExperimentConfig
 from rigidpend.config.sweeps import Sweep
+from rigidpend.numbers.exact import Exact
 from rigidpend.runs import provenance
 
 Result = TypeVar("Result")
@@ -54,10 +55,11 @@ class LoadedConfig:
         asked = self.content.numerics_asked
         return asked["engine"] if asked else ""
 
-    def with_engine(self, engine: str) -> LoadedConfig:
-        """The same config, computed by that engine."""
+    def with_engine(self, engine: str, tolerance: Exact | None = None) -> LoadedConfig:
+        """The same config, computed by that engine, at its own tolerance or that one."""
         content: Any = self.content
-        numerics = content.numerics.model_copy(update={"engine": engine})
+        asked = {"engine": engine} | ({"tolerance": tolerance} if tolerance else {})
+        numerics = content.numerics.model_copy(update=asked)
         return replace(self, content=content.model_copy(update={"numerics": numerics}))
 
 
@@ -141,7 +143,8 @@ def load_groups(
     if name is not None:
         sweeping.checked_name(name, Origin("--name"))
     options = [sweeping.option(text) for text in sweeps]
-    return _together([partial(_group, path, settings, options, name) for path in paths])
+    calls = [partial(_group, path, settings, options, name) for path in paths]
+    return _together(calls, [path.stem for path in paths])
 
 
 def _group(
@@ -156,7 +159,8 @@ def _group(
     every = sweeping.variants(list(given.values()))
     # Read once: of a thousand members the file is the same.
     members = _together(
-        [partial(_loaded, path, document.copy(), (*settings, *one.settings)) for one in every]
+        [partial(_loaded, path, document.copy(), (*settings, *one.settings)) for one in every],
+        [path.stem] * len(every),
     )
     names = [f"{name or base.name}{variant.ending}" for variant in every]
     for each in names:
@@ -166,19 +170,26 @@ def _group(
     return Group(path, "_".join(names), _titled(path, swept, list(given)))
 
 
-def _together(calls: Sequence[Callable[[], Result]]) -> list[Result]:
-    """Call functions that load, and raise all their complaints at once."""
+def _together(calls: Sequence[Callable[[], Result]], names: Sequence[str]) -> list[Result]:
+    """Call functions that load configs of these names, and raise all their complaints at once."""
     found: list[Result] = []
-    complaints: list[Complaint] = []
-    for call in calls:
+    whose: dict[Complaint, list[str]] = {}
+    for call, name in zip(calls, names, strict=True):
         try:
             found.append(call())
         except ConfigError as error:
-            # A setting that is wrong is wrong for every config: once is enough.
-            complaints += [new for new in error.complaints if new not in complaints]
-    if complaints:
-        raise ConfigError(complaints)
+            for complaint in error.complaints:
+                whose.setdefault(complaint, []).append(name)
+    if whose:
+        raise ConfigError([_named(*each, set(names)) for each in whose.items()])
     return found
+
+
+def _named(complaint: Complaint, of: Sequence[str], names: set[str]) -> Complaint:
+    """Say which configs an option does not fit; one that fits none needs no names."""
+    if complaint.origin.line is not None or set(of) == names:
+        return complaint
+    return replace(complaint, configs=tuple(dict.fromkeys(of)))
 
 
 def _read(path: Path) -> Document:
@@ -216,7 +227,8 @@ def _problems(figure: str, shipped: tuple[Path, ...]) -> list[Any]:
 
 def load_all(paths: Sequence[Path], settings: Sequence[str] = ()) -> list[LoadedConfig]:
     """Load several configs; the complaints about all of them are raised together."""
-    return _together([partial(load, path, settings) for path in paths])
+    names = [path.stem for path in paths]
+    return _together([partial(load, path, settings) for path in paths], names)
 
 
 def _experiment(document: Document) -> str:

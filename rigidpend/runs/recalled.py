@@ -134,6 +134,7 @@ def facts(target: Path) -> dict[str, Any]:
     """
     if not target.exists():
         return {}
+    files.make_way(target)
     key = _key(RESULTS, target)
     found = _recalled(RESULTS, key)
     if found is None:

@@ -4,19 +4,27 @@ from __future__ import annotations
 
 import contextlib
 import datetime
+import math
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, TypeAlias
 
 from rigidpend import experiments
 from rigidpend.experiments.data import compare
 from rigidpend.experiments.data.tree import Loaded
-from rigidpend.machine import files
+from rigidpend.machine import files, words
 from rigidpend.machine.progress import tell_nobody
+from rigidpend.numbers.exact import exact
+from rigidpend.orbits.integrate.arithmetic import COARSEST_TOLERANCE, resolve
 from rigidpend.results import store
 from rigidpend.runs import certificate_files as storage
 from rigidpend.runs.loading import LoadedConfig
 from rigidpend.runs.runner import plan, run
+
+COARSER = 10
+"""Factor between the two tolerances by which DOP853's own error is measured."""
+Report: TypeAlias = Callable[[str], None]
 
 
 class NoReference(files.Absent):
@@ -30,6 +38,7 @@ def verify(
     jobs: int,
     fresh: Path | None = None,
     certificate: Loaded | None = None,
+    report: Report = tell_nobody,
 ) -> list[str]:
     """Say where a stored result differs, by value, from a fresh one.
 
@@ -43,6 +52,8 @@ def verify(
         A result to be read; by default it is computed.
     certificate : Loaded, optional
         Proven symbols, which those of the fresh result must not contradict.
+    report : callable, optional
+        Takes lines of progress.
 
     Returns
     -------
@@ -53,13 +64,13 @@ def verify(
     Raises
     ------
     StoreError
-        A file cannot be read.
+        A file cannot be read, or its values cannot be compared.
     """
     old = store.load(stored)
     with tempfile.TemporaryDirectory() as folder:
         if fresh is None:
             planned = plan(config, Path(folder))
-            run(planned, jobs=jobs, report=tell_nobody)
+            run(planned, jobs=jobs, report=report)
             fresh = planned.target
         new = store.load(fresh)
         outlines = store.outline(stored), store.outline(fresh)
@@ -70,7 +81,12 @@ def verify(
     # Values are compared place by place, which only equal structures allow.
     if outlines[0].keys() == outlines[1].keys():
         layout = experiments.layout(config.experiment)
-        found += compare.differences(layout, old["data"], new["data"])
+        try:
+            found += compare.differences(layout, old["data"], new["data"])
+        # A file may hold any values: what a comparison makes of them cannot be foreseen.
+        except (LookupError, ValueError, ZeroDivisionError) as error:
+            said = f"{stored}: cannot be compared: {words.error(error)}"
+            raise files.StoreError(said) from None
     if certificate:
         found += storage.contradictions(new, certificate)
     return found
@@ -89,13 +105,22 @@ def is_of(config: LoadedConfig, stored: Path) -> bool:
     return _problem(store.load(stored)["config"]) == _problem(config.resolved())
 
 
-def verify_by_engines(config: LoadedConfig, *, jobs: int) -> list[str]:
+class Referee(NamedTuple):
+    """Verdict of DOP853 on a result by Taylor series, with its own error weighed."""
+
+    differences: list[str]
+    """Values in which it contradicts the result, which is called stored."""
+    undecided: list[str]
+    """Values in which it differs by no more than its own error."""
+    tolerances: tuple[float, float]
+    """Its tolerance, and the coarser one by which its own error was measured."""
+
+
+def verify_by_engines(config: LoadedConfig, *, jobs: int, report: Report = tell_nobody) -> Referee:
     """Say where the two engines, Taylor series and DOP853, disagree on a config.
 
-    Returns
-    -------
-    list of str
-        As of :func:`verify`; the Taylor engine's result is called stored.
+    Where they do, DOP853 computes once more at a tolerance `COARSER` times as large. What this
+    changes is at least its own error, by which it accuses nobody.
 
     Raises
     ------
@@ -109,10 +134,47 @@ def verify_by_engines(config: LoadedConfig, *, jobs: int) -> list[str]:
             f"{config.name} has no stored reference, and is in closed form: no second engine"
             " computes one"
         )
+    asked = {**config.content.numerics_asked, "engine": "scipy"}
+    fine = resolve(**asked).tolerance
+    tolerances = fine, min(COARSER * fine, COARSEST_TOLERANCE)
     with tempfile.TemporaryDirectory() as folder:
-        first = plan(config.with_engine("taylor"), Path(folder))
-        run(first, jobs=jobs, report=tell_nobody)
-        return verify(config.with_engine("scipy"), first.target, jobs=jobs)
+
+        def computed(name: str, config: LoadedConfig) -> Path:
+            planned = plan(config, Path(folder, name))
+            run(planned, jobs=jobs, report=lambda text: report(f"by {name}: {text}"))
+            return planned.target
+
+        def differences(one: Path, other: Path) -> list[str]:
+            return verify(config, one, jobs=jobs, fresh=other)
+
+        ours = computed("Taylor series", config.with_engine("taylor"))
+        theirs = computed("DOP853", config.with_engine("scipy"))
+        found = differences(ours, theirs)
+        if not found or "tolerance" not in asked:
+            return Referee(found, [], tolerances)
+        rough = config.with_engine("scipy", exact(tolerances[1]))
+        own = {_array(x): _size(x) for x in differences(computed("DOP853, coarser", rough), theirs)}
+    # What an engine is certain of is its own affair: the other one may know less.
+    excused = [
+        x for x in found if _array(x).endswith("certain") or _size(x) <= own.get(_array(x), -1.0)
+    ]
+    return Referee([x for x in found if x not in excused], excused, tolerances)
+
+
+def _array(difference: str) -> str:
+    """Array that a difference is in."""
+    return str(getattr(difference, "place", difference)).partition("[")[0]
+
+
+def _size(difference: str) -> float:
+    """Size of a difference; infinite of what is no number, or a gap."""
+    if not isinstance(difference, compare.Difference):
+        return math.inf
+    try:
+        size = abs(float(difference.stored) - float(difference.computed))
+    except (TypeError, ValueError):
+        return math.inf
+    return size if math.isfinite(size) else math.inf
 
 
 def _problem(config: dict[str, Any]) -> dict[str, Any]:

@@ -14,13 +14,14 @@ from rigidpend import experiments
 from rigidpend.experiments.contract import Piece
 from rigidpend.experiments.data.tree import Tree
 from rigidpend.machine.files import StoreError, twin
-from rigidpend.machine.workers import check_stop
+from rigidpend.machine.workers import check_stop, listening
 from rigidpend.runs import provenance, recalled
 from rigidpend.runs.parts import Parts, sweep
 from rigidpend.runs.recalled import DOUBT, OTHER, SECONDS, AnyConfig
 
 # What a plan that finds nothing to do does without is imported where it is used.
 if TYPE_CHECKING:
+    from rigidpend.config.schema import ExperimentConfig
     from rigidpend.orbits.integrate.arithmetic import Arithmetic
 
 
@@ -159,19 +160,27 @@ def run(
     config, content = planned.config, planned.config.content
     store.prepare(planned.target)
     fingerprint = json.dumps(planned.fingerprint)
-    with Parts(planned.target, fingerprint) as parts, ThreadPoolExecutor(1) as aside:
+    with (
+        Parts(planned.target, fingerprint) as parts,
+        ThreadPoolExecutor(1) as aside,
+        listening(report) as tell,
+    ):
         # Git is asked while the experiment is computed.
         told = aside.submit(provenance.provenance)
         start, resumed = time.perf_counter(), len(parts)
         if resumed:
-            report(f"goes on from {len(parts)} finished part{'s' if len(parts) > 1 else ''}")
+            tell(f"goes on from {len(parts)} finished part{'s' if len(parts) > 1 else ''}")
         check_stop()
         arithmetic = _arithmetic(planned)
         crew: dict[str, int] = {}
-        pieces = _pieces(parts, planned, scheduler, report, crew)
+        pieces = _pieces(parts, planned, scheduler, tell, crew)
         # Each thread of a cluster's workers has a piece of its own.
-        means = Means(arithmetic, 1 if scheduler else jobs, report, parts.keep, pieces)
-        data = experiments.computation(config.experiment).compute(content, means)
+        away, given = scheduler is not None, (config.experiment, content, arithmetic)
+        means = Means(arithmetic, 1 if away else jobs, tell, parts.keep, pieces, away)
+        if away and not experiments.in_pieces(config.experiment):
+            [data] = pieces([Piece("whole", _whole, given)])
+        else:
+            data = experiments.computation(config.experiment).compute(content, means)
         attributes: dict[str, Any] = {
             "name": config.name,
             "figure": content.figure,
@@ -190,6 +199,13 @@ def run(
         # Only now: a failure before this line leaves the parts for the next run.
         parts.drop()
         return str(attributes[DOUBT])
+
+
+def _whole(experiment: str, content: ExperimentConfig, arithmetic: Arithmetic) -> Tree:
+    """Compute an experiment on a worker of a cluster."""
+    from rigidpend.experiments.contract import Means
+
+    return experiments.computation(experiment).compute(content, Means(arithmetic))
 
 
 def _pieces(

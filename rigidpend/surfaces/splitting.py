@@ -38,7 +38,7 @@ TOP = 16
 """Number of harmonics that are kept.
 
 With the body of Fig. 4 at mu = 0.1 the eighth is 1e-9 of the first."""
-FEWEST, SURE, MOST = 8, 128, 512
+FEWEST, SURE, MOST = 16, 128, 512
 """Numbers of orbits in one computation; a curve that turns back between `SURE` really does."""
 WORST = 1e3
 """Factor by which the integration's error may exceed the expected one (`_noise`)."""
@@ -52,6 +52,15 @@ DEPTH_BITS = 20
 """Depth of the starts beyond the precision, in bits: J1/J2 = 2^-(bits + DEPTH_BITS)."""
 
 
+class Harmonics(NamedTuple):
+    """Harmonics of a distance, as far as they are known."""
+
+    known: list[Any]
+    """d1, d2, ..., radians."""
+    beyond: Any
+    """Size that is expected of the next one; 0 where `TOP` are known."""
+
+
 class SurfaceSplitting(NamedTuple):
     """Measured splitting of a body at one mu, relative to Melnikov's amplitude."""
 
@@ -60,7 +69,9 @@ class SurfaceSplitting(NamedTuple):
     excess: Array
     """d1/amplitude - 1, d2/amplitude, d3/amplitude, ..., (TOP,); NaN where nothing is known."""
     error: float
-    """Uncertainty: `CAUTION` times the largest difference of two computations of `excess`."""
+    """Uncertainty: the most by which two computations of `excess` differ, times `CAUTION`.
+
+    If the first harmonic that is left out is more, that."""
     allowed: float
     """The error up to which the splitting counts as resolved."""
     bits: int
@@ -155,15 +166,16 @@ def _twice(
         if measured is None:
             unknown = np.full(TOP, np.nan)
             return SurfaceSplitting(float(first), unknown, math.inf, allowed, s.bits, n)
-        found.append([d / first for d in measured])
-    mean, error = np.zeros(TOP), 0.0
-    for k, (a, b) in enumerate(zip(*found, strict=True)):
-        mean[k] = float((a + b) / 2 - (k == 0))
-        error = max(error, CAUTION * abs(float(a - b)))
+        found.append(measured)
+    mean, error = np.zeros(TOP), max(abs(float(each.beyond / first)) for each in found)
+    for k, (a, b) in enumerate(zip(*(each.known for each in found), strict=True)):
+        mean[k] = float((a + b) / 2 / first - (k == 0))
+        # Near 1 they round by as much at least.
+        error = max(error, CAUTION * (abs(float((a - b) / first)) + 2.0**-s.bits))
     return SurfaceSplitting(float(first), mean, error, allowed, s.bits, n)
 
 
-def harmonics(points: Points, a: Arrays) -> list[Any] | None:
+def harmonics(points: Points, a: Arrays) -> Harmonics | None:
     """Harmonics d1, d2, ... from an even number of orbits, their phases evenly around the circle.
 
     The Fourier integral over g is taken over theta2_0, where the trapezoid rule and the
@@ -178,8 +190,14 @@ def harmonics(points: Points, a: Arrays) -> list[Any] | None:
 
     Returns
     -------
-    list of min(TOP, n/2 - 1) numbers, or None
-        Radians; None where the curve turns back in g: it has no distance at a phase then.
+    Harmonics or None
+        min(TOP, n/2 - 1) of them; None where the curve turns back in g: it has no distance at a
+        phase then.
+
+    Notes
+    -----
+    The curve's own harmonics shrink evenly, those of the distance by turns. So what is left out
+    is expected by the last two of the curve, whose ratio is that of the next one to the last.
     """
     n = len(points.phase)
     slope = 1 + a.derivative(points.advance)
@@ -187,9 +205,11 @@ def harmonics(points: Points, a: Arrays) -> list[Any] | None:
         return None
     cos, sin = a.cos(points.phase), a.sin(points.phase)
     even, odd = points.offset * slope / n, 0 * points.offset
-    found = []
+    found, sizes = [], []
     for k in range(1, min(TOP, n // 2 - 1) + 1):
         # The terms times cos kg and sin kg.
         even, odd = even * cos - odd * sin, even * sin + odd * cos
-        found.append(4 * (even if k % 2 else odd).sum())
-    return found
+        of_cos, of_sin = 4 * even.sum(), 4 * odd.sum()
+        found.append(of_cos if k % 2 else of_sin)
+        sizes.append((of_cos * of_cos + of_sin * of_sin) ** 0.5)
+    return Harmonics(found, sizes[-1] ** 2 / sizes[-2] if len(found) < TOP else 0.0)

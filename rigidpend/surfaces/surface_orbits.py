@@ -20,8 +20,7 @@ from rigidpend.mechanics.separatrices import SeparatrixMotion, theta1, u
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
 from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
-from rigidpend.orbits.integrate.batch_sections import first_in_doubles
-from rigidpend.orbits.integrate.sections import first_crossings
+from rigidpend.orbits.integrate.sections import first_crossings, first_in_doubles
 from rigidpend.surfaces.arrays import Arrays, arrays
 from rigidpend.surfaces.melnikov import delta
 

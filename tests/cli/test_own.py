@@ -163,12 +163,22 @@ def test_a_list_as_other_programs_write_it_is_shown_its_form(tmp_path: Path) -> 
         ("problem.A=2,1,1.5", "expected a list, got '2,1,1.5'; write [2,1,1.5]"),
         ("nsymbols=3", "unknown key; did you mean problem.n_symbols?"),
         ("numerics.engine=", "expected auto, taylor or scipy"),
-        ("problem.A=[2,1.7,1.2]", "relabel the axes, those of r too: A = [2, 1.2, 1.7]"),
-        ("problem.r=[1,1,1]", "the centre of gravity must lie in the plane of axes 1 and 2"),
+        ("problem.r=[1,1,1]", "gravity turns the body out of every rotation about axis 3"),
     ):
         done = call(tmp_path, "run", "fig4", "-n", "--set", setting)
         assert done.returncode == 2
         assert said in done.stderr
+
+
+def test_a_setting_that_some_configs_do_not_know_is_said_with_their_names(tmp_path: Path) -> None:
+    done = call(tmp_path, "run", "fig4", "fig1", "fig2", "-n", "--set", "problem.J1_0=1e-10")
+    assert done.returncode == 2
+    heads = [line.partition(": --set ")[0] for line in done.stderr.splitlines()]
+    assert heads == ["fig1", "fig2"]
+    # What no config knows is said once, and is nobody's in particular.
+    done = call(tmp_path, "run", "fig4", "fig1", "-n", "--set", "problem=")
+    assert done.stderr.startswith("--set problem=: problem: expected keys")
+    assert len(done.stderr.splitlines()) == 1
 
 
 def test_zeros_have_no_sign(tmp_path: Path) -> None:

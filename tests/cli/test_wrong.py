@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -19,7 +20,7 @@ from rigidpend.orbits.integrate import engines
 from rigidpend.results import store
 from rigidpend.routes.change import NoChange
 from rigidpend.runs import runner
-from tests.cli.calls import ENVIRONMENT, call
+from tests.cli.calls import ENVIRONMENT, REFERENCE, call
 from tests.config.samples import SMALL, written
 
 LONG_WORD = "9x" * 40_000
@@ -266,3 +267,18 @@ def test_a_complaint_repeats_no_long_argument(tmp_path: Path, arguments: tuple[s
     assert done.returncode in (1, 2, 3)
     assert 0 < len(done.stderr) < 600
     assert "..." in done.stderr
+
+
+@pytest.mark.parametrize("place", ["fig1.h5", "fig1.png"])
+def test_a_folder_in_the_place_of_a_file_is_said_to_be_in_the_way(
+    tmp_path: Path, place: str
+) -> None:
+    """No advice that leads nowhere: --force writes over no folder."""
+    (tmp_path / "results").mkdir()
+    shutil.copy(REFERENCE / "fig1.h5", tmp_path / "results")
+    (tmp_path / "results" / place).unlink(missing_ok=True)
+    (tmp_path / "results" / place).mkdir()
+    done = call(tmp_path, "run" if place == "fig1.h5" else "render", "fig1")
+    assert done.returncode == 1
+    mend = "a folder is in the place of a file: move it away, or remove it if it is not needed"
+    assert done.stderr == f"rigidpend: results/{place}: {mend}\n"

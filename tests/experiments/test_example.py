@@ -68,8 +68,17 @@ def test_it_runs_is_drawn_and_reported(house: Path) -> None:
     J2 = np.sqrt(2 * (h0 - 0.001 * np.sin(phase)) / body.kappa)
     np.testing.assert_allclose(period, 2 * np.pi * (1 / (body.kappa * J2)).mean(axis=0), rtol=1e-12)
     assert "up to date" in rigidpend(house, "run", "rotation")
+    said = rigidpend(house, "describe", "all")
+    assert "rotation: experiment rotation_period" in said
+    assert "0.0011, 0.002, 0.01, 0.1, 1" in said
     rigidpend(house, "report")
     assert "Rotation period" in (house / "results" / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_theory_says_that_it_wants_one_energy(house: Path) -> None:
+    with pytest.raises(AssertionError, match=r"rotation\.yaml has not one body and one h0"):
+        rigidpend(house, "theory", "rotation")
 
 
 @pytest.mark.slow

@@ -22,7 +22,7 @@ from matplotlib.text import Annotation
 
 from rigidpend import experiments
 from rigidpend.experiments.data.tree import Loaded
-from rigidpend.experiments.plots.palette import BLUE, RED, SEPARATRIX
+from rigidpend.experiments.plots import BLUE, RED, SEPARATRIX
 from rigidpend.experiments.splitting.draw import BITS, NONE
 from tests.experiments.figures import styled
 from tests.experiments.trees import reference

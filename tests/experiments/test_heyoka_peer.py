@@ -42,7 +42,7 @@ def by_heyoka(kind: Any) -> Any:
 def test_fours_of_doubles_and_integers_agree_with_real128(bits: int) -> None:
     if not offers(113):
         pytest.skip("no real128 here")
-    found = np.array(states_at(ORBIT.coefficients, ORBIT.states[0], TIMES, bits), dtype=object)
+    found = states_at(ORBIT.coefficients, np.array(ORBIT.states).T, TIMES, bits)[..., 0].T
     off = np.abs(found - by_heyoka(working_type(113)))
     # Some sixty steps each round to 2^-113; a passage lets errors grow some hundredfold.
     assert off.max() < Fraction(2) ** -100

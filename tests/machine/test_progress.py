@@ -63,9 +63,38 @@ def test_what_experiments_are_expected_to_take_counts_before_they_begin() -> Non
     assert course.left(4.0) == pytest.approx(202.0)
     course.hear("zoom", "computing", 4.0)
     assert course.left(54.0) == pytest.approx(152.0)
-    # Half of it in 60 s: the rest by both, what is expected and its own pace.
-    course.hear("zoom", PartDone("level", 1, 2), 64.0)
-    assert course.left(64.0) == pytest.approx(0.5 * 120 + 0.5 * 200 - 60 + 2)
+    # A twentieth of it in 60 s: its own pace and what is expected count alike.
+    course.hear("zoom", PartDone("level", 1, 20), 64.0)
+    assert course.left(64.0) == pytest.approx(0.95 * (1200 + 200) / 2 + 2)
+
+
+def test_the_time_left_learns_from_late_parts_more_than_from_early_ones() -> None:
+    """Tables first, then a part a second: half-way the rest takes what late parts take."""
+    course, now = Course(1, {"a": 10.0}), 50.0
+    course.hear("a", "computing", 0.0)
+    for done in range(1, 51):
+        course.hear("a", PartDone("part", done, 100), now)
+        now += 1
+    # By the mean of all parts it would be 99 s, by what was expected 5 s.
+    assert course.left(now - 1) == pytest.approx(50.0, rel=0.1)
+
+
+def test_what_takes_longer_than_expected_and_says_nothing_has_no_time_left() -> None:
+    course = Course(1, {"a": 10.0})
+    course.hear("a", "computing", 0.0)
+    assert course.said(4.0) == "0 of 1 done, 4 s, about 6 s left"
+    assert course.said(11.0) == "0 of 1 done, 11 s"
+
+
+def test_what_is_soon_over_says_nothing(terminal: Terminal) -> None:
+    for stream, said in ((io.StringIO(), "a: at last\n"), (terminal, "a: at last")):
+        now = [0.0]
+        shown = Progress(Course(1), stream, 0.0, clock=lambda: now[0], patience=2.0)  # noqa: B023
+        shown.hear("a", "computing")
+        assert not stream.getvalue()
+        now = [2.5]
+        shown.hear("a", "at last")
+        assert said in stream.getvalue()
 
 
 def test_several_at_a_time_share_what_is_left() -> None:

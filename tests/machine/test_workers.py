@@ -9,6 +9,7 @@ import time
 import numpy as np
 import pytest
 
+from rigidpend.machine import workers
 from rigidpend.machine.workers import cores, side_by_side, spread
 
 
@@ -69,3 +70,23 @@ def test_spread_cuts_into_even_pieces_that_join_again(columns: int, parts: int) 
 
 def test_cores_are_those_that_this_process_may_use() -> None:
     assert 1 <= cores() <= (os.cpu_count() or 1)
+
+
+def test_long_work_says_how_far_it_is_after_a_silence(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In threads of a pool as well, one line for all of them; quick work says nothing."""
+    monkeypatch.setattr(workers, "SILENCE", 0.05)
+    said: list[str] = []
+
+    def work(part: int) -> None:
+        for _ in range(4):
+            workers.note(lambda: f"part {part}")
+            time.sleep(0.03)
+
+    with workers.listening(said.append) as tell:
+        workers.note(lambda: "too early")
+        tell("in any case")
+        workers.side_by_side(work, (), False, [1, 2, 3], 3)
+    workers.note(lambda: "nobody listens")
+    assert said[0] == "in any case"
+    assert 1 <= len(said[1:]) <= 3
+    assert all(line.startswith("part ") for line in said[1:])

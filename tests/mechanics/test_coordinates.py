@@ -24,7 +24,6 @@ from tests.strategies import (
     assert_same_state,
     bodies,
     canonicals,
-    fine_angles,
     floats_of,
     jacobian,
     largest_difference,
@@ -209,24 +208,6 @@ def test_agrees_aligned_from_canonical_with_aligned_from_body(body: Body, c: Can
     across = 2 * np.sqrt(c.J1) * np.sqrt(c.J2mJ1)
     assert largest_difference(found[:2], expected[:2]) <= ROUNDING * across
     assert largest_difference(found[2:], expected[2:]) <= ROUNDING * max(1, c.J2)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("separatrix", "side", "turn", "Qp_sign", "Qm_sign"),
-    [(1, -1, 0, 0, -1), (2, 1, 0, 1, 0), (3, -1, 1, 0, 1), (4, 1, 1, -1, 0)],
-)
-@repeatable(10)
-@given(bodies(), numbers(0.001, 0.999))
-def test_agrees_separatrices_with_half_planes(
-    separatrix: int, side: int, turn: int, Qp_sign: int, Qm_sign: int, body: Body, J1: float
-) -> None:
-    p = fine_angles(body)
-    theta1 = p.beta0 + side * p.alpha0 + 2 * turn * FINE.pi
-    c = Canonical(FINE.mpf(J1), 1 - FINE.mpf(J1), 0, theta1, 1, 0, 1)
-    Qp, Qm, *_ = co.aligned_from_canonical(c, p.alpha0, p.beta0, FINE)
-    for Q, sign in ((Qp, Qp_sign), (Qm, Qm_sign)):
-        assert Q * sign > 1e-4 if sign else abs(Q) < 1e-55
 
 
 def test_agrees_constructors_with_the_six_variables() -> None:

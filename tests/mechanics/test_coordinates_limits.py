@@ -114,9 +114,3 @@ def test_agrees_theta3_from_aligned_with_the_samples_shape(shape: tuple[int, ...
     assert np.shape(found.theta3) == shape
     assert {np.shape(field) for field in found} == {shape}
     assert np.all(found.theta3 == 0)
-
-
-def test_agrees_momenta_along_gamma_in_any_direction_with_g_documented() -> None:
-    gamma = np.random.default_rng(0).normal(size=(3, 1000))
-    gamma /= np.linalg.norm(gamma, axis=0)
-    assert np.all(co.andoyer_from_body(4 * gamma, gamma).g == 0)

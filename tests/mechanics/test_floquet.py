@@ -167,16 +167,6 @@ def test_invariant_the_exponents_of_a_pair_are_opposite(body: Body, share: float
         assert one.multiplier * other.multiplier == pytest.approx(1, rel=1e-12)
 
 
-@pytest.mark.parametrize("epsilon", [1, -1])
-@pytest.mark.parametrize("share", SHARES)
-def test_invariant_the_reversal_takes_one_family_to_the_other(share: float, epsilon: int) -> None:
-    p = loaded(FIG4, share)
-    lower, upper = (periodic_orbit(p, 1.0, family, epsilon) for family in (1, 2))
-    mirrored = np.roll(lower.theta1[::-1], 1)
-    np.testing.assert_allclose(upper.theta1, mirrored, atol=1e-13 / math.sqrt(1 - share))
-    assert upper.exponent == pytest.approx(-lower.exponent, rel=1e-12)
-
-
 @pytest.mark.parametrize(("family", "epsilon"), PAIRS)
 @pytest.mark.parametrize("share", [0.01, 0.3, 0.5])
 def test_agrees_the_exponent_with_the_mean_of_the_jacobian(
@@ -217,12 +207,6 @@ def test_order_the_multipliers_without_weight(p: Angles, family: int, epsilon: i
     assert free.exponent == pytest.approx(side * u / 2, rel=1e-13, abs=1e-14)
     assert free.multiplier == pytest.approx(math.exp(side * u * T / 2), rel=1e-12)
     np.testing.assert_allclose(free.theta1, p.beta0 + epsilon * p.alpha0, atol=1e-13)
-
-
-def test_invariant_hess_keeps_theta1_at_0() -> None:
-    for family in (1, 2):
-        orbit = periodic_orbit(loaded(HESS, 0.9), 1.0, family, -1)
-        assert np.abs(orbit.theta1).max() < 1e-14
 
 
 def test_the_grid_is_a_turn_in_equal_steps_of_time() -> None:

@@ -85,36 +85,6 @@ def test_the_side_is_the_sign_on_the_axis_which_the_orbit_encircles(
     assert np.ptp(np.sign(M[1 - axis])) == np.ptp(np.sign(M[2])) == 2
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("family", FAMILIES)
-@given(body=bodies(), height=numbers(0.01, 0.999))
-@repeatable(20)
-def test_orbits_run_in_the_sense_and_at_the_rate_that_is_said(
-    family: Family, body: Body, height: float
-) -> None:
-    A, _, _ = floats_of(body)
-    half = {0: np.cos, 1: np.sin}[AXIS[family]](body.alpha0 / 2)
-    for side in (1, -1):
-        M = family(body.alpha0, height, side, PHI)
-        step = 1e-5
-        ahead, behind = (family(body.alpha0, height, side, PHI + d) for d in (step, -step))
-        # With |M| = 1 in physical units J2' is s, and t' = t s.
-        speed = scale(A) ** 2 * half * np.abs(M[AXIS[family]])
-        expected = rate(body, M)
-        error = np.abs((ahead - behind) / (2 * step) * speed - expected).max()
-        # The difference errs by step^2/6 of the third derivative, which grows at the separatrix.
-        assert error <= 1e-6 * np.abs(expected).max() / (1 - height**2)
-
-
-@pytest.mark.parametrize("number", free_body.SEPARATRICES)
-def test_separatrices_run_in_the_sense_of_the_flow(number: int) -> None:
-    M = free_body.separatrix(FREE.alpha0, number, HALF)
-    along = (np.diff(M, axis=1) * rate(FREE, M)[:, 1:]).sum(axis=0)
-    assert (along > 0).all()
-    assert (np.diff(M[2]) > 0).all() == (number in (2, 4))
-    assert (np.diff(M[2]) < 0).all() == (number in (1, 3))
-
-
 @pytest.mark.parametrize("family", FAMILIES)
 @pytest.mark.parametrize("height", [0.3, 0.8, 0.99])
 @pytest.mark.parametrize("side", [1, -1])

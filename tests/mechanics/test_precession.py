@@ -31,7 +31,7 @@ from rigidpend.mechanics.precession import (
 from rigidpend.mechanics.separatrices import SeparatrixMotion, separatrix
 from rigidpend.orbits import integrate
 from tests.orbits.integrate.problems import on_separatrix
-from tests.strategies import bodies, floats_of, numbers, repeatable
+from tests.strategies import bodies, numbers, repeatable
 
 FIG5 = Body(A=(2, "1.5", "1.8"), r=(0, 1, 0), mu="0.01")
 BODIES = [
@@ -153,55 +153,6 @@ def test_eq_trieq_tells_hess_s_case_from_moments_and_r_alone() -> None:
     A = (2, "0.75", "1.5")
     assert regime(Body(A, (1, 2, 0), 1)) is Regime.iii
     assert regime(Body(A, (1, "2.000000000001", 0), 1)) is Regime.ii
-
-
-@pytest.mark.slow
-@repeatable(50)
-@given(bodies(), numbers(0.5, 2))
-def test_tri1_in_the_hess_case_is_a_fraction_of_the_moments(body: Body, h0: float) -> None:
-    """mu pi A1 A2/(A3 (A1 - A2) h0) along 2, and nothing along 1 and 3."""
-    (A1, A2, A3), _, _ = floats_of(body)
-    p = body.angles()
-    p = p._replace(beta0=p.alpha0)
-    found = increments(p, h0)
-    expected = p.mu * math.pi * A1 * A2 / (A3 * (A1 - A2) * h0)
-    assert found[1] == pytest.approx(expected, rel=1e-11)
-    assert found[0] == found[2] == 0
-
-
-def grioli(alpha0: float, gamma0: float) -> Any:
-    """Increments along 1 and 2 for beta0 = gamma0, in units of mu pi/h0."""
-    body = Body.from_angles(alpha0, gamma0, gamma0, "0.01")
-    return increments(body.angles(), 0.01 * math.pi)[:2]
-
-
-def flat_gamma0(alpha0: float) -> float:
-    """Where A2 + A3 = A1: the least gamma0."""
-    return 2 * math.acos(math.sqrt(math.cos(alpha0 / 2)))
-
-
-@pytest.mark.slow
-@repeatable(100)
-@given(numbers(0.05, 3.1), numbers(0.001, 0.99))
-def test_tri1_in_the_grioli_case_has_the_printed_forms_and_bounds(
-    alpha0: float, share: float
-) -> None:
-    least = flat_gamma0(alpha0)
-    gamma0 = least + share * (alpha0 - least)
-    first, second = grioli(alpha0, gamma0)
-    unit = math.sin(alpha0) / 4
-    assert first == pytest.approx(-unit / math.sin((alpha0 + gamma0) / 2), rel=1e-9)
-    assert second == pytest.approx(unit / math.sin((alpha0 - gamma0) / 2), rel=1e-9)
-    assert (1 - math.sqrt(2)) / math.sqrt(2) < first < 0 < second
-
-
-def test_tri1_in_the_grioli_case_comes_near_to_its_bounds() -> None:
-    """-0.2929 for flat bodies at alpha0 -> 0; 0 at alpha0 -> pi; infinity near a round body."""
-    lower = (1 - math.sqrt(2)) / math.sqrt(2)
-    assert grioli(1e-3, flat_gamma0(1e-3) * (1 + 1e-9))[0] == pytest.approx(lower, rel=1e-5)
-    thin = math.pi - 1e-4
-    assert np.abs(grioli(thin, flat_gamma0(thin) * (1 + 1e-12))).max() < 0.004
-    assert grioli(1.0, 1 - 1e-6)[1] > 1e5
 
 
 def test_plateaus_add_up_the_increments_of_a_route() -> None:

@@ -14,7 +14,6 @@ from rigidpend.mechanics.coordinates import aligned_from_canonical, momentum, sc
 from rigidpend.mechanics.equations import euler_poisson
 from rigidpend.mechanics.free_body import SEPARATRICES
 from rigidpend.mechanics.separatrices import SeparatrixMotion, separatrix, unperturbed
-from rigidpend.orbits.integrate import sample
 from tests.bodies import GENERIC
 from tests.strategies import (
     DERIVATIVE,
@@ -115,24 +114,6 @@ def test_eq_eq1_0_turns_theta2_by_the_free_hamiltonian_s_slope(body: Body, c: An
 
     assert abs(along(energy, [x[3]], [1])[0] - theta2_rate) < DERIVATIVE
     assert J2_rate == 0
-
-
-@pytest.mark.parametrize("number", SEPARATRICES)
-def test_agrees_with_integration_of_the_free_body(number: int) -> None:
-    p = GENERIC.angles()
-    begin = (
-        SeparatrixMotion(number, 0.05, 0.75, 0.3)
-        if number % 2 == 0
-        else SeparatrixMotion(number, 0.75, 0.05, 0.3)
-    )
-    times = np.linspace(0, 5, 11)
-    expected = separatrix(times, begin, p)
-    state = [separatrices.theta1(number, p), begin.J1_0, begin.theta2_0, begin.J2_0]
-    found = sample(lambda x, m: unperturbed(x, p, m), state, times)
-    np.testing.assert_allclose(found[0], expected.theta1, atol=1e-13)
-    np.testing.assert_allclose(found[1], expected.J1, atol=1e-13)
-    np.testing.assert_allclose(found[2], expected.theta2, atol=1e-13)
-    np.testing.assert_allclose(found[3], expected.J2, atol=1e-14)
 
 
 @pytest.mark.parametrize("number", SEPARATRICES)

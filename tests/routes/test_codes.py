@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from rigidpend import Body, RouteCodes, route_codes
+from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.exact import ExactError, exact
 from rigidpend.orbits import integrate
@@ -64,6 +65,15 @@ def test_phases_may_come_in_any_dress() -> None:
     alone = codes(1.25)
     assert alone.codes.shape == (15, 1)
     np.testing.assert_array_equal(alone.codes[:, 0], whole.codes[:, 1])
+
+
+def test_codes_are_read_as_texts() -> None:
+    codes = np.array([[0, 1, NO_SYMBOL], [1, 0, NO_SYMBOL]], dtype=np.uint8)
+    certain = np.array([[True, True, True], [True, False, True]])
+    none: Any = None
+    routes = RouteCodes(np.arange(3.0), codes, certain, none, none, none, none)
+    assert routes.words == ["01", "1?", ".."]
+    assert repr(routes) == "<routes of 3 orbits; 0: 01, 1: 1?, 2: ..>"
 
 
 def test_symbols_do_not_depend_on_how_many_are_asked() -> None:
@@ -350,3 +360,25 @@ def test_jobs_change_no_bit_of_certified_codes() -> None:
     alone = codes(phases)
     assert len(set(alone.bits.tolist())) > 1, "some columns climb"
     assert all(equal(alone, codes(phases, jobs=jobs)) for jobs in (2, 3))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("bits", [113, 430])
+def test_two_computations_of_one_orbit_go_side_by_side(
+    bits: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In threads where the kernel computes, in processes where Python does."""
+    begun: list[tuple[bool, int]] = []
+
+    def noted(work: Any, given: Any, python: bool, parts: Any, jobs: int) -> Any:
+        begun.append((python, jobs))
+        return side_by_side(work, given, python, parts, jobs)
+
+    monkeypatch.setattr("rigidpend.routes.codes.side_by_side", noted)
+    alone = codes(["0.3"], n_symbols=1, precisions=(bits,))
+    python = bits > 424
+    assert (python, 2) not in begun
+    both = codes(["0.3"], n_symbols=1, precisions=(bits,), jobs=2)
+    assert (python, 2) in begun
+    assert equal(alone, both)
+    assert alone.certain.all()

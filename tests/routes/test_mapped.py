@@ -232,6 +232,39 @@ def test_tables_pay_for_more_orbits_of_longer_passages() -> None:
     assert mapped.budget(slow, 1000) > 3 * mapped.budget(few, 1000)
 
 
+def test_where_passages_are_long_what_maps_leave_open_goes_to_sharper_ones(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    slow = Body(("2.908", "1.682", "1.764"), ("0.6", "0.8", 0), "0.0002")
+    phases = np.random.default_rng(2).uniform(0, 6.28, 300)
+    by_maps = found(slow, phases, method="map")
+    open_ = by_maps.bits > mapped.SHARPER
+    assert open_.any()
+    assert (by_maps.bits[open_] > mapped.SHARPEST).all(), "for so few they do not pay"
+    monkeypatch.setattr(mapped, "budget_in_pairs", lambda *_: math.inf)
+    sharper = found(slow, phases, method="map")
+    assert (sharper.bits[open_] == mapped.SHARPEST).mean() > 0.8
+    assert sharper.by_map[sharper.bits == mapped.SHARPEST].all()
+    assert (sharper.codes == by_maps.codes)[sharper.certain & by_maps.certain].all()
+    assert sharper.certain.all()
+
+
+def test_orbits_that_are_integrated_for_long_come_with_the_reason(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    symmetric = Body(("2.673", "2.520", "2.527"), (1, 1, 0), "0.004")
+    problem = RouteProblem(symmetric, exact(1), exact("1e-8"), 15)
+    with pytest.warns(mapped.SlowRoutesWarning, match=r"s in all, for .*: because"):
+        mapped.told(problem, 20_000, "because")
+    mapped.told(problem, 10, "because")
+    quick = Body(("2.228", "0.561", "1.673"), (1, 1, 0), "0.018")
+    mapped.told(RouteProblem(quick, exact(1), exact("1e-8"), 15), 1_000_000, "because")
+    monkeypatch.setattr(codes, "MANY", 1)
+    monkeypatch.setattr(mapped, "LONG", 0)
+    with pytest.warns(mapped.SlowRoutesWarning, match="nearly symmetric: its surfaces are split"):
+        found(symmetric, PHASES[:1], h0=1, n_symbols=1, precisions=(53,))
+
+
 def test_orbits_without_a_map_are_integrated_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     heavy = Body((2, 1, "1.5"), (1, 1, 0), "0.5")
     with pytest.raises(MapError):

@@ -25,8 +25,9 @@ from rigidpend.cli import main
 from rigidpend.experiments.route_map import compute
 from rigidpend.machine.workers import WorkerError
 from rigidpend.results import store
-from rigidpend.runs import cluster, loading, runner
-from tests.config.samples import HEAD, written
+from rigidpend.runs import certificate_files, cluster, loading, runner
+from tests.cli.calls import call
+from tests.config.samples import HEAD, SMALL, written
 
 MAP = f"""\
 {HEAD.format(experiment="route_map", n_symbols=16)}\
@@ -288,11 +289,34 @@ def test_without_the_extra_the_command_says_how_to_install_it(
     assert not list(tmp_path.iterdir())
 
 
-def test_an_experiment_that_is_not_in_pieces_is_refused(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+@pytest.mark.slow
+def test_experiments_sweeps_proofs_and_orbits_come_from_a_cluster_as_from_here(
+    dask: Dask, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(cluster, "check_extra", lambda: None)
-    given = ["run", "fig4", "--scheduler", "tcp://nowhere:1", "--out", str(tmp_path)]
-    done = CliRunner().invoke(main, given)
-    assert done.exit_code == 2
-    assert "a cluster serves route_map" in done.stderr
+    dask.worker()
+    here, there = tmp_path / "here", tmp_path / "there"
+    written(tmp_path, SMALL, "small.yaml")
+    far = ("--scheduler", dask.address)
+    given = ("small.yaml", "--set", "problem.n_symbols=2", "--out")
+    for folder, more in ((here, ()), (there, far)):
+        swept = ("--sweep", "problem.mu=1e-3,2e-3", "-q", *more)
+        for done in (
+            call(tmp_path, "run", *given, str(folder), *swept),
+            call(tmp_path, "certify", *given, str(folder), *more),
+        ):
+            assert done.returncode == 0, done.stderr
+    for name in ("small_mu=1e-3.h5", "small_mu=2e-3.h5", "small.certificate.h5"):
+        read = certificate_files.read if "certificate" in name else store.load
+        one, other = (read(folder / name) for folder in (here, there))
+        assert plain(one["data"]) == plain(other["data"])
+        assert ("workers" in one["provenance"], "workers" in other["provenance"]) == (False, True)
+    codes = [x for code in ("0001", "0010") for x in ("--code", code)]
+    rows = [call(tmp_path, "find", "fig4", *codes, *more).stdout for more in ((), far)]
+    assert rows[0] == rows[1] != ""
+
+
+def plain(tree: Any) -> Any:
+    """Groups and arrays as what compares by value."""
+    if isinstance(tree, dict):
+        return {name: plain(node) for name, node in tree.items()}
+    return repr(np.asarray(tree).tolist())

@@ -11,6 +11,7 @@ from typing import Any
 import h5py
 import pytest
 
+from rigidpend import experiments
 from rigidpend.experiments.route_codes import compute as route_codes
 from rigidpend.machine import code_hash
 from rigidpend.orbits.integrate import engines
@@ -238,3 +239,16 @@ def test_a_result_whose_name_differs_in_case_only_is_not_made(tmp_path: Path) ->
     # Where both are there, the system tells them apart.
     (tmp_path / "small.h5").write_bytes(b"this one")
     assert runner.plan(config, tmp_path, force=True).reason
+
+
+def test_how_long_a_plan_takes_is_told_by_what_is_stored_or_else_by_its_experiment(
+    tmp_path: Path,
+) -> None:
+    config = loading.load(written(tmp_path, SMALL))
+    told = experiments.cost(config.experiment, config.content)
+    assert told
+    for seconds, reason, expected in ((7.0, "", 7.0), (7.0, "x", 7.0), (0.0, "x", told)):
+        plan = runner.Plan(config, "taylor", tmp_path / "a.h5", {}, reason, seconds=seconds)
+        assert runner.expected_seconds(plan) == expected
+    nothing = runner.Plan(config, "taylor", tmp_path / "a.h5", {}, "")
+    assert runner.expected_seconds(nothing) is None

@@ -245,15 +245,45 @@ def test_two_engines_are_compared_and_agree(copy: Path, monkeypatch: pytest.Monk
     engines = []
     verified = regression.verify
 
-    def noted(config: Any, stored: Path, **more: Any) -> list[str]:
-        of = store.load(stored)["config"], config.resolved()
+    def noted(config: Any, stored: Path, *, fresh: Path, **more: Any) -> list[str]:
+        of = store.load(stored)["config"], store.load(fresh)["config"]
         engines.append([one["numerics"]["engine"] for one in of])
-        return verified(config, stored, **more)
+        return verified(config, stored, fresh=fresh, **more)
 
     monkeypatch.setattr(regression, "verify", noted)
     loaded = loading.load(Path("configs/small.yaml"))
-    assert regression.verify_by_engines(loaded, jobs=1) == []
+    assert regression.verify_by_engines(loaded, jobs=1).differences == []
     assert engines == [["taylor", "scipy"]]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tolerance", ["auto", "1e-7"])
+def test_a_referee_accuses_of_what_is_more_than_its_own_error(
+    copy: Path, monkeypatch: pytest.MonkeyPatch, tolerance: str
+) -> None:
+    """At 1e-7 DOP853 errs by more than is allowed; at its own tolerance it sees a late time."""
+    compute = runner.run
+
+    def late(planned: Any, **more: Any) -> str:
+        told = compute(planned, **more)
+        if planned.engine == "taylor" and tolerance == "auto":
+            with h5py.File(planned.target, "a") as file:
+                file["data/only/crossing_time"][2, 1] += 1e-6
+        return told
+
+    monkeypatch.setattr(regression, "run", late)
+    given = ("--set", "problem.mu=0.002", "--set", f"numerics.tolerance={tolerance}", "--json")
+    done = called("configs/small.yaml", *given)
+    [found] = json.loads(done.stdout)["results"]
+    if tolerance == "auto":
+        assert done.exit_code == 1
+        assert [one["place"] for one in found["differences"]] == ["only/crossing_time[2, 1]"]
+    else:
+        assert done.exit_code == 3
+        assert found["differences"] == []
+        assert found["tolerances"] == [1e-7, 1e-6]
+        places = {one["place"].partition("[")[0] for one in found["undecided"]}
+        assert places == {"only/crossing_time", "only/certain"}
 
 
 @pytest.mark.slow

@@ -114,7 +114,9 @@ def test_the_section_is_met_at_the_same_point_from_any_depth() -> None:
     for depth in (40, 43, 60):
         points = meet(s, phases, M.mpf(depth), ARITHMETIC)
         assert points is not None
-        found.append(np.array([float(x) for x in harmonics(points, kind(s, ARITHMETIC)) or []]))
+        told = harmonics(points, kind(s, ARITHMETIC))
+        assert told is not None
+        found.append(np.array(told.known, dtype=float))
     assert np.abs(found[0]).max() > 1e-5
     np.testing.assert_allclose(found[1], found[0], rtol=0, atol=1e-15)
     np.testing.assert_allclose(found[2], found[0], rtol=0, atol=1e-15)

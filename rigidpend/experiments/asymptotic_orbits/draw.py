@@ -11,9 +11,17 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots.code_arrays import NORM, symbol_entries
-from rigidpend.experiments.plots.palette import BLUE, GREEN, PINK, RED, WIDTH
-from rigidpend.experiments.plots.panels import entry, title
+from rigidpend.experiments.plots import (
+    BLUE,
+    GREEN,
+    PINK,
+    RED,
+    SYMBOL_NORM,
+    WIDTH,
+    entry,
+    symbol_entries,
+    title,
+)
 
 HEIGHT = 5.4
 """Height of the figure, inches."""
@@ -57,7 +65,7 @@ def _draw_plane(axes: Axes, data: Data) -> None:
         np.arange(rows + 1) + 0.5,
         plane["codes"],
         cmap=ListedColormap(list(SHADES)),
-        norm=NORM,
+        norm=SYMBOL_NORM,
         rasterized=True,
     )
     for name, orbits in data["orbits"].items():

@@ -9,8 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots.palette import BLUE, RED, WIDTH
-from rigidpend.experiments.plots.panels import entry
+from rigidpend.experiments.plots import BLUE, RED, WIDTH, entry
 
 COLUMN, ROW = 0.87, 2.35
 """Largest width and the height of a panel, inches."""

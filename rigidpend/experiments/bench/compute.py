@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-import tempfile
+import importlib.util
+import math
+from collections.abc import Sequence
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rigidpend.config.description import Row, exact_row
 from rigidpend.experiments import heyoka_peer
-from rigidpend.experiments.bench import layout
-from rigidpend.experiments.bench.measuring import choice, problems, records
-from rigidpend.experiments.bench.measuring.methods import METHODS
+from rigidpend.experiments.bench import drawn, layout, methods
+from rigidpend.experiments.bench.measuring.problems import ASKED
 from rigidpend.experiments.bench.measuring.worker import Order, measured
+from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import datasets
+from rigidpend.experiments.data.layout import Fields, datasets
 from rigidpend.experiments.data.tree import Data, Dataset, Tree
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.engines import EngineError
@@ -26,6 +27,12 @@ if TYPE_CHECKING:
 
 PATIENCE, GRACE = 4, 120
 """A worker is ended after so many budgets, and so many seconds more."""
+BODIES_AT_ONCE = 20
+"""Bodies of a worker, whose measurements an interrupted run keeps."""
+COMPLETE = "complete"
+Line = dict[str, Any]
+Truth = dict[str, dict[str, Any]]
+"""Arrays by problem and name."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -35,7 +42,8 @@ def compute(config: Config, means: Means) -> Tree:
     -------
     Tree
         A group for each problem, with a record of the search for each method; `meetings`, by
-        the number of threads, then by problem; `random_phases`, by J1_0; `many_orbits`.
+        the number of threads, then by problem; `random_phases`, by J1_0; `many_orbits`; `bodies`,
+        by their list.
 
     Raises
     ------
@@ -44,139 +52,187 @@ def compute(config: Config, means: Means) -> Tree:
     """
     if not heyoka_peer.installed():
         raise EngineError("the references need the package heyoka, which is not installed")
-    with tempfile.TemporaryDirectory() as folder:
-        reference = Path(folder) / "reference.npz"
-        np.savez(reference, **_references(config, means))
-        groups = _searched(config, str(reference), means)
-        met = {
-            f"threads_{count}": _met(config, groups, str(reference), count, means)
-            for count in config.meeting.threads
-        }
+    truth = _truth(config, means)
+    groups = _searched(config, truth, means)
+    met = {
+        f"threads_{count}": _met(config, groups, truth, count, means)
+        for count in config.meeting.threads
+    }
     phases = _random_phases(config, means)
-    many = _many(config, groups, means)
-    return {**groups, "meetings": met, "random_phases": phases, "many_orbits": many}
+    many, bodies = _many(config, groups, means), _bodies(config, groups, means)
+    last = {"random_phases": phases, "many_orbits": many, "bodies": bodies}
+    return {**groups, "meetings": met, **last}
 
 
 def describe(config: Config) -> list[Row]:
     """Describe a config in rows, units named."""
-    p, search, meeting = config.problem, config.search, config.meeting
-    asked = {name: problems.module(name) for name in p.problems}
+    p, search, meeting, bodies = config.problem, config.search, config.meeting, config.bodies
+    many = f"{bodies.kept} kept, {bodies.drawn} of seed {bodies.seed}"
     return [
-        *(Row(name, problem.TITLE, problem.ERROR) for name, problem in asked.items()),
+        *(Row(name, PROBLEMS[name].title, PROBLEMS[name].error) for name in p.problems),
         *(Row(name, METHODS[name].family, METHODS[name].label) for name in p.methods),
         Row("search", f"{search.seconds} s", "a method's budget at a problem, every setting"),
         exact_row("rounds", "of the meeting; the median of their ratios counts", meeting.rounds),
         exact_row("threads", "of the meetings", *meeting.threads),
         exact_row("phases", "random ones for each J1_0, against 113 bits", config.phases.orbits),
+        Row("bodies", many, f"drawn by lot, {bodies.orbits} orbits of each"),
     ]
 
 
-def _references(config: Config, means: Means) -> dict[str, Any]:
-    """The truth of every problem, as arrays named PROBLEM.NAME."""
-    arrays: dict[str, Any] = {}
+def _truth(config: Config, means: Means) -> Truth:
+    """The truth of every problem, in lists that a worker can be told."""
+    found = {}
     for name in config.problem.problems:
-        truth = means.part(f"reference.{name}", partial(_reference, config, name))
-        means.report(f"{problems.module(name).TITLE}: reference")
-        for key, node in truth.items():
-            arrays[f"{name}.{key}"] = node[0]  # type: ignore[index]
-    return arrays
+        part: Any = means.part(f"reference.{name}", partial(_reference, config, name))
+        means.report(f"{PROBLEMS[name].title}: reference")
+        found[name] = {key: np.asarray(node[0]).tolist() for key, node in part.items()}
+    return found
 
 
 def _reference(config: Config, name: str) -> Tree:
-    problem = problems.module(name)
-    found = problem.reference(problem.task(config.problem))
+    asked = ASKED[name]
+    found = asked.truth(asked.task(config.problem))
     return {key: Dataset(values, "", "the truth") for key, values in found.items()}
 
 
-def _searched(config: Config, reference: str, means: Means) -> dict[str, dict[str, Any]]:
+def _searched(config: Config, truth: Truth, means: Means) -> dict[str, dict[str, Any]]:
     """The records of every problem; a worker for each method."""
-    groups: dict[str, dict[str, Any]] = {name: _titles(name) for name in config.problem.problems}
+    groups: dict[str, dict[str, Any]] = {
+        name: datasets(layout.PROBLEM, PROBLEMS[name]._asdict()) for name in config.problem.problems
+    }
     for key in config.problem.methods:
         asked = _asked(config, key)
         if not asked:
             continue
-        found = means.part(f"search.{key}", partial(_search, config, key, asked, reference))
+        found = means.part(f"search.{key}", partial(_search, config, key, asked, truth))
         for name, record in found.items():
             groups[name][key] = record
         means.report(f"{METHODS[key].label}: {_said(found)}")
     return groups
 
 
-def _titles(name: str) -> dict[str, Any]:
-    problem = problems.module(name)
-    return datasets(layout.PROBLEM, {key: getattr(problem, key.upper()) for key in layout.PROBLEM})
-
-
 def _asked(config: Config, key: str) -> dict[str, list[Any]]:
     """The problems that a method answers, and the knobs it is tried with."""
     method = METHODS[key]
     return {
-        name: choice.knobs(method, config.search, problems.module(name).KIND == "long")
+        name: methods.knobs(method, config.search, PROBLEMS[name].kind == "long")
         for name in config.problem.problems
-        if method.answer(name, problems.module(name).KIND)
+        if method.answer(name)
     }
 
 
-def _search(config: Config, key: str, asked: dict[str, list[Any]], reference: str) -> Tree:
+def _search(config: Config, key: str, asked: dict[str, list[Any]], truth: Truth) -> Tree:
     """The records of a method, by problem."""
     method, search = METHODS[key], config.search
-    if method.absent():
-        return {name: records.absent(method.absent()) for name in asked}
+    if missing := _missing(key):
+        said = f"absent: {missing} is not installed"
+        return {name: {"ended": layout.ENDED.dataset(said)} for name in asked}
     tried = [{"knobs": knobs} for knobs in asked.values()]
-    more: dict[str, Any] = {"problems": tuple(asked), "reference": reference}
+    more: dict[str, Any] = {"problems": tuple(asked), "truth": truth}
     given = search.repeats, search.seconds, len(asked)
     lines, ended = _measured(config, "search", {key: tried}, *given, **more)
     return {
-        name: records.searched(lines, ended, name, len(knobs) * len(method.variants))
+        name: searched(lines, ended, name, len(knobs) * len(method.variants))
         for name, knobs in asked.items()
+    }
+
+
+def _missing(key: str) -> str:
+    """Name the first of a method's libraries that is not installed; empty where all are."""
+    missing = [x for x in METHODS[key].libraries if importlib.util.find_spec(x) is None]
+    return missing[0] if missing else ""
+
+
+def searched(lines: list[Line], ended: str, problem: str, planned: int) -> Tree:
+    """The record of a method at a problem, of what a worker told.
+
+    Parameters
+    ----------
+    lines : list of dict
+        All that it told: first the costs of its import.
+    ended : str
+        What went wrong with the worker; empty where nothing did.
+    problem : str
+    planned : int
+        How many measurements were asked for.
+    """
+    own = [line for line in lines[1:] if line["problem"] == problem]
+    rows = [line for line in own if "knob" in line]
+    wrong = next((line["failed"] for line in own if "failed" in line), ended)
+    said = f"{len(rows)} of {planned}"
+    cut = f"cut at the budget: {said}" if len(rows) < planned else COMPLETE
+    once = {k: v for line in [*lines[:1], *own] for k, v in line.items() if k in layout.ONCE}
+    return {
+        "ended": layout.ENDED.dataset(f"{wrong}: {said}" if wrong else cut),
+        **{
+            name: layout.ONCE[name].dataset(value if isinstance(value, str) else float(value))
+            for name, value in once.items()
+        },
+        **_arrays(layout.ROWS, rows),
+    }
+
+
+def _arrays(fields: Fields, rows: Sequence[Line]) -> Tree:
+    """Arrays of those fields that rows have, by their names."""
+    return {
+        name: field.dataset(np.array([row[name] for row in rows], dtype=float))
+        for name, field in fields.items()
+        if rows and name in rows[0]
+    }
+
+
+def _single(fields: Fields, row: Line) -> Tree:
+    """Numbers and lists of those fields that a row has."""
+    return {
+        name: field.dataset(np.array(row[name], dtype=float))
+        for name, field in fields.items()
+        if name in row
     }
 
 
 def _measured(
     config: Config,
     work: str,
-    methods: dict[str, list[Any]],
+    tried: dict[str, list[Any]],
     repeats: int,
     seconds: Scalar,
     budgets: int,
     **more: Any,
 ) -> tuple[list[dict[str, Any]], str]:
     """Measurements of some methods by a worker, within so many budgets, and how that ended."""
-    sizes = config.problem.model_dump()
-    order = Order(work, methods, sizes, repeats, float(seconds), **more)
+    sizes = more.pop("sizes", None) or config.problem.model_dump()
+    order = Order(work, tried, sizes, repeats, float(seconds), **more)
     return measured(order, PATIENCE * order.seconds * budgets + GRACE)
 
 
-def _met(config: Config, groups: Any, reference: str, threads: int, means: Means) -> Tree:
+def _met(config: Config, groups: Any, truth: Truth, threads: int, means: Means) -> Tree:
     """The meetings of all problems with so many threads."""
     found = {}
     for name in config.problem.problems:
-        chosen = choice.guests(name, _records(groups[name]), config, threads)
+        chosen = methods.guests(name, _records(groups[name]), config, threads)
         if len(chosen) < 2:
             continue
-        made = partial(_meeting, config, name, chosen, reference, threads)
+        made = partial(_meeting, config, name, chosen, truth, threads)
         found[name] = means.part(f"meeting.{threads}.{name}", made)
-        title = problems.module(name).TITLE
+        title = PROBLEMS[name].title
         means.report(f"{title}, {threads} thread{'s' * (threads > 1)}: {_ended(found[name])}")
     return found
 
 
-def _meeting(
-    config: Config, name: str, chosen: dict[str, Any], reference: str, threads: int
-) -> Tree:
+def _meeting(config: Config, name: str, chosen: dict[str, Any], truth: Truth, threads: int) -> Tree:
     guests, meeting = {key: [entry] for key, entry in chosen.items()}, config.meeting
     given = meeting.rounds, meeting.seconds, len(chosen)
-    more: dict[str, Any] = {"problems": (name,), "reference": reference, "threads": threads}
+    more: dict[str, Any] = {"problems": (name,), "truth": truth, "threads": threads}
     lines, ended = _measured(config, "meeting", guests, *given, **more)
     found: dict[str, Any] = {
         line["method"]: {
-            **records.single(layout.ONE_SETTING | layout.ROUND, line),
-            "chosen": layout.CHOSEN.dataset(choice.spelt(chosen[line["method"]])),
+            **_single(layout.ONE_SETTING | layout.ROUND, line),
+            "chosen": layout.CHOSEN.dataset(methods.spelt(chosen[line["method"]])),
         }
         for line in lines
     }
     missing = ", ".join(sorted(set(chosen) - set(found)))
-    said = f"{ended or 'no answer'}: {missing}" if missing else records.COMPLETE
+    said = f"{ended or 'no answer'}: {missing}" if missing else COMPLETE
     return {**found, "ended": layout.ENDED.dataset(said)}
 
 
@@ -191,7 +247,7 @@ def _random_phases(config: Config, means: Means) -> Tree:
     """Wrong symbols, by J1_0 and method."""
     groups: dict[str, dict[str, Any]] = {}
     for key in config.phases.methods:
-        if METHODS[key].absent():
+        if _missing(key):
             continue
         for start, record in means.part(f"phases.{key}", partial(_phases, config, key)).items():
             groups.setdefault(start, {})[key] = record
@@ -200,20 +256,20 @@ def _random_phases(config: Config, means: Means) -> Tree:
 
 
 def _phases(config: Config, key: str) -> Tree:
-    tried, asked = [choice.finest(METHODS[key], config.search)], config.phases
+    tried, asked = [methods.finest(key, config.search)], config.phases
     lines, ended = _measured(config, "phases", {key: tried}, asked.orbits, asked.seconds, 2)
     if ended:
         raise RuntimeError(f"random phases, {METHODS[key].label}: {ended}")
-    return {f"J1_0_{line['J1_0']}": records.single(layout.COUNTED, line) for line in lines}
+    return {f"J1_0_{line['J1_0']}": _single(layout.COUNTED, line) for line in lines}
 
 
 def _many(config: Config, groups: Any, means: Means) -> Tree:
     """Times against the number of orbits, by method."""
     codes, found = _records(groups.get("codes", {})), {}
     for key in config.many.methods:
-        if METHODS[key].absent() or not METHODS[key].answer("many", "routes"):
+        if _missing(key):
             continue
-        entry = choice.best("codes", key, codes, config.search)
+        entry = methods.best("codes", key, codes, config.search)
         found[key] = means.part(f"many.{key}", partial(_many_of, config, key, entry))
         means.report(f"many orbits, {METHODS[key].label}: {_ended(found[key])}")
     return found
@@ -226,10 +282,62 @@ def _many_of(config: Config, key: str, entry: dict[str, Any]) -> Tree:
     if not lines:
         raise RuntimeError(f"many orbits, {METHODS[key].label}: {ended}")
     return {
-        **records.arrays(layout.NUMBERS, lines),
-        "chosen": layout.CHOSEN.dataset(choice.spelt(entry)),
-        "ended": layout.ENDED.dataset(ended or records.COMPLETE),
+        **_arrays(layout.NUMBERS, lines),
+        "chosen": layout.CHOSEN.dataset(methods.spelt(entry)),
+        "ended": layout.ENDED.dataset(ended or COMPLETE),
     }
+
+
+def _bodies(config: Config, groups: Any, means: Means) -> Tree:
+    """Times with bodies drawn by lot, those that are kept and those of the seed."""
+    asked, codes = config.bodies, _records(groups.get("codes", {}))
+    entries = {
+        key: [methods.best("codes", key, codes, config.search)]
+        for key in asked.methods
+        if not _missing(key)
+    }
+    parts = []
+    for kept, seed, n in ((True, drawn.SEED, asked.kept), (False, asked.seed, asked.drawn)):
+        for k in range(0, n, BODIES_AT_ONCE):
+            numbers = tuple(range(k, min(k + BODIES_AT_ONCE, n)))
+            work = partial(_some_bodies, config, kept, seed, n, numbers, entries)
+            title = "kept" if kept else "drawn"
+            parts.append(means.part(f"bodies.{title}.{k}", work))
+            means.report(f"bodies, {title}, from {k}: {_ended(parts[-1])}")
+    measured = [part for part in parts if len(part) > 1]
+    said = next((x for x in map(_ended, parts) if x != COMPLETE), COMPLETE)
+    return {**_joined(measured), "ended": layout.ENDED.dataset(said)} if measured else {}
+
+
+def _some_bodies(config: Config, kept: bool, seed: int, n: int, numbers: Any, entries: Any) -> Tree:
+    """The bodies of those numbers in their list, and the records of all methods with them."""
+    asked = config.bodies
+    sizes = {"seed": seed, "bodies": n, "orbits": asked.orbits, "longest": asked.longest}
+    more: dict[str, Any] = {"sizes": sizes, "numbers": numbers, "threads": asked.threads}
+    # Of peers and of the truth, and of ours.
+    budgets = len(numbers) * (len(entries) + math.ceil(asked.longest / float(asked.seconds)))
+    given = asked.repeats, asked.seconds, budgets
+    lines, ended = _measured(config, "bodies", entries, *given, **more)
+    cut = ended or ("" if len(lines) == len(numbers) else "cut at the budget")
+    said = f"{cut}: {len(lines)} of {len(numbers)}" if cut else COMPLETE
+    if not lines:
+        return {"ended": layout.ENDED.dataset(said)}
+    rows = []
+    for k in numbers[: len(lines)]:
+        problem = drawn.drawn(seed, n)[k]
+        body = problem.body
+        values = *body.A, *body.r[:2], body.mu, problem.h0, problem.J1_0
+        rows.append(dict(zip(layout.BODY, (kept, *map(float, values)), strict=True)))
+    each = {key: _arrays(layout.OF_BODIES, [line[key] for line in lines]) for key in entries}
+    return {**_arrays(layout.BODY, rows), **each, "ended": layout.ENDED.dataset(said)}
+
+
+def _joined(parts: list[Any]) -> Any:
+    """Trees of arrays as one, end to end."""
+    first: Any = parts[0]
+    if isinstance(first, Dataset):
+        return first._replace(values=np.concatenate([part.values for part in parts]))
+    return {name: _joined([part[name] for part in parts]) for name in first if name != "ended"}
 
 
 def _said(found: Any) -> str:

@@ -1,4 +1,4 @@
-"""Figure of the benchmark, one page: who is faster, work and error, trust, and many orbits."""
+"""Figure of the benchmark, one page: who is faster, with which bodies, how exact and how true."""
 
 from __future__ import annotations
 
@@ -7,16 +7,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
+from matplotlib.ticker import NullFormatter, PercentFormatter
 
-from rigidpend.experiments.bench.measuring import reading
-from rigidpend.experiments.bench.measuring.problems import NAMES
+from rigidpend.experiments.bench import report
+from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots.palette import BLUE, GREEN, ORANGE, PINK, RED, SKY, WIDTH
-from rigidpend.experiments.plots.panels import entry, title
+from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, PINK, RED, SKY, WIDTH, entry, title
 
-ROW, DIAGRAM, LEGEND = 0.24, 2.35, 1.35
-"""Inches: a row of ratios, a diagram, and the legend with the labels of the axes."""
+ROW, DIAGRAM = 0.25, 2.15
+"""Inches: a row of ratios, and a diagram."""
 LARGEST = 3.0
 """Errors beyond, which are of the size of the answer, are not drawn."""
 FASTER = "#FBEFE6"
@@ -24,127 +23,139 @@ FASTER = "#FBEFE6"
 
 
 class Appearance(NamedTuple):
-    """The drawn form of a method."""
+    """Appearance of the methods of a family."""
 
     label: str
     colour: str
     marker: str
-    line: str = "-"
-    width: float = 0.9
-
-    @property
-    def style(self) -> dict[str, Any]:
-        """The same in the words of a plot."""
-        size = 8.0 if self.marker == "*" else 3.8 if self.line else 5.0
-        line = {"color": self.colour, "ls": self.line or "none", "lw": self.width}
-        return {**line, "marker": self.marker, "ms": size, "mew": 0.7}
 
 
-OURS, HEYOKA, CYRK, JAX, SCIPY, GREY = BLUE, ORANGE, GREEN, PINK, RED, "#666666"
 APPEARANCES = {
-    "scipy_dop853": Appearance("SciPy DOP853", SCIPY, "s"),
-    "scipy_radau": Appearance("SciPy Radau", SCIPY, "^", ":"),
-    "scipy_lsoda": Appearance("SciPy LSODA", SCIPY, "v", "--"),
-    "scipy_two_tolerances": Appearance("SciPy, compared", SCIPY, "X", ""),
-    "cvode": Appearance("SUNDIALS CVODE", GREY, "D", "--"),
-    "rebound": Appearance("REBOUND", GREY, "o"),
-    "diffrax": Appearance("diffrax, vmapped", JAX, "P"),
-    "diffrax_two_tolerances": Appearance("diffrax, compared", JAX, "X", ""),
-    "lie_poisson": Appearance("operator splitting", SKY, "D"),
-    "cyrk": Appearance("CyRK, compiled", CYRK, "o"),
-    "cyrk_two_methods": Appearance("CyRK, compared", CYRK, "X", ""),
-    "heyoka_ensemble": Appearance("heyoka, ensemble", HEYOKA, "^", ":"),
-    "heyoka_eq1": Appearance("heyoka, (eq1)", HEYOKA, "o", "--"),
-    "heyoka_principal": Appearance("heyoka, Euler-Poisson", HEYOKA, "s"),
-    "heyoka_two_tolerances": Appearance("heyoka, 2 tolerances", HEYOKA, "X", ""),
-    "heyoka_two_forms": Appearance("heyoka, both forms", HEYOKA, "P", ""),
-    "aligned_113": Appearance("ours, 113 bits", OURS, "v", ""),
-    "aligned_106": Appearance("ours, 106 bits", OURS, "D", ""),
-    "aligned_64": Appearance("ours, 64 bits", OURS, "^", ""),
-    "aligned_batch": Appearance("ours, batches", OURS, "s", "-", 2.0),
-    "route_codes_map": Appearance("ours, maps, certain", "black", "o", "-", 2.0),
-    "route_codes": Appearance("ours, certain", "black", "P", ""),
-    "closed_form": Appearance("ours, closed form", "black", "*", ""),
+    "scipy": Appearance("SciPy DOP853", RED, "v"),
+    "diffrax": Appearance("diffrax (JAX)", PINK, "P"),
+    "lie_poisson": Appearance("our operator splitting", SKY, "D"),
+    "cyrk": Appearance("CyRK (numba)", GREEN, "o"),
+    "heyoka": Appearance("heyoka, batches", ORANGE, "s"),
+    "ours": Appearance("rigidpend", BLUE, "*"),
 }
-"""Appearance of the methods, in the order in which they are drawn: ours lies above."""
+"""Appearance of the families, in the order in which they are drawn: ours lies above."""
+CERTAIN = {"color": "black", "ls": "-", "lw": 1.6}
+"""Ours, every symbol certain: a line of its own, for no peer has it."""
+
+
+def style(name: str) -> dict[str, Any]:
+    """The words of a plot for a method: the colour tells whose, dashes that two runs compare."""
+    method = METHODS[name]
+    look = APPEARANCES[method.family]
+    said: dict[str, Any] = {
+        "color": look.colour,
+        "marker": look.marker,
+        "ls": "--" if method.certain else "-",
+    }
+    said |= {"ms": 7.5 if look.marker == "*" else 4.2, "lw": 1.1, "mew": 0.8}
+    if method.certain and method.family == "ours":
+        said |= CERTAIN
+    return {**said, "label": name, "zorder": 3.0 + list(APPEARANCES).index(method.family)}
 
 
 def draw(result: Loaded) -> Figure:
     """Draw a result: the ratios of all problems above, then two diagrams a row."""
     data = result["data"]
-    rows = [
-        (name, threads, met)
-        for name in NAMES
-        for threads in (1, 2)
-        if name in data and (met := reading.met(data, name, threads))
-    ]
     diagrams = [
-        *((_draw_work, data[name]) for name in ("codes", "free_body") if name in data),
-        *((_draw_wrong, data[name]) for name in ("random_phases",) if data.get(name)),
-        *((_draw_many, data[name]) for name in ("many_orbits",) if data.get(name)),
+        *((_draw_again, _draw_first) if data.get("bodies") else ()),
+        *((_draw_work,) if "codes" in data else ()),
+        *((_draw_wrong,) if data.get("random_phases") else ()),
+        *((_draw_many,) if data.get("many_orbits") else ()),
     ]
-    heights = [ROW * (len(rows) + 3), DIAGRAM * -(-len(diagrams) // 2)]
-    figure = Figure(figsize=(WIDTH, sum(heights) + LEGEND))
+    # What is left of the last row holds the legend.
+    rows, lines = len(diagrams) // 2 + 1, len(list(_meetings(data)))
+    heights = [ROW * (lines + 3.2), DIAGRAM * rows]
+    figure = Figure(figsize=(WIDTH, sum(heights)))
     figure.set_layout_engine("constrained", w_pad=0.05, h_pad=0.05)
     # Apart, so that the long names above take no width from the diagrams.
     halves: Any = figure.subfigures(2, 1, height_ratios=heights)
     above, below = halves
-    axes = [above.subplots()]
-    _draw_ratios(axes[0], data, rows)
-    for k, (draw_one, group) in enumerate(diagrams, 1):
-        axes.append(below.add_subplot(-(-len(diagrams) // 2), 2, k))
-        draw_one(axes[-1], group)
-    for each, letter in zip(axes, "abcde", strict=False):
-        title(each, letter, each.get_title())
-        each.set_title("")
-        each.grid(alpha=0.25, lw=0.4)
-    shown = {str(line.get_label()) for each in axes for line in each.lines}
-    looks = [look for name, look in reversed(APPEARANCES.items()) if name in shown]
-    handles = [entry(look.label, **look.style) for look in looks]
-    figure.legend(handles=handles, loc="outside lower center", ncols=4, columnspacing=1.2)
+    grid = below.add_gridspec(rows, 2)
+    every = [above.subplots()]
+    _draw_ratios(every[0], data)
+    for k, draw_one in enumerate(diagrams):
+        every.append(below.add_subplot(grid[k // 2, k % 2]))
+        draw_one(every[-1], data)
+    for axes, letter in zip(every, "abcdef", strict=False):
+        title(axes, letter, axes.get_title())
+        axes.set_title("")
+        axes.grid(alpha=0.25, lw=0.4)
+    _draw_legend(below.add_subplot(grid[-1, len(diagrams) % 2 :]), every)
     return figure
 
 
-def _draw_ratios(axes: Axes, data: Data, rows: list[Any]) -> None:
-    """Times in units of ours, a row a problem and number of threads; hollow: level not reached."""
-    axes.set_title("time in units of ours, each at its best setting; hollow: too inexact")
-    for row, (_, _, met) in enumerate(rows):
-        axes.plot([met[0].ratio, met[-1].ratio], [row, row], color="0.85", lw=0.8, zorder=1)
-        for result in met:
-            look = APPEARANCES[result.method]
-            face = look.colour if result.reached else "white"
-            style = {**look.style, "ls": "none", "mfc": face, "ms": look.style["ms"] + 1.2}
-            axes.plot(result.ratio, row, label=result.method, zorder=_order(result.method), **style)
+def _meetings(data: Data) -> Any:
+    """Problems at which methods met, with their standings, one thread."""
+    return ((name, met) for name in PROBLEMS if name in data and (met := report.met(data, name, 1)))
+
+
+def _draw_ratios(axes: Axes, data: Data) -> None:
+    """Times in units of ours: of each family the fastest; hollow: level not reached."""
+    axes.set_title("time at equal error, in units of ours; hollow: that error is not reached")
+    labels = []
+    for row, (name, met) in enumerate(_meetings(data)):
+        labels.append(str(data[name]["title"]))
+        best: dict[str, Any] = {}
+        for standing in sorted(met, key=lambda x: (not x.reached, x.ratio)):
+            if not METHODS[standing.method].certain:
+                best.setdefault(METHODS[standing.method].family, standing)
+        for standing in best.values():
+            look = style(standing.method)
+            face = look["color"] if standing.reached else "white"
+            axes.plot(
+                standing.ratio, row, **{**look, "ls": "none", "mfc": face, "ms": look["ms"] + 1}
+            )
     axes.axvline(1.0, color="black", lw=0.8, zorder=2)
     axes.set_xscale("log")
     low, high = axes.get_xlim()
     axes.set_xlim(min(low, 0.4), max(high, 2.5))
     axes.axvspan(axes.get_xlim()[0], 1.0, color=FASTER, zorder=0)
-    labels = [
-        str(data[name]["title"]) + ", 1 thread" if threads == 1 else "2 threads"
-        for name, threads, _ in rows
-    ]
-    axes.set_yticks(range(len(rows)), labels)
-    axes.set(ylim=(len(rows) - 0.3, -0.7), xlabel="tinted: faster than ours")
+    axes.set_yticks(range(len(labels)), labels)
+    axes.set(ylim=(len(labels) - 0.4, -0.6), xlabel="tinted: faster than ours")
     axes.tick_params(axis="y", length=0)
 
 
-def _draw_work(axes: Axes, group: Data) -> None:
-    """Time against error, the best of the settings; a hollow mark went only a part of the way."""
-    for name, record in _in_order(group):
-        if "error" not in record:
+def _draw_again(axes: Axes, data: Data) -> None:
+    _draw_shares(axes, {name: 1e6 * one.again for name, one in report.of_bodies(data).items()})
+    axes.set_title("bodies drawn by lot: the same call again")
+    axes.set(xlabel="time of an orbit (us)", ylabel="share of bodies below")
+
+
+def _draw_first(axes: Axes, data: Data) -> None:
+    found = report.of_bodies(data)
+    _draw_shares(axes, {name: one.first for name, one in found.items()})
+    orbits = max(data["bodies"][next(iter(found))]["orbits"])
+    axes.set_title("bodies drawn by lot: first call with each")
+    axes.set(xlabel=f"time of {orbits:,.0f} orbits (s)", ylabel="share of bodies below")
+
+
+def _draw_shares(axes: Axes, sample: dict[str, Any]) -> None:
+    """Share of the bodies with which a method takes less, against the time."""
+    for name, values in sample.items():
+        ordered = np.sort(values)
+        share = np.arange(1, ordered.size + 1) / ordered.size
+        axes.step(ordered, share, where="post", **{**style(name), "marker": ""})
+    axes.set(xscale="log", ylim=(0, 1.03))
+    axes.yaxis.set_major_formatter(PercentFormatter(1.0))
+
+
+def _draw_work(axes: Axes, data: Data) -> None:
+    """Time against error, the best of the settings of methods that vouch for nothing."""
+    for name, record in _in_order(data["codes"]):
+        if "error" not in record or METHODS[name].certain:
             continue
-        look = APPEARANCES[name]
         error = np.maximum(record["error"], np.finfo(float).eps)
         kept = _front(error, record["seconds"]) & np.isfinite(error) & (error <= LARGEST)
         order = np.argsort(-error[kept])
-        face = look.colour if record["part"][kept].all() else "white"
-        points = error[kept][order], record["seconds"][kept][order]
-        axes.plot(*points, label=name, mfc=face, zorder=_order(name), **look.style)
-    codes = "wrong_symbols" in group.get("aligned_batch", {})
-    axes.set_title(f"{group['title']}: each alone")
+        axes.plot(error[kept][order], record["seconds"][kept][order], **style(name))
+    axes.set_title("Fig. 4: time against error")
     axes.set(xscale="log", yscale="log", ylabel="time (s)")
-    axes.set_xlabel("error of the crossing times ($t'$)" if codes else "error (relative)")
+    axes.set_xlabel("error of the crossing times ($t'$)")
     axes.invert_xaxis()
 
 
@@ -155,20 +166,17 @@ def _front(error: Any, seconds: Any) -> Any:
     return ~strictly.any(axis=0)
 
 
-def _draw_wrong(axes: Axes, groups: Data) -> None:
+def _draw_wrong(axes: Axes, data: Data) -> None:
     """Wrong symbols per million against the time of an orbit; none at all lies on the floor."""
-    for group, filled in zip(groups.values(), (True, False), strict=False):
+    for group in data["random_phases"].values():
         for name, record in _in_order(group):
             wrong = 1e6 * float(record["wrong_trusted"]) / float(record["symbols"])
             cost = 1e3 * float(record["seconds"]) / float(record["orbits"])
-            style = {**APPEARANCES[name].style, "ls": "none", "clip_on": False}
-            style |= {} if filled else {"mfc": "white"}
-            axes.plot(cost, wrong, label=name, zorder=_order(name), **style)
-    starts = [name.removeprefix("J1_0_") for name in groups]
-    hollow = f", hollow: {starts[1]}" if len(starts) > 1 else ""
-    axes.set_title("symbols that are trusted and wrong")
-    axes.set(xscale="log", ylabel="wrong per million")
-    axes.set_xlabel(f"time of an orbit (ms); J1_0 = {starts[0]}{hollow}")
+            look = {**style(name), "ls": "none", "clip_on": False}
+            look |= {"marker": look.get("marker", "*")}
+            axes.plot(cost, wrong, **{**look, "mfc": "white"} if METHODS[name].certain else look)
+    axes.set_title("Fig. 4: wrong symbols; hollow: compared")
+    axes.set(xscale="log", xlabel="time of an orbit (ms)", ylabel="wrong per million")
     axes.set_yscale("symlog", linthresh=10, linscale=0.5)
     axes.set_ylim(0, max(100.0, 1.5 * axes.get_ylim()[1]))
     low, high = axes.get_xlim()
@@ -176,27 +184,32 @@ def _draw_wrong(axes: Axes, groups: Data) -> None:
     axes.xaxis.set_minor_formatter(NullFormatter())
 
 
-def _draw_many(axes: Axes, group: Data) -> None:
-    """Time against the number of orbits; dashed with what is made ready once."""
+def _draw_many(axes: Axes, data: Data) -> None:
+    """Time against the number of orbits; dotted where it is scaled."""
+    group = data["many_orbits"]
     most = max(float(max(record["orbits"])) for record in group.values())
     for name, record in _in_order(group):
         orbits, warm = np.asarray(record["orbits"]), np.asarray(record["seconds"])
-        style = {**APPEARANCES[name].style, "zorder": _order(name)}
-        axes.plot(orbits, warm, label=name, **{**style, "ls": "-"})
-        plain = {**style, "marker": "", "lw": 0.7}
+        axes.plot(orbits, warm, **style(name))
         beyond = np.array([orbits[-1], most])
-        scaled = warm[-1] * beyond / orbits[-1]
-        axes.plot(beyond, scaled, label="_scaled", **{**plain, "ls": ":"})
-        first = np.cumsum(record["prepare"]) + warm
-        axes.plot(orbits, first, label="_first", **{**plain, "ls": "--"})
-    axes.set_title("codes of ever more orbits")
-    axes.set(xscale="log", yscale="log", ylabel="time (s)")
-    axes.set_xlabel("orbits; dashed: first call, dotted: scaled")
+        dotted = {**style(name), "marker": "", "ls": ":", "label": "_scaled"}
+        axes.plot(beyond, warm[-1] * beyond / orbits[-1], **dotted)
+    axes.set_title("Fig. 4: codes of ever more orbits, warm")
+    axes.set(xscale="log", yscale="log", ylabel="time (s)", xlabel="orbits; dotted: scaled")
+
+
+def _draw_legend(axes: Axes, every: list[Axes]) -> None:
+    """Families that are shown, and what lines mean, in the place of a diagram."""
+    axes.set_axis_off()
+    shown = {str(line.get_label()) for one in every for line in one.lines} & set(METHODS)
+    families = {METHODS[name].family for name in shown}
+    looks = [look for family, look in reversed(APPEARANCES.items()) if family in families]
+    handles = [entry(x.label, color=x.colour, marker=x.marker, ms=6) for x in looks]
+    if any(METHODS[name].certain for name in shown):
+        handles.insert(1, entry("rigidpend, every symbol certain", **CERTAIN))
+        handles.append(entry("two runs of a peer compared", color="0.4", ls="--"))
+    axes.legend(handles=handles, loc="center", fontsize=8.5, frameon=False)
 
 
 def _in_order(group: Data) -> list[tuple[str, Data]]:
-    return [(name, group[name]) for name in APPEARANCES if name in group]
-
-
-def _order(name: str) -> float:
-    return 3.0 + list(APPEARANCES).index(name)
+    return [(name, group[name]) for name in METHODS if name in group]

@@ -1,4 +1,4 @@
-"""Layout of a result of `bench`: searches, meetings, random phases and ever more orbits."""
+"""Layout of a result of `bench`: searches, meetings, random phases, many orbits, and bodies."""
 
 from __future__ import annotations
 
@@ -124,6 +124,32 @@ NUMBERS = _floats(
 )
 MANY: Layout = {**NUMBERS, "chosen": CHOSEN, "ended": ENDED}
 """Record of a method at ever more orbits."""
+OF_BODIES = _floats(
+    {
+        "orbits": ("1", "orbits of each body, from random phases"),
+        "first": ("s", "first call with a body: made ready and solved, for all these orbits"),
+        "again": ("s", "the same call again, the median"),
+        "symbols": ("1", "symbols compared: of orbits before the first that is in doubt"),
+        "wrong": ("1", "of them wrong"),
+        "wrong_trusted": ("1", "of them wrong and vouched for; without a cross-check, all wrong"),
+        "undecided": ("1", "of them not vouched for"),
+    },
+    "bodies",
+    gaps=False,
+)
+"""Record of a method with bodies drawn by lot."""
+BODY = _floats(
+    {
+        "kept": ("1", "1 for a body that is the same in every run, 0 for one of the seed"),
+        **{f"A{i}": ("", f"principal moment A{i}") for i in (1, 2, 3)},
+        **{f"r{i}": ("1", f"centre of gravity, unit vector, axis {i}") for i in (1, 2)},
+        "mu": ("", "weight times distance"),
+        "h0": ("", "energy constant"),
+        "J1_0": ("1", "initial action, dimensionless"),
+    },
+    "bodies",
+    gaps=False,
+)
 PROBLEM = {
     "title": Field(TEXT, (), "text", "the problem", within=ANY),
     "error": Field(TEXT, (), "text", "what its error is", within=ANY),
@@ -135,4 +161,5 @@ LAYOUT: Layout = {
     "meetings": {"<threads>": {"<problems that met>": {"ended": ENDED, "<methods that met>": MET}}},
     "random_phases": {"<starts>": {"<methods>": COUNTED}},
     "many_orbits?": {"<methods of many>": MANY},
+    "bodies?": {**BODY, "ended": ENDED, "<methods with bodies>": OF_BODIES},
 }

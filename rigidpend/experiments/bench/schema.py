@@ -7,8 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field
 
 from rigidpend.config.schema import ExperimentConfig, Number, Part, Whole
-from rigidpend.experiments.bench.measuring.methods import METHODS
-from rigidpend.experiments.bench.measuring.problems import NAMES
+from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
 from rigidpend.numbers.generic import Scalar
 
 
@@ -48,6 +47,10 @@ MANY_METHODS = (
     "heyoka_two_forms", "scipy_dop853",
 )  # fmt: skip
 """Methods that are timed at ever more orbits, by default."""
+OF_BODIES = ("route_codes_auto", "heyoka_principal", "heyoka_two_tolerances", "cyrk")
+"""Methods that are timed with bodies drawn by lot, by default; ours first."""
+BY_PROBLEM = tuple(name for name, method in METHODS.items() if any(map(method.answer, PROBLEMS)))
+"""Methods that answer one of the problems."""
 Methods = Annotated[tuple[str, ...], _of("method", tuple(METHODS))]
 Seconds = Annotated[Number, AfterValidator(_positive)]
 Count = Annotated[Whole, Field(ge=1, le=10**7)]
@@ -58,9 +61,9 @@ Tolerances = Annotated[tuple[Number, ...], AfterValidator(_descending)]
 class Workload(Part):
     """Problems, their sizes and the methods that solve them."""
 
-    problems: Annotated[tuple[str, ...], _of("problem", NAMES)] = NAMES
+    problems: Annotated[tuple[str, ...], _of("problem", tuple(PROBLEMS))] = tuple(PROBLEMS)
     """Names of the problems to be solved."""
-    methods: Methods = tuple(METHODS)
+    methods: Methods = BY_PROBLEM
     """Names of the methods that solve them."""
     orbits: Count = 16
     """Orbits of the free body and of the pendulum, carried at once."""
@@ -74,8 +77,6 @@ class Workload(Part):
     """Orbits over long times, carried at once."""
     periods: Count = 2 * 10**4
     """Length of the orbits, in periods."""
-    few: Count = 3
-    """Orbits of a problem for methods that take one after the other; their time is scaled."""
 
 
 class Search(Part):
@@ -130,6 +131,29 @@ class ManyOrbits(Part):
     """Budget of a method at a number of orbits, seconds; beyond it times are scaled."""
 
 
+class Bodies(Part):
+    """Bodies drawn by lot: the first call with each, and the same call again."""
+
+    methods: Annotated[Methods, Field(min_length=1)] = OF_BODIES
+    """Names of the methods; the first, ours, follows all orbits."""
+    kept: Annotated[Whole, Field(ge=0, le=1000)] = 40
+    """Number of bodies that are the same in every run."""
+    drawn: Annotated[Whole, Field(ge=0, le=1000)] = 20
+    """Number of bodies that the seed draws."""
+    seed: Whole = 1
+    """Seed of these."""
+    orbits: Count = 20_000
+    """Orbits of each body, of 15 symbols."""
+    threads: Annotated[Whole, Field(ge=1, le=64)] = 2
+    """Threads of all methods that can use them."""
+    repeats: Annotated[Whole, Field(ge=1, le=100)] = 3
+    """Calls again with each body; their median counts."""
+    seconds: Seconds
+    """Time of a peer at a body, seconds of solving: it follows fewer orbits where it is slow."""
+    longest: Annotated[Whole, Field(ge=1, le=3600)] = 6
+    """Time of ours at a body on average, seconds: the list is cut where it takes longer."""
+
+
 class Config(ExperimentConfig):
     """A whole config."""
 
@@ -139,3 +163,4 @@ class Config(ExperimentConfig):
     meeting: Meeting
     phases: RandomPhases
     many: ManyOrbits = ManyOrbits()
+    bodies: Bodies

@@ -70,7 +70,7 @@ def _orbits(problem: Problem, level: Level, found: list[ClosedOrbit]) -> dict[st
         "action": actions(problem.body, level, [orbit.chain for orbit in found]),
         "positive": np.array([orbit.trace > 0 for orbit in found]),
         "residual": np.array([orbit.chain.residual for orbit in found]),
-        "alone": np.array([np.abs(each.late).max() for each in alone]),
+        "alone": np.array([each.error.max() for each in alone]),
         "closing": gaps[0],
         "closing_expected": gaps[1],
     }

@@ -11,8 +11,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots.palette import BLUE, RED, WIDTH
-from rigidpend.experiments.plots.panels import title
+from rigidpend.experiments.plots import BLUE, RED, WIDTH, title
 from rigidpend.numbers.alphabet import NO_SYMBOL
 
 Array: TypeAlias = NDArray[Any]

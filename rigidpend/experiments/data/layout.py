@@ -50,6 +50,8 @@ class Field(NamedTuple):
     """True if it may hold NaN or infinity."""
     within: float | Bound = 0.0
     """Difference that doubles may have in two results; other elements must be the same."""
+    symbol: str = ""
+    """Letter by which axes call it, as matplotlib sets it."""
 
     def dataset(self, values: Any) -> Dataset:
         """Values with their meaning, as they are stored."""

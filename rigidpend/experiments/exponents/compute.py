@@ -19,7 +19,7 @@ from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.mapped import UNKEPT
 from rigidpend.routes.plane import Plane
-from rigidpend.routes.symbolic.stretching import integrated, stretched
+from rigidpend.routes.symbolic.stretching import INTEGRATED, integrated, stretched
 from rigidpend.routes.symbolic.surface import Surface, surface
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ def _checked(
     for name, each in (
         ("growth", found.growth[-1]),
         ("difference", integrated(found) - found.growth[-1]),
-        ("allowed", found.allowed),
+        ("allowed", (1 + INTEGRATED) * found.allowed),
     ):
         values[name] = np.full(cells.size, np.nan)
         values[name][known[cells]] = each

@@ -8,9 +8,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots.code_planes import cell_ends, draw_changes
-from rigidpend.experiments.plots.palette import BLUE, RED, WIDTH
-from rigidpend.experiments.plots.panels import title
+from rigidpend.experiments.exponents.layout import PLANE
+from rigidpend.experiments.plots import BLUE, RED, WIDTH, cell_ends, draw_changes, label, title
 
 HEIGHT = 5.6
 """Height of the figure, inches."""
@@ -48,9 +47,9 @@ def _draw_plane(figure: Figure, axes: Axes, data: Data) -> None:
     )
     figure.colorbar(shown, ax=axes, label="exponent per passage", extend="both", pad=0.01)
     draw_changes(axes, x, y, data["codes"], CHANGES)
-    if y[0] <= data["marked"] <= y[-1]:
-        axes.axhline(float(data["marked"]), color="white", lw=0.8, ls=(0, (5, 3)), label="marked")
-    axes.set(xlabel=r"$\theta_2^0$ (rad)", ylabel=r"$\log_{10} J_1^0$")
+    axes.axhline(float(data["marked"]), color="white", lw=0.8, ls=(0, (5, 3)), label="marked")
+    axes.set(xlabel=label(PLANE["theta2_0"]), ylabel=label(PLANE["log10_J1_0"]))
+    axes.set_ylim(*cell_ends(y))
     n = len(data["codes"])
     title(axes, "a", rf"exponents of {n} passages, Euclidean norm of $(M', \gamma)$")
 
@@ -60,9 +59,9 @@ def _draw_spread(axes: Axes, growth: Data) -> None:
     middle = len(shares) // 2
     for k in range(middle):
         low, high = growth["exponent"][k], growth["exponent"][-1 - k]
-        label = f"{100 * (shares[-1 - k] - shares[k]):.0f} % of cells"
+        said = f"{100 * (shares[-1 - k] - shares[k]):.0f} % of cells"
         # Colours of their own and not one over the other, so that the legend shows them.
-        axes.fill_between(n, low, high, color=SHADES[k], lw=0, label=label)
+        axes.fill_between(n, low, high, color=SHADES[k], lw=0, label=said)
     axes.plot(n, growth["exponent"][middle], "o-", color=BLUE, ms=4, lw=1, label="median")
     axes.set_ylim(bottom=0)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
@@ -76,6 +75,6 @@ def _draw_check(axes: Axes, checked: Data) -> None:
     growth, difference = checked["growth"][order], np.abs(checked["difference"][order])
     axes.semilogy(growth, difference, ".", color=BLUE, ms=3, label="difference")
     axes.semilogy(growth, checked["allowed"][order], ".", color=RED, ms=3, label="allowed")
-    axes.set(xlabel="ln of the growth", ylabel="difference of ln growth")
+    axes.set(xlabel="ln of the growth", ylabel="|difference of ln growth|")
     title(axes, "c", "variational equations less map")
     axes.legend(fontsize=7.5, loc="lower right")

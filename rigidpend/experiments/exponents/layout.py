@@ -73,7 +73,12 @@ PLANE = {
         within=_rounded,
     ),
     "theta2_0": Field(
-        FLOAT, ("columns",), "rad", "initial phases of the columns", within=of_largest(ROUNDING)
+        FLOAT,
+        ("columns",),
+        "rad",
+        "initial phases of the columns",
+        within=of_largest(ROUNDING),
+        symbol=r"$\theta_2^0$",
     ),
     "log10_J1_0": Field(
         FLOAT,
@@ -81,6 +86,7 @@ PLANE = {
         "1",
         "decadic logarithms of the rows' initial actions",
         within=of_largest(ROUNDING),
+        symbol=r"$\log_{10} J_1^0$",
     ),
 }
 MARKED = Field(FLOAT, (), "1", "log10 of the config's own J1_0", within=of_largest(ROUNDING))
@@ -117,7 +123,7 @@ CHECKED = {
         within=stated(_grown),
     ),
     "allowed": Field(
-        FLOAT, CHECKED_, "1", "bound of the rounding of the growth", gaps=True, within=OF_GROWTH
+        FLOAT, CHECKED_, "1", "bound of the rounding of both growths", gaps=True, within=OF_GROWTH
     ),
 }
 LAYOUT: Layout = {**PLANE, "marked": MARKED, "growth": GROWTH, "checked": CHECKED}

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from rigidpend.numbers.exact import Exact
     from rigidpend.routes.certified.coverings import Reached, Relation
     from rigidpend.routes.certified.families import Family
+    from rigidpend.routes.certified.horseshoe import ShiftProblem
     from rigidpend.routes.certified.pieces import Quad
 
 Array = NDArray[np.float64]
@@ -35,22 +36,34 @@ UNDECIDED = "undecided, nothing is proven"
 def compute(config: Config, means: Means) -> Tree:
     """Find the sets and the polynomials of their orbits, and check what they prove."""
     from rigidpend.orbits.return_map import MapError
-    from rigidpend.routes.certified import horseshoe, pieces
+    from rigidpend.routes.certified import search
     from rigidpend.routes.certified.checker import Undecided
 
-    problem = config.problem
-    setting = horseshoe.ShiftProblem(problem.body, problem.h, problem.half_turns)
+    doubts = []
     try:
-        sets = horseshoe.quads(setting)
-        means.report("four sets are found, and their orbits follow")
-        orbits = [horseshoe.pieces(setting, quad) for quad in sets]
-        starts, theta2 = horseshoe.line(setting, _fraction(config), sets)
-        orbits.append(horseshoe.line_pieces(setting, starts, theta2))
-        quads, proof = pieces.packed_quads(sets), pieces.packed(orbits)
-        line = {name: float(getattr(starts, name)) for name in ("e1", "e2", "centre", "half")}
-        proven = checked(config, quads, line, proof)
-    except (MapError, ArithmeticError, Undecided) as doubt:
-        raise ArithmeticError(f"{UNDECIDED}: {doubt}") from None
+        for setting in search.trials(*_level(config), config.problem.half_turns):
+            means.report(
+                f"four sets are found, with passages of {setting.half_turns} half rotations"
+            )
+            try:
+                return _proven(config, setting, means)
+            except (MapError, ArithmeticError, Undecided) as doubt:
+                doubts.append(f"with {setting.half_turns} half rotations: {doubt}")
+    except (MapError, ArithmeticError) as doubt:
+        doubts.append(str(doubt))
+    raise ArithmeticError(f"{UNDECIDED}: {'; '.join(doubts)}")
+
+
+def _proven(config: Config, setting: ShiftProblem, means: Means) -> Tree:
+    from rigidpend.routes.certified import horseshoe, pieces
+
+    sets = horseshoe.quads(setting)
+    orbits = [horseshoe.pieces(setting, quad) for quad in sets]
+    starts, theta2 = horseshoe.line(setting, _fraction(config), sets)
+    orbits.append(horseshoe.line_pieces(setting, starts, theta2))
+    quads, proof = pieces.packed_quads(sets), pieces.packed(orbits)
+    line = {name: float(getattr(starts, name)) for name in ("e1", "e2", "centre", "half")}
+    proven = checked(config, quads, line, proof)
     means.report(
         "every code occurs, on one orbit: 8 of 8 relations are proven, and those of a line"
     )
@@ -94,7 +107,8 @@ def checked(config: Config, quads: Data, line: Data, proof: Data) -> Proven:
     """
     from rigidpend.routes.certified import coverings, pieces
 
-    sets, numbers = pieces.unpacked_quads(quads), coverings.Numbers.of(*_level(config))
+    sets = pieces.unpacked_quads(quads)
+    numbers = coverings.Numbers.of(*_level(config), config.problem.around)
     orbits = pieces.unpacked(proof, len(sets) + 1)
     starts = pieces.unpacked_line(_fraction(config), line)
     arrivals, relations = coverings.prove(numbers, sets, orbits[:-1])
@@ -112,13 +126,15 @@ def theorems(config: Config, data: Data) -> list[str]:
         proven = checked(config, data["sets"], data["line"], data["proof"])
     except Undecided as doubt:
         raise ArithmeticError(f"{UNDECIDED}: {doubt}") from None
-    count = sum(map(len, proven.relations))
+    count, around = sum(map(len, proven.relations)), config.problem.around
+    also = f"all of this of every mu and h that differ by at most {around} of themselves"
     return [
         f"{count} covering relations hold: every sequence of 0 and 1 is the code of an orbit",
         "the line of starts crosses both upward sets: every one-sided sequence is a start's code",
         "all of them stretch one way and shrink the other: in the sets each sequence has one orbit",
         "beside the sets orbits return on one of two sides or tend to T1 or T2: every finite"
         " sequence is the code of an orbit from T1 to T1 or T2, and of one from T2",
+        *([also] if float(around) else []),
     ]
 
 

@@ -10,8 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots.palette import BLUE, RED, WIDTH
-from rigidpend.experiments.plots.panels import entry, title
+from rigidpend.experiments.plots import BLUE, RED, WIDTH, entry, title
 
 Array: TypeAlias = NDArray[Any]
 

@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from rigidpend.config.bodies import HeavyBody
 from rigidpend.config.schema import ExperimentConfig, Number, Whole, physics
+from rigidpend.numbers.exact import exact
 from rigidpend.numbers.parameters import ParameterError
 
 
@@ -18,8 +19,11 @@ class Problem(HeavyBody):
     """Energy of all orbits (eq. h0_new), dimensionless, h > mu > 0."""
     J1_0: Number
     """Initial action of a line of starts, dimensionless, a decimal or fraction, J1_0 > 0."""
-    half_turns: Annotated[Whole, Field(ge=1, le=100)]
-    """Half rotations of every passage; the more, the smaller are the sets, and the less bent."""
+    half_turns: Annotated[Whole, Field(ge=1, le=100)] | None = None
+    """Half rotations of every passage, by which sets are smaller; searched unless given."""
+
+    around: Number = exact(0)
+    """Share of itself by which mu, and h, may differ: one proof is of all of these."""
 
     @model_validator(mode="after")
     def _rotates(self) -> Self:
@@ -28,6 +32,9 @@ class Problem(HeavyBody):
                 raise ParameterError("mu", "without a weight no orbit leaves a surface: mu > 0")
             if not float(self.h) > float(self.mu):
                 raise ParameterError("h", f"h > mu is broken: h = {self.h}, mu = {self.mu}")
+            if not 0 <= float(self.around) < 1e-3:
+                said = f"a number from 0 to less than 0.001 is wanted, got {self.around}"
+                raise ParameterError("around", said)
             if self.J1_0.fraction is None or not 0 < float(self.J1_0) < 1e-3:
                 said = f"a decimal or fraction between 0 and 0.001 is wanted, got {self.J1_0}"
                 raise ParameterError("J1_0", said)

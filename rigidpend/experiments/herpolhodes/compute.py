@@ -48,7 +48,10 @@ def compute(config: Config, means: Means) -> Tree:
 
 
 def _routes(config: Config, case: HerpolhodeCase, means: Means) -> RouteCodes:
-    found = codes_of(config.problem.routes, [case.theta2_0], means.arithmetic, means.jobs)
+    # In more bits than the samples have: what its crossings err by is told as the samples' error.
+    finer = tuple(bits for bits in means.arithmetic.precisions if bits > 53)
+    arithmetic = means.arithmetic._replace(precisions=finer or means.arithmetic.precisions)
+    found = codes_of(config.problem.routes, [case.theta2_0], arithmetic, means.jobs)
     if not found.certain.all() or not found.separatrix.all():
         raise ArithmeticError(f"theta2_0 = {case.theta2_0}: the route is not certain")
     return found

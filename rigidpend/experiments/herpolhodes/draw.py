@@ -10,9 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots.palette import SEPARATRIX as COLOUR
-from rigidpend.experiments.plots.palette import WIDTH
-from rigidpend.experiments.plots.panels import entry
+from rigidpend.experiments.plots import SEPARATRIX as COLOUR
+from rigidpend.experiments.plots import WIDTH, entry
 from rigidpend.numbers.generic import Scalar
 
 ROW = 2.75

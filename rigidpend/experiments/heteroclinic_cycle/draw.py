@@ -8,9 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rigidpend.experiments.data.tree import Loaded
-from rigidpend.experiments.plots import separatrix_ticks
-from rigidpend.experiments.plots.palette import BLUE, RED, WIDTH
-from rigidpend.experiments.plots.panels import entry
+from rigidpend.experiments.plots import BLUE, RED, WIDTH, entry, separatrix_ticks
 from rigidpend.numbers.alphabet import NO_SYMBOL
 
 HEIGHT = 3.4
@@ -106,7 +104,7 @@ def _draw_vertices(axes: Axes, vertices: Any) -> None:
 
 def _name_axes(axes: Axes, vertices: Any) -> None:
     places = vertices["theta1"][vertices["J1"] == 0]
-    separatrix_ticks.put(axes, places, digits=4)
+    separatrix_ticks(axes, places, digits=4)
     axes.set_ylim(0, 1)
     axes.tick_params(axis="x", pad=18, length=0)
     axes.set_yticks([0, 1], ["$0$", "$1$"])

@@ -2,24 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.phase_portraits.curves import (
-    FALLING,
-    ORBITS,
-    RISING,
-    Curve,
-    CurveLook,
-    all_curves,
-)
-from rigidpend.experiments.plots import separatrix_ticks
-from rigidpend.experiments.plots.palette import WIDTH
-from rigidpend.experiments.plots.panels import entry
+from rigidpend.experiments.plots import BLUE, GREEN, PINK, RED, WIDTH, entry, separatrix_ticks
 from rigidpend.numbers.generic import Scalar
 
 HEIGHT = 3.3
@@ -28,6 +19,71 @@ SPHERE, PLANE = (0.02, 0.10, 0.43, 0.86), (0.515, 0.305, 0.432, 0.565)
 """Left, bottom, width and height of the panels, in parts of the figure."""
 ARROW = {"arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0}
 """Arrows that end at their points."""
+
+
+class CurveLook(NamedTuple):
+    """Look of a kind of curve."""
+
+    colour: str
+    pale: str
+    width: float
+    style: Any
+    label: str
+
+    @property
+    def line(self) -> dict[str, Any]:
+        """Arguments of `Axes.plot` for the curve."""
+        return {"color": self.colour, "lw": self.width, "ls": self.style}
+
+
+ORBITS = {
+    1: CurveLook(PINK, "#EFD6E4", 0.9, "-", r"orbits around $\pm M_1$"),
+    2: CurveLook(GREEN, "#B3DDD0", 0.9, "-", r"orbits around $\pm M_2$"),
+}
+"""Looks of the orbits by the axis that they encircle."""
+RISING = CurveLook(BLUE, "#A3CBE3", 2.2, "-", "separatrices 2, 4 (up)")
+FALLING = CurveLook(RED, "#F1C09C", 1.8, (0, (4, 1)), "separatrices 1, 3 (down)")
+
+FLAT = ("projected", "visible", "theta1", "J1")
+"""Fields with a value at each point."""
+
+
+class Curve(NamedTuple):
+    """One curve of the result."""
+
+    name: str
+    look: CurveLook
+    projected: Any
+    visible: Any
+    theta1: Any
+    J1: Any
+    arrows: Any
+    """Indices of the points that bear an arrow."""
+
+
+def _curves(group: Data, names: list[str], looks: list[CurveLook]) -> list[Curve]:
+    """Cut the curves of a group from its flat arrays."""
+    found = []
+    for (a, b), name, look in zip(pairwise(group["offsets"]), names, looks, strict=True):
+        flat = {field: group[field][..., a:b] for field in FLAT}
+        inside = (group["arrows"] >= a) & (group["arrows"] < b)
+        found.append(Curve(name, look, **flat, arrows=group["arrows"][inside] - a))
+    return found
+
+
+def all_curves(data: Data) -> list[Curve]:
+    """List every orbit, then the separatrices, which lie above."""
+    axes, numbers = data["orbits"]["around"], data["separatrices"]["number"]
+    looks = [separatrix_look(int(i)) for i in numbers]
+    return [
+        *_curves(data["orbits"], ["orbit"] * len(axes), [ORBITS[int(i)] for i in axes]),
+        *_curves(data["separatrices"], [f"separatrix {i}" for i in numbers], looks),
+    ]
+
+
+def separatrix_look(number: int) -> CurveLook:
+    """Look of a separatrix; equal on a circle."""
+    return RISING if number % 2 == 0 else FALLING
 
 
 def draw(result: Loaded) -> Figure:
@@ -111,7 +167,7 @@ def _draw_plane(axes: Axes, data: Data) -> None:
         _draw_segment(axes, x, named[f"separatrix {number}"], str(number))
     centres = data["centres"]
     axes.plot(centres["theta1"], centres["J1"], "o", ms=2.5, color="black", label="centres")
-    separatrix_ticks.put(axes, plane["separatrix_theta1"], digits=3)
+    separatrix_ticks(axes, plane["separatrix_theta1"], digits=3)
     axes.set_ylim(0, 1)
     axes.set_yticks([0, 0.5, 1])
     axes.set_xlabel(r"$\theta_1$ (rad, modulo $4\pi$)", labelpad=3)

@@ -57,9 +57,8 @@ def _body(config: Config, name: str, means: Means) -> Tree:
 def _told(bodies: list[Body], h0: float, found: list[heteroclinic.Increments]) -> dict[str, Any]:
     first = np.array([increments(body.angles(), h0) for body in bodies])
     gained = np.array([x.gained for x in found])
-    unit = np.array([_unit(body, h0) for body in bodies])
-    # What the quadrature states of itself, and rounding, of which it knows nothing.
-    error = np.array([x.error.max() for x in found]) + UNCERTAINTY * unit
+    unit = np.array([unit_of(body, h0) for body in bodies])
+    error = np.array([uncertainty(*pair) for pair in zip(found, unit, strict=True)])
     mu_over_h0 = np.array([float(body.mu) for body in bodies]) / h0
     remainder = np.abs(gained - first[:, None]).max(axis=1)
     mean = gained.mean(axis=1)
@@ -81,7 +80,12 @@ def _told(bodies: list[Body], h0: float, found: list[heteroclinic.Increments]) -
     }
 
 
-def _unit(body: Body, h0: float) -> float:
+def uncertainty(found: heteroclinic.Increments, unit: float) -> float:
+    """Error of a body's increments: the quadrature's, and rounding, of which it knows nothing."""
+    return float(found.error.max()) + UNCERTAINTY * unit
+
+
+def unit_of(body: Body, h0: float) -> float:
     """Increment of (tri1) where its sine is one."""
     # theta1 = alpha0 + beta0 = pi on separatrix 2, where the sine of (tri1) is 1.
     p = body.angles()

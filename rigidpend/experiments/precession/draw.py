@@ -11,8 +11,17 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots.palette import BLUE, GREEN, ORANGE, PINK, RED, SEPARATRIX, WIDTH
-from rigidpend.experiments.plots.panels import entry, title
+from rigidpend.experiments.plots import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    PINK,
+    RED,
+    SEPARATRIX,
+    WIDTH,
+    entry,
+    title,
+)
 
 HEIGHT = 5.4
 """Height of the figure, inches."""

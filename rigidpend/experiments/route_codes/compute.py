@@ -17,6 +17,7 @@ from rigidpend.experiments.data.tree import Data, Dataset, Tree
 from rigidpend.experiments.route_codes.layout import BY_MAP, ZEROS
 from rigidpend.experiments.route_layout import MEANING
 from rigidpend.machine import progress, workers
+from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.exact import Exact
 from rigidpend.routes.codes import MANY, RouteCodes, codes_of
 from rigidpend.routes.phases import Grid
@@ -46,6 +47,8 @@ LANES = 8
 """Columns that are carried at once at least: fewer would leave the processor's lanes empty."""
 SLOW = 10.0
 """Seconds from which on a column is carried alone, for it climbs to where there are no lanes."""
+SHOWN = 5
+"""Orbits that are named in a line."""
 LONG = 200
 """Rotations from which on passages are said to be long, before they begin."""
 
@@ -168,4 +171,14 @@ def _summary(routes: RouteCodes) -> str:
     )
     doubt = f"; {uncertain} symbols uncertain" if uncertain else ""
     by_map = f", {maps} by return maps" if maps else ""
-    return f"{n} orbits, {counts}{by_map}{doubt}"
+    return f"{n} orbits, {counts}{by_map}{doubt}{_staying(routes)}"
+
+
+def _staying(routes: RouteCodes) -> str:
+    """Say which orbits come to no further crossing, as beside an elliptic periodic orbit."""
+    stay = np.flatnonzero((routes.codes == NO_SYMBOL).any(axis=0))
+    if not stay.size:
+        return ""
+    phases = ", ".join(f"{x:.6g}" for x in routes.theta2_0[stay[:SHOWN]])
+    more = f" and {stay.size - SHOWN} more" if stay.size > SHOWN else ""
+    return f"; {stay.size} stay beside a pendulum motion: theta2_0 = {phases}{more}"

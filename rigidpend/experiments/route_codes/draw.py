@@ -13,18 +13,18 @@ from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots.code_arrays import (
-    COLOURS,
+from rigidpend.experiments.plots import (
     DOUBT,
-    NONE,
-    NORM,
+    NO_RETURN,
     PROVEN,
+    SYMBOL_COLOURS,
+    SYMBOL_NORM,
+    WIDTH,
     ZERO,
     ZOOM,
+    entry,
     symbol_entries,
 )
-from rigidpend.experiments.plots.palette import WIDTH
-from rigidpend.experiments.plots.panels import entry
 from rigidpend.numbers.alphabet import NO_SYMBOL
 
 LARGEST = 0.12
@@ -153,7 +153,7 @@ def _draw_array(axes: Axes, array: Array) -> None:
         {"edgecolors": "0.6", "linewidth": 0.25} if array.codes.size < 5000 else {}
     )
     bounds = np.arange(rows + 1) + 0.5
-    axes.pcolormesh(array.edges, bounds, array.codes, cmap=COLOURS, norm=NORM, **line)
+    axes.pcolormesh(array.edges, bounds, array.codes, cmap=SYMBOL_COLOURS, norm=SYMBOL_NORM, **line)
     row, column = np.nonzero(~array.certain)
     if row.size:
         axes.plot(array.theta2_0[column], row + 1, "x", color=DOUBT, ms=3, mew=0.9, label="doubt")
@@ -208,7 +208,7 @@ def _legend_entries(arrays: list[Array]) -> list[Artist]:
     if any(_magnifies(a, b) for a in arrays for b in arrays):
         entries.append(Patch(fill=False, edgecolor=ZOOM, lw=1.4, label=MAGNIFIED))
     if any((array.codes == NO_SYMBOL).any() for array in arrays):
-        entries.append(Patch(facecolor=NONE, edgecolor="0.6", label="no return"))
+        entries.append(Patch(facecolor=NO_RETURN, edgecolor="0.6", label="no return"))
     if any(array.proven.any() for array in arrays):
         entries.append(entry("proven symbol", color=PROVEN, marker="o", ls="", ms=2.5))
     if not all(array.certain.all() for array in arrays):

@@ -28,7 +28,7 @@ from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.routes.bodies import cells_of_each
 from rigidpend.routes.codes import MANY
-from rigidpend.routes.mapped import UNKEPT
+from rigidpend.routes.mapped import expected_seconds
 from rigidpend.routes.plane import Cells, Plane
 from rigidpend.routes.rows import cell_problem
 
@@ -44,8 +44,8 @@ OF_START = ("theta2_0", "log10_J1_0")
 """Parameters that leave body and energy as they are, and so the return maps."""
 OWN_TILE = 2048
 """Cells computed at a time where each has a body or an energy of its own: some seconds."""
-BY_MAP, BY_INTEGRATION = 3.5e-6, 2e-4
-"""Seconds of a core for a cell of 15 symbols.
+BY_INTEGRATION = 2e-4
+"""Seconds of a core for a cell of 15 symbols, where cells of a body are few.
 
 Measured with the body of Fig. 4; 64 bits included, 113 not."""
 BEGUN, OWN_BODY, ALONE = 2.2e-3, 3.3e-3, 3e-3
@@ -189,6 +189,10 @@ def _cost(columns: int, rows: int, problem: Problem) -> float:
         return cells * (BEGUN + OWN_BODY + share * ALONE)
     across, upwards = (name in OF_START for name in problem.names)
     arrays = 1 if across and upwards else rows if across else columns
-    by_map = cells // arrays >= MANY
-    each = cells * share * (BY_MAP if by_map else BY_INTEGRATION)
-    return each + (arrays * UNKEPT if by_map else 0)
+    # In the middle of what changes the body, or the energy.
+    axis = problem.planes[""][1 if across else 0]
+    middle = {} if arrays == 1 else {problem.names[1 if across else 0]: sum(axis.ends) / 2}
+    one, orbits = cell_problem(problem.routes, middle), cells // arrays
+    if orbits < MANY:
+        return cells * share * BY_INTEGRATION
+    return arrays * expected_seconds(one, orbits)

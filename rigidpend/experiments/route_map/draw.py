@@ -13,10 +13,7 @@ from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots.code_arrays import DOUBT, ZOOM
-from rigidpend.experiments.plots.code_planes import LINES, cell_ends, draw_changes
-from rigidpend.experiments.plots.palette import WIDTH
-from rigidpend.experiments.plots.panels import entry
+from rigidpend.experiments.plots import DOUBT, LINES, WIDTH, ZOOM, cell_ends, draw_changes, entry
 
 NAMES = {
     "theta2_0": r"$\theta_2^0$ (rad)",

@@ -11,14 +11,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots.code_arrays import DOUBT, NONE, ZOOM, symbol_entries
-from rigidpend.experiments.plots.palette import WIDTH
+from rigidpend.experiments.plots import DOUBT, NO_RETURN, WIDTH, ZOOM, symbol_entries
 from rigidpend.experiments.route_zoom.report import same, share
 from rigidpend.numbers.alphabet import NO_SYMBOL
 
 NEW = ("#A04000", "#FFD0A0")
 """Colours of symbols 0 and 1 that differ from those of the array before."""
-CELLS = ListedColormap(["black", "white", *NEW, NONE])
+CELLS = ListedColormap(["black", "white", *NEW, NO_RETURN])
 NORM = BoundaryNorm([-0.5, 0.5, 1.5, 2.5, 3.5, NO_SYMBOL + 0.5], 5)
 ACROSS = 3
 """Number of levels side by side."""

@@ -10,8 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots.palette import BLUE, GREEN, ORANGE, PINK, RED, WIDTH
-from rigidpend.experiments.plots.panels import entry, title
+from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, PINK, RED, WIDTH, entry, title
 
 HEIGHT = 6.1
 """Height of the figure, inches."""

@@ -12,34 +12,24 @@ from typing import TYPE_CHECKING, Any
 from rigidpend.config.description import Row, body_rows, exact_row
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.tree import Tree
+from rigidpend.experiments.lie_poisson import SCHEMES
 from rigidpend.experiments.stress.trials import (
     addresses,
     extremes,
     honesty,
     long_time,
     passages,
-    pendulum,
     spoilt_maps,
-    starts,
     symmetries,
 )
 from rigidpend.experiments.stress.trials.claims import Trial, tried
-from rigidpend.experiments.stress.trials.truth import Scene, Way
+from rigidpend.experiments.stress.trials.scenes import Scene, Way
 from rigidpend.machine.progress import PartDone
 from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, FINEST_TOLERANCE
-from rigidpend.orbits.integrate.lie_poisson import SCHEMES
 
 if TYPE_CHECKING:
     from rigidpend.experiments.stress.schema import Config, Problem
 
-
-GROUPS = {
-    "bodies": extremes.BODIES,
-    "energies": extremes.ENERGIES,
-    "lower_starts": extremes.LOWER,
-    "upper_starts": extremes.UPPER,
-}
-"""Route problems at the ends of their ranges, by kind."""
 SYMBOLS_PER_BIT = 1.5
 """Number of symbols that are asked for per bit, so that no precision decides all."""
 
@@ -56,13 +46,13 @@ def compute(config: Config, means: Means) -> Tree:
     every = list(trials(config.problem, means))
     found: dict[str, dict[str, dict[str, Any]]] = {}
     for number, (kind, trial) in enumerate(every, 1):
-        label, begun = _label(trial.name), time.perf_counter()
-        made: Any = means.part(f"{kind}.{label}", partial(tried, trial))
+        name, begun = label(trial.name), time.perf_counter()
+        made: Any = means.part(f"{kind}.{name}", partial(tried, trial))
         group = found.setdefault(kind, {"claims": {}, "curves": {}})
         group["claims"] |= made["claims"]
         # A trial that refuses to compute has none, and an empty group would not fit the layout.
         if made["curves"]:
-            group["curves"][label] = made["curves"]
+            group["curves"][name] = made["curves"]
         verdicts = ", ".join(str(claim["verdict"].values) for claim in made["claims"].values())
         taken = f"{time.perf_counter() - begun:.1f} s"
         text = f"{number}/{len(every)}: {kind}, {trial.name}: {verdicts}, {taken}"
@@ -76,14 +66,14 @@ def trials(problem: Problem, means: Means) -> Iterator[tuple[str, Trial]]:
     scene = Scene(body, math.sqrt(2 * float(problem.h0) / body.kappa))
     yield "symmetries", symmetries.trial(scene, 4, way)
     asked = problem.extremes
-    for group, members in GROUPS.items():
+    for group, members in extremes.GROUPS.items():
         for extreme in members:
             if asked.long or not extreme.long:
                 sizes = {"columns": asked.columns, "n_symbols": asked.n_symbols}
                 yield group, extremes.trial(extreme, way, **sizes)
-    for place in starts.PLACES:
+    for place in extremes.PLACES:
         sizes = {"columns": asked.columns, "n_crossings": 5}
-        yield "separatrices", starts.trial(body, place, way, **sizes)
+        yield "separatrices", extremes.start_trial(body, place, way, **sizes)
     yield from (("passages", trial) for trial in _passages(scene, problem, way))
     yield from (("honesty", trial) for trial in _honesty(problem, way))
     # In integers, as without that engine, an orbit of many digits takes minutes.
@@ -140,7 +130,7 @@ def _addresses(problem: Problem) -> Iterator[Trial]:
 def _long_time(scene: Scene, problem: Problem, way: Way) -> Iterator[Trial]:
     asked, compiled = problem.long_time, way.engine == "taylor"
     turns = (asked.rotations if compiled else asked.rotations_scipy) // 3
-    yield pendulum.trial(problem.body, problem.h0, way.engine, rotations=turns)
+    yield long_time.pendulum_trial(problem.body, problem.h0, way.engine, rotations=turns)
     setting = long_time.Setting(scene, problem.seed)
     ways = [(way._replace(engine="scipy"), DEFAULT_TOLERANCE, asked.rotations_scipy, 4)]
     if compiled:
@@ -154,7 +144,7 @@ def _long_time(scene: Scene, problem: Problem, way: Way) -> Iterator[Trial]:
         yield long_time.splitting_trial(setting, order=order, **sizes)
 
 
-def _label(name: str) -> str:
+def label(name: str) -> str:
     """A name of letters, digits, points and dashes."""
     # Labels name groups in a file and parts on the disk, which bear no blank, slash or bracket.
     return re.sub(r"[^A-Za-z0-9.-]+", "_", name).strip("_")
@@ -165,7 +155,7 @@ def describe(config: Config) -> list[Row]:
     problem = config.problem
     asked = problem.long_time
     tolerances = ", ".join(map(str, problem.honesty.tolerances))
-    many = sum(map(len, GROUPS.values())) + len(starts.PLACES)
+    many = sum(map(len, extremes.GROUPS.values())) + len(extremes.PLACES)
     return [
         *body_rows(problem.body),
         exact_row("h0", "energy constant, kappa J2_0^2/2", problem.h0),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.experiments.stress.layout import FAILED, LIMIT, PASSED
@@ -43,63 +43,51 @@ def _counts(name: str, claims: Any) -> tuple[str, ...]:
     return (name.replace("_", " "), *numbers, f"{max(parts, default=0):.2g}")
 
 
-class Line(NamedTuple):
-    """A claim as it was stored."""
-
-    group: str
-    name: str
-    measured: str
-    unit: str
-    value: float
-    bound: float
-    ratio: float
-    verdict: str
-    reason: str
-    limit: str
-    note: str
-
-
-def lines(data: Data) -> list[Line]:
+def lines(data: Data) -> list[dict[str, Any]]:
     """All claims of a result's data, a tree with its meanings (see `store.read_tree`)."""
     found = []
     for group, content in data.items():
         for name, claim in content["claims"].items():
-            told = {key: node.values for key, node in claim.items() if key != "up_to"}
-            meant = {"measured": claim["value"].description, "unit": claim["value"].units}
-            numbers = {key: float(told.pop(key)) for key in ("value", "bound", "ratio")}
-            texts = {key: str(value) for key, value in (told | meant).items()}
-            reason = claim["bound"].description
-            found.append(Line(group, name, **texts, **numbers, reason=reason))  # type: ignore[arg-type]
+            numbers = {key: float(claim[key].values) for key in ("value", "bound", "ratio")}
+            texts = {key: str(claim[key].values) for key in ("verdict", "limit", "note")}
+            value, reason = claim["value"], claim["bound"].description
+            meant = {"measured": value.description, "unit": value.units, "reason": reason}
+            found.append({"group": group, "name": name, **meant, **numbers, **texts})
     return found
 
 
 def summary(data: Data) -> dict[str, Any]:
     """Counts and claims as JSON can hold them: what is not finite is a text."""
-    told = [{key: _plain(value) for key, value in line._asdict().items()} for line in lines(data)]
+    told = [{key: _plain(value) for key, value in line.items()} for line in lines(data)]
     return {"counts": counts(data), "claims": told}
 
 
 def counts(data: Data) -> dict[str, int]:
     """The number of claims of each verdict."""
-    counted = Counter(line.verdict for line in lines(data))
+    counted = Counter(line["verdict"] for line in lines(data))
     return {verdict: counted[verdict] for verdict in (PASSED, LIMIT, FAILED)}
 
 
 def text(data: Data) -> Iterator[str]:
     """All for people: by how much each claim passes, then what does not and why."""
     found = lines(data)
+    header = ("claim", "value", "bound", "of bound", "unit", "verdict")
     for group in data:
         rows = [
-            (x.name, f"{x.value:.2g}", f"{x.bound:.2g}", f"{x.ratio:.2g}", x.unit, x.verdict)
+            (
+                x["name"],
+                *(f"{x[key]:.2g}" for key in ("value", "bound", "ratio")),
+                x["unit"],
+                x["verdict"],
+            )
             for x in found
-            if x.group == group
+            if x["group"] == group
         ]
-        header = ("claim", "value", "bound", "of bound", "unit", "verdict")
         yield from terminal(Table(group.replace("_", " "), header, rows))
-    for line in found:
-        if line.verdict != PASSED:
-            why = "; ".join(filter(None, (line.measured, line.note, line.limit)))
-            yield f"{line.verdict}: {line.group}, {line.name}: {why}"
+    for x in found:
+        if x["verdict"] != PASSED:
+            why = "; ".join(filter(None, (x["measured"], x["note"], x["limit"])))
+            yield f"{x['verdict']}: {x['group']}, {x['name']}: {why}"
     yield ", ".join(f"{number} {verdict}" for verdict, number in counts(data).items())
 
 

@@ -6,7 +6,7 @@ engine   how                                          precisions (bits)
 taylor   Taylor series in vectors of doubles, or of   53, up to 106,
          sums of two, four or eight, in machine code  212, 424
 scipy    DOP853, many orbits as one system            53
-bigint   Taylor series in integers, plain Python      any; serves where
+bigint   Taylor series in integers, products by FLINT  any; serves where
                                                       the engine ends
 ======== ============================================ ==================
 
@@ -235,7 +235,8 @@ def sample_orbits(
         return flat.reshape(*shape, times.size).transpose(0, 2, 1)
     from rigidpend.orbits.integrate import batch_samples
 
-    return batch_samples.sample_batch(coefficients, states, times, tolerance)
+    given = states[None], times[None, :, None], 53, tolerance
+    return batch_samples.sample_aligned(coefficients, *given)[0]
 
 
 def _checked_tolerance(tolerance: float | None, engine: str) -> float:
@@ -272,10 +273,10 @@ def _plan(
         # Parts that don't depend on `jobs`: orbits of one part share their steps.
         count = -(-orbits.states.shape[1] // dop853.SIDE_BY_SIDE)
         return dop853.crossings, (tolerance,), True, _split(orbits, count)
-    from rigidpend.orbits.integrate import bigint
+    from rigidpend.orbits.integrate import reference_orbit
 
     parts = [orbits._replace(states=[state]) for state in orbits.states]
-    return bigint.crossings, (bits,), True, parts
+    return reference_orbit.crossings, (bits, engine, tolerance), True, parts
 
 
 def _split(orbits: Orbits, count: int) -> list[Orbits]:

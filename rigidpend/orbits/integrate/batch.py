@@ -8,17 +8,20 @@ kernel works: 4,000 orbits take two threads 0.56 of the time of one.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.machine.workers import check_stop
+from rigidpend.machine.workers import check_stop, note
+from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.orbits.integrate.bounds import touch
 from rigidpend.orbits.integrate.engines import kernel_bits
 from rigidpend.orbits.integrate.kernel import notes, taylor_step
-from rigidpend.orbits.integrate.kernel.aligned_field import Products
-from rigidpend.orbits.integrate.kernel.parts import in_parts
+from rigidpend.orbits.integrate.kernel.parts import exactly, in_parts
+from rigidpend.orbits.integrate.kernel.tape import COMPONENTS
 from rigidpend.orbits.integrate.kernel.writer import LANES
 from rigidpend.orbits.integrate.passages import (
     UNDECIDED,
@@ -86,7 +89,7 @@ class Batch:
         self.n = self.initial.shape[1]
         self.width = min(TOGETHER[bits], -(-self.n // LANES) * LANES)
         self.found, self.seen = no_crossings(orbits.n_crossings, self.n), [no_crossing_found()]
-        self.parameters = in_parts(Products.of(orbits.coefficients), bits)
+        self.parameters = in_parts(orbits.coefficients, bits)
         self.states, self.times = (
             np.zeros((len(self.initial), self.width)),
             np.zeros((2, self.width)),
@@ -101,21 +104,29 @@ class Batch:
 
     def run(self) -> Crossings:
         """Follow all orbits."""
-        self._load()
+        self.load()
         while self.columns.size:
             check_stop()
+            note(self._told)
             number = self._number()
-            self._take(self._carried(number), number)
-            self._load(~self._ended())
+            self._take(self.carried(number), number)
+            self.load(~self._ended())
         Found.joined(self.seen).write(self.found, self.orbits.passage_limit)
         return self.found
+
+    def _told(self) -> str:
+        """Progress of these orbits, in words."""
+        open_ = self.n - self.next + self.columns.size
+        reached = float(self.times[0, : self.columns.size].max())
+        said = f"{open_} of {self.n} orbits under way in {self.bits} bits, at t' = {reached:.4g}"
+        return f"{said} of {self.orbits.passage_limit:.4g} at most for each passage"
 
     def _number(self) -> int:
         """Number of steps of the next call: few where all orbits are nearly done."""
         left = int(self.orbits.n_crossings - self.counts.min())
         return max(8, min(STEPS[self.kind], MAX_STEPS, left * EXPECTED // 2))
 
-    def _carried(self, number: int) -> Steps:
+    def carried(self, number: int) -> Steps:
         """All columns some steps further: those on which M3 may have been zero."""
         m = self.columns.size
         groups = -(-m // LANES)
@@ -158,7 +169,7 @@ class Batch:
             self.found.outcome[self.columns[k]] = silent_outcome(*self.states[:2, k])
         return complete | late | ~finite | (self.silence >= MAX_STEPS)
 
-    def _load(self, kept: Any = slice(None)) -> None:
+    def load(self, kept: Any = slice(None)) -> None:
         """Close the gaps of orbits that are done, and put the next ones behind."""
         m, states, times = self.columns.size, self.states[:, :0], self.times[:, :0]
         states, times = self.states[:, :m][:, kept], self.times[:, :m][:, kept]
@@ -180,3 +191,48 @@ def _initial(orbits: Orbits, bits: int) -> Array:
     if bits == 53:
         return np.asarray(orbits.states, dtype=float)
     return np.concatenate(in_parts(np.array(orbits.states, dtype=object).T, bits))
+
+
+def advance(
+    coefficients: AlignedCoefficients,
+    state: Sequence[Fraction],
+    count: int,
+    bits: int,
+    tolerance: float,
+) -> list[tuple[Fraction, tuple[Fraction, ...]]]:
+    """Carry an orbit some steps of natural length: times since the start, and states.
+
+    Parameters
+    ----------
+    coefficients : AlignedCoefficients
+        Fractions, as the six components of `state`.
+    count : int
+        Number of steps.
+    bits : int
+        Those of `engines.LADDER` that have as many serve.
+    tolerance : float
+        Of the Taylor series in 53 bits.
+    """
+    kind, size = kernel_bits(bits), len(COMPONENTS)
+    order = taylor_step.order_of(tolerance * 2.0 ** (53 - kind))
+    kernel, parameters = notes.function(order, kind), in_parts(coefficients, kind)
+    begin = in_parts(np.array(state, dtype=object), kind).reshape(-1, 1)
+    # All lanes carry the orbit; what is noted of its crossings is not looked at.
+    lanes, time = np.repeat(begin, LANES, axis=1), np.zeros((2, LANES))
+    room = np.empty((LANES, notes.width_of_note(order, kind)))
+    found = []
+    for _ in range(count):
+        check_stop()
+        kernel(
+            lanes.ctypes.data,
+            LANES,
+            time.ctypes.data,
+            parameters.ctypes.data,
+            0.0,
+            1,
+            1,
+            room.ctypes.data,
+        )
+        here = tuple(exactly(lanes[:, 0].reshape(-1, size)))
+        found.append((exactly(time[:, :1])[0], here))
+    return found

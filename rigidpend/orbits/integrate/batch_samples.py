@@ -12,10 +12,8 @@ from numpy.typing import NDArray
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.orbits.integrate.kernel import samples, taylor_step
-from rigidpend.orbits.integrate.kernel.aligned_field import Products
 from rigidpend.orbits.integrate.kernel.parts import in_parts
 from rigidpend.orbits.integrate.kernel.tape import trace
-from rigidpend.orbits.integrate.kernel.traced_field import TracedField
 from rigidpend.orbits.integrate.kernel.writer import FEW, LANES
 
 STEPS = 5_000
@@ -24,13 +22,6 @@ TOGETHER = 256
 """Orbits in a call, so that what they leave behind stays small."""
 
 Array = NDArray[np.float64]
-
-
-def sample_batch(
-    coefficients: AlignedCoefficients, states: Array, times: Array, tolerance: float
-) -> Array:
-    """Orbits of the aligned field (see `rigidpend.orbits.integrate.sample_orbits`)."""
-    return sample_aligned(coefficients, states[None], times[None, :, None], 53, tolerance)[0]
 
 
 def sample_aligned(
@@ -57,7 +48,7 @@ def sample_aligned(
     """
     lanes = _lanes_for(states.shape[-1])
     kernel = samples.function(taylor_step.order_of(tolerance), bits, lanes=lanes)
-    run = _Run(kernel, in_parts(Products.of(coefficients), bits), lanes)
+    run = _Run(kernel, in_parts(coefficients, bits), lanes)
     return _in_portions(run, states, times)
 
 
@@ -105,9 +96,9 @@ def _lanes_for(orbits: int) -> int:
 @functools.lru_cache(maxsize=32)
 def _traced(field: Callable[[Any, Any], Any], size: int, order: int, lanes: int) -> _Run:
     """The kernel of a field; one that is integrated again is not taken down again."""
-    traced = trace(field, size)
-    kernel = samples.function(order, 53, TracedField(traced.lines, traced.rates), lanes)
-    return _Run(kernel, np.array([traced.parameters], dtype=float), lanes)
+    traced, parameters = trace(field, size)
+    kernel = samples.function(order, 53, traced, lanes)
+    return _Run(kernel, np.array([parameters], dtype=float), lanes)
 
 
 def _in_portions(run: _Run, states: Array, times: Array) -> Array:

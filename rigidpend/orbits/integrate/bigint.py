@@ -1,120 +1,104 @@
-"""Engine of any precision: Taylor series in fixed-point integers, in plain Python.
+"""Taylor series in fixed-point integers, of any precision.
 
-It has any precision, and shares no arithmetic with the kernel, so the two check each other. A
-number x is the integer x 2^P. The field is :func:`rigidpend.mechanics.equations.aligned` itself,
-run over series instead of numbers.
+A number x is the integer x 2^P. What is done is the tape of the aligned field, as in the kernel,
+with which the integers share no arithmetic, so that the two check each other. A product of two
+series takes FLINT's products of polynomials: where half of the coefficients in a range are known,
+one product adds all that they contribute to the other half (van der Hoeven, J. Symb. Comput. 34
+(2002), 479-542). Short ranges are summed term by term.
 """
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
-from itertools import pairwise
 from operator import mul
-from typing import TypeAlias
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from rigidpend.machine.workers import check_stop
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned
-from rigidpend.mechanics.separatrices import separatrix_beside
+from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.exact import GUARD_BITS
-from rigidpend.orbits.integrate.bounds import touch
-from rigidpend.orbits.integrate.records import (
-    Crossings,
-    Orbits,
-    Outcome,
-    no_crossings,
-    silent_outcome,
-)
-from rigidpend.orbits.integrate.roots import UndecidedTouch
+from rigidpend.orbits.integrate.kernel.tape import ALIGNED
+from rigidpend.orbits.integrate.passages import crossings_of_series
+from rigidpend.orbits.integrate.roots import derivative
 
-MAX_STEPS = 100_000
 SHRINK = math.exp(-2)
 """Step over radius of convergence; each order then gains two nats, the cheapest choice."""
 LONGEST = 2.0
 """The logarithm of the largest radius that is believed: a series may end in zeros."""
-FINEST = 2.0**-20
-"""Share of a step below which M3 is looked at in integers, not in doubles."""
+SHORT = 16
+"""Orders that are summed term by term: below some 300 bits products of fewer take longer."""
 
 WEIGHTS = ("force_p", "force_m", "mu_r1", "mu_r2")
 """The coefficients that are proportional to mu."""
+State = tuple[Fraction, ...]
 
-Path: TypeAlias = tuple[list[tuple[float, int]], Outcome]
+
+class Step(NamedTuple):
+    """A step of an orbit, with M in units of `unit` and time in units of its inverse."""
+
+    series: list[list[int]]
+    """Of the six components, in powers of the time from the beginning."""
+    begin: int
+    length: int
+    P: int
+    """Fractional bits of all these."""
+    unit: Fraction
+
+    def time(self, since: int) -> Fraction:
+        """Time t' since the orbit's start, from one since the step's beginning."""
+        return Fraction(self.begin + since, 1 << self.P) / self.unit
+
+    def since_begin(self, time: Fraction) -> int:
+        """The inverse of :meth:`time`."""
+        return fixed(time * self.unit, self.P) - self.begin
+
+    def at(self, since: int) -> State:
+        """The six aligned components at a time from the beginning."""
+        there = [Fraction(value_at(one, since, self.P), 1 << self.P) for one in self.series]
+        return (*(x * self.unit for x in there[:3]), *there[3:])
+
+    def crossings(self, length: int, depth: float) -> Iterator[tuple[float, int]]:
+        """`passages.crossings_of_series` on a part of the step, decided in integers.
+
+        `depth` is that of a touch of M3 = 0 that is not decided, relative to |M|.
+        """
+        size, one = length / (1 << self.P), 1 << self.P
+        shares = [[x / one * size**k for k, x in enumerate(row)] for row in self.series[:3]]
+        M3 = self.series[2]
+        return crossings_of_series(
+            np.array(shares),
+            depth * math.hypot(*(row[0] for row in shares)),
+            lambda share: value_at(M3, int(Fraction(share) * length), self.P) / one,
+        )
 
 
-def crossings(orbits: Orbits, bits: int) -> Crossings:
-    """Crossings of orbits in `bits` bits or more, one by one.
+def steps(
+    coefficients: AlignedCoefficients, state: Sequence[Fraction], bits: int
+) -> Iterator[Step]:
+    """Follow an orbit of the aligned field, step by step of natural length, for ever.
 
     Parameters
     ----------
-    orbits : Orbits
-        With states as lists of Fractions.
+    coefficients : AlignedCoefficients
+        Fractions.
+    state : 6 Fractions
+        At time 0.
     bits : int
-        Relative precision of the smallest initial component.
-    """
-    found = no_crossings(orbits.n_crossings, len(orbits.states))
-    for column, state in enumerate(orbits.states):
-        path, found.outcome[column] = follow(orbits, state, bits)
-        for k, (time, separatrix) in enumerate(path):
-            found.time[k, column], found.separatrix[k, column] = time, separatrix
-    return found
-
-
-def follow(orbits: Orbits, state: Sequence[Fraction], bits: int) -> Path:
-    """One orbit: its crossings as (time, separatrix), and how it ended."""
-    path: list[tuple[float, int]] = []
-    try:
-        return path, _followed(orbits, state, bits, path)
-    except UndecidedTouch:
-        return path, Outcome.FAILED
-
-
-def _followed(
-    orbits: Orbits, state: Sequence[Fraction], bits: int, path: list[tuple[float, int]]
-) -> Outcome:
-    """Append the crossings of an orbit to a path; return how it ended."""
-    unit = unit_of(state)
-    coefficients, state = in_units(orbits.coefficients, state, unit)
-    P = fractional_bits((*state, *coefficients), bits)
-    flow = Flow([fixed(x, P) for x in coefficients], P)
-    here, depth = [fixed(x, P) for x in state], depth_of_touch(state, bits, P)
-    time = last = 0
-    limit = fixed(Fraction(orbits.passage_limit) * unit, P)
-    for _ in range(MAX_STEPS):
-        series, step = flow.expand(here)
-        for at in crossings_within(series[2], step, P, depth):
-            last = time + at
-            Qp, Qm, speed = (value_at(s, at, P) for s in (*series[:2], _derivative(series[2])))
-            path.append(
-                (float(Fraction(last, 1 << P) / unit), separatrix_beside(speed > 0, Qp, Qm))
-            )
-            if len(path) == orbits.n_crossings:
-                return Outcome.COMPLETE
-        here = [value_at(s, step, P) for s in series]
-        time += step
-        if time - last > limit:
-            return silent_outcome(*here[:2])
-    return Outcome.FAILED
-
-
-def advance(
-    coefficients: AlignedCoefficients, state: Sequence[Fraction], count: int, bits: int
-) -> list[tuple[Fraction, tuple[Fraction, ...]]]:
-    """Carry an orbit some steps of natural length: times since the start, and states.
-
-    All numbers are Fractions; `bits` is as for :func:`crossings`.
+        Relative precision of the smallest component of the state.
     """
     unit = unit_of(state)
-    c, scaled = in_units(coefficients, state, unit)
-    P = fractional_bits((*scaled, *c), bits)
-    flow = Flow([fixed(x, P) for x in c], P)
-    here, time, found = [fixed(x, P) for x in scaled], 0, []
-    for _ in range(count):
-        series, step = flow.expand(here)
-        here, time = [value_at(s, step, P) for s in series], time + step
-        there = [Fraction(x, 1 << P) for x in here]
-        found.append((Fraction(time, 1 << P) / unit, (*(x * unit for x in there[:3]), *there[3:])))
-    return found
+    c = coefficients._replace(**{x: getattr(coefficients, x) / unit**2 for x in WEIGHTS})
+    here = [*(x / unit for x in state[:3]), *state[3:]]
+    P = _fractional_bits((*here, *c), bits)
+    flow, now, time = _Flow([fixed(x, P) for x in c], P), [fixed(x, P) for x in here], 0
+    while True:
+        series, length = flow.expand(now)
+        yield Step(series, time, length, P, unit)
+        now, time = [value_at(one, length, P) for one in series], time + length
 
 
 def unit_of(state: Sequence[Fraction]) -> Fraction:
@@ -123,102 +107,107 @@ def unit_of(state: Sequence[Fraction]) -> Fraction:
     return Fraction(2) ** (largest.numerator.bit_length() - largest.denominator.bit_length())
 
 
-def in_units(
-    coefficients: AlignedCoefficients, state: Sequence[Fraction], unit: Fraction
-) -> tuple[AlignedCoefficients, list[Fraction]]:
-    """The same orbit with M in units of `unit` and t' in units of its inverse."""
-    c = coefficients
-    weights = {name: getattr(c, name) / unit**2 for name in WEIGHTS}
-    return c._replace(**weights), [*(x / unit for x in state[:3]), *state[3:]]
+def fixed(x: Fraction, P: int) -> int:
+    """The integer that stands for a number."""
+    return (x.numerator << P) // x.denominator
 
 
-class _Series:
-    """A power series whose coefficients are found one order at a time."""
-
-    def __init__(self, tape: list[_Series], P: int) -> None:
-        self.tape, self.P = tape, P
-        self.terms: list[int] = []
-        tape.append(self)
-
-    def extend(self) -> None:
-        """Find the next coefficient from those of the operands. Variables wait to be told."""
-
-    def __add__(self, other: _Series) -> _Series:
-        return _Sum(self, other, 1)
-
-    def __sub__(self, other: _Series) -> _Series:
-        return _Sum(self, other, -1)
-
-    def __mul__(self, other: _Series) -> _Series:
-        return _Product(self, other)
+def value_at(series: Sequence[int], at: int, P: int) -> int:
+    """A series at a place, all with P fractional bits, by Horner's rule."""
+    total = 0
+    for term in reversed(series):
+        total = (total * at >> P) + term
+    return total
 
 
-class _Sum(_Series):
-    def __init__(self, a: _Series, b: _Series, sign: int) -> None:
-        super().__init__(a.tape, a.P)
-        self.a, self.b, self.sign = a, b, sign
-
-    def extend(self) -> None:
-        k = len(self.terms)
-        self.terms.append(self.a.terms[k] + self.sign * self.b.terms[k])
-
-
-class _Product(_Series):
-    def __init__(self, a: _Series, b: _Series) -> None:
-        super().__init__(a.tape, a.P)
-        self.a, self.b = a, b
-
-    def extend(self) -> None:
-        self.terms.append(sum(map(mul, self.a.terms, reversed(self.b.terms))) >> self.P)
+def zero_near(series: Sequence[int], at: int, P: int) -> int:
+    """The zero of a series by Newton's method, from a place some twenty bits beside it."""
+    slopes = derivative(series)
+    for _ in range(P.bit_length()):
+        step = (value_at(series, at, P) << P) // value_at(slopes, at, P)
+        at -= step
+        if abs(step) <= 1:
+            break
+    return at
 
 
-class _Scaled(_Series):
-    def __init__(self, factor: int, a: _Series) -> None:
-        super().__init__(a.tape, a.P)
-        self.factor, self.a = factor, a
-
-    def extend(self) -> None:
-        self.terms.append(self.factor * self.a.terms[len(self.terms)] >> self.P)
+def _fractional_bits(numbers: Sequence[Fraction], bits: int) -> int:
+    smallest = min(abs(x) for x in numbers if x)
+    leading_zeros = smallest.denominator.bit_length() - smallest.numerator.bit_length()
+    return bits + GUARD_BITS + max(0, leading_zeros)
 
 
-class _Number:
-    """A fixed-point constant, which multiplies series."""
-
-    def __init__(self, value: int) -> None:
-        self.value = value
-
-    def __neg__(self) -> _Number:
-        return _Number(-self.value)
-
-    def __mul__(self, other: _Series) -> _Series:
-        return _Scaled(self.value, other)
-
-
-class Flow:
-    """The aligned field as a tape of series, reused at every step."""
+class _Flow:
+    """The aligned field over series of one precision."""
 
     def __init__(self, coefficients: Sequence[int], P: int) -> None:
-        self.tape: list[_Series] = []
-        self.order = math.ceil(P * math.log(2) / 2) + 1
-        self.variables = [_Series(self.tape, P) for _ in range(6)]
-        self.P = P
-        numbers = AlignedCoefficients(*map(_Number, coefficients))
-        self.rates = aligned(self.variables, numbers)
+        self.P, self.order = P, math.ceil(P * math.log(2) / 2) + 1
+        lines = list(enumerate(ALIGNED.lines))
+        self.components = [i for i, line in lines if line.name == "component"]
+        self.sums = [(i, *ALIGNED.lines[i].operands) for i in ALIGNED.sums]
+        self.numbers = {i: coefficients[x[0]] for i, (name, x) in lines if name == "parameter"}
+        self.others = [(i, *line) for i, line in lines if line.name in ("plus", "minus", "times")]
 
     def expand(self, state: Sequence[int]) -> tuple[list[list[int]], int]:
-        """The Taylor series of the orbit from `state`, and the step that they carry."""
-        for node in self.tape:
-            node.terms = []
-        for variable, value in zip(self.variables, state, strict=True):
-            variable.terms.append(value)
-        for k in range(1, self.order + 1):
-            check_stop()
-            for node in self.tape:
-                node.extend()
-            for variable, rate in zip(self.variables, self.rates, strict=True):
-                variable.terms.append(rate.terms[-1] // k)
-        series = [variable.terms for variable in self.variables]
+        """The Taylor series of the orbit from a state, and the step that they carry."""
+        self.terms: list[list[int]] = [[] for _ in ALIGNED.lines]
+        for line, value in zip(self.components, state, strict=True):
+            self.terms[line].append(value)
+        self.known = {i: [0] * (self.order + 1) for i, *_ in self.sums}
+        """What is already added to the coefficients of products."""
+        self.heads: dict[tuple[int, int], Any] = {}
+        """Beginnings of series as polynomials, which several products need."""
+        self._solve(0, self.order)
+        series = [self.terms[line] for line in self.components]
         return series, self._step(series)
+
+    def _solve(self, first: int, end: int) -> None:
+        """Find the coefficients of all lines of these orders, and components' of the next."""
+        if end - first <= SHORT:
+            check_stop()
+            for k in range(first, end):
+                self._next_order(k, first)
+            return
+        middle = (first + end + 1) // 2
+        self._solve(first, middle)
+        count = end - first if first else middle
+        parts: dict[int, Any] = {}
+        for i, a, b in self.sums:
+            for x in (a, b):
+                if x not in parts:
+                    parts[x] = _polynomial()(self.terms[x][first:middle])
+            # What these orders add to the later ones, with the beginning of the other factor.
+            total = parts[a].mul_low(self._head(b, count), end - first)
+            if first:
+                total += self._head(a, count).mul_low(parts[b], end - first)
+            here = self.known[i]
+            for k, more in enumerate(total.coeffs()[middle - first :], middle):
+                here[k] += int(more)
+        self._solve(middle, end)
+
+    def _head(self, i: int, count: int) -> Any:
+        """The first coefficients of a line as a polynomial."""
+        if (i, count) not in self.heads:
+            self.heads[i, count] = _polynomial()(self.terms[i][:count])
+        return self.heads[i, count]
+
+    def _next_order(self, k: int, first: int) -> None:
+        """The coefficients of order k, those of orders before `first` being in `known`."""
+        terms, P = self.terms, self.P
+        for i, name, (x, y) in self.others:
+            b = terms[y]
+            if i in self.known:
+                a = terms[x]
+                total = self.known[i][k] + sum(map(mul, a[first:], b[k - first :: -1]))
+                if first:
+                    total += sum(map(mul, b[first:], a[k - first :: -1]))
+                terms[i].append(total >> P)
+            elif name == "times":
+                terms[i].append(self.numbers[x] * b[k] >> P)
+            else:
+                terms[i].append(terms[x][k] + b[k] if name == "plus" else terms[x][k] - b[k])
+        for line, rate in zip(self.components, ALIGNED.rates, strict=True):
+            terms[line].append(terms[rate][k] // (k + 1))
 
     def _step(self, series: list[list[int]]) -> int:
         """A step inside the radius of convergence, which the last two orders tell."""
@@ -229,102 +218,14 @@ class Flow:
         return int(radius * SHRINK * 2**40) << (self.P - 40)
 
 
-def fractional_bits(numbers: Sequence[Fraction], bits: int) -> int:
-    smallest = min(abs(x) for x in numbers if x)
-    leading_zeros = smallest.denominator.bit_length() - smallest.numerator.bit_length()
-    return bits + GUARD_BITS + max(0, leading_zeros)
+@functools.cache
+def _polynomial() -> Any:
+    """FLINT's polynomials with whole coefficients, imported where integers serve."""
+    from flint import fmpz_poly
 
-
-def fixed(x: Fraction, P: int) -> int:
-    return (x.numerator << P) // x.denominator
+    return fmpz_poly
 
 
 def _log(x: int, P: int) -> float:
     """ln(x 2^-P), very small for 0."""
     return math.log(x) - P * math.log(2) if x else -math.inf
-
-
-def value_at(series: Sequence[int], at: int, P: int) -> int:
-    total = 0
-    for term in reversed(series):
-        total = (total * at >> P) + term
-    return total
-
-
-def _derivative(series: Sequence[int]) -> list[int]:
-    return [k * term for k, term in enumerate(series)][1:]
-
-
-def depth_of_touch(state: Sequence[Fraction], bits: int, P: int) -> int:
-    """The depth of a touch of M3 = 0 that is not decided, of an orbit through a state."""
-    size = Fraction(math.hypot(*map(float, state[:3])))
-    return fixed(Fraction(touch(bits)) * size, P)
-
-
-def crossings_within(series: Sequence[int], step: int, P: int, depth: int) -> Iterator[int]:
-    """The zeros of a series in (0, step], in order, to full precision.
-
-    Parameters
-    ----------
-    series : sequence of int
-    step : int
-    P : int
-        Fractional bits of all these numbers.
-    depth : int
-        A turning point that is no farther from zero is not decided.
-
-    Raises
-    ------
-    UndecidedTouch
-        When the iteration comes to such a turning point.
-    """
-    size = step / (1 << P)
-    scaled = [term / (1 << P) * size**k for k, term in enumerate(series)]
-    slopes = _derivative(series)
-    for a, b in _pieces(scaled, depth / (1 << P), 0.0, 1.0):
-        low, high = (int(share * 2**53) * step >> 53 for share in (a, b))
-        turns = _zero_between(slopes, low, high, P)
-        if any(abs(value_at(series, turn, P)) <= depth for turn in turns):
-            raise UndecidedTouch((a + b) / 2)
-        for left, right in pairwise((low, *turns, high)):
-            yield from _zero_between(series, left, right, P)
-
-
-def _pieces(c: Sequence[float], depth: float, a: float, b: float) -> Iterator[tuple[float, float]]:
-    """The parts of (a, b] where sum c_k x^k may come near zero, with one turning point at most.
-
-    By exclusion and bisection: a derivative's bound over (0, 1) is the sum of its coefficients'
-    sizes.
-    """
-    middle, half = (a + b) / 2, (b - a) / 2
-    steepest = sum(k * abs(x) for k, x in enumerate(c))
-    if abs(_horner(c, middle)) > steepest * half + depth:
-        return
-    slopes = [k * x for k, x in enumerate(c)][1:]
-    bend = sum(k * abs(x) for k, x in enumerate(slopes))
-    if abs(_horner(slopes, middle)) > bend * half or half < FINEST:
-        yield a, b
-        return
-    yield from _pieces(c, depth, a, middle)
-    yield from _pieces(c, depth, middle, b)
-
-
-def _zero_between(series: Sequence[int], low: int, high: int, P: int) -> list[int]:
-    """The zero of a monotone series in (low, high], by bisection; empty where it has none."""
-    left, right = value_at(series, low, P), value_at(series, high, P)
-    if left * right > 0 or left == 0:
-        return []
-    while high - low > 1:
-        middle = (low + high) // 2
-        if value_at(series, middle, P) * left > 0:
-            low = middle
-        else:
-            high = middle
-    return [high]
-
-
-def _horner(c: Sequence[float], x: float) -> float:
-    total = 0.0
-    for term in reversed(c):
-        total = total * x + term
-    return total

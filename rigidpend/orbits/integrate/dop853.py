@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.machine.workers import check_stop
+from rigidpend.machine.workers import check_stop, note
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.mechanics.separatrices import separatrix_beside
 from rigidpend.orbits.integrate.records import (
@@ -38,7 +38,7 @@ def crossings(orbits: Orbits, tolerance: float) -> Crossings:
     tolerance : float
         Relative; SciPy takes 2.3e-14 or more.
     """
-    return _Group(orbits, tolerance).run()
+    return Group(orbits, tolerance).run()
 
 
 def sample(field: Any, state: Array, times: Array, tolerance: float) -> Array:
@@ -59,7 +59,7 @@ def sample(field: Any, state: Array, times: Array, tolerance: float) -> Array:
     return np.asarray(found.y)
 
 
-class _Group:
+class Group:
     """Orbits that advance together, with the crossings found so far."""
 
     def __init__(self, orbits: Orbits, tolerance: float) -> None:
@@ -98,6 +98,7 @@ class _Group:
         )
         while True:
             check_stop()
+            note(self._told)
             before = solver.y.reshape(shape)[2]
             solver.step()
             now = solver.y.reshape(shape)
@@ -111,6 +112,12 @@ class _Group:
             if not staying.all():
                 self.active = self.active[staying]
                 return solver.t, now[:, staying]
+
+    def _told(self) -> str:
+        """Progress of these orbits, in words."""
+        fewest = int(self.count[self.active].min())
+        crossings = f"{fewest} of {self.orbits.n_crossings} crossings or more"
+        return f"{self.active.size} orbits under way by DOP853, {crossings}"
 
     def _record(self, crossed: Any, solver: Any, shape: tuple[int, ...], now: Array) -> None:
         columns = self.active[crossed]

@@ -24,6 +24,7 @@ from rigidpend.orbits.integrate.records import (
     Crossings,
     Orbits,
     Outcome,
+    in_turn,
     no_crossings,
     silent_outcome,
 )
@@ -76,41 +77,12 @@ def crossings(
     Crossings
         In the time unit of the reference; FAILED where crossings in turn do not rise and sink.
     """
-    walk = _Walk(reference, neighbours, bits, series_order(bits, tolerance))
+    walk = Walk(reference, neighbours, bits, series_order(bits, tolerance))
     walk.run()
     for count, alone in enumerate(walk.alone):
         if alone:
             walk.go_on(count, alone, tolerance, jobs)
-    return _in_turn(walk.found)
-
-
-def crossings_alone(
-    reference: ReferenceOrbit,
-    finest: float,
-    n_crossings: int,
-    passage_limit: float,
-    *,
-    bits: int,
-    tolerance: float,
-) -> Crossings:
-    """The crossings of a reference orbit itself, in `bits` bits relative to `finest`.
-
-    It goes on in so many bits when a neighbour at that distance, as a multiple of the tangent,
-    would leave it. Further parameters as those of `Neighbours` and :func:`crossings`.
-    """
-    k = reference.last_below(LARGE / finest)
-    orbit = _Walk(
-        reference,
-        Neighbours(np.zeros((6, 1)), np.zeros(1), n_crossings, passage_limit),
-        bits,
-        0,
-    )
-    orbit.note(reference.crossed_before(k))
-    at = reference.points[k]
-    if orbit.count[0] < n_crossings:
-        alone = _Departed(np.zeros(1, dtype=np.intp), at.time, [list(at.state)])
-        orbit.go_on(int(orbit.count[0]), [alone], tolerance, 1)
-    return _in_turn(orbit.found)
+    return in_turn(walk.found)
 
 
 class _Departed(NamedTuple):
@@ -121,7 +93,7 @@ class _Departed(NamedTuple):
     states: Any
 
 
-class _Walk:
+class Walk:
     """Orbits on their way beside the reference."""
 
     def __init__(
@@ -137,7 +109,7 @@ class _Walk:
 
     def run(self) -> None:
         """Follow all until each has left the reference, or has all its crossings."""
-        k = self._skip()
+        k = self.skip()
         self._part(k)
         while self.columns.size:
             check_stop()
@@ -162,7 +134,7 @@ class _Walk:
             whole = self.count[each] == self.neighbours.n_crossings
             self.found.outcome[each[whole]] = Outcome.COMPLETE
 
-    def _skip(self) -> int:
+    def skip(self) -> int:
         """Pass over the steps on which the differences are multiples of the tangent."""
         largest = float(np.abs(self.neighbours.shifts).max(initial=0.0))
         k = self.reference.last_below(2.0 ** -(self.bits + MARGIN) / largest) if largest else 0
@@ -177,7 +149,7 @@ class _Walk:
         here, end = self.reference.state(k, self.bits), self.reference.points[k + 1]
         series = self.reference.field(self.bits).series(here, self.differences, self.order)
         series = scaled(series, end.step)
-        for column, share, separatrix in _crossed(series, here, self.bits):
+        for column, share, separatrix in crossed(series, here, self.bits):
             time = self.reference.points[k].time + share * end.step
             self.note(iter([Passed(time, separatrix)]), column)
         self.differences = summed(series)[:, 1:]
@@ -235,7 +207,7 @@ class _Walk:
         self.found.outcome[columns] = after.outcome
 
 
-def _crossed(series: Numbers, state: Numbers, bits: int) -> Iterator[tuple[int, float, int]]:
+def crossed(series: Numbers, state: Numbers, bits: int) -> Iterator[tuple[int, float, int]]:
     """(orbit, share of the step, separatrix) of the crossings of all orbits on a step."""
     depth = touch(bits) * float(np.linalg.norm(state[:3].astype(float)))
     M3 = np.abs(series[:, 2, 1:] + series[:, 2, :1])
@@ -243,16 +215,3 @@ def _crossed(series: Numbers, state: Numbers, bits: int) -> Iterator[tuple[int, 
         orbit = (series[:, :3, 1 + column] + series[:, :3, 0]).astype(float)
         for share, separatrix in crossings_of_series(orbit.T, depth):
             yield int(column), share, separatrix
-
-
-def _in_turn(found: Crossings) -> Crossings:
-    """Mark orbits as failed, from there on, whose crossings do not rise and sink in turn.
-
-    So a crossing that is lost or found twice where two steps meet makes no symbol.
-    """
-    rising = np.isin(found.separatrix, (2, 4))
-    twice = (found.separatrix[1:] > 0) & (rising[1:] == rising[:-1])
-    bad = np.vstack((np.zeros((1, twice.shape[1]), dtype=bool), np.logical_or.accumulate(twice)))
-    found.time[bad], found.separatrix[bad] = np.nan, 0
-    found.outcome[bad.any(axis=0)] = Outcome.FAILED
-    return found

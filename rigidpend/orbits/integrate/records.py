@@ -74,3 +74,16 @@ def silent_outcome(Qp: Scalar, Qm: Scalar) -> Outcome:
     A forced component is never exactly zero for long, so a zero is an invariant plane.
     """
     return Outcome.ASYMPTOTIC if Qp == 0 or Qm == 0 else Outcome.NO_CROSSING
+
+
+def in_turn(found: Crossings) -> Crossings:
+    """Mark orbits as failed, from there on, whose crossings do not rise and sink in turn.
+
+    So a crossing that is lost or found twice where two steps meet makes no symbol.
+    """
+    rising = np.isin(found.separatrix, (2, 4))
+    twice = (found.separatrix[1:] > 0) & (rising[1:] == rising[:-1])
+    bad = np.vstack((np.zeros((1, twice.shape[1]), dtype=bool), np.logical_or.accumulate(twice)))
+    found.time[bad], found.separatrix[bad] = np.nan, 0
+    found.outcome[bad.any(axis=0)] = Outcome.FAILED
+    return found

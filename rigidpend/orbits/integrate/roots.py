@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
@@ -67,11 +68,15 @@ class _Polynomial:
         self.bend = sum(map(abs, derivative(self.slopes)))
         self.exactly = exactly or (lambda x: value_at(c, x))
 
+    def slope(self, x: float) -> float:
+        """The derivative."""
+        return float(value_at(self.slopes, x))
+
     def between(self, a: float, b: float) -> Iterator[float]:
         middle, half = (a + b) / 2, (b - a) / 2
         if abs(value_at(self.c, middle)) > self.steepest * half + self.depth:
             return
-        if abs(value_at(self.slopes, middle)) > self.bend * half:
+        if abs(self.slope(middle)) > self.bend * half:
             left, right = value_at(self.c, a), value_at(self.c, b)
             if left * right < 0 or right == 0:
                 yield self._bisected(a, b)
@@ -84,33 +89,33 @@ class _Polynomial:
 
     def _at_turn(self, a: float, b: float) -> Iterator[float]:
         """The zeros beside a turning point, if its depth can be told."""
-        ends = [value_at(self.slopes, x) for x in (a, b)]
-        turn = _sign_change(self.slopes, a, b) if ends[0] * ends[1] < 0 else (a + b) / 2
-        deep = self.exactly(turn)
-        if abs(deep) <= self.depth:
+        ends = [self.slope(x) for x in (a, b)]
+        turn = _sign_change(self.slope, a, b) if ends[0] * ends[1] < 0 else (a + b) / 2
+        # The place of the turn is known to the rounding of the slope, whatever the arithmetic.
+        bend = abs(value_at(derivative(self.slopes), turn))
+        blur = (2.0**-52 * self.steepest) ** 2 / bend if bend else math.inf
+        if abs(self.exactly(turn)) <= max(self.depth, blur):
             raise UndecidedTouch(turn)
         for low, high in ((a, turn), (turn, b)):
             if (self.exactly(low) > 0) != (self.exactly(high) > 0):
                 yield self._bisected(low, high)
 
     def _bisected(self, a: float, b: float) -> float:
-        rising = self.exactly(b) > self.exactly(a)
-        for _ in range(60):
-            middle = (a + b) / 2
-            if not a < middle < b:
-                break
-            if (self.exactly(middle) > 0) == rising:
-                b = middle
-            else:
-                a = middle
-        return b
+        found = _sign_change(self.exactly, a, b)
+        slope = self.slope(found)
+        # One step of Newton's: a zero beside the beginning has a relative precision of its own.
+        better = found - float(self.exactly(found)) / slope if slope else found
+        return better if a < better <= b else found
 
 
-def _sign_change(c: Sequence[float], a: float, b: float) -> float:
-    rising = value_at(c, b) > 0
+def _sign_change(value: Callable[[float], Any], a: float, b: float) -> float:
+    """The place where values change their sign, by bisection."""
+    rising = value(b) > value(a)
     for _ in range(60):
         middle = (a + b) / 2
-        if (value_at(c, middle) > 0) == rising:
+        if not a < middle < b:
+            break
+        if (value(middle) > 0) == rising:
             b = middle
         else:
             a = middle

@@ -2,25 +2,34 @@
 
 `integrate.crossings` follows many orbits through many passages and keeps times only. Here each
 orbit ends at its first crossing, and the state there is given to the last bit of the working
-precision.
+precision. On the step of the crossing Newton's method finds the time, and the series the state.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.equations import AlignedCoefficients
-from rigidpend.orbits.integrate import bigint
-from rigidpend.orbits.integrate.batch_sections import first_in_doubles, first_in_parts
+from rigidpend.orbits.integrate.batch import Batch
+from rigidpend.orbits.integrate.bounds import touch
 from rigidpend.orbits.integrate.engines import in_kernel, kernel_bits
-from rigidpend.orbits.integrate.kernel.aligned_field import COMPONENTS
-from rigidpend.orbits.integrate.roots import UndecidedTouch
+from rigidpend.orbits.integrate.kernel.tape import COMPONENTS
+from rigidpend.orbits.integrate.passages import UNDECIDED, Steps
+from rigidpend.orbits.integrate.records import Orbits
+from rigidpend.orbits.integrate.roots import value_at
+
+NEWTON = 4
+"""Iterations from a crossing time in doubles; each doubles the digits."""
+SPARE_BITS = 64
+"""Bits below the precision in which series are looked at: a small Qm keeps its own digits."""
+
+Array = NDArray[np.float64]
 
 
 class Crossing(NamedTuple):
@@ -67,8 +76,7 @@ def first_crossings(
         None for an orbit that does not cross within the limit.
     """
     compiled = in_kernel(engine, bits)
-    by_kernel: Any = _in_doubles if bits == 53 else _in_parts
-    follow = by_kernel if compiled else _in_integers
+    follow = _in_parts if compiled else _in_integers
     parts = [states[k::jobs] for k in range(min(jobs, len(states)))]
     done = side_by_side(follow, (coefficients, limit, bits, tolerance), not compiled, parts, jobs)
     found: list[Crossing | None] = [None] * len(states)
@@ -77,55 +85,125 @@ def first_crossings(
     return found
 
 
-def _in_doubles(
-    states: Sequence[Any], c: AlignedCoefficients, limit: float, _: int, tolerance: float
-) -> list[Crossing | None]:
-    """Find the crossings by the kernel, in doubles."""
-    begin = np.array(states, dtype=float).reshape(-1, len(COMPONENTS)).T
-    floats = AlignedCoefficients(*map(float, c))
-    times, found = first_in_doubles(floats, begin, limit, tolerance)
-    return [
-        None if math.isnan(time) else Crossing(Fraction(time), tuple(map(Fraction, state)))
-        for time, state in zip(times.tolist(), found.T.tolist(), strict=True)
-    ]
+def first_in_doubles(
+    coefficients: AlignedCoefficients, states: Array, limit: float, tolerance: float
+) -> tuple[Array, Array]:
+    """First crossings of orbits in doubles.
+
+    Parameters
+    ----------
+    coefficients : AlignedCoefficients
+        Floats.
+    states : (6, n) array
+    limit : float
+        How long, in t', to wait for the crossing.
+    tolerance : float
+
+    Returns
+    -------
+    times : (n,) array
+        NaN for an orbit that does not cross within the limit.
+    states : (6, n) array
+    """
+    run = _ToCrossings(Orbits(coefficients, states, 1, limit), 53, tolerance)
+    times, found = np.full(states.shape[1], np.nan), np.full(states.shape, np.nan)
+    columns, steps, crossed = run.there()
+    if columns.size:
+        begin = steps.fields["time"]
+        x, found[:, columns] = _at_zero(steps.series[..., 0], crossed - begin)
+        times[columns] = begin + x
+    return times, found
 
 
 def _in_parts(
-    states: Sequence[Any], c: AlignedCoefficients, limit: float, bits: int, tolerance: float
+    states: Sequence[Sequence[Fraction]],
+    c: AlignedCoefficients,
+    limit: float,
+    bits: int,
+    tolerance: float,
 ) -> list[Crossing | None]:
-    """Find the crossings by the kernel, in sums of doubles."""
-    found = first_in_parts(states, c, limit, kernel_bits(bits), tolerance)
-    return [None if one is None else Crossing(*one) for one in found]
+    """Find the crossings by the kernel, in doubles or in sums of them."""
+    kind, given = kernel_bits(bits), states
+    if kind == 53:
+        c = AlignedCoefficients(*map(float, c))
+        given = np.array(states, dtype=float).reshape(-1, len(COMPONENTS)).T  # type: ignore[assignment]
+    run = _ToCrossings(Orbits(c, given, 1, limit), kind, tolerance)
+    found: list[Crossing | None] = [None] * len(states)
+    columns, steps, crossed = run.there()
+    for k, column in enumerate(columns):
+        begin = steps.fields["time"][k]
+        late, x = steps.fields["late"][k], crossed[k] - begin
+        found[column] = _polished(steps.series[k], begin, late, x, kind + SPARE_BITS)
+    return found
+
+
+class _ToCrossings(Batch):
+    """Orbits on their way to the last of so many crossings, with the steps that may have one."""
+
+    def __init__(self, orbits: Orbits, bits: int, tolerance: float) -> None:
+        finest = tolerance * 2.0 ** (53 - bits)
+        super().__init__(orbits, bits, finest, noted=len(COMPONENTS))
+        self.kept: list[tuple[NDArray[np.int64], Steps]] = []
+
+    def there(self) -> tuple[NDArray[np.int64], Steps, Array]:
+        """The orbits that come so far, the step of each on which they do, its time in doubles."""
+        times = self.run().time[-1]
+        of_orbit, steps = self._all_steps()
+        at, begin = times[of_orbit], steps.fields["time"]
+        # A crossing between two steps is on either, to rounding.
+        inside = (at >= begin) & (at <= begin + steps.fields["length"])
+        columns, where = np.unique(of_orbit[inside], return_index=True)
+        chosen = steps.chosen(np.flatnonzero(inside)[where])
+        return columns, chosen, times[columns]
+
+    def _take(self, taken: Steps, number: int) -> None:
+        self.kept.append((self.columns[taken.fields["lane"].astype(np.int64)], taken))
+        super()._take(taken, number)
+
+    def _all_steps(self) -> tuple[NDArray[np.int64], Steps]:
+        columns, steps = zip(*self.kept, strict=True)
+        return np.concatenate(columns), Steps.joined(list(steps))
+
+
+def _at_zero(series: Any, x: Array) -> tuple[Any, Any]:
+    """Time from the beginning of steps to the zero of M3 near x, and the states (6, m) there."""
+    series = series.transpose(1, 2, 0)
+    M3 = series[2]
+    slopes = M3[1:] * np.arange(1.0, len(M3))[:, None]
+    for _ in range(NEWTON):
+        x = x - value_at(M3, x) / value_at(slopes, x)
+    return x, np.stack([value_at(one, x) for one in series])
+
+
+def _polished(series: Array, begin: float, late: float, x: float, P: int) -> Crossing:
+    """The crossing near x, from series (6, order + 1, parts) of its step, in integers."""
+    from rigidpend.orbits.integrate import bigint
+
+    whole = np.vectorize(int, otypes=[object])(np.ldexp(series, P)).sum(axis=2).tolist()
+    at = bigint.zero_near(whole[2], bigint.fixed(Fraction(x), P), P)
+    state = tuple(Fraction(bigint.value_at(one, at, P), 1 << P) for one in whole)
+    return Crossing(Fraction(begin) + Fraction(late) + Fraction(at, 1 << P), state)
 
 
 def _in_integers(
     states: Sequence[Any], c: AlignedCoefficients, limit: float, bits: int, _: float
 ) -> list[Crossing | None]:
     """Find the crossings by Taylor series in integers, of an error below their rounding."""
-    found: list[Crossing | None] = []
-    for state in states:
-        try:
-            found.append(_integer_crossing(c, state, limit, bits))
-        except UndecidedTouch:
-            found.append(None)
-    return found
+    return [_integer_crossing(c, state, limit, bits) for state in states]
 
 
 def _integer_crossing(
     c: AlignedCoefficients, state: Sequence[Fraction], limit: float, bits: int
 ) -> Crossing | None:
-    unit = bigint.unit_of(state)
-    c, state = bigint.in_units(c, state, unit)
-    P = bigint.fractional_bits((*state, *c), bits)
-    flow = bigint.Flow([bigint.fixed(x, P) for x in c], P)
-    here, time = [bigint.fixed(x, P) for x in state], 0
-    depth = bigint.depth_of_touch(state, bits, P)
-    while time < bigint.fixed(Fraction(limit) * unit, P):
-        series, step = flow.expand(here)
-        for at in bigint.crossings_within(series[2], step, P, depth):
-            there = [Fraction(bigint.value_at(s, at, P), 1 << P) for s in series]
-            momenta = (x * unit for x in there[:3])
-            return Crossing(Fraction(time + at, 1 << P) / unit, (*momenta, *there[3:]))
-        here = [bigint.value_at(s, step, P) for s in series]
-        time += step
+    from rigidpend.orbits.integrate import bigint
+
+    for step in bigint.steps(c, state, bits):
+        if step.time(0) > limit:
+            break
+        for share, separatrix in step.crossings(step.length, touch(bits)):
+            if separatrix == UNDECIDED:
+                return None
+            near = int(Fraction(share) * step.length)
+            at = bigint.zero_near(step.series[2], near, step.P)
+            return Crossing(step.time(at), step.at(at))
     return None

@@ -49,7 +49,7 @@ SLACK = 2.0**13
 """Allowed error of a map, in roundings of the working precision, where its tables have no more.
 
 With the body of Fig. 4 finished maps err by some tens of them, and by 700 at mu = 0.01."""
-SPARE_BITS = 4
+SPARE_BITS = 6
 """Bits by which the tables of a map are sharper than it is said to be, in pairs of doubles."""
 TOLD = 16
 """Factor by which tables may err more than their last coefficients."""
@@ -294,7 +294,7 @@ def expected_cost(body: Body, low: Exact, high: Exact, bits: int, design: Design
 
 
 def _plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> MapPlan:
-    found = _looked(body, float(low), float(high), min(2.0**-bits, _allowed(bits) / 4))
+    found = _looked(body, float(low), float(high), min(2.0**-bits, _allowed(bits) / 16))
     if isinstance(found, MapError):
         raise MapError(str(found))
     return found.designed(float(design.unit), design.stretch, design.more)
@@ -393,7 +393,8 @@ def _attempt(
     for rising in (False, True):
         width = a.number(layer.widths[rising])
         forward = forward_table(rising, width, o.n_x, o.n_phase, nf, c, length, a)
-        inverse = inverse_table(rising, forward, a.number(layer.invariant), nf, a)
+        reach = a.number(layer.invariant)
+        inverse = inverse_table(rising, forward, reach, o.n_phase_inverse, nf, a)
         charts.append(Chart(forward, inverse))
         found.append(held_out(rising, charts[-1], nf, c, length, a))
     cut = [tails(table) for chart in charts for table in chart]

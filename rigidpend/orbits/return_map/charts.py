@@ -17,13 +17,14 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
 from rigidpend.numbers.generic import Numbers, Scalar
-from rigidpend.orbits.integrate.arcs import arcs
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.conjugacy import TorusRates, inverted, torus_rates
 from rigidpend.orbits.return_map.expansions import (
     Interval,
@@ -36,7 +37,7 @@ from rigidpend.orbits.return_map.expansions import (
 )
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
 from rigidpend.orbits.return_map.poincare import rotation_phase, section_state
-from rigidpend.orbits.return_map.precision import Precision, precision
+from rigidpend.orbits.return_map.precision import Precision, precision, product
 from rigidpend.orbits.return_map.reduced import Coefficients, theta3_rate
 
 MOST_ITERATIONS = 30
@@ -47,6 +48,10 @@ STRIP = 1.2
 """Distance of the nearest complex singularity of theta3's rate from the arc's middle.
 
 In units of 1/Lambda_0, as it is taken to be; it is pi/2 without weight."""
+FORWARD, INVERSE = 1, 2
+"""Powers by which the orders of charts and of inverse charts shrink from energy to energy."""
+SPARE_X, SPARE_PHASES = 1, 2
+"""Nodes that a difference between energies takes beyond its share."""
 
 
 class Looked(NamedTuple):
@@ -84,7 +89,7 @@ class LevelTable(NamedTuple):
             T = T / self.width
         products = T[:, :, None] * F[:, None, :]
         groups = products.reshape(len(self.values), -1, self.n_x * self.n_phase)
-        return np.matmul(groups, self.values).reshape(-1, 4).T
+        return product(groups, self.values).reshape(-1, 4).T
 
 
 class ChartTable(NamedTuple):
@@ -99,19 +104,82 @@ class ChartTable(NamedTuple):
     def at(self, weights: Numbers) -> LevelTable:
         """The table at E energies, of which `weights` are the Chebyshev polynomials, (E, count)."""
         flat = self.values.reshape(len(self.values), -1)
-        values = (weights @ flat).reshape(len(weights), -1, 4)
+        values = product(weights, flat).reshape(len(weights), -1, 4)
         return LevelTable(self.width, self.n_x, self.n_phase, values)
 
 
-def fitted(values: Numbers, width: Scalar, energies: Interval, a: Precision) -> ChartTable:
-    """The table of values (n_x, n_phase, count, 4) at the nodes."""
-    n_x, n_phase, count, functions = values.shape
-    found = np.matmul(chebyshev_analysis(n_x, a), values.reshape(n_x, -1))
-    found = found.reshape(n_x, n_phase, -1).transpose(1, 0, 2).reshape(n_phase, -1)
-    found = np.matmul(fourier_analysis(n_phase, a), found)
-    found = found.reshape(n_phase, n_x, count, functions).transpose(2, 1, 0, 3)
-    found = np.matmul(energies.analysis(a), found.reshape(count, -1))
-    return ChartTable(width, n_x, n_phase, found.reshape(count, n_x * n_phase, functions))
+def fitted(
+    values: Callable[[Any, Any, Any, Any], Any],
+    width: Scalar,
+    n_x: int,
+    n_phase: int,
+    energies: Interval,
+    power: int,
+    a: Precision,
+) -> ChartTable:
+    """The table of four functions over |x| <= width.
+
+    Its terms shrink with the sum of their orders. So Newton's divided differences from energy to
+    energy are tables that take the fewer nodes the higher they are: of the k-th of n a share of
+    1 - (k/n)^power in each direction.
+
+    Parameters
+    ----------
+    values : callable
+        ``values(x, phase, h, weights)`` gives the functions, (4, N), at points of one energy h, of
+        which `weights` are the Chebyshev polynomials, (1, count).
+    width : number
+    n_x, n_phase : int
+        Nodes at the first energy.
+    energies : Interval
+    """
+    h, order = energies.nodes(a), _spread(energies.n)
+    weights, at = energies.basis(h, a), nodes(energies.n, a)[order]
+    newton = a.zeros((energies.n, energies.n))
+    newton[:, 0] = a.number(1)
+    for k in range(1, energies.n):
+        newton[:, k] = newton[:, k - 1] * (at - at[k - 1])
+    found = a.zeros((energies.n, n_x, n_phase * 4))
+    sizes = table_sizes(n_x, n_phase, energies.n, power)
+    for level, (node, (few_x, few)) in enumerate(zip(order, sizes, strict=True)):
+        x, phase = nodes(few_x, a), phases(few, a)
+        value = values(
+            np.repeat(width * x, few), np.tile(phase, few_x), h[node], weights[node : node + 1]
+        ).reshape(4, few_x, few)
+        value = value.transpose(1, 2, 0)
+        if level:
+            known = newton[level : level + 1, :level] @ found[:level].reshape(level, -1)
+            known = chebyshev_basis(x, n_x, a) @ known.reshape(n_x, -1)
+            known = np.matmul(fourier_basis(phase, n_phase, a), known.reshape(few_x, n_phase, 4))
+            value = (value - known) / newton[level, level]
+        value = np.matmul(fourier_analysis(few, a), value).reshape(few_x, -1)
+        found[level, :few_x, : few * 4] = chebyshev_analysis(few_x, a) @ value
+    back = energies.analysis(a)[:, order] @ newton
+    return ChartTable(
+        width,
+        n_x,
+        n_phase,
+        (back @ found.reshape(energies.n, -1)).reshape(energies.n, n_x * n_phase, 4),
+    )
+
+
+@functools.cache
+def _spread(n: int) -> list[int]:
+    """The order of Chebyshev nodes in which each is far from those before it (Leja's)."""
+    x, order = nodes(n, precision(53)), [0]
+    for _ in range(1, n):
+        order.append(int(np.abs(x[:, None] - x[order]).prod(axis=1).argmax()))
+    return order
+
+
+def table_sizes(n_x: int, n_phase: int, n: int, power: int) -> list[tuple[int, int]]:
+    """The nodes in x and in phase of each of n divided differences of a table."""
+    shares = [1 - (k / n) ** power for k in range(n)]
+    phases_ = [SPARE_PHASES + math.ceil(n_phase * share) // 2 * 2 + 1 for share in shares]
+    return [
+        (min(n_x, SPARE_X + math.ceil(n_x * share)), min(n_phase, few))
+        for share, few in zip(shares, phases_, strict=True)
+    ]
 
 
 def section_chart(
@@ -148,7 +216,7 @@ def section_chart(
     side = 1 if rising else -1
     shares, parts = _fejer(quadrature_points(float(length), c, float(h[0]), a.bits), a)
     times = side * length * np.append(shares, a.number(1))
-    path = arcs(c.aligned, begin, times, a.bits)
+    path = states_at(c.aligned, begin, times, a.bits)
     end = path[:, -1]
     if not (end[2] > 0).all():
         raise MapError("an orbit from the section does not reach the periodic orbit")
@@ -205,19 +273,6 @@ Charts: TypeAlias = tuple[Chart[ChartTable], Chart[ChartTable]]
 """The charts of downward and of upward crossings."""
 
 
-def grid(
-    width: Scalar, n_x: int, n_phase: int, energies: Interval, a: Precision
-) -> tuple[Any, Any, Any]:
-    """The nodes of a table: x, phase and energy, each of all nodes; phases run fastest."""
-    x, phase, h = width * nodes(n_x, a), phases(n_phase, a), energies.nodes(a)
-    n = len(h)
-    return (
-        np.tile(np.repeat(x, n_phase), n),
-        np.tile(phase, n * n_x),
-        np.repeat(h, n_x * n_phase),
-    )
-
-
 class Invariants(NamedTuple):
     """I, s and their derivatives in d and chi, with the rates on the torus; (N,) each."""
 
@@ -239,14 +294,15 @@ def forward_table(
     a: Precision,
 ) -> ChartTable:
     """The chart of a section as a table over |d| <= width."""
-    d, chi, energies = grid(width, n_x, n_phase, nf.energies, a)
-    weights = nf.energies.basis(nf.energies.nodes(a), a)
-    found = section_chart(rising, d, chi, energies, weights, nf, c, length, a)
-    return fitted(arranged(found, n_x, n_phase), width, nf.energies, a)
+
+    def chart(d: Any, chi: Any, h: Any, weights: Any) -> Any:
+        return section_chart(rising, d, chi, h + 0 * d, weights, nf, c, length, a)
+
+    return fitted(chart, width, n_x, n_phase, nf.energies, FORWARD, a)
 
 
 def inverse_table(
-    rising: bool, forward: ChartTable, width: Scalar, nf: NormalForm, a: Precision
+    rising: bool, forward: ChartTable, width: Scalar, n_phase: int, nf: NormalForm, a: Precision
 ) -> ChartTable:
     """The inverse chart as a table over |I| <= width, from the chart's table.
 
@@ -255,17 +311,13 @@ def inverse_table(
     MapError
         The invariants don't belong to points of the section within the chart.
     """
-    I, s, _ = grid(width, forward.n_x, forward.n_phase, nf.energies, a)
-    weights = nf.energies.basis(nf.energies.nodes(a), a)
-    rates = weights @ nf.exponent, weights @ nf.rotation
-    d, chi, (_, _, time, theta3) = _solved(rising, forward.at(weights), rates, (I, s), a)
-    found = np.stack((d, chi - s, time, theta3))
-    return fitted(arranged(found, forward.n_x, forward.n_phase), width, nf.energies, a)
 
+    def chart(I: Any, s: Any, _: Any, weights: Any) -> Any:
+        rates = weights @ nf.exponent, weights @ nf.rotation
+        d, chi, (_, _, time, theta3) = _solved(rising, forward.at(weights), rates, (I, s), a)
+        return np.stack((d, chi - s, time, theta3))
 
-def arranged(found: Any, n_x: int, n_phase: int) -> Any:
-    """The values (4, N) at the points of a grid as (n_x, n_phase, energies, 4)."""
-    return found.reshape(4, -1, n_x, n_phase).transpose(2, 3, 1, 0)
+    return fitted(chart, width, forward.n_x, n_phase, nf.energies, INVERSE, a)
 
 
 def _solved(

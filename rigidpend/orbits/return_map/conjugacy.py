@@ -15,7 +15,7 @@ import numpy as np
 from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.orbits.return_map.expansions import fourier_basis
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, powers
-from rigidpend.orbits.return_map.precision import Precision, precision
+from rigidpend.orbits.return_map.precision import Precision, precision, product
 
 MOST_ITERATIONS = 12
 """Most corrections with all terms; each doubles the digits, where the series converges at all."""
@@ -115,9 +115,10 @@ def _inverted(
     doubles = precision(53)
     given = [a.floats(x) for x in Q]
     series = TorusSeries(rough, a.floats(weights), a.floats(psi), doubles)
-    u, v, (by_u, by_v) = _newton(series, given[0], given[1])
+    u, v = _newton(series, given[0], given[1])
     if a.bits == 53:
         return (u, v, *series.values(u, v)[:1:-1])
+    _, by_u, by_v = series.slopes(u, v, every=True)
     size = max(doubles.largest(u), doubles.largest(v))
     low = series.least_degree(size, GUARD * 2.0 ** (53 - a.bits))
     head = TorusSeries(nf, weights, psi, a, most=low)
@@ -132,13 +133,13 @@ def _inverted(
         u, v = u - du, v - dv
         # The slopes in doubles leave 2^-40 of a correction.
         if _relative(du, dv, u, v, a) * 2.0**-40 < 4 * a.epsilon:
-            values = head.values(u, v) + tail.values(a.floats(u), a.floats(v))
-            return u, v, values[3], values[2]
+            sigma, tau = (values[k] - by_u[k] * du - by_v[k] * dv for k in (2, 3))
+            return u, v, tau, sigma
     raise MapError(BEYOND)
 
 
-def _newton(series: TorusSeries, Qp: Any, Qm: Any) -> tuple[Any, Any, Any]:
-    """u, v and the derivatives of Qp and Qm there, in doubles."""
+def _newton(series: TorusSeries, Qp: Any, Qm: Any) -> tuple[Any, Any]:
+    """u and v in doubles."""
     u, v = 0 * Qp, 0 * Qp
     degree, late = 1, 0
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
@@ -151,7 +152,7 @@ def _newton(series: TorusSeries, Qp: Any, Qm: Any) -> tuple[Any, Any, Any]:
             u, v = u - du, v - dv
             off = _relative(du, dv, u, v, precision(53))
             if degree >= series.degree and off < SETTLED:
-                return u, v, (by_u, by_v)
+                return u, v
             if not off < np.inf:
                 break
             # A correction doubles the digits, and as many more terms count then.
@@ -191,13 +192,13 @@ class TorusSeries:
         )
         if len(weights) < len(psi):
             series = tuple(
-                (weights @ part.reshape(weights.shape[1], -1)).reshape(len(weights), nf.n, -1)
+                product(weights, part.reshape(weights.shape[1], -1)).reshape(len(weights), nf.n, -1)
                 for part in series
             )
             basis = basis.reshape(len(weights), -1, nf.n)
         else:
             basis = (weights[:, :, None] * basis[:, None, :]).reshape(len(psi), -1)
-        self.odd, self.even = (np.matmul(basis, part).reshape(len(psi), -1) for part in series)
+        self.odd, self.even = (product(basis, part).reshape(len(psi), -1) for part in series)
         self.odd = self.odd.reshape(len(psi), 3, -1)
 
     def part(self, least: int, most: int | None = None) -> TorusSeries:
@@ -228,13 +229,17 @@ class TorusSeries:
         ]
         return np.concatenate(found, axis=1).T
 
-    def slopes(self, u: Scalar, v: Scalar) -> tuple[Any, Any, Any]:
-        """Qp and Qm, (2, N), and their derivatives in u and in v."""
-        (j, k), of_u, of_v = self.powers[0].T, self._powers(u), self._powers(v)
-        by_u, by_v = j * of_u[:, np.maximum(j - 1, 0)], k * of_v[:, np.maximum(k - 1, 0)]
-        of_u, of_v = of_u[:, j], of_v[:, k]
-        terms = np.stack((of_u * of_v, by_u * of_v, of_u * by_v), axis=2)
-        value, along_u, along_v = np.matmul(self.odd[:, :2], terms).T
+    def slopes(self, u: Scalar, v: Scalar, *, every: bool = False) -> tuple[Any, Any, Any]:
+        """Qp and Qm, or all of `values`, with their derivatives in u and in v, (2 or 4, N) each."""
+        given = [(self.odd, 0), (self.even[:, None], 1)] if every else [(self.odd[:, :2], 0)]
+        found = []
+        for c, parity in given:
+            (j, k), of_u, of_v = self.powers[parity].T, self._powers(u), self._powers(v)
+            by_u, by_v = j * of_u[:, np.maximum(j - 1, 0)], k * of_v[:, np.maximum(k - 1, 0)]
+            of_u, of_v = of_u[:, j], of_v[:, k]
+            terms = np.stack((of_u * of_v, by_u * of_v, of_u * by_v), axis=2)
+            found.append(np.matmul(c, terms))
+        value, along_u, along_v = np.concatenate(found, axis=1).T
         return value, along_u, along_v
 
     def _monomials(self, u: Scalar, v: Scalar, exponents: Any) -> Any:

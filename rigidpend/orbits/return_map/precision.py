@@ -13,11 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.numbers.exact import context
+from rigidpend.numbers.exact import context, fraction
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate import pair_arrays
 from rigidpend.orbits.integrate.pair_arrays import PairArray
-from rigidpend.orbits.integrate.states import rational
 
 FUNCTIONS = {"sin": 1, "cos": 1, "exp": 1, "expm1": 1, "log": 1, "sqrt": 1, "atan2": 2}
 MOST_IN_PAIRS = 96
@@ -58,7 +57,7 @@ class Precision:
         """A number of this precision from an int, a float, a Fraction or an mpmath number."""
         if self.in_pairs:
             known = isinstance(x, (int, float, Fraction))
-            return PairArray.number(Fraction(x) if known else rational(x))
+            return PairArray.number(Fraction(x) if known else fraction(x))
         if self.dtype == object:
             m = context(self.bits)
             return m.mpf(x.numerator) / x.denominator if isinstance(x, Fraction) else m.mpf(x)
@@ -105,3 +104,13 @@ class Precision:
 def precision(bits: int) -> Precision:
     """The numbers of so many bits; it holds no state, so threads may share it."""
     return Precision(bits)
+
+
+def product(x: Scalar, y: Scalar) -> Any:
+    """x @ y of matrices, in the thread that asks for it.
+
+    BLAS would start others for large ones in doubles, which go on waiting busily for some
+    hundredths of a second: the time of another thread's tables.
+    """
+    plain = isinstance(x, np.ndarray) and x.dtype == float
+    return np.einsum("...ij,...jk->...ik", x, y) if plain else np.matmul(x, y)

@@ -9,10 +9,9 @@ import numpy as np
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map.charts import (
+    INVERSE,
     ChartTable,
-    arranged,
     fitted,
-    grid,
 )
 from rigidpend.orbits.return_map.conjugacy import inverted
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
@@ -52,14 +51,15 @@ def entry(nf: NormalForm, least: Scalar, most: Scalar, a: Precision) -> Entry:
         The normal form does not reach as far as `most`.
     """
     centre, half_width = (least + most) / 2, (most - least) / 2
-    weights = nf.energies.basis(nf.energies.nodes(a), a)
-    for n_x in range(6, MOST_NODES, 3) if half_width else (1,):
-        x, psi, _ = grid(a.number(1), n_x, nf.n, nf.energies, a)
+
+    def placed(x: Any, psi: Any, _: Any, weights: Any) -> Any:
         Qp = centre + half_width * x
         at = inverted(nf, weights, psi, Qp, 0 * Qp, a)
-        found = np.stack((at.v / Qp, at.u / Qp, at.tau, at.sigma))
-        table = fitted(arranged(found, n_x, nf.n), a.number(1), nf.energies, a)
-        last = table.values.reshape(len(weights), n_x, nf.n, 4)[:, -2:, :, :3]
+        return np.stack((at.v / Qp, at.u / Qp, at.tau, at.sigma))
+
+    for n_x in range(6, MOST_NODES, 3) if half_width else (1,):
+        table = fitted(placed, a.number(1), n_x, nf.n, nf.energies, INVERSE, a)
+        last = table.values.reshape(nf.energies.n, n_x, nf.n, 4)[:, -2:, :, :3]
         if n_x == 1 or a.largest(last) <= ROUNDINGS * a.epsilon:
             return Entry(centre, half_width, table)
     raise MapError("the start lies outside of the range of the normal form")

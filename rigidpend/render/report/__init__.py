@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from rigidpend import experiments
 from rigidpend.experiments.data.tree import Loaded
-from rigidpend.machine import words
+from rigidpend.machine import files, words
 from rigidpend.machine.files import Absent
 from rigidpend.machine.tables import Table
 from rigidpend.machine.workers import check_stop
@@ -60,11 +60,8 @@ def write(sources: Sequence[Path], target: Path) -> list[str]:
         As :func:`build`; or the page cannot be written.
     """
     page = build(sources)
-    store.prepare(target)
-    try:
-        store.replace(target, page.html.encode("utf-8"))
-    except OSError as error:
-        raise store.StoreError(f"{target}: cannot be written: {error.strerror}") from None
+    files.prepare(target)
+    files.write(target, page.html.encode("utf-8"))
     return page.problems
 
 
@@ -87,13 +84,15 @@ def build(sources: Sequence[Path]) -> Page:
 
 def _section(source: Path) -> ResultSection:
     """The part of a file; a sentence where it cannot be shown."""
+    from rigidpend import render
     from rigidpend.render import OF_VALUES, Undrawable
 
     check_stop()
     try:
         result = store.load(source)
         certificate, doubt = _certificate(source)
-        return section(marked(result, certificate))._replace(doubt=doubt)
+        drawn = render.kept(source.with_suffix(".png"), render.drawn_from([source]))
+        return section(marked(result, certificate), drawn)._replace(doubt=doubt)
     except Undrawable as error:
         return problem(source.stem, f"{source}: {error}")
     except store.StoreError as error:
@@ -113,8 +112,8 @@ def _certificate(source: Path) -> tuple[Loaded | None, str]:
         return None, f"nothing is marked as proven: {error}"
 
 
-def section(result: Any) -> ResultSection:
-    """Make a result's part of the page."""
+def section(result: Any, drawn: bytes | None = None) -> ResultSection:
+    """Make a result's part of the page, with its image, drawn now where none is given."""
     from rigidpend import render
     from rigidpend.render import captions
 
@@ -124,7 +123,7 @@ def section(result: Any) -> ResultSection:
         name=str(attributes.get("name", "unnamed")),
         figure=str(attributes.get("figure", "")),
         experiment=experiment,
-        picture=picture(render.image(result, "png")),
+        picture=picture(drawn or render.image(result, "png")),
         caption=captions.caption(experiment),
         bodies=captions.bodies(result),
         tables=_tables(experiment, result),

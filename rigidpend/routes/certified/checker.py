@@ -61,7 +61,6 @@ class OrbitChecker:
         self.time, self.bound = arb(0), arb(0)
         self.crossings: list[ProvenCrossing] = []
         self._end: list[arb] | None = None
-        self._side = 0
 
     def take(self, step: Step) -> None:
         """Check a step and go to its end.
@@ -139,9 +138,9 @@ class OrbitChecker:
         """
         away = _whole(radius / self.growth.upright)
         sides = [(M3.at[k] > 0) - (M3.at[k] < 0) if M3.least(k) > away else 0 for k in range(parts)]
-        # Both ends must be told, the first as the step before left it:
-        # no crossing falls between steps.
-        if not (sides[0] and sides[-1]) or (self._side and sides[0] != self._side):
+        # Both ends must be told. No crossing falls between steps: where two of them join, M3 of
+        # either is farther from zero than, by H1, from that of the other.
+        if not (sides[0] and sides[-1]):
             return "H4: M3 is too near zero at an end of a step for its sign to be told"
         found = []
         for first, last in _gaps(sides):
@@ -153,7 +152,6 @@ class OrbitChecker:
                 return crossing
             found.append(crossing)
         self.crossings += found
-        self._side = sides[-1]
         return ""
 
     def _crossing(

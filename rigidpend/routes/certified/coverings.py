@@ -77,7 +77,7 @@ def directions(quad: Quad, g: Family, along: Sequence[Family]) -> tuple[Family, 
 
 
 class Numbers(NamedTuple):
-    """Numbers of a body and an energy, balls."""
+    """Numbers of a body and an energy, or of all near them, balls."""
 
     field: AlignedCoefficients
     to_M1: arb
@@ -85,13 +85,16 @@ class Numbers(NamedTuple):
     h: arb
 
     @classmethod
-    def of(cls, body: Body, h: Exact) -> Numbers:
-        """Enclose those of a body."""
+    def of(cls, body: Body, h: Exact, around: Exact | None = None) -> Numbers:
+        """Enclose those of a body, with all mu and h that differ by at most so much of them."""
         with precision(BITS):
+            near = (
+                1 + arb(0, abs(arb(around.over(BALLS))).upper()) if around is not None else arb(1)
+            )
             p = angles(body)
-            half = p.alpha0 / 2
-            found = aligned_coefficients(p, BALLS)
-            return cls(found, 1 / (2 * half.cos()), 1 / (2 * half.sin()), arb(h.over(BALLS)))
+            p, half = p._replace(mu=p.mu * near), p.alpha0 / 2
+            found, h_ball = aligned_coefficients(p, BALLS), arb(h.over(BALLS)) * near
+            return cls(found, 1 / (2 * half.cos()), 1 / (2 * half.sin()), h_ball)
 
 
 class Reached(NamedTuple):
@@ -150,9 +153,37 @@ def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilySt
     else:
         side, order = 1 if start.rising else -1, [1, 0, -1]
         begin, bounds = beginning(numbers, start, pieces[0], growth)
-    end: list[Family] | None = None
     signs: list[int] = []
     time = arb(0)
+    for states, half, apart in followed(numbers, pieces, bounds, growth):
+        with precision(SCALARS):
+            time += 2 * half.range
+            signs += _signs(numbers, states, apart[0], growth, side)
+    _check_signs(signs, order)
+    end = [state.at("z", 1) for state in states]
+    with precision(SCALARS):
+        return _crossing(numbers, end, apart, growth, side, begin, time)
+
+
+def followed(
+    numbers: Numbers, pieces: Sequence[FamilyStep], bounds: list[arb], growth: LogarithmicNorm
+) -> Iterator[tuple[list[Family], Family, list[arb]]]:
+    """Check steps one after the other (C2, C3): states, half-length and distances over each.
+
+    Parameters
+    ----------
+    numbers : Numbers
+    pieces : sequence of FamilyStep
+    bounds : 3 arb
+        On the distance of the polynomials from the orbits at the beginning, and on those of its
+        derivatives in u and v.
+    growth : LogarithmicNorm
+
+    Raises
+    ------
+    Undecided
+    """
+    end: list[Family] | None = None
     for piece in pieces:
         check_stop()
         states = [Family.of(terms, piece.bits) for terms in piece.terms]
@@ -164,12 +195,9 @@ def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilySt
                 gaps = _norms([s.at("z", -1) - e for s, e in zip(states, end, strict=True)], growth)
                 bounds = [_up(bound + gap) for bound, gap in zip(bounds, gaps, strict=True)]
             end = [state.at("z", 1) for state in states]
-            bounds = _carried(states, half, bounds, defects(numbers, states, half, growth), growth)
-            time += 2 * half.range
-            signs += _signs(numbers, states, bounds[0], growth, side)
-    _check_signs(signs, order)
-    with precision(SCALARS):
-        return _crossing(numbers, end or [], bounds, growth, side, begin, time)
+            leaps = defects(numbers, states, half, growth)
+            bounds = _carried(states, half, bounds, leaps, growth)
+        yield states, half, bounds
 
 
 def beginning(
@@ -296,7 +324,7 @@ def _nearest(
         return _largest(rows) / (1 - share)
 
     values, *along = zip(*map(_orders, residual), strict=True)
-    if not (share < 1 and (near := _up(solved(values))) <= room):
+    if not (share < 1 and (near := _up(solved(values))) < room):
         raise Undecided("C1: no points are shown to be where the orbits begin")
     return [near] + [
         _up(solved([
@@ -357,7 +385,8 @@ def _tube(
         if grown < assumed:
             return grown, factor
         assumed = 2 * grown
-    raise Undecided(f"C3: no tube below {WIDEST} is shown to hold the orbits")
+    said = f"C3: the orbits are shown to stay within {float(grown):.3g} of the polynomials"
+    raise Undecided(f"{said}, and within {WIDEST:.3g} is needed")
 
 
 def _signs(
@@ -419,7 +448,7 @@ def _crossing(
         raise Undecided("C5: the side on which the orbits leave is not told")
     mirrored = bool(box[large] < 0)
     # (-M1, -M2, M3, gamma1, gamma2, -gamma3) makes separatrix 1 or 4 of 3 or 2.
-    d, g = (end[j].widened(apart[j] + time * fastest) for j in (small, 5))
+    d, g = (end[j].widened(apart[j] + time * abs(rates[j])) for j in (small, 5))
     # The derivatives change until the crossing, and by the time of it, which M3 tells.
     _, *sizes = _norms(end, growth)
     steep = growth.steepness(growth.norm(tuple(_up(abs(x)) for x in box)))
@@ -460,17 +489,18 @@ def relation(source: Reached, target: Quad, begin: Sequence[arb], place: int) ->
         if not all(abs(a - b) <= ALONE for a, b in zip(source.box, begin, strict=True)):
             raise Undecided("C6: the crossings are on another sheet of the section")
         U, V = coordinates(target, source.d, source.g)
-        edges = [U.at("u", side).range for side in (-1, 1)]
-        if edges[0] < -1 and edges[1] > 1:
-            orientation = 1
-        elif edges[0] > 1 and edges[1] < -1:
-            orientation = -1
-        else:
-            raise Undecided("C6: an edge does not lie beyond the end of the set")
+        low, high = (U.at("u", side).range for side in (-1, 1))
+        forward, back = (-low).lower().min(high.lower()), low.lower().min((-high).lower())
+        least, orientation = (forward, 1) if forward > back else (back, -1)
+        if not least > 1:
+            said = f"C6: an edge lies at |U| >= {float(least):.4g} of set {place}"
+            raise Undecided(f"{said}, and more than 1 is needed")
         if not V.bound < 1:
-            raise Undecided("C6: the image is not between the sides of the set")
-        least = min(-_double(-abs(edge).lower()) for edge in edges)
-        return Relation(place, orientation, least, _double(V.bound), *_cone(source, target))
+            said = f"C6: the image lies within |V| <= {float(V.bound):.4g} of set {place}"
+            raise Undecided(f"{said}, and less than 1 is needed")
+        return Relation(
+            place, orientation, -_double(-least), _double(V.bound), *_cone(source, target)
+        )
 
 
 def _cone(source: Reached, target: Quad) -> tuple[float, float]:

@@ -54,23 +54,24 @@ STEADY = 14
 WIDEST = 0.8
 """Largest |gamma3| in a set."""
 IN_TIME, IN_U, IN_V = 40, 5, 11
-"""Nodes in time and in both parameters."""
-LENGTH = 3.0
-"""Length of a step, t', about."""
+"""Nodes in time and in both parameters, of coefficients of so many bits as BITS is."""
+LENGTH = 2.0
+"""Length of a step, about, in which what is unstable grows by its exponential."""
 SPARE = 8
 """Bits beyond a unit from which on coefficients are rounding."""
-BITS, LINE_BITS = 60, 52
-"""Bits of coefficients at the beginning, of sets and of a line of starts."""
-GROWTH = 0.9
-"""Bits by which the bound grows in a unit of t', about."""
+BITS, LINE_BITS = 60, 8
+"""Bits of coefficients at the beginning, and by how many fewer a line of starts has."""
+GROWTH = 1.4
+"""Bits by which the bound grows in a time in which what is unstable grows by e, about."""
 
 
 class ShiftProblem(NamedTuple):
-    """A body and an energy, and half rotations of a passage."""
+    """A body and an energy, half rotations of a passage, and bits of coefficients."""
 
     body: Body
     h: Exact
     half_turns: int
+    bits: int = BITS
 
     @property
     def coefficients(self) -> Coefficients:
@@ -81,6 +82,18 @@ class ShiftProblem(NamedTuple):
     def level(self) -> EnergyLevel:
         """The return map at the energy."""
         return return_map(self.body, h=self.h).at(float(self.h))
+
+    @property
+    def rate(self) -> float:
+        """Rate at which orbits beside the periodic ones part, in 1/t'."""
+        level = self.level
+        return float(level.exponent[0, 0] / level.rotation[0, 0])
+
+    @property
+    def nodes(self) -> tuple[int, int, int]:
+        """Nodes in time and in both parameters."""
+        further = self.bits - BITS
+        return math.ceil(IN_TIME * self.bits / BITS), IN_U + further // 12, IN_V + further // 6
 
 
 class _Section(NamedTuple):
@@ -127,23 +140,34 @@ class _Section(NamedTuple):
         return surface + side * grown
 
 
+def _sections(setting: ShiftProblem) -> list[_Section]:
+    return [
+        _Section(setting.level, True, 0.0),
+        _Section(setting.level, False, math.pi * (setting.half_turns % 2)),
+    ]
+
+
+def angles(setting: ShiftProblem) -> list[float]:
+    """Angles of the surfaces in (d, chi) at the heteroclinic points of both sections."""
+    ends, found = np.array([-TILT, TILT]), []
+    for section in _sections(setting):
+        apart = section.surface(ends, mirrored=True) - section.surface(ends)
+        found.append(abs(float(apart[1] - apart[0])) / (2 * TILT))
+    return found
+
+
 def quads(setting: ShiftProblem) -> list[Quad]:
     """The four sets: symbols 0 and 1 of upward crossings, then of downward ones."""
     half_turns, level = setting.half_turns, setting.level
-    sections = [
-        _Section(level, True, 0.0),
-        _Section(level, False, math.pi * (half_turns % 2)),
-    ]
-    zero, ends = np.zeros(1), np.array([-TILT, TILT])
+    sections, tilts = _sections(setting), angles(setting)
+    zero = np.zeros(1)
     # Distances in d: of sets from the stable surface, and of images from the unstable one.
-    away, images, tilts = [], [], []
+    away, images = [], []
     for section, other in zip(sections, sections[::-1], strict=True):
         begin = section.reaching(zero, half_turns, 0.0, 1)
         away.append(abs(float((begin - section.surface(zero))[0])))
         passed = level.passage(SectionPoint(section.rising, begin, section.chi + zero))
         images.append(abs(float((passed.point.d - other.surface(zero, mirrored=True))[0])))
-        apart = section.surface(ends, mirrored=True) - section.surface(ends)
-        tilts.append(abs(float(apart[1] - apart[0])) / (2 * TILT))
     found = []
     for at, section in enumerate(sections):
         reach = OVERSHOOT * (away[1 - at] + images[at]) / tilts[1 - at]
@@ -156,35 +180,40 @@ def quads(setting: ShiftProblem) -> list[Quad]:
             curve = polynomial.polyfit(g / widest, d, DEGREE) / widest ** np.arange(DEGREE + 1)
             edges = [section.reaching(zero, half_turns, end * reach, side)[0] for end in (-1, 1)]
             line = polynomial.polyfit(g, section.surface(chi, mirrored=True) - d, 1)
-            numbers = (abs(edges[1] - edges[0]) / 2, across, *line)
+            if not (a := abs(edges[1] - edges[0]) / 2) > 0:
+                said = "the sets are lost in rounding; with fewer half rotations they are larger"
+                raise ArithmeticError(said)
+            numbers = (a, across, *line)
             found.append(made(section.rising, numbers, curve))
     return found
 
 
 def pieces(setting: ShiftProblem, quad: Quad) -> list[FamilyStep]:
     """Polynomials of the orbits of a set up to their next crossing."""
-    u, v = _grid(nodes(IN_U, NUMBERS), nodes(IN_V, NUMBERS))
+    _, in_u, in_v = setting.nodes
+    u, v = _grid(nodes(in_u, NUMBERS), nodes(in_v, NUMBERS))
     orbits = _Orbits(setting, _beginning(quad, (u, v), setting))
-    return _pieces(orbits, _expected(quad, orbits.begin, setting), u, v)
+    return _pieces(orbits, _expected(quad, orbits.begin, setting), u, v, setting.bits)
 
 
 def _pieces(
-    orbits: _Orbits, expected: Array, u: PairArray, v: PairArray, bits_at_first: int = BITS
+    orbits: _Orbits, expected: Array, u: PairArray, v: PairArray, bits_at_first: int
 ) -> list[FamilyStep]:
     times = orbits.crossing(expected)
+    rate, in_u = orbits.rate, orbits.in_u
     # Where M3 changes, at both ends, steps are half as long as between.
-    steps = max(3, math.ceil(float(times.max()) / LENGTH) + 1)
+    steps = max(3, math.ceil(float(times.max()) * rate / LENGTH) + 1)
     length = math.floor(float(times.min()) / (steps - 1) * 2**10) / 2**10
     starts = [0.0, *(length * (k + 0.5) for k in range(steps - 1))]
     last = starts[-1]
     rest = PairArray.of((times - last) / 2)[None, None]
     halves = [{(0, 0, 0): int((y - x) * 2**CLOCK)} for x, y in itertools.pairwise(starts)]
-    halves.append(_fitted(rest, CLOCK)[0])
+    halves.append(_fitted(rest, CLOCK, in_u)[0])
     found = []
     for start, half in zip(starts, halves, strict=True):
         states = orbits.sampled(start, _values(half, u, v))
-        bits = bits_at_first - math.floor(GROWTH * start)
-        found.append(FamilyStep(bits, half, _fitted(states, bits)))
+        bits = bits_at_first - math.floor(GROWTH * rate * start)
+        found.append(FamilyStep(bits, half, _fitted(states, bits, in_u)))
     return found
 
 
@@ -194,24 +223,25 @@ def _grid(u: PairArray, v: PairArray) -> tuple[PairArray, PairArray]:
     return (u[:, None] + zeros).reshape(-1), (v[None, :] + zeros).reshape(-1)
 
 
-def _fitted(values: PairArray, bits: int) -> list[dict[Powers, int]]:
+def _fitted(values: PairArray, bits: int, in_u: int) -> list[dict[Powers, int]]:
     """Coefficients of powers of x, u and v in units of 2^-bits, from values (n, x, orbits)."""
-    n, in_v = len(values), max(1, values.shape[2] // IN_U)
-    sizes = (values.shape[1], IN_U, in_v)
-    found = values.reshape(-1, IN_U, in_v)
+    n, in_v = len(values), values.shape[2] // in_u
+    sizes = (values.shape[1], in_u, in_v)
+    found = values.reshape(-1, in_u, in_v)
     found = _along_each(found, sizes, [chebyshev_analysis(size, NUMBERS) for size in sizes])
     # What is less would be noise, which the large coefficients of high T_k make much of.
     found = PairArray(np.where(np.abs(found.parts[:1]) < 2.0 ** -(bits + SPARE), 0.0, found.parts))
     # Chebyshev series in x, of which T_0 counts half in a family, and powers of u and v.
     doubled = np.diag([2.0] + [1.0] * (sizes[0] - 1))
     to_powers = [NUMBERS.array(doubled), *map(_powers_of, sizes[1:])]
-    high, low = _along_each(found, sizes, to_powers).parts * 2.0**bits
-    whole = np.rint(high)
-    units = whole.astype(np.int64) + np.rint(high - whole + low).astype(np.int64)
-    return [
-        {tuple(map(int, at)): int(one[tuple(at)]) for at in np.argwhere(one)}  # type: ignore[misc]
-        for one in units.reshape(n, *sizes)
-    ]
+    units = (_along_each(found, sizes, to_powers).parts * 2.0**bits).reshape(2, n, *sizes)
+    columns: list[dict[Powers, int]] = [{} for _ in range(n)]
+    for k, *at in np.argwhere(np.abs(units[0]) > 0.25):
+        high, low = units[(slice(None), k, *at)]
+        # What is more than 2^53 is whole.
+        if w := int(high) + round(float(high - int(high) + low)):
+            columns[k][tuple(map(int, at))] = w
+    return columns
 
 
 def _along_each(found: PairArray, sizes: tuple[int, ...], rules: Sequence[PairArray]) -> PairArray:
@@ -276,6 +306,8 @@ class _Orbits:
 
     def __init__(self, setting: ShiftProblem, begin: PairArray) -> None:
         self.begin, c = begin, setting.coefficients
+        self.in_time, self.in_u, _ = setting.nodes
+        self.rate = setting.rate
         self.field = AlignedCoefficients(*(x.exactly() for x in c.aligned))
         self.doubles = AlignedCoefficients(*map(float, c.aligned))
 
@@ -292,8 +324,8 @@ class _Orbits:
         return times
 
     def sampled(self, start: float, halves: PairArray) -> PairArray:
-        """States (6, IN_TIME, n) at the nodes of a step."""
-        x = nodes(IN_TIME, NUMBERS)[::-1]
+        """States (6, nodes, n) at the nodes of a step."""
+        x = nodes(self.in_time, NUMBERS)[::-1]
         found = self.at(start + (1 + x)[:, None] * halves[None, :])
         return found[:, ::-1]
 
@@ -348,7 +380,7 @@ def line_pieces(
 ) -> list[FamilyStep]:
     """Polynomials of the orbits of a line of starts up to their first crossing."""
     a, starts = NUMBERS, LineStarts(setting, of.J1)
-    u = nodes(IN_U, a)
+    u = nodes(setting.nodes[1], a)
     goal = a.number(of.centre) + a.number(of.half) * u
     phase = (theta2[0] + theta2[1]) / 2 + (theta2[1] - theta2[0]) / 2 * u
     for _ in range(STEADY):
@@ -357,4 +389,4 @@ def line_pieces(
         # gamma is a unit vector nearly across M, which theta2 turns: e.gamma grows like theta2.
         phase = phase - off
     times = np.asarray(starts.entered(a.floats(phase)).time)
-    return _pieces(_Orbits(setting, begin), times, u, a.zeros((IN_U,)), LINE_BITS)
+    return _pieces(_Orbits(setting, begin), times, u, 0 * u, setting.bits - LINE_BITS)

@@ -14,8 +14,10 @@ Powers: TypeAlias = tuple[int, int, int]
 
 CLOCK = 50
 """Binary digits behind the point of a half-length of a step."""
-MOST_BITS, MOST_DEGREE, MOST_STEPS = 62, 100, 1000
-"""Bits of a coefficient, degree in a variable and steps of a set at most."""
+WORD = 62
+"""Bits of a whole number as it is stored, without its sign."""
+MOST_BITS, MOST_DEGREE, MOST_STEPS = 124, 100, 1000
+"""Bits of a unit, degree in a variable and steps of a set at most."""
 COMPONENTS = 7
 """Qp, Qm, M3, gamma1, gamma2, gamma3, and half of the step's length in time."""
 
@@ -101,8 +103,14 @@ def made(rising: bool, numbers: Sequence[float], p: Iterable[float]) -> Quad:
 
 
 def packed(orbits: Sequence[Sequence[FamilyStep]]) -> dict[str, Any]:
-    """The steps of each set as arrays."""
-    every = [(k, piece) for k, pieces in enumerate(orbits) for piece in pieces]
+    """The steps of each of n sets as arrays; what is finer than a word, as steps of set n + k."""
+    n = len(orbits)
+    every = [
+        (k + n * finer, part)
+        for k, pieces in enumerate(orbits)
+        for piece in pieces
+        for finer, part in enumerate(_words(piece))
+    ]
     tables = [list(_rows(piece)) for _, piece in every]
     rows = [row for table in tables for row in table]
     return {
@@ -112,6 +120,28 @@ def packed(orbits: Sequence[Sequence[FamilyStep]]) -> dict[str, Any]:
         "powers": np.array([at for at, _ in rows], dtype=np.uint8),
         "coefficients": np.array([numbers for _, numbers in rows], dtype=np.int64),
     }
+
+
+def _words(piece: FamilyStep) -> list[FamilyStep]:
+    """The step in coarser units, and what is left of it, if its numbers are too large to store."""
+    largest = max((abs(w) for column in piece.terms for w in column.values()), default=0)
+    if (finer := largest.bit_length() - WORD) <= 0:
+        return [piece]
+    first = [{at: w >> finer for at, w in column.items()} for column in piece.terms]
+    rest = [{at: w & ((1 << finer) - 1) for at, w in column.items()} for column in piece.terms]
+    return [FamilyStep(piece.bits - finer, piece.half, first), FamilyStep(piece.bits, {}, rest)]
+
+
+def _added(first: FamilyStep, rest: FamilyStep) -> FamilyStep:
+    """A step and what is added to it in finer units."""
+    finer = rest.bits - first.bits
+    if finer < 0 or rest.half:
+        raise ValueError("what is added to a step is not finer, or has a length")
+    terms = []
+    for column, more in zip(first.terms, rest.terms, strict=True):
+        both = {at: w << finer for at, w in column.items()}
+        terms.append(both | {at: both.get(at, 0) + w for at, w in more.items()})
+    return FamilyStep(rest.bits, first.half, terms)
 
 
 def _rows(piece: FamilyStep) -> Iterator[tuple[Powers, list[int]]]:
@@ -138,7 +168,7 @@ def unpacked(data: Mapping[str, Any], n: int) -> list[list[FamilyStep]]:
         raise ValueError(f"a term has a degree of less than 0 or more than {MOST_DEGREE}")
     found: list[list[FamilyStep]] = [[] for _ in range(n)]
     for of, bits, end, terms in zip(data["family"], data["bits"], ends, data["terms"], strict=True):
-        if not 0 <= of < n or len(found[of]) == MOST_STEPS:
+        if not 0 <= of < 2 * n or len(found[of % n]) == MOST_STEPS:
             raise ValueError(f"a step is of no set, or a set has more than {MOST_STEPS} steps")
         here = slice(end - terms, end)
         powers = [tuple(map(int, row)) for row in data["powers"][here]]
@@ -150,5 +180,12 @@ def unpacked(data: Mapping[str, Any], n: int) -> list[list[FamilyStep]]:
         ]
         if any(j for j, _, _ in columns[-1]):
             raise ValueError("the length of a step depends on time")
-        found[of].append(FamilyStep(int(bits), columns[-1], columns[:-1]))
+        step = FamilyStep(int(bits), columns[-1], columns[:-1])
+        if of < n:
+            found[of].append(step)
+        elif found[of - n]:
+            # Of the step before it.
+            found[of - n].append(_added(found[of - n].pop(), step))
+        else:
+            raise ValueError("what is added to a step is of no step")
     return found

@@ -4,17 +4,18 @@ In a passage an orbit keeps the invariant I of a periodic orbit, while its angle
 -ln|I|/Lambda(I). So a passage is given by the angles a and b at its ends: I follows from b - a
 and the symbol, the crossings from the inverse charts. Where two passages meet, chi and d agree.
 These equations tie a passage to its neighbours alone, so that Newton's method on all of them is
-a banded system, and no error grows along the orbit as it does in integration.
+a sparse system, and no error grows along the orbit as it does in integration.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_banded
+from scipy.sparse import coo_array
+from scipy.sparse.linalg import splu
 
 from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.return_map import SectionPoint
@@ -25,8 +26,6 @@ LONGEST_STEP = 0.5
 """Largest change of an angle in one iteration, radians."""
 SETTLED = 1e-9
 """Size of the last correction, radians or widths of tables; its square, below rounding, is left."""
-WIDTH = 2
-"""Number of diagonals of the Jacobian above and below the main one."""
 
 
 class NoOrbit(ArithmeticError):
@@ -128,11 +127,10 @@ class System(NamedTuple):
         x[0], x[1::2], x[2::2] = made.unknown, made.a, made.b
         return x
 
-    def evaluated(self, x: Array) -> tuple[Array, Array, Chain]:
-        """Residuals, the Jacobian, and the chain.
+    def evaluated(self, x: Array) -> tuple[Array, Any, Chain]:
+        """Residuals, the Jacobian as a sparse array, and the chain.
 
-        The Jacobian of an open chain is in bands. That of a closed orbit is whole, and its last
-        row leaves the first unknown alone, which has no part in it.
+        The last row of a closed orbit's leaves the first unknown alone, which has no part in it.
         """
         a, b, n, level = x[1::2], x[2::2], len(self.signs), self.level
         arrival = self.begin(float(x[0])) if self.begin else None
@@ -166,13 +164,14 @@ class System(NamedTuple):
 
     def _equations(
         self, arrival: Arrival | None, slope: Array, starts: PassageEnds, ends: PassageEnds
-    ) -> tuple[Array, Array]:
+    ) -> tuple[Array, Any]:
         n, m, closed = len(slope), len(starts.chi), arrival is None
-        size = 1 + n + m
-        rows, matrix = np.zeros(size), np.zeros((size if closed else 2 * WIDTH + 1, size))
+        size, entries = 1 + n + m, list[Array]()
+        rows = np.zeros(size)
 
         def put(row: Places, column: Places, value: Array | float) -> None:
-            matrix[row if closed else WIDTH + row - column, column] = value
+            each = np.broadcast_arrays(*map(np.atleast_1d, (row, column, value)))
+            entries.append(np.array(each, dtype=float))
 
         k, slopes = np.arange(m), np.append(slope, np.zeros(m - n))
         # Crossings behind a passage, and behind which: of a closed orbit the first has the last.
@@ -199,7 +198,9 @@ class System(NamedTuple):
         if closed:
             rows[0] -= self.last
             put(2 * n, 0, 1.0)
-        return rows, matrix
+        row, column, value = np.concatenate(entries, axis=1)
+        at = row.astype(np.intp), column.astype(np.intp)
+        return rows, coo_array((value, at), shape=(size, size)).tocsc()
 
     def solved(self, x: Array) -> Chain:
         """The chain, by Newton's method from a guess.
@@ -212,11 +213,9 @@ class System(NamedTuple):
         for _ in range(MOST_ITERATIONS):
             rows, matrix, _ = self.evaluated(x)
             try:
-                if self.begin is None:
-                    step = np.linalg.solve(matrix, rows)
-                else:
-                    step = solve_banded((WIDTH, WIDTH), matrix, rows, check_finite=False)
-            except np.linalg.LinAlgError:
+                step = splu(matrix).solve(rows)
+            except RuntimeError:
+                # It is singular.
                 break
             size = float(np.abs(step).max())
             if not np.isfinite(size):
@@ -246,3 +245,44 @@ def tangents(level: Level, chain: Chain) -> Array:
             passed = level.map_level.passage(point, slopes=True)
             found[here] = np.moveaxis(passed.slopes[:3], -1, 0)
     return found
+
+
+def corrections(
+    slopes: Array,
+    gaps: Array,
+    begin: Array | None = None,
+    end: tuple[Array, Array] | None = None,
+) -> Array:
+    """Newton's corrections of d and chi at the crossings of N orbits that pass n times.
+
+    Parameters
+    ----------
+    slopes : (n, 2, 2, N) array
+        Derivatives of the crossings behind passages in those before.
+    gaps : (n, 2, N) array
+        Where passages lead, less the next crossing: that behind the last is the first one.
+    begin : (2, N) array, optional
+        Of orbits that do not close, derivatives of the first crossing in what it depends on.
+    end : (N,) array and (2, N) array, optional
+        What must vanish at their last crossing, and its derivatives.
+
+    Returns
+    -------
+    (N, 2 n) array, or (N, 2 n + 1) of what the first crossing depends on and the others
+    """
+    n, N = len(slopes), slopes.shape[-1]
+    matrix, off = np.zeros((N, 2 * n, 2 * n + 2)), gaps.reshape(2 * n, N).T
+    for k, slope in enumerate(slopes):
+        rows = slice(2 * k, 2 * k + 2)
+        matrix[:, rows, rows] = np.moveaxis(slope, -1, 0)
+        matrix[:, rows, 2 * k + 2 : 2 * k + 4] = -np.eye(2)
+    if begin is None or end is None:
+        matrix[:, :, :2] += matrix[:, :, -2:]
+        matrix = matrix[:, :, :-2]
+    else:
+        last = np.zeros((N, 1, 2 * n + 2))
+        last[:, 0, -2:] = end[1].T
+        matrix, off = np.append(matrix, last, axis=1), np.append(off, end[0][:, None], axis=1)
+        first = np.einsum("nij,jn->ni", matrix[:, :, :2], begin)
+        matrix = np.append(first[..., None], matrix[:, :, 2:], axis=2)
+    return np.asarray(-np.linalg.solve(matrix, off[..., None])[..., 0])

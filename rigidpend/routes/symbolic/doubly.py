@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.return_map import Passage, SectionPoint
 from rigidpend.routes.symbolic.address import Address, cells_of
-from rigidpend.routes.symbolic.chain import SETTLED, NoOrbit
+from rigidpend.routes.symbolic.chain import SETTLED, NoOrbit, corrections
 from rigidpend.routes.symbolic.skeleton import Skeleton
 from rigidpend.routes.symbolic.tables import Level
 
@@ -157,27 +157,9 @@ class _Places:
 
     def step(self) -> Array:
         """(N, 2 n + 1) Newton's step of b and of d (in widths) and chi at the other crossings."""
-        n, N = self.n, len(self.b)
-        matrix, off = np.zeros((N, 2 * n + 1, 2 * n + 1)), np.zeros((N, 2 * n + 1))
-        scale = np.array([self.level.unit, 1.0])
-        reached = self.first()
-        for k, (slope, gap) in enumerate(zip(self.slopes(), self.gaps(), strict=True)):
-            rows, there = slice(2 * k, 2 * k + 2), slice(2 * k + 1, 2 * k + 3)
-            scaled = slope / self.unit[:, None]
-            if k:
-                matrix[:, rows, 2 * k - 1 : 2 * k + 1] = np.moveaxis(scaled, -1, 0) * scale
-            else:
-                matrix[:, rows, 0] = np.einsum("ijn,jn->ni", scaled, reached)
-            matrix[:, rows, there] -= np.eye(2)
-            off[:, rows] = gap.T
-        by = np.stack(self.end.I_by)
-        last = slice(2 * n - 1, 2 * n + 1)
-        if n:
-            matrix[:, -1, last] = by.T * scale
-        else:
-            matrix[:, -1, 0] = (by * reached).sum(axis=0)
-        off[:, -1] = self.end.I
-        return np.asarray(-np.linalg.solve(matrix, off[..., None])[..., 0])
+        slopes = self.slopes() / self.unit[:, None] * self.unit
+        end = self.end.I, np.stack(self.end.I_by) * self.unit
+        return corrections(slopes, self.gaps(), self.first() / self.unit, end)
 
     def moved(self, step: Array) -> _Places:
         """The crossings after a step."""

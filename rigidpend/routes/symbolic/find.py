@@ -89,6 +89,7 @@ def find_orbit(
     J1_0: Scalar,
     near: Scalar | None = None,
     digits: int = DIGITS,
+    jobs: int = 1,
 ) -> FoundOrbit:
     """The orbit of Fig. 4's kind whose route code, or address, is given.
 
@@ -107,6 +108,9 @@ def find_orbit(
         A phase, radians: half rotations are taken from its orbit as far as that has the code.
     digits : int, optional
         Digits of theta2_0 behind the point, 10 to 200. A symbol takes 1.2 or more of them.
+    jobs : int, optional
+        How many threads establish the symbols, or processes beyond 424 bits. No result depends on
+        it.
 
     Returns
     -------
@@ -130,6 +134,7 @@ def find_orbit(
     """
     address = parsed(code)
     digits = checked.whole("digits", digits, 10, MOST_DIGITS, ProblemError)
+    jobs = checked.whole("jobs", jobs, 1, error=ProblemError)
     n = len(address.symbols)
     if n > MOST_SYMBOLS:
         raise AddressError(f"a code has at most {MOST_SYMBOLS} symbols, got {n}")
@@ -138,10 +143,10 @@ def find_orbit(
     orbits = surface(problem)
     solved = _solved(orbits, address, near)
     fine = refined(orbits, solved, digits)
-    return _record(body, solved, address, fine, _confirmed(problem, address, fine), digits)
+    return _record(body, solved, address, fine, _confirmed(problem, address, fine, jobs), digits)
 
 
-def _confirmed(problem: RouteProblem, address: Address, fine: Refined) -> int:
+def _confirmed(problem: RouteProblem, address: Address, fine: Refined, jobs: int) -> int:
     """Number of symbols that two integrations of the full equations establish."""
     if not fine.fixed:
         return 0
@@ -153,6 +158,7 @@ def _confirmed(problem: RouteProblem, address: Address, fine: Refined) -> int:
         n_symbols=fine.fixed,
         precisions=(fine.bits,),
         method="integration",
+        jobs=jobs,
     )
     right = routes.codes[:, 0] == np.array(address.symbols[: fine.fixed])
     if not right[routes.certain[:, 0]].all():
@@ -175,7 +181,7 @@ def _record(
         fine.bits,
         fine.delay,
         int(alone.right.sum()),
-        float(np.abs(alone.late[alone.right]).max(initial=0.0)),
+        float(alone.error[alone.right].max(initial=0.0)),
         made.chain.chi,
         made.chain.d,
         made.chain.I,

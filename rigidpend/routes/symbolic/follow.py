@@ -123,9 +123,9 @@ def crossings_of(
 ) -> SectionCrossings:
     """The crossings of an orbit by integration, where their times t' are known."""
     begin = start(problem, bits, Scales())
-    [state] = states_exact(begin, [theta2], bits)
-    found = np.array(states_at(begin.coefficients, state, times, bits), dtype=float)
-    return section_points(problem.body, found.T)
+    states = np.array(states_exact(begin, [theta2], bits)).T
+    found = states_at(begin.coefficients, states, times, bits)[..., 0]
+    return section_points(problem.body, found.astype(float))
 
 
 def section_points(body: Body, states: Array) -> SectionCrossings:

@@ -29,12 +29,14 @@ from rigidpend.orbits.return_map.poincare import section_state
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
 from rigidpend.routes.cycle import symbols
-from rigidpend.routes.symbolic.chain import Chain, NoOrbit, tangents
+from rigidpend.routes.symbolic.chain import Chain, NoOrbit, corrections, tangents
 from rigidpend.routes.symbolic.closed import ClosedOrbit
 from rigidpend.routes.symbolic.tables import Level, Mask
 
 EARLY = 1e-3
 """Time t' below which a zero of M3 is the crossing that an orbit starts from."""
+ROUNDED = 2.0**-51
+"""Rounding of a passage's time, relative: its crossings, too, are rounded to doubles."""
 PATIENCE = 4.0
 """Longest wait, in times of the longest passage."""
 ROUNDS = 12
@@ -51,6 +53,8 @@ class Confirmation(NamedTuple):
     """True where it has the chain's symbol."""
     late: Array
     """Its time less the chain's, t'."""
+    error: Array
+    """Error of the chain's time, t': that difference, and what both may round alike."""
 
 
 def passages(body: Body, level: Level, chain: Chain) -> Confirmation:
@@ -68,7 +72,8 @@ def passages(body: Body, level: Level, chain: Chain) -> Confirmation:
     time, separatrix = _next(c.aligned, crossing_states(c, level, chain), limit)
     found = symbols(np.stack((np.where(rising, 2, 3), separatrix)))[0]
     right = found == np.where((chain.I > 0) == rising, 1, 0)
-    return Confirmation(right, time - chain.time)
+    late = time - chain.time
+    return Confirmation(right, late, np.abs(late) + ROUNDED * chain.time)
 
 
 def doubles(body: Body) -> Coefficients:
@@ -145,7 +150,7 @@ class Closing(NamedTuple):
     error: float
     """Distance of the end from the beginning in d and chi."""
     expected: float
-    """Gap left by passages that meet to LOST bits, enlarged by the period's derivative."""
+    """Gap left where passages meet, and by roundings, enlarged by the period's derivative."""
     moved: float
     """Distance by which refinement moved the crossings: the error of the map in doubles."""
     period: Fraction
@@ -183,8 +188,9 @@ def closing(body: Body, orbit: ClosedOrbit, level: Level, *, h: Scalar, bits: in
         size = max(abs(x) for x in off)
         if size < Fraction(1, 2 ** (bits - LOST)):
             break
-        step = _solved(slopes, np.array([float(x / size) for x in off]))
-        places = [x - Fraction(float(s)) * size for x, s in zip(places, step, strict=True)]
+        gaps = np.array([float(x / size) for x in off]).reshape(-1, 2, 1)
+        [step] = corrections(slopes[..., None], gaps)
+        places = [x + Fraction(float(s)) * size for x, s in zip(places, step, strict=True)]
     else:
         raise NoOrbit(f"the orbit of {orbit.word} does not come to close, by {float(size):.2g}")
     moved = max(abs(float(x - y)) for x, y in zip(places, trip.begin, strict=True))
@@ -192,19 +198,9 @@ def closing(body: Body, orbit: ClosedOrbit, level: Level, *, h: Scalar, bits: in
     matrix = np.eye(2)
     for slope in slopes:
         matrix = slope @ matrix
-    expected = len(slopes) * float(np.abs(matrix).max()) * 2.0 ** (LOST - bits)
+    left = float(size) + 2.0**-bits
+    expected = len(slopes) * float(np.abs(matrix).max()) * left
     return Closing(total, expected, moved, sum(times, Fraction(0)), bits)
-
-
-def _solved(slopes: Array, off: Array) -> Array:
-    """Newton's step (2 P,) from the derivatives (P, 2, 2) of the passages."""
-    P = len(slopes)
-    matrix = np.zeros((2 * P, 2 * P))
-    for k, slope in enumerate(slopes):
-        after = (k + 1) % P
-        matrix[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] += slope
-        matrix[2 * k : 2 * k + 2, 2 * after : 2 * after + 2] -= np.eye(2)
-    return np.asarray(np.linalg.solve(matrix, off))
 
 
 class _Trip:
@@ -251,8 +247,8 @@ class _Trip:
         m, array = self.m, self.a.array
         d, chi, d_there, chi_there = (m.mpf(x.numerator) / x.denominator for x in (*here, *there))
         state = section_state(rising, array([d]), array([chi]), array([self.h]), self.c, self.a)
-        rounded = [fraction(x, self.bits) for x in state[:, 0]]
-        [reached] = states_at(self.fractions, rounded, [time], self.bits)
+        rounded = np.array([[fraction(x, self.bits)] for x in state[:, 0]])
+        reached = states_at(self.fractions, rounded, [time], self.bits)[:, 0, 0]
         rates = aligned(reached, self.fractions)
         late = -reached[2] / rates[2]
         end = [x + late * rate for x, rate in zip(reached, rates, strict=True)]

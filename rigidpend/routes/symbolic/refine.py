@@ -8,16 +8,19 @@ on. In the end gamma3 = 0 at the last crossing is solved in the working precisio
 
 from __future__ import annotations
 
+import itertools
 import math
 from decimal import Decimal, localcontext
 from fractions import Fraction
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from rigidpend.machine.workers import note
 from rigidpend.mechanics.equations import aligned
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import context, exact, fraction
+from rigidpend.orbits.integrate.reference_orbit import rung
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.start import Scales, Start, start, states_exact
 from rigidpend.routes.symbolic.chain import NoOrbit, tangents
@@ -29,6 +32,11 @@ FAR = 1e-3
 """Delay, t', up to which it tells theta2_0: what it leaves is its square."""
 FIRST_ERROR = 1e-11
 """Error of theta2_0 by the map in doubles, radians, and of its times in t', at most."""
+ACROSS = 24
+"""Bits by which what is rounded on the way stays below what has grown from the start: across the
+layer of these orbits, some thousandth thick, a deviation grows as much more, once."""
+SPARE = 15
+"""Digits beyond those of theta2_0 that are known in which its orbit is followed."""
 ROUNDS = 400
 MARGIN = 3
 """Digits that theta2_0 has beyond those that tell a symbol."""
@@ -137,7 +145,10 @@ class _Refiner(NamedTuple):
         whole = self.symmetric and reach == len(self.times) - 1
         for _ in range(ROUNDS):
             until = min(reach, int((self.grown.exponent + error <= 0).sum()))
-            late, height = self._late(theta, until)
+            note(lambda: f"theta2_0 to {-error:.0f} of {self.digits} digits, in {self.bits} bits")  # noqa: B023
+            # Until the end no more than the next correction can use.
+            bits = self.bits if until == reach else math.ceil((SPARE - error) * math.log2(10))
+            late, height = self._late(theta, until, min(bits, self.bits))
             near = np.flatnonzero(np.logical_and.accumulate(np.abs(late) < FAR))
             if not near.size:
                 raise NoOrbit("integration does not find the first crossing where the map has it")
@@ -154,14 +165,25 @@ class _Refiner(NamedTuple):
                 return theta, delay
         raise NoOrbit(f"integration follows the map up to crossing {k + 1} only")
 
-    def _late(self, theta: Fraction, until: int) -> tuple[Array, Fraction]:
-        """Delays t' of the crossings, and gamma3 at the last of them."""
-        [state] = states_exact(self.begin, [exact(theta)], self.bits)
-        times = [Fraction(float(t)) for t in self.times[: until + 1]]
-        states = states_at(self.begin.coefficients, state, times, self.bits)
-        rates = [aligned(state, self.begin.coefficients) for state in states]
-        late = [-state[2] / rate[2] for state, rate in zip(states, rates, strict=True)]
-        height = states[-1][5] + late[-1] * rates[-1][5]
+    def _late(self, theta: Fraction, until: int, bits: int) -> tuple[Array, Fraction]:
+        """Delays t' of the crossings, and gamma3 at the last of them.
+
+        The orbit is followed in so many bits, and in fewer where its errors have grown.
+        """
+        c = self.begin.coefficients
+        [state] = np.array(states_exact(self.begin, [exact(theta)], self.bits))
+        times = [Fraction(0), *(Fraction(float(t)) for t in self.times[: until + 1])]
+        spent = np.maximum.accumulate(np.append(0.0, self.grown.exponent[:until])) * math.log2(10)
+        left = [rung(bits + ACROSS - x) for x in spent]
+        rows: list[Any] = []
+        for most, passages in itertools.groupby(range(until + 1), left.__getitem__):
+            here = list(passages)
+            since = [times[k + 1] - times[here[0]] for k in here]
+            found = states_at(c, state[:, None], since, most)[..., 0]
+            rows, state = [*rows, *found.T], found[:, -1]
+        rates = [aligned(state, c) for state in rows]
+        late = [-state[2] / rate[2] for state, rate in zip(rows, rates, strict=True)]
+        height = rows[-1][5] + late[-1] * rates[-1][5]
         cos = 1 if float(rates[-1][5]) < 0 else -1
         return np.array([float(x) for x in late]), height * cos
 

@@ -27,7 +27,7 @@ from rigidpend.mechanics.equations import AlignedCoefficients, eq1, hamiltonian_
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
 from rigidpend.orbits.integrate.engines import PAIRS
-from rigidpend.orbits.integrate.states import states_after
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.conjugacy import inverted, placed
 from rigidpend.orbits.return_map.poincare import rotation_phase
 from rigidpend.orbits.return_map.precision import precision
@@ -174,8 +174,7 @@ class Launch:
         begin = anchors.theta2
         goal = self.theta2(self.b(begin, float(self.J1)), float(self.J1_0))
         times = self.clock(goal, float(self.J1_0)) - self.clock(begin, float(self.J1))
-        grown = states_after(self.fractions, states, list(times), jobs)
-        found = self._moved(np.array(grown, dtype=object).T)
+        found = self._moved(carried(self.fractions, states, times, jobs))
         turn = 2 * self.m.pi
         return [fraction(x - turn * self.m.floor(x / turn), PAIRS) for x in found]
 
@@ -252,6 +251,12 @@ def sharp(launch: Launch, orbits: DoublyAsymptotic, jobs: int = 1) -> Sharp:
     return Sharp(theta2_0, here.states, np.array(moved), np.abs(step))
 
 
+def carried(c: AlignedCoefficients, states: States, times: Array, jobs: int = 1) -> Any:
+    """Orbits carried on in 106 bits, each for a time t' of its own: (6, n) Fractions."""
+    exact_times = np.array([[Fraction(float(t)) for t in times]])
+    return states_at(c, np.array(states).T, exact_times, PAIRS, jobs)[:, 0]
+
+
 class _Starts(NamedTuple):
     """Phases and states where orbits begin."""
 
@@ -289,8 +294,7 @@ def _invariant(
     level, upper = launch.level, len(orbits.symbols) % 2 == 0
     start = launch.clock(launch.theta2(orbits.b, float(launch.J1)), float(launch.J1))
     times = orbits.begun(level) - start + orbits.flight + orbits.faded(level, distance)
-    found = states_after(launch.fractions, states, list(times), jobs)
-    at = np.array(found, dtype=float).T
+    at = carried(launch.fractions, states, times, jobs).astype(float)
     if not upper:
         at[[2, 5]] *= -1
     made = level.map_level

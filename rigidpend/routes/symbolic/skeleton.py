@@ -209,6 +209,12 @@ class _Arcs:
         """The zeros of U at the ends of all arcs with few half rotations somewhere."""
         pairs = [self._changes(), *self._minima()]
         low, high, arc, sample = (np.concatenate(x) for x in zip(*pairs, strict=True))
+        if not low.size:
+            least, most = self.level.fewest_half_turns, self.most
+            said = (
+                f"passages of at most half_turns = {most} half rotations; they take {least} or more"
+            )
+            raise NoOrbit(f"no orbit with a symbol has only {said}: allow more")
         order = np.lexsort((low, arc))
         low, high, arc, sample = low[order], high[order], arc[order], sample[order]
         passed = np.pad(np.cumsum(self.wanted, axis=1), ((0, 0), (1, 0)))

@@ -31,8 +31,12 @@ from rigidpend.routes.symbolic.chain import Chain, tangents
 from rigidpend.routes.symbolic.surface import Surface
 from rigidpend.routes.symbolic.tables import Level, Mask, widest_d
 
-ROUNDINGS = 100
-"""Roundings of doubles in a passage: a table sums some 80 terms, an integration takes 50 steps."""
+ROUNDINGS = 3
+"""Roundings of doubles in a passage by the map: those of its sums, some 80 terms, mostly cancel."""
+INTEGRATED = 30
+"""Roundings in a passage that is integrated, 50 steps, in units of those by the map.
+
+So the bound of :func:`integrated` is as many times that of the map."""
 BENDING = 3.0
 """Relative change of a growth by a change of the place of a crossing, in radians of chi.
 

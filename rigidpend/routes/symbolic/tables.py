@@ -6,16 +6,12 @@ import math
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
-from numpy.polynomial.chebyshev import chebder
 from numpy.typing import NDArray
 
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.return_map import EnergyLevel, ReturnMap
-from rigidpend.orbits.return_map.charts import LevelTable
 from rigidpend.orbits.return_map.conjugacy import TorusRates, torus_rates
-from rigidpend.orbits.return_map.expansions import chebyshev_basis, fourier_basis
-from rigidpend.orbits.return_map.precision import precision
 
 Mask: TypeAlias = NDArray[np.bool_]
 Signs: TypeAlias = NDArray[np.int64]
@@ -72,7 +68,6 @@ class Level:
         charts = self.map_level.charts
         self.widest = min(float(chart.inverse.width) for chart in charts)
         self.unit = widest_d(self.map_level)
-        self._tables = [_Sloped(chart.inverse) for chart in charts]
         self.exponent = float(self.map_level.exponent[0, 0])
         self.splitting = self._splitting()
         self.shift = self._shift()
@@ -93,12 +88,13 @@ class Level:
         I, angle : (N,) arrays
         """
         side = np.where(upper, 1.0, -1.0)
-        seen = np.empty((len(I), 12))
+        value, by_I, by_angle = seen = np.empty((3, 4, len(I)))
         for kind in (False, True):
-            here = np.flatnonzero(rising == kind)
+            here, level = np.flatnonzero(rising == kind), self.map_level
             if here.size:
-                seen[here] = self._tables[kind].at(I[here], (side * angle)[here])
-        value, by_I, by_angle = seen[:, :4].T, seen[:, 4:8].T, seen[:, 8:].T
+                table = level.charts[kind].inverse
+                found = table.look_up_slopes(I[here], (side * angle)[here], level.a)
+                seen[..., here] = np.array(found)
         return PassageEnds(
             angle + side * value[1],
             value[0],
@@ -155,26 +151,3 @@ class Level:
         both, zero = np.array([True, False]), np.zeros(2)
         at = self.crossings(both, np.array([True, True]), zero, zero)
         return float(at.chi[1] - at.chi[0])
-
-
-class _Sloped:
-    """A table at one energy whose slopes are further columns of its coefficients."""
-
-    def __init__(self, table: LevelTable) -> None:
-        self.width, self.n_x, self.n_phase = float(table.width), table.n_x, table.n_phase
-        grid = table.values[0].astype(float).reshape(self.n_x, self.n_phase, 4)
-        by_x = np.zeros_like(grid)
-        by_x[:-1] = chebder(grid, axis=0) / self.width if self.n_x > 1 else 0
-        k = np.arange(1, self.n_phase // 2 + 1)[:, None]
-        by_phase = np.zeros_like(grid)
-        by_phase[:, 1::2], by_phase[:, 2::2] = k * grid[:, 2::2], -k * grid[:, 1::2]
-        columns = np.concatenate((grid, by_x, by_phase), axis=2)
-        self.coefficients = columns.reshape(-1, 12)
-
-    def at(self, x: Array, phase: Array) -> Array:
-        """Values, slopes in x and slopes in the phase, (N, 12)."""
-        a = precision(53)
-        T = chebyshev_basis(x / self.width, self.n_x, a)
-        F = fourier_basis(phase, self.n_phase, a)
-        found: Array = (T[:, :, None] * F[:, None, :]).reshape(len(x), -1) @ self.coefficients
-        return found

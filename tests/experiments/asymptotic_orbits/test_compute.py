@@ -17,6 +17,7 @@ from rigidpend.mechanics.body import Body
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.engines import default_engine
 from rigidpend.routes.codes import route_codes
+from rigidpend.routes.symbolic import NoOrbit
 from tests.config.samples import content as typed
 from tests.experiments.trees import plain
 
@@ -39,6 +40,12 @@ def test_the_estimate_grows_as_the_number_of_orbits() -> None:
     ratios = np.divide(seconds[1:], seconds[:-1]) / np.divide(counts[1:], counts[:-1])
     assert ((ratios > 0.5) & (ratios < 2)).all()
     assert 2 < seconds[-1] < 60
+
+
+def test_a_bound_on_half_rotations_that_no_orbit_keeps_is_said() -> None:
+    content = typed(Config, CONFIG, ["problem.A=[3,1.9,2.2]", "problem.mu=0.0023"])
+    with pytest.raises(NoOrbit, match=r"half_turns = 10 half rotations; they take 15 or more"):
+        asymptotic_orbits.compute(content, Means(resolve(default_engine())))
 
 
 def test_every_kind_is_counted(data: Any) -> None:

@@ -13,9 +13,10 @@ from click.testing import CliRunner
 from rigidpend.cli import bench as command
 from rigidpend.experiments import heyoka_peer
 from rigidpend.experiments.bench import compute as bench
-from rigidpend.experiments.bench.measuring import problems, reading
-from rigidpend.experiments.bench.measuring.methods import METHODS
+from rigidpend.experiments.bench import drawn
+from rigidpend.experiments.bench import report as reading
 from rigidpend.experiments.bench.measuring.worker import Fault, measured
+from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
 from rigidpend.experiments.bench.schema import Config
 from rigidpend.experiments.contract import Means
 from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM
@@ -49,6 +50,11 @@ SMALL = [
     "many.methods=[route_codes_map, route_codes, diffrax]",
     "many.orbits=[3, 9]",
     "many.seconds=5",
+    "bodies.methods=[route_codes_auto, heyoka_principal, diffrax]",
+    "bodies.kept=1",
+    "bodies.drawn=1",
+    "bodies.orbits=20",
+    "bodies.threads=1",
 ]
 
 
@@ -104,8 +110,10 @@ def test_every_method_that_answers_has_a_record(data: Any) -> None:
 @needs_heyoka("the references in 113 bits")
 def test_methods_meet_with_one_thread_and_with_two(data: Any) -> None:
     one, two = data["meetings"]["threads_1"]["codes"], data["meetings"]["threads_2"]["codes"]
-    assert set(one) - {"ended"} == {"route_codes", "aligned_batch", "lie_poisson"}
-    assert set(two) - {"ended"} == {"route_codes", "aligned_batch"}
+    assert set(one) - {"ended"} == set(two) - {"ended"} == {"route_codes", "aligned_batch"}
+    lone = {"closed_form", "aligned_batch", "lie_poisson"}
+    assert set(data["meetings"]["threads_1"]["pendulum"]) - {"ended"} == lone
+    assert "pendulum" not in data["meetings"]["threads_2"], "one alone gains from a second thread"
     assert one["route_codes"]["rounds"].shape == (2,)
     assert one["ended"] == two["ended"] == "complete"
     assert [r.method for r in reading.met(data, "codes", 1)][-1] in one
@@ -118,6 +126,19 @@ def test_symbols_on_random_phases_are_counted(data: Any) -> None:
         assert group["route_codes"]["symbols"] == 5 * 15
         assert group["route_codes"]["wrong"] == group["route_codes"]["undecided"] == 0
         assert group["route_codes"]["last_crossing"] < 1e-6
+
+
+@needs_heyoka("the references in 113 bits")
+def test_bodies_drawn_by_lot_are_stored_with_what_they_are(data: Any) -> None:
+    group = data["bodies"]
+    assert (group["ended"], group["kept"].tolist()) == ("complete", [1, 0])
+    assert "diffrax" not in group
+    assert group["route_codes_auto"]["orbits"].tolist() == [20, 20]
+    assert (group["heyoka_principal"]["symbols"] == group["route_codes_auto"]["symbols"]).all()
+    assert group["route_codes_auto"]["wrong"].tolist() == [0, 0]
+    for k, problem in enumerate((drawn.drawn(drawn.SEED, 1)[0], drawn.drawn(1, 1)[0])):
+        assert [group[f"A{i + 1}"][k] for i in range(3)] == [float(x) for x in problem.body.A]
+        assert (group["mu"][k], group["h0"][k]) == (float(problem.body.mu), float(problem.h0))
 
 
 @needs_heyoka("the references in 113 bits")
@@ -143,6 +164,7 @@ def test_an_interrupted_run_goes_on_where_it_was(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     smaller = ["phases.orbits=1", "many.methods=[aligned_batch]", "many.orbits=[3]"]
+    smaller += ["bodies.kept=0", "bodies.drawn=0"]
     few = ["problem.problems=[pendulum]", "problem.methods=[closed_form, lie_poisson]"]
     small = [*SMALL, *smaller, *few]
     planned = runner.plan(loading.load(QUICK, small), tmp_path)
@@ -209,13 +231,14 @@ def test_a_fault_of_the_benchmark_ends_the_command_in_one_sentence(
 def test_describe_names_problems_and_methods(path: Path) -> None:
     content = typed(Config, path)
     rows = {row.name: row for row in bench.describe(content)}
-    assert set(rows) >= {*problems.NAMES, *content.problem.methods}
+    assert set(rows) >= {*PROBLEMS, *content.problem.methods}
     assert all(row.meaning for row in rows.values())
 
 
 def test_the_full_config_asks_for_everything() -> None:
     content = typed(Config, FULL)
-    assert content.problem.methods == tuple(METHODS)
+    assert set(METHODS) - set(content.problem.methods) == {"route_codes_map", "route_codes_auto"}
+    assert (content.bodies.kept, content.bodies.drawn, content.bodies.orbits) == (40, 20, 20_000)
     assert content.meeting.rounds >= 11
     assert content.meeting.threads == (1, 2)
     assert content.phases.orbits == 2000

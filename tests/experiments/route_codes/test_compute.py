@@ -12,6 +12,7 @@ import pytest
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_codes import compute as route_codes
 from rigidpend.experiments.route_layout import crossing_tolerance
+from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.engines import default_engine
 from rigidpend.routes.codes import route_codes as compute_codes
@@ -84,6 +85,20 @@ def test_every_dataset_has_a_unit_and_a_description(tree: Any) -> None:
 
 def test_compute_reports_each_array(tree: Any, reported: list[str]) -> None:
     assert reported == ["only: 5 orbits, 5 in 53 bits", "second: 2 orbits, 2 in 53 bits"]
+
+
+def test_orbits_that_stay_are_named(tmp_path: Path) -> None:
+    """Beside an elliptic periodic orbit: its multipliers have the sum -1.27."""
+    settings = ["problem.A=[2.344,1.144,1.275]", "problem.r=[0.645,0.764,0]", "problem.h0=1"]
+    settings += ["problem.mu=0.758", "problem.J1_0=1e-4", "problem.arrays.only.start=0"]
+    said: list[str] = []
+    content: Any = loading.load(written(tmp_path, SMALL), settings).content
+    data = plain(route_codes.compute(content, Means(resolve(default_engine()), 1, said.append)))
+    only = data["only"]
+    stay = only["theta2_0"][(only["codes"] == NO_SYMBOL).any(axis=0)]
+    assert stay.size
+    phases = ", ".join(f"{x:.6g}" for x in stay)
+    assert f"; {stay.size} stay beside a pendulum motion: theta2_0 = {phases}" in said[-1]
 
 
 def test_numerics_reach_the_computation(content: Any, monkeypatch: pytest.MonkeyPatch) -> None:

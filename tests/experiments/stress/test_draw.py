@@ -109,9 +109,3 @@ def test_trials_that_refused_leave_their_panels_empty() -> None:
     made = draw(loaded(refused))
     assert [len(panel(made, letter).lines) for letter in "ab"] == [0, 0]
     assert len(panel(made, "c").lines) == 3
-
-
-def test_shares_of_symbols_fall_from_one_to_zero(data: Any) -> None:
-    steps = [line for line in panel(draw(loaded(data)), "e").lines if len(line.get_xdata()) > 1]
-    assert len(steps) == 2 * 4, "measured and predicted, of four precisions"
-    assert all(line.get_ydata()[[0, -1]].tolist() == [1, 0] for line in steps)

@@ -118,28 +118,6 @@ def test_radii_bound_the_annulus_and_are_reached(orbit: Orbit) -> None:
     np.testing.assert_allclose(rho, expected, rtol=1e-14 / orbit.height / orbit.coheight)
 
 
-@pytest.mark.slow
-@given(orbit=orbits(-3))
-@repeatable(40)
-def test_the_herpolhode_of_a_real_body_turns_one_way_without_inflexion(orbit: Orbit) -> None:
-    A = orbit.shape.A
-    t = np.linspace(-0.5, 0.5, 101) * orbit.period
-    assert (np.diff(space.angle(orbit, t)) > 0).all()
-    bent = space.curvature(free.momentum(orbit, t), A)
-    # That of a flat body is straight where M1 = 0, which is known to rounding.
-    assert bent.min() > -1e-11 * bent.max()
-    if A[1] + A[2] > 1.001 * A[0]:
-        assert (bent > 0).all()
-
-
-def test_an_ellipsoid_that_is_no_body_has_inflexions() -> None:
-    """Where A1 > A2 + A3 the theorem does not hold, which shows that it is tested."""
-    turn, M3 = np.linspace(0.01, 3.13, 60), np.linspace(-0.99, 0.99, 41)[:, None]
-    M = np.stack([np.cos(turn) + 0 * M3, np.sin(turn) + 0 * M3, M3 / np.sqrt(1 - M3**2) + 0 * turn])
-    assert space.curvature(M, (2, 0.5, 1.51)).min() > 0
-    assert space.curvature(M, (2, 0.5, 1.2)).min() < 0
-
-
 @pytest.mark.parametrize("axis", [1, 2])
 def test_curvature_is_that_of_the_curve(axis: int) -> None:
     orbit = encircling(FREE, axis, G=1.5, coheight=0.4)
@@ -149,22 +127,6 @@ def test_curvature_is_that_of_the_curve(axis: int) -> None:
     turn = first[0] * second[1] - first[1] * second[0]
     expected = turn / np.hypot(*first) ** 3
     np.testing.assert_allclose(space.curvature(free.momentum(orbit, t), A), expected, rtol=1e-5)
-
-
-@pytest.mark.parametrize("axis", [1, 2])
-def test_limit_beside_a_permanent_rotation_is_an_ellipse_in_turning_axes(axis: int) -> None:
-    """omega = Omega e + small: in axes that turn with the body at Omega the pole oscillates."""
-    orbit = encircling(FREE, axis, G=1.5, height=1e-8)
-    spin = 1.5 / A[axis - 1]
-    # M is the axis; in the body the across part of omega is M_i (1/A_i - 1/A_axis).
-    t = np.linspace(0, 2, 31) * orbit.period
-    M = free.momentum(orbit, t)
-    middle = M[2] * (1 / A[2] - 1 / A[axis - 1])
-    other = M[2 - axis] * (1 / A[2 - axis] - 1 / A[axis - 1])
-    # Right-handed across axis 1: 2, 3; across axis 2: 3, 1.
-    seen = np.atan2(middle, other) if axis == 1 else np.atan2(other, middle)
-    psi = np.unwrap(seen) - seen[0] + spin * t
-    np.testing.assert_allclose(space.angle(orbit, t), psi, atol=1e-13)
 
 
 @pytest.mark.parametrize("axis", [1, 2])

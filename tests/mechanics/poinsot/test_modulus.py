@@ -47,9 +47,3 @@ def test_half_a_period_changes_two_signs(kc: float) -> None:
     for turns in (-3, -1, 1, 5):
         found = sncndn(u + 2 * turns * chosen.K, chosen)
         np.testing.assert_allclose(found, expected, rtol=300 * EPS * (1 + chosen.K))
-
-
-def test_the_quarter_is_where_cn_vanishes() -> None:
-    sn, cn, dn = sncndn(modulus(0.25).K, modulus(0.25))
-    assert (sn, dn) == pytest.approx((1, 0.25), rel=EPS)
-    assert abs(cn) < EPS

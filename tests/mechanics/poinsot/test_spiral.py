@@ -10,19 +10,16 @@ from hypothesis import given
 
 from rigidpend.mechanics import free_body
 from rigidpend.mechanics.body import Body
-from rigidpend.mechanics.equations import energy
 from rigidpend.mechanics.poinsot import herpolhode as space
 from rigidpend.mechanics.poinsot import polhode as free
 from rigidpend.mechanics.poinsot import spiral
-from rigidpend.mechanics.poinsot.orbit import Orbit, encircling
+from rigidpend.mechanics.poinsot.orbit import encircling
 from tests.bodies import FREE
 from tests.mechanics.poinsot.reference import (
     EPS,
-    NOWHERE,
     in_space,
-    orbits,
 )
-from tests.strategies import FINE, ROUNDING, bodies, relative, repeatable
+from tests.strategies import FINE, bodies, relative, repeatable
 
 A = [float(x) for x in FREE.A]
 NUMBERS = free_body.SEPARATRICES
@@ -51,29 +48,6 @@ def test_agrees_with_integration_in_body_and_space(number: int) -> None:
     found = spiral.momentum(FREE, number, times, G=1.5)
     assert (np.abs(found - expected) <= bound).all()
     assert (np.abs(spiral.herpolhode(FREE, times, G=1.5) - omega) <= bound).all()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("number", NUMBERS)
-@given(body=bodies())
-@repeatable(15)
-def test_invariant_length_of_M_and_energy_of_the_middle_axis(number: int, body: Body) -> None:
-    t = np.linspace(-40, 40, 81)
-    M, moments = spiral.momentum(body, number, t), [float(x) for x in body.A]
-    np.testing.assert_allclose(np.linalg.norm(M, axis=0), 1, rtol=ROUNDING)
-    twice = 2 * moments[2] * energy(M, NOWHERE, moments, NOWHERE, 0)
-    np.testing.assert_allclose(twice, 1, rtol=ROUNDING)
-    side = np.sign(M[2, -1])
-    assert side == (1 if number in (2, 4) else -1)
-
-
-@pytest.mark.parametrize("number", NUMBERS)
-def test_the_curve_is_the_one_without_time(number: int) -> None:
-    M = spiral.momentum(FREE, number, np.linspace(-20, 20, 81), G=2.0)
-    phi = np.arcsin(np.abs(M[2]) / 2) * np.sign(M[2]) * (1 if number in (2, 4) else -1)
-    expected = 2 * free_body.separatrix(FREE.alpha0, number, phi)
-    np.testing.assert_allclose(M, expected, atol=1e-7)
-    assert (np.diff(phi) > 0).all()
 
 
 @pytest.mark.parametrize(("axis", "side", "number"), [(2, 1, 2), (2, -1, 3), (1, 1, 2), (1, -1, 1)])
@@ -124,33 +98,6 @@ def test_equal_arcs_in_equal_times_on_the_separatrix(span: tuple[float, float]) 
         lambda t: spiral.polhode(FREE, 4, t, G=1.5),
     ):
         assert integrated_length(curve, *span, 40) == pytest.approx(after - before, rel=1e-12)
-
-
-@pytest.mark.slow
-@given(orbit=orbits(-6))
-@repeatable(25)
-def test_equal_arcs_in_equal_times_on_any_orbit(orbit: Orbit) -> None:
-    """The ellipsoid rolls without sliding: both curves have one length, in any interval."""
-    a, b = -0.3 * orbit.period, 0.55 * orbit.period
-    panels = int(20 + (b - a) * orbit.G / orbit.shape.A[1])
-    on_body = integrated_length(lambda t: free.polhode(orbit, t), a, b, panels)
-    on_plane = integrated_length(lambda t: space.herpolhode(orbit, t), a, b, panels)
-    # Points of size omega tell a length no better than to rounding of their own.
-    lost = 500 * EPS / orbit.height
-    assert on_plane == pytest.approx(on_body, rel=1e-11 + lost)
-
-
-def test_the_whole_length_is_both_ends_and_half_a_perimeter_in_60_digits() -> None:
-    ends = spiral.arc(FREE, np.array([-400.0, 400.0]), G=1.5)
-    assert np.diff(ends)[0] == pytest.approx(spiral.length(FREE, G=1.5), rel=2 * EPS)
-    # Around the ellipse by its own points, where the trapezoidal rule is exact.
-    phi = [FINE.pi * k / 200 for k in range(200)]
-    M0 = [FINE.mpf(float(x)) for x in spiral.momentum(FREE, 2, 0.0, G=1.5)]
-    across = FINE.sqrt(sum((M0[i] / FINE.mpf(A[i])) ** 2 for i in (0, 1)))
-    along = FINE.mpf(1.5) / FINE.mpf(A[2])
-    speeds = [FINE.sqrt((across * FINE.sin(x)) ** 2 + (along * FINE.cos(x)) ** 2) for x in phi]
-    expected = FINE.fsum(speeds) * FINE.pi / 200
-    assert spiral.length(FREE, G=1.5) == pytest.approx(float(expected), rel=4 * EPS)
 
 
 def test_sech_is_precise_where_it_is_small() -> None:

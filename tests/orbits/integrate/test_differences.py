@@ -54,7 +54,8 @@ def test_agrees_with_integers_whatever_the_size(bits: int, within: float, size: 
         pytest.skip("this platform's long double is a double")
     state = [Fraction(x) for x in STATE]
     other = [x + size * (k + 1) for k, x in enumerate(state)]
-    [(time, end)] = bigint.advance(EXACT, state, 1, 250)
+    step = next(bigint.steps(EXACT, state, 250))
+    time, end = step.time(step.length), step.at(step.length)
     there = _carried(other, time)
     apart = array([[size * (k + 1)] for k in range(6)], bits)
     field = DifferenceField(EXACT, bits)
@@ -65,9 +66,6 @@ def test_agrees_with_integers_whatever_the_size(bits: int, within: float, size: 
 
 def _carried(state: list[Fraction], time: Fraction) -> list[Fraction]:
     """Carry an orbit to a time by the series of integers."""
-    P = 400
-    flow = bigint.Flow([bigint.fixed(x, P) for x in EXACT], P)
-    series, step = flow.expand([bigint.fixed(x, P) for x in state])
-    at = bigint.fixed(time, P)
-    assert at < 3 * step
-    return [Fraction(bigint.value_at(s, at, P), 1 << P) for s in series]
+    step = next(bigint.steps(EXACT, state, 360))
+    assert step.since_begin(time) < 3 * step.length
+    return list(step.at(step.since_begin(time)))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rigidpend.orbits.integrate import Outcome
-from rigidpend.orbits.integrate.dop853 import _Group
+from rigidpend.orbits.integrate.dop853 import Group
 from tests.orbits.integrate.problems import fan, find, task
 
 
@@ -55,11 +55,11 @@ def test_errors_of_Q_count_by_the_smallest_orbit_and_others_by_one() -> None:
     states[1] = states[0] / 1024
     smallest = abs(states[0, 2])
     assert smallest < 1e-11
-    floor = _Group(task(states), 2.0**-30).floor
+    floor = Group(task(states), 2.0**-30).floor
     np.testing.assert_array_equal(floor.T * 2.0**30, [[smallest, smallest, 1, 1, 1, 1]])
 
 
 def test_an_orbit_without_Q_is_measured_by_one() -> None:
     states = fan(1)
     states[:2] = 0
-    np.testing.assert_array_equal(_Group(task(states), 0.5).floor, np.full((6, 1), 0.5))
+    np.testing.assert_array_equal(Group(task(states), 0.5).floor, np.full((6, 1), 0.5))

@@ -16,7 +16,6 @@ from rigidpend.machine.kept import KeptFileWarning
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.orbits.integrate import bigint, sample_orbits
 from rigidpend.orbits.integrate.kernel import machine_code, taylor_step
-from rigidpend.orbits.integrate.kernel.aligned_field import Products
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
 from rigidpend.orbits.integrate.kernel.notes import FIELDS, function, width_of_note
 from rigidpend.orbits.integrate.kernel.parts import in_parts
@@ -34,7 +33,7 @@ def stepped(bits: int, order: int, steps_taken: int) -> tuple[list[Fraction], Fr
     parts = KINDS[bits].parts
     state = np.repeat(in_parts(STATE, bits).reshape(6 * parts, 1), LANES, axis=1)
     time = np.zeros((2, LANES))
-    parameters = in_parts(Products.of(C), bits)
+    parameters = in_parts(C, bits)
     notes = np.zeros((LANES * steps_taken, width_of_note(order, bits)))
     count = function(order, bits)(
         state.ctypes.data,
@@ -52,14 +51,10 @@ def stepped(bits: int, order: int, steps_taken: int) -> tuple[list[Fraction], Fr
 
 def by_integers(time: Fraction, bits: int = 500) -> list[Fraction]:
     """The state of the same orbit at a time, in integers of 500 bits."""
-    flow = bigint.Flow([bigint.fixed(x, bits) for x in C], bits)
-    here, left = [bigint.fixed(x, bits) for x in STATE], bigint.fixed(time, bits)
-    while left:
-        series, step = flow.expand(here)
-        step = min(step, left)
-        here = [bigint.value_at(s, step, bits) for s in series]
-        left -= step
-    return [Fraction(x, 1 << bits) for x in here]
+    for step in bigint.steps(C, STATE, bits):
+        if step.since_begin(time) <= step.length:
+            return list(step.at(step.since_begin(time)))
+    raise AssertionError
 
 
 @pytest.mark.parametrize(
@@ -135,13 +130,13 @@ def test_machine_code_is_kept_and_a_damaged_file_made_anew(
 ) -> None:
     monkeypatch.setattr(machine_code, "folder", lambda: tmp_path / "kernels")
     made: list[str] = []
-    compiled = machine_code._compiled
+    compiled = machine_code.compiled
 
     def counted(llvm: Any, machine: Any, text: str) -> bytes:
         made.append(text)
         return compiled(llvm, machine, text)
 
-    monkeypatch.setattr(machine_code, "_compiled", counted)
+    monkeypatch.setattr(machine_code, "compiled", counted)
 
     def fresh() -> int:
         machine_code.function.cache_clear()
@@ -206,7 +201,7 @@ def test_every_processor_computes_the_same_bits(
     order = taylor_step.order_of(1e-8)
     here = stepped(bits, order, 40)
     monkeypatch.setattr(machine_code, "folder", lambda: tmp_path)
-    monkeypatch.setattr(machine_code, "_processor", lambda llvm: (plain_processor(), ""))
+    monkeypatch.setattr(machine_code, "processor", lambda llvm: (plain_processor(), ""))
     for cached in (machine_code.function, function):
         cached.cache_clear()
     plain = stepped(bits, order, 40)

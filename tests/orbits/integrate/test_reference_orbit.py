@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from fractions import Fraction
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -15,13 +16,14 @@ from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import (
     ENGINES,
     EngineError,
+    bigint,
     check_engine,
     crossings,
     default_engine,
     neighbours,
 )
-from rigidpend.orbits.integrate.records import Orbits
-from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, _rung, reference_bits
+from rigidpend.orbits.integrate.records import Orbits, Outcome
+from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, reference_bits, rung
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
 
@@ -71,13 +73,13 @@ def test_a_falling_precision_costs_no_neighbour_a_bit(
         pytest.skip(f"no engine {engine}")
     used: list[int] = []
     falling, high = orbit(PHASE, BITS, engine), exactly()
-    advanced = falling._advanced
+    advanced = falling.advanced
 
     def noted(state: Any, bits: int) -> Any:
         used.append(bits)
         return advanced(state, bits)
 
-    monkeypatch.setattr(falling, "_advanced", noted)
+    monkeypatch.setattr(falling, "advanced", noted)
     k = next(k for k in range(1000) if falling.reaches(k) and falling.growth[k] > 1e17)
     assert (used[0], used[-1]) == (212, 106)
     time, state = falling.points[k][:2]
@@ -93,26 +95,20 @@ PHASE, BITS = "4.705696853133541796856", reference_bits(1e-20, 53)
 @functools.cache
 def exactly() -> ReferenceOrbit:
     """The same orbit with steps in twice the bits, by integers, that never fall."""
-    from rigidpend.orbits.integrate import bigint
-
     high = orbit(PHASE, BITS)
 
     def fine(state: Any, _: int) -> Any:
-        return bigint.advance(high.coefficients, state, 8, 2 * high.bits)
+        taken = islice(bigint.steps(high.coefficients, state, 2 * high.bits), 8)
+        return [(step.time(step.length), step.at(step.length)) for step in taken]
 
-    pytest.MonkeyPatch().setattr(high, "_advanced", fine)
+    pytest.MonkeyPatch().setattr(high, "advanced", fine)
     return high
 
 
 def _at(orbit: ReferenceOrbit, k: int, time: Fraction) -> list[Fraction]:
     """The state of an orbit a little after its point k."""
-    from rigidpend.orbits.integrate import bigint
-
-    P = 2 * orbit.bits + 80
-    flow = bigint.Flow([bigint.fixed(x, P) for x in orbit.coefficients], P)
-    series, _ = flow.expand([bigint.fixed(x, P) for x in orbit.points[k].state])
-    at = bigint.fixed(time - orbit.points[k].exact_time, P)
-    return [Fraction(bigint.value_at(s, at, P), 1 << P) for s in series]
+    step = next(bigint.steps(orbit.coefficients, orbit.points[k].state, 2 * orbit.bits + 80))
+    return list(step.at(step.since_begin(time - orbit.points[k].exact_time)))
 
 
 def test_crossings_are_those_of_integration() -> None:
@@ -136,6 +132,17 @@ def test_an_orbit_that_does_not_cross_ends() -> None:
     assert short.last_below(1e300) == len(short.points) - 1
 
 
+def test_a_crossing_after_the_longest_wait_ends_an_orbit() -> None:
+    """Though it lies on a step that is taken before the wait is looked at."""
+    path, outcome = orbit("3.3", 113).path(2)
+    assert outcome == Outcome.COMPLETE
+    waited = path[1].time - path[0].time
+    for share, ends in ((1 + 1e-9, Outcome.COMPLETE), (1 - 1e-9, Outcome.NO_CROSSING)):
+        found, outcome = orbit("3.3", 113, longest=waited * share).path(2)
+        assert outcome == ends
+        assert found == path[: 2 if ends == Outcome.COMPLETE else 1]
+
+
 def test_each_halving_of_the_least_distance_costs_a_bit_and_one_beyond_1_none() -> None:
     at_one = reference_bits(1.0, 53)
     assert at_one >= 53 + 8, "a byte to spare"
@@ -150,13 +157,13 @@ def test_differences_that_are_multiples_of_the_tangent_are_not_integrated() -> N
     reference, shifts = orbit("4.7", 192), np.array([1e-30, -2e-30])
     tangent = reference.tangents[0]
     beside = neighbours.Neighbours(np.outer(tangent, shifts), shifts, 2, 1e3)
-    walk = neighbours._Walk(reference, beside, 53, 20)
-    k, small = walk._skip(), 2.0 ** -(53 + neighbours.MARGIN)
+    walk = neighbours.Walk(reference, beside, 53, 20)
+    k, small = walk.skip(), 2.0 ** -(53 + neighbours.MARGIN)
     assert k > 4
     assert reference.growth[k] * 2e-30 < small <= reference.growth[k + 1] * 2e-30
     np.testing.assert_array_equal(walk.differences, np.outer(reference.tangents[k], shifts))
 
 
 def test_the_least_precision_that_suffices_serves() -> None:
-    rungs = [_rung(bits) for bits in (60.0, 106.0, 106.5, 212.5, 424.5, 10_000.2)]
+    rungs = [rung(bits) for bits in (60.0, 106.0, 106.5, 212.5, 424.5, 10_000.2)]
     assert rungs == [106, 106, 212, 424, 448, 10_001]

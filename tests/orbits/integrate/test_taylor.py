@@ -59,7 +59,7 @@ def test_steps_are_noted_to_twice_the_depth_of_a_touch_of_the_largest_orbit(bits
     """So that none is missed which `passages` would not decide, though |M| grows on the way."""
     states = fan(11) * np.geomspace(3, 1, 11)
     run = batch.Batch(task(states, bits), bits, 2.0 ** (1 - bits))
-    run._load()
+    run.load()
     depths = []
 
     def kernel(*given: Any) -> int:
@@ -67,7 +67,7 @@ def test_steps_are_noted_to_twice_the_depth_of_a_touch_of_the_largest_orbit(bits
         return 0
 
     run.kernel = kernel
-    run._carried(8)
+    run.carried(8)
     largest = np.linalg.norm(states[:3], axis=0).max()
     assert depths == [pytest.approx(2 * touch(bits) * largest, rel=1e-12)]
 

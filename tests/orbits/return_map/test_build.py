@@ -216,22 +216,8 @@ def test_a_cache_that_cannot_be_written_costs_time_alone(
         assert return_map(FIG4, h=H).errors.charts < 1e-12
 
 
-def test_keys_tell_all_apart_that_a_map_follows_from() -> None:
-    h, other = exact(H), exact("1.3343")
-    heavier = Body(FIG4.A, FIG4.r, "0.002")
-    tasks = [
-        (FIG4, h, h, 53, FIRST, 64),
-        (heavier, h, h, 53, FIRST, 64),
-        (FIG4, h, other, 53, FIRST, 64),
-        (FIG4, h, h, 64, FIRST, 64),
-        (FIG4, h, h, 53, SECOND, 64),
-        (FIG4, h, h, 53, FIRST, 53),
-    ]
-    assert len({storage.followed(*task) for task in tasks}) == len(tasks)
-
-
 @pytest.mark.parametrize(
-    "module", ["return_map/charts.py", "integrate/arcs.py", "integrate/kernel/functions.py"]
+    "module", ["return_map/charts.py", "integrate/states.py", "integrate/kernel/functions.py"]
 )
 def test_a_map_of_other_code_is_another(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """What integrates for the tables counts as well as what fits them."""

@@ -76,7 +76,7 @@ def test_agrees_the_kernel_with_the_map_in_full(
 def test_the_kernel_tells_orbits_that_leave_the_tables(made: ReturnMap, which: str) -> None:
     def narrowed(chart: Any) -> Any:
         table = getattr(chart, which)
-        return chart._replace(**{which: table._replace(width=table.width * 0.32)})
+        return chart._replace(**{which: table._replace(width=table.width * 0.42)})
 
     down, up = made.charts
     phase, e = drawn()

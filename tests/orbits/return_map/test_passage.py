@@ -10,7 +10,7 @@ import pytest
 
 from rigidpend import Body
 from rigidpend.orbits.integrate import sample_orbits
-from rigidpend.orbits.integrate.arcs import arcs
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import ReturnMap, SectionPoint, return_map
 from rigidpend.orbits.return_map.poincare import section_momentum, section_state
 from rigidpend.orbits.return_map.precision import precision
@@ -182,7 +182,7 @@ def test_agrees_a_passage_with_integration_in_any_precision(bits: int) -> None:
     here = SectionPoint(True, made.charts[True].forward.width * a.array([0.2]), a.array([1.0]))
     passed = made.at(h).passage(here)
     begin = section_state(True, here.d, here.chi, h, c, a)
-    end = arcs(c.aligned, begin, passed.time, bits)[:, 0, 0]
+    end = states_at(c.aligned, begin, passed.time, bits)[:, 0, 0]
     # A passage at d = 1e-5 multiplies roundings by 1e5 or so.
     assert abs(float(end[2])) < 1e6 * a.epsilon
 

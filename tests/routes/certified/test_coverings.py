@@ -31,12 +31,13 @@ from rigidpend.routes.certified.pieces import (
     Quad,
     StartLine,
     made,
+    packed,
     unpacked,
     unpacked_line,
     unpacked_quads,
 )
 from scripts import check_full_shift as script
-from scripts.check_certificate import Fails, Interval
+from scripts.check_certificate import Fails, Interval, Refused
 from tests.attacks import lot
 from tests.cli.calls import REFERENCE
 from tests.config.samples import content as typed
@@ -46,7 +47,7 @@ GIVEN: Any = {"A": ("2", "1", "3/2"), "r": ("1", "1", "0"), "mu": "1/1000", "h":
 J1 = Fraction("1e-8")
 CONFIG = Path(__file__).parents[3] / "configs" / "full_shift.yaml"
 BODY = Body(A=GIVEN["A"], r=GIVEN["r"], mu=GIVEN["mu"])
-BARELY = 0.02
+BARELY = 0.005
 ALONE, WIDEST = 2.0**-5, 2.0**-12
 BITS = 60
 CALM = {(0, 0, 0): 0}
@@ -672,7 +673,7 @@ def test_C8_how_far_from_the_separatrix_sets_may_lie(
 @pytest.mark.slow
 def test_orbits_beside_the_separatrix_return_as_the_lemma_on_the_middle_says() -> None:
     """Random ones on both sides: M3 passes m1, and sinks through zero where D > 8 lambda mu."""
-    from rigidpend.orbits.integrate.arcs import arcs
+    from rigidpend.orbits.integrate.states import states_at
     from rigidpend.orbits.return_map.poincare import state_of
     from rigidpend.orbits.return_map.precision import precision
     from rigidpend.orbits.return_map.reduced import coefficients
@@ -684,7 +685,7 @@ def test_orbits_beside_the_separatrix_return_as_the_lemma_on_the_middle_says() -
         d = np.array([chance.uniform(0.001, 0.15) * chance.choice((-1, 1)) for _ in range(n)])
         chi = np.array([chance.uniform(-math.pi, math.pi) for _ in range(n)])
     begin = state_of(True, d, np.cos(chi), np.sin(chi), a.number(Fraction("1.3342")), c, a)
-    states = np.asarray(arcs(c.aligned, begin, np.linspace(0.01, 40, 4000), 53))
+    states = np.asarray(states_at(c.aligned, begin, np.linspace(0.01, 40, 4000), 53))
     J = math.sqrt(2 * 1.3342 / float(c.aligned.kappa))
     lam = float(c.aligned.half_sigma)
     least = 8 * lam * 1e-3
@@ -766,6 +767,49 @@ def test_terms_that_come_round_again_are_refused(data: Any) -> None:
     terms[:4] += 2**62
     with pytest.raises(ValueError, match="other terms"):
         unpacked({**proof, "terms": terms}, 5)
+
+
+def finer(piece: FamilyStep, by: int) -> FamilyStep:
+    """The same step in units that many bits finer, and half a unit of old off in each term."""
+    terms = [{at: (w << by) + (1 << by - 1) for at, w in each.items()} for each in piece.terms]
+    return FamilyStep(piece.bits + by, piece.half, terms)
+
+
+def test_numbers_of_more_bits_than_a_word_are_stored_whole(orbits: Any) -> None:
+    """By both readers, negative ones among them."""
+    steps = [[finer(piece, 30) for piece in orbits[k]] for k in range(5)]
+    steps[1] = orbits[1]
+    stored = packed(steps)
+    assert set(stored["family"]) > {0, 1, 5}
+    found = unpacked(stored, 5)
+    assert [[each.bits for each in of] for of in found] == [[x.bits for x in of] for of in steps]
+    theirs = script._steps(stored)
+    for mine, others, wanted in zip(found, theirs, steps, strict=True):
+        for one, other, piece in zip(mine, others, wanted, strict=True):
+            assert one.half == {at: w for at, w in piece.half.items() if w}
+            for k, terms in enumerate(piece.terms):
+                assert one.terms[k] == terms
+                expected = series(terms, piece.bits)
+                assert (other.states[k] - expected).most == 0
+
+
+@pytest.mark.parametrize("how", ["of no step", "a length", "not finer"])
+def test_digits_that_are_added_to_nothing_are_refused(orbits: Any, how: str) -> None:
+    stored = packed([[finer(orbits[0][0], 30)]])
+    if how == "of no step":
+        stored["family"] = stored["family"][::-1]
+    elif how == "a length":
+        stored["coefficients"][-1, 6] = 1
+        stored["powers"][-1] = 0, 9, 9
+    else:
+        stored["bits"][1] = stored["bits"][0] - 1
+    with pytest.raises(ValueError, match="what is added to a step is"):
+        unpacked(stored, 1)
+    if how != "not finer":
+        # The other reader counts five sets, and takes units of any order.
+        stored["family"] = stored["family"] * 5
+        with pytest.raises(Refused, match="what is added to a step is"):
+            script._steps(stored)
 
 
 def test_a_length_that_depends_on_time_is_refused(data: Any) -> None:
@@ -932,6 +976,51 @@ def test_a_proof_is_of_one_body_and_energy(
         assert said(script.arrival, script.problem_of(given), quad_of(quads[0]), steps)[:1] == "C"
 
 
+@pytest.mark.parametrize(("share", "inside"), [("99/100", True), ("101/100", False)])
+@pytest.mark.parametrize("sign", ["", "-"])
+def test_an_interval_has_the_bodies_and_energies_within_it(
+    share: str, inside: bool, sign: str
+) -> None:
+    """mu and h that differ by barely less, and by barely more, in both checkers."""
+    by = 1 + Fraction(f"{sign}{share}") * Fraction("1e-13")
+    near = coverings.Numbers.of(BODY, exact(GIVEN["h"]), exact("1e-13"))
+    other = Body(A=GIVEN["A"], r=GIVEN["r"], mu=Fraction(GIVEN["mu"]) * by)
+    found = coverings.Numbers.of(other, exact(Fraction(GIVEN["h"]) * by))
+    for name in ("mu_r1", "mu_r2", "force_m"):
+        assert getattr(near.field, name).contains(getattr(found.field, name)) is inside
+    assert near.h.contains(found.h) is inside
+    given = {**GIVEN, "mu": str(Fraction(GIVEN["mu"]) * by), "h": str(Fraction(GIVEN["h"]) * by)}
+    ours = script.problem_of({**GIVEN, "around": "1e-13"})
+    theirs = script.problem_of(given)
+    for one, there in ((ours.mu[0], theirs.mu[0]), (ours.b, theirs.b), (ours.h, theirs.h)):
+        assert (one.low < there.low and there.high < one.high) is inside
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("around", "reason"), [("1e-13", ""), ("2e-13", "C6")])
+def test_a_proof_is_of_all_bodies_that_are_near_enough(
+    quads: Any, orbits: Any, arrivals: Any, around: str, reason: str
+) -> None:
+    """The set that is proven with the least room."""
+    numbers = coverings.Numbers.of(BODY, exact(GIVEN["h"]), exact(around))
+
+    def by_package() -> None:
+        found = coverings.arrival(numbers, quads[0], orbits[0])
+        coverings.relation(found, quads[2], arrivals[2].begin, 2)
+
+    def by_script() -> None:
+        p = script.problem_of({**GIVEN, "around": around})
+        found = script.arrival(p, quad_of(quads[0]), [step(x) for x in orbits[0]])
+        script.check_relation(found, quad_of(quads[2]), [_interval(x) for x in arrivals[2].begin])
+
+    assert said(by_package)[:2] == said(by_script)[:2] == reason
+
+
+def test_an_interval_that_is_turned_round_is_refused() -> None:
+    with pytest.raises(Refused, match="around >= 0"):
+        script.problem_of({**GIVEN, "around": "-1e-13"})
+
+
 def test_the_second_checker_imports_nothing_of_the_package() -> None:
     found = set()
     for node in ast.walk(ast.parse(Path(script.__file__).read_text(encoding="utf-8"))):
@@ -1017,7 +1106,7 @@ class Crossings(NamedTuple):
 
 def crossings(quad: Quad, pieces: Sequence[FamilyStep], u: Any, v: Any) -> Crossings:
     from rigidpend.mechanics.equations import aligned
-    from rigidpend.orbits.integrate.arcs import arcs
+    from rigidpend.orbits.integrate.states import states_at
     from rigidpend.orbits.return_map.poincare import state_of
     from rigidpend.orbits.return_map.precision import precision
     from rigidpend.orbits.return_map.reduced import coefficients
@@ -1035,7 +1124,7 @@ def crossings(quad: Quad, pieces: Sequence[FamilyStep], u: Any, v: Any) -> Cross
     time = a.number(
         sum(2 * _value(piece.half, CLOCK, float(u[0]), float(v[0])) for piece in pieces)
     )
-    end = arcs(c.aligned, begin, a.array([time]), 113)[:, -1]
+    end = states_at(c.aligned, begin, a.array([time]), 113)[:, -1]
     late = 0 * g
     for _ in range(3):
         # A short arc by its tangent and its bend, of which M3 is the time.

@@ -131,7 +131,7 @@ def test_wrong_values_are_named() -> None:
         find_orbit(FIG4, "0" * 20_000, **START)
     with pytest.raises(MapError, match="normal form"):
         find_orbit(FIG4, "01", h0="1.3342", J1_0="0.2")
-    with pytest.raises(MapError, match=r"normal form's radius|normal form does not reach"):
+    with pytest.raises(MapError, match=r"too large|does not reach"):
         find_orbit(Body(A=(2, 1, 1.5), r=(1, 1, 0), mu="0.3"), "01", **START)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,10 +12,10 @@ import pytest
 from rigidpend.mechanics import floquet
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.exact import fraction
-from rigidpend.orbits.integrate.states import states_after, states_at
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.symbolic import sharp as module
 from rigidpend.routes.symbolic.chain import NoOrbit
-from rigidpend.routes.symbolic.sharp import Launch, sharp
+from rigidpend.routes.symbolic.sharp import Launch, carried, sharp
 from tests.routes.symbolic.fig4 import (
     BODY,
     J1_0,
@@ -47,10 +48,10 @@ def test_the_map_is_confirmed_to_its_rounding() -> None:
 def test_orbits_in_106_bits_are_those_in_113() -> None:
     """Two engines: pairs of doubles, and quadruple precision."""
     starts = sharp(launch(), orbits(0)).starts
-    times = [20.0, 31.5]
-    found = states_after(launch().fractions, starts, times)
+    times = np.array([20.0, 31.5])
+    found = carried(launch().fractions, starts, times).T
     for k in range(2):
-        [there] = states_at(launch().fractions, starts[k], [Fraction(times[k])], 113)
+        there = one_at(launch().fractions, starts[k], [Fraction(times[k])])[0]
         # Times are met to the rounding of doubles: compared along the orbit, by what is kept.
         for pair in ((found[k], there),):
             energies = [energy(state) for state in pair]
@@ -83,9 +84,14 @@ def test_homoclinic_orbits_tend_to_the_periodic_orbit_at_the_floquet_rate(n: int
     for k in (0, 1):
         end = float((begun + found.flight)[k])
         check(one.fractions, starts[k], end + far, rate, 8)
-        [crossing] = states_at(one.fractions, starts[k], [Fraction(float(begun[k]))], 113)
+        [crossing] = one_at(one.fractions, starts[k], [Fraction(float(begun[k]))])
         back = [reversed_state(crossing)]
         check(one.fractions, back[0], far, rate, 8)
+
+
+def one_at(c: AlignedCoefficients, state: list[Fraction], times: list[Fraction]) -> Any:
+    """An orbit at times, (k, 6), in 113 bits."""
+    return states_at(c, np.array([state]).T, times, 113)[..., 0].T
 
 
 def reversed_state(state: list[Fraction]) -> list[Fraction]:
@@ -103,7 +109,7 @@ def check(
 ) -> None:
     """That the distance from the periodic orbit shrinks by the multiplier in every period."""
     times = [Fraction(begin + k * rate.period) for k in range(periods)]
-    states = np.array(states_at(c, start, times, 113), dtype=float)
+    states = one_at(c, start, times).astype(float)
     distance = np.hypot(states[:, 0], states[:, 1])
     assert distance[0] < 1e-2
     shrunk = -np.diff(np.log(distance))

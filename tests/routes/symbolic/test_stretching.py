@@ -30,6 +30,7 @@ from rigidpend.routes.symbolic.follow import section_points
 from rigidpend.routes.symbolic.integrated import doubles
 from rigidpend.routes.symbolic.shortest import path
 from rigidpend.routes.symbolic.stretching import (
+    INTEGRATED,
     Stretched,
     euclidean,
     frame,
@@ -123,7 +124,7 @@ def found(orbits: Surface) -> Stretched:
 def test_the_variational_equations_grow_as_much(found: Stretched) -> None:
     assert found.inside.all()
     off = np.abs(integrated(found) - found.growth[-1])
-    assert (off < found.allowed).all()
+    assert (off < (1 + INTEGRATED) * found.allowed).all()
     assert np.median(found.allowed) < 1e-7
     assert np.ptp(found.growth[-1]) > 8
 

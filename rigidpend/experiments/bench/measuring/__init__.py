@@ -1,28 +1,30 @@
-"""Benchmark: speed, error and trust of rigidpend beside other methods, each at its best.
+"""Measurements of the benchmark: `bench.methods` says of what, and what is tried for each.
 
-tasks      what a method is asked for, and what it answers with
-problems   the five problems, each with its error and its reference
-methods    ours and the others, with the settings that are tried for each
 fields     the equations as the methods integrate them, also as plain Python
+problems   the five problems: the task of each, its truth and its error
+solvers    a method made ready for a task; orbits in looks, and shared among threads
+adapters   how any method answers a task, by its name; cross-checks of peers
+ours, heyoka_batches, cyrk_compiled, diffrax_vmapped, scipy_abreast
+           the methods themselves, one library each
 protocol   how methods are searched and timed in turn
-choice     which setting of a method goes to a meeting with the others
-phases     wrong symbols on random phases
-many       time against the number of orbits
+counts     symbols on random phases, on ever more orbits, and of bodies drawn by lot
 worker     measurements in a process of their own
-records    the data of a measurement
-reading    what the data says: ratios, losses, tables
 
 Peers
 -----
-heyoka in batches of 1 to 16 lanes, full or compact, on Euler-Poisson and (eq1), and its ensemble;
-CyRK (DOP853, Verner 8, LSODA) with rates compiled by numba; diffrax (Dopri8, Tsit5), jitted and
-vmapped; SciPy (DOP853 abreast or one by one, LSODA, Radau); SUNDIALS' CVODE (Adams, BDF) through
-scikit-sundae; REBOUND's interface to equations, rates compiled.
+heyoka in batches of 4 to 16 lanes, on Euler-Poisson and (eq1); CyRK (DOP853, Verner 8, LSODA) with
+rates compiled by numba; diffrax (Dopri8, Tsit5), jitted and vmapped; SciPy's DOP853, all orbits
+as one system.
+
+Measured before, and left out since: SciPy's LSODA and Radau, SUNDIALS' CVODE through scikit-sundae
+and REBOUND's Bulirsch-Stoer took 190 to 17,000 times our time at every problem; heyoka's ensemble,
+its compact mode and its integrator of one orbit more than its batches; our own 64 and 113 bits
+145 and 3,600 times our doubles.
 
 Looked at and left out: numbalsoda, extensisq, pyodesys, pycvodes, sundials4py, scikits.odes and
 Assimulo have no wheel for Linux and Python 3.11 (CyRK serves numbalsoda's LSODA and DOP853);
 JiTCODE compiles with the system's C compiler and has no events; torchdiffeq and torchode bring
 PyTorch, which weighs more than all others together, for the methods that diffrax has; numbakit-ode
 has had no release since 2022 and offers DOP853, as CyRK does; desolver steps in plain Python;
-nodepy analyses methods and does not mean to be fast; CasADi calls CVODE, which is here.
+nodepy analyses methods and does not mean to be fast; CasADi calls CVODE.
 """

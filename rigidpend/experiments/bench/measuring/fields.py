@@ -6,11 +6,13 @@ the tape that the package's own compiled fields are made of.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
-from rigidpend.experiments.bench.measuring.tasks import direction, moments
+from rigidpend.experiments.principal_axes import euler_poisson_field
 from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.coordinates import scale
 from rigidpend.mechanics.equations import euler_poisson
 from rigidpend.mechanics.hodograph import angular_velocity, hodograph
 from rigidpend.mechanics.precession import turning_rate
@@ -23,9 +25,19 @@ SMALLER = 1e-2
 """The absolute tolerance, of the relative one: for components that pass through zero."""
 
 
-def principal(A: Numbers, r: Numbers, mu: Scalar) -> Field:
-    """Euler-Poisson in principal axes, of 6 numbers."""
-    return lambda y: euler_poisson(y[:3], y[3:6], A, r, mu)
+def moments(body: Body) -> list[float]:
+    """A of the body, floats."""
+    return [float(x) for x in body.A]
+
+
+def direction(body: Body) -> list[float]:
+    """r of the body, floats."""
+    return [float(x) for x in body.r]
+
+
+def time_unit(body: Body) -> float:
+    """s, by which t' = t s."""
+    return float(scale(moments(body), math))
 
 
 def with_angles(A: Numbers, r: Numbers, mu: Scalar) -> Field:
@@ -42,7 +54,7 @@ def with_angles(A: Numbers, r: Numbers, mu: Scalar) -> Field:
 
 def of_body(body: Body, angles: bool = False) -> Field:
     """The field of a body in floats."""
-    make = with_angles if angles else principal
+    make = with_angles if angles else euler_poisson_field
     return make(moments(body), direction(body), float(body.mu))
 
 
@@ -53,31 +65,24 @@ def flat(body: Body, angles: bool = False) -> Callable[[float, Any], list[Any]]:
     """Write ``rates(t, y)``, plain Python that takes floats or arrays and gives a list."""
     lines, rates = _written(body, angles)
     head = ["def rates(t, y):", f"    {', '.join(f'y{i}' for i in range(len(rates)))} = y"]
-    made: Callable[[float, Any], list[Any]] = _executed(
-        [*head, *lines, f"    return [{', '.join(rates)}]"]
-    )
-    return made
+    return _executed([*head, *lines, f"    return [{', '.join(rates)}]"])
 
 
-def compilable(body: Body, arguments: str, angles: bool = False) -> Any:
-    """Write ``rates(arguments)`` of a body, which numba can compile; 8 components with angles.
-
-    `arguments` are in any order; of them ``y`` is the array of the state, and the derivatives go
-    to the array ``dy``.
-    """
+def compilable(body: Body, angles: bool = False) -> Any:
+    """Write ``rates(dy, t, y, args)``, which numba can compile; 8 components with angles."""
     lines, rates = _written(body, angles)
     ends = [f"    dy[{i}] = {x}" for i, x in enumerate(rates)]
     begin = [f"    y{i} = y[{i}]" for i in range(len(rates))]
-    return _executed([f"def rates({arguments}):", *begin, *lines, *ends])
+    return _executed(["def rates(dy, t, y, args):", *begin, *lines, *ends])
 
 
 def _written(body: Body, angles: bool) -> tuple[list[str], list[str]]:
     """The lines of a field, each a local variable, and the names of the derivatives."""
-    make, size = (with_angles, 8) if angles else (principal, 6)
+    make, size = (with_angles, 8) if angles else (euler_poisson_field, 6)
     r, mu = direction(body), float(body.mu)
     # The moments are components too, for the tape multiplies by reciprocals of parameters: with
     # quotients, which round once, CyRK was a sixth faster.
-    traced = trace(lambda y, _: make(y[size:], r, mu)(y[:size]), size + 3)
+    traced, parameters = trace(lambda y, _: make(y[size:], r, mu)(y[:size]), size + 3)
     components = [*(f"y{i}" for i in range(size)), *map(repr, moments(body))]
     names: list[str] = []
     known: dict[str, str] = {}
@@ -85,7 +90,7 @@ def _written(body: Body, angles: bool) -> tuple[list[str], list[str]]:
         if name == "component":
             names.append(components[operands[0]])
         elif name == "parameter":
-            names.append(repr(traced.parameters[operands[0]]))
+            names.append(repr(parameters[operands[0]]))
         else:
             left, right = (names[i] for i in operands)
             text = f"{left} {SIGNS[name]} {right}"

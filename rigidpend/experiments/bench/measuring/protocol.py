@@ -20,19 +20,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.experiments.bench.measuring.methods import (
-    Answer,
-    Method,
-    Setting,
-    function,
-    spelt,
-)
-from rigidpend.experiments.bench.measuring.tasks import Carrier, Solver, orbits_of
+from rigidpend.experiments.bench.measuring.adapters import made
+from rigidpend.experiments.bench.measuring.problems import Task
+from rigidpend.experiments.bench.measuring.solvers import Solver
+from rigidpend.experiments.bench.methods import METHODS, Method, Setting, spelt
 
 Measured = dict[str, Any]
+Make = Callable[[Task], Solver]
 
-LOOKS = 20
-"""Number of times at which the integrals are looked at, over long times."""
+LITTLE = 1e-3
+"""The part of the way by which the time of all of it is told, over long times; the least."""
 WARM = 8.0
 """Seconds: a first solve that took less, compilation and all, is always followed by a second."""
 TRIED = 3
@@ -41,42 +38,14 @@ GROWTH = 2.0
 """Expected cost of the next knob, relative to the last one."""
 
 
-class Attempt(NamedTuple):
-    """A method with all that is chosen for it at a problem."""
-
-    method: Method
-    answer: Answer
-    setting: Setting
-    knob: Any
-    threads: int = 1
-
-    def make(self, task: Any) -> Any:
-        """Make it ready for a task."""
-        return function(self.answer, self.threads, self.setting)(task, self.knob)
-
-    @property
-    def abreast(self) -> bool:
-        """True if the method carries all orbits at once."""
-        return bool(self.setting.get("abreast", self.method.abreast))
-
-
 class Stage(NamedTuple):
-    """A problem made ready: the task, its truth, and how many orbits a slow method gets."""
+    """A problem made ready."""
 
-    module: Any
-    task: Any
-    reference: dict[str, Any]
-    few: int
-
-    def part(self, abreast: bool) -> tuple[Any, dict[str, Any], float]:
-        """The task of a method, its truth, and the factor that scales its time to all orbits."""
-        n = self.task.states.shape[1]
-        if abreast or n <= self.few:
-            return self.task, self.reference, 1.0
-        # Spread evenly: no orbit is chosen for what it is.
-        columns = np.linspace(0, n - 1, self.few).round().astype(int)
-        truth = {name: values[..., columns] for name, values in self.reference.items()}
-        return orbits_of(self.task, columns), truth, n / self.few
+    task: Task
+    truth: dict[str, Any]
+    error: Callable[[Any, Any], dict[str, float]]
+    long: bool = False
+    """True if a slow method goes a part of the way."""
 
 
 def timed(work: Callable[[], Any]) -> tuple[float, Any]:
@@ -86,26 +55,18 @@ def timed(work: Callable[[], Any]) -> tuple[float, Any]:
     return time.perf_counter() - begun, found
 
 
-def solver_of(stage: Stage, task: Any, made: Any, part: float = 1.0) -> Solver:
-    """Give what is timed: a solver, or carrying orbits to the end (or a part of the way)."""
-    if not isinstance(made, Carrier):
-        return Solver(made.solve, made.read)
-    looks = LOOKS if stage.module.KIND == "long" else 1
-    times = task.end * part * np.arange(1, looks + 1) / looks
-
-    def carry() -> list[Any]:
-        made.start()
-        found = []
-        for moment in times:
-            made.to(moment)
-            found.append(made.states())
-        return found
-
-    return Solver(carry, lambda found: found if looks > 1 else found[-1])
+def again(
+    solve: Callable[[], Any], repeats: int, first: float, seconds: float, sure: bool = False
+) -> list[float]:
+    """Times of further solves, as many as some seconds allow after a first one; one if sure."""
+    taken = [timed(solve)[0]] if sure else []
+    while len(taken) < repeats and sum(taken) + (taken or [first])[-1] < seconds:
+        taken.append(timed(solve)[0])
+    return taken
 
 
 def search(
-    stage: Stage, method: Method, answer: Answer, knobs: list[Any], seconds: float, repeats: int
+    stage: Stage, name: str, knobs: list[Any], seconds: float, repeats: int
 ) -> Iterator[Measured]:
     """Try every setting of a method: forms at the middle knob, then each variant at each knob.
 
@@ -116,53 +77,48 @@ def search(
     dict
         First ``forms``, what each form took; then a measurement a setting and a knob.
     """
-    index, told = _best_form(stage, method, answer, knobs[len(knobs) // 2], repeats)
+    method = METHODS[name]
+    index, told = _best_form(stage, name, method, knobs[len(knobs) // 2], repeats)
     yield {"form": index, "forms": told}
     form = method.forms[index]
     for number, variant in enumerate(method.variants):
         spent, share = 0.0, seconds / len(method.variants)
         for knob in knobs:
-            trial = Attempt(method, answer, {**form, **variant}, knob)
-            line, taken = _measured(stage, trial, repeats, share)
+            entry = {"knob": knob, "setting": {**form, **variant}}
+            line, taken = measured(stage, name, entry, repeats, share)
             yield {**line, "setting": float(number)}
             spent += taken
             if spent + GROWTH * line["once"] > share:
                 break
 
 
-def _best_form(
-    stage: Stage, method: Method, answer: Answer, knob: Any, repeats: int
-) -> tuple[int, str]:
+def _best_form(stage: Stage, name: str, method: Method, knob: Any, repeats: int) -> tuple[int, str]:
     """The index of the form that took least time at a knob, and what all of them took."""
     if len(method.forms) == 1:
         return 0, ""
-    taken = []
-    for form in method.forms:
-        line, _ = _measured(stage, Attempt(method, answer, form, knob), repeats, 1.0)
-        taken.append(line["seconds"])
+    entries = [{"knob": knob, "setting": {**x, **method.variants[0]}} for x in method.forms]
+    taken = [measured(stage, name, entry, repeats, 1.0)[0]["seconds"] for entry in entries]
     best = taken.index(min(taken))
     said = (f"{spelt(f)}: {1e3 * s:.3g} ms" for f, s in zip(method.forms, taken, strict=True))
     return best, f"{'; '.join(said)}; chosen: {spelt(method.forms[best])}"
 
 
-def _measured(stage: Stage, trial: Attempt, repeats: int, share: float) -> tuple[Measured, float]:
+def measured(
+    stage: Stage, name: str, entry: Setting, repeats: int, share: float
+) -> tuple[Measured, float]:
     """One measurement, and the seconds that went into solving."""
-    task, truth, scaled = stage.part(trial.abreast)
-    prepared, made = timed(lambda: trial.make(task))
-    part, tried = _part_of_the_way(stage, task, made, share)
-    solver = solver_of(stage, task, made, part)
+    part, tried = part_of_the_way(stage, lambda task: made(name, task, entry), share)
+    task = stage.task._replace(times=part * stage.task.times)
+    prepared, solver = timed(lambda: made(name, task, entry))
     first, found = timed(solver.solve)
-    errors = stage.module.error(solver.read(found), truth)
-    taken: list[float] = []
-    while len(taken) < repeats and (sum(taken) + first < share or (not taken and first < WARM)):
-        taken.append(timed(solver.solve)[0])
-    kept = taken or [first]
-    middle = statistics.median(kept)
+    errors = stage.error(solver.read(found), stage.truth)
+    taken = again(solver.solve, repeats, first, share, sure=first < WARM)
+    middle = statistics.median(taken or [first])
     line = {
-        "knob": float(trial.knob or np.nan),
+        "knob": float(entry["knob"] or np.nan),
         **errors,
-        "seconds": middle * scaled / part,
-        "repeats": float(len(kept)),
+        "seconds": middle / part,
+        "repeats": float(len(taken) or 1),
         "orbits": float(task.states.shape[1]),
         "part": part,
         "prepare": prepared + max(0.0, first - middle),
@@ -173,39 +129,28 @@ def _measured(stage: Stage, trial: Attempt, repeats: int, share: float) -> tuple
     return line, tried + middle * (1 + len(taken))
 
 
-def _part_of_the_way(stage: Stage, task: Any, made: Any, share: float) -> tuple[float, float]:
+def part_of_the_way(stage: Stage, make: Make, share: float) -> tuple[float, float]:
     """Part of the way to follow orbits over long times: all of it, or what the budget allows."""
-    if stage.module.KIND != "long":
+    if not stage.long:
         return 1.0, 0.0
-    little = 1e-3
-    solver_of(stage, task, made, little).solve()
-    taken, _ = timed(solver_of(stage, task, made, little).solve)
-    whole = taken / little
-    return (1.0 if whole <= share else max(little, 0.5 * share / whole)), taken
-
-
-class Guest(NamedTuple):
-    """A method at the meeting."""
-
-    name: str
-    solver: Solver
-    truth: dict[str, Any]
-    factor: float
-    """That scales its time to the whole task."""
+    solver = make(stage.task._replace(times=LITTLE * stage.task.times))
+    solver.solve()
+    taken, _ = timed(solver.solve)
+    whole = taken / LITTLE
+    return (1.0 if whole <= share else max(LITTLE, 0.5 * share / whole)), taken
 
 
 def meeting(
-    stage: Stage, trials: dict[str, Attempt], parts: dict[str, float], rounds: int, seconds: float
+    stage: Stage, entries: dict[str, Setting], threads: int, rounds: int, seconds: float
 ) -> dict[str, Measured]:
     """Time methods in turn, round by round; the order turns too.
 
     Parameters
     ----------
-    trials : dict of Attempt
-        By the name of the method.
-    parts : dict of float
-        How far each goes, over long times: a part of the way.
-    rounds : int
+    stage : Stage
+    entries : dict of dict
+        By the name of the method: knob and setting, and over long times the part of the way.
+    threads, rounds : int
     seconds : float
         What one method may take in all: where it is spent, it misses the rounds that are left.
 
@@ -214,43 +159,42 @@ def meeting(
     dict
         By method: errors, and ``rounds``, the seconds of each, NaN where it was not timed.
     """
-    guests, found = [], {}
-    for name, trial in trials.items():
-        task, truth, scaled = stage.part(trial.abreast)
-        part = parts.get(name, 1.0)
-        threads, solver = _at_its_best(stage, trial, task, part)
-        errors = stage.module.error(solver.read(solver.solve()), truth)
-        guests.append(Guest(name, solver, truth, scaled / part))
+    solvers: dict[str, Callable[[], Any]] = {}
+    found: dict[str, Measured] = {}
+    for name, entry in entries.items():
+        part = entry.get("part", 1.0)
+        task = stage.task._replace(times=part * stage.task.times)
+        used, solver = _at_its_best(name, entry, task, threads)
+        solvers[name] = solver.solve
         found[name] = {
-            "knob": float(trial.knob or np.nan),
-            **errors,
+            "knob": float(entry["knob"] or np.nan),
+            **stage.error(solver.read(solver.solve()), stage.truth),
             "orbits": float(task.states.shape[1]),
             "part": part,
-            "threads": float(threads),
+            "threads": float(used),
             "rounds": [math.nan] * rounds,
         }
-    spent = dict.fromkeys(trials, 0.0)
+    spent, names = dict.fromkeys(entries, 0.0), list(entries)
     for k in range(rounds):
-        turned = guests[k % len(guests) :] + guests[: k % len(guests)]
-        for guest in turned:
-            if spent[guest.name] > seconds:
-                continue
-            taken, _ = timed(guest.solver.solve)
-            spent[guest.name] += taken
-            found[guest.name]["rounds"][k] = taken * guest.factor
+        turned = names[k % len(names) :] + names[: k % len(names)]
+        for name in turned:
+            if spent[name] <= seconds:
+                taken, _ = timed(solvers[name])
+                spent[name] += taken
+                found[name]["rounds"][k] = taken / found[name]["part"]
     return found
 
 
-def _at_its_best(stage: Stage, trial: Attempt, task: Any, part: float) -> tuple[int, Solver]:
-    """The number of threads that takes a method least time, up to the trial's; its solver.
+def _at_its_best(name: str, entry: Setting, task: Task, most: int) -> tuple[int, Solver]:
+    """The number of threads that takes a method least time, up to the most; its solver.
 
     Where orbits are few two threads cost more than they save, and no user would take them.
     """
-    if trial.threads == 1:
-        return 1, solver_of(stage, task, trial.make(task), part)
+    if most == 1:
+        return 1, made(name, task, entry)
     found = []
-    for threads in (1, trial.threads):
-        solver = solver_of(stage, task, trial._replace(threads=threads).make(task), part)
+    for threads in (1, most):
+        solver = made(name, task, entry, threads)
         solver.solve()
         found.append((min(timed(solver.solve)[0] for _ in range(TRIED)), threads, solver))
     _, threads, solver = min(found, key=lambda one: one[0])

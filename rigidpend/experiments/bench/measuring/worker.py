@@ -38,19 +38,19 @@ class Order(NamedTuple):
     """Order of measurements."""
 
     work: str
-    """``search``, ``meeting``, ``phases`` or ``many``."""
+    """``search``, ``meeting``, ``phases``, ``many`` or ``bodies``."""
     methods: dict[str, list[dict[str, Any]]]
     """Entries by method, one a problem: of `knobs`, or of `knob`, `setting` and `part`."""
     sizes: dict[str, Any]
-    """Sizes of the problems: those of `schema.Workload`, by name."""
+    """Sizes of the problems: those of `schema.Workload` or `schema.Bodies`, by name."""
     repeats: int
     seconds: float
     problems: tuple[str, ...] = ()
-    reference: str = ""
-    """A file of NumPy's arrays, named PROBLEM.NAME."""
+    truth: dict[str, dict[str, Any]] = {}  # noqa: RUF012
+    """Arrays by problem and name, as lists."""
     threads: int = 1
     numbers: tuple[int, ...] = ()
-    """Numbers of orbits, ascending."""
+    """Numbers of orbits, or of bodies in their list, ascending."""
 
 
 def measured(order: Order, limit: float) -> tuple[list[dict[str, Any]], str]:
@@ -76,7 +76,7 @@ def measured(order: Order, limit: float) -> tuple[list[dict[str, Any]], str]:
             text=True, env=environment,
         )  # fmt: skip
         with process:
-            out, err, late = _heard(process, json.dumps(order._asdict()), limit)
+            out, err, late = heard(process, json.dumps(order._asdict()), limit)
     if late:
         return _lines(out), f"ended at {limit:g} s"
     code, said = process.returncode, (err.strip().splitlines() or [""])[-1]
@@ -86,7 +86,7 @@ def measured(order: Order, limit: float) -> tuple[list[dict[str, Any]], str]:
     raise Fault(f"the benchmark's worker stopped ({', '.join(order.methods)}): {said or code}")
 
 
-def _heard(process: subprocess.Popen[str], given: str, limit: float) -> tuple[str, str, bool]:
+def heard(process: subprocess.Popen[str], given: str, limit: float) -> tuple[str, str, bool]:
     """Words of a process on stdout and stderr, and whether it had to be ended at the limit."""
     until = time.monotonic() + limit
     asked: str | None = given
@@ -128,11 +128,14 @@ def main() -> None:
     """Do an order; end with a sentence where that fails."""
     order = Order(**json.load(sys.stdin))
     keep_to(order.threads)
-    works = {"search": searched, "meeting": met, "phases": random_phases, "many": many_orbits}
+    works = {
+        "search": searched, "meeting": met, "phases": random_phases, "many": many_orbits,
+        "bodies": bodies,
+    }  # fmt: skip
     try:
         for line in works[order.work](order):
             print(json.dumps(line), flush=True)
-    except Exception as error:
+    except Exception as error:  # noqa: BLE001
         print(_said(error), file=sys.stderr)
         sys.exit(FAILED if isinstance(error, FAILURES) else 1)
 
@@ -155,19 +158,19 @@ def keep_to(cores: int) -> None:
 
 def searched(order: Order) -> Iterator[dict[str, Any]]:
     """One method at each problem; first what its import cost."""
-    from rigidpend.experiments.bench.measuring import methods, protocol
+    from rigidpend.experiments.bench.measuring import protocol
+    from rigidpend.experiments.bench.methods import METHODS
 
     [(name, tried)] = order.methods.items()
-    method = methods.METHODS[name]
     before = protocol.memory()
-    imported, _ = protocol.timed(lambda: [importlib.import_module(x) for x in method.libraries])
+    imported, _ = protocol.timed(
+        lambda: [importlib.import_module(x) for x in METHODS[name].libraries]
+    )
     yield {"import": imported, "memory_before": before}
     for problem, entry in zip(order.problems, tried, strict=True):
         stage = _stage(order, problem)
-        answer = method.answers_to(problem, stage.module.KIND)
-        found = protocol.search(stage, method, answer, entry["knobs"], order.seconds, order.repeats)
         try:
-            for line in found:
+            for line in protocol.search(stage, name, entry["knobs"], order.seconds, order.repeats):
                 yield {"problem": problem, **line}
         except FAILURES as error:
             # The other problems are still to be measured.
@@ -179,44 +182,48 @@ def met(order: Order) -> Iterator[dict[str, Any]]:
     from rigidpend.experiments.bench.measuring import protocol
 
     [problem] = order.problems
-    stage = _stage(order, problem)
-    trials = {
-        name: _attempt(name, entry, problem, stage.module.KIND, order.threads)
-        for name, [entry] in order.methods.items()
-    }
-    parts = {name: entry.get("part", 1.0) for name, [entry] in order.methods.items()}
-    found = protocol.meeting(stage, trials, parts, order.repeats, order.seconds)
-    for name, line in found.items():
+    entries = {name: entry for name, [entry] in order.methods.items()}
+    given = order.threads, order.repeats, order.seconds
+    for name, line in protocol.meeting(_stage(order, problem), entries, *given).items():
         yield {"method": name, **line}
 
 
 def random_phases(order: Order) -> Iterator[dict[str, Any]]:
     """Wrong symbols of one method on random phases; a line a start."""
-    from rigidpend.experiments.bench.measuring import phases
+    from rigidpend.experiments.bench.measuring import counts
 
-    [(name, [entry])] = order.methods.items()
-    make = _attempt(name, entry, "codes", "routes").make
-    for J1_0 in phases.starts():
-        yield {"J1_0": J1_0, **phases.counted(J1_0, make, order.repeats, order.seconds)}
+    make = _make(order)
+    for J1_0 in counts.starts():
+        line = counts.on_random_phases(J1_0, make, order.repeats, order.seconds)
+        yield {"J1_0": J1_0, **line}
 
 
 def many_orbits(order: Order) -> Iterator[dict[str, Any]]:
     """One method at ever more orbits; a line a number."""
-    from rigidpend.experiments.bench.measuring import many
+    from rigidpend.experiments.bench.measuring import counts
+
+    given = order.numbers, order.sizes["n_symbols"], order.repeats, order.seconds
+    yield from counts.on_ever_more_orbits(_make(order), *given)
+
+
+def bodies(order: Order) -> Iterator[dict[str, Any]]:
+    """All methods with some of the bodies of a list; a line a body."""
+    from rigidpend.experiments.bench import drawn
+    from rigidpend.experiments.bench.measuring import counts
+
+    every = drawn.drawn(order.sizes["seed"], order.sizes["bodies"])
+    some = [every[k] for k in order.numbers]
+    entries = {name: entry for name, [entry] in order.methods.items()}
+    given = order.sizes["orbits"], order.threads, order.repeats, order.seconds
+    yield from counts.of_bodies(some, entries, *given, order.sizes["longest"])
+
+
+def _make(order: Order) -> Any:
+    """The function that makes an order's one method ready for a task."""
+    from rigidpend.experiments.bench.measuring.adapters import made
 
     [(name, [entry])] = order.methods.items()
-    trial, sizes = _attempt(name, entry, "many", "routes"), order.sizes
-    numbers = order.numbers if trial.abreast else (sizes["few"],)
-    given = numbers, sizes["n_symbols"], order.repeats, order.seconds
-    yield from many.counted(trial.make, *given)
-
-
-def _attempt(name: str, entry: dict[str, Any], problem: str, kind: str, threads: int = 1) -> Any:
-    from rigidpend.experiments.bench.measuring import methods, protocol
-
-    method = methods.METHODS[name]
-    answer = method.answers_to(problem, kind)
-    return protocol.Attempt(method, answer, entry["setting"], entry["knob"], threads)
+    return lambda task: made(name, task, entry, order.threads)
 
 
 def _stage(order: Order, problem: str) -> Any:
@@ -224,14 +231,10 @@ def _stage(order: Order, problem: str) -> Any:
 
     from rigidpend.experiments.bench.measuring import problems, protocol
 
-    module, sizes = problems.module(problem), SimpleNamespace(**order.sizes)
-    with np.load(Path(order.reference)) as stored:
-        truth = {
-            name.removeprefix(f"{problem}."): stored[name]
-            for name in stored.files
-            if name.startswith(f"{problem}.")
-        }
-    return protocol.Stage(module, module.task(sizes), truth, sizes.few)
+    asked = problems.ASKED[problem]
+    truth = {name: np.array(values) for name, values in order.truth[problem].items()}
+    task = asked.task(SimpleNamespace(**order.sizes))
+    return protocol.Stage(task, truth, asked.error, problem == "long_time")
 
 
 if __name__ == "__main__":

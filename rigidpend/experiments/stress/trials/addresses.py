@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rigidpend.experiments.stress.trials import truth
 from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
+from rigidpend.experiments.stress.trials.scenes import BITS
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.generic import Scalar
 from rigidpend.routes.symbolic import (
@@ -91,7 +91,7 @@ def _claims(name: str) -> tuple[Claim, ...]:
         Claim(
             f"{name}: read back",
             0,
-            f"found orbits whose address by integration in {truth.BITS} bits is another",
+            f"found orbits whose address by integration in {BITS} bits is another",
             "26 digits outlast ten of the shortest passages, which take two each at most",
         ),
         Claim(
@@ -108,6 +108,6 @@ def _read_back(setup: Setup, found: FoundOrbit) -> bool:
     """True if more bits than those that found an orbit tell all of its address."""
     own = address_of(
         setup.body, found.theta2_0, h0=setup.h0, J1_0=setup.J1_0,
-        n_symbols=len(found.address.symbols), precisions=(truth.BITS,),
+        n_symbols=len(found.address.symbols), precisions=(BITS,),
     )  # fmt: skip
     return own == found.address and found.confirmed == len(found.address.symbols)

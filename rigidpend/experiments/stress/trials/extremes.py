@@ -1,7 +1,9 @@
 """Bodies, energies and starts at the ends of their ranges, against higher precision.
 
-Two claims each: the largest phase error of a certain symbol, and the share of symbols that are
-left uncertain. The first is the promise of the package, the second its reach.
+A route problem makes two claims: the largest phase error of a certain symbol, which is the promise
+of the package, and the share of symbols that are left uncertain, its reach. A start on or beside a
+separatrix, with any M . gamma, makes one: doubles err as the variational equations predict. J1 and
+J2 - J1 are given apart, so that both may be as small as 1e-300.
 """
 
 from __future__ import annotations
@@ -10,13 +12,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.experiments.stress.trials import truth
+from rigidpend.experiments.stress.trials import scenes
 from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
-from rigidpend.experiments.stress.trials.starts import PHASES
-from rigidpend.experiments.stress.trials.truth import Way
+from rigidpend.experiments.stress.trials.growth import DEVIATIONS, compared
+from rigidpend.experiments.stress.trials.scenes import PHASES, Place, Scene, Way, state
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.doubles import Array
-from rigidpend.numbers.exact import exact
+from rigidpend.numbers.exact import exact, exacts
 from rigidpend.orbits.integrate import Crossings
 from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.problem import RouteProblem, phase_rate
@@ -89,6 +91,21 @@ UPPER = tuple(
     for J in ("1e-2", "1e-4", "1e-8", "1e-16", "1e-20", "1e-24", "1e-32", "1e-100", "1e-300")
 )
 """Starts ever closer to the upper one, where J2_0 - J1_0 is small."""
+GROUPS = {"bodies": BODIES, "energies": ENERGIES, "lower_starts": LOWER, "upper_starts": UPPER}
+"""Route problems, by kind."""
+
+PLACES = (
+    *(Place(f"on {k}, J1 = 1e-8", k, 1e-8, 1.4) for k in (1, 2, 3, 4)),
+    *(Place(f"on {k}, J2 - J1 = 1e-8", k, 1.4, 1e-8) for k in (1, 2, 3, 4)),
+    *(Place(f"beside {k} by 1e-3", k, 1e-4, 1.4, 1e-3) for k in (1, 2, 3, 4)),
+    *(Place(f"beside {k} by -1e-9", k, 1e-4, 1.4, -1e-9) for k in (1, 2, 3, 4)),
+    Place("on 2, J1 = 1e-300", 2, 1e-300, 1.4),
+    Place("on 1, J2 - J1 = 1e-300", 1, 1.4, 1e-300),
+    Place("M.gamma = 0.3", 2, 1e-4, 1.4, 0.0, 0.3),
+    Place("M.gamma = 1.2", 4, 1e-3, 1.4, 1e-5, 1.2),
+    Place("M.gamma = -0.999 |M|", 3, 1e-2, 1.4, 0.0, -0.999 * 1.41),
+)
+"""Starts on every separatrix near both its ends, beside it, and with M . gamma."""
 
 
 def trial(extreme: Extreme, way: Way, *, columns: int, n_symbols: int) -> Trial:
@@ -115,7 +132,7 @@ def _claims(extreme: Extreme) -> tuple[Claim, Claim]:
             f"{extreme.name}: error",
             ERROR,
             "largest phase error at a certain symbol, against"
-            f" {truth.BITS} or {truth.INTEGER_BITS} bits",
+            f" {scenes.BITS} or {scenes.INTEGER_BITS} bits",
             "a symbol turns over at about a radian; a hundredth is far from it",
             "rad",
         ),
@@ -134,14 +151,34 @@ def _errors(problem: RouteProblem, routes: RouteCodes, phases: tuple[str, ...], 
     errors = np.zeros(routes.codes.shape)
     # What took 113 bits or more is held against integers of more bits.
     integers = way._replace(engine="scipy")
-    exacting = routes.bits >= truth.BITS
+    exacting = routes.bits >= scenes.BITS
     for mask, arithmetic, bits in (
-        (~exacting, way, truth.BITS),
-        (exacting & routes.certain.any(axis=0), integers, truth.INTEGER_BITS),
+        (~exacting, way, scenes.BITS),
+        (exacting & routes.certain.any(axis=0), integers, scenes.INTEGER_BITS),
     ):
         if mask.any():
             chosen = [phase for phase, here in zip(phases, mask, strict=True) if here]
-            true = truth.route_crossings(problem, chosen, arithmetic, bits)
+            true = scenes.route_crossings(problem, chosen, arithmetic, bits)
             part = Crossings(routes.crossing_time[:, mask], routes.separatrix[:, mask], outcome)
-            errors[:, mask] = truth.phase_errors(part, true, phase_rate(problem))[1:]
+            errors[:, mask] = scenes.phase_errors(part, true, phase_rate(problem))[1:]
     return errors
+
+
+def start_trial(body: Body, place: Place, way: Way, *, columns: int, n_crossings: int) -> Trial:
+    """The claim of a start: doubles err as predicted against the same numbers in 113 bits."""
+    claim = Claim(
+        place.name,
+        DEVIATIONS,
+        "largest phase error of a crossing over its predicted root mean square",
+        "a sum of independent roundings, carried by the variational equations, stays within"
+        " ten standard deviations; an error of method would not",
+    )
+
+    def measure() -> Findings:
+        scene, phases = Scene(body, place.J1 + place.J2mJ1), exacts(PHASES[:columns])
+        states = np.stack([state(place, body, float(x)) for x in phases], axis=1)
+        # From 1e-300 an orbit takes some 700 units of 1/u to arrive.
+        errors, predicted, floor = compared(scene, states, n_crossings, 2000 / scene.u, way)
+        return Findings([np.max(errors / (predicted + floor))])
+
+    return Trial(place.name, (claim,), measure)

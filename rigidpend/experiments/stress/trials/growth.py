@@ -14,12 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.stress.trials.dual import cotangent, tangent
-from rigidpend.experiments.stress.trials.truth import Scene
+from rigidpend.experiments.stress.trials.scenes import BITS, Scene, Way, followed, phase_errors
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.doubles import Array
-from rigidpend.numbers.generic import Scalar
-from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, sample
+from rigidpend.numbers.generic import Numbers, Scalar
+from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, Orbits, sample
 
 ROUNDING = math.sqrt(3 / (8 * math.log(2)) / 12)
 """Root mean square of a rounding, relative to its number, in units of 2^(1 - bits).
@@ -31,6 +30,8 @@ SAMPLES = 0.2
 """Time between samples of cotangent vectors, in units of 1/u."""
 DEEPEST = 30.0
 """Longest time, in units of 1/u, that an orbit is followed backwards in one go."""
+DEVIATIONS = 10
+"""Bound over predicted root mean square, where one orbit's error is measured."""
 TOLERANCE = 1e-11
 """Tolerance of the variational equations: a prediction needs three digits."""
 
@@ -70,19 +71,19 @@ def predicted_errors(scene: Scene, states: Array, crossings: Array, engine: str)
 
 
 def _predicted(scene: Scene, state: Array, crossings: Array, engine: str) -> Array:
-    restarts = _restarts(np.r_[0.0, crossings], scene.u)
-    times, c = np.union1d(restarts, crossings), scene.c
+    begun = restarts(np.r_[0.0, crossings], scene.u)
+    times, c = np.union1d(begun, crossings), scene.c
     states = sample(lambda x, _: aligned(x, c), state, times, engine=engine)
     errors = []
     for t in crossings:
-        inside = (times == t) | (np.isin(times, restarts) & (times < t))
+        inside = (times == t) | (np.isin(times, begun) & (times < t))
         squares = _squares(scene, times[inside], states[:, inside], engine)
         # One rounding a step: the sum over steps is the integral over the length of a step.
         errors.append(noise(engine) * math.sqrt(squares / step(scene.u)))
     return np.array(errors)
 
 
-def _restarts(times: Array, u: float) -> Array:
+def restarts(times: Array, u: float) -> Array:
     """Times at which a cotangent vector goes on from the orbit as it was followed forwards.
 
     Backwards, the orbit leaves itself as exp(u t'/2). So a passage that is too long for doubles
@@ -101,8 +102,8 @@ def _squares(scene: Scene, times: Array, states: Array, engine: str) -> float:
 
     def backward(y: Scalar, _: Any) -> list[Any]:
         # Cotangents obey the transposed equations with the opposite sign.
-        back = cotangent(lambda x: aligned(x, c), y[:6], y[6:])
-        return [*aligned(y[:6], c), *(-w for w in back)]
+        back = (-sum(w * s for w, s in zip(y[6:], x, strict=True)) for x in jacobian(y[:6], c))
+        return [*aligned(y[:6], c), *back]
 
     # As in a Newton step: a deviation of M3 shifts the crossing by that over -M3'.
     weights = np.array([0, 0, -scene.rate / aligned(states[:, -1], c)[2], 0, 0, 0])
@@ -140,7 +141,42 @@ def growths(scene: Scene, state: Array, until: float, engine: str) -> tuple[Arra
 
 def with_tangent(c: AlignedCoefficients) -> Callable[[Any, Any], list[Any]]:
     """The aligned field of 12 components: an orbit, and a small deviation from it."""
-    return lambda y, _: [*aligned(y[:6], c), *tangent(lambda x: aligned(x, c), y[:6], y[6:])]
+
+    def field(y: Scalar, _: Any) -> list[Any]:
+        rows = zip(*jacobian(y[:6], c), strict=True)
+        along = (sum(s * v for s, v in zip(row, y[6:], strict=True)) for row in rows)
+        return [*aligned(y[:6], c), *along]
+
+    return field
+
+
+def jacobian(x: Numbers, c: AlignedCoefficients) -> list[list[Any]]:
+    """Derivatives of the aligned field along each axis: six columns of six.
+
+    The field is quadratic, so that half the difference between two points on either side of x is
+    the derivative there, at any distance: here one.
+    """
+    columns = []
+    for j in range(6):
+        ahead, behind = ([a + side * (i == j) for i, a in enumerate(x)] for side in (1.0, -1.0))
+        both = zip(aligned(ahead, c), aligned(behind, c), strict=True)
+        columns.append([(a - b) / 2 for a, b in both])
+    return columns
+
+
+def compared(
+    scene: Scene, states: Array, n_crossings: int, limit: float, way: Way
+) -> tuple[Array, Array, Array]:
+    """Phase errors of doubles, against 113 bits, and as predicted, and the last bit of the times.
+
+    All are in radians, (n_crossings, n); each passage may take t' = `limit`.
+    """
+    orbits = Orbits(scene.c, states, n_crossings, limit)
+    # The truth of the very same doubles: what rounds their starts is no error of integration.
+    found, true = followed(orbits, way), followed(orbits, way, BITS)
+    predicted = predicted_errors(scene, states, true.time, way.engine)
+    floor = scene.rate * np.spacing(true.time)
+    return phase_errors(found, true, scene.rate), predicted, floor
 
 
 def decided(errors: Array, limit: float) -> int:

@@ -1,9 +1,9 @@
 """The flags `certain` where the tolerance is spoilt: wrong symbols come, flagged ones do not.
 
-The truth comes from elsewhere. Every orbit is followed in principal axes too (`principal`), and
-where that differs from the default run anywhere it is followed there once more in more bits,
-at last in 113, whose word is final. So the default run is judged like all others, and a wrong
-symbol is missed only if both formulations err alike. Some orbits go to 113 bits at once.
+The truth comes from elsewhere. Every orbit is followed in principal axes too, and where that
+differs from the default run anywhere it is followed there once more in more bits, at last in 113,
+whose word is final. So the default run is judged like all others, and a wrong symbol is missed
+only if both formulations err alike. Some orbits go to 113 bits at once.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.experiments import heyoka_peer
+from rigidpend.experiments import heyoka_peer, principal_axes
 from rigidpend.experiments.data import layout
 from rigidpend.experiments.data.tree import Dataset
 from rigidpend.experiments.stress.layout import SPOILT
-from rigidpend.experiments.stress.trials import principal, truth
+from rigidpend.experiments.stress.trials import scenes
 from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
-from rigidpend.experiments.stress.trials.truth import Way
+from rigidpend.experiments.stress.trials.scenes import Way
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Scalar
@@ -42,7 +42,7 @@ For 1,500 other orbits at 1e-6 it was 0.993 to 0.995."""
 
 
 class Tally(NamedTuple):
-    """Symbols held against the truth."""
+    """Symbols held against the scenes."""
 
     symbols: int
     wrong: int
@@ -67,7 +67,7 @@ def trial(
     n_symbols: int,
     seed: int,
 ) -> Trial:
-    """Doubles alone at spoilt tolerances, and the default run, against the truth.
+    """Doubles alone at spoilt tolerances, and the default run, against the scenes.
 
     Parameters
     ----------
@@ -169,17 +169,17 @@ def true_codes(
         known[checked:] = False
         true = doubted.copy()
         integers = Way("scipy", jobs)
-        found = truth.route_crossings(problem, phases[:checked], integers, truth.BITS)
+        found = scenes.route_crossings(problem, phases[:checked], integers, scenes.BITS)
         true[:, :checked] = symbols(found.separatrix)
         return true, known
-    true = principal.codes(problem, phases, bits=53, jobs=jobs)
+    true = principal_axes.codes(problem, phases, bits=53, jobs=jobs)
     # 64 bits settle most of what differs, at far less than the cost of 113.
-    for bits in (64, truth.BITS):
+    for bits in (64, scenes.BITS):
         differ = (true != doubted).any(axis=0)
-        differ[:checked] |= bits == truth.BITS
+        differ[:checked] |= bits == scenes.BITS
         columns = np.flatnonzero(differ)
         if columns.size and heyoka_peer.offers(bits):
-            true[:, columns] = principal.codes(problem, phases[columns], bits=bits, jobs=jobs)
+            true[:, columns] = principal_axes.codes(problem, phases[columns], bits=bits, jobs=jobs)
     return true, known
 
 

@@ -1,4 +1,4 @@
-"""Integrals of motion over up to 1e6 rotations, with engines and with splittings."""
+"""Integrals over up to 1e6 rotations, with engines and splittings; the pendulum's period."""
 
 from __future__ import annotations
 
@@ -11,18 +11,20 @@ from numpy.typing import NDArray
 
 from rigidpend.experiments.data import layout
 from rigidpend.experiments.data.tree import Dataset
-from rigidpend.experiments.stress.layout import DRIFT
+from rigidpend.experiments.lie_poisson import splitting, stages
+from rigidpend.experiments.stress.layout import DRIFT, PENDULUM
 from rigidpend.experiments.stress.trials.claims import Claim, Findings, Limit, Trial
-from rigidpend.experiments.stress.trials.growth import ROUNDING, step
-from rigidpend.experiments.stress.trials.starts import Place, state
-from rigidpend.experiments.stress.trials.truth import Scene, Way
+from rigidpend.experiments.stress.trials.growth import ROUNDING, noise, step
+from rigidpend.experiments.stress.trials.scenes import Place, Scene, Way, at_random
 from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import energy
+from rigidpend.numbers.exact import Exact, exact
+from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import FINEST_TOLERANCE
-from rigidpend.orbits.integrate.lie_poisson import splitting, stages
+from rigidpend.routes.problem import RouteProblem, rotation_period
 
 Array = NDArray[Any]
 
@@ -64,9 +66,7 @@ class Setting(NamedTuple):
     def states(self, n: int) -> Array:
         """Aligned components of n orbits, (6, n)."""
         body, J2 = self.scene
-        place = Place("", 2, 1e-4, J2 - 1e-4, 0.0, 0.2 * J2)
-        phases = np.random.default_rng(self.seed).uniform(0, 2 * np.pi, n)
-        return np.stack([state(place, body, x) for x in phases], axis=1)
+        return at_random(Place("", 2, 1e-4, J2 - 1e-4, 0.0, 0.2 * J2), body, n, self.seed)
 
     @property
     def rotation(self) -> float:
@@ -249,3 +249,48 @@ def _pair(components: Sequence[Array]) -> tuple[Array, Array]:
 def unit_r(body: Body) -> Array:
     """r, in floats."""
     return np.array([float(x) for x in body.r])
+
+
+PERIOD = Claim(
+    "pendulum at J1 = 0",
+    FACTOR,
+    "phase error after any number of periods, over the predicted root mean square",
+    "roundings of J2 walk, and the phase adds them up: t sqrt(steps/3); the period is rounded",
+)
+
+
+def pendulum_trial(body: Body, h0: Scalar, engine: str, *, rotations: int) -> Trial:
+    """The motion with J1 = 0 over many periods of (sol_3): after each it is where it was."""
+
+    def measure() -> Findings:
+        counts, times, phase, walk = _followed(body, exact(h0), rotations, engine)
+        worst = int(np.argmax(phase / walk))
+        curves = layout.datasets(PENDULUM, {"rotations": counts, "phase": phase, "walk": walk})
+        said = f"{phase[worst]:.1e} rad at {counts[worst]} of {counts[-1]}, t' = {times[-1]:.1e}"
+        return Findings([phase[worst] / walk[worst]], curves, [said])
+
+    return Trial("pendulum", (PERIOD,), measure)
+
+
+def _followed(body: Body, h0: Exact, rotations: int, engine: str) -> tuple[Any, ...]:
+    """Numbers of periods, their times t', the phase errors there and the predicted ones."""
+    # J1_0 and the number of symbols have no part in the period.
+    problem = RouteProblem(body, h0, exact("1e-8"), 1)
+    p, period = body.angles(), rotation_period(problem)
+    # From the lowest position, where the kinetic energy is h0 + mu.
+    J2 = math.sqrt(2 * (float(h0) + p.mu) / p.kappa)
+    lowest = -unit_r(body)
+    counts = np.unique(np.geomspace(1, rotations, POINTS).astype(int))
+    times, start = np.r_[0.0, counts] * period, np.r_[0.0, 0.0, -J2, lowest]
+    tolerance = FINEST_TOLERANCE[engine]
+    scene = Scene(body, J2)
+    found = integrate.sample_orbits(
+        scene.c, start[:, None], times, engine=engine, tolerance=tolerance
+    )[:, 1:, 0]
+    gamma, times = found[3:], times[1:]
+    # The angle from the lowest position, to which every whole period returns.
+    phase = np.abs(np.arctan2(lowest[0] * gamma[1] - lowest[1] * gamma[0], lowest @ gamma))
+    rate = p.kappa * J2
+    walk = noise(engine) * np.sqrt(times / step(scene.u) / 3)
+    # The rounding of the period itself adds up as well, in proportion to the time.
+    return counts, times, phase, rate * times * (walk + 2.0**-52)

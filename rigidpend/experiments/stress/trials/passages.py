@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from rigidpend.experiments.data import layout
 from rigidpend.experiments.data.tree import Dataset
 from rigidpend.experiments.stress.layout import DECIDED, GROWTH
-from rigidpend.experiments.stress.trials import growth, truth
+from rigidpend.experiments.stress.trials import growth, scenes
 from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
-from rigidpend.experiments.stress.trials.starts import Place, compared, state
-from rigidpend.experiments.stress.trials.truth import Scene, Way
+from rigidpend.experiments.stress.trials.growth import compared
+from rigidpend.experiments.stress.trials.scenes import Place, Scene, Way, at_random
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Scalar
 from rigidpend.routes.codes import RouteCodes, route_codes
@@ -60,7 +60,7 @@ class Fan(NamedTuple):
     def states(self, n: int) -> Array:
         """Their aligned components, (6, n)."""
         place = Place("", 2, self.J1, self.scene.J2 - self.J1)
-        return np.stack([state(place, self.scene.body, x) for x in self.phases(n)], axis=1)
+        return at_random(place, self.scene.body, n, self.seed)
 
 
 def growth_trial(fan: Fan, way: Way, *, orbits: int, n_crossings: int) -> Trial:
@@ -70,7 +70,7 @@ def growth_trial(fan: Fan, way: Way, *, orbits: int, n_crossings: int) -> Trial:
     def measure() -> Findings:
         given = fan.states(orbits), n_crossings, 500 / scene.u, way
         measured, predicted, floor = compared(scene, *given)
-        slopes = np.array([_slopes(x) for x in (measured, predicted)])
+        slopes = np.array([slopes_of(x) for x in (measured, predicted)])
         rms = np.sqrt(((measured / predicted) ** 2).mean(axis=1))
         values = [np.maximum(rms, 1 / rms).max(), abs((slopes[0] - slopes[1]).mean())]
         floor = floor.mean(axis=1)
@@ -124,7 +124,7 @@ def _growth_curves(
     )
 
 
-def _slopes(errors: Array) -> Array:
+def slopes_of(errors: Array) -> Array:
     """ln of the growth a passage of each orbit, where times in doubles can tell its errors."""
     number = np.arange(SETTLED, len(errors))
     return np.asarray(np.polyfit(number, np.log(np.maximum(errors[SETTLED:], 2.0**-53)), 1)[0])
@@ -186,14 +186,14 @@ def decided_trial(
 
 def finer(bits: int) -> int:
     """The precision that judges what `bits` bits decide: half as many bits again at least."""
-    return truth.BITS if 3 * bits <= 2 * truth.BITS else 2 * bits
+    return scenes.BITS if 3 * bits <= 2 * scenes.BITS else 2 * bits
 
 
 def _wrong(fan: Fan, found: RouteCodes, phases: Array, engine: str, common: Any) -> float:
     """Symbols that are called certain and that a higher precision contradicts."""
     bits = finer(int(found.bits[0]))
     # Above 113 bits integers compute: they share no arithmetic with what they judge.
-    arithmetic = engine if bits == truth.BITS else "scipy"
+    arithmetic = engine if bits == scenes.BITS else "scipy"
     known = route_codes(fan.scene.body, phases, precisions=(bits,), engine=arithmetic, **common)
     differ = found.codes[:, : phases.size] != known.codes
     return float((found.certain[:, : phases.size] & differ).sum())

@@ -66,9 +66,9 @@ class SpoiltMaps(mapped.Maps):
         self.size, self.every = size, every
         super().__init__(problem, phases)
 
-    def made(self, design: Design) -> ReturnMap:
+    def made(self, design: Design, bits: int) -> ReturnMap:
         """The map of a design."""
-        right = super().made(design)
+        right = super().made(design, bits)
         if design != FIRST and not self.every:
             return right
         return spoilt(right, self.size, int(1000 * float(design.unit)))

@@ -12,13 +12,20 @@ import numpy as np
 
 from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
 from rigidpend.experiments.stress.trials.growth import (
+    DEVIATIONS,
     noise,
     predicted_errors,
     step,
     with_tangent,
 )
-from rigidpend.experiments.stress.trials.starts import DEVIATIONS, Place, state
-from rigidpend.experiments.stress.trials.truth import Scene, Way, followed, phase_errors
+from rigidpend.experiments.stress.trials.scenes import (
+    Place,
+    Scene,
+    Way,
+    followed,
+    phase_errors,
+    state,
+)
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.doubles import Array
@@ -104,7 +111,7 @@ def _measured(scene: Scene, n: int, way: Way) -> list[float]:
     plain, mirrored = follow(states), follow(MIRROR[:, None] * states)
     predicted = predicted_errors(scene, states, plain.time, way.engine)
     other_units = [
-        follow(*_in_units(states, c, k, v), unit=k) for k, v in ((2.0, 4.0), (1.37, 0.73))
+        follow(*in_units(states, c, k, v), unit=k) for k, v in ((2.0, 4.0), (1.37, 0.73))
     ]
     return [
         _unequal(plain, mirrored._replace(separatrix=MIRRORED[mirrored.separatrix])),
@@ -119,7 +126,7 @@ def _unequal(a: Crossings, b: Crossings) -> float:
     return float(((a.time != b.time) | (a.separatrix != b.separatrix)).sum())
 
 
-def _in_units(
+def in_units(
     states: Array, c: AlignedCoefficients, momentum: float, vertical: float
 ) -> tuple[Array, AlignedCoefficients]:
     """The same orbits with M and gamma in other units; t' is then in units of 1/momentum."""

@@ -39,10 +39,10 @@ def function(text: str, name: str, *arguments: Any) -> Any:
     import llvmlite.binding as llvm
 
     machine = _machine(llvm)
-    of = repr((text, machine.triple, *_processor(llvm), llvm.llvm_version_info)).encode()
+    of = repr((text, machine.triple, *processor(llvm), llvm.llvm_version_info)).encode()
     code = cache.load(folder(), of)
     if code is None:
-        code = _compiled(llvm, machine, text)
+        code = compiled(llvm, machine, text)
         cache.save(folder(), of, code, MOST)
     loaded = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
     loaded.add_object_file(llvm.ObjectFileRef.from_data(code))
@@ -56,7 +56,7 @@ def folder() -> Path:
     return cache.folder() / "kernels"
 
 
-def _processor(llvm: Any) -> tuple[str, str]:
+def processor(llvm: Any) -> tuple[str, str]:
     """The processor's name and abilities."""
     return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
 
@@ -64,12 +64,12 @@ def _processor(llvm: Any) -> tuple[str, str]:
 def _machine(llvm: Any) -> Any:
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-    cpu, features = _processor(llvm)
+    cpu, features = processor(llvm)
     target = llvm.Target.from_default_triple()
     return target.create_target_machine(cpu=cpu, features=features, opt=LEVEL, jit=True)
 
 
-def _compiled(llvm: Any, machine: Any, text: str) -> bytes:
+def compiled(llvm: Any, machine: Any, text: str) -> bytes:
     """Object code of a text."""
     module = llvm.parse_assembly(text)
     module.verify()

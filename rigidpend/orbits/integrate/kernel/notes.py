@@ -12,8 +12,8 @@ import functools
 from typing import Any
 
 from rigidpend.orbits.integrate.kernel import machine_code
-from rigidpend.orbits.integrate.kernel.aligned_field import ALIGNED, COMPONENTS
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
+from rigidpend.orbits.integrate.kernel.tape import ALIGNED
 from rigidpend.orbits.integrate.kernel.taylor_step import Kernel
 from rigidpend.orbits.integrate.kernel.writer import LANES
 
@@ -26,6 +26,8 @@ sum is rounded once), Newton's last correction, and Qp and Qm there; and what th
 beginning leaves over."""
 NEWTON = 4
 """Iterations from the chord's zero; each doubles the digits, of which the first has two."""
+M3 = 2
+"""Its place among the components."""
 MOMENTA = 3
 """Number of components, Qp, Qm and M3, whose series tell a crossing: others are noted if asked."""
 
@@ -43,7 +45,7 @@ def text(order: int, bits: int, noted: int = MOMENTA) -> str:
 
     - state: 6 rows of `stride` doubles for each part of a number, carried on in place;
     - time: 2 rows, t' and what its last digit leaves over;
-    - parameters: `aligned_field.Products`, 9 for each part;
+    - parameters: `AlignedCoefficients`, 9 for each part;
     - depth: a touch of M3 = 0 that is no deeper is noted too;
     - groups, steps: vectors of lanes, and steps for each of them;
     - notes: rows of `width_of_note` doubles, room for one on each step of each lane; the series
@@ -91,14 +93,14 @@ class _Carrying(Kernel):
     def _step(self, first: str) -> None:
         self.expand()
         h = self.length()
-        ends = [self.at(name, h) for name in COMPONENTS]
+        ends = [self.at(i, h) for i in range(self.size)]
         self._note_if_zero_is_possible(first, h, ends[2][0])
         self.go_on(h, ends)
 
     def _note_if_zero_is_possible(self, first: str, h: str, after: str) -> None:
         """Note the lanes on whose step M3 changes its sign or may touch zero."""
         code = self.code
-        sizes = [code.size(self.head("M3", k)) for k in range(self.order + 1)]
+        sizes = [code.size(self.head(M3, k)) for k in range(self.order + 1)]
         reach, bend = sizes[-1], self._times(sizes[-1], code.number(float(self.order)))
         for k in range(self.order - 1, 0, -1):
             reach = code.fma(reach, h, sizes[k])
@@ -107,7 +109,7 @@ class _Carrying(Kernel):
         far = code.compare("ogt", sizes[0], code.fma(reach, h, self.depth))
         steady = code.compare("ogt", sizes[1], self._times(bend, h))
         zero = "zeroinitializer"
-        begin, end = (code.compare("olt", x, zero) for x in (self.head("M3", 0), after))
+        begin, end = (code.compare("olt", x, zero) for x in (self.head(M3, 0), after))
         changed = code.logic("xor", begin, end)
         doubtful = code.logic("xor", code.logic("or", far, steady), code.everywhere("true", "i1"))
         mask = code(f"bitcast {code.mask} {code.logic('or', changed, doubtful)} to i{LANES}")
@@ -117,22 +119,22 @@ class _Carrying(Kernel):
 
     def _zero(self, h: str, after: str) -> tuple[str, ...]:
         """Time from the beginning to the zero of M3, the last correction, and Qp, Qm there."""
-        code, before = self.code, self.head("M3", 0)
+        code, before = self.code, self.head(M3, 0)
         x = self._times(h, code.binary("fdiv", before, self._minus(before, after)))
         for _ in range(NEWTON):
             value, slope = self._value_and_slope(x)
             correction = code.binary("fdiv", value, slope)
             x = self._minus(x, correction)
         zero = code.binary("fadd", x, code.load(self.time[1]))
-        return zero, correction, *(self.at(name, x)[0] for name in COMPONENTS[:2])
+        return zero, correction, *(self.at(i, x)[0] for i in range(2))
 
     def _value_and_slope(self, x: str) -> tuple[str, str]:
         """M3 and its derivative by Horner's rule."""
         code = self.code
-        value, slope = self.head("M3", self.order), code.number(0.0)
+        value, slope = self.head(M3, self.order), code.number(0.0)
         for k in range(self.order - 1, -1, -1):
             slope = code.fma(slope, x, value)
-            value = code.fma(value, x, self.head("M3", k))
+            value = code.fma(value, x, self.head(M3, k))
         return value, slope
 
     def _note(self, first: str, mask: str, fields: tuple[str, ...]) -> None:

@@ -7,13 +7,13 @@ import functools
 from typing import Any
 
 from rigidpend.orbits.integrate.kernel import machine_code
-from rigidpend.orbits.integrate.kernel.aligned_field import ALIGNED
 from rigidpend.orbits.integrate.kernel.lane_numbers import Value
-from rigidpend.orbits.integrate.kernel.taylor_step import Kernel, LaneField
+from rigidpend.orbits.integrate.kernel.tape import ALIGNED, TracedField
+from rigidpend.orbits.integrate.kernel.taylor_step import Kernel
 from rigidpend.orbits.integrate.kernel.writer import LANES, hexadecimal
 
 
-def text(order: int, bits: int, field: LaneField = ALIGNED, lanes: int = LANES) -> str:
+def text(order: int, bits: int, field: TracedField = ALIGNED, lanes: int = LANES) -> str:
     """The kernel's text for series of an order, in numbers of so many bits.
 
     It defines ``sample(state, stride, time, parameters, grid, all, apart, count, next, sense,
@@ -33,7 +33,7 @@ def text(order: int, bits: int, field: LaneField = ALIGNED, lanes: int = LANES) 
 
 
 @functools.cache
-def function(order: int, bits: int, field: LaneField = ALIGNED, lanes: int = LANES) -> Any:
+def function(order: int, bits: int, field: TracedField = ALIGNED, lanes: int = LANES) -> Any:
     """The compiled kernel (see :func:`text`)."""
     pointer, count, number = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
     state = (pointer, count, pointer, pointer)
@@ -50,8 +50,7 @@ class _Sampling(Kernel):
         self.begin()
         self.sense, self.never = code.everywhere("%sense"), code.number(float("inf"))
         self.due, self.found = (
-            code.variable(self.numbers.rows(count * self.parts))
-            for count in (1, len(self.components))
+            code.variable(self.numbers.rows(count * self.parts)) for count in (1, self.size)
         )
         self.left = code.variable("i64")
         code.store("0", self.left, "i64", 8)
@@ -109,7 +108,7 @@ class _Sampling(Kernel):
             with code.when(again[0]):
                 self._write(first, since, mask)
         h = code.binary("fmul", length, self.sense)
-        self.go_on(h, [self.at(name, h) for name in self.components])
+        self.go_on(h, [self.at(i, h) for i in range(self.size)])
 
     def _since(self) -> Value:
         """Time from the beginning of the step to what is due in each lane."""
@@ -126,8 +125,8 @@ class _Sampling(Kernel):
     def _write(self, first: str, since: Value, mask: str) -> None:
         """Write down where the lanes of a mask are at the time that is due."""
         code = self.code
-        for i, name in enumerate(self.components):
-            self.numbers.store(self.at_number(name, since), self.found, i)
+        for i in range(self.size):
+            self.numbers.store(self.at_number(i, since), self.found, i)
         bits = code(f"bitcast {code.mask} {mask} to i{code.lanes}")
         with code.loop(code.lanes) as lane:
             bit = code(f"lshr i{code.lanes} {bits}, {code(f'trunc i64 {lane} to i{code.lanes}')}")
@@ -139,7 +138,7 @@ class _Sampling(Kernel):
         column = code(f"add i64 {first}, {lane}")
         counter = code.at("%next", column, "i64")
         passed = code.load(counter, "i64", 8)
-        size = len(self.components)
+        size = self.size
         row = code(f"mul i64 {passed}, {size * self.parts}")
         for i in range(size * self.parts):
             component, part = i % size, i // size

@@ -1,21 +1,26 @@
 """A field's Python taken down: the operations of a state's derivatives, in their order.
 
 A field is a function of generic numbers. Called with symbols it leaves behind what it does with
-them, for `traced_field` to write as recurrences. Plain numbers become parameters, so that fields
-that differ by these alone share their code; 0 and 1 alone are taken into account.
+them, for `recurrences` to write as machine code and `bigint` to do in integers. Plain numbers
+become parameters, so that fields that differ by these alone share their code; 0 and 1 alone are
+taken into account. A parameter that multiplies a factor is moved in front of the product: products
+of series are then few, and of few series.
 """
 
 from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.generic import Scalar
 
 FUNCTIONS = ("sin", "cos", "exp", "sqrt")
 """Elementary functions of symbols."""
+COMPONENTS = ("Qp", "Qm", "M3", "gamma1", "gamma2", "gamma3")
+"""Components of the aligned field."""
 
 
 class Operation(NamedTuple):
@@ -27,17 +32,34 @@ class Operation(NamedTuple):
     """Numbers of the lines; for a component or a parameter its own number."""
 
 
-class Traced(NamedTuple):
-    """A field taken down."""
+class TracedField(NamedTuple):
+    """A field taken down, whose numbers are parameters."""
 
     lines: tuple[Operation, ...]
     rates: tuple[int, ...]
     """Lines of the derivatives."""
-    parameters: tuple[float, ...]
+
+    @property
+    def functions(self) -> tuple[str, ...]:
+        """Elementary functions that it calls."""
+        used = {line.name for line in self.lines}
+        return tuple(name for name in FUNCTIONS if name in used)
+
+    @property
+    def sums(self) -> tuple[int, ...]:
+        """Lines whose Taylor coefficients are sums: not those with a plain number as a factor."""
+        return tuple(i for i, line in enumerate(self.lines) if self._is_sum(line))
+
+    def _is_sum(self, line: Operation) -> bool:
+        operation, operands = line
+        if operation not in ("times", "divided", *FUNCTIONS):
+            return False
+        factors = operands[1:] if operation == "divided" else operands
+        return all(self.lines[i].name != "parameter" for i in factors)
 
 
-def trace(field: Callable[[Any, Any], Any], size: int) -> Traced:
-    """Take down a field of `size` components.
+def trace(field: Callable[[Any, Any], Any], size: int) -> tuple[TracedField, tuple[float, ...]]:
+    """Take down a field of `size` components, and the parameters in it.
 
     Parameters
     ----------
@@ -52,9 +74,16 @@ def trace(field: Callable[[Any, Any], Any], size: int) -> Traced:
         The field asks for another function.
     """
     tape = _Tape()
-    state = [tape.write("component", i) for i in range(size)]
-    rates = tuple(tape.symbol(x).line for x in field(state, _Functions()))
-    return Traced(tuple(tape.lines), rates, tuple(tape.parameters))
+    found = tape.taken(field([tape.write("component", i) for i in range(size)], _Functions()))
+    return found, tuple(tape.parameters)
+
+
+def _trace_aligned() -> TracedField:
+    tape = _Tape()
+    state = [tape.write("component", i) for i in range(len(COMPONENTS))]
+    numbers = range(len(AlignedCoefficients._fields))
+    c = AlignedCoefficients(*(tape.write("parameter", i) for i in numbers))
+    return tape.taken(aligned(state, c))
 
 
 class _Tape:
@@ -67,6 +96,44 @@ class _Tape:
     def write(self, name: str, *operands: int) -> Symbol:
         line = Operation(name, operands)
         return Symbol(self, self.lines.setdefault(line, len(self.lines)))
+
+    def taken(self, rates: Sequence[Scalar]) -> TracedField:
+        """The field that has these derivatives, without the lines that none of them needs."""
+        ends, lines = [self.symbol(x).line for x in rates], list(self.lines)
+        needed = {i for i, line in enumerate(lines) if line.name == "component"}
+        left = list(ends)
+        while left:
+            i = left.pop()
+            if i not in needed:
+                needed.add(i)
+                left += [] if lines[i].name == "parameter" else lines[i].operands
+                left += [lines.index(x) for x in _partners(lines[i])]
+        place = {i: k for k, i in enumerate(sorted(needed))}
+        kept = [
+            line
+            if (line := lines[i]).name in ("component", "parameter")
+            else Operation(line.name, tuple(place[j] for j in line.operands))
+            for i in sorted(needed)
+        ]
+        return TracedField(tuple(kept), tuple(place[i] for i in ends))
+
+    def product(self, a: Symbol, b: Symbol) -> Symbol:
+        """The product of two symbols, with parameters in front."""
+        written = list(self.lines)
+        numbers, rest = list[int](), list[int]()
+        for line in (a.line, b.line):
+            name, operands = written[line]
+            if name == "parameter":
+                numbers.append(line)
+            elif name == "times" and written[operands[0]].name == "parameter":
+                numbers.append(operands[0])
+                rest.append(operands[1])
+            else:
+                rest.append(line)
+        found = Symbol(self, rest[0]) if len(rest) == 1 else self.write("times", *rest)
+        for number in numbers:
+            found = self.write("times", number, found.line)
+        return found
 
     def symbol(self, x: Scalar) -> Symbol:
         """A symbol for a number, or the symbol itself."""
@@ -101,13 +168,13 @@ class Symbol:
     def __rsub__(self, other: Scalar) -> Symbol:
         return self._with("minus", other, turned=True)
 
-    def __neg__(self) -> Symbol:
-        return self._with("times", -1.0)
+    def __neg__(self) -> Any:
+        return self * -1.0
 
     def __mul__(self, other: Scalar) -> Any:
         if _is(other, 0):
             return 0.0
-        return self if _is(other, 1) else self._with("times", other)
+        return self if _is(other, 1) else self.tape.product(self, self.tape.symbol(other))
 
     __rmul__ = __mul__
 
@@ -126,6 +193,12 @@ class Symbol:
             return 1.0 / self**-exponent
         half = self ** (exponent // 2)
         return half * half * (self if exponent % 2 else 1)
+
+
+def _partners(line: Operation) -> list[Operation]:
+    """The other one of sine and cosine, which the recurrence of each needs."""
+    other = {"sin": "cos", "cos": "sin"}.get(line.name)
+    return [Operation(other, line.operands)] if other else []
 
 
 def _is(x: Scalar, number: int) -> bool:
@@ -151,3 +224,7 @@ class _Functions:
             return x.tape.write(name, x.line)
 
         return applied
+
+
+ALIGNED = _trace_aligned()
+"""The aligned field, of which `AlignedCoefficients` are the parameters."""

@@ -1,21 +1,21 @@
 """A Taylor step of a field, in the language of LLVM, for a vector of lanes.
 
-The field's own lines find the series (`aligned_field`, or `traced_field` from any field's Python);
-here they are set up, and followed for a step, for any order and either kind of numbers. A step's
-length follows Jorba and Zou, Experimental Mathematics 14 (2005), sec. 3.2, as in heyoka. Lanes
-never meet: an orbit comes out the same to the last bit whatever its neighbours. It does on every
-processor too, for each sum and product is spelled out; only a field with sines or exponentials
-takes these from the system's mathematical library.
+`recurrences` find the series; here they are set up, and followed for a step, for any order and
+either kind of numbers. A step's length follows Jorba and Zou, Experimental Mathematics 14 (2005),
+sec. 3.2, as in heyoka. Lanes never meet: an orbit comes out the same to the last bit whatever its
+neighbours. It does on every processor too, for each sum and product is spelled out; only a field
+with sines or exponentials takes these from the system's mathematical library.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import Protocol
 
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Doubles, Value
+from rigidpend.orbits.integrate.kernel.recurrences import Recurrences
+from rigidpend.orbits.integrate.kernel.tape import TracedField
 from rigidpend.orbits.integrate.kernel.writer import LANES, Writer
 
 LONGEST = 32.0
@@ -28,28 +28,6 @@ POWER = (0.9999002882, 0.6963247711, 0.2246931558, 0.0789672570)
 """2^x on [0, 1) within 1e-4, likewise."""
 
 
-class Recurrences(Protocol):
-    """Lines of a kernel that find a field's series."""
-
-    def expand(self) -> None:
-        """Find all coefficients from those of order 0."""
-
-
-class LaneField(Protocol):
-    """A field whose series a kernel can find; equal ones share their code."""
-
-    @property
-    def components(self) -> tuple[str, ...]:
-        """Names of the components of a state."""
-
-    @property
-    def functions(self) -> tuple[str, ...]:
-        """LLVM's elementary functions that it calls, of the starts of the series only."""
-
-    def recurrences(self, kernel: Kernel) -> Recurrences:
-        """Write what is set up once for all steps."""
-
-
 def order_of(tolerance: float) -> int:
     """Order of the series that is best for a local tolerance (Jorba and Zou, eq. 3.8)."""
     return max(4, math.ceil(1 - math.log(tolerance) / 2))
@@ -58,26 +36,27 @@ def order_of(tolerance: float) -> int:
 class Kernel:
     """Parts of a function that takes Taylor steps; what is done with each is up to the heirs."""
 
-    def __init__(self, order: int, bits: int, field: LaneField, lanes: int = LANES) -> None:
+    def __init__(self, order: int, bits: int, field: TracedField, lanes: int = LANES) -> None:
         self.order, self.code = order, Writer(lanes)
-        self.field, self.components = field, field.components
+        self.field, self.size = field, len(field.rates)
         self.numbers = KINDS[bits](self.code)
         self.parts, rows = self.numbers.parts, (order + 1) * self.numbers.parts
-        self.series = self.code.variable(self.numbers.rows(len(self.components) * rows))
-        self.component: dict[str, str] = {}
+        self.series = self.code.variable(self.numbers.rows(self.size * rows))
+        self.component: list[str] = []
+        """Places of the components' series."""
 
     def begin(self) -> None:
         """Set up the constants of all steps: places of the series, parameters, and 1/k."""
         code = self.code
-        for i, name in enumerate(self.components):
-            self.component[name] = code.at(self.series, i * (self.order + 1) * self.parts)
+        for i in range(self.size):
+            self.component.append(code.at(self.series, i * (self.order + 1) * self.parts))
         self.one = code.number(1.0)
         self.shares = code.variable(f"[{self.parts * (self.order + 1)} x double]")
         for k in range(1, self.order + 1):
             for i, part in enumerate(self.numbers.constant(Fraction(1, k))):
                 place = code.at(self.shares, i * (self.order + 1) + k, "double")
                 code.store(part, place, "double", 8)
-        self.recurrences = self.field.recurrences(self)
+        self.recurrences = Recurrences(self.field, self)
 
     def scalar(self, base: str, index: str | int, apart: int) -> Value:
         """A number in each lane, from its parts in an array."""
@@ -89,10 +68,9 @@ class Kernel:
 
     def places(self, first: str) -> list[list[str]]:
         """Places of a vector of lanes, from lane `first` on: the components', then the time's."""
-        size = len(self.components)
         state = [
-            [self._place("%state", i + size * part, first) for part in range(self.parts)]
-            for i in range(size)
+            [self._place("%state", i + self.size * part, first) for part in range(self.parts)]
+            for i in range(self.size)
         ]
         return [*state, [self._place("%time", i, first) for i in range(2)]]
 
@@ -101,9 +79,9 @@ class Kernel:
         code = self.code
         *rows, times = places
         self.time = [code.variable(code.vector) for _ in times]
-        for name, row in zip(self.components, rows, strict=True):
+        for series, row in zip(self.component, rows, strict=True):
             value = tuple(code.load(x, align=8) for x in row)
-            self.numbers.store(value, self.component[name], 0)
+            self.numbers.store(value, series, 0)
         for variable, place in zip(self.time, times, strict=True):
             code.store(code.load(place, align=8), variable)
 
@@ -111,8 +89,8 @@ class Kernel:
         """Put them back, carried on."""
         code = self.code
         *rows, times = places
-        for name, row in zip(self.components, rows, strict=True):
-            value = self.numbers.load(self.component[name], 0)
+        for series, row in zip(self.component, rows, strict=True):
+            value = self.numbers.load(series, 0)
             for part, place in zip(value, row, strict=True):
                 code.store(part, place, align=8)
         for variable, place in zip(self.time, times, strict=True):
@@ -127,25 +105,23 @@ class Kernel:
         """Find the series about the lanes' states."""
         self.recurrences.expand()
 
-    def integrated(
-        self, rates: Iterable[tuple[str, Value]], k: str, numbers: Doubles | None = None
-    ) -> None:
+    def integrated(self, rates: Sequence[Value], k: str, numbers: Doubles) -> None:
         """Store the coefficients of order k + 1 of components from those of order k of rates."""
-        n, following = numbers or self.numbers, self.code(f"add i64 {k}, 1")
+        following = self.code(f"add i64 {k}, 1")
         share = self.scalar(self.shares, following, self.order + 1)
         whole = self.code.everywhere(self.code(f"sitofp i64 {following} to double"))
-        for name, rate in rates:
-            n.store(n.divided(rate, share, whole), self.component[name], following)
+        for series, rate in zip(self.component, rates, strict=True):
+            numbers.store(numbers.divided(rate, share, whole), series, following)
 
     def go_on(self, h: str, ends: list[Value]) -> None:
         """Step to the ends of the series."""
-        for name, end in zip(self.components, ends, strict=True):
-            self.numbers.store(end, self.component[name], 0)
+        for series, end in zip(self.component, ends, strict=True):
+            self.numbers.store(end, series, 0)
         self._let_time_pass(h)
 
-    def head(self, name: str, k: int) -> str:
+    def head(self, component: int, k: int) -> str:
         """The first part of a coefficient: as a double."""
-        return self.code.element(self.component[name], k * self.parts)
+        return self.code.element(self.component[component], k * self.parts)
 
     def _times(self, a: str, b: str) -> str:
         return self.code.binary("fmul", a, b)
@@ -176,7 +152,7 @@ class Kernel:
     def _norm(self, m: int) -> str:
         """Largest coefficient of an order."""
         code = self.code
-        norm, *sizes = [code.size(self.head(x, m)) for x in self.components]
+        norm, *sizes = [code.size(self.head(i, m)) for i in range(self.size)]
         for size in sizes:
             norm = code.larger(size, norm)
         return norm
@@ -208,16 +184,16 @@ class Kernel:
             total = self.code.fma(total, x, self.code.number(c))
         return total
 
-    def at(self, name: str, h: str) -> Value:
+    def at(self, component: int, h: str) -> Value:
         """A component's series at a time from the beginning of the step, by Horner's rule."""
-        return self._summed(name, lambda total, c: self.numbers.horner(total, h, c))
+        return self._summed(component, lambda total, c: self.numbers.horner(total, h, c))
 
-    def at_number(self, name: str, x: Value) -> Value:
+    def at_number(self, component: int, x: Value) -> Value:
         """The same at a time with all the parts of a number."""
-        return self._summed(name, lambda total, c: self.numbers.horner_at(total, x, c))
+        return self._summed(component, lambda total, c: self.numbers.horner_at(total, x, c))
 
-    def _summed(self, name: str, further: Callable[[Value, Value], Value]) -> Value:
-        n, place = self.numbers, self.component[name]
+    def _summed(self, component: int, further: Callable[[Value, Value], Value]) -> Value:
+        n, place = self.numbers, self.component[component]
         total = n.load(place, self.order)
         if self.parts <= 2:
             for k in range(self.order - 1, -1, -1):

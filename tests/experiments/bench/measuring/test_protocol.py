@@ -5,23 +5,18 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from pathlib import Path
-from types import SimpleNamespace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
 
-from rigidpend.experiments.bench.measuring import problems, protocol, worker
-from rigidpend.experiments.bench.measuring.methods import METHODS, Answer, Method
-from rigidpend.experiments.bench.measuring.methods.peers import shared_out
-from rigidpend.experiments.bench.measuring.protocol import Attempt, Stage
-from rigidpend.experiments.bench.measuring.tasks import (
-    Carrier,
-    MotionTask,
-    Solver,
-)
-from tests.orbits.integrate.problems import FIG4, needs_heyoka
+from rigidpend.experiments.bench.measuring import protocol, worker
+from rigidpend.experiments.bench.measuring.problems import LOOKS, Task
+from rigidpend.experiments.bench.measuring.protocol import Stage
+from rigidpend.experiments.bench.measuring.solvers import Solver, in_looks, shared_out
+from rigidpend.experiments.bench.methods import METHODS, Method
+from tests.orbits.integrate.problems import FIG4
 
 SIZES: dict[str, Any] = {
     "orbits": 2,
@@ -30,240 +25,165 @@ SIZES: dict[str, Any] = {
     "n_symbols": 2,
     "companions": 1,
     "periods": 4,
-    "few": 1,
 }
-ANSWER = Answer("", "")
 
 
-def stage(kind: str = "motion", orbits: int = 6, few: int = 2) -> Stage:
-    """A problem of which the error is what the method says."""
-    module: Any = SimpleNamespace(
-        KIND=kind, error=lambda found, truth: {"error": float(np.size(truth["x"]))}
-    )
-    task = MotionTask(FIG4, np.arange(6.0 * orbits).reshape(6, orbits), 10.0, 1.0)
-    return Stage(module, task, {"x": np.arange(orbits)}, few)
-
-
-@pytest.fixture
-def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
-    """A clock that goes on only when it is told to."""
-    now = [0.0]
-    monkeypatch.setattr(protocol, "time", SimpleNamespace(perf_counter=lambda: now[0]))
-    return now
+def stage(long: bool = False, orbits: int = 6) -> Stage:
+    """A problem of which the error is the size of the truth."""
+    times = np.tile(10.0 * np.arange(1, 21)[:, None] / 20, orbits)
+    task = Task("motion", FIG4, np.arange(6.0 * orbits).reshape(6, orbits), times)
+    return Stage(task, {"x": np.arange(orbits)}, lambda _, truth: {"error": truth["x"].size}, long)
 
 
 @pytest.fixture
 def napping(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Any:
-    """Methods that take as long as setting and knob say; what was made is kept."""
+    """Methods that take as long as setting and knob say; what was made and solved is kept."""
     made: list[Any] = []
 
-    def function(answer: Any, threads: int, setting: Any) -> Any:
-        def make(task: Any, knob: Any) -> Solver:
-            made.append((setting, knob, task.states.shape[1]))
-            nap = setting.get("nap", 0.0) + (knob or 0.0)
+    def make(name: str, task: Task, entry: Any, threads: int = 1) -> Solver:
+        setting, knob = entry["setting"], entry["knob"]
+        made.append((name, setting, knob))
+        naps = setting.get("naps", {}).get(threads, setting.get("nap", 0.0)) + (knob or 0.0)
+        queue = iter(setting.get("queue", ()))
 
-            def solve() -> None:
-                clock[0] += nap
+        def solve() -> None:
+            made.append((name, threads))
+            clock[0] += next(queue, naps) * task.times[-1, 0] / 10
 
-            return Solver(solve, lambda found: found)
+        return Solver(solve)
 
-        return make
-
-    monkeypatch.setattr(protocol, "function", function)
+    monkeypatch.setattr(protocol, "made", make)
     return made
 
 
-def method(**more: Any) -> Method:
-    return Method("napping", "others", {}, **more)
+@pytest.fixture
+def tried(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """A table with one method, of such forms and variants."""
+
+    def method(**more: Any) -> str:
+        monkeypatch.setitem(METHODS, "napping", Method("napping", "others", "", **more))
+        return "napping"
+
+    return method
 
 
-def test_the_fastest_form_is_kept_for_every_knob(napping: Any) -> None:
-    forms = ({"nap": 0.03}, {"nap": 0.002}, {"nap": 0.02})
-    head, *rows = protocol.search(stage(), method(forms=forms), ANSWER, [0.0, 0.001], 9.0, 2)
+def test_the_fastest_form_is_kept_for_every_knob(napping: Any, tried: Any) -> None:
+    name = tried(forms=({"nap": 0.03}, {"nap": 0.002}, {"nap": 0.02}))
+    head, *rows = protocol.search(stage(), name, [0.0, 0.001], 9.0, 2)
     assert head["form"] == 1
     assert head["forms"].endswith("chosen: nap 0.002")
-    assert [setting for setting, *_ in napping[3:]] == [{"nap": 0.002}] * 2
+    made = [one[1] for one in napping if len(one) == 3]
+    assert made[3:] == [{"nap": 0.002}] * 2
     assert [row["knob"] for row in rows][1] == 0.001
 
 
-def test_every_variant_is_tried_at_every_knob_and_medians_count(napping: Any) -> None:
-    variants = ({"nap": 0.002}, {"nap": 0.01})
-    _, *rows = protocol.search(stage(), method(variants=variants), ANSWER, [0.0, 0.001], 9.0, 3)
+def test_every_variant_is_tried_at_every_knob_and_medians_count(napping: Any, tried: Any) -> None:
+    name = tried(variants=({"nap": 0.002}, {"nap": 0.01}))
+    _, *rows = protocol.search(stage(), name, [0.0, 0.001], 9.0, 3)
     assert [row["setting"] for row in rows] == [0, 0, 1, 1]
     assert all(row["repeats"] == 3 for row in rows)
     assert [row["seconds"] for row in rows] == pytest.approx([0.002, 0.003, 0.01, 0.011])
 
 
-def test_the_budget_cuts_the_knobs_that_are_left(napping: Any) -> None:
-    _, *rows = protocol.search(stage(), method(), ANSWER, [0.06, 0.07, 0.08], 0.1, 1)
+def test_the_budget_cuts_the_knobs_that_are_left(napping: Any, tried: Any) -> None:
+    _, *rows = protocol.search(stage(), tried(), [0.06, 0.07, 0.08], 0.1, 1)
     assert [row["knob"] for row in rows] == [0.06]
 
 
-def test_one_after_the_other_gets_few_orbits_and_is_scaled_openly(napping: Any) -> None:
-    _, row = protocol.search(stage(), method(abreast=False), ANSWER, [0.01], 9.0, 1)
-    assert row["orbits"] == 2
-    assert row["error"] == 2, "the truth is that of the same orbits"
-    assert row["seconds"] == pytest.approx(0.03), "2 of 6 orbits, times 3"
-    assert row["once"] == pytest.approx(0.01)
-    task, truth, _ = stage().part(False)
-    np.testing.assert_array_equal(truth["x"], [0, 5])
-    np.testing.assert_array_equal(task.states[0], [0, 5])
+def test_the_median_of_several_solves_counts_and_not_the_fastest(napping: Any) -> None:
+    """Solves of 1, 5 and 2 seconds by the clock, behind one that warms up."""
+    entry = {"knob": 0.0, "setting": {"queue": (7.0, 1.0, 5.0, 2.0)}}
+    line, _ = protocol.measured(stage(), "x", entry, 3, 1e9)
+    assert (line["repeats"], line["seconds"], line["prepare"]) == (3, 2.0, 5.0)
 
 
-def test_over_long_times_a_slow_method_goes_a_part_of_the_way(clock: list[float]) -> None:
-    long = stage("long", orbits=1)
-
-    def walk(t: float) -> None:
-        clock[0] += t
-
-    walker = Carrier(lambda: None, walk, lambda: long.task.states)
-    # Each look goes from the start: the whole way takes 10 * (1 + ... + 20)/20 = 105 s.
-    assert protocol._part_of_the_way(long, long.task, walker, 21.0)[0] == pytest.approx(0.1)
-    assert protocol._part_of_the_way(long, long.task, walker, 0.01)[0] == 1e-3
-    assert protocol._part_of_the_way(long, long.task, walker, 106.0)[0] == 1
+@pytest.mark.parametrize(("share", "part"), [(21.0, 0.1), (0.01, 1e-3), (106.0, 1.0)])
+def test_over_long_times_a_slow_method_goes_a_part_of_the_way(
+    napping: Any, share: float, part: float
+) -> None:
+    """All of it takes 105 s, and half of the share is gone for."""
+    entry = {"knob": None, "setting": {"nap": 105.0}}
+    line, _ = protocol.measured(stage(long=True), "x", entry, 1, share)
+    assert line["part"] == pytest.approx(part)
+    assert line["seconds"] == pytest.approx(105.0), "scaled to the whole way"
 
 
-def test_over_long_times_the_way_is_looked_at() -> None:
-    long, moments = stage("long"), [0.0]
-    walker = Carrier(lambda: moments.clear(), moments.append, lambda: long.task.states)
-    found = protocol.solver_of(long, long.task, walker, 0.5).solve()
-    assert len(found) == protocol.LOOKS
-    assert moments[-1] == pytest.approx(5.0)
-    assert moments == sorted(moments)
+def test_the_way_is_looked_at_in_order_from_where_it_was() -> None:
+    moments: list[Any] = []
+
+    def ends(states: Any, start: float, times: Any) -> Any:
+        moments.append((start, times[0]))
+        return states + 1
+
+    found = in_looks(stage().task, ends)()
+    assert found.shape == (LOOKS, 6, 6)
+    assert moments[0] == (0.0, 0.5)
+    assert all(before[1] == after[0] for before, after in pairwise(moments))
+    np.testing.assert_array_equal(found[-1], stage().task.states + LOOKS)
 
 
-def test_methods_meet_in_turn_and_the_order_turns(monkeypatch: pytest.MonkeyPatch) -> None:
-    calls: list[str] = []
-
-    def function(answer: Any, threads: int, setting: Any) -> Any:
-        name = setting["name"]
-        return lambda task, knob: Solver(lambda: calls.append(name), lambda found: found)
-
-    monkeypatch.setattr(protocol, "function", function)
-    trials = {name: Attempt(method(), ANSWER, {"name": name}, None) for name in "abc"}
-    found = protocol.meeting(stage(), trials, {}, 3, 9.0)
+def test_methods_meet_in_turn_and_the_order_turns(napping: Any) -> None:
+    entries: Any = {name: {"setting": {}, "knob": None} for name in "abc"}
+    found = protocol.meeting(stage(), entries, 1, 3, 9.0)
+    calls = [name for name, *rest in napping if rest == [1]]
     assert calls == list("abc") + list("abc") + list("bca") + list("cab"), "first all warm up"
     assert all(len(found[name]["rounds"]) == 3 for name in "abc")
 
 
-def test_with_two_threads_a_method_takes_one_where_that_is_faster(
-    clock: list[float], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    seconds = {("lone", 1): 0.1, ("lone", 2): 0.4, ("shared", 1): 0.4, ("shared", 2): 0.3}
-    calls: list[tuple[str, int]] = []
-
-    def function(answer: Any, threads: int, setting: Any) -> Any:
-        which = setting["name"], threads
-
-        def solve() -> None:
-            calls.append(which)
-            clock[0] += seconds[which]
-
-        return lambda task, knob: Solver(solve, lambda found: found)
-
-    monkeypatch.setattr(protocol, "function", function)
-    trials = {
-        name: Attempt(method(), ANSWER, {"name": name}, None, 2) for name in ("lone", "shared")
-    }
-    found = protocol.meeting(stage(), trials, {}, 3, 9.0)
+def test_with_two_threads_a_method_takes_one_where_that_is_faster(napping: Any) -> None:
+    naps = {"lone": {1: 0.1, 2: 0.4}, "shared": {1: 0.4, 2: 0.3}}
+    entries = {name: {"setting": {"naps": x}, "knob": None} for name, x in naps.items()}
+    found = protocol.meeting(stage(), entries, 2, 3, 9.0)
     assert (found["lone"]["threads"], found["shared"]["threads"]) == (1, 2)
-    assert calls[-6:].count(("lone", 1)) == calls[-6:].count(("shared", 2)) == 3
+    assert napping[-6:].count(("lone", 1)) == napping[-6:].count(("shared", 2)) == 3
 
 
 def test_who_has_spent_his_time_misses_the_rounds_that_are_left(napping: Any) -> None:
-    trials = {
-        "slow": Attempt(method(), ANSWER, {"nap": 0.03}, None),
-        "quick": Attempt(method(abreast=False), ANSWER, {"nap": 0.001}, None),
+    entries: Any = {
+        "slow": {"setting": {"nap": 0.03}, "knob": None},
+        "quick": {"setting": {"nap": 0.001}, "knob": None, "part": 0.5},
     }
-    found = protocol.meeting(stage(), trials, {"quick": 0.5}, 4, 0.05)
+    found = protocol.meeting(stage(), entries, 1, 4, 0.05)
     assert np.isnan(found["slow"]["rounds"]).tolist() == [False, False, True, True]
-    assert np.isfinite(found["quick"]["rounds"]).all()
-    # 2 of 6 orbits, half the way: six times as long.
-    assert found["quick"]["rounds"] == pytest.approx([0.006] * 4)
+    assert found["quick"]["rounds"] == pytest.approx([0.001] * 4), "half the way, told for all"
 
 
 def test_threads_share_the_orbits_and_give_the_same() -> None:
-    states = np.arange(14.0).reshape(2, 7)
-    solve = shared_out(lambda part: lambda: part * 2, states, 2)
-    np.testing.assert_array_equal(solve(), states * 2)
-
-    def carrier(part: Any) -> Carrier:
-        now = [part]
-        return Carrier(lambda: now.append(part), lambda t: now.append(part + t), lambda: now[-1])
-
-    made = shared_out(carrier, states, 3)
-    made.start()
-    made.to(1.0)
-    np.testing.assert_array_equal(made.states(), states + 1)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("problem", "name", "knobs", "fields"),
-    [
-        pytest.param(
-            *("pendulum", "aligned_batch", [1e-4, 1e-10]),
-            {"error", "seconds", "prepare", "setting"},
-            marks=needs_heyoka("the references in 113 bits"),
-        ),
-        ("codes", "scipy_dop853", [1e-4, 1e-10], {"error", "wrong_symbols", "undecided"}),
-        ("long_time", "lie_poisson", [8, 16], {"error", "part", "energy"}),
-    ],
-)
-def test_a_worker_searches_in_its_own_process(
-    tmp_path: Any, problem: str, name: str, knobs: list[float], fields: set[str]
-) -> None:
-    module = problems.module(problem)
-    reference = tmp_path / "reference.npz"
-    truth = module.reference(module.task(SimpleNamespace(**SIZES)))
-    np.savez(reference, **{f"{problem}.{key}": value for key, value in truth.items()})
-    order = worker.Order(
-        "search", {name: [{"knobs": knobs}]}, SIZES, 1, 20.0, (problem,), str(reference)
-    )
-    (once, head, *rows), ended = worker.measured(order, 100)
-    assert ended == ""
-    assert once["import"] >= 0
-    assert head["form"] in range(len(METHODS[name].forms))
-    assert len(rows) == len(knobs) * len(METHODS[name].variants)
-    assert all(fields <= set(row) for row in rows)
-    assert rows[1]["error"] < rows[0]["error"] / 2 or problem == "long_time"
+    task = stage(orbits=7).task
+    solve = shared_out(lambda part: lambda: part.states * 2, task, 3)
+    np.testing.assert_array_equal(solve(), task.states * 2)
 
 
 @pytest.mark.slow
 def test_a_worker_that_is_too_slow_is_ended_and_what_it_had_is_kept() -> None:
-    order = worker.Order("phases", {"lie_poisson": [SLOW]}, {}, 250, 50.0)
+    slow = {"knob": 1e-13, "setting": {}}
+    order = worker.Order("phases", {"scipy_dop853": [slow]}, {}, 250, 50.0)
     lines, ended = worker.measured(order, 1.5)
     assert "ended at 1.5 s" in ended
     assert lines == []
 
 
-SLOW = {"knob": 1e5, "setting": {"order": 8}}
-
-
-def search(name: str, knobs: list[Any], tmp_path: Path) -> Any:
-    """A search at the pendulum, of a reference that no method looks at before it has failed."""
-    reference = tmp_path / "reference.npz"
-    truth: Any = {"pendulum.states": np.zeros((6, 2))}
-    np.savez(reference, **truth)
-    order = worker.Order(
-        "search", {name: [{"knobs": knobs}]}, SIZES, 1, 1.0, ("pendulum",), str(reference)
-    )
+def search(name: str, knobs: list[Any]) -> Any:
+    """A search at the pendulum, of a truth that no method looks at before it has failed."""
+    truth = {"pendulum": {"states": [[0.0, 0.0]] * 6}}
+    tried = {name: [{"knobs": knobs}]}
+    order = worker.Order("search", tried, SIZES, 1, 1.0, ("pendulum",), truth)
     return worker.measured(order, 100)
 
 
 @pytest.mark.slow
-def test_a_method_that_finds_no_number_has_failed_and_the_rest_is_measured(tmp_path: Path) -> None:
-    (_, head, failed), ended = search("lie_poisson", [0.0], tmp_path)
+def test_a_method_that_finds_no_number_has_failed_and_the_rest_is_measured() -> None:
+    (_, head, failed), ended = search("lie_poisson", [0.0])
     assert ended == ""
     assert head["form"] == 0
     assert failed["failed"].startswith("ZeroDivisionError: ")
 
 
 @pytest.mark.slow
-def test_a_fault_of_our_own_lines_ends_the_benchmark(tmp_path: Path) -> None:
+def test_a_fault_of_our_own_lines_ends_the_benchmark() -> None:
     """A knob of the wrong type stands for it: where it rose is told, in one line."""
     with pytest.raises(worker.Fault, match=r"\(lie_poisson\): TypeError: .*, line \d+\)$"):
-        search("lie_poisson", ["8"], tmp_path)
+        search("lie_poisson", ["8"])
 
 
 @pytest.mark.parametrize(
@@ -283,7 +203,7 @@ def test_a_worker_s_exit_tells_a_method_s_failure_from_a_fault(
     process.wait()
     process.returncode = code
     monkeypatch.setattr(subprocess, "Popen", lambda *_, **__: process)
-    monkeypatch.setattr(worker, "_heard", lambda *_: ("", "x", False))
+    monkeypatch.setattr(worker, "heard", lambda *_: ("", "x", False))
     order = worker.Order("search", {"cyrk": []}, {}, 1, 1.0)
     if code == 1:
         with pytest.raises(worker.Fault, match=r"worker stopped \(cyrk\): x"):
@@ -304,22 +224,3 @@ def test_a_process_keeps_to_its_cores() -> None:
         assert len(os.sched_getaffinity(0)) == 1
     finally:
         os.sched_setaffinity(0, before)
-
-
-def test_the_median_of_several_solves_counts_and_not_the_fastest(
-    monkeypatch: pytest.MonkeyPatch, clock: list[float]
-) -> None:
-    """Solves of 1, 5 and 2 seconds by the clock, behind one that warms up."""
-    naps = iter([7.0, 1.0, 5.0, 2.0])
-
-    def function(answer: Any, threads: int, setting: Any) -> Any:
-        def solve() -> None:
-            clock[0] += next(naps)
-
-        return lambda task, knob: Solver(solve, lambda found: found)
-
-    monkeypatch.setattr(protocol, "function", function)
-    attempt = Attempt(method(), ANSWER, {}, 0.0)
-    line, _ = protocol._measured(stage(), attempt, 3, 1e9)
-    assert line["repeats"] == 3
-    assert line["seconds"] == 2.0

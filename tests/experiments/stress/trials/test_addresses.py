@@ -6,22 +6,22 @@ from typing import Any
 
 import pytest
 
-from rigidpend.experiments.stress.trials import addresses, claims
+from rigidpend.experiments.stress.trials import addresses
+from rigidpend.experiments.stress.trials.claims import Trial
 from rigidpend.routes.symbolic import (
     Address,
     FoundOrbit,
     NoOrbit,
     find_orbit,
 )
+from tests.experiments.stress.trials.verdicts import failed, verdicts
 from tests.orbits.integrate.problems import FIG4
 
 OWN = addresses.Setup(FIG4, "1.3342")
 
 
-def verdicts(**more: int) -> dict[str, str]:
-    given = {"words": 1, "n_symbols": 4, "seed": 3, **more}
-    made: Any = claims.tried(addresses.trial("x", OWN, **given))
-    return {name: str(claim["verdict"].values) for name, claim in made["claims"].items()}
+def trial(**more: int) -> Trial:
+    return addresses.trial("x", OWN, **{"words": 1, "n_symbols": 4, "seed": 3, **more})
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +38,7 @@ def test_orbits_are_found_and_read_back(monkeypatch: pytest.MonkeyPatch) -> None
         return find_orbit(body, code, **named)
 
     monkeypatch.setattr(addresses, "find_orbit", remembered)
-    assert set(verdicts().values()) == {"passed"}
+    assert failed(trial()) == set()
     shortest, longer = asked
     assert shortest.half_turns is None
     assert longer.symbols == shortest.symbols[:2]
@@ -65,7 +65,7 @@ def test_what_is_found_otherwise_is_found_out(
     read = orbit.address._replace(**own)
     monkeypatch.setattr(addresses, "find_orbit", lambda *_, **__: orbit._replace(**changed))
     monkeypatch.setattr(addresses, "address_of", lambda *_, **__: read)
-    assert list(verdicts().values()) == expected
+    assert list(verdicts(trial()).values()) == expected
 
 
 def test_codes_without_an_orbit_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -73,7 +73,7 @@ def test_codes_without_an_orbit_are_counted(monkeypatch: pytest.MonkeyPatch) -> 
         raise NoOrbit
 
     monkeypatch.setattr(addresses, "find_orbit", none)
-    assert list(verdicts().values()) == ["FAILED", "passed", "passed"]
+    assert list(verdicts(trial()).values()) == ["FAILED", "passed", "passed"]
 
 
 def test_random_bodies_are_bodies_and_differ() -> None:

@@ -9,26 +9,26 @@ import pytest
 
 from rigidpend import Body
 from rigidpend.experiments.stress.layout import FAILED, PASSED
-from rigidpend.experiments.stress.trials import extremes, starts, truth
-from rigidpend.experiments.stress.trials.claims import tried
+from rigidpend.experiments.stress.trials import extremes, scenes
 from rigidpend.numbers.exact import PRECISIONS, exact
 from rigidpend.orbits import integrate
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.problem import RouteProblem, phase_rate
+from tests.experiments.stress.trials.verdicts import failed, verdicts
+from tests.orbits.integrate.problems import GENERIC
 
-WAY = truth.Way(integrate.default_engine())
+WAY = scenes.Way(integrate.default_engine())
 ORDINARY = extremes.Extreme("x", J1_0="1e-3")
 EVERY = (*extremes.BODIES, *extremes.ENERGIES, *extremes.LOWER, *extremes.UPPER)
 
 
 def run(extreme: extremes.Extreme) -> list[str]:
     """The verdicts on the error and on what is uncertain."""
-    made: Any = tried(extremes.trial(extreme, WAY, columns=1, n_symbols=1))
-    return [str(claim["verdict"].values) for claim in made["claims"].values()]
+    return list(verdicts(extremes.trial(extreme, WAY, columns=1, n_symbols=1)).values())
 
 
 def test_names_are_unique() -> None:
-    names = [x.name for x in EVERY] + [x.name for x in starts.PLACES]
+    names = [x.name for x in EVERY] + [x.name for x in extremes.PLACES]
     assert len(set(names)) == len(names)
 
 
@@ -90,5 +90,14 @@ def test_no_extreme_has_a_declared_limit() -> None:
 
 
 def test_the_truth_has_more_bits_than_what_it_judges() -> None:
-    assert max(PRECISIONS) < truth.INTEGER_BITS
+    assert max(PRECISIONS) < scenes.INTEGER_BITS
     assert [x.name for x in EVERY if x.long] == ["near-spherical, J1_0 = 1e-80"]
+
+
+def test_a_start_passes_and_a_spoilt_tolerance_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    place = scenes.Place("x", 3, 1e-3, 1.4, 1e-4, 0.2)
+
+    trial = extremes.start_trial(GENERIC, place, WAY, columns=1, n_crossings=2)
+    assert failed(trial) == set()
+    monkeypatch.setattr(scenes, "DEFAULT_TOLERANCE", {WAY.engine: 1e-6})
+    assert failed(trial) == {"x"}

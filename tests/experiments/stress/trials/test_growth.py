@@ -9,11 +9,12 @@ import pytest
 
 from rigidpend.experiments.stress.trials import growth
 from rigidpend.experiments.stress.trials.passages import Fan
-from rigidpend.experiments.stress.trials.starts import compared
-from rigidpend.experiments.stress.trials.truth import Scene, Way
+from rigidpend.experiments.stress.trials.scenes import Scene, Way
+from rigidpend.mechanics.equations import aligned
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Orbits
-from tests.orbits.integrate.problems import FIG4, on_separatrix
+from tests.orbits.integrate.problems import FIG4, GENERIC, on_separatrix
+from tests.strategies import FINE, along
 
 SCENE = Scene(FIG4, 1.4)
 FAN = Fan(SCENE, 1e-4, 3)
@@ -47,14 +48,14 @@ def test_growths_agree_with_two_orbits_side_by_side() -> None:
 
 @pytest.mark.slow
 def test_predicted_errors_are_those_that_are_made() -> None:
-    errors, predicted, _ = compared(SCENE, FAN.states(12), 6, 500.0, Way("taylor"))
+    errors, predicted, _ = growth.compared(SCENE, FAN.states(12), 6, 500.0, Way("taylor"))
     ratio = np.sqrt(((errors / predicted)[2:] ** 2).mean(axis=1))
     assert (ratio > 0.4).all()
     assert (ratio < 2.5).all()
 
 
 def test_a_long_passage_is_divided_backwards() -> None:
-    times = growth._restarts(np.array([0.0, 10.0, 110.0, 115.0]), 1.0)
+    times = growth.restarts(np.array([0.0, 10.0, 110.0, 115.0]), 1.0)
     assert times[0] == 0
     assert {10.0, 110.0} <= set(times)
     assert np.diff(times[1:]).max() <= growth.DEEPEST
@@ -66,3 +67,14 @@ def test_symbols_are_decided_up_to_the_first_large_error() -> None:
     assert growth.decided(errors, 1e-4) == 1
     assert growth.decided(errors, 2.0) == 4
     assert growth.decided(errors, 1e-12) == 0
+
+
+def test_the_jacobian_agrees_with_finite_differences_in_60_digits() -> None:
+    """Also where a component is small beside the unit step that stands for a derivative."""
+    c = Scene(GENERIC, 1.0).c
+    x, v = [0.4, -1e-9, 0.9, 0.3, -0.5, 0.8], [0.1, 0.7, -0.3, 0.2, 0.9, -0.6]
+    expected = along(lambda y: aligned(y, c), list(map(FINE.mpf, x)), list(map(FINE.mpf, v)))
+    found = np.transpose(growth.jacobian(x, c)) @ v
+    assert np.allclose(found, np.array(expected, dtype=float), rtol=0, atol=1e-15)
+    made = growth.with_tangent(c)([*x, *v], None)
+    assert np.allclose(made, [*aligned(x, c), *found], rtol=0, atol=1e-15)

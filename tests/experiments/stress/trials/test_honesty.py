@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments import heyoka_peer
-from rigidpend.experiments.stress.trials import honesty
+from rigidpend.experiments.stress.trials import honesty, spoilt_maps
 from rigidpend.experiments.stress.trials.claims import tried
-from rigidpend.experiments.stress.trials.truth import Way
+from rigidpend.experiments.stress.trials.scenes import Way
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits import integrate
 from rigidpend.routes import certainty
 from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.problem import RouteProblem
+from tests.experiments.stress.trials.verdicts import failed, verdicts
 from tests.orbits.integrate.problems import FIG4, needs_heyoka
 
 
@@ -35,16 +36,13 @@ def run(orbits: int) -> Any:
     )
 
 
-def verdicts(tree: Any) -> dict[str, str]:
-    return {
-        name.rpartition(", ")[0] or name: str(claim["verdict"].values)
-        for name, claim in tree["claims"].items()
-    }
+def short(names: Any) -> set[str]:
+    """Names of claims without the start that all of them are of."""
+    return {name.rpartition(", ")[0] or name for name in names}
 
 
-def failed(tree: Any) -> set[str]:
-    assert set(verdicts(tree).values()) <= {"passed", "FAILED"}
-    return {name for name, verdict in verdicts(tree).items() if verdict == "FAILED"}
+def failures(trial: Any) -> set[str]:
+    return short(failed(trial))
 
 
 def changed(monkeypatch: pytest.MonkeyPatch, change: Any) -> None:
@@ -60,7 +58,7 @@ def test_wrong_symbols_come_and_none_is_called_certain() -> None:
     made = run(300)
     assert (made["curves"]["wrong"].values > 0).all()
     assert made["curves"]["symbols"].values.tolist() == [300 * 15] * 2
-    assert set(verdicts(made)) == {
+    assert short(verdicts(made)) == {
         "lies at 1e-2",
         "lies at 1e-4",
         "lies by default",
@@ -68,14 +66,14 @@ def test_wrong_symbols_come_and_none_is_called_certain() -> None:
         "uncertain",
         "right at the coarsest",
     }
-    assert failed(made) == set()
+    assert failures(made) == set()
 
 
 @pytest.mark.slow
 def test_a_computation_that_is_always_sure_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     changed(monkeypatch, lambda made, _: made._replace(certain=np.ones_like(made.certain)))
     made = run(300)
-    assert failed(made) == {"lies at 1e-2", "lies at 1e-4"}
+    assert failures(made) == {"lies at 1e-2", "lies at 1e-4"}
     assert np.array_equal(made["curves"]["lies"].values, made["curves"]["wrong"].values)
 
 
@@ -89,7 +87,7 @@ def test_the_default_run_is_no_judge_of_itself(monkeypatch: pytest.MonkeyPatch) 
         return made
 
     changed(monkeypatch, turned)
-    assert failed(run(40)) == {"lies by default"}
+    assert failures(run(40)) == {"lies by default"}
 
 
 @pytest.mark.slow
@@ -102,13 +100,13 @@ def test_an_error_in_the_columns_checked_in_113_bits_is_told(
         return made
 
     changed(monkeypatch, turned)
-    assert failed(run(10)) == {"against 113 bits", "uncertain"}
+    assert failures(run(10)) == {"against 113 bits", "uncertain"}
 
 
 @pytest.mark.slow
 def test_a_computation_that_is_never_sure_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     changed(monkeypatch, lambda made, _: made._replace(certain=np.zeros_like(made.certain)))
-    assert failed(run(10)) == {"uncertain"}
+    assert failures(run(10)) == {"uncertain"}
 
 
 @pytest.mark.slow
@@ -120,7 +118,7 @@ def test_without_wrong_symbols_the_trial_says_that_it_shows_nothing(
         return route_codes(*given, **{**named, "precisions": (53, 64, 113)})
 
     monkeypatch.setattr(honesty, "route_codes", fine)
-    assert failed(run(10)) == {"right at the coarsest"}
+    assert failures(run(10)) == {"right at the coarsest"}
 
 
 def test_without_heyoka_the_orbits_checked_are_followed_in_integers(
@@ -140,9 +138,9 @@ def test_without_heyoka_the_orbits_checked_are_followed_in_integers(
 def test_the_hard_orbit_tells_where_a_computation_is_compared_with_itself(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    assert failed(tried(honesty.hard_trial("taylor"))) == set()
+    assert failures(honesty.hard_trial("taylor")) == set()
     monkeypatch.setattr(certainty, "SECOND", certainty.FIRST)
-    assert failed(tried(honesty.hard_trial("taylor"))) == {"lies on a hard orbit"}
+    assert failures(honesty.hard_trial("taylor")) == {"lies on a hard orbit"}
 
 
 def test_counts() -> None:
@@ -156,3 +154,24 @@ def test_counts() -> None:
     known = np.array([True, True, True, True, False])
     true = np.zeros((1, 5), dtype=np.uint8)
     assert honesty.counted(spoilt, true, known) == honesty.Tally(4, 2, 1)
+
+
+def of_maps() -> Any:
+    trial = spoilt_maps.trial(FIG4, "1.3342", "1e-8", 1, orbits=60, n_symbols=15, seed=2)
+    made: Any = tried(trial)
+    # 60 orbits in doubles, and one of them again with 64 bits and with 106.
+    for which in ("one", "all"):
+        assert "of 930 symbols" in made["claims"][f"lies, {which} off by 1e-12"]["note"].values
+    return made
+
+
+@pytest.mark.slow
+def test_no_flag_lies_where_maps_are_spoilt() -> None:
+    assert failed(of_maps()) == set()
+
+
+@pytest.mark.slow
+def test_flags_that_ask_for_no_agreement_are_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    for limit in ("CLOSE", "AGREEMENT", "LINEAR"):
+        monkeypatch.setattr(certainty, limit, 1e9)
+    assert "lies, all off by 1e-9" in failed(of_maps())

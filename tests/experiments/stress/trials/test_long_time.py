@@ -7,21 +7,19 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend.experiments.lie_poisson import splitting
 from rigidpend.experiments.stress.trials import long_time
 from rigidpend.experiments.stress.trials.claims import tried
-from rigidpend.experiments.stress.trials.truth import Scene, Way
+from rigidpend.experiments.stress.trials.scenes import Scene, Way
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.orbits import integrate
-from rigidpend.orbits.integrate.lie_poisson import splitting
+from rigidpend.routes.problem import RouteProblem, rotation_period
+from tests.experiments.stress.trials.verdicts import failed, verdicts
 from tests.orbits.integrate.problems import FIG4, GENERIC
 
 ENGINE = integrate.default_engine()
 SETTING = long_time.Setting(Scene(GENERIC, 1.3), 4)
 FIG_4 = long_time.Setting(Scene(FIG4, 1.41467), 12)
-
-
-def verdicts(tree: Any) -> list[str]:
-    return [str(claim["verdict"].values) for claim in tree["claims"].values()]
 
 
 def drift(engine: str, tolerance: float, rotations: int = 300, orbits: int = 8) -> Any:
@@ -54,8 +52,8 @@ def test_slope_is_the_power_of_the_late_times() -> None:
 
 
 def test_the_finest_tolerance_walks_at_random_and_a_coarse_one_does_not() -> None:
-    assert set(verdicts(drift("taylor", 2.0**-52))) == {"passed"}
-    coarse = verdicts(drift("taylor", 1e-9))
+    assert failed(drift("taylor", 2.0**-52)) == set()
+    coarse = list(verdicts(drift("taylor", 1e-9)).values())
     assert coarse.count("FAILED") >= 2, "no declared bias is as large"
 
 
@@ -78,7 +76,7 @@ def test_bounds_of_a_random_walk_and_the_limit_of_a_biased_one() -> None:
 
 def test_scipy_keeps_its_tolerance() -> None:
     made = drift("scipy", 1e-9, rotations=10, orbits=2)
-    assert verdicts(made) == ["passed"] * 3
+    assert (len(verdicts(made)), failed(made)) == (3, set())
     assert made["curves"]["drift"].values.max() > 1e-13
 
 
@@ -86,7 +84,7 @@ def test_scipy_keeps_its_tolerance() -> None:
 @pytest.mark.parametrize("order", [2, 8])
 def test_splittings_keep_energy_and_casimirs(order: int) -> None:
     made = split(order, 4)
-    assert verdicts(made) == ["passed"] * 3
+    assert (len(verdicts(made)), failed(made)) == (3, set())
     energy, gamma, along = made["curves"]["drift"].values
     assert energy.max() > 1e3 * max(gamma.max(), along.max())
 
@@ -102,7 +100,7 @@ def test_a_method_that_is_no_poisson_map_fails(monkeypatch: pytest.MonkeyPatch) 
             return [x * (1 + 1e-6) ** steps for x in self.made.advance(v, h, steps)]
 
     monkeypatch.setattr(long_time, "splitting", Heated)
-    assert verdicts(split(2, 2)) == ["FAILED"] * 3
+    assert len(failed(split(2, 2))) == 3
 
 
 @pytest.mark.slow
@@ -113,3 +111,16 @@ def test_an_energy_error_of_a_fifth_of_its_bound_comes_and_one_of_the_bound_does
     """A bound a thousand times looser, or tighter, would be noticed."""
     energy = long_time.splitting_drift(FIG_4, order, np.arange(1, 400, 5), 8)[0].max()
     assert 0.2 < energy / long_time.ENERGIES[order] < 1
+
+
+def test_the_pendulum_keeps_its_period_and_another_is_noticed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    trial = long_time.pendulum_trial(FIG4, "1.3342", "taylor", rotations=300)
+    assert failed(trial) == set()
+
+    def longer(problem: RouteProblem) -> float:
+        return rotation_period(problem) * (1 + 1e-12)
+
+    monkeypatch.setattr(long_time, "rotation_period", longer)
+    assert failed(trial) == {"pendulum at J1 = 0"}

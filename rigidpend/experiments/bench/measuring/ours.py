@@ -1,0 +1,205 @@
+"""Ours: Taylor series on aligned components, route codes, closed forms, operator splitting."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from rigidpend.experiments import lie_poisson
+from rigidpend.experiments.bench.measuring.fields import direction, moments, time_unit
+from rigidpend.experiments.bench.measuring.problems import Crossed, Task
+from rigidpend.experiments.bench.measuring.solvers import Solver, in_looks, shared_out
+from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
+from rigidpend.mechanics.equations import aligned_coefficients, cross
+from rigidpend.mechanics.hodograph import angular_velocity
+from rigidpend.mechanics.pendulum import body_motion
+from rigidpend.mechanics.poinsot.herpolhode import angle
+from rigidpend.mechanics.poinsot.orbit import Orbit, through
+from rigidpend.mechanics.poinsot.polhode import momentum
+from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.exact import GUARD_BITS, context
+from rigidpend.orbits import integrate
+from rigidpend.orbits.integrate.records import Crossings, Orbits
+from rigidpend.routes import codes
+from rigidpend.routes.cycle import symbols
+from rigidpend.routes.herpolhode import alpha_at, initial_state
+from rigidpend.routes.phases import Phases
+from rigidpend.routes.problem import passage_limit
+from rigidpend.routes.start import Scales, start, states_double, states_exact
+
+
+def answered(
+    task: Task,
+    knob: Any,
+    threads: int,
+    *,
+    method: str = "",
+    closed: bool = False,
+    splitting: bool = False,
+    bits: int = 53,
+    order: int = 0,
+) -> Solver:
+    """The answer to any task.
+
+    Parameters
+    ----------
+    task : Task
+    knob : float or None
+        Tolerance of the series, or steps in a period of the splitting.
+    threads : int
+    method : str, optional
+        Of `route_codes`, every symbol by two computations; else one, and no cross-check.
+    closed, splitting : bool, optional
+        By closed forms, or by the operator splitting of that order.
+    bits : int, optional
+        Of one computation of symbols.
+    order : int, optional
+    """
+    if method:
+        return route_codes(task, threads, method)
+    if closed:
+        at = _pendulums(task) if task.h0 is not None else _free_bodies(task)
+        return Solver(lambda: np.array([at(times[0]) for times in task.times]))
+    if splitting:
+        return Solver(in_looks(task, _split(task, knob, order)))
+    if task.kind == "routes":
+        return one_computation(task, knob, threads, bits)
+    return alpha(task, knob) if task.kind == "angle" else motion(task, knob, threads)
+
+
+def route_codes(task: Task, threads: int, method: str) -> Solver:
+    """Route codes as a user gets them: every symbol by two computations."""
+    p = task.routes
+    given: dict[str, Any] = {"h0": p.h0, "J1_0": p.J1_0, "n_symbols": p.n_symbols}
+
+    def solve() -> Any:
+        return codes.route_codes(p.body, task.theta2_0, **given, jobs=threads, method=method)
+
+    return Solver(
+        solve, lambda found: Crossed(found.codes, found.crossing_time, certain=found.certain)
+    )
+
+
+def one_computation(task: Task, tolerance: float | None, threads: int, bits: int) -> Solver:
+    """Symbols from one computation, by default at the tolerance of the package."""
+    p = task.routes
+    if tolerance is None:
+        tolerance = integrate.DEFAULT_TOLERANCE["taylor"]
+    phases, limit = Phases(task.theta2_0), passage_limit(p, bits)
+
+    def solve() -> Crossings:
+        begin = start(p, bits, Scales())
+        states: Any = (
+            states_double(begin, phases.high, phases.rest)
+            if bits == 53
+            else states_exact(begin, phases.exactly(range(len(phases))), bits)
+        )
+        orbits = Orbits(begin.coefficients, states, p.n_symbols + 1, limit)
+        return integrate.crossings(
+            orbits, engine="taylor", bits=bits, tolerance=tolerance, jobs=threads
+        )
+
+    return Solver(solve, lambda found: Crossed(symbols(found.separatrix), found.time))
+
+
+def alpha(task: Task, tolerance: float) -> Solver:
+    """alpha(T) as rigidpend has it: theta3 by quadrature, alpha by (th_al), side by side."""
+    beginning = [initial_state(task.routes, float(x)) for x in task.theta2_0]
+    states, ends = np.stack(beginning, axis=1), time_unit(task.body) * task.times[-1]
+    return Solver(lambda: alpha_at(task.body, states, ends, tolerance))
+
+
+def motion(task: Task, tolerance: float, threads: int) -> Solver:
+    """All orbits side by side, by `integrate.sample_orbits`."""
+    coefficients, s = aligned_coefficients(task.body.angles(), math), time_unit(task.body)
+    begun = task._replace(states=aligned_states(task.body, task.states))
+
+    def part(some: Task) -> Callable[[], Array]:
+        times = np.r_[0.0, s * some.times[:, 0]]
+        return lambda: integrate.sample_orbits(
+            coefficients, some.states, times, tolerance=tolerance
+        )
+
+    def read(found: Array) -> Array:
+        vectors = body_from_aligned(Aligned(*found[:, 1:]), task.body.alpha0, s)
+        return np.concatenate(vectors).transpose(1, 0, 2)
+
+    return Solver(shared_out(part, begun, threads), read)
+
+
+def aligned_states(body: Body, states: Array) -> Array:
+    """Aligned components (6, n) of states (6, n), doubles that are taken exactly, rounded once.
+
+    `coordinates.aligned_from_body` in more bits: beside a separatrix the small component is a
+    difference, and what is lost there the whole orbit shows.
+    """
+    m = context(53 + GUARD_BITS)
+    half = body.angles(53 + GUARD_BITS).alpha0 / 2
+    s = scale([x.in_context(m) for x in body.A], m)
+    found = states.copy()
+    found[2] *= float(s)
+    for k, (M1, M2) in enumerate(states[:2].T):
+        x, y = s * m.cos(half) * m.mpf(M1), s * m.sin(half) * m.mpf(M2)
+        found[:2, k] = float(x + y), float(x - y)
+    return found
+
+
+def _split(task: Task, steps: float, order: int) -> Callable[[Array, float, Array], Array]:
+    """Operator splitting of Lie-Poisson type, with so many steps in a period."""
+    body, longest = task.body, task.period / steps
+    made = lie_poisson.splitting(moments(body), direction(body), float(body.mu), order)
+
+    def carry(states: Array, start: float, times: Array) -> Array:
+        count = math.ceil((times[0] - start) / longest)
+        vectors = [np.stack((states[i], states[i + 3])) for i in range(3)]
+        found = made.advance(vectors, (times[0] - start) / count, count)
+        return np.concatenate(([x[0] for x in found], [x[1] for x in found]))
+
+    return carry
+
+
+def _pendulums(task: Task) -> Callable[[float], Array]:
+    """The pendulum motions (5:3), one after the other, in Python's floats."""
+    A3, r, mu = moments(task.body)[2], direction(task.body), float(task.body.mu)
+    energies = [float(h0) for h0 in task.h0]
+
+    def at(time: float) -> Array:
+        ends = [body_motion(time, -1, A3, r, h0, mu, math) for h0 in energies]
+        return np.array([(*M, *gamma) for M, gamma in ends]).T
+
+    return at
+
+
+def _free_bodies(task: Task) -> Callable[[float], Array]:
+    """The free body by Jacobi's functions, one orbit after the other."""
+    orbits = [_orbit(task.body, state) for state in task.states.T]
+    return lambda time: np.stack([_ended(*orbit, time) for orbit in orbits], axis=1)
+
+
+def _orbit(body: Body, state: Array) -> tuple[Orbit, float, float]:
+    """The orbit through a state, the time on it, and the angle of gamma in space."""
+    M, gamma = state[:3], state[3:]
+    [aligned] = aligned_states(body, state[:, None]).T
+    orbit, begin = through(body, Aligned(*aligned))
+    radius, across = _axes(M, orbit)
+    lean = math.atan2(gamma @ across, gamma @ radius)
+    return orbit, begin, lean + float(angle(orbit, begin))
+
+
+def _ended(orbit: Orbit, begin: float, lean: float, time: float) -> Array:
+    """M and gamma, which stands still in space, across M."""
+    M = momentum(orbit, begin + time)
+    radius, across = _axes(M, orbit)
+    left = lean - float(angle(orbit, begin + time))
+    return np.concatenate((M, math.cos(left) * radius + math.sin(left) * across))
+
+
+def _axes(M: Any, orbit: Orbit) -> tuple[Array, Array]:
+    """Unit vectors across M, in body axes: along the component of omega, and a right angle on."""
+    across = np.array(cross(M, angular_velocity(M, orbit.shape.A)))
+    across /= np.linalg.norm(across)
+    return np.array(cross(across, M)) / orbit.G, across

@@ -1,0 +1,308 @@
+"""Problems and methods as data: what is tried for each method, and where methods meet.
+
+Nothing is imported that computes: tables and figures read this too.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigidpend.experiments.data.tree import Data
+
+Setting = dict[str, Any]
+
+
+class BenchProblem(NamedTuple):
+    """A problem of the benchmark; `measuring.problems` has its task, its truth and its error."""
+
+    title: str
+    error: str
+    """Meaning of its error."""
+    kind: str
+    """``motion``, ``long`` (a motion of very many periods), ``routes`` or ``angle``."""
+    default: str
+    """The method that rigidpend picks for it."""
+    level: float | None = None
+    """The error at which methods meet; at the codes every symbol is right."""
+
+
+_DISTANCE = "largest distance of (M/|M|, gamma) from the truth at the end, over the orbits"
+PROBLEMS = {
+    "free_body": BenchProblem("free body", _DISTANCE, "motion", "aligned_batch", 1e-9),
+    "pendulum": BenchProblem("pendulum (5:3)", _DISTANCE, "motion", "closed_form", 1e-9),
+    # Like is compared with like: other methods deliver symbols and no word on whether they are
+    # right. `route_codes`, which vouches for each, is a line of its own.
+    "codes": BenchProblem(
+        "route codes of Fig. 4",
+        "median over the columns of the largest error of a crossing time, t'",
+        "routes",
+        "aligned_batch",
+    ),
+    "precession_angle": BenchProblem(
+        "alpha(T) of Fig. 5",
+        "largest error of alpha(T), radians, over the two orbits",
+        "angle",
+        "aligned_batch",
+        1e-6,
+    ),
+    "long_time": BenchProblem(
+        "integrals over long times",
+        "largest drift of energy, |gamma| and M.gamma, relative, over the orbits and the time",
+        "long",
+        "aligned_batch",
+        1e-9,
+    ),
+}
+
+
+class CheckRun(NamedTuple):
+    """A run of a cross-check: a method with a tolerance and a setting."""
+
+    method: str
+    tolerance: float
+    setting: Setting = {}  # noqa: RUF012
+
+
+class Method(NamedTuple):
+    """A method and what it answers."""
+
+    label: str
+    family: str
+    """Ours, or whose."""
+    source: str
+    """Module of `measuring` that answers for it."""
+    answers: tuple[str, ...] = ("motion", "long", "routes", "angle")
+    """Problems that it answers, or kinds of them."""
+    told: Setting = {}  # noqa: RUF012
+    """Words to its module beyond task, knob and threads."""
+    knob: str = "tolerance"
+    """``tolerance``, ``steps`` (in a period), or ``none``."""
+    finest: float = 2.0**-52
+    """The finest tolerance that it takes."""
+    libraries: tuple[str, ...] = ()
+    """Libraries beyond NumPy; imported, and timed, before anything else."""
+    forms: tuple[Setting, ...] = ({},)
+    """Settings that change the cost and not the error: tried at one knob, the fastest counts."""
+    variants: tuple[Setting, ...] = ({},)
+    """Settings that change the error too: each is tried at every knob."""
+    threads: bool = True
+    """True if a second thread can serve it: it leaves Python's lock while it computes."""
+    runs: tuple[CheckRun, ...] = ()
+    """Runs that a cross-check compares: the third only where the first two differ."""
+    certain: bool = False
+    """True if it says which of its symbols can be trusted."""
+
+    def answer(self, problem: str) -> bool:
+        """True if it answers a problem."""
+        return problem in self.answers or PROBLEMS[problem].kind in self.answers
+
+
+def _variants(name: str, *values: Any) -> tuple[Setting, ...]:
+    return tuple({name: value} for value in values)
+
+
+def _compared(label: str, first: Method, *runs: CheckRun) -> Method:
+    return first._replace(
+        label=f"{label} compared", answers=("routes",), knob="none", forms=({},), variants=({},),
+        runs=runs, certain=True,
+    )  # fmt: skip
+
+
+def _certain(label: str, method: str, *answers: str) -> Method:
+    told = {"method": method}
+    return Method(label, OURS, "ours", answers, told, "none", certain=True)
+
+
+OURS, HEYOKA, CYRK, DIFFRAX, SCIPY = "ours", "heyoka", "cyrk", "diffrax", "scipy"
+"""Families of methods; our operator splitting, `lie_poisson`, is one of its own."""
+OWN = (OURS, "lie_poisson")
+"""Families that are in this package: they are no peers."""
+LANES: Setting = {"libraries": ("heyoka",), "forms": _variants("lanes", 4, 8, 16)}
+FINEST_SCIPY = 2.3e-14
+
+METHODS = {
+    "closed_form": Method(
+        "closed form",
+        OURS,
+        "ours",
+        ("free_body", "pendulum"),
+        {"closed": True},
+        knob="none",
+        libraries=("scipy.special",),
+        threads=False,
+    ),
+    "route_codes": _certain("route_codes, every symbol certain", "integration", "routes"),
+    "route_codes_map": _certain("route_codes by return maps, every symbol certain", "map"),
+    "route_codes_auto": _certain("route_codes as it comes, every symbol certain", "auto"),
+    "aligned_batch": Method("aligned Taylor, batches", OURS, "ours"),
+    "aligned_106": Method(
+        "aligned Taylor, 106 bits", OURS, "ours", ("routes",), {"bits": 106}, "none"
+    ),
+    "lie_poisson": Method(
+        "Lie-Poisson operator splitting",
+        "lie_poisson",
+        "ours",
+        ("motion", "long"),
+        {"splitting": True},
+        "steps",
+        variants=_variants("order", 2, 4, 6, 8),
+        threads=False,
+    ),
+    "heyoka_principal": Method("heyoka, Euler-Poisson, batches", HEYOKA, "heyoka", **LANES),
+    "heyoka_eq1": Method(
+        "heyoka, (eq1), batches",
+        HEYOKA,
+        "heyoka",
+        ("motion", "long", "routes"),
+        {"eq1": True},
+        **LANES,
+    ),
+    "cyrk": Method(
+        "CyRK, compiled by numba",
+        CYRK,
+        "cyrk",
+        finest=FINEST_SCIPY,
+        libraries=("CyRK", "numba"),
+        variants=_variants("method", "DOP853", "Vern8", "LSODA"),
+    ),
+    "diffrax": Method(
+        "diffrax, jitted and vmapped",
+        DIFFRAX,
+        "diffrax",
+        # Tighter, steps are refused for ever.
+        finest=2e-14,
+        libraries=("jax", "diffrax"),
+        variants=_variants("solver", "Dopri8", "Tsit5"),
+    ),
+    "scipy_dop853": Method(
+        "SciPy DOP853",
+        SCIPY,
+        "scipy",
+        finest=FINEST_SCIPY,
+        libraries=("scipy.integrate",),
+        threads=False,
+    ),
+}
+"""Every method by its name; cross-checks of peers follow."""
+
+PRINCIPAL, EQ1 = CheckRun("heyoka_principal", 2.0**-52), CheckRun("heyoka_eq1", 2.0**-52)
+COARSER = CheckRun("heyoka_principal", 1e-14)
+METHODS |= {
+    "heyoka_two_forms": _compared(
+        "heyoka, both forms", METHODS["heyoka_principal"], PRINCIPAL, EQ1, COARSER
+    ),
+    "heyoka_two_tolerances": _compared(
+        "heyoka, two tolerances", METHODS["heyoka_principal"], PRINCIPAL, COARSER, EQ1
+    ),
+    "cyrk_two_methods": _compared(
+        "CyRK, two methods",
+        METHODS["cyrk"],
+        *(
+            CheckRun("cyrk", tolerance, {"method": name})
+            for tolerance, name in ((1e-13, "DOP853"), (1e-13, "Vern8"), (3e-14, "DOP853"))
+        ),
+    ),
+    "diffrax_two_tolerances": _compared(
+        "diffrax, two tolerances",
+        METHODS["diffrax"],
+        *(
+            CheckRun("diffrax", tolerance, {"solver": name})
+            for tolerance, name in ((1e-13, "Dopri8"), (3e-14, "Dopri8"), (1e-12, "Dopri5"))
+        ),
+    ),
+    "scipy_two_tolerances": _compared(
+        "SciPy DOP853, two tolerances",
+        METHODS["scipy_dop853"],
+        *(CheckRun("scipy_dop853", tolerance) for tolerance in (1e-12, 1e-13, 3e-14)),
+    ),
+}
+
+
+def knobs(method: Method, search: Any, long: bool) -> list[Any]:
+    """Knobs that a method is tried with, loosest first."""
+    if method.knob == "none":
+        return [None]
+    if method.knob == "steps":
+        return list(search.long_steps if long else search.steps)
+    tolerances = search.long_tolerances if long else search.tolerances
+    return [float(x) for x in tolerances if float(x) >= method.finest]
+
+
+def finest(name: str, search: Any) -> Setting:
+    """The finest knob, the first variant and a middle form: the choice without a search."""
+    method = METHODS[name]
+    form = method.forms[len(method.forms) // 2]
+    return {
+        "knob": knobs(method, search, False)[-1],
+        "setting": {**form, **method.variants[0]},
+    }
+
+
+def best(problem: str, name: str, group: Data, search: Any) -> Setting:
+    """Knob and setting of a method: those that its search at a problem chose, or the finest."""
+    record = group.get(name, {})
+    if "seconds" not in record:
+        return finest(name, search)
+    return setting(name, record, chosen(problem, record))
+
+
+def setting(name: str, record: Data, k: int) -> Setting:
+    """Knob, setting and part of the way of a row of a method's search."""
+    method, knob = METHODS[name], record["knob"][k]
+    variant = method.variants[int(record["setting"][k])]
+    return {
+        "knob": None if np.isnan(knob) else float(knob),
+        "setting": {**method.forms[int(record["form"])], **variant},
+        "part": float(record["part"][k]),
+    }
+
+
+def chosen(problem: str, record: Data) -> int:
+    """The row of the fastest setting that is good enough; else of the most exact one."""
+    enough = good_enough(problem, record)
+    if enough.any():
+        return int(np.argmin(np.where(enough, record["seconds"], np.inf)))
+    return int(np.argmin(np.nan_to_num(record["error"], nan=np.inf)))
+
+
+def good_enough(problem: str, record: Data) -> Any:
+    """Mask of the rows that reach the level of a problem: a small error, or every symbol right."""
+    level = PROBLEMS[problem].level
+    if level is None:
+        return np.asarray(record["wrong_symbols"]) == 0
+    error = np.nan_to_num(record["error"], nan=np.inf)
+    return (error <= level) & (np.asarray(record["part"]) == 1)
+
+
+def guests(problem: str, group: Data, config: Any, threads: int) -> dict[str, Setting]:
+    """The methods that meet at a problem, each with knob, setting and part of the way.
+
+    Each comes with the fastest of its settings that reached the level of the problem, or with
+    its most exact one where none did. Who is too slow or gains nothing from threads stays away.
+
+    Parameters
+    ----------
+    problem : str
+    group : dict of dict
+        By method: its record of the search, arrays.
+    config : rigidpend.experiments.bench.schema.Config
+    threads : int
+    """
+    slowest, found = float(config.meeting.slowest), {}
+    for name in config.problem.methods:
+        if "seconds" not in group.get(name, {}) or (threads > 1 and not METHODS[name].threads):
+            continue
+        k = chosen(problem, group[name])
+        if group[name]["once"][k] <= slowest:
+            found[name] = setting(name, group[name], k)
+    return found
+
+
+def spelt(entry: Setting) -> str:
+    """A choice, or a setting alone, in words."""
+    knob = entry.get("knob")
+    words = entry.get("setting", entry)
+    said = [] if knob is None else [f"knob {knob:g}"]
+    return ", ".join([*said, *(f"{name} {value}" for name, value in words.items())])

@@ -1,0 +1,117 @@
+"""Parts that drawings share: colours, titles, legends, symbols, planes, ticks, axis labels.
+
+Colours are Okabe and Ito's palette, safe for the colour-blind (M. Okabe and K. Ito, Color
+Universal Design, 2008). In arrays of symbols black is 0, white is 1, grey is no symbol.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import ArrayLike, NDArray
+
+from rigidpend.experiments.data.layout import Field
+from rigidpend.numbers.alphabet import NO_SYMBOL
+
+WIDTH = 7.2
+"""Width of a page, inches."""
+
+BLUE, RED, GREEN = "#0072B2", "#D55E00", "#009E73"
+PINK, ORANGE, SKY = "#CC79A7", "#E69F00", "#56B4E9"
+
+SEPARATRIX = {1: GREEN, 2: BLUE, 3: PINK, 4: RED}
+"""Colour of each separatrix."""
+
+ZOOM, DOUBT, ZERO, NO_RETURN = RED, PINK, BLUE, "0.7"
+"""Colours of a magnified part, an uncertain symbol, a zero of Melnikov's integral, no return."""
+PROVEN = GREEN
+"""Colour of a proven symbol's dot."""
+SYMBOL_COLOURS = ListedColormap(["black", "white", NO_RETURN])
+"""Colours of the codes 0, 1 and `NO_SYMBOL`, by the bounds of `SYMBOL_NORM`."""
+SYMBOL_NORM = BoundaryNorm([-0.5, 0.5, 1.5, NO_SYMBOL + 0.5], 3)
+
+LINES = ((0.9, "0.0"), (0.55, "0.12"), (0.3, "0.25"))
+"""Widths and greys of the lines where symbols 1, 2, 3 change."""
+
+SEPARATRIX_NAMES = (
+    "$\\beta_0-\\alpha_0$\n",
+    "$\\beta_0+\\alpha_0$\n",
+    "$\\beta_0-\\alpha_0$\n$+2\\pi$",
+    "$\\beta_0+\\alpha_0$\n$+2\\pi$",
+    "$\\beta_0-\\alpha_0$\n$+4\\pi$",
+)
+"""Labels of the five places, as in (sol_1)-(sol_22)."""
+CLOSE = 0.14
+"""Distance of places, in parts of the axis, below which their labels turn away not to touch."""
+
+
+def label(field: Field) -> str:
+    """Label of an axis: the symbol of a field with its unit."""
+    return field.symbol if field.units == "1" else f"{field.symbol} ({field.units})"
+
+
+def title(axes: Axes, letter: str, text: str, size: float = 8.5) -> None:
+    """Title of a panel, behind its letter."""
+    axes.set_title(f"{letter})  {text}", loc="left", fontsize=size)
+
+
+def entry(label: str, **look: Any) -> Line2D:
+    """A line or a mark of a legend, for what is drawn alike."""
+    return Line2D([], [], label=label, **look)
+
+
+def symbol_entries(zero: str = r"$z_i = 0$ (left)", one: str = r"$z_i = 1$ (right)") -> list[Patch]:
+    """Legend entries of the two symbols."""
+    return [
+        Patch(facecolor="black", edgecolor="0.6", label=zero),
+        Patch(facecolor="white", edgecolor="0.6", label=one),
+    ]
+
+
+def cell_ends(values: NDArray[np.float64]) -> tuple[float, float]:
+    """The outer ends of cells, from their middles."""
+    half = (values[1] - values[0]) / 2
+    return float(values[0] - half), float(values[-1] + half)
+
+
+def draw_changes(
+    axes: Axes,
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    codes: NDArray[np.uint8],
+    lines: tuple[tuple[float, str], ...] = LINES,
+) -> None:
+    """Draw the changes of the first symbols of codes (symbols, rows, columns)."""
+    for (width, grey), layer in reversed(list(zip(lines, codes, strict=False))):
+        if (layer != layer.flat[0]).any():
+            axes.contour(x, y, layer == 1, [0.5], colors=grey, linewidths=width)
+
+
+def separatrix_ticks(axes: Axes, places: ArrayLike, digits: int) -> None:
+    """Name the separatrices 1, 2, 3, 4 and 1 again on a theta1 axis, whose limits they are.
+
+    Parameters
+    ----------
+    axes : Axes
+    places : (5,) array
+        theta1 of the separatrices, ascending, radians.
+    digits : int
+        Behind the point.
+    """
+    x = np.asarray(places, dtype=float).tolist()
+    labels = [
+        f"{name}\n${place:.{digits}f}$" for name, place in zip(SEPARATRIX_NAMES, x, strict=True)
+    ]
+    axes.set_xticks(x, labels)
+    texts = axes.get_xticklabels()
+    for (left, right), (first, second) in zip(pairwise(x), pairwise(texts), strict=True):
+        if right - left < CLOSE * (x[-1] - x[0]):
+            first.set_horizontalalignment("right")
+            second.set_horizontalalignment("left")
+    axes.set_xlim(x[0], x[-1])

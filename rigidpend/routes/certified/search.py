@@ -1,0 +1,69 @@
+"""Half rotations and bits with which a full shift is tried, from a body and an energy alone.
+
+Nothing here is proven, as in :mod:`rigidpend.routes.certified.horseshoe`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from rigidpend.mechanics.body import Body
+from rigidpend.numbers.exact import Exact
+from rigidpend.routes.certified.horseshoe import BITS, WIDTH, ShiftProblem, angles, quads
+from rigidpend.routes.certified.pieces import Quad
+
+NARROW = 0.12
+"""Largest |gamma3| in sets: polynomials of wider ones would have too many terms."""
+TRIALS = 4
+"""Numbers of half rotations that are tried."""
+MOST_TURNS = 100
+"""Half rotations of a passage at most."""
+LEAST = 1e-8
+"""Angle of the surfaces at least: sets beside a smaller one ask for more than MOST_BITS."""
+SPARE, MOST_BITS = 18, 80
+"""Bits beyond the square of a set's distance from the stable surface, and bits at most.
+
+Integration in pairs of doubles knows no more; the bound grows as that distance shrinks."""
+
+
+def trials(body: Body, h: Exact, half_turns: int | None = None) -> Iterator[ShiftProblem]:
+    """Ways to try a full shift, the fewest half rotations first; one if these are given.
+
+    Raises
+    ------
+    MapError, ArithmeticError
+        There is none; the text says why.
+    """
+    first = ShiftProblem(body, h, half_turns or 1)
+    if half_turns:
+        yield _with_bits(first, quads(first))
+        return
+    if not (angle := min(angles(first))) > LEAST:
+        said = f"the surfaces of the periodic orbits cross at an angle of {angle:.2g}"
+        told = f"as far as the return map tells, and of {LEAST:g} or less no sets are tried"
+        raise ArithmeticError(f"{said}, {told}")
+    # A half rotation takes an orbit beside the stable surface so much further from it.
+    turn, tried = math.pi * float(first.level.exponent[0, 0]), 0
+    n = math.ceil(math.log(1 / angle) / turn)
+    while tried < TRIALS and n <= MOST_TURNS:
+        setting = first._replace(half_turns=n)
+        n += 1
+        try:
+            sets = quads(setting)
+        except ArithmeticError:
+            # Too few: such passages begin further from the surface than the map reaches.
+            continue
+        reach = max(float((abs(quad.l0) + quad.b) / abs(quad.l1)) for quad in sets)
+        if reach > NARROW:
+            n += int(math.log(reach / NARROW) / turn)
+            continue
+        tried += 1
+        yield _with_bits(setting, sets)
+    if not tried:
+        raise ArithmeticError(f"with up to {MOST_TURNS} half rotations no sets are small enough")
+
+
+def _with_bits(setting: ShiftProblem, sets: list[Quad]) -> ShiftProblem:
+    away = min(float(quad.b) for quad in sets) / WIDTH
+    return setting._replace(bits=min(MOST_BITS, max(BITS, math.ceil(SPARE - 2 * math.log2(away)))))

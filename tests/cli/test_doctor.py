@@ -1,0 +1,55 @@
+"""`doctor`: what is here, what is missing, and what that costs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import h5py
+import pytest
+
+from rigidpend.runs import provenance
+from tests.cli.calls import call
+
+
+def test_it_says_what_is_here_and_changes_nothing(tmp_path: Path) -> None:
+    done = call(tmp_path, "doctor", "--json")
+    assert done.returncode == 0, done.stdout
+    found = {one["name"]: one for one in json.loads(done.stdout)}
+    assert found["h5py"]["state"] == h5py.__version__
+    assert not any(one["needed"] for one in found.values())
+    assert found["results"]["state"] == "ready"
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("library", "code", "said"),
+    [
+        ("llvmlite", 3, "every run needs it: python -m pip install --force-reinstall rigidpend"),
+        ("xarray", 0, "no results as labelled arrays, result.data; python -m pip install"),
+    ],
+)
+def test_what_is_missing_is_said_with_its_cost_and_its_cure(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, library: str, code: int, said: str
+) -> None:
+    version = provenance.version
+    monkeypatch.setattr(
+        provenance, "version", lambda name: provenance.ABSENT if name == library else version(name)
+    )
+    done = call(tmp_path, "doctor", "--json")
+    [found] = [one for one in json.loads(done.stdout) if one["name"] == library]
+    assert (done.returncode, found["state"], found["needed"]) == (code, "absent", code == 3)
+    assert found["note"].startswith(said)
+
+
+def test_folders_that_cannot_be_written_are_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    done = call(tmp_path, "doctor", "--out", "file/results", "--json")
+    found = {one["name"]: one for one in json.loads(done.stdout)}
+    assert done.returncode == 3
+    assert found["results"]["note"] == "file/results; choose another folder with --out"
+    assert "made anew by each run" in found["cache"]["note"]
+    assert not found["cache"]["needed"]

@@ -1,0 +1,142 @@
+"""A result of the benchmark as `store.load` gives it, made up."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+
+def record(error: Any, seconds: Any, **more: Any) -> dict[str, Any]:
+    """The record of a method's search."""
+    n = len(error)
+    return {
+        "ended": "complete",
+        "form": np.float64(0),
+        "knob": np.logspace(-2, -1 - n, n),
+        "setting": np.zeros(n),
+        "error": np.array(error),
+        "seconds": np.array(seconds),
+        "once": np.array(seconds),
+        "part": np.ones(n),
+        "orbits": np.full(n, 16.0),
+        "repeats": np.full(n, 3.0),
+        "prepare": np.full(n, 0.5),
+        "memory": np.full(n, 50.0),
+        **{name: np.array(values) for name, values in more.items()},
+    }
+
+
+def guest(rounds: Any, error: float = 1e-10, **more: Any) -> dict[str, Any]:
+    """The record of a method at a meeting."""
+    values = {"knob": 1e-9, "part": 1.0, "orbits": 16.0, "error": error, **more}
+    return {
+        "rounds": np.array(rounds, dtype=float),
+        "chosen": "knob 1e-09",
+        **{name: np.float64(value) for name, value in values.items()},
+    }
+
+
+def codes_guest(rounds: Any, wrong: float = 0, **more: Any) -> dict[str, Any]:
+    """The same at the codes."""
+    told = {"wrong_symbols": wrong, "wrong_trusted": wrong, "undecided": 0.0, **more}
+    return guest(rounds, 1e-7, **told)
+
+
+def counted(wrong: float, undecided: float = 0.0) -> dict[str, Any]:
+    """The record of a method on random phases: 100 orbits."""
+    told = {"orbits": 100, "symbols": 1500, "wrong": wrong, "wrong_trusted": wrong}
+    return {**told, "undecided": undecided, "seconds": 0.02, "last_crossing": 1e-7}
+
+
+def many(orbits: Any, seconds: Any, prepare: Any, undecided: float = 0.0) -> dict[str, Any]:
+    """The record of a method at ever more orbits."""
+    arrays = {"orbits": orbits, "seconds": seconds, "prepare": prepare}
+    found = {name: np.array(values, dtype=float) for name, values in arrays.items()}
+    ones = np.ones(len(orbits))
+    told = {"repeats": 3 * ones, "undecided": undecided * ones}
+    return {**found, **told, "chosen": "", "ended": "complete"}
+
+
+def with_bodies(first: Any, again: Any, orbits: float, **more: float) -> dict[str, Any]:
+    """The record of a method with bodies drawn by lot."""
+    counts = {"symbols": 1e5, "wrong": 0.0, "wrong_trusted": 0.0, "undecided": 0.0, **more}
+    told = {"orbits": orbits, **counts}
+    columns = {"first": first, "again": again}
+    return {name: np.zeros(len(first)) + np.array(x) for name, x in {**columns, **told}.items()}
+
+
+def bodies(**methods: Any) -> dict[str, Any]:
+    """Bodies drawn by lot, with the records of methods."""
+    n = len(next(iter(methods.values()))["first"])
+    told = {"A1": 2, "A2": 1, "A3": 1.5, "r1": 0.6, "r2": 0.8, "h0": 1, "J1_0": 1e-8, "kept": 1}
+    columns = {name: np.full(n, float(x)) for name, x in told.items()}
+    return {**columns, "mu": 1e-3 * np.arange(1.0, n + 1), "ended": "complete", **methods}
+
+
+def data() -> dict[str, Any]:
+    """Three problems, some methods, two meetings, random phases, many orbits and bodies."""
+    texts = {"error": "largest error", "default": "aligned_batch"}
+    nan = np.nan
+    return {
+        "free_body": {
+            **texts,
+            "title": "free body",
+            "aligned_batch": record([1e-4, 1e-8, 1e-13], [1e-3, 2e-3, 4e-3]),
+            "scipy_dop853": record([1e-2, 1e-6, 5e-10], [0.1, 0.2, 0.4]),
+            "heyoka_eq1": record([1e-2, 1e-8, np.nan], [5e-4, 3e-3, 4e-3]),
+            "diffrax": {"ended": "absent: jax is not installed"},
+        },
+        "codes": {
+            **texts,
+            "title": "route codes",
+            "route_codes": record([1e-9], [0.02], wrong_symbols=[0.0]),
+            "aligned_batch": record([1e-2, 1e-7], [0.006, 0.007], wrong_symbols=[3.0, 0.0]),
+            "heyoka_principal": record([1e-6, 1e-8], [0.004, 0.005], wrong_symbols=[0.0, 0.0]),
+            "scipy_dop853": record(
+                [5.0, 1e-3, 1e-6], [4.0, 12.0, 16.0], wrong_symbols=[99.0, 1.0, 0.0]
+            ),
+        },
+        "long_time": {
+            **texts,
+            "title": "integrals over long times",
+            "aligned_batch": record([1e-6, 1e-11], [1.0, 2.0]),
+            "scipy_dop853": record([1e-13], [0.5], part=[0.01]),
+        },
+        "meetings": {
+            "threads_1": {
+                "free_body": {
+                    "ended": "complete",
+                    "aligned_batch": guest([2e-3, 4e-3, 3e-3]),
+                    "scipy_dop853": guest([0.4, 0.8, nan], orbits=3.0),
+                    "heyoka_eq1": guest([1e-3, 8e-3, 9e-4], 1e-3),
+                },
+                "codes": {
+                    "ended": "complete",
+                    "route_codes": codes_guest([0.020, 0.018, 0.022]),
+                    "aligned_batch": codes_guest([0.010, 0.008, 0.012]),
+                    "heyoka_principal": codes_guest([0.008, 0.007, 0.009]),
+                    "heyoka_two_forms": codes_guest([0.025, 0.020, 0.030], undecided=15),
+                },
+            },
+            "threads_2": {
+                "codes": {
+                    "ended": "complete",
+                    "aligned_batch": codes_guest([0.006, 0.005, 0.007]),
+                    "heyoka_principal": codes_guest([0.012, 0.010, 0.014]),
+                },
+            },
+        },
+        "random_phases": {
+            "J1_0_1e-10": {"route_codes": counted(0), "heyoka_principal": counted(3)},
+        },
+        "many_orbits": {
+            "route_codes_map": many([100, 1000, 10000], [1e-3, 1e-2, 0.1], [2.0, 0, 1.0]),
+            "route_codes": many([100, 1000, 10000], [0.05, 0.5, 5.0], [0.1, 0, 0], undecided=2),
+            "scipy_dop853": many([3], [0.6], [0.0]),
+        },
+        "bodies": bodies(
+            route_codes_auto=with_bodies([1.0, 2.0, 8.0, 1.5], [0.05, 0.1, 0.4, 0.05], 10_000),
+            heyoka_principal=with_bodies([0.5] * 4, [0.2, 0.2, 0.02, 0.2], 1000, wrong_trusted=40),
+        ),
+    }

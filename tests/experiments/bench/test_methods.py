@@ -1,0 +1,68 @@
+"""Which setting of a method goes to a meeting: the fastest that is good enough."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend.experiments.bench import methods as choice
+from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
+from rigidpend.experiments.bench.schema import Config
+from tests.config.samples import content as typed
+from tests.experiments.bench.data import record
+
+FULL = Path(__file__).resolve().parents[3] / "configs" / "measure" / "bench.yaml"
+
+
+@pytest.fixture(scope="module")
+def content() -> Any:
+    return typed(Config, FULL)
+
+
+def test_the_fastest_good_one_is_chosen_even_where_a_finer_is_faster() -> None:
+    found = record([1e-3, 5e-10, 1e-12], [1e-3, 4e-3, 3e-3])
+    assert choice.chosen("free_body", found) == 2
+    found = record([1e-3, 2e-9, 1e-8], [1e-3, 4e-3, 3e-3])
+    assert choice.chosen("free_body", found) == 1, "none is good enough: the most exact"
+
+
+def test_at_the_codes_every_symbol_is_to_be_right() -> None:
+    found = record([1e-9, 1e-3], [1e-3, 2e-3], wrong_symbols=[1.0, 0.0])
+    assert choice.chosen("codes", found) == 1
+
+
+def test_over_long_times_half_the_way_is_not_good_enough() -> None:
+    found = record([1e-12, 1e-10], [1e-3, 2e-3], part=[0.5, 1.0])
+    assert choice.chosen("long_time", found) == 1
+
+
+def test_guests_bring_their_knob_form_and_variant(content: Any) -> None:
+    group = {
+        "heyoka_principal": record([1e-10], [1e-3], form=2),
+        "cyrk": record([1e-12], [1e-3], setting=[1.0]),
+        "closed_form": record([1e-15], [1e-3], knob=[np.nan]),
+        "scipy_dop853": record([1e-10], [9.0]),
+        "diffrax": {"ended": "absent: jax is not installed"},
+    }
+    found = choice.guests("free_body", group, content, 1)
+    assert set(found) == {"heyoka_principal", "cyrk", "closed_form"}, "too slow, or absent"
+    assert found["heyoka_principal"]["setting"] == METHODS["heyoka_principal"].forms[2]
+    assert found["cyrk"]["setting"] == {"method": "Vern8"}
+    assert found["closed_form"]["knob"] is None
+    assert set(choice.guests("free_body", group, content, 2)) == {"heyoka_principal", "cyrk"}
+
+
+def test_knobs_stop_where_a_method_takes_no_finer(content: Any) -> None:
+    for key, method in METHODS.items():
+        knobs = choice.knobs(method, content.search, False)
+        assert method.knob == "none" or len(knobs) >= 8, key
+        assert all(x is None or method.knob == "steps" or x >= method.finest for x in knobs)
+    assert choice.finest("cyrk", content.search)["knob"] == 1e-13
+    assert choice.knobs(METHODS["lie_poisson"], content.search, True) == [8, 16, 32]
+
+
+def test_every_default_is_a_method_that_answers() -> None:
+    assert all(METHODS[x.default].answer(name) for name, x in PROBLEMS.items())

@@ -1,0 +1,213 @@
+"""What is read from a result, worked out by hand."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from rigidpend.experiments.bench import report as reading
+from rigidpend.machine.tables import Table, terminal
+from scripts import readme_tables
+from tests.experiments.bench.data import data, many, with_bodies
+from tests.results.loaded import loaded
+
+
+def row(table: Table, label: str) -> tuple[str, ...]:
+    [found] = [tuple(cells) for cells in table.rows if cells[0].startswith(label)]
+    return found
+
+
+def test_a_ratio_is_the_median_of_the_rounds_ratios_and_not_the_ratio_of_medians() -> None:
+    found = {r.method: r for r in reading.met(data(), "free_body", 1)}
+    # Rounds 1e-3/2e-3, 8e-3/4e-3, 9e-4/3e-3: the medians' ratio would be 1/3. Three are too few for
+    # an interval, and all of their range is told.
+    assert found["heyoka_eq1"].ratio == pytest.approx(0.5)
+    assert (found["heyoka_eq1"].low, found["heyoka_eq1"].high) == pytest.approx((0.3, 2))
+    assert found["heyoka_eq1"].seconds == pytest.approx(1e-3)
+
+
+def test_a_round_that_one_of_both_missed_does_not_count() -> None:
+    found = {r.method: r for r in reading.met(data(), "free_body", 1)}
+    assert found["scipy_dop853"].ratio == pytest.approx(200)
+    assert found["scipy_dop853"].seconds == pytest.approx(0.6)
+
+
+def test_the_fastest_comes_first() -> None:
+    assert [r.method for r in reading.met(data(), "codes", 1)] == [
+        "heyoka_principal", "aligned_batch", "route_codes", "heyoka_two_forms"
+    ]  # fmt: skip
+
+
+def test_a_problem_without_a_meeting_or_a_default_has_no_result() -> None:
+    changed = data()
+    assert reading.met(changed, "long_time", 1) == []
+    changed["free_body"]["default"] = "closed_form"
+    assert reading.met(changed, "free_body", 1) == []
+
+
+def test_losses_are_peers_that_are_faster_and_good_enough() -> None:
+    # heyoka at the free body is faster but errs by more than the level; ours is no peer.
+    found = [(problem, n, r.method) for problem, n, r in reading.losses(data())]
+    assert found == [("codes", 1, "heyoka_principal")]
+    changed = data()
+    changed["meetings"]["threads_1"]["free_body"]["heyoka_eq1"]["error"] = np.float64(1e-10)
+    changed["meetings"]["threads_1"]["codes"]["heyoka_principal"]["wrong_symbols"] = np.float64(1)
+    found = [(problem, n, r.method) for problem, n, r in reading.losses(changed)]
+    assert found == [("free_body", 1, "heyoka_eq1")]
+
+
+def test_losses_are_told_first_also_where_there_is_none() -> None:
+    first = reading.tables(loaded(data()))[0]
+    assert first.caption == "Where another method is faster than ours"
+    assert row(first, "route codes")[1:4] == ("heyoka, Euler-Poisson, batches", "1", "8 ms")
+    changed = data()
+    changed["meetings"]["threads_1"]["codes"]["heyoka_principal"]["rounds"] *= 2
+    del changed["bodies"]
+    assert "Nowhere" in reading.tables(loaded(changed))[0].note
+
+
+def test_the_time_to_reach_an_error_is_the_shortest_that_is_enough() -> None:
+    group = data()["free_body"]
+    assert reading.time_to_reach(group["aligned_batch"], 1e-3) == 1e-3
+    assert reading.time_to_reach(group["aligned_batch"], 1e-9) == 4e-3
+    assert reading.time_to_reach(group["scipy_dop853"], 1e-9) == 0.4
+    assert reading.time_to_reach(group["heyoka_eq1"], 1e-9) == math.inf
+    assert reading.time_to_reach(group["diffrax"], 1e-3) == math.inf
+
+
+def test_over_long_times_only_what_went_all_the_way_counts() -> None:
+    group = data()["long_time"]
+    assert reading.time_to_reach(group["scipy_dop853"], 1e-3) == math.inf
+    assert reading.time_to_reach(group["aligned_batch"], 1e-9) == 2.0
+
+
+def test_marks_say_who_is_the_default_and_who_fell_short() -> None:
+    table = reading.meeting_table(data(), "free_body")
+    labels = [cells[0] for cells in table.rows]
+    assert "aligned Taylor, batches *" in labels
+    assert "heyoka, (eq1), batches +" in labels
+
+
+def test_one_and_two_threads_stand_beside_each_other() -> None:
+    table = reading.meeting_table(data(), "codes")
+    assert tuple(table.header) == (
+        "method", "1 thread", "times ours", "up to 2 threads", "times ours", "error"
+    )  # fmt: skip
+    assert row(table, "heyoka, Euler")[3:5] == ("12 ms", "2 (2 to 2)")
+    assert row(table, "route_codes")[3:5] == ("-", "-")
+
+
+def test_cross_checks_are_compared_with_ours() -> None:
+    table = reading.cross_checks_table(data())
+    assert len(table.rows) == 2
+    assert row(table, "heyoka, both forms")[1:] == ("25 ms", "1.25", "15", "0")
+
+
+def test_wrong_symbols_are_per_million() -> None:
+    table = reading.phases_table(data())
+    assert row(table, "heyoka, Euler")[1:] == ("2,000", "0", "200 us")
+    assert row(table, "route_codes")[1] == "0"
+    assert table.header[1] == "wrong, J1_0 = 1e-10"
+    assert "fewer than 2,000, for 1,500 symbols" in table.note
+
+
+def test_what_is_absent_or_cut_is_said() -> None:
+    table = reading.search_table(data(), "free_body")
+    assert row(table, "diffrax")[1:] == ("-",) * 5 + ("absent: jax is not installed",)
+
+
+def test_every_table_can_be_written_and_the_summary_is_json() -> None:
+    lines = [line for table in reading.tables(loaded(data())) for line in terminal(table)]
+    assert any("Cross-check against cross-check" in line for line in lines)
+    found = json.loads(json.dumps(reading.summary(data()), allow_nan=False))
+    assert found["losses"][0]["method"] == "heyoka_principal"
+    assert found["free_body"]["heyoka_eq1"]["error"][2] is None
+    assert found["random_phases"]["J1_0_1e-10"]["heyoka_principal"]["wrong"] == 3
+
+
+def test_times_are_scaled_from_the_most_that_was_timed() -> None:
+    one = many([10, 100], [1.0, 8.0], [0.5, 0.25])
+    assert reading.scaled(one, 100) == (8.0, 0.75, 100)
+    assert reading.scaled(one, 1000) == (80.0, 0.75, 100)
+    assert reading.scaled(one, 10) == (1.0, 0.5, 10)
+    assert reading.scaled(one, 5).seconds == pytest.approx(0.5)
+
+
+def test_the_table_has_the_ratio_to_maps_and_marks_what_is_scaled() -> None:
+    table = reading.many_table(data())
+    rows = {row[0]: row[1:] for row in table.rows}
+    own, maps, peer = rows.values()
+    assert list(table.header[1:4]) == ["100", "1,000", "10,000"]
+    assert maps[:3] == ("1 ms", "10 ms", "100 ms")
+    assert own[4] == "50"
+    assert own[5] == "2"
+    assert peer[2].endswith("~")
+    assert peer[4] == "20,000"
+    assert peer[5] == "-"
+
+
+def test_bodies_are_told_by_median_and_worst_with_a_peer_scaled_to_as_many_orbits() -> None:
+    table = reading.bodies_table(data())
+    own, peer = table.rows
+    assert tuple(own) == (
+        *("route_codes as it comes, every symbol certain", "1.75 s", "6.2 s", "8 s", "1"),
+        *("7.5 us", "31 us", "40 us", "1", "0", "0"),
+    )
+    # 0.5 s and 9,000 orbits more at 0.2 ms; with the third body at 0.02 ms.
+    assert peer[1] == peer[3] == "2.3 s"
+    assert peer[5] == "200 us"
+    assert peer[9] == "400"
+    assert "4 bodies" in table.note
+    assert "10,000 orbits" in table.note
+
+
+def test_the_readme_has_bodies_beside_the_fastest_peer_that_vouches_for_symbols() -> None:
+    """A peer that vouches for none is no peer here, however fast."""
+    changed = data()
+    changed["bodies"] |= {"heyoka_two_tolerances": with_bodies([3.0] * 4, [0.5] * 4, 10_000)}
+    assert [row[2:] for row in readme_tables.shortest(changed).rows[-2:]] == [
+        ("1.75 s", "heyoka, two tolerances compared", "3 s", "1.75"),
+        ("7.5 us", "heyoka, two tolerances compared", "50 us", "7.5"),
+    ]
+
+
+def test_a_body_with_which_a_peer_is_faster_is_a_loss() -> None:
+    rows = reading.losses_table(data()).rows[1:]
+    assert [row[0].partition(" bodies")[0] for row in rows] == [
+        "first call: 1 of 4", "again, an orbit: 1 of 4"
+    ]  # fmt: skip
+    # 0.5 s and 9,000 orbits of 20 us, beside 8 s; 20 us beside 40.
+    assert [row[3:] for row in rows] == [("680 ms", "0.085"), ("20 us", "0.5")]
+
+
+def test_the_slowest_bodies_are_told_with_what_they_are() -> None:
+    first, *_ = reading.slowest_table(data()).rows
+    assert first == ("(2, 1, 1.5)", "(0.6, 0.8, 0)", "0.003", "1e-08", "8 s", "40 us")
+
+
+@pytest.mark.parametrize(("n", "ends"), [(2, (0, 1)), (5, (0, 4)), (6, (0, 5)), (11, (1, 9))])
+def test_an_interval_is_as_narrow_as_its_chance_allows(n: int, ends: tuple[int, int]) -> None:
+    """Of 11 rounds the second and the tenth: the third would leave a chance of 93.5 % only."""
+    assert reading.interval(np.arange(n)[::-1]) == ends
+
+
+@pytest.mark.parametrize(("n", "chance"), [(3, 0.75), (11, 0.98828125), (25, 0.95670)])
+def test_the_stated_interval_holds_the_true_ratio_as_often_as_is_said(
+    n: int, chance: float
+) -> None:
+    """Synthetic timings: the machine slows both methods of a round, each jitters by itself.
+
+    The jitter is heavy-tailed and one-sided, as waits are; the true median ratio is 2.
+    """
+    trials, random = 4000, np.random.default_rng(7)
+    held = 0
+    for _ in range(trials):
+        machine = 1 + random.pareto(1.5, n)
+        own, theirs = (x * machine * (1 + 0.1 * random.pareto(2.0, n)) for x in (1e-3, 2e-3))
+        low, high = reading.interval(theirs / own)
+        held += low <= 2 <= high
+    # Binomial, four deviations on either side: a narrower and a wider interval are both noticed.
+    assert abs(held / trials - chance) < 4 * math.sqrt(chance * (1 - chance) / trials)

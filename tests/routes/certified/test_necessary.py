@@ -1,0 +1,148 @@
+"""Necessary hypotheses: without any one of them a checker believes a false certificate.
+
+A certificate here is an orbit beside the true one, and says other crossings than integration in 113
+bits finds. A checker that lacks one hypothesis believes it, and neither true checker does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import pytest
+from flint import arb
+
+from rigidpend import Body, route_codes
+from rigidpend.numbers.exact import exact
+from rigidpend.routes.certified import approximation, checker, proofs
+from rigidpend.routes.certified.balls import enclosed
+from rigidpend.routes.certified.steps import Step
+from rigidpend.routes.problem import RouteProblem
+from scripts import check_certificate
+from tests.weakened import weakened
+
+BITS = 80
+"""Of the polynomials: so many that their own defect counts for nothing."""
+
+
+class Start(NamedTuple):
+    """A config and a phase."""
+
+    A3: str = "3/2"
+    r: tuple[str, str, str] = ("1", "1", "0")
+    mu: str = "1/1000"
+    h0: str = "1.3342"
+    J1_0: str = "1e-8"
+    phase: str = "1"
+
+    @property
+    def given(self) -> dict[str, Any]:
+        A = ("2", "1", self.A3)
+        return {"A": A, "r": self.r, "mu": self.mu, "h0": self.h0, "J1_0": self.J1_0}
+
+    @property
+    def problem(self) -> RouteProblem:
+        body = Body(self.given["A"], self.r, self.mu)
+        return RouteProblem(body, exact(self.h0), exact(self.J1_0), 1)
+
+    def truth(self, until: float) -> list[int]:
+        """The separatrices beside which the orbit crosses, by integration in 113 bits."""
+        found = route_codes(
+            self.problem.body,
+            self.phase,
+            h0=self.h0,
+            J1_0=self.J1_0,
+            n_symbols=2,
+            precisions=(113,),
+        )
+        return found.separatrix[found.crossing_time[:, 0] < until, 0].tolist()
+
+    def steps(self, *lengths: float, like: Start | None = None, **off: float) -> list[Step]:
+        """Steps along another orbit: of other numbers, or from a state that is off."""
+        other = like or self
+        start = enclosed(other.problem, exact(other.phase), BITS + 64)
+        names = ("Qp", "Qm", "M3", "gamma1", "gamma2", "gamma3")
+        state = [x + arb(off.get(name, 0)) for x, name in zip(start.state, names, strict=True)]
+        orbit = approximation.Approximation(start.coefficients, state)
+        steps, longest = [], orbit.longest
+        for share in lengths:
+            orbit.longest = share * longest
+            steps.append(orbit.step(BITS))
+        return steps
+
+
+def other_side() -> tuple[Start, list[Step]]:
+    """The orbit from Qp = -2e-4 in place of 2e-4, so that it first crosses beside 4 and not 2."""
+    start = Start()
+    return start, start.steps(*[1] * 9, Qp=-2 * Qp_of(start))
+
+
+def bent() -> tuple[Start, list[Step]]:
+    """The same orbit, but the first step begins where the true one does: Qp (1 - x) is added."""
+    start, (first, *steps) = other_side()
+    added = round(Qp_of(start) * 2**BITS)
+    (w0, w1, *rest), *others = first.series
+    return start, [
+        first._replace(series=[[w0 + 2 * added, w1 - added, *rest], *others]),
+        *steps,
+    ]
+
+
+def Qp_of(start: Start) -> float:
+    return float(enclosed(start.problem, exact(start.phase), BITS).state[0].mid())
+
+
+def above() -> tuple[Start, list[Step]]:
+    """M3 = 2e-8 at the start, where the true orbit crosses at once from M3 = -2e-8."""
+    start = Start(h0="2/3", J1_0="0.49999999")
+    return start, start.steps(0.001, *[1] * 8, M3=4e-8)
+
+
+def once() -> tuple[Start, list[Step]]:
+    """M3 passes a turn near zero with one sign, where that of the true orbit crosses three times.
+
+    So the numbers are found: at one time M3 = 0 and M3' = -2e-4 or 2e-4, while M3'' is small.
+    """
+    start = Start("6/5", ("3", "4", "0"), "1", "2", "0.7033276173680131", "8.171498451090635")
+    like = start._replace(J1_0="0.7035407937984435", phase="8.173451809314095")
+    return start, start.steps(0.4, 0.4, like=like)
+
+
+def beside() -> tuple[Start, list[Step]]:
+    """Qp > 0 where M3 rises through zero, and Qp < 0 on the true orbit, a little later in phase."""
+    start = Start("3/2", ("1", "4", "0"), "1", "1.1", "0.002196736300645435", "6.08698")
+    return start, start.steps(*[0.5] * 4, like=start._replace(phase="6.08696"))
+
+
+def taken(module: Any, start: Start, steps: Sequence[Step]) -> tuple[list[int], float]:
+    """The crossings that a checker believes, and the time t' up to which it believes them."""
+    problem = enclosed(start.problem, exact(start.phase), BITS + 64)
+    walk = module.OrbitChecker(problem)
+    for step in steps:
+        walk.take(step)
+    return [x.separatrix for x in walk.crossings], float(walk.time / problem.unit)
+
+
+@pytest.mark.parametrize(
+    ("without", "before", "after", "made"),
+    [
+        ("H1", "self.bound + self.growth.norm(gap)", "self.bound", other_side),
+        ("H2", "defect(models, duration, self.coefficients, self.growth)", "arb(0)", bent),
+        ("H3", "total.exp() * (begin", "(begin", other_side),
+        ("H4", "away = _whole(radius / self.growth.upright)", "away = 0", above),
+        ("H5", "least <= _whole(self._rate_apart(models, radius, duration))", "False", once),
+        ("H5", "min(map(large.least, where)) <= _whole(radius)", "False", beside),
+    ],
+)
+def test_without_a_hypothesis_a_false_certificate_is_believed(
+    without: str, before: str, after: str, made: Callable[[], tuple[Start, list[Step]]]
+) -> None:
+    start, steps = made()
+    claimed, until = taken(weakened(checker, (before, after)), start, steps)
+    assert claimed != start.truth(until)
+    # The hypothesis itself refuses it, or the tube, if that would grow too wide before.
+    reasons = (without, "H3")
+    assert proofs.check(start.problem, exact(start.phase), steps, 2).reason.startswith(reasons)
+    other = [check_certificate.Step(*step) for step in steps]
+    said = check_certificate.prove(start.given, start.phase, other).reason
+    assert said.partition(": ")[2].startswith(reasons)

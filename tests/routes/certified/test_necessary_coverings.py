@@ -1,0 +1,320 @@
+"""Hypotheses of covering relations: without any one of them a false relation is believed.
+
+The stored proof is offered for sets that are moved, for another energy or for a wrong time, and
+integration in 113 bits shows that what it then says is false.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from flint import arb
+
+from rigidpend import Body
+from rigidpend.mechanics.equations import aligned
+from rigidpend.numbers.exact import exact
+from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.return_map.poincare import state_of
+from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.return_map.reduced import coefficients
+from rigidpend.routes.certified import approximation, coverings, steps
+from rigidpend.routes.certified.checker import Undecided
+from rigidpend.routes.certified.families import Family
+from rigidpend.routes.certified.growth import LogarithmicNorm
+from rigidpend.routes.certified.pieces import (
+    CLOCK,
+    FamilyStep,
+    Quad,
+    made,
+    unpacked,
+    unpacked_quads,
+)
+from rigidpend.routes.certified.precision import precision as ball_precision
+from scripts import check_full_shift as script
+from scripts.check_certificate import Fails, Interval
+from tests.bodies import FIG4
+from tests.experiments.trees import reference
+from tests.routes.certified.test_coverings import (
+    ALONE,
+    BITS,
+    GIVEN,
+    STRAIGHT,
+    constant,
+    image,
+    places,
+    quad_of,
+    radius_of_crossing,
+    step,
+)
+from tests.weakened import weakened
+
+H = "1.3342"
+MOVED = 0.4
+"""By how much of its half-width a set is moved: both edges' images are then beyond one end."""
+Pieces = Sequence[FamilyStep]
+
+
+@pytest.fixture(scope="module")
+def data() -> Any:
+    return reference("full_shift")["data"]
+
+
+def section_point(body: Body, h: str, quad: Quad, u: float) -> tuple[Any, Any, Any]:
+    """The point (u, 0) of a set in 113 bits, with the coefficients and the numbers of its flow."""
+    a = precision(113)
+    c = coefficients(body.angles(160), "1", a)
+    by_u, l0, l1 = (a.number(x) for x in (quad.a, quad.l0, quad.l1))
+    g = a.array([(by_u * a.number(u) - l0) / l1])
+    d = 0 * g
+    for x in quad.p[::-1]:
+        d = d * g + a.number(x)
+    energy = a.number(Fraction(h))
+    return state_of(True, d + by_u * a.number(u), a.sqrt(1 - g * g), -g, energy, c, a), c, a
+
+
+def crossed(quad: Quad, u: float, h: str) -> tuple[float, float]:
+    """d and g of the next crossing of the orbit from (u, 0), in 113 bits."""
+    begin, c, a = section_point(FIG4, h, quad, u)
+    time = 23.97
+    for _ in range(3):
+        end = states_at(c.aligned, begin, a.array([time]), 113)[:, -1, 0]
+        time -= float(end[2] / aligned(list(end), c.aligned)[2])
+    Qp, Qm, _, _, _, gamma3 = map(float, end)
+    side = 1 if Qm > 0 else -1
+    return side * Qp, side * gamma3
+
+
+def is_covered(quad: Quad, target: Quad, h: str) -> bool:
+    """Whether the edges go beyond opposite ends of a set, in truth."""
+    ends = [places(target, *crossed(quad, u, h))[0] for u in (-1, 1)]
+    return min(ends) < -1 and max(ends) > 1
+
+
+def moved(quad: Quad) -> Quad:
+    return quad._replace(p=(quad.p[0] + Fraction(MOVED) * quad.a, *quad.p[1:]))
+
+
+def shifted(quad: Quad, piece: FamilyStep) -> list[dict[Any, int]]:
+    """The polynomials of the moved set: as those of its points in the set's own u and v."""
+    by = Fraction(MOVED), Fraction(MOVED) * quad.a / quad.b
+    found: list[dict[Any, Fraction]] = [{} for _ in piece.terms]
+    for terms, new in zip(piece.terms, found, strict=True):
+        for (j, k, l), w in terms.items():
+            for m, n in itertools.product(range(k + 1), range(l + 1)):
+                of_u = math.comb(k, m) * by[0] ** (k - m)
+                of_v = math.comb(l, n) * by[1] ** (l - n)
+                new[j, m, n] = new.get((j, m, n), Fraction(0)) + w * of_u * of_v
+    return [{at: round(w) for at, w in new.items()} for new in found]
+
+
+def jumping(quad: Quad, pieces: Pieces) -> Pieces:
+    """The first step is of the moved set, the others are not."""
+    first, *rest = pieces
+    return [first._replace(terms=shifted(quad, first)), *rest]
+
+
+def bent(quad: Quad, pieces: Pieces) -> Pieces:
+    """The first step begins at the moved set and ends where that of the other does."""
+    first, *rest = pieces
+    both = []
+    for old, new in zip(first.terms, shifted(quad, first), strict=True):
+        mixed = dict(old)
+        for at in new:
+            # (1 - x)/2 times the difference, and x T_j = (T_{j-1} + T_{j+1})/2.
+            j, *uv = at
+            off = new[at] - old.get(at, 0)
+            # Those of T_0 are twice what they stand for.
+            for degree, share in ((j, 0.5), (j + 1, -0.25), (j - 1, -0.5 if j == 1 else -0.25)):
+                if degree >= 0:
+                    mixed[degree, *uv] = mixed.get((degree, *uv), 0) + round(share * off)
+        both.append(mixed)
+    return [first._replace(terms=both), *rest]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("before", "after", "change", "h"),
+    [
+        (
+            "near = _nearest(residual, slopes(1, q, d.range, y1, y2), turned, ALONE)",
+            "near = 3 * [arb(0)]",
+            None,
+            "1.3343",
+        ),
+        ("gamma2)], _normed(apart, growth)", "gamma2)], 3 * [arb(0)]", None, H),
+        (
+            "bounds = [_up(bound + gap) for bound, gap in zip(bounds, gaps, strict=True)]",
+            "pass",
+            jumping,
+            H,
+        ),
+        ("leaps = defects(numbers, states, half, growth)", "leaps = 3 * [arb(0)]", bent, H),
+        ("grown = _up(factor * (begin", "grown = _up((begin", None, H),
+    ],
+    ids=["C1 energy", "C1 distance", "C2 joint", "C2 defect", "C3"],
+)
+def test_without_a_hypothesis_a_relation_of_the_stored_proof_is_believed(
+    data: Any, before: str, after: str, change: Any, h: str
+) -> None:
+    quads, orbits = unpacked_quads(data["sets"]), unpacked(data["proof"], 5)
+    target, quad = quads[2], quads[0] if h != H else moved(quads[0])
+    steps = change(quads[0], orbits[0]) if change else orbits[0]
+    numbers = coverings.Numbers.of(FIG4, exact(H))
+    growth = LogarithmicNorm.of(numbers.field)
+    begin, _ = coverings.beginning(numbers, target, orbits[2][0], growth)
+
+    def believed(by: Any) -> bool:
+        try:
+            found = by.arrival(by.Numbers.of(FIG4, exact(h)), quad, steps)
+            by.relation(found, target, begin, 2)
+        except Undecided:
+            return False
+        return True
+
+    assert not is_covered(quad, target, h)
+    assert believed(weakened(coverings, (before, after)))
+    assert not believed(coverings)
+    Interval.digits = script.DIGITS
+    problem = script.problem_of({**GIVEN, "h": h})
+    with pytest.raises(Fails, match="C3"):
+        script.arrival(problem, quad_of(quad), [step(x) for x in steps])
+
+
+HEAVY = Body((2, 1, "3/2"), (1, 1, 0), 1)
+"""A passage takes a few units of t', so that three of them can be followed in 60 bits."""
+SMALL = 2.0**-45
+"""Of a set that is hardly more than a point."""
+
+
+def orbit(d: float, g: float, until: float, longest: float) -> tuple[Quad, Pieces]:
+    """The orbit of a point of the section as a certificate of a tiny set."""
+    quad = made(True, (SMALL, SMALL, g / 2, -0.5), (d,))
+    begin, *_ = section_point(HEAVY, "2", quad, 0)
+    with ball_precision(160):
+        state = [arb(x.context.nstr(x, 40)) for x in begin[:, 0]]
+        flow = approximation.Approximation(coverings.Numbers.of(HEAVY, exact(2)).field, state)
+    time, pieces = 0.0, []
+    while until - time > 1e-8:
+        left = until - time
+        flow.longest = left / math.ceil(left / longest)
+        half, bits, series = flow.step(60)
+        time += math.ldexp(half, 1 - steps.CLOCK)
+        terms = [{(j, 0, 0): w for j, w in enumerate(row)} for row in series]
+        pieces.append(FamilyStep(bits, {(0, 0, 0): half << (CLOCK - steps.CLOCK + 1)}, terms))
+    return quad, pieces
+
+
+def first_crossing(quad: Quad) -> tuple[float, float]:
+    """Times between which M3 first changes its sign, in 113 bits; up to 3, or never."""
+    begin, c, a = section_point(HEAVY, "2", quad, 0)
+    times = np.arange(1, 301) / 100
+    for _ in range(2):
+        M3 = states_at(c.aligned, begin, a.array(list(times)), 113)[2, :, 0].astype(float)
+        changed = np.flatnonzero(M3 * M3[0] < 0)
+        if not changed.size:
+            return math.inf, math.inf
+        between = times[changed[0] - 1], times[changed[0]]
+        times = np.linspace(*between, 101)
+    return between
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("changes", "d", "g", "until", "longest"),
+    [
+        # Through two crossings to the third one.
+        (
+            [("runs != list(order)", "False"), ("not (rate > 0 or rate < 0)", "False")],
+            *(0.25, -0.375, 8.2774672421731, 0.2),
+        ),
+        # M3 sinks from the start, which is itself taken for the crossing.
+        ([("runs != list(order)", "False")], 0.7265625, 0.0625, 1e-3, 0.2),
+        # Polynomials that end 0.01 t' before the crossing, in two steps.
+        ([("time = _up(M3 / slowest)", "time = arb(0)")], 0.25, -0.375, 2.6629928881346, 1.4),
+        # A turn of M3 at 4e-6, where the rate of the middle says that it crosses.
+        ([("rates[2]).lower()", "rates[2]).mid()")], 0.66597, 0.74813282, 0.6710732, 0.2),
+    ],
+    ids=["C4", "C4 begin", "C5 time", "C5 rate"],
+)
+def test_without_a_hypothesis_another_crossing_is_believed(
+    changes: list[tuple[str, str]],
+    d: float,
+    g: float,
+    until: float,
+    longest: float,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # Steps may end where the prover would not end them.
+    monkeypatch.setattr(approximation, "CLEAR", 0.0)
+    quad, pieces = orbit(d, g, until, longest)
+    slip, numbers = weakened(coverings, *changes), coverings.Numbers.of(HEAVY, exact(2))
+    least, most = slip.arrival(numbers, quad, pieces).duration
+    after, before = first_crossing(quad)
+    assert most < after or least > before
+    Interval.digits = script.DIGITS
+    problem = script.problem_of({**GIVEN, "mu": "1", "h": "2"})
+    if "time" in changes[0][0]:
+        # What is true is proven: the crossing within a wider time.
+        least, most = coverings.arrival(numbers, quad, pieces).duration
+        assert least < after < before < most
+        return
+    with pytest.raises(Undecided, match=r"^C[45]"):
+        coverings.arrival(numbers, quad, pieces)
+    with pytest.raises(Fails, match=r"C[45]"):
+        script.arrival(problem, quad_of(quad), [step(x) for x in pieces])
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "ends", "across", "sheet"),
+    [
+        ("not least > 1:", "not least > 0.5:", 0.75, 0.5, 0.5),
+        ("V.bound < 1", "V.bound < 2", 1.5, 1.5, 0.5),
+        ("abs(a - b) <= ALONE", "abs(a - b) <= 2 * ALONE", 1.5, 0.5, 1.5),
+    ],
+)
+def test_with_a_wider_bound_of_C6_a_false_relation_is_believed(
+    before: str, after: str, ends: float, across: float, sheet: float
+) -> None:
+    """An edge's image inside the set, one beyond its sides, one on another sheet."""
+    d, g = (Family.of(x, BITS) for x in image(ends, across, STRAIGHT))
+    begin = [arb(1), arb(0.5), arb(0.5)]
+    box = (arb(1 + sheet * ALONE), arb(0.5), arb(0.5))
+    source = coverings.Reached(d, g, True, box, 0.0, 0.0, (1.0, 1.0), begin, [[d, g], [d, g]])
+    weakened(coverings, (before, after)).relation(source, STRAIGHT, begin, 0)
+    with pytest.raises(Undecided, match="C6"):
+        coverings.relation(source, STRAIGHT, begin, 0)
+
+
+def test_without_the_sign_of_C5_a_side_is_believed_that_nobody_knows() -> None:
+    """The large Q is half of what it may be off: some of the orbits so near leave elsewhere."""
+    growth, bound = LogarithmicNorm.of(coverings.Numbers.of(FIG4, exact(H)).field), 1e-9
+    Q = radius_of_crossing(growth, bound) / 2
+    values = (0.0, Q, 0.0, -math.sqrt(0.5), math.sqrt(0.5), 0.0)
+    end = [Family.of(constant(x), BITS) for x in values]
+    asked: Any = coverings.Numbers.of(FIG4, exact(H)), end, [arb(bound)] * 3, growth, 1, [], arb(0)
+    slip = weakened(coverings, ("not (box[large] > 0 or box[large] < 0)", "False"))
+    assert slip._crossing(*asked).right
+    with pytest.raises(Undecided, match="C5: the side"):
+        coverings._crossing(*asked)
+
+
+def test_without_a_positive_length_of_C2_a_bound_shrinks_where_orbits_part() -> None:
+    """Backwards along M3 > 0 the free body's Qp grows by exp(sin(alpha0)/2 M3 t), as in (Im)."""
+    numbers, M3, half, begin = coverings.Numbers.of(FIG4, exact(H)), 1.2, 0.5, 1e-9
+    growth = LogarithmicNorm.of(numbers.field)
+    states = [Family.of(constant(M3 if k == 2 else 0.0), BITS) for k in range(6)]
+    back = Family.of({(0, 0, 0): -int(half * 2 ** (CLOCK + 1))}, CLOCK)
+    slip = weakened(coverings, ("length = 2 * half.bound", "length = 2 * half.range"))
+    stated = float(slip._tube(states, back, arb(begin), arb(0), growth)[0])
+    apart = begin * math.exp(math.sqrt(8) / 6 * M3 * 2 * half)
+    assert stated < begin < apart
+    quad, (first, *rest) = orbit(0.25, -0.375, 0.1, 0.1)
+    backward = first._replace(half={(0, 0, 0): -first.half[0, 0, 0]})
+    with pytest.raises(Undecided, match="C2: the length"):
+        coverings.arrival(coverings.Numbers.of(HEAVY, exact(2)), quad, [backward, *rest])

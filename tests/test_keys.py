@@ -1,0 +1,159 @@
+"""Keys under which something is kept: each of what it follows from makes another key."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import llvmlite.binding as llvm
+import pytest
+
+from rigidpend import Body
+from rigidpend.config import catalogue
+from rigidpend.machine.code_cache import CodeCache
+from rigidpend.numbers.exact import exact
+from rigidpend.orbits.integrate.kernel import machine_code
+from rigidpend.orbits.return_map import return_map, storage
+from rigidpend.orbits.return_map.build import FIRST, SECOND
+from rigidpend.runs import certificates, loading, recalled
+from tests.bodies import FIG4
+
+H = exact("1.3342")
+
+
+def assert_complete(
+    key: Callable[..., Any], given: Mapping[str, Any], others: Mapping[str, Any]
+) -> None:
+    """Each input, changed singly, makes a key of its own, and the same inputs make the same."""
+    assert given.keys() == others.keys()
+    keys = [key(**given), *(key(**{**given, name: other}) for name, other in others.items())]
+    for k, one in enumerate(keys):
+        alike = [name for name, other in zip(["", *others], keys, strict=True) if other == one]
+        assert len(alike) == 1, f"the key does not hold {alike[-1] if k == 0 else alike}"
+    assert key(**given) == keys[0]
+
+
+class Asked(Exception):
+    """A key that was asked for, in the place of what would be made."""
+
+    def __init__(self, key: Any, *_: Any) -> None:
+        self.key = key
+
+
+def asked(by: Callable[[], Any]) -> Any:
+    with pytest.raises(Asked) as caught:
+        by()
+    return caught.value.key
+
+
+def refuse(*arguments: Any) -> Any:
+    """What keeps something, where only the last argument but the content is of interest."""
+    raise Asked(arguments[1])
+
+
+def test_of_a_return_map(monkeypatch: pytest.MonkeyPatch) -> None:
+    def key(A: Any, r: Any, mu: Any, version: str, code: str, **given: Any) -> bytes:
+        monkeypatch.setattr(storage, "__version__", version)
+        monkeypatch.setattr(storage, "_code", lambda: code)
+        return storage.followed(Body(A, r, mu), **given)
+
+    assert_complete(
+        key,
+        {
+            "A": (2, 1, "1.5"),
+            "r": (1, 1, 0),
+            "mu": "0.001",
+            "version": "1",
+            "code": "a",
+            "low": H,
+            "high": H,
+            "bits": 53,
+            "design": FIRST,
+            "table": 64,
+        },
+        {
+            "A": (2, 1, "1.6"),
+            "r": (1, 2, 0),
+            "mu": "0.002",
+            "version": "2",
+            "code": "b",
+            "low": exact("1.3341"),
+            "high": exact("1.3343"),
+            "bits": 64,
+            "design": SECOND,
+            "table": 53,
+        },
+    )
+
+
+def test_of_each_field_of_a_map_s_design() -> None:
+    def key(**fields: Any) -> bytes:
+        design = FIRST._replace(**fields)
+        return storage.followed(FIG4, H, H, bits=53, design=design, table=64)
+
+    assert_complete(key, FIRST._asdict(), SECOND._asdict())
+
+
+def test_of_a_map_s_program_for_orbits() -> None:
+    made = return_map(FIG4, h="1.3342", bits=64)
+    given = {"bits": 53, "least_Qp": 1e-4, "most_Qp": 1e-3}
+    others = {"bits": 106, "least_Qp": 2e-4, "most_Qp": 2e-3}
+    assert_complete(lambda **x: id(made.program(**x)), given, others)
+
+
+def test_of_machine_code(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rigidpend.machine.cache.load", refuse)
+
+    def key(text: str, triple: str, cpu: str, features: str, version: Any) -> bytes:
+        monkeypatch.setattr(machine_code, "_machine", lambda _: SimpleNamespace(triple=triple))
+        monkeypatch.setattr(machine_code, "processor", lambda _: (cpu, features))
+        monkeypatch.setattr(llvm, "llvm_version_info", version)
+        return asked(lambda: machine_code.function(text, "f", ctypes.c_double))
+
+    given = {"text": "a", "triple": "b", "cpu": "c", "features": "d", "version": (1, 2)}
+    others = {"text": "A", "triple": "B", "cpu": "C", "features": "D", "version": (1, 3)}
+    assert_complete(key, given, others)
+
+
+def test_of_the_parts_of_a_certificate(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(certificates, "Parts", refuse)
+    problem = object()
+    certify = partial(certificates.certify, jobs=1, report=lambda _: None)
+
+    def key(mu: str, phase: str, code: str) -> str:
+        config = loading.load(catalogue.known()["fig4"], [f"problem.mu={mu}"])
+        monkeypatch.setattr(certificates, "orbits", lambda *_: {"left": (problem, [exact(phase)])})
+        monkeypatch.setattr(certificates, "code_hash_of", lambda _: code)
+        return asked(lambda: certify(config, tmp_path))
+
+    given = {"mu": "1e-3", "phase": "1", "code": "a"}
+    assert_complete(key, given, {"mu": "2e-3", "phase": "2", "code": "b"})
+
+
+def test_of_a_config_that_was_read(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def key(version: str, reader: str, name: str, content: str, settings: list[str]) -> str:
+        monkeypatch.setattr(recalled, "__version__", version)
+        monkeypatch.setattr(recalled, "_reader", lambda *_: reader)
+        (tmp_path / name).write_text(content)
+        return recalled._key(recalled.CONFIGS, tmp_path / name, *settings)
+
+    given = {"version": "1", "reader": "a", "name": "a.yaml", "content": "a", "settings": ["a=1"]}
+    others = {"version": "2", "reader": "b", "name": "b.yaml", "content": "b", "settings": ["a=2"]}
+    assert_complete(key, given, others)
+
+
+def test_of_a_source_that_was_read() -> None:
+    """Of another source and of another reader nothing is known."""
+
+    def key(reader: bytes, source: bytes) -> str:
+        cache = CodeCache(reader)
+        keys: list[str] = []
+        cache.memory = SimpleNamespace(get=keys.append, put=lambda *_: None)  # type: ignore[assignment]
+        cache.entry(source, lambda _: ("", []))
+        return keys[0]
+
+    assert_complete(key, {"reader": b"a", "source": b"b"}, {"reader": b"c", "source": b"d"})
