@@ -33,8 +33,8 @@ SECONDS = 6.0
 UNDECIDED = "undecided, nothing is proven"
 FURTHER = (
     "all of them stretch one way and shrink the other: in the sets each sequence has one orbit",
-    "beside the sets orbits return on one of two sides or tend to T1 or T2: every finite sequence"
-    " is the code of an orbit from T1 to T1 or T2, and of one from T2",
+    "beside the sets orbits return on one of two sides or tend to T1 or T2: every finite"
+    " sequence is the code of an orbit from T1 to T1 or T2, and of one from T2",
 )
 """Theorems 3 and 4, which a body may lack that has the first two."""
 
