@@ -40,7 +40,7 @@ SCIPY = {
 }
 NOT_COMPARED = (
     *("bits", "orbits", "reference_bits", "by_map"),
-    *("family", "terms", "powers", "coefficients", "edge"),
+    *("family", "terms", "powers", "coefficients", "edge", "stretch"),
 )
 """Which precision or means, and how many orbits, decided hangs on the last bit; and of a proof the
 polynomials, which prove the same of other last digits."""
@@ -129,6 +129,7 @@ OF_FIGURE = {
         "line/theta2": 2e-6,
         "line": 1e-6,
         "across": 1,
+        "squeeze": 1,
     },
     "exponents": {"growth/exponent": 1e-3, "exponent": 1e-7, "allowed": 1e-7, "checked": 1e-6},
 }

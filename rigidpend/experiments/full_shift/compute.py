@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -30,6 +31,12 @@ SIDE = 24
 SECONDS = 6.0
 """Seconds that a proof takes."""
 UNDECIDED = "undecided, nothing is proven"
+FURTHER = (
+    "all of them stretch one way and shrink the other: in the sets each sequence has one orbit",
+    "beside the sets orbits return on one of two sides or tend to T1 or T2: every finite"
+    " sequence is the code of an orbit from T1 to T1 or T2, and of one from T2",
+)
+"""Theorems 3 and 4, which a body may lack that has the first two."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -86,6 +93,8 @@ class Proven(NamedTuple):
     relations: list[list[Relation]]
     start: Reached
     crossed: list[Relation]
+    doubts: tuple[str, str]
+    """Why Theorems 3 and 4 are undecided; empty where they are proven."""
 
 
 def checked(config: Config, quads: Data, line: Data, proof: Data) -> Proven:
@@ -109,9 +118,24 @@ def checked(config: Config, quads: Data, line: Data, proof: Data) -> Proven:
     orbits = pieces.unpacked(proof, len(sets) + 1)
     starts = pieces.unpacked_line(_fraction(config), line)
     arrivals, relations = coverings.prove(numbers, sets, orbits[:-1])
-    return Proven(
-        arrivals, relations, *coverings.prove_line(numbers, starts, orbits[-1], sets, arrivals)
+    start, crossed = coverings.prove_line(numbers, starts, orbits[-1], sets, arrivals)
+    both = [*itertools.chain(*relations), *crossed]
+    doubts = (
+        _doubt(coverings.prove_cones, both),
+        _doubt(coverings.prove_connections, numbers, sets, arrivals),
     )
+    return Proven(arrivals, relations, start, crossed, doubts)
+
+
+def _doubt(check: Callable[..., None], *of: Any) -> str:
+    """Why a further theorem is undecided; empty where it is proven."""
+    from rigidpend.routes.certified.checker import Undecided
+
+    try:
+        check(*of)
+    except Undecided as doubt:
+        return str(doubt)
+    return ""
 
 
 def theorems(config: Config, data: Data) -> list[str]:
@@ -127,6 +151,10 @@ def theorems(config: Config, data: Data) -> list[str]:
     return [
         f"{count} covering relations hold: every sequence of 0 and 1 is the code of an orbit",
         "the line of starts crosses both upward sets: every one-sided sequence is a start's code",
+        *(
+            f"undecided: {doubt}" if doubt else sentence
+            for doubt, sentence in zip(proven.doubts, FURTHER, strict=True)
+        ),
         *([also] if float(around) else []),
     ]
 
@@ -143,7 +171,7 @@ def _fraction(config: Config) -> Fraction:
 
 
 def _of_line(proven: Proven, theta2: tuple[float, float]) -> dict[str, Any]:
-    names = ("target", "edge", "across")
+    names = ("target", "edge", "across", "stretch", "squeeze")
     return {
         "theta2": np.array(theta2),
         "bound": proven.start.bound,

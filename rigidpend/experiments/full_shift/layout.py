@@ -12,6 +12,8 @@ CURVE = bound(lambda *_: [1e-12, 1e-10, 1e-8, 1e-6, 1e-4])
 """Allowed difference of the coefficients of a curve, over |gamma3| of a hundredth."""
 MARGIN = 0.05
 """Allowed difference of a bound on |V|, which is less than 1 or nothing is proven."""
+SLOPES = 0.2
+"""Allowed difference of a bound on its slopes, less than 1 too, to which all roundings add."""
 NEAR = stated(2.0**-12)
 """The bound on a distance, as large as a proof admits; its digits hang on roundings."""
 
@@ -45,6 +47,12 @@ RELATIONS = {
     "across": Field(
         FLOAT, ("sets", 2), "1", "upper bound on |V| of the whole image", within=MARGIN
     ),
+    "stretch": Field(
+        FLOAT, ("sets", 2), "1", "lower bound on |dU/du| - |dU/dv| of the passage", within=ANY
+    ),
+    "squeeze": Field(
+        FLOAT, ("sets", 2), "1", "upper bound on |dV/du| + |dV/dv| of the passage", within=SLOPES
+    ),
 }
 LINE = {
     "e1": Field(FLOAT, (), "1", "e1 gamma1 + e2 gamma2 = centre + half u, u from -1 to 1"),
@@ -58,6 +66,8 @@ LINE = {
     "target": Field(WHOLE, (2,), "1", "the sets that it crosses, counted from 0"),
     "edge": Field(FLOAT, (2,), "1", "lower bound on |U| at its ends", within=ANY),
     "across": Field(FLOAT, (2,), "1", "upper bound on |V| of all of it", within=MARGIN),
+    "stretch": Field(FLOAT, (2,), "1", "lower bound on |dU/du| along it", within=ANY),
+    "squeeze": Field(FLOAT, (2,), "1", "upper bound on |dV/du| along it", within=SLOPES),
 }
 # What polynomials prove is compared, not these: their last digits differ between processors.
 PROOF = {

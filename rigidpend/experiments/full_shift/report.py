@@ -12,10 +12,14 @@ CAPTION = (
     "Each image, a pale strip, crosses both sets of its panel, the full ones, from end to end, as"
     " in a horseshoe. The sets lie on the section J1 = J2/2, two for upward and two for downward"
     " crossings, and the images are those after one passage. That they cross is proven, and from"
-    " it follows that every sequence of 0 and 1 is the route code of an orbit, and every periodic"
-    " sequence that of a closed one. A line of starts of one J1_0 crosses both upward sets too:"
-    " every one-sided sequence is the code of one of them. What looks like a line in the upper"
-    " panels is a set: below, one crossing is magnified."
+    " it follows that every sequence of 0 and 1 is the route code of an orbit in the sets (of one"
+    " alone where C7 holds), and every periodic sequence that of a closed one. A line of"
+    " starts of one J1_0 crosses"
+    " both upward sets too: every one-sided sequence is the code of one of them; where C8"
+    " holds every finite"
+    " sequence is that of an orbit from the lower periodic orbit to the upper or the lower one, and"
+    " of one from the upper one. What looks like a line in the upper panels is a set: below, one"
+    " crossing is magnified."
 )
 
 
@@ -28,21 +32,27 @@ def tables(result: Loaded) -> list[Table]:
     return [
         Table(
             "Covering relations, all proven",
-            ("set", "covers", "|U| of the ends' images", "|V| of the image"),
+            ("set", "covers", "|U| of the ends' images", "|V| of the image", "stretch", "squeeze"),
             [
                 (
                     names[k],
                     names[relations["target"][k][j]],
                     f"more than {_below(relations['edge'][k][j], 4)}",
                     f"less than {_above(relations['across'][k][j], 4)}",
+                    f"more than {_below(relations['stretch'][k][j], 4)}",
+                    f"less than {_above(relations['squeeze'][k][j], 4)}",
                 )
                 for k in range(len(names))
                 for j in range(2)
             ],
-            "A relation needs more than 1 and less than 1. The line of starts, with theta2_0 from"
+            "A relation needs more than 1 and less than 1. The stretch is |dU/du| - |dU/dv|, the"
+            " squeeze |dV/du| + |dV/dv|: more than 1 and less than 1 make the orbit of a sequence"
+            " the only one in the sets. The line of starts, with theta2_0 from"
             f" {line['theta2'][0]:.5f} to {line['theta2'][1]:.5f}, crosses both upward ones too:"
             f" more than {_below(min(line['edge']), 4)}, less than"
-            f" {_above(max(line['across']), 4)}.",
+            f" {_above(max(line['across']), 4)}; stretch more than"
+            f" {_below(min(line['stretch']), 4)}, squeeze less than"
+            f" {_above(max(line['squeeze']), 4)}.",
         ),
         Table(
             "Sets and passages from them",

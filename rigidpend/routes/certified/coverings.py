@@ -1,6 +1,6 @@
 """The checker of covering relations: whether given polynomials prove what a passage does to a set.
 
-It knows nothing of how they were found. `docs/full-shift.md` states the theorem; C1 to C6 below are
+It knows nothing of how they were found. `docs/full-shift.md` has the theorems; C1 to C8 below are
 its hypotheses. Whatever is not shown ends in :class:`Undecided`, never in a relation.
 """
 
@@ -40,10 +40,10 @@ TRIES, ROOM = 4, 4
 """Trials of a tube's radius, and the first over what it has at the beginning."""
 
 
-def curve(quad: Quad, g: Family) -> Family:
+def curve(p: Sequence[Fraction], g: Family) -> Family:
     """p(g)."""
-    found = Family.of_fraction(quad.p[-1], BITS)
-    for x in quad.p[-2::-1]:
+    found = Family.of_fraction(p[-1] if p else 0, BITS)
+    for x in p[-2::-1]:
         found = found * g + Family.of_fraction(x, BITS)
     return found
 
@@ -56,16 +56,24 @@ def place(quad: Quad) -> tuple[Family, Family]:
         for x in (quad.a / quad.l1, quad.b / quad.l1, quad.l0 / quad.l1, quad.a)
     )
     g = u * by_u - v * by_v - from_0
-    return curve(quad, g) + u * a, g
+    return curve(quad.p, g) + u * a, g
 
 
 def coordinates(quad: Quad, d: Family, g: Family) -> tuple[Family, Family]:
     """U and V of points of the section."""
-    off = d - curve(quad, g)
+    off = d - curve(quad.p, g)
     l0, l1, by_a, by_b = (
         Family.of_fraction(x, BITS) for x in (quad.l0, quad.l1, 1 / quad.a, 1 / quad.b)
     )
     return off * by_a, (off - l0 - l1 * g) * by_b
+
+
+def directions(quad: Quad, g: Family, along: Sequence[Family]) -> tuple[Family, Family]:
+    """Derivatives of U and V, where those of d and g are `along`."""
+    by_d, by_g = along
+    off = by_d - curve([k * x for k, x in enumerate(quad.p)][1:], g) * by_g
+    l1, by_a, by_b = (Family.of_fraction(x, BITS) for x in (quad.l1, 1 / quad.a, 1 / quad.b))
+    return off * by_a, (off - l1 * by_g) * by_b
 
 
 class Numbers(NamedTuple):
@@ -106,6 +114,8 @@ class Reached(NamedTuple):
     """The passage takes at least and at most so long, t'."""
     begin: Sequence[arb]
     """Q, gamma1 and gamma2 at the beginning."""
+    slopes: Sequence[Sequence[Family]]
+    """Derivatives of d, and of g, in u and in v."""
 
 
 class Relation(NamedTuple):
@@ -119,6 +129,10 @@ class Relation(NamedTuple):
     """Lower bound on |U| on the edges u = -1 and 1; 1 is needed."""
     across: float
     """Upper bound on |V| of all points; less than 1 is needed."""
+    stretch: float
+    """Lower bound on |dU/du| - |dU/dv| of all points; more than 1 is needed for uniqueness."""
+    squeeze: float
+    """Upper bound on |dV/du| + |dV/dv| of all points; less than 1 is needed for uniqueness."""
 
 
 def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilyStep]) -> Reached:
@@ -135,13 +149,41 @@ def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilySt
         growth = LogarithmicNorm.of(numbers.field)
     if isinstance(start, StartLine):
         side, order = -1, [0, -1]
-        begin, bound = line_beginning(numbers, start, pieces[0], growth)
+        begin, bounds = line_beginning(numbers, start, pieces[0], growth)
     else:
         side, order = 1 if start.rising else -1, [1, 0, -1]
-        begin, bound = beginning(numbers, start, pieces[0], growth)
-    end: list[Family] | None = None
+        begin, bounds = beginning(numbers, start, pieces[0], growth)
     signs: list[int] = []
     time = arb(0)
+    for states, half, apart in followed(numbers, pieces, bounds, growth):
+        with precision(SCALARS):
+            time += 2 * half.range
+            signs += _signs(numbers, states, apart[0], growth, side)
+    _check_signs(signs, order)
+    end = [state.at("z", 1) for state in states]
+    with precision(SCALARS):
+        return _crossing(numbers, end, apart, growth, side, begin, time)
+
+
+def followed(
+    numbers: Numbers, pieces: Sequence[FamilyStep], bounds: list[arb], growth: LogarithmicNorm
+) -> Iterator[tuple[list[Family], Family, list[arb]]]:
+    """Check steps one after the other (C2, C3): states, half-length and distances over each.
+
+    Parameters
+    ----------
+    numbers : Numbers
+    pieces : sequence of FamilyStep
+    bounds : 3 arb
+        On the distance of the polynomials from the orbits at the beginning, and on those of its
+        derivatives in u and v.
+    growth : LogarithmicNorm
+
+    Raises
+    ------
+    Undecided
+    """
+    end: list[Family] | None = None
     for piece in pieces:
         check_stop()
         states = [Family.of(terms, piece.bits) for terms in piece.terms]
@@ -150,22 +192,18 @@ def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilySt
             if not half.range > 0:
                 raise Undecided("C2: the length of a step is not shown to be positive")
             if end is not None:
-                gap = tuple((s.at("z", -1) - e).bound for s, e in zip(states, end, strict=True))
-                bound = _up(bound + growth.norm(gap))
+                gaps = _norms([s.at("z", -1) - e for s, e in zip(states, end, strict=True)], growth)
+                bounds = [_up(bound + gap) for bound, gap in zip(bounds, gaps, strict=True)]
             end = [state.at("z", 1) for state in states]
-            leap = defect(numbers, states, half, growth)
-            bound = _tube(states, half, bound, leap, growth)
-            time += 2 * half.range
-            signs += _signs(numbers, states, bound, growth, side)
-    _check_signs(signs, order)
-    with precision(SCALARS):
-        return _crossing(numbers, end or [], bound, growth, side, begin, time)
+            leaps = defects(numbers, states, half, growth)
+            bounds = _carried(states, half, bounds, leaps, growth)
+        yield states, half, bounds
 
 
 def beginning(
     numbers: Numbers, quad: Quad, piece: FamilyStep, growth: LogarithmicNorm
-) -> tuple[list[arb], arb]:
-    """C1: where the orbits of a set begin, alone nearby, and a bound on the polynomials' distance.
+) -> tuple[list[arb], list[arb]]:
+    """C1: where the orbits of a set begin, alone nearby; bounds on the polynomials' distance.
 
     The large Q, gamma1 and gamma2 follow from d and g by M . gamma = 0, |gamma| = 1 and the energy.
     """
@@ -173,41 +211,48 @@ def beginning(
     c, large, small = numbers.field, 0 if quad.rising else 1, 1 if quad.rising else 0
     d, g = place(quad)
     Q, gamma1, gamma2 = states[large], states[3], states[4]
+    by = numbers.to_M1, numbers.to_M2 if quad.rising else -numbers.to_M2
+
+    def slopes(one: int, *at: arb) -> arb_mat:
+        """The derivatives of the residual in Q, gamma1 and gamma2, linear in 1 and in `at`."""
+        q, d, y1, y2 = at
+        n1, n2 = (q + d) * by[0], (q - d) * by[1]
+        spin = c.kappa * (n1 * by[0] + n2 * by[1]) - d / 2
+        return arb_mat(
+            [
+                [y1 * by[0] + y2 * by[1], n1, n2],
+                [0, 2 * y1, 2 * y2],
+                [spin, one * c.mu_r1, one * c.mu_r2],
+            ]
+        )
+
     with precision(BITS):
-        constants = (numbers.to_M1, numbers.to_M2, c.kappa / 2, c.mu_r1, c.mu_r2, numbers.h)
+        constants = (*by, c.kappa / 2, c.mu_r1, c.mu_r2, numbers.h)
         m1, m2, spin, r1, r2, h = (Family.of_ball(x, BITS) for x in constants)
-        Qp, Qm = (Q, d) if quad.rising else (d, Q)
-        M1, M2 = (Qp + Qm) * m1, (Qp - Qm) * m2
+        M1, M2 = (Q + d) * m1, (Q - d) * m2
         one, half = (Family.of_fraction(x, 1) for x in (Fraction(1), Fraction(1, 2)))
         residual = (
             M1 * gamma1 + M2 * gamma2,
             gamma1 * gamma1 + gamma2 * gamma2 + g * g - one,
-            spin * (M1 * M1 + M2 * M2) - half * Qp * Qm + r1 * gamma1 + r2 * gamma2 - h,
+            spin * (M1 * M1 + M2 * M2) - half * Q * d + r1 * gamma1 + r2 * gamma2 - h,
         )
-        # The derivatives of these in Q, gamma1 and gamma2, over all points so near.
         q, y1, y2 = (each.range + arb(0, ALONE) for each in (Q, gamma1, gamma2))
-        qp, qm = (q, d.range) if quad.rising else (d.range, q)
-        n1, n2 = (qp + qm) * numbers.to_M1, (qp - qm) * numbers.to_M2
-        by = numbers.to_M1, numbers.to_M2 if quad.rising else -numbers.to_M2
-        slopes = arb_mat(
-            [
-                [y1 * by[0] + y2 * by[1], n1, n2],
-                [0, 2 * y1, 2 * y2],
-                [c.kappa * (n1 * by[0] + n2 * by[1]) - d.range / 2, c.mu_r1, c.mu_r2],
-            ]
-        )
-        near = _nearest(residual, slopes, ALONE)
+        turned = [
+            slopes(0, *(each.partial(name).range for each in (Q, d, gamma1, gamma2)))
+            for name in "uv"
+        ]
+        near = _nearest(residual, slopes(1, q, d.range, y1, y2), turned, ALONE)
         if not q > 0:
             raise Undecided("C1: the large Q is not shown to be positive at the points of a set")
-        apart = [near, near, states[2].bound, near, near, (states[5] - g).bound]
-        apart[small] = (states[small] - d).bound
+        apart = [near, near, _orders(states[2]), near, near, _orders(states[5] - g)]
+        apart[small] = _orders(states[small] - d)
     with precision(SCALARS):
-        return [each.range for each in (Q, gamma1, gamma2)], _up(growth.norm(tuple(apart)))
+        return [each.range for each in (Q, gamma1, gamma2)], _normed(apart, growth)
 
 
 def line_beginning(
     numbers: Numbers, line: StartLine, piece: FamilyStep, growth: LogarithmicNorm
-) -> tuple[list[arb], arb]:
+) -> tuple[list[arb], list[arb]]:
     """C1 of a line of starts: Qp, M3 and gamma follow from J1 and the place on the line."""
     states = [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
     Qp, Qm, M3, *gamma = states
@@ -228,35 +273,43 @@ def line_beginning(
             across_2 - four * J1 * (J1 - M3),
             e1 * gamma[0] + e2 * gamma[1] - centre - half * u,
         )
-        q, m, y1, y2, y3 = (each.range + arb(0, THIN) for each in (Qp, M3, *gamma))
-        action, along = J1.range, (e1.range, e2.range)
-        slopes = arb_mat(
-            [
+
+        def slopes(one: int, *at: arb) -> arb_mat:
+            """The derivatives of the residual in Qp, M3 and gamma, linear in 1 and in `at`."""
+            q, m, y1, y2, y3 = at
+            return arb_mat(
                 [
-                    numbers.to_M1 * y1 + numbers.to_M2 * y2,
-                    y3,
-                    q * numbers.to_M1,
-                    q * numbers.to_M2,
-                    m,
-                ],
-                [0, 0, 2 * y1, 2 * y2, 2 * y3],
-                [c.kappa * q * across, c.kappa * m, c.mu_r1, c.mu_r2, 0],
-                [2 * q * across, 4 * action, 0, 0, 0],
-                [0, 0, *along, 0],
-            ]
-        )
-        near = _nearest(residual, slopes, THIN)
-        if not (q > 0 and m < 0):
+                    [
+                        numbers.to_M1 * y1 + numbers.to_M2 * y2,
+                        y3,
+                        q * numbers.to_M1,
+                        q * numbers.to_M2,
+                        m,
+                    ],
+                    [0, 0, 2 * y1, 2 * y2, 2 * y3],
+                    [c.kappa * q * across, c.kappa * m, one * c.mu_r1, one * c.mu_r2, 0],
+                    [2 * q * across, one * 4 * J1.range, 0, 0, 0],
+                    [0, 0, one * e1.range, one * e2.range, 0],
+                ]
+            )
+
+        found = (Qp, M3, *gamma)
+        box = [each.range + arb(0, THIN) for each in found]
+        turned = [slopes(0, *(each.partial(k).range for each in found)) for k in "uv"]
+        near = _nearest(residual, slopes(1, *box), turned, THIN)
+        if not (box[0] > 0 and box[1] < 0):
             raise Undecided("C1: Qp > 0 > M3 is not shown at the starts")
     with precision(SCALARS):
-        apart = (near, Qm.bound, near, near, near, near)
-        return [], _up(growth.norm(apart))
+        return [], _normed([near, _orders(Qm), near, near, near, near], growth)
 
 
-def _nearest(residual: Sequence[Family], slopes: arb_mat, room: float) -> arb:
+def _nearest(
+    residual: Sequence[Family], slopes: arb_mat, turned: Sequence[arb_mat], room: float
+) -> list[arb]:
     """C1: how near a solution is, the only one so near as `room`, where the derivatives hold.
 
-    Newton's iteration with a fixed matrix contracts the box of that size into itself.
+    Newton's iteration with a fixed matrix contracts the box of that size into itself. By how much
+    the solution's derivatives in u and v differ follows with those of the matrix, `turned`.
     """
     n = len(residual)
     try:
@@ -265,40 +318,72 @@ def _nearest(residual: Sequence[Family], slopes: arb_mat, room: float) -> arb:
         raise Undecided("C1: the derivatives have no inverse where the orbits begin") from None
     off = inverse * slopes
     share = _largest(sum((abs(off[i, j] - (i == j)) for j in range(n)), arb(0)) for i in range(n))
-    away = _largest(
-        sum((abs(inverse[i, j]) * residual[j].bound for j in range(n)), arb(0)) for i in range(n)
-    )
-    # So the share is less than 1 too.
-    if not away < (1 - share) * room:
+
+    def solved(right: Sequence[arb]) -> arb:
+        rows = (sum((abs(inverse[i, j]) * right[j] for j in range(n)), arb(0)) for i in range(n))
+        return _largest(rows) / (1 - share)
+
+    values, *along = zip(*map(_orders, residual), strict=True)
+    if not (share < 1 and (near := _up(solved(values))) < room):
         raise Undecided("C1: no points are shown to be where the orbits begin")
-    return _up(away / (1 - share))
+    return [near] + [
+        _up(solved([
+            right[i] + sum((abs(turn[i, j]) for j in range(n)), arb(0)) * near for i in range(n)
+        ]))
+        for right, turn in zip(along, turned, strict=True)
+    ]  # fmt: skip
 
 
-def defect(
+def defects(
     numbers: Numbers, states: Sequence[Family], half: Family, growth: LogarithmicNorm
-) -> arb:
-    """C2: bound on the norm of dP/dx - half f(P) over the step, f the aligned field."""
+) -> list[arb]:
+    """C2: bounds on the norm of dP/dx - half f(P) over the step, f the aligned field.
+
+    The second and third are of its derivatives in u and v.
+    """
     c = AlignedCoefficients(*(Family.of_ball(x, BITS) for x in numbers.field))
     rates = aligned(states, c)
-    parts = [P.derivative() - half * rate for P, rate in zip(states, rates, strict=True)]
-    return _up(growth.norm(tuple(part.bound for part in parts)))
+    return _norms(
+        [P.derivative() - half * rate for P, rate in zip(states, rates, strict=True)], growth
+    )
+
+
+def _carried(
+    states: Sequence[Family],
+    half: Family,
+    begin: Sequence[arb],
+    leaps: Sequence[arb],
+    growth: LogarithmicNorm,
+) -> list[arb]:
+    """C3: the distance over the whole step, and those of the derivatives in u and v."""
+    bound, factor = _tube(states, half, begin[0], leaps[0], growth)
+    size, *slopes = _norms(states, growth)
+    apart = begin[0] + 2 * leaps[0]
+    rate = growth.steepness(size + WIDEST)
+    found = [bound]
+    for k, (name, slope) in enumerate(zip("uv", slopes, strict=True)):
+        # Where orbits and polynomials differ, so does what carries their derivatives.
+        bent = half.bound * growth.bending * slope + half.partial(name).bound * rate
+        found.append(_up(factor * (begin[1 + k] + 2 * (leaps[1 + k] + bent * apart))))
+    return found
 
 
 def _tube(
     states: Sequence[Family], half: Family, begin: arb, leap: arb, growth: LogarithmicNorm
-) -> arb:
-    """C3: the distance over the whole step, from the assumed radius of the tube."""
+) -> tuple[arb, arb]:
+    """C3: the distance over the whole step, from the assumed radius of the tube, and its growth."""
     M3 = [abs(each).upper() for each in _on_parts(states[2])]
     length = 2 * half.bound / PARTS
     assumed = ROOM * (begin + 2 * leap)
     for _ in range(TRIES):
         assumed = assumed.min(arb(WIDEST))
-        wide = assumed / (2 * growth.upright)
-        total = sum((growth.rate(m + wide, assumed) for m in M3), arb(0)) * length
-        grown = _up(total.exp() * (begin + 2 * leap))
+        # At the orbits themselves, and not halfway to the polynomials, for the derivatives' sake.
+        wide = assumed / growth.upright
+        factor = (sum((growth.rate(m + wide, 2 * assumed) for m in M3), arb(0)) * length).exp()
+        grown = _up(factor * (begin + 2 * leap))
         # Balls compare as true only where that is certain.
         if grown < assumed:
-            return grown
+            return grown, factor
         assumed = 2 * grown
     said = f"C3: the orbits are shown to stay within {float(grown):.3g} of the polynomials"
     raise Undecided(f"{said}, and within {WIDEST:.3g} is needed")
@@ -332,14 +417,14 @@ def _check_signs(signs: Sequence[int], order: Sequence[int]) -> None:
 def _crossing(
     numbers: Numbers,
     end: Sequence[Family],
-    bound: arb,
+    bounds: Sequence[arb],
     growth: LogarithmicNorm,
     side: int,
     begin: Sequence[arb],
     passed: arb,
 ) -> Reached:
     """C5: the crossing beside the end of the last step, on which side, and where."""
-    apart = _apart(bound, growth)
+    apart = _apart(bounds[0], growth)
     M3 = end[2].bound + apart[2]
     late = apart[2] + M3
     for _ in range(TRIES):
@@ -364,13 +449,23 @@ def _crossing(
     mirrored = bool(box[large] < 0)
     # (-M1, -M2, M3, gamma1, gamma2, -gamma3) makes separatrix 1 or 4 of 3 or 2.
     d, g = (end[j].widened(apart[j] + time * abs(rates[j])) for j in (small, 5))
+    # The derivatives change until the crossing, and by the time of it, which M3 tells.
+    _, *sizes = _norms(end, growth)
+    steep = growth.steepness(growth.norm(tuple(_up(abs(x)) for x in box)))
+    slopes: list[list[Family]] = [[], []]
+    for k, (name, size) in enumerate(zip("uv", sizes, strict=True)):
+        off = _apart(_up(bounds[1 + k] + (steep * time).expm1() * (size + bounds[1 + k])), growth)
+        timed = (end[2].partial(name).bound + off[2]) * fastest / slowest
+        for of, j in zip(slopes, (small, 5), strict=True):
+            of.append(end[j].partial(name).widened(off[j] + timed))
     if mirrored:
         d, g = -d, -g
+        slopes = [[-each for each in of] for of in slopes]
     Q = -box[large] if mirrored else box[large]
     right = (not mirrored) if side > 0 else mirrored
     there = (Q, box[3], box[4])
     duration = -_double(time - passed), _double(passed + time)
-    return Reached(d, g, right, there, _double(bound), _double(time), duration, begin)
+    return Reached(d, g, right, there, _double(bounds[0]), _double(time), duration, begin, slopes)
 
 
 def relation(source: Reached, target: Quad, begin: Sequence[arb], place: int) -> Relation:
@@ -403,7 +498,31 @@ def relation(source: Reached, target: Quad, begin: Sequence[arb], place: int) ->
         if not V.bound < 1:
             said = f"C6: the image lies within |V| <= {float(V.bound):.4g} of set {place}"
             raise Undecided(f"{said}, and less than 1 is needed")
-        return Relation(place, orientation, -_double(-least), _double(V.bound))
+        return Relation(
+            place, orientation, -_double(-least), _double(V.bound), *_cone(source, target)
+        )
+
+
+def _cone(source: Reached, target: Quad) -> tuple[float, float]:
+    """C7: the stretch and the squeeze of a relation."""
+    by_u, by_v = (directions(target, source.g, along) for along in zip(*source.slopes, strict=True))
+    stretch = abs(by_u[0].range).lower() - by_v[0].bound
+    return -_double(-stretch), _double(by_u[1].bound + by_v[1].bound)
+
+
+def prove_cones(relations: Iterable[Relation]) -> None:
+    """C7: every difference of two orbits grows along u, or shrinks along v.
+
+    Raises
+    ------
+    Undecided
+    """
+    for each in relations:
+        if not (each.stretch > 1 and each.squeeze < 1):
+            raise Undecided(
+                f"C7: the passage to set {each.target} is not shown to stretch along u and to"
+                " shrink along v"
+            )
 
 
 def prove(
@@ -465,6 +584,46 @@ def prove_line(
         raise Undecided(f"line of starts: {doubt}") from None
 
 
+def prove_connections(numbers: Numbers, quads: Sequence[Quad], arrivals: Iterable[Reached]) -> None:
+    """C8: beside the sets an orbit crosses M3 = 0 again on one of two sides, or tends to T1 or T2.
+
+    Raises
+    ------
+    Undecided
+    """
+    small = [place(quad)[0].bound for quad in quads] + [found.d.bound for found in arrivals]
+    with precision(SCALARS):
+        check_middle(numbers, _largest(small))
+
+
+def check_middle(numbers: Numbers, small: arb) -> None:
+    """C8, for orbits that cross M3 = 0 at |d| <= small."""
+    c, growth = numbers.field, LogarithmicNorm.of(numbers.field)
+    saddle, force = growth.saddle, growth.torque
+    mu = (c.mu_r1**2 + c.mu_r2**2).sqrt()
+    spins = c.omega1 * numbers.to_M1, c.omega2 * numbers.to_M2
+    most, least = spins[0].max(spins[1]), spins[0].min(spins[1])
+    # Any m0, m1 and q will do.
+    unit = (2 * numbers.h / c.kappa).sqrt()
+    m0, m1, q = unit / 3, 2 * unit / 3, (numbers.h / most).sqrt() / 5
+    lean = numbers.to_M1.max(numbers.to_M2) * arb(2).sqrt()
+    square = (numbers.h - mu - c.kappa * m1 * m1 / 2) / most
+    rise = (square - 2 * q * q) / (4 * saddle) - mu
+    if not rise > 0:
+        raise Undecided("C8: M3 is not shown to rise beside the sets")
+    rate = saddle * m0 - force * lean / m0
+    if not rate > 0:
+        raise Undecided("C8: the middle is not shown to be a saddle")
+    time = m1 / rise
+    if not (saddle * m1 * time).exp() * (small + force * time) < q:
+        raise Undecided("C8: orbits beside the sets are not shown to follow the separatrix")
+    apart = 2 * (2 * saddle * rate * square * (m1 - m0)).sqrt() - 4 * saddle * mu
+    fall = apart / (8 * saddle) - mu
+    widest = ((numbers.h + mu) / least).sqrt()
+    if not (fall > 0 and 4 * force * widest * m0 / fall < apart):
+        raise Undecided("C8: M3 is not shown to fall to zero where it leaves the middle")
+
+
 @contextmanager
 def _of_set(k: int) -> Iterator[None]:
     """Name the set in what is undecided."""
@@ -493,6 +652,20 @@ def _double(x: arb) -> float:
 def _apart(bound: arb, growth: LogarithmicNorm) -> list[arb]:
     """Bounds on the distance of each component."""
     return [bound, bound, _up(bound / growth.upright)] + 3 * [_up(bound * growth.weight)]
+
+
+def _orders(state: Family) -> list[arb]:
+    """Bounds on a family, and on its derivatives in u and v."""
+    return [state.bound, *(state.partial(name).bound for name in "uv")]
+
+
+def _norms(states: Sequence[Family], growth: LogarithmicNorm) -> list[arb]:
+    """Bounds on the norms of states, and of their derivatives in u and v."""
+    return _normed([_orders(state) for state in states], growth)
+
+
+def _normed(bounds: Sequence[Sequence[arb]], growth: LogarithmicNorm) -> list[arb]:
+    return [_up(growth.norm(each)) for each in zip(*bounds, strict=True)]
 
 
 def _largest(balls: Iterable[arb]) -> arb:

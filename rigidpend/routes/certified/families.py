@@ -1,8 +1,9 @@
 """Families of functions of time: series in x with coefficients that are polynomials in u and v.
 
-A family stands for every function of (x, u, v) in [-1, 1]^3 that differs from its polynomial by at
-most its error. It is a Chebyshev series in x, and powers of u and v. Nothing is rounded: products
-get longer, and only irrational numbers bring an error.
+A family stands for every polynomial of (x, u, v) in [-1, 1]^3, a Chebyshev series in x and powers
+of u and v, whose coefficients differ from those that it has by at most its error, all together. So
+derivatives in u and v are known too. Nothing is rounded: products get longer, and only irrational
+numbers bring an error.
 
 As in :mod:`rigidpend.routes.certified.models` what is kept is 2 P(x) at x = (z + 1/z)/2, multiplied
 by z^degree, so that a product of families is one product of polynomials over the integers.
@@ -10,9 +11,11 @@ by z^degree, so that a product of families is one product of polynomials over th
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from functools import cached_property
+from operator import add
+from typing import TypeAlias
 
 from flint import arb, fmpz, fmpz_mpoly, fmpz_mpoly_ctx
 
@@ -23,12 +26,23 @@ from rigidpend.routes.certified.precision import precision
 _RING = fmpz_mpoly_ctx.get(("z", "u", "v"), "lex")
 _Z = _RING.gens()[0]
 
+Orders: TypeAlias = tuple[int, int]
+
 
 class Family:
     """A polynomial in units of 2^-bits, with an error in the same units."""
 
-    def __init__(self, doubled: fmpz_mpoly, degree: int, bits: int, error: int = 0) -> None:
+    def __init__(
+        self,
+        doubled: fmpz_mpoly,
+        degree: int,
+        bits: int,
+        error: int = 0,
+        orders: Orders | None = (0, 0),
+    ) -> None:
         self.doubled, self.degree, self.bits, self.error = doubled, degree, bits, error
+        self.orders = orders
+        """Degrees in u and v at most; None of other functions than polynomials."""
 
     @classmethod
     def of(cls, terms: Mapping[Powers, int], bits: int) -> Family:
@@ -37,7 +51,8 @@ class Family:
         both: dict[tuple[int, ...], int | fmpz] = {
             (n + side * j, k, l): w for (j, k, l), w in terms.items() for side in (-1, 1)
         }
-        return cls(_RING.from_dict(both), n, bits)
+        orders = (max((k for _, k, _ in terms), default=0), max((l for *_, l in terms), default=0))
+        return cls(_RING.from_dict(both), n, bits, 0, orders)
 
     @classmethod
     def of_ball(cls, ball: arb, bits: int) -> Family:
@@ -87,8 +102,8 @@ class Family:
         """The family on the side where z (which is x there), u or v is -1 or 1."""
         found = self.doubled.subs({name: side})
         if name != "z":
-            return Family(found, self.degree, self.bits, self.error)
-        return Family(found * side**self.degree, 0, self.bits, self.error)
+            return Family(found, self.degree, self.bits, self.error, self.orders)
+        return Family(found * side**self.degree, 0, self.bits, self.error, self.orders)
 
     def derivative(self) -> Family:
         """Derivative in x, of a family without error."""
@@ -104,13 +119,21 @@ class Family:
                 slopes[j - 1, k, l] = ahead[-1]
         return Family.of(slopes, self.bits)
 
+    def partial(self, name: str) -> Family:
+        """Derivative in u or v."""
+        if self.orders is None:
+            raise ValueError("functions of which only values are bounded have any derivatives")
+        # A power takes its exponent before it, in what is within the error as in all else.
+        error = self.error * self.orders["uv".index(name)]
+        return Family(self.doubled.derivative(name), self.degree, self.bits, error, self.orders)
+
     def widened(self, by: arb) -> Family:
-        """The same polynomial, with so much more error."""
+        """All functions that differ from these by so much."""
         error = self.error + _above(by * arb(2) ** self.bits)
-        return Family(self.doubled, self.degree, self.bits, error)
+        return Family(self.doubled, self.degree, self.bits, error, None)
 
     def __neg__(self) -> Family:
-        return Family(-self.doubled, self.degree, self.bits, self.error)
+        return Family(-self.doubled, self.degree, self.bits, self.error, self.orders)
 
     def __add__(self, other: Family) -> Family:
         bits, degree = max(self.bits, other.bits), max(self.degree, other.degree)
@@ -118,7 +141,7 @@ class Family:
             x.doubled * (_Z ** (degree - x.degree) * (1 << (bits - x.bits))) for x in (self, other)
         )
         error = sum(x.error << (bits - x.bits) for x in (self, other))
-        return Family(a + b, degree, bits, error)
+        return Family(a + b, degree, bits, error, _each(max, self.orders, other.orders))
 
     def __sub__(self, other: Family) -> Family:
         return self + -other
@@ -129,7 +152,14 @@ class Family:
         error += self.error * other.size if self.error else 0
         # Both are doubled, and so is their product: half a unit for the other two.
         bits = self.bits + other.bits + 1
-        return Family(self.doubled * other.doubled, self.degree + other.degree, bits, 2 * error)
+        orders = _each(add, self.orders, other.orders)
+        degree = self.degree + other.degree
+        return Family(self.doubled * other.doubled, degree, bits, 2 * error, orders)
+
+
+def _each(rule: Callable[[int, int], int], a: Orders | None, b: Orders | None) -> Orders | None:
+    """Degrees of a sum or a product."""
+    return None if a is None or b is None else (rule(a[0], b[0]), rule(a[1], b[1]))
 
 
 def _above(x: arb) -> int:

@@ -67,6 +67,15 @@ class LogarithmicNorm(NamedTuple):
         )
         return (steep + _hypotenuse(steep, coupling)) / 2
 
+    @property
+    def bending(self) -> arb:
+        """Bound on the second derivative of the field, for two states of norm 1."""
+        return (1 + self.turning * self.turning).sqrt()
+
+    def steepness(self, size: arb) -> arb:
+        """Bound on the derivative of the field, for a state of norm 1, at states of such a size."""
+        return self.bending * size + self.weight * self.torque
+
     def norm(self, state: tuple[arb, ...]) -> arb:
         """Norm of a difference of states."""
         p, q, s, *g = state

@@ -48,6 +48,7 @@ def test_all_eight_relations_are_proven_of_what_is_stored(changes: list[str]) ->
     assert len(proven.crossed) == 2
     assert data["relations"]["edge"].min() > 1
     assert data["relations"]["across"].max() < 1
+    assert proven.doubts[0][:2] == ("C7" if changes == OTHER else "")
     assert sorted(zip(data["sets"]["rising"], data["sets"]["symbol"], strict=True)) == [
         (False, 0), (False, 1), (True, 0), (True, 1)
     ]  # fmt: skip
@@ -92,7 +93,7 @@ def test_sets_without_a_width_are_lost_in_rounding(monkeypatch: pytest.MonkeyPat
 def test_the_command_that_checks_certificates_proves_a_result_again(tmp_path: Path) -> None:
     stored = store.load(FOLDER / "full_shift.h5")
     said = certificates.check(FOLDER / "full_shift.h5", jobs=1, report=print)
-    assert [type(each) for each in said] == [certificates.Theorem] * 2
+    assert [type(each) for each in said] == [certificates.Theorem] * 4
     stored["data"]["sets"]["a"][0] *= 3
     tree: Any = {}
     for name, fields in LAYOUT.items():
@@ -154,11 +155,12 @@ def test_bounds_are_rounded_outward() -> None:
     [relations, sets] = report.tables(result)
     assert len(relations.rows) == 8
     proven = result["data"]["relations"]
-    for row, edge, across in zip(
-        relations.rows, proven["edge"].flat, proven["across"].flat, strict=True
-    ):
-        assert edge * (1 - 1e-3) < float(row[2].removeprefix("more than ")) <= edge
-        assert across <= float(row[3].removeprefix("less than ")) < across + 1e-4
+    for at, above, below in ((2, "edge", "across"), (4, "stretch", "squeeze")):
+        for row, more, less in zip(
+            relations.rows, proven[above].flat, proven[below].flat, strict=True
+        ):
+            assert more * (1 - 1e-3) < float(row[at].removeprefix("more than ")) <= more
+            assert less <= float(row[at + 1].removeprefix("less than ")) < less + 1e-4
     proven = result["data"]["sets"]
     for k, row in enumerate(sets.rows):
         low, high = map(float, row[3].split(" to "))

@@ -62,6 +62,24 @@ def test_the_rate_holds_at_a_distance(name: str) -> None:
         assert speed <= rate * distance * (1 + 1e-12)
 
 
+@pytest.mark.parametrize("name", BODIES)
+def test_derivatives_of_the_field_are_bounded(name: str) -> None:
+    """The second one over random pairs, of which the best meets most of it, and the first one."""
+    c, growth = of(name)
+    D, drawn, nearest = weights(growth), np.random.default_rng(3), 0.0
+    bending = float(growth.bending)
+    for _ in range(2000):
+        e, z, y = drawn.normal(size=(3, 6)) * 10 ** drawn.uniform(-2, 2, size=(3, 6)) / D
+        e, z = e / np.linalg.norm(D * e), z / np.linalg.norm(D * z)
+        second = (jacobian(e[:, None], c)[0] - jacobian(0 * e[:, None], c)[0]) @ z
+        size = float(np.linalg.norm(D * second))
+        assert size <= bending * (1 + 1e-12)
+        nearest = max(nearest, size / bending)
+        steep = np.linalg.norm(D[:, None] * jacobian(y[:, None], c)[0] / D, 2)
+        assert steep <= float(growth.steepness(arb(float(np.linalg.norm(D * y))))) * (1 + 1e-12)
+    assert nearest > 0.5
+
+
 def _wide(distance: float, growth: LogarithmicNorm) -> arb:
     """By how much |M3| halfway can be larger."""
     return arb(distance) / (2 * growth.upright)

@@ -141,11 +141,21 @@ def bent(quad: Quad, pieces: Pieces) -> Pieces:
 @pytest.mark.parametrize(
     ("before", "after", "change", "h"),
     [
-        ("near = _nearest(residual, slopes, ALONE)", "near = arb(0)", None, "1.3343"),
-        ("gamma2)], _up(growth.norm(tuple(apart)))", "gamma2)], arb(0)", None, H),
-        ("bound = _up(bound + growth.norm(gap))", "pass", jumping, H),
-        ("leap = defect(numbers, states, half, growth)", "leap = arb(0)", bent, H),
-        ("total.exp() * (begin", "(begin", None, H),
+        (
+            "near = _nearest(residual, slopes(1, q, d.range, y1, y2), turned, ALONE)",
+            "near = 3 * [arb(0)]",
+            None,
+            "1.3343",
+        ),
+        ("gamma2)], _normed(apart, growth)", "gamma2)], 3 * [arb(0)]", None, H),
+        (
+            "bounds = [_up(bound + gap) for bound, gap in zip(bounds, gaps, strict=True)]",
+            "pass",
+            jumping,
+            H,
+        ),
+        ("leaps = defects(numbers, states, half, growth)", "leaps = 3 * [arb(0)]", bent, H),
+        ("grown = _up(factor * (begin", "grown = _up((begin", None, H),
     ],
     ids=["C1 energy", "C1 distance", "C2 joint", "C2 defect", "C3"],
 )
@@ -263,7 +273,7 @@ def test_without_a_hypothesis_another_crossing_is_believed(
 @pytest.mark.parametrize(
     ("before", "after", "ends", "across", "sheet"),
     [
-        ("not least > 1", "not least > 0.5", 0.75, 0.5, 0.5),
+        ("not least > 1:", "not least > 0.5:", 0.75, 0.5, 0.5),
         ("V.bound < 1", "V.bound < 2", 1.5, 1.5, 0.5),
         ("abs(a - b) <= ALONE", "abs(a - b) <= 2 * ALONE", 1.5, 0.5, 1.5),
     ],
@@ -275,7 +285,7 @@ def test_with_a_wider_bound_of_C6_a_false_relation_is_believed(
     d, g = (Family.of(x, BITS) for x in image(ends, across, STRAIGHT))
     begin = [arb(1), arb(0.5), arb(0.5)]
     box = (arb(1 + sheet * ALONE), arb(0.5), arb(0.5))
-    source = coverings.Reached(d, g, True, box, 0.0, 0.0, (1.0, 1.0), begin)
+    source = coverings.Reached(d, g, True, box, 0.0, 0.0, (1.0, 1.0), begin, [[d, g], [d, g]])
     weakened(coverings, (before, after)).relation(source, STRAIGHT, begin, 0)
     with pytest.raises(Undecided, match="C6"):
         coverings.relation(source, STRAIGHT, begin, 0)
@@ -287,7 +297,7 @@ def test_without_the_sign_of_C5_a_side_is_believed_that_nobody_knows() -> None:
     Q = radius_of_crossing(growth, bound) / 2
     values = (0.0, Q, 0.0, -math.sqrt(0.5), math.sqrt(0.5), 0.0)
     end = [Family.of(constant(x), BITS) for x in values]
-    asked: Any = coverings.Numbers.of(FIG4, exact(H)), end, arb(bound), growth, 1, [], arb(0)
+    asked: Any = coverings.Numbers.of(FIG4, exact(H)), end, [arb(bound)] * 3, growth, 1, [], arb(0)
     slip = weakened(coverings, ("not (box[large] > 0 or box[large] < 0)", "False"))
     assert slip._crossing(*asked).right
     with pytest.raises(Undecided, match="C5: the side"):
@@ -301,7 +311,7 @@ def test_without_a_positive_length_of_C2_a_bound_shrinks_where_orbits_part() -> 
     states = [Family.of(constant(M3 if k == 2 else 0.0), BITS) for k in range(6)]
     back = Family.of({(0, 0, 0): -int(half * 2 ** (CLOCK + 1))}, CLOCK)
     slip = weakened(coverings, ("length = 2 * half.bound", "length = 2 * half.range"))
-    stated = float(slip._tube(states, back, arb(begin), arb(0), growth))
+    stated = float(slip._tube(states, back, arb(begin), arb(0), growth)[0])
     apart = begin * math.exp(math.sqrt(8) / 6 * M3 * 2 * half)
     assert stated < begin < apart
     quad, (first, *rest) = orbit(0.25, -0.375, 0.1, 0.1)
