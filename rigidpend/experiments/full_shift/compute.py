@@ -94,7 +94,7 @@ class Proven(NamedTuple):
     start: Reached
     crossed: list[Relation]
     doubts: tuple[str, str]
-    """Why Theorems 3 and 4 are undecided; empty where they are proven."""
+    """Reasons for which Theorems 3 and 4 are undecided; empty where they are proven."""
 
 
 def checked(config: Config, quads: Data, line: Data, proof: Data) -> Proven:
@@ -128,7 +128,7 @@ def checked(config: Config, quads: Data, line: Data, proof: Data) -> Proven:
 
 
 def _doubt(check: Callable[..., None], *of: Any) -> str:
-    """Why a further theorem is undecided; empty where it is proven."""
+    """The reason for which a further theorem is undecided; empty where it is proven."""
     from rigidpend.routes.certified.checker import Undecided
 
     try:
