@@ -142,8 +142,7 @@ def of_config(config: Any) -> Iterator[tuple[str, Change]]:
 def of_arrays(file: Any) -> Iterator[tuple[str, Change]]:
     """Each array gone, empty, each kind of element changed, columns and arrays exchanged."""
     other = {"one": "two", "two": "one"}
-    # Both arrays are read alike: by default the one that stands beside another serves for both.
-    for name in ("one", "two") if lot.COUNT else ("two",):
+    for name in ("one", "two"):
         yield f"{name} gone", partial(drop, name)
         # A single orbit of all steps, and none left for the second column.
         merged = file["data"][name]["steps"][()].sum(keepdims=True)
