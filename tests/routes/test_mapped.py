@@ -156,6 +156,41 @@ def test_orbits_that_leave_the_tables_on_the_way_have_failed(
     np.testing.assert_array_equal(record.time, time)
 
 
+def test_orbits_in_blocks_cross_as_each_does_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 3)
+    maps = mapped.Maps(problem, Phases(PHASES[:17]))
+
+    def crossed(n: int) -> list[Any]:
+        return [*maps.crossings(53, certainty.FIRST, np.arange(n))]
+
+    alone = [maps.crossings(53, certainty.FIRST, np.array([k])) for k in range(17)]
+    monkeypatch.setattr(mapped, "BLOCK", 8)
+    for n in (1, 7, 8, 9, 16, 17):
+        for together, parts in zip(crossed(n), zip(*alone[:n], strict=True), strict=True):
+            np.testing.assert_array_equal(together, np.concatenate(parts, axis=-1))
+
+
+@pytest.mark.parametrize("bits", [53, mapped.SHARPER, mapped.SHARPEST])
+def test_sharper_maps_are_made_once_for_the_orbits_that_are_left_open(
+    bits: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Only where the tables are in pairs of doubles, and if they pay for those orbits alone."""
+    maps, asked = object.__new__(mapped.Maps), []
+    maps.problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 3)
+    maps.orbits, maps.table_bits = 1000, bits
+
+    def make(designs: Any, bits: int, most: float) -> None:
+        asked.append((bits, most))
+        if most < mapped.budget_in_pairs(maps.problem, 100):
+            raise MapError("they do not pay")
+
+    monkeypatch.setattr(maps, "_make", make, raising=False)
+    pays = [maps.sharpen(share) for share in (0.05, 0.25, 0.25)]
+    assert pays == [bits == mapped.SHARPEST, *[bits >= mapped.SHARPER] * 2]
+    budgets = [mapped.budget_in_pairs(maps.problem, n) for n in (50, 250)]
+    assert asked == [(mapped.SHARPEST, x) for x in budgets if bits == mapped.SHARPER]
+
+
 def test_orbits_of_every_phase_begin_at_one_distance(monkeypatch: pytest.MonkeyPatch) -> None:
     maps, begun = object.__new__(mapped.Maps), []
     maps.problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 3)
@@ -230,6 +265,35 @@ def test_tables_pay_for_more_orbits_of_longer_passages() -> None:
     )
     assert mapped.budget(few, 20_000) == pytest.approx(20 * mapped.budget(few, 1000))
     assert mapped.budget(slow, 1000) > 3 * mapped.budget(few, 1000)
+    for budget in (mapped.budget, mapped.budget_in_pairs):
+        longer = budget(RouteProblem(few.body, few.h0, few.J1_0, 45), 1000)
+        assert longer == pytest.approx(3 * budget(few, 1000)), "symbols are alike"
+
+
+def test_tables_share_what_all_of_them_may_cost(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 3)
+    budgets: list[float] = []
+
+    def refused(*_: Any, budget: float, **__: Any) -> ReturnMap:
+        budgets.append(budget)
+        raise MapError("refused")
+
+    monkeypatch.setattr(mapped, "return_map", refused)
+    monkeypatch.setattr(mapped, "expected_cost", lambda *x: 1.0 if x[-1] == FIRST else 3.0)
+    for most, expected in ((3.9, set()), (8.0, {2.0})):
+        monkeypatch.setattr(mapped, "budget", lambda *_, most=most: most)
+        with pytest.raises(MapError):
+            mapped.Maps(problem, Phases(PHASES), least_time=True)
+        assert set(budgets) == expected
+
+
+def test_orbits_are_expected_to_take_the_cheaper_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem, costs = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 15), {}
+    for cost in (1e-9, math.inf):
+        monkeypatch.setattr(mapped, "expected_cost", lambda *_, cost=cost: cost)
+        costs[cost] = mapped.expected_seconds(problem, 1000)
+    saved = costs[math.inf] - costs[1e-9]
+    assert saved == pytest.approx(mapped.budget(problem, 1000) / mapped.STAKE)
 
 
 def test_where_passages_are_long_what_maps_leave_open_goes_to_sharper_ones(
@@ -247,6 +311,8 @@ def test_where_passages_are_long_what_maps_leave_open_goes_to_sharper_ones(
     assert sharper.by_map[sharper.bits == mapped.SHARPEST].all()
     assert (sharper.codes == by_maps.codes)[sharper.certain & by_maps.certain].all()
     assert sharper.certain.all()
+    no_sharper = found(slow, phases, method="map", precisions=(53, mapped.SHARPER))
+    assert no_sharper.bits.max() <= mapped.SHARPER, "more bits are not asked for"
 
 
 def test_orbits_that_are_integrated_for_long_come_with_the_reason(
@@ -259,6 +325,11 @@ def test_orbits_that_are_integrated_for_long_come_with_the_reason(
     mapped.told(problem, 10, "because")
     quick = Body(("2.228", "0.561", "1.673"), (1, 1, 0), "0.018")
     mapped.told(RouteProblem(quick, exact(1), exact("1e-8"), 15), 1_000_000, "because")
+    # Some 0.15 ms an orbit, half more than is told.
+    between = RouteProblem(Body(FIG4.A, FIG4.r, "0.004"), exact(1), exact("1e-8"), 15)
+    with pytest.warns(mapped.SlowRoutesWarning, match="^7000 orbits are integrated, 1.5e"):
+        mapped.told(between, 7000, "because")
+    mapped.told(between, 6000, "because")
     monkeypatch.setattr(codes, "MANY", 1)
     monkeypatch.setattr(mapped, "LONG", 0)
     with pytest.warns(mapped.SlowRoutesWarning, match="nearly symmetric: its surfaces are split"):

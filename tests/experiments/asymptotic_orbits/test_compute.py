@@ -66,6 +66,7 @@ def test_symbols_change_at_the_orbits(data: Any) -> None:
     On the way from 1e-24 to 1e-8 theta2 advances by the same as the orbit's own does.
     """
     body = Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
+    assert data["plane"]["codes"].shape == (3, 60), "a row more than the longest codes have"
     for n in (0, 1, 2):
         orbits = data["orbits"][str(n)]
         for k in (0, 1):

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.closed_orbits import compute as closed_orbits
+from rigidpend.experiments.closed_orbits.layout import LAYOUT
 from rigidpend.experiments.closed_orbits.schema import Config
 from rigidpend.experiments.contract import Means
+from rigidpend.experiments.data.compare import differences
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.engines import default_engine
 from tests.config.samples import content as typed
@@ -61,3 +63,15 @@ def test_the_estimate_doubles_with_each_symbol_that_is_verified() -> None:
     # 44 and 212 passages are integrated, 0.12 s each, beside 2 s for all else.
     assert 4 < few < 15
     assert 14 < more < 55
+
+
+@pytest.mark.parametrize(
+    ("group", "name"), [("orbits", "period"), ("averages", "mean"), ("places", "d")]
+)
+def test_results_may_differ_by_as_much_as_other_tables_move_them(
+    group: str, name: str, data: Any
+) -> None:
+    """Passages integrated alone differ by less than 1e-11; a hundred such in a row are let pass."""
+    for change, expected in ((5e-10, 0), (2e-9, 1)):
+        moved = {**data, group: {**data[group], name: data[group][name] + change}}
+        assert len(differences(LAYOUT, data, moved)) == expected

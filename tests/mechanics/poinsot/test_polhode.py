@@ -13,10 +13,12 @@ from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Aligned, aligned_from_body, scale
 from rigidpend.mechanics.equations import aligned_coefficients
 from rigidpend.mechanics.poinsot import polhode as free
+from rigidpend.mechanics.poinsot.modulus import modulus
 from rigidpend.mechanics.poinsot.orbit import (
     Orbit,
     encircling,
     from_energy,
+    shape,
     through,
 )
 from rigidpend.orbits.integrate import (
@@ -170,3 +172,16 @@ def test_through_a_permanent_rotation_goes_itself(M: Any, axis: int, side: int) 
     found, t = through(FREE, a)
     assert (found.axis, found.side, t) == (axis, side, 0)
     np.testing.assert_allclose(free.momentum(found, 3.0), M, atol=ROUNDING)
+
+
+@pytest.mark.parametrize(
+    ("A2", "A3", "M1"),
+    [("1.158", "1.885", 1.670237538722366), ("1.535", "1.692", 1.2356951015316677)],
+)
+def test_rounding_takes_no_permanent_rotation_beyond_its_end(A2: str, A3: str, M1: float) -> None:
+    """Quotients of these numbers round to 1 + 2^-52."""
+    number = shape(Body((2, A2, A3), (1, 1, 0), "0.001"))
+    Q = M1 * number.cos
+    found, _ = through(Body((2, A2, A3), (1, 1, 0), "0.001"), Aligned(Q, Q, 0.0, 0, 0, 0))
+    assert (found.height, found.coheight) == (0, 1)
+    assert found.modulus == modulus(1.0)
