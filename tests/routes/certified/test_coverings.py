@@ -747,6 +747,11 @@ def test_the_stored_proof_holds_in_both_checkers(
     _, crossed = coverings.prove_line(numbers, line, orbits[4], quads, arrivals)
     assert [one.target for one in crossed] == [0, 1]
     np.testing.assert_allclose([one.across for one in crossed], data["line"]["across"], rtol=1e-6)
+    # What docs/full-shift.md says of one passage and of two, from either section.
+    up, down = ([one for pair in relations[k : k + 2] for one in pair] for k in (0, 2))
+    assert min(one.stretch for one in up + down) > 153
+    assert min(one.stretch for one in up) * min(one.stretch for one in down) > 10**5
+    assert max(one.squeeze for one in up) * max(one.squeeze for one in down) < 1 / 4
     file = str(REFERENCE / "full_shift.h5")
     kept: list[script.Arrival] = []
     follow = script.arrival
@@ -1035,6 +1040,24 @@ def test_a_proof_is_of_all_bodies_that_are_near_enough(
         script.check_relation(found, quad_of(quads[2]), [_interval(x) for x in arrivals[2].begin])
 
     assert said(by_package)[:2] == said(by_script)[:2] == reason
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("around", "reason"), [("2e-15", ""), ("1e-13", "C7")])
+def test_cones_hold_of_a_narrower_interval_than_relations(
+    quads: Any, orbits: Any, arrivals: Any, around: str, reason: str
+) -> None:
+    """The set whose squeeze has the least room."""
+    numbers = coverings.Numbers.of(BODY, exact(GIVEN["h"]), exact(around))
+    p = script.problem_of({**GIVEN, "around": around})
+    found = coverings.arrival(numbers, quads[3], orbits[3])
+    again = script.arrival(p, quad_of(quads[3]), [step(x) for x in orbits[3]])
+    relations = [coverings.relation(found, quads[0], arrivals[0].begin, 0)]
+    doubts = (
+        said(coverings.prove_cones, relations),
+        said(script.check_cone, again, quad_of(quads[0])),
+    )
+    assert [doubt[:2] for doubt in doubts] == [reason, reason]
 
 
 def test_an_interval_that_is_turned_round_is_refused() -> None:
