@@ -181,7 +181,7 @@ def test_kept_files_that_are_damaged_or_exchanged_change_no_result(
 ) -> None:
     """Maps, kernels, plans and parts: what does not fit is told and made again."""
     with lot.drawn("kept files") as chance:
-        for index in range(lot.trials(2, 0.02)):
+        for index in range(lot.trials(1, 0.02)):
             folder = tmp_path / str(index)
             shutil.copytree(desk, folder)
             done = []

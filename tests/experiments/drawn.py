@@ -214,12 +214,11 @@ def where(drawing: Drawing, layout: Layout, result: Loaded, told: Container[str]
             after = drawn(data)
         except (ValueError, LookupError):
             return "refused"
-        changes = [
-            x for x in sorted({*before, *after}) if repr(before.get(x)) != repr(after.get(x))
-        ]
+        changes = [x for x in sorted({*before, *after}) if written.get(x) != repr(after.get(x))]
         return ", ".join(key + _mark(new, after.get(key, [])) for key in changes)
 
     before, rest, found = drawn(data), copy.deepcopy(data), {}
+    written = {x: repr(values) for x, values in before.items()}
     for place in places(layout, data):
         if str(place) in told:
             other = copy.deepcopy(data)

@@ -47,7 +47,7 @@ SMALL = [
     "meeting.rounds=2",
     "phases.methods=[route_codes, diffrax]",
     "phases.orbits=5",
-    "many.methods=[route_codes_map, route_codes, diffrax]",
+    "many.methods=[aligned_batch, route_codes, diffrax]",
     "many.orbits=[3, 9]",
     "many.seconds=5",
     "bodies.methods=[route_codes_auto, heyoka_principal, diffrax]",
@@ -87,7 +87,7 @@ def data(said: Any, folder: Path) -> Any:
 def test_the_command_prints_one_json_document_and_draws(said: Any, folder: Path) -> None:
     found = json.loads(said.stdout)
     assert set(found) >= {"machine", "losses", "pendulum", "codes", "long_time", "random_phases"}
-    assert set(found["many_orbits"]) == {"route_codes_map", "route_codes"}
+    assert set(found["many_orbits"]) == {"aligned_batch", "route_codes"}
     assert found["machine"]["processor"]
     assert (folder / "bench_quick.png").stat().st_size > 10_000
     assert "reference" in said.stderr

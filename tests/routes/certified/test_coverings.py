@@ -544,7 +544,8 @@ def test_cones_of_all_relations_are_asked_for(data: Any, monkeypatch: pytest.Mon
     config = typed(Config, CONFIG, [])
     groups = data["sets"], data["line"], data["proof"]
     monkeypatch.setattr(coverings, "arrival", _kept(coverings.arrival))
-    for bad in range(10):
+    # The first and the last of the sets, and those of the line.
+    for bad in (0, 7, 8, 9):
         asked: list[int] = []
 
         def cone(*_: Any, bad: int = bad, asked: list[int] = asked) -> tuple[float, float]:
