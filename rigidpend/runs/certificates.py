@@ -181,7 +181,13 @@ def check(file: Path, *, jobs: int, report: Report) -> Sequence[Summary | Theore
     """
     if not storage.is_certificate(file) and (theorems := _theorems(file)) is not None:
         return theorems
-    stored = storage.read(file)
+    try:
+        stored = storage.read(file)
+    except store.StoreError:
+        if storage.is_certificate(file):
+            raise
+        told = "neither a certificate, which rigidpend certify writes, nor a result with a proof"
+        raise store.StoreError(f"{file}: {told}") from None
     data = stored["data"]
     for name, (problem, phases) in _routes(file, stored).items():
         place = f"{file}: {name}"

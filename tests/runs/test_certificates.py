@@ -146,7 +146,7 @@ def test_an_unchanged_copy_without_a_seal_passes(folder: Path, tmp_path: Path) -
 def test_what_is_no_certificate_is_said(folder: Path) -> None:
     done = call(folder, "certify", "--check", "tiny.h5")
     assert done.returncode == 1
-    assert "not a result that can be used" in done.stderr
+    assert "tiny.h5: neither a certificate, which rigidpend certify writes" in done.stderr
     assert call(folder, "certify", "--check", "absent.h5").returncode == 3
 
 

@@ -150,7 +150,9 @@ def _orbit(
 ) -> Proof:
     """Prove one orbit, with more bits where the first do not suffice."""
     theta2_0, time, tries = orbit
-    n, limit, name = problem.n_symbols + 1, passage_limit(problem, 53), f"theta2_0 = {theta2_0}"
+    # Near enough to be recognised: the exact phase of a grid is written as start + step * k.
+    name = f"theta2_0 = {float(theta2_0)!r}"
+    n, limit = problem.n_symbols + 1, passage_limit(problem, 53)
     steps = steps_for(problem, time, theta2_0)
     asked, tries = (bits_for(problem, time, theta2_0), tries) if bits is None else (bits, 1)
     found, spent = Proof([], [], ""), 0
