@@ -64,12 +64,12 @@ class Summary(NamedTuple):
 
 
 class Theorem(NamedTuple):
-    """A sentence that a result proves."""
+    """A sentence that a result proves, or that says what is undecided."""
 
-    proven: str
+    said: str
 
     def __str__(self) -> str:
-        return f"proven: {self.proven}"
+        return self.said if self.said.startswith("undecided: ") else f"proven: {self.said}"
 
 
 def target(config: LoadedConfig, folder: Path) -> Path:

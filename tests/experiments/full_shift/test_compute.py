@@ -94,6 +94,8 @@ def test_the_command_that_checks_certificates_proves_a_result_again(tmp_path: Pa
     stored = store.load(FOLDER / "full_shift.h5")
     said = certificates.check(FOLDER / "full_shift.h5", jobs=1, report=print)
     assert [type(each) for each in said] == [certificates.Theorem] * 4
+    assert all(str(each).startswith("proven: ") for each in said)
+    assert str(certificates.Theorem("undecided: C7")) == "undecided: C7"
     stored["data"]["sets"]["a"][0] *= 3
     tree: Any = {}
     for name, fields in LAYOUT.items():

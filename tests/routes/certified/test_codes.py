@@ -19,7 +19,7 @@ from tests.routes.reference import fig4_left
 
 BODY = Body((2, 1, "3/2"), (1, 1, 0), "0.001")
 COLUMNS = [33]
-"""Columns of Fig. 4, left: one that doubles do not decide."""
+"""Columns of Fig. 4, left: one of the hardest."""
 
 
 @pytest.mark.slow
