@@ -54,7 +54,7 @@ OF_TEXT = tuple(
     )
 )
 """Tests of the texts: they notice that a file is written anew, whatever it says."""
-OF_PEERS = ("cyrk_compiled", "diffrax_vmapped", "rebound_ode", "sundials_cvode")
+OF_PEERS = ("cyrk_compiled", "diffrax_vmapped")
 """Methods of libraries that the tests do without."""
 MOST = 100
 """Tests at most that the map adds to the mirrored file, the most particular ones first."""

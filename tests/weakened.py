@@ -14,5 +14,5 @@ def weakened(module: ModuleType, *changes: tuple[str, str]) -> ModuleType:
         source = source.replace(before, after)
     made = ModuleType(module.__name__)
     made.__file__ = module.__file__
-    exec(compile(source, f"{module.__file__} with a slip", "exec"), made.__dict__)
+    exec(compile(source, f"<{module.__file__} with a slip>", "exec"), made.__dict__)
     return made

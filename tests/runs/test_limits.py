@@ -153,7 +153,7 @@ def test_a_proof_ends_where_its_work_is_spent(monkeypatch: pytest.MonkeyPatch) -
     assert found.status == ["undecided"]
     assert "no more work than these" in found.reason[0]
     assert lines
-    assert all(x.startswith("theta2_0 = 3/10: step ") and " to go" in x for x in lines)
+    assert all(x.startswith("theta2_0 = 0.3: step ") and " to go" in x for x in lines)
 
 
 def test_what_is_left_follows_from_what_was_done(monkeypatch: pytest.MonkeyPatch) -> None:
