@@ -6,7 +6,7 @@ engine   how                                          precisions (bits)
 taylor   Taylor series in vectors of doubles, or of   53, up to 106,
          sums of two, four or eight, in machine code  212, 424
 scipy    DOP853, many orbits as one system            53
-bigint   Taylor series in integers, products by FLINT  any; serves where
+bigint   Taylor series in integers, by FLINT          any; serves where
                                                       the engine ends
 ======== ============================================ ==================
 
