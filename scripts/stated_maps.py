@@ -68,8 +68,7 @@ def ratios(made: ReturnMap) -> tuple[Any, Any]:
 
 def of(problem: RouteProblem) -> tuple[Any, Any]:
     """:func:`ratios` of the map over the energies of all phases of a problem's orbits."""
-    h0, mu = problem.h0, problem.body.mu
-    return ratios(return_map(problem.body, h=(h0 - mu, h0 + mu), bits=BITS))
+    return ratios(return_map(problem.body, h=problem.energies, bits=BITS))
 
 
 def rows(problems: list[RouteProblem]) -> Iterator[str]:

@@ -22,7 +22,7 @@ from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.body import Angles
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import height
-from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
+from rigidpend.numbers.exact import GUARD_BITS, exact
 from rigidpend.orbits.integrate.records import Crossings, Outcome
 from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, return_map
 from rigidpend.orbits.return_map.build import (
@@ -130,16 +130,13 @@ def expected_seconds(problem: RouteProblem, orbits: int) -> float:
     By maps that are not kept yet, tables included, where they pay; else by integration.
     """
     most, mapped = budget(problem, orbits), MAPPED * orbits * problem.n_symbols
-    integrated, reach = (
-        most / STAKE + mapped,
-        (problem.h0 - problem.body.mu, problem.h0 + problem.body.mu),
-    )
+    designs = DESIGNS.values() if orbits >= THIRDS else (FIRST, SECOND)
     try:
-        designs = DESIGNS.values() if orbits >= THIRDS else (FIRST, SECOND)
-        tables = sum(expected_cost(problem.body, *reach, SHARPER, each) for each in designs)
+        which = problem.body, *problem.energies, SHARPER
+        tables = sum(expected_cost(*which, design) for design in designs)
     except MapError:
-        return integrated
-    return tables + mapped if tables <= most else integrated
+        tables = math.inf
+    return tables + mapped if tables <= most else orbits * _integrated(problem)
 
 
 class Maps:
@@ -197,7 +194,9 @@ class Maps:
     def _make(self, used: list[Design], bits: int, most: float) -> None:
         """Make the maps of some designs side by side, if they are expected to take no more."""
         if most < math.inf:
-            costs = [expected_cost(self.problem.body, *self._energies, bits, x) for x in used]
+            costs = [
+                expected_cost(self.problem.body, *self.problem.energies, bits, x) for x in used
+            ]
             if sum(costs) > most:
                 raise Costly(sum(costs), most)
             for design, each in zip(used, costs, strict=True):
@@ -212,11 +211,6 @@ class Maps:
                 self._make(list(DESIGNS.values()), SHARPEST, most)
                 self.table_bits = SHARPEST
         return self.table_bits == SHARPEST
-
-    @property
-    def _energies(self) -> tuple[Exact, Exact]:
-        # The energy is h0 + mu times a height, which is between -1 and 1 at every phase.
-        return self.problem.h0 - self.problem.body.mu, self.problem.h0 + self.problem.body.mu
 
     def ladder(self, precisions: tuple[int, ...]) -> tuple[int, ...]:
         """The precisions with that of the tables among them, which costs maps next to nothing."""
@@ -241,7 +235,7 @@ class Maps:
         """The map of a design over the energies of all phases."""
         return return_map(
             self.problem.body,
-            h=self._energies,
+            h=self.problem.energies,
             bits=bits,
             design=design,
             budget=self._budgets.get((bits, design), math.inf),

@@ -85,6 +85,12 @@ class RouteProblem:
         what = f"{columns} columns of {self.n_symbols} symbols"
         files.afford(field, columns * (self.n_symbols + 1), OF_SYMBOL, what)
 
+    @property
+    def energies(self) -> tuple[Exact, Exact]:
+        """The least and the largest energy of orbits, over all phases."""
+        # The energy is h0 + mu times a height, which is between -1 and 1 at every phase.
+        return self.h0 - self.body.mu, self.h0 + self.body.mu
+
     def J2_0(self, bits: int) -> Any:
         """J2_0 = sqrt(2 h0/kappa), dimensionless (after eq. sol_3), in `bits` bits."""
         return _J2_0(self.body.A, self.h0).at(bits)

@@ -98,8 +98,7 @@ def surface(problem: RouteProblem) -> Surface:
     MapError
         They have none; the message gives the reason.
     """
-    ends = problem.h0 - problem.body.mu, problem.h0 + problem.body.mu
-    return Surface(problem, return_map(problem.body, h=ends))
+    return Surface(problem, return_map(problem.body, h=problem.energies))
 
 
 def _phase(problem: RouteProblem, theta2: Array) -> Array:
