@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
+from rigidpend.experiments.bench.drawn import drawn
 from rigidpend.machine import cache as caches
 from rigidpend.machine import code_hash
 from rigidpend.machine.kept import KeptFileWarning
@@ -69,10 +70,18 @@ def test_order_a_map_of_64_bits_errs_by_less_than_their_rounding(design: Design)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("body", [FIG4, GENERIC], ids=["Fig. 4", "generic"])
-def test_order_tables_err_by_less_than_is_stated(body: Body) -> None:
-    """At 400 points, beside a normal form of more terms; the largest errors are not far below."""
-    for ratios in stated_maps.ratios(return_map(body, h=("1.3332", "1.3352"), bits=64)):
+@pytest.mark.parametrize("case", [FIG4, GENERIC, 17], ids=["Fig. 4", "generic", "by lot"])
+def test_order_tables_err_by_less_than_is_stated(case: Body | int) -> None:
+    """At 400 points, beside a normal form of more terms; the largest errors are not far below.
+
+    The body that was drawn by lot errs most between energies, in an inverse chart.
+    """
+    if isinstance(case, int):
+        problem = drawn()[case]
+        made = return_map(problem.body, h=problem.energies, bits=64)
+    else:
+        made = return_map(case, h=("1.3332", "1.3352"), bits=64)
+    for ratios in stated_maps.ratios(made):
         assert 0.1 < ratios.max() < 1
 
 
