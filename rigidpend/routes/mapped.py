@@ -95,10 +95,15 @@ class SlowRoutesWarning(UserWarning):
 def told(problem: RouteProblem, orbits: int, reason: str) -> None:
     """Say at once why many orbits take long, if integrating them is expected to."""
     each = _integrated(problem)
-    if each > SLOW * problem.n_symbols and orbits * each > LONG:
+    _warned(problem, orbits, orbits, each, f"there are no return maps: {reason}")
+
+
+def _warned(problem: RouteProblem, orbits: int, of: int, each: float, reason: str) -> None:
+    """Warn if some of all orbits, of so many seconds each, make all of them slow."""
+    if orbits * each > max(LONG, SLOW * problem.n_symbols * of):
         warnings.warn(
-            f"{orbits} orbits are integrated, {1e6 * each:.2g} microseconds each on a core, some"
-            f" {orbits * each:.2g} s in all, for there are no return maps: {reason}",
+            f"{orbits} of {of} orbits are integrated, {1e6 * each:.2g} microseconds each on a core,"
+            f" some {orbits * each:.2g} s in all: {reason}",
             SlowRoutesWarning,
             stacklevel=2,
         )
@@ -120,8 +125,12 @@ def budget(problem: RouteProblem, orbits: int) -> float:
 
 def budget_in_pairs(problem: RouteProblem, orbits: float) -> float:
     """The same for orbits that would be integrated in pairs of doubles."""
-    each = PAIRS * (SYMBOL + ROTATION * passage_rotations(problem))
-    return STAKE * orbits * problem.n_symbols * each
+    return STAKE * orbits * _in_pairs(problem)
+
+
+def _in_pairs(problem: RouteProblem) -> float:
+    """Seconds of a core that an orbit takes in pairs of doubles."""
+    return problem.n_symbols * PAIRS * (SYMBOL + ROTATION * passage_rotations(problem))
 
 
 def expected_seconds(problem: RouteProblem, orbits: int) -> float:
@@ -387,6 +396,10 @@ def decided_by(
     beyond = tuple(p for p in precisions if p > maps.table_bits)
     if open_.size and beyond:
         left[open_] = True
+        # Parts of a plane would say so again and again.
+        if n == maps.orbits:
+            reason = f"their symbols ask for more than the {maps.table_bits} bits of the maps"
+            _warned(maps.problem, open_.size, n, _in_pairs(maps.problem), reason)
         certainty.climb(integrated, known, open_, rate, beyond)
     if sampled:
         size = max(LEAST_SAMPLE, -(-SAMPLE * n // maps.orbits))

@@ -305,6 +305,12 @@ def test_where_passages_are_long_what_maps_leave_open_goes_to_sharper_ones(
     open_ = by_maps.bits > mapped.SHARPER
     assert open_.any()
     assert (by_maps.bits[open_] > mapped.SHARPEST).all(), "for so few they do not pay"
+    with monkeypatch.context() as patch:
+        patch.setattr(mapped, "SLOW", 0.0)
+        patch.setattr(mapped, "LONG", 0.0)
+        said = rf"^{open_.sum()} of 300 orbits are integrated, .* more than the 64 bits of the maps"
+        with pytest.warns(mapped.SlowRoutesWarning, match=said):
+            found(slow, phases, method="map")
     monkeypatch.setattr(mapped, "budget_in_pairs", lambda *_: math.inf)
     sharper = found(slow, phases, method="map")
     assert (sharper.bits[open_] == mapped.SHARPEST).mean() > 0.8
@@ -320,14 +326,16 @@ def test_orbits_that_are_integrated_for_long_come_with_the_reason(
 ) -> None:
     symmetric = Body(("2.673", "2.520", "2.527"), (1, 1, 0), "0.004")
     problem = RouteProblem(symmetric, exact(1), exact("1e-8"), 15)
-    with pytest.warns(mapped.SlowRoutesWarning, match=r"s in all, for .*: because"):
+    with pytest.warns(
+        mapped.SlowRoutesWarning, match=r"s in all: there are no return maps: because"
+    ):
         mapped.told(problem, 20_000, "because")
     mapped.told(problem, 10, "because")
     quick = Body(("2.228", "0.561", "1.673"), (1, 1, 0), "0.018")
     mapped.told(RouteProblem(quick, exact(1), exact("1e-8"), 15), 1_000_000, "because")
     # Some 0.15 ms an orbit, half more than is told.
     between = RouteProblem(Body(FIG4.A, FIG4.r, "0.004"), exact(1), exact("1e-8"), 15)
-    with pytest.warns(mapped.SlowRoutesWarning, match="^7000 orbits are integrated, 1.5e"):
+    with pytest.warns(mapped.SlowRoutesWarning, match="^7000 of 7000 orbits are integrated, 1.5e"):
         mapped.told(between, 7000, "because")
     mapped.told(between, 6000, "because")
     monkeypatch.setattr(codes, "MANY", 1)
