@@ -10,7 +10,6 @@ import pytest
 
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.herpolhodes import compute as herpolhodes
-from rigidpend.experiments.herpolhodes import layout
 from rigidpend.mechanics.precession import plateaus
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.engines import default_engine
@@ -86,12 +85,6 @@ def test_samples_are_few_and_yet_smooth(data: Data) -> None:
         long = np.linalg.norm(step, axis=1) > 0.2 * np.linalg.norm(step, axis=1).max()
         heading = np.unwrap(np.atan2(step[:, 1], step[:, 0]))
         assert np.abs(np.diff(heading))[long[1:] & long[:-1]].max() < 0.3
-
-
-def test_every_dataset_has_a_unit_and_a_description(tree: Any) -> None:
-    for group in tree.values():
-        assert set(group) == {*layout.SAMPLED, *layout.OF_ROUTE}
-        assert all(dataset.units and dataset.description for dataset in group.values())
 
 
 @pytest.mark.slow
