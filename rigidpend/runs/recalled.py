@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from rigidpend import __version__, experiments
-from rigidpend.config.groups import Group
+from rigidpend.config.catalogue import Group
 from rigidpend.machine import files
 from rigidpend.machine.code_hash import code_hash_of, inside
 from rigidpend.machine.memory import Memory

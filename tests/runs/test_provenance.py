@@ -19,7 +19,6 @@ import scipy
 
 from rigidpend import experiments
 from rigidpend.machine import cache, code_hash, files, kept
-from rigidpend.machine.code_cache import CodeCache
 from rigidpend.runs import loading, provenance, runner
 from tests.config.samples import FIG4, TEXT, changed, written
 
@@ -253,12 +252,6 @@ def test_a_damaged_cache_is_made_again(parsed: list[bytes], tmp_path: Path) -> N
         with pytest.warns(kept.KeptFileWarning):
             assert hash_elsewhere() == first
         assert path.read_bytes() == whole
-
-
-def test_another_reader_has_entries_of_its_own() -> None:
-    one, other = (CodeCache(reader).entry for reader in (b"one", b"other"))
-    assert one(b"x = 1", lambda _: ("a", [])) == ("a", [])
-    assert other(b"x = 1", lambda _: ("b", [])) == ("b", [])
 
 
 def test_code_hash_notices_text_that_is_a_value(copy: Path) -> None:
