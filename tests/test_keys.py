@@ -138,9 +138,9 @@ def test_of_the_parts_of_a_certificate(monkeypatch: pytest.MonkeyPatch, tmp_path
 def test_of_a_config_that_was_read(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     def key(version: str, reader: str, name: str, content: str, settings: list[str]) -> str:
         monkeypatch.setattr(recalled, "__version__", version)
-        monkeypatch.setattr(recalled, "_reader", lambda *_: reader)
+        monkeypatch.setattr(recalled, "reader_code", lambda *_: reader)
         (tmp_path / name).write_text(content)
-        return recalled._key(recalled.CONFIGS, tmp_path / name, *settings)
+        return recalled.key_of(recalled.CONFIGS, tmp_path / name, *settings)
 
     given = {"version": "1", "reader": "a", "name": "a.yaml", "content": "a", "settings": ["a=1"]}
     others = {"version": "2", "reader": "b", "name": "b.yaml", "content": "b", "settings": ["a=2"]}

@@ -41,7 +41,7 @@ def hash_elsewhere(experiment: str = "route_codes") -> str:
 
 def hashed(experiment: str) -> list[str]:
     """Places of the files whose code counts for an experiment."""
-    parts = [provenance._part(experiment, part) for part in ("schema", "compute")]
+    parts = [provenance.part_of(experiment, part) for part in ("schema", "compute")]
     return sorted(code_hash.needed(parts))
 
 
@@ -354,14 +354,14 @@ def test_the_commit_is_that_of_the_own_source_tree(
     git("init", "-q")
     git("commit", "-q", "--allow-empty", "-m", "another's")
     other = git("rev-parse", "--short=12", "HEAD")
-    own = provenance._commit()
+    own = provenance.commit_here()
     monkeypatch.setenv("GIT_DIR", str(tmp_path / ".git"))
     monkeypatch.setenv("GIT_WORK_TREE", str(tmp_path))
-    assert provenance._commit() == own
+    assert provenance.commit_here() == own
     monkeypatch.delenv("GIT_DIR")
     monkeypatch.delenv("GIT_WORK_TREE")
     # Installed into a folder of somebody's repository, it has no commit of its own.
     inner = tmp_path / "lib" / "site-packages" / "rigidpend"
     inner.mkdir(parents=True)
     monkeypatch.setattr(code_hash, "PACKAGE", inner)
-    assert other not in provenance._commit()
+    assert other not in provenance.commit_here()
