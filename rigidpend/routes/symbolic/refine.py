@@ -59,6 +59,8 @@ GUARD = 19
 """Bits beyond the digits: 12 were seen to be lost in 113 bits."""
 FURTHER = 4
 """Digits beyond those of theta2_0 that crossings are told to."""
+SETTLED = 2
+"""Digits short of those that it needs with which a crossing counts as known."""
 GAMMA = slice(3, 6)
 """The vertical among the components of a state."""
 
@@ -180,6 +182,7 @@ class _Legs:
         # What grows on the way cancels in a correction: digits for both.
         self.bits = math.ceil((2 * float(needed[0]) + 20) * DIGIT) + GUARD
         self.m = context(self.bits)
+        self.least = self.m.ldexp(1, -self.bits)
         self.begin = start(orbits.problem, self.bits, Scales())
         self.c = AlignedCoefficients(*map(self._number, self.begin.coefficients))
         self.jobs, self.needed = jobs, needed[:n]
@@ -205,8 +208,7 @@ class _Legs:
             slopes = self._slopes(known, last, slopes)
             aim = min(2 * known - CURVED, known + slopes.digits, float(self.needed[0]))
             note(lambda: f"theta2_0 to {known:.0f} of {self.needed[0]:.0f} digits")  # noqa: B023
-            off = self._corrected(slopes, aim, last)
-            before = -math.log10(max(off, 1e-300))
+            before = self._corrected(slopes, aim, last)
             if before < LEAST_DIGITS:
                 raise NoOrbit("integration does not find the crossings where the map has them")
             # Where a passage grazes a surface legs are bent more than was expected.
@@ -264,7 +266,7 @@ class _Legs:
         return np.array([self._number(x) for x in state])
 
     def _corrected(self, slopes: _Slopes, aim: float, last: int) -> float:
-        """Correct theta2_0 and the crossings; the largest change of a vertical."""
+        """Correct theta2_0 and the crossings; the digits that those had which lack some."""
         bits = [self._bits(min(aim, float(need))) for need in self.needed[: last + 1]]
         begun = [self._start(self.theta), *self.states[:last]]
         ends, late = self._ends(range(last + 1), begun, bits)
@@ -282,13 +284,16 @@ class _Legs:
         for k, change in enumerate(found):
             self.states[k] = self.states[k] + change
             self.times[k] += late[k]
-        return float(max(abs(x) for change in found for x in change[GAMMA]))
+        sizes = [float(self.m.log10(max(*map(abs, x[GAMMA]), self.least))) for x in found]
+        lacking = [-x for x, need in zip(sizes, self.needed, strict=False) if -x < need - SETTLED]
+        return min([float(self.needed[0]), *lacking])
 
     def _ends(
         self, legs: Sequence[int], begun: Sequence[Any], bits: Sequence[int]
     ) -> tuple[list[Any], list[Any]]:
         """Where legs end, on M3 = 0, and by how much later than their times say."""
-        ends, late = [None] * len(legs), [None] * len(legs)
+        ends: list[Any] = [None] * len(legs)
+        late: list[Any] = [None] * len(legs)
         kinds = [rung(x) for x in bits]
         for kind in sorted(set(kinds)):
             here = [i for i, x in enumerate(kinds) if x == kind]
@@ -296,12 +301,22 @@ class _Legs:
             times = np.array([[self.times[legs[i]] for i in here]])
             reached = states_at(self.c, states, times, kind, self.jobs)[:, 0]
             for i, state in zip(here, reached.T, strict=True):
-                rates = aligned(state, self.c)
-                late[i] = -state[2] / rates[2]
-                ends[i] = state + late[i] * np.array(rates)
+                ends[i], late[i] = self._on_section(state)
                 if self.mirrored[legs[i]]:
                     ends[i][[0, 1, 5]] *= -1
         return ends, late
+
+    def _on_section(self, state: Any) -> tuple[Any, Any]:
+        """The crossing beside a state, and by how much later it is, to the square of that time."""
+        rates = np.array(aligned(state, self.c))
+        # The field is quadratic: so a central difference of any width is its derivative.
+        ahead, behind = (np.array(aligned(state + x * rates, self.c)) for x in (1, -1))
+        bend = (ahead - behind) / 4
+        late = -state[2] / rates[2]
+        late -= bend[2] * late**2 / rates[2]
+        end = state + late * (rates + late * bend)
+        end[2] *= 0
+        return end, late
 
 
 def _decimal(theta: Fraction, digits: int) -> Decimal:
