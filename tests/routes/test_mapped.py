@@ -101,7 +101,7 @@ def test_few_orbits_take_maps_that_are_kept_where_a_problem_is_asked_for_often(
     assert left <= calls[3][1] <= 3 * left < calls[2][1] <= 3 * (mapped.LEAST_SAMPLE + left)
     assert all((record.codes == kept.codes).all() for record, _ in calls)
     # What is stored hangs on no cache, and without maps there is nothing to take.
-    problem = RouteProblem(FIG4, "1.3342", "1e-8", 6)
+    problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 6)
     assert not codes.codes_of(problem, phases, resolve(None, None, (53, 106))).by_map.any()
     monkeypatch.setattr(mapped, "is_kept", lambda *_: False)
     assert not found(FIG4, phases, n_symbols=6).by_map.any()
