@@ -1,9 +1,4 @@
-"""What a cell of a code map costs, for docs/cluster.md: computed, kept, read again and written.
-
-    .venv/bin/python -m scripts.cell_costs
-
-All is time of the processor on one core, of maps that are kept already. It takes some ten seconds.
-"""
+"""What a cell of a code map costs a core: computed, kept, read again and written."""
 
 from __future__ import annotations
 
@@ -17,14 +12,13 @@ from typing import Any
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.route_map import compute
 from rigidpend.experiments.route_map.layout import PLANE
-from rigidpend.machine.tables import Table, markdown
+from rigidpend.machine.tables import Table, seconds
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.results import store
 from rigidpend.runs import loading
 from rigidpend.runs.parts import Parts
-from scripts.readme_tables import ROOT, replaced
+from scripts.readme_tables import ROOT
 
-PAGE = ROOT / "docs" / "cluster.md"
 CONFIG = ROOT / "configs" / "route_map.yaml"
 SHARED = ("problem.zooms={}", "problem.n_symbols=15", "numerics.precisions=[53, 106, 160]")
 BY_MAPS = (
@@ -52,22 +46,25 @@ def tile(*settings: str) -> tuple[Callable[[], Any], int]:
     return lambda: compute._tile(x, y, problem, resolve(), 1), x.size * y.size
 
 
-def rows() -> Iterator[tuple[str, str]]:
-    """What costs how much, a cell of 15 symbols."""
+def cell_table() -> Table:
+    """What a cell of 15 symbols costs, by maps that are kept already or with a body of its own."""
+    return Table("", ("", "a cell"), list(_rows()))
+
+
+def _rows() -> Iterator[tuple[str, str]]:
     work, cells = tile(*OWN_BODIES)
-    seconds, _ = timed(work)
-    yield "worker, a cell with a body of its own", f"{1e3 * seconds / cells:.2g} ms"
+    took, _ = timed(work)
+    yield "worker, each cell with a body of its own", seconds(took / cells)
     work, cells = tile(*BY_MAPS)
-    work()
-    seconds, tree = timed(work)
-    yield "worker, a cell by kept maps", f"{1e6 * seconds / cells:.2g} us"
+    work()  # the maps are made now
+    took, tree = timed(work)
+    yield "worker, by kept maps", seconds(took / cells)
     with tempfile.TemporaryDirectory() as folder:
-        steps = gathered(Path(folder) / "map.h5", tree)
-        said = " + ".join(f"{1e6 * step / cells:.2g}" for step in steps)
-        yield "the run that gathers, a cell: kept, read again, written", f"{said} us"
+        said = (seconds(x / cells) for x in gathered(Path(folder) / "map.h5", tree))
+        yield "the run that gathers: kept, read again, written", " + ".join(said)
         size = (Path(folder) / "map.h5").stat().st_size
-        yield "traffic, a cell", f"{len(pickle.dumps(tree)) / cells:.2g} bytes"
-        yield "file, a cell", f"{size / cells:.2g} bytes"
+        yield "traffic", f"{len(pickle.dumps(tree)) / cells:.2g} bytes"
+        yield "file", f"{size / cells:.2g} bytes"
 
 
 def gathered(target: Path, tree: Any) -> tuple[float, float, float]:
@@ -81,13 +78,3 @@ def gathered(target: Path, tree: Any) -> tuple[float, float, float]:
         written, _ = timed(lambda: store.write(target, result, lasting=False))
         parts.drop()
     return kept, read, written
-
-
-def main() -> None:
-    block = "\n".join(markdown(Table("", ("", "measured"), list(rows()))))
-    print(block)
-    PAGE.write_text(replaced(PAGE.name, PAGE.read_text("utf-8"), "cells", block), "utf-8")
-
-
-if __name__ == "__main__":
-    main()

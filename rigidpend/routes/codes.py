@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
-from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.numbers.alphabet import words
 from rigidpend.numbers.exact import PRECISIONS, Exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits import integrate
@@ -69,13 +69,17 @@ class RouteCodes(NamedTuple):
     @property
     def words(self) -> list[str]:
         """Codes as texts, one an orbit: 0, 1, ``.`` for no symbol, ``?`` for an uncertain one."""
-        shown = np.where(self.codes == NO_SYMBOL, ".", self.codes.astype("U1"))
-        return ["".join(column) for column in np.where(self.certain, shown, "?").T]
+        return words(self.codes, self.certain)
 
     def __repr__(self) -> str:
-        told = [f"{x:.6g}: {word}" for x, word in zip(self.theta2_0[:5], self.words, strict=False)]
-        more = ", ..." if len(self.theta2_0) > len(told) else ""
-        return f"<routes of {len(self.theta2_0)} orbits; {', '.join(told)}{more}>"
+        return shown("routes", self.theta2_0, self.words)
+
+
+def shown(what: str, theta2_0: NDArray[np.float64], codes: Sequence[str]) -> str:
+    """The first of some routes, as Python shows them: phases and codes."""
+    told = [f"{x:.6g}: {word}" for x, word in zip(theta2_0[:5], codes, strict=False)]
+    more = ", ..." if len(theta2_0) > len(told) else ""
+    return f"<{what} of {len(theta2_0)} orbits; {', '.join(told)}{more}>"
 
 
 def route_codes(
