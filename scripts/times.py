@@ -3,7 +3,7 @@
     .venv/bin/python -m scripts.times [BLOCK ...]
 
 All are times of processors, which hardly depend on what else goes on, of the commands that stand
-in the tables. All of them together take some ten minutes.
+in the tables. All of them together take a quarter of an hour.
 """
 
 from __future__ import annotations
