@@ -291,7 +291,7 @@ class _Legs:
     def _ends(
         self, legs: Sequence[int], begun: Sequence[Any], bits: Sequence[int]
     ) -> tuple[list[Any], list[Any]]:
-        """Where legs end, on M3 = 0, and by how much later than their times say."""
+        """Ends of legs, on M3 = 0, and by how much later they are than their times say."""
         ends: list[Any] = [None] * len(legs)
         late: list[Any] = [None] * len(legs)
         kinds = [rung(x) for x in bits]
