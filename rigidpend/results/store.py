@@ -15,13 +15,13 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, Self, TypeAlias
 
 import h5py
 import numpy as np
 
 from rigidpend.experiments.data.layout import Layout
-from rigidpend.experiments.data.tree import Dataset, Loaded, Tree
+from rigidpend.experiments.data.tree import Coming, Dataset, Loaded, Streamed, Tree
 from rigidpend.machine import files
 from rigidpend.machine.files import StoreError, prepare, sealed
 from rigidpend.results import content
@@ -68,8 +68,8 @@ def write(path: Path, result: Result, *, lasting: bool = True) -> None:
     StoreError
         It cannot be written; what was there before is untouched.
     """
-    prepare(path)
-    files.write(path, sealed(_image(result)), lasting=lasting)
+    with Image(result.data) as image:
+        image.write(path, *result[:3], lasting=lasting)
 
 
 def load(path: Path, layout: Layout | None = None, *, ratio: int = RATIO) -> Loaded:
@@ -112,7 +112,8 @@ def read_tree(path: Path) -> Tree:
 def part(tree: Tree) -> bytes:
     """An HDF5 file in memory that holds a part of a result, for :func:`read_part`."""
     # Names of dimensions are no attributes of ours in a file, and a part lacks some of its axes.
-    return _image(Result({}, _dimensions(tree), {}, tree))
+    with Image(tree, lasting=False) as image:
+        return image.content({}, _dimensions(tree), {})
 
 
 def read_part(path: Path, content: bytes) -> Tree:
@@ -204,34 +205,89 @@ def _features(node: Any) -> dict[str, Any]:
     return {**told(node.attrs), "(kind)": kind, "(dimensions)": node.ndim}
 
 
-def _image(result: Result) -> bytes:
-    """The bytes of the HDF5 file."""
-    # A form that HDF5 1.10 reads, by whichever version it is written.
-    with h5py.File.in_memory(libver=("earliest", "v110")) as file:
+class Image:
+    """A result file in memory, for a ``with`` statement: first its data, then what is told of them.
+
+    Data that come in blocks are asked for here, one block after the other.
+
+    Parameters
+    ----------
+    data : Tree
+    lasting : bool, optional
+        Whether it is to be kept for long, and small: to compress takes as long as to compute.
+    """
+
+    def __init__(self, data: Tree, *, lasting: bool = True) -> None:
+        # A form that HDF5 1.10 reads, by whichever version it is written.
+        self._file = h5py.File.in_memory(libver=("earliest", "v110"))
+        self._lasting = lasting
+        try:
+            self._put(self._file, "data", data)
+            _fill(self._file["data"], data)
+        except BaseException:
+            self._file.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+    def content(self, attributes: Attributes, config: Any, provenance: Attributes) -> bytes:
+        """The bytes of the file, which is closed then."""
+        file = self._file
         file.attrs.update({"format": FORMAT, "format_version": FORMAT_VERSION})
-        file.attrs.update(result.attributes)
-        _put(
-            file,
-            "config",
-            Dataset(json.dumps(result.config, indent=2), "", "resolved config, JSON"),
-        )
-        file.create_group("provenance").attrs.update(result.provenance)
-        _put(file, "data", result.data)
+        file.attrs.update(attributes)
+        told = Dataset(json.dumps(config, indent=2), "", "resolved config, JSON")
+        self._put(file, "config", told)
+        file.create_group("provenance").attrs.update(provenance)
         file.flush()
-        return bytes(file.id.get_file_image())
+        image = bytes(file.id.get_file_image())
+        file.close()
+        return image
+
+    def write(
+        self,
+        path: Path,
+        attributes: Attributes,
+        config: Mapping[str, Any],
+        provenance: Attributes,
+        *,
+        lasting: bool = True,
+    ) -> None:
+        """Write the file (see the function :func:`write`)."""
+        prepare(path)
+        files.write(path, sealed(self.content(attributes, config, provenance)), lasting=lasting)
+
+    def _put(self, group: h5py.Group, name: str, node: Dataset | Tree) -> None:
+        if not isinstance(node, Dataset):
+            # Read back in the order of the layout, which figures and tables follow.
+            inner = group.create_group(name, track_order=True)
+            for key, value in node.items():
+                self._put(inner, key, value)
+            _scale(inner, {key: x for key, x in node.items() if isinstance(x, Dataset)})
+            return
+        values: Any = node.values
+        how = _storage(values) if self._lasting else {}
+        if isinstance(values, Coming):
+            made = group.create_dataset(
+                name, values.shape, values.dtype, chunks=values.block, **how
+            )
+        else:
+            made = group.create_dataset(name, data=values, **how)
+        made.attrs["units"] = node.units
+        made.attrs["description"] = node.description
 
 
-def _put(group: h5py.Group, name: str, node: Dataset | Tree) -> None:
-    if not isinstance(node, Dataset):
-        # Read back in the order of the layout, which figures and tables follow.
-        inner = group.create_group(name, track_order=True)
-        for key, value in node.items():
-            _put(inner, key, value)
-        _scale(inner, {key: x for key, x in node.items() if isinstance(x, Dataset)})
-        return
-    made = group.create_dataset(name, data=node.values, **_storage(node.values))
-    made.attrs["units"] = node.units
-    made.attrs["description"] = node.description
+def _fill(group: h5py.Group, node: Tree) -> None:
+    """Take in the blocks of a group, then those of the groups inside it."""
+    for block in node.blocks if isinstance(node, Streamed) else ():
+        for name, (where, values) in block.items():
+            group[name][where] = values
+    for name, inner in node.items():
+        if not isinstance(inner, Dataset):
+            _fill(group[name], inner)
 
 
 def _scale(group: h5py.Group, arrays: Mapping[str, Dataset]) -> None:
@@ -254,6 +310,6 @@ def _scale(group: h5py.Group, arrays: Mapping[str, Dataset]) -> None:
 
 def _storage(values: Any) -> dict[str, Any]:
     """Checksums and compression, which arrays can have and single values cannot."""
-    if isinstance(values, str) or np.size(values) == 0 or np.ndim(values) == 0:
+    if isinstance(values, str) or 0 in np.shape(values) or np.ndim(values) == 0:
         return {}
     return {"fletcher32": True, "shuffle": True, "compression": "gzip"}

@@ -181,21 +181,23 @@ def run(
             [data] = pieces([Piece("whole", _whole, given)])
         else:
             data = experiments.computation(config.experiment).compute(content, means)
-        attributes: dict[str, Any] = {
-            "name": config.name,
-            "figure": content.figure,
-            "experiment": config.experiment,
-            **planned.fingerprint,
-            **_stored(arithmetic, config),
-            DOUBT: doubt(data),
-            **({} if resumed else {SECONDS: time.perf_counter() - start}),
-            **(further or {}),
-        }
-        # What a signal does to Git may be in the provenance, or to a worker in the data.
-        check_stop()
-        workers = {"workers": json.dumps(crew, indent=2)} if crew else {}
-        result = store.Result(attributes, config.resolved(), {**told.result(), **workers}, data)
-        store.write(planned.target, result)
+        # What comes in blocks is computed now.
+        with store.Image(data) as image:
+            attributes: dict[str, Any] = {
+                "name": config.name,
+                "figure": content.figure,
+                "experiment": config.experiment,
+                **planned.fingerprint,
+                **_stored(arithmetic, config),
+                DOUBT: doubt(data),
+                **({} if resumed else {SECONDS: time.perf_counter() - start}),
+                **(further or {}),
+            }
+            # What a signal does to Git may be in the provenance, or to a worker in the data.
+            check_stop()
+            workers = {"workers": json.dumps(crew, indent=2)} if crew else {}
+            made = {**told.result(), **workers}
+            image.write(planned.target, attributes, config.resolved(), made)
         # Only now: a failure before this line leaves the parts for the next run.
         parts.drop()
         return str(attributes[DOUBT])
@@ -231,8 +233,9 @@ def doubt(data: Tree) -> str:
     """
     import numpy as np
 
-    flags = [each for each in _named("certain", data) if np.asarray(each).dtype == bool]
-    uncertain = sum(int(np.count_nonzero(~np.asarray(each))) for each in flags)
+    arrays = (each for each in _named("certain", data) if isinstance(each, np.ndarray))
+    flags = [each for each in arrays if each.dtype == bool]
+    uncertain = sum(int(np.count_nonzero(~each)) for each in flags)
     return f"{uncertain} of {sum(map(np.size, flags))} symbols uncertain" if uncertain else ""
 
 

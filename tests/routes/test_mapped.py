@@ -14,6 +14,7 @@ from rigidpend.experiments.stress.trials.spoilt_maps import spoilt
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Crossings, Outcome
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, return_map
 from rigidpend.orbits.return_map.build import FIRST
 from rigidpend.routes import certainty, codes, mapped
@@ -62,8 +63,9 @@ def test_agrees_codes_and_times_with_integration(
     assert late[after].max() < 20 * certainty.AGREEMENT
 
 
-def test_the_maps_take_the_place_of_integration(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing is integrated but the sample and what leaves the tables or stays uncertain."""
+@pytest.fixture
+def integrated(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """How many orbits each integration has, from now on."""
     counted: list[int] = []
     real = integrate.crossings
 
@@ -72,12 +74,37 @@ def test_the_maps_take_the_place_of_integration(monkeypatch: pytest.MonkeyPatch)
         return real(orbits, **more)
 
     monkeypatch.setattr(integrate, "crossings", counting)
-    monkeypatch.setattr(mapped, "SAMPLE", 4)
+    return counted
+
+
+def test_the_maps_take_the_place_of_integration(integrated: list[int]) -> None:
+    """Nothing is integrated but the sample and what leaves the tables or stays uncertain."""
     random = np.random.default_rng(5).uniform(0, 6.28, 600)
     record = found(FIG4, random, n_symbols=6, method="map")
     left = int((~record.by_map).sum())
     assert record.by_map.mean() > 0.98
-    assert sum(counted) <= 3 * (4 + left) + 30, "of 600 orbits"
+    assert sum(integrated) <= 3 * (mapped.LEAST_SAMPLE + left), "of 600 orbits"
+
+
+def test_few_orbits_take_maps_that_are_kept_where_a_problem_is_asked_for_often(
+    integrated: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(codes, "_asked", {})
+    phases = np.linspace(0.1, 6.2, codes.OFTEN // 3)
+    kept = found(FIG4, phases, n_symbols=6, method="map")
+    calls = []
+    for _ in range(4):
+        integrated.clear()
+        calls.append((found(FIG4, phases, n_symbols=6), sum(integrated)))
+    assert [bool(record.by_map.any()) for record, _ in calls] == [False, False, True, True]
+    left = int((~kept.by_map).sum())
+    assert left <= calls[3][1] <= 3 * left < calls[2][1] <= 3 * (mapped.LEAST_SAMPLE + left)
+    assert all((record.codes == kept.codes).all() for record, _ in calls)
+    # What is stored hangs on no cache, and without maps there is nothing to take.
+    problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 6)
+    assert not codes.codes_of(problem, phases, resolve(None, None, (53, 106))).by_map.any()
+    monkeypatch.setattr(mapped, "is_kept", lambda *_: False)
+    assert not found(FIG4, phases, n_symbols=6).by_map.any()
 
 
 def test_where_maps_of_more_bits_do_not_settle_their_columns_are_integrated(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple, TypeAlias, TypedDict
 
 
@@ -14,6 +14,36 @@ class Dataset(NamedTuple):
     description: str
     dimensions: tuple[int | str, ...] = ()
     """Names of its dimensions, as the layout has them; empty where it declares none."""
+
+
+class Coming(NamedTuple):
+    """An array that comes in blocks, in the place of its values."""
+
+    shape: tuple[int, ...]
+    dtype: Any
+    block: tuple[int, ...]
+    """Shape of the largest of its blocks."""
+
+    @property
+    def ndim(self) -> int:
+        return len(self.shape)
+
+
+class Streamed(dict[str, Any]):
+    """A group some arrays of which come in blocks, for memory need not hold them as a whole.
+
+    Parameters
+    ----------
+    members : Tree
+        What comes has :class:`Coming` in the place of its values.
+    blocks : iterator
+        Blocks by the names of their arrays: where each belongs, and its values. They may be
+        computed when they are asked for, once.
+    """
+
+    def __init__(self, members: Tree, blocks: Iterator[Mapping[str, tuple[Any, Any]]]) -> None:
+        super().__init__(members)
+        self.blocks = blocks
 
 
 Tree: TypeAlias = Mapping[str, "Dataset | Tree"]

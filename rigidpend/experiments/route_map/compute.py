@@ -14,7 +14,7 @@ import numpy as np
 
 from rigidpend.experiments.contract import Means, Piece
 from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Tree
+from rigidpend.experiments.data.tree import Coming, Streamed, Tree
 from rigidpend.experiments.route_map.layout import (
     COLUMNS,
     FREQUENCY,
@@ -67,7 +67,7 @@ def compute(config: Config, means: Means) -> Tree:
     zooms = {name: plane for name, plane in planes.items() if name}
     across, upwards = problem.names
     columns = {"x_axis": across, "marked_x": own_value(problem, across)} if problem.columns else {}
-    return {
+    told = {
         **planes[""],
         "y_axis": Y_AXIS.dataset(upwards),
         "marked": MARKED.dataset(own_value(problem, upwards)),
@@ -75,6 +75,7 @@ def compute(config: Config, means: Means) -> Tree:
         "nu": FREQUENCY.dataset(float(problem.body.nu)),
         **({"zooms": zooms} if zooms else {}),
     }
+    return Streamed(told, planes[""].blocks)
 
 
 def own_value(problem: Problem, axis: str) -> float:
@@ -84,28 +85,37 @@ def own_value(problem: Problem, axis: str) -> float:
     return float(getattr(problem.body if axis in ("beta0", "alpha0") else problem, axis))
 
 
-def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -> Tree:
+def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -> Streamed:
     """All cells of a plane, tile by tile."""
     x, y = (axis.values for axis in axes)
     shape = y.size, x.size
-    codes = np.empty((problem.n_symbols, *shape), dtype=np.uint8)
-    certain, by_map = np.empty(shape, dtype=np.uint8), np.empty(shape, dtype=bool)
     tiles = list(tiled(problem.names, *shape))
     given = problem, means.arithmetic, means.jobs
     pieces = [
         Piece(f"{name or 'plane'}.{number:06d}", _tile, (x[columns], y[rows], *given))
         for number, (rows, columns) in tiles
     ]
-    found: Iterator[Any] = means.pieces(pieces)
-    for (_, (rows, columns)), tile in zip(tiles, found, strict=True):
-        codes[:, rows, columns], certain[rows, columns], by_map[rows, columns] = (
-            tile[key].values for key in ("codes", "certain", "by_map")
-        )
-        done = rows.stop * x.size if columns.stop == x.size else columns.stop * y.size
-        text = f"{name or 'plane'}: {done} of {certain.size} cells"
-        means.report(PartDone(text, done, certain.size))
-    values = {"codes": codes, "certain": certain, "by_map": by_map, "x": x, "y": y}
-    return datasets({**PLANE, "x": OTHER_X} if problem.columns else PLANE, values)
+
+    def blocks() -> Iterator[dict[str, tuple[Any, Any]]]:
+        found: Iterator[Any] = means.pieces(pieces)
+        for (_, (rows, columns)), tile in zip(tiles, found, strict=True):
+            yield {key: ((..., rows, columns), node.values) for key, node in tile.items()}
+            done = rows.stop * x.size if columns.stop == x.size else columns.stop * y.size
+            text = f"{name or 'plane'}: {done} of {x.size * y.size} cells"
+            means.report(PartDone(text, done, x.size * y.size))
+
+    first_rows, first_columns = tiles[0][1]
+    block = (first_rows.stop, first_columns.stop)
+    symbols = problem.n_symbols
+    values = {
+        "codes": Coming((symbols, *shape), np.dtype(np.uint8), (symbols, *block)),
+        "certain": Coming(shape, np.dtype(np.uint8), block),
+        "by_map": Coming(shape, np.dtype(bool), block),
+        "x": x,
+        "y": y,
+    }
+    fields = {**PLANE, "x": OTHER_X} if problem.columns else PLANE
+    return Streamed(datasets(fields, values), blocks())
 
 
 def tiled(

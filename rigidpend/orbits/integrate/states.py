@@ -41,7 +41,7 @@ def states_at(
     bits : int
         Working precision.
     jobs : int, optional
-        Threads that share the orbits.
+        Threads that share the orbits, or processes where integers serve.
 
     Returns
     -------
@@ -62,12 +62,12 @@ def states_at(
         own = times.ndim > 1
         parts = spread(np.arange(states.shape[1]), jobs, 0)
         tasks = [(states[:, part], times[:, part] if own else times) for part in parts]
-        found = side_by_side(_exact, (coefficients, bits), False, tasks, jobs)
+        found = side_by_side(_exact, (coefficients, bits), bits > LADDER[-1], tasks, jobs)
         return np.concatenate(found, axis=2)
     exactly_, number = np.frompyfunc(fraction, 1, 1), type(states.flat[0]).context.mpf
     given = AlignedCoefficients(*map(fraction, coefficients)), exactly_(states), exactly_(times)
     back = np.frompyfunc(lambda x: number(x.numerator) / x.denominator, 1, 1)
-    return back(states_at(*given, bits))
+    return back(states_at(*given, bits, jobs))
 
 
 def _exact(task: tuple[Any, Any], coefficients: AlignedCoefficients, bits: int) -> Any:

@@ -118,8 +118,8 @@ def find_orbit(
     digits : int, optional
         Digits of theta2_0 behind the point, 10 to 200. A symbol takes 1.2 or more of them.
     jobs : int, optional
-        How many threads establish the symbols, or processes beyond 424 bits. No result depends on
-        it.
+        How many threads refine the phase and establish its symbols, or processes beyond 424
+        bits. No result depends on it.
 
     Returns
     -------
@@ -151,7 +151,7 @@ def find_orbit(
     near = None if near is None else checked.number("near", near, ProblemError)
     orbits = surface(problem)
     solved = _solved(orbits, address, near)
-    fine = refined(orbits, solved, digits)
+    fine = refined(orbits, solved, digits, jobs)
     return _record(body, solved, address, fine, _confirmed(problem, address, fine, jobs), digits)
 
 

@@ -69,7 +69,8 @@ def passages(body: Body, level: Level, chain: Chain) -> Confirmation:
     """
     c, rising = doubles(body), np.arange(len(chain.b)) % 2 == 0
     limit = float(chain.time.max()) * PATIENCE
-    time, separatrix = _next(c.aligned, crossing_states(c, level, chain), limit)
+    states = crossing_states(c, level, chain)[:, :-1]
+    time, separatrix = _next(c.aligned, states, limit)
     found = symbols(np.stack((np.where(rising, 2, 3), separatrix)))[0]
     right = found == np.where((chain.I > 0) == rising, 1, 0)
     late = time - chain.time
@@ -82,17 +83,15 @@ def doubles(body: Body) -> Coefficients:
 
 
 def crossing_states(c: Coefficients, level: Level, chain: Chain) -> Array:
-    """The aligned components (6, n) at the crossings from which a chain's passages begin.
+    """The aligned components (6, n + 1) at a chain's crossings.
 
     They are those on separatrix 2 or 3, the orbit's own or their mirror images.
     """
-    n, a = len(chain.b), precision(53)
+    n, a = len(chain.d), precision(53)
     rising, states = np.arange(n) % 2 == 0, np.empty((6, n))
     for side in (True, False):
         here = rising == side
-        if here.any():
-            d, chi = chain.d[:n][here], chain.chi[:n][here]
-            states[:, here] = section_state(side, d, chi, level.h, c, a)
+        states[:, here] = section_state(side, chain.d[here], chain.chi[here], level.h, c, a)
     return states
 
 
@@ -127,7 +126,8 @@ def actions(body: Body, level: Level, chains: Sequence[Chain]) -> Array:
         Dimensionless, as J1 and J2.
     """
     c = doubles(body)
-    states = np.concatenate([crossing_states(c, level, chain) for chain in chains], axis=1)
+    begun = [crossing_states(c, level, chain)[:, :-1] for chain in chains]
+    states = np.concatenate(begun, axis=1)
     time = np.concatenate([chain.time for chain in chains])
     lifted = integrate.ends(_field(c.aligned), np.vstack((states, 0 * time)), time)[6]
     of = np.repeat(np.arange(len(chains)), [len(chain.time) for chain in chains])

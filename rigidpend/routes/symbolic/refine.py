@@ -1,15 +1,21 @@
 """theta2_0 to any number of digits, by integration of the full equations.
 
-Along an orbit a change of theta2_0 grows from crossing to crossing, by factors that the map's
-derivatives tell. So a delay at a late crossing, against the time that the chain gives it, says by
-how little theta2_0 is off. Corrected, the orbit follows the chain some crossings further, and so
-on. In the end gamma3 = 0 at the last crossing is solved in the working precision.
+The map in doubles tells all crossings of an orbit to some ten digits. From each crossing the full
+equations are integrated to the next one, all such legs at once. Where they miss it, Newton's
+method corrects all crossings and theta2_0 with them, so that the legs meet: an orbit that grows
+apart by 1e190 is found without ever being followed for more than a passage. Each time the digits
+double, or grow by as many as the legs' derivatives have; these are differences of legs that begin
+beside each other.
+
+A change of theta2_0 grows from crossing to crossing. So late crossings need fewer digits than early
+ones: they drop out as soon as they have them, and each leg is integrated in as many bits as its
+end needs.
 """
 
 from __future__ import annotations
 
-import itertools
 import math
+from collections.abc import Sequence
 from decimal import Decimal, localcontext
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -17,32 +23,46 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.machine.workers import note
-from rigidpend.mechanics.equations import aligned
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import context, exact, fraction
+from rigidpend.orbits.integrate.engines import LADDER
 from rigidpend.orbits.integrate.reference_orbit import rung
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.routes.start import Scales, Start, start, states_exact
+from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic.chain import NoOrbit, tangents
+from rigidpend.routes.symbolic.integrated import crossing_states, doubles
 from rigidpend.routes.symbolic.shortest import Path
 from rigidpend.routes.symbolic.surface import STEP, Surface
 from rigidpend.routes.symbolic.tables import Level
 
-FAR = 1e-3
-"""Delay, t', up to which it tells theta2_0: what it leaves is its square."""
-FIRST_ERROR = 1e-11
-"""Error of theta2_0 by the map in doubles, radians, and of its times in t', at most."""
+FIRST_DIGITS = 9
+"""Digits behind the point that the map in doubles has of its crossings, at least."""
+LEAST_DIGITS = 5
+"""Digits with which Newton's method still begins."""
+DIGIT = math.log2(10)
+"""Bits of a digit."""
 ACROSS = 24
-"""Bits by which roundings on the way stay below what has grown from the start.
+"""Bits by which roundings on a leg stay below what is asked of its end.
 
-Across the layer of these orbits, some thousandth thick, a deviation grows as much more, once."""
-SPARE = 15
-"""Digits beyond those of theta2_0 that are known in which its orbit is followed."""
-ROUNDS = 400
+Across the layer of these orbits, some thousandth thick, a deviation grows as much."""
+SPARE = 12
+"""Bits beyond, of what a leg rounds in its steps."""
+CURVED = 4
+"""Digits that the curvature of the legs takes of twice those that are known."""
+THIN = 6
+"""Digits that the thin layer takes of a derivative: half of those in which its legs are told."""
+ROUNDS = 60
 MARGIN = 3
 """Digits that theta2_0 has beyond those that tell a symbol."""
 GUARD = 19
 """Bits beyond the digits: 12 were seen to be lost in 113 bits."""
+FURTHER = 4
+"""Digits beyond those of theta2_0 that crossings are told to."""
+SETTLED = 2
+"""Digits short of those that it needs with which a crossing counts as known."""
+GAMMA = slice(3, 6)
+"""The vertical among the components of a state."""
 
 
 class Solved(NamedTuple):
@@ -52,16 +72,6 @@ class Solved(NamedTuple):
     level: Level
     by_energy: float
     """Derivative of theta2_0 in the energy, at a given end."""
-
-
-class Growth(NamedTuple):
-    """Growth of a change of theta2_0 along a chain, (n + 1,) at its crossings."""
-
-    exponent: Array
-    """log10 of the factor in time, t' per radian."""
-    sign: Array
-    chi: Array
-    """Growth in chi over that in time, radians per t'."""
 
 
 class Refined(NamedTuple):
@@ -77,8 +87,11 @@ class Refined(NamedTuple):
     crossing_time: Array
 
 
-def growth(orbits: Surface, solved: Solved, h_factor: float) -> Growth:
-    """Growth of a change of theta2_0 along a chain, its change of energy included."""
+def growth(orbits: Surface, solved: Solved, h_factor: float) -> Array:
+    """Growth of a change of theta2_0 along a chain, its change of energy included.
+
+    (n + 1,) log10 of the factor at its crossings, t' per radian.
+    """
     chain, level = solved.path.chain, solved.level
     slopes = tangents(level, chain)
     theta = chain.unknown
@@ -97,17 +110,14 @@ def growth(orbits: Surface, solved: Solved, h_factor: float) -> Growth:
         size = float(np.abs(change).max())
         change, scale = change / size, scale + math.log10(size)
         # A crossing moves by chi at a fixed time as much as by the time at a fixed chi.
-        found.append(
-            (scale + math.log10(abs(change[2])), np.sign(change[2]), change[1] / change[2])
-        )
+        found.append(scale + math.log10(abs(change[2])))
         if k < len(slopes):
             s = slopes[k]
             change = np.array([s[0] @ change[:2], s[1] @ change[:2], change[2] + s[2] @ change[:2]])
-    exponent, sign, chi = np.array(found).T
-    return Growth(exponent, sign * math.copysign(1, h_factor), chi)
+    return np.array(found)
 
 
-def refined(orbits: Surface, solved: Solved, digits: int) -> Refined:
+def refined(orbits: Surface, solved: Solved, digits: int, jobs: int = 1) -> Refined:
     """theta2_0 of a path to `digits` digits behind the point.
 
     Raises
@@ -117,82 +127,196 @@ def refined(orbits: Surface, solved: Solved, digits: int) -> Refined:
     """
     chain, level = solved.path.chain, solved.level
     factor = 1 - solved.by_energy * orbits.energy_slope(chain.unknown)
-    grown = growth(orbits, solved, factor)
+    exponent = growth(orbits, solved, factor)
+    grown = np.maximum.accumulate(exponent)
     begun = float(orbits.first_time(level, np.array([chain.unknown]))[0])
     times = begun + np.concatenate(([0.0], np.cumsum(chain.time)))
-    reach = int((np.maximum.accumulate(grown.exponent) <= digits - 1).sum()) - 1
-    fixed = int((np.maximum.accumulate(grown.exponent) <= digits - MARGIN).sum()) - 1
-    bits = max(64, math.ceil(digits * math.log2(10)) + GUARD)
-    begin = start(orbits.problem, bits, Scales())
-    refiner = _Refiner(begin, times, grown, bits, digits, solved.path.symmetric)
-    theta, delay = refiner.run(chain.unknown, max(reach, 0))
-    return Refined(_decimal(theta, digits), max(fixed, 0), bits, delay, times)
+    reach = max(0, int((grown <= digits - 1).sum()) - 1)
+    fixed = max(0, int((grown <= digits - MARGIN).sum()) - 1)
+    bits = max(64, math.ceil(digits * DIGIT) + GUARD)
+    # A crossing tells theta2_0 to as many digits more as it has grown, and so do those before it.
+    needed = np.maximum.accumulate((digits + FURTHER - exponent)[::-1])[::-1]
+    legs = _Legs(orbits, solved, np.append(begun, chain.time), needed, reach, jobs)
+    theta, delay = legs.run()
+    return Refined(_decimal(theta, digits), fixed, bits, delay, times)
 
 
-class _Refiner(NamedTuple):
-    """Integrations of one orbit, each with a better theta2_0."""
+class _Slopes(NamedTuple):
+    """Derivatives of where legs end in where they begin; of the first one in theta2_0."""
 
-    begin: Start
-    times: Array
-    """Times t' of the crossings by the map."""
-    grown: Growth
-    bits: int
-    digits: int
-    symmetric: bool
+    columns: list[Any]
+    """(6, 1) of the first leg, (6, 6) of each further one."""
+    digits: float
+    """Digits that they have."""
 
-    def run(self, theta2: float, reach: int) -> tuple[Fraction, float]:
-        """The phase, and the largest delay on the way."""
-        theta, error, delay = Fraction(theta2), math.log10(FIRST_ERROR), 0.0
-        whole = self.symmetric and reach == len(self.times) - 1
+
+class _Legs:
+    """An orbit cut at its crossings into legs that are integrated each for itself, many at once.
+
+    Mirror images take the place of crossings that are not beside separatrix 2 or 3, as in a chain.
+
+    Parameters
+    ----------
+    orbits : Surface
+    solved : Solved
+    times : (n + 1,) array
+        t' of each leg by the map, the first from the start.
+    needed : (n + 1,) array
+        Digits to which their ends are to be told, descending.
+    reach : int
+        The last leg that counts.
+    jobs : int
+        Threads, or processes where integers serve.
+    """
+
+    def __init__(
+        self,
+        orbits: Surface,
+        solved: Solved,
+        times: Array,
+        needed: Array,
+        reach: int,
+        jobs: int,
+    ) -> None:
+        made, n = solved.path, reach + 1
+        # What grows on the way cancels in a correction: digits for both.
+        self.bits = math.ceil((2 * float(needed[0]) + 20) * DIGIT) + GUARD
+        self.m = context(self.bits)
+        self.least = self.m.ldexp(1, -self.bits)
+        self.begin = start(orbits.problem, self.bits, Scales())
+        self.c = AlignedCoefficients(*map(self._number, self.begin.coefficients))
+        self.jobs, self.needed = jobs, needed[:n]
+        self.theta = self.m.mpf(made.chain.unknown)
+        self.times = [self.m.mpf(float(t)) for t in times[:n]]
+        places = crossing_states(doubles(orbits.problem.body), solved.level, made.chain)[:, :n]
+        self.states = [np.array([self.m.mpf(float(x)) for x in state]) for state in places.T]
+        self.mirrored = [False, *(bool(I < 0) for I in made.chain.I[:reach])]
+        if made.symmetric and n == places.shape[1]:
+            # gamma3 of the last crossing stays as it is.
+            self.states[-1][5] = self.m.mpf(0)
+
+    def _number(self, x: Fraction) -> Any:
+        return self.m.mpf(x.numerator) / x.denominator
+
+    def run(self) -> tuple[Fraction, float]:
+        """The phase, and the largest delay of a crossing against the map."""
+        known = before = float(FIRST_DIGITS)
+        told, slopes, lost = np.array(self.times), None, 0.0
         for _ in range(ROUNDS):
-            until = min(reach, int((self.grown.exponent + error <= 0).sum()))
-            note(lambda: f"theta2_0 to {-error:.0f} of {self.digits} digits, in {self.bits} bits")  # noqa: B023
-            # Until the end no more than the next correction can use.
-            bits = self.bits if until == reach else math.ceil((SPARE - error) * math.log2(10))
-            late, height = self._late(theta, until, min(bits, self.bits))
-            near = np.flatnonzero(np.logical_and.accumulate(np.abs(late) < FAR))
-            if not near.size:
-                raise NoOrbit("integration does not find the first crossing where the map has it")
-            k = int(near[-1])
-            last = whole and k == reach
-            off = -height / Fraction(self.grown.chi[k]) if last else Fraction(late[k])
-            step = -off / self._power(k)
-            theta += step
-            size = max(abs(float(off)) ** 2, 0.0 if last else FIRST_ERROR)
-            exponent = float(self.grown.exponent[k])
-            error = math.log10(max(size, 1e-300)) - exponent
-            delay = float(np.abs(late[: max(k, 1)]).max())
-            if k == reach and abs(step) < Fraction(1, 10 ** (self.digits + 1)):
-                return theta, delay
-        raise NoOrbit(f"integration follows the map up to crossing {k + 1} only")
+            # What the last correction has shown, and not what it is expected to have left.
+            last = min(len(self.needed) - 1, int((self.needed > before).sum()))
+            slopes = self._slopes(known, last, slopes)
+            aim = min(2 * known - CURVED, known + slopes.digits, float(self.needed[0]))
+            note(lambda: f"theta2_0 to {known:.0f} of {self.needed[0]:.0f} digits")  # noqa: B023
+            before = self._corrected(slopes, aim, last)
+            if before < LEAST_DIGITS:
+                raise NoOrbit("integration does not find the crossings where the map has them")
+            # Where a passage grazes a surface legs are bent more than was expected.
+            lost = max(lost, known - before)
+            known = min(aim, before + slopes.digits - lost, 2 * before - CURVED - lost)
+            if known >= self.needed[0]:
+                late = np.cumsum(np.array(self.times) - told)
+                return fraction(self.theta), float(max(abs(x) for x in late))
+        raise NoOrbit(f"integration follows the map to {known:.0f} digits only")
 
-    def _late(self, theta: Fraction, until: int, bits: int) -> tuple[Array, Fraction]:
-        """Delays t' of the crossings, and gamma3 at the last of them.
+    def _slopes(self, known: float, last: int, before: _Slopes | None) -> _Slopes:
+        """Derivatives of the legs that count: those that are there, or sharper ones.
 
-        The orbit is followed in so many bits, and in fewer where its errors have grown.
+        They are told in the kernel, in fewer bits than the legs will then be.
         """
-        c = self.begin.coefficients
-        [state] = np.array(states_exact(self.begin, [exact(theta)], self.bits))
-        times = [Fraction(0), *(Fraction(float(t)) for t in self.times[: until + 1])]
-        spent = np.maximum.accumulate(np.append(0.0, self.grown.exponent[:until])) * math.log2(10)
-        left = [rung(bits + ACROSS - x) for x in spent]
-        rows: list[Any] = []
-        for most, passages in itertools.groupby(range(until + 1), left.__getitem__):
-            here = list(passages)
-            since = [times[k + 1] - times[here[0]] for k in here]
-            found = states_at(c, state[:, None], since, most)[..., 0]
-            rows, state = [*rows, *found.T], found[:, -1]
-        rates = [aligned(state, c) for state in rows]
-        late = [-state[2] / rate[2] for state, rate in zip(rows, rates, strict=True)]
-        height = rows[-1][5] + late[-1] * rates[-1][5]
-        cos = 1 if float(rates[-1][5]) < 0 else -1
-        return np.array([float(x) for x in late]), height * cos
+        best = before
+        for bits in LADDER[1:]:
+            digits = min(known, bits / 2 / DIGIT - THIN)
+            later = rung(self._bits(min(known + digits, float(self.needed[0]))))
+            costly = LADDER[1] < bits >= later
+            if not costly and (best is None or digits > 1.2 * best.digits):
+                best = _Slopes([], digits)
+                chosen = bits
+        if best is before and before is not None:
+            return before
+        assert best is not None
+        return _Slopes(self._differences(chosen, last), best.digits)
 
-    def _power(self, k: int) -> Fraction:
-        """dt/dtheta2_0 at crossing k."""
-        whole = math.floor(self.grown.exponent[k])
-        part = Fraction(float(self.grown.sign[k]) * 10 ** float(self.grown.exponent[k] - whole))
-        return part * Fraction(10) ** whole
+    def _bits(self, digits: float) -> int:
+        """Bits in which a leg is integrated whose end is told to so many digits."""
+        return math.ceil(digits * DIGIT) + ACROSS + SPARE
+
+    def _differences(self, bits: int, last: int) -> list[Any]:
+        """Differences of the ends of legs that begin beside each other."""
+        step = self.m.ldexp(1, -bits // 2)
+        legs, begun = [0, 0], [self._start(self.theta), self._start(self.theta + step)]
+        # A crossing has M3 = 0: five components may change.
+        sides = [i for i in range(6) if i != 2]
+        for k in range(1, last + 1):
+            here = self.states[k - 1]
+            begun += [here, *(here + step * np.eye(6, dtype=int)[i] for i in sides)]
+            legs += [k] * (1 + len(sides))
+        ends, _ = self._ends(legs, begun, [bits] * len(legs))
+        found = [((ends[1] - ends[0]) / step)[:, None]]
+        for k in range(last):
+            first = 2 + k * (1 + len(sides))
+            matrix = np.array([[self.m.mpf(0)] * 6] * 6)
+            for j, i in enumerate(sides):
+                matrix[:, i] = (ends[first + 1 + j] - ends[first]) / step
+            found.append(matrix)
+        return found
+
+    def _start(self, theta: Any) -> Any:
+        [state] = states_exact(self.begin, [exact(fraction(theta))], self.bits)
+        return np.array([self._number(x) for x in state])
+
+    def _corrected(self, slopes: _Slopes, aim: float, last: int) -> float:
+        """Correct theta2_0 and the crossings; the digits that those had which lack some."""
+        bits = [self._bits(min(aim, float(need))) for need in self.needed[: last + 1]]
+        begun = [self._start(self.theta), *self.states[:last]]
+        ends, late = self._ends(range(last + 1), begun, bits)
+        fixed, by_theta = self.m.mpf(0) * ends[0], slopes.columns[0][:, 0]
+        changes = []
+        for k, (end, here) in enumerate(zip(ends, self.states, strict=False)):
+            if k:
+                fixed, by_theta = slopes.columns[k] @ fixed, slopes.columns[k] @ by_theta
+            fixed = fixed + (end - here)
+            changes.append((fixed, by_theta))
+        # gamma3 of the last crossing that counts stays.
+        step = -fixed[5] / by_theta[5]
+        self.theta += step
+        found = [fixed + by_theta * step for fixed, by_theta in changes]
+        for k, change in enumerate(found):
+            self.states[k] = self.states[k] + change
+            self.times[k] += late[k]
+        sizes = [float(self.m.log10(max(*map(abs, x[GAMMA]), self.least))) for x in found]
+        lacking = [-x for x, need in zip(sizes, self.needed, strict=False) if -x < need - SETTLED]
+        return min([float(self.needed[0]), *lacking])
+
+    def _ends(
+        self, legs: Sequence[int], begun: Sequence[Any], bits: Sequence[int]
+    ) -> tuple[list[Any], list[Any]]:
+        """Ends of legs, on M3 = 0, and by how much later they are than their times say."""
+        ends: list[Any] = [None] * len(legs)
+        late: list[Any] = [None] * len(legs)
+        kinds = [rung(x) for x in bits]
+        for kind in sorted(set(kinds)):
+            here = [i for i, x in enumerate(kinds) if x == kind]
+            states = np.array([begun[i] for i in here]).T
+            times = np.array([[self.times[legs[i]] for i in here]])
+            reached = states_at(self.c, states, times, kind, self.jobs)[:, 0]
+            for i, state in zip(here, reached.T, strict=True):
+                ends[i], late[i] = self._on_section(state)
+                if self.mirrored[legs[i]]:
+                    ends[i][[0, 1, 5]] *= -1
+        return ends, late
+
+    def _on_section(self, state: Any) -> tuple[Any, Any]:
+        """The crossing beside a state, and by how much later it is, to the square of that time."""
+        rates = np.array(aligned(state, self.c))
+        # The field is quadratic: so a central difference of any width is its derivative.
+        ahead, behind = (np.array(aligned(state + x * rates, self.c)) for x in (1, -1))
+        bend = (ahead - behind) / 4
+        late = -state[2] / rates[2]
+        late -= bend[2] * late**2 / rates[2]
+        end = state + late * (rates + late * bend)
+        end[2] *= 0
+        return end, late
 
 
 def _decimal(theta: Fraction, digits: int) -> Decimal:

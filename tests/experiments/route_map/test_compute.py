@@ -16,7 +16,7 @@ from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.engines import default_engine
 from rigidpend.runs import loading
 from tests.config.samples import refused
-from tests.experiments.trees import differences, plain
+from tests.experiments.trees import differences, plain, settled
 
 SHIPPED = Path(__file__).parents[3] / "configs" / "route_map.yaml"
 SMALL = (
@@ -40,7 +40,8 @@ def content(*settings: str) -> Any:
 
 
 def computed(given: Any, **more: Any) -> Any:
-    return route_map.compute(given, Means(resolve(default_engine(), None, (53,)), **more))
+    means = Means(resolve(default_engine(), None, (53,)), **more)
+    return settled(route_map.compute(given, means))
 
 
 @pytest.fixture(scope="module")

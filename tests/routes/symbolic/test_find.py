@@ -78,11 +78,11 @@ def test_the_orbit_returns_on_its_own_way() -> None:
 
 @pytest.mark.slow
 def test_more_digits_agree_with_fewer() -> None:
-    few, many = (find_orbit(FIG4, "0^11 1^10", **START, digits=n) for n in (12, 45))
-    assert abs(few.theta2_0 - many.theta2_0) < 1e-12
-    assert few.fixed == many.fixed == 2
+    """A crossing that drops out before it is known well enough spoils the last ones."""
+    few, many = (find_orbit(FIG4, "0011" * 6, **START, digits=n) for n in (33, 42))
+    assert abs(Fraction(few.theta2_0) - Fraction(many.theta2_0)) <= Fraction(1, 2 * 10**33)
+    assert few.fixed == many.fixed == many.confirmed == 24
     assert many.bits > 113
-    assert len(str(many.theta2_0)) == 47
 
 
 @pytest.mark.slow
