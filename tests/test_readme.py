@@ -156,3 +156,37 @@ def test_a_block_that_is_not_there_is_missed() -> None:
     page = "docs/measured.md"
     with pytest.raises(SystemExit, match="no block bench"):
         readme_tables.renewed(page, TEXTS[page].replace("<!-- bench -->", ""))
+
+
+def test_the_readme_is_two_screens_with_a_picture_first_and_two_commands() -> None:
+    text = TEXTS["README.md"]
+    lines = text.splitlines()
+    assert len(lines) <= 80
+    assert lines[2].startswith("![")
+    [shown] = [block for page, block in blocks("sh") if page == "README.md"]
+    assert [line.partition("#")[0].strip() for line in shown.splitlines()] == [
+        "make figures",
+        "make test",
+    ]
+    assert all(f"\n## {head}\n" in text for head in ("How it compares", "Cite"))
+
+
+TIME = re.compile(r"(?<![\w.])\d[\d,.]* (?:s|ms|us|µs|ns|min|minutes|seconds|hours)\b")
+"""A time that somebody measured."""
+STATED = {
+    "docs/experiments.md": "an example",
+    "CONTRIBUTING.md": "the limit that marks a slow test",
+}
+"""Pages with times that are no measurements."""
+
+
+def unsourced(text: str) -> list[str]:
+    """Times of a page outside of what a command writes: blocks between marks, outputs; formulas."""
+    written = r"<!-- (.+?) -->.*?<!-- /\1 -->|^```.*?^```|\$\$.*?\$\$"
+    return TIME.findall(re.sub(written, "", text, flags=re.DOTALL | re.MULTILINE))
+
+
+@pytest.mark.parametrize("page", [page for page in TEXTS if page not in STATED])
+def test_every_time_on_a_page_is_written_by_a_command(page: str) -> None:
+    assert unsourced(TEXTS[page]) == []
+    assert unsourced(f"{TEXTS[page]}\nIt takes 4.2 s.\n") == ["4.2 s"]
