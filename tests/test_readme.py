@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import re
 import shlex
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -117,6 +118,15 @@ def test_what_is_cited_is_the_last_release_and_what_comes_after_says_so() -> Non
     own = rigidpend.__version__
     assert (Version(own) > Version(cited) and Version(own).is_devrelease) == (headings != released)
     assert headings != released or own == cited
+
+
+def test_what_an_index_shows_needs_no_checkout() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert not re.search(r"\]\(|<img", project["readme"]["text"])
+    for words in re.findall(r"^ +rigidpend (.+?) *#", project["readme"]["text"], re.MULTILINE):
+        name, *given = words.split()
+        main.commands[name].make_context(name, given)
+    assert {"authors", "classifiers", "license"} <= project.keys()
 
 
 def test_the_lowest_versions_are_those_that_the_project_names() -> None:
