@@ -148,6 +148,8 @@ def test_what_is_wrong_is_said_as_on_the_command_line(tmp_path: Path) -> None:
         rigidpend.run("fig4", mew=1, folder=tmp_path)
     with pytest.raises(store.StoreError, match="there is no such file"):
         rigidpend.load(tmp_path / "none.h5")
+    with pytest.raises(store.StoreError, match="; call: rigidpend run fig4 --out "):
+        rigidpend.load(tmp_path / "fig4.h5")
 
 
 @pytest.mark.slow
