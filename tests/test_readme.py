@@ -23,7 +23,7 @@ from rigidpend.config import names
 from rigidpend.render import captions
 from rigidpend.results import store
 from rigidpend.runs import loading
-from scripts import lowest, readme_tables
+from scripts import lowest, readme_tables, times
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -188,6 +188,12 @@ STATED = {
     "CONTRIBUTING.md": "the limit that marks a slow test",
 }
 """Pages with times that are no measurements."""
+
+
+def test_every_table_of_times_is_filled() -> None:
+    for block, (page, _) in times.BLOCKS.items():
+        shown = TEXTS[page].partition(f"<!-- {block} -->")[2].partition(f"<!-- /{block} -->")[0]
+        assert "\nTime of processors; " in shown, block
 
 
 def unsourced(text: str) -> list[str]:
