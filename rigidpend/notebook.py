@@ -168,11 +168,15 @@ def load(source: Path | str) -> StoredResult:
         It is no path; there is none, or it cannot be read.
     """
     from rigidpend.results import store
+    from rigidpend.runs import remedies
 
     path = checked.path("source", source)
     if path.suffix != ".h5":
         path = RESULTS / f"{source}.h5"
-    return StoredResult(path, store.load(path))
+    try:
+        return StoredResult(path, store.load(path))
+    except store.StoreError as error:
+        raise type(error)(remedies.told(error)) from None
 
 
 def run(

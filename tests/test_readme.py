@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import re
 import shlex
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ from rigidpend.config import names
 from rigidpend.render import captions
 from rigidpend.results import store
 from rigidpend.runs import loading
-from scripts import lowest, readme_tables
+from scripts import lowest, readme_tables, times
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -119,6 +120,15 @@ def test_what_is_cited_is_the_last_release_and_what_comes_after_says_so() -> Non
     assert headings != released or own == cited
 
 
+def test_what_an_index_shows_needs_no_checkout() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert not re.search(r"\]\(|<img", project["readme"]["text"])
+    for words in re.findall(r"^ +rigidpend (.+?) *#", project["readme"]["text"], re.MULTILINE):
+        name, *given = words.split()
+        main.commands[name].make_context(name, given)
+    assert {"authors", "classifiers", "license"} <= project.keys()
+
+
 def test_the_lowest_versions_are_those_that_the_project_names() -> None:
     named = lowest.lowest('[project]\ndependencies = ["numpy>=2.0", "heyoka>=7.1,<8; x == \'y\'"]')
     assert named == ["numpy==2.0", "heyoka==7.1"]
@@ -156,3 +166,43 @@ def test_a_block_that_is_not_there_is_missed() -> None:
     page = "docs/measured.md"
     with pytest.raises(SystemExit, match="no block bench"):
         readme_tables.renewed(page, TEXTS[page].replace("<!-- bench -->", ""))
+
+
+def test_the_readme_is_two_screens_with_a_picture_first_and_two_commands() -> None:
+    text = TEXTS["README.md"]
+    lines = text.splitlines()
+    assert len(lines) <= 80
+    assert lines[2].startswith("![")
+    [shown] = [block for page, block in blocks("sh") if page == "README.md"]
+    assert [line.partition("#")[0].strip() for line in shown.splitlines()] == [
+        "make figures",
+        "make test",
+    ]
+    assert all(f"\n## {head}\n" in text for head in ("How it compares", "Cite"))
+
+
+TIME = re.compile(r"(?<![\w.])\d[\d,.]* (?:s|ms|us|µs|ns|min|minutes|seconds|hours)\b")
+"""A time that somebody measured."""
+STATED = {
+    "docs/experiments.md": "an example",
+    "CONTRIBUTING.md": "the limit that marks a slow test",
+}
+"""Pages with times that are no measurements."""
+
+
+def test_every_table_of_times_is_filled() -> None:
+    for block, (page, _) in times.BLOCKS.items():
+        shown = TEXTS[page].partition(f"<!-- {block} -->")[2].partition(f"<!-- /{block} -->")[0]
+        assert "\nTime of processors; " in shown, block
+
+
+def unsourced(text: str) -> list[str]:
+    """Times of a page outside of what a command writes: blocks between marks, outputs; formulas."""
+    written = r"<!-- (.+?) -->.*?<!-- /\1 -->|^```.*?^```|\$\$.*?\$\$"
+    return TIME.findall(re.sub(written, "", text, flags=re.DOTALL | re.MULTILINE))
+
+
+@pytest.mark.parametrize("page", [page for page in TEXTS if page not in STATED])
+def test_every_time_on_a_page_is_written_by_a_command(page: str) -> None:
+    assert unsourced(TEXTS[page]) == []
+    assert unsourced(f"{TEXTS[page]}\nIt takes 4.2 s.\n") == ["4.2 s"]

@@ -28,7 +28,15 @@ from rigidpend.cli import (
 
 
 class Brief(click.Group):
-    """A group whose complaints about usage repeat no long argument."""
+    """A group that repeats no long argument, and lists its commands in whole sentences."""
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            told = (
+                (name, (each.help or "").partition("\n\n")[0])
+                for name, each in self.commands.items()
+            )
+            formatter.write_dl([(name, " ".join(said.split())) for name, said in told])
 
     def invoke(self, ctx: click.Context) -> Any:
         try:

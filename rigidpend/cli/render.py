@@ -10,7 +10,6 @@ import click
 
 from rigidpend.cli.common import (
     ABSENT,
-    DONE,
     FAILED,
     NAMES,
     OUT,
@@ -74,7 +73,8 @@ def command(
         _tell_absent(absent, sweeps, folder)
     if not all(every):
         sys.exit(FAILED)
-    sys.exit(ABSENT if absent and not (every and "all" in names) else DONE)
+    if absent and not (every and "all" in names):
+        sys.exit(ABSENT)
 
 
 def _drawn(sources: list[Path], name: str, suffix: str, force: bool) -> bool:

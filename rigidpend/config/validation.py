@@ -23,6 +23,13 @@ PLAIN = {
 }
 """Errors of pydantic in our words, by its names for them."""
 
+OF_J3 = (
+    ": J3 is 0, for M is horizontal; with another one the axis of rotation is tilted, gravity turns"
+    " the body out of it, and there is no pendulum motion to start from"
+)
+NEVER = {"J3": OF_J3, "J3_0": OF_J3}
+"""Keys that there cannot be, with the reason."""
+
 
 def config_error(document: Document, model: Any, errors: Iterable[Any]) -> ConfigError:
     """Collect all complaints about a document, by the reader and by the schema, in its order."""
@@ -55,7 +62,8 @@ def _problem(document: Document, model: Any, error: Any) -> Complaint:
         return Complaint(document.origin(place), place, error["ctx"]["message"])
     if error["type"] == "extra_forbidden":
         siblings = _fields(model, place[:-1])
-        hint = meant(str(place[-1]), siblings) or _elsewhere(model, str(place[-1]))
+        hint = NEVER.get(str(place[-1])) or meant(str(place[-1]), siblings)
+        hint = hint or _elsewhere(model, str(place[-1]))
         message = f"unknown key{hint} {among(siblings)}"
         return Complaint(document.origin(place, of_key=True), place, message)
     if error["type"] == "missing":

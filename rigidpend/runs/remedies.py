@@ -11,11 +11,15 @@ from rigidpend.machine.files import CERTIFICATE, StoreError
 
 def told(error: StoreError) -> str:
     """The sentence of an error, with the remedy where it is of a result or a certificate."""
-    return f"{error}; {remedy(error.file)}" if error.file else str(error)
+    mend = remedy(error.file) if error.file else ""
+    return f"{error}; {mend}" if mend else str(error)
 
 
 def remedy(file: Path) -> str:
-    """The command that makes a result or a certificate anew, or where it is to be looked up."""
+    """The command that makes a result or a certificate, or where it is to be looked up.
+
+    Empty for a file that is not there and that no known config makes.
+    """
     name = file.stem.removesuffix(CERTIFICATE)
     log = file.with_name(f"{name}.log")
     if name in {**catalogue.known(), **catalogue.own()}:
@@ -23,7 +27,8 @@ def remedy(file: Path) -> str:
         return call("certify" if file.stem != name else "run", [name], file.parent, force)
     if log.is_file():
         return f"the first line of {log} has the command that made it: add --force"
-    return "make it anew by the config that it was made by, or take another copy of it"
+    lost = "make it anew by the config that it was made by, or take another copy of it"
+    return lost if file.exists() else ""
 
 
 def call(command: str, words: list[str], folder: Path, further: str = "") -> str:

@@ -201,3 +201,9 @@ def test_a_shell_completes(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert "-F _rigidpend_completion rigidpend" in done.stdout
     assert "fig4" in done.stdout.split()
+
+
+def test_the_list_of_commands_has_whole_sentences(tmp_path: Path) -> None:
+    told = call(tmp_path, "--help").stdout.partition("Commands:\n")[2]
+    assert "..." not in told
+    assert [line.split()[0] for line in told.splitlines() if line[2] != " "] == list(COMMANDS)

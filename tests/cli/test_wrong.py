@@ -39,6 +39,21 @@ WRONG = {
         3,
         f"rigidpend: {Path('none', 'fig4.h5')} is not there; call: rigidpend run fig4 --out none",
     ),
+    "no result to report": (
+        ("report", "fig4", "--out", "none"),
+        3,
+        f"rigidpend: {Path('none', 'fig4.h5')}: there is no such file; call: rigidpend run fig4",
+    ),
+    "no such thing as J3": (
+        ("run", "fig4", "--set", "problem.J3=1"),
+        2,
+        "--set problem.J3=1: problem.J3: unknown key: J3 is 0, for M is horizontal; with another",
+    ),
+    "no certificate": (
+        ("certify", "--check", "none.certificate.h5"),
+        3,
+        "rigidpend: none.certificate.h5: there is no such file",
+    ),
     "no reference": (
         ("verify", "fig4", "--reference", "none"),
         3,

@@ -72,13 +72,14 @@ def build(sources: Sequence[Path]) -> Page:
     Raises
     ------
     StoreError
-        None of them can be shown.
+        None of them can be shown; Absent where none is there.
     """
     sections = [_section(source) for source in sources]
     problems = [said for found in sections if (said := found.problem or found.doubt)]
     # A page of nothing but complaints is no report.
     if all(found.problem for found in sections):
-        raise store.StoreError("\n".join(problems))
+        there = any(source.exists() for source in sources)
+        raise (store.StoreError if there else Absent)("\n".join(problems))
     page = html(sorted(sections, key=lambda found: found.order), DEPARTURES)
     return Page(page, problems)
 

@@ -102,6 +102,9 @@ def test_a_thousand_symbols() -> None:
     assert found.confirmed == found.fixed > 4
     assert found.residual < 1e-11
     np.testing.assert_array_equal(found.symbols, code)
+    assert found.word == "".join(map(str, code))
+    assert f"; theta2_0 = {found.theta2_0}; " in repr(found)
+    assert len(repr(found)) < 500
 
 
 def test_longer_passages_lie_between_shorter_ones() -> None:
