@@ -92,6 +92,8 @@ def test_annotations_decorators_and_docstrings_are_left_alone() -> None:
         (annotated, 0),
         ("if TYPE_CHECKING:\n    a = 1\n", 0),
         ("if CHECKING:\n    a = 1\n", 2),
+        ("b = zip(a, strict=True)", 0),
+        ("b = sorted(a, reverse=True)", 1),
     ):
         every = mutations.places(ast.parse(text))
         assert sum(len(list(mutations.changes(place.node))) for place in every) == changed
