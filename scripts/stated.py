@@ -350,7 +350,7 @@ def of_closed(name: str, truth: Callable[[Once], float]) -> Callable[[Any, int],
         known = list(words(8))
         for k in random.choice(len(known), count, replace=False):
             orbit = closed(level(), known[k], 11)
-            fine = closing(FIG4, orbit, level(), h=H4)
+            fine = closing(FIG4, orbit, level(), h=H4, bits=FINE)
             [action] = actions(FIG4, level(), [orbit.chain])
             told = action if name == "action" else orbit.exponent
             yield abs(told - truth(Once(FIG4, orbit, fine, H4))) / allowed
@@ -390,7 +390,9 @@ STATED = (
         "orbits 2^-70 beside, 212 bits",
         of_closed("exponent", Once.exponent),
     ),
-    Stated("`periodic_orbit`: multiplier, period", "orbits 2^-70 beside, 212 bits", of_multipliers),
+    Stated(
+        "`periodic_orbit`: multiplier, period", "orbits 2^-110 beside, 212 bits", of_multipliers
+    ),
     Stated("`find`: the last digit of `theta2_0`", "15 digits more", of_found, 4),
     Stated("`asymptotic_orbits`: the 30th digit", "212 bits, 1e-10 deeper", of_asymptotic, 10),
     Stated("`herpolhodes`: `crossing_error`", "212 bits", of_herpolhodes, 2),
