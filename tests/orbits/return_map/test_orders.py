@@ -7,7 +7,13 @@ import math
 import pytest
 
 from rigidpend.orbits.return_map import MapError, orders
-from rigidpend.orbits.return_map.orders import LARGEST_RADIUS, arc_length, first_look, radius
+from rigidpend.orbits.return_map.orders import (
+    LARGEST_RADIUS,
+    Orders,
+    arc_length,
+    first_look,
+    radius,
+)
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
 from tests.bodies import FIG4
@@ -47,3 +53,20 @@ def test_arcs_end_where_both_components_are_equal(rough: Coefficients) -> None:
     J2 = math.sqrt(2 * H / c.kappa)
     x, Q = arc_length(rough, H, d) * J2 * c.half_sigma, J2 * 2 * c.half_sigma
     assert d * math.exp(x) / 2 == pytest.approx(2 * Q * math.exp(-x))
+
+
+@pytest.mark.parametrize(
+    ("raised", "expected"),
+    [
+        ([], (21, 31, 10, 41, 51, 5)),
+        (["inner"], (27, 39, 10, 41, 51, 5)),
+        (["x", "energy"], (21, 31, 12, 41, 51, 6)),
+        (["phase"], (21, 31, 10, 51, 63, 5)),
+    ],
+)
+def test_only_orders_that_were_too_small_are_raised_by_a_fifth(
+    raised: list[str], expected: tuple[int, ...]
+) -> None:
+    """Those of the normal form and of phases to odd numbers."""
+    asked = {name: name in raised for name in ("inner", "x", "phase", "energy")}
+    assert Orders(21, 31, 10, 41, 51, 5, 2.5).larger(**asked) == (*expected, 2.5)

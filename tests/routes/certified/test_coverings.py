@@ -786,11 +786,17 @@ def test_the_stored_proof_holds_in_both_checkers(
     assert said_by_script.endswith("; undecided: set 0: C7: not shown; undecided: C8: not shown\n")
 
 
-def test_terms_that_come_round_again_are_refused(data: Any) -> None:
-    """2^64 more than there are, which whole numbers of a machine take for as many."""
+@pytest.mark.parametrize(
+    "moved",
+    [
+        pytest.param(np.array([2**62] * 4), id="come round again: 2^64 more than there are"),
+        pytest.param(np.array([-(10**6), 10**6]), id="negative"),
+    ],
+)
+def test_steps_have_the_terms_that_are_stored(data: Any, moved: Any) -> None:
     proof = dict(data["proof"])
     terms = np.array(proof["terms"], dtype=np.int64)
-    terms[:4] += 2**62
+    terms[: moved.size] += moved
     with pytest.raises(ValueError, match="other terms"):
         unpacked({**proof, "terms": terms}, 5)
 

@@ -77,6 +77,12 @@ def test_the_orbit_returns_on_its_own_way() -> None:
 
 
 @pytest.mark.slow
+def test_the_first_crossing_is_in_the_cell_that_is_asked_for() -> None:
+    found = [find_orbit(FIG4, f"{first} 01", **START, digits=12).address for first in "ab"]
+    assert [str(x)[:2] for x in found] == ["a ", "b "]
+
+
+@pytest.mark.slow
 def test_more_digits_agree_with_fewer() -> None:
     few, many = (find_orbit(FIG4, "0^11 1^10", **START, digits=n) for n in (12, 45))
     assert abs(few.theta2_0 - many.theta2_0) < 1e-12
