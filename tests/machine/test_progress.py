@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 
 import pytest
 
@@ -117,6 +118,8 @@ def test_a_terminal_keeps_the_last_line_of_each(terminal: Terminal) -> None:
         shown.hear(name, "written")
         shown.end(well=True)
     assert terminal.screen() == ["x: up to date", "a: written", "b: written", ""]
+    # None wraps, with the blanks that write over the rest of a longer one.
+    assert max(map(len, re.split("[\r\n]", terminal.getvalue()))) < 60
 
 
 def test_what_failed_leaves_no_line(terminal: Terminal) -> None:

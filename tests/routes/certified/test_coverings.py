@@ -196,6 +196,24 @@ def test_C1_a_line_is_as_far_as_it_is_moved(
     assert {reason[:2] for reason in reasons} == {"C1"}
 
 
+@pytest.mark.parametrize("k", range(5))
+def test_C1_bounds_are_the_same_for_both(
+    quads: Any, line: Any, orbits: Any, numbers: Any, k: int
+) -> None:
+    """Of solutions and their derivatives, each component of the start moved in turn."""
+    growth, p = LogarithmicNorm.of(numbers.field), problem()
+    for component in (0, 4):
+        off = moved(orbits[k][0], component, (0, 1, 0), 1e-9)
+        if k == 4:
+            mine = coverings.line_beginning(numbers, line, off, growth)[1]
+            theirs = script.line_beginning(p, script.Line(*line), step(off))
+        else:
+            mine = coverings.beginning(numbers, quads[k], off, growth)[1]
+            theirs = script.beginning(p, quad_of(quads[k]), step(off))[1]
+        told = [float(x.upper()) for x in mine]
+        assert told == pytest.approx([float(x) for x in theirs], rel=1e-3)
+
+
 def test_the_line_of_starts_is_where_theorem_2_says(line: Any, orbits: Any) -> None:
     """Its ends lie within the box of C1 about those of theta2_0 = 1.5625 -+ 0.003 or less."""
     from rigidpend.orbits.return_map.precision import precision
