@@ -23,7 +23,7 @@ class Problem(HeavyBody):
     """Half rotations of every passage, by which sets are smaller; searched unless given."""
 
     around: Number = exact(0)
-    """Share of itself by which mu, and h, may differ: one proof is of all of these."""
+    """Share by which mu, and h, may differ, dimensionless: one proof is of all of these."""
 
     @model_validator(mode="after")
     def _rotates(self) -> Self:
