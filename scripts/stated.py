@@ -22,7 +22,7 @@ from unittest import mock
 import numpy as np
 
 from rigidpend import Body, find_orbit, route_codes
-from rigidpend.experiments.closed_orbits.layout import LAYOUT
+from rigidpend.experiments.closed_orbits.layout import ORBITS
 from rigidpend.experiments.data.bounds import ROUNDING
 from rigidpend.experiments.precession.compute import uncertainty, unit_of
 from rigidpend.machine.tables import Table, markdown
@@ -345,7 +345,8 @@ def of_alpha(random: Any, count: int) -> Shares:
 def of_closed(name: str, truth: Callable[[Once], float]) -> Callable[[Any, int], Shares]:
     """Exponents or actions of some of the words of the config, by what two results may differ."""
     level = functools.cache(lambda: Level(return_map(FIG4, h=H4), float(H4)))
-    allowed = LAYOUT["orbits"][name].within
+    allowed = ORBITS[name].within
+    assert isinstance(allowed, float)
 
     def shares(random: Any, count: int) -> Shares:
         known = list(words(8))

@@ -225,7 +225,7 @@ _asked: dict[RouteProblem, int] = {}
 
 
 def _counted(problem: RouteProblem, orbits: int) -> tuple[bool, bool]:
-    """Whether few orbits may take kept maps, with all that came before them, and need a sample."""
+    """True if few orbits may take kept maps, with all before them; and if they need a sample."""
     if len(_asked) >= MANY:
         _asked.clear()
     before = _asked.get(problem, 0)
