@@ -1,11 +1,10 @@
 """Mutation testing: change the code in one place at a time, and see whether a test fails.
 
 A run draws a sample of all places of the package from a stated seed, makes each change in a copy of
-the project and runs there, in processes of their own, the test file that mirrors the module, then
-the tests that reach the line, and at last the whole of the mirrored folder. Which tests reach a
-line is told by a map, which one run of the tests makes under coverage.
+the project and runs there, in processes of their own, tests that reach the line, the shortest ones
+first, then the test file that mirrors the module, and at last the whole of the mirrored folder.
 
-    python -m scripts.mutants --map                          # once: all tests, some ten minutes
+    python -m scripts.mutants --map -m "not slow"            # once: the quick tests, some minutes
     python -m scripts.mutants --count 400 --seed 1 --processes 2
     python -m scripts.mutants --only rigidpend/routes/certified
 
@@ -17,11 +16,14 @@ why this is no tool of others.
 from __future__ import annotations
 
 import argparse
+import compileall
 import contextlib
-import json
+import importlib
+import math
 import os
 import queue
 import re
+import resource
 import shutil
 import signal
 import subprocess
@@ -29,44 +31,36 @@ import sys
 import tempfile
 import time
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
-from coverage import CoverageData
+import pytest
 
+from scripts import reached
 from scripts.mutations import ROOT, Mutant, drawn, equivalent, mutants, source
+from scripts.reached import BUILD, OF_TEXT, Reach, mirrored
 
-BUILD = ROOT / "build" / "mutants"
 COPIED = ("rigidpend", "tests", "scripts", "docs", "configs", "results")
 """What a copy of the project has of its own; the rest it shares."""
-OF_TEXT = tuple(
-    f"tests/test_{name}.py"
-    for name in (
-        "english",
-        "floors",
-        "generated_pages",
-        "imports",
-        "labels",
-        "mutants",
-        "readme",
-    )
-)
-"""Tests of the texts: they notice that a file is written anew, whatever it says."""
+LIBRARIES = ("h5py", "hypothesis", "numpy", "pydantic", "scipy.integrate", "scipy.sparse.linalg")
+"""What processes of tests find imported, for it takes longer than most tests."""
 OF_PEERS = ("cyrk_compiled", "diffrax_vmapped")
 """Methods of libraries that the tests do without."""
-MOST = 100
-"""Tests at most that the map adds to the mirrored file, the most particular ones first."""
-ALIKE = 3
-"""Of the cases of one test as many at most."""
-LIMIT = 300.0
-"""Seconds that tests may take before they are held against the code as it is."""
+NEAR = 12.0
+"""Seconds that tests of a line take together, by the map."""
+FURTHER = 3.0
+"""Factor on the seconds of tests of another folder, by which they come later."""
+LIMIT = 60.0
+"""Seconds of processor time after which tests are held against the code as it is."""
+WIDE = 10
+"""Times as many for the rest of a folder."""
+PATIENCE = 5.0
+"""Seconds by the clock for one of processor time."""
 KILLED, LATE, SURVIVED = "killed", "timeout", "survived"
 OPEN, UNTOLD = "open", "untold"
 """What the nearest tests do not notice; what no verdict was found on, for tests fail without it."""
-Map = Mapping[str, Mapping[str, Sequence[str]]]
-"""Tests by path and by the text of the line, "" for what any line of a function needs."""
 
 
 def files(below: str = "rigidpend") -> list[str]:
@@ -83,21 +77,24 @@ class Verdict(NamedTuple):
     by: str
     """The test that failed, or nothing."""
     seconds: float
+    """Of processor time."""
 
 
 class Desk:
     """Copies of the project in which mutants are made, one for each that works at a time.
 
-    A mutant has compiled code and return maps of its own, and begins with those of the user: what
-    a mutated module compiles must not be found by the next one.
+    All of a copy's package is written anew by the tools that write mutants, so that a mutant
+    differs from it by the change alone. A mutant has compiled code and return maps of its own, and
+    begins with those of the user: what a mutated module compiles must not be found by the next
+    one.
     """
 
     def __init__(
-        self, folder: Path, copies: int, of_tests: Map, limit: float, *, quick: bool
+        self, folder: Path, copies: int, reach: Reach, limit: float, *, quick: bool
     ) -> None:
         self.free: queue.Queue[Path] = queue.Queue()
-        self.of_tests, self.limit, self.quick = of_tests, limit, quick
-        self.sound: dict[tuple[str, str], bool] = {}
+        self.reach, self.limit, self.quick = reach, limit, quick
+        self.sound: dict[str, bool] = {}
         # As it is now, for others change it meanwhile.
         self.kept = folder / "kept"
         self.kept.mkdir(parents=True)
@@ -109,57 +106,79 @@ class Desk:
 
     def judge(self, mutant: Mutant) -> Verdict:
         """The verdict of the tests on a mutant."""
-        folder, begun = self.free.get(), time.monotonic()
+        folder, begun = self.free.get(), _spent()
         target = folder / mutant.path
         before = target.read_text()
         try:
             target.write_text(source(before, mutant))
-            found, by = self._verdict(mutant, folder, source(before))
+            found, by = self._verdict(folder, target, before, self._stages(mutant))
         finally:
             target.write_text(before)
             self.free.put(folder)
-        return Verdict(found, by, time.monotonic() - begun)
+        return Verdict(found, by, _spent() - begun)
 
-    def _verdict(self, mutant: Mutant, folder: Path, plain: str) -> tuple[str, str]:
-        near = nearest(mutant, self.of_tests)
-        rest = [] if self.quick and near else around(mutant, near)
-        for tests in filter(None, (near, rest)):
-            failed = failing(folder, tests, self.kept, self.limit)
+    def _stages(self, mutant: Mutant) -> list[tuple[list[str], float]]:
+        """Tests to be asked, each lot after those before, with the seconds that they may take."""
+        own = ROOT / mirrored(mutant.path) / f"test_{Path(mutant.path).stem}.py"
+        file = [str(own.relative_to(ROOT))] if own.exists() else []
+        near, rest = nearest(mutant, self.reach), around(mutant, file)
+        if self.quick:
+            return [(near, self.limit), (with_mark(file, "not slow"), self.limit)]
+        # The map is of quick tests, so that these were asked.
+        slow = with_mark(rest, "slow") if near else rest
+        return [(near, self.limit), (file, self.limit), (slow, WIDE * self.limit)]
+
+    def _verdict(
+        self, folder: Path, target: Path, plain: str, stages: Sequence[tuple[list[str], float]]
+    ) -> tuple[str, str]:
+        mutated = target.read_text()
+
+        def without(tests: Sequence[str], limit: float) -> bool:
+            """Whether tests pass where the mutant is not."""
+            target.write_text(plain)
+            found = failing(folder, tests, self.kept, limit)
+            target.write_text(mutated)
+            return found == ""
+
+        for tests, limit in stages:
+            failed = self._asked(folder, tests, limit)
+            while failed and failed not in self.sound:
+                self.sound[failed] = without([failed], limit)
+                if not self.sound[failed]:
+                    failed = self._asked(folder, tests, limit)
             if failed is None:
-                return (LATE if self._in_time(mutant, folder, plain, tests) else UNTOLD), ""
-            if failed and self._is_sound(mutant, folder, plain, failed):
-                return KILLED, failed
+                return (LATE if without(self._left(tests), limit / 2) else UNTOLD), ""
             if failed:
-                return UNTOLD, failed
+                return (KILLED if self.sound[failed] else UNTOLD), failed
         return (OPEN if self.quick else SURVIVED), ""
 
-    def _in_time(self, mutant: Mutant, folder: Path, plain: str, tests: Sequence[str]) -> bool:
-        """Whether the tests pass in half of the time, without the mutant."""
-        (folder / mutant.path).write_text(plain)
-        return failing(folder, tests, self.kept, self.limit / 2) == ""
+    def _asked(self, folder: Path, tests: Sequence[str], limit: float) -> str | None:
+        return failing(folder, self._left(tests), self.kept, limit) if tests else ""
 
-    def _is_sound(self, mutant: Mutant, folder: Path, plain: str, test: str) -> bool:
-        """Whether a test passes where the file is written anew and means the same."""
-        at = (mutant.path, test)
-        if at not in self.sound:
-            (folder / mutant.path).write_text(plain)
-            self.sound[at] = failing(folder, [test], self.kept, self.limit) == ""
-        return self.sound[at]
+    def _left(self, tests: Sequence[str]) -> list[str]:
+        """Tests without those that fail with no mutant."""
+        return [*tests, *(f"--deselect={x}" for x, sound in self.sound.items() if not sound)]
 
 
-def mirrored(path: str) -> Path:
-    """The folder of tests of a module."""
-    return Path("tests") / Path(path).parent.relative_to("rigidpend")
+def with_mark(tests: Sequence[str], mark: str) -> list[str]:
+    """Of some tests those that have a mark, or have it not, as pytest takes it."""
+    return [*tests, "-m", mark] if tests else []
 
 
-def nearest(mutant: Mutant, of_tests: Map) -> list[str]:
-    """The mirrored test file, then the tests that reach the line, the most particular first."""
-    folder, stem = mirrored(mutant.path), Path(mutant.path).stem
-    own = [str(file) for file in [folder / f"test_{stem}.py"] if (ROOT / file).exists()]
-    of_file = of_tests.get(mutant.path, {})
-    reached = of_file.get(mutant.statement, of_file.get("", ()))
-    others = [test for test in reached if test.partition("::")[0] not in own]
-    return [*own, *sorted(others, key=lambda test: not test.startswith(f"{folder}/"))][:MOST]
+def nearest(mutant: Mutant, reach: Reach) -> list[str]:
+    """The tests that reach the line, the shortest first, no more than take some seconds."""
+    beside = f"{mirrored(mutant.path)}/"
+
+    def late(test: str) -> float:
+        return reach.seconds[test] * (1 if test.startswith(beside) else FURTHER)
+
+    left, found = NEAR, list[str]()
+    for test in sorted(reach.of(mutant.path, mutant.statement), key=late):
+        left -= reach.seconds[test]
+        if left < 0:
+            break
+        found.append(test)
+    return found
 
 
 def around(mutant: Mutant, before: Sequence[str]) -> list[str]:
@@ -173,111 +192,85 @@ def around(mutant: Mutant, before: Sequence[str]) -> list[str]:
 
 def failing(folder: Path, tests: Sequence[str], kept: Path, limit: float) -> str | None:
     """The first test that fails in a copy of the project, "" if none does, None without an end."""
-    cache = folder / "cache"
-    shutil.rmtree(cache, ignore_errors=True)
-    shutil.copytree(kept, cache)
-    plugins = ["no:cacheprovider", "no:xdist", "no:cov", "tests.unshrunk"]
-    call = [sys.executable, "-m", "pytest", "-x", "-q", "-rfE", "--tb=no", "--no-header"]
-    where = {"PYTHONPATH": str(folder), "XDG_CACHE_HOME": str(cache)}
-    process = subprocess.Popen(
-        [*call, *(x for name in plugins for x in ("-p", name)), *tests],
-        cwd=folder,
-        env={**os.environ, **where, "PYTHONDONTWRITEBYTECODE": "1"},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        start_new_session=True,
-    )
-    try:
-        said, _ = process.communicate(timeout=limit)
-    except subprocess.TimeoutExpired:
-        # Its own processes with it: they have a session of their own.
-        os.killpg(process.pid, signal.SIGKILL)
-        process.communicate()
+    shutil.rmtree(folder / "cache", ignore_errors=True)
+    shutil.copytree(kept, folder / "cache")
+    sys.stdout.flush()
+    process = os.fork()
+    if not process:
+        _become_tests(folder, tests, limit)
+    code = _ended(process, PATIENCE * limit)
+    if code is None or code == -signal.SIGXCPU:
         return None
-    if process.returncode in (0, 5):
+    if code in (0, 5):
         return ""
+    said = (folder / "said").read_text(errors="replace")
     # The map is older than the tests; pytest tells the function, without its case.
     gone = set(re.findall(r"^ERROR: .*not found: (?:.*/)?(tests/.*)$", said, re.MULTILINE))
     left = [test for test in tests if test.partition("[")[0] not in gone]
     if len(left) < len(tests):
-        return failing(folder, left, kept, limit) if left else ""
+        return failing(folder, left, kept, limit) if any("::" in x for x in left) else ""
     named = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", said, re.MULTILINE)
     return named[1] if named else tests[0]
 
 
+def _become_tests(folder: Path, tests: Sequence[str], limit: float) -> NoReturn:
+    """Run tests in this process, which has but to be there, in a session of its own."""
+    code: int = pytest.ExitCode.INTERNAL_ERROR
+    try:
+        os.setsid()
+        os.chdir(folder)
+        resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(limit), resource.RLIM_INFINITY))
+        said = os.open("said", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+        for stream in (1, 2):
+            os.dup2(said, stream)
+        os.environ |= {"PYTHONPATH": str(folder), "XDG_CACHE_HOME": str(folder / "cache")}
+        sys.path.insert(0, str(folder))
+        for name in [x for x in sys.modules if x.partition(".")[0] == "scripts"]:
+            del sys.modules[name]
+        plugins = ["no:cacheprovider", "no:xdist", "no:cov", "tests.unshrunk"]
+        options = ["-x", "-q", "-rfE", "--tb=no", "--no-header"]
+        options.append("-Wignore:Module already imported")
+        code = pytest.main([*options, *(x for name in plugins for x in ("-p", name)), *tests])
+        sys.stdout.flush()
+    finally:
+        os._exit(code)
+
+
+def _ended(process: int, patience: float) -> int | None:
+    """How a process ended; None if it did not in time, and was ended with all that it began."""
+    end = time.monotonic() + patience
+    while time.monotonic() < end:
+        ended, status = os.waitpid(process, os.WNOHANG)
+        if ended:
+            return os.waitstatus_to_exitcode(status)
+        time.sleep(0.02)
+    os.killpg(process, signal.SIGKILL)
+    os.waitpid(process, 0)
+    return None
+
+
+def _spent() -> float:
+    """Processor time of all processes of tests that have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
 def copied(folder: Path) -> Path:
-    """A copy of the project, to be mutated."""
+    """A copy of the project, to be mutated: its package written anew, all compiled."""
     folder.mkdir(parents=True)
     for path in ROOT.iterdir():
         if path.name in COPIED:
             shutil.copytree(path, folder / path.name, ignore=shutil.ignore_patterns("__pycache__"))
         elif path.name not in (".git", "build"):
             (folder / path.name).symlink_to(path)
+    for path in (folder / "rigidpend").rglob("*.py"):
+        path.write_text(source(path.read_text()))
+    compileall.compile_dir(folder, quiet=1)
+    # As pytest writes tests: by collecting them once.
+    call = [sys.executable, "-m", "pytest", "--collect-only", "-qq", "-p", "no:cacheprovider"]
+    env = {**os.environ, "PYTHONPATH": str(folder)}
+    subprocess.run(call, cwd=folder, env=env, stdout=subprocess.DEVNULL, check=True)
     return folder
-
-
-def make_map(asked: Sequence[str]) -> None:
-    """Run tests under coverage and keep which of them reach which line, by the line's text."""
-    data = BUILD / "coverage"
-    BUILD.mkdir(parents=True, exist_ok=True)
-    left_out = [f"--ignore={file}" for file in OF_TEXT]
-    counted = ["--cov", "--cov-context=test", "--cov-report=", "--cov-fail-under=0"]
-    call = [sys.executable, "-m", "pytest", "-q", *counted, *left_out, *asked]
-    subprocess.run(call, cwd=ROOT, env={**os.environ, "COVERAGE_FILE": str(data)}, check=True)
-    found = CoverageData(str(data))
-    found.read()
-    write_map(found)
-
-
-def write_map(found: CoverageData) -> None:
-    """Keep the map of a run's coverage, the tests of a line in order of what else they reach."""
-    reached: dict[str, dict[str, set[str]]] = {}
-    breadth: Counter[str] = Counter()
-    for file in found.measured_files():
-        path = Path(file)
-        lines = path.read_text().splitlines()
-        name = str(Path("rigidpend", *path.parts[path.parts.index("rigidpend") + 1 :]))
-        of_file = reached.setdefault(name, defaultdict(set))
-        for line, contexts in found.contexts_by_lineno(file).items():
-            tests = {x.partition("|")[0] for x in contexts if x.endswith("|run")}
-            tests = {x for x in tests if not x.startswith(OF_TEXT)}
-            breadth.update(tests)
-            of_file[lines[line - 1].strip()] |= tests
-    number = {test: k for k, test in enumerate(breadth)}
-    kept: dict[str, dict[str, list[int]]] = {}
-    for name, of_file in reached.items():
-        # What stands outside a function runs once, for the first who imports it.
-        whole, beside = set().union(*of_file.values()), f"{mirrored(name)}/"
-        first = sorted(whole, key=lambda x: (not x.startswith(beside), breadth[x], x))
-        kept[name] = {
-            text: [number[x] for x in _few(x for x in first if x in (tests or whole))]
-            for text, tests in [*of_file.items(), ("", whole)]
-        }
-    (BUILD / "map.json").write_text(json.dumps({"tests": list(number), "reached": kept}))
-
-
-def _few(tests: Iterable[str]) -> list[str]:
-    """The first of them, no more than some of one function."""
-    seen: Counter[str] = Counter()
-    found = []
-    for test in tests:
-        seen[name := test.partition("[")[0]] += 1
-        if seen[name] <= ALIKE:
-            found.append(test)
-    return found[:MOST]
-
-
-def read_map() -> Map:
-    """The map that was kept."""
-    if not (BUILD / "map.json").exists():
-        raise SystemExit("which tests reach which line? `python -m scripts.mutants --map` tells")
-    kept = json.loads((BUILD / "map.json").read_text())
-    tests = kept["tests"]
-    return {
-        name: {text: [tests[k] for k in ranks] for text, ranks in of_file.items()}
-        for name, of_file in kept["reached"].items()
-    }
 
 
 class Verdicts(dict[str, Verdict]):
@@ -330,7 +323,9 @@ def told(chosen: Sequence[Mutant], verdicts: Verdicts, reasons: Mapping[Mutant, 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--map", nargs="*", help="make the map of tests, with options of pytest")
+    parser.add_argument(
+        "--map", nargs=argparse.REMAINDER, help="make the map of tests, with options of pytest"
+    )
     parser.add_argument("--count", type=int, default=400, help="mutants in the sample")
     parser.add_argument("--seed", type=int, default=1, help="of the sample")
     parser.add_argument("--processes", type=int, default=1)
@@ -342,9 +337,12 @@ def main() -> int:
     parser.add_argument("--least", type=float, default=90.0, help="share to be killed, in %%")
     asked = parser.parse_args()
     if asked.map is not None:
-        make_map(asked.map)
+        reached.make(asked.map)
         return 0
-    of_tests = read_map()
+    reach = reached.read()
+    for name in LIBRARIES:
+        importlib.import_module(name)
+    sys.dont_write_bytecode = True
     every = [mutant for path in files(asked.only) for mutant in mutants(path)]
     chosen = drawn(every, asked.count, asked.seed)
     reasons, verdicts = equivalent(), Verdicts(BUILD / f"{asked.seed}.txt")
@@ -354,7 +352,7 @@ def main() -> int:
     print(f"seed {asked.seed}: {len(chosen)} of {len(every)} mutants, {len(open_)} to be judged")
     end = time.monotonic() + 60 * asked.minutes if asked.minutes else float("inf")
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(asked.processes) as pool:
-        desk = Desk(Path(folder), asked.processes, of_tests, asked.limit, quick=asked.quick)
+        desk = Desk(Path(folder), asked.processes, reach, asked.limit, quick=asked.quick)
 
         def judged(mutant: Mutant) -> None:
             if time.monotonic() < end:

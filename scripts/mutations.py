@@ -235,6 +235,9 @@ def places(tree: ast.Module) -> list[Place]:
                     continue
                 if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
                     continue
+                # A guard of lengths that are equal by construction.
+                if isinstance(node, ast.keyword) and node.arg == "strict":
+                    continue
                 here = node.lineno if isinstance(node, ast.stmt) else line
                 within = keyed or _names_key(node)
                 found.append(Place(holder, field, index, node, here, within))

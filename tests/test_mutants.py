@@ -10,10 +10,11 @@ from typing import Any
 import pytest
 import yaml
 
-from scripts import mutants, mutations
+from scripts import mutants, mutations, reached
 
 ROOT = Path(__file__).resolve().parents[1]
 CERTAINTY = "rigidpend/routes/certainty.py"
+NOTHING = reached.Reach({}, {})
 
 
 @pytest.mark.parametrize(
@@ -91,6 +92,8 @@ def test_annotations_decorators_and_docstrings_are_left_alone() -> None:
         (annotated, 0),
         ("if TYPE_CHECKING:\n    a = 1\n", 0),
         ("if CHECKING:\n    a = 1\n", 2),
+        ("b = zip(a, strict=True)", 0),
+        ("b = sorted(a, reverse=True)", 1),
     ):
         every = mutations.places(ast.parse(text))
         assert sum(len(list(mutations.changes(place.node))) for place in every) == changed
@@ -146,53 +149,65 @@ def test_every_declared_mutant_is_one_that_can_be_drawn_and_has_a_reason() -> No
     assert all(reason.endswith(".") for reason in reasons.values())
 
 
-def test_the_nearest_tests_are_the_mirrored_file_and_those_that_reach_the_line() -> None:
+def test_the_nearest_tests_reach_the_line_the_shortest_first() -> None:
     mutant = next(x for x in mutations.mutants(CERTAINTY) if x.statement != x.text)
+    own, other = "tests/routes/test_certainty.py::test_", "tests/x.py::test_"
+    seconds = {f"{own}a": 2.5, f"{other}b": 1, f"{own}c": 1, f"{other}d": mutants.NEAR - 4}
+    reach = {mutant.statement: [*seconds][:3], "": [*seconds]}
+    known = reached.Reach(seconds, {CERTAINTY: reach})
+    assert mutants.nearest(mutant, known) == [f"{own}c", f"{own}a", f"{other}b"]
+    assert mutants.nearest(mutant._replace(statement="another"), known)[3:] == []
+    assert mutants.nearest(mutant, NOTHING) == []
+
+
+def test_the_rest_are_the_other_files_of_the_mirrored_folder() -> None:
     own = "tests/routes/test_certainty.py"
-    reach = {mutant.statement: [f"{own}::test_a", "tests/x.py::test_b"], "": ["tests/x.py::c"]}
-    assert mutants.nearest(mutant, {CERTAINTY: reach}) == [own, "tests/x.py::test_b"]
-    other = mutant._replace(statement="another")
-    assert mutants.nearest(other, {CERTAINTY: reach}) == [own, "tests/x.py::c"]
-    assert mutants.nearest(mutant, {}) == [own]
-    rest = mutants.around(mutant, [own])
+    rest = mutants.around(mutations.mutants(CERTAINTY)[0], [own])
     assert own not in rest
     assert "tests/routes/test_codes.py" in rest
 
 
 @pytest.mark.parametrize(
-    ("answers", "found"),
+    ("answers", "found", "slips"),
     [
-        (["test_a", ""], ("killed", "test_a")),
-        (["test_a", "test_a"], ("untold", "test_a")),
-        (["", "test_b", ""], ("killed", "test_b")),
-        (["", ""], ("survived", "")),
-        ([None, ""], ("timeout", "")),
-        ([None, None], ("untold", "")),
+        (["test_a", ""], ("killed", "test_a"), [True, False]),
+        (["test_a", "test_a", "", ""], ("survived", ""), [True, False, True, True]),
+        (["test_a", "test_a", "test_a"], ("untold", "test_a"), [True, False, True]),
+        (["", "test_b", ""], ("killed", "test_b"), [True, True, False]),
+        (["", ""], ("survived", ""), [True, True]),
+        ([None, ""], ("timeout", ""), [True, False]),
+        ([None, None], ("untold", ""), [True, False]),
     ],
 )
 def test_a_verdict_is_held_against_the_code_as_it_is(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, answers: list[str | None], found: Any
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    answers: list[str | None],
+    found: Any,
+    slips: list[bool],
 ) -> None:
     """A test counts that fails with the mutant, and passes where the file is but written anew."""
-    mutant = mutations.mutants(CERTAINTY)[0]
-    slip = mutations.source((ROOT / CERTAINTY).read_text(), mutant)
-    sources = iter(answers)
+    mutant, plain = mutations.mutants(CERTAINTY)[0], (ROOT / CERTAINTY).read_text()
+    sources, seen = iter(answers), list[bool]()
+
+    def copied(folder: Path) -> Path:
+        (folder / CERTAINTY).parent.mkdir(parents=True)
+        (folder / CERTAINTY).write_text(mutations.source(plain))
+        return folder
 
     def failing(folder: Path, *_: Any) -> str | None:
-        seen.append((folder / CERTAINTY).read_text() == slip)
+        seen.append((folder / CERTAINTY).read_text() == mutations.source(plain, mutant))
         return next(sources)
 
-    seen: list[bool] = []
-    monkeypatch.setattr(mutants, "COPIED", ("rigidpend",))
+    monkeypatch.setattr(mutants, "copied", copied)
     monkeypatch.setattr(mutants, "failing", failing)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "none"))
-    desk = mutants.Desk(tmp_path / "desk", 1, {}, 7.0, quick=False)
+    desk = mutants.Desk(tmp_path / "desk", 1, NOTHING, 7.0, quick=False)
     verdict = desk.judge(mutant)
     assert (verdict.found, verdict.by) == found
-    assert seen[0]
-    assert seen[-1] is (found == ("survived", ""))
+    assert seen == slips
     copy = tmp_path / "desk" / "0" / CERTAINTY
-    assert copy.read_text() == (ROOT / CERTAINTY).read_text(), "it is undone"
+    assert copy.read_text() == mutations.source(plain), "it is undone"
 
 
 def test_verdicts_are_kept_and_the_last_one_counts(tmp_path: Path) -> None:

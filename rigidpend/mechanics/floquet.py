@@ -103,9 +103,9 @@ def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> P
 
     Notes
     -----
-    The logarithm of the multiplier errs, with the body of Fig. 4, by some 1e-15 for mu up to
-    0.99 h0, by 1e-14 at 0.999 h0 and by 3e-11 at (1 - 1e-6) h0, where the rounding of mu alone
-    is worth more.
+    The logarithm of the multiplier errs by less than 2^-46 h0/(h0 - mu), and the period by less
+    than 2^-48 h0/(h0 - mu): mu is rounded, and beside h0 the motion nearly rests at its highest
+    point. Bodies drawn by lot, with h0 - mu from 0.9 h0 down to 1e-7 h0, reach half of each.
     """
     if epsilon not in (1, -1):
         raise ValueError(f"epsilon is 1 or -1, not {epsilon!r}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 
 import pytest
 
@@ -117,6 +118,8 @@ def test_a_terminal_keeps_the_last_line_of_each(terminal: Terminal) -> None:
         shown.hear(name, "written")
         shown.end(well=True)
     assert terminal.screen() == ["x: up to date", "a: written", "b: written", ""]
+    # None wraps, with the blanks that write over the rest of a longer one.
+    assert max(map(len, re.split("[\r\n]", terminal.getvalue()))) < 60
 
 
 def test_what_failed_leaves_no_line(terminal: Terminal) -> None:
@@ -188,3 +191,12 @@ def test_verbose_has_details_and_times_and_quiet_nothing() -> None:
 )
 def test_times_are_said_for_people(time: float, said: str) -> None:
     assert duration(time) == said
+
+
+def test_a_log_is_told_of_parts_now_and_then_and_of_the_last() -> None:
+    now, log = [0.0], io.StringIO()
+    shown = Progress(Course(1), log, 0.0, clock=lambda: now[0])
+    for at in (10.0, 11.9, 12.1, 14.0, 14.2, 15.0):
+        now[0] = at
+        shown.hear("a", PartDone(f"part at {at}", round(10 * at), 150))
+    assert re.findall(r"part at ([\d.]+)", log.getvalue()) == ["10.0", "12.1", "14.2", "15.0"]

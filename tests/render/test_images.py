@@ -6,6 +6,8 @@ from pathlib import Path
 
 import matplotlib
 import pytest
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from rigidpend import render
 from rigidpend.results import store
@@ -36,3 +38,18 @@ def test_equal_results_give_equal_images_whenever_and_wherever_drawn(
 def test_a_figure_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     with pytest.raises(store.StoreError, match="cannot be written: No such file or directory"):
         render.render(FIG4, tmp_path / "none" / "a.png")
+
+
+def test_legends_stay_where_they_are_above_a_foot_of_any_height() -> None:
+    figure = Figure(figsize=(3, 2))
+    legends = [
+        figure.legend(handles=[Line2D([], [], label="a")], loc="upper right", **anchor)
+        for anchor in ({}, {"bbox_to_anchor": (0.25, 0.5, 0, 0)})
+    ]
+    with matplotlib.rc_context({"savefig.dpi": 50}):
+        render._image(figure, "png", {"experiment": "fig4"}, ["word " * 300])
+    whole, part = (one.get_bbox_to_anchor().bounds for one in legends)
+    wide, high = figure.bbox.size
+    assert whole == pytest.approx((0, 0, wide, high))
+    assert part == pytest.approx((wide / 4, high / 2, 0, 0))
+    assert legends[0].get_bbox_to_anchor() is not figure.bbox

@@ -29,7 +29,7 @@ from rigidpend.experiments.data.layout import (
 )
 from rigidpend.experiments.data.tree import Dataset, Tree
 from rigidpend.machine import files, locks
-from rigidpend.results import damage, store
+from rigidpend.results import content, damage, store
 from rigidpend.results.store import OtherVersion, Result, StoreError
 
 CODES = np.arange(60, dtype=np.uint8).reshape(6, 10) % 2
@@ -290,6 +290,29 @@ def test_load_refuses_a_file_without_one_of_its_parts(path: Path, group: str) ->
     with pytest.raises(StoreError) as caught:
         store.load(path)
     assert str(caught.value) == f"{path}: not a result that can be used: {group} is absent"
+
+
+@pytest.mark.parametrize("name", ["a" * 300, "line\nfeed", "$x$", "back\\slash"])
+def test_members_have_names_that_can_be_shown(path: Path, name: str) -> None:
+    with h5py.File(path, "a") as file:
+        file["data"].create_group(name)
+    with pytest.raises(StoreError, match="is no name of ours"):
+        store.load(path)
+
+
+@pytest.mark.parametrize(("depth", "refused"), [(32, False), (33, True)])
+def test_a_config_has_no_more_brackets_inside_each_other_than_are_read(
+    depth: int, refused: bool
+) -> None:
+    inner: Any = []
+    for _ in range(depth - 2):
+        inner = [inner]
+    text = json.dumps({"a": inner})
+    if refused:
+        with pytest.raises(StoreError, match="more than 32 brackets inside each other"):
+            content.config(text)
+    else:
+        assert content.config(text) == {"a": inner}
 
 
 def damaged(content: bytes, chance: random.Random) -> bytes:

@@ -230,3 +230,28 @@ def test_eight_orbits_err_by_more_than_they_state(monkeypatch: pytest.MonkeyPatc
     few, enough, many = found.values()
     assert abs(few.excess[2] - many.excess[2]) > 2 * few.error
     assert np.abs(enough.excess - many.excess).max() <= enough.error + many.error
+
+
+@pytest.mark.parametrize(
+    ("errors", "orbits"),
+    [
+        ([0.999], 16),
+        ([1.001, 0.4], 32),
+        # Where twice as many orbits gain less than half, rounding is all that is left.
+        ([1990, 999, 1], 32),
+        ([1990, 1001, 1], 64),
+        ([2010, 999, 1], 64),
+    ],
+)
+def test_orbits_are_doubled_until_the_error_is_that_of_integration(
+    monkeypatch: pytest.MonkeyPatch, errors: list[float], orbits: int
+) -> None:
+    """In units of the tolerance where each surface swings by mu/h0, over the amplitude."""
+    s, told = surface(GENERIC, H0, 53), iter(errors)
+    noise = 3e-14 * 0.02 / float(amplitude(s))
+
+    def twice(s: Any, n: int, *_: Any) -> splitting.SurfaceSplitting:
+        return splitting.SurfaceSplitting(1.0, np.zeros(TOP), next(told) * noise, 0.0, s.bits, n)
+
+    monkeypatch.setattr(splitting, "_twice", twice)
+    assert measure(GENERIC, H0, 0.0, ARITHMETIC._replace(precisions=(53,))).n == orbits

@@ -155,6 +155,8 @@ class Closing(NamedTuple):
     """Distance by which refinement moved the crossings: the error of the map in doubles."""
     period: Fraction
     """t' of its P passages."""
+    place: tuple[Fraction, Fraction]
+    """d and chi of the first crossing."""
     bits: int
 
 
@@ -200,7 +202,8 @@ def closing(body: Body, orbit: ClosedOrbit, level: Level, *, h: Scalar, bits: in
         matrix = slope @ matrix
     left = float(size) + 2.0**-bits
     expected = len(slopes) * float(np.abs(matrix).max()) * left
-    return Closing(total, expected, moved, sum(times, Fraction(0)), bits)
+    first = places[0], places[1]
+    return Closing(total, expected, moved, sum(times, Fraction(0)), first, bits)
 
 
 class _Trip:

@@ -52,6 +52,9 @@ def test_every_cell_is_the_orbit_of_its_middle(data: Any) -> None:
             data["exponent"][row][known], seen.growth[-1][known] / 3, rtol=1e-7
         )
         np.testing.assert_array_equal(data["codes"][:, row][:, known], seen.symbols[:, known])
+        # Rounded up to a power of two, for it is a bound.
+        share = data["allowed"][row][known] / (seen.allowed[known] / 3)
+        assert 1 - 1e-6 < share.min() <= share.max() < 2
 
 
 def test_cells_that_are_checked_agree_with_the_variational_equations(data: Any) -> None:

@@ -185,3 +185,11 @@ def test_rounding_takes_no_permanent_rotation_beyond_its_end(A2: str, A3: str, M
     found, _ = through(Body((2, A2, A3), (1, 1, 0), "0.001"), Aligned(Q, Q, 0.0, 0, 0, 0))
     assert (found.height, found.coheight) == (0, 1)
     assert found.modulus == modulus(1.0)
+
+
+@pytest.mark.parametrize(("Q", "M3"), [(1.68, 0.0), (1.22, 0.5)])
+def test_rounding_takes_no_orbit_beside_the_separatrix_beyond_its_height(
+    Q: float, M3: float
+) -> None:
+    body = Body((2, "1.16", "1.86"), (1, 1, 0), "0.001")
+    assert through(body, Aligned(Q, 1e-20, M3, 0, 0, 0))[0].height == 1

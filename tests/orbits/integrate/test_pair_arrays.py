@@ -83,3 +83,11 @@ def test_pairs_are_not_taken_for_doubles_in_silence() -> None:
         np.asarray(made(3))
     with pytest.raises(TypeError):
         np.cumsum(made(3))
+
+
+def test_pairs_are_in_order_by_both_their_parts() -> None:
+    """1 - 2^-90, 1 and 1 + 2^-90, whose first parts are alike."""
+    parts = np.array([[1.0, 1.0, 1.0], [-(2.0**-90), 0.0, 2.0**-90]])
+    three, middle = PairArray(parts), PairArray(parts[:, 1:2])
+    found = three < middle, three <= middle, three > middle, three >= middle
+    assert [list(x) for x in found] == [[1, 0, 0], [1, 1, 0], [0, 0, 1], [0, 1, 1]]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from fractions import Fraction
 from itertools import islice
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -167,3 +168,9 @@ def test_differences_that_are_multiples_of_the_tangent_are_not_integrated() -> N
 def test_the_least_precision_that_suffices_serves() -> None:
     rungs = [rung(bits) for bits in (60.0, 106.0, 106.5, 212.5, 424.5, 10_000.2)]
     assert rungs == [106, 106, 212, 424, 448, 10_001]
+
+
+@pytest.mark.parametrize(("size", "last"), [(0.5, 0), (1.5, 0), (2.9, 1), (3.5, 3), (99, 4)])
+def test_the_tangent_is_below_a_size_up_to_a_point(size: float, last: int) -> None:
+    orbit: Any = SimpleNamespace(growth=[1, 2, 3, 2.5, 9], reaches=lambda k: k < 5)
+    assert ReferenceOrbit.last_below(orbit, size) == last

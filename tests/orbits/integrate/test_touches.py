@@ -199,3 +199,12 @@ def test_where_no_turn_lies_between_the_middle_is_told() -> None:
     with pytest.raises(UndecidedTouch) as told:
         list(zeros([0.0] * 3 + [1e-30], 1e-9))
     assert told.value.at == 2.0**-21
+
+
+def test_the_bound_of_the_slope_is_reached_at_rest() -> None:
+    """Without M the weight alone moves M3, by mu at most."""
+    turn = np.linspace(0, 2 * np.pi, 721)
+    states = np.stack([0 * turn] * 3 + [np.cos(turn), np.sin(turn), 0 * turn])
+    c = aligned_coefficients(HEAVY.angles(), math)
+    ratio = np.abs(slopes(states, c)) / (bounds(states, 0 * turn, c).a ** 2 / 2)
+    assert 1 - 1e-4 < ratio.max() <= 1 + 1e-15

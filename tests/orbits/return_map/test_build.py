@@ -28,6 +28,7 @@ from rigidpend.orbits.return_map.build import (
     THIRD,
     Design,
 )
+from rigidpend.orbits.return_map.precision import precision
 from scripts import stated_maps
 from tests.orbits.integrate.problems import FIG4, GENERIC
 
@@ -93,22 +94,22 @@ def test_a_map_is_shown_in_two_lines() -> None:
     assert second == f" h = 1.3332 to 1.3352, 64 bits, errors of its tables up to {worst:.2g}>"
 
 
+@pytest.mark.slow
 def test_agrees_tables_of_two_designs_have_the_same_values() -> None:
     """In other units: U and d scale, t' inversely, theta3 not; with other orders and arcs."""
-    first, second = (return_map(FIG4, h=H, design=design) for design in (FIRST, SECOND))
-    unit = float(SECOND.unit)
+    energies, inside = ("1.333", "1.335"), 1.3349
+    first, second = (return_map(FIG4, h=energies, design=design) for design in (FIRST, SECOND))
+    unit, a = float(SECOND.unit), precision(53)
     d, chi = np.array([1e-3, -2e-3, 3e-4]), np.array([0.4, 2.9, 5.5])
-    ones = np.ones((1, 1))
-    from rigidpend.orbits.return_map.precision import precision
-
-    for rising in (False, True):
-        one, other = first.charts[rising].forward, second.charts[rising].forward
-        a = one.at(ones).look_up(d, chi, precision(53))
-        b = other.at(ones).look_up(d * unit, chi, precision(53))
-        np.testing.assert_allclose(a[0] * a[1] * unit**2, b[0] * b[1], rtol=1e-12, atol=1e-15)
+    for one, other in zip(first.at(inside).charts, second.at(inside).charts, strict=True):
+        U, V, time, theta3 = one.forward.look_up(d, chi, a)
+        found = other.forward.look_up(d * unit, chi, a)
+        np.testing.assert_allclose(found[0] * found[1], U * V * unit**2, rtol=1e-12, atol=1e-15)
         # The constant of time holds tau, which each map counts from its own mean.
-        np.testing.assert_allclose(a[2], b[2] * unit, rtol=0, atol=1e-13)
-        np.testing.assert_allclose(a[3], b[3], rtol=0, atol=1e-14)
+        np.testing.assert_allclose(found[2] * unit, time, rtol=0, atol=1e-13)
+        np.testing.assert_allclose(found[3], theta3, rtol=0, atol=1e-14)
+    middle, half = (getattr(second.normal_form.energies, x) for x in ("centre", "half_width"))
+    assert (middle / unit**2, half / unit**2) == pytest.approx((1.334, 0.001))
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import ReturnMap, SectionPoint, return_map
 from rigidpend.orbits.return_map.poincare import section_momentum, section_state
 from rigidpend.orbits.return_map.precision import precision
-from rigidpend.orbits.return_map.reduced import theta3_rate
+from rigidpend.orbits.return_map.reduced import coefficients, theta3_rate
 from rigidpend.surfaces import melnikov
 from tests.orbits.integrate.problems import FIG4, GENERIC
 from tests.strategies import apart
@@ -206,3 +207,14 @@ def test_points_beyond_the_tables_are_marked() -> None:
     width = float(made.charts[True].forward.width)
     d, chi = np.array([2 * width, 0.0, np.nan]), np.full(3, 1.0)
     assert made.at(H).passage(SectionPoint(True, d, chi)).inside.tolist() == [False, True, False]
+
+
+@pytest.mark.parametrize("rising", [True, False])
+@pytest.mark.parametrize("unit", ["1024", "1/1024"])
+def test_points_of_the_section_are_those_of_any_unit(body: Body, rising: bool, unit: str) -> None:
+    """M in other units, and so mu and h: Newton's steps end where they end in the first."""
+    d, chi, of = np.array([1e-3, -2e-4]), np.array([0.3, 2.0]), float(Fraction(unit))
+    c, scaled = (coefficients(body.angles(), x, DOUBLES) for x in ("1", unit))
+    told = section_state(rising, d * of, chi, H * of**2, scaled, DOUBLES)
+    expected = section_state(rising, d, chi, H, c, DOUBLES)
+    np.testing.assert_allclose(told[:2] / of, expected[:2], rtol=4e-16)

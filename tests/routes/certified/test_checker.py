@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from flint import arb
 
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified.balls import enclosed
-from rigidpend.routes.certified.checker import OrbitChecker, Undecided
+from rigidpend.routes.certified.checker import OrbitChecker, ProvenCrossing, Undecided
+from rigidpend.routes.certified.models import Model
 from rigidpend.routes.certified.proofs import MARGIN, check, prove
 from rigidpend.routes.certified.steps import Step
 from rigidpend.routes.problem import RouteProblem
@@ -106,3 +109,25 @@ def test_a_step_that_ends_on_the_section_is_undecided() -> None:
     checker.start = tuple(arb(x) for x in (0, 0, 0, 1, 0, 0))
     with pytest.raises(Undecided, match="M3"):
         checker.take(Step(1, 60, flat))
+
+
+@pytest.mark.parametrize("rising", [True, False])
+@pytest.mark.parametrize(("times", "told"), [(0.999, False), (1.001, True)])
+def test_H5_the_large_component_is_farther_from_zero_than_the_orbit(
+    rising: bool, times: float, told: bool
+) -> None:
+    """M3 = +-x in a step with a constant Q beside a bound of 1/8."""
+    radius, one = arb(1) / 8, 1 << BITS
+    here: Any = SimpleNamespace(
+        _rate_apart=lambda *_: arb(0),
+        _zero=lambda *_: arb(0),
+        growth=SimpleNamespace(upright=arb(1)),
+        time=arb(0),
+        unit=arb(1),
+    )
+    Q = Model.of_series([round(2 * times * one / 8)], BITS)
+    none, M3 = Model.of_series([0], BITS), Model.of_series([0, one if rising else -one], BITS)
+    models = [Q if rising else none, none if rising else Q, M3]
+    found = OrbitChecker._crossing(here, models, range(4), radius, arb(1), 4)
+    assert isinstance(found, ProvenCrossing) == told
+    assert told or "Q is too near zero" in str(found)

@@ -196,6 +196,24 @@ def test_C1_a_line_is_as_far_as_it_is_moved(
     assert {reason[:2] for reason in reasons} == {"C1"}
 
 
+@pytest.mark.parametrize("k", range(5))
+def test_C1_bounds_are_the_same_for_both(
+    quads: Any, line: Any, orbits: Any, numbers: Any, k: int
+) -> None:
+    """Of solutions and their derivatives, each component of the start moved in turn."""
+    growth, p = LogarithmicNorm.of(numbers.field), problem()
+    for component in (0, 4):
+        off = moved(orbits[k][0], component, (0, 1, 0), 1e-9)
+        if k == 4:
+            mine = coverings.line_beginning(numbers, line, off, growth)[1]
+            theirs = script.line_beginning(p, script.Line(*line), step(off))
+        else:
+            mine = coverings.beginning(numbers, quads[k], off, growth)[1]
+            theirs = script.beginning(p, quad_of(quads[k]), step(off))[1]
+        told = [float(x.upper()) for x in mine]
+        assert told == pytest.approx([float(x) for x in theirs], rel=1e-3)
+
+
 def test_the_line_of_starts_is_where_theorem_2_says(line: Any, orbits: Any) -> None:
     """Its ends lie within the box of C1 about those of theta2_0 = 1.5625 -+ 0.003 or less."""
     from rigidpend.orbits.return_map.precision import precision
@@ -786,11 +804,17 @@ def test_the_stored_proof_holds_in_both_checkers(
     assert said_by_script.endswith("; undecided: set 0: C7: not shown; undecided: C8: not shown\n")
 
 
-def test_terms_that_come_round_again_are_refused(data: Any) -> None:
-    """2^64 more than there are, which whole numbers of a machine take for as many."""
+@pytest.mark.parametrize(
+    "moved",
+    [
+        pytest.param(np.array([2**62] * 4), id="come round again: 2^64 more than there are"),
+        pytest.param(np.array([-(10**6), 10**6]), id="negative"),
+    ],
+)
+def test_steps_have_the_terms_that_are_stored(data: Any, moved: Any) -> None:
     proof = dict(data["proof"])
     terms = np.array(proof["terms"], dtype=np.int64)
-    terms[:4] += 2**62
+    terms[: moved.size] += moved
     with pytest.raises(ValueError, match="other terms"):
         unpacked({**proof, "terms": terms}, 5)
 

@@ -77,6 +77,12 @@ def test_the_orbit_returns_on_its_own_way() -> None:
 
 
 @pytest.mark.slow
+def test_the_first_crossing_is_in_the_cell_that_is_asked_for() -> None:
+    found = [find_orbit(FIG4, f"{first} 01", **START, digits=12).address for first in "ab"]
+    assert [str(x)[:2] for x in found] == ["a ", "b "]
+
+
+@pytest.mark.slow
 def test_more_digits_agree_with_fewer() -> None:
     """A crossing that drops out before it is known well enough spoils the last ones."""
     few, many = (find_orbit(FIG4, "0011" * 6, **START, digits=n) for n in (33, 42))

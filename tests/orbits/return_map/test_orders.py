@@ -1,0 +1,72 @@
+"""Looks at the layer of orbits: what they refuse, from both sides."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from rigidpend.orbits.return_map import MapError, orders
+from rigidpend.orbits.return_map.orders import (
+    LARGEST_RADIUS,
+    Orders,
+    arc_length,
+    first_look,
+    radius,
+)
+from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
+from tests.bodies import FIG4
+
+H = 1.3342
+
+
+@pytest.fixture(scope="module")
+def rough() -> Coefficients:
+    return coefficients(FIG4.angles(), "1", precision(53))
+
+
+@pytest.mark.parametrize(("width", "refused"), [(0.999, True), (1.001, False)])
+def test_a_layer_below_what_pairs_of_doubles_resolve_is_refused(
+    rough: Coefficients, monkeypatch: pytest.MonkeyPatch, width: float, refused: bool
+) -> None:
+    monkeypatch.setattr(orders, "layer_width", lambda _: width * 2.0**-40)
+    if refused:
+        with pytest.raises(MapError, match="nearly symmetric"):
+            first_look(rough, H)
+    else:
+        assert first_look(rough, H).invariant > 0
+
+
+def test_arcs_end_short_of_the_singularity(rough: Coefficients) -> None:
+    """The radius grows as the root of the width."""
+    widest = 0.25 / radius(rough, H, 1.0) ** 2
+    assert LARGEST_RADIUS == 0.5
+    assert arc_length(rough, H, 0.999 * widest) > 0
+    with pytest.raises(MapError, match="mu is too large"):
+        arc_length(rough, H, 1.001 * widest)
+
+
+def test_arcs_end_where_both_components_are_equal(rough: Coefficients) -> None:
+    """Without weight v = 2 Q exp(-x) falls, and u = d exp(x)/2 rises, at x = u t'."""
+    c, d = rough.aligned, 1e-3
+    J2 = math.sqrt(2 * H / c.kappa)
+    x, Q = arc_length(rough, H, d) * J2 * c.half_sigma, J2 * 2 * c.half_sigma
+    assert d * math.exp(x) / 2 == pytest.approx(2 * Q * math.exp(-x))
+
+
+@pytest.mark.parametrize(
+    ("raised", "expected"),
+    [
+        ([], (21, 31, 10, 41, 51, 5)),
+        (["inner"], (27, 39, 10, 41, 51, 5)),
+        (["x", "energy"], (21, 31, 12, 41, 51, 6)),
+        (["phase"], (21, 31, 10, 51, 63, 5)),
+    ],
+)
+def test_only_orders_that_were_too_small_are_raised_by_a_fifth(
+    raised: list[str], expected: tuple[int, ...]
+) -> None:
+    """Those of the normal form and of phases to odd numbers."""
+    asked = {name: name in raised for name in ("inner", "x", "phase", "energy")}
+    assert Orders(21, 31, 10, 41, 51, 5, 2.5).larger(**asked) == (*expected, 2.5)
