@@ -584,6 +584,62 @@ def prove_line(
         raise Undecided(f"line of starts: {doubt}") from None
 
 
+def prove_link(
+    numbers: Numbers,
+    link: tuple[Quad | StartLine, Sequence[FamilyStep]],
+    after: tuple[Quad | StartLine, Sequence[FamilyStep]] | None,
+) -> bool:
+    """Check that a set, or a line of starts, covers the next one: the symbol of its passage.
+
+    Parameters
+    ----------
+    numbers : Numbers
+    link, after : Quad and sequence of FamilyStep
+        A set and the polynomials of its orbits; `after` is None behind the last set.
+
+    Raises
+    ------
+    Undecided
+    """
+    found = arrival(numbers, *link)
+    if after is not None:
+        (source, _), (target, pieces) = link, after
+        upward = isinstance(source, StartLine) or not source.rising
+        if isinstance(target, StartLine) or target.rising != upward or not pieces:
+            raise Undecided("C6: the next set is not one of the section that is crossed")
+        with precision(SCALARS):
+            growth = LogarithmicNorm.of(numbers.field)
+        begin, _ = beginning(numbers, target, pieces[0], growth)
+        relation(found, target, begin, 0)
+    return found.right
+
+
+def phases(
+    numbers: Numbers, line: StartLine, pieces: Sequence[FamilyStep]
+) -> tuple[float, float]:
+    """Bounds on theta2 of all starts of a line, radians, modulo 2 pi.
+
+    Raises
+    ------
+    Undecided
+    """
+    c = numbers.field
+    with precision(SCALARS):
+        growth = LogarithmicNorm.of(c)
+        _, (bound, *_) = line_beginning(numbers, line, pieces[0], growth)
+        begin = [Family.of(terms, pieces[0].bits).at("z", -1).range for terms in pieces[0].terms]
+        near = zip(begin, _apart(bound, growth), strict=True)
+        _, _, M3, g1, g2, _ = (x + arb(0, e) for x, e in near)
+        cos, sin = 1 / (2 * numbers.to_M1), 1 / (2 * numbers.to_M2)
+        # gamma of the starts, solved for sine and cosine of theta1/2 + theta2.
+        lean = (2 * arb(line.J1.numerator) / line.J1.denominator - M3) / M3
+        angle = arb.atan2(cos * g1 - sin * g2, (sin * g1 + cos * g2) * lean)
+        found = angle - arb.atan2(sin, cos) - arb.atan2(c.mu_r2, c.mu_r1)
+        if not found.is_finite():
+            raise Undecided("C1: theta2 of the starts is not told")
+        return -_double(-found), _double(found)
+
+
 def prove_connections(numbers: Numbers, quads: Sequence[Quad], arrivals: Iterable[Reached]) -> None:
     """C8: beside the sets an orbit crosses M3 = 0 again on one of two sides, or tends to T1 or T2.
 

@@ -72,6 +72,8 @@ class ShiftProblem(NamedTuple):
     h: Exact
     half_turns: int
     bits: int = BITS
+    orders: tuple[int, int] | None = None
+    """Nodes in both parameters; None for those of the sets of a full shift."""
 
     @property
     def coefficients(self) -> Coefficients:
@@ -92,8 +94,8 @@ class ShiftProblem(NamedTuple):
     @property
     def nodes(self) -> tuple[int, int, int]:
         """Nodes in time and in both parameters."""
-        further = self.bits - BITS
-        return math.ceil(IN_TIME * self.bits / BITS), IN_U + further // 12, IN_V + further // 6
+        further, in_time = self.bits - BITS, math.ceil(IN_TIME * self.bits / BITS)
+        return in_time, *(self.orders or (IN_U + further // 12, IN_V + further // 6))
 
 
 class _Section(NamedTuple):
@@ -188,12 +190,17 @@ def quads(setting: ShiftProblem) -> list[Quad]:
     return found
 
 
-def pieces(setting: ShiftProblem, quad: Quad) -> list[FamilyStep]:
-    """Polynomials of the orbits of a set up to their next crossing."""
+def pieces(setting: ShiftProblem, quad: Quad, turned: bool | None = None) -> list[FamilyStep]:
+    """Polynomials of the orbits of a set up to their next crossing.
+
+    `turned` says that chi of the set is nearer to pi than to 0.
+    """
+    if turned is None:
+        turned = not quad.rising and setting.half_turns % 2 == 1
     _, in_u, in_v = setting.nodes
     u, v = _grid(nodes(in_u, NUMBERS), nodes(in_v, NUMBERS))
-    orbits = _Orbits(setting, _beginning(quad, (u, v), setting))
-    return _pieces(orbits, _expected(quad, orbits.begin, setting), u, v, setting.bits)
+    orbits = _Orbits(setting, _beginning(quad, (u, v), setting, turned))
+    return _pieces(orbits, _expected(quad, orbits.begin, setting, turned), u, v, setting.bits)
 
 
 def _pieces(
@@ -274,7 +281,9 @@ def _values(half: dict[Powers, int], u: PairArray, v: PairArray) -> PairArray:
     return found
 
 
-def _beginning(quad: Quad, places: tuple[PairArray, PairArray], setting: ShiftProblem) -> PairArray:
+def _beginning(
+    quad: Quad, places: tuple[PairArray, PairArray], setting: ShiftProblem, turned: bool
+) -> PairArray:
     """States (6, n) of points of a set."""
     a, (u, v) = NUMBERS, places
     g = (a.number(quad.a) * u - a.number(quad.b) * v - a.number(quad.l0)) / a.number(quad.l1)
@@ -285,17 +294,17 @@ def _beginning(quad: Quad, places: tuple[PairArray, PairArray], setting: ShiftPr
         curve = curve * g + a.number(x)
     d = curve + a.number(quad.a) * u
     cos = a.sqrt(1 - g * g)
-    if not quad.rising and setting.half_turns % 2:
+    if turned:
         cos = -cos
     c = setting.coefficients
     return state_of(quad.rising, d, cos, -g, a.number(setting.h.at(a.bits + GUARD_BITS)), c, a)
 
 
-def _expected(quad: Quad, begin: PairArray, setting: ShiftProblem) -> Array:
+def _expected(quad: Quad, begin: PairArray, setting: ShiftProblem, turned: bool) -> Array:
     """Times of the next crossing by the return map, t'."""
     states = NUMBERS.floats(begin)
     chi = np.arcsin(-states[5])
-    if not quad.rising and setting.half_turns % 2:
+    if turned:
         chi = np.pi - chi
     point = SectionPoint(quad.rising, states[1 if quad.rising else 0], chi)
     return np.asarray(setting.level.passage(point).time)
@@ -355,6 +364,14 @@ class LineStarts(NamedTuple):
         Qp = np.asarray(self.states(theta2, a))[0]
         return enter(self.setting.level, Qp, np.pi / 2 - self.setting.body.beta0 / 2 - theta2)
 
+    def between(self, ends: Array) -> StartLine:
+        """The line between two phases, radians."""
+        low, high = np.asarray(self.states(ends, precision(53)))[3:5].T
+        e = (high - low) / np.hypot(*(high - low))
+        numbers = (*e, e @ (low + high) / 2, e @ (high - low) / 2)
+        e1, e2, centre, half = (Fraction(float(x)) for x in numbers)
+        return StartLine(self.J1, e1, e2, centre, half)
+
 
 def line(
     setting: ShiftProblem, J1: Fraction, quads: Sequence[Quad]
@@ -368,11 +385,7 @@ def line(
     upward = [quad for quad in quads if quad.rising]
     reach = OVERSHOOT * max(abs(float(quad.l0 / quad.l1)) for quad in upward)
     ends = middle + np.array([-reach, reach])
-    low, high = np.asarray(starts.states(ends, precision(53)))[3:5].T
-    e = (high - low) / np.hypot(*(high - low))
-    numbers = (*e, e @ (low + high) / 2, e @ (high - low) / 2)
-    e1, e2, centre, half = (Fraction(float(x)) for x in numbers)
-    return StartLine(J1, e1, e2, centre, half), (float(ends[0]), float(ends[1]))
+    return starts.between(ends), (float(ends[0]), float(ends[1]))
 
 
 def line_pieces(

@@ -122,6 +122,29 @@ def packed(orbits: Sequence[Sequence[FamilyStep]]) -> dict[str, Any]:
     }
 
 
+def of_some(data: Mapping[str, Any], n: int, which: range) -> dict[str, Any]:
+    """The arrays of the steps of some of n sets, which :func:`unpacked` reads as the first ones.
+
+    Raises
+    ------
+    ValueError
+        They are no arrays of steps.
+    """
+    family, terms = (np.asarray(data[name], dtype=np.int64) for name in ("family", "terms"))
+    if np.any(terms < 1) or sum(map(int, terms)) != len(data["powers"]):
+        raise ValueError("the steps have other terms than are stored")
+    of = family % n
+    here = (of >= which.start) & (of < which.stop)
+    rows = np.repeat(here, terms)
+    # Of n sets n more are what is finer.
+    moved = of - which.start + len(which) * (family // n)
+    return {
+        "family": moved[here],
+        **{name: data[name][here] for name in ("bits", "terms")},
+        **{name: data[name][rows] for name in ("powers", "coefficients")},
+    }
+
+
 def _words(piece: FamilyStep) -> list[FamilyStep]:
     """The step in coarser units, and what is left of it, if its numbers are too large to store."""
     largest = max((abs(w) for column in piece.terms for w in column.values()), default=0)
