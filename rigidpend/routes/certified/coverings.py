@@ -614,10 +614,8 @@ def prove_link(
     return found.right
 
 
-def phases(
-    numbers: Numbers, line: StartLine, pieces: Sequence[FamilyStep]
-) -> tuple[float, float]:
-    """Bounds on theta2 of all starts of a line, radians, modulo 2 pi.
+def phases(numbers: Numbers, line: StartLine, pieces: Sequence[FamilyStep]) -> tuple[float, float]:
+    """Bounds on theta2 of all starts of a line, radians, but for whole turns.
 
     Raises
     ------
@@ -637,6 +635,7 @@ def phases(
         found = angle - arb.atan2(sin, cos) - arb.atan2(c.mu_r2, c.mu_r1)
         if not found.is_finite():
             raise Undecided("C1: theta2 of the starts is not told")
+        found = found + 2 * arb.pi() if found < 0 else found
         return -_double(-found), _double(found)
 
 

@@ -145,6 +145,19 @@ def of_some(data: Mapping[str, Any], n: int, which: range) -> dict[str, Any]:
     }
 
 
+def joined(parts: Sequence[Mapping[str, Any]], sizes: Sequence[int]) -> dict[str, Any]:
+    """The arrays of the steps of so many sets each, as those of all sets, one after the other."""
+    families, first, n = [], 0, sum(sizes)
+    for part, size in zip(parts, sizes, strict=True):
+        families.append(part["family"] % size + first + n * (part["family"] // size))
+        first += size
+    names = ("bits", "terms", "powers", "coefficients")
+    return {
+        "family": np.concatenate(families),
+        **{name: np.concatenate([part[name] for part in parts]) for name in names},
+    }
+
+
 def _words(piece: FamilyStep) -> list[FamilyStep]:
     """The step in coarser units, and what is left of it, if its numbers are too large to store."""
     largest = max((abs(w) for column in piece.terms for w in column.values()), default=0)
