@@ -168,7 +168,8 @@ def _checked(
         try:
             found.append(coverings.prove_link(numbers, link, after))
         except Undecided as doubt:
-            raise Undecided(f"set {first + k - 1}: {doubt}") from None
+            name = f"set {first + k}" if first + k else "line of starts"
+            raise Undecided(f"{name}: {doubt}") from None
     return found
 
 
