@@ -277,12 +277,8 @@ class Problem(NamedTuple):
 def problem_of(given: dict[str, Any]) -> Problem:
     """The constants, from the numbers of a config."""
     (A1, A2, A3), (r1, r2, r3) = (map(number, given[key]) for key in ("A", "r"))
-    wide = Interval.of(number(given.get("around", "0")))
-    if wide.low < 0:
-        raise Refused("around >= 0 is broken, or cannot be told")
-    near = around(1, wide)
     held, shift, spread = "h" not in given, given.get("shift", 0), given.get("spread", 0)
-    mu, h = (number(given[name]) * near for name in ("mu", "h0" if held else "h"))
+    mu, h = (Interval.of(number(given[name])) for name in ("mu", "h0" if held else "h"))
     ordered = Interval.of(A1 - A3).low > 0 and Interval.of(A3 - A2).low > 0
     if not (ordered and Interval.of(A2).low > 0 and r3 == 0 and r1 >= 0 and r2 >= 0):
         raise Refused("A1 > A3 > A2 > 0 or r1, r2 >= 0 = r3 is broken, or cannot be told")
@@ -350,6 +346,8 @@ class Line(NamedTuple):
     e2: Fraction
     centre: Fraction
     half: Fraction
+    moves: Sequence[Fraction] = ()
+    """What w, w^2 and so on add to centre."""
 
 
 class Step(NamedTuple):
@@ -421,6 +419,9 @@ def line_beginning(p: Problem, line: Line, step: Step) -> list[Fraction]:
     square, zero = m1 * m1 + m2 * m2, Interval.of(0)
     u = Series.made({(0, 1, 0): 1}, 0)
     across = Qp * Qp * square
+    centre = Series.of(0)
+    for x in [*line.moves[::-1], line.centre]:
+        centre = centre * ENERGY + x
     # Where J2 is given it is the energy without the weight that is.
     weight, level = (p.mu, p.energies) if p.h0 is None else ((zero, zero), p.h0)
     residual = [
@@ -429,7 +430,7 @@ def line_beginning(p: Problem, line: Line, step: Step) -> list[Fraction]:
         (across + M3 * M3) * (kappa / 2) + g1 * weight[0] + g2 * weight[1] - level,
         # |M| = 2 J1 - M3.
         across + (M3 - J1) * (4 * J1),
-        g1 * line.e1 + g2 * line.e2 - line.centre - u * line.half,
+        g1 * line.e1 + g2 * line.e2 - centre - u * line.half,
     ]
 
     def matrix(one: int, *at: Interval) -> list[list[Any]]:
@@ -776,7 +777,7 @@ QUAD = ("rising", "a", "b", "l0", "l1", "p")
 LINE = ("e1", "e2", "centre", "half")
 PROOF = ("family", "bits", "terms", "powers", "coefficients")
 """Arrays of sets, of a line of starts, and of steps."""
-ENERGIES = ("shift", "spread", "moves")
+ENERGIES = ("shift", "spread", "moves", "line")
 """Where there are several: they are those of the config and shift + spread w."""
 
 
@@ -785,7 +786,8 @@ class Read(NamedTuple):
 
     config: dict[str, Any]
     quads: list[Quad]
-    line: list[Fraction]
+    line: list[Any]
+    """All of a Line but J1."""
     orbits: list[list[Step]]
     shift: Fraction
     spread: Fraction
@@ -823,7 +825,8 @@ def read(path: Path) -> Read:
             curves = [[Fraction(float(x)) for x in curve] for curve in moves[k]]
             quads.append(Quad(bool(sets["rising"][k]), a, b, l0, l1, p, curves))
         line = [Fraction(float(along[name])) for name in LINE]
-        return Read(config, quads, line, list(_steps(proof)), shift, spread)
+        line_moves = [Fraction(float(x)) for x in several.get("line", [])]
+        return Read(config, quads, [*line, line_moves], list(_steps(proof)), shift, spread)
     except (OSError, KeyError, ValueError, TypeError, AttributeError, IndexError, OverflowError,
             RuntimeError) as error:  # fmt: skip
         raise Refused(f"it cannot be read: {str(error)[:200]}") from None
@@ -879,9 +882,25 @@ def _steps(proof: dict[str, Any]) -> Iterable[list[Step]]:
 
 def _stated(config: dict[str, Any]) -> dict[str, Any]:
     """What a config says of a proof; how many half rotations were asked for is no part of it."""
-    problem = {"around": "0"} | dict(config["problem"].items())
-    problem.pop("half_turns", None)
+    given = {"around": "0"} | dict(config["problem"].items())
+    left_out = (None, "null")
+    problem = {name: x for name, x in given.items() if name != "half_turns" and x not in left_out}
     return {"experiment": config["experiment"], "problem": problem}
+
+
+def _energies(found: Read) -> dict[str, Fraction]:
+    """The energies of a proof, if they are those that its config asks for."""
+    given = found.config["problem"]
+    if given.get("h") is None:
+        if not found.spread:
+            raise Refused("starts of one J2_0 have other energies than one")
+    else:
+        wide = Interval.of(number(given.get("around", "0")) * number(given["h"]))
+        if wide.low < 0:
+            raise Refused("around >= 0 is broken, or cannot be told")
+        if found.shift or found.spread < wide.above:
+            raise Refused("its config asks for other energies than it is of")
+    return {"shift": found.shift, "spread": found.spread}
 
 
 def check(path: Path, given: Path | None = None) -> str:
@@ -898,21 +917,15 @@ def check(path: Path, given: Path | None = None) -> str:
             Interval.digits = DIGITS
         name = "h" if config["problem"].get("h") is not None else "h0"
         problem = {key: config["problem"][key] for key in ("A", "r", "mu", name)}
-        near = problem["around"] = config["problem"].get("around", "0")
         action = config["problem"]["J1_0"]
         triples = [", ".join(problem[key]) for key in ("A", "r") if len(problem[key]) == 3]
         of = f"A = {triples[0]}; r = {triples[1]}; mu = {problem['mu']}; {name} = {problem[name]}"
     except (KeyError, TypeError, IndexError, AttributeError) as error:
         raise Refused(f"its config, or the one given, lacks something: {error!r}") from None
-    if name == "h" and (found.shift or found.spread):
-        raise Refused("its config asks for one energy, and it is of others")
-    if name == "h0" and not found.spread:
-        raise Refused("starts of one J2_0 have more energies than one")
-    if name == "h0":
-        of += f" and the energies within {float(found.spread)!r} of h0 + {float(found.shift)!r}"
-        problem |= {"shift": found.shift, "spread": found.spread}
-    if near != "0":
-        of += f", and all mu and h that differ from these by at most {near} of them"
+    problem |= _energies(found)
+    if found.spread:
+        of += f" + {float(found.shift)!r}, energies that differ from it by at most"
+        of += f" {float(found.spread)!r}"
     J1 = number(action)
     if Interval.of(J1).low <= 0:
         raise Refused("J1_0 > 0 is broken, or cannot be told")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -36,9 +37,10 @@ FURTHER = (
     " sequence is the code of an orbit from T1 to T1 or T2, and of one from T2",
 )
 """Theorems 3 and 4, which a body may lack that has the first two."""
+OF_ENERGIES = "all of this of every energy that differs from h by at most {spread}"
 OF_ONE_J2 = (
-    "all of this of every energy that differs from h0 + {shift!r} by at most {spread!r}; and the"
-    " starts are those of one J2_0 = sqrt(2 h0/kappa)"
+    "all of this of every energy that differs from h0 + {shift} by at most {spread}, but the starts"
+    " are those of one J2_0 = sqrt(2 h0/kappa), which have these energies"
 )
 
 
@@ -66,7 +68,6 @@ def compute(config: Config, means: Means) -> Tree:
 def _proven(config: Config, setting: ShiftProblem, means: Means) -> Tree:
     from rigidpend.routes.certified import horseshoe, pieces
 
-    energies = None
     if config.problem.h0 is not None:
         setting = horseshoe.widened(setting, _fraction(config))
     sets = horseshoe.quads(setting)
@@ -74,9 +75,10 @@ def _proven(config: Config, setting: ShiftProblem, means: Means) -> Tree:
     starts, theta2 = horseshoe.line(setting, _fraction(config), sets)
     orbits.append(horseshoe.line_pieces(setting, starts, theta2))
     quads, proof = pieces.packed_quads(sets), pieces.packed(orbits)
-    if config.problem.h0 is not None:
-        shift = (setting.h - config.problem.h0).fraction or Fraction(0)
-        energies = pieces.packed_energies(shift, setting.spread, sets)
+    energies = None
+    if setting.spread:
+        shift = (setting.h - (setting.h0 or setting.h)).fraction or Fraction(0)
+        energies = pieces.packed_energies(shift, setting.spread, sets, starts)
     line = {name: float(getattr(starts, name)) for name in ("e1", "e2", "centre", "half")}
     proven = checked(config, quads, line, proof, energies)
     means.report("every code occurs: 8 of 8 covering relations are proven, and those of a line")
@@ -128,7 +130,7 @@ def checked(
     sets = pieces.unpacked_quads(quads, energies)
     numbers = _numbers(config, *pieces.unpacked_energies(energies))
     orbits = pieces.unpacked(proof, len(sets) + 1)
-    starts = pieces.unpacked_line(_fraction(config), line)
+    starts = pieces.unpacked_line(_fraction(config), line, energies)
     arrivals, relations = coverings.prove(numbers, sets, orbits[:-1])
     start, crossed = coverings.prove_line(numbers, starts, orbits[-1], sets, arrivals)
     both = [*itertools.chain(*relations), *crossed]
@@ -158,9 +160,8 @@ def theorems(config: Config, data: Data) -> list[str]:
         proven = checked(config, data["sets"], data["line"], data["proof"], data.get("energies"))
     except Undecided as doubt:
         raise ArithmeticError(f"{UNDECIDED}: {doubt}") from None
-    count, around = sum(map(len, proven.relations)), config.problem.around
-    energies = data.get("energies")
-    also = f"all of this of every mu and h that differ by at most {around} of themselves"
+    count, energies = sum(map(len, proven.relations)), data.get("energies")
+    also = OF_ONE_J2 if config.problem.h is None else OF_ENERGIES
     return [
         f"{count} covering relations hold: every sequence of 0 and 1 is the code of an orbit",
         "the line of starts crosses both upward sets: every one-sided sequence is a start's code",
@@ -168,8 +169,7 @@ def theorems(config: Config, data: Data) -> list[str]:
             f"undecided: {doubt}" if doubt else sentence
             for doubt, sentence in zip(proven.doubts, FURTHER, strict=True)
         ),
-        *([also] if float(around) else []),
-        *([OF_ONE_J2.format(**energies)] if energies else []),
+        *([also.format(**energies)] if energies else []),
     ]
 
 
@@ -179,9 +179,15 @@ def _found(config: Config) -> ShiftProblem:
 
     problem = config.problem
     if problem.h is not None:
-        return horseshoe.ShiftProblem(problem.body, problem.h, 1)
+        return horseshoe.ShiftProblem(problem.body, problem.h, 1, spread=_spread(config))
     assert problem.h0 is not None
     return horseshoe.of_one_J2(problem.body, problem.h0, _fraction(config))
+
+
+def _spread(config: Config) -> Fraction:
+    """By how much energies differ, rounded upward."""
+    wide = float(exact(config.problem.h or 0) * config.problem.around)
+    return Fraction(math.nextafter(wide, math.inf) if wide else 0)
 
 
 def _numbers(config: Config, shift: Fraction, spread: Fraction) -> Numbers:
@@ -190,12 +196,14 @@ def _numbers(config: Config, shift: Fraction, spread: Fraction) -> Numbers:
     from rigidpend.routes.certified.coverings import Numbers
 
     problem = config.problem
-    if (problem.h0 is None) != (spread == 0):
-        raise Undecided("the energies are not those of the config")
     if problem.h is not None:
-        return Numbers.of(problem.body, problem.h, problem.around)
+        if shift or spread < _spread(config):
+            raise Undecided("the energies are not those of the config")
+        return Numbers.of(problem.body, problem.h, spread)
     assert problem.h0 is not None
-    return Numbers.of(problem.body, problem.h0 + exact(shift), None, spread, problem.h0)
+    if not spread:
+        raise Undecided("starts of one J2_0 have more energies than one")
+    return Numbers.of(problem.body, problem.h0 + exact(shift), spread, problem.h0)
 
 
 def _fraction(config: Config) -> Fraction:

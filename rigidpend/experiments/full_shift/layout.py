@@ -98,7 +98,7 @@ PROOF = {
 }
 ENERGIES = {
     "shift": Field(
-        FLOAT, (), "1", "energies are h0 + shift + spread w, w from -1 to 1", within=CURVE
+        FLOAT, (), "1", "energies are h or h0 + shift + spread w, w from -1 to 1", within=CURVE
     ),
     "spread": Field(FLOAT, (), "1", "see shift"),
     "moves": Field(
@@ -108,6 +108,7 @@ ENERGIES = {
         "what w, w^2 and so on add to p",
         within=ANY,
     ),
+    "line": Field(FLOAT, ("line orders",), "1", "what w, w^2 and so on add to centre", within=ANY),
 }
 DRAWN = {
     "chi": Field(FLOAT, ("sets", "outline"), "rad", "chi around the sets"),

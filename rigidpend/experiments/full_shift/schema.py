@@ -25,7 +25,7 @@ class Problem(HeavyBody):
     """Half rotations of every passage, by which sets are smaller; searched unless given."""
 
     around: Number = exact(0)
-    """Share of itself by which mu, and h, may differ: one proof is of all of these."""
+    """Share of itself by which h may differ: one proof is of all these energies."""
 
     @model_validator(mode="after")
     def _rotates(self) -> Self:
@@ -39,8 +39,8 @@ class Problem(HeavyBody):
                 raise ParameterError(name, f"{name} > mu is broken: {level}, mu = {self.mu}")
             if self.h0 is not None and float(self.around):
                 raise ParameterError("around", "with h0 the energies are those of the line")
-            if not 0 <= float(self.around) < 1e-3:
-                said = f"a number from 0 to less than 0.001 is wanted, got {self.around}"
+            if not 0 <= float(self.around) < 0.1:
+                said = f"a number from 0 to less than 0.1 is wanted, got {self.around}"
                 raise ParameterError("around", said)
             if self.J1_0.fraction is None or not 0 < float(self.J1_0) < 1e-3:
                 said = f"a decimal or fraction between 0 and 0.001 is wanted, got {self.J1_0}"

@@ -113,18 +113,13 @@ class Numbers(NamedTuple):
         cls,
         body: Body,
         h: Exact,
-        around: Exact | None = None,
         spread: Fraction = Fraction(0),
         h0: Exact | None = None,
     ) -> Numbers:
-        """Enclose those of a body, with all mu and h that differ by at most so much of them."""
+        """Enclose those of a body."""
         with precision(BITS):
-            near = (
-                1 + arb(0, abs(arb(around.over(BALLS))).upper()) if around is not None else arb(1)
-            )
             p = angles(body)
-            p, half = p._replace(mu=p.mu * near), p.alpha0 / 2
-            found, h_ball = aligned_coefficients(p, BALLS), arb(h.over(BALLS)) * near
+            half, found, h_ball = p.alpha0 / 2, aligned_coefficients(p, BALLS), arb(h.over(BALLS))
             held = arb(h0.over(BALLS)) if h0 is not None else None
             return cls(found, 1 / (2 * half.cos()), 1 / (2 * half.sin()), h_ball, spread, held)
 
@@ -335,7 +330,8 @@ def line_beginning(
         level = numbers.energies if numbers.h0 is None else Family.of_ball(numbers.h0, BITS)
         constants = (numbers.to_M1, numbers.to_M2, across, c.kappa / 2, *weight)
         m1, m2, square, spin, r1, r2 = (Family.of_ball(x, BITS) for x in constants)
-        J1, e1, e2, centre, half = (Family.of_fraction(x, BITS) for x in line)
+        J1, e1, e2, half = (Family.of_fraction(x, BITS) for x in (*line[:3], line.half))
+        centre = curve((line.centre, *line.moves), ENERGY)
         one, four = (Family.of_fraction(x, 0) for x in (1, 4))
         u = Family.of({(0, 1, 0): 2}, 0)
         across_2 = square * Qp * Qp

@@ -63,8 +63,8 @@ SPARE = 8
 """Bits beyond a unit from which on coefficients are rounding."""
 BITS, LINE_BITS = 60, 8
 """Bits of coefficients at the beginning, and by how many fewer a line of starts has."""
-SENSITIVE, IN_MOVES = 8.0, 3
-"""By how much orbits change over relative changes of the energy, and nodes of moving curves."""
+SENSITIVE = 8.0
+"""Change of orbits over the relative change of the energy."""
 GROWTH = 1.4
 """Bits by which the bound grows in a time in which what is unstable grows by e, about."""
 
@@ -161,6 +161,16 @@ class _Section(NamedTuple):
         return surface + side * grown
 
 
+def _energies(setting: ShiftProblem) -> Array:
+    """Those w at which sets and lines of starts are found; between them they move smoothly."""
+    return np.linspace(-1, 1, 2 + setting.nodes[3] // 2) if setting.spread else np.zeros(1)
+
+
+def _moving(ws: Array, found: Sequence[Any]) -> Array:
+    """Coefficients of powers of w from values."""
+    return np.array(found) if len(ws) == 1 else polynomial.polyfit(ws, found, len(ws) - 1)
+
+
 def _sections(setting: ShiftProblem, w: float = 0.0) -> list[_Section]:
     level = setting.level_of(w)
     return [
@@ -213,13 +223,12 @@ def quads(setting: ShiftProblem) -> list[Quad]:
 
 def _curves(setting: ShiftProblem, at: int, side: int, chi: Array) -> Array:
     """Coefficients of the curve U = 0 of a set, in powers of w and of gamma3."""
-    ws = np.linspace(-1, 1, IN_MOVES) if setting.spread else np.zeros(1)
-    widest, found = np.abs(chi).max(), []
+    ws, widest, found = _energies(setting), np.abs(chi).max(), []
     for w in ws:
         section = _sections(setting, w)[at]
         d, g = section.reaching(chi, setting.half_turns, 0.0, side), -np.sin(section.chi + chi)
         found.append(polynomial.polyfit(g / widest, d, DEGREE) / widest ** np.arange(DEGREE + 1))
-    return np.array(found) if len(ws) == 1 else polynomial.polyfit(ws, found, len(ws) - 1)
+    return _moving(ws, found)
 
 
 def pieces(setting: ShiftProblem, quad: Quad) -> list[FamilyStep]:
@@ -387,6 +396,8 @@ class LineStarts(NamedTuple):
 
     setting: ShiftProblem
     J1: Fraction
+    w: Any = 0.0
+    """That of their energy, or one for each."""
 
     def states(self, theta2: Any, a: Precision) -> Any:
         """Aligned components (6, n) at phases, radians."""
@@ -405,6 +416,7 @@ class LineStarts(NamedTuple):
         setting = self.setting
         p = Angles(*map(a.number, setting.body.angles(a.bits + GUARD_BITS)))
         h = a.number((setting.h0 or setting.h).at(a.bits + GUARD_BITS))
+        h = h + a.number(setting.spread) * self.w
         J1, theta1 = a.number(self.J1) + 0 * theta2, p.alpha0 + p.beta0 + 0 * theta2
         J2 = a.sqrt(2 * h / p.kappa) + 0 * theta2
         for _ in range(STEADY if setting.h0 is None else 0):
@@ -416,43 +428,65 @@ class LineStarts(NamedTuple):
         """Their first crossings by the return map."""
         a = precision(53)
         Qp = np.asarray(self.states(theta2, a))[0]
-        return enter(self.setting.level, Qp, np.pi / 2 - self.setting.body.beta0 / 2 - theta2)
+        return enter(
+            self.setting.level_of(self.w), Qp, np.pi / 2 - self.setting.body.beta0 / 2 - theta2
+        )
 
 
 def line(
     setting: ShiftProblem, J1: Fraction, quads: Sequence[Quad]
 ) -> tuple[StartLine, tuple[float, float]]:
     """A line of starts that crosses both sets of upward crossings, and its ends in theta2."""
-    starts, middle = LineStarts(setting, J1), np.zeros(1)
-    for _ in range(ITERATIONS):
-        # chi grows with theta2, at about the same rate.
-        chi = starts.entered(middle).point.chi
-        middle = middle - (np.mod(chi + np.pi, 2 * np.pi) - np.pi)
+    ws = _energies(setting) if setting.h0 is None else np.zeros(1)
+    every = [LineStarts(setting, J1, w) for w in ws]
+    middles = [_middle(starts) for starts in every]
     upward = [quad for quad in quads if quad.rising]
     reach = OVERSHOOT * max(abs(float(quad.l0 / quad.l1)) for quad in upward)
-    ends = middle + np.array([-reach, reach])
-    low, high = np.asarray(starts.states(ends, precision(53)))[3:5].T
+    ends = [middle + np.array([-reach, reach]) for middle in middles]
+    at = [
+        np.asarray(starts.states(x, precision(53)))[3:5]
+        for starts, x in zip(every, ends, strict=True)
+    ]
+    low, high = at[len(at) // 2].T
     e = (high - low) / np.hypot(*(high - low))
-    numbers = (*e, e @ (low + high) / 2, e @ (high - low) / 2)
-    e1, e2, centre, half = (Fraction(float(x)) for x in numbers)
-    return StartLine(J1, e1, e2, centre, half), (float(ends[0]), float(ends[1]))
+    centre, *moves = _moving(ws, [e @ x.mean(axis=1) for x in at])
+    e1, e2, m, half = (Fraction(float(x)) for x in (*e, centre, e @ (high - low) / 2))
+    found = StartLine(J1, e1, e2, m, half, tuple(Fraction(float(x)) for x in moves))
+    first, last = ends[len(ends) // 2]
+    return found, (float(first), float(last))
+
+
+def _middle(starts: LineStarts) -> Array:
+    """theta2 of the start that first crosses at chi = 0."""
+    found = np.zeros(1)
+    for _ in range(ITERATIONS):
+        # chi grows with theta2, at about the same rate.
+        off = np.mod(starts.entered(found).point.chi + np.pi, 2 * np.pi) - np.pi
+        found = found - off
+    return found
 
 
 def line_pieces(
     setting: ShiftProblem, of: StartLine, theta2: tuple[float, float]
 ) -> list[FamilyStep]:
     """Polynomials of the orbits of a line of starts up to their first crossing."""
-    a, starts = NUMBERS, LineStarts(setting, of.J1)
-    u = nodes(setting.nodes[1], a)
-    goal = a.number(of.centre) + a.number(of.half) * u
+    a, in_w = NUMBERS, setting.nodes[3] if setting.h0 is None else 1
+    sizes = setting.nodes[1], 1, in_w
+    u, _, w = at = _grid(*(nodes(n, a) for n in sizes))
+    starts, goal = LineStarts(setting, of.J1, w), 0 * u
+    for x in (of.centre, *of.moves)[::-1]:
+        goal = goal * w + a.number(x)
+    goal = goal + a.number(of.half) * u
     phase = (theta2[0] + theta2[1]) / 2 + (theta2[1] - theta2[0]) / 2 * u
     for _ in range(STEADY):
         begin = starts.states(phase, a)
         off = a.number(of.e1) * begin[3] + a.number(of.e2) * begin[4] - goal
         # gamma is a unit vector nearly across M, which theta2 turns: e.gamma grows like theta2.
         phase = phase - off
-    times = np.asarray(starts.entered(a.floats(phase)).time)
-    at, sizes = (u, 0 * u, 0 * u), (len(u), 1, 1)
+    times = np.zeros(len(phase))
+    for k, one in enumerate(nodes(in_w, precision(53))):
+        entered = LineStarts(setting, of.J1, one).entered(a.floats(phase)[k::in_w])
+        times[k::in_w] = entered.time
     return _pieces(_Orbits(setting, begin), times, at, sizes, setting.bits - LINE_BITS)
 
 

@@ -43,7 +43,7 @@ class Quad(NamedTuple):
 class StartLine(NamedTuple):
     """Starts with Qm = 0 < Qp, M . gamma = 0 and a given J1: theta1 = alpha0 + beta0, as in Fig. 4.
 
-    On it e1 gamma1 + e2 gamma2 = centre + half u, |u| <= 1.
+    On it e1 gamma1 + e2 gamma2 = centre + half u, |u| <= 1; centre may depend on w too.
     """
 
     J1: Fraction
@@ -51,6 +51,8 @@ class StartLine(NamedTuple):
     e2: Fraction
     centre: Fraction
     half: Fraction
+    moves: tuple[Fraction, ...] = ()
+    """What w, w^2 and so on add to centre."""
 
 
 class FamilyStep(NamedTuple):
@@ -75,10 +77,13 @@ def packed_quads(quads: Sequence[Quad]) -> dict[str, Any]:
     }
 
 
-def packed_energies(shift: Fraction, spread: Fraction, quads: Sequence[Quad]) -> dict[str, Any]:
-    """Energies and how sets move with them, as doubles."""
+def packed_energies(
+    shift: Fraction, spread: Fraction, quads: Sequence[Quad], line: StartLine
+) -> dict[str, Any]:
+    """Energies, and how sets and a line of starts move with them, as doubles."""
     moves = np.array([[[float(x) for x in p] for p in quad.moves] for quad in quads])
-    return {"shift": float(shift), "spread": float(spread), "moves": moves}
+    along = np.array([float(x) for x in line.moves])
+    return {"shift": float(shift), "spread": float(spread), "moves": moves, "line": along}
 
 
 def unpacked_energies(data: Mapping[str, Any] | None) -> tuple[Fraction, Fraction]:
@@ -120,13 +125,16 @@ def unpacked_quads(
     ]
 
 
-def unpacked_line(J1: Fraction, data: Mapping[str, Any]) -> StartLine:
+def unpacked_line(
+    J1: Fraction, data: Mapping[str, Any], energies: Mapping[str, Any] | None = None
+) -> StartLine:
     """A line of starts from its numbers, doubles, which stand for these exactly."""
     numbers = [float(data[name]) for name in ("e1", "e2", "centre", "half")]
+    numbers += [] if energies is None else map(float, energies["line"])
     if not np.isfinite(numbers).all():
         raise ValueError("a line of starts has a number that is not finite")
-    e1, e2, centre, half = map(Fraction, numbers)
-    return StartLine(J1, e1, e2, centre, half)
+    e1, e2, centre, half, *moves = map(Fraction, numbers)
+    return StartLine(J1, e1, e2, centre, half, tuple(moves))
 
 
 def made(rising: bool, numbers: Sequence[float], p: Iterable[float]) -> Quad:
