@@ -37,9 +37,9 @@ FURTHER = (
     " sequence is the code of an orbit from T1 to T1 or T2, and of one from T2",
 )
 """Theorems 3 and 4, which a body may lack that has the first two."""
-OF_ENERGIES = "all of this of every energy that differs from h by at most {spread}"
+OF_ENERGIES = "all of this of every energy that differs from h by at most {1!r}"
 OF_ONE_J2 = (
-    "all of this of every energy that differs from h0 + {shift} by at most {spread}, but the starts"
+    "all of this of every energy that differs from h0 + {0!r} by at most {1!r}, but the starts"
     " are those of one J2_0 = sqrt(2 h0/kappa), which have these energies"
 )
 
@@ -169,7 +169,7 @@ def theorems(config: Config, data: Data) -> list[str]:
             f"undecided: {doubt}" if doubt else sentence
             for doubt, sentence in zip(proven.doubts, FURTHER, strict=True)
         ),
-        *([also.format(**energies)] if energies else []),
+        *([also.format(*map(float, (energies["shift"], energies["spread"])))] if energies else []),
     ]
 
 

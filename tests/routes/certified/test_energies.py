@@ -1,10 +1,10 @@
-"""Sets that move with the energy: starts of one J2_0 and intervals of energies, by both checkers."""
+"""Sets that move with the energy: starts of one J2_0, intervals of energies, by both checkers."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -23,6 +23,7 @@ from scripts import check_full_shift as script
 from scripts.check_certificate import Interval, Refused
 from tests.attacks import lot
 from tests.config.samples import content as typed
+from tests.experiments.full_shift.test_compute import OWN
 from tests.routes.certified.test_coverings import (
     BARELY,
     BITS,
@@ -42,8 +43,6 @@ from tests.routes.certified.test_coverings import (
     whole,
 )
 
-OWN = ["problem.h=null", "problem.h0=1.3342"]
-"""The starts of Fig. 4 themselves."""
 H0 = exact("1.3342")
 
 
@@ -87,46 +86,60 @@ def found() -> Found:
     return Found(setting, quads, pieces, line, horseshoe.line_pieces(setting, line, theta2))
 
 
-def by_both(of: Found, k: int, steps: Sequence[FamilyStep], quads: Sequence[Quad]) -> list[str]:
-    """What both say of the relation of set k, 0 or 2, to the other one."""
-    numbers, p, target = of.numbers(), of.problem(), quads[2 - k]
-    begin, _ = coverings.beginning(
-        numbers, of.quads[2 - k], of.pieces[2 - k][0], LogarithmicNorm.of(numbers.field)
-    )
+class Arrived(NamedTuple):
+    """The next crossings of set 2 by both checkers, and where set 0 begins."""
 
-    def by_package() -> None:
-        one = coverings.relation(coverings.arrival(numbers, quads[k], steps), target, begin, 0)
-        coverings.prove_cones([one])
+    mine: coverings.Reached
+    theirs: script.Arrival
+    begin: Sequence[arb]
 
-    def by_script() -> None:
-        one = script.arrival(p, quad_of(quads[k]), [step(x) for x in steps])
-        script.check_relation(one, quad_of(target), [_interval(x) for x in begin])
-        script.check_cone(one, quad_of(target))
+    def told(self, target: Quad) -> list[str]:
+        """What both say of its relation to a set."""
 
-    return [said(by_package), said(by_script)]
+        def by_package() -> None:
+            coverings.prove_cones([coverings.relation(self.mine, target, self.begin, 0)])
+
+        def by_script() -> None:
+            script.check_relation(self.theirs, quad_of(target), [_interval(x) for x in self.begin])
+            script.check_cone(self.theirs, quad_of(target))
+
+        return [said(by_package), said(by_script)]
 
 
-@pytest.mark.slow
-def test_starts_of_one_J2_cross_the_sets_of_their_own_energies(found: Found) -> None:
-    """The sets' relation is proven by both, and what is changed of what moves is not."""
-    assert by_both(found, 2, found.pieces[2], found.quads) == ["", ""]
-    off = moved(found.pieces[2][0], 3, (0, 0, 0, 1), 1e-5)
-    assert [x[:2] for x in by_both(found, 2, [off, *found.pieces[2][1:]], found.quads)] == [
-        "C3"
-    ] * 2
-    # A set that moves by more than its height lies elsewhere at some energies.
-    first, *rest = found.quads[2].moves
-    wrong = found.quads[2]._replace(moves=((2 * found.quads[2].b, *first[1:]), *rest))
-    assert all(by_both(found, 2, found.pieces[2], [*found.quads[:2], wrong]))
-    assert all(
-        "C6: the image" in x for x in by_both(found, 0, found.pieces[0], [*found.quads[:2], wrong])
-    )
+@pytest.fixture(scope="module")
+def arrived(found: Found) -> Arrived:
+    Interval.digits = script.DIGITS
+    numbers, steps = found.numbers(), found.pieces[2]
+    growth = LogarithmicNorm.of(numbers.field)
+    begin, _ = coverings.beginning(numbers, found.quads[0], found.pieces[0][0], growth)
+    again = [step(x) for x in steps]
+    theirs = script.arrival(found.problem(), quad_of(found.quads[2]), again)
+    return Arrived(coverings.arrival(numbers, found.quads[2], steps), theirs, begin)
 
 
 @pytest.mark.slow
-def test_orbits_of_all_energies_do_what_the_polynomials_say(found: Found) -> None:
+def test_a_set_covers_another_one_at_every_energy(found: Found, arrived: Arrived) -> None:
+    """And not one that moves by more than its height, which at some energies lies elsewhere."""
+    target = found.quads[0]
+    assert arrived.told(target) == ["", ""]
+    first, *rest = target.moves
+    wrong = target._replace(moves=((2 * target.b, *first[1:]), *rest))
+    assert all(x.startswith("C6: the image") for x in arrived.told(wrong))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("component", "at"), [(3, (0, 0, 0, 1)), (2, (2, 0, 1, 1))])
+def test_a_changed_term_of_the_energy_proves_nothing(found: Found, component: int, at: Any) -> None:
+    steps = [moved(found.pieces[2][0], component, at, 1e-5), *found.pieces[2][1:]]
+    mine = said(coverings.arrival, found.numbers(), found.quads[2], steps)
+    quad, again = quad_of(found.quads[2]), [step(x) for x in steps]
+    assert [mine[:2], said(script.arrival, found.problem(), quad, again)[:2]] == ["C3", "C3"]
+
+
+@pytest.mark.slow
+def test_orbits_of_all_energies_do_what_the_polynomials_say(found: Found, arrived: Arrived) -> None:
     """In 113 bits, from random points of a set at random energies of its own."""
-    arrival = coverings.arrival(found.numbers(), found.quads[2], found.pieces[2])
+    arrival = arrived.mine
     with lot.drawn("orbits of several energies") as chance:
         for _ in range(3):
             u, v, w = (chance.uniform(-1, 1) for _ in range(3))
