@@ -2,7 +2,7 @@
 
     .venv/bin/python -m scripts.check_orbit FILE [--config FIG4.yaml] [-j PROCESSES]
 
-It follows Theorem 5 of docs/full-shift.md with the functions of scripts/check_full_shift.py for C1
+It follows Theorem 7 of docs/full-shift.md with the functions of scripts/check_full_shift.py for C1
 to C6: a line of starts crosses the first set, each set covers the next, and the passages have the
 symbols of the code.
 """
@@ -33,6 +33,7 @@ from scripts.check_certificate import (
 )
 from scripts.check_full_shift import (
     DIGITS,
+    ENERGIES,
     LINE,
     PROOF,
     QUAD,
@@ -50,8 +51,8 @@ from scripts.check_full_shift import (
 
 SETS = 10_000
 """Sets along an orbit at most."""
-GIVEN = ("A", "r", "mu", "J1_0")
-"""What a config of Fig. 4's kind says of the starts, beside the energy."""
+GIVEN = ("A", "r", "mu", "h0", "J1_0")
+"""What a config of Fig. 4's kind says of the starts."""
 
 
 def prove_link(p: Problem, link: tuple[Any, list[Step]], after: tuple[Any, list[Step]]) -> int:
@@ -101,8 +102,12 @@ def checked(problem: dict[str, Any], pair: Sequence[tuple[Any, dict[str, Any]]])
 # ---- The file.
 
 
-def read(path: Path) -> tuple[dict[str, Any], list[Any], dict[str, Any]]:
-    """The config of a proof, its line and sets, and the arrays of its steps."""
+def exactly(x: Any) -> Fraction:
+    return Fraction(float(x))
+
+
+def read(path: Path) -> tuple[dict[str, Any], list[Any], dict[str, Any], dict[str, Fraction]]:
+    """The config of a proof, its line and sets, the arrays of its steps, and its energies."""
     import h5py
 
     try:
@@ -113,18 +118,19 @@ def read(path: Path) -> tuple[dict[str, Any], list[Any], dict[str, Any]]:
                 {k: file[f"data/{group}/{k}"][()] for k in names}
                 for group, names in (("sets", QUAD), ("line", LINE), ("proof", PROOF))
             )
+            energies = {k: exactly(file[f"data/energies/{k}"][()]) for k in ENERGIES[:2]}
         if len(sets["rising"]) > SETS or sets["p"].shape[1:] != (2,):
             raise Refused(f"there are more than {SETS} sets, or their curves are no lines")
         names = ("a", "b", "l0", "l1")
         rows = zip(sets["rising"], *(sets[x] for x in names), sets["p"], strict=True)
         quads = [
-            Quad(bool(up), *(Fraction(float(x)) for x in numbers), [Fraction(float(x)) for x in p])
+            Quad(bool(up), *map(exactly, numbers), list(map(exactly, p)), [])
             for up, *numbers, p in rows
         ]
         if not all(quad.a and quad.b and quad.l1 for quad in quads):
             raise Refused("a set has no extent")
-        line = [Fraction(float(along[name])) for name in LINE]
-        return config, [Line(number(config["problem"]["J1_0"]), *line), *quads], proof
+        line = Line(number(config["problem"]["J1_0"]), *(exactly(along[k]) for k in LINE), [])
+        return config, [line, *quads], proof, energies
     except (OSError, KeyError, ValueError, TypeError, AttributeError, IndexError, OverflowError,
             RuntimeError) as error:  # fmt: skip
         raise Refused(f"it cannot be read: {str(error)[:200]}") from None
@@ -155,7 +161,7 @@ def each(proof: dict[str, Any], n: int) -> Iterator[dict[str, Any]]:
 def check(path: Path, given: Path | None = None, processes: int = 1) -> str:
     """What a file proves, and of which numbers; raises Refused or Fails."""
     Interval.digits = DIGITS
-    config, sources, proof = read(path)
+    config, sources, proof, energies = read(path)
     code, problem = config.get("code"), config.get("problem")
     if not isinstance(code, str) or set(code) - {"0", "1"} or len(code) + 1 != len(sources):
         raise Refused("its code is none, or not of as many symbols as there are sets")
@@ -165,15 +171,16 @@ def check(path: Path, given: Path | None = None, processes: int = 1) -> str:
 
             wanted = yaml.load(given.read_text(encoding="utf-8"), yaml.BaseLoader)["problem"]
             check_against({k: problem[k] for k in GIVEN}, {k: wanted[k] for k in GIVEN})
-        of = "A = {}; r = {}; mu = {}; h = {}; J1_0 = {}".format(
-            *(", ".join(problem[key]) for key in ("A", "r")),
-            *(problem[key] for key in ("mu", "h", "J1_0")),
+        problem = {k: problem[k] for k in GIVEN}
+        of = "A = {}; r = {}; mu = {}; h0 = {}; J1_0 = {}".format(
+            *(", ".join(problem[key]) for key in ("A", "r")), *(problem[k] for k in GIVEN[2:])
         )
+        problem |= energies
     except (KeyError, TypeError, AttributeError) as error:
         raise Refused(f"its config, or the one given, lacks something: {error!r}") from None
     Interval.digits = DIGITS
-    if Interval.of(sources[0].J1).low <= 0:
-        raise Refused("J1_0 > 0 is broken, or cannot be told")
+    if Interval.of(sources[0].J1).low <= 0 or energies["spread"] <= 0:
+        raise Refused("J1_0 > 0 is broken, or cannot be told; or there are no energies")
     links: list[Any] = [*zip(sources, each(proof, len(sources)), strict=True), (None, {})]
     pairs = [links[k : k + 2] for k in range(len(sources))]
     with ProcessPoolExecutor(processes) as pool:

@@ -13,12 +13,14 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from pydantic import ValidationError
 
 from rigidpend import experiments
 from rigidpend.experiments.data.layout import WHOLE, Field, datasets
-from rigidpend.experiments.full_shift.layout import LINE, PROOF, QUADS
+from rigidpend.experiments.full_shift.layout import ENERGIES, LINE, PROOF, QUADS
 from rigidpend.machine.words import short
+from rigidpend.numbers.exact import exact
 from rigidpend.results import store
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.progress import Report
@@ -26,8 +28,6 @@ from rigidpend.runs import certificate_files, provenance
 from rigidpend.runs.loading import LoadedConfig
 
 if TYPE_CHECKING:
-    from rigidpend.mechanics.body import Body
-    from rigidpend.numbers.exact import Exact
     from rigidpend.routes.certified.chains import Link
     from rigidpend.routes.certified.pieces import Quad, StartLine
     from rigidpend.routes.symbolic import FoundOrbit
@@ -38,11 +38,12 @@ AT_ONCE = 16
 """Sets that a process takes at a time, some seconds, and overlaps with the next by one."""
 ROUND = 4
 """Times that each process is asked before a line of progress."""
-PROBLEM = ("A", "r", "mu", "h", "J1_0")
+PROBLEM = ("A", "r", "mu", "h0", "J1_0")
 """What is proven is of these."""
 LAYOUT = {
     "sets": {name: QUADS[name] for name in ("rising", "a", "b", "l0", "l1", "p")},
     "line": {name: LINE[name] for name in ("e1", "e2", "centre", "half")},
+    "energies": {name: ENERGIES[name] for name in ("shift", "spread")},
     "proof": {**PROOF, "family": Field(WHOLE, ("steps",), "1", "0: the line; k: the k-th set")},
 }
 
@@ -52,30 +53,23 @@ def prove(
 ) -> None:
     """Prove that an orbit beside one that was found has its code, and write the proof.
 
-    Its energy is that of the orbit found, J1_0 the config's; J2_0 follows from them.
-
     Raises
     ------
     Undecided, StoreError, ConfigError
     """
     from rigidpend.machine.workers import side_by_side
     from rigidpend.routes.certified import chains, horseshoe, pieces
-    from rigidpend.routes.problem import RouteProblem
-    from rigidpend.routes.symbolic.surface import surface
 
     if not is_proof(file):
         raise store.StoreError(f"{file}: a proof is named X{SUFFIX}")
     store.prepare(file)
-    given: Any = config.content
-    given = given.problem
+    stated = {key: config.resolved()["problem"][key] for key in PROBLEM}
+    problem, J1 = _problem(file, stated)
     theta2, n = float(found.theta2_0), len(found.symbols)
-    at = surface(RouteProblem(given.body, given.h0, given.J1_0, n))
-    # Sixteen digits, which stand for themselves exactly.
-    stated = {key: config.resolved()["problem"][key] for key in ("A", "r", "mu", "J1_0")}
-    stated = stated | {"h": repr(at.energy(theta2))}
-    problem = _problem(file, stated)
-    setting = horseshoe.ShiftProblem(problem.body, problem.h, 1)
-    links = chains.links(setting, _J1(problem), chains.Crossings(theta2, found.d, found.chi))
+    setting = horseshoe.ShiftProblem(problem.body, problem.h0, 1, h0=problem.h0)
+    [shift] = horseshoe.LineStarts(setting, J1).energies(np.array([theta2]))
+    setting = setting._replace(h=problem.h0 + exact(float(shift)))
+    links = chains.links(setting, J1, chains.Crossings(theta2, found.d, found.chi))
     arrays: list[Any] = []
     parts = [(links[part.start : part.stop], whole) for part, whole in _parts(len(links))]
     for first in range(0, len(parts), ROUND * jobs):
@@ -85,6 +79,7 @@ def prove(
     data = {
         "sets": pieces.packed_quads([link.of for link in links[1:]]),  # type: ignore[misc]
         "line": {name: float(getattr(links[0].of, name)) for name in LAYOUT["line"]},
+        "energies": {"shift": float(shift), "spread": float(links[0].setting.spread)},
         "proof": pieces.joined(arrays, [len(part) - (not whole) for part, whole in parts]),
     }
     tree = {name: datasets(fields, data[name]) for name, fields in LAYOUT.items()}
@@ -112,9 +107,11 @@ def check(file: Path, jobs: int, report: Report) -> str:
 
     stored = store.load(file, LAYOUT, ratio=certificate_files.RATIO)
     stated, data = stored["config"], stored["data"]
-    problem, code = _problem(file, stated.get("problem")), str(stated.get("code"))
+    (problem, J1), code = _problem(file, stated.get("problem")), str(stated.get("code"))
     try:
-        line = pieces.unpacked_line(_J1(problem), data["line"])
+        shift, spread = pieces.unpacked_energies(data["energies"])
+        of = problem.body, problem.h0 + exact(shift), spread, problem.h0
+        line = pieces.unpacked_line(J1, data["line"])
         sources = [line, *pieces.unpacked_quads(data["sets"])]
         if len(sources) != len(code) + 1 or set(code) - {"0", "1"}:
             raise ValueError(f"a code of {len(code)} symbols, and {len(sources) - 1} sets")
@@ -125,12 +122,12 @@ def check(file: Path, jobs: int, report: Report) -> str:
         proven: list[bool] = []
         for first in range(0, len(parts), ROUND * jobs):
             some = parts[first : first + ROUND * jobs]
-            for found in side_by_side(_checked, (problem.body, problem.h), True, some, jobs):
+            for found in side_by_side(_checked, of, True, some, jobs):
                 proven += found
             report(f"{len(proven) - 1} of {len(code)} passages are proven")
         if (symbols := "".join(str(int(x)) for x in proven[1:])) != code:
             raise Undecided(f"the code is {symbols}")
-        numbers = coverings.Numbers.of(problem.body, problem.h)
+        numbers = coverings.Numbers.of(*of)
         [begin] = pieces.unpacked(pieces.of_some(data["proof"], len(sources), range(1)), 1)
         low, high = coverings.phases(numbers, line, begin)
     except (ValueError, Undecided) as error:
@@ -138,8 +135,8 @@ def check(file: Path, jobs: int, report: Report) -> str:
     # Rounded outward.
     ends = f"{math.floor(low * 1e9) / 1e9:.9f} to {math.ceil(high * 1e9) / 1e9:.9f}"
     return (
-        f"of the starts with J1_0 = {problem.J1_0}, the energy {problem.h} and theta2_0 from"
-        f" {ends} one has these {len(code)} symbols: {code}"
+        f"of the starts with h0 = {problem.h0}, J1_0 = {problem.J1_0} and theta2_0 from {ends}"
+        f" one has these {len(code)} symbols: {code}"
     )
 
 
@@ -156,13 +153,14 @@ def _made(part: tuple[Sequence[Link], bool]) -> dict[str, Any]:
 
 
 def _checked(
-    part: tuple[int, Sequence[Quad | StartLine], Mapping[str, Any], bool], body: Body, h: Exact
+    part: tuple[int, Sequence[Quad | StartLine], Mapping[str, Any], bool],
+    *of: Any,
 ) -> list[bool]:
     """The symbols of a part; its last set, unless it is the last of all, is only covered."""
     from rigidpend.routes.certified import coverings, pieces
 
     first, sources, proof, whole = part
-    numbers, found = coverings.Numbers.of(body, h), []
+    numbers, found = coverings.Numbers.of(*of), []
     links = list(zip(sources, pieces.unpacked(proof, len(sources)), strict=True))
     for k, (link, after) in enumerate(pairwise([*links, None] if whole else links)):
         try:
@@ -173,22 +171,15 @@ def _checked(
     return found
 
 
-def _problem(file: Path, stated: Any) -> Any:
-    """Body, energy and action, checked by the schema of a full shift."""
+def _problem(file: Path, stated: Any) -> tuple[Any, Fraction]:
+    """A problem, checked by the schema of a full shift, and its action."""
     try:
         text = {key: stated[key] for key in PROBLEM}
-        return (
-            experiments.schema("full_shift")
-            .model_validate({"experiment": "full_shift", "figure": "", "problem": text})
-            .problem
-        )  # type: ignore[attr-defined]
+        content: Any = experiments.schema("full_shift").model_validate(
+            {"experiment": "full_shift", "figure": "", "problem": text}
+        )
+        return content.problem, content.problem.J1_0.fraction
     except ValidationError as error:
         raise store.StoreError(f"{file}: {short(error.errors()[0]['msg'])}") from None
     except (KeyError, TypeError) as error:
         raise store.StoreError(f"{file}: its config lacks {short(error)}") from None
-
-
-def _J1(problem: Any) -> Fraction:
-    found = problem.J1_0.fraction
-    assert found is not None
-    return Fraction(found)

@@ -77,8 +77,7 @@ def _proven(config: Config, setting: ShiftProblem, means: Means) -> Tree:
     quads, proof = pieces.packed_quads(sets), pieces.packed(orbits)
     energies = None
     if setting.spread:
-        shift = (setting.h - (setting.h0 or setting.h)).fraction or Fraction(0)
-        energies = pieces.packed_energies(shift, setting.spread, sets, starts)
+        energies = pieces.packed_energies(setting.shift, setting.spread, sets, starts)
     line = {name: float(getattr(starts, name)) for name in ("e1", "e2", "centre", "half")}
     proven = checked(config, quads, line, proof, energies)
     means.report("every code occurs: 8 of 8 covering relations are proven, and those of a line")

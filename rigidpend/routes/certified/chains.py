@@ -21,7 +21,13 @@ from rigidpend.machine.workers import check_stop
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.coverings import Numbers, prove_link
-from rigidpend.routes.certified.horseshoe import LineStarts, ShiftProblem, line_pieces, pieces
+from rigidpend.routes.certified.horseshoe import (
+    BEYOND,
+    LineStarts,
+    ShiftProblem,
+    line_pieces,
+    pieces,
+)
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine, made
 
 Array = NDArray[np.float64]
@@ -120,11 +126,14 @@ def links(setting: ShiftProblem, J1: Fraction, orbit: Crossings) -> list[Link]:
     # The line, and the first set as wide as its image.
     rate = abs(begun[0] - frame.shrunk[0] * begun[1] / by_g[0]) / (2 * STEP)
     ends = orbit.theta2 + REACH * most[0] / rate * np.array([-1.0, 1.0])
-    reached = starts.entered(np.linspace(*ends, 5))
+    on = np.linspace(*ends, 5)
+    reached, off = starts.entered(on), starts.energies(on) - float(setting.shift)
+    setting = setting._replace(spread=Fraction(BEYOND * float(np.abs(off).max())))
+    starts = starts._replace(setting=setting)
     a, (_, y) = most[0], frame.off(0, reached.point)
     b = max(WIDTH * float(np.abs(y).max()), a)
     fine = _fine(setting, b / 2**OF_LINE, float(reached.time.max()), (SHARE, 0.0))
-    found = [Link(starts.between(ends), fine, theta2=(float(ends[0]), float(ends[1])))]
+    found = [Link(starts.between(ends)[0], fine, theta2=(float(ends[0]), float(ends[1])))]
     u, v = (each.ravel() for each in np.meshgrid([-1.0, 0.0, 1.0], [-1.0, 0.0, 1.0]))
     for k in range(n):
         quad, wide, least = frame.quad(k, a, b), (a / frame.wide(k), b / frame.wide(k)), LOOSE
@@ -154,7 +163,8 @@ def linked(part: Sequence[Link], whole: bool) -> list[list[FamilyStep]]:
     ------
     Undecided
     """
-    numbers = Numbers.of(part[0].setting.body, part[0].setting.h)
+    of = part[0].setting
+    numbers = Numbers.of(of.body, of.h, of.spread, of.h0)
     found = [_proven(numbers, part[-1], None) if whole else part[-1].pieces()]
     for link, after in reversed(list(pairwise(part))):
         found.insert(0, _proven(numbers, link, (after.of, found[0])))

@@ -84,6 +84,11 @@ class ShiftProblem(NamedTuple):
     """Starts have J2_0 = sqrt(2 h0/kappa); if None, they have the energy h."""
 
     @property
+    def shift(self) -> Fraction:
+        """By how much h is more than h0."""
+        return (self.h - (self.h0 or self.h)).fraction or Fraction(0)
+
+    @property
     def coefficients(self) -> Coefficients:
         """The coefficients of the field, in pairs of doubles."""
         return coefficients(self.body.angles(NUMBERS.bits + GUARD_BITS), "1", NUMBERS)
@@ -441,13 +446,13 @@ class LineStarts(NamedTuple):
             self.setting.level_of(self.w), Qp, np.pi / 2 - self.setting.body.beta0 / 2 - theta2
         )
 
-    def between(self, ends: Array) -> StartLine:
-        """The line between two phases, radians."""
+    def between(self, ends: Array) -> tuple[StartLine, Array]:
+        """The line between two phases, radians, and its direction."""
         low, high = np.asarray(self.states(ends, precision(53)))[3:5].T
         e = (high - low) / np.hypot(*(high - low))
         numbers = (*e, e @ (low + high) / 2, e @ (high - low) / 2)
         e1, e2, centre, half = (Fraction(float(x)) for x in numbers)
-        return StartLine(self.J1, e1, e2, centre, half)
+        return StartLine(self.J1, e1, e2, centre, half), e
 
 
 def line(
@@ -459,18 +464,13 @@ def line(
     middles = [_middle(starts) for starts in every]
     upward = [quad for quad in quads if quad.rising]
     reach = OVERSHOOT * max(abs(float(quad.l0 / quad.l1)) for quad in upward)
-    ends = [middle + np.array([-reach, reach]) for middle in middles]
-    at = [
-        np.asarray(starts.states(x, precision(53)))[3:5]
-        for starts, x in zip(every, ends, strict=True)
-    ]
-    low, high = at[len(at) // 2].T
-    e = (high - low) / np.hypot(*(high - low))
-    centre, *moves = _moving(ws, [e @ x.mean(axis=1) for x in at])
-    e1, e2, m, half = (Fraction(float(x)) for x in (*e, centre, e @ (high - low) / 2))
-    found = StartLine(J1, e1, e2, m, half, tuple(Fraction(float(x)) for x in moves))
-    first, last = ends[len(ends) // 2]
-    return found, (float(first), float(last))
+    ends, half = [middle + np.array([-reach, reach]) for middle in middles], len(ws) // 2
+    found, e = every[half].between(ends[half])
+    at = [starts.states(x, precision(53))[3:5] for starts, x in zip(every, ends, strict=True)]
+    moving = _moving(ws, [e @ np.asarray(x).mean(axis=1) for x in at])
+    centre, *moves = (Fraction(float(x)) for x in moving)
+    first, last = ends[half]
+    return found._replace(centre=centre, moves=tuple(moves)), (float(first), float(last))
 
 
 def _middle(starts: LineStarts) -> Array:
@@ -522,5 +522,5 @@ def widened(setting: ShiftProblem, J1: Fraction) -> ShiftProblem:
     """The same with all energies of a line of starts that crosses the sets."""
     _, ends = line(setting, J1, quads(setting))
     starts = LineStarts(setting, J1)
-    off = starts.energies(np.linspace(*ends, 9)) - float(setting.h - (setting.h0 or setting.h))
+    off = starts.energies(np.linspace(*ends, 9)) - float(setting.shift)
     return setting._replace(spread=Fraction(BEYOND * float(np.abs(off).max())))
