@@ -65,7 +65,11 @@ def spoil(file: Any, how: str) -> None:
     elif how == "a longer code":
         config["code"] += "1"
     elif how == "another energy":
-        config["problem"]["h"] = str(float(config["problem"]["h"]) * (1 + 1e-9))
+        file["data/energies/shift"][()] += 1e-7
+    elif how == "fewer energies":
+        file["data/energies/spread"][()] /= 2
+    elif how == "another constant":
+        config["problem"]["h0"] = "1.33420001"
     elif how == "another action":
         config["problem"]["J1_0"] = "1.001e-8"
     elif how == "a set too wide":
@@ -93,6 +97,8 @@ def spoil(file: Any, how: str) -> None:
         ("another symbol", "0110|symbol 3"),
         ("a longer code", "5 symbols|as many symbols"),
         ("another energy", "C"),
+        ("fewer energies", "C6: the energies of its starts|C6: energies along the line"),
+        ("another constant", "C"),
         ("another action", "C3"),
         ("a set too wide", "C"),
         ("a set too flat", "C"),
