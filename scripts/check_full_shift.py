@@ -46,7 +46,7 @@ MOST = {"steps": 4000, "work": 5 * 10**8, "degree": 100, "bits": 124, "curve": 2
 """Sizes of a proof at most; work is that of multiplying term by term, minutes."""
 STEEP = 64
 """Exponent of a bound's growth over a step at most."""
-LIGHT = 16
+LIGHT = 64
 """Times that w counts in a difference of two orbits of different energies."""
 CONSTANT, ALONG = (0, 0, 0, 0), (1, 2, 3)
 """Powers of x, u, v and w of a constant; the places of u, v and w among them."""

@@ -38,7 +38,7 @@ WIDEST = 2.0**-12
 """Radius of a tube at most."""
 TRIES, ROOM = 4, 4
 """Trials of a tube's radius, and the first over what it has at the beginning."""
-LIGHT = 16
+LIGHT = 64
 """What counts of a difference of two orbits where their energies differ: so many times that in w.
 
 Any number will do."""
@@ -166,11 +166,11 @@ class Relation(NamedTuple):
     across: float
     """Upper bound on |V| of all points; less than 1 is needed."""
     stretch: float
-    """Lower bound on |dU/du| - |dU/dv| - |dU/dw|/16 of all points; uniqueness needs more than 1.
+    """Lower bound on |dU/du| - |dU/dv| - |dU/dw|/64 of all points; uniqueness needs more than 1.
 
-    Along a line of starts of one J2_0 16 |dw/du| is taken off besides."""
+    Along a line of starts of one J2_0 64 |dw/du| is taken off besides."""
     squeeze: float
-    """Upper bound on |dV/du| + |dV/dv| + |dV/dw|/16 of all points; uniqueness needs less than 1."""
+    """Upper bound on |dV/du| + |dV/dv| + |dV/dw|/64 of all points; uniqueness needs less than 1."""
 
 
 def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilyStep]) -> Reached:
