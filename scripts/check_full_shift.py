@@ -42,7 +42,7 @@ PARTS = 32
 """Parts of a step on which signs and rates are told."""
 ALONE, THIN, WIDEST = Fraction(1, 32), Fraction(1, 2**20), Fraction(1, 4096)
 """Distances within which a point of the section and one of a line is alone; radius of a tube."""
-MOST = {"steps": 4000, "work": 5 * 10**8, "degree": 100, "bits": 124, "curve": 20}
+MOST = {"steps": 4000, "work": 25 * 10**8, "degree": 100, "bits": 124, "curve": 20}
 """Sizes of a proof at most; work is that of multiplying term by term, minutes."""
 STEEP = 64
 """Exponent of a bound's growth over a step at most."""
