@@ -271,7 +271,9 @@ def beginning(
     c, large, small = numbers.field, 0 if quad.rising else 1, 1 if quad.rising else 0
     d, g = place(quad)
     Q, gamma1, gamma2 = states[large], states[3], states[4]
-    by = numbers.to_M1, numbers.to_M2 if quad.rising else -numbers.to_M2
+    with precision(BITS):
+        # Arb rounds even where a sign is changed.
+        by = numbers.to_M1, numbers.to_M2 if quad.rising else -numbers.to_M2
 
     def slopes(one: int, *at: arb) -> arb_mat:
         """The derivatives of the residual in Q, gamma1 and gamma2, linear in 1 and in `at`."""
