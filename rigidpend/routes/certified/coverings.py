@@ -39,7 +39,7 @@ WIDEST = 2.0**-12
 TRIES, ROOM = 4, 4
 """Trials of a tube's radius, and the first over what it has at the beginning."""
 LIGHT = 64
-"""What counts of a difference of two orbits where their energies differ: so many times that in w.
+"""Weight of w in differences of orbits of different energies.
 
 Any number will do."""
 ENERGY = Family.of({(0, 0, 0, 1): 2}, 0)
