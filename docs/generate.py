@@ -24,8 +24,7 @@ from docs import floors
 from rigidpend import experiments
 from rigidpend.cli import main
 from rigidpend.config import catalogue
-from rigidpend.config.meanings import UNITS, meanings, nested
-from rigidpend.config.schema import ExperimentConfig
+from rigidpend.config.schema import ExperimentConfig, comment, nested
 from rigidpend.numbers.exact import Exact
 from rigidpend.render import captions
 from rigidpend.render.report.departures import DEPARTURES
@@ -35,6 +34,8 @@ COMMON = ("figure", "experiment")
 """The first two keys of every config, of which the page itself tells."""
 
 OPTION = re.compile(r"(?<!\S)--[a-z][a-z-]*")
+UNIT = re.compile("radians|dimensionless|physical|seconds|[Dd]irection|units of")
+"""A word for the unit, one of which stands in the meaning of every number."""
 
 
 class Setting(NamedTuple):
@@ -44,7 +45,6 @@ class Setting(NamedTuple):
     kind: str
     default: str
     meaning: str
-    unit: str
 
 
 def write(folder: Path) -> None:
@@ -109,10 +109,9 @@ def _settings(rows: Sequence[Setting]) -> str:
 
 
 def facts(setting: Setting) -> str:
-    """Type, unit and default of a setting, in italics as far as they are words."""
-    kind = ", ".join(filter(None, (setting.kind, setting.unit)))
+    """Type and default of a setting, in italics as far as they are words."""
     default = setting.default if setting.default == "required" else f"default {setting.default}"
-    return f"{kind}; {default}."
+    return f"{setting.kind}; {default}."
 
 
 def keys(part: type[BaseModel], prefix: str = "") -> Iterator[Setting]:
@@ -123,27 +122,25 @@ def keys(part: type[BaseModel], prefix: str = "") -> Iterator[Setting]:
     ValueError
         A setting without a meaning, or a number without a unit.
     """
-    told = meanings(part)
     for name, field in part.model_fields.items():
         if name in COMMON and not prefix:
             continue
         key = f"{prefix}{name}"
         inner, named = nested(field.annotation)
-        meaning = told.get(name, "")
+        meaning = comment(part, name)
         if inner is not None:
             below = f"{key}.NAME." if named else f"{key}."
             if not meaning:
-                meaning = (inspect.getdoc(inner) or "").partition("\n")[0]
+                meaning = (inspect.getdoc(inner) or "").partition("\n")[0].rstrip(".")
         if not meaning:
             raise ValueError(
                 f"{part.__module__}.{part.__name__}.{name}: a setting without a meaning"
             )
         kind, default = described(field.annotation), shown_default(field)
         is_number = "number" in kind.replace("whole number", "")
-        unit = UNITS.get(name, "") if is_number else ""
-        if is_number and not unit:
+        if is_number and not UNIT.search(meaning):
             raise ValueError(f"{part.__module__}.{part.__name__}.{name}: a number without a unit")
-        yield Setting(key, kind, default, plain(meaning), unit)
+        yield Setting(key, kind, default, plain(f"{meaning}."))
         if inner is not None:
             yield from keys(inner, below)
 

@@ -60,6 +60,15 @@ class StoredResult:
         """The data as plain arrays, texts and groups by name."""
         return self.loaded["data"]
 
+    @property
+    def words(self) -> dict[str, list[str]]:
+        """Route codes as texts, one an orbit, for each array of them: ``?`` if uncertain."""
+        from rigidpend.numbers.alphabet import words
+
+        groups = self.values.get("levels", self.values).items()
+        held = {name: x for name, x in groups if isinstance(x, Mapping) and "certain" in x}
+        return {name: words(x["codes"], x["certain"]) for name, x in held.items()}
+
     @cached_property
     def data(self) -> xarray.DataTree:
         """The data with their dimensions, coordinates, units and meanings.

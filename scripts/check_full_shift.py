@@ -42,11 +42,11 @@ PARTS = 32
 """Parts of a step on which signs and rates are told."""
 ALONE, THIN, WIDEST = Fraction(1, 32), Fraction(1, 2**20), Fraction(1, 4096)
 """Distances within which a point of the section and one of a line is alone; radius of a tube."""
-MOST = {"steps": 4000, "work": 5 * 10**8, "degree": 100, "bits": 124, "curve": 20}
+MOST = {"steps": 4000, "work": 25 * 10**8, "degree": 100, "bits": 124, "curve": 20}
 """Sizes of a proof at most; work is that of multiplying term by term, minutes."""
 STEEP = 64
 """Exponent of a bound's growth over a step at most."""
-LIGHT = 16
+LIGHT = 64
 """Times that w counts in a difference of two orbits of different energies."""
 CONSTANT, ALONG = (0, 0, 0, 0), (1, 2, 3)
 """Powers of x, u, v and w of a constant; the places of u, v and w among them."""

@@ -16,6 +16,7 @@ from rigidpend.cli.common import (
     OUT,
     SCHEDULER,
     SETTINGS,
+    check_name,
     check_scheduler,
     guarded,
     print_json,
@@ -77,8 +78,7 @@ def command(
     if file:
         told[str(file)] = certificates.check(file, jobs=jobs or cores(), report=say)
     paths = resolve(names)
-    if name is not None and len(paths) != 1:
-        raise click.UsageError("--name is for one config; the others keep their names")
+    check_name(name, names, paths)
     groups = loading.load_groups(paths, settings, (), name)
     for loaded in (each for group in groups for each in group.members):
         told[loaded.name] = certificates.certify(

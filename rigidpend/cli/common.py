@@ -183,7 +183,7 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
         named = f"{str(error.filename)[:MOST]}: " if error.filename else ""
         return f"{named}{error.strerror or error}"
     if code != INTERNAL:
-        return brief(str(error))
+        return brief(_told(error))
     from rigidpend.runs.logs import elsewhere
 
     said = f"internal error: {error!r}; please report it"
@@ -191,6 +191,14 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
         return f"{said} with {(log or elsewhere)(error)}"
     except OSError as full:
         return f"{said}; no log could be written: {full.strerror}"
+
+
+def _told(error: BaseException) -> str:
+    if getattr(error, "file", None) is None:
+        return str(error)
+    from rigidpend.runs import remedies
+
+    return remedies.told(error)  # type: ignore[arg-type]
 
 
 def brief(said: str) -> str:
@@ -207,6 +215,12 @@ def check_scheduler(address: str | None) -> None:
     if said := cluster.complaint(address):
         raise click.UsageError(f"--scheduler: {said}")
     cluster.check_extra()
+
+
+def check_name(name: str | None, names: Sequence[str], paths: Sequence[Path]) -> None:
+    """Refuse a name of one's own for the results of several configs, or of one given twice."""
+    if name is not None and max(len(names), len(paths)) > 1:
+        raise click.UsageError("--name is for one config; several keep their names")
 
 
 def folder_of(path: Path, folder: Path) -> Path:

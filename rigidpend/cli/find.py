@@ -229,7 +229,7 @@ def _document(found: FoundOrbit) -> dict[str, Any]:
         "theta2_0": str(found.theta2_0),
         "address": str(address),
         "first": address.first,
-        "symbols": "".join(map(str, address.symbols)),
+        "symbols": found.word,
         "half_turns": list(address.half_turns or ()),
         **{
             name: getattr(found, name)

@@ -8,7 +8,18 @@ from pathlib import Path
 
 import click
 
-from rigidpend.cli.common import ABSENT, NAMES, OUT, SWEEPS, folder_of, guarded, say
+from rigidpend.cli.common import (
+    ABSENT,
+    DONE,
+    FAILED,
+    NAMES,
+    OUT,
+    SWEEPS,
+    folder_of,
+    guarded,
+    say,
+    sentence,
+)
 from rigidpend.config import catalogue
 
 
@@ -34,27 +45,68 @@ def command(
     A figure of the same result, drawn by the same code, is kept. The results of a sweep are
     drawn one by one, and together where their experiment says how.
 
+    A result that is absent or damaged does not keep the others from being drawn; how to make it is
+    said at the end. Exit code 1: one is damaged; 3: one that was named, or everything, is absent.
+
     \b
     Examples:
       rigidpend render all
       rigidpend render fig4 --format pdf
       rigidpend render fig4 --sweep problem.mu=1e-4,1e-3 --out swept
     """
-    from rigidpend import render as drawing
     from rigidpend.config import names as known
-    from rigidpend.machine.workers import check_stop
 
+    absent: dict[Path, list[Path]] = {}
+    every: list[bool] = []
     for path in known.resolve(names, folder):
         title, members = _members(path, sweeps)
         sources = [folder_of(path, folder) / f"{name}.h5" for name in members]
-        for source in sources:
-            check_stop()
-            _check_there(source, path.stem)
-            target = source.parent / f"{source.stem}.{suffix}"
-            _tell(source.stem, target, drawing.render(source, target, force=force))
-        together = sources[0].parent / f"{title}.{suffix}"
+        lacking = [source for source in sources if not os.path.lexists(source)]
+        if lacking:
+            absent[path] = lacking
+        there = [source for source in sources if source not in lacking]
+        drawn = [_drawn([source], source.stem, suffix, force) for source in there]
+        # Together they are drawn only if none is left out.
+        if len(sources) > 1 and not lacking and all(drawn):
+            drawn.append(_drawn(sources, title, suffix, force))
+        every += drawn
+    if absent:
+        _tell_absent(absent, sweeps, folder)
+    if not all(every):
+        sys.exit(FAILED)
+    sys.exit(ABSENT if absent and not (every and "all" in names) else DONE)
+
+
+def _drawn(sources: list[Path], name: str, suffix: str, force: bool) -> bool:
+    """Draw a result, or several together; where that fails say why."""
+    from rigidpend import render as drawing
+    from rigidpend.machine.files import StoreError
+    from rigidpend.machine.workers import check_stop
+
+    check_stop()
+    target = sources[0].parent / f"{name}.{suffix}"
+    try:
         if len(sources) > 1:
-            _tell(title, together, drawing.render_together(sources, together, force=force))
+            _tell(name, target, drawing.render_together(sources, target, force=force))
+        else:
+            _tell(name, target, drawing.render(sources[0], target, force=force))
+    except StoreError as error:
+        say(f"rigidpend: {sentence(error)}")
+        return False
+    return True
+
+
+def _tell_absent(absent: dict[Path, list[Path]], sweeps: tuple[str, ...], folder: Path) -> None:
+    """Say which results are absent, and the command that makes them."""
+    from rigidpend.runs import remedies
+
+    files = [str(file) for each in absent.values() for file in each]
+    known = catalogue.known()
+    names = [path.stem if known.get(path.stem) == path else str(path) for path in absent]
+    swept = [word for each in sweeps for word in ("--sweep", each)]
+    are = "is" if len(files) == 1 else "are"
+    call = remedies.call("run", [*names, *swept], folder)
+    say(f"rigidpend: {', '.join(files)} {are} not there; {call}")
 
 
 def _tell(name: str, target: Path, drawn: bool | None) -> None:
@@ -71,9 +123,3 @@ def _members(path: Path, sweeps: tuple[str, ...]) -> tuple[str, list[str]]:
 
     [group] = loading.load_groups([path], (), sweeps)
     return group.title, [each.name for each in group.members]
-
-
-def _check_there(source: Path, name: str) -> None:
-    if not os.path.lexists(source):
-        say(f"rigidpend: {source} is not there; call: rigidpend run {name}")
-        sys.exit(ABSENT)

@@ -22,6 +22,7 @@ from rigidpend.cli.common import (
     SCHEDULER,
     SETTINGS,
     SWEEPS,
+    check_name,
     check_scheduler,
     exit_code,
     folder_of,
@@ -133,8 +134,7 @@ def command(
     from rigidpend.runs import recalled, runner
 
     paths = resolve(names, folder)
-    if name is not None and len(paths) > 1:
-        raise click.UsageError("--name is for one config; the results of several keep their names")
+    check_name(name, names, paths)
     groups = recalled.load_groups(paths, settings, sweeps, name)
     check_scheduler(scheduler)
     named = [(folder_of(x.path, folder), each, x.path) for x in groups for each in x.members]

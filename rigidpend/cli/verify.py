@@ -126,7 +126,7 @@ def _compared(
     from rigidpend.machine import files, workers
     from rigidpend.results import store
     from rigidpend.runs import certificate_files as storage
-    from rigidpend.runs import loading, regression
+    from rigidpend.runs import loading, regression, remedies
 
     loaded = loading.load(path, settings)
     given: dict[str, Any] = {"jobs": jobs or workers.cores(), "report": hear}
@@ -148,8 +148,10 @@ def _compared(
             undecided = []
     except store.StoreError as error:
         absent = isinstance(error, files.Absent)
-        mend = "" if stored.exists() else f"; call: rigidpend reference {path} --reason WHY"
-        return {**outcome, "absent": absent, "error": f"{error}{mend}"}
+        said = f"{error}; {remedies.reference(path, stored)}"
+        if error.file != stored or path == stored:
+            said = remedies.told(error)
+        return {**outcome, "absent": absent, "error": said}
     told: dict[str, Any] = {
         "same": not found and not undecided,
         "absent": bool(undecided and not found),

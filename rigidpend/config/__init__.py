@@ -14,8 +14,7 @@ complaints   what is wrong with a config, shown with its place
 groups       the configs that one file stands for
 sweeps       a config for each combination of values
 changes      changes from one config to another
-meanings     meanings and units of the keys
-writer       a config as YAML, with these beside them
+writer       a config as YAML, each key with its meaning beside it
 description  rows of name, value and meaning
 theory       the theory's values for a body, as such rows
 """

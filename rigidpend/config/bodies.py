@@ -17,7 +17,7 @@ class FreeBody(Part):
     """A body without weight: mu = 0."""
 
     A: Moments
-    """Principal moments of inertia, A1 > A3 > A2 and A2 + A3 >= A1."""
+    """Principal moments of inertia, A1 > A3 > A2 and A2 + A3 >= A1; physical units."""
     r: Direction
     """Direction that sets beta0, r1, r2 >= 0, r3 = 0; normalised."""
 
@@ -37,11 +37,11 @@ class HeavyBody(Part):
     """A heavy body with its weight."""
 
     A: Moments
-    """Principal moments of inertia, A1 > A3 > A2 and A2 + A3 >= A1."""
+    """Principal moments of inertia, A1 > A3 > A2 and A2 + A3 >= A1; physical units."""
     r: Direction
     """Direction to the centre of gravity, r1, r2 >= 0, r3 = 0; normalised."""
     mu: Weight
-    """Weight times the distance of the centre of gravity, mu >= 0."""
+    """Weight times the distance of the centre of gravity, mu >= 0; physical units."""
 
     @functools.cached_property
     def body(self) -> Body:
@@ -58,7 +58,7 @@ class UnweightedBody(Part):
     """A body whose weight is given elsewhere."""
 
     A: tuple[Number, Number, Number]
-    """Principal moments of inertia, A1 > A3 > A2 and A2 + A3 >= A1."""
+    """Principal moments of inertia, A1 > A3 > A2 and A2 + A3 >= A1; physical units."""
     r: tuple[Number, Number, Number]
     """Direction to the centre of gravity, r1, r2 >= 0, r3 = 0; normalised."""
 
@@ -90,11 +90,11 @@ class WeightedBodies(Part):
     """Bodies, each with all of the weights, at one energy."""
 
     h0: Number
-    """Energy of the orbits, h0 > mu."""
+    """Energy of the orbits, h0 > mu, dimensionless."""
     mu: Weights
-    """Weights times the distance of the centre of gravity, ascending from above 0."""
+    """Weights times the distance of the centre of gravity, ascending from above 0, physical."""
     bodies: Annotated[dict[Word, UnweightedBody], Field(min_length=1, max_length=26)]
-    """Named bodies."""
+    """Named bodies; physical units."""
 
     @model_validator(mode="after")
     def _energy(self) -> Self:

@@ -38,16 +38,15 @@ def exact_row(name: str, meaning: str, *numbers: Exact | int) -> Row:
     return Row(name, written, meaning, values if values[1:] else values[0])
 
 
-def asked(part: Part) -> Iterator[Row]:
+def asked(part: Part, apart: Sequence[str] = ()) -> Iterator[Row]:
     """A row for each key of a part of a config: its value as written, its meaning and unit.
 
-    A section that is nothing but its keys has a row for each of them.
+    A section that is nothing but its keys has a row for each of them; those apart have none.
     """
-    from rigidpend.config.meanings import comment
-    from rigidpend.config.schema import WRITTEN
+    from rigidpend.config.schema import WRITTEN, comment
 
     written = part.model_dump(mode="json", context=WRITTEN)
-    for name in type(part).model_fields:
+    for name in (name for name in type(part).model_fields if name not in apart):
         value, meaning = getattr(part, name), comment(type(part), name)
         numbers = value if isinstance(value, tuple) else (value,)
         if isinstance(value, Mapping):

@@ -53,6 +53,7 @@ def _file(name: str, catalogue: dict[str, Path], folder: Path) -> Path:
             return path
         # A device or a pipe might never end.
         message = "not a file" if path.exists() else "there is no such file"
+        message = "a folder, not a file" if path.is_dir() else message
         raise ConfigError([Complaint(Origin(name), (), message)])
     if name in catalogue:
         return catalogue[name]

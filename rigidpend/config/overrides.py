@@ -12,15 +12,17 @@ INDEXED = re.compile(r"\[(\w+)\]")
 """An index as other languages write it."""
 
 
-def override(document: Document, setting: str) -> None:
+def override(document: Document, setting: str, origin: Origin | None = None) -> None:
     """Apply a setting ``a.b=VALUE`` to a document, as if it were written there.
+
+    Complaints about it name its origin, the option ``--set`` if none is given.
 
     Raises
     ------
     ConfigError
         It has no such form, or leads through something that has no entries.
     """
-    origin = Origin(f"--set {setting}")
+    origin = origin or Origin(f"--set {setting}")
     path, equals, written = setting.partition("=")
     if not equals or not all(path.split(".")):
         raise ConfigError([Complaint(origin, (), "expected KEY.KEY=VALUE, as in problem.mu=1e-3")])

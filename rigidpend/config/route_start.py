@@ -18,7 +18,7 @@ class RouteStart(HeavyBody):
     """Orbits that start at theta1_0 = alpha0 + beta0 and J2_0 = sqrt(2 h0/kappa)."""
 
     h0: Number
-    """Energy constant, h0 > mu."""
+    """Energy constant, h0 > mu, dimensionless."""
     J1_0: Number
     """Initial action, dimensionless, 0 < J1_0 < J2_0, not J2_0/2."""
     n_symbols: Whole = 15

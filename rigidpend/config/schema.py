@@ -9,11 +9,13 @@ from __future__ import annotations
 import contextlib
 import difflib
 import functools
+import inspect
 import math
 import re
 from collections.abc import Iterator
 from fractions import Fraction
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from types import UnionType
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, Union, get_args, get_origin
 
 from pydantic import (
     AfterValidator,
@@ -161,11 +163,36 @@ def absent_is(word: str) -> WrapSerializer:
 
 
 class Part(BaseModel):
-    """A part of a config: frozen, unknown keys refused."""
+    """A part of a config: frozen, unknown keys refused; the text under a key is its meaning."""
 
     model_config = ConfigDict(
-        extra="forbid", frozen=True, arbitrary_types_allowed=True, defer_build=True
+        extra="forbid",
+        frozen=True,
+        arbitrary_types_allowed=True,
+        defer_build=True,
+        use_attribute_docstrings=True,
     )
+
+
+def comment(part: type[BaseModel], name: str) -> str:
+    """Meaning of a key with its unit, as a phrase; empty where the schema says none."""
+    said = part.model_fields[name].description or ""
+    return " ".join(said.replace("\\|", "|").split()).rstrip(".")
+
+
+def nested(annotation: Any) -> tuple[type[BaseModel] | None, bool]:
+    """The part of a config behind an annotation, and whether it is one of several by name."""
+    origin = get_origin(annotation)
+    if origin is Annotated:
+        return nested(get_args(annotation)[0])
+    if origin is dict:
+        return nested(get_args(annotation)[1])[0], True
+    if origin in (Union, UnionType):
+        # A section, or something else in its place: the section's keys are told.
+        return next((x for x in map(nested, get_args(annotation)) if x[0]), (None, False))
+    if inspect.isclass(annotation) and issubclass(annotation, BaseModel):
+        return annotation, False
+    return None, False
 
 
 class PhaseGrid(Part):
@@ -237,7 +264,7 @@ class DoubleNumerics(EngineNumerics):
     tolerance: Annotated[
         Annotated[Number, AfterValidator(_tolerance)] | None, Auto, absent_is("auto")
     ] = None
-    """Local tolerance in double precision; auto is the engine's own."""
+    """Local tolerance in double precision, dimensionless; auto is the engine's own."""
 
 
 class Numerics(DoubleNumerics):

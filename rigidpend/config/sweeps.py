@@ -39,6 +39,8 @@ class Sweep(NamedTuple):
 
     key: str
     values: tuple[str, ...]
+    origin: Origin = Origin("sweep")
+    """The option or the place in a file that asks for it."""
 
 
 class Variant(NamedTuple):
@@ -46,8 +48,8 @@ class Variant(NamedTuple):
 
     ending: str
     """Ending of the name of its result; empty where nothing is swept."""
-    settings: tuple[str, ...]
-    """Settings ``KEY=VALUE``."""
+    settings: tuple[tuple[str, Origin], ...]
+    """Settings ``KEY=VALUE``, each with the origin of its sweep."""
 
 
 def option(text: str) -> Sweep:
@@ -107,7 +109,8 @@ def variants(sweeps: Sequence[Sweep]) -> list[Variant]:
     # One more than allowed shows that there are too many, before all are made.
     for values in itertools.islice(itertools.product(*(s.values for s in sweeps)), MOST + 1):
         pairs = list(zip(keys, values, strict=True))
-        found.append(Variant(ending(pairs), tuple(f"{key}={value}" for key, value in pairs)))
+        settings = zip((f"{key}={x}" for key, x in pairs), (s.origin for s in sweeps), strict=True)
+        found.append(Variant(ending(pairs), tuple(settings)))
     if len(found) > MOST:
         raise ConfigError([Complaint(origin, (), f"more than {MOST} combinations")])
     if len({variant.ending.casefold() for variant in found}) < len(found):
@@ -172,7 +175,7 @@ def _sweep(key: str, values: Any, origin: Origin, place: Place) -> Sweep:
     twice = [text for text in texts if texts.count(text) > 1]
     if twice:
         raise ConfigError([Complaint(origin, place, f"the value {twice[0]} is given twice")])
-    return Sweep(key, texts)
+    return Sweep(key, texts, origin)
 
 
 def _text(node: Any) -> str:

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, get_args
 
 from rigidpend.config.complaints import Complaint, ConfigError, Place
-from rigidpend.config.meanings import nested
 from rigidpend.config.reader import Document
+from rigidpend.config.schema import nested
 
 PLAIN = {
     "model_type": "expected keys with values",

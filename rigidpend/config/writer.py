@@ -10,7 +10,7 @@ from typing import Any
 import yaml
 from pydantic import BaseModel
 
-from rigidpend.config.meanings import comment, nested
+from rigidpend.config.schema import comment, nested
 
 WIDTH, BESIDE = 80, 36
 """Characters of a line, and at most of a value that has its comment beside it."""

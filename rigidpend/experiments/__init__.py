@@ -65,6 +65,7 @@ def describe(name: str, config: ExperimentConfig) -> list[Row]:
     body, seconds = getattr(problem, "body", None), cost(name, config)
     found = [
         *description.asked(problem),
+        *description.asked(config, apart=("figure", "experiment", "problem", "numerics")),
         *(description.derived_rows(body) if body else ()),
         *(own(config) if own else ()),
         *theory.of(problem),

@@ -9,6 +9,7 @@ import os
 import stat
 import tempfile
 from pathlib import Path
+from typing import Self
 
 from rigidpend.machine import locks, signals
 from rigidpend.numbers.parameters import ParameterError
@@ -28,6 +29,16 @@ COPIES = 3
 
 class StoreError(RuntimeError):
     """A file that cannot be read or written."""
+
+    file: Path | None = None
+    """The result or certificate, where that is absent or cannot be used."""
+
+    @classmethod
+    def of(cls, file: Path, said: str) -> Self:
+        """An error of a result or certificate that is absent or cannot be used."""
+        error = cls(f"{file}: {said}")
+        error.file = file
+        return error
 
 
 class Absent(StoreError):

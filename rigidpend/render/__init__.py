@@ -83,7 +83,7 @@ def render(source: Path, target: Path, *, force: bool = False) -> bool:
     try:
         drawn = image(result, target.suffix[1:], origin)
     except Undrawable as error:
-        raise Undrawable(f"{source}: {error}") from error
+        raise Undrawable.of(source, str(error)) from error
     files.write(target, drawn)
     return True
 

@@ -13,6 +13,7 @@ import signal
 import time
 import warnings
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, NoReturn
 
 from rigidpend.machine.files import SEAL, SEAL_LENGTH, StoreError, unsealed
@@ -171,8 +172,8 @@ def _bound(seconds: int, memory: int) -> None:
     faulthandler.disable()
     # The limit is on all memory that is mapped, and a child begins with its parent's.
     with contextlib.suppress(OSError, ValueError, FileNotFoundError):
-        with open("/proc/self/statm", "rb") as file:
-            memory += int(file.read().split()[0]) * resource.getpagesize()
+        pages = int(Path("/proc/self/statm").read_bytes().split()[0])
+        memory += pages * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
     with contextlib.suppress(OSError, ValueError):
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))

@@ -88,15 +88,15 @@ def readable(path: Path) -> Iterator[None]:
     try:
         yield
     except FileNotFoundError:
-        raise Absent(f"{path}: there is no such file") from None
+        raise Absent.of(path, "there is no such file") from None
     except Unfit as error:
-        raise StoreError(f"{path}: not a result that can be used: {error}") from None
+        raise StoreError.of(path, f"not a result that can be used: {error}") from None
     except StoreError:
         raise
     except (OSError, KeyError, RuntimeError, TypeError, ValueError) as error:
         said = error.strerror if isinstance(error, OSError) else None
         reason = short(said or error) or type(error).__name__
-        raise StoreError(f"{path}: not a readable HDF5 file: {reason}") from None
+        raise StoreError.of(path, f"not a readable HDF5 file: {reason}") from None
 
 
 def _trial(
@@ -120,14 +120,12 @@ def _check(path: Path, file: h5py.File, most: int, part: bool, layout: Layout | 
     attributes("/", root)
     given = dict(file.attrs)
     if not isinstance(given.get("format"), str) or given["format"] != FORMAT:
-        raise StoreError(f"{path}: an HDF5 file, but not a result of rigidpend")
+        raise StoreError.of(path, "an HDF5 file, but not a result of rigidpend")
     version: Any = given.get("format_version")
     # A foreign file may have anything here, of any type and shape.
     if not np.array_equal(version, FORMAT_VERSION):
-        raise OtherVersion(
-            f"{path}: its format version is {short(version, 60)}, this program reads"
-            f" {FORMAT_VERSION}; run the experiment again"
-        )
+        said = f"its format version is {short(version, 60)}, this program reads {FORMAT_VERSION}"
+        raise OtherVersion.of(path, said)
     for word in WORDS:
         if not isinstance(given.get(word, ""), str) or len(given.get(word, "")) > LONGEST:
             raise Unfit(f"its attribute {word} is not a short text")

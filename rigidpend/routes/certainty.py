@@ -101,7 +101,9 @@ def agreement(a: Crossings, b: Crossings, rate: float, limit: float) -> NDArray[
     if ended.size:
         same[:, ended] |= (a.separatrix[:, ended] == 0) & (b.separatrix[:, ended] == 0)
     # A symbol is worth no more than those before it, and needs the crossing behind it.
-    return np.logical_and.accumulate(same, axis=0)[1:]
+    broken = np.flatnonzero(~same.all(axis=0))
+    same[:, broken] = np.logical_and.accumulate(same[:, broken], axis=0)
+    return same[1:]
 
 
 def decide(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
-from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.numbers.alphabet import words
 from rigidpend.numbers.exact import PRECISIONS, Exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits import integrate
@@ -37,6 +37,12 @@ MANY = 8_000
 
 With that of Fig. 4 they do: on one core orbits of 15 symbols, every symbol certain, take 0.12 ms
 each by integration and 0.004 ms by maps, whose tables take 0.8 s where they are not kept yet."""
+
+OFTEN = 750
+"""Orbits of a problem in all calls of a process after which its kept maps serve few orbits, too.
+
+To read them takes as long as to integrate so many with the body of Fig. 4. Of each so many further
+ones a sample is integrated as well: the same share of few orbits as of many."""
 
 SHARPENING = 100
 """Factor by which further computations are finer, in doubles while these allow it."""
@@ -63,13 +69,17 @@ class RouteCodes(NamedTuple):
     @property
     def words(self) -> list[str]:
         """Codes as texts, one an orbit: 0, 1, ``.`` for no symbol, ``?`` for an uncertain one."""
-        shown = np.where(self.codes == NO_SYMBOL, ".", self.codes.astype("U1"))
-        return ["".join(column) for column in np.where(self.certain, shown, "?").T]
+        return words(self.codes, self.certain)
 
     def __repr__(self) -> str:
-        told = [f"{x:.6g}: {word}" for x, word in zip(self.theta2_0[:5], self.words, strict=False)]
-        more = ", ..." if len(self.theta2_0) > len(told) else ""
-        return f"<routes of {len(self.theta2_0)} orbits; {', '.join(told)}{more}>"
+        return shown("routes", self.theta2_0, self.words)
+
+
+def shown(what: str, theta2_0: NDArray[np.float64], codes: Sequence[str]) -> str:
+    """The first of some routes, as Python shows them: phases and codes."""
+    told = [f"{x:.6g}: {word}" for x, word in zip(theta2_0[:5], codes, strict=False)]
+    more = ", ..." if len(theta2_0) > len(told) else ""
+    return f"<{what} of {len(theta2_0)} orbits; {', '.join(told)}{more}>"
 
 
 def route_codes(
@@ -114,7 +124,8 @@ def route_codes(
     method : {"auto", "map", "integration"}, optional
         Whether double precision is two return maps (`rigidpend.return_map`) or two integrations;
         "auto" takes the maps where there are orbits enough to pay for their tables, as is
-        expected of this body and these numbers. Orbits that
+        expected of this body and these numbers, or, from the 750th orbit of a process on, where
+        they are kept from before; `by_map` says which. Orbits that
         leave the tables, and uncertain ones, are integrated in either case, and so is a sample,
         which must agree.
 
@@ -144,7 +155,7 @@ def route_codes(
     problem = RouteProblem(body, h0, J1_0, n_symbols)
     arithmetic = resolve(engine, tolerance, precisions)
     jobs = checked.whole("jobs", jobs, 1, error=ProblemError)
-    return codes_of(problem, theta2_0, arithmetic, jobs, method)
+    return codes_of(problem, theta2_0, arithmetic, jobs, method, kept=True)
 
 
 def codes_of(
@@ -153,12 +164,18 @@ def codes_of(
     arithmetic: Arithmetic,
     jobs: int = 1,
     method: str = "auto",
+    *,
+    kept: bool = False,
 ) -> RouteCodes:
-    """The binary route codes of the orbits of a checked problem: see :func:`route_codes`."""
+    """The binary route codes of the orbits of a checked problem: see :func:`route_codes`.
+
+    `kept` allows few orbits maps that are there from before. What is stored does without: a
+    result hangs on no cache.
+    """
     phases = Phases(theta2_0)
     problem.afford(len(phases))
     run = Run(problem, phases, arithmetic, jobs)
-    return routes_of(phases, *_decided(run, phase_rate(problem), method))
+    return routes_of(phases, *_decided(run, phase_rate(problem), method, kept))
 
 
 def routes_of(
@@ -203,8 +220,21 @@ def in_threads(
     return list(zip(parts, side_by_side(work, (), False, parts, jobs), strict=True))
 
 
+_asked: dict[RouteProblem, int] = {}
+"""Orbits that were asked for, a few at a time."""
+
+
+def _counted(problem: RouteProblem, orbits: int) -> tuple[bool, bool]:
+    """Whether few orbits may take kept maps, with all that came before them, and need a sample."""
+    if len(_asked) >= MANY:
+        _asked.clear()
+    before = _asked.get(problem, 0)
+    _asked[problem] = before + orbits
+    return before + orbits >= OFTEN, (before + orbits) // OFTEN > before // OFTEN
+
+
 def _decided(
-    run: Run, rate: float, method: str
+    run: Run, rate: float, method: str, kept: bool
 ) -> tuple[Crossings, NDArray[np.bool_], NDArray[np.uint16], NDArray[np.bool_]]:
     """Crossings, which symbols are certain, in which precision, and which columns by maps."""
     checked.choice("method", method, METHODS, ProblemError)
@@ -212,7 +242,9 @@ def _decided(
     if method == "map" and ladder[0] != 53:
         message = f"the maps are in double precision: precisions must begin with 53, got {ladder}"
         raise ProblemError("precisions", message)
-    if method == "map" or (method == "auto" and n >= MANY and ladder[0] == 53):
+    few = method == "auto" and n < MANY
+    likely, sampled = _counted(run.problem, n) if few and kept else (not few, True)
+    if method == "map" or (method == "auto" and ladder[0] == 53 and likely):
         from rigidpend.orbits.return_map import MapError
         from rigidpend.routes import mapped
 
@@ -226,14 +258,17 @@ def _decided(
                 ladder,
                 share,
                 jobs=run.jobs,
-                least_time=method == "auto",
+                least_time=method == "auto" and not few,
+                kept=few,
+                sampled=sampled,
             )
             return *known, by_map
         except MapError as reason:
             # What was asked for by name is not replaced in silence.
             if method == "map":
                 raise
-            mapped.told(run.problem, n, str(reason))
+            if not few:
+                mapped.told(run.problem, n, str(reason))
     return *_integrated(run, rate), np.zeros(n, dtype=bool)
 
 

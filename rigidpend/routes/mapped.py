@@ -23,7 +23,7 @@ from rigidpend.mechanics.body import Angles
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import height
 from rigidpend.numbers.exact import GUARD_BITS, exact
-from rigidpend.orbits.integrate.records import Crossings, Outcome
+from rigidpend.orbits.integrate.records import Crossings, Outcome, no_crossings
 from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, return_map
 from rigidpend.orbits.return_map.build import (
     FIRST,
@@ -32,6 +32,7 @@ from rigidpend.orbits.return_map.build import (
     Costly,
     Design,
     expected_cost,
+    is_kept,
 )
 from rigidpend.orbits.return_map.itinerary import entry_phase
 from rigidpend.orbits.return_map.precision import in_pairs, precision
@@ -46,11 +47,11 @@ from rigidpend.routes.start import Scales
 BLOCK = 2048
 """Orbits at a time: their rows then stay in a core's own memory."""
 THIRDS = 6_000
-"""Orbits from which on a third map is cheaper than a third integration of one in seven."""
+"""Orbits from which on a third map is cheaper than the sharper maps for one in seven."""
 SAMPLE = 64
-"""Number of orbits that are integrated as well and compared."""
+"""Number of orbits that are integrated as well and compared, of `THIRDS` or more."""
 LEAST_SAMPLE = 8
-"""Number of them in each part of the orbits, at least."""
+"""Number of them in each part of the orbits, and of fewer orbits, at least."""
 
 SHARPER, SHARPEST = 64, 84
 """Bits of the maps that decide what those in doubles leave open, in pairs of doubles.
@@ -162,12 +163,14 @@ class Maps:
         Threads, for the making of the maps.
     least_time : bool, optional
         Whether maps are wanted only where they are expected to take less than integration.
+    kept : bool, optional
+        Whether only maps are wanted that were built before.
 
     Raises
     ------
     MapError
-        The body's orbits have no such map, or none that pays, or J1_0 is too large to begin in
-        the normal form.
+        The body's orbits have no such map, none that pays, or none that is kept, or J1_0 is too
+        large to begin in the normal form.
     """
 
     def __init__(
@@ -178,6 +181,7 @@ class Maps:
         *,
         jobs: int = 1,
         least_time: bool = False,
+        kept: bool = False,
     ) -> None:
         self.problem, self.phases, self.starts = problem, phases, starts
         self.orbits = starts.orbits if starts else len(phases)
@@ -186,6 +190,9 @@ class Maps:
         self._jobs, self._budgets = jobs, dict[tuple[int, Design], float]()
         used = [design for scales, design in DESIGNS.items() if self.serve(53, scales)]
         most = budget(problem, self.orbits) if least_time else math.inf
+        which = problem.body, *problem.energies, self.table_bits
+        if kept and not all(is_kept(*which, design) for design in used):
+            raise MapError("none is kept")
         try:
             self._make(used, self.table_bits, most)
         except MapError:
@@ -230,6 +237,10 @@ class Maps:
         """True if there is such a map."""
         third = scales == certainty.THIRD and bits <= SHARPER and self.orbits < THIRDS
         return bits <= self.table_bits and scales in DESIGNS and not third
+
+    def sharpen_instead(self, bits: int, scales: Scales, precisions: tuple[int, ...]) -> bool:
+        """True if what only a third computation would decide goes to the sharper maps at once."""
+        return scales == certainty.THIRD and bits < self.table_bits < max(precisions)
 
     def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
         """The crossings of some columns in t'; FAILED where an orbit leaves the tables."""
@@ -317,6 +328,15 @@ def _unit(unit: str, bits: int) -> Any:
 
 def start_Qp(problem: RouteProblem, unit: str, bits: int, J1_0: Any = None) -> Any:
     """Qp of starts in units of a design, for the problem's J1_0 or for doubles in its place."""
+    return _own_Qp(problem, unit, bits) if J1_0 is None else _Qp(problem, unit, bits, J1_0)
+
+
+@functools.lru_cache(maxsize=16)
+def _own_Qp(problem: RouteProblem, unit: str, bits: int) -> Any:
+    return _Qp(problem, unit, bits, None)
+
+
+def _Qp(problem: RouteProblem, unit: str, bits: int, J1_0: Any) -> Any:
     a, (p, J2, J1) = precision(bits), _constants(problem, bits)
     J1 = J1 if J1_0 is None else a.array(J1_0)[()]
     begin = Canonical(J1, J2 - J1, 0, p.alpha0 + p.beta0, 0 * J1, 0, 1)
@@ -341,6 +361,8 @@ def decided(
     *,
     jobs: int = 1,
     least_time: bool = False,
+    kept: bool = False,
+    sampled: bool = True,
 ) -> Mapped:
     """Decide as `certainty.decide`, with maps in the places of integrations.
 
@@ -356,8 +378,10 @@ def decided(
         Bits, ascending from 53.
     share : callable, optional
         See `certainty.decide`.
-    jobs, least_time
+    jobs, least_time, kept
         See :class:`Maps`.
+    sampled : bool, optional
+        Whether a sample is integrated as well.
 
     Raises
     ------
@@ -366,8 +390,8 @@ def decided(
     Contradiction
         A certain symbol is another one by integration.
     """
-    maps = Maps(problem, phases, jobs=jobs, least_time=least_time)
-    return decided_by(maps, integrated, rate, precisions, share)
+    maps = Maps(problem, phases, jobs=jobs, least_time=least_time, kept=kept)
+    return decided_by(maps, integrated, rate, precisions, share, sampled=sampled)
 
 
 def decided_by(
@@ -402,7 +426,7 @@ def decided_by(
             _warned(maps.problem, open_.size, n, _in_pairs(maps.problem), reason)
         certainty.climb(integrated, known, open_, rate, beyond)
     if sampled:
-        size = max(LEAST_SAMPLE, -(-SAMPLE * n // maps.orbits))
+        size = max(LEAST_SAMPLE, -(-SAMPLE * n // max(maps.orbits, THIRDS)))
         wrong = contradicted(known, integrated, rate, precisions, size)
         if wrong.size:
             raise certainty.Contradiction(_alarm(maps, wrong))
@@ -421,6 +445,8 @@ def with_maps(
 
     def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
         if not maps.serve(bits, scales):
+            if maps.sharpen_instead(bits, scales, precisions):
+                return no_crossings(maps.problem.n_symbols + 1, len(columns))
             return integrated(bits, scales, columns)
         found = maps.crossings(bits, scales, columns)
         outside = np.flatnonzero(found.outcome != Outcome.COMPLETE)

@@ -87,9 +87,8 @@ def read(path: Path) -> Loaded:
         count = sum(group[what].size for group in loaded["data"].values())
         if count > most:
             said = "steps" if what == "half_lengths" else "coefficients"
-            raise store.StoreError(
-                f"{path}: {count} {said}, and a certificate of {length} bytes has {most} at most"
-            )
+            claim = f"{count} {said}, and a certificate of {length} bytes has {most} at most"
+            raise store.StoreError.of(path, claim)
     return loaded
 
 
@@ -110,7 +109,8 @@ def _check_words(path: Path, outline: Mapping[str, Mapping[str, Any]]) -> None:
             expected = {"units": field.units, "description": field.description}
         if told != expected:
             wrong = min(key for key in {*told, *expected} if told.get(key) != expected.get(key))
-            raise store.StoreError(f"{path}: {place}: its attribute {wrong} is not a certificate's")
+            said = f"{place}: its attribute {wrong} is not a certificate's"
+            raise store.StoreError.of(path, said)
 
 
 DEEP = 3

@@ -21,6 +21,7 @@ from rigidpend.machine.files import Absent
 from rigidpend.machine.progress import PartDone, tell_nobody
 from rigidpend.machine.words import short
 from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.numbers.decimals import as_written
 from rigidpend.numbers.exact import Exact, exact
 from rigidpend.numbers.parameters import ExactError
 from rigidpend.results import store
@@ -39,6 +40,8 @@ AT_ONCE = 32
 """Orbits that are proven, and kept, at a time: a minute or so."""
 MOST_ORBITS = 2000
 """Orbits of a certificate at most: each takes about half a megabyte."""
+PHASE = 24
+"""Characters of a phase that are printed."""
 REASON = {"reason": Field(TEXT, ("columns",), "", "reason for which an orbit is undecided")}
 """Field of the parts of a proof, of which the certificate has nothing."""
 
@@ -237,7 +240,9 @@ def _summary(name: str, group: Data, reasons: Sequence[str] | None) -> Summary:
     for column in map(int, np.flatnonzero(~proven.all(axis=0))):
         counted = f"{int(proven[:, column].sum())} of {len(proven)} symbols"
         why = f"; then {reasons[column]}" if reasons else ""
-        undecided.append(f"theta2_0 = {group['theta2_0'][column]}: {counted}{why}")
+        # Of a phase of a hundred digits its place tells more.
+        phase = short(as_written(str(group["theta2_0"][column])), PHASE)
+        undecided.append(f"column {column}, theta2_0 = {phase}: {counted}{why}")
     return Summary(name, proven.shape[1], proven.size, int(proven.sum()), undecided)
 
 
@@ -386,7 +391,7 @@ def _compare(place: str, stated: Any, found: CertifiedCodes) -> None:
 
 def _stored(source: Path) -> Data:
     if not source.exists():
-        raise Absent(f"{source} is not there; call: rigidpend run {source.stem}")
+        raise Absent.of(source, "there is no such file")
     return store.load(source)["data"]
 
 

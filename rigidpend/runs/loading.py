@@ -96,20 +96,26 @@ def load(path: Path, settings: Sequence[str] = ()) -> LoadedConfig:
     return found
 
 
-def _loaded(path: Path, document: Document, settings: Sequence[str]) -> LoadedConfig:
-    """Check a config that was read, with settings."""
+def _loaded(
+    path: Path,
+    document: Document,
+    settings: Sequence[str],
+    swept: Sequence[tuple[str, Origin]] = (),
+) -> LoadedConfig:
+    """Check a config that was read, with settings, and those of a sweep, each with its origin."""
     sweeping.free_name(path.stem, Origin(str(path)))
     if not isinstance(document.tree, dict):
         document.refuse(document.origin(()), (), "expected keys: experiment, problem")
         raise ConfigError(document.complaints)
-    for setting in settings:
+    asked: list[tuple[str, Origin | None]] = [(each, None) for each in settings]
+    for setting, origin in [*asked, *swept]:
         try:
-            overrides.override(document, setting)
+            overrides.override(document, setting, origin)
         except ConfigError as error:
             document.complaints += error.complaints
-    asked: list[Sweep] = []
+    own: list[Sweep] = []
     try:
-        asked = sweeping.taken_from(document)
+        own = sweeping.taken_from(document)
     except ConfigError as error:
         document.complaints += error.complaints
     experiment = _experiment(document)
@@ -120,7 +126,7 @@ def _loaded(path: Path, document: Document, settings: Sequence[str]) -> LoadedCo
         raise validation.config_error(document, model, error.errors()) from None
     if document.complaints:
         raise ConfigError(document.complaints)
-    return LoadedConfig(path.stem, experiment, content, tuple(asked))
+    return LoadedConfig(path.stem, experiment, content, tuple(own))
 
 
 def load_groups(
@@ -159,7 +165,7 @@ def _group(
     every = sweeping.variants(list(given.values()))
     # Read once: of a thousand members the file is the same.
     members = _together(
-        [partial(_loaded, path, document.copy(), (*settings, *one.settings)) for one in every],
+        [partial(_loaded, path, document.copy(), settings, one.settings) for one in every],
         [path.stem] * len(every),
     )
     names = [f"{name or base.name}{variant.ending}" for variant in every]

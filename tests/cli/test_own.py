@@ -79,9 +79,10 @@ def test_a_single_result_can_have_a_name(swept: Path) -> None:
         again = call(swept, "run", name)
         assert again.stderr == f"heavy: {Path('results', 'heavy.h5')} is up to date\n"
         assert "0.1 " in call(swept, "describe", name).stdout
-    both = call(swept, "run", "mine", "fig4", "--name", "one")
-    assert both.returncode == 2
-    assert "--name is for one config" in both.stderr
+    for two in (("mine", "fig4"), ("mine", "mine")):
+        both = call(swept, "run", *two, "--name", "one")
+        assert both.returncode == 2
+        assert "--name is for one config" in both.stderr
 
 
 @pytest.mark.slow

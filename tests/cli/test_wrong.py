@@ -37,7 +37,7 @@ WRONG = {
     "no result to draw": (
         ("render", "fig4", "--out", "none"),
         3,
-        f"rigidpend: {Path('none', 'fig4.h5')} is not there; call: rigidpend run fig4",
+        f"rigidpend: {Path('none', 'fig4.h5')} is not there; call: rigidpend run fig4 --out none",
     ),
     "no reference": (
         ("verify", "fig4", "--reference", "none"),
@@ -282,3 +282,49 @@ def test_a_folder_in_the_place_of_a_file_is_said_to_be_in_the_way(
     assert done.returncode == 1
     mend = "a folder is in the place of a file: move it away, or remove it if it is not needed"
     assert done.stderr == f"rigidpend: results/{place}: {mend}\n"
+
+
+def damaged(results: Path, *names: str) -> None:
+    """References in a folder of results, the first of them cut short."""
+    results.mkdir()
+    for name in names:
+        shutil.copy(REFERENCE / f"{name}.h5", results)
+    os.truncate(results / f"{names[0]}.h5", 1000)
+
+
+def test_one_bad_result_keeps_no_other_from_being_drawn(tmp_path: Path) -> None:
+    results = tmp_path / "results"
+    damaged(results, "fig1", "fig2")
+    done = call(tmp_path, "render", "all")
+    drawn, absent = f"fig2: {Path('results', 'fig2.png')} drawn", "rigidpend run asymptotic_orbits "
+    bad, good, last = done.stderr.splitlines()
+    assert bad.startswith(f"rigidpend: {Path('results', 'fig1.h5')}: not a readable HDF5 file: ")
+    assert bad.endswith("; call: rigidpend run fig1 --force")
+    assert (good, done.returncode) == (drawn, 1)
+    assert f"; call: {absent}" in last
+    # What nobody asked for by name is no failure, unless there is nothing at all.
+    (results / "fig1.h5").unlink()
+    assert call(tmp_path, "render", "all").returncode == 0
+    assert call(tmp_path, "render", "fig2", "fig1").returncode == 3
+    assert call(tmp_path, "render", "all", "--out", "none").returncode == 3
+
+
+def test_a_damaged_result_is_said_with_its_remedy_by_whoever_reads_it(tmp_path: Path) -> None:
+    results = tmp_path / "results"
+    damaged(results, "fig1", "fig2")
+    (results / "fig1.h5").rename(results / "mine.h5")
+    (results / "mine.log").write_text("rigidpend run fig1 --name mine\n")
+    mend = f"; the first line of {Path('results', 'mine.log')} has the command that made it: add"
+    for command in (("report",), ("verify", "results/mine.h5"), ("describe", "mine")):
+        done = call(tmp_path, *command)
+        assert done.returncode == 1
+        assert done.stderr.count(mend) == 1, command
+    assert mend in (results / "report.html").read_text().replace("&#x27;", "'")
+    (results / "mine.log").unlink()
+    assert "; make it anew by the config" in call(tmp_path, "render", "mine").stderr
+    proof = results / "fig4.certificate.h5"
+    proof.write_bytes(b"")
+    assert (
+        "call: rigidpend certify fig4 --force"
+        in call(tmp_path, "certify", "--check", str(proof.relative_to(tmp_path))).stderr
+    )

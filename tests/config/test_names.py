@@ -131,4 +131,7 @@ def test_what_measures_the_machine_is_meant_by_its_name_only(configs: Path) -> N
 def test_a_folder_or_a_device_is_not_a_file(here: Path) -> None:
     (here / "folder.yaml").mkdir()
     (here / "zero.yaml").symlink_to("/dev/zero")
-    assert said("folder.yaml", "zero.yaml") == "folder.yaml: not a file\nzero.yaml: not a file"
+    assert (
+        said("folder.yaml", "zero.yaml")
+        == "folder.yaml: a folder, not a file\nzero.yaml: not a file"
+    )

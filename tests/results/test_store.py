@@ -141,7 +141,7 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(
         store.write(path, OTHER)
     assert str(caught.value) == f"{path}: cannot be written: No space left on device"
     assert path.read_bytes() == before
-    assert os.listdir(path.parent) == ["x.h5"]
+    assert [x.name for x in path.parent.iterdir()] == ["x.h5"]
 
 
 def test_an_interrupted_write_leaves_the_old_file_and_nothing_else(
@@ -156,7 +156,7 @@ def test_an_interrupted_write_leaves_the_old_file_and_nothing_else(
     with pytest.raises(KeyboardInterrupt):
         store.write(path, OTHER)
     assert path.read_bytes() == before
-    assert os.listdir(path.parent) == ["x.h5"]
+    assert [x.name for x in path.parent.iterdir()] == ["x.h5"]
 
 
 @pytest.mark.parametrize("act", [store.prepare, lambda path: store.write(path, RESULT)])
@@ -182,7 +182,7 @@ def test_a_read_only_folder_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 def test_prepare_leaves_nothing_behind(tmp_path: Path) -> None:
     store.prepare(tmp_path / "new" / "x.h5")
-    assert os.listdir(tmp_path / "new") == []
+    assert list((tmp_path / "new").iterdir()) == []
 
 
 def opened(path: Path) -> None:
@@ -239,9 +239,7 @@ def test_another_format_version_is_refused(path: Path, version: Any) -> None:
         del file.attrs["format_version"]
         if version is not None:
             file.attrs["format_version"] = version
-    text = refusal(path)
-    assert f"its format version is {version}, this program reads 1" in text
-    assert "run the experiment again" in text
+    assert f"its format version is {version}, this program reads 1" in refusal(path)
 
 
 @pytest.mark.parametrize("attribute", ["format", "format_version"])
@@ -478,7 +476,7 @@ def test_a_writer_whose_file_was_taken_for_a_left_one_makes_another(
     store.write(path, OTHER)
     assert len(taken) == 1
     assert store.load(path)["data"]["count"] == 8
-    assert os.listdir(path.parent) == ["x.h5"]
+    assert [x.name for x in path.parent.iterdir()] == ["x.h5"]
 
 
 def test_without_locks_nothing_is_taken_to_be_left(

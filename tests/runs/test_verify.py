@@ -151,7 +151,8 @@ def test_a_reference_that_is_made_otherwise_is_said_to_be(
     done = called(*READ)
     assert (done.exit_code, done.stdout) == (1, "")
     place = "rigidpend: results/reference/small.h5: not a result that can be used: "
-    assert done.stderr == f"{place}{said}\n"
+    mend = "call: rigidpend reference configs/small.yaml --reason WHY"
+    assert done.stderr == f"{place}{said}; {mend}\n"
 
 
 @pytest.mark.slow
@@ -320,5 +321,6 @@ def test_the_tolerance_grows_with_the_passages_and_stays_below_what_symbols_need
 def test_a_result_read_in_place_of_one_computed_must_be_there(copy: Path) -> None:
     done = called("configs/small.yaml", "--results", "none")
     assert done.exit_code == 3
-    assert done.stderr == "rigidpend: none/small.h5: there is no such file\n"
+    mend = "call: rigidpend run small --out none"
+    assert done.stderr == f"rigidpend: none/small.h5: there is no such file; {mend}\n"
     assert store.attributes(copy / "results" / "small.h5")["name"] == "small"

@@ -46,19 +46,19 @@ class Problem(Part):
     """Orbits of each body, from theta1_0 = alpha0 + beta0, J1_0 and J3 = 0."""
 
     bodies: Annotated[dict[Word, Moments], Field(min_length=1)]
-    """Principal moments of inertia of each body, A1 > A3 > A2 and A2 + A3 >= A1."""
+    """Principal moments of inertia of each body, A1 > A3 > A2 and A2 + A3 >= A1; physical units."""
     beta0: Annotated[Number | None, BeforeValidator(_angle), absent_is("gamma0")]
     """Angle of the centre of gravity, radians; gamma0 is each body's own (Grioli)."""
     mu: Weight
-    """Weight times the distance of the centre of gravity, mu >= 0."""
+    """Weight times the distance of the centre of gravity, mu >= 0; physical units."""
     M_0: Number
     """Initial \\|M\\|, physical; h0 = M_0^2/(2 A3)."""
     J1_0: Number
     """Initial action, dimensionless, 0 < J1_0 < J2_0/2."""
     theta2_0: Annotated[PhaseGrid, AfterValidator(_few)]
-    """Initial phases theta2_0."""
+    """Initial phases theta2_0, radians."""
     half_width: Annotated[Number, AfterValidator(_wide)]
-    """Half width of the window around alpha0 + beta0, in Delta_1."""
+    """Half width of the window around alpha0 + beta0, in Delta_1, dimensionless."""
 
     @model_validator(mode="after")
     def _physics(self) -> Problem:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.config.description import Row, exact_row
+from rigidpend.config.description import Row
 from rigidpend.experiments import heyoka_peer
 from rigidpend.experiments.bench import drawn, layout, methods
 from rigidpend.experiments.bench.measuring.problems import ASKED
@@ -65,17 +65,11 @@ def compute(config: Config, means: Means) -> Tree:
 
 
 def describe(config: Config) -> list[Row]:
-    """Describe a config in rows, units named."""
-    p, search, meeting, bodies = config.problem, config.search, config.meeting, config.bodies
-    many = f"{bodies.kept} kept, {bodies.drawn} of seed {bodies.seed}"
+    """Titles of the problems with what their errors are, and of the methods with whose they are."""
+    p = config.problem
     return [
         *(Row(name, PROBLEMS[name].title, PROBLEMS[name].error) for name in p.problems),
         *(Row(name, METHODS[name].family, METHODS[name].label) for name in p.methods),
-        Row("search", f"{search.seconds} s", "a method's budget at a problem, every setting"),
-        exact_row("rounds", "of the meeting; the median of their ratios counts", meeting.rounds),
-        exact_row("threads", "of the meetings", *meeting.threads),
-        exact_row("phases", "random ones for each J1_0, against 113 bits", config.phases.orbits),
-        Row("bodies", many, f"drawn by lot, {bodies.orbits} orbits of each"),
     ]
 
 

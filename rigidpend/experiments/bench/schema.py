@@ -87,11 +87,11 @@ class Search(Part):
     seconds: Seconds
     """Budget of a method at a problem, seconds of solving: after it no further knob is tried."""
     tolerances: Tolerances
-    """Local tolerances of methods that choose their steps; descending."""
+    """Local tolerances of methods that choose their steps, dimensionless; descending."""
     steps: Counts
     """Numbers of steps in a period, of methods with a fixed step; ascending."""
     long_tolerances: Tolerances
-    """Local tolerances over long times; descending."""
+    """Local tolerances over long times, dimensionless; descending."""
     long_steps: Counts
     """Steps in a period over long times, of methods with a fixed step; ascending."""
 

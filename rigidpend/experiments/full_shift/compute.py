@@ -184,7 +184,7 @@ def _found(config: Config) -> ShiftProblem:
 
 
 def _spread(config: Config) -> Fraction:
-    """By how much energies differ, rounded upward."""
+    """Half of the width of the energies that a config asks for, rounded upward."""
     wide = float(exact(config.problem.h or 0) * config.problem.around)
     return Fraction(math.nextafter(wide, math.inf) if wide else 0)
 

@@ -73,7 +73,7 @@ def tables(result: Loaded) -> list[Table]:
 
 
 def _energies(result: Loaded) -> str:
-    """Where there are several, which."""
+    """A sentence on the energies, where there are several."""
     found, given = result["data"].get("energies"), result["config"]["problem"]
     if found is None:
         return ""

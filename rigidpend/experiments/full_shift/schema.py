@@ -25,7 +25,7 @@ class Problem(HeavyBody):
     """Half rotations of every passage, by which sets are smaller; searched unless given."""
 
     around: Number = exact(0)
-    """Share of itself by which h may differ: one proof is of all these energies."""
+    """Share by which h may differ, dimensionless: one proof is of all these energies."""
 
     @model_validator(mode="after")
     def _rotates(self) -> Self:

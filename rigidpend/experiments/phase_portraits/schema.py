@@ -38,7 +38,7 @@ class Problem(FreeBody):
     heights: Annotated[
         tuple[Annotated[Number, AfterValidator(_height)], ...], Field(min_length=1, max_length=100)
     ]
-    """Largest |M3|/|M| of each orbit, between 0 (centre) and 1 (separatrix)."""
+    """Largest |M3|/|M| of each orbit, dimensionless, between 0 (centre) and 1 (separatrix)."""
     points: Annotated[Whole, Field(ge=9, le=10_000)] = 241
     """Number of points on each orbit and on each separatrix."""
     view: View

@@ -14,7 +14,7 @@ class Problem(WeightedBodies):
     """Heteroclinic orbits of all separatrices, each integrated from end to end."""
 
     drawn: Number
-    """Weight mu at which the increments are shown beside the first order, one of the list."""
+    """Weight mu, physical, at which increments are shown beside the first order; of the list."""
 
     @model_validator(mode="after")
     def _known(self) -> Self:

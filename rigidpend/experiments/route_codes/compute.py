@@ -91,7 +91,7 @@ def _in_parts(name: str, phases: Grid, config: Config, means: Means) -> RouteCod
             at_once = max(at_once, MAPPED)
         columns = [phases[k] for k in range(first, min(first + at_once, len(phases)))]
         if len(phases) > at_once:
-            text = f"{name}: columns from {first} of {len(phases)}"
+            text = f"{name}: {first} of {len(phases)} orbits"
             means.report(progress.PartDone(text, first, len(phases)))
         begun = time.perf_counter()
         tree: Any = means.part(f"{name}.{first:08d}", partial(_part, columns, config, means))

@@ -35,11 +35,11 @@ class Zoom(Part):
     """A part of the plane, shown with as many cells."""
 
     theta2_0: Annotated[Range | None, Auto, absent_is("auto")] = None
-    """Its ends across, where the cells of theta2_0 are the columns."""
+    """Its ends across, where the cells of theta2_0 are the columns; radians."""
     columns: Annotated[Range | None, Auto, absent_is("auto")] = None
-    """Its ends across, where columns are given."""
+    """Its ends across, where columns are given; in units of its axis."""
     rows: Range
-    """Its ends on the other axis."""
+    """Its ends on the other axis; in units of that axis."""
 
 
 def _form(given: Any) -> str:

@@ -22,13 +22,13 @@ class Problem(RouteStart):
     """Arrays of ever finer phases around an orbit at which a symbol changes."""
 
     between: tuple[Number, Number]
-    """Two phases theta2_0, rad, at which the symbol differs and those before it are equal."""
+    """Two phases theta2_0, radians, at which the symbol differs and those before it are equal."""
     symbol: Annotated[Whole, Field(ge=1)] = 1
     """Number of the symbol that changes."""
     step: Number
-    """Spacing of the columns at the first level, rad."""
+    """Spacing of the columns at the first level, radians."""
     factor: Number = exact(100)
-    """Factor by which each level is finer than the one before, 2 to 1000000.
+    """Factor by which each level is finer than the one before, dimensionless, 2 to 1000000.
 
     The picture repeats where it is the multiplier of the periodic orbit, which `describe` tells."""
     levels: Annotated[Whole, Field(ge=1, le=60)]

@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from rigidpend.config.description import Row, body_rows, exact_row
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.tree import Tree
 from rigidpend.experiments.lie_poisson import SCHEMES
@@ -148,22 +147,3 @@ def label(name: str) -> str:
     """A name of letters, digits, points and dashes."""
     # Labels name groups in a file and parts on the disk, which bear no blank, slash or bracket.
     return re.sub(r"[^A-Za-z0-9.-]+", "_", name).strip("_")
-
-
-def describe(config: Config) -> list[Row]:
-    """Describe a config in rows, with what follows from it, units named."""
-    problem = config.problem
-    asked = problem.long_time
-    tolerances = ", ".join(map(str, problem.honesty.tolerances))
-    many = sum(map(len, extremes.GROUPS.values())) + len(extremes.PLACES)
-    return [
-        *body_rows(problem.body),
-        exact_row("h0", "energy constant, kappa J2_0^2/2", problem.h0),
-        exact_row("J1_0", "initial action, dimensionless", problem.J1_0),
-        Row("long time", f"{asked.rotations} rotations, {asked.orbits} orbits", "Taylor engine"),
-        Row("extremes", f"{many} of {problem.extremes.columns} orbits", "bodies, energies, starts"),
-        Row("passages", f"{problem.passages.orbits} orbits", "measured and predicted errors"),
-        Row("honesty", f"{problem.honesty.orbits} orbits", f"at tolerances {tolerances}"),
-        Row("checked", f"{problem.honesty.checked} of them", "in principal axes, 113 bits"),
-        Row("addresses", f"{problem.addresses.bodies} random bodies", "orbits by their codes"),
-    ]

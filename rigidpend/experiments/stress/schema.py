@@ -68,7 +68,7 @@ class Honesty(Part):
     checked: Annotated[Whole, Field(ge=3, le=10**5)] = 150
     """Number of them that are followed in principal axes in 113 bits in any case."""
     tolerances: Annotated[tuple[Spoilt, ...], Field(min_length=1, max_length=10)]
-    """Local tolerances in double precision."""
+    """Local tolerances in double precision, dimensionless."""
 
 
 class Addresses(Part):
@@ -86,7 +86,7 @@ class Problem(HeavyBody):
     """The body of the trials that do not bring their own, and how much is tried."""
 
     h0: Number
-    """Energy constant, h0 > mu."""
+    """Energy constant, h0 > mu, dimensionless."""
     J1_0: Number
     """Initial action, dimensionless, 0 < J1_0 < J2_0, not J2_0/2."""
     seed: Whole = 1

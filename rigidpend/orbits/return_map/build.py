@@ -223,6 +223,11 @@ def return_map(
     return _kept(body, low, high, bits, design).within(budget)
 
 
+def is_kept(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> bool:
+    """True if a map was built before, by whichever process, and is there to be used."""
+    return _kept(body, low, high, bits, design).is_there
+
+
 @functools.lru_cache(maxsize=16)
 def _kept(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> _Kept:
     return _Kept(body, low, high, bits, design)
@@ -235,6 +240,11 @@ class _Kept:
         self._task = body, low, high, bits, design
         self._of = storage.followed(body, low, high, bits, design, table_bits(bits))
         self._lock, self._known = threading.Lock(), self._stored()
+
+    @property
+    def is_there(self) -> bool:
+        """True if there is a map, and no refusal."""
+        return isinstance(self._known, ReturnMap)
 
     def within(self, budget: float) -> ReturnMap:
         """The map, if it is to be had for a budget; else MapError."""

@@ -20,6 +20,7 @@ from rigidpend.machine.workers import check_stop
 from rigidpend.render.report.departures import DEPARTURES
 from rigidpend.render.report.page import ResultSection, html, picture, problem
 from rigidpend.results import store
+from rigidpend.runs import remedies
 from rigidpend.runs.certificate_files import beside, marked, results_in
 
 __all__ = ["build", "write"]
@@ -75,9 +76,9 @@ def build(sources: Sequence[Path]) -> Page:
     """
     sections = [_section(source) for source in sources]
     problems = [said for found in sections if (said := found.problem or found.doubt)]
-    # A page of nothing but complaints is no report: the first of them is the error.
+    # A page of nothing but complaints is no report.
     if all(found.problem for found in sections):
-        raise store.StoreError(problems[0])
+        raise store.StoreError("\n".join(problems))
     page = html(sorted(sections, key=lambda found: found.order), DEPARTURES)
     return Page(page, problems)
 
@@ -94,9 +95,9 @@ def _section(source: Path) -> ResultSection:
         drawn = render.kept(source.with_suffix(".png"), render.drawn_from([source]))
         return section(marked(result, certificate), drawn)._replace(doubt=doubt)
     except Undrawable as error:
-        return problem(source.stem, f"{source}: {error}")
+        return problem(source.stem, remedies.told(Undrawable.of(source, str(error))))
     except store.StoreError as error:
-        return problem(source.stem, str(error))
+        return problem(source.stem, remedies.told(error))
     except MemoryError:
         return problem(source.stem, f"{source}: not enough memory to show it")
     except OF_VALUES as error:
@@ -109,7 +110,7 @@ def _certificate(source: Path) -> tuple[Loaded | None, str]:
     try:
         return beside(source), ""
     except store.StoreError as error:
-        return None, f"nothing is marked as proven: {error}"
+        return None, f"nothing is marked as proven: {remedies.told(error)}"
 
 
 def section(result: Any, drawn: bytes | None = None) -> ResultSection:

@@ -15,7 +15,7 @@ from rigidpend.machine.progress import tell_nobody
 from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
-from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.numbers.alphabet import NO_SYMBOL, words
 from rigidpend.numbers.exact import Exact, function
 from rigidpend.numbers.generic import Scalar
 from rigidpend.routes.certified.progress import ProofProgress, Report
@@ -27,7 +27,7 @@ from rigidpend.routes.certified.proofs import (
     steps_for,
 )
 from rigidpend.routes.certified.steps import MOST_BITS, Step
-from rigidpend.routes.codes import route_codes
+from rigidpend.routes.codes import route_codes, shown
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem, passage_limit
@@ -68,6 +68,14 @@ class CertifiedCodes(NamedTuple):
     def status(self) -> list[str]:
         """`proven` or `undecided`, for each orbit."""
         return ["undecided" if reason else "proven" for reason in self.reason]
+
+    @property
+    def words(self) -> list[str]:
+        """Codes as texts, one an orbit: 0, 1, ``?`` for a symbol that is not proven."""
+        return words(self.codes, self.proven)
+
+    def __repr__(self) -> str:
+        return shown("proven routes", self.theta2_0, self.words)
 
 
 def certify_codes(

@@ -38,8 +38,8 @@ WIDEST = 2.0**-12
 """Radius of a tube at most."""
 TRIES, ROOM = 4, 4
 """Trials of a tube's radius, and the first over what it has at the beginning."""
-LIGHT = 16
-"""What counts of a difference of two orbits where their energies differ: so many times that in w.
+LIGHT = 64
+"""Weight of w in differences of orbits of different energies.
 
 Any number will do."""
 ENERGY = Family.of({(0, 0, 0, 1): 2}, 0)
@@ -166,11 +166,11 @@ class Relation(NamedTuple):
     across: float
     """Upper bound on |V| of all points; less than 1 is needed."""
     stretch: float
-    """Lower bound on |dU/du| - |dU/dv| - |dU/dw|/16 of all points; uniqueness needs more than 1.
+    """Lower bound on |dU/du| - |dU/dv| - |dU/dw|/64 of all points; uniqueness needs more than 1.
 
-    Along a line of starts of one J2_0 16 |dw/du| is taken off besides."""
+    Along a line of starts of one J2_0 64 |dw/du| is taken off besides."""
     squeeze: float
-    """Upper bound on |dV/du| + |dV/dv| + |dV/dw|/16 of all points; uniqueness needs less than 1."""
+    """Upper bound on |dV/du| + |dV/dv| + |dV/dw|/64 of all points; uniqueness needs less than 1."""
 
 
 def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilyStep]) -> Reached:
@@ -271,7 +271,9 @@ def beginning(
     c, large, small = numbers.field, 0 if quad.rising else 1, 1 if quad.rising else 0
     d, g = place(quad)
     Q, gamma1, gamma2 = states[large], states[3], states[4]
-    by = numbers.to_M1, numbers.to_M2 if quad.rising else -numbers.to_M2
+    with precision(BITS):
+        # Arb rounds even where a sign is changed.
+        by = numbers.to_M1, numbers.to_M2 if quad.rising else -numbers.to_M2
 
     def slopes(one: int, *at: arb) -> arb_mat:
         """The derivatives of the residual in Q, gamma1 and gamma2, linear in 1 and in `at`."""

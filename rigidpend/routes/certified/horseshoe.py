@@ -169,8 +169,8 @@ class _Section(NamedTuple):
 
 
 def _energies(setting: ShiftProblem) -> Array:
-    """Those w at which sets and lines of starts are found; between them they move smoothly."""
-    return np.linspace(-1, 1, 2 + setting.nodes[3] // 2) if setting.spread else np.zeros(1)
+    """Those w at which sets and lines of starts are found, the middle one 0: they move smoothly."""
+    return np.linspace(-1, 1, 3 + setting.nodes[3] // 4 * 2) if setting.spread else np.zeros(1)
 
 
 def _moving(ws: Array, found: Sequence[Any]) -> Array:
@@ -420,7 +420,7 @@ class LineStarts(NamedTuple):
         return np.stack(aligned_from_canonical(start, p.alpha0, p.beta0, a))
 
     def energies(self, theta2: Array) -> Array:
-        """Their energies, less h0 or h."""
+        """The energies of starts of one J2, less h0."""
         a = precision(53)
         J1, J2, theta1, p = self._actions(theta2, a)
         return np.asarray(p.mu * height(J1, J2, (theta1, theta2), a))
@@ -522,5 +522,6 @@ def widened(setting: ShiftProblem, J1: Fraction) -> ShiftProblem:
     """The same with all energies of a line of starts that crosses the sets."""
     _, ends = line(setting, J1, quads(setting))
     starts = LineStarts(setting, J1)
-    off = starts.energies(np.linspace(*ends, 9)) - float(setting.shift)
+    energies = starts.energies(np.linspace(*ends, 9))
+    off = energies - starts.energies(np.array([sum(ends) / 2]))
     return setting._replace(spread=Fraction(BEYOND * float(np.abs(off).max())))

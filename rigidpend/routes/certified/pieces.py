@@ -37,7 +37,7 @@ class Quad(NamedTuple):
     l1: Fraction
     p: tuple[Fraction, ...]
     moves: tuple[tuple[Fraction, ...], ...] = ()
-    """What w, w^2 and so on add to p, coefficients of as many powers of g."""
+    """Curves that w, w^2 and so on add to p, each of as many coefficients."""
 
 
 class StartLine(NamedTuple):
@@ -52,7 +52,7 @@ class StartLine(NamedTuple):
     centre: Fraction
     half: Fraction
     moves: tuple[Fraction, ...] = ()
-    """What w, w^2 and so on add to centre."""
+    """Numbers that w, w^2 and so on add to centre."""
 
 
 class FamilyStep(NamedTuple):
@@ -87,7 +87,7 @@ def packed_energies(
 
 
 def unpacked_energies(data: Mapping[str, Any] | None) -> tuple[Fraction, Fraction]:
-    """By how much energies are more than that of a config, and by how much they differ.
+    """Shift of energies from that of a config, and their spread.
 
     Raises
     ------

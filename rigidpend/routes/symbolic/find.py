@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.machine.words import short
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
 from rigidpend.numbers.doubles import Array
@@ -79,6 +80,14 @@ class FoundOrbit(NamedTuple):
     def symbols(self) -> NDArray[np.uint8]:
         """The symbols, (n,)."""
         return np.array(self.address.symbols, dtype=np.uint8)
+
+    @property
+    def word(self) -> str:
+        """The symbols as a text."""
+        return "".join(map(str, self.address.symbols))
+
+    def __repr__(self) -> str:
+        return f"<orbit {short(self.word)}; theta2_0 = {self.theta2_0}; {short(self.address)}>"
 
 
 def find_orbit(

@@ -117,13 +117,6 @@ def test_differences_are_in_claims_and_verdicts_not_in_values() -> None:
     assert differences("stress", stored, fresh) == ["a/claims/y is only stored"]
 
 
-def test_describe_tells_how_much_is_tried(given: Any) -> None:
-    rows = {row.name: row.value for row in stress.describe(given)}
-    assert rows["long time"] == "10000 rotations, 16 orbits"
-    assert rows["honesty"] == "3000 orbits"
-    assert rows["addresses"] == "1 random bodies"
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("value", "code"), [(0.5, 0), (2.0, 1)])
 def test_command_draws_tells_and_ends_as_the_claims_do(

@@ -1,0 +1,40 @@
+"""Remedies: how a result or a certificate that is absent or cannot be used is made anew."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+from rigidpend.config import catalogue
+from rigidpend.machine.files import CERTIFICATE, StoreError
+
+
+def told(error: StoreError) -> str:
+    """The sentence of an error, with the remedy where it is of a result or a certificate."""
+    return f"{error}; {remedy(error.file)}" if error.file else str(error)
+
+
+def remedy(file: Path) -> str:
+    """The command that makes a result or a certificate anew, or where it is to be looked up."""
+    name = file.stem.removesuffix(CERTIFICATE)
+    log = file.with_name(f"{name}.log")
+    if name in {**catalogue.known(), **catalogue.own()}:
+        force = " --force" if file.exists() else ""
+        return call("certify" if file.stem != name else "run", [name], file.parent, force)
+    if log.is_file():
+        return f"the first line of {log} has the command that made it: add --force"
+    return "make it anew by the config that it was made by, or take another copy of it"
+
+
+def call(command: str, words: list[str], folder: Path, further: str = "") -> str:
+    """Advice to call a command whose results are in that folder."""
+    out = [] if folder == catalogue.RESULTS else ["--out", str(folder)]
+    return f"call: rigidpend {command} {shlex.join([*words, *out])}{further}"
+
+
+def reference(config: Path, file: Path) -> str:
+    """The way to a reference that is absent or cannot be used, of a config."""
+    if catalogue.PACKAGE in file.absolute().parents:
+        return "it is a part of the package: install rigidpend anew"
+    given = [] if file.parent == catalogue.REFERENCES else ["--reference", str(file.parent)]
+    return f"call: rigidpend reference {shlex.join([str(config), *given])} --reason WHY"

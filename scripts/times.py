@@ -1,0 +1,194 @@
+"""Times that the pages tell, measured here and written into them.
+
+    .venv/bin/python -m scripts.times [BLOCK ...]
+
+All are times of processors, which hardly depend on what else goes on, of the commands that stand
+in the tables. All of them together take some ten minutes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import random
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from datetime import date
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from rigidpend import Body, find_orbit, route_codes
+from rigidpend.experiments.contract import Piece
+from rigidpend.experiments.route_map.compute import ALONE, BEGUN, OWN_BODY
+from rigidpend.machine.progress import tell_nobody
+from rigidpend.machine.tables import Table, markdown, seconds
+from rigidpend.runs import cluster
+from rigidpend.runs.provenance import provenance
+from scripts.readme_tables import ROOT, replaced
+
+BODY = Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
+START: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8"}
+"""Those of Fig. 4."""
+BITS = (53, 106, 160, 212, 320, 424)
+LENGTHS = (20, 40)
+SEED = 1
+PARTS = 400
+"""Parts that do nothing, which a cluster is given."""
+CONFIGS = ("fig4", "fig5", "full_shift")
+
+
+def own() -> float:
+    """Processor time of this process and of those that it has waited for, in seconds."""
+    each = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(used.ru_utime + used.ru_stime for used in each)
+
+
+def taken(work: Callable[[], object], least: float = 0.0) -> float:
+    """Processor time of some work, repeated until that much has gone by; the least of all."""
+    found: list[float] = []
+    while not found or sum(found) < least:
+        begun = own()
+        work()
+        found.append(own() - begun)
+    return min(found)
+
+
+def orbit_table() -> Table:
+    """Times of one orbit's five symbols, twice computed, by the bits of the computation."""
+    rows = []
+    for bits in BITS:
+        asked = {**START, "n_symbols": 5, "precisions": (bits,)}
+        work = partial(route_codes, BODY, ["0.3"], **asked)
+        work()  # what is compiled is compiled now
+        rows.append((str(bits), seconds(taken(work, 0.5))))
+    return Table("", ("bits", "five symbols of Fig. 4, computed twice"), rows)
+
+
+def found_table() -> Table:
+    """Times to find the orbit of a random word, and to establish its symbols from its phase."""
+    chance, rows = random.Random(SEED), []
+    for length in LENGTHS:
+        word = "".join(chance.choices("01", k=length))
+        begun = own()
+        found = find_orbit(BODY, word, **START, digits=round(1.25 * length))
+        middle = own()
+        ladder = (53, 106, 160, max(found.bits, 171))
+        codes = route_codes(BODY, [found.theta2_0], **START, n_symbols=length, precisions=ladder)
+        whole = "all" if codes.words == [word] else f"{codes.certain.sum()}"
+        times = seconds(middle - begun), seconds(own() - middle)
+        rows.append((str(length), str(found.digits), str(found.bits), *times, whole))
+    header = ("symbols", "digits", "bits", "to find", "to establish", "established")
+    return Table("", header, rows)
+
+
+def proof_table() -> Table:
+    """Times to prove, to check and to check by the second checker, with the size of the proof."""
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        for name in CONFIGS:
+            full = name == "full_shift"
+            made = Path(folder) / (f"{name}.h5" if full else f"{name}.certificate.h5")
+            second = "check_full_shift" if full else "check_certificate"
+            checks = (
+                ["-m", "rigidpend", "run" if full else "certify", name, "--out", folder],
+                ["-m", "rigidpend", "certify", "--check", str(made)],
+                [str(ROOT / "scripts" / f"{second}.py"), str(made)],
+            )
+            times = [seconds(taken(partial(called, words))) for words in checks]
+            rows.append((f"`{name}`", *times, f"{made.stat().st_size / 1e6:.2g} MB"))
+    header = ("", "to prove", "to check again", "by the second checker", "proof")
+    return Table("", header, rows)
+
+
+def called(words: Sequence[str]) -> None:
+    """Run Python with these words; what it says is of no interest unless it fails."""
+    subprocess.run([sys.executable, *words], check=True, capture_output=True, cwd=ROOT)
+
+
+@contextmanager
+def dask(folder: str) -> Iterator[tuple[str, dict[str, int]]]:
+    """A scheduler with one worker: its address, and the numbers of both processes."""
+    file, running = Path(folder) / "scheduler.json", []
+    words = ("scheduler", "--host", "127.0.0.1", "--port", "0"), ("worker", "--no-nanny")
+    try:
+        for name, *given in words:
+            command = [sys.executable, "-m", "dask", name, *given, "--no-dashboard"]
+            command += ["--scheduler-file", str(file)]
+            command += ["--local-directory", folder] if name == "worker" else []
+            running.append(subprocess.Popen(command, cwd=folder, stderr=subprocess.DEVNULL))
+            while not (file.exists() and file.read_text().strip().endswith("}")):
+                time.sleep(0.1)
+        address = json.loads(file.read_text())["address"]
+        yield address, {"scheduler": running[0].pid, "worker": running[1].pid}
+    finally:
+        for process in reversed(running):
+            process.kill()
+            process.wait()
+
+
+def used_by(process: int) -> float:
+    """Processor time of a process, in seconds."""
+    fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / 100
+
+
+def cluster_table() -> Table:
+    """Times of a part that does nothing, for the scheduler, its worker and the run that gathers."""
+    with tempfile.TemporaryDirectory() as folder, dask(folder) as (address, processes):
+
+        def give(count: int) -> None:
+            pieces = [Piece(str(k), dict, ()) for k in range(count)]
+            list(cluster.gathered(address, "route_codes", "taylor", pieces, tell_nobody))
+
+        give(1)  # the worker imports what it needs
+        before = {name: used_by(number) for name, number in processes.items()}
+        gathering = taken(lambda: give(PARTS))
+        rows = [
+            (name, seconds((used_by(number) - before[name]) / PARTS))
+            for name, number in processes.items()
+        ]
+    rows.append(("the run that gathers", seconds(gathering / PARTS)))
+    rows.append(
+        (
+            "worker, a cell of 15 symbols with a body of its own, by the model of costs in "
+            "`route_map/compute.py`",
+            seconds(BEGUN + OWN_BODY + ALONE),
+        )
+    )
+    return Table("", ("a part, beside its work", "time"), rows)
+
+
+BLOCKS: dict[str, tuple[str, Callable[[], Table]]] = {
+    "orbit times": ("docs/integration.md", orbit_table),
+    "found times": ("docs/addresses.md", found_table),
+    "proof times": ("docs/certified.md", proof_table),
+    "cluster times": ("docs/cluster.md", cluster_table),
+}
+"""Blocks of the pages, each with what measures it."""
+
+
+def main() -> None:
+    """Measure all, or some, and write the tables."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("blocks", nargs="*", metavar="BLOCK", help="first words of blocks")
+    machine = provenance()
+    note = f"Time of processors; {machine['processor']}, {date.today().isoformat()}."
+    asked = tuple(parser.parse_args().blocks)
+    for block, (page, measured) in BLOCKS.items():
+        if asked and not block.startswith(asked):
+            continue
+        lines = "\n".join(markdown(measured()._replace(note=note)))
+        print(lines, flush=True)
+        path = ROOT / page
+        text = replaced(page, path.read_text(encoding="utf-8"), block, lines)
+        path.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
