@@ -124,12 +124,13 @@ def read(path: Path) -> tuple[dict[str, Any], list[Any], dict[str, Any], dict[st
         names = ("a", "b", "l0", "l1")
         rows = zip(sets["rising"], *(sets[x] for x in names), sets["p"], strict=True)
         quads = [
-            Quad(bool(up), *map(exactly, numbers), list(map(exactly, p)), [])
-            for up, *numbers, p in rows
+            Quad(bool(up), exactly(a), exactly(b), exactly(l0), exactly(l1), list(map(exactly, p)))
+            for up, a, b, l0, l1, p in rows
         ]
         if not all(quad.a and quad.b and quad.l1 for quad in quads):
             raise Refused("a set has no extent")
-        line = Line(number(config["problem"]["J1_0"]), *(exactly(along[k]) for k in LINE), [])
+        e1, e2, centre, half = (exactly(along[k]) for k in LINE)
+        line = Line(number(config["problem"]["J1_0"]), e1, e2, centre, half)
         return config, [line, *quads], proof, energies
     except (OSError, KeyError, ValueError, TypeError, AttributeError, IndexError, OverflowError,
             RuntimeError) as error:  # fmt: skip
@@ -162,7 +163,7 @@ def check(path: Path, given: Path | None = None, processes: int = 1) -> str:
     """What a file proves, and of which numbers; raises Refused or Fails."""
     Interval.digits = DIGITS
     config, sources, proof, energies = read(path)
-    code, problem = config.get("code"), config.get("problem")
+    code, problem = config.get("code"), dict(config.get("problem") or {})
     if not isinstance(code, str) or set(code) - {"0", "1"} or len(code) + 1 != len(sources):
         raise Refused("its code is none, or not of as many symbols as there are sets")
     try:

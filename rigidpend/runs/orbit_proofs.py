@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -162,9 +161,9 @@ def _checked(
     first, sources, proof, whole = part
     numbers, found = coverings.Numbers.of(*of), []
     links = list(zip(sources, pieces.unpacked(proof, len(sources)), strict=True))
-    for k, (link, after) in enumerate(pairwise([*links, None] if whole else links)):
+    for k, link in enumerate(links if whole else links[:-1]):
         try:
-            found.append(coverings.prove_link(numbers, link, after))
+            found.append(coverings.prove_link(numbers, link, next(iter(links[k + 1 :]), None)))
         except Undecided as doubt:
             name = f"set {first + k}" if first + k else "line of starts"
             raise Undecided(f"{name}: {doubt}") from None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from scripts.check_certificate import Fails, Refused
 from tests.cli.calls import call
 from tests.experiments.trees import reference
 
-CODE = "0110"
+CODE = "011"
 NAME = f"x{orbit_proofs.SUFFIX}"
 
 
@@ -35,13 +35,14 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def said_by_both(file: Path) -> Iterator[tuple[bool, str]]:
     """Whether each checker believes a proof, and what it says."""
-    for check, refusals in (
-        (lambda: str(certificates.check(file, jobs=1, report=print)[0]), (store.StoreError,)),
-        (lambda: script.check(file), (Refused, Fails)),
-    ):
+    checks: list[Callable[[], Any]] = [
+        lambda: certificates.check(file, jobs=1, report=print)[0],
+        lambda: script.check(file),
+    ]
+    for check in checks:
         try:
-            yield True, check()
-        except refusals as refusal:
+            yield True, str(check())
+        except (store.StoreError, Refused, Fails) as refusal:
             yield False, str(refusal)
 
 
@@ -61,56 +62,47 @@ def spoil(file: Any, how: str) -> None:
     config = json.loads(file["config"].asstr()[()])
     sets, proof = file["data/sets"], file["data/proof"]
     if how == "another symbol":
-        config["code"] = CODE[:2] + "0" + CODE[3:]
+        config["code"] = CODE[:2] + "0"
     elif how == "a longer code":
         config["code"] += "1"
     elif how == "another energy":
         file["data/energies/shift"][()] += 1e-7
     elif how == "fewer energies":
         file["data/energies/spread"][()] /= 2
-    elif how == "another constant":
-        config["problem"]["h0"] = "1.33420001"
     elif how == "another action":
         config["problem"]["J1_0"] = "1.001e-8"
     elif how == "a set too wide":
         sets["a"][2] *= 1e4
     elif how == "a set too flat":
         sets["b"][2] /= 1e3
-    elif how == "a set elsewhere":
-        sets["p"][2, 0] += 100 * sets["a"][2]
     elif how == "of the other section":
         sets["rising"][2] = not sets["rising"][2]
     elif how == "a step of another set":
         proof["family"][-1] = 0
     else:
         proof["coefficients"][len(proof["powers"]) // 2, 0] += 1 << 30
-    for name in ("config",):
-        del file[name]
-        file[name] = json.dumps(config)
-        file[name].attrs.update(units="", description="resolved config, JSON")
+    del file["config"]
+    file["config"] = json.dumps(config)
+    file["config"].attrs.update(units="", description="resolved config, JSON")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("how", "reason"),
     [
-        ("another symbol", "0110|symbol 3"),
-        ("a longer code", "5 symbols|as many symbols"),
+        ("another symbol", "the code is 011|symbol 3"),
+        ("a longer code", "4 symbols|as many symbols"),
         ("another energy", "C"),
         ("fewer energies", "C6: the energies of its starts|C6: energies along the line"),
-        ("another constant", "C"),
         ("another action", "C3"),
         ("a set too wide", "C"),
         ("a set too flat", "C"),
-        ("a set elsewhere", "C"),
         ("of the other section", "C6: the next set is not one"),
         ("a step of another set", "C|out of order"),
         ("a coefficient", "C"),
     ],
 )
-def test_what_is_changed_proves_nothing(
-    file: Path, how: str, reason: str, tmp_path: Path
-) -> None:
+def test_what_is_changed_proves_nothing(file: Path, how: str, reason: str, tmp_path: Path) -> None:
     copy = tmp_path / NAME
     shutil.copy(file, copy)
     with h5py.File(copy, "r+") as opened:

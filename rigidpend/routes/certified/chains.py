@@ -126,7 +126,7 @@ def links(setting: ShiftProblem, J1: Fraction, orbit: Crossings) -> list[Link]:
     # The line, and the first set as wide as its image.
     rate = abs(begun[0] - frame.shrunk[0] * begun[1] / by_g[0]) / (2 * STEP)
     ends = orbit.theta2 + REACH * most[0] / rate * np.array([-1.0, 1.0])
-    on = np.linspace(*ends, 5)
+    on = np.linspace(ends[0], ends[1], 5)
     reached, off = starts.entered(on), starts.energies(on) - float(setting.shift)
     setting = setting._replace(spread=Fraction(BEYOND * float(np.abs(off).max())))
     starts = starts._replace(setting=setting)
