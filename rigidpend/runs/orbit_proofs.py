@@ -38,7 +38,7 @@ AT_ONCE = 16
 ROUND = 4
 """Times that each process is asked before a line of progress."""
 PROBLEM = ("A", "r", "mu", "h0", "J1_0")
-"""What is proven is of these."""
+"""Numbers of which a code is proven."""
 LAYOUT = {
     "sets": {name: QUADS[name] for name in ("rising", "a", "b", "l0", "l1", "p")},
     "line": {name: LINE[name] for name in ("e1", "e2", "centre", "half")},
@@ -68,7 +68,7 @@ def prove(
     setting = horseshoe.ShiftProblem(problem.body, problem.h0, 1, h0=problem.h0)
     [shift] = horseshoe.LineStarts(setting, J1).energies(np.array([theta2]))
     setting = setting._replace(h=problem.h0 + exact(float(shift)))
-    links = chains.links(setting, J1, chains.Crossings(theta2, found.d, found.chi))
+    links = chains.links(setting, J1, chains.OrbitCrossings(theta2, found.d, found.chi))
     arrays: list[Any] = []
     parts = [(links[part.start : part.stop], whole) for part, whole in _parts(len(links))]
     for first in range(0, len(parts), ROUND * jobs):

@@ -35,19 +35,21 @@ Array = NDArray[np.float64]
 SHARE, WIDE = 1 / 2000, 1e-4
 """Half of a set's width over its distance from the stable surface, and in gamma3, at most."""
 OVER, WIDTH, REACH = 3.0, 2.0, 1.5
-"""Length of an image over that of the set that it crosses, at least; width of a set over that of
-the image in it; and length of the line's image over that of the first set."""
+"""Least length of an image over the set's that it crosses, and two more ratios.
+
+Width of a set over that of the image in it; length of the line's image over the first set's."""
 STEP = 1e-5
 """Step of a difference in theta2_0, radians."""
 FINER, OF_LINE, GAIN, MOST_BITS = 11, 12, 1.9, 100
-"""Bits of coefficients beyond those of the next set, and as many more of a line of starts; bits by
-which a bound grows while what is unstable grows by e; and bits at most."""
+"""Bits of coefficients beyond those of the next set, those of a line besides, a rate, the most.
+
+The rate is of bits by which a bound grows while what is unstable grows by e."""
 MORE = 0, 6, 14
 """Bits beyond these with which it is tried again."""
 
 
-class Crossings(NamedTuple):
-    """Crossings of an orbit by the return map, and where it starts, radians."""
+class OrbitCrossings(NamedTuple):
+    """OrbitCrossings of an orbit by the return map, and where it starts, radians."""
 
     theta2: float
     d: Array
@@ -60,7 +62,7 @@ class Link(NamedTuple):
     of: Quad | StartLine
     setting: ShiftProblem
     turned: bool = False
-    """Whether chi of a set is nearer to pi than to 0."""
+    """True if chi of a set is nearer to pi than to 0."""
     theta2: tuple[float, float] = (0.0, 0.0)
     """Ends of a line in theta2, radians."""
 
@@ -87,7 +89,7 @@ class _Frame(NamedTuple):
         return -np.sin(self.chi)
 
     def off(self, k: int, point: SectionPoint) -> tuple[Array, Array]:
-        """How far points are from the line of what shrinks, and from that of what is stretched."""
+        """Distances in d from the line of what shrinks, and from that of what is stretched."""
         apart = -np.sin(point.chi) - self.g[k]
         x, y = (point.d - self.d[k] - slope[k] * apart for slope in (self.shrunk, self.along))
         return x, y
@@ -112,7 +114,7 @@ class _Frame(NamedTuple):
         return abs(self.along[k] - self.shrunk[k]) * (1 - abs(self.g[k]))
 
 
-def links(setting: ShiftProblem, J1: Fraction, orbit: Crossings) -> list[Link]:
+def links(setting: ShiftProblem, J1: Fraction, orbit: OrbitCrossings) -> list[Link]:
     """A line of starts, and the sets along an orbit of so many crossings but the last."""
     level, starts, n = setting.level, LineStarts(setting, J1), len(orbit.d) - 1
     slopes, time = _slopes(setting, orbit)
@@ -147,7 +149,7 @@ def links(setting: ShiftProblem, J1: Fraction, orbit: Crossings) -> list[Link]:
 
 
 LOOSE = 2.0**-12
-"""How well the end of the last passage is known, of which only the symbol is told."""
+"""Size beside which the end of the last passage is known: only its symbol is told."""
 
 
 def linked(part: Sequence[Link], whole: bool) -> list[list[FamilyStep]]:
@@ -197,7 +199,7 @@ def _fine(
     return setting._replace(bits=bits, orders=(max(in_u, math.ceil(end / -math.log2(SHARE))), in_v))
 
 
-def _slopes(setting: ShiftProblem, orbit: Crossings) -> tuple[Array, Array]:
+def _slopes(setting: ShiftProblem, orbit: OrbitCrossings) -> tuple[Array, Array]:
     """(n, 2, 2) the derivatives of d and chi behind each passage, and its time."""
     n = len(orbit.d) - 1
     found, time = np.empty((n, 2, 2)), np.empty(n)

@@ -85,7 +85,7 @@ class ShiftProblem(NamedTuple):
 
     @property
     def shift(self) -> Fraction:
-        """By how much h is more than h0."""
+        """Difference of h and h0."""
         return (self.h - (self.h0 or self.h)).fraction or Fraction(0)
 
     @property
