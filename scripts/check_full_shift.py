@@ -924,8 +924,8 @@ def check(path: Path, given: Path | None = None) -> str:
         raise Refused(f"its config, or the one given, lacks something: {error!r}") from None
     problem |= _energies(found)
     if found.spread:
-        of += f" + {float(found.shift)!r}, energies that differ from it by at most"
-        of += f" {float(found.spread)!r}"
+        of += f" + {float(found.shift)!r}" if found.shift else ""
+        of += f", energies that differ from it by at most {float(found.spread)!r}"
     J1 = number(action)
     if Interval.of(J1).low <= 0:
         raise Refused("J1_0 > 0 is broken, or cannot be told")

@@ -116,6 +116,8 @@ def test_the_command_that_checks_certificates_proves_a_result_again(tmp_path: Pa
     tree: Any = {}
     for name, fields in LAYOUT.items():
         assert isinstance(fields, dict)
+        if name.endswith("?"):
+            continue
         tree[name] = datasets(fields, stored["data"][name])
     changed = store.Result(stored["attributes"], stored["config"], stored["provenance"], tree)
     store.write(tmp_path / "wide.h5", changed)
