@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -58,6 +59,13 @@ SHOWN = 400
     help="List all phases with N decimals, 0 to 4, whose orbits have the code: with 2 all of 0.00"
     " to 6.28 are tried.",
 )
+@click.option(
+    "--proof",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="Prove that such an orbit has the whole code, by small sets along it, and write the"
+    " proof: X.orbit.certificate.h5, for certify --check.",
+)
 @SETTINGS
 @JSON
 @JOBS
@@ -69,6 +77,7 @@ def command(
     near: str | None,
     digits: int,
     decimals: int | None,
+    proof: Path | None,
     settings: tuple[str, ...],
     as_json: bool,
     jobs: int | None,
@@ -85,6 +94,7 @@ def command(
     Examples:
       rigidpend find fig4 --code 0001101
       rigidpend find fig5 --code 00011 --near 1.02
+      rigidpend find fig4 --code 0110100110010110 --proof results/x.orbit.certificate.h5
       rigidpend find fig5 --code 00011 --decimals 2
       rigidpend find fig4 --code 0001 --code 0010 --code 0011
       rigidpend find fig4 --code "0^11 1^10 1^11" --digits 45 --json
@@ -103,6 +113,8 @@ def command(
         raise click.UsageError(f"{path} has not one body, h0 and J1_0, as fig4 and fig5 have")
     given = {name: getattr(problem, name) for name in ("body", "h0", "J1_0")}
     many = jobs or cores()
+    if proof and (decimals is not None or len(codes) > 1 or scheduler):
+        raise click.UsageError("--proof is of one orbit, on this machine")
     if decimals is not None:
         if near is not None:
             raise click.UsageError("--decimals lists orbits, and --near chooses one: give one")
@@ -121,6 +133,10 @@ def command(
         print_json(_document(found))
     else:
         print_table(_rows(found))
+    if proof:
+        from rigidpend.runs import orbit_proofs
+
+        orbit_proofs.prove(loaded, found, proof, jobs=many, report=say)
 
 
 def _many(

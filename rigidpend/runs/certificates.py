@@ -29,7 +29,7 @@ from rigidpend.routes.certified import codes
 from rigidpend.routes.certified.progress import Report
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.runs import certificate_files as storage
-from rigidpend.runs import cluster, loading, provenance
+from rigidpend.runs import cluster, loading, orbit_proofs, provenance
 from rigidpend.runs.loading import LoadedConfig
 from rigidpend.runs.parts import Parts
 
@@ -182,6 +182,8 @@ def check(file: Path, *, jobs: int, report: Report) -> Sequence[Summary | Theore
     StoreError
         It is no certificate, or does not prove all that it says.
     """
+    if orbit_proofs.is_proof(file):
+        return [Theorem(orbit_proofs.check(file, jobs, report))]
     if not storage.is_certificate(file) and (theorems := _theorems(file)) is not None:
         return theorems
     try:

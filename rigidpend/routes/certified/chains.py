@@ -1,0 +1,223 @@
+"""Small sets along one orbit, each of which a passage stretches across the next.
+
+Nothing here is proven, as in :mod:`rigidpend.routes.certified.horseshoe`. The orbit is found in
+doubles by the return map. A set is a parallelogram about a crossing, along what the passages
+before it have stretched and what those behind it will have shrunk. It is so small that passages,
+which depend on the logarithm of the distance from the stable surface, have short polynomials.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.machine.workers import check_stop
+from rigidpend.orbits.return_map import SectionPoint
+from rigidpend.routes.certified.checker import Undecided
+from rigidpend.routes.certified.coverings import Numbers, prove_link
+from rigidpend.routes.certified.horseshoe import (
+    BEYOND,
+    LineStarts,
+    ShiftProblem,
+    line_pieces,
+    pieces,
+)
+from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine, made
+
+Array = NDArray[np.float64]
+
+SHARE, WIDE = 1 / 2000, 1e-4
+"""Half of a set's width over its distance from the stable surface, and in gamma3, at most."""
+OVER, WIDTH, REACH = 3.0, 2.0, 1.5
+"""Least length of an image over the set's that it crosses, and two more ratios.
+
+Width of a set over that of the image in it; length of the line's image over the first set's."""
+STEP = 1e-5
+"""Step of a difference in theta2_0, radians."""
+FINER, OF_LINE, GAIN, MOST_BITS = 11, 12, 1.9, 100
+"""Bits of coefficients beyond those of the next set, those of a line besides, a rate, the most.
+
+The rate is of bits by which a bound grows while what is unstable grows by e."""
+MORE = 0, 6, 14
+"""Bits beyond these with which it is tried again."""
+
+
+class OrbitCrossings(NamedTuple):
+    """OrbitCrossings of an orbit by the return map, and where it starts, radians."""
+
+    theta2: float
+    d: Array
+    chi: Array
+
+
+class Link(NamedTuple):
+    """A set along an orbit, or the line of starts before them, and how its orbits are found."""
+
+    of: Quad | StartLine
+    setting: ShiftProblem
+    turned: bool = False
+    """True if chi of a set is nearer to pi than to 0."""
+    theta2: tuple[float, float] = (0.0, 0.0)
+    """Ends of a line in theta2, radians."""
+
+    def pieces(self, more: int = 0) -> list[FamilyStep]:
+        """Polynomials of its orbits, with so many bits more than expected."""
+        setting = self.setting._replace(bits=self.setting.bits + more)
+        if isinstance(self.of, StartLine):
+            return line_pieces(setting, self.of, self.theta2)
+        return pieces(setting, self.of, self.turned)
+
+
+class _Frame(NamedTuple):
+    """Coordinates about the crossings of an orbit: how far d is from two lines through each."""
+
+    d: Array
+    chi: Array
+    along: Array
+    """Slopes dd/dg, g = gamma3, of what is stretched up to a crossing."""
+    shrunk: Array
+    """Those of what shrinks from it on."""
+
+    @property
+    def g(self) -> Array:
+        return -np.sin(self.chi)
+
+    def off(self, k: int, point: SectionPoint) -> tuple[Array, Array]:
+        """Distances in d from the line of what shrinks, and from that of what is stretched."""
+        apart = -np.sin(point.chi) - self.g[k]
+        x, y = (point.d - self.d[k] - slope[k] * apart for slope in (self.shrunk, self.along))
+        return x, y
+
+    def turned(self, k: int) -> bool:
+        return math.cos(self.chi[k]) < 0
+
+    def points(self, k: int, x: Array, y: Array) -> SectionPoint:
+        """The points that are so far from these lines."""
+        away = (x - y) / (self.along[k] - self.shrunk[k])
+        chi = np.arcsin(-self.g[k] - away)
+        d = self.d[k] + self.shrunk[k] * away + x
+        return SectionPoint(k % 2 == 0, d, np.pi - chi if self.turned(k) else chi)
+
+    def quad(self, k: int, a: float, b: float) -> Quad:
+        lean = self.along[k] - self.shrunk[k]
+        curve = self.d[k] - self.shrunk[k] * self.g[k], self.shrunk[k]
+        return made(k % 2 == 0, (a, b, -lean * self.g[k], lean), curve)
+
+    def wide(self, k: int) -> float:
+        """The change of the lines' distance by which gamma3 changes as much as is left of it."""
+        return abs(self.along[k] - self.shrunk[k]) * (1 - abs(self.g[k]))
+
+
+def links(setting: ShiftProblem, J1: Fraction, orbit: OrbitCrossings) -> list[Link]:
+    """A line of starts, and the sets along an orbit of so many crossings but the last."""
+    level, starts, n = setting.level, LineStarts(setting, J1), len(orbit.d) - 1
+    slopes, time = _slopes(setting, orbit)
+    beside = starts.entered(orbit.theta2 + STEP * np.array([-1.0, 1.0])).point
+    begun = np.array([np.diff(beside.d)[0], math.remainder(np.diff(beside.chi)[0], 2 * math.pi)])
+    # g = -sin(chi).
+    by_g = -1 / np.cos(orbit.chi[:n])
+    frame = _Frame(orbit.d, orbit.chi, *(by_g * each for each in _directions(slopes, begun)))
+    away = 1 / (float(level.exponent[0, 0]) * np.abs(slopes[:, 1, 0]))
+    most = [min(SHARE * float(away[k]), WIDE * frame.wide(k)) for k in range(n)]
+    # The line, and the first set as wide as its image.
+    rate = abs(begun[0] - frame.shrunk[0] * begun[1] / by_g[0]) / (2 * STEP)
+    ends = orbit.theta2 + REACH * most[0] / rate * np.array([-1.0, 1.0])
+    on = np.linspace(ends[0], ends[1], 5)
+    reached, off = starts.entered(on), starts.energies(on) - float(setting.shift)
+    setting = setting._replace(spread=Fraction(BEYOND * float(np.abs(off).max())))
+    starts = starts._replace(setting=setting)
+    a, (_, y) = most[0], frame.off(0, reached.point)
+    b = max(WIDTH * float(np.abs(y).max()), a)
+    fine = _fine(setting, b / 2**OF_LINE, float(reached.time.max()), (SHARE, 0.0))
+    found = [Link(starts.between(ends)[0], fine, theta2=(float(ends[0]), float(ends[1])))]
+    u, v = (each.ravel() for each in np.meshgrid([-1.0, 0.0, 1.0], [-1.0, 0.0, 1.0]))
+    for k in range(n):
+        quad, wide, least = frame.quad(k, a, b), (a / frame.wide(k), b / frame.wide(k)), LOOSE
+        if k < n - 1:
+            x, y = frame.off(k + 1, level.passage(frame.points(k, a * u, b * v)).point)
+            a = min(most[k + 1], float(np.abs(x[u != 0]).min()) / OVER)
+            b = max(WIDTH * float(np.abs(y).max()), a)
+            least = a
+        found.append(Link(quad, _fine(setting, least, time[k], wide), frame.turned(k)))
+    return found
+
+
+LOOSE = 2.0**-12
+"""Size beside which the end of the last passage is known: only its symbol is told."""
+
+
+def linked(part: Sequence[Link], whole: bool) -> list[list[FamilyStep]]:
+    """Polynomials of the orbits of links, each of which is proven to cover the next.
+
+    Parameters
+    ----------
+    part : sequence of Link
+    whole : bool
+        Whether the passage from the last link is wanted as well; else it is only covered.
+
+    Raises
+    ------
+    Undecided
+    """
+    of = part[0].setting
+    numbers = Numbers.of(of.body, of.h, of.spread, of.h0)
+    found = [_proven(numbers, part[-1], None) if whole else part[-1].pieces()]
+    for link, after in reversed(list(pairwise(part))):
+        found.insert(0, _proven(numbers, link, (after.of, found[0])))
+    return found if whole else found[:-1]
+
+
+def _proven(
+    numbers: Numbers, link: Link, after: tuple[Quad | StartLine, list[FamilyStep]] | None
+) -> list[FamilyStep]:
+    for more in MORE:
+        check_stop()
+        found = link.pieces(more)
+        try:
+            prove_link(numbers, (link.of, found), after)
+            return found
+        except Undecided as doubt:
+            reason = doubt
+    raise reason
+
+
+def _fine(
+    setting: ShiftProblem, least: float, time: float, wide: tuple[float, float]
+) -> ShiftProblem:
+    """Bits with which a bound stays small beside `least` for a time, and nodes in u and v.
+
+    In u and v functions change by such shares, at the beginning, and by SHARE at the end."""
+    end = FINER - math.log2(least)
+    bits = min(MOST_BITS, math.ceil(end + GAIN * setting.rate * time))
+    in_u, in_v = (math.ceil(bits / -math.log2(x)) if x else 1 for x in wide)
+    return setting._replace(bits=bits, orders=(max(in_u, math.ceil(end / -math.log2(SHARE))), in_v))
+
+
+def _slopes(setting: ShiftProblem, orbit: OrbitCrossings) -> tuple[Array, Array]:
+    """(n, 2, 2) the derivatives of d and chi behind each passage, and its time."""
+    n = len(orbit.d) - 1
+    found, time = np.empty((n, 2, 2)), np.empty(n)
+    for rising in (True, False):
+        here = slice(0 if rising else 1, n, 2)
+        if len(orbit.d[:n][here]):
+            point = SectionPoint(rising, orbit.d[:n][here], orbit.chi[:n][here])
+            passed = setting.level.passage(point, slopes=True)
+            found[here], time[here] = np.moveaxis(passed.slopes[:2], -1, 0), passed.time
+    return found, time
+
+
+def _directions(slopes: Array, begun: Array) -> list[Array]:
+    """Slopes dd/dchi of what is stretched up to each crossing, and of what shrinks from it on."""
+    along, shrunk = [begun], [np.array([slopes[-1, 1, 1], -slopes[-1, 1, 0]])]
+    for slope in slopes[:-1]:
+        along.append(slope @ along[-1] / np.abs(slope @ along[-1]).max())
+    for (p, q), (r, s) in slopes[-2::-1]:
+        back = np.array([[s, -q], [-r, p]]) @ shrunk[-1]
+        shrunk.append(back / np.abs(back).max())
+    return [np.array([x / y for x, y in each]) for each in (along, shrunk[::-1])]

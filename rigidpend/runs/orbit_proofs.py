@@ -1,0 +1,184 @@
+"""Proofs that an orbit with a given code exists, as files: made, and checked again.
+
+`docs/full-shift.md` has the theorem. A file says body, energy, J1_0 and code, and holds a line of
+starts, sets along the orbit, and the polynomials that prove that each covers the next.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from rigidpend import experiments
+from rigidpend.experiments.data.layout import WHOLE, Field, datasets
+from rigidpend.experiments.full_shift.layout import ENERGIES, LINE, PROOF, QUADS
+from rigidpend.machine.words import short
+from rigidpend.numbers.exact import exact
+from rigidpend.results import store
+from rigidpend.routes.certified.checker import Undecided
+from rigidpend.routes.certified.progress import Report
+from rigidpend.runs import certificate_files, provenance
+from rigidpend.runs.loading import LoadedConfig
+
+if TYPE_CHECKING:
+    from rigidpend.routes.certified.chains import Link
+    from rigidpend.routes.certified.pieces import Quad, StartLine
+    from rigidpend.routes.symbolic import FoundOrbit
+
+SUFFIX = f".orbit{certificate_files.SUFFIX}"
+"""Ending of the name of such a file."""
+AT_ONCE = 16
+"""Sets that a process takes at a time, some seconds, and overlaps with the next by one."""
+ROUND = 4
+"""Times that each process is asked before a line of progress."""
+PROBLEM = ("A", "r", "mu", "h0", "J1_0")
+"""Numbers of which a code is proven."""
+LAYOUT = {
+    "sets": {name: QUADS[name] for name in ("rising", "a", "b", "l0", "l1", "p")},
+    "line": {name: LINE[name] for name in ("e1", "e2", "centre", "half")},
+    "energies": {name: ENERGIES[name] for name in ("shift", "spread")},
+    "proof": {**PROOF, "family": Field(WHOLE, ("steps",), "1", "0: the line; k: the k-th set")},
+}
+
+
+def prove(
+    config: LoadedConfig, found: FoundOrbit, file: Path, *, jobs: int, report: Report
+) -> None:
+    """Prove that an orbit beside one that was found has its code, and write the proof.
+
+    Raises
+    ------
+    Undecided, StoreError, ConfigError
+    """
+    from rigidpend.machine.workers import side_by_side
+    from rigidpend.routes.certified import chains, horseshoe, pieces
+
+    if not is_proof(file):
+        raise store.StoreError(f"{file}: a proof is named X{SUFFIX}")
+    store.prepare(file)
+    stated = {key: config.resolved()["problem"][key] for key in PROBLEM}
+    problem, J1 = _problem(file, stated)
+    theta2, n = float(found.theta2_0), len(found.symbols)
+    setting = horseshoe.ShiftProblem(problem.body, problem.h0, 1, h0=problem.h0)
+    [shift] = horseshoe.LineStarts(setting, J1).energies(np.array([theta2]))
+    setting = setting._replace(h=problem.h0 + exact(float(shift)))
+    links = chains.links(setting, J1, chains.OrbitCrossings(theta2, found.d, found.chi))
+    arrays: list[Any] = []
+    parts = [(links[part.start : part.stop], whole) for part, whole in _parts(len(links))]
+    for first in range(0, len(parts), ROUND * jobs):
+        some = parts[first : first + ROUND * jobs]
+        arrays += side_by_side(_made, (), True, some, jobs)
+        report(f"{min(n, AT_ONCE * (first + len(some)))} of {n} passages are proven")
+    data = {
+        "sets": pieces.packed_quads([link.of for link in links[1:]]),  # type: ignore[misc]
+        "line": {name: float(getattr(links[0].of, name)) for name in LAYOUT["line"]},
+        "energies": {"shift": float(shift), "spread": float(links[0].setting.spread)},
+        "proof": pieces.joined(arrays, [len(part) - (not whole) for part, whole in parts]),
+    }
+    tree = {name: datasets(fields, data[name]) for name, fields in LAYOUT.items()}
+    code = "".join(map(str, found.symbols))
+    of = {"experiment": "full_shift", "problem": stated, "code": code}
+    store.write(file, store.Result({}, of, provenance.provenance(), tree))
+    report(f"{file} written")
+
+
+def is_proof(file: Path) -> bool:
+    """True if the name of a file is that of such a proof."""
+    return file.name.endswith(SUFFIX)
+
+
+def check(file: Path, jobs: int, report: Report) -> str:
+    """Check a proof again, without integration: the sentence that it proves.
+
+    Raises
+    ------
+    StoreError
+        It is none, or does not prove what it says.
+    """
+    from rigidpend.machine.workers import side_by_side
+    from rigidpend.routes.certified import coverings, pieces
+
+    stored = store.load(file, LAYOUT, ratio=certificate_files.RATIO)
+    stated, data = stored["config"], stored["data"]
+    (problem, J1), code = _problem(file, stated.get("problem")), str(stated.get("code"))
+    try:
+        shift, spread = pieces.unpacked_energies(data["energies"])
+        of = problem.body, problem.h0 + exact(shift), spread, problem.h0
+        line = pieces.unpacked_line(J1, data["line"])
+        sources = [line, *pieces.unpacked_quads(data["sets"])]
+        if len(sources) != len(code) + 1 or set(code) - {"0", "1"}:
+            raise ValueError(f"a code of {len(code)} symbols, and {len(sources) - 1} sets")
+        parts = []
+        for part, whole in _parts(len(sources)):
+            proof = pieces.of_some(data["proof"], len(sources), part)
+            parts.append((part.start, sources[part.start : part.stop], proof, whole))
+        proven: list[bool] = []
+        for first in range(0, len(parts), ROUND * jobs):
+            some = parts[first : first + ROUND * jobs]
+            for found in side_by_side(_checked, of, True, some, jobs):
+                proven += found
+            report(f"{len(proven) - 1} of {len(code)} passages are proven")
+        if (symbols := "".join(str(int(x)) for x in proven[1:])) != code:
+            raise Undecided(f"the code is {symbols}")
+        numbers = coverings.Numbers.of(*of)
+        [begin] = pieces.unpacked(pieces.of_some(data["proof"], len(sources), range(1)), 1)
+        low, high = coverings.phases(numbers, line, begin)
+    except (ValueError, Undecided) as error:
+        raise store.StoreError(f"{file}: not proven: {short(error)}") from None
+    # Rounded outward.
+    ends = f"{math.floor(low * 1e9) / 1e9:.9f} to {math.ceil(high * 1e9) / 1e9:.9f}"
+    return (
+        f"of the starts with h0 = {problem.h0}, J1_0 = {problem.J1_0} and theta2_0 from {ends}"
+        f" one has these {len(code)} symbols: {code}"
+    )
+
+
+def _parts(n: int) -> list[tuple[range, bool]]:
+    """Parts of n sources, which overlap by one; with True for the last one."""
+    starts = range(0, n, AT_ONCE)
+    return [(range(k, min(k + AT_ONCE + 1, n)), k + AT_ONCE >= n) for k in starts]
+
+
+def _made(part: tuple[Sequence[Link], bool]) -> dict[str, Any]:
+    from rigidpend.routes.certified import chains, pieces
+
+    return pieces.packed(chains.linked(*part))
+
+
+def _checked(
+    part: tuple[int, Sequence[Quad | StartLine], Mapping[str, Any], bool],
+    *of: Any,
+) -> list[bool]:
+    """The symbols of a part; its last set, unless it is the last of all, is only covered."""
+    from rigidpend.routes.certified import coverings, pieces
+
+    first, sources, proof, whole = part
+    numbers, found = coverings.Numbers.of(*of), []
+    links = list(zip(sources, pieces.unpacked(proof, len(sources)), strict=True))
+    for k, link in enumerate(links if whole else links[:-1]):
+        try:
+            found.append(coverings.prove_link(numbers, link, next(iter(links[k + 1 :]), None)))
+        except Undecided as doubt:
+            name = f"set {first + k}" if first + k else "line of starts"
+            raise Undecided(f"{name}: {doubt}") from None
+    return found
+
+
+def _problem(file: Path, stated: Any) -> tuple[Any, Fraction]:
+    """A problem, checked by the schema of a full shift, and its action."""
+    try:
+        text = {key: stated[key] for key in PROBLEM}
+        content: Any = experiments.schema("full_shift").model_validate(
+            {"experiment": "full_shift", "figure": "", "problem": text}
+        )
+        return content.problem, content.problem.J1_0.fraction
+    except ValidationError as error:
+        raise store.StoreError(f"{file}: {short(error.errors()[0]['msg'])}") from None
+    except (KeyError, TypeError) as error:
+        raise store.StoreError(f"{file}: its config lacks {short(error)}") from None

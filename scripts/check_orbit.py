@@ -1,0 +1,214 @@
+"""Check the proof that an orbit with a given code exists, without a line of the package.
+
+    .venv/bin/python -m scripts.check_orbit FILE [--config FIG4.yaml] [-j PROCESSES]
+
+It follows Theorem 7 of docs/full-shift.md with the functions of scripts/check_full_shift.py for C1
+to C6: a line of starts crosses the first set, each set covers the next, and the passages have the
+symbols of the code.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from decimal import Decimal
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from scripts.check_certificate import (
+    RATIO,
+    Fails,
+    Interval,
+    Refused,
+    arctangent,
+    bounded,
+    check_against,
+    number,
+    pi,
+)
+from scripts.check_full_shift import (
+    DIGITS,
+    ENERGIES,
+    LINE,
+    PROOF,
+    QUAD,
+    Line,
+    Problem,
+    Quad,
+    Step,
+    _steps,
+    arrival,
+    beginning,
+    check_relation,
+    line_beginning,
+    problem_of,
+)
+
+SETS = 10_000
+"""Sets along an orbit at most."""
+GIVEN = ("A", "r", "mu", "h0", "J1_0")
+"""What a config of Fig. 4's kind says of the starts."""
+
+
+def prove_link(p: Problem, link: tuple[Any, list[Step]], after: tuple[Any, list[Step]]) -> int:
+    """The symbol of the passage from a set, or a line, that covers the next one, if there is one.
+
+    Raises Fails with what is not shown.
+    """
+    (source, steps), (target, following) = link, after
+    if not steps:
+        raise Fails("C2: a set has no steps")
+    found = arrival(p, source, steps)
+    if target is not None:
+        if target.rising != (isinstance(source, Line) or not source.rising) or not following:
+            raise Fails("C6: the next set is not one of the section that is crossed")
+        begin, _ = beginning(p, target, following[0])
+        check_relation(found, target, begin)
+    return found.symbol
+
+
+def phases(p: Problem, line: Line, step: Step) -> Interval:
+    """theta2 of all starts of a line, radians."""
+    bound, *_ = line_beginning(p, line, step)
+    near = zip(step.states, p.apart(bound), strict=True)
+    _, _, M3, g1, g2, _ = (state.at(0, -1).ball(e) for state, e in near)
+    c, s = (1 / (2 * m) for m in p.to_M)
+    # The sine and cosine of theta1/2 + theta2, less alpha0/2, and less beta0/2.
+    sin, cos = c * g1 - s * g2, (s * g1 + c * g2) * ((2 * Interval.of(line.J1) - M3) / M3)
+    for x, y in ((c, s), p.mu):
+        sin, cos = sin * x - cos * y, cos * x + sin * y
+    turns = 0
+    # Turned back by quarters until it lies to the right.
+    while cos.low <= 0 or 2 * cos.low < sin.size.high:
+        sin, cos, turns = -cos, sin, turns + 1
+        if turns == 4:
+            raise Fails("C1: theta2 of the starts is not told")
+    found = arctangent(sin / cos) + turns * pi() / 2
+    return found if found.high > 0 else found + 2 * pi()
+
+
+def checked(problem: dict[str, Any], pair: Sequence[tuple[Any, dict[str, Any]]]) -> int:
+    """The symbol of one set, or of the line, with the next, as they are stored."""
+    Interval.digits = DIGITS
+    link, after = ((source, next(iter(_steps(proof))) if proof else []) for source, proof in pair)
+    return prove_link(problem_of(problem), link, after)
+
+
+# ---- The file.
+
+
+def exactly(x: Any) -> Fraction:
+    return Fraction(float(x))
+
+
+def read(path: Path) -> tuple[dict[str, Any], list[Any], dict[str, Any], dict[str, Fraction]]:
+    """The config of a proof, its line and sets, the arrays of its steps, and its energies."""
+    import h5py
+
+    try:
+        with h5py.File(path) as file:
+            bounded(file, RATIO * path.stat().st_size + 2**26)
+            config = json.loads(file["config"].asstr()[()])
+            sets, along, proof = (
+                {k: file[f"data/{group}/{k}"][()] for k in names}
+                for group, names in (("sets", QUAD), ("line", LINE), ("proof", PROOF))
+            )
+            energies = {k: exactly(file[f"data/energies/{k}"][()]) for k in ENERGIES[:2]}
+        if len(sets["rising"]) > SETS or sets["p"].shape[1:] != (2,):
+            raise Refused(f"there are more than {SETS} sets, or their curves are no lines")
+        names = ("a", "b", "l0", "l1")
+        rows = zip(sets["rising"], *(sets[x] for x in names), sets["p"], strict=True)
+        quads = [
+            Quad(bool(up), exactly(a), exactly(b), exactly(l0), exactly(l1), list(map(exactly, p)))
+            for up, a, b, l0, l1, p in rows
+        ]
+        if not all(quad.a and quad.b and quad.l1 for quad in quads):
+            raise Refused("a set has no extent")
+        e1, e2, centre, half = (exactly(along[k]) for k in LINE)
+        line = Line(number(config["problem"]["J1_0"]), e1, e2, centre, half)
+        return config, [line, *quads], proof, energies
+    except (OSError, KeyError, ValueError, TypeError, AttributeError, IndexError, OverflowError,
+            RuntimeError) as error:  # fmt: skip
+        raise Refused(f"it cannot be read: {str(error)[:200]}") from None
+
+
+def each(proof: dict[str, Any], n: int) -> Iterator[dict[str, Any]]:
+    """The arrays of the steps of each of n sets, one after the other."""
+    of, terms = ([int(x) for x in proof[name]] for name in ("family", "terms"))
+    if len(of) != len(terms) or any(x < 1 for x in terms) or sum(terms) != len(proof["powers"]):
+        raise Refused("steps are not as many as they say")
+    first, row = 0, 0
+    for k in range(n):
+        last, end = first, row
+        while last < len(of) and of[last] in (k, k + n):
+            last, end = last + 1, end + terms[last]
+        if last == first:
+            raise Refused(f"set {k - 1} has no steps, or they are out of order")
+        # As if of the first of five sets, of which five more are what is finer.
+        here = {name: proof[name][first:last] for name in ("bits", "terms")}
+        rows = {name: proof[name][row:end] for name in ("powers", "coefficients")}
+        family = [0 if x == k else 5 for x in of[first:last]]
+        yield {"family": family, **here, **rows}
+        first, row = last, end
+    if first < len(of):
+        raise Refused("there are steps of no set, or they are out of order")
+
+
+def check(path: Path, given: Path | None = None, processes: int = 1) -> str:
+    """What a file proves, and of which numbers; raises Refused or Fails."""
+    Interval.digits = DIGITS
+    config, sources, proof, energies = read(path)
+    code, problem = config.get("code"), dict(config.get("problem") or {})
+    if not isinstance(code, str) or set(code) - {"0", "1"} or len(code) + 1 != len(sources):
+        raise Refused("its code is none, or not of as many symbols as there are sets")
+    try:
+        if given:
+            import yaml
+
+            wanted = yaml.load(given.read_text(encoding="utf-8"), yaml.BaseLoader)["problem"]
+            check_against({k: problem[k] for k in GIVEN}, {k: wanted[k] for k in GIVEN})
+        problem = {k: problem[k] for k in GIVEN}
+        of = "A = {}; r = {}; mu = {}; h0 = {}; J1_0 = {}".format(
+            *(", ".join(problem[key]) for key in ("A", "r")), *(problem[k] for k in GIVEN[2:])
+        )
+        problem |= energies
+    except (KeyError, TypeError, AttributeError) as error:
+        raise Refused(f"its config, or the one given, lacks something: {error!r}") from None
+    Interval.digits = DIGITS
+    if Interval.of(sources[0].J1).low <= 0 or energies["spread"] <= 0:
+        raise Refused("J1_0 > 0 is broken, or cannot be told; or there are no energies")
+    links: list[Any] = [*zip(sources, each(proof, len(sources)), strict=True), (None, {})]
+    pairs = [links[k : k + 2] for k in range(len(sources))]
+    with ProcessPoolExecutor(processes) as pool:
+        for k, symbol in enumerate(pool.map(checked, [problem] * len(pairs), pairs)):
+            # What follows on the line has no symbol.
+            if k and str(symbol) != code[k - 1]:
+                raise Fails(f"symbol {k} is {symbol}")
+    where = phases(problem_of(problem), sources[0], next(iter(_steps(links[0][1])))[0])
+    ends = math.floor(Fraction(where.low, 1 << DIGITS) * 10**9), math.ceil(where.above * 10**9)
+    low, high = (Decimal(x).scaleb(-9) for x in ends)
+    return f"proven of {of}: of the starts with theta2_0 from {low} to {high} one has {code}"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Check a proof; the exit code is 0 where it holds."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("file", type=Path)
+    parser.add_argument("--config", type=Path, help="a YAML config that it is to be of")
+    parser.add_argument("-j", type=int, default=1, metavar="PROCESSES")
+    given = parser.parse_args(arguments)
+    try:
+        print(check(given.file, given.config, given.j))
+    except (Refused, Fails, OSError) as error:
+        print(f"{given.file}: not proven: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,129 @@
+"""Proofs that an orbit with a given code exists: made, checked by both checkers, and spoilt."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from rigidpend.results import store
+from rigidpend.routes.certified import pieces
+from rigidpend.runs import certificates, orbit_proofs
+from scripts import check_orbit as script
+from scripts.check_certificate import Fails, Refused
+from tests.cli.calls import call
+from tests.experiments.trees import reference
+
+CODE = "011"
+NAME = f"x{orbit_proofs.SUFFIX}"
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("orbit")
+    done = call(folder, "find", "fig4", "--code", CODE, "--json", "-j", "1", "--proof", NAME)
+    assert done.returncode == 0, done.stderr
+    (folder / "found.json").write_text(done.stdout)
+    return folder / NAME
+
+
+def said_by_both(file: Path) -> Iterator[tuple[bool, str]]:
+    """Whether each checker believes a proof, and what it says."""
+    checks: list[Callable[[], Any]] = [
+        lambda: certificates.check(file, jobs=1, report=print)[0],
+        lambda: script.check(file),
+    ]
+    for check in checks:
+        try:
+            yield True, str(check())
+        except (store.StoreError, Refused, Fails) as refusal:
+            yield False, str(refusal)
+
+
+@pytest.mark.slow
+def test_both_prove_the_code_of_a_start_beside_the_one_that_was_found(file: Path) -> None:
+    found = float(json.loads((file.parent / "found.json").read_text())["theta2_0"])
+    for believed, text in said_by_both(file):
+        assert believed, text
+        assert text.endswith(CODE)
+        words = text.split()
+        low, high = (float(words[words.index(x) + 1]) for x in ("from", "to"))
+        assert low < found < high < low + 1e-3
+
+
+def spoil(file: Any, how: str) -> None:
+    """Change a proof; the third set has number 2."""
+    config = json.loads(file["config"].asstr()[()])
+    sets, proof = file["data/sets"], file["data/proof"]
+    if how == "another symbol":
+        config["code"] = CODE[:2] + "0"
+    elif how == "a longer code":
+        config["code"] += "1"
+    elif how == "another energy":
+        file["data/energies/shift"][()] += 1e-7
+    elif how == "fewer energies":
+        file["data/energies/spread"][()] /= 2
+    elif how == "another action":
+        config["problem"]["J1_0"] = "1.001e-8"
+    elif how == "a set too wide":
+        sets["a"][2] *= 1e4
+    elif how == "a set too flat":
+        sets["b"][2] /= 1e3
+    elif how == "of the other section":
+        sets["rising"][2] = not sets["rising"][2]
+    elif how == "a step of another set":
+        proof["family"][-1] = 0
+    else:
+        proof["coefficients"][len(proof["powers"]) // 2, 0] += 1 << 30
+    del file["config"]
+    file["config"] = json.dumps(config)
+    file["config"].attrs.update(units="", description="resolved config, JSON")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("how", "reason"),
+    [
+        ("another symbol", "the code is 011|symbol 3"),
+        ("a longer code", "4 symbols|as many symbols"),
+        ("another energy", "C"),
+        ("fewer energies", "C6: the energies of its starts|C6: energies along the line"),
+        ("another action", "C3"),
+        ("a set too wide", "C"),
+        ("a set too flat", "C"),
+        ("of the other section", "C6: the next set is not one"),
+        ("a step of another set", "C|out of order"),
+        ("a coefficient", "C"),
+    ],
+)
+def test_what_is_changed_proves_nothing(file: Path, how: str, reason: str, tmp_path: Path) -> None:
+    copy = tmp_path / NAME
+    shutil.copy(file, copy)
+    with h5py.File(copy, "r+") as opened:
+        spoil(opened, how)
+    for believed, text in said_by_both(copy):
+        assert not believed, text
+        assert any(each in text for each in reason.split("|")), text
+
+
+def test_steps_of_some_sets_are_those_of_all() -> None:
+    proof = reference("full_shift")["data"]["proof"]
+    parts = [pieces.of_some(proof, 5, range(*ends)) for ends in ((0, 2), (2, 5))]
+    assert [x for p, n in zip(parts, (2, 3), strict=True) for x in pieces.unpacked(p, n)] == (
+        pieces.unpacked(proof, 5)
+    )
+    joined = pieces.joined(parts, (2, 3))
+    assert all(np.array_equal(joined[name], proof[name]) for name in joined)
+    with pytest.raises(ValueError, match="other terms than are stored"):
+        pieces.of_some({**proof, "terms": proof["terms"] + 1}, 5, range(1))
+
+
+def test_a_proof_has_a_name_by_which_it_is_known(tmp_path: Path) -> None:
+    done = call(tmp_path, "find", "fig4", "--code", "0", "--code", "1", "--proof", NAME)
+    assert (done.returncode, "--proof is of one orbit" in done.stderr) == (2, True)
