@@ -42,28 +42,33 @@ PARTS = 32
 """Parts of a step on which signs and rates are told."""
 ALONE, THIN, WIDEST = Fraction(1, 32), Fraction(1, 2**20), Fraction(1, 4096)
 """Distances within which a point of the section and one of a line is alone; radius of a tube."""
-MOST = {"steps": 4000, "work": 5 * 10**8, "degree": 100, "bits": 124, "curve": 20}
+MOST = {"steps": 4000, "work": 25 * 10**8, "degree": 100, "bits": 124, "curve": 20}
 """Sizes of a proof at most; work is that of multiplying term by term, minutes."""
 STEEP = 64
 """Exponent of a bound's growth over a step at most."""
+LIGHT = 64
+"""Times that w counts in a difference of two orbits of different energies."""
+CONSTANT, ALONG = (0, 0, 0, 0), (1, 2, 3)
+"""Powers of x, u, v and w of a constant; the places of u, v and w among them."""
 
 
 class Series:
-    """A sum of terms w T_j(x) u^k v^l in units of 2^-digits.
+    """A sum of terms c T_j(x) u^k v^l w^m in units of 2^-digits.
 
     It stands for every polynomial whose coefficients differ by `error` at most, all together, and
-    whose degrees in u and v are at most those of `most_of`; if that is None, for every function.
+    whose degrees in u, v and w are at most those of `most_of`; if that is None, for every function.
     """
 
     def __init__(
-        self, terms: dict[Any, int], digits: int, error: int = 0, most_of: Any = (0, 0)
+        self, terms: dict[Any, int], digits: int, error: int = 0, most_of: Any = (0, 0, 0)
     ) -> None:
         self.terms, self.digits, self.error, self.most_of = terms, digits, error, most_of
 
     @classmethod
     def made(cls, terms: dict[Any, int], digits: int) -> Series:
-        """One without error."""
-        most_of = tuple(max((at[i] for at in terms), default=0) for i in (1, 2))
+        """One without error; powers that are left out are 0."""
+        terms = {(*at, 0)[:4]: c for at, c in terms.items()}
+        most_of = tuple(max((at[i] for at in terms), default=0) for i in (1, 2, 3))
         return cls(terms, digits, 0, most_of)
 
     @classmethod
@@ -73,7 +78,7 @@ class Series:
         ends = Interval.of(x)
         middle = (ends.low + ends.high) // 2
         # The middle is rounded down, so that it is nearer to the lower end.
-        return cls({(0, 0, 0): middle}, Interval.digits, ends.high - middle)
+        return cls({CONSTANT: middle}, Interval.digits, ends.high - middle)
 
     @property
     def most(self) -> Fraction:
@@ -81,8 +86,8 @@ class Series:
         return Fraction(sum(map(abs, self.terms.values())) + self.error, 1 << self.digits)
 
     def ball(self, more: Any = 0) -> Interval:
-        """All values for all x, u and v, and what is at most so far from them."""
-        centre = Fraction(self.terms.get((0, 0, 0), 0), 1 << self.digits)
+        """All values for all x, u, v and w, and what is at most so far from them."""
+        centre = Fraction(self.terms.get(CONSTANT, 0), 1 << self.digits)
         return around(centre, self.most - abs(centre) + above(more))
 
     def raised(self, digits: int) -> Series:
@@ -118,11 +123,12 @@ class Series:
         other = Series.of(other)
         found: dict[Any, int] = {}
         # T_i T_j is half the sum of T_{i+j} and T_{|i-j|}: a digit more.
-        for (i, k, l), w in self.terms.items():
-            for (j, m, n), x in other.terms.items():
+        for (i, k, l, m), c in self.terms.items():
+            for (j, n, o, p), x in other.terms.items():
+                product = c * x
                 for degree in (i + j, abs(i - j)):
-                    at = degree, k + m, l + n
-                    found[at] = found.get(at, 0) + w * x
+                    at = degree, k + n, l + o, m + p
+                    found[at] = found.get(at, 0) + product
         sizes = [sum(map(abs, each.terms.values())) for each in (self, other)]
         error = sizes[0] * other.error + sizes[1] * self.error + self.error * other.error
         most_of = self.joined(other, int.__add__)
@@ -134,13 +140,14 @@ class Series:
         """The derivative in x."""
         found: dict[Any, int] = {}
         # T_j' = 2 j (T_{j-1} + T_{j-3} + ...), of which T_0 counts half.
-        for (j, k, l), w in self.terms.items():
+        for (j, *powers), c in self.terms.items():
             for i in range(j - 1, -1, -2):
-                found[i, k, l] = found.get((i, k, l), 0) + (1 if i == 0 else 2) * j * w
+                at = i, *powers
+                found[at] = found.get(at, 0) + (1 if i == 0 else 2) * j * c
         return Series.made(found, self.digits)
 
     def along(self, variable: int) -> Series:
-        """The derivative in u or v (1, 2)."""
+        """The derivative in u, v or w (1, 2, 3)."""
         if self.most_of is None:
             raise Fails("C7: a function of which only values are bounded has no derivative")
         found = {
@@ -164,8 +171,8 @@ class Series:
         return Series(found, self.digits, self.error, self.most_of)
 
     def on_parts(self) -> list[Interval]:
-        """Values on equal parts of x, for all u and v."""
-        rows = {j: w for (j, k, l), w in self.terms.items() if not k and not l}
+        """Values on equal parts of x, for all u, v and w."""
+        rows = {j: c for (j, *powers), c in self.terms.items() if not any(powers)}
         beside = self.most - Fraction(sum(map(abs, rows.values())), 1 << self.digits)
         # |T_j'| <= j^2, and from the middle of a part it is 1/PARTS to its end.
         beside += Fraction(sum(j * j * abs(w) for j, w in rows.items()), PARTS << self.digits)
@@ -180,9 +187,13 @@ class Series:
         return found
 
 
-def threefold(x: Series) -> list[Fraction]:
-    """Bounds on a series, and on its derivatives in u and v."""
-    return [x.most, x.along(1).most, x.along(2).most]
+ENERGY = Series.made({(0, 0, 0, 1): 1}, 0)
+"""w, by which energies differ."""
+
+
+def fourfold(x: Series) -> list[Fraction]:
+    """Bounds on a series, and on its derivatives in u, v and w."""
+    return [x.most, *(x.along(i).most for i in ALONG)]
 
 
 def around(centre: Any, radius: Any) -> Interval:
@@ -211,10 +222,19 @@ class Problem(NamedTuple):
     to_M: tuple[Interval, Interval]
     """From Qp + Qm to M1 and from Qp - Qm to M2."""
     h: Interval
+    spread: Fraction
+    """The energies are h + spread w."""
+    h0: Interval | None
+    """kappa J2_0^2/2 of starts of one J2_0; None of those of one energy."""
     sigma: Interval
     F: Interval
     Omega: Interval
     w: Interval
+
+    @property
+    def energies(self) -> Series:
+        """The energies of all w."""
+        return ENERGY * self.spread + self.h
 
     def field(self, y: Sequence[Any]) -> list[Any]:
         """The derivatives of Qp, Qm, M3, gamma1, gamma2, gamma3 in t'."""
@@ -257,11 +277,8 @@ class Problem(NamedTuple):
 def problem_of(given: dict[str, Any]) -> Problem:
     """The constants, from the numbers of a config."""
     (A1, A2, A3), (r1, r2, r3) = (map(number, given[key]) for key in ("A", "r"))
-    wide = Interval.of(number(given.get("around", "0")))
-    if wide.low < 0:
-        raise Refused("around >= 0 is broken, or cannot be told")
-    near = around(1, wide)
-    mu, h = (number(given[name]) * near for name in ("mu", "h"))
+    held, shift, spread = "h" not in given, given.get("shift", 0), given.get("spread", 0)
+    mu, h = (Interval.of(number(given[name])) for name in ("mu", "h0" if held else "h"))
     ordered = Interval.of(A1 - A3).low > 0 and Interval.of(A3 - A2).low > 0
     if not (ordered and Interval.of(A2).low > 0 and r3 == 0 and r1 >= 0 and r2 >= 0):
         raise Refused("A1 > A3 > A2 > 0 or r1, r2 >= 0 = r3 is broken, or cannot be told")
@@ -275,7 +292,8 @@ def problem_of(given: dict[str, Any]) -> Problem:
     Omega = larger(two * larger(omega[0].size, omega[1].size), kappa.size / sigma)
     w = sqrt(Omega / F) if F.low << 32 > Omega.high else Interval.of(2**16)
     return Problem(
-        *(lam, a, b, (mu * rho1, mu * rho2), omega, (1 / (2 * c), 1 / (2 * s)), h),
+        *(lam, a, b, (mu * rho1, mu * rho2), omega, (1 / (2 * c), 1 / (2 * s))),
+        *(h + shift, spread, h if held else None),
         *(sigma, F, Omega, Interval(w.low, w.low)),
     )
 
@@ -289,27 +307,34 @@ class Quad(NamedTuple):
     l0: Fraction
     l1: Fraction
     p: list[Fraction]
+    moves: Sequence[list[Fraction]] = ()
+    """What w, w^2 and so on add to p."""
 
-    def curve(self, g: Series, slope: bool = False) -> Series:
-        """p(g), or its derivative."""
-        found = Series.of(0)
-        for k in range(len(self.p) - 1, slope - 1, -1):
-            found = found * g + self.p[k] * (k if slope else 1)
-        return found
+    def curve(self, g: Series, w: Series, in_g: bool = False, in_w: bool = False) -> Series:
+        """p(g), or a derivative of it."""
+        total = Series.of(0)
+        for m in range(len(self.moves), in_w - 1, -1):
+            p = self.moves[m - 1] if m else self.p
+            found = Series.of(0)
+            for k in range(len(p) - 1, in_g - 1, -1):
+                found = found * g + p[k] * ((k if in_g else 1) * (m if in_w else 1))
+            total = total * w + found
+        return total
 
     def place(self) -> tuple[Series, Series]:
         """d and g of its points."""
         u, v = Series.made({(0, 1, 0): 1}, 0), Series.made({(0, 0, 1): 1}, 0)
         g = u * (self.a / self.l1) - v * (self.b / self.l1) - self.l0 / self.l1
-        return self.curve(g) + u * self.a, g
+        return self.curve(g, ENERGY) + u * self.a, g
 
-    def coordinates(self, d: Series, g: Series) -> tuple[Series, Series]:
-        off = d - self.curve(g)
+    def coordinates(self, d: Series, g: Series, w: Series) -> tuple[Series, Series]:
+        off = d - self.curve(g, w)
         return off * (1 / self.a), (off - self.l0 - g * self.l1) * (1 / self.b)
 
-    def directions(self, g: Series, by_d: Series, by_g: Series) -> tuple[Series, Series]:
-        """The derivatives of U and V from those of d and g."""
-        off = by_d - self.curve(g, slope=True) * by_g
+    def directions(self, g: Series, w: Series, *by: Series) -> tuple[Series, Series]:
+        """The derivatives of U and V from those of d, g and w."""
+        by_d, by_g, by_w = by
+        off = by_d - self.curve(g, w, in_g=True) * by_g - self.curve(g, w, in_w=True) * by_w
         return off * (1 / self.a), (off - by_g * self.l1) * (1 / self.b)
 
 
@@ -321,6 +346,8 @@ class Line(NamedTuple):
     e2: Fraction
     centre: Fraction
     half: Fraction
+    moves: Sequence[Fraction] = ()
+    """What w, w^2 and so on add to centre."""
 
 
 class Step(NamedTuple):
@@ -338,8 +365,9 @@ class Arrival(NamedTuple):
     begin: list[Interval]
     time: Interval
     """When, t' from the beginning."""
-    slopes: list[tuple[Series, Series]]
-    """The derivatives of d and g in u, and those in v."""
+    slopes: Sequence[tuple[Series, ...]]
+    """The derivatives of d, g and w in u, those in v, and those in w."""
+    w: Series = ENERGY
 
 
 def beginning(p: Problem, quad: Quad, step: Step) -> tuple[list[Interval], list[Fraction]]:
@@ -361,7 +389,7 @@ def beginning(p: Problem, quad: Quad, step: Step) -> tuple[list[Interval], list[
         - Q * d * Fraction(1, 2)
         + g1 * p.mu[0]
         + g2 * p.mu[1]
-        - p.h,
+        - p.energies,
     ]
 
     def matrix(one: int, *at: Interval) -> list[list[Any]]:
@@ -375,12 +403,12 @@ def beginning(p: Problem, quad: Quad, step: Step) -> tuple[list[Interval], list[
         ]
 
     J = matrix(1, Q.ball(ALONE), g1.ball(ALONE), g2.ball(ALONE), d.ball())
-    turned = [matrix(0, *(x.along(i).ball() for x in (Q, g1, g2, d))) for i in (1, 2)]
+    turned = [matrix(0, *(x.along(i).ball() for x in (Q, g1, g2, d))) for i in ALONG]
     near = solution(residual, J, turned, ALONE)
     if Q.ball(ALONE).low <= 0:
         raise Fails("C1: the large Q is not shown to be positive at the points of a set")
-    apart = [near, near, threefold(y[2]), near, near, threefold(y[5] - g)]
-    apart[1 - large] = threefold(y[1 - large] - d)
+    apart = [near, near, fourfold(y[2]), near, near, fourfold(y[5] - g)]
+    apart[1 - large] = fourfold(y[1 - large] - d)
     return [Q.ball(), g1.ball(), g2.ball()], p.norms(apart)
 
 
@@ -391,18 +419,25 @@ def line_beginning(p: Problem, line: Line, step: Step) -> list[Fraction]:
     square, zero = m1 * m1 + m2 * m2, Interval.of(0)
     u = Series.made({(0, 1, 0): 1}, 0)
     across = Qp * Qp * square
+    centre = Series.of(0)
+    for x in [*line.moves[::-1], line.centre]:
+        centre = centre * ENERGY + x
+    # Where J2 is given it is the energy without the weight that is.
+    weight, level = (p.mu, p.energies) if p.h0 is None else ((zero, zero), p.h0)
     residual = [
         Qp * (g1 * m1 + g2 * m2) + M3 * g3,
         g1 * g1 + g2 * g2 + g3 * g3 - 1,
-        (across + M3 * M3) * (kappa / 2) + g1 * p.mu[0] + g2 * p.mu[1] - p.h,
+        (across + M3 * M3) * (kappa / 2) + g1 * weight[0] + g2 * weight[1] - level,
         # |M| = 2 J1 - M3.
         across + (M3 - J1) * (4 * J1),
-        g1 * line.e1 + g2 * line.e2 - line.centre - u * line.half,
+        g1 * line.e1 + g2 * line.e2 - centre - u * line.half,
     ]
 
     def matrix(one: int, *at: Interval) -> list[list[Any]]:
         q, m, y1, y2, y3 = at
-        mu1, mu2, action, e1, e2 = (one * Interval.of(x) for x in (*p.mu, 4 * J1, line.e1, line.e2))
+        mu1, mu2, action, e1, e2 = (
+            one * Interval.of(x) for x in (*weight, 4 * J1, line.e1, line.e2)
+        )
         return [
             [m1 * y1 + m2 * y2, y3, q * m1, q * m2, m],
             [zero, zero, 2 * y1, 2 * y2, 2 * y3],
@@ -412,11 +447,11 @@ def line_beginning(p: Problem, line: Line, step: Step) -> list[Fraction]:
         ]
 
     unknown = (Qp, M3, g1, g2, g3)
-    turned = [matrix(0, *(x.along(i).ball() for x in unknown)) for i in (1, 2)]
+    turned = [matrix(0, *(x.along(i).ball() for x in unknown)) for i in ALONG]
     near = solution(residual, matrix(1, *(x.ball(THIN) for x in unknown)), turned, THIN)
     if Qp.ball(THIN).low <= 0 or M3.ball(THIN).high >= 0:
         raise Fails("C1: Qp > 0 > M3 is not shown at the starts")
-    return p.norms([near, threefold(Qm), near, near, near, near])
+    return p.norms([near, fourfold(Qm), near, near, near, near])
 
 
 def solution(
@@ -424,8 +459,8 @@ def solution(
 ) -> list[Fraction]:
     """C1: how near a solution is, the only one within `room`, where J holds the derivatives.
 
-    Newton's iteration with a fixed matrix contracts the box of that size into itself. The second
-    and third are of the solution's derivatives in u and v, from those of the matrix.
+    Newton's iteration with a fixed matrix contracts the box of that size into itself. The others
+    are of the solution's derivatives in u, v and w, from those of the matrix.
     """
     n = range(len(residual))
     C = inverse([[Fraction(x.low + x.high, 2 << Interval.digits) for x in row] for row in J])
@@ -437,7 +472,7 @@ def solution(
     def moved(right: Sequence[Fraction]) -> Fraction:
         return max(sum((abs(C[i][k]) * right[k] for k in n), Fraction(0)) for i in n) / (1 - share)
 
-    values, *along = zip(*map(threefold, residual), strict=True)
+    values, *along = zip(*map(fourfold, residual), strict=True)
     if share >= 1 or (near := moved(values)) > room:
         raise Fails("C1: no points are shown to be where the orbits begin")
     return [near] + [
@@ -484,17 +519,17 @@ def tube(p: Problem, step: Step, begin: Fraction) -> tuple[Fraction, Fraction]:
 
 
 def defects(p: Problem, step: Step) -> list[Fraction]:
-    """C2: bounds on the defect of a step and on its derivatives in u and v."""
+    """C2: bounds on the defect of a step and on its derivatives in u, v and w."""
     pairs = zip(step.states, p.field(step.states), strict=True)
-    return p.norms([threefold(y.slope() - step.half * f) for y, f in pairs])
+    return p.norms([fourfold(y.slope() - step.half * f) for y, f in pairs])
 
 
 def carried(p: Problem, step: Step, begin: list[Fraction], leaps: list[Fraction]) -> list[Fraction]:
     """C3: the bounds at the end of a step on the distance and on its derivatives."""
     first, *along = (a + 2 * b for a, b in zip(begin, leaps, strict=True))
     bound, growth = tube(p, step, first)
-    size, *slopes = p.norms([threefold(y) for y in step.states])
-    length, *lengths = threefold(step.half)
+    size, *slopes = p.norms([fourfold(y) for y in step.states])
+    length, *lengths = fourfold(step.half)
     found = [bound]
     for x, slope, changed in zip(along, slopes, lengths, strict=True):
         # Where orbits and polynomials differ, so does what carries their derivatives.
@@ -532,12 +567,12 @@ def arrival(p: Problem, start: Quad | Line, steps: Sequence[Step]) -> Arrival:
         side, order = 1 if start.rising else -1, [1, 0, -1]
         begin, bounds = beginning(p, start, steps[0])
     told: list[int] = []
-    passed = Interval.of(0)
+    passed, starts = Interval.of(0), bounds
     for k, step in enumerate(steps):
         if k:
             before = [state.at(0, 1) for state in steps[k - 1].states]
             gap = p.norms(
-                [threefold(a.at(0, -1) - b) for a, b in zip(step.states, before, strict=True)]
+                [fourfold(a.at(0, -1) - b) for a, b in zip(step.states, before, strict=True)]
             )
             bounds = [a + b for a, b in zip(bounds, gap, strict=True)]
         passed += 2 * step.half.ball()
@@ -549,7 +584,27 @@ def arrival(p: Problem, start: Quad | Line, steps: Sequence[Step]) -> Arrival:
         raise Fails("C4: M3 is not shown to leave zero at once and to return at the end")
     end = [state.at(0, 1) for state in steps[-1].states]
     found = crossing(p, end, bounds, side, begin)
-    return found._replace(time=passed + found.time)
+    found = found._replace(time=passed + found.time)
+    if isinstance(start, Line) and p.h0 is not None:
+        w, along = energies_along(p, p.h0, steps[0], starts)
+        by_w = along, Series.of(0), Series.of(0)
+        slopes = [(d, g, each) for (d, g, _), each in zip(found.slopes, by_w, strict=True)]
+        return found._replace(w=w, slopes=slopes)
+    return found
+
+
+def energies_along(
+    p: Problem, h0: Interval, step: Step, bounds: Sequence[Fraction]
+) -> tuple[Series, Series]:
+    """C6: w along a line of starts of one J2, and its derivative in u."""
+    g1, g2 = (step.states[k].at(0, -1) for k in (3, 4))
+    per = 1 / p.spread
+    w = (g1 * p.mu[0] + g2 * p.mu[1] + (h0 - p.h)) * per
+    unsure = above((p.mu[0].size + p.mu[1].size) * p.w * per)
+    found = w.wider(unsure * bounds[0])
+    if found.most > 1:
+        raise Fails("C6: energies along the line are others than those of the sets")
+    return found, w.along(1).wider(unsure * bounds[1])
 
 
 def crossing(
@@ -571,7 +626,7 @@ def crossing(
             steep = p.steepness(p.norm(*map(size, box)))
             more = exponential(Interval.of(steep * time)).above - 1
             slopes = []
-            for i in (1, 2):
+            for i in ALONG:
                 moved = [state.along(i) for state in end]
                 most = p.norm(*(x.most for x in moved)) + bounds[i]
                 off = p.apart(bounds[i] + more * most)
@@ -593,7 +648,9 @@ def _crossed(
     if box[large].low <= 0 <= box[large].high:
         raise Fails("C5: the side on which the orbits leave is not told")
     sign = 1 if box[large].low > 0 else -1
-    (d, g), *slopes = ((x[1 - large] * sign, x[5] * sign) for x in places)
+    (d, g), *along = ((x[1 - large] * sign, x[5] * sign) for x in places)
+    by_w = [Series.of(int(i == 3)) for i in ALONG]
+    slopes = [(*each, last) for each, last in zip(along, by_w, strict=True)]
     there = [sign * box[large], box[3], box[4]]
     return Arrival(d, g, int(sign == side), there, begin, Interval.of(0), slopes)
 
@@ -602,7 +659,7 @@ def check_relation(source: Arrival, quad: Quad, begin: Sequence[Interval]) -> No
     """C6: the image of a set lies across another."""
     if any(size(a - b) > ALONE for a, b in zip(source.box, begin, strict=True)):
         raise Fails("C6: the crossings are on another sheet of the section")
-    U, V = quad.coordinates(source.d, source.g)
+    U, V = quad.coordinates(source.d, source.g, source.w)
     low, high = (U.at(1, side).ball() for side in (-1, 1))
     ends = [(low.high, high.low), (high.high, low.low)]
     one = 1 << Interval.digits
@@ -614,16 +671,18 @@ def check_relation(source: Arrival, quad: Quad, begin: Sequence[Interval]) -> No
 
 def check_cone(source: Arrival, quad: Quad) -> None:
     """C7: differences of orbits grow along u, or shrink along v."""
-    (U_u, V_u), (U_v, V_v) = (quad.directions(source.g, *along) for along in source.slopes)
+    (U_u, V_u), *others = (quad.directions(source.g, source.w, *x) for x in source.slopes)
     ends = U_u.ball()
     least = Fraction(max(ends.low, -ends.high), 1 << Interval.digits)
-    if least - U_v.most <= 1 or V_u.most + V_v.most >= 1:
+    (U_v, V_v), (U_w, V_w) = others
+    turned = U_v.most + U_w.most / LIGHT + LIGHT * source.slopes[0][2].most
+    if least - turned <= 1 or V_u.most + V_v.most + V_w.most / LIGHT >= 1:
         raise Fails("C7: the passage is not shown to stretch along u and to shrink along v")
 
 
 def check_middle(p: Problem, small: Fraction) -> None:
     """C8: orbits with |d| <= small on M3 = 0 cross it again on one of two sides, or never do."""
-    mu, h, kappa = hypotenuse(*p.mu), p.h, p.omega[2]
+    mu, h, kappa = hypotenuse(*p.mu), p.energies.ball(), p.omega[2]
     spins = [omega * m for omega, m in zip(p.omega, p.to_M, strict=False)]
     most, least = larger(*spins), -larger(-spins[0], -spins[1])
     if least.low <= 0:
@@ -718,10 +777,24 @@ QUAD = ("rising", "a", "b", "l0", "l1", "p")
 LINE = ("e1", "e2", "centre", "half")
 PROOF = ("family", "bits", "terms", "powers", "coefficients")
 """Arrays of sets, of a line of starts, and of steps."""
+ENERGIES = ("shift", "spread", "moves", "line")
+"""Where there are several: they are those of the config and shift + spread w."""
 
 
-def read(path: Path) -> tuple[dict[str, Any], list[Quad], list[Fraction], list[list[Step]]]:
-    """The config of a result, its sets, the numbers of its line, and the steps of all."""
+class Read(NamedTuple):
+    """What a file holds."""
+
+    config: dict[str, Any]
+    quads: list[Quad]
+    line: list[Any]
+    """All of a Line but J1."""
+    orbits: list[list[Step]]
+    shift: Fraction
+    spread: Fraction
+
+
+def read(path: Path) -> Read:
+    """The config of a result, its sets and energies, the numbers of its line, and all steps."""
     import h5py
 
     try:
@@ -732,6 +805,15 @@ def read(path: Path) -> tuple[dict[str, Any], list[Quad], list[Fraction], list[l
                 {k: file[f"data/{group}/{k}"][()] for k in names}
                 for group, names in (("sets", QUAD), ("line", LINE), ("proof", PROOF))
             )
+            several = {
+                k: file[f"data/energies/{k}"][()] for k in ENERGIES if "energies" in file["data"]
+            }
+        moves = several.get("moves", [[]] * 4)
+        shift, spread = (Fraction(float(several.get(k, 0))) for k in ("shift", "spread"))
+        if len(moves[0]) > MOST["curve"] or spread < 0:
+            raise Refused(
+                f"sets move by more than {MOST['curve']} powers of w, or by less than none"
+            )
         if not 0 < sets["p"].shape[1] <= MOST["curve"]:
             raise Refused(f"a curve has no coefficients, or more than {MOST['curve']}")
         quads = []
@@ -740,9 +822,11 @@ def read(path: Path) -> tuple[dict[str, Any], list[Quad], list[Fraction], list[l
                 Fraction(float(x))
                 for x in (*(sets[x][k] for x in ("a", "b", "l0", "l1")), *sets["p"][k])
             )
-            quads.append(Quad(bool(sets["rising"][k]), a, b, l0, l1, p))
+            curves = [[Fraction(float(x)) for x in curve] for curve in moves[k]]
+            quads.append(Quad(bool(sets["rising"][k]), a, b, l0, l1, p, curves))
         line = [Fraction(float(along[name])) for name in LINE]
-        return config, quads, line, list(_steps(proof))
+        line_moves = [Fraction(float(x)) for x in several.get("line", [])]
+        return Read(config, quads, [*line, line_moves], list(_steps(proof)), shift, spread)
     except (OSError, KeyError, ValueError, TypeError, AttributeError, IndexError, OverflowError,
             RuntimeError) as error:  # fmt: skip
         raise Refused(f"it cannot be read: {str(error)[:200]}") from None
@@ -760,7 +844,7 @@ def _steps(proof: dict[str, Any]) -> Iterable[list[Step]]:
         raise Refused("terms are not as many as they say")
     if not all(1 <= x <= MOST["bits"] for x in bits) or not set(of) <= set(range(2 * len(orbits))):
         raise Refused("a step has too many bits, or is of no set")
-    if any(len(at) != 3 or not all(0 <= n <= MOST["degree"] for n in at) for at in powers):
+    if any(len(at) not in (3, 4) or not all(0 <= n <= MOST["degree"] for n in at) for at in powers):
         raise Refused("a term is of no degree, or of one too high")
     first, left = 0, MOST["work"]
     for k, count, fine in zip(of, counts, bits, strict=True):
@@ -780,7 +864,7 @@ def _steps(proof: dict[str, Any]) -> Iterable[list[Step]]:
         left -= count * count * (1 + len(columns[6]))
         if left < 0:
             raise Refused("there are more terms than can be multiplied in minutes")
-        if any(j for j, _, _ in columns[6]):
+        if any(at[0] for at in columns[6]):
             raise Refused("the length of a step depends on time")
         first += count
         if k < len(orbits):
@@ -798,15 +882,32 @@ def _steps(proof: dict[str, Any]) -> Iterable[list[Step]]:
 
 def _stated(config: dict[str, Any]) -> dict[str, Any]:
     """What a config says of a proof; how many half rotations were asked for is no part of it."""
-    problem = {"around": "0"} | dict(config["problem"].items())
-    problem.pop("half_turns", None)
+    given = {"around": "0"} | dict(config["problem"].items())
+    left_out = (None, "null")
+    problem = {name: x for name, x in given.items() if name != "half_turns" and x not in left_out}
     return {"experiment": config["experiment"], "problem": problem}
+
+
+def _energies(found: Read) -> dict[str, Fraction]:
+    """The energies of a proof, if they are those that its config asks for."""
+    given = found.config["problem"]
+    if given.get("h") is None:
+        if not found.spread:
+            raise Refused("starts of one J2_0 have other energies than one")
+    else:
+        wide = Interval.of(number(given.get("around", "0")) * number(given["h"]))
+        if wide.low < 0:
+            raise Refused("around >= 0 is broken, or cannot be told")
+        if found.shift or found.spread < wide.above:
+            raise Refused("its config asks for other energies than it is of")
+    return {"shift": found.shift, "spread": found.spread}
 
 
 def check(path: Path, given: Path | None = None) -> str:
     """What a result proves, and of which numbers; raises Refused or Fails."""
     Interval.digits = DIGITS
-    config, quads, line, orbits = read(path)
+    found = read(path)
+    config = found.config
     try:
         if given:
             import yaml
@@ -814,19 +915,21 @@ def check(path: Path, given: Path | None = None) -> str:
             wanted = yaml.load(given.read_text(encoding="utf-8"), yaml.BaseLoader)
             check_against(_stated(config), _stated(wanted))
             Interval.digits = DIGITS
-        problem = {key: config["problem"][key] for key in ("A", "r", "mu", "h")}
-        near = problem["around"] = config["problem"].get("around", "0")
+        name = "h" if config["problem"].get("h") is not None else "h0"
+        problem = {key: config["problem"][key] for key in ("A", "r", "mu", name)}
         action = config["problem"]["J1_0"]
         triples = [", ".join(problem[key]) for key in ("A", "r") if len(problem[key]) == 3]
-        of = "A = {}; r = {}; mu = {mu}; h = {h}".format(*triples, **problem)
+        of = f"A = {triples[0]}; r = {triples[1]}; mu = {problem['mu']}; {name} = {problem[name]}"
     except (KeyError, TypeError, IndexError, AttributeError) as error:
         raise Refused(f"its config, or the one given, lacks something: {error!r}") from None
-    if near != "0":
-        of += f", and all mu and h that differ from these by at most {near} of them"
+    problem |= _energies(found)
+    if found.spread:
+        of += f" + {float(found.shift)!r}" if found.shift else ""
+        of += f", energies that differ from it by at most {float(found.spread)!r}"
     J1 = number(action)
     if Interval.of(J1).low <= 0:
         raise Refused("J1_0 > 0 is broken, or cannot be told")
-    least, most, doubts = prove(problem, quads, Line(J1, *line), orbits)
+    least, most, doubts = prove(problem, found.quads, Line(J1, *found.line), found.orbits)
     # Rounded outward.
     times = f"{math.floor(least * 10**4) / 10**4} to {math.ceil(most * 10**4) / 10**4}"
     further = (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -13,13 +14,12 @@ from numpy.typing import NDArray
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Data, Tree
-from rigidpend.experiments.full_shift.layout import DRAWN, LINE, PROOF, QUADS, RELATIONS
+from rigidpend.experiments.full_shift.layout import DRAWN, ENERGIES, LINE, PROOF, QUADS, RELATIONS
+from rigidpend.numbers.exact import exact
 
 if TYPE_CHECKING:
     from rigidpend.experiments.full_shift.schema import Config
-    from rigidpend.mechanics.body import Body
-    from rigidpend.numbers.exact import Exact
-    from rigidpend.routes.certified.coverings import Reached, Relation
+    from rigidpend.routes.certified.coverings import Numbers, Reached, Relation
     from rigidpend.routes.certified.families import Family
     from rigidpend.routes.certified.horseshoe import ShiftProblem
     from rigidpend.routes.certified.pieces import Quad
@@ -28,8 +28,8 @@ Array = NDArray[np.float64]
 
 SIDE = 24
 """Points on a side of an outline."""
-SECONDS = 6.0
-"""Seconds that a proof takes."""
+SECONDS, OF_ONE_J2_SECONDS, OF_ENERGIES_SECONDS = 6.0, 10.0, 30.0
+"""Seconds that a proof takes: of one energy, of those of starts of one J2_0, of an interval."""
 UNDECIDED = "undecided, nothing is proven"
 FURTHER = (
     "all of them stretch one way and shrink the other: in the sets each sequence has one orbit",
@@ -37,6 +37,11 @@ FURTHER = (
     " sequence is the code of an orbit from T1 to T1 or T2, and of one from T2",
 )
 """Theorems 3 and 4, which a body may lack that has the first two."""
+OF_ENERGIES = "all of this of every energy that differs from h by at most {1!r}"
+OF_ONE_J2 = (
+    "all of this of every energy that differs from h0 + {0!r} by at most {1!r}, but the starts"
+    " are those of one J2_0 = sqrt(2 h0/kappa), which have these energies"
+)
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -47,7 +52,7 @@ def compute(config: Config, means: Means) -> Tree:
 
     doubts = []
     try:
-        for setting in search.trials(*_level(config), config.problem.half_turns):
+        for setting in search.trials(_found(config), config.problem.half_turns):
             means.report(
                 f"four sets are found, with passages of {setting.half_turns} half rotations"
             )
@@ -63,13 +68,19 @@ def compute(config: Config, means: Means) -> Tree:
 def _proven(config: Config, setting: ShiftProblem, means: Means) -> Tree:
     from rigidpend.routes.certified import horseshoe, pieces
 
+    if config.problem.h0 is not None:
+        setting = horseshoe.widened(setting, _fraction(config))
     sets = horseshoe.quads(setting)
     orbits = [horseshoe.pieces(setting, quad) for quad in sets]
     starts, theta2 = horseshoe.line(setting, _fraction(config), sets)
     orbits.append(horseshoe.line_pieces(setting, starts, theta2))
     quads, proof = pieces.packed_quads(sets), pieces.packed(orbits)
+    energies = None
+    if setting.spread:
+        shift = (setting.h - (setting.h0 or setting.h)).fraction or Fraction(0)
+        energies = pieces.packed_energies(shift, setting.spread, sets, starts)
     line = {name: float(getattr(starts, name)) for name in ("e1", "e2", "centre", "half")}
-    proven = checked(config, quads, line, proof)
+    proven = checked(config, quads, line, proof, energies)
     means.report("every code occurs: 8 of 8 covering relations are proven, and those of a line")
     rows = [
         {name: [getattr(one, name) for one in pair] for name in RELATIONS}
@@ -82,6 +93,7 @@ def _proven(config: Config, setting: ShiftProblem, means: Means) -> Tree:
         ),
         "line": datasets(LINE, line | _of_line(proven, theta2)),
         "proof": datasets(PROOF, proof),
+        **({"energies": datasets(ENERGIES, energies)} if energies else {}),
         "drawn": datasets(DRAWN, _drawn(sets, proven)),
     }
 
@@ -97,14 +109,16 @@ class Proven(NamedTuple):
     """Reasons for which Theorems 3 and 4 are undecided; empty where they are proven."""
 
 
-def checked(config: Config, quads: Data, line: Data, proof: Data) -> Proven:
+def checked(
+    config: Config, quads: Data, line: Data, proof: Data, energies: Data | None = None
+) -> Proven:
     """Check the proof of a result without integration: what it proves.
 
     Parameters
     ----------
     config : Config
-    quads, line, proof : Data
-        The groups `sets`, `line` and `proof` of a result.
+    quads, line, proof, energies : Data
+        The groups `sets`, `line`, `proof` and `energies` of a result, which may lack the last.
 
     Raises
     ------
@@ -113,10 +127,10 @@ def checked(config: Config, quads: Data, line: Data, proof: Data) -> Proven:
     """
     from rigidpend.routes.certified import coverings, pieces
 
-    sets = pieces.unpacked_quads(quads)
-    numbers = coverings.Numbers.of(*_level(config), config.problem.around)
+    sets = pieces.unpacked_quads(quads, energies)
+    numbers = _numbers(config, *pieces.unpacked_energies(energies))
     orbits = pieces.unpacked(proof, len(sets) + 1)
-    starts = pieces.unpacked_line(_fraction(config), line)
+    starts = pieces.unpacked_line(_fraction(config), line, energies)
     arrivals, relations = coverings.prove(numbers, sets, orbits[:-1])
     start, crossed = coverings.prove_line(numbers, starts, orbits[-1], sets, arrivals)
     both = [*itertools.chain(*relations), *crossed]
@@ -143,11 +157,11 @@ def theorems(config: Config, data: Data) -> list[str]:
     from rigidpend.routes.certified.checker import Undecided
 
     try:
-        proven = checked(config, data["sets"], data["line"], data["proof"])
+        proven = checked(config, data["sets"], data["line"], data["proof"], data.get("energies"))
     except Undecided as doubt:
         raise ArithmeticError(f"{UNDECIDED}: {doubt}") from None
-    count, around = sum(map(len, proven.relations)), config.problem.around
-    also = f"all of this of every mu and h that differ by at most {around} of themselves"
+    count, energies = sum(map(len, proven.relations)), data.get("energies")
+    also = OF_ONE_J2 if config.problem.h is None else OF_ENERGIES
     return [
         f"{count} covering relations hold: every sequence of 0 and 1 is the code of an orbit",
         "the line of starts crosses both upward sets: every one-sided sequence is a start's code",
@@ -155,12 +169,41 @@ def theorems(config: Config, data: Data) -> list[str]:
             f"undecided: {doubt}" if doubt else sentence
             for doubt, sentence in zip(proven.doubts, FURTHER, strict=True)
         ),
-        *([also] if float(around) else []),
+        *([also.format(*map(float, (energies["shift"], energies["spread"])))] if energies else []),
     ]
 
 
-def _level(config: Config) -> tuple[Body, Exact]:
-    return config.problem.body, config.problem.h
+def _found(config: Config) -> ShiftProblem:
+    """The body and its energy, or that of the middle of a line of starts of one J2_0."""
+    from rigidpend.routes.certified import horseshoe
+
+    problem = config.problem
+    if problem.h is not None:
+        return horseshoe.ShiftProblem(problem.body, problem.h, 1, spread=_spread(config))
+    assert problem.h0 is not None
+    return horseshoe.of_one_J2(problem.body, problem.h0, _fraction(config))
+
+
+def _spread(config: Config) -> Fraction:
+    """Half of the width of the energies that a config asks for, rounded upward."""
+    wide = float(exact(config.problem.h or 0) * config.problem.around)
+    return Fraction(math.nextafter(wide, math.inf) if wide else 0)
+
+
+def _numbers(config: Config, shift: Fraction, spread: Fraction) -> Numbers:
+    """The body and the energies of which a proof is."""
+    from rigidpend.routes.certified.checker import Undecided
+    from rigidpend.routes.certified.coverings import Numbers
+
+    problem = config.problem
+    if problem.h is not None:
+        if shift or spread < _spread(config):
+            raise Undecided("the energies are not those of the config")
+        return Numbers.of(problem.body, problem.h, spread)
+    assert problem.h0 is not None
+    if not spread:
+        raise Undecided("starts of one J2_0 have more energies than one")
+    return Numbers.of(problem.body, problem.h0 + exact(shift), spread, problem.h0)
 
 
 def _fraction(config: Config) -> Fraction:
@@ -220,11 +263,15 @@ def _in_chart(
 
 
 def _values(family: Family, u: Array, v: Array) -> Array:
+    """At the energy in the middle."""
     terms = family.doubled.to_dict().items()
     unit = 2.0 ** -(family.bits + 1)
-    return np.asarray(sum(int(w) * unit * u ** int(k) * v ** int(l) for (_, k, l), w in terms))
+    middle = ((c, at) for at, c in terms if not at[3])
+    return np.asarray(sum(int(c) * unit * u ** int(k) * v ** int(l) for c, (_, k, l, _) in middle))
 
 
 def cost(config: Config) -> float:
     """Estimate of the seconds that a proof takes."""
-    return SECONDS
+    if config.problem.h is None:
+        return OF_ONE_J2_SECONDS
+    return OF_ENERGIES_SECONDS if float(config.problem.around) else SECONDS

@@ -80,7 +80,13 @@ PROOF = {
     ),
     "bits": Field(WHOLE, ("steps",), "1", "its coefficients are in units of 2^-bits", within=ANY),
     "terms": Field(WHOLE, ("steps",), "1", "number of its terms", within=ANY),
-    "powers": Field(WHOLE, ("terms", 3), "1", "j, k, l of T_j(x) u^k v^l", within=ANY),
+    "powers": Field(
+        WHOLE,
+        ("terms", "powers"),
+        "1",
+        "j, k, l of T_j(x) u^k v^l; or j, k, l, m of T_j(x) u^k v^l w^m",
+        within=ANY,
+    ),
     "coefficients": Field(
         WHOLE,
         ("terms", 7),
@@ -89,6 +95,20 @@ PROOF = {
         " twice as large where j = 0",
         within=ANY,
     ),
+}
+ENERGIES = {
+    "shift": Field(
+        FLOAT, (), "1", "energies are h or h0 + shift + spread w, w from -1 to 1", within=CURVE
+    ),
+    "spread": Field(FLOAT, (), "1", "see shift"),
+    "moves": Field(
+        FLOAT,
+        ("sets", "orders", "curve"),
+        "1",
+        "what w, w^2 and so on add to p",
+        within=ANY,
+    ),
+    "line": Field(FLOAT, ("line orders",), "1", "what w, w^2 and so on add to centre", within=ANY),
 }
 DRAWN = {
     "chi": Field(FLOAT, ("sets", "outline"), "rad", "chi around the sets"),
@@ -102,6 +122,7 @@ LAYOUT: Layout = {
     "sets": held(CLOSE, QUADS),
     "relations": RELATIONS,
     "line": held(CLOSE, LINE),
+    "energies?": held(CLOSE, ENERGIES),
     "proof": PROOF,
     "drawn": held(CLOSE, DRAWN),
 }

@@ -67,9 +67,21 @@ def tables(result: Loaded) -> list[Table]:
                 for k in range(len(names))
             ],
             "The topological entropy is at least ln 2 a passage, so at least"
-            f" {_below(entropy, 4)} a unit of t'.",
+            f" {_below(entropy, 4)} a unit of t'.{_energies(result)}",
         ),
     ]
+
+
+def _energies(result: Loaded) -> str:
+    """A sentence on the energies, where there are several."""
+    found, given = result["data"].get("energies"), result["config"]["problem"]
+    if found is None:
+        return ""
+    middle = "h" if given.get("h") is not None else f"h0 + {float(found['shift'])!r}"
+    return (
+        f" All of this is of every energy that differs from {middle} by at most"
+        f" {float(found['spread'])!r}, with sets that move with it; drawn are those of the middle."
+    )
 
 
 def _below(x: float, digits: int) -> str:

@@ -15,25 +15,32 @@ from rigidpend.numbers.parameters import ParameterError
 class Problem(HeavyBody):
     """A heavy body and the energy at which every code is to be proven to occur."""
 
-    h: Number
-    """Energy of all orbits (eq. h0_new), dimensionless, h > mu > 0."""
+    h: Number | None = None
+    """Energy of all orbits (eq. h0_new), dimensionless, h > mu > 0; given unless h0 is."""
+    h0: Number | None = None
+    """Energy constant kappa J2_0^2/2 of starts of one J2_0, dimensionless, in the place of h."""
     J1_0: Number
     """Initial action of a line of starts, dimensionless, a decimal or fraction, J1_0 > 0."""
     half_turns: Annotated[Whole, Field(ge=1, le=100)] | None = None
     """Half rotations of every passage, by which sets are smaller; searched unless given."""
 
     around: Number = exact(0)
-    """Share by which mu, and h, may differ, dimensionless: one proof is of all of these."""
+    """Share by which h may differ, dimensionless: one proof is of all these energies."""
 
     @model_validator(mode="after")
     def _rotates(self) -> Self:
         with physics():
             if not float(self.mu) > 0:
                 raise ParameterError("mu", "without a weight no orbit leaves a surface: mu > 0")
-            if not float(self.h) > float(self.mu):
-                raise ParameterError("h", f"h > mu is broken: h = {self.h}, mu = {self.mu}")
-            if not 0 <= float(self.around) < 1e-3:
-                said = f"a number from 0 to less than 0.001 is wanted, got {self.around}"
+            name, level = ("h", self.h) if self.h is not None else ("h0", self.h0)
+            if level is None or (self.h is not None and self.h0 is not None):
+                raise ParameterError("h", "either h or h0 is wanted")
+            if not float(level) > float(self.mu):
+                raise ParameterError(name, f"{name} > mu is broken: {level}, mu = {self.mu}")
+            if self.h0 is not None and float(self.around):
+                raise ParameterError("around", "with h0 the energies are those of the line")
+            if not 0 <= float(self.around) < 0.1:
+                said = f"a number from 0 to less than 0.1 is wanted, got {self.around}"
                 raise ParameterError("around", said)
             if self.J1_0.fraction is None or not 0 < float(self.J1_0) < 1e-3:
                 said = f"a decimal or fraction between 0 and 0.001 is wanted, got {self.J1_0}"

@@ -21,7 +21,7 @@ from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_
 from rigidpend.numbers.exact import Exact
 from rigidpend.routes.certified.balls import BALLS, angles
 from rigidpend.routes.certified.checker import SCALARS, Undecided
-from rigidpend.routes.certified.families import Family
+from rigidpend.routes.certified.families import PARAMETERS, Family
 from rigidpend.routes.certified.growth import LogarithmicNorm
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad, StartLine
 from rigidpend.routes.certified.precision import precision
@@ -38,40 +38,60 @@ WIDEST = 2.0**-12
 """Radius of a tube at most."""
 TRIES, ROOM = 4, 4
 """Trials of a tube's radius, and the first over what it has at the beginning."""
+LIGHT = 64
+"""Weight of w in differences of orbits of different energies.
+
+Any number will do."""
+ENERGY = Family.of({(0, 0, 0, 1): 2}, 0)
+"""w, by which energies differ."""
+ALONG = [Family.of({(0, 0, 0): 2 * k}, 0) for k in (0, 0, 1)]
+"""Its derivatives in u, v and w."""
 
 
 def curve(p: Sequence[Fraction], g: Family) -> Family:
     """p(g)."""
-    found = Family.of_fraction(p[-1] if p else 0, BITS)
-    for x in p[-2::-1]:
-        found = found * g + Family.of_fraction(x, BITS)
+    return _summed([Family.of_fraction(x, BITS) for x in p], g)
+
+
+def moved(curves: Sequence[Sequence[Fraction]], g: Family, w: Family) -> Family:
+    """The sum of w^m p_m(g)."""
+    return _summed([curve(p, g) for p in curves], w)
+
+
+def _summed(p: Sequence[Family], x: Family) -> Family:
+    found = p[-1] if p else Family.of_fraction(0, BITS)
+    for each in p[-2::-1]:
+        found = found * x + each
     return found
 
 
 def place(quad: Quad) -> tuple[Family, Family]:
-    """d and g of the points of a set, as polynomials in u and v."""
+    """d and g of the points of a set, as polynomials in u, v and w."""
     u, v = Family.of({(0, 1, 0): 2}, 0), Family.of({(0, 0, 1): 2}, 0)
     by_u, by_v, from_0, a = (
         Family.of_fraction(x, BITS)
         for x in (quad.a / quad.l1, quad.b / quad.l1, quad.l0 / quad.l1, quad.a)
     )
     g = u * by_u - v * by_v - from_0
-    return curve(quad.p, g) + u * a, g
+    return moved((quad.p, *quad.moves), g, ENERGY) + u * a, g
 
 
-def coordinates(quad: Quad, d: Family, g: Family) -> tuple[Family, Family]:
-    """U and V of points of the section."""
-    off = d - curve(quad.p, g)
+def coordinates(quad: Quad, d: Family, g: Family, w: Family = ENERGY) -> tuple[Family, Family]:
+    """U and V of points of the section, of the energies of w."""
+    off = d - moved((quad.p, *quad.moves), g, w)
     l0, l1, by_a, by_b = (
         Family.of_fraction(x, BITS) for x in (quad.l0, quad.l1, 1 / quad.a, 1 / quad.b)
     )
     return off * by_a, (off - l0 - l1 * g) * by_b
 
 
-def directions(quad: Quad, g: Family, along: Sequence[Family]) -> tuple[Family, Family]:
-    """Derivatives of U and V, where those of d and g are `along`."""
-    by_d, by_g = along
-    off = by_d - curve([k * x for k, x in enumerate(quad.p)][1:], g) * by_g
+def directions(quad: Quad, g: Family, w: Family, along: Sequence[Family]) -> tuple[Family, Family]:
+    """Derivatives of U and V, where those of d, g and w are `along`."""
+    by_d, by_g, by_w = along
+    curves = quad.p, *quad.moves
+    leaning = moved([[k * x for k, x in enumerate(p)][1:] for p in curves], g, w)
+    moving = moved([[m * x for x in p] for m, p in enumerate(curves)][1:], g, w)
+    off = by_d - leaning * by_g - moving * by_w
     l1, by_a, by_b = (Family.of_fraction(x, BITS) for x in (quad.l1, 1 / quad.a, 1 / quad.b))
     return off * by_a, (off - l1 * by_g) * by_b
 
@@ -83,18 +103,30 @@ class Numbers(NamedTuple):
     to_M1: arb
     to_M2: arb
     h: arb
+    spread: Fraction
+    """The energies are h + spread w."""
+    h0: arb | None
+    """Energy constant of starts of one J2_0, if they are not of one energy."""
 
     @classmethod
-    def of(cls, body: Body, h: Exact, around: Exact | None = None) -> Numbers:
-        """Enclose those of a body, with all mu and h that differ by at most so much of them."""
+    def of(
+        cls,
+        body: Body,
+        h: Exact,
+        spread: Fraction = Fraction(0),
+        h0: Exact | None = None,
+    ) -> Numbers:
+        """Enclose those of a body."""
         with precision(BITS):
-            near = (
-                1 + arb(0, abs(arb(around.over(BALLS))).upper()) if around is not None else arb(1)
-            )
             p = angles(body)
-            p, half = p._replace(mu=p.mu * near), p.alpha0 / 2
-            found, h_ball = aligned_coefficients(p, BALLS), arb(h.over(BALLS)) * near
-            return cls(found, 1 / (2 * half.cos()), 1 / (2 * half.sin()), h_ball)
+            half, found, h_ball = p.alpha0 / 2, aligned_coefficients(p, BALLS), arb(h.over(BALLS))
+            held = arb(h0.over(BALLS)) if h0 is not None else None
+            return cls(found, 1 / (2 * half.cos()), 1 / (2 * half.sin()), h_ball, spread, held)
+
+    @property
+    def energies(self) -> Family:
+        """The energies, with w."""
+        return Family.of_ball(self.h, BITS) + Family.of_fraction(self.spread, BITS) * ENERGY
 
 
 class Reached(NamedTuple):
@@ -115,7 +147,11 @@ class Reached(NamedTuple):
     begin: Sequence[arb]
     """Q, gamma1 and gamma2 at the beginning."""
     slopes: Sequence[Sequence[Family]]
-    """Derivatives of d, and of g, in u and in v."""
+    """Derivatives of d, and of g, in u, v and w."""
+    w: Family = ENERGY
+    """That of their energies."""
+    slopes_of_w: Sequence[Family] = ALONG
+    """Its derivatives."""
 
 
 class Relation(NamedTuple):
@@ -130,9 +166,11 @@ class Relation(NamedTuple):
     across: float
     """Upper bound on |V| of all points; less than 1 is needed."""
     stretch: float
-    """Lower bound on |dU/du| - |dU/dv| of all points; more than 1 is needed for uniqueness."""
+    """Lower bound on |dU/du| - |dU/dv| - |dU/dw|/64 of all points; uniqueness needs more than 1.
+
+    Along a line of starts of one J2_0 64 |dw/du| is taken off besides."""
     squeeze: float
-    """Upper bound on |dV/du| + |dV/dv| of all points; less than 1 is needed for uniqueness."""
+    """Upper bound on |dV/du| + |dV/dv| + |dV/dw|/64 of all points; uniqueness needs less than 1."""
 
 
 def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilyStep]) -> Reached:
@@ -154,7 +192,7 @@ def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilySt
         side, order = 1 if start.rising else -1, [1, 0, -1]
         begin, bounds = beginning(numbers, start, pieces[0], growth)
     signs: list[int] = []
-    time = arb(0)
+    time, starts = arb(0), bounds
     for states, half, apart in followed(numbers, pieces, bounds, growth):
         with precision(SCALARS):
             time += 2 * half.range
@@ -162,7 +200,29 @@ def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilySt
     _check_signs(signs, order)
     end = [state.at("z", 1) for state in states]
     with precision(SCALARS):
-        return _crossing(numbers, end, apart, growth, side, begin, time)
+        found = _crossing(numbers, end, apart, growth, side, begin, time)
+        if not isinstance(start, StartLine) or numbers.h0 is None:
+            return found
+        w, slope = _energies_along(numbers, numbers.h0, pieces[0], starts, growth)
+        return found._replace(w=w, slopes_of_w=[slope, ALONG[0], ALONG[0]])
+
+
+def _energies_along(
+    numbers: Numbers, h0: arb, piece: FamilyStep, bounds: Sequence[arb], growth: LogarithmicNorm
+) -> tuple[Family, Family]:
+    """w along a line of starts of one J2_0, and its derivative; kappa J2_0^2/2 is h0."""
+    gamma1, gamma2 = (Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms[3:5])
+    c = numbers.field
+    with precision(BITS):
+        r1, r2, off = (Family.of_ball(x, BITS) for x in (c.mu_r1, c.mu_r2, h0 - numbers.h))
+        per = Family.of_fraction(1 / numbers.spread, BITS)
+        found = (r1 * gamma1 + r2 * gamma2 + off) * per
+        unsure = (abs(c.mu_r1) + abs(c.mu_r2)) * per.bound * growth.weight
+        w = found.widened(unsure * bounds[0])
+        if not w.bound <= 1:
+            said = f"the energies of its starts have |w| <= {float(w.bound):.4g}"
+            raise Undecided(f"C6: {said}, and 1 is all that is known of")
+        return w, found.partial("u").widened(unsure * bounds[1])
 
 
 def followed(
@@ -174,9 +234,9 @@ def followed(
     ----------
     numbers : Numbers
     pieces : sequence of FamilyStep
-    bounds : 3 arb
+    bounds : 4 arb
         On the distance of the polynomials from the orbits at the beginning, and on those of its
-        derivatives in u and v.
+        derivatives in u, v and w.
     growth : LogarithmicNorm
 
     Raises
@@ -211,7 +271,9 @@ def beginning(
     c, large, small = numbers.field, 0 if quad.rising else 1, 1 if quad.rising else 0
     d, g = place(quad)
     Q, gamma1, gamma2 = states[large], states[3], states[4]
-    by = numbers.to_M1, numbers.to_M2 if quad.rising else -numbers.to_M2
+    with precision(BITS):
+        # Arb rounds even where a sign is changed.
+        by = numbers.to_M1, numbers.to_M2 if quad.rising else -numbers.to_M2
 
     def slopes(one: int, *at: arb) -> arb_mat:
         """The derivatives of the residual in Q, gamma1 and gamma2, linear in 1 and in `at`."""
@@ -227,19 +289,23 @@ def beginning(
         )
 
     with precision(BITS):
-        constants = (*by, c.kappa / 2, c.mu_r1, c.mu_r2, numbers.h)
-        m1, m2, spin, r1, r2, h = (Family.of_ball(x, BITS) for x in constants)
+        constants = (*by, c.kappa / 2, c.mu_r1, c.mu_r2)
+        m1, m2, spin, r1, r2 = (Family.of_ball(x, BITS) for x in constants)
         M1, M2 = (Q + d) * m1, (Q - d) * m2
         one, half = (Family.of_fraction(x, 1) for x in (Fraction(1), Fraction(1, 2)))
         residual = (
             M1 * gamma1 + M2 * gamma2,
             gamma1 * gamma1 + gamma2 * gamma2 + g * g - one,
-            spin * (M1 * M1 + M2 * M2) - half * Q * d + r1 * gamma1 + r2 * gamma2 - h,
+            spin * (M1 * M1 + M2 * M2)
+            - half * Q * d
+            + r1 * gamma1
+            + r2 * gamma2
+            - numbers.energies,
         )
         q, y1, y2 = (each.range + arb(0, ALONE) for each in (Q, gamma1, gamma2))
         turned = [
             slopes(0, *(each.partial(name).range for each in (Q, d, gamma1, gamma2)))
-            for name in "uv"
+            for name in PARAMETERS
         ]
         near = _nearest(residual, slopes(1, q, d.range, y1, y2), turned, ALONE)
         if not q > 0:
@@ -253,22 +319,28 @@ def beginning(
 def line_beginning(
     numbers: Numbers, line: StartLine, piece: FamilyStep, growth: LogarithmicNorm
 ) -> tuple[list[arb], list[arb]]:
-    """C1 of a line of starts: Qp, M3 and gamma follow from J1 and the place on the line."""
+    """C1 of a line of starts: Qp, M3 and gamma follow from J1 and the place on the line.
+
+    And from the energy, or from h0, which is that without the weight.
+    """
     states = [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
     Qp, Qm, M3, *gamma = states
     c = numbers.field
     with precision(BITS):
         across = numbers.to_M1**2 + numbers.to_M2**2
-        constants = (numbers.to_M1, numbers.to_M2, across, c.kappa / 2, c.mu_r1, c.mu_r2, numbers.h)
-        m1, m2, square, spin, r1, r2, h = (Family.of_ball(x, BITS) for x in constants)
-        J1, e1, e2, centre, half = (Family.of_fraction(x, BITS) for x in line)
+        weight = (c.mu_r1, c.mu_r2) if numbers.h0 is None else (arb(0), arb(0))
+        level = numbers.energies if numbers.h0 is None else Family.of_ball(numbers.h0, BITS)
+        constants = (numbers.to_M1, numbers.to_M2, across, c.kappa / 2, *weight)
+        m1, m2, square, spin, r1, r2 = (Family.of_ball(x, BITS) for x in constants)
+        J1, e1, e2, half = (Family.of_fraction(x, BITS) for x in (*line[:3], line.half))
+        centre = curve((line.centre, *line.moves), ENERGY)
         one, four = (Family.of_fraction(x, 0) for x in (1, 4))
         u = Family.of({(0, 1, 0): 2}, 0)
         across_2 = square * Qp * Qp
         residual = (
             Qp * (m1 * gamma[0] + m2 * gamma[1]) + M3 * gamma[2],
             gamma[0] * gamma[0] + gamma[1] * gamma[1] + gamma[2] * gamma[2] - one,
-            spin * (across_2 + M3 * M3) + r1 * gamma[0] + r2 * gamma[1] - h,
+            spin * (across_2 + M3 * M3) + r1 * gamma[0] + r2 * gamma[1] - level,
             # |M| = 2 J1 - M3.
             across_2 - four * J1 * (J1 - M3),
             e1 * gamma[0] + e2 * gamma[1] - centre - half * u,
@@ -287,7 +359,7 @@ def line_beginning(
                         m,
                     ],
                     [0, 0, 2 * y1, 2 * y2, 2 * y3],
-                    [c.kappa * q * across, c.kappa * m, one * c.mu_r1, one * c.mu_r2, 0],
+                    [c.kappa * q * across, c.kappa * m, one * weight[0], one * weight[1], 0],
                     [2 * q * across, one * 4 * J1.range, 0, 0, 0],
                     [0, 0, one * e1.range, one * e2.range, 0],
                 ]
@@ -295,7 +367,7 @@ def line_beginning(
 
         found = (Qp, M3, *gamma)
         box = [each.range + arb(0, THIN) for each in found]
-        turned = [slopes(0, *(each.partial(k).range for each in found)) for k in "uv"]
+        turned = [slopes(0, *(each.partial(k).range for each in found)) for k in PARAMETERS]
         near = _nearest(residual, slopes(1, *box), turned, THIN)
         if not (box[0] > 0 and box[1] < 0):
             raise Undecided("C1: Qp > 0 > M3 is not shown at the starts")
@@ -309,7 +381,7 @@ def _nearest(
     """C1: how near a solution is, the only one so near as `room`, where the derivatives hold.
 
     Newton's iteration with a fixed matrix contracts the box of that size into itself. By how much
-    the solution's derivatives in u and v differ follows with those of the matrix, `turned`.
+    the solution's derivatives in u, v and w differ follows with those of the matrix, `turned`.
     """
     n = len(residual)
     try:
@@ -339,7 +411,7 @@ def defects(
 ) -> list[arb]:
     """C2: bounds on the norm of dP/dx - half f(P) over the step, f the aligned field.
 
-    The second and third are of its derivatives in u and v.
+    All but the first are of its derivatives in u, v and w.
     """
     c = AlignedCoefficients(*(Family.of_ball(x, BITS) for x in numbers.field))
     rates = aligned(states, c)
@@ -355,13 +427,13 @@ def _carried(
     leaps: Sequence[arb],
     growth: LogarithmicNorm,
 ) -> list[arb]:
-    """C3: the distance over the whole step, and those of the derivatives in u and v."""
+    """C3: the distance over the whole step, and those of the derivatives in u, v and w."""
     bound, factor = _tube(states, half, begin[0], leaps[0], growth)
     size, *slopes = _norms(states, growth)
     apart = begin[0] + 2 * leaps[0]
     rate = growth.steepness(size + WIDEST)
     found = [bound]
-    for k, (name, slope) in enumerate(zip("uv", slopes, strict=True)):
+    for k, (name, slope) in enumerate(zip(PARAMETERS, slopes, strict=True)):
         # Where orbits and polynomials differ, so does what carries their derivatives.
         bent = half.bound * growth.bending * slope + half.partial(name).bound * rate
         found.append(_up(factor * (begin[1 + k] + 2 * (leaps[1 + k] + bent * apart))))
@@ -453,7 +525,7 @@ def _crossing(
     _, *sizes = _norms(end, growth)
     steep = growth.steepness(growth.norm(tuple(_up(abs(x)) for x in box)))
     slopes: list[list[Family]] = [[], []]
-    for k, (name, size) in enumerate(zip("uv", sizes, strict=True)):
+    for k, (name, size) in enumerate(zip(PARAMETERS, sizes, strict=True)):
         off = _apart(_up(bounds[1 + k] + (steep * time).expm1() * (size + bounds[1 + k])), growth)
         timed = (end[2].partial(name).bound + off[2]) * fastest / slowest
         for of, j in zip(slopes, (small, 5), strict=True):
@@ -488,7 +560,7 @@ def relation(source: Reached, target: Quad, begin: Sequence[arb], place: int) ->
     with precision(SCALARS):
         if not all(abs(a - b) <= ALONE for a, b in zip(source.box, begin, strict=True)):
             raise Undecided("C6: the crossings are on another sheet of the section")
-        U, V = coordinates(target, source.d, source.g)
+        U, V = coordinates(target, source.d, source.g, source.w)
         low, high = (U.at("u", side).range for side in (-1, 1))
         forward, back = (-low).lower().min(high.lower()), low.lower().min((-high).lower())
         least, orientation = (forward, 1) if forward > back else (back, -1)
@@ -505,9 +577,13 @@ def relation(source: Reached, target: Quad, begin: Sequence[arb], place: int) ->
 
 def _cone(source: Reached, target: Quad) -> tuple[float, float]:
     """C7: the stretch and the squeeze of a relation."""
-    by_u, by_v = (directions(target, source.g, along) for along in zip(*source.slopes, strict=True))
-    stretch = abs(by_u[0].range).lower() - by_v[0].bound
-    return -_double(-stretch), _double(by_u[1].bound + by_v[1].bound)
+    by_u, by_v, by_w = (
+        directions(target, source.g, source.w, along)
+        for along in zip(*source.slopes, source.slopes_of_w, strict=True)
+    )
+    other = by_v[0].bound + by_w[0].bound / LIGHT + LIGHT * source.slopes_of_w[0].bound
+    stretch = abs(by_u[0].range).lower() - other
+    return -_double(-stretch), _double(by_u[1].bound + by_v[1].bound + by_w[1].bound / LIGHT)
 
 
 def prove_cones(relations: Iterable[Relation]) -> None:
@@ -599,15 +675,16 @@ def prove_connections(numbers: Numbers, quads: Sequence[Quad], arrivals: Iterabl
 def check_middle(numbers: Numbers, small: arb) -> None:
     """C8, for orbits that cross M3 = 0 at |d| <= small."""
     c, growth = numbers.field, LogarithmicNorm.of(numbers.field)
+    energy = numbers.energies.range
     saddle, force = growth.saddle, growth.torque
     mu = (c.mu_r1**2 + c.mu_r2**2).sqrt()
     spins = c.omega1 * numbers.to_M1, c.omega2 * numbers.to_M2
     most, least = spins[0].max(spins[1]), spins[0].min(spins[1])
     # Any m0, m1 and q will do.
-    unit = (2 * numbers.h / c.kappa).sqrt()
-    m0, m1, q = unit / 3, 2 * unit / 3, (numbers.h / most).sqrt() / 5
+    unit = (2 * energy / c.kappa).sqrt()
+    m0, m1, q = unit / 3, 2 * unit / 3, (energy / most).sqrt() / 5
     lean = numbers.to_M1.max(numbers.to_M2) * arb(2).sqrt()
-    square = (numbers.h - mu - c.kappa * m1 * m1 / 2) / most
+    square = (energy - mu - c.kappa * m1 * m1 / 2) / most
     rise = (square - 2 * q * q) / (4 * saddle) - mu
     if not rise > 0:
         raise Undecided("C8: M3 is not shown to rise beside the sets")
@@ -619,7 +696,7 @@ def check_middle(numbers: Numbers, small: arb) -> None:
         raise Undecided("C8: orbits beside the sets are not shown to follow the separatrix")
     apart = 2 * (2 * saddle * rate * square * (m1 - m0)).sqrt() - 4 * saddle * mu
     fall = apart / (8 * saddle) - mu
-    widest = ((numbers.h + mu) / least).sqrt()
+    widest = ((energy + mu) / least).sqrt()
     if not (fall > 0 and 4 * force * widest * m0 / fall < apart):
         raise Undecided("C8: M3 is not shown to fall to zero where it leaves the middle")
 
@@ -634,7 +711,7 @@ def _of_set(k: int) -> Iterator[None]:
 
 
 def _on_parts(state: Family) -> list[arb]:
-    """Values over each part of a step, for all u and v."""
+    """Values over each part of a step, for all u, v and w."""
     values = Values(state.middle(), PARTS)
     found = []
     for first, last in pairwise(values.at):
@@ -655,12 +732,12 @@ def _apart(bound: arb, growth: LogarithmicNorm) -> list[arb]:
 
 
 def _orders(state: Family) -> list[arb]:
-    """Bounds on a family, and on its derivatives in u and v."""
-    return [state.bound, *(state.partial(name).bound for name in "uv")]
+    """Bounds on a family, and on its derivatives in u, v and w."""
+    return [state.bound, *(state.partial(name).bound for name in PARAMETERS)]
 
 
 def _norms(states: Sequence[Family], growth: LogarithmicNorm) -> list[arb]:
-    """Bounds on the norms of states, and of their derivatives in u and v."""
+    """Bounds on the norms of states, and of their derivatives in u, v and w."""
     return _normed([_orders(state) for state in states], growth)
 
 

@@ -1,9 +1,9 @@
-"""Families of functions of time: series in x with coefficients that are polynomials in u and v.
+"""Families of functions of time: series in x with coefficients that are polynomials in u, v and w.
 
-A family stands for every polynomial of (x, u, v) in [-1, 1]^3, a Chebyshev series in x and powers
-of u and v, whose coefficients differ from those that it has by at most its error, all together. So
-derivatives in u and v are known too. Nothing is rounded: products get longer, and only irrational
-numbers bring an error.
+A family stands for every polynomial of (x, u, v, w) in [-1, 1]^4, a Chebyshev series in x and
+powers of the others, whose coefficients differ from those that it has by at most its error, all
+together. So derivatives in u, v and w are known too. Nothing is rounded: products get longer, and
+only irrational numbers bring an error.
 
 As in :mod:`rigidpend.routes.certified.models` what is kept is 2 P(x) at x = (z + 1/z)/2, multiplied
 by z^degree, so that a product of families is one product of polynomials over the integers.
@@ -23,10 +23,12 @@ from rigidpend.routes.certified.models import Model
 from rigidpend.routes.certified.pieces import Powers
 from rigidpend.routes.certified.precision import precision
 
-_RING = fmpz_mpoly_ctx.get(("z", "u", "v"), "lex")
+PARAMETERS = "uvw"
+"""The place in a set, and the energy."""
+_RING = fmpz_mpoly_ctx.get(("z", *PARAMETERS), "lex")
 _Z = _RING.gens()[0]
 
-Orders: TypeAlias = tuple[int, int]
+Orders: TypeAlias = tuple[int, int, int]
 
 
 class Family:
@@ -38,21 +40,23 @@ class Family:
         degree: int,
         bits: int,
         error: int = 0,
-        orders: Orders | None = (0, 0),
+        orders: Orders | None = (0, 0, 0),
     ) -> None:
         self.doubled, self.degree, self.bits, self.error = doubled, degree, bits, error
         self.orders = orders
-        """Degrees in u and v at most; None of other functions than polynomials."""
+        """Degrees in u, v and w at most; None of other functions than polynomials."""
 
     @classmethod
     def of(cls, terms: Mapping[Powers, int], bits: int) -> Family:
-        """The sum of terms w T_j(x) u^k v^l, without an error; those of T_0 count half."""
-        n = max((j for j, _, _ in terms), default=0)
+        """The sum of terms c T_j(x) u^k v^l w^m, without an error; those of T_0 count half."""
+        n = max((j for j, *_ in terms), default=0)
         both: dict[tuple[int, ...], int | fmpz] = {
-            (n + side * j, k, l): w for (j, k, l), w in terms.items() for side in (-1, 1)
+            (n + side * j, *(*powers, 0)[:3]): c
+            for (j, *powers), c in terms.items()
+            for side in (-1, 1)
         }
-        orders = (max((k for _, k, _ in terms), default=0), max((l for *_, l in terms), default=0))
-        return cls(_RING.from_dict(both), n, bits, 0, orders)
+        k, l, m = (max((at[i] for at in both), default=0) for i in (1, 2, 3))
+        return cls(_RING.from_dict(both), n, bits, 0, (k, l, m))
 
     @classmethod
     def of_ball(cls, ball: arb, bits: int) -> Family:
@@ -82,7 +86,7 @@ class Family:
     @property
     def centre(self) -> int:
         """Twice the coefficient of T_0 alone, in units."""
-        return int(self.doubled[self.degree, 0, 0])
+        return int(self.doubled[self.degree, 0, 0, 0])
 
     @property
     def range(self) -> arb:
@@ -91,10 +95,10 @@ class Family:
         return arb(arb(twice), 2 * self.size - abs(twice)) / arb(2) ** (self.bits + 1)
 
     def middle(self) -> Model:
-        """The series at u = v = 0, which all functions are within its error of."""
+        """The series at u = v = w = 0, which all functions are within its error of."""
         n, terms = self.degree, self.doubled.to_dict()
-        series = [int(terms.get((n + j, 0, 0), 0)) for j in range(n + 1)]
-        beside = sum(abs(int(w)) for (_, k, l), w in terms.items() if k or l)
+        series = [int(terms.get((n + j, 0, 0, 0), 0)) for j in range(n + 1)]
+        beside = sum(abs(int(c)) for (_, *powers), c in terms.items() if any(powers))
         found = Model.of_series(series, self.bits)
         return Model(found.doubled, found.degree, (beside + 1) // 2 + self.error, self.bits)
 
@@ -112,19 +116,19 @@ class Family:
         n, slopes = self.degree, dict[Powers, int]()
         terms = self.doubled.to_dict()
         # By the recurrence w'_{j-1} = w'_{j+1} + 2 j w_j.
-        for k, l in {(k, l) for _, k, l in terms}:
+        for powers in {at[1:] for at in terms}:
             ahead = [0, 0]
             for j in range(n, 0, -1):
-                ahead.append(ahead[-2] + 2 * j * int(terms.get((n + j, k, l), 0)))
-                slopes[j - 1, k, l] = ahead[-1]
+                ahead.append(ahead[-2] + 2 * j * int(terms.get((n + j, *powers), 0)))
+                slopes[j - 1, *powers] = ahead[-1]
         return Family.of(slopes, self.bits)
 
     def partial(self, name: str) -> Family:
-        """Derivative in u or v."""
+        """Derivative in u, v or w."""
         if self.orders is None:
             raise ValueError("functions of which only values are bounded have any derivatives")
         # A power takes its exponent before it, in what is within the error as in all else.
-        error = self.error * self.orders["uv".index(name)]
+        error = self.error * self.orders[PARAMETERS.index(name)]
         return Family(self.doubled.derivative(name), self.degree, self.bits, error, self.orders)
 
     def widened(self, by: arb) -> Family:
@@ -159,7 +163,9 @@ class Family:
 
 def _each(rule: Callable[[int, int], int], a: Orders | None, b: Orders | None) -> Orders | None:
     """Degrees of a sum or a product."""
-    return None if a is None or b is None else (rule(a[0], b[0]), rule(a[1], b[1]))
+    if a is None or b is None:
+        return None
+    return rule(a[0], b[0]), rule(a[1], b[1]), rule(a[2], b[2])
 
 
 def _above(x: arb) -> int:

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from rigidpend.mechanics.body import Angles, Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned, hamiltonian_J3_0
-from rigidpend.numbers.exact import GUARD_BITS, Exact
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned, hamiltonian_J3_0, height
+from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
 from rigidpend.orbits.integrate.batch_samples import sample_aligned
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map import EnergyLevel, SectionPoint, return_map
@@ -49,6 +49,8 @@ TILT = 0.01
 """Distance in chi at which the angle of the surfaces is taken, radians."""
 OVERSHOOT, WIDTH = 1.4, 1.7
 """Reach of images beyond the sets that they cover, and width of a set over that of images in it."""
+BEYOND = 1.02
+"""Energies that are proven over those of a line of starts."""
 STEADY = 14
 """Iterations of what converges steadily."""
 WIDEST = 0.8
@@ -61,17 +63,23 @@ SPARE = 8
 """Bits beyond a unit from which on coefficients are rounding."""
 BITS, LINE_BITS = 60, 8
 """Bits of coefficients at the beginning, and by how many fewer a line of starts has."""
+SENSITIVE = 8.0
+"""Change of orbits over the relative change of the energy."""
 GROWTH = 1.4
 """Bits by which the bound grows in a time in which what is unstable grows by e, about."""
 
 
 class ShiftProblem(NamedTuple):
-    """A body and an energy, half rotations of a passage, and bits of coefficients."""
+    """A body and its energies, half rotations of a passage, and bits of coefficients."""
 
     body: Body
     h: Exact
     half_turns: int
     bits: int = BITS
+    spread: Fraction = Fraction(0)
+    """The energies are h + spread w, |w| <= 1."""
+    h0: Exact | None = None
+    """Starts have J2_0 = sqrt(2 h0/kappa); if None, they have the energy h."""
 
     @property
     def coefficients(self) -> Coefficients:
@@ -80,8 +88,17 @@ class ShiftProblem(NamedTuple):
 
     @property
     def level(self) -> EnergyLevel:
-        """The return map at the energy."""
-        return return_map(self.body, h=self.h).at(float(self.h))
+        """The return map at the energy h."""
+        return self.level_of(0.0)
+
+    def level_of(self, w: float) -> EnergyLevel:
+        """The return map at one of the energies."""
+        ends = self.h, self.h
+        if self.h0 is not None:
+            ends = self.h0 - self.body.mu, self.h0 + self.body.mu
+        elif self.spread:
+            ends = self.h - self.spread, self.h + self.spread
+        return return_map(self.body, h=ends).at(float(self.h) + w * float(self.spread))
 
     @property
     def rate(self) -> float:
@@ -90,10 +107,14 @@ class ShiftProblem(NamedTuple):
         return float(level.exponent[0, 0] / level.rotation[0, 0])
 
     @property
-    def nodes(self) -> tuple[int, int, int]:
-        """Nodes in time and in both parameters."""
-        further = self.bits - BITS
-        return math.ceil(IN_TIME * self.bits / BITS), IN_U + further // 12, IN_V + further // 6
+    def nodes(self) -> tuple[int, int, int, int]:
+        """Nodes in time, in both parameters of a set and in the energy."""
+        further, in_w = self.bits - BITS, 1
+        if self.spread:
+            by = -math.log2(SENSITIVE * float(self.spread) / float(self.h))
+            in_w = max(2, math.ceil(self.bits / by))
+        in_time = math.ceil(IN_TIME * self.bits / BITS)
+        return in_time, IN_U + further // 12, IN_V + further // 6, in_w
 
 
 class _Section(NamedTuple):
@@ -140,10 +161,21 @@ class _Section(NamedTuple):
         return surface + side * grown
 
 
-def _sections(setting: ShiftProblem) -> list[_Section]:
+def _energies(setting: ShiftProblem) -> Array:
+    """Those w at which sets and lines of starts are found, the middle one 0: they move smoothly."""
+    return np.linspace(-1, 1, 3 + setting.nodes[3] // 4 * 2) if setting.spread else np.zeros(1)
+
+
+def _moving(ws: Array, found: Sequence[Any]) -> Array:
+    """Coefficients of powers of w from values."""
+    return np.array(found) if len(ws) == 1 else polynomial.polyfit(ws, found, len(ws) - 1)
+
+
+def _sections(setting: ShiftProblem, w: float = 0.0) -> list[_Section]:
+    level = setting.level_of(w)
     return [
-        _Section(setting.level, True, 0.0),
-        _Section(setting.level, False, math.pi * (setting.half_turns % 2)),
+        _Section(level, True, 0.0),
+        _Section(level, False, math.pi * (setting.half_turns % 2)),
     ]
 
 
@@ -177,57 +209,76 @@ def quads(setting: ShiftProblem) -> list[Quad]:
         for right in (False, True):
             side = 1 if right == section.rising else -1
             d, g = section.reaching(chi, half_turns, 0.0, side), -np.sin(section.chi + chi)
-            curve = polynomial.polyfit(g / widest, d, DEGREE) / widest ** np.arange(DEGREE + 1)
+            curve, *moves = _curves(setting, at, side, chi)
             edges = [section.reaching(zero, half_turns, end * reach, side)[0] for end in (-1, 1)]
             line = polynomial.polyfit(g, section.surface(chi, mirrored=True) - d, 1)
             if not (a := abs(edges[1] - edges[0]) / 2) > 0:
                 said = "the sets are lost in rounding; with fewer half rotations they are larger"
                 raise ArithmeticError(said)
             numbers = (a, across, *line)
-            found.append(made(section.rising, numbers, curve))
+            moving = tuple(tuple(map(Fraction, map(float, each))) for each in moves)
+            found.append(made(section.rising, numbers, curve)._replace(moves=moving))
     return found
+
+
+def _curves(setting: ShiftProblem, at: int, side: int, chi: Array) -> Array:
+    """Coefficients of the curve U = 0 of a set, in powers of w and of gamma3."""
+    ws, widest, found = _energies(setting), np.abs(chi).max(), []
+    for w in ws:
+        section = _sections(setting, w)[at]
+        d, g = section.reaching(chi, setting.half_turns, 0.0, side), -np.sin(section.chi + chi)
+        found.append(polynomial.polyfit(g / widest, d, DEGREE) / widest ** np.arange(DEGREE + 1))
+    return _moving(ws, found)
 
 
 def pieces(setting: ShiftProblem, quad: Quad) -> list[FamilyStep]:
     """Polynomials of the orbits of a set up to their next crossing."""
-    _, in_u, in_v = setting.nodes
-    u, v = _grid(nodes(in_u, NUMBERS), nodes(in_v, NUMBERS))
-    orbits = _Orbits(setting, _beginning(quad, (u, v), setting))
-    return _pieces(orbits, _expected(quad, orbits.begin, setting), u, v, setting.bits)
+    sizes = setting.nodes[1:]
+    at = _grid(*(nodes(n, NUMBERS) for n in sizes))
+    orbits = _Orbits(setting, _beginning(quad, at, setting))
+    expected = _expected(quad, orbits.begin, setting)
+    return _pieces(orbits, expected, at, sizes, setting.bits)
 
 
 def _pieces(
-    orbits: _Orbits, expected: Array, u: PairArray, v: PairArray, bits_at_first: int
+    orbits: _Orbits,
+    expected: Array,
+    at: Sequence[PairArray],
+    sizes: Sequence[int],
+    bits_at_first: int,
 ) -> list[FamilyStep]:
+    """Polynomials of orbits at `sizes` nodes in u, v and w, of which those `at` are."""
     times = orbits.crossing(expected)
-    rate, in_u = orbits.rate, orbits.in_u
+    rate = orbits.rate
     # Where M3 changes, at both ends, steps are half as long as between.
     steps = max(3, math.ceil(float(times.max()) * rate / LENGTH) + 1)
     length = math.floor(float(times.min()) / (steps - 1) * 2**10) / 2**10
     starts = [0.0, *(length * (k + 0.5) for k in range(steps - 1))]
     last = starts[-1]
     rest = PairArray.of((times - last) / 2)[None, None]
-    halves = [{(0, 0, 0): int((y - x) * 2**CLOCK)} for x, y in itertools.pairwise(starts)]
-    halves.append(_fitted(rest, CLOCK, in_u)[0])
+    halves: list[dict[Powers, int]] = [
+        {(0, 0, 0): int((y - x) * 2**CLOCK)} for x, y in itertools.pairwise(starts)
+    ]
+    halves.append(_fitted(rest, CLOCK, sizes)[0])
     found = []
     for start, half in zip(starts, halves, strict=True):
-        states = orbits.sampled(start, _values(half, u, v))
+        states = orbits.sampled(start, _values(half, at))
         bits = bits_at_first - math.floor(GROWTH * rate * start)
-        found.append(FamilyStep(bits, half, _fitted(states, bits, in_u)))
+        found.append(FamilyStep(bits, half, _fitted(states, bits, sizes)))
     return found
 
 
-def _grid(u: PairArray, v: PairArray) -> tuple[PairArray, PairArray]:
-    """All pairs of two rows of numbers, v running fastest."""
-    zeros = NUMBERS.zeros((len(u), len(v)))
-    return (u[:, None] + zeros).reshape(-1), (v[None, :] + zeros).reshape(-1)
+def _grid(u: PairArray, v: PairArray, w: PairArray) -> list[PairArray]:
+    """All triples of three rows of numbers, w running fastest."""
+    zeros = NUMBERS.zeros((len(u), len(v), len(w)))
+    rows = u[:, None, None], v[None, :, None], w[None, None, :]
+    return [(row + zeros).reshape(-1) for row in rows]
 
 
-def _fitted(values: PairArray, bits: int, in_u: int) -> list[dict[Powers, int]]:
-    """Coefficients of powers of x, u and v in units of 2^-bits, from values (n, x, orbits)."""
-    n, in_v = len(values), values.shape[2] // in_u
-    sizes = (values.shape[1], in_u, in_v)
-    found = values.reshape(-1, in_u, in_v)
+def _fitted(values: PairArray, bits: int, at: Sequence[int]) -> list[dict[Powers, int]]:
+    """Coefficients of powers of x and others in units of 2^-bits, from values (n, x, orbits)."""
+    n, sizes = len(values), (values.shape[1], *at)
+    found = values.reshape(-1, *at)
     found = _along_each(found, sizes, [chebyshev_analysis(size, NUMBERS) for size in sizes])
     # What is less would be noise, which the large coefficients of high T_k make much of.
     found = PairArray(np.where(np.abs(found.parts[:1]) < 2.0 ** -(bits + SPARE), 0.0, found.parts))
@@ -240,14 +291,15 @@ def _fitted(values: PairArray, bits: int, in_u: int) -> list[dict[Powers, int]]:
         high, low = units[(slice(None), k, *at)]
         # What is more than 2^53 is whole.
         if w := int(high) + round(float(high - int(high) + low)):
-            columns[k][tuple(map(int, at))] = w
+            # Where the energy does not vary its power is left out.
+            columns[k][tuple(map(int, at[: 3 + (sizes[3] > 1)]))] = w
     return columns
 
 
 def _along_each(found: PairArray, sizes: tuple[int, ...], rules: Sequence[PairArray]) -> PairArray:
-    """Arrays (n, *sizes) multiplied by a matrix along each of three dimensions."""
+    """Arrays (n, *sizes) multiplied by a matrix along each of their dimensions."""
     for size, rule in zip(sizes[::-1], rules[::-1], strict=True):
-        # The last dimension is multiplied, and comes to the front of the three.
+        # The last dimension is multiplied, and comes to the front of the others.
         found = (found.reshape(-1, size) @ rule.T).reshape(-1, math.prod(sizes) // size, size)
         found = found.transpose(0, 2, 1)
     return found
@@ -262,33 +314,38 @@ def _powers_of(n: int) -> PairArray:
     return NUMBERS.array(series)
 
 
-def _values(half: dict[Powers, int], u: PairArray, v: PairArray) -> PairArray:
+def _values(half: dict[Powers, int], at: Sequence[PairArray]) -> PairArray:
     """Half-lengths of a step of each orbit."""
     a = NUMBERS
-    found = a.zeros((len(u),))
-    for (_, j, k), x in half.items():
-        power = a.number(Fraction(x, 2 << CLOCK)) + a.zeros(u.shape)
-        for factor in j * [u] + k * [v]:
-            power = power * factor
+    found = a.zeros(at[0].shape)
+    for (_, *powers), x in half.items():
+        power = a.number(Fraction(x, 2 << CLOCK)) + found * 0
+        for n, factor in zip(powers, at, strict=False):
+            for _ in range(n):
+                power = power * factor
         found = found + power
     return found
 
 
-def _beginning(quad: Quad, places: tuple[PairArray, PairArray], setting: ShiftProblem) -> PairArray:
+def _beginning(quad: Quad, places: Sequence[PairArray], setting: ShiftProblem) -> PairArray:
     """States (6, n) of points of a set."""
-    a, (u, v) = NUMBERS, places
+    a, (u, v, w) = NUMBERS, places
     g = (a.number(quad.a) * u - a.number(quad.b) * v - a.number(quad.l0)) / a.number(quad.l1)
     if a.largest(g) > WIDEST:
         raise ArithmeticError("the sets are too wide; with more half rotations they are smaller")
-    curve = a.zeros(g.shape)
-    for x in quad.p[::-1]:
-        curve = curve * g + a.number(x)
-    d = curve + a.number(quad.a) * u
+    d = a.zeros(g.shape)
+    for p in (quad.p, *quad.moves)[::-1]:
+        curve = a.zeros(g.shape)
+        for x in p[::-1]:
+            curve = curve * g + a.number(x)
+        d = d * w + curve
+    d = d + a.number(quad.a) * u
     cos = a.sqrt(1 - g * g)
     if not quad.rising and setting.half_turns % 2:
         cos = -cos
     c = setting.coefficients
-    return state_of(quad.rising, d, cos, -g, a.number(setting.h.at(a.bits + GUARD_BITS)), c, a)
+    energies = a.number(setting.h.at(a.bits + GUARD_BITS)) + a.number(setting.spread) * w
+    return state_of(quad.rising, d, cos, -g, energies, c, a)
 
 
 def _expected(quad: Quad, begin: PairArray, setting: ShiftProblem) -> Array:
@@ -297,8 +354,12 @@ def _expected(quad: Quad, begin: PairArray, setting: ShiftProblem) -> Array:
     chi = np.arcsin(-states[5])
     if not quad.rising and setting.half_turns % 2:
         chi = np.pi - chi
-    point = SectionPoint(quad.rising, states[1 if quad.rising else 0], chi)
-    return np.asarray(setting.level.passage(point).time)
+    d, in_w = states[1 if quad.rising else 0], setting.nodes[3]
+    times = np.zeros(len(chi))
+    for k, w in enumerate(nodes(in_w, precision(53))):
+        point = SectionPoint(quad.rising, d[k::in_w], chi[k::in_w])
+        times[k::in_w] = setting.level_of(w).passage(point).time
+    return times
 
 
 class _Orbits:
@@ -306,7 +367,7 @@ class _Orbits:
 
     def __init__(self, setting: ShiftProblem, begin: PairArray) -> None:
         self.begin, c = begin, setting.coefficients
-        self.in_time, self.in_u, _ = setting.nodes
+        self.in_time = setting.nodes[0]
         self.rate = setting.rate
         self.field = AlignedCoefficients(*(x.exactly() for x in c.aligned))
         self.doubles = AlignedCoefficients(*map(float, c.aligned))
@@ -331,62 +392,119 @@ class _Orbits:
 
 
 class LineStarts(NamedTuple):
-    """LineStarts as in Fig. 4, theta1 = alpha0 + beta0 and a given J1, at one energy."""
+    """Starts as in Fig. 4, theta1 = alpha0 + beta0 and a given J1, at one energy or of one J2."""
 
     setting: ShiftProblem
     J1: Fraction
+    w: Any = 0.0
+    """That of their energy, or one for each."""
 
     def states(self, theta2: Any, a: Precision) -> Any:
-        """Aligned components (6, n) at phases, radians; J2 follows from the energy."""
-        p = self.setting.body.angles(a.bits + GUARD_BITS)
-        p = Angles(*map(a.number, p))
-        h = a.number(self.setting.h.at(a.bits + GUARD_BITS))
-        J1, theta1 = a.number(self.J1) + 0 * theta2, p.alpha0 + p.beta0 + 0 * theta2
-        J2 = a.sqrt(2 * h / p.kappa) + 0 * theta2
-        for _ in range(STEADY):
-            off = hamiltonian_J3_0(J1, J2, (theta1, theta2), p, a) - h
-            J2 = J2 - off / (p.kappa * J2)
+        """Aligned components (6, n) at phases, radians."""
+        J1, J2, theta1, p = self._actions(theta2, a)
         start = Canonical(J1, J2 - J1, 0 * J1, theta1, theta2, 0 * J1, 1 + 0 * J1)
         return np.stack(aligned_from_canonical(start, p.alpha0, p.beta0, a))
+
+    def energies(self, theta2: Array) -> Array:
+        """The energies of starts of one J2, less h0."""
+        a = precision(53)
+        J1, J2, theta1, p = self._actions(theta2, a)
+        return np.asarray(p.mu * height(J1, J2, (theta1, theta2), a))
+
+    def _actions(self, theta2: Any, a: Precision) -> tuple[Any, Any, Any, Angles]:
+        """J1, J2 and theta1; J2 follows from h0 or from the energy."""
+        setting = self.setting
+        p = Angles(*map(a.number, setting.body.angles(a.bits + GUARD_BITS)))
+        h = a.number((setting.h0 or setting.h).at(a.bits + GUARD_BITS))
+        h = h + a.number(setting.spread) * self.w
+        J1, theta1 = a.number(self.J1) + 0 * theta2, p.alpha0 + p.beta0 + 0 * theta2
+        J2 = a.sqrt(2 * h / p.kappa) + 0 * theta2
+        for _ in range(STEADY if setting.h0 is None else 0):
+            off = hamiltonian_J3_0(J1, J2, (theta1, theta2), p, a) - h
+            J2 = J2 - off / (p.kappa * J2)
+        return J1, J2, theta1, p
 
     def entered(self, theta2: Array) -> Any:
         """Their first crossings by the return map."""
         a = precision(53)
         Qp = np.asarray(self.states(theta2, a))[0]
-        return enter(self.setting.level, Qp, np.pi / 2 - self.setting.body.beta0 / 2 - theta2)
+        return enter(
+            self.setting.level_of(self.w), Qp, np.pi / 2 - self.setting.body.beta0 / 2 - theta2
+        )
 
 
 def line(
     setting: ShiftProblem, J1: Fraction, quads: Sequence[Quad]
 ) -> tuple[StartLine, tuple[float, float]]:
     """A line of starts that crosses both sets of upward crossings, and its ends in theta2."""
-    starts, middle = LineStarts(setting, J1), np.zeros(1)
-    for _ in range(ITERATIONS):
-        # chi grows with theta2, at about the same rate.
-        chi = starts.entered(middle).point.chi
-        middle = middle - (np.mod(chi + np.pi, 2 * np.pi) - np.pi)
+    ws = _energies(setting) if setting.h0 is None else np.zeros(1)
+    every = [LineStarts(setting, J1, w) for w in ws]
+    middles = [_middle(starts) for starts in every]
     upward = [quad for quad in quads if quad.rising]
     reach = OVERSHOOT * max(abs(float(quad.l0 / quad.l1)) for quad in upward)
-    ends = middle + np.array([-reach, reach])
-    low, high = np.asarray(starts.states(ends, precision(53)))[3:5].T
+    ends = [middle + np.array([-reach, reach]) for middle in middles]
+    at = [
+        np.asarray(starts.states(x, precision(53)))[3:5]
+        for starts, x in zip(every, ends, strict=True)
+    ]
+    low, high = at[len(at) // 2].T
     e = (high - low) / np.hypot(*(high - low))
-    numbers = (*e, e @ (low + high) / 2, e @ (high - low) / 2)
-    e1, e2, centre, half = (Fraction(float(x)) for x in numbers)
-    return StartLine(J1, e1, e2, centre, half), (float(ends[0]), float(ends[1]))
+    centre, *moves = _moving(ws, [e @ x.mean(axis=1) for x in at])
+    e1, e2, m, half = (Fraction(float(x)) for x in (*e, centre, e @ (high - low) / 2))
+    found = StartLine(J1, e1, e2, m, half, tuple(Fraction(float(x)) for x in moves))
+    first, last = ends[len(ends) // 2]
+    return found, (float(first), float(last))
+
+
+def _middle(starts: LineStarts) -> Array:
+    """theta2 of the start that first crosses at chi = 0."""
+    found = np.zeros(1)
+    for _ in range(ITERATIONS):
+        # chi grows with theta2, at about the same rate.
+        off = np.mod(starts.entered(found).point.chi + np.pi, 2 * np.pi) - np.pi
+        found = found - off
+    return found
 
 
 def line_pieces(
     setting: ShiftProblem, of: StartLine, theta2: tuple[float, float]
 ) -> list[FamilyStep]:
     """Polynomials of the orbits of a line of starts up to their first crossing."""
-    a, starts = NUMBERS, LineStarts(setting, of.J1)
-    u = nodes(setting.nodes[1], a)
-    goal = a.number(of.centre) + a.number(of.half) * u
+    a, in_w = NUMBERS, setting.nodes[3] if setting.h0 is None else 1
+    sizes = setting.nodes[1], 1, in_w
+    u, _, w = at = _grid(*(nodes(n, a) for n in sizes))
+    starts, goal = LineStarts(setting, of.J1, w), 0 * u
+    for x in (of.centre, *of.moves)[::-1]:
+        goal = goal * w + a.number(x)
+    goal = goal + a.number(of.half) * u
     phase = (theta2[0] + theta2[1]) / 2 + (theta2[1] - theta2[0]) / 2 * u
     for _ in range(STEADY):
         begin = starts.states(phase, a)
         off = a.number(of.e1) * begin[3] + a.number(of.e2) * begin[4] - goal
         # gamma is a unit vector nearly across M, which theta2 turns: e.gamma grows like theta2.
         phase = phase - off
-    times = np.asarray(starts.entered(a.floats(phase)).time)
-    return _pieces(_Orbits(setting, begin), times, u, 0 * u, setting.bits - LINE_BITS)
+    times = np.zeros(len(phase))
+    for k, one in enumerate(nodes(in_w, precision(53))):
+        entered = LineStarts(setting, of.J1, one).entered(a.floats(phase)[k::in_w])
+        times[k::in_w] = entered.time
+    return _pieces(_Orbits(setting, begin), times, at, sizes, setting.bits - LINE_BITS)
+
+
+def of_one_J2(body: Body, h0: Exact, J1: Fraction) -> ShiftProblem:
+    """The problem at the energy of the start of J2_0 = sqrt(2 h0/kappa) that crosses at chi = 0."""
+    theta2, setting = np.zeros(1), ShiftProblem(body, h0, 1, h0=h0)
+    for _ in range(ITERATIONS):
+        starts = LineStarts(setting, J1)
+        chi = starts.entered(theta2).point.chi
+        theta2 = theta2 - (np.mod(chi + np.pi, 2 * np.pi) - np.pi)
+        setting = setting._replace(h=h0 + exact(float(starts.energies(theta2)[0])))
+    return setting
+
+
+def widened(setting: ShiftProblem, J1: Fraction) -> ShiftProblem:
+    """The same with all energies of a line of starts that crosses the sets."""
+    _, ends = line(setting, J1, quads(setting))
+    starts = LineStarts(setting, J1)
+    energies = starts.energies(np.linspace(*ends, 9))
+    off = energies - starts.energies(np.array([sum(ends) / 2]))
+    return setting._replace(spread=Fraction(BEYOND * float(np.abs(off).max())))

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-Powers: TypeAlias = tuple[int, int, int]
-"""Degree j of T_j(x), and powers of u and v."""
+Powers: TypeAlias = tuple[int, ...]
+"""Degree j of T_j(x), and powers of u and v; and of w, where the energy varies."""
 
 CLOCK = 50
 """Binary digits behind the point of a half-length of a step."""
@@ -25,7 +26,8 @@ COMPONENTS = 7
 class Quad(NamedTuple):
     """A curved quadrilateral of the section M3 = 0, |U| <= 1 and |V| <= 1.
 
-    U = (d - p(g))/a,  V = (d - p(g) - l0 - l1 g)/b,  g = gamma3 and p a polynomial.
+    U = (d - p(g))/a,  V = (d - p(g) - l0 - l1 g)/b,  g = gamma3 and p a polynomial, which moves
+    with the energy if its coefficients depend on w.
     """
 
     rising: bool
@@ -34,12 +36,14 @@ class Quad(NamedTuple):
     l0: Fraction
     l1: Fraction
     p: tuple[Fraction, ...]
+    moves: tuple[tuple[Fraction, ...], ...] = ()
+    """Curves that w, w^2 and so on add to p, each of as many coefficients."""
 
 
 class StartLine(NamedTuple):
     """Starts with Qm = 0 < Qp, M . gamma = 0 and a given J1: theta1 = alpha0 + beta0, as in Fig. 4.
 
-    On it e1 gamma1 + e2 gamma2 = centre + half u, |u| <= 1.
+    On it e1 gamma1 + e2 gamma2 = centre + half u, |u| <= 1; centre may depend on w too.
     """
 
     J1: Fraction
@@ -47,6 +51,8 @@ class StartLine(NamedTuple):
     e2: Fraction
     centre: Fraction
     half: Fraction
+    moves: tuple[Fraction, ...] = ()
+    """Numbers that w, w^2 and so on add to centre."""
 
 
 class FamilyStep(NamedTuple):
@@ -71,29 +77,64 @@ def packed_quads(quads: Sequence[Quad]) -> dict[str, Any]:
     }
 
 
-def unpacked_quads(data: Mapping[str, Any]) -> list[Quad]:
-    """Sets from their arrays.
+def packed_energies(
+    shift: Fraction, spread: Fraction, quads: Sequence[Quad], line: StartLine
+) -> dict[str, Any]:
+    """Energies, and how sets and a line of starts move with them, as doubles."""
+    moves = np.array([[[float(x) for x in p] for p in quad.moves] for quad in quads])
+    along = np.array([float(x) for x in line.moves])
+    return {"shift": float(shift), "spread": float(spread), "moves": moves, "line": along}
+
+
+def unpacked_energies(data: Mapping[str, Any] | None) -> tuple[Fraction, Fraction]:
+    """Shift of energies from that of a config, and their spread.
+
+    Raises
+    ------
+    ValueError
+        They are no energies.
+    """
+    if data is None:
+        return Fraction(0), Fraction(0)
+    if not (np.isfinite(data["shift"]) and 0 < data["spread"] < math.inf):
+        raise ValueError("the energies are no interval")
+    return Fraction(float(data["shift"])), Fraction(float(data["spread"]))
+
+
+def unpacked_quads(
+    data: Mapping[str, Any], energies: Mapping[str, Any] | None = None
+) -> list[Quad]:
+    """Sets from their arrays, with how they move.
 
     Raises
     ------
     ValueError
         They are no sets.
     """
+    moves = np.zeros((len(data["p"]), 0, 0)) if energies is None else np.asarray(energies["moves"])
+    if not np.isfinite(moves).all():
+        raise ValueError("a set moves by what is not finite")
     if not all(np.isfinite(data[name]).all() for name in ("a", "b", "l0", "l1", "p")):
         raise ValueError("a set has a number that is not finite")
     if not (np.shape(data["p"])[1] and all(np.all(data[name]) for name in ("a", "b", "l1"))):
         raise ValueError("a set has no extent")
     rows = zip(*(data[name] for name in ("rising", "a", "b", "l0", "l1", "p")), strict=True)
-    return [made(bool(rising), numbers, p) for rising, *numbers, p in rows]
+    return [
+        made(bool(rising), numbers, p)._replace(moves=tuple(tuple(map(Fraction, x)) for x in by))
+        for (rising, *numbers, p), by in zip(rows, moves.tolist(), strict=True)
+    ]
 
 
-def unpacked_line(J1: Fraction, data: Mapping[str, Any]) -> StartLine:
+def unpacked_line(
+    J1: Fraction, data: Mapping[str, Any], energies: Mapping[str, Any] | None = None
+) -> StartLine:
     """A line of starts from its numbers, doubles, which stand for these exactly."""
     numbers = [float(data[name]) for name in ("e1", "e2", "centre", "half")]
+    numbers += [] if energies is None else map(float, energies["line"])
     if not np.isfinite(numbers).all():
         raise ValueError("a line of starts has a number that is not finite")
-    e1, e2, centre, half = map(Fraction, numbers)
-    return StartLine(J1, e1, e2, centre, half)
+    e1, e2, centre, half, *moves = map(Fraction, numbers)
+    return StartLine(J1, e1, e2, centre, half, tuple(moves))
 
 
 def made(rising: bool, numbers: Sequence[float], p: Iterable[float]) -> Quad:
@@ -111,7 +152,8 @@ def packed(orbits: Sequence[Sequence[FamilyStep]]) -> dict[str, Any]:
         for piece in pieces
         for finer, part in enumerate(_words(piece))
     ]
-    tables = [list(_rows(piece)) for _, piece in every]
+    wide = max(len(at) for _, piece in every for terms in piece.terms for at in terms)
+    tables = [list(_rows(piece, wide)) for _, piece in every]
     rows = [row for table in tables for row in table]
     return {
         "family": np.array([k for k, _ in every]),
@@ -144,8 +186,11 @@ def _added(first: FamilyStep, rest: FamilyStep) -> FamilyStep:
     return FamilyStep(rest.bits, first.half, terms)
 
 
-def _rows(piece: FamilyStep) -> Iterator[tuple[Powers, list[int]]]:
-    columns = [*piece.terms, piece.half]
+def _rows(piece: FamilyStep, wide: int) -> Iterator[tuple[Powers, list[int]]]:
+    """Terms with so many powers; those that are left out are 0."""
+    columns = [
+        {(*at, 0)[:wide]: c for at, c in column.items()} for column in (*piece.terms, piece.half)
+    ]
     for at in sorted({at for column in columns for at in column}):
         yield at, [column.get(at, 0) for column in columns]
 
@@ -178,7 +223,7 @@ def unpacked(data: Mapping[str, Any], n: int) -> list[list[FamilyStep]]:
             {at: int(x) for at, x in zip(powers, column, strict=True) if x}
             for column in data["coefficients"][here].T
         ]
-        if any(j for j, _, _ in columns[-1]):
+        if any(at[0] for at in columns[-1]):
             raise ValueError("the length of a step depends on time")
         step = FamilyStep(int(bits), columns[-1], columns[:-1])
         if of < n:

@@ -8,8 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from rigidpend.mechanics.body import Body
-from rigidpend.numbers.exact import Exact
 from rigidpend.routes.certified.horseshoe import BITS, WIDTH, ShiftProblem, angles, quads
 from rigidpend.routes.certified.pieces import Quad
 
@@ -27,7 +25,7 @@ SPARE, MOST_BITS = 18, 80
 Integration in pairs of doubles knows no more; the bound grows as that distance shrinks."""
 
 
-def trials(body: Body, h: Exact, half_turns: int | None = None) -> Iterator[ShiftProblem]:
+def trials(of: ShiftProblem, half_turns: int | None = None) -> Iterator[ShiftProblem]:
     """Ways to try a full shift, the fewest half rotations first; one if these are given.
 
     Raises
@@ -35,7 +33,7 @@ def trials(body: Body, h: Exact, half_turns: int | None = None) -> Iterator[Shif
     MapError, ArithmeticError
         There is none; the text says why.
     """
-    first = ShiftProblem(body, h, half_turns or 1)
+    first = of._replace(half_turns=half_turns or 1)
     if half_turns:
         yield _with_bits(first, quads(first))
         return

@@ -51,7 +51,7 @@ BODY = Body(A=GIVEN["A"], r=GIVEN["r"], mu=GIVEN["mu"])
 BARELY = 0.005
 ALONE, WIDEST = 2.0**-5, 2.0**-12
 BITS = 60
-CALM = {(0, 0, 0): 0}
+CALM: dict[Any, int] = {(0, 0, 0): 0}
 """Terms of a component that is zero."""
 SETS = [("upward", 0), ("upward", 1), ("downward", 0), ("downward", 1)]
 
@@ -97,7 +97,7 @@ def step(piece: FamilyStep) -> script.Step:
 
 
 def quad_of(quad: Quad) -> script.Quad:
-    return script.Quad(*quad[:5], list(quad.p))
+    return script.Quad(*quad[:5], list(quad.p), [list(p) for p in quad.moves])
 
 
 def line_of() -> script.Line:
@@ -227,9 +227,16 @@ def test_a_beginning_is_as_far_as_it_is_moved(
     mine = coverings.beginning(numbers, quad, off, growth)[1]
     theirs = script.beginning(problem(), quad_of(quad), step(off))[1]
     for bounds in ([float(x.upper()) for x in mine], [float(x) for x in theirs]):
-        for bound, times in zip(bounds, (1, at[1], at[2]), strict=True):
+        for bound, times in zip(bounds, (1, at[1], at[2], 0), strict=True):
             # What is off also turns the matrix by which derivatives follow.
             assert times * far <= bound < 4e-6 * max(times, 0.1)
+
+
+@pytest.mark.parametrize("k", [0, 2])
+def test_C1_is_not_rounded_to_doubles(quads: Any, orbits: Any, numbers: Any, k: int) -> None:
+    """What is left are units of 2^-60, a few dozen: a constant of 53 bits alone would be 1e-16."""
+    growth = LogarithmicNorm.of(numbers.field)
+    assert coverings.beginning(numbers, quads[k], orbits[k][0], growth)[1][0] < 2.0**-54
 
 
 def mirrored(quad: Quad, piece: FamilyStep) -> tuple[Quad, FamilyStep]:
@@ -322,18 +329,26 @@ def test_C3_the_widest_tube(numbers: Any, factor: float, reason: str) -> None:
 def test_C3_derivatives_are_carried_as_the_page_says(numbers: Any) -> None:
     """By its formula in doubles: M3 is constant, Qm = u/8 and the length changes with v."""
     growth = LogarithmicNorm.of(numbers.field)
-    M3, half, changed, begin = 1.2, 1.0, 0.25, [1e-6, 2e-6, 3e-6]
+    M3, half, changed, begin = 1.2, 1.0, 0.25, [1e-6, 2e-6, 3e-6, 4e-6]
     terms = [CALM, {(0, 1, 0): 2**BITS // 4}, constant(M3), CALM, CALM, CALM]
-    length = {(0, 0, 0): int(half * 2 ** (CLOCK + 1)), (0, 0, 1): int(changed * 2 ** (CLOCK + 1))}
+    length: dict[Any, int] = {
+        (0, 0, 0): int(half * 2 ** (CLOCK + 1)),
+        (0, 0, 1): int(changed * 2 ** (CLOCK + 1)),
+    }
     piece = FamilyStep(BITS, length, terms)
     states, family = [Family.of(each, BITS) for each in terms], Family.of(length, CLOCK)
-    mine = coverings._carried(states, family, list(map(arb, begin)), [arb(0)] * 3, growth)
-    theirs = script.carried(problem(), step(piece), list(map(Fraction, begin)), [Fraction(0)] * 3)
+    mine = coverings._carried(states, family, list(map(arb, begin)), [arb(0)] * 4, growth)
+    theirs = script.carried(problem(), step(piece), list(map(Fraction, begin)), [Fraction(0)] * 4)
     _, upright, w, F, Omega = (float(x.mid()) for x in growth)
     size = math.hypot(0.125, upright * M3)
     factor = math.exp(rates_of(growth, M3, 4e-6) * 2 * (half + changed))
     beta = math.hypot(1, Omega)
-    added = [0, 2 * beta * (half + changed) * 0.125, 2 * (beta * (size + WIDEST) + w * F) * changed]
+    added = [
+        0,
+        2 * beta * (half + changed) * 0.125,
+        2 * (beta * (size + WIDEST) + w * F) * changed,
+        0,
+    ]
     expected = [factor * (x + more * begin[0]) for x, more in zip(begin, added, strict=True)]
     # The tube's radius, which is assumed, is a few bounds.
     assert [float(x.upper()) for x in mine] == pytest.approx(expected, rel=1e-4)
@@ -344,7 +359,7 @@ def test_C3_a_bound_without_end_is_refused_in_no_time(numbers: Any) -> None:
     """exp(thousands) is no double, and exp(2^60) is no number of this world."""
     growth = LogarithmicNorm.of(numbers.field)
     for M3 in (2.0**12, 2.0**60):
-        steep = {(0, 0, 0): round(M3 * 2)}
+        steep: dict[Any, int] = {(0, 0, 0): round(M3 * 2)}
         piece = FamilyStep(1, {(0, 0, 0): 3 << CLOCK}, [CALM, CALM, steep, CALM, CALM, CALM])
         states = [Family.of(terms, 1) for terms in piece.terms]
         length = Family.of(piece.half, CLOCK)
@@ -401,7 +416,7 @@ def test_C5_the_side_on_which_an_orbit_leaves(numbers: Any, factor: float, reaso
     Q = factor * radius_of_crossing(growth, bound)
     values = [0.0, Q, 0.0, -math.sqrt(0.5), math.sqrt(0.5), 0.0]
     end = [Family.of(constant(x), BITS) for x in values]
-    mine = said(coverings._crossing, numbers, end, [arb(bound)] * 3, growth, 1, [], arb(0))
+    mine = said(coverings._crossing, numbers, end, [arb(bound)] * 4, growth, 1, [], arb(0))
     states = [series(constant(x), BITS) for x in values]
     theirs = said(_crossed_by_script, states, bound)
     assert mine[:2] == theirs[:2] == reason
@@ -420,7 +435,7 @@ def radius_of_crossing(growth: LogarithmicNorm, bound: float) -> float:
 
 def _crossed_by_script(states: list[script.Series], bound: float) -> None:
     """C5 of the second checker alone."""
-    script.crossing(problem(), states, [Fraction(bound)] * 3, 1, [])
+    script.crossing(problem(), states, [Fraction(bound)] * 4, 1, [])
 
 
 # ---- C6
@@ -436,7 +451,7 @@ def image(ends: float, across: float, quad: Quad) -> tuple[dict[Any, int], dict[
 
 def reached(d: Any, g: Any, box: Any, begin: Any) -> coverings.Reached:
     at, up = Family.of(d, BITS), Family.of(g, BITS)
-    slopes = [[each.partial(name) for name in "uv"] for each in (at, up)]
+    slopes = [[each.partial(name) for name in "uvw"] for each in (at, up)]
     return coverings.Reached(at, up, True, box, 0.0, 0.0, (1.0, 1.0), begin, slopes)
 
 
@@ -505,7 +520,7 @@ def test_C7_differences_grow_along_u_or_shrink_along_v(
     bent = {(0, 1, 0): 2 * a * by_u, (0, 0, 1): 2 * a * by_v}
     unit = {name: Family.of(whole(each), BITS) for name, each in (("g", g), ("aU", bent))}
     d = coverings.curve(quad.p, unit["g"]) + unit["aU"]
-    slopes = [[each.partial(name) for name in "uv"] for each in (d, unit["g"])]
+    slopes = [[each.partial(name) for name in "uvw"] for each in (d, unit["g"])]
     box = (arb(1), arb(0.5), arb(0.5))
     source = coverings.Reached(d, unit["g"], True, box, 0.0, 0.0, (1.0, 1.0), list(box), slopes)
     stretch, squeeze = coverings._cone(source, quad)
@@ -515,10 +530,9 @@ def test_C7_differences_grow_along_u_or_shrink_along_v(
     assert said(coverings.prove_cones, [one])[:2] == reason
     other = script.Quad(*quad[:5], list(quad.p))
     at, up = series(whole(g), BITS), series(whole(bent), BITS)
-    place = other.curve(at) + up
-    arrival = script.Arrival(
-        place, at, 1, [], [], Interval.of(0), [(place.along(i), at.along(i)) for i in (1, 2)]
-    )
+    place = other.curve(at, script.ENERGY) + up
+    along = [(place.along(i), at.along(i), script.Series.of(i == 3)) for i in (1, 2, 3)]
+    arrival = script.Arrival(place, at, 1, [], [], Interval.of(0), along)
     assert said(script.check_cone, arrival, other)[:2] == reason
 
 
@@ -749,7 +763,7 @@ def test_the_stored_proof_holds_in_both_checkers(
     np.testing.assert_allclose([one.across for one in crossed], data["line"]["across"], rtol=1e-6)
     # What docs/full-shift.md says of one passage and of two, from either section.
     up, down = ([one for pair in relations[k : k + 2] for one in pair] for k in (0, 2))
-    assert min(one.stretch for one in up + down) > 153
+    assert min(one.stretch for one in up + down) > 156
     assert min(one.stretch for one in up) * min(one.stretch for one in down) > 10**5
     assert max(one.squeeze for one in up) * max(one.squeeze for one in down) < 1 / 4
     file = str(REFERENCE / "full_shift.h5")
@@ -1002,69 +1016,6 @@ def test_a_proof_is_of_one_body_and_energy(
         assert said(script.arrival, script.problem_of(given), quad_of(quads[0]), steps)[:1] == "C"
 
 
-@pytest.mark.parametrize(("share", "inside"), [("99/100", True), ("101/100", False)])
-@pytest.mark.parametrize("sign", ["", "-"])
-def test_an_interval_has_the_bodies_and_energies_within_it(
-    share: str, inside: bool, sign: str
-) -> None:
-    """mu and h that differ by barely less, and by barely more, in both checkers."""
-    by = 1 + Fraction(f"{sign}{share}") * Fraction("1e-13")
-    near = coverings.Numbers.of(BODY, exact(GIVEN["h"]), exact("1e-13"))
-    other = Body(A=GIVEN["A"], r=GIVEN["r"], mu=Fraction(GIVEN["mu"]) * by)
-    found = coverings.Numbers.of(other, exact(Fraction(GIVEN["h"]) * by))
-    for name in ("mu_r1", "mu_r2", "force_m"):
-        assert getattr(near.field, name).contains(getattr(found.field, name)) is inside
-    assert near.h.contains(found.h) is inside
-    given = {**GIVEN, "mu": str(Fraction(GIVEN["mu"]) * by), "h": str(Fraction(GIVEN["h"]) * by)}
-    ours = script.problem_of({**GIVEN, "around": "1e-13"})
-    theirs = script.problem_of(given)
-    for one, there in ((ours.mu[0], theirs.mu[0]), (ours.b, theirs.b), (ours.h, theirs.h)):
-        assert (one.low < there.low and there.high < one.high) is inside
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("around", "reason"), [("1e-13", ""), ("2e-13", "C6")])
-def test_a_proof_is_of_all_bodies_that_are_near_enough(
-    quads: Any, orbits: Any, arrivals: Any, around: str, reason: str
-) -> None:
-    """The set that is proven with the least room."""
-    numbers = coverings.Numbers.of(BODY, exact(GIVEN["h"]), exact(around))
-
-    def by_package() -> None:
-        found = coverings.arrival(numbers, quads[0], orbits[0])
-        coverings.relation(found, quads[2], arrivals[2].begin, 2)
-
-    def by_script() -> None:
-        p = script.problem_of({**GIVEN, "around": around})
-        found = script.arrival(p, quad_of(quads[0]), [step(x) for x in orbits[0]])
-        script.check_relation(found, quad_of(quads[2]), [_interval(x) for x in arrivals[2].begin])
-
-    assert said(by_package)[:2] == said(by_script)[:2] == reason
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("around", "reason"), [("2e-15", ""), ("1e-13", "C7")])
-def test_cones_hold_of_a_narrower_interval_than_relations(
-    quads: Any, orbits: Any, arrivals: Any, around: str, reason: str
-) -> None:
-    """The set whose squeeze has the least room."""
-    numbers = coverings.Numbers.of(BODY, exact(GIVEN["h"]), exact(around))
-    p = script.problem_of({**GIVEN, "around": around})
-    found = coverings.arrival(numbers, quads[3], orbits[3])
-    again = script.arrival(p, quad_of(quads[3]), [step(x) for x in orbits[3]])
-    relations = [coverings.relation(found, quads[0], arrivals[0].begin, 0)]
-    doubts = (
-        said(coverings.prove_cones, relations),
-        said(script.check_cone, again, quad_of(quads[0])),
-    )
-    assert [doubt[:2] for doubt in doubts] == [reason, reason]
-
-
-def test_an_interval_that_is_turned_round_is_refused() -> None:
-    with pytest.raises(Refused, match="around >= 0"):
-        script.problem_of({**GIVEN, "around": "-1e-13"})
-
-
 def test_the_second_checker_imports_nothing_of_the_package() -> None:
     found = set()
     for node in ast.walk(ast.parse(Path(script.__file__).read_text(encoding="utf-8"))):
@@ -1132,7 +1083,7 @@ def test_orbits_in_113_bits_do_what_the_relations_say(
             values = sign * crossed.states[j]
             off = float(values[0]) - _value(dict(_terms(family)), family.bits, u, v)
             assert abs(off) < family.error / 2**family.bits
-            for found, slope in zip((values[1::2] - values[2::2])[:2], slopes, strict=True):
+            for found, slope in zip((values[1::2] - values[2::2])[:2], slopes[:2], strict=True):
                 expected = _value(dict(_terms(slope)), slope.bits, u, v)
                 assert abs(float(found) / (2 * step_by) - expected) < slope.error / 2**slope.bits
         for target in quads:
@@ -1148,7 +1099,14 @@ class Crossings(NamedTuple):
     """When, after the end of the polynomials."""
 
 
-def crossings(quad: Quad, pieces: Sequence[FamilyStep], u: Any, v: Any) -> Crossings:
+def crossings(
+    quad: Quad,
+    pieces: Sequence[FamilyStep],
+    u: Any,
+    v: Any,
+    h: Any = Fraction("1.3342"),
+    w: float = 0,
+) -> Crossings:
     from rigidpend.mechanics.equations import aligned
     from rigidpend.orbits.integrate.states import states_at
     from rigidpend.orbits.return_map.poincare import state_of
@@ -1164,9 +1122,9 @@ def crossings(quad: Quad, pieces: Sequence[FamilyStep], u: Any, v: Any) -> Cross
     for x in quad.p[::-1]:
         d = d * g + a.number(x)
     d = d + by_u * u
-    begin = state_of(quad.rising, d, a.sqrt(1 - g * g), -g, a.number(Fraction("1.3342")), c, a)
+    begin = state_of(quad.rising, d, a.sqrt(1 - g * g), -g, a.number(h), c, a)
     time = a.number(
-        sum(2 * _value(piece.half, CLOCK, float(u[0]), float(v[0])) for piece in pieces)
+        sum(2 * _value(piece.half, CLOCK, float(u[0]), float(v[0]), w) for piece in pieces)
     )
     end = states_at(c.aligned, begin, a.array([time]), 113)[:, -1]
     late = 0 * g
@@ -1184,5 +1142,6 @@ def _terms(family: Family) -> Iterator[tuple[Any, int]]:
         yield tuple(map(int, at)), int(w)
 
 
-def _value(terms: Mapping[Any, int], bits: int, u: float, v: float) -> float:
-    return float(sum(w * u**k * v**l for (_, k, l), w in terms.items())) / 2 ** (bits + 1)
+def _value(terms: Mapping[Any, int], bits: int, u: float, v: float, w: float = 0) -> float:
+    powers = (((*at, 0)[1:4], c) for at, c in terms.items())
+    return float(sum(c * u**k * v**l * w**m for (k, l, m), c in powers)) / 2 ** (bits + 1)

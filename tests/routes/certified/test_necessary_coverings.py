@@ -143,18 +143,18 @@ def bent(quad: Quad, pieces: Pieces) -> Pieces:
     [
         (
             "near = _nearest(residual, slopes(1, q, d.range, y1, y2), turned, ALONE)",
-            "near = 3 * [arb(0)]",
+            "near = 4 * [arb(0)]",
             None,
             "1.3343",
         ),
-        ("gamma2)], _normed(apart, growth)", "gamma2)], 3 * [arb(0)]", None, H),
+        ("gamma2)], _normed(apart, growth)", "gamma2)], 4 * [arb(0)]", None, H),
         (
             "bounds = [_up(bound + gap) for bound, gap in zip(bounds, gaps, strict=True)]",
             "pass",
             jumping,
             H,
         ),
-        ("leaps = defects(numbers, states, half, growth)", "leaps = 3 * [arb(0)]", bent, H),
+        ("leaps = defects(numbers, states, half, growth)", "leaps = 4 * [arb(0)]", bent, H),
         ("grown = _up(factor * (begin", "grown = _up((begin", None, H),
     ],
     ids=["C1 energy", "C1 distance", "C2 joint", "C2 defect", "C3"],
@@ -205,7 +205,7 @@ def orbit(d: float, g: float, until: float, longest: float) -> tuple[Quad, Piece
         flow.longest = left / math.ceil(left / longest)
         half, bits, series = flow.step(60)
         time += math.ldexp(half, 1 - steps.CLOCK)
-        terms = [{(j, 0, 0): w for j, w in enumerate(row)} for row in series]
+        terms: list[Any] = [{(j, 0, 0): w for j, w in enumerate(row)} for row in series]
         pieces.append(FamilyStep(bits, {(0, 0, 0): half << (CLOCK - steps.CLOCK + 1)}, terms))
     return quad, pieces
 
@@ -285,7 +285,7 @@ def test_with_a_wider_bound_of_C6_a_false_relation_is_believed(
     d, g = (Family.of(x, BITS) for x in image(ends, across, STRAIGHT))
     begin = [arb(1), arb(0.5), arb(0.5)]
     box = (arb(1 + sheet * ALONE), arb(0.5), arb(0.5))
-    source = coverings.Reached(d, g, True, box, 0.0, 0.0, (1.0, 1.0), begin, [[d, g], [d, g]])
+    source = coverings.Reached(d, g, True, box, 0.0, 0.0, (1.0, 1.0), begin, [[d, g, g], [d, g, g]])
     weakened(coverings, (before, after)).relation(source, STRAIGHT, begin, 0)
     with pytest.raises(Undecided, match="C6"):
         coverings.relation(source, STRAIGHT, begin, 0)
@@ -297,7 +297,7 @@ def test_without_the_sign_of_C5_a_side_is_believed_that_nobody_knows() -> None:
     Q = radius_of_crossing(growth, bound) / 2
     values = (0.0, Q, 0.0, -math.sqrt(0.5), math.sqrt(0.5), 0.0)
     end = [Family.of(constant(x), BITS) for x in values]
-    asked: Any = coverings.Numbers.of(FIG4, exact(H)), end, [arb(bound)] * 3, growth, 1, [], arb(0)
+    asked: Any = coverings.Numbers.of(FIG4, exact(H)), end, [arb(bound)] * 4, growth, 1, [], arb(0)
     slip = weakened(coverings, ("not (box[large] > 0 or box[large] < 0)", "False"))
     assert slip._crossing(*asked).right
     with pytest.raises(Undecided, match="C5: the side"):

@@ -1,0 +1,273 @@
+"""Sets that move with the energy: starts of one J2_0, intervals of energies, by both checkers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from flint import arb
+
+from rigidpend.experiments.full_shift import compute as full_shift
+from rigidpend.experiments.full_shift.schema import Config
+from rigidpend.numbers.exact import exact
+from rigidpend.routes.certified import coverings, horseshoe
+from rigidpend.routes.certified.balls import enclosed
+from rigidpend.routes.certified.families import Family
+from rigidpend.routes.certified.growth import LogarithmicNorm
+from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine, made
+from rigidpend.routes.problem import RouteProblem
+from scripts import check_full_shift as script
+from scripts.check_certificate import Interval, Refused
+from tests.attacks import lot
+from tests.config.samples import content as typed
+from tests.experiments.full_shift.test_compute import OWN
+from tests.routes.certified.test_coverings import (
+    BARELY,
+    BITS,
+    BODY,
+    CONFIG,
+    GIVEN,
+    J1,
+    _interval,
+    _terms,
+    _value,
+    crossings,
+    moved,
+    quad_of,
+    said,
+    series,
+    step,
+    whole,
+)
+
+H0 = exact("1.3342")
+
+
+@pytest.fixture(autouse=True)
+def digits() -> None:
+    Interval.digits = script.DIGITS
+
+
+class Found(NamedTuple):
+    """Sets on Fig. 4's own line, of which one upward and one downward are followed."""
+
+    setting: horseshoe.ShiftProblem
+    quads: list[Quad]
+    pieces: dict[int, list[FamilyStep]]
+    line: StartLine
+    starts: list[FamilyStep]
+
+    @property
+    def shift(self) -> Fraction:
+        off = (self.setting.h - H0).fraction
+        assert off is not None
+        return off
+
+    def numbers(self, wider: float = 1.0) -> coverings.Numbers:
+        spread = self.setting.spread * Fraction(wider)
+        return coverings.Numbers.of(BODY, self.setting.h, spread, H0)
+
+    def problem(self, wider: float = 1.0) -> script.Problem:
+        given = {name: x for name, x in GIVEN.items() if name != "h"}
+        spread = self.setting.spread * Fraction(wider)
+        return script.problem_of({**given, "h0": "1.3342", "shift": self.shift, "spread": spread})
+
+
+@pytest.fixture(scope="module")
+def found() -> Found:
+    setting = horseshoe.of_one_J2(BODY, H0, J1)._replace(half_turns=14)
+    setting = horseshoe.widened(setting, J1)
+    quads = horseshoe.quads(setting)
+    line, theta2 = horseshoe.line(setting, J1, quads)
+    pieces = {k: horseshoe.pieces(setting, quads[k]) for k in (0, 2)}
+    return Found(setting, quads, pieces, line, horseshoe.line_pieces(setting, line, theta2))
+
+
+class Arrived(NamedTuple):
+    """The next crossings of set 2 by both checkers, and where set 0 begins."""
+
+    mine: coverings.Reached
+    theirs: script.Arrival
+    begin: Sequence[arb]
+
+    def told(self, target: Quad) -> list[str]:
+        """What both say of its relation to a set."""
+
+        def by_package() -> None:
+            coverings.prove_cones([coverings.relation(self.mine, target, self.begin, 0)])
+
+        def by_script() -> None:
+            script.check_relation(self.theirs, quad_of(target), [_interval(x) for x in self.begin])
+            script.check_cone(self.theirs, quad_of(target))
+
+        return [said(by_package), said(by_script)]
+
+
+@pytest.fixture(scope="module")
+def arrived(found: Found) -> Arrived:
+    Interval.digits = script.DIGITS
+    numbers, steps = found.numbers(), found.pieces[2]
+    growth = LogarithmicNorm.of(numbers.field)
+    begin, _ = coverings.beginning(numbers, found.quads[0], found.pieces[0][0], growth)
+    again = [step(x) for x in steps]
+    theirs = script.arrival(found.problem(), quad_of(found.quads[2]), again)
+    return Arrived(coverings.arrival(numbers, found.quads[2], steps), theirs, begin)
+
+
+@pytest.mark.slow
+def test_a_set_covers_another_one_at_every_energy(found: Found, arrived: Arrived) -> None:
+    """And not one that moves by more than its height, which at some energies lies elsewhere."""
+    target = found.quads[0]
+    assert arrived.told(target) == ["", ""]
+    first, *rest = target.moves
+    wrong = target._replace(moves=((2 * target.b, *first[1:]), *rest))
+    assert [x[:2] for x in arrived.told(wrong)] == ["C6", "C6"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("component", "at"), [(3, (0, 0, 0, 1)), (2, (2, 0, 1, 1))])
+def test_a_changed_term_of_the_energy_proves_nothing(found: Found, component: int, at: Any) -> None:
+    steps = [moved(found.pieces[2][0], component, at, 1e-5), *found.pieces[2][1:]]
+    mine = said(coverings.arrival, found.numbers(), found.quads[2], steps)
+    quad, again = quad_of(found.quads[2]), [step(x) for x in steps]
+    assert [mine[:2], said(script.arrival, found.problem(), quad, again)[:2]] == ["C3", "C3"]
+
+
+@pytest.mark.slow
+def test_orbits_of_all_energies_do_what_the_polynomials_say(found: Found, arrived: Arrived) -> None:
+    """In 113 bits, from random points of a set at random energies of its own."""
+    arrival = arrived.mine
+    with lot.drawn("orbits of several energies") as chance:
+        for _ in range(3):
+            u, v, w = (chance.uniform(-1, 1) for _ in range(3))
+            h = found.setting.h.fraction
+            assert h is not None
+            quad, exactly = found.quads[2], Fraction(w)
+            curves = zip(quad.p, *quad.moves, strict=True)
+            there = tuple(
+                sum((x * exactly**m for m, x in enumerate(each)), Fraction(0)) for each in curves
+            )
+            energy = h + found.setting.spread * exactly
+            end = crossings(quad._replace(p=there), found.pieces[2], [u], [v], energy, w).states[
+                :, 0
+            ]
+            sign = -1 if end[0] < 0 else 1
+            for family, x in ((arrival.d, end[1]), (arrival.g, end[5])):
+                value = _value(dict(_terms(family)), family.bits, u, v, w)
+                assert abs(float(sign * x) - value) < family.error / 2**family.bits
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("factor", "reason"), [(1 + BARELY, ""), (1 - BARELY, "C6")])
+def test_starts_have_energies_of_which_sets_are_known(
+    found: Found, factor: float, reason: str
+) -> None:
+    """The largest w along the line, in doubles, beside 1."""
+    theta2 = horseshoe.line(found.setting, J1, found.quads)[1]
+    energies = horseshoe.LineStarts(found.setting, J1).energies(np.linspace(*theta2, 99))
+    most = float(np.abs(energies - float(found.shift)).max() / float(found.setting.spread))
+    other = coverings.arrival, found.numbers(most * factor), found.line, found.starts
+    steps = [step(x) for x in found.starts]
+    theirs = script.arrival, found.problem(most * factor), script.Line(*found.line), steps
+    assert [said(*other)[:2], said(*theirs)[:2]] == [reason, reason]
+
+
+@pytest.mark.slow
+def test_the_line_of_starts_is_that_of_fig_4(found: Found) -> None:
+    """Its polynomials begin at the starts of route codes, and w is that of their energies."""
+    problem = RouteProblem(BODY, H0, exact(J1), 1)
+    arrival = coverings.arrival(found.numbers(), found.line, found.starts)
+    begin = [Family.of(t, found.starts[0].bits).at("z", -1) for t in found.starts[0].terms]
+    for theta2 in (Fraction("1.56"), Fraction("1.5625"), Fraction("1.564")):
+        start = enclosed(problem, exact(theta2), 160)
+        Qp, Qm, M3, *gamma = (float(x.mid()) for x in start.state)
+        unit, line = float(start.unit), found.line
+        off = float(line.e1) * gamma[0] + float(line.e2) * gamma[1] - float(line.centre)
+        u = off / float(line.half)
+        values = [_value(dict(_terms(each)), each.bits, u, 0.0) for each in begin]
+        np.testing.assert_allclose(values, [unit * Qp, Qm, unit * M3, *gamma], atol=1e-12)
+        # kappa J2_0^2/2 is h0, and so the energy is more than it by the weight alone.
+        c = start.coefficients
+        height = unit**2 * (float(c.mu_r1.mid()) * gamma[0] + float(c.mu_r2.mid()) * gamma[1])
+        w = (height - float(found.shift)) / float(found.setting.spread)
+        assert _value(dict(_terms(arrival.w)), arrival.w.bits, u, 0.0) == pytest.approx(w, abs=1e-6)
+        assert abs(w) < 1
+
+
+@pytest.mark.parametrize(("by", "inside"), [("99/100", True), ("101/100", False)])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_energies_are_those_within_their_spread(by: str, inside: bool, sign: int) -> None:
+    spread, h = Fraction("1e-6"), Fraction(GIVEN["h"])
+    energy = h + sign * Fraction(by) * spread
+    mine = coverings.Numbers.of(BODY, exact(GIVEN["h"]), spread).energies.range
+    assert mine.contains(arb(energy.numerator) / energy.denominator) is inside
+    theirs = script.problem_of({**GIVEN, "spread": spread}).energies.ball()
+    assert (theirs.low <= Interval.of(energy).low <= theirs.high) is inside
+
+
+@pytest.mark.parametrize(
+    ("changes", "shift", "by", "reason"),
+    [
+        (["problem.around=1e-6"], 0, 1 + 1e-9, ""),
+        (["problem.around=1e-6"], 0, 1 - 1e-9, "the energies are not"),
+        (["problem.around=1e-6"], 1e-9, 1 + 1e-9, "the energies are not"),
+        ([], 1e-9, 0, "the energies are not"),
+        (OWN, 1e-3, 0, "starts of one J2_0"),
+        (OWN, 1e-3, 1, ""),
+    ],
+)
+def test_a_proof_is_of_the_energies_of_its_config(
+    changes: list[str], shift: float, by: float, reason: str
+) -> None:
+    config = typed(Config, CONFIG, changes)
+    spread = Fraction(1.3342e-6 * by)
+    assert said(full_shift._numbers, config, Fraction(shift), spread).startswith(reason)
+    assert bool(said(full_shift._numbers, config, Fraction(shift), spread)) is bool(reason)
+    given = {"A": GIVEN["A"], "r": GIVEN["r"], "mu": GIVEN["mu"], "J1_0": "1e-8"}
+    name = "h0" if changes == OWN else "h"
+    given |= {name: GIVEN["h"], "around": "1e-6" if len(changes) == 1 else "0"}
+    read = script.Read(
+        {"experiment": "full_shift", "problem": given}, [], [], [], Fraction(shift), spread
+    )
+    if reason:
+        with pytest.raises(Refused, match="energies"):
+            script._energies(read)
+    else:
+        assert script._energies(read)["spread"] == spread
+
+
+@pytest.mark.parametrize(
+    ("U_w", "V_w", "w_u", "reason"),
+    [
+        (69.6, 31.36, 0.0, ""),
+        (71.2, 31.36, 0.0, "C7"),
+        (69.6, 32.64, 0.0, "C7"),
+        (0.0, 0.0, 0.017, ""),
+        (0.0, 0.0, -0.01735, "C7"),
+    ],
+)
+def test_C7_where_energies_differ(U_w: float, V_w: float, w_u: float, reason: str) -> None:
+    """U = 2.5 u + 0.4 v + U_w w and V alike, of a set that moves; w may change with u."""
+    quad = made(True, (2.0**-10, 2.0**-9, 0.0, -0.5), (0.0,))._replace(moves=((Fraction(1, 4),),))
+    a, b, _, l1 = (float(x) for x in quad[1:5])
+    U, V, level = (2.5, 0.4, U_w), (0.2, 0.3, V_w), (w_u, 0.0, 1.0)
+    d = [a * x + z / 4 for x, z in zip(U, level, strict=True)]
+    g = [(a * x - b * y) / l1 for x, y in zip(U, V, strict=True)]
+    places = [(0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)]
+    rows = [whole({at: 2 * x for at, x in zip(places, row, strict=True)}) for row in (d, g, level)]
+    at, up, w = (Family.of(row, BITS) for row in rows)
+    by_d, by_g, by_w = ([each.partial(name) for name in "uvw"] for each in (at, up, w))
+    sheet = (arb(1), arb(1), arb(1))
+    source = coverings.Reached(at, up, True, sheet, 0.0, 0.0, (1.0, 1.0), [], [by_d, by_g], w, by_w)
+    stretch, squeeze = coverings._cone(source, quad)
+    assert stretch == pytest.approx(2.1 - U_w / 64 - 64 * abs(w_u), abs=1e-9)
+    assert squeeze == pytest.approx(0.5 + V_w / 64, abs=1e-9)
+    one = coverings.Relation(0, 1, 2.0, 0.5, stretch, squeeze)
+    at_, up_, w_ = theirs = [series(row, BITS) for row in rows]
+    along = [tuple(each.along(i) for each in theirs) for i in script.ALONG]
+    other = script.Arrival(at_, up_, 1, [], [], Interval.of(0), along, w_)
+    found = said(coverings.prove_cones, [one]), said(script.check_cone, other, quad_of(quad))
+    assert [x[:2] for x in found] == [reason, reason]
