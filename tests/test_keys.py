@@ -14,7 +14,7 @@ import pytest
 
 from rigidpend import Body
 from rigidpend.config import catalogue
-from rigidpend.machine.code_cache import CodeCache
+from rigidpend.machine import code_hash
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.kernel import machine_code
 from rigidpend.orbits.return_map import return_map, storage
@@ -138,9 +138,9 @@ def test_of_the_parts_of_a_certificate(monkeypatch: pytest.MonkeyPatch, tmp_path
 def test_of_a_config_that_was_read(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     def key(version: str, reader: str, name: str, content: str, settings: list[str]) -> str:
         monkeypatch.setattr(recalled, "__version__", version)
-        monkeypatch.setattr(recalled, "_reader", lambda *_: reader)
+        monkeypatch.setattr(recalled, "reader_code", lambda *_: reader)
         (tmp_path / name).write_text(content)
-        return recalled._key(recalled.CONFIGS, tmp_path / name, *settings)
+        return recalled.key_of(recalled.CONFIGS, tmp_path / name, *settings)
 
     given = {"version": "1", "reader": "a", "name": "a.yaml", "content": "a", "settings": ["a=1"]}
     others = {"version": "2", "reader": "b", "name": "b.yaml", "content": "b", "settings": ["a=2"]}
@@ -150,11 +150,5 @@ def test_of_a_config_that_was_read(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
 def test_of_a_source_that_was_read() -> None:
     """Of another source and of another reader nothing is known."""
 
-    def key(reader: bytes, source: bytes) -> str:
-        cache = CodeCache(reader)
-        keys: list[str] = []
-        cache.memory = SimpleNamespace(get=keys.append, put=lambda *_: None)  # type: ignore[assignment]
-        cache.entry(source, lambda _: ("", []))
-        return keys[0]
-
-    assert_complete(key, {"reader": b"a", "source": b"b"}, {"reader": b"c", "source": b"d"})
+    given = {"reader": b"a", "source": b"b"}
+    assert_complete(code_hash.key_of, given, {"reader": b"c", "source": b"d"})

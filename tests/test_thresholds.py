@@ -74,4 +74,4 @@ def test_an_argument_is_accepted_up_to_its_limits_and_not_beyond(
 def test_a_centre_is_shown_to_a_hundredth_of_its_step_and_two_digits_at_least(
     step: float, shown: str
 ) -> None:
-    assert report._decimals({"step": step, "centre": "1.23456789"}) == shown
+    assert report.decimals_of({"step": step, "centre": "1.23456789"}) == shown

@@ -7,11 +7,9 @@ names        names and paths on a command line, as files
 reader       YAML with the line and column of every value
 overrides    settings ``a.b=VALUE`` of the command line
 schema       shared fields of the experiments' schemas
-bodies       bodies with a weight, without one, or with several in turn
-route_start  the start of orbits on S1-
+bodies       bodies with a weight or without, several in turn; the start of orbits on S1-
 validation   pydantic's errors as complaints
 complaints   what is wrong with a config, shown with its place
-groups       the configs that one file stands for
 sweeps       a config for each combination of values
 changes      changes from one config to another
 writer       a config as YAML, each key with its meaning beside it

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Generic, NamedTuple, TypeVar
+
+C = TypeVar("C", covariant=True)
 
 MEASURE = "measure"
 """Folder of configs that measure this machine for minutes; `all` leaves them out."""
@@ -17,6 +21,15 @@ RESULTS = Path("results")
 """Folder of results where none is given."""
 REFERENCES = RESULTS / "reference"
 """Folder of references where none is given."""
+
+
+class Group(NamedTuple, Generic[C]):
+    """The configs that one file stands for: one, or each combination of a sweep."""
+
+    path: Path
+    title: str
+    """Name of all of them together."""
+    members: Sequence[C]
 
 
 def folders() -> list[Path]:

@@ -5,7 +5,6 @@ Modules
 files       files written whole or not at all, sealed with a digest
 cache       what can be made again, in the user's folder
 memory      what was found out before, kept on disk
-code_cache  what was read in source files, kept on disk
 locks       folders and files held together with other runs
 workers     threads and processes side by side
 signals     signal handling (SIGTERM, SIGINT)

@@ -80,11 +80,11 @@ def save(within: Path, of: bytes, content: bytes, most: int) -> None:
         kept.save(path, of, content)
         _bound(within, most)
     except OSError as error:
-        _tell_once(f"{folder()}: nothing can be kept there ({kept.reason(error)})")
+        tell_once(f"{folder()}: nothing can be kept there ({kept.reason(error)})")
 
 
 @functools.cache
-def _tell_once(said: str) -> None:
+def tell_once(said: str) -> None:
     """Warn of what is the same for all files, the first time."""
     end = "what takes long is made again at each run; XDG_CACHE_HOME names another folder"
     warnings.warn(f"{said}: {end}", kept.KeptFileWarning, stacklevel=3)

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from rigidpend.machine.code_cache import CodeCache
+from rigidpend.machine.memory import Memory
 
 PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -52,15 +52,32 @@ def code_of(package: str, place: str) -> tuple[str, list[str]]:
     Each is read once in a process, whose own code does not change meanwhile either.
     """
     with open(f"{package}/{place}", "rb") as file:
-        code, imported = known_codes().entry(file.read(), _read)
+        source = file.read()
+    # To read all of them anew would take a third of a second.
+    key, known = key_of(_reader(), source), known_codes()
+    entry = known.get(key)
+    if entry is None:
+        entry = _read(source)
+        known.put(key, entry)
+    code, imported = entry
     found = (each for module in imported for each in _files(package, module))
     return code, list(dict.fromkeys(found))
 
 
 @functools.cache
-def known_codes() -> CodeCache:
+def known_codes() -> Memory:
     """Codes of files that were read before, by any process."""
-    return CodeCache(Path(__file__).read_bytes())
+    return Memory("code")
+
+
+@functools.cache
+def _reader() -> bytes:
+    return Path(__file__).read_bytes()
+
+
+def key_of(reader: bytes, source: bytes) -> str:
+    """Digest of a source and of that of what reads it: another reader has entries of its own."""
+    return hashlib.sha256(hashlib.sha256(reader).digest() + source).hexdigest()
 
 
 def _read(source: bytes) -> tuple[str, list[str]]:

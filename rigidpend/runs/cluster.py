@@ -131,8 +131,8 @@ def gathered(
 
     Takes and raises what :func:`computed` does; nothing is kept.
     """
-    given = experiment, engine, _facts(experiment, engine)
-    with _client(address) as client, _named_errors(address):
+    given = experiment, engine, facts_of(experiment, engine)
+    with _client(address) as client, named_errors(address):
         yield from _done(client, address, given, pieces, report)
 
 
@@ -176,7 +176,7 @@ class _Call(NamedTuple):
     arguments: tuple[Any, ...]
 
     def __reduce__(self) -> Any:
-        return _on_worker, self.arguments
+        return on_worker, self.arguments
 
 
 def _ready(client: Any, futures: list[Any]) -> Collection[Any]:
@@ -229,7 +229,7 @@ def _client(address: str) -> Any:
 
 
 @contextmanager
-def _named_errors(address: str) -> Iterator[None]:
+def named_errors(address: str) -> Iterator[None]:
     """Errors of the cluster as sentences of ours."""
     from distributed import CancelledError, KilledWorker
     from distributed.comm import CommClosedError
@@ -245,21 +245,19 @@ def _named_errors(address: str) -> Iterator[None]:
         raise WorkerError(f"cluster {address}: the scheduler went away; {CONTINUES}") from None
 
 
-def _facts(experiment: str, engine: str) -> dict[str, str]:
+def facts_of(experiment: str, engine: str) -> dict[str, str]:
     """All that decides the numbers of a part on this machine: of results, proofs and addresses."""
     routes = (inside("routes", *place) for place in PROVING_AND_FINDING)
     code = digest(provenance.code_hash(experiment) + code_hash_of(*routes))
     return {"code": code, "engine": provenance.engine_name(engine)}
 
 
-def _on_worker(
-    experiment: str, engine: str, wanted: dict[str, str], job: bytes
-) -> tuple[Tree, str]:
+def on_worker(experiment: str, engine: str, wanted: dict[str, str], job: bytes) -> tuple[Tree, str]:
     """Compute a part on a worker that has the same code and engine; the worker's name with it.
 
     The job is unpickled here, where it is known what the worker is called that cannot do it.
     """
-    here, own = _name(), _facts(experiment, engine)
+    here, own = _name(), facts_of(experiment, engine)
     for what, value in wanted.items():
         if own[what] != value:
             raise WorkerError(

@@ -16,8 +16,8 @@ from pydantic import ValidationError
 from rigidpend import experiments
 from rigidpend.config import catalogue, overrides, reader, validation
 from rigidpend.config import sweeps as sweeping
+from rigidpend.config.catalogue import Group
 from rigidpend.config.complaints import Complaint, ConfigError, Origin
-from rigidpend.config.groups import Group
 from rigidpend.config.reader import Document
 from rigidpend.config.schema import ExperimentConfig
 from rigidpend.config.sweeps import Sweep

@@ -31,12 +31,12 @@ def code_hash(experiment: str) -> str:
     expansion of an axis is as much a cause of a result as an integrator. Comments and docstrings
     don't count, nor what only type checkers import.
     """
-    return code_hash_of(_part(experiment, "schema"), _part(experiment, "compute"))
+    return code_hash_of(part_of(experiment, "schema"), part_of(experiment, "compute"))
 
 
 def code_hash_of_part(experiment: str, part: str) -> str:
     """Hash the code of one of an experiment's files, its schema say."""
-    return code_hash_of(_part(experiment, part))
+    return code_hash_of(part_of(experiment, part))
 
 
 def engine_name(engine: str) -> str:
@@ -54,7 +54,7 @@ def provenance() -> dict[str, str]:
     return {
         **versions,
         "version_python": platform.python_version(),
-        "commit": _commit(),
+        "commit": commit_here(),
         "processor": processor_model(),
         "system": f"{platform.system()} {platform.machine()}",
         "created": now,
@@ -73,7 +73,8 @@ def processor_model() -> str:
     return platform.processor() or platform.machine()
 
 
-def _part(experiment: str, part: str) -> Path:
+def part_of(experiment: str, part: str) -> Path:
+    """The file of a part of an experiment."""
     return inside("experiments", experiment, f"{part}.py")
 
 
@@ -85,7 +86,7 @@ def version(library: str) -> str:
         return ABSENT
 
 
-def _commit() -> str:
+def commit_here() -> str:
     """Commit of the checkout that the code runs from, with + where it was changed.
 
     A repository around it, or one that the user's shell names, is another's.

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from rigidpend import __version__, experiments
-from rigidpend.config.groups import Group
+from rigidpend.config.catalogue import Group
 from rigidpend.machine import files
 from rigidpend.machine.code_hash import code_hash_of, inside
 from rigidpend.machine.memory import Memory
@@ -135,7 +135,7 @@ def facts(target: Path) -> dict[str, Any]:
     if not target.exists():
         return {}
     files.make_way(target)
-    key = _key(RESULTS, target)
+    key = key_of(RESULTS, target)
     found = _recalled(RESULTS, key)
     if found is None:
         found = _opened(target)
@@ -158,7 +158,7 @@ def _opened(target: Path) -> dict[str, Any]:
 
 
 def _config(path: Path, settings: Sequence[str]) -> RecalledConfig | None:
-    entry = _recalled(CONFIGS, _key(CONFIGS, path, *settings))
+    entry = _recalled(CONFIGS, key_of(CONFIGS, path, *settings))
     if entry is None:
         return None
     told = entry["experiment"], entry["config_hash"], entry["engine"]
@@ -174,27 +174,28 @@ def _remember_config(path: Path, settings: Sequence[str], config: LoadedConfig) 
         "config_hash": config.config_hash,
         "engine": config.engine_asked,
     }
-    _remember(CONFIGS, _key(CONFIGS, path, *settings), entry)
+    _remember(CONFIGS, key_of(CONFIGS, path, *settings), entry)
 
 
 def _recalled(kind: Kind, key: str) -> dict[str, Any] | None:
     """The entry of a key, where the experiment reads such files as it did then."""
-    entry = _memory(kind.name).get(key) if key else None
-    return entry if entry and entry["by"] == _part(entry["experiment"], kind.part) else None
+    entry = memory_of(kind.name).get(key) if key else None
+    return entry if entry and entry["by"] == part_code(entry["experiment"], kind.part) else None
 
 
 def _remember(kind: Kind, key: str, entry: dict[str, Any]) -> None:
     if key:
-        _memory(kind.name).put(key, {**entry, "by": _part(entry["experiment"], kind.part)})
-        _memory(kind.name).save()
+        memory_of(kind.name).put(key, {**entry, "by": part_code(entry["experiment"], kind.part)})
+        memory_of(kind.name).save()
 
 
 @functools.cache
-def _memory(name: str) -> Memory:
+def memory_of(name: str) -> Memory:
+    """The memory of a kind of files."""
     return Memory(name)
 
 
-def _key(kind: Kind, path: Path, *settings: str) -> str:
+def key_of(kind: Kind, path: Path, *settings: str) -> str:
     """Digest of a file, its name, settings, and the code that reads; empty if it does not fit."""
     try:
         content = files.content(path)
@@ -202,17 +203,18 @@ def _key(kind: Kind, path: Path, *settings: str) -> str:
         return ""
     if not kind.fits(path, content):
         return ""
-    told = repr((__version__, _reader(*kind.reader), path.stem, settings))
+    told = repr((__version__, reader_code(*kind.reader), path.stem, settings))
     return hashlib.sha256(told.encode() + b"\0" + content).hexdigest()
 
 
 @functools.cache
-def _reader(*place: str) -> str:
+def reader_code(*place: str) -> str:
+    """Digest of a module that reads files, and of all that it imports."""
     return code_hash_of(inside(*place))
 
 
 @functools.cache
-def _part(experiment: str, part: str) -> str:
+def part_code(experiment: str, part: str) -> str:
     """Digest of a part of an experiment; empty for one that is not there."""
     known = experiment in experiments.names()
     return provenance.code_hash_of_part(experiment, part) if known else ""

@@ -25,7 +25,7 @@ def fresh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def forget() -> None:
     """Become another process, as far as memory goes."""
-    recalled._memory.cache_clear()
+    recalled.memory_of.cache_clear()
 
 
 @pytest.fixture
@@ -89,7 +89,7 @@ def test_other_code_of_a_schema_or_a_layout_reads_again(
     made: Path, counted: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     plan(made.parent)
-    monkeypatch.setattr(recalled, "_part", lambda *_: "other")
+    monkeypatch.setattr(recalled, "part_code", lambda *_: "other")
     plan(made.parent)
     assert counted == ["load", "open"] * 2
 

@@ -188,15 +188,15 @@ def test_a_scheduler_that_does_not_answer_is_named(
 def test_a_connection_that_is_not_made_again_is_the_scheduler_s_end(error: OSError) -> None:
     pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
     said = pytest.raises(WorkerError, match="went away; what is finished is kept")
-    with said, cluster._named_errors("tcp://head:8786"):
+    with said, cluster.named_errors("tcp://head:8786"):
         raise error
 
 
 def on_worker(work: Callable[..., Any], *given: Any, **other: str) -> Any:
     """What a worker gives that is asked by a machine with other things."""
     pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-    own, job = cluster._facts("route_map", "taylor"), pickle.dumps((work, given))
-    return cluster._on_worker("route_map", "taylor", {**own, **other}, job)
+    own, job = cluster.facts_of("route_map", "taylor"), pickle.dumps((work, given))
+    return cluster.on_worker("route_map", "taylor", {**own, **other}, job)
 
 
 def fail(error: Exception) -> Any:
@@ -236,7 +236,7 @@ def test_workers_that_are_killed_are_named_with_the_cure() -> None:
     distributed = pytest.importorskip("distributed", reason="the extra `cluster` is missing")
     lost = SimpleNamespace(address="tcp://far:1")
     said = pytest.raises(WorkerError, match=r"the worker tcp://far:1 .* memory there: give it more")
-    with said, cluster._named_errors("tcp://head:8786"):
+    with said, cluster.named_errors("tcp://head:8786"):
         raise distributed.KilledWorker("part", lost, 3)
 
 

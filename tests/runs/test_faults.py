@@ -308,7 +308,7 @@ def test_a_result_in_a_read_only_folder_stays_up_to_date(
     for function in ("unlink", "mkdir", "replace", "rmdir"):
         monkeypatch.setattr(os, function, refuse)
     (planned.target.parent / ".small.h5.abc.part").write_bytes(b"half")
-    cache._tell_once.cache_clear()
+    cache.tell_once.cache_clear()
     with pytest.warns(kept.KeptFileWarning, match="nothing can be kept"):
         assert runner.plan(planned.config, planned.target.parent).reason == ""
 

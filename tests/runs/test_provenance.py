@@ -19,7 +19,6 @@ import scipy
 
 from rigidpend import experiments
 from rigidpend.machine import cache, code_hash, files, kept
-from rigidpend.machine.code_cache import CodeCache
 from rigidpend.runs import loading, provenance, runner
 from tests.config.samples import FIG4, TEXT, changed, written
 
@@ -42,7 +41,7 @@ def hash_elsewhere(experiment: str = "route_codes") -> str:
 
 def hashed(experiment: str) -> list[str]:
     """Places of the files whose code counts for an experiment."""
-    parts = [provenance._part(experiment, part) for part in ("schema", "compute")]
+    parts = [provenance.part_of(experiment, part) for part in ("schema", "compute")]
     return sorted(code_hash.needed(parts))
 
 
@@ -255,12 +254,6 @@ def test_a_damaged_cache_is_made_again(parsed: list[bytes], tmp_path: Path) -> N
         assert path.read_bytes() == whole
 
 
-def test_another_reader_has_entries_of_its_own() -> None:
-    one, other = (CodeCache(reader).entry for reader in (b"one", b"other"))
-    assert one(b"x = 1", lambda _: ("a", [])) == ("a", [])
-    assert other(b"x = 1", lambda _: ("b", [])) == ("b", [])
-
-
 def test_code_hash_notices_text_that_is_a_value(copy: Path) -> None:
     file = copy / "surfaces" / "melnikov.py"
     source = file.read_text(encoding="utf-8")
@@ -361,14 +354,14 @@ def test_the_commit_is_that_of_the_own_source_tree(
     git("init", "-q")
     git("commit", "-q", "--allow-empty", "-m", "another's")
     other = git("rev-parse", "--short=12", "HEAD")
-    own = provenance._commit()
+    own = provenance.commit_here()
     monkeypatch.setenv("GIT_DIR", str(tmp_path / ".git"))
     monkeypatch.setenv("GIT_WORK_TREE", str(tmp_path))
-    assert provenance._commit() == own
+    assert provenance.commit_here() == own
     monkeypatch.delenv("GIT_DIR")
     monkeypatch.delenv("GIT_WORK_TREE")
     # Installed into a folder of somebody's repository, it has no commit of its own.
     inner = tmp_path / "lib" / "site-packages" / "rigidpend"
     inner.mkdir(parents=True)
     monkeypatch.setattr(code_hash, "PACKAGE", inner)
-    assert other not in provenance._commit()
+    assert other not in provenance.commit_here()

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from rigidpend.config.axes import Axis
-from rigidpend.config.route_start import RouteStart
+from rigidpend.config.bodies import RouteStart
 from rigidpend.config.schema import ExperimentConfig, Numerics, Whole, physics
 from rigidpend.machine import files
 

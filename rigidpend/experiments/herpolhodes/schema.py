@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from rigidpend.config.route_start import RouteStart
+from rigidpend.config.bodies import RouteStart
 from rigidpend.config.schema import ExperimentConfig, Number, Numerics, Part, Whole, Word, physics
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -74,23 +75,14 @@ def draw(result: Loaded) -> Figure:
     """Draw every array of a result, side by side as far as there is room, with square cells."""
     arrays = [_read(name, group) for name, group in result["data"].items()]
     bands = [arrays[k : k + ACROSS] for k in range(0, len(arrays), ACROSS)]
-    cell = min(LARGEST, *(_room(band) / _columns(band) for band in bands))
-    height = min(max(len(array.codes) for array in arrays) * max(cell, LOWEST), TALLEST)
+    cell = _cell(bands)
     wide = max(NARROWEST, *(WIDTH - _room(band) + _columns(band) * cell for band in bands))
     entries = _legend_entries(arrays)
     across = min(len(entries), int(wide / ENTRY))
     below = BELOW + ROW * (-(-len(entries) // across) - 1)
-    pitch = height + ABOVE + APART
-    high = below + len(bands) * pitch - APART
-    figure = Figure(figsize=(wide, high))
-    for row, band in enumerate(bands):
-        left, bottom = LEFT, below + (len(bands) - 1 - row) * pitch
-        for array in band:
-            width = array.codes.shape[1] * cell
-            axes = figure.add_axes((left / wide, bottom / high, width / wide, height / high))
-            _draw_array(axes, array)
-            _mark_zooms(axes, array, arrays)
-            left += width + BETWEEN
+    figure = _arranged(bands, cell, wide, below)
+    for axes, array in zip(figure.axes, arrays, strict=True):
+        _mark_zooms(axes, array, arrays)
     figure.legend(
         handles=entries,
         loc="lower center",
@@ -106,29 +98,40 @@ def draw(result: Loaded) -> Figure:
 def draw_together(results: Sequence[tuple[str, Loaded]]) -> Figure:
     """Draw the arrays of several results, a row for each, in one figure."""
     bands = [
-        (label, [_read(name, group) for name, group in result["data"].items()][:ACROSS])
-        for label, result in results
+        [_read(name, group) for name, group in result["data"].items()][:ACROSS]
+        for _, result in results
     ]
-    cell = min(LARGEST, *(_room(band) / _columns(band) for _, band in bands))
-    heights = [max(len(x.codes) for x in band) * max(cell, LOWEST) for _, band in bands]
-    high = BELOW + sum(heights) + len(bands) * (ABOVE + APART) - APART
-    figure = Figure(figsize=(WIDTH, high))
-    bottom = high
-    for (label, band), height in zip(bands, heights, strict=True):
-        bottom -= height + ABOVE
-        left = LEFT
-        for array in band:
-            width = array.codes.shape[1] * cell
-            box = (left / WIDTH, bottom / high, width / WIDTH, height / high)
-            axes = figure.add_axes(box)
-            _draw_array(axes, array)
-            axes.set_title(f"{array.name}, {label}" if array is band[0] else array.name, loc="left")
-            left += width + BETWEEN
-        bottom -= APART
-    shown = [array for _, band in bands for array in band]
+    figure = _arranged(bands, _cell(bands), WIDTH, BELOW)
+    firsts = itertools.accumulate(map(len, bands), initial=0)
+    for (label, _), band, first in zip(results, bands, firsts, strict=False):
+        figure.axes[first].set_title(f"{band[0].name}, {label}", loc="left")
+    shown = [array for band in bands for array in band]
     entries = [x for x in _legend_entries(shown) if x.get_label() != MAGNIFIED]
     figure.legend(handles=entries, loc="lower center", ncols=min(len(entries), ACROSS))
     return figure
+
+
+def _arranged(bands: list[list[Array]], cell: float, wide: float, below: float) -> Figure:
+    """Arrays in rows, with cells of that size, above so much room for a legend; inches."""
+    heights = [
+        min(max(len(array.codes) for array in band) * max(cell, LOWEST), TALLEST) for band in bands
+    ]
+    high = below + sum(heights) + len(bands) * (ABOVE + APART) - APART
+    figure, bottom = Figure(figsize=(wide, high)), high
+    for band, height in zip(bands, heights, strict=True):
+        bottom, left = bottom - height - ABOVE, LEFT
+        for array in band:
+            width = array.codes.shape[1] * cell
+            box = (left / wide, bottom / high, width / wide, height / high)
+            _draw_array(figure.add_axes(box), array)
+            left += width + BETWEEN
+        bottom -= APART
+    return figure
+
+
+def _cell(bands: list[list[Array]]) -> float:
+    """The side of a cell by which all rows have room, inches."""
+    return min(LARGEST, *(_room(band) / _columns(band) for band in bands))
 
 
 def _columns(band: list[Array]) -> int:

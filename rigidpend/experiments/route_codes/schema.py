@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from rigidpend.config.route_start import RouteStart
+from rigidpend.config.bodies import RouteStart
 from rigidpend.config.schema import ExperimentConfig, Numerics, PhaseGrid, Word, physics
 from rigidpend.numbers.parameters import ParameterError
 

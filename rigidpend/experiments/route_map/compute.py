@@ -90,7 +90,7 @@ def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -
     shape = y.size, x.size
     codes = np.empty((problem.n_symbols, *shape), dtype=np.uint8)
     certain, by_map = np.empty(shape, dtype=np.uint8), np.empty(shape, dtype=bool)
-    tiles = list(_tiles(problem.names, *shape))
+    tiles = list(tiled(problem.names, *shape))
     given = problem, means.arithmetic, means.jobs
     pieces = [
         Piece(f"{name or 'plane'}.{number:06d}", _tile, (x[columns], y[rows], *given))
@@ -108,7 +108,7 @@ def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -
     return datasets({**PLANE, "x": OTHER_X} if problem.columns else PLANE, values)
 
 
-def _tiles(
+def tiled(
     names: tuple[str, str], height: int, width: int
 ) -> Iterator[tuple[int, tuple[slice, slice]]]:
     """The rows and columns of each tile, with the number of its first row or column.
@@ -129,7 +129,7 @@ def _tiles(
 
 def _tile(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Tree:
     """The cells of some rows and columns."""
-    found = _cells(x, y, problem, arithmetic, jobs)
+    found = cells_of(x, y, problem, arithmetic, jobs)
     values = {
         "codes": found.codes.reshape(-1, y.size, x.size),
         "certain": found.certain.reshape(y.size, x.size),
@@ -138,7 +138,7 @@ def _tile(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: in
     return datasets({name: PLANE[name] for name in values}, values)
 
 
-def _cells(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Cells:
+def cells_of(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Cells:
     """The cells in the order of their rows."""
     spread = np.tile(x, y.size), np.repeat(y, x.size)
     values = dict(zip(problem.names, spread, strict=True))

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from rigidpend.config.axes import Axis, Range, distinct
-from rigidpend.config.route_start import RouteStart
+from rigidpend.config.bodies import RouteStart
 from rigidpend.config.schema import (
     Auto,
     ExperimentConfig,

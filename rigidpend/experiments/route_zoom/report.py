@@ -45,13 +45,13 @@ def tables(result: Loaded) -> list[Table]:
                 _row(k, level, f"{100 * share(before, level):.1f} %" if k else "")
                 for k, (before, level) in enumerate(zip([levels[0], *levels], levels, strict=False))
             ],
-            f"theta2_0 = {_decimals(levels[-1])} rad at the last centre, rounded; rows repeat after"
-            f" a zoom of {repeats:.6f}.",
+            f"theta2_0 = {decimals_of(levels[-1])} rad at the last centre, rounded; rows repeat"
+            f" after a zoom of {repeats:.6f}.",
         )
     ]
 
 
-def _decimals(level: Data) -> str:
+def decimals_of(level: Data) -> str:
     """The centre of a level, rounded to a hundredth of its step or finer."""
     digits = max(2, 3 - math.floor(math.log10(float(level["step"]))))
     nearest = round(Fraction(level["centre"]) * 10**digits)

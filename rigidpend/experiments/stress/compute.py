@@ -74,7 +74,7 @@ def trials(problem: Problem, means: Means) -> Iterator[tuple[str, Trial]]:
         sizes = {"columns": asked.columns, "n_crossings": 5}
         yield "separatrices", extremes.start_trial(body, place, way, **sizes)
     yield from (("passages", trial) for trial in _passages(scene, problem, way))
-    yield from (("honesty", trial) for trial in _honesty(problem, way))
+    yield from (("honesty", trial) for trial in honesty_trials(problem, way))
     # In integers, as without that engine, an orbit of many digits takes minutes.
     if way.engine == "taylor":
         yield from (("addresses", trial) for trial in _addresses(problem))
@@ -99,7 +99,8 @@ def _passages(scene: Scene, problem: Problem, way: Way) -> Iterator[Trial]:
         )
 
 
-def _honesty(problem: Problem, way: Way) -> Iterator[Trial]:
+def honesty_trials(problem: Problem, way: Way) -> Iterator[Trial]:
+    """Trials of the flags `certain`: a hard orbit, spoilt tolerances and spoilt maps."""
     asked, thirds, body = problem.honesty, len(honesty.STARTS), problem.body
     common = {"n_symbols": asked.n_symbols, "seed": problem.seed}
     yield honesty.hard_trial(way.engine)

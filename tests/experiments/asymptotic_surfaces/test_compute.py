@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -87,30 +86,11 @@ def test_agrees_engines(content: Any) -> None:
     assert differences("asymptotic_surfaces", scipy, taylor) == []
 
 
-def set_at(surface: str, field: str, gap: float) -> Callable[[Any], None]:
-    def change(data: Any) -> None:
-        data["bodies"]["c"][surface][field][100] += gap
-
-    return change
-
-
-@pytest.mark.parametrize(
-    ("change", "told"),
-    [
-        (set_at("S1_minus", "theta1", 1e-6), "c/S1_minus/theta1"),
-        (set_at("S2_plus", "J1_over_J2", 1e-8), "c/S2_plus/J1_over_J2"),
-        (lambda d: d["bodies"]["b"]["born"].__imul__(1.001), "b/born"),
-        (lambda d: d["table"]["nu"].__imul__(1.001), "table/nu"),
-        (lambda d: d["bodies"].pop("g"), "bodies/g is only stored"),
-        (lambda d: d["bodies"]["a"]["S1_minus"]["theta2_0"].__iadd__(1e-6), "a/S1_minus/theta2_0"),
-        (lambda d: d["bodies"]["a"]["S1_minus"]["sample"].__iadd__(10000), "same times"),
-        (lambda d: d["bodies"]["f"]["S1_minus"]["theta1"].fill(np.nan), "f/S1_minus/theta1"),
-    ],
-)
-def test_tells_results_apart(data: Any, change: Callable[[Any], Any], told: str) -> None:
-    found = differences("asymptotic_surfaces", data, with_change(data, change))
-    assert len(found) == 1
-    assert told in found[0]
+def test_samples_at_other_times_are_no_agreement(data: Any) -> None:
+    """The points of both have no time in common, so that nothing else is compared."""
+    later = with_change(data, lambda d: d["bodies"]["a"]["S1_minus"]["sample"].__iadd__(10000))
+    [found] = differences("asymptotic_surfaces", data, later)
+    assert "same times" in found
 
 
 @pytest.mark.parametrize(

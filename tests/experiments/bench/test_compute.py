@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import copy
 import json
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -15,6 +17,7 @@ from rigidpend.experiments import heyoka_peer
 from rigidpend.experiments.bench import compute as bench
 from rigidpend.experiments.bench import drawn
 from rigidpend.experiments.bench import report as reading
+from rigidpend.experiments.bench.measuring import worker
 from rigidpend.experiments.bench.measuring.worker import Fault, measured
 from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
 from rigidpend.experiments.bench.schema import Config
@@ -69,6 +72,9 @@ def said(folder: Path) -> Any:
     patch = pytest.MonkeyPatch()
     lacking = METHODS["diffrax"]._replace(libraries=("no_such_library",))
     patch.setitem(METHODS, "diffrax", lacking)
+    # One cache for all workers: no time is looked at, so that each need not compile for itself.
+    kept = SimpleNamespace(TemporaryDirectory=lambda: nullcontext(str(folder / "cache")))
+    patch.setattr(worker, "tempfile", kept)
     settings = [x for setting in SMALL for x in ("--set", setting)]
     done = CliRunner().invoke(
         command.command, ["--quick", "--json", "--out", str(folder), *settings]

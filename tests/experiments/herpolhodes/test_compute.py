@@ -10,7 +10,6 @@ import pytest
 
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.herpolhodes import compute as herpolhodes
-from rigidpend.experiments.herpolhodes import layout
 from rigidpend.mechanics.precession import plateaus
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.engines import default_engine
@@ -88,20 +87,17 @@ def test_samples_are_few_and_yet_smooth(data: Data) -> None:
         assert np.abs(np.diff(heading))[long[1:] & long[:-1]].max() < 0.3
 
 
-def test_every_dataset_has_a_unit_and_a_description(tree: Any) -> None:
-    for group in tree.values():
-        assert set(group) == {*layout.SAMPLED, *layout.OF_ROUTE}
-        assert all(dataset.units and dataset.description for dataset in group.values())
-
-
 @pytest.mark.slow
 def test_a_result_does_not_differ_from_itself_or_from_the_other_engine(data: Data) -> None:
     assert differences("herpolhodes", data, data) == []
     short = ("cases={case1: {theta2_0: 1.02}}", "n_symbols=1", "n_wound=1")
-    few = ("numerics.points=20", "numerics.precisions=[53, 106]")
-    asked: Any = loading.load(FIG5, [*(f"problem.{each}" for each in short), *few]).content
+    asked: Any = loading.load(
+        FIG5, [*(f"problem.{each}" for each in short), "numerics.points=20"]
+    ).content
+    # In 64 bits errors of doubles are seen; integers of more would take seven times as long.
     made: list[Any] = [
-        herpolhodes.compute(asked, Means(resolve(engine))) for engine in {default_engine(), "scipy"}
+        herpolhodes.compute(asked, Means(resolve(engine, None, (53, 64))))
+        for engine in {default_engine(), "scipy"}
     ]
     both = [plain(t) for t in made]
     assert differences("herpolhodes", both[0], both[-1]) == []

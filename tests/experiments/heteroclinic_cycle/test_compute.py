@@ -59,11 +59,6 @@ def test_nothing_is_integrated_to_compute_it() -> None:
     assert found & {"scipy.integrate", "heyoka", "matplotlib"} == set()
 
 
-def test_every_dataset_has_a_unit_and_a_description(tree: Any) -> None:
-    for group in tree.values():
-        assert all(dataset.units and dataset.description for dataset in group.values())
-
-
 def test_the_edges_are_those_of_the_paper_each_once(data: Any) -> None:
     edges, once = data["edges"], ~data["edges"]["again"]
     pairs = zip(edges["from"][once], edges["to"][once], strict=True)

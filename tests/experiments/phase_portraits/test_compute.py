@@ -60,11 +60,6 @@ def test_the_body_is_the_paper_s(content: Any) -> None:
     assert float(body.mu) == 0
 
 
-def test_every_dataset_has_a_unit_and_a_description(tree: Any) -> None:
-    for group in tree.values():
-        assert all(dataset.units and dataset.description for dataset in group.values())
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["orbits", "separatrices", "centres"])
 def test_every_curve_has_its_energy_on_the_sphere_and_in_the_plane(

@@ -78,11 +78,6 @@ def test_compute_adds_the_melnikov_zeros_to_each_array(content: Any, tree: Any) 
         np.testing.assert_array_equal(group["melnikov_zeros"].values, zeros)
 
 
-def test_every_dataset_has_a_unit_and_a_description(tree: Any) -> None:
-    for group in tree.values():
-        assert all(dataset.units and dataset.description for dataset in group.values())
-
-
 def test_compute_reports_each_array(tree: Any, reported: list[str]) -> None:
     assert reported == ["only: 5 orbits, 5 in 53 bits", "second: 2 orbits, 2 in 53 bits"]
 

@@ -33,7 +33,7 @@ from scripts import check_certificate
 from tests.bodies import FIG4
 from tests.cli.calls import REFERENCE
 from tests.config.samples import refused
-from tests.experiments.trees import differences
+from tests.experiments.trees import plain
 
 SHIPPED = Path(__file__).parents[3] / "configs" / "fig4_zoom.yaml"
 SMALL = ("problem.levels=3", "problem.count=6", "problem.n_symbols=4")
@@ -217,30 +217,6 @@ def test_a_change_that_one_computation_mistook_is_not_passed_on(
     monkeypatch.setattr(route_zoom, "narrowed", lambda *_: wrong)
     with pytest.raises(NoChange, match="symbol 1 must change"):
         route_zoom.compute(given, Means(resolve()))
-
-
-def plain(node: Any) -> Any:
-    """A tree as it is loaded again."""
-    if hasattr(node, "items"):
-        return {key: plain(value) for key, value in node.items()}
-    if isinstance(node.values, str):
-        return node.values
-    values = np.array(node.values)
-    return values.astype(str).astype(object) if values.dtype.kind == "S" else values
-
-
-def test_differences_find_a_changed_symbol_and_a_shifted_phase(tree: Any) -> None:
-    stored, fresh = plain(tree), plain(tree)
-    assert differences("route_zoom", stored, fresh) == []
-    fresh["levels"]["level01"]["codes"][2, 1] ^= 1
-    fresh["levels"]["level02"]["centre"] = "4.7"
-    fresh["levels"]["level02"]["theta2_0"][4] = "4.7"
-    found = differences("route_zoom", stored, fresh)
-    assert [text.place for text in found] == [
-        "levels/level01/codes[2, 1]",
-        "levels/level02/centre",
-        "levels/level02/theta2_0[4]",
-    ]
 
 
 @pytest.mark.parametrize(

@@ -180,7 +180,7 @@ def test_no_orbit_is_lost_where_the_starts_share_them(monkeypatch: pytest.Monkey
     sizes = SimpleNamespace(orbits=8, checked=4, n_symbols=2, tolerances=())
     problem: Any = SimpleNamespace(honesty=sizes, body=None, h0=None, seed=1)
     way: Any = SimpleNamespace(engine="scipy")
-    assert len(list(stress._honesty(problem, way))) == 1 + len(asked)
+    assert len(list(stress.honesty_trials(problem, way))) == 1 + len(asked)
     assert asked == [(3, 2), (3, 1), (2, 1)]
 
 

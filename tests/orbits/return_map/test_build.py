@@ -229,7 +229,7 @@ def test_a_cache_that_cannot_be_written_costs_time_alone(
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     build._kept.cache_clear()
-    caches._tell_once.cache_clear()
+    caches.tell_once.cache_clear()
     with pytest.warns(KeptFileWarning, match="nothing can be kept"):
         assert return_map(FIG4, h=H).errors.charts < 1e-12
 

@@ -139,7 +139,7 @@ def codes(sizes: Any) -> Task:
     problem = replace(FIG4, n_symbols=sizes.n_symbols)
     phases = tuple(f"{k}/10" for k in range(sizes.columns))
     states = np.array(initial(problem, [exact(x) for x in phases]), dtype=float).T
-    return _routes(problem, phases, states, PASSAGE)
+    return _routes(problem, phases, states)
 
 
 def precession_angle(sizes: Any) -> Task:
@@ -170,17 +170,17 @@ def random_routes(problem: RouteProblem, n: int) -> Task:
     return from_phases(problem, np.random.default_rng(0).uniform(0, 2 * np.pi, n))
 
 
-def from_phases(problem: RouteProblem, phases: Array, passage: float = PASSAGE) -> Task:
-    """Orbits from phases in doubles, whose passages take no longer than so many t'."""
+def from_phases(problem: RouteProblem, phases: Array) -> Task:
+    """Orbits from phases in doubles."""
     # gamma is linear in the cosine and the sine of the phase.
     along, across = np.array(initial(problem, [exact(0), PI / 2]), dtype=float)
     gamma = np.outer(along[3:], np.cos(phases)) + np.outer(across[3:], np.sin(phases))
     M = np.repeat(along[:3, None], len(phases), axis=1)
-    return _routes(problem, phases, np.concatenate((M, gamma)), passage)
+    return _routes(problem, phases, np.concatenate((M, gamma)))
 
 
-def _routes(problem: RouteProblem, phases: Any, states: Array, passage: float) -> Task:
-    horizon = passage * (problem.n_symbols + 1) / time_unit(problem.body)
+def _routes(problem: RouteProblem, phases: Any, states: Array) -> Task:
+    horizon = PASSAGE * (problem.n_symbols + 1) / time_unit(problem.body)
     times = np.full((1, states.shape[1]), horizon)
     return Task("routes", problem.body, states, times, problem=problem, theta2_0=phases)
 
