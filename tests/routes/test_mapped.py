@@ -15,7 +15,7 @@ from rigidpend.numbers.exact import exact
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, return_map
-from rigidpend.orbits.return_map.build import FIRST
+from rigidpend.orbits.return_map.build import FIRST, THIRD
 from rigidpend.routes import certainty, codes, mapped
 from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.phases import Phases
@@ -179,7 +179,7 @@ def test_sharper_maps_are_made_once_for_the_orbits_that_are_left_open(
     maps.problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 3)
     maps.orbits, maps.table_bits = 1000, bits
 
-    def make(designs: Any, bits: int, most: float) -> None:
+    def make(bits: int, most: float) -> None:
         asked.append((bits, most))
         if most < mapped.budget_in_pairs(maps.problem, 100):
             raise MapError("they do not pay")
@@ -189,6 +189,84 @@ def test_sharper_maps_are_made_once_for_the_orbits_that_are_left_open(
     assert pays == [bits == mapped.SHARPEST, *[bits >= mapped.SHARPER] * 2]
     budgets = [mapped.budget_in_pairs(maps.problem, n) for n in (50, 250)]
     assert asked == [(mapped.SHARPEST, x) for x in budgets if bits == mapped.SHARPER]
+
+
+@pytest.mark.parametrize(("share", "pays"), [(0.05, False), (0.25, True)])
+def test_a_third_map_is_made_for_orbits_that_two_leave_doubtful(
+    share: float, pays: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """If it pays for these; else they are left to the next precision, and integrated in the last."""
+    problem, columns = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 3), np.arange(20)
+    maps = mapped.Maps(problem, Phases(PHASES))
+    two = list(maps.designs)
+    asked, real = [], mapped.return_map
+
+    def made(*args: Any, **more: Any) -> ReturnMap:
+        asked.append(more["design"])
+        return real(*args, **more)
+
+    def integrated(bits: int, _: Scales, columns: Any) -> str:
+        return f"{len(columns)} in {bits}"
+
+    monkeypatch.setattr(mapped, "return_map", made)
+    price = mapped.budget_in_pairs(problem, 0.1 * maps.orbits)
+    monkeypatch.setattr(mapped, "expected_cost", lambda *_: price)
+    compute, left = mapped.with_maps(maps, integrated, int(20 / share), (53, 106))  # type: ignore[arg-type]
+    assert np.isnan(compute(53, certainty.THIRD, columns).time).all(), "the maps' own bits do it"
+    third = compute(mapped.SHARPER, certainty.THIRD, columns)
+    assert (third.outcome == (Outcome.COMPLETE if pays else Outcome.FAILED)).all()
+    assert np.isnan(third.time).all() != pays
+    assert maps.designs == [*two, THIRD][: 2 + pays]
+    assert set(asked) == {THIRD} if pays else not asked
+    assert not left.any()
+    # Nothing finer is to come.
+    maps.designs = two
+    compute, _ = mapped.with_maps(maps, integrated, 20, (53,))  # type: ignore[arg-type]
+    assert compute(53, certainty.THIRD, columns) == "20 in 53"
+
+
+def test_passages_that_take_long_ask_for_sharper_tables_at_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 3)
+    tried: list[int] = []
+
+    def make(bits: int, most: float) -> None:
+        tried.append(bits)
+        if bits > least:
+            raise MapError("they do not settle")
+
+    maps = object.__new__(mapped.Maps)
+    maps.problem = problem
+    monkeypatch.setattr(maps, "_make", make, raising=False)
+    for rotations, least, expected in (
+        (9.4, 64, [64]),
+        (9.4, 53, [64, 53]),
+        (9.6, 80, [80]),
+        (9.6, 64, [80, 64]),
+        (9.6, 53, [80, 64, 53]),
+    ):
+        tried.clear()
+        monkeypatch.setattr(mapped, "passage_rotations", lambda _, x=rotations: x)
+        maps._settle(math.inf)
+        assert (tried, maps.table_bits) == (expected, least)
+    least = 0
+    with pytest.raises(MapError, match="settle"):
+        maps._settle(math.inf)
+
+
+def test_a_sample_of_all_orbits_is_integrated_in_doubles_and_of_few_in_more_bits(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[tuple[int, tuple[int, ...]]] = []
+
+    def compared(*given: Any) -> Any:
+        asked.append((given[-1], given[-2]))
+        return np.array([], dtype=int)
+
+    monkeypatch.setattr(mapped, "contradicted", compared)
+    found(FIG4, PHASES, method="map")
+    assert asked == [(mapped.SAMPLE, (53,)), (mapped.LEAST_SAMPLE, (53, 106))]
 
 
 def test_orbits_of_every_phase_begin_at_one_distance(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -301,7 +379,11 @@ def test_where_passages_are_long_what_maps_leave_open_goes_to_sharper_ones(
 ) -> None:
     slow = Body(("2.908", "1.682", "1.764"), ("0.6", "0.8", 0), "0.0002")
     phases = np.random.default_rng(2).uniform(0, 6.28, 300)
+    at_once = found(slow, phases, method="map")
+    assert set(at_once.bits) == {53, mapped.SHARPEST}
+    monkeypatch.setattr(mapped, "DEEP", math.inf)
     by_maps = found(slow, phases, method="map")
+    assert (at_once.codes == by_maps.codes)[at_once.certain & by_maps.certain].all()
     open_ = by_maps.bits > mapped.SHARPER
     assert open_.any()
     assert (by_maps.bits[open_] > mapped.SHARPEST).all(), "for so few they do not pay"
@@ -313,7 +395,7 @@ def test_where_passages_are_long_what_maps_leave_open_goes_to_sharper_ones(
             found(slow, phases, method="map")
     monkeypatch.setattr(mapped, "budget_in_pairs", lambda *_: math.inf)
     sharper = found(slow, phases, method="map")
-    assert (sharper.bits[open_] == mapped.SHARPEST).mean() > 0.8
+    assert sharper.by_map[open_].mean() > 0.8
     assert sharper.by_map[sharper.bits == mapped.SHARPEST].all()
     assert (sharper.codes == by_maps.codes)[sharper.certain & by_maps.certain].all()
     assert sharper.certain.all()
