@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,7 +16,7 @@ from rigidpend.numbers.exact import exact
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, return_map
-from rigidpend.orbits.return_map.build import FIRST, THIRD
+from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD
 from rigidpend.routes import certainty, codes, mapped
 from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.phases import Phases
@@ -196,33 +197,43 @@ def test_a_third_map_is_made_for_orbits_that_two_leave_doubtful(
     share: float, pays: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """If it pays for these; else they are left to the next precision, and integrated in the last."""
-    problem, columns = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 3), np.arange(20)
-    maps = mapped.Maps(problem, Phases(PHASES))
-    two = list(maps.designs)
-    asked, real = [], mapped.return_map
+    maps, columns = object.__new__(mapped.Maps), np.arange(20)
+    maps.problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 3)
+    maps.orbits, maps.table_bits, maps._lock = 1000, mapped.SHARPER, threading.Lock()
+    maps.designs = two = [FIRST, SECOND]
 
-    def made(*args: Any, **more: Any) -> ReturnMap:
-        asked.append(more["design"])
-        return real(*args, **more)
+    def make(bits: int, most: float, used: Any) -> None:
+        assert (bits, used) == (mapped.SHARPER, [THIRD])
+        if most < mapped.budget_in_pairs(maps.problem, 100):
+            raise MapError("it does not pay")
 
-    def integrated(bits: int, _: Scales, columns: Any) -> str:
-        return f"{len(columns)} in {bits}"
+    def whole(_: int, __: Scales, columns: Any) -> Crossings:
+        one = np.ones((4, len(columns)))
+        return Crossings(one, one.astype(np.uint8), np.full(len(columns), Outcome.COMPLETE))
 
-    monkeypatch.setattr(mapped, "return_map", made)
-    price = mapped.budget_in_pairs(problem, 0.1 * maps.orbits)
-    monkeypatch.setattr(mapped, "expected_cost", lambda *_: price)
-    compute, left = mapped.with_maps(maps, integrated, int(20 / share), (53, 106))  # type: ignore[arg-type]
-    assert np.isnan(compute(53, certainty.THIRD, columns).time).all(), "the maps' own bits do it"
+    monkeypatch.setattr(maps, "_make", make, raising=False)
+    monkeypatch.setattr(maps, "crossings", whole, raising=False)
+    integrated: list[int] = []
+
+    def integrate_(bits: int, scales: Scales, columns: Any) -> Crossings:
+        integrated.append(bits)
+        return whole(bits, scales, columns)
+
+    compute, _ = mapped.with_maps(maps, integrate_, int(20 / share), (53, 106))
+    assert np.isnan(compute(53, certainty.THIRD, columns).time).all(), (
+        "the maps' own bits settle it"
+    )
+    assert maps.designs == two
     third = compute(mapped.SHARPER, certainty.THIRD, columns)
-    assert (third.outcome == (Outcome.COMPLETE if pays else Outcome.FAILED)).all()
+    expected = Outcome.COMPLETE if pays else Outcome.FAILED
+    assert third.outcome.tolist() == [expected] * 20
     assert np.isnan(third.time).all() != pays
-    assert maps.designs == [*two, THIRD][: 2 + pays]
-    assert set(asked) == {THIRD} if pays else not asked
-    assert not left.any()
-    # Nothing finer is to come.
-    maps.designs = two
-    compute, _ = mapped.with_maps(maps, integrated, 20, (53,))  # type: ignore[arg-type]
-    assert compute(53, certainty.THIRD, columns) == "20 in 53"
+    assert maps.designs == [FIRST, SECOND, THIRD][: 2 + pays]
+    assert not integrated
+    maps.designs = [FIRST, SECOND]
+    compute, _ = mapped.with_maps(maps, integrate_, 20, (53,))
+    compute(53, certainty.THIRD, columns)
+    assert integrated == [53], "nothing finer is to come"
 
 
 def test_passages_that_take_long_ask_for_sharper_tables_at_once(
@@ -412,7 +423,7 @@ def test_orbits_that_are_integrated_for_long_come_with_the_reason(
         mapped.SlowRoutesWarning, match=r"s in all: there are no return maps: because"
     ):
         mapped.told(problem, 20_000, "because")
-    mapped.told(problem, 10, "because")
+    mapped.told(problem, 9, "because")
     quick = Body(("2.228", "0.561", "1.673"), (1, 1, 0), "0.018")
     mapped.told(RouteProblem(quick, exact(1), exact("1e-8"), 15), 1_000_000, "because")
     # Some 0.15 ms an orbit, half more than is told.

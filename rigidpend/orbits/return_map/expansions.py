@@ -74,9 +74,9 @@ def chebyshev_basis(x: Scalar, n: int, a: Precision, *, slope: bool = False) -> 
         more = min(known, n - 1 - known)
         highest = T[..., known : known + 1]
         lower = T[..., 1 : more + 1]
-        T[..., known + 1 : known + more + 1] = (
-            (highest + highest) * lower - T[..., known - more : known][..., ::-1]
-        )
+        T[..., known + 1 : known + more + 1] = (highest + highest) * lower - T[
+            ..., known - more : known
+        ][..., ::-1]
         known += more
     dT = np.zeros_like(T)
     dT[..., 1:2] = a.number(1)

@@ -39,11 +39,12 @@ def function(text: str, name: str, *arguments: Any) -> Any:
     arguments : ctypes types
     """
     with _locks.setdefault(text, threading.Lock()):
-        return _function(text, name, *arguments)
+        return ready(text, name, *arguments)
 
 
 @functools.cache
-def _function(text: str, name: str, *arguments: Any) -> Any:
+def ready(text: str, name: str, *arguments: Any) -> Any:
+    """The function, read or compiled: for one thread at a time."""
     import llvmlite.binding as llvm
 
     machine = _machine(llvm)
