@@ -121,8 +121,8 @@ def _warned(problem: RouteProblem, orbits: int, of: int, each: float, reason: st
 def _integrated(problem: RouteProblem) -> float:
     """Seconds of a core that an orbit takes by integration."""
     rotations = passage_rotations(problem)
-    # The share of orbits that doubles leave open: as 14 bodies at 2.7 to 555 rotations had it within
-    # a factor of 3. A wrong guess costs time and no symbol.
+    # The share of orbits that doubles leave open: as 14 bodies at 2.7 to 555 rotations had it
+    # within a factor of 3. A wrong guess costs time and no symbol.
     beyond = min(0.003 * rotations**2, 0.03 * rotations, 1.0)
     return problem.n_symbols * (SYMBOL + ROTATION * rotations) * (1 + PAIRS * beyond)
 

@@ -196,7 +196,7 @@ def test_sharper_maps_are_made_once_for_the_orbits_that_are_left_open(
 def test_a_third_map_is_made_for_orbits_that_two_leave_doubtful(
     share: float, pays: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """If it pays for these; else they are left to the next precision, and integrated in the last."""
+    """If it pays for these; else the next precision settles them, or integration in the last."""
     maps, columns = object.__new__(mapped.Maps), np.arange(20)
     maps.problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 3)
     maps.orbits, maps.table_bits, maps._lock = 1000, mapped.SHARPER, threading.Lock()
