@@ -23,7 +23,7 @@ from rigidpend.mechanics.body import Angles
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import height
 from rigidpend.numbers.exact import GUARD_BITS, exact
-from rigidpend.orbits.integrate.records import Crossings, Outcome, no_crossings
+from rigidpend.orbits.integrate.records import Crossings, Outcome
 from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, return_map
 from rigidpend.orbits.return_map.build import (
     FIRST,
@@ -35,7 +35,7 @@ from rigidpend.orbits.return_map.build import (
     is_kept,
 )
 from rigidpend.orbits.return_map.itinerary import entry_phase
-from rigidpend.orbits.return_map.precision import in_pairs, precision
+from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.program import Program
 from rigidpend.routes import certainty
 from rigidpend.routes.certainty import Decided
@@ -46,17 +46,26 @@ from rigidpend.routes.start import Scales
 
 BLOCK = 2048
 """Orbits at a time: their rows then stay in a core's own memory."""
-THIRDS = 6_000
-"""Orbits from which on a third map is cheaper than the sharper maps for one in seven."""
-SAMPLE = 64
-"""Number of orbits that are integrated as well and compared, of `THIRDS` or more."""
-LEAST_SAMPLE = 8
-"""Number of them in each part of the orbits, and of fewer orbits, at least."""
+THIRDS = 100_000
+"""Orbits from which on a third map is cheaper than one of more bits for one orbit in seven.
 
-SHARPER, SHARPEST = 64, 84
+Its tables take 0.3 s of a core and more; it saves 0.8 microseconds an orbit in this call and in
+those that follow."""
+SAMPLE = 64
+"""Number of orbits that are integrated as well in doubles, and compared, unless maps are kept."""
+LEAST_SAMPLE = 8
+"""Number of them in each part of the orbits, at least, and of those in one more precision."""
+
+SHARPER, SHARPEST = 64, 80
 """Bits of the maps that decide what those in doubles leave open, in pairs of doubles.
 
-Those of most bits are made where the others leave so many orbits open that this pays."""
+Those of most bits are made where the others leave so many orbits open that this pays, and at once
+where this is expected."""
+DEEP = 9.5
+"""Rotations in a passage from which on it is.
+
+Of 35 bodies drawn by lot maps of 64 bits left 0.2 to 7 % of the orbits open at 9 to 14 rotations,
+and 0 to 0.5 % below, where sharper tables, which cost twice as much, would not pay."""
 UNKEPT = 0.8
 """Seconds of a core for the tables of the three designs of Fig. 4, where they are not kept yet."""
 SYMBOL, ROTATION, MAPPED = 3e-6, 1e-6, 0.5e-6
@@ -113,9 +122,9 @@ def _warned(problem: RouteProblem, orbits: int, of: int, each: float, reason: st
 def _integrated(problem: RouteProblem) -> float:
     """Seconds of a core that an orbit takes by integration."""
     rotations = passage_rotations(problem)
-    # The share of orbits that doubles leave open: as those bodies had it within a factor of 4, but
-    # for one, where it is off by 15. A wrong guess costs time and no symbol.
-    beyond = min(0.003 * rotations**2, 6.5 / rotations)
+    # The share of orbits that doubles leave open: as 14 bodies at 2.7 to 555 rotations had it
+    # within a factor of 3. A wrong guess costs time and no symbol.
+    beyond = min(0.003 * rotations**2, 0.03 * rotations, 1.0)
     return problem.n_symbols * (SYMBOL + ROTATION * rotations) * (1 + PAIRS * beyond)
 
 
@@ -134,6 +143,12 @@ def _in_pairs(problem: RouteProblem) -> float:
     return problem.n_symbols * PAIRS * (SYMBOL + ROTATION * passage_rotations(problem))
 
 
+def wanted(problem: RouteProblem) -> tuple[int, ...]:
+    """Bits of the tables that a problem's orbits ask for; fewer where these do not settle."""
+    more = (SHARPEST,) if passage_rotations(problem) >= DEEP else ()
+    return *more, SHARPER, 53
+
+
 def expected_seconds(problem: RouteProblem, orbits: int) -> float:
     """Seconds of a core that so many orbits of one body are expected to take.
 
@@ -142,7 +157,7 @@ def expected_seconds(problem: RouteProblem, orbits: int) -> float:
     most, mapped = budget(problem, orbits), MAPPED * orbits * problem.n_symbols
     designs = DESIGNS.values() if orbits >= THIRDS else (FIRST, SECOND)
     try:
-        which = problem.body, *problem.energies, SHARPER
+        which = problem.body, *problem.energies, wanted(problem)[0]
         tables = sum(expected_cost(*which, design) for design in designs)
     except MapError:
         tables = math.inf
@@ -185,30 +200,33 @@ class Maps:
     ) -> None:
         self.problem, self.phases, self.starts = problem, phases, starts
         self.orbits = starts.orbits if starts else len(phases)
-        self.table_bits, self._lock = SHARPER if in_pairs(SHARPER) else 53, threading.Lock()
-        self._ready: dict[tuple[int, Design], Program] = {}
+        self._lock, self._ready = threading.Lock(), dict[tuple[int, Design], Program]()
         self._jobs, self._budgets = jobs, dict[tuple[int, Design], float]()
-        used = [design for scales, design in DESIGNS.items() if self.serve(53, scales)]
-        most = budget(problem, self.orbits) if least_time else math.inf
-        which = problem.body, *problem.energies, self.table_bits
-        if kept and not all(is_kept(*which, design) for design in used):
-            raise MapError("none is kept")
-        try:
-            self._make(used, self.table_bits, most)
-        except MapError:
-            # Tables in more bits may not settle where those in doubles do.
-            if self.table_bits == 53:
-                raise
-            self.table_bits = 53
-            self._make(used, 53, most)
+        self.designs = list(DESIGNS.values())[: 3 if self.orbits >= THIRDS else 2]
+        self.kept = kept
+        self._settle(budget(problem, self.orbits) if least_time else math.inf)
         for scales in (certainty.FIRST, certainty.SECOND):
             # The first crossing shows whether starts lie in the range of the normal form; where an
             # orbit goes from there is its own affair.
             if not self.crossings(53, scales, np.arange(1)).separatrix[0, 0]:
                 raise MapError(f"J1_0 = {problem.J1_0} lies outside of the normal form")
 
-    def _make(self, used: list[Design], bits: int, most: float) -> None:
-        """Make the maps of some designs side by side, if they are expected to take no more."""
+    def _settle(self, most: float) -> None:
+        """Make the maps, of as many bits as are wanted or of the next that settle and pay."""
+        *more, self.table_bits = wanted(self.problem)
+        for bits in more:
+            with contextlib.suppress(MapError):
+                self._make(bits, most)
+                self.table_bits = bits
+                return
+        self._make(self.table_bits, most)
+
+    def _make(self, bits: int, most: float, used: list[Design] | None = None) -> None:
+        """Make maps side by side, of all designs in use, if they are expected to take no more."""
+        used = used or self.designs
+        which = self.problem.body, *self.problem.energies, bits
+        if self.kept and not all(is_kept(*which, design) for design in used):
+            raise MapError("none is kept")
         if most < math.inf:
             costs = [
                 expected_cost(self.problem.body, *self.problem.energies, bits, x) for x in used
@@ -224,9 +242,19 @@ class Maps:
         if self.table_bits == SHARPER:
             with contextlib.suppress(MapError):
                 most = budget_in_pairs(self.problem, share * self.orbits)
-                self._make(list(DESIGNS.values()), SHARPEST, most)
+                self._make(SHARPEST, most)
                 self.table_bits = SHARPEST
         return self.table_bits == SHARPEST
+
+    def add_third(self, share: float) -> bool:
+        """Make a third map, if it pays for a share of the orbits that would be integrated."""
+        with self._lock:
+            if THIRD not in self.designs:
+                with contextlib.suppress(MapError):
+                    most = budget_in_pairs(self.problem, share * self.orbits)
+                    self._make(self.table_bits, most, [THIRD])
+                    self.designs.append(THIRD)
+            return THIRD in self.designs
 
     def ladder(self, precisions: tuple[int, ...]) -> tuple[int, ...]:
         """The precisions with that of the tables among them, which costs maps next to nothing."""
@@ -235,12 +263,7 @@ class Maps:
 
     def serve(self, bits: int, scales: Scales) -> bool:
         """True if there is such a map."""
-        third = scales == certainty.THIRD and bits <= SHARPER and self.orbits < THIRDS
-        return bits <= self.table_bits and scales in DESIGNS and not third
-
-    def sharpen_instead(self, bits: int, scales: Scales, precisions: tuple[int, ...]) -> bool:
-        """True if what only a third computation would decide goes to the sharper maps at once."""
-        return scales == certainty.THIRD and bits < self.table_bits < max(precisions)
+        return bits <= self.table_bits and DESIGNS.get(scales) in self.designs
 
     def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
         """The crossings of some columns in t'; FAILED where an orbit leaves the tables."""
@@ -266,7 +289,7 @@ class Maps:
         # Threads ask for the same map: one makes it, and the others wait.
         with self._lock:
             if (bits, design) not in self._ready:
-                made = self.made(design, max(bits, min(self.table_bits, SHARPER)))
+                made = self.made(design, self.table_bits)
                 least, most = (
                     start_Qp(self.problem, design.unit, made.bits, J1)
                     for J1 in (self.starts.least if self.starts else None, None)
@@ -414,7 +437,7 @@ def decided_by(
     known = certainty.decide(compute, n, rate, within, share)
     open_ = np.flatnonzero(~known.certain.all(axis=0))
     beyond = tuple(p for p in precisions if p > SHARPEST)
-    if open_.size and beyond and maps.sharpen(open_.size / n):
+    if open_.size and beyond and SHARPEST not in within and maps.sharpen(open_.size / n):
         certainty.climb(compute, known, open_, rate, (SHARPEST,))
         open_ = np.flatnonzero(~known.certain.all(axis=0))
     beyond = tuple(p for p in precisions if p > maps.table_bits)
@@ -426,10 +449,13 @@ def decided_by(
             _warned(maps.problem, open_.size, n, _in_pairs(maps.problem), reason)
         certainty.climb(integrated, known, open_, rate, beyond)
     if sampled:
-        size = max(LEAST_SAMPLE, -(-SAMPLE * n // max(maps.orbits, THIRDS)))
-        wrong = contradicted(known, integrated, rate, precisions, size)
-        if wrong.size:
-            raise certainty.Contradiction(_alarm(maps, wrong))
+        # Doubles decide at least the first symbols of each; what is beyond them takes long.
+        samples = (SAMPLE, precisions[:1]), (LEAST_SAMPLE, precisions[:2])
+        for size, ladder in samples[maps.kept :]:
+            here = max(LEAST_SAMPLE, -(-size * n // maps.orbits))
+            wrong = contradicted(known, integrated, rate, ladder, here)
+            if wrong.size:
+                raise certainty.Contradiction(_alarm(maps, wrong))
     return Mapped(known, (known.bits <= maps.table_bits) & ~left)
 
 
@@ -445,9 +471,11 @@ def with_maps(
 
     def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
         if not maps.serve(bits, scales):
-            if maps.sharpen_instead(bits, scales, precisions):
-                return no_crossings(maps.problem.n_symbols + 1, len(columns))
-            return integrated(bits, scales, columns)
+            if scales != certainty.THIRD or bits >= max(precisions):
+                return integrated(bits, scales, columns)
+            if bits < maps.table_bits or not maps.add_third(len(columns) / n):
+                # The next precision settles them, by one computation.
+                return _nothing(maps, columns)
         found = maps.crossings(bits, scales, columns)
         outside = np.flatnonzero(found.outcome != Outcome.COMPLETE)
         if outside.size and bits in precisions:
@@ -456,6 +484,13 @@ def with_maps(
         return found
 
     return compute, left
+
+
+def _nothing(maps: Maps, columns: Any) -> Crossings:
+    """No crossings: columns that nothing is known of."""
+    shape = maps.problem.n_symbols + 1, len(columns)
+    failed = np.full(len(columns), Outcome.FAILED, dtype=np.uint8)
+    return Crossings(np.full(shape, np.nan), np.zeros(shape, dtype=np.uint8), failed)
 
 
 def _alarm(maps: Maps, wrong: NDArray[np.intp]) -> str:

@@ -50,7 +50,7 @@ def mirrored(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("method", ["auto", "map"])
 def test_codes_are_not_given_whoever_chose_the_maps(method: str) -> None:
     with pytest.raises(
-        Contradiction, match=r"8 differ, the first at theta2_0 = 0\.5 and J1_0 = 1e-8"
+        Contradiction, match=r"10 differ, the first at theta2_0 = 0\.5 and J1_0 = 1e-8"
     ):
         route_codes(FIG4, PHASES, h0="1.3342", J1_0="1e-8", n_symbols=3, method=method, jobs=2)
 

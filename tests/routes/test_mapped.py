@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from types import SimpleNamespace
 from typing import Any
 
@@ -16,7 +17,7 @@ from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, return_map
-from rigidpend.orbits.return_map.build import FIRST
+from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD
 from rigidpend.routes import certainty, codes, mapped
 from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.phases import Phases
@@ -206,7 +207,7 @@ def test_sharper_maps_are_made_once_for_the_orbits_that_are_left_open(
     maps.problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 3)
     maps.orbits, maps.table_bits = 1000, bits
 
-    def make(designs: Any, bits: int, most: float) -> None:
+    def make(bits: int, most: float) -> None:
         asked.append((bits, most))
         if most < mapped.budget_in_pairs(maps.problem, 100):
             raise MapError("they do not pay")
@@ -216,6 +217,94 @@ def test_sharper_maps_are_made_once_for_the_orbits_that_are_left_open(
     assert pays == [bits == mapped.SHARPEST, *[bits >= mapped.SHARPER] * 2]
     budgets = [mapped.budget_in_pairs(maps.problem, n) for n in (50, 250)]
     assert asked == [(mapped.SHARPEST, x) for x in budgets if bits == mapped.SHARPER]
+
+
+@pytest.mark.parametrize(("share", "pays"), [(0.05, False), (0.25, True)])
+def test_a_third_map_is_made_for_orbits_that_two_leave_doubtful(
+    share: float, pays: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """If it pays for these; else the next precision settles them, or integration in the last."""
+    maps, columns = object.__new__(mapped.Maps), np.arange(20)
+    maps.problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 3)
+    maps.orbits, maps.table_bits, maps._lock = 1000, mapped.SHARPER, threading.Lock()
+    maps.designs = two = [FIRST, SECOND]
+
+    def make(bits: int, most: float, used: Any) -> None:
+        assert (bits, used) == (mapped.SHARPER, [THIRD])
+        if most < mapped.budget_in_pairs(maps.problem, 100):
+            raise MapError("it does not pay")
+
+    def whole(_: int, __: Scales, columns: Any) -> Crossings:
+        one = np.ones((4, len(columns)))
+        return Crossings(one, one.astype(np.uint8), np.full(len(columns), Outcome.COMPLETE))
+
+    monkeypatch.setattr(maps, "_make", make, raising=False)
+    monkeypatch.setattr(maps, "crossings", whole, raising=False)
+    integrated: list[int] = []
+
+    def integrate_(bits: int, scales: Scales, columns: Any) -> Crossings:
+        integrated.append(bits)
+        return whole(bits, scales, columns)
+
+    compute, _ = mapped.with_maps(maps, integrate_, int(20 / share), (53, 106))
+    assert np.isnan(compute(53, certainty.THIRD, columns).time).all(), (
+        "the maps' own bits settle it"
+    )
+    assert maps.designs == two
+    third = compute(mapped.SHARPER, certainty.THIRD, columns)
+    expected = Outcome.COMPLETE if pays else Outcome.FAILED
+    assert third.outcome.tolist() == [expected] * 20
+    assert np.isnan(third.time).all() != pays
+    assert maps.designs == [FIRST, SECOND, THIRD][: 2 + pays]
+    assert not integrated
+    maps.designs = [FIRST, SECOND]
+    compute, _ = mapped.with_maps(maps, integrate_, 20, (53,))
+    compute(53, certainty.THIRD, columns)
+    assert integrated == [53], "nothing finer is to come"
+
+
+def test_passages_that_take_long_ask_for_sharper_tables_at_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 3)
+    tried: list[int] = []
+
+    def make(bits: int, most: float) -> None:
+        tried.append(bits)
+        if bits > least:
+            raise MapError("they do not settle")
+
+    maps = object.__new__(mapped.Maps)
+    maps.problem = problem
+    monkeypatch.setattr(maps, "_make", make, raising=False)
+    for rotations, least, expected in (
+        (9.4, 64, [64]),
+        (9.4, 53, [64, 53]),
+        (9.6, 80, [80]),
+        (9.6, 64, [80, 64]),
+        (9.6, 53, [80, 64, 53]),
+    ):
+        tried.clear()
+        monkeypatch.setattr(mapped, "passage_rotations", lambda _, x=rotations: x)
+        maps._settle(math.inf)
+        assert (tried, maps.table_bits) == (expected, least)
+    least = 0
+    with pytest.raises(MapError, match="settle"):
+        maps._settle(math.inf)
+
+
+def test_a_sample_of_all_orbits_is_integrated_in_doubles_and_of_few_in_more_bits(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[tuple[int, tuple[int, ...]]] = []
+
+    def compared(*given: Any) -> Any:
+        asked.append((given[-1], given[-2]))
+        return np.array([], dtype=int)
+
+    monkeypatch.setattr(mapped, "contradicted", compared)
+    found(FIG4, PHASES, method="map")
+    assert asked == [(mapped.SAMPLE, (53,)), (mapped.LEAST_SAMPLE, (53, 106))]
 
 
 def test_orbits_of_every_phase_begin_at_one_distance(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -328,7 +417,11 @@ def test_where_passages_are_long_what_maps_leave_open_goes_to_sharper_ones(
 ) -> None:
     slow = Body(("2.908", "1.682", "1.764"), ("0.6", "0.8", 0), "0.0002")
     phases = np.random.default_rng(2).uniform(0, 6.28, 300)
+    at_once = found(slow, phases, method="map")
+    assert set(at_once.bits) == {53, mapped.SHARPEST}
+    monkeypatch.setattr(mapped, "DEEP", math.inf)
     by_maps = found(slow, phases, method="map")
+    assert (at_once.codes == by_maps.codes)[at_once.certain & by_maps.certain].all()
     open_ = by_maps.bits > mapped.SHARPER
     assert open_.any()
     assert (by_maps.bits[open_] > mapped.SHARPEST).all(), "for so few they do not pay"
@@ -340,7 +433,7 @@ def test_where_passages_are_long_what_maps_leave_open_goes_to_sharper_ones(
             found(slow, phases, method="map")
     monkeypatch.setattr(mapped, "budget_in_pairs", lambda *_: math.inf)
     sharper = found(slow, phases, method="map")
-    assert (sharper.bits[open_] == mapped.SHARPEST).mean() > 0.8
+    assert sharper.by_map[open_].mean() > 0.8
     assert sharper.by_map[sharper.bits == mapped.SHARPEST].all()
     assert (sharper.codes == by_maps.codes)[sharper.certain & by_maps.certain].all()
     assert sharper.certain.all()
@@ -357,7 +450,7 @@ def test_orbits_that_are_integrated_for_long_come_with_the_reason(
         mapped.SlowRoutesWarning, match=r"s in all: there are no return maps: because"
     ):
         mapped.told(problem, 20_000, "because")
-    mapped.told(problem, 10, "because")
+    mapped.told(problem, 9, "because")
     quick = Body(("2.228", "0.561", "1.673"), (1, 1, 0), "0.018")
     mapped.told(RouteProblem(quick, exact(1), exact("1e-8"), 15), 1_000_000, "because")
     # Some 0.15 ms an orbit, half more than is told.

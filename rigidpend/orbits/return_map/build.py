@@ -40,7 +40,7 @@ from rigidpend.orbits.return_map.orders import (
     orders,
 )
 from rigidpend.orbits.return_map.passage import EnergyLevel
-from rigidpend.orbits.return_map.precision import Precision, in_pairs, precision
+from rigidpend.orbits.return_map.precision import MOST_IN_PAIRS, Precision, in_pairs, precision
 from rigidpend.orbits.return_map.program import Program, program
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
 from rigidpend.orbits.return_map.starts import Entry, entry
@@ -50,11 +50,14 @@ SLACK = 2.0**13
 
 With the body of Fig. 4 finished maps err by some tens of them, and by 700 at mu = 0.01."""
 SPARE_BITS = 6
-"""Bits by which the tables of a map are sharper than it is said to be, in pairs of doubles."""
+"""Bits by which the tables of a map are sharper than it is said to be, in pairs of doubles.
+
+Of more than 64 bits they are as sharp as pairs of doubles make them: raising orders for one more
+attempt costs more than tables that settle at once."""
 TOLD = 16
 """Factor by which tables may err more than their last coefficients."""
-MARGIN = 2.0**8
-"""Factor by which the first coefficients left out are planned to be below what is allowed.
+MARGIN_BITS = 2
+"""Bits by which the first coefficients left out are planned to be below what tables resolve.
 
 At the ends of a table's width all of them add up."""
 ATTEMPTS = 4
@@ -150,7 +153,8 @@ class ReturnMap:
         if key not in self._programs:
             starts = self._entry(least_Qp, most_Qp)
             # Terms far below the tables' errors are left out.
-            threshold = max(2.0 ** -(bits + 2), self.errors.charts / 16)
+            finest = bits if bits == 53 else table_bits(self.bits)
+            threshold = max(2.0 ** -(finest + 2), self.errors.charts / 16)
             stages = legs(self.normal_form, self.charts, starts, threshold, precision(self.bits))
             self._programs[key] = program(starts, stages, 53 if bits == 53 else PAIRS)
         return self._programs[key]
@@ -308,7 +312,8 @@ def expected_cost(body: Body, low: Exact, high: Exact, bits: int, design: Design
 
 
 def _plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> MapPlan:
-    found = _looked(body, float(low), float(high), min(2.0**-bits, _allowed(bits) / MARGIN))
+    below = 2.0 ** (table_bits(bits) - bits + MARGIN_BITS)
+    found = _looked(body, float(low), float(high), min(2.0**-bits, _allowed(bits) / below))
     if isinstance(found, MapError):
         raise MapError(str(found))
     return found.designed(float(design.unit), design.stretch, design.more)
@@ -445,7 +450,9 @@ def table_bits(bits: int) -> int:
 
     Sharper tables make a sharper map, in doubles too.
     """
-    return bits + SPARE_BITS if in_pairs(bits + SPARE_BITS) else bits
+    if not in_pairs(bits + SPARE_BITS):
+        return bits
+    return MOST_IN_PAIRS if bits > 64 else bits + SPARE_BITS
 
 
 def _exact_unit(design: Design) -> Any:

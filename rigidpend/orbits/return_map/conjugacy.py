@@ -39,16 +39,33 @@ class TorusRates(NamedTuple):
 
 def torus_rates(exponent: Scalar, rotation: Scalar, I: Scalar) -> TorusRates:
     """The rates from their coefficients (E, K) at the invariants I, in E groups."""
-    return TorusRates(*_polynomial(exponent, I), *_polynomial(rotation, I))
+    by_power = _powers(I, max(exponent.shape[1], rotation.shape[1]))
+    return TorusRates(*_polynomial(exponent, by_power), *_polynomial(rotation, by_power))
 
 
-def _polynomial(c: Any, x: Scalar) -> tuple[Any, Any]:
-    if 1 < len(c) < len(x):
-        c = np.repeat(c, len(x) // len(c), axis=0)
-    value, slope = c[:, -1] + 0 * x, 0 * x
-    for k in range(c.shape[1] - 2, -1, -1):
-        value, slope = value * x + c[:, k], slope * x + value
+def _polynomial(c: Any, by_power: Any) -> tuple[Any, Any]:
+    """The values and the slopes of polynomials of which the powers are known, (N,) each."""
+    few = c.shape[1]
+    slopes = c[:, 1:] * np.arange(1, few)
+    value, slope = (
+        product(by_power[:, :k].reshape(len(c), -1, k), x[:, :, None]).reshape(-1)
+        for k, x in ((few, c), (few - 1, slopes))
+    )
     return value, slope
+
+
+def _powers(x: Any, n: int) -> Any:
+    """The first n powers of x, from 1 on: (N, n)."""
+    found = np.zeros_like(x, shape=(len(x), n))
+    found[:, 0] = 1 + 0 * x
+    known = 1
+    while known < n:
+        # As many again at a time: few operations on short arrays.
+        more = min(known, n - known)
+        top = found[:, known - 1 : known] * x[:, None]
+        found[:, known : known + more] = top * found[:, :more]
+        known += more
+    return found
 
 
 class Beside(NamedTuple):
@@ -234,7 +251,8 @@ class TorusSeries:
         given = [(self.odd, 0), (self.even[:, None], 1)] if every else [(self.odd[:, :2], 0)]
         found = []
         for c, parity in given:
-            (j, k), of_u, of_v = self.powers[parity].T, self._powers(u), self._powers(v)
+            (j, k), many = self.powers[parity].T, self.degree + 1
+            of_u, of_v = _powers(u, many), _powers(v, many)
             by_u, by_v = j * of_u[:, np.maximum(j - 1, 0)], k * of_v[:, np.maximum(k - 1, 0)]
             of_u, of_v = of_u[:, j], of_v[:, k]
             terms = np.stack((of_u * of_v, by_u * of_v, of_u * by_v), axis=2)
@@ -244,13 +262,7 @@ class TorusSeries:
 
     def _monomials(self, u: Scalar, v: Scalar, exponents: Any) -> Any:
         j, k = exponents.T
-        return self._powers(u)[:, j] * self._powers(v)[:, k]
-
-    def _powers(self, x: Scalar) -> Any:
-        found = self.a.array(np.ones((len(x), self.degree + 1)))
-        for k in range(1, self.degree + 1):
-            found[:, k] = found[:, k - 1] * x
-        return found
+        return _powers(u, self.degree + 1)[:, j] * _powers(v, self.degree + 1)[:, k]
 
 
 def _range(exponents: Any, least: int, most: int) -> slice:

@@ -7,6 +7,7 @@ function of x in [-1, 1] is a sum of Chebyshev polynomials.
 
 from __future__ import annotations
 
+import functools
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +15,11 @@ import numpy as np
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.return_map.precision import Precision
 
+KEPT = 256
+"""Number of sets of nodes, and of matrices for them, that the tables of all maps share."""
 
+
+@functools.lru_cache(maxsize=KEPT)
 def phases(n: int, a: Precision) -> Any:
     """The n equidistant phases 0, 2 pi/n, ..."""
     return 2 * a.pi * a.array(np.arange(n)) / n
@@ -23,16 +28,28 @@ def phases(n: int, a: Precision) -> Any:
 def fourier_basis(phase: Scalar, n: int, a: Precision, *, slope: bool = False) -> Any:
     """The n functions 1, cos, sin, cos 2, ... at phases: (..., n), or their derivatives."""
     basis = a.zeros((*np.shape(phase), n))
-    basis[..., 0] = a.number(0 if slope else 1)
+    basis[..., 0] = a.number(1)
     if n > 1:
-        c, s = cos, sin = a.cos(phase), a.sin(phase)
-    for k in range(1, n // 2 + 1):
-        if k > 1:
-            c, s = c * cos - s * sin, s * cos + c * sin
-        basis[..., 2 * k - 1], basis[..., 2 * k] = (-k * s, k * c) if slope else (c, s)
+        basis[..., 1], basis[..., 2] = a.cos(phase), a.sin(phase)
+    known, most = 1, n // 2
+    while known < most:
+        # The harmonics k + 1 to 2 k from those up to k, the sooner the fewer arrays are short.
+        more = min(known, most - known)
+        c, s = basis[..., 1 : 2 * more : 2], basis[..., 2 : 2 * more + 1 : 2]
+        cos, sin = (basis[..., j : j + 1] for j in (2 * known - 1, 2 * known))
+        first, last = 2 * known + 1, 2 * (known + more) + 1
+        basis[..., first:last:2] = c * cos - s * sin
+        basis[..., first + 1 : last : 2] = s * cos + c * sin
+        known += more
+    if slope:
+        k = np.arange(1, most + 1)
+        cos, sin = basis[..., 1::2], basis[..., 2::2]
+        basis[..., 1::2], basis[..., 2::2] = -k * sin, k * cos
+        basis[..., 0] = a.number(0)
     return basis
 
 
+@functools.lru_cache(maxsize=KEPT)
 def fourier_analysis(n: int, a: Precision) -> Any:
     """The matrix (n, n) from values at :func:`phases` to coefficients."""
     matrix = fourier_basis(phases(n, a), n, a).T * 2 / n
@@ -40,6 +57,7 @@ def fourier_analysis(n: int, a: Precision) -> Any:
     return matrix
 
 
+@functools.lru_cache(maxsize=KEPT)
 def nodes(n: int, a: Precision) -> Any:
     """The n zeros of the n-th Chebyshev polynomial, in [-1, 1]."""
     return a.cos(a.pi * (2 * a.array(np.arange(n)) + 1) / (2 * n))
@@ -49,11 +67,17 @@ def chebyshev_basis(x: Scalar, n: int, a: Precision, *, slope: bool = False) -> 
     """The Chebyshev polynomials T_0 .. T_{n-1} at x: (..., n), or their derivatives."""
     T = a.zeros((*np.shape(x), n))
     T[..., 0] = a.number(1)
-    before, last = 1, x
-    for k in range(1, n):
-        if k > 1:
-            before, last = last, (x + x) * last - before
-        T[..., k] = last
+    T[..., 1:2] = x[..., None]
+    known = 1
+    while known < n - 1:
+        # Those of order k + 1 to 2 k from those up to k.
+        more = min(known, n - 1 - known)
+        highest = T[..., known : known + 1]
+        lower = T[..., 1 : more + 1]
+        T[..., known + 1 : known + more + 1] = (highest + highest) * lower - T[
+            ..., known - more : known
+        ][..., ::-1]
+        known += more
     dT = np.zeros_like(T)
     dT[..., 1:2] = a.number(1)
     for k in range(2, n) if slope else ():
@@ -61,6 +85,7 @@ def chebyshev_basis(x: Scalar, n: int, a: Precision, *, slope: bool = False) -> 
     return dT if slope else T
 
 
+@functools.lru_cache(maxsize=KEPT)
 def chebyshev_analysis(n: int, a: Precision) -> Any:
     """The matrix (n, n) from values at :func:`nodes` to coefficients."""
     matrix = chebyshev_basis(nodes(n, a), n, a).T * 2 / n

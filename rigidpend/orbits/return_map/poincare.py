@@ -12,14 +12,15 @@ On this section dJ2 ^ dchi is the area that the map preserves.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.orbits.return_map.normal_form import MapError
-from rigidpend.orbits.return_map.precision import Precision
-from rigidpend.orbits.return_map.reduced import Coefficients
+from rigidpend.orbits.return_map.precision import Precision, precision
+from rigidpend.orbits.return_map.reduced import Coefficients, rounded
 
 MOST_ITERATIONS = 60
 
@@ -38,20 +39,30 @@ def state_of(
     rising: bool, d: Scalar, cos: Any, sin: Any, h: Scalar, c: Coefficients, a: Precision
 ) -> Any:
     """:func:`section_state` of the cosine and the sine of chi."""
-    Q = a.sqrt(2 * h / c.aligned.kappa / (c.to_M1**2 + c.to_M2**2)) + 0 * d
-    for _ in range(MOST_ITERATIONS):
-        value, slope = _energy(rising, d, Q, cos, c, a)
-        step = (value - h) / slope
-        Q = Q - step
-        if a.largest(step / Q) < 8 * a.epsilon:
-            break
-    else:
-        raise MapError("the energy is too small for a crossing at such a distance")
+    Q = _large(rising, d, cos, h, c, a)
     M1, M2, _, _ = _momenta(rising, d, Q, c)
     J2 = a.sqrt(M1 * M1 + M2 * M2)
     components = (d, Q) if not rising else (Q, d)
     gamma = (-cos * M2 / J2, cos * M1 / J2, -sin)
     return np.stack(np.broadcast_arrays(*components, 0 * Q, *gamma))
+
+
+def _large(rising: bool, d: Scalar, cos: Any, h: Scalar, c: Coefficients, a: Precision) -> Any:
+    """The large component of points of the section, from the energy by Newton's method."""
+    if a.bits == 53:
+        Q = a.sqrt(2 * h / c.aligned.kappa / (c.to_M1**2 + c.to_M2**2)) + 0 * d
+    else:
+        # Doubles do all of it but the last corrections.
+        d0, cos0, h0 = (a.floats(x) for x in (d, cos, h))
+        Q = a.array(_large(rising, d0, cos0, h0, rounded(c), precision(53)))
+    for _ in range(MOST_ITERATIONS):
+        value, slope = _energy(rising, d, Q, cos, c, a)
+        step = (value - h) / slope
+        Q = Q - step
+        # The energy is nearly a square, so that a correction of s leaves s^2/2.
+        if a.largest(step / Q) < math.sqrt(a.epsilon) / 2:
+            return Q
+    raise MapError("the energy is too small for a crossing at such a distance")
 
 
 def section_momentum(

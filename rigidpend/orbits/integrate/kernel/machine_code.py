@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -22,13 +23,14 @@ LEVEL = 3
 
 _loaded: list[Any] = []
 """Code in memory, which has to live as long as the functions that call it."""
+_locks: dict[str, threading.Lock] = {}
+"""Of each text: threads ask for the same code, and one makes it while the others wait."""
 
 
-@functools.cache
 def function(text: str, name: str, *arguments: Any) -> Any:
     """The function of a text in LLVM's language that returns an int64, ready to be called.
 
-    While it runs, other threads have the interpreter.
+    While it runs, and while it is compiled, other threads have the interpreter.
 
     Parameters
     ----------
@@ -36,6 +38,13 @@ def function(text: str, name: str, *arguments: Any) -> Any:
     name : str
     arguments : ctypes types
     """
+    with _locks.setdefault(text, threading.Lock()):
+        return ready(text, name, *arguments)
+
+
+@functools.cache
+def ready(text: str, name: str, *arguments: Any) -> Any:
+    """The function, read or compiled: for one thread at a time."""
     import llvmlite.binding as llvm
 
     machine = _machine(llvm)
