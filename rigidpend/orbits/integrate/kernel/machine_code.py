@@ -24,7 +24,7 @@ LEVEL = 3
 _loaded: list[Any] = []
 """Code in memory, which has to live as long as the functions that call it."""
 _locks: dict[str, threading.Lock] = {}
-"""Of each text: threads ask for the same code, and one makes it while the others wait."""
+"""A lock for each text: threads ask for the same code, and one makes it while the others wait."""
 
 
 def function(text: str, name: str, *arguments: Any) -> Any:
