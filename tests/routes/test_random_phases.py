@@ -22,6 +22,7 @@ def computed(J1_0: str, **numerics: Any) -> RouteCodes:
         h0=reference.h0,
         J1_0=J1_0,
         engine="taylor",
+        method="integration",
         jobs=2,
         **numerics,
     )

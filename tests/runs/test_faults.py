@@ -21,7 +21,7 @@ import pytest
 from rigidpend import experiments
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_zoom import compute as route_zoom
-from rigidpend.machine import cache, kept, workers
+from rigidpend.machine import cache, files, kept, workers
 from rigidpend.results import store
 from rigidpend.runs import loading, regression, runner
 from tests.attacks import lot
@@ -169,13 +169,13 @@ def test_a_killed_run_uses_what_was_finished(
     assert content(out) == [".zoom.parts"]
     kept = {path.name for path in out.glob(".zoom.parts/*/[!.]*.h5")}
     assert len(kept) >= 5
-    write, made = store.write, set[str]()
+    write, made = files.replace, set[str]()
 
     def noted(path: Path, *given: Any, **named: Any) -> None:
         made.add(path.name)
         write(path, *given, **named)
 
-    monkeypatch.setattr(store, "write", noted)
+    monkeypatch.setattr(files, "replace", noted)
     assert f"goes on from {len(kept)} finished parts" in once_more(out)
     assert "zoom.h5" in made
     assert not made & kept

@@ -18,7 +18,7 @@ class Problem(HeavyBody):
     h: Number | None = None
     """Energy of all orbits (eq. h0_new), dimensionless, h > mu > 0; given unless h0 is."""
     h0: Number | None = None
-    """Energy constant of Fig. 4's own line, J2_0 = sqrt(2 h0/kappa): all energies of its starts."""
+    """Energy constant kappa J2_0^2/2 of Fig. 4's own line, dimensionless, in the place of h."""
     J1_0: Number
     """Initial action of a line of starts, dimensionless, a decimal or fraction, J1_0 > 0."""
     half_turns: Annotated[Whole, Field(ge=1, le=100)] | None = None
