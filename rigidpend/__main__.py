@@ -1,12 +1,8 @@
 """Entry point of the process, as ``rigidpend`` and as ``python -m rigidpend``."""
 
-import gc
 import os
 import signal
 import sys
-
-ALLOCATIONS = 100_000
-"""Objects between two collections of garbage: at a start all are kept, and looked at in vain."""
 
 
 def main() -> None:
@@ -15,9 +11,6 @@ def main() -> None:
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     settle_streams()
-    gc.set_threshold(ALLOCATIONS)
-    # Else pydantic asks every installed package for plugins of its own, which check no config here.
-    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     from rigidpend.machine import signals
 
     signals.watch()

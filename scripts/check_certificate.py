@@ -15,7 +15,7 @@ import ast
 import json
 import math
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from fractions import Fraction
 from itertools import pairwise
@@ -776,16 +776,31 @@ def _each(
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Check a certificate; the exit code is 0 where all that it claims is proven."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    return answered(arguments, __doc__, check)
+
+
+def answered(
+    arguments: Sequence[str] | None,
+    document: str | None,
+    check: Callable[..., Iterable[str]],
+    *,
+    alone: bool = False,
+) -> int:
+    """Check a file as a command line asks, and print what it proves; the exit code is 0 if it does.
+
+    `check` takes the file, a config or None, and, unless it is alone, the number of processes.
+    """
+    parser = argparse.ArgumentParser(description=(document or "").partition("\n")[0])
     parser.add_argument("file", type=Path)
     parser.add_argument("--config", type=Path, help="a YAML config that it is to be of")
-    parser.add_argument("-j", "--processes", type=int, default=1)
-    given = parser.parse_args(arguments)
+    if not alone:
+        parser.add_argument("-j", "--processes", type=int, default=1)
+    given = vars(parser.parse_args(arguments))
     try:
-        for line in check(given.file, given.config, given.processes):
+        for line in check(*given.values()):
             print(line, flush=True)
-    except (Refused, OSError) as error:
-        print(f"{given.file}: not proven: {error}", file=sys.stderr)
+    except (Refused, Fails, OSError) as error:
+        print(f"{given['file']}: not proven: {error}", file=sys.stderr)
         return 1
     return 0
 

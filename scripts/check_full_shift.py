@@ -11,7 +11,6 @@ what orbits do beside the sets (C8).
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 import sys
@@ -25,6 +24,7 @@ from scripts.check_certificate import (
     Fails,
     Interval,
     Refused,
+    answered,
     bounded,
     check_against,
     exponential,
@@ -944,16 +944,7 @@ def check(path: Path, given: Path | None = None) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Check a result; the exit code is 0 where the full shift is proven."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("file", type=Path)
-    parser.add_argument("--config", type=Path, help="a YAML config that it is to be of")
-    given = parser.parse_args(arguments)
-    try:
-        print(check(given.file, given.config))
-    except (Refused, Fails, OSError) as error:
-        print(f"{given.file}: not proven: {error}", file=sys.stderr)
-        return 1
-    return 0
+    return answered(arguments, __doc__, lambda *given: [check(*given)], alone=True)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ symbols of the code.
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 import sys
@@ -25,6 +24,7 @@ from scripts.check_certificate import (
     Fails,
     Interval,
     Refused,
+    answered,
     arctangent,
     bounded,
     check_against,
@@ -197,17 +197,7 @@ def check(path: Path, given: Path | None = None, processes: int = 1) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Check a proof; the exit code is 0 where it holds."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("file", type=Path)
-    parser.add_argument("--config", type=Path, help="a YAML config that it is to be of")
-    parser.add_argument("-j", type=int, default=1, metavar="PROCESSES")
-    given = parser.parse_args(arguments)
-    try:
-        print(check(given.file, given.config, given.j))
-    except (Refused, Fails, OSError) as error:
-        print(f"{given.file}: not proven: {error}", file=sys.stderr)
-        return 1
-    return 0
+    return answered(arguments, __doc__, lambda *given: [check(*given)])
 
 
 if __name__ == "__main__":

@@ -44,6 +44,9 @@ OFTEN = 750
 To read them takes as long as to integrate so many with the body of Fig. 4. Of each so many further
 ones a sample is integrated as well: the same share of few orbits as of many."""
 
+PROBLEMS = 1_000
+"""Problems that are counted; then the count begins anew."""
+
 SHARPENING = 100
 """Factor by which further computations are finer, in doubles while these allow it."""
 
@@ -226,7 +229,7 @@ _asked: dict[RouteProblem, int] = {}
 
 def _counted(problem: RouteProblem, orbits: int) -> tuple[bool, bool]:
     """True if few orbits may take kept maps, after all before them; and if they need a sample."""
-    if len(_asked) >= MANY:
+    if len(_asked) >= PROBLEMS:
         _asked.clear()
     before = _asked.get(problem, 0)
     _asked[problem] = before + orbits

@@ -23,7 +23,7 @@ from rigidpend.mechanics.body import Angles
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import height
 from rigidpend.numbers.exact import GUARD_BITS, exact
-from rigidpend.orbits.integrate.records import Crossings, Outcome
+from rigidpend.orbits.integrate.records import Crossings, Outcome, no_crossings
 from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, return_map
 from rigidpend.orbits.return_map.build import (
     FIRST,
@@ -475,7 +475,7 @@ def with_maps(
                 return integrated(bits, scales, columns)
             if bits < maps.table_bits or not maps.add_third(len(columns) / n):
                 # The next precision settles them, by one computation.
-                return _nothing(maps, columns)
+                return no_crossings(maps.problem.n_symbols + 1, len(columns))
         found = maps.crossings(bits, scales, columns)
         outside = np.flatnonzero(found.outcome != Outcome.COMPLETE)
         if outside.size and bits in precisions:
@@ -484,13 +484,6 @@ def with_maps(
         return found
 
     return compute, left
-
-
-def _nothing(maps: Maps, columns: Any) -> Crossings:
-    """No crossings: columns that nothing is known of."""
-    shape = maps.problem.n_symbols + 1, len(columns)
-    failed = np.full(len(columns), Outcome.FAILED, dtype=np.uint8)
-    return Crossings(np.full(shape, np.nan), np.zeros(shape, dtype=np.uint8), failed)
 
 
 def _alarm(maps: Maps, wrong: NDArray[np.intp]) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from typing import Any
@@ -52,10 +51,9 @@ class Phases:
         # A range may be of any length, and each of its numbers would be made.
         if isinstance(values, Sequence) and len(values) > MOST_PHASES:
             raise ExactError(f"theta2_0 has {len(values)} phases; {MOST_PHASES} are the most")
-        # Where nobody has imported them there are none, and to import them takes time.
-        if "numpy.ma" in sys.modules and isinstance(values, np.ma.MaskedArray):
-            if np.ma.is_masked(values):
-                raise ExactError("theta2_0 has masked values; give those that are to be computed")
+        if np.ma.is_masked(values):
+            raise ExactError("theta2_0 has masked values; give those that are to be computed")
+        if isinstance(values, np.ma.MaskedArray):
             values = values.data
         if isinstance(values, np.ndarray) and values.dtype == np.float64:
             # An array of doubles is exact as it is: no object for each of many phases.

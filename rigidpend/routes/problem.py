@@ -77,7 +77,7 @@ class RouteProblem:
         if abs(2 * J1 - J2) < m.mpf(2) ** -48 * J2:
             message = f"the start lies on the section J1 = J2/2 that counts crossings: {shown}"
             raise ProblemError("J1_0", message)
-        if _smallest_ratio() > J1 / J2:
+        if m.mpf(SMALLEST_RATIO) > J1 / J2:
             raise ProblemError("J1_0", f"J1_0 = {self.J1_0} is below {SMALLEST_RATIO} J2_0")
 
     def afford(self, columns: int, field: str = "theta2_0") -> None:
@@ -102,12 +102,6 @@ class RouteProblem:
         # Not to be told from zero, as where J1_0 is written as J2_0 is: refused like that.
         except ExactError:
             return context(bits).mpf(0)
-
-
-@functools.cache
-def _smallest_ratio() -> Any:
-    # To read it takes longer than to check all else.
-    return context(113).mpf(SMALLEST_RATIO)
 
 
 @functools.lru_cache(maxsize=256)
