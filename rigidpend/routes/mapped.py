@@ -75,6 +75,11 @@ Measured on 17 bodies drawn by lot, twice in doubles, at 1.4 to 151 rotations a 
 machine: integration took some 0.8 to 1.4 times as long."""
 PAIRS = 11
 """Factor by which deciding an orbit in pairs of doubles takes longer: 8.5 to 12.6 with 6 bodies."""
+FURTHER = 4
+"""Factor by which orbits that maps leave open take longer than one computation in pairs.
+
+Of 446 and 623 such orbits of two bodies 15 to 23 % took two or three computations, and 7 and 19 %
+quadruples of doubles besides, ten times as slow: 4.4 and 3.5 times as long in all."""
 SLOW, LONG = 100e-6 / 15, 1.0
 """Seconds a symbol, and in all, from which on it is said that orbits are integrated."""
 STAKE = 2
@@ -141,6 +146,11 @@ def budget_in_pairs(problem: RouteProblem, orbits: float) -> float:
 def _in_pairs(problem: RouteProblem) -> float:
     """Seconds of a core that an orbit takes in pairs of doubles."""
     return problem.n_symbols * PAIRS * (SYMBOL + ROTATION * passage_rotations(problem))
+
+
+def beyond_maps(problem: RouteProblem) -> float:
+    """Seconds of a core that an orbit takes whose symbols ask for more bits than maps have."""
+    return FURTHER * _in_pairs(problem)
 
 
 def wanted(problem: RouteProblem) -> tuple[int, ...]:
@@ -446,7 +456,7 @@ def decided_by(
         # Parts of a plane would say so again and again.
         if n == maps.orbits:
             reason = f"their symbols ask for more than the {maps.table_bits} bits of the maps"
-            _warned(maps.problem, open_.size, n, _in_pairs(maps.problem), reason)
+            _warned(maps.problem, open_.size, n, beyond_maps(maps.problem), reason)
         certainty.climb(integrated, known, open_, rate, beyond)
     if sampled:
         # Doubles decide at least the first symbols of each; what is beyond them takes long.

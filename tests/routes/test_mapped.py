@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
+import warnings
 from types import SimpleNamespace
 from typing import Any
 
@@ -403,6 +404,39 @@ def test_tables_share_what_all_of_them_may_cost(monkeypatch: pytest.MonkeyPatch)
         with pytest.raises(MapError):
             mapped.Maps(problem, Phases(PHASES), least_time=True)
         assert set(budgets) == expected
+
+
+@pytest.mark.parametrize(("more", "designs"), [(0, [FIRST, SECOND, THIRD]), (1, [FIRST, SECOND])])
+def test_a_third_map_is_made_at_once_from_so_many_orbits_on(
+    monkeypatch: pytest.MonkeyPatch, more: int, designs: list[Any]
+) -> None:
+    monkeypatch.setattr(mapped, "THIRDS", len(PHASES) + more)
+    monkeypatch.setattr(mapped.Maps, "_settle", lambda *_: None)
+    monkeypatch.setattr(
+        mapped.Maps, "crossings", lambda *_: SimpleNamespace(separatrix=np.ones((1, 1)))
+    )
+    problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 3)
+    assert mapped.Maps(problem, Phases(PHASES)).designs == designs
+
+
+def test_what_maps_leave_open_is_expected_to_go_beyond_pairs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 15)
+    one = mapped.budget_in_pairs(problem, 1) / mapped.STAKE
+    each = mapped.beyond_maps(problem)
+    # Measured: 3.5 and 4.4 computations in pairs.
+    assert 3.5 * one <= each <= 4.4 * one
+    for limit, said in ((9.9 * each, True), (10.1 * each, False)):
+        monkeypatch.setattr(mapped, "LONG", limit)
+        monkeypatch.setattr(mapped, "SLOW", 0.0)
+        with warnings.catch_warnings(record=True) as heard:
+            warnings.simplefilter("always")
+            mapped._warned(problem, 10, 10, each, "because")
+        assert bool(heard) == said
+        if said:
+            assert f"{1e6 * each:.2g} microseconds each" in str(heard[0].message)
+            assert f"some {10 * each:.2g} s in all" in str(heard[0].message)
 
 
 def test_orbits_are_expected_to_take_the_cheaper_way(monkeypatch: pytest.MonkeyPatch) -> None:
