@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Callable, Iterator
+from fractions import Fraction
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import h5py
@@ -13,10 +15,11 @@ import numpy as np
 import pytest
 
 from rigidpend.results import store
-from rigidpend.routes.certified import pieces
+from rigidpend.routes.certified import coverings, pieces
 from rigidpend.runs import certificates, orbit_proofs
 from scripts import check_orbit as script
 from scripts.check_certificate import Fails, Refused
+from scripts.check_full_shift import DIGITS
 from tests.cli.calls import call
 from tests.experiments.trees import reference
 
@@ -57,14 +60,34 @@ def test_both_prove_the_code_of_a_start_beside_the_one_that_was_found(file: Path
         assert low < found < high < low + 1e-3
 
 
+@pytest.mark.slow
+def test_parts_meet_and_ends_are_rounded_outward(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Four sources are two parts of two, each with the first of the next."""
+    monkeypatch.setattr(orbit_proofs, "AT_ONCE", 2)
+    ends = Fraction("0.1234567891"), Fraction("0.1234567899")
+    monkeypatch.setattr(coverings, "phases", lambda *_: tuple(map(float, ends)))
+    where = SimpleNamespace(low=round(ends[0] * (1 << DIGITS)), above=ends[1])
+    monkeypatch.setattr(script, "phases", lambda *_: where)
+    for believed, text in said_by_both(file):
+        assert believed, text
+        assert "from 0.123456789 to 0.123456790 " in text
+
+
+CODES = {"another symbol": "010", "a longer code": "0111", "another letter": "01x"}
+
+
 def spoil(file: Any, how: str) -> None:
     """Change a proof; the third set has number 2."""
     config = json.loads(file["config"].asstr()[()])
     sets, proof = file["data/sets"], file["data/proof"]
-    if how == "another symbol":
-        config["code"] = CODE[:2] + "0"
-    elif how == "a longer code":
-        config["code"] += "1"
+    if how in CODES:
+        config["code"] = CODES[how]
+    elif how == "no action":
+        config["problem"]["J1_0"] = "0"
+    elif how == "no energies":
+        file["data/energies/spread"][()] = 0.0
     elif how == "another energy":
         file["data/energies/shift"][()] += 1e-7
     elif how == "fewer energies":
@@ -92,6 +115,9 @@ def spoil(file: Any, how: str) -> None:
     [
         ("another symbol", "the code is 011|symbol 3"),
         ("a longer code", "4 symbols|as many symbols"),
+        ("another letter", "the code is 011|its code is none"),
+        ("no action", "J1_0"),
+        ("no energies", "energies"),
         ("another energy", "C"),
         ("fewer energies", "C6: the energies of its starts|C6: energies along the line"),
         ("another action", "C3"),

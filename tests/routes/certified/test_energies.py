@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -20,6 +21,7 @@ from rigidpend.routes.certified.growth import LogarithmicNorm
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine, made
 from rigidpend.routes.problem import RouteProblem
 from scripts import check_full_shift as script
+from scripts import check_orbit
 from scripts.check_certificate import Interval, Refused
 from tests.attacks import lot
 from tests.config.samples import content as typed
@@ -237,6 +239,53 @@ def test_a_proof_is_of_the_energies_of_its_config(
             script._energies(read)
     else:
         assert script._energies(read)["spread"] == spread
+
+
+def test_energies_of_a_config_are_rounded_upward() -> None:
+    """Half of their width is seldom a double: the one below it is refused, the one above is not."""
+    below = []
+    for around in ("1e-6", "2e-6", "3e-6", "7e-6"):
+        config, wide = typed(Config, CONFIG, [f"problem.around={around}"]), Fraction(around)
+        nearest = Fraction(float(wide * Fraction(GIVEN["h"])))
+        below.append(nearest < wide * Fraction(GIVEN["h"]))
+        if below[-1]:
+            assert said(full_shift._numbers, config, Fraction(0), nearest)
+        above = Fraction(math.nextafter(float(nearest), math.inf))
+        assert not said(full_shift._numbers, config, Fraction(0), above)
+    assert any(below)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("theta2", [0.0, 0.7, 2.5, 3.5, 6.0])
+def test_phases_of_a_line_are_told_in_every_quarter(
+    monkeypatch: pytest.MonkeyPatch, theta2: float
+) -> None:
+    """By both checkers, between 0 and 2 pi, and not ten times as wide as the line."""
+    setting = horseshoe.ShiftProblem(BODY, H0, 1, h0=H0)
+    ends = theta2 + np.array([-1e-6, 1e-6])
+    shifts = horseshoe.LineStarts(setting, J1).energies(ends)
+    shift, spread = Fraction(float(shifts.mean())), Fraction(float(np.abs(np.diff(shifts))[0]))
+    setting = setting._replace(h=H0 + exact(shift), spread=spread)
+    line, _ = horseshoe.LineStarts(setting, J1).between(ends)
+    first, *_ = horseshoe.line_pieces(setting, line, (float(ends[0]), float(ends[1])))
+    numbers = coverings.Numbers.of(BODY, setting.h, spread, H0)
+    given = {**GIVEN, "h0": "1.3342", "shift": shift, "spread": spread}
+    problem = script.problem_of({name: x for name, x in given.items() if name != "h"})
+    theirs = check_orbit.phases(problem, script.Line(*line[:5]), step(first))
+    bounds = Fraction(theirs.low, 1 << script.DIGITS), theirs.above
+    for low, high in (coverings.phases(numbers, line, [first]), map(float, bounds)):
+        assert low <= ends[0] + 1e-12 < ends[1] - 1e-12 <= high
+        assert 2e-6 - 1e-12 < high - low < 2e-5
+    # How far the polynomials are from the starts counts.
+    beginning = coverings.line_beginning
+
+    def loose(*given: Any) -> Any:
+        reached, (bound, *others) = beginning(*given)
+        return reached, (bound + arb(1e-3), *others)
+
+    monkeypatch.setattr(coverings, "line_beginning", loose)
+    low, high = coverings.phases(numbers, line, [first])
+    assert high - low > 1e-4
 
 
 @pytest.mark.parametrize(
