@@ -191,9 +191,9 @@ ENERGY = Series.made({(0, 0, 0, 1): 1}, 0)
 """w, by which energies differ."""
 
 
-def fourfold(x: Series) -> list[Fraction]:
-    """Bounds on a series, and on its derivatives in u, v and w."""
-    return [x.most, *(x.along(i).most for i in ALONG)]
+def orders(x: Series, along: Iterable[int]) -> list[Fraction]:
+    """Bounds on a series, and on its derivatives in some of u, v and w."""
+    return [x.most, *(x.along(i).most for i in along)]
 
 
 def around(centre: Any, radius: Any) -> Interval:
@@ -230,6 +230,8 @@ class Problem(NamedTuple):
     F: Interval
     Omega: Interval
     w: Interval
+    along: tuple[int, ...] = ALONG
+    """Variables in which derivatives are bounded: none where no theorem asks for C7."""
 
     @property
     def energies(self) -> Series:
@@ -366,7 +368,7 @@ class Arrival(NamedTuple):
     time: Interval
     """When, t' from the beginning."""
     slopes: Sequence[tuple[Series, ...]]
-    """The derivatives of d, g and w in u, those in v, and those in w."""
+    """The derivatives of d, g and w in u, those in v, and those in w, if they are asked for."""
     w: Series = ENERGY
 
 
@@ -403,12 +405,12 @@ def beginning(p: Problem, quad: Quad, step: Step) -> tuple[list[Interval], list[
         ]
 
     J = matrix(1, Q.ball(ALONE), g1.ball(ALONE), g2.ball(ALONE), d.ball())
-    turned = [matrix(0, *(x.along(i).ball() for x in (Q, g1, g2, d))) for i in ALONG]
+    turned = {i: matrix(0, *(x.along(i).ball() for x in (Q, g1, g2, d))) for i in p.along}
     near = solution(residual, J, turned, ALONE)
     if Q.ball(ALONE).low <= 0:
         raise Fails("C1: the large Q is not shown to be positive at the points of a set")
-    apart = [near, near, fourfold(y[2]), near, near, fourfold(y[5] - g)]
-    apart[1 - large] = fourfold(y[1 - large] - d)
+    off = {1 - large: y[1 - large] - d, 2: y[2], 5: y[5] - g}
+    apart = [orders(off[j], p.along) if j in off else near for j in range(6)]
     return [Q.ball(), g1.ball(), g2.ball()], p.norms(apart)
 
 
@@ -447,20 +449,20 @@ def line_beginning(p: Problem, line: Line, step: Step) -> list[Fraction]:
         ]
 
     unknown = (Qp, M3, g1, g2, g3)
-    turned = [matrix(0, *(x.along(i).ball() for x in unknown)) for i in ALONG]
+    turned = {i: matrix(0, *(x.along(i).ball() for x in unknown)) for i in p.along}
     near = solution(residual, matrix(1, *(x.ball(THIN) for x in unknown)), turned, THIN)
     if Qp.ball(THIN).low <= 0 or M3.ball(THIN).high >= 0:
         raise Fails("C1: Qp > 0 > M3 is not shown at the starts")
-    return p.norms([near, fourfold(Qm), near, near, near, near])
+    return p.norms([near, orders(Qm, p.along), near, near, near, near])
 
 
 def solution(
-    residual: list[Series], J: list[list[Any]], turned: list[list[list[Any]]], room: Fraction
+    residual: list[Series], J: list[list[Any]], turned: dict[int, list[list[Any]]], room: Fraction
 ) -> list[Fraction]:
     """C1: how near a solution is, the only one within `room`, where J holds the derivatives.
 
     Newton's iteration with a fixed matrix contracts the box of that size into itself. The others
-    are of the solution's derivatives in u, v and w, from those of the matrix.
+    are of the solution's derivatives, from those of the matrix.
     """
     n = range(len(residual))
     C = inverse([[Fraction(x.low + x.high, 2 << Interval.digits) for x in row] for row in J])
@@ -472,12 +474,12 @@ def solution(
     def moved(right: Sequence[Fraction]) -> Fraction:
         return max(sum((abs(C[i][k]) * right[k] for k in n), Fraction(0)) for i in n) / (1 - share)
 
-    values, *along = zip(*map(fourfold, residual), strict=True)
+    values, *along = zip(*(orders(x, turned) for x in residual), strict=True)
     if share >= 1 or (near := moved(values)) > room:
         raise Fails("C1: no points are shown to be where the orbits begin")
     return [near] + [
         moved([x + near * sum(map(size, row)) for x, row in zip(right, turn, strict=True)])
-        for right, turn in zip(along, turned, strict=True)
+        for right, turn in zip(along, turned.values(), strict=True)
     ]
 
 
@@ -519,17 +521,17 @@ def tube(p: Problem, step: Step, begin: Fraction) -> tuple[Fraction, Fraction]:
 
 
 def defects(p: Problem, step: Step) -> list[Fraction]:
-    """C2: bounds on the defect of a step and on its derivatives in u, v and w."""
+    """C2: bounds on the defect of a step and on its derivatives."""
     pairs = zip(step.states, p.field(step.states), strict=True)
-    return p.norms([fourfold(y.slope() - step.half * f) for y, f in pairs])
+    return p.norms([orders(y.slope() - step.half * f, p.along) for y, f in pairs])
 
 
 def carried(p: Problem, step: Step, begin: list[Fraction], leaps: list[Fraction]) -> list[Fraction]:
     """C3: the bounds at the end of a step on the distance and on its derivatives."""
     first, *along = (a + 2 * b for a, b in zip(begin, leaps, strict=True))
     bound, growth = tube(p, step, first)
-    size, *slopes = p.norms([fourfold(y) for y in step.states])
-    length, *lengths = fourfold(step.half)
+    size, *slopes = p.norms([orders(y, p.along) for y in step.states])
+    length, *lengths = orders(step.half, p.along)
     found = [bound]
     for x, slope, changed in zip(along, slopes, lengths, strict=True):
         # Where orbits and polynomials differ, so does what carries their derivatives.
@@ -571,9 +573,8 @@ def arrival(p: Problem, start: Quad | Line, steps: Sequence[Step]) -> Arrival:
     for k, step in enumerate(steps):
         if k:
             before = [state.at(0, 1) for state in steps[k - 1].states]
-            gap = p.norms(
-                [fourfold(a.at(0, -1) - b) for a, b in zip(step.states, before, strict=True)]
-            )
+            joint = zip(step.states, before, strict=True)
+            gap = p.norms([orders(a.at(0, -1) - b, p.along) for a, b in joint])
             bounds = [a + b for a, b in zip(bounds, gap, strict=True)]
         passed += 2 * step.half.ball()
         if step.half.ball().low <= 0:
@@ -586,8 +587,7 @@ def arrival(p: Problem, start: Quad | Line, steps: Sequence[Step]) -> Arrival:
     found = crossing(p, end, bounds, side, begin)
     found = found._replace(time=passed + found.time)
     if isinstance(start, Line) and p.h0 is not None:
-        w, along = energies_along(p, p.h0, steps[0], starts)
-        by_w = along, Series.of(0), Series.of(0)
+        w, by_w = energies_along(p, p.h0, steps[0], starts)
         slopes = [(d, g, each) for (d, g, _), each in zip(found.slopes, by_w, strict=True)]
         return found._replace(w=w, slopes=slopes)
     return found
@@ -595,8 +595,8 @@ def arrival(p: Problem, start: Quad | Line, steps: Sequence[Step]) -> Arrival:
 
 def energies_along(
     p: Problem, h0: Interval, step: Step, bounds: Sequence[Fraction]
-) -> tuple[Series, Series]:
-    """C6: w along a line of starts of one J2, and its derivative in u."""
+) -> tuple[Series, list[Series]]:
+    """C6: w along a line of starts of one J2, and its derivatives."""
     g1, g2 = (step.states[k].at(0, -1) for k in (3, 4))
     per = 1 / p.spread
     w = (g1 * p.mu[0] + g2 * p.mu[1] + (h0 - p.h)) * per
@@ -604,7 +604,8 @@ def energies_along(
     found = w.wider(unsure * bounds[0])
     if found.most > 1:
         raise Fails("C6: energies along the line are others than those of the sets")
-    return found, w.along(1).wider(unsure * bounds[1])
+    apart = zip(p.along, bounds[1:], strict=True)
+    return found, [w.along(i).wider(unsure * bound) for i, bound in apart]
 
 
 def crossing(
@@ -626,7 +627,7 @@ def crossing(
             steep = p.steepness(p.norm(*map(size, box)))
             more = exponential(Interval.of(steep * time)).above - 1
             slopes = []
-            for i in ALONG:
+            for i in p.along:
                 moved = [state.along(i) for state in end]
                 most = p.norm(*(x.most for x in moved)) + bounds[i]
                 off = p.apart(bounds[i] + more * most)
@@ -649,8 +650,8 @@ def _crossed(
         raise Fails("C5: the side on which the orbits leave is not told")
     sign = 1 if box[large].low > 0 else -1
     (d, g), *along = ((x[1 - large] * sign, x[5] * sign) for x in places)
-    by_w = [Series.of(int(i == 3)) for i in ALONG]
-    slopes = [(*each, last) for each, last in zip(along, by_w, strict=True)]
+    # All three or none are asked for.
+    slopes = [(*each, Series.of(int(i == 3))) for i, each in zip(ALONG, along, strict=False)]
     there = [sign * box[large], box[3], box[4]]
     return Arrival(d, g, int(sign == side), there, begin, Interval.of(0), slopes)
 

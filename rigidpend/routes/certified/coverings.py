@@ -7,7 +7,7 @@ its hypotheses. Whatever is not shown ends in :class:`Undecided`, never in a rel
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
 from itertools import pairwise
@@ -107,6 +107,8 @@ class Numbers(NamedTuple):
     """The energies are h + spread w."""
     h0: arb | None
     """Energy constant of starts of one J2_0, if they are not of one energy."""
+    along: str = PARAMETERS
+    """Variables in which derivatives are bounded: none where no theorem asks for C7."""
 
     @classmethod
     def of(
@@ -147,7 +149,7 @@ class Reached(NamedTuple):
     begin: Sequence[arb]
     """Q, gamma1 and gamma2 at the beginning."""
     slopes: Sequence[Sequence[Family]]
-    """Derivatives of d, and of g, in u, v and w."""
+    """Derivatives of d, and of g, in u, v and w, if they are asked for."""
     w: Family = ENERGY
     """That of their energies."""
     slopes_of_w: Sequence[Family] = ALONG
@@ -203,14 +205,14 @@ def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilySt
         found = _crossing(numbers, end, apart, growth, side, begin, time)
         if not isinstance(start, StartLine) or numbers.h0 is None:
             return found
-        w, slope = _energies_along(numbers, numbers.h0, pieces[0], starts, growth)
-        return found._replace(w=w, slopes_of_w=[slope, ALONG[0], ALONG[0]])
+        w, slopes = _energies_along(numbers, numbers.h0, pieces[0], starts, growth)
+        return found._replace(w=w, slopes_of_w=slopes)
 
 
 def _energies_along(
     numbers: Numbers, h0: arb, piece: FamilyStep, bounds: Sequence[arb], growth: LogarithmicNorm
-) -> tuple[Family, Family]:
-    """w along a line of starts of one J2_0, and its derivative; kappa J2_0^2/2 is h0."""
+) -> tuple[Family, list[Family]]:
+    """w along a line of starts of one J2_0, and its derivatives; kappa J2_0^2/2 is h0."""
     gamma1, gamma2 = (Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms[3:5])
     c = numbers.field
     with precision(BITS):
@@ -222,7 +224,8 @@ def _energies_along(
         if not w.bound <= 1:
             said = f"the energies of its starts have |w| <= {float(w.bound):.4g}"
             raise Undecided(f"C6: {said}, and 1 is all that is known of")
-        return w, found.partial("u").widened(unsure * bounds[1])
+        apart = dict(zip(numbers.along, bounds[1:], strict=True))
+        return w, [found.partial(name).widened(unsure * each) for name, each in apart.items()]
 
 
 def followed(
@@ -234,9 +237,9 @@ def followed(
     ----------
     numbers : Numbers
     pieces : sequence of FamilyStep
-    bounds : 4 arb
+    bounds : arb, one and one of each variable in numbers.along
         On the distance of the polynomials from the orbits at the beginning, and on those of its
-        derivatives in u, v and w.
+        derivatives.
     growth : LogarithmicNorm
 
     Raises
@@ -252,7 +255,8 @@ def followed(
             if not half.range > 0:
                 raise Undecided("C2: the length of a step is not shown to be positive")
             if end is not None:
-                gaps = _norms([s.at("z", -1) - e for s, e in zip(states, end, strict=True)], growth)
+                off = [s.at("z", -1) - e for s, e in zip(states, end, strict=True)]
+                gaps = _norms(off, growth, numbers.along)
                 bounds = [_up(bound + gap) for bound, gap in zip(bounds, gaps, strict=True)]
             end = [state.at("z", 1) for state in states]
             leaps = defects(numbers, states, half, growth)
@@ -303,15 +307,15 @@ def beginning(
             - numbers.energies,
         )
         q, y1, y2 = (each.range + arb(0, ALONE) for each in (Q, gamma1, gamma2))
-        turned = [
-            slopes(0, *(each.partial(name).range for each in (Q, d, gamma1, gamma2)))
-            for name in PARAMETERS
-        ]
+        turned = {
+            name: slopes(0, *(each.partial(name).range for each in (Q, d, gamma1, gamma2)))
+            for name in numbers.along
+        }
         near = _nearest(residual, slopes(1, q, d.range, y1, y2), turned, ALONE)
         if not q > 0:
             raise Undecided("C1: the large Q is not shown to be positive at the points of a set")
-        apart = [near, near, _orders(states[2]), near, near, _orders(states[5] - g)]
-        apart[small] = _orders(states[small] - d)
+        off = {small: states[small] - d, 2: states[2], 5: states[5] - g}
+        apart = [_orders(off[j], numbers.along) if j in off else near for j in range(6)]
     with precision(SCALARS):
         return [each.range for each in (Q, gamma1, gamma2)], _normed(apart, growth)
 
@@ -367,16 +371,18 @@ def line_beginning(
 
         found = (Qp, M3, *gamma)
         box = [each.range + arb(0, THIN) for each in found]
-        turned = [slopes(0, *(each.partial(k).range for each in found)) for k in PARAMETERS]
+        turned = {
+            name: slopes(0, *(each.partial(name).range for each in found)) for name in numbers.along
+        }
         near = _nearest(residual, slopes(1, *box), turned, THIN)
         if not (box[0] > 0 and box[1] < 0):
             raise Undecided("C1: Qp > 0 > M3 is not shown at the starts")
     with precision(SCALARS):
-        return [], _normed([near, _orders(Qm), near, near, near, near], growth)
+        return [], _normed([near, _orders(Qm, numbers.along), near, near, near, near], growth)
 
 
 def _nearest(
-    residual: Sequence[Family], slopes: arb_mat, turned: Sequence[arb_mat], room: float
+    residual: Sequence[Family], slopes: arb_mat, turned: Mapping[str, arb_mat], room: float
 ) -> list[arb]:
     """C1: how near a solution is, the only one so near as `room`, where the derivatives hold.
 
@@ -395,14 +401,14 @@ def _nearest(
         rows = (sum((abs(inverse[i, j]) * right[j] for j in range(n)), arb(0)) for i in range(n))
         return _largest(rows) / (1 - share)
 
-    values, *along = zip(*map(_orders, residual), strict=True)
+    values, *along = zip(*(_orders(each, turned) for each in residual), strict=True)
     if not (share < 1 and (near := _up(solved(values))) < room):
         raise Undecided("C1: no points are shown to be where the orbits begin")
     return [near] + [
         _up(solved([
             right[i] + sum((abs(turn[i, j]) for j in range(n)), arb(0)) * near for i in range(n)
         ]))
-        for right, turn in zip(along, turned, strict=True)
+        for right, turn in zip(along, turned.values(), strict=True)
     ]  # fmt: skip
 
 
@@ -411,13 +417,12 @@ def defects(
 ) -> list[arb]:
     """C2: bounds on the norm of dP/dx - half f(P) over the step, f the aligned field.
 
-    All but the first are of its derivatives in u, v and w.
+    All but the first are of its derivatives.
     """
     c = AlignedCoefficients(*(Family.of_ball(x, BITS) for x in numbers.field))
     rates = aligned(states, c)
-    return _norms(
-        [P.derivative() - half * rate for P, rate in zip(states, rates, strict=True)], growth
-    )
+    off = [P.derivative() - half * rate for P, rate in zip(states, rates, strict=True)]
+    return _norms(off, growth, numbers.along)
 
 
 def _carried(
@@ -427,13 +432,14 @@ def _carried(
     leaps: Sequence[arb],
     growth: LogarithmicNorm,
 ) -> list[arb]:
-    """C3: the distance over the whole step, and those of the derivatives in u, v and w."""
+    """C3: the distance over the whole step, and those of the derivatives."""
     bound, factor = _tube(states, half, begin[0], leaps[0], growth)
-    size, *slopes = _norms(states, growth)
+    along = PARAMETERS[: len(begin) - 1]
+    size, *slopes = _norms(states, growth, along)
     apart = begin[0] + 2 * leaps[0]
     rate = growth.steepness(size + WIDEST)
     found = [bound]
-    for k, (name, slope) in enumerate(zip(PARAMETERS, slopes, strict=True)):
+    for k, (name, slope) in enumerate(zip(along, slopes, strict=True)):
         # Where orbits and polynomials differ, so does what carries their derivatives.
         bent = half.bound * growth.bending * slope + half.partial(name).bound * rate
         found.append(_up(factor * (begin[1 + k] + 2 * (leaps[1 + k] + bent * apart))))
@@ -522,10 +528,10 @@ def _crossing(
     # (-M1, -M2, M3, gamma1, gamma2, -gamma3) makes separatrix 1 or 4 of 3 or 2.
     d, g = (end[j].widened(apart[j] + time * abs(rates[j])) for j in (small, 5))
     # The derivatives change until the crossing, and by the time of it, which M3 tells.
-    _, *sizes = _norms(end, growth)
+    _, *sizes = _norms(end, growth, numbers.along)
     steep = growth.steepness(growth.norm(tuple(_up(abs(x)) for x in box)))
     slopes: list[list[Family]] = [[], []]
-    for k, (name, size) in enumerate(zip(PARAMETERS, sizes, strict=True)):
+    for k, (name, size) in enumerate(zip(numbers.along, sizes, strict=True)):
         off = _apart(_up(bounds[1 + k] + (steep * time).expm1() * (size + bounds[1 + k])), growth)
         timed = (end[2].partial(name).bound + off[2]) * fastest / slowest
         for of, j in zip(slopes, (small, 5), strict=True):
@@ -576,7 +582,9 @@ def relation(source: Reached, target: Quad, begin: Sequence[arb], place: int) ->
 
 
 def _cone(source: Reached, target: Quad) -> tuple[float, float]:
-    """C7: the stretch and the squeeze of a relation."""
+    """C7: the stretch and the squeeze of a relation, unknown without derivatives."""
+    if not source.slopes[0]:
+        return 0.0, math.inf
     by_u, by_v, by_w = (
         directions(target, source.g, source.w, along)
         for along in zip(*source.slopes, source.slopes_of_w, strict=True)
@@ -677,6 +685,8 @@ def prove_link(
     ------
     Undecided
     """
+    # Nothing is asked of cones along a chain.
+    numbers = numbers._replace(along="")
     found = arrival(numbers, *link)
     if after is not None:
         (source, _), (target, pieces) = link, after
@@ -786,14 +796,14 @@ def _apart(bound: arb, growth: LogarithmicNorm) -> list[arb]:
     return [bound, bound, _up(bound / growth.upright)] + 3 * [_up(bound * growth.weight)]
 
 
-def _orders(state: Family) -> list[arb]:
-    """Bounds on a family, and on its derivatives in u, v and w."""
-    return [state.bound, *(state.partial(name).bound for name in PARAMETERS)]
+def _orders(state: Family, along: Iterable[str]) -> list[arb]:
+    """Bounds on a family, and on its derivatives."""
+    return [state.bound, *(state.partial(name).bound for name in along)]
 
 
-def _norms(states: Sequence[Family], growth: LogarithmicNorm) -> list[arb]:
-    """Bounds on the norms of states, and of their derivatives in u, v and w."""
-    return _normed([_orders(state) for state in states], growth)
+def _norms(states: Sequence[Family], growth: LogarithmicNorm, along: str) -> list[arb]:
+    """Bounds on the norms of states, and of their derivatives."""
+    return _normed([_orders(state, along) for state in states], growth)
 
 
 def _normed(bounds: Sequence[Sequence[arb]], growth: LogarithmicNorm) -> list[arb]:

@@ -736,6 +736,32 @@ def whole(terms: Mapping[Any, float]) -> dict[Any, int]:
     return {at: round(x * 2**BITS) for at, x in terms.items()}
 
 
+@pytest.mark.slow
+def test_what_asks_for_no_derivatives_has_all_else_and_no_cones(
+    quads: Any, orbits: Any, numbers: Any, arrivals: Any
+) -> None:
+    """As along a chain: every bound of C1 to C6 is the same number."""
+    source = coverings.arrival(numbers._replace(along=""), quads[0], orbits[0])
+    assert source.slopes == [[], []]
+    assert source.d.error == arrivals[0].d.error
+    for name in ("bound", "late", "duration", "right"):
+        assert getattr(source, name) == getattr(arrivals[0], name)
+    both = [
+        coverings.relation(found, quads[2], arrivals[2].begin, 2) for found in (source, arrivals[0])
+    ]
+    assert both[0][:4] == both[1][:4]
+    assert said(coverings.prove_cones, both[1:]) == ""
+    assert said(coverings.prove_cones, both)[:2] == "C7"
+    p, first = problem(), step(orbits[0][0])
+    few = p._replace(along=())
+    assert script.beginning(few, quad_of(quads[0]), first)[1] == [
+        script.beginning(p, quad_of(quads[0]), first)[1][0]
+    ]
+    assert script.carried(few, first, [Fraction(1, 2**50)], [Fraction(0)]) == [
+        script.carried(p, first, [Fraction(1, 2**50)] * 4, [Fraction(0)] * 4)[0]
+    ]
+
+
 def test_functions_of_which_only_values_are_bounded_have_no_derivative() -> None:
     """An error that is no polynomial's may have any slope; that of a number has none."""
     u = Family.of({(0, 1, 0): 2}, BITS)
