@@ -256,7 +256,7 @@ def followed(
                 raise Undecided("C2: the length of a step is not shown to be positive")
             if end is not None:
                 off = [s.at("z", -1) - e for s, e in zip(states, end, strict=True)]
-                gaps = _norms(off, growth, numbers.along)
+                gaps = norms(off, growth, numbers.along)
                 bounds = [_up(bound + gap) for bound, gap in zip(bounds, gaps, strict=True)]
             end = [state.at("z", 1) for state in states]
             leaps = defects(numbers, states, half, growth)
@@ -323,7 +323,7 @@ def beginning(
 def line_beginning(
     numbers: Numbers, line: StartLine, piece: FamilyStep, growth: LogarithmicNorm
 ) -> tuple[list[arb], list[arb]]:
-    """C1 of a line of starts: Qp, M3 and gamma follow from J1 and the place on the line.
+    """C1 of a line of starts: Qp, M3 and gamma follow from J1, Qm and the place on the line.
 
     And from the energy, or from h0, which is that without the weight.
     """
@@ -336,34 +336,36 @@ def line_beginning(
         level = numbers.energies if numbers.h0 is None else Family.of_ball(numbers.h0, BITS)
         constants = (numbers.to_M1, numbers.to_M2, across, c.kappa / 2, *weight)
         m1, m2, square, spin, r1, r2 = (Family.of_ball(x, BITS) for x in constants)
-        J1, e1, e2, half = (Family.of_fraction(x, BITS) for x in (*line[:3], line.half))
+        J1, e1, e2, half, wide = (
+            Family.of_fraction(x, BITS) for x in (*line[:3], line.half, line.wide)
+        )
         centre = curve((line.centre, *line.moves), ENERGY)
-        one, four = (Family.of_fraction(x, 0) for x in (1, 4))
-        u = Family.of({(0, 1, 0): 2}, 0)
-        across_2 = square * Qp * Qp
+        one, four, by_two = (Family.of_fraction(x, 1) for x in (1, 4, Fraction(1, 2)))
+        u, aside = Family.of({(0, 1, 0): 2}, 0), wide * Family.of({(0, 0, 1): 2}, 0)
+        M1, M2 = (Qp + aside) * m1, (Qp - aside) * m2
         residual = (
-            Qp * (m1 * gamma[0] + m2 * gamma[1]) + M3 * gamma[2],
+            M1 * gamma[0] + M2 * gamma[1] + M3 * gamma[2],
             gamma[0] * gamma[0] + gamma[1] * gamma[1] + gamma[2] * gamma[2] - one,
-            spin * (across_2 + M3 * M3) + r1 * gamma[0] + r2 * gamma[1] - level,
-            # |M| = 2 J1 - M3.
-            across_2 - four * J1 * (J1 - M3),
+            spin * (M1 * M1 + M2 * M2 + M3 * M3)
+            - by_two * Qp * aside
+            + r1 * gamma[0]
+            + r2 * gamma[1]
+            - level,
+            # Of Qm = 0 that is |M| = 2 J1 - M3.
+            square * Qp * Qp - four * J1 * (J1 - M3),
             e1 * gamma[0] + e2 * gamma[1] - centre - half * u,
         )
 
         def slopes(one: int, *at: arb) -> arb_mat:
             """The derivatives of the residual in Qp, M3 and gamma, linear in 1 and in `at`."""
-            q, m, y1, y2, y3 = at
+            q, m, y1, y2, y3, d = at
+            n1, n2 = (q + d) * numbers.to_M1, (q - d) * numbers.to_M2
+            spin = c.kappa * (n1 * numbers.to_M1 + n2 * numbers.to_M2) - d / 2
             return arb_mat(
                 [
-                    [
-                        numbers.to_M1 * y1 + numbers.to_M2 * y2,
-                        y3,
-                        q * numbers.to_M1,
-                        q * numbers.to_M2,
-                        m,
-                    ],
+                    [numbers.to_M1 * y1 + numbers.to_M2 * y2, y3, n1, n2, m],
                     [0, 0, 2 * y1, 2 * y2, 2 * y3],
-                    [c.kappa * q * across, c.kappa * m, one * weight[0], one * weight[1], 0],
+                    [spin, c.kappa * m, one * weight[0], one * weight[1], 0],
                     [2 * q * across, one * 4 * J1.range, 0, 0, 0],
                     [0, 0, one * e1.range, one * e2.range, 0],
                 ]
@@ -372,13 +374,16 @@ def line_beginning(
         found = (Qp, M3, *gamma)
         box = [each.range + arb(0, THIN) for each in found]
         turned = {
-            name: slopes(0, *(each.partial(name).range for each in found)) for name in numbers.along
+            name: slopes(0, *(each.partial(name).range for each in (*found, aside)))
+            for name in numbers.along
         }
-        near = _nearest(residual, slopes(1, *box), turned, THIN)
+        near = _nearest(residual, slopes(1, *box, aside.range), turned, THIN)
         if not (box[0] > 0 and box[1] < 0):
             raise Undecided("C1: Qp > 0 > M3 is not shown at the starts")
     with precision(SCALARS):
-        return [], _normed([near, _orders(Qm, numbers.along), near, near, near, near], growth)
+        return [], _normed(
+            [near, _orders(Qm - aside, numbers.along), near, near, near, near], growth
+        )
 
 
 def _nearest(
@@ -395,11 +400,11 @@ def _nearest(
     except ZeroDivisionError:
         raise Undecided("C1: the derivatives have no inverse where the orbits begin") from None
     off = inverse * slopes
-    share = _largest(sum((abs(off[i, j] - (i == j)) for j in range(n)), arb(0)) for i in range(n))
+    share = largest(sum((abs(off[i, j] - (i == j)) for j in range(n)), arb(0)) for i in range(n))
 
     def solved(right: Sequence[arb]) -> arb:
         rows = (sum((abs(inverse[i, j]) * right[j] for j in range(n)), arb(0)) for i in range(n))
-        return _largest(rows) / (1 - share)
+        return largest(rows) / (1 - share)
 
     values, *along = zip(*(_orders(each, turned) for each in residual), strict=True)
     if not (share < 1 and (near := _up(solved(values))) < room):
@@ -422,7 +427,7 @@ def defects(
     c = AlignedCoefficients(*(Family.of_ball(x, BITS) for x in numbers.field))
     rates = aligned(states, c)
     off = [P.derivative() - half * rate for P, rate in zip(states, rates, strict=True)]
-    return _norms(off, growth, numbers.along)
+    return norms(off, growth, numbers.along)
 
 
 def _carried(
@@ -435,7 +440,7 @@ def _carried(
     """C3: the distance over the whole step, and those of the derivatives."""
     bound, factor = _tube(states, half, begin[0], leaps[0], growth)
     along = PARAMETERS[: len(begin) - 1]
-    size, *slopes = _norms(states, growth, along)
+    size, *slopes = norms(states, growth, along)
     apart = begin[0] + 2 * leaps[0]
     rate = growth.steepness(size + WIDEST)
     found = [bound]
@@ -509,7 +514,7 @@ def _crossing(
         # Within so long a time the orbits stay within this box, where M3 changes fast enough.
         box = [s.range + arb(0, e + late) for s, e in zip(end, apart, strict=True)]
         rates = aligned(box, numbers.field)
-        fastest = _largest(map(abs, rates))
+        fastest = largest(map(abs, rates))
         slowest = (-side * rates[2]).lower()
         if not slowest > 0:
             break
@@ -528,7 +533,7 @@ def _crossing(
     # (-M1, -M2, M3, gamma1, gamma2, -gamma3) makes separatrix 1 or 4 of 3 or 2.
     d, g = (end[j].widened(apart[j] + time * abs(rates[j])) for j in (small, 5))
     # The derivatives change until the crossing, and by the time of it, which M3 tells.
-    _, *sizes = _norms(end, growth, numbers.along)
+    _, *sizes = norms(end, growth, numbers.along)
     steep = growth.steepness(growth.norm(tuple(_up(abs(x)) for x in box)))
     slopes: list[list[Family]] = [[], []]
     for k, (name, size) in enumerate(zip(numbers.along, sizes, strict=True)):
@@ -725,47 +730,6 @@ def phases(numbers: Numbers, line: StartLine, pieces: Sequence[FamilyStep]) -> t
         return -_double(-found), _double(found)
 
 
-def prove_connections(numbers: Numbers, quads: Sequence[Quad], arrivals: Iterable[Reached]) -> None:
-    """C8: beside the sets an orbit crosses M3 = 0 again on one of two sides, or tends to T1 or T2.
-
-    Raises
-    ------
-    Undecided
-    """
-    small = [place(quad)[0].bound for quad in quads] + [found.d.bound for found in arrivals]
-    with precision(SCALARS):
-        check_middle(numbers, _largest(small))
-
-
-def check_middle(numbers: Numbers, small: arb) -> None:
-    """C8, for orbits that cross M3 = 0 at |d| <= small."""
-    c, growth = numbers.field, LogarithmicNorm.of(numbers.field)
-    energy = numbers.energies.range
-    saddle, force = growth.saddle, growth.torque
-    mu = (c.mu_r1**2 + c.mu_r2**2).sqrt()
-    spins = c.omega1 * numbers.to_M1, c.omega2 * numbers.to_M2
-    most, least = spins[0].max(spins[1]), spins[0].min(spins[1])
-    # Any m0, m1 and q will do.
-    unit = (2 * energy / c.kappa).sqrt()
-    m0, m1, q = unit / 3, 2 * unit / 3, (energy / most).sqrt() / 5
-    lean = numbers.to_M1.max(numbers.to_M2) * arb(2).sqrt()
-    square = (energy - mu - c.kappa * m1 * m1 / 2) / most
-    rise = (square - 2 * q * q) / (4 * saddle) - mu
-    if not rise > 0:
-        raise Undecided("C8: M3 is not shown to rise beside the sets")
-    rate = saddle * m0 - force * lean / m0
-    if not rate > 0:
-        raise Undecided("C8: the middle is not shown to be a saddle")
-    time = m1 / rise
-    if not (saddle * m1 * time).exp() * (small + force * time) < q:
-        raise Undecided("C8: orbits beside the sets are not shown to follow the separatrix")
-    apart = 2 * (2 * saddle * rate * square * (m1 - m0)).sqrt() - 4 * saddle * mu
-    fall = apart / (8 * saddle) - mu
-    widest = ((energy + mu) / least).sqrt()
-    if not (fall > 0 and 4 * force * widest * m0 / fall < apart):
-        raise Undecided("C8: M3 is not shown to fall to zero where it leaves the middle")
-
-
 @contextmanager
 def _of_set(k: int) -> Iterator[None]:
     """Name the set in what is undecided."""
@@ -801,7 +765,7 @@ def _orders(state: Family, along: Iterable[str]) -> list[arb]:
     return [state.bound, *(state.partial(name).bound for name in along)]
 
 
-def _norms(states: Sequence[Family], growth: LogarithmicNorm, along: str) -> list[arb]:
+def norms(states: Sequence[Family], growth: LogarithmicNorm, along: str) -> list[arb]:
     """Bounds on the norms of states, and of their derivatives."""
     return _normed([_orders(state, along) for state in states], growth)
 
@@ -810,7 +774,7 @@ def _normed(bounds: Sequence[Sequence[arb]], growth: LogarithmicNorm) -> list[ar
     return [_up(growth.norm(each)) for each in zip(*bounds, strict=True)]
 
 
-def _largest(balls: Iterable[arb]) -> arb:
+def largest(balls: Iterable[arb]) -> arb:
     """An upper bound of all."""
     found = arb(0)
     for ball in balls:
