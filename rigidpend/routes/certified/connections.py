@@ -51,7 +51,7 @@ class Middle(NamedTuple):
     widest: arb
     """N."""
     follow: arb
-    """Of which the small one of Qp and Qm is less, where |M3| <= m1."""
+    """Bound on the small one of Qp and Qm where |M3| <= m1."""
 
     @property
     def share(self) -> arb:
