@@ -2,11 +2,11 @@
 
     .venv/bin/python -m scripts.check_full_shift FILE [--config FULL_SHIFT.yaml]
 
-It follows docs/full-shift.md from the definitions to C8, in Python's integers and fractions, with
+It follows docs/full-shift.md from the definitions to C9, in Python's integers and fractions, with
 the intervals of scripts/check_certificate.py. Polynomials are dictionaries, multiplied term by
 term. It ends with 0 only if all eight covering relations and those of the line of starts are proven
-of the config's body, and says whether it is also proven that each sequence has one orbit (C7), and
-what orbits do beside the sets (C8).
+of the config's body, and says whether it is also proven that each sequence has one orbit (C7),
+what orbits do beside the sets (C8), and how the surfaces of the periodic orbits cross (C9).
 """
 
 from __future__ import annotations
@@ -191,9 +191,9 @@ ENERGY = Series.made({(0, 0, 0, 1): 1}, 0)
 """w, by which energies differ."""
 
 
-def fourfold(x: Series) -> list[Fraction]:
-    """Bounds on a series, and on its derivatives in u, v and w."""
-    return [x.most, *(x.along(i).most for i in ALONG)]
+def orders(x: Series, along: Iterable[int]) -> list[Fraction]:
+    """Bounds on a series, and on its derivatives in some of u, v and w."""
+    return [x.most, *(x.along(i).most for i in along)]
 
 
 def around(centre: Any, radius: Any) -> Interval:
@@ -230,6 +230,8 @@ class Problem(NamedTuple):
     F: Interval
     Omega: Interval
     w: Interval
+    along: tuple[int, ...] = ALONG
+    """Variables in which derivatives are bounded: none where no theorem asks for C7."""
 
     @property
     def energies(self) -> Series:
@@ -339,7 +341,10 @@ class Quad(NamedTuple):
 
 
 class Line(NamedTuple):
-    """Starts with Qm = 0 < Qp, of one J1, where e1 gamma1 + e2 gamma2 = centre + half u."""
+    """Starts with Qm = 0 < Qp, of one J1, where e1 gamma1 + e2 gamma2 = centre + half u.
+
+    And points beside them, of Qm = wide v, with Qp as on the line.
+    """
 
     J1: Any
     e1: Fraction
@@ -348,6 +353,7 @@ class Line(NamedTuple):
     half: Fraction
     moves: Sequence[Fraction] = ()
     """What w, w^2 and so on add to centre."""
+    wide: Fraction = Fraction(0)
 
 
 class Step(NamedTuple):
@@ -366,7 +372,7 @@ class Arrival(NamedTuple):
     time: Interval
     """When, t' from the beginning."""
     slopes: Sequence[tuple[Series, ...]]
-    """The derivatives of d, g and w in u, those in v, and those in w."""
+    """The derivatives of d, g and w in u, those in v, and those in w, if they are asked for."""
     w: Series = ENERGY
 
 
@@ -403,12 +409,12 @@ def beginning(p: Problem, quad: Quad, step: Step) -> tuple[list[Interval], list[
         ]
 
     J = matrix(1, Q.ball(ALONE), g1.ball(ALONE), g2.ball(ALONE), d.ball())
-    turned = [matrix(0, *(x.along(i).ball() for x in (Q, g1, g2, d))) for i in ALONG]
+    turned = {i: matrix(0, *(x.along(i).ball() for x in (Q, g1, g2, d))) for i in p.along}
     near = solution(residual, J, turned, ALONE)
     if Q.ball(ALONE).low <= 0:
         raise Fails("C1: the large Q is not shown to be positive at the points of a set")
-    apart = [near, near, fourfold(y[2]), near, near, fourfold(y[5] - g)]
-    apart[1 - large] = fourfold(y[1 - large] - d)
+    off = {1 - large: y[1 - large] - d, 2: y[2], 5: y[5] - g}
+    apart = [orders(off[j], p.along) if j in off else near for j in range(6)]
     return [Q.ball(), g1.ball(), g2.ball()], p.norms(apart)
 
 
@@ -417,50 +423,56 @@ def line_beginning(p: Problem, line: Line, step: Step) -> list[Fraction]:
     Qp, Qm, M3, g1, g2, g3 = (state.at(0, -1) for state in step.states)
     (m1, m2), kappa, J1 = p.to_M, p.omega[2], Interval.of(line.J1)
     square, zero = m1 * m1 + m2 * m2, Interval.of(0)
-    u = Series.made({(0, 1, 0): 1}, 0)
-    across = Qp * Qp * square
+    u, aside = Series.made({(0, 1, 0): 1}, 0), Series.made({(0, 0, 1): 1}, 0) * line.wide
+    M1, M2 = (Qp + aside) * m1, (Qp - aside) * m2
     centre = Series.of(0)
     for x in [*line.moves[::-1], line.centre]:
         centre = centre * ENERGY + x
     # Where J2 is given it is the energy without the weight that is.
     weight, level = (p.mu, p.energies) if p.h0 is None else ((zero, zero), p.h0)
     residual = [
-        Qp * (g1 * m1 + g2 * m2) + M3 * g3,
+        M1 * g1 + M2 * g2 + M3 * g3,
         g1 * g1 + g2 * g2 + g3 * g3 - 1,
-        (across + M3 * M3) * (kappa / 2) + g1 * weight[0] + g2 * weight[1] - level,
-        # |M| = 2 J1 - M3.
-        across + (M3 - J1) * (4 * J1),
+        (M1 * M1 + M2 * M2 + M3 * M3) * (kappa / 2)
+        - Qp * aside * Fraction(1, 2)
+        + g1 * weight[0]
+        + g2 * weight[1]
+        - level,
+        # Of Qm = 0 that is |M| = 2 J1 - M3.
+        Qp * Qp * square + (M3 - J1) * (4 * J1),
         g1 * line.e1 + g2 * line.e2 - centre - u * line.half,
     ]
 
     def matrix(one: int, *at: Interval) -> list[list[Any]]:
-        q, m, y1, y2, y3 = at
+        q, m, y1, y2, y3, d = at
+        n1, n2 = (q + d) * m1, (q - d) * m2
         mu1, mu2, action, e1, e2 = (
             one * Interval.of(x) for x in (*weight, 4 * J1, line.e1, line.e2)
         )
         return [
-            [m1 * y1 + m2 * y2, y3, q * m1, q * m2, m],
+            [m1 * y1 + m2 * y2, y3, n1, n2, m],
             [zero, zero, 2 * y1, 2 * y2, 2 * y3],
-            [kappa * q * square, kappa * m, mu1, mu2, zero],
+            [kappa * (n1 * m1 + n2 * m2) - d / 2, kappa * m, mu1, mu2, zero],
             [2 * q * square, action, zero, zero, zero],
             [zero, zero, e1, e2, zero],
         ]
 
     unknown = (Qp, M3, g1, g2, g3)
-    turned = [matrix(0, *(x.along(i).ball() for x in unknown)) for i in ALONG]
-    near = solution(residual, matrix(1, *(x.ball(THIN) for x in unknown)), turned, THIN)
+    turned = {i: matrix(0, *(x.along(i).ball() for x in (*unknown, aside))) for i in p.along}
+    J = matrix(1, *(x.ball(THIN) for x in unknown), aside.ball())
+    near = solution(residual, J, turned, THIN)
     if Qp.ball(THIN).low <= 0 or M3.ball(THIN).high >= 0:
         raise Fails("C1: Qp > 0 > M3 is not shown at the starts")
-    return p.norms([near, fourfold(Qm), near, near, near, near])
+    return p.norms([near, orders(Qm - aside, p.along), near, near, near, near])
 
 
 def solution(
-    residual: list[Series], J: list[list[Any]], turned: list[list[list[Any]]], room: Fraction
+    residual: list[Series], J: list[list[Any]], turned: dict[int, list[list[Any]]], room: Fraction
 ) -> list[Fraction]:
     """C1: how near a solution is, the only one within `room`, where J holds the derivatives.
 
     Newton's iteration with a fixed matrix contracts the box of that size into itself. The others
-    are of the solution's derivatives in u, v and w, from those of the matrix.
+    are of the solution's derivatives, from those of the matrix.
     """
     n = range(len(residual))
     C = inverse([[Fraction(x.low + x.high, 2 << Interval.digits) for x in row] for row in J])
@@ -472,12 +484,12 @@ def solution(
     def moved(right: Sequence[Fraction]) -> Fraction:
         return max(sum((abs(C[i][k]) * right[k] for k in n), Fraction(0)) for i in n) / (1 - share)
 
-    values, *along = zip(*map(fourfold, residual), strict=True)
+    values, *along = zip(*(orders(x, turned) for x in residual), strict=True)
     if share >= 1 or (near := moved(values)) > room:
         raise Fails("C1: no points are shown to be where the orbits begin")
     return [near] + [
         moved([x + near * sum(map(size, row)) for x, row in zip(right, turn, strict=True)])
-        for right, turn in zip(along, turned, strict=True)
+        for right, turn in zip(along, turned.values(), strict=True)
     ]
 
 
@@ -519,17 +531,17 @@ def tube(p: Problem, step: Step, begin: Fraction) -> tuple[Fraction, Fraction]:
 
 
 def defects(p: Problem, step: Step) -> list[Fraction]:
-    """C2: bounds on the defect of a step and on its derivatives in u, v and w."""
+    """C2: bounds on the defect of a step and on its derivatives."""
     pairs = zip(step.states, p.field(step.states), strict=True)
-    return p.norms([fourfold(y.slope() - step.half * f) for y, f in pairs])
+    return p.norms([orders(y.slope() - step.half * f, p.along) for y, f in pairs])
 
 
 def carried(p: Problem, step: Step, begin: list[Fraction], leaps: list[Fraction]) -> list[Fraction]:
     """C3: the bounds at the end of a step on the distance and on its derivatives."""
     first, *along = (a + 2 * b for a, b in zip(begin, leaps, strict=True))
     bound, growth = tube(p, step, first)
-    size, *slopes = p.norms([fourfold(y) for y in step.states])
-    length, *lengths = fourfold(step.half)
+    size, *slopes = p.norms([orders(y, p.along) for y in step.states])
+    length, *lengths = orders(step.half, p.along)
     found = [bound]
     for x, slope, changed in zip(along, slopes, lengths, strict=True):
         # Where orbits and polynomials differ, so does what carries their derivatives.
@@ -571,9 +583,8 @@ def arrival(p: Problem, start: Quad | Line, steps: Sequence[Step]) -> Arrival:
     for k, step in enumerate(steps):
         if k:
             before = [state.at(0, 1) for state in steps[k - 1].states]
-            gap = p.norms(
-                [fourfold(a.at(0, -1) - b) for a, b in zip(step.states, before, strict=True)]
-            )
+            joint = zip(step.states, before, strict=True)
+            gap = p.norms([orders(a.at(0, -1) - b, p.along) for a, b in joint])
             bounds = [a + b for a, b in zip(bounds, gap, strict=True)]
         passed += 2 * step.half.ball()
         if step.half.ball().low <= 0:
@@ -586,8 +597,7 @@ def arrival(p: Problem, start: Quad | Line, steps: Sequence[Step]) -> Arrival:
     found = crossing(p, end, bounds, side, begin)
     found = found._replace(time=passed + found.time)
     if isinstance(start, Line) and p.h0 is not None:
-        w, along = energies_along(p, p.h0, steps[0], starts)
-        by_w = along, Series.of(0), Series.of(0)
+        w, by_w = energies_along(p, p.h0, steps[0], starts)
         slopes = [(d, g, each) for (d, g, _), each in zip(found.slopes, by_w, strict=True)]
         return found._replace(w=w, slopes=slopes)
     return found
@@ -595,8 +605,8 @@ def arrival(p: Problem, start: Quad | Line, steps: Sequence[Step]) -> Arrival:
 
 def energies_along(
     p: Problem, h0: Interval, step: Step, bounds: Sequence[Fraction]
-) -> tuple[Series, Series]:
-    """C6: w along a line of starts of one J2, and its derivative in u."""
+) -> tuple[Series, list[Series]]:
+    """C6: w along a line of starts of one J2, and its derivatives."""
     g1, g2 = (step.states[k].at(0, -1) for k in (3, 4))
     per = 1 / p.spread
     w = (g1 * p.mu[0] + g2 * p.mu[1] + (h0 - p.h)) * per
@@ -604,7 +614,8 @@ def energies_along(
     found = w.wider(unsure * bounds[0])
     if found.most > 1:
         raise Fails("C6: energies along the line are others than those of the sets")
-    return found, w.along(1).wider(unsure * bounds[1])
+    apart = zip(p.along, bounds[1:], strict=True)
+    return found, [w.along(i).wider(unsure * bound) for i, bound in apart]
 
 
 def crossing(
@@ -626,7 +637,7 @@ def crossing(
             steep = p.steepness(p.norm(*map(size, box)))
             more = exponential(Interval.of(steep * time)).above - 1
             slopes = []
-            for i in ALONG:
+            for i in p.along:
                 moved = [state.along(i) for state in end]
                 most = p.norm(*(x.most for x in moved)) + bounds[i]
                 off = p.apart(bounds[i] + more * most)
@@ -649,8 +660,8 @@ def _crossed(
         raise Fails("C5: the side on which the orbits leave is not told")
     sign = 1 if box[large].low > 0 else -1
     (d, g), *along = ((x[1 - large] * sign, x[5] * sign) for x in places)
-    by_w = [Series.of(int(i == 3)) for i in ALONG]
-    slopes = [(*each, last) for each, last in zip(along, by_w, strict=True)]
+    # All three or none are asked for.
+    slopes = [(*each, Series.of(int(i == 3))) for i, each in zip(ALONG, along, strict=False)]
     there = [sign * box[large], box[3], box[4]]
     return Arrival(d, g, int(sign == side), there, begin, Interval.of(0), slopes)
 
@@ -680,7 +691,34 @@ def check_cone(source: Arrival, quad: Quad) -> None:
         raise Fails("C7: the passage is not shown to stretch along u and to shrink along v")
 
 
-def check_middle(p: Problem, small: Fraction) -> None:
+class Middle(NamedTuple):
+    """Numbers of C8 that C9 needs besides."""
+
+    d0: Fraction
+    level: Interval
+    """h - mu."""
+    mu: Interval
+    kappa: Interval
+    k: Interval
+    K: Interval
+    lean: Interval
+    """1/(sqrt(2) chi)."""
+    thin: Interval
+    """1/2 over the larger of c and s."""
+    m0: Interval
+    m1: Interval
+    time: Interval
+    """m0/v: in which M3 passes from -m0 to 0."""
+    N: Interval
+    follow: Interval
+    """Of which |d| is less where |M3| <= m1."""
+
+    def ratio(self, p: Problem) -> Interval:
+        """r0."""
+        return p.F * self.lean / (p.lam * self.m0 * self.m0)
+
+
+def check_middle(p: Problem, small: Fraction) -> Middle:
     """C8: orbits with |d| <= small on M3 = 0 cross it again on one of two sides, or never do."""
     mu, h, kappa = hypotenuse(*p.mu), p.energies.ball(), p.omega[2]
     spins = [omega * m for omega, m in zip(p.omega, p.to_M, strict=False)]
@@ -699,20 +737,116 @@ def check_middle(p: Problem, small: Fraction) -> None:
         raise Fails("C8: the middle is not shown to be a saddle")
     time = m1 / rise
     steep = p.lam * m1 * time
-    if steep.above > STEEP or (q - exponential(steep) * (p.F * time + small)).low <= 0:
+    follow = exponential(steep) * (p.F * time + small) if steep.above <= STEEP else q
+    if (q - follow).low <= 0:
         raise Fails("C8: orbits beside the sets are not shown to follow the separatrix")
     apart = 2 * sqrt(2 * p.lam * rate * square * (m1 - m0)) - 4 * p.lam * mu
     fall = apart / (8 * p.lam) - mu
-    if fall.low <= 0 or (apart - 4 * p.F * sqrt((h + mu) / least) * m0 / fall).low <= 0:
+    widest = sqrt((h + mu) / least)
+    if fall.low <= 0 or (apart - 4 * p.F * widest * m0 / fall).low <= 0:
         raise Fails("C8: M3 is not shown to fall to zero where it leaves the middle")
+    thin = -larger(-p.to_M[0], -p.to_M[1])
+    bodily = mu, kappa, least, most, lean, thin
+    return Middle(small, h - mu, *bodily, m0, m1, m0 / rise, widest, follow)
+
+
+def slant(p: Problem, upright: Interval, aside: Any) -> tuple[Interval, Interval]:
+    """C9: a bound on the unstable surface's slope where it begins, and what drives it."""
+    l = larger(p.w * p.F, p.Omega / p.w)
+    driven, rate = l + aside / sqrt(Interval.of(2)), p.lam * upright - l
+    if rate.low <= 0 or (rate - 2 * driven).low <= 0:
+        raise Fails("C9: the unstable surface is not shown to be a graph")
+    return 2 * driven / rate, driven
+
+
+def check_graph(p: Problem, of: Middle) -> None:
+    """C9: the unstable surface has one point of each gamma3 at most where it crosses M3 = 0."""
+    begin, driven = slant(p, of.m0, larger(of.follow, of.ratio(p) * of.N))
+    square, passed = of.level / of.K, driven * of.time
+    turned = of.lean / (of.thin * sqrt(2 * square))
+    pushed = of.mu / (2 * of.k * sqrt(square - of.d0 * of.d0))
+    left = 1 - turned * pushed
+    if left.low <= 0:
+        raise Fails("C9: the weight is too large beside the energy")
+    lean = 1 + 2 * turned * (pushed + 1 / p.w) / left
+    if passed.above > STEEP or (1 - exponential(2 * passed) * (begin + passed) * lean).low <= 0:
+        raise Fails("C9: the unstable surface is not shown to be a graph over gamma3")
+
+
+def check_strip(p: Problem, of: Middle, line: Line, step: Step) -> None:
+    """C9: in the strip about a line of starts the unstable surface is a curve from end to end."""
+    bounds = line_beginning(p, line, step)
+    states = [state.at(0, -1) for state in step.states]
+    momentum = states[0].most + bounds[0]
+    if (states[2].ball(above(bounds[0] / p.sigma)) + of.m1).high >= 0:
+        raise Fails("C9: the strip is not shown to be beside the periodic orbit")
+    r0 = of.ratio(p)
+    if (line.wide - r0 * momentum).low <= 0:
+        raise Fails("C9: the unstable surface is not shown to pass between the strip's sides")
+    square = momentum * momentum * ((1 + r0 * r0) / (1 - r0 * r0))
+    left = of.level - of.K * square
+    if left.low <= 0:
+        raise Fails("C9: the strip is not shown to be beside the periodic orbit")
+    kappa, _ = slant(p, sqrt(2 * left / of.kappa), r0 * sqrt(square))
+    # What Qm is follows from v.
+    sizes = [
+        p.norm(*(Fraction(0) if j == 1 else x.along(i).most for j, x in enumerate(states)))
+        for i in (1, 2)
+    ]
+    if (line.wide - kappa * (sum(sizes) + bounds[1] + bounds[2])).low <= 0:
+        raise Fails("C9: the unstable surface is not shown to lie along the strip")
+
+
+def check_crossings(
+    start: Arrival, reach: Fraction, sheets: Sequence[Interval], images: Sequence[Arrival]
+) -> None:
+    """C9: the images of the strip and of sets cross the unstable surface's mirror image."""
+    if not (all(x.low > 0 for x in sheets) or all(x.high < 0 for x in sheets)):
+        raise Fails("C9: the sets and images are not shown to be on one sheet of the section")
+    ends = sorted(((start.g.at(1, side).ball()) for side in (-1, 1)), key=lambda x: x.low)
+    far = Interval.of(reach)
+    if ends[0].high >= -far.high or ends[1].low <= far.high:
+        raise Fails("C9: the strip's image is not shown to reach as far as all sets and images")
+    (d_u, g_u, _), (d_v, g_v, _), _ = start.slopes
+    along = g_u.ball(g_v.most)
+    slope = d_u.ball(d_v.most) / along if along.low > 0 or along.high < 0 else Interval(-1, 1)
+    if slope.low <= 0 <= slope.high:
+        raise Fails("C9: the surfaces are not shown to cross each other at an angle")
+    for found in images:
+        by_u, by_v = (d + g * slope for d, g, _ in found.slopes[:2])
+        ends_u = by_u.ball()
+        if max(ends_u.low, -ends_u.high) <= Interval.of(by_v.most).high:
+            raise Fails("C9: an image is not shown to cross the stable surface at an angle")
+
+
+def check_transversal(
+    p: Problem, line: tuple[Line, Step, Arrival], quads: Sequence[Quad], found: Sequence[Arrival]
+) -> None:
+    """C9, and of C8 what it needs: S1- and S2+ cross transversally, once for each even word."""
+    strip, step, start = line
+    if p.h0 is not None:
+        raise Fails("C9: the starts are of several energies")
+    of = check_middle(p, farthest(quads, [*found, start]))
+    check_strip(p, of, strip, step)
+    check_graph(p, of)
+    both = list(zip(quads, found, strict=True))
+    images = [x for quad, x in both if not quad.rising]
+    sheets = [x.begin[2] for quad, x in both if quad.rising] + [x.box[2] for x in (start, *images)]
+    extent = [quad.place()[1].most for quad in quads if quad.rising] + [x.g.most for x in images]
+    check_crossings(start, max(extent), sheets, images)
+
+
+def farthest(quads: Sequence[Quad], found: Sequence[Arrival]) -> Fraction:
+    """The largest |d| of sets and images."""
+    return max(x.most for x in (*(q.place()[0] for q in quads), *(y.d for y in found)))
 
 
 def prove(
     problem: dict[str, Any], quads: Sequence[Quad], line: Line, orbits: Sequence[list[Step]]
-) -> tuple[Fraction, Fraction, tuple[str, str]]:
+) -> tuple[Fraction, Fraction, list[str]]:
     """All that a full shift and its line of starts need: the least and largest time of a passage.
 
-    The texts say why Theorems 3 and 4 are undecided, and are empty where these are proven too.
+    The texts say why Theorems 3, 4 and 8 are undecided, and are empty where these are proven too.
     Raises Fails with what else is not shown.
     """
     if sorted(quad.rising for quad in quads) != [False, False, True, True]:
@@ -740,11 +874,14 @@ def prove(
         *((k, x, q) for k, x in enumerate(found) for q in quads if q.rising != quads[k].rising),
         *(("line", start, quad) for quad in upward),
     ]
-    far = max(x.most for x in (*(q.place()[0] for q in quads), *(y.d for y in found)))
-    doubts = (
+    of_line = line, orbits[4][0], start
+    doubts = [
         _doubt(lambda: [_named(k, check_cone, x, quad) for k, x, quad in cones]),
-        _doubt(lambda: check_middle(p, far)),
-    )
+        _doubt(lambda: check_middle(p, farthest(quads, found))),
+        _doubt(lambda: check_transversal(p, of_line, quads, found)),
+    ]
+    # What else it needs.
+    doubts[2] = doubts[0] or doubts[1] or doubts[2]
     unit = 1 << Interval.digits
     low, high = min(x.time.low for x in found), max(x.time.high for x in found)
     return Fraction(low, unit), Fraction(high, unit), doubts
@@ -768,8 +905,9 @@ def _named(k: int | str, check: Callable[..., Any], *arguments: Any) -> Any:
 FURTHER = (
     "each sequence has one orbit in the sets",
     "every finite one has an orbit from T1 or T2 to T1 or T2",
+    "S1- and S2+ cross transversally, in one orbit for each one of even length",
 )
-"""Theorems 3 and 4, which a body may lack that has the first two."""
+"""Theorems 3, 4 and 8, which a body may lack that has the first two."""
 
 # ---- The file.
 
@@ -808,6 +946,8 @@ def read(path: Path) -> Read:
             several = {
                 k: file[f"data/energies/{k}"][()] for k in ENERGIES if "energies" in file["data"]
             }
+            if "wide" in file["data/line"]:
+                along["wide"] = file["data/line/wide"][()]
         moves = several.get("moves", [[]] * 4)
         shift, spread = (Fraction(float(several.get(k, 0))) for k in ("shift", "spread"))
         if len(moves[0]) > MOST["curve"] or spread < 0:
@@ -825,8 +965,9 @@ def read(path: Path) -> Read:
             curves = [[Fraction(float(x)) for x in curve] for curve in moves[k]]
             quads.append(Quad(bool(sets["rising"][k]), a, b, l0, l1, p, curves))
         line = [Fraction(float(along[name])) for name in LINE]
+        wide = Fraction(float(along.get("wide", 0)))
         line_moves = [Fraction(float(x)) for x in several.get("line", [])]
-        return Read(config, quads, [*line, line_moves], list(_steps(proof)), shift, spread)
+        return Read(config, quads, [*line, line_moves, wide], list(_steps(proof)), shift, spread)
     except (OSError, KeyError, ValueError, TypeError, AttributeError, IndexError, OverflowError,
             RuntimeError) as error:  # fmt: skip
         raise Refused(f"it cannot be read: {str(error)[:200]}") from None

@@ -63,6 +63,8 @@ def prove_link(p: Problem, link: tuple[Any, list[Step]], after: tuple[Any, list[
     (source, steps), (target, following) = link, after
     if not steps:
         raise Fails("C2: a set has no steps")
+    # Nothing is asked of cones along a chain.
+    p = p._replace(along=())
     found = arrival(p, source, steps)
     if target is not None:
         if target.rising != (isinstance(source, Line) or not source.rising) or not following:

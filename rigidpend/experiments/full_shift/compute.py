@@ -35,8 +35,10 @@ FURTHER = (
     "all of them stretch one way and shrink the other: in the sets each sequence has one orbit",
     "beside the sets orbits return on one of two sides or tend to T1 or T2: every finite"
     " sequence is the code of an orbit from T1 to T1 or T2, and of one from T2",
+    "the surfaces S1- and S2+ cross transversally: every finite sequence of even length is the code"
+    " of one orbit from T1 to T2, and only one with its crossings in the sets",
 )
-"""Theorems 3 and 4, which a body may lack that has the first two."""
+"""Theorems 3, 4 and 8, which a body may lack that has the first two."""
 OF_ENERGIES = "all of this of every energy that differs from h by at most {1!r}"
 OF_ONE_J2 = (
     "all of this of every energy that differs from h0 + {0!r} by at most {1!r}, but the starts"
@@ -78,7 +80,7 @@ def _proven(config: Config, setting: ShiftProblem, means: Means) -> Tree:
     energies = None
     if setting.spread:
         energies = pieces.packed_energies(setting.shift, setting.spread, sets, starts)
-    line = {name: float(getattr(starts, name)) for name in ("e1", "e2", "centre", "half")}
+    line = {name: float(getattr(starts, name)) for name in ("e1", "e2", "centre", "half", "wide")}
     proven = checked(config, quads, line, proof, energies)
     means.report("every code occurs: 8 of 8 covering relations are proven, and those of a line")
     rows = [
@@ -104,8 +106,8 @@ class Proven(NamedTuple):
     relations: list[list[Relation]]
     start: Reached
     crossed: list[Relation]
-    doubts: tuple[str, str]
-    """Reasons for which Theorems 3 and 4 are undecided; empty where they are proven."""
+    doubts: tuple[str, str, str]
+    """Reasons for which Theorems 3, 4 and 8 are undecided; empty where they are proven."""
 
 
 def checked(
@@ -124,7 +126,7 @@ def checked(
     Undecided
         Something is not shown; the text says what.
     """
-    from rigidpend.routes.certified import coverings, pieces
+    from rigidpend.routes.certified import connections, coverings, pieces
 
     sets = pieces.unpacked_quads(quads, energies)
     numbers = _numbers(config, *pieces.unpacked_energies(energies))
@@ -133,14 +135,15 @@ def checked(
     arrivals, relations = coverings.prove(numbers, sets, orbits[:-1])
     start, crossed = coverings.prove_line(numbers, starts, orbits[-1], sets, arrivals)
     both = [*itertools.chain(*relations), *crossed]
-    doubts = (
-        _doubt(coverings.prove_cones, both),
-        _doubt(coverings.prove_connections, numbers, sets, arrivals),
-    )
+    cones = _doubt(coverings.prove_cones, both)
+    middle = _doubt(connections.prove_connections, numbers, sets, arrivals)
+    of_line = starts, orbits[-1], start
+    crossing = _doubt(connections.prove_transversal, numbers, of_line, sets, arrivals)
+    doubts = cones, middle, cones or middle or crossing
     return Proven(arrivals, relations, start, crossed, doubts)
 
 
-def _doubt(check: Callable[..., None], *of: Any) -> str:
+def _doubt(check: Callable[..., Any], *of: Any) -> str:
     """The reason for which a further theorem is undecided; empty where it is proven."""
     from rigidpend.routes.certified.checker import Undecided
 

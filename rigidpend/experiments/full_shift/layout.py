@@ -59,6 +59,7 @@ LINE = {
     "e2": Field(FLOAT, (), "1", "see e1"),
     "centre": Field(FLOAT, (), "1", "see e1"),
     "half": Field(FLOAT, (), "1", "see e1"),
+    "wide": Field(FLOAT, (), "1", "Qm = wide v, v from -1 to 1, on a strip about it"),
     "theta2": Field(FLOAT, (2,), "rad", "theta2 at its ends, about"),
     "bound": Field(
         FLOAT, (), "1", "bound on the distance of the polynomials from the orbits", within=NEAR

@@ -7,7 +7,7 @@ its hypotheses. Whatever is not shown ends in :class:`Undecided`, never in a rel
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
 from itertools import pairwise
@@ -107,6 +107,8 @@ class Numbers(NamedTuple):
     """The energies are h + spread w."""
     h0: arb | None
     """Energy constant of starts of one J2_0, if they are not of one energy."""
+    along: str = PARAMETERS
+    """Variables in which derivatives are bounded: none where no theorem asks for C7."""
 
     @classmethod
     def of(
@@ -147,7 +149,7 @@ class Reached(NamedTuple):
     begin: Sequence[arb]
     """Q, gamma1 and gamma2 at the beginning."""
     slopes: Sequence[Sequence[Family]]
-    """Derivatives of d, and of g, in u, v and w."""
+    """Derivatives of d, and of g, in u, v and w, if they are asked for."""
     w: Family = ENERGY
     """That of their energies."""
     slopes_of_w: Sequence[Family] = ALONG
@@ -203,14 +205,14 @@ def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilySt
         found = _crossing(numbers, end, apart, growth, side, begin, time)
         if not isinstance(start, StartLine) or numbers.h0 is None:
             return found
-        w, slope = _energies_along(numbers, numbers.h0, pieces[0], starts, growth)
-        return found._replace(w=w, slopes_of_w=[slope, ALONG[0], ALONG[0]])
+        w, slopes = _energies_along(numbers, numbers.h0, pieces[0], starts, growth)
+        return found._replace(w=w, slopes_of_w=slopes)
 
 
 def _energies_along(
     numbers: Numbers, h0: arb, piece: FamilyStep, bounds: Sequence[arb], growth: LogarithmicNorm
-) -> tuple[Family, Family]:
-    """w along a line of starts of one J2_0, and its derivative; kappa J2_0^2/2 is h0."""
+) -> tuple[Family, list[Family]]:
+    """w along a line of starts of one J2_0, and its derivatives; kappa J2_0^2/2 is h0."""
     gamma1, gamma2 = (Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms[3:5])
     c = numbers.field
     with precision(BITS):
@@ -222,7 +224,8 @@ def _energies_along(
         if not w.bound <= 1:
             said = f"the energies of its starts have |w| <= {float(w.bound):.4g}"
             raise Undecided(f"C6: {said}, and 1 is all that is known of")
-        return w, found.partial("u").widened(unsure * bounds[1])
+        apart = dict(zip(numbers.along, bounds[1:], strict=True))
+        return w, [found.partial(name).widened(unsure * each) for name, each in apart.items()]
 
 
 def followed(
@@ -234,9 +237,9 @@ def followed(
     ----------
     numbers : Numbers
     pieces : sequence of FamilyStep
-    bounds : 4 arb
+    bounds : arb, one and one of each variable in numbers.along
         On the distance of the polynomials from the orbits at the beginning, and on those of its
-        derivatives in u, v and w.
+        derivatives.
     growth : LogarithmicNorm
 
     Raises
@@ -252,7 +255,8 @@ def followed(
             if not half.range > 0:
                 raise Undecided("C2: the length of a step is not shown to be positive")
             if end is not None:
-                gaps = _norms([s.at("z", -1) - e for s, e in zip(states, end, strict=True)], growth)
+                off = [s.at("z", -1) - e for s, e in zip(states, end, strict=True)]
+                gaps = norms(off, growth, numbers.along)
                 bounds = [_up(bound + gap) for bound, gap in zip(bounds, gaps, strict=True)]
             end = [state.at("z", 1) for state in states]
             leaps = defects(numbers, states, half, growth)
@@ -303,15 +307,15 @@ def beginning(
             - numbers.energies,
         )
         q, y1, y2 = (each.range + arb(0, ALONE) for each in (Q, gamma1, gamma2))
-        turned = [
-            slopes(0, *(each.partial(name).range for each in (Q, d, gamma1, gamma2)))
-            for name in PARAMETERS
-        ]
+        turned = {
+            name: slopes(0, *(each.partial(name).range for each in (Q, d, gamma1, gamma2)))
+            for name in numbers.along
+        }
         near = _nearest(residual, slopes(1, q, d.range, y1, y2), turned, ALONE)
         if not q > 0:
             raise Undecided("C1: the large Q is not shown to be positive at the points of a set")
-        apart = [near, near, _orders(states[2]), near, near, _orders(states[5] - g)]
-        apart[small] = _orders(states[small] - d)
+        off = {small: states[small] - d, 2: states[2], 5: states[5] - g}
+        apart = [_orders(off[j], numbers.along) if j in off else near for j in range(6)]
     with precision(SCALARS):
         return [each.range for each in (Q, gamma1, gamma2)], _normed(apart, growth)
 
@@ -319,7 +323,7 @@ def beginning(
 def line_beginning(
     numbers: Numbers, line: StartLine, piece: FamilyStep, growth: LogarithmicNorm
 ) -> tuple[list[arb], list[arb]]:
-    """C1 of a line of starts: Qp, M3 and gamma follow from J1 and the place on the line.
+    """C1 of a line of starts: Qp, M3 and gamma follow from J1, Qm and the place on the line.
 
     And from the energy, or from h0, which is that without the weight.
     """
@@ -332,34 +336,36 @@ def line_beginning(
         level = numbers.energies if numbers.h0 is None else Family.of_ball(numbers.h0, BITS)
         constants = (numbers.to_M1, numbers.to_M2, across, c.kappa / 2, *weight)
         m1, m2, square, spin, r1, r2 = (Family.of_ball(x, BITS) for x in constants)
-        J1, e1, e2, half = (Family.of_fraction(x, BITS) for x in (*line[:3], line.half))
+        J1, e1, e2, half, wide = (
+            Family.of_fraction(x, BITS) for x in (*line[:3], line.half, line.wide)
+        )
         centre = curve((line.centre, *line.moves), ENERGY)
-        one, four = (Family.of_fraction(x, 0) for x in (1, 4))
-        u = Family.of({(0, 1, 0): 2}, 0)
-        across_2 = square * Qp * Qp
+        one, four, by_two = (Family.of_fraction(x, 1) for x in (1, 4, Fraction(1, 2)))
+        u, aside = Family.of({(0, 1, 0): 2}, 0), wide * Family.of({(0, 0, 1): 2}, 0)
+        M1, M2 = (Qp + aside) * m1, (Qp - aside) * m2
         residual = (
-            Qp * (m1 * gamma[0] + m2 * gamma[1]) + M3 * gamma[2],
+            M1 * gamma[0] + M2 * gamma[1] + M3 * gamma[2],
             gamma[0] * gamma[0] + gamma[1] * gamma[1] + gamma[2] * gamma[2] - one,
-            spin * (across_2 + M3 * M3) + r1 * gamma[0] + r2 * gamma[1] - level,
-            # |M| = 2 J1 - M3.
-            across_2 - four * J1 * (J1 - M3),
+            spin * (M1 * M1 + M2 * M2 + M3 * M3)
+            - by_two * Qp * aside
+            + r1 * gamma[0]
+            + r2 * gamma[1]
+            - level,
+            # Of Qm = 0 that is |M| = 2 J1 - M3.
+            square * Qp * Qp - four * J1 * (J1 - M3),
             e1 * gamma[0] + e2 * gamma[1] - centre - half * u,
         )
 
         def slopes(one: int, *at: arb) -> arb_mat:
             """The derivatives of the residual in Qp, M3 and gamma, linear in 1 and in `at`."""
-            q, m, y1, y2, y3 = at
+            q, m, y1, y2, y3, d = at
+            n1, n2 = (q + d) * numbers.to_M1, (q - d) * numbers.to_M2
+            spin = c.kappa * (n1 * numbers.to_M1 + n2 * numbers.to_M2) - d / 2
             return arb_mat(
                 [
-                    [
-                        numbers.to_M1 * y1 + numbers.to_M2 * y2,
-                        y3,
-                        q * numbers.to_M1,
-                        q * numbers.to_M2,
-                        m,
-                    ],
+                    [numbers.to_M1 * y1 + numbers.to_M2 * y2, y3, n1, n2, m],
                     [0, 0, 2 * y1, 2 * y2, 2 * y3],
-                    [c.kappa * q * across, c.kappa * m, one * weight[0], one * weight[1], 0],
+                    [spin, c.kappa * m, one * weight[0], one * weight[1], 0],
                     [2 * q * across, one * 4 * J1.range, 0, 0, 0],
                     [0, 0, one * e1.range, one * e2.range, 0],
                 ]
@@ -367,16 +373,21 @@ def line_beginning(
 
         found = (Qp, M3, *gamma)
         box = [each.range + arb(0, THIN) for each in found]
-        turned = [slopes(0, *(each.partial(k).range for each in found)) for k in PARAMETERS]
-        near = _nearest(residual, slopes(1, *box), turned, THIN)
+        turned = {
+            name: slopes(0, *(each.partial(name).range for each in (*found, aside)))
+            for name in numbers.along
+        }
+        near = _nearest(residual, slopes(1, *box, aside.range), turned, THIN)
         if not (box[0] > 0 and box[1] < 0):
             raise Undecided("C1: Qp > 0 > M3 is not shown at the starts")
     with precision(SCALARS):
-        return [], _normed([near, _orders(Qm), near, near, near, near], growth)
+        return [], _normed(
+            [near, _orders(Qm - aside, numbers.along), near, near, near, near], growth
+        )
 
 
 def _nearest(
-    residual: Sequence[Family], slopes: arb_mat, turned: Sequence[arb_mat], room: float
+    residual: Sequence[Family], slopes: arb_mat, turned: Mapping[str, arb_mat], room: float
 ) -> list[arb]:
     """C1: how near a solution is, the only one so near as `room`, where the derivatives hold.
 
@@ -389,20 +400,20 @@ def _nearest(
     except ZeroDivisionError:
         raise Undecided("C1: the derivatives have no inverse where the orbits begin") from None
     off = inverse * slopes
-    share = _largest(sum((abs(off[i, j] - (i == j)) for j in range(n)), arb(0)) for i in range(n))
+    share = largest(sum((abs(off[i, j] - (i == j)) for j in range(n)), arb(0)) for i in range(n))
 
     def solved(right: Sequence[arb]) -> arb:
         rows = (sum((abs(inverse[i, j]) * right[j] for j in range(n)), arb(0)) for i in range(n))
-        return _largest(rows) / (1 - share)
+        return largest(rows) / (1 - share)
 
-    values, *along = zip(*map(_orders, residual), strict=True)
+    values, *along = zip(*(_orders(each, turned) for each in residual), strict=True)
     if not (share < 1 and (near := _up(solved(values))) < room):
         raise Undecided("C1: no points are shown to be where the orbits begin")
     return [near] + [
         _up(solved([
             right[i] + sum((abs(turn[i, j]) for j in range(n)), arb(0)) * near for i in range(n)
         ]))
-        for right, turn in zip(along, turned, strict=True)
+        for right, turn in zip(along, turned.values(), strict=True)
     ]  # fmt: skip
 
 
@@ -411,13 +422,12 @@ def defects(
 ) -> list[arb]:
     """C2: bounds on the norm of dP/dx - half f(P) over the step, f the aligned field.
 
-    All but the first are of its derivatives in u, v and w.
+    All but the first are of its derivatives.
     """
     c = AlignedCoefficients(*(Family.of_ball(x, BITS) for x in numbers.field))
     rates = aligned(states, c)
-    return _norms(
-        [P.derivative() - half * rate for P, rate in zip(states, rates, strict=True)], growth
-    )
+    off = [P.derivative() - half * rate for P, rate in zip(states, rates, strict=True)]
+    return norms(off, growth, numbers.along)
 
 
 def _carried(
@@ -427,13 +437,14 @@ def _carried(
     leaps: Sequence[arb],
     growth: LogarithmicNorm,
 ) -> list[arb]:
-    """C3: the distance over the whole step, and those of the derivatives in u, v and w."""
+    """C3: the distance over the whole step, and those of the derivatives."""
     bound, factor = _tube(states, half, begin[0], leaps[0], growth)
-    size, *slopes = _norms(states, growth)
+    along = PARAMETERS[: len(begin) - 1]
+    size, *slopes = norms(states, growth, along)
     apart = begin[0] + 2 * leaps[0]
     rate = growth.steepness(size + WIDEST)
     found = [bound]
-    for k, (name, slope) in enumerate(zip(PARAMETERS, slopes, strict=True)):
+    for k, (name, slope) in enumerate(zip(along, slopes, strict=True)):
         # Where orbits and polynomials differ, so does what carries their derivatives.
         bent = half.bound * growth.bending * slope + half.partial(name).bound * rate
         found.append(_up(factor * (begin[1 + k] + 2 * (leaps[1 + k] + bent * apart))))
@@ -503,7 +514,7 @@ def _crossing(
         # Within so long a time the orbits stay within this box, where M3 changes fast enough.
         box = [s.range + arb(0, e + late) for s, e in zip(end, apart, strict=True)]
         rates = aligned(box, numbers.field)
-        fastest = _largest(map(abs, rates))
+        fastest = largest(map(abs, rates))
         slowest = (-side * rates[2]).lower()
         if not slowest > 0:
             break
@@ -522,10 +533,10 @@ def _crossing(
     # (-M1, -M2, M3, gamma1, gamma2, -gamma3) makes separatrix 1 or 4 of 3 or 2.
     d, g = (end[j].widened(apart[j] + time * abs(rates[j])) for j in (small, 5))
     # The derivatives change until the crossing, and by the time of it, which M3 tells.
-    _, *sizes = _norms(end, growth)
+    _, *sizes = norms(end, growth, numbers.along)
     steep = growth.steepness(growth.norm(tuple(_up(abs(x)) for x in box)))
     slopes: list[list[Family]] = [[], []]
-    for k, (name, size) in enumerate(zip(PARAMETERS, sizes, strict=True)):
+    for k, (name, size) in enumerate(zip(numbers.along, sizes, strict=True)):
         off = _apart(_up(bounds[1 + k] + (steep * time).expm1() * (size + bounds[1 + k])), growth)
         timed = (end[2].partial(name).bound + off[2]) * fastest / slowest
         for of, j in zip(slopes, (small, 5), strict=True):
@@ -576,7 +587,9 @@ def relation(source: Reached, target: Quad, begin: Sequence[arb], place: int) ->
 
 
 def _cone(source: Reached, target: Quad) -> tuple[float, float]:
-    """C7: the stretch and the squeeze of a relation."""
+    """C7: the stretch and the squeeze of a relation, unknown without derivatives."""
+    if not source.slopes[0]:
+        return 0.0, math.inf
     by_u, by_v, by_w = (
         directions(target, source.g, source.w, along)
         for along in zip(*source.slopes, source.slopes_of_w, strict=True)
@@ -677,6 +690,8 @@ def prove_link(
     ------
     Undecided
     """
+    # Nothing is asked of cones along a chain.
+    numbers = numbers._replace(along="")
     found = arrival(numbers, *link)
     if after is not None:
         (source, _), (target, pieces) = link, after
@@ -715,47 +730,6 @@ def phases(numbers: Numbers, line: StartLine, pieces: Sequence[FamilyStep]) -> t
         return -_double(-found), _double(found)
 
 
-def prove_connections(numbers: Numbers, quads: Sequence[Quad], arrivals: Iterable[Reached]) -> None:
-    """C8: beside the sets an orbit crosses M3 = 0 again on one of two sides, or tends to T1 or T2.
-
-    Raises
-    ------
-    Undecided
-    """
-    small = [place(quad)[0].bound for quad in quads] + [found.d.bound for found in arrivals]
-    with precision(SCALARS):
-        check_middle(numbers, _largest(small))
-
-
-def check_middle(numbers: Numbers, small: arb) -> None:
-    """C8, for orbits that cross M3 = 0 at |d| <= small."""
-    c, growth = numbers.field, LogarithmicNorm.of(numbers.field)
-    energy = numbers.energies.range
-    saddle, force = growth.saddle, growth.torque
-    mu = (c.mu_r1**2 + c.mu_r2**2).sqrt()
-    spins = c.omega1 * numbers.to_M1, c.omega2 * numbers.to_M2
-    most, least = spins[0].max(spins[1]), spins[0].min(spins[1])
-    # Any m0, m1 and q will do.
-    unit = (2 * energy / c.kappa).sqrt()
-    m0, m1, q = unit / 3, 2 * unit / 3, (energy / most).sqrt() / 5
-    lean = numbers.to_M1.max(numbers.to_M2) * arb(2).sqrt()
-    square = (energy - mu - c.kappa * m1 * m1 / 2) / most
-    rise = (square - 2 * q * q) / (4 * saddle) - mu
-    if not rise > 0:
-        raise Undecided("C8: M3 is not shown to rise beside the sets")
-    rate = saddle * m0 - force * lean / m0
-    if not rate > 0:
-        raise Undecided("C8: the middle is not shown to be a saddle")
-    time = m1 / rise
-    if not (saddle * m1 * time).exp() * (small + force * time) < q:
-        raise Undecided("C8: orbits beside the sets are not shown to follow the separatrix")
-    apart = 2 * (2 * saddle * rate * square * (m1 - m0)).sqrt() - 4 * saddle * mu
-    fall = apart / (8 * saddle) - mu
-    widest = ((energy + mu) / least).sqrt()
-    if not (fall > 0 and 4 * force * widest * m0 / fall < apart):
-        raise Undecided("C8: M3 is not shown to fall to zero where it leaves the middle")
-
-
 @contextmanager
 def _of_set(k: int) -> Iterator[None]:
     """Name the set in what is undecided."""
@@ -786,21 +760,21 @@ def _apart(bound: arb, growth: LogarithmicNorm) -> list[arb]:
     return [bound, bound, _up(bound / growth.upright)] + 3 * [_up(bound * growth.weight)]
 
 
-def _orders(state: Family) -> list[arb]:
-    """Bounds on a family, and on its derivatives in u, v and w."""
-    return [state.bound, *(state.partial(name).bound for name in PARAMETERS)]
+def _orders(state: Family, along: Iterable[str]) -> list[arb]:
+    """Bounds on a family, and on its derivatives."""
+    return [state.bound, *(state.partial(name).bound for name in along)]
 
 
-def _norms(states: Sequence[Family], growth: LogarithmicNorm) -> list[arb]:
-    """Bounds on the norms of states, and of their derivatives in u, v and w."""
-    return _normed([_orders(state) for state in states], growth)
+def norms(states: Sequence[Family], growth: LogarithmicNorm, along: str) -> list[arb]:
+    """Bounds on the norms of states, and of their derivatives."""
+    return _normed([_orders(state, along) for state in states], growth)
 
 
 def _normed(bounds: Sequence[Sequence[arb]], growth: LogarithmicNorm) -> list[arb]:
     return [_up(growth.norm(each)) for each in zip(*bounds, strict=True)]
 
 
-def _largest(balls: Iterable[arb]) -> arb:
+def largest(balls: Iterable[arb]) -> arb:
     """An upper bound of all."""
     found = arb(0)
     for ball in balls:

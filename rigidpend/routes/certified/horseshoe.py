@@ -16,6 +16,7 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
+from flint import arb
 from numpy.polynomial import chebyshev, polynomial
 from numpy.typing import NDArray
 
@@ -31,6 +32,9 @@ from rigidpend.orbits.return_map.itinerary import enter
 from rigidpend.orbits.return_map.poincare import state_of
 from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
+from rigidpend.routes.certified.checker import Undecided
+from rigidpend.routes.certified.connections import check_middle
+from rigidpend.routes.certified.coverings import Numbers
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Powers, Quad, StartLine, made
 
 Array = NDArray[np.float64]
@@ -51,6 +55,10 @@ OVERSHOOT, WIDTH = 1.4, 1.7
 """Reach of images beyond the sets that they cover, and width of a set over that of images in it."""
 BEYOND = 1.02
 """Energies that are proven over those of a line of starts."""
+FURTHER = 1.05
+"""Reach of a strip's image over that of sets and their images."""
+BESIDE, THIN, IN_ASIDE = 1.5, 0.2, 4
+"""Width of a strip over the least, of its image over a set's at most, and nodes across it."""
 STEADY = 14
 """Iterations of what converges steadily."""
 WIDEST = 0.8
@@ -462,15 +470,41 @@ def line(
     ws = _energies(setting) if setting.h0 is None else np.zeros(1)
     every = [LineStarts(setting, J1, w) for w in ws]
     middles = [_middle(starts) for starts in every]
-    upward = [quad for quad in quads if quad.rising]
-    reach = OVERSHOOT * max(abs(float(quad.l0 / quad.l1)) for quad in upward)
+    sizes = [[abs(float(x / q.l1)) for x in (q.l0, q.a, q.b)] for q in quads if q.rising]
+    reach = OVERSHOOT * max(size[0] for size in sizes)
+    if setting.h0 is None:
+        # As far as all sets and images.
+        reach = FURTHER * max(max(sum(x), OVERSHOOT * (x[0] + x[2] / WIDTH)) for x in sizes)
     ends, half = [middle + np.array([-reach, reach]) for middle in middles], len(ws) // 2
     found, e = every[half].between(ends[half])
-    at = [starts.states(x, precision(53))[3:5] for starts, x in zip(every, ends, strict=True)]
-    moving = _moving(ws, [e @ np.asarray(x).mean(axis=1) for x in at])
+    at = [starts.states(x, precision(53)) for starts, x in zip(every, ends, strict=True)]
+    moving = _moving(ws, [e @ np.asarray(x)[3:5].mean(axis=1) for x in at])
     centre, *moves = (Fraction(float(x)) for x in moving)
     first, last = ends[half]
-    return found._replace(centre=centre, moves=tuple(moves)), (float(first), float(last))
+    found = found._replace(
+        centre=centre,
+        moves=tuple(moves),
+        wide=_wide(setting, found, float(at[half][0].max()), quads),
+    )
+    return found, (float(first), float(last))
+
+
+def _wide(setting: ShiftProblem, of: StartLine, momentum: float, quads: Sequence[Quad]) -> Fraction:
+    """Half-width of the strip about a line in which the unstable surface is a curve.
+
+    It is 0 where there is none whose image is thin beside the sets, and of several energies.
+    """
+    if setting.h0 is not None:
+        return Fraction(0)
+    try:
+        middle = check_middle(Numbers.of(setting.body, setting.h, setting.spread), arb(0))
+        steep = float(middle.slant_at(arb(momentum))) / float(middle.growth.weight)
+    except Undecided:
+        return Fraction(0)
+    found = BESIDE * steep * float(of.half)
+    # Qm falls as Qp grows, to about 1.
+    thin = found * momentum < THIN * min(float(quad.b) for quad in quads if quad.rising)
+    return Fraction(found) if thin else Fraction(0)
 
 
 def _middle(starts: LineStarts) -> Array:
@@ -488,8 +522,8 @@ def line_pieces(
 ) -> list[FamilyStep]:
     """Polynomials of the orbits of a line of starts up to their first crossing."""
     a, in_w = NUMBERS, setting.nodes[3] if setting.h0 is None else 1
-    sizes = setting.nodes[1], 1, in_w
-    u, _, w = at = _grid(*(nodes(n, a) for n in sizes))
+    sizes = setting.nodes[1], IN_ASIDE if of.wide else 1, in_w
+    u, v, w = at = _grid(*(nodes(n, a) for n in sizes))
     starts, goal = LineStarts(setting, of.J1, w), 0 * u
     for x in (of.centre, *of.moves)[::-1]:
         goal = goal * w + a.number(x)
@@ -500,11 +534,34 @@ def line_pieces(
         off = a.number(of.e1) * begin[3] + a.number(of.e2) * begin[4] - goal
         # gamma is a unit vector nearly across M, which theta2 turns: e.gamma grows like theta2.
         phase = phase - off
+    if of.wide:
+        begin = _beside(setting, of, begin, goal, a.number(of.wide) * v, w)
     times = np.zeros(len(phase))
     for k, one in enumerate(nodes(in_w, precision(53))):
         entered = LineStarts(setting, of.J1, one).entered(a.floats(phase)[k::in_w])
         times[k::in_w] = entered.time
     return _pieces(_Orbits(setting, begin), times, at, sizes, setting.bits - LINE_BITS)
+
+
+def _beside(
+    setting: ShiftProblem, of: StartLine, begin: Any, place: Any, Qm: Any, w: Any
+) -> PairArray:
+    """Points of a strip beside starts of one energy, whose place on the line they share."""
+    a, (c, to_M1, to_M2) = NUMBERS, setting.coefficients
+    h = a.number(setting.h.at(a.bits + GUARD_BITS)) + a.number(setting.spread) * w
+    J1, e1, e2 = map(a.number, (of.J1, of.e1, of.e2))
+    Qp, _, M3, g1, g2, g3 = begin
+    side = 1 if float(a.floats(e1 * g2 - e2 * g1)[0]) > 0 else -1
+    for _ in range(STEADY):
+        M1, M2 = (Qp + Qm) * to_M1, (Qp - Qm) * to_M2
+        left = h - c.mu_r1 * g1 - c.mu_r2 * g2 + Qp * Qm / 2
+        M3 = -a.sqrt(2 * left / c.kappa - M1 * M1 - M2 * M2)
+        Qp = a.sqrt(4 * J1 * (J1 - M3) / (to_M1 * to_M1 + to_M2 * to_M2))
+        g3 = -(M1 * g1 + M2 * g2) / M3
+        across = side * a.sqrt(1 - place * place - g3 * g3)
+        g1, g2 = e1 * place - e2 * across, e2 * place + e1 * across
+    found: Any = np.stack([Qp, Qm, M3, g1, g2, g3])
+    return found
 
 
 def of_one_J2(body: Body, h0: Exact, J1: Fraction) -> ShiftProblem:

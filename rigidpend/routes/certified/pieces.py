@@ -43,7 +43,8 @@ class Quad(NamedTuple):
 class StartLine(NamedTuple):
     """Starts with Qm = 0 < Qp, M . gamma = 0 and a given J1: theta1 = alpha0 + beta0, as in Fig. 4.
 
-    On it e1 gamma1 + e2 gamma2 = centre + half u, |u| <= 1; centre may depend on w too.
+    On it e1 gamma1 + e2 gamma2 = centre + half u, |u| <= 1; centre may depend on w too. It is the
+    middle of a strip Qm = wide v, |v| <= 1, on which Qp follows from J1 and M3 as on the line.
     """
 
     J1: Fraction
@@ -53,6 +54,7 @@ class StartLine(NamedTuple):
     half: Fraction
     moves: tuple[Fraction, ...] = ()
     """Numbers that w, w^2 and so on add to centre."""
+    wide: Fraction = Fraction(0)
 
 
 class FamilyStep(NamedTuple):
@@ -129,12 +131,12 @@ def unpacked_line(
     J1: Fraction, data: Mapping[str, Any], energies: Mapping[str, Any] | None = None
 ) -> StartLine:
     """A line of starts from its numbers, doubles, which stand for these exactly."""
-    numbers = [float(data[name]) for name in ("e1", "e2", "centre", "half")]
+    numbers = [float(data.get(name, 0)) for name in ("wide", "e1", "e2", "centre", "half")]
     numbers += [] if energies is None else map(float, energies["line"])
     if not np.isfinite(numbers).all():
         raise ValueError("a line of starts has a number that is not finite")
-    e1, e2, centre, half, *moves = map(Fraction, numbers)
-    return StartLine(J1, e1, e2, centre, half, tuple(moves))
+    wide, e1, e2, centre, half, *moves = map(Fraction, numbers)
+    return StartLine(J1, e1, e2, centre, half, tuple(moves), wide)
 
 
 def made(rising: bool, numbers: Sequence[float], p: Iterable[float]) -> Quad:

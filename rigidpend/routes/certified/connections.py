@@ -1,0 +1,219 @@
+"""The checker of connections: what orbits do beside the sets (C8), and how surfaces cross (C9).
+
+`docs/full-shift.md` has the theorems, and says what the letters are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+from flint import arb
+
+from rigidpend.routes.certified.checker import SCALARS, Undecided
+from rigidpend.routes.certified.coverings import (
+    BITS,
+    Numbers,
+    Reached,
+    largest,
+    line_beginning,
+    norms,
+    place,
+)
+from rigidpend.routes.certified.families import PARAMETERS, Family
+from rigidpend.routes.certified.growth import LogarithmicNorm
+from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
+from rigidpend.routes.certified.precision import precision
+
+
+class Middle(NamedTuple):
+    """Numbers of C8, balls, and what follows for the unstable surface."""
+
+    growth: LogarithmicNorm
+    small: arb
+    """d0."""
+    level: arb
+    """h - mu."""
+    mu: arb
+    kappa: arb
+    least: arb
+    """k."""
+    most: arb
+    """K."""
+    lean: arb
+    """1/(sqrt(2) chi)."""
+    thin: arb
+    """1/2 over the larger of c and s."""
+    m0: arb
+    m1: arb
+    time: arb
+    """m0/v."""
+    widest: arb
+    """N."""
+    follow: arb
+    """Bound on the small one of Qp and Qm where |M3| <= m1."""
+
+    @property
+    def share(self) -> arb:
+        """r0."""
+        return self.growth.torque * self.lean / (self.growth.saddle * self.m0**2)
+
+    def coupling(self, aside: arb | int = 0) -> arb:
+        """l, or more where |Qm| <= aside."""
+        w = self.growth.weight
+        return (w * self.growth.torque).max(self.growth.turning / w) + aside / arb(2).sqrt()
+
+    def slant(self, upright: arb, aside: arb) -> arb:
+        """C9: bound on the surface's slope, before which |M3| >= upright and |Qm| <= aside."""
+        rate = self.growth.saddle * upright - self.coupling()
+        found = 2 * self.coupling(aside) / rate
+        if not (rate > 0 and found < 1):
+            raise Undecided("C9: the unstable surface is not shown to be a graph")
+        return found
+
+    def slant_at(self, momentum: arb) -> arb:
+        """C9: the same up to where Qp <= momentum."""
+        widest = momentum * ((1 + self.share**2) / (1 - self.share**2)).sqrt()
+        left = self.level - self.most * widest**2
+        if not left > 0:
+            raise Undecided("C9: the strip is not shown to be beside the periodic orbit")
+        return self.slant((2 * left / self.kappa).sqrt(), self.share * widest)
+
+    def check_graph(self) -> None:
+        """C9: where it first crosses M3 = 0 the surface has one point of each gamma3 at most."""
+        aside = self.follow.max(self.share * self.widest)
+        begin, rate = self.slant(self.m0, aside), self.coupling(aside)
+        steep = (2 * rate * self.time).exp() * (begin + rate * self.time)
+        square = self.level / self.most
+        turned = self.lean / (self.thin * (2 * square).sqrt())
+        pushed = self.mu / (2 * self.least * (square - self.small**2).sqrt())
+        left = 1 - turned * pushed
+        if not left > 0:
+            raise Undecided("C9: the weight is too large beside the energy")
+        if not steep * (1 + 2 * turned * (pushed + 1 / self.growth.weight) / left) < 1:
+            raise Undecided("C9: the unstable surface is not shown to be a graph over gamma3")
+
+
+def prove_connections(
+    numbers: Numbers, quads: Sequence[Quad], arrivals: Iterable[Reached]
+) -> Middle:
+    """C8: beside the sets an orbit crosses M3 = 0 again on one of two sides, or tends to T1 or T2.
+
+    Raises
+    ------
+    Undecided
+    """
+    small = [place(quad)[0].bound for quad in quads] + [found.d.bound for found in arrivals]
+    with precision(SCALARS):
+        return check_middle(numbers, largest(small))
+
+
+def check_middle(numbers: Numbers, small: arb) -> Middle:
+    """C8, for orbits that cross M3 = 0 at |d| <= small."""
+    c, growth = numbers.field, LogarithmicNorm.of(numbers.field)
+    energy = numbers.energies.range
+    saddle, force = growth.saddle, growth.torque
+    mu = (c.mu_r1**2 + c.mu_r2**2).sqrt()
+    spins = c.omega1 * numbers.to_M1, c.omega2 * numbers.to_M2
+    most, least = spins[0].max(spins[1]), spins[0].min(spins[1])
+    # Any m0, m1 and q will do.
+    unit = (2 * energy / c.kappa).sqrt()
+    m0, m1, q = unit / 3, 2 * unit / 3, (energy / most).sqrt() / 5
+    lean = numbers.to_M1.max(numbers.to_M2) * arb(2).sqrt()
+    square = (energy - mu - c.kappa * m1 * m1 / 2) / most
+    rise = (square - 2 * q * q) / (4 * saddle) - mu
+    if not rise > 0:
+        raise Undecided("C8: M3 is not shown to rise beside the sets")
+    rate = saddle * m0 - force * lean / m0
+    if not rate > 0:
+        raise Undecided("C8: the middle is not shown to be a saddle")
+    time = m1 / rise
+    follow = (saddle * m1 * time).exp() * (small + force * time)
+    if not follow < q:
+        raise Undecided("C8: orbits beside the sets are not shown to follow the separatrix")
+    apart = 2 * (2 * saddle * rate * square * (m1 - m0)).sqrt() - 4 * saddle * mu
+    fall = apart / (8 * saddle) - mu
+    widest = ((energy + mu) / least).sqrt()
+    if not (fall > 0 and 4 * force * widest * m0 / fall < apart):
+        raise Undecided("C8: M3 is not shown to fall to zero where it leaves the middle")
+    thin = numbers.to_M1.min(numbers.to_M2)
+    bodily = mu, c.kappa, least, most, lean, thin
+    return Middle(growth, small, energy - mu, *bodily, m0, m1, m0 / rise, widest, follow)
+
+
+def prove_transversal(
+    numbers: Numbers,
+    line: tuple[StartLine, Sequence[FamilyStep], Reached],
+    quads: Sequence[Quad],
+    arrivals: Sequence[Reached],
+) -> None:
+    """C9: the unstable surface of T1 and the stable one of T2 cross transversally beside the sets.
+
+    Parameters
+    ----------
+    numbers : Numbers
+    line : StartLine, sequence of FamilyStep and Reached
+    quads : 4 Quad
+    arrivals : 4 Reached
+
+    Raises
+    ------
+    Undecided
+    """
+    strip, pieces, start = line
+    if numbers.h0 is not None:
+        raise Undecided("C9: the starts are of several energies")
+    middle = prove_connections(numbers, quads, [*arrivals, start])
+    with precision(SCALARS):
+        check_strip(numbers, middle, strip, pieces[0])
+        middle.check_graph()
+        upward = [k for k, quad in enumerate(quads) if quad.rising]
+        images = [found for quad, found in zip(quads, arrivals, strict=True) if not quad.rising]
+        sheets = [found.box[2] for found in (start, *images)]
+        sheets += [arrivals[k].begin[2] for k in upward]
+        reach = largest(
+            [place(quads[k])[1].bound for k in upward] + [found.g.bound for found in images]
+        )
+        check_crossings(start, reach, sheets, images)
+
+
+def check_strip(numbers: Numbers, middle: Middle, strip: StartLine, piece: FamilyStep) -> None:
+    """C9: in the strip of a line of starts the unstable surface is a curve from end to end."""
+    _, bounds = line_beginning(numbers, strip, piece, middle.growth)
+    states = [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
+    momentum = states[0].bound + bounds[0]
+    wide = arb(strip.wide.numerator) / strip.wide.denominator
+    if not states[2].range + bounds[0] / middle.growth.upright < -middle.m1:
+        raise Undecided("C9: the strip is not shown to be beside the periodic orbit")
+    if not middle.share * momentum < wide:
+        raise Undecided("C9: the unstable surface is not shown to pass between the strip's sides")
+    # What Qm is follows from v.
+    states[1] = Family.of({}, 0)
+    _, by_u, by_v, _ = norms(states, middle.growth, PARAMETERS)
+    if not middle.slant_at(momentum) * (by_u + bounds[1] + by_v + bounds[2]) < wide:
+        raise Undecided("C9: the unstable surface is not shown to lie along the strip")
+
+
+def check_crossings(
+    start: Reached, reach: arb, sheets: Sequence[arb], images: Iterable[Reached]
+) -> None:
+    """C9: the strip's image, and those of sets, cross the mirror image of the unstable surface."""
+    if not (all(x > 0 for x in sheets) or all(x < 0 for x in sheets)):
+        raise Undecided("C9: the sets and images are not shown to be on one sheet of the section")
+    ends = [start.g.at("u", side).range for side in (-1, 1)]
+    if not any(low < -reach and high > reach for low, high in (ends, ends[::-1])):
+        raise Undecided("C9: the strip's image is not shown to reach as far as all sets and images")
+    slope = slope_of(start)
+    if not (slope > 0 or slope < 0):
+        raise Undecided("C9: the surfaces are not shown to cross each other at an angle")
+    by = Family.of_ball(slope, BITS)
+    for found in images:
+        by_u, by_v = (d + by * g for d, g in list(zip(*found.slopes, strict=True))[:2])
+        if not abs(by_u.range) > by_v.bound:
+            raise Undecided("C9: an image is not shown to cross the stable surface at an angle")
+
+
+def slope_of(start: Reached) -> arb:
+    """S of C9: slopes dd/dg between points of a strip's image that are nearer across than along."""
+    across, along = (of[0].range + arb(0, of[1].bound) for of in start.slopes)
+    return across / along
