@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from rigidpend.experiments.data.layout import Fields, datasets
@@ -67,7 +68,7 @@ class Trial(NamedTuple):
     name: str
     claims: Sequence[Claim]
     measure: Callable[[], Findings]
-    curves: Fields | None = None
+    curves: Fields = MappingProxyType({})
     """Fields of the curves that it finds."""
 
 

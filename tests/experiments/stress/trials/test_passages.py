@@ -36,10 +36,13 @@ def test_decided_symbols_are_as_predicted_and_right_and_a_wrong_one_is_found(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Also where the higher precision is not sure of itself."""
-    trial, computed, right = passages.decided_trial(FAN, 53, 24, 1, 6, 60), [], scenes.routes
-    monkeypatch.setattr(
-        scenes, "routes", lambda *given: computed.append(right(*given)) or computed[-1]
-    )
+    trial, computed = passages.decided_trial(FAN, 53, 24, 1, 6, 60), []
+
+    def kept(*given: Any, right: Any = scenes.routes) -> Any:
+        computed.append(right(*given))
+        return computed[-1]
+
+    monkeypatch.setattr(scenes, "routes", kept)
     made: Any = tried(trial)
     assert failed(made) == set()
     assert 10 < np.median(made["curves"]["measured"].values) < 50
