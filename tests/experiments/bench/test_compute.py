@@ -176,11 +176,11 @@ def test_an_interrupted_run_goes_on_where_it_was(
     planned = runner.plan(loading.load(QUICK, small), tmp_path)
     asked: list[str] = []
 
-    def breaking(order: Any, limit: float) -> Any:
-        asked.append(" ".join(order.methods))
+    def breaking(work: str, given: Any, limit: float) -> Any:
+        asked.append(" ".join(given["entries"]))
         if len(asked) in (2, 4):
             raise KeyboardInterrupt
-        return measured(order, limit)
+        return measured(work, given, limit)
 
     monkeypatch.setattr(bench, "measured", breaking)
     for _ in range(2):
