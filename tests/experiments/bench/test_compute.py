@@ -244,7 +244,7 @@ def test_describe_names_problems_and_methods(path: Path) -> None:
 def test_the_full_config_asks_for_everything() -> None:
     content = typed(Config, FULL)
     assert set(METHODS) - set(content.problem.methods) == {"route_codes_map", "route_codes_auto"}
-    assert (content.bodies.kept, content.bodies.drawn, content.bodies.orbits) == (40, 20, 20_000)
+    assert (content.bodies.kept, content.bodies.drawn, content.bodies.orbits) == (40, 20, 10_000)
     assert content.meeting.rounds >= 11
     assert content.meeting.threads == (1, 2)
     assert content.phases.orbits == 2000
