@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -14,12 +14,11 @@ from rigidpend.config.description import Row
 from rigidpend.experiments import heyoka_peer
 from rigidpend.experiments.bench import drawn, layout, methods
 from rigidpend.experiments.bench.measuring.problems import ASKED
-from rigidpend.experiments.bench.measuring.worker import Order, measured
+from rigidpend.experiments.bench.measuring.worker import measured
 from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import Fields, datasets
 from rigidpend.experiments.data.tree import Data, Dataset, Tree
-from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.engines import EngineError
 
 if TYPE_CHECKING:
@@ -54,14 +53,14 @@ def compute(config: Config, means: Means) -> Tree:
         raise EngineError("the references need the package heyoka, which is not installed")
     truth = _truth(config, means)
     groups = _searched(config, truth, means)
-    met = {
-        f"threads_{count}": _met(config, groups, truth, count, means)
-        for count in config.meeting.threads
+    counts = config.meeting.threads
+    return {
+        **groups,
+        "meetings": {f"threads_{n}": _met(config, groups, truth, n, means) for n in counts},
+        "random_phases": _random_phases(config, means),
+        "many_orbits": _many(config, groups, means),
+        "bodies": _bodies(config, groups, means),
     }
-    phases = _random_phases(config, means)
-    many, bodies = _many(config, groups, means), _bodies(config, groups, means)
-    last = {"random_phases": phases, "many_orbits": many, "bodies": bodies}
-    return {**groups, "meetings": met, **last}
 
 
 def describe(config: Config) -> list[Row]:
@@ -71,6 +70,12 @@ def describe(config: Config) -> list[Row]:
         *(Row(name, PROBLEMS[name].title, PROBLEMS[name].error) for name in p.problems),
         *(Row(name, METHODS[name].family, METHODS[name].label) for name in p.methods),
     ]
+
+
+def _measured(work: str, budgets: int, **given: Any) -> tuple[list[Line], str]:
+    """Measurements by a worker, within so many budgets of `seconds`, and how that ended."""
+    given["seconds"] = float(given["seconds"])
+    return measured(work, given, PATIENCE * given["seconds"] * budgets + GRACE)
 
 
 def _truth(config: Config, means: Means) -> Truth:
@@ -91,50 +96,43 @@ def _reference(config: Config, name: str) -> Tree:
 
 def _searched(config: Config, truth: Truth, means: Means) -> dict[str, dict[str, Any]]:
     """The records of every problem; a worker for each method."""
+    problems = config.problem.problems
     groups: dict[str, dict[str, Any]] = {
-        name: datasets(layout.PROBLEM, PROBLEMS[name]._asdict()) for name in config.problem.problems
+        name: datasets(layout.PROBLEM, PROBLEMS[name]._asdict()) for name in problems
     }
     for key in config.problem.methods:
-        asked = _asked(config, key)
-        if not asked:
-            continue
-        found = means.part(f"search.{key}", partial(_search, config, key, asked, truth))
-        for name, record in found.items():
-            groups[name][key] = record
-        means.report(f"{METHODS[key].label}: {_said(found)}")
+        method, search = METHODS[key], config.search
+        knobs = {
+            name: methods.knobs(method, search, PROBLEMS[name].kind == "long")
+            for name in problems
+            if method.answer(name)
+        }
+        if knobs:
+            found = means.part(f"search.{key}", partial(_search, config, key, knobs, truth))
+            for name, record in found.items():
+                groups[name][key] = record
+            means.report(f"{method.label}: {_said(found)}")
     return groups
 
 
-def _asked(config: Config, key: str) -> dict[str, list[Any]]:
-    """The problems that a method answers, and the knobs it is tried with."""
-    method = METHODS[key]
-    return {
-        name: methods.knobs(method, config.search, PROBLEMS[name].kind == "long")
-        for name in config.problem.problems
-        if method.answer(name)
-    }
-
-
-def _search(config: Config, key: str, asked: dict[str, list[Any]], truth: Truth) -> Tree:
+def _search(config: Config, key: str, knobs: dict[str, list[Any]], truth: Truth) -> Tree:
     """The records of a method, by problem."""
-    method, search = METHODS[key], config.search
     if missing := _missing(key):
         said = f"absent: {missing} is not installed"
-        return {name: {"ended": layout.ENDED.dataset(said)} for name in asked}
-    tried = [{"knobs": knobs} for knobs in asked.values()]
-    more: dict[str, Any] = {"problems": tuple(asked), "truth": truth}
-    given = search.repeats, search.seconds, len(asked)
-    lines, ended = _measured(config, "search", {key: tried}, *given, **more)
-    return {
-        name: searched(lines, ended, name, len(knobs) * len(method.variants))
-        for name, knobs in asked.items()
-    }
+        return {name: {"ended": layout.ENDED.dataset(said)} for name in knobs}
+    lines, ended = _measured(
+        "search", len(knobs), entries={key: knobs}, truth=truth,
+        sizes=config.problem.model_dump(),
+        repeats=config.search.repeats, seconds=config.search.seconds,
+    )  # fmt: skip
+    variants = len(METHODS[key].variants)
+    return {name: searched(lines, ended, name, len(x) * variants) for name, x in knobs.items()}
 
 
 def _missing(key: str) -> str:
     """Name the first of a method's libraries that is not installed; empty where all are."""
-    missing = [x for x in METHODS[key].libraries if importlib.util.find_spec(x) is None]
-    return missing[0] if missing else ""
+    missing = (x for x in METHODS[key].libraries if importlib.util.find_spec(x) is None)
+    return next(missing, "")
 
 
 def searched(lines: list[Line], ended: str, problem: str, planned: int) -> Tree:
@@ -155,48 +153,26 @@ def searched(lines: list[Line], ended: str, problem: str, planned: int) -> Tree:
     wrong = next((line["failed"] for line in own if "failed" in line), ended)
     said = f"{len(rows)} of {planned}"
     cut = f"cut at the budget: {said}" if len(rows) < planned else COMPLETE
-    once = {k: v for line in [*lines[:1], *own] for k, v in line.items() if k in layout.ONCE}
+    once = {k: v for line in [*lines[:1], *own] for k, v in line.items()}
     return {
         "ended": layout.ENDED.dataset(f"{wrong}: {said}" if wrong else cut),
-        **{
-            name: layout.ONCE[name].dataset(value if isinstance(value, str) else float(value))
-            for name, value in once.items()
-        },
+        **_single(layout.ONCE, once),
         **_arrays(layout.ROWS, rows),
     }
 
 
 def _arrays(fields: Fields, rows: Sequence[Line]) -> Tree:
     """Arrays of those fields that rows have, by their names."""
-    return {
-        name: field.dataset(np.array([row[name] for row in rows], dtype=float))
-        for name, field in fields.items()
-        if rows and name in rows[0]
-    }
+    return _single(fields, {x: [row[x] for row in rows] for x in (rows[0] if rows else ())})
 
 
 def _single(fields: Fields, row: Line) -> Tree:
-    """Numbers and lists of those fields that a row has."""
+    """Numbers, texts and lists of those fields that a row has."""
     return {
-        name: field.dataset(np.array(row[name], dtype=float))
+        name: field.dataset(row[name] if isinstance(row[name], str) else np.array(row[name], float))
         for name, field in fields.items()
         if name in row
     }
-
-
-def _measured(
-    config: Config,
-    work: str,
-    tried: dict[str, list[Any]],
-    repeats: int,
-    seconds: Scalar,
-    budgets: int,
-    **more: Any,
-) -> tuple[list[dict[str, Any]], str]:
-    """Measurements of some methods by a worker, within so many budgets, and how that ended."""
-    sizes = more.pop("sizes", None) or config.problem.model_dump()
-    order = Order(work, tried, sizes, repeats, float(seconds), **more)
-    return measured(order, PATIENCE * order.seconds * budgets + GRACE)
 
 
 def _met(config: Config, groups: Any, truth: Truth, threads: int, means: Means) -> Tree:
@@ -214,17 +190,16 @@ def _met(config: Config, groups: Any, truth: Truth, threads: int, means: Means) 
 
 
 def _meeting(config: Config, name: str, chosen: dict[str, Any], truth: Truth, threads: int) -> Tree:
-    guests, meeting = {key: [entry] for key, entry in chosen.items()}, config.meeting
-    given = meeting.rounds, meeting.seconds, len(chosen)
-    more: dict[str, Any] = {"problems": (name,), "truth": truth, "threads": threads}
-    lines, ended = _measured(config, "meeting", guests, *given, **more)
-    found: dict[str, Any] = {
-        line["method"]: {
-            **_single(layout.ONE_SETTING | layout.ROUND, line),
-            "chosen": layout.CHOSEN.dataset(methods.spelt(chosen[line["method"]])),
-        }
-        for line in lines
-    }
+    lines, ended = _measured(
+        "meeting", len(chosen), entries=chosen, problem=name, truth=truth, threads=threads,
+        sizes=config.problem.model_dump(),
+        repeats=config.meeting.rounds, seconds=config.meeting.seconds,
+    )  # fmt: skip
+    found: dict[str, Any] = {}
+    for line in lines:
+        key = line["method"]
+        spelt = layout.CHOSEN.dataset(methods.spelt(chosen[key]))
+        found[key] = {**_single(layout.ONE_SETTING | layout.ROUND, line), "chosen": spelt}
     missing = ", ".join(sorted(set(chosen) - set(found)))
     said = f"{ended or 'no answer'}: {missing}" if missing else COMPLETE
     return {**found, "ended": layout.ENDED.dataset(said)}
@@ -240,62 +215,64 @@ def _records(group: Data) -> dict[str, dict[str, Any]]:
 def _random_phases(config: Config, means: Means) -> Tree:
     """Wrong symbols, by J1_0 and method."""
     groups: dict[str, dict[str, Any]] = {}
-    for key in config.phases.methods:
-        if _missing(key):
-            continue
+    for key in filter(_is_there, config.phases.methods):
         for start, record in means.part(f"phases.{key}", partial(_phases, config, key)).items():
             groups.setdefault(start, {})[key] = record
         means.report(f"random phases: {METHODS[key].label}")
     return groups
 
 
+def _is_there(key: str) -> bool:
+    return not _missing(key)
+
+
 def _phases(config: Config, key: str) -> Tree:
-    tried, asked = [methods.finest(key, config.search)], config.phases
-    lines, ended = _measured(config, "phases", {key: tried}, asked.orbits, asked.seconds, 2)
+    entries, asked = {key: methods.finest(key, config.search)}, config.phases
+    given: Any = {"entries": entries, "orbits": asked.orbits, "seconds": asked.seconds}
+    lines, ended = _measured("phases", 2, **given)
     if ended:
         raise RuntimeError(f"random phases, {METHODS[key].label}: {ended}")
     return {f"J1_0_{line['J1_0']}": _single(layout.COUNTED, line) for line in lines}
 
 
+def _entries(config: Config, groups: Any, keys: Sequence[str]) -> dict[str, methods.Setting]:
+    """Knob and setting of those methods that are there, by the search at the codes of Fig. 4."""
+    codes = _records(groups.get("codes", {}))
+    return {
+        key: methods.best("codes", key, codes, config.search) for key in filter(_is_there, keys)
+    }
+
+
 def _many(config: Config, groups: Any, means: Means) -> Tree:
     """Times against the number of orbits, by method."""
-    codes, found = _records(groups.get("codes", {})), {}
-    for key in config.many.methods:
-        if _missing(key):
-            continue
-        entry = methods.best("codes", key, codes, config.search)
+    found = {}
+    for key, entry in _entries(config, groups, config.many.methods).items():
         found[key] = means.part(f"many.{key}", partial(_many_of, config, key, entry))
         means.report(f"many orbits, {METHODS[key].label}: {_ended(found[key])}")
     return found
 
 
 def _many_of(config: Config, key: str, entry: dict[str, Any]) -> Tree:
-    numbers = config.many.orbits
-    given = config.search.repeats, config.many.seconds, len(numbers)
-    lines, ended = _measured(config, "many", {key: [entry]}, *given, numbers=numbers)
+    numbers, seconds = config.many.orbits, config.many.seconds
+    lines, ended = _measured(
+        "many", len(numbers), entries={key: entry}, numbers=numbers, seconds=seconds,
+        n_symbols=config.problem.n_symbols, repeats=config.search.repeats,
+    )  # fmt: skip
     if not lines:
         raise RuntimeError(f"many orbits, {METHODS[key].label}: {ended}")
-    return {
-        **_arrays(layout.NUMBERS, lines),
-        "chosen": layout.CHOSEN.dataset(methods.spelt(entry)),
-        "ended": layout.ENDED.dataset(ended or COMPLETE),
-    }
+    texts = {"chosen": methods.spelt(entry), "ended": ended or COMPLETE}
+    told = datasets({"chosen": layout.CHOSEN, "ended": layout.ENDED}, texts)
+    return {**_arrays(layout.NUMBERS, lines), **told}
 
 
 def _bodies(config: Config, groups: Any, means: Means) -> Tree:
     """Times with bodies drawn by lot, those that are kept and those of the seed."""
-    asked, codes = config.bodies, _records(groups.get("codes", {}))
-    entries = {
-        key: [methods.best("codes", key, codes, config.search)]
-        for key in asked.methods
-        if not _missing(key)
-    }
-    parts = []
-    for kept, seed, n in ((True, drawn.SEED, asked.kept), (False, asked.seed, asked.drawn)):
+    asked, parts = config.bodies, []
+    entries = _entries(config, groups, asked.methods)
+    for title, seed, n in (("kept", drawn.SEED, asked.kept), ("drawn", asked.seed, asked.drawn)):
         for k in range(0, n, BODIES_AT_ONCE):
             numbers = tuple(range(k, min(k + BODIES_AT_ONCE, n)))
-            work = partial(_some_bodies, config, kept, seed, n, numbers, entries)
-            title = "kept" if kept else "drawn"
+            work = partial(_some_bodies, config, title == "kept", seed, n, numbers, entries)
             parts.append(means.part(f"bodies.{title}.{k}", work))
             means.report(f"bodies, {title}, from {k}: {_ended(parts[-1])}")
     measured = [part for part in parts if len(part) > 1]
@@ -306,12 +283,13 @@ def _bodies(config: Config, groups: Any, means: Means) -> Tree:
 def _some_bodies(config: Config, kept: bool, seed: int, n: int, numbers: Any, entries: Any) -> Tree:
     """The bodies of those numbers in their list, and the records of all methods with them."""
     asked = config.bodies
-    sizes = {"seed": seed, "bodies": n, "orbits": asked.orbits, "longest": asked.longest}
-    more: dict[str, Any] = {"sizes": sizes, "numbers": numbers, "threads": asked.threads}
     # Of peers and of the truth, and of ours.
     budgets = len(numbers) * (len(entries) + math.ceil(asked.longest / float(asked.seconds)))
-    given = asked.repeats, asked.seconds, budgets
-    lines, ended = _measured(config, "bodies", entries, *given, **more)
+    lines, ended = _measured(
+        "bodies", budgets, entries=entries, seed=seed, bodies=n, numbers=numbers,
+        orbits=asked.orbits, threads=asked.threads, repeats=asked.repeats,
+        seconds=asked.seconds, longest=asked.longest,
+    )  # fmt: skip
     cut = ended or ("" if len(lines) == len(numbers) else "cut at the budget")
     said = f"{cut}: {len(lines)} of {len(numbers)}" if cut else COMPLETE
     if not lines:
@@ -334,7 +312,7 @@ def _joined(parts: list[Any]) -> Any:
     return {name: _joined([part[name] for part in parts]) for name in first if name != "ended"}
 
 
-def _said(found: Any) -> str:
+def _said(found: Mapping[str, Any]) -> str:
     """Summary of how the measurements of a method ended, those alike together."""
     said = {name: _ended(record) for name, record in found.items()}
     if len(set(said.values())) == 1:

@@ -70,9 +70,7 @@ class Method(NamedTuple):
 
     label: str
     family: str
-    """Ours, or whose."""
-    source: str
-    """Module of `measuring` that answers for it."""
+    """Ours, or whose; `measuring.adapters` has the module that answers for it."""
     answers: tuple[str, ...] = ("motion", "long", "routes", "angle")
     """Problems that it answers, or kinds of them."""
     told: Setting = {}  # noqa: RUF012
@@ -103,16 +101,15 @@ def _variants(name: str, *values: Any) -> tuple[Setting, ...]:
     return tuple({name: value} for value in values)
 
 
-def _compared(label: str, first: Method, *runs: CheckRun) -> Method:
-    return first._replace(
-        label=f"{label} compared", answers=("routes",), knob="none", forms=({},), variants=({},),
-        runs=runs, certain=True,
-    )  # fmt: skip
+def _certain(label: str, way: str, *answers: str) -> Method:
+    said = f"{label}, every symbol certain"
+    return Method(said, OURS, answers, {"way": way}, "none", certain=True)
 
 
-def _certain(label: str, method: str, *answers: str) -> Method:
-    told = {"method": method}
-    return Method(label, OURS, "ours", answers, told, "none", certain=True)
+def _compared(label: str, family: str, libraries: tuple[str, ...], *runs: CheckRun) -> Method:
+    given: dict[str, Any] = {"libraries": libraries, "runs": runs, "certain": True}
+    threads = family != SCIPY
+    return Method(f"{label} compared", family, ("routes",), knob="none", threads=threads, **given)
 
 
 OURS, HEYOKA, CYRK, DIFFRAX, SCIPY = "ours", "heyoka", "cyrk", "diffrax", "scipy"
@@ -121,103 +118,64 @@ OWN = (OURS, "lie_poisson")
 """Families that are in this package: they are no peers."""
 LANES: Setting = {"libraries": ("heyoka",), "forms": _variants("lanes", 4, 8, 16)}
 FINEST_SCIPY = 2.3e-14
+NUMBA, JAX, SCIPYS = ("CyRK", "numba"), ("jax", "diffrax"), ("scipy.integrate",)
+PRINCIPAL, EQ1 = CheckRun("heyoka_principal", 2.0**-52), CheckRun("heyoka_eq1", 2.0**-52)
+COARSER = CheckRun("heyoka_principal", 1e-14)
 
 METHODS = {
     "closed_form": Method(
-        "closed form",
-        OURS,
-        "ours",
-        ("free_body", "pendulum"),
-        {"closed": True},
-        knob="none",
-        libraries=("scipy.special",),
-        threads=False,
+        "closed form", OURS, ("free_body", "pendulum"), {"way": "closed"}, "none",
+        libraries=("scipy.special",), threads=False,
     ),
-    "route_codes": _certain("route_codes, every symbol certain", "integration", "routes"),
-    "route_codes_map": _certain("route_codes by return maps, every symbol certain", "map"),
-    "route_codes_auto": _certain("route_codes as it comes, every symbol certain", "auto"),
-    "aligned_batch": Method("aligned Taylor, batches", OURS, "ours"),
-    "aligned_106": Method(
-        "aligned Taylor, 106 bits", OURS, "ours", ("routes",), {"bits": 106}, "none"
-    ),
+    "route_codes": _certain("route_codes", "integration", "routes"),
+    "route_codes_map": _certain("route_codes by return maps", "map"),
+    "route_codes_auto": _certain("route_codes as it comes", "auto"),
+    "aligned_batch": Method("aligned Taylor, batches", OURS),
+    "aligned_106": Method("aligned Taylor, 106 bits", OURS, ("routes",), {"bits": 106}, "none"),
     "lie_poisson": Method(
-        "Lie-Poisson operator splitting",
-        "lie_poisson",
-        "ours",
-        ("motion", "long"),
-        {"splitting": True},
-        "steps",
-        variants=_variants("order", 2, 4, 6, 8),
-        threads=False,
+        "Lie-Poisson operator splitting", "lie_poisson", ("motion", "long"), {"way": "splitting"},
+        "steps", variants=_variants("order", 2, 4, 6, 8), threads=False,
     ),
-    "heyoka_principal": Method("heyoka, Euler-Poisson, batches", HEYOKA, "heyoka", **LANES),
+    "heyoka_principal": Method("heyoka, Euler-Poisson, batches", HEYOKA, **LANES),
     "heyoka_eq1": Method(
-        "heyoka, (eq1), batches",
-        HEYOKA,
-        "heyoka",
-        ("motion", "long", "routes"),
-        {"eq1": True},
-        **LANES,
+        "heyoka, (eq1), batches", HEYOKA, ("motion", "long", "routes"), {"eq1": True}, **LANES
     ),
     "cyrk": Method(
-        "CyRK, compiled by numba",
-        CYRK,
-        "cyrk",
-        finest=FINEST_SCIPY,
-        libraries=("CyRK", "numba"),
+        "CyRK, compiled by numba", CYRK, finest=FINEST_SCIPY, libraries=NUMBA,
         variants=_variants("method", "DOP853", "Vern8", "LSODA"),
     ),
+    # Tighter, steps are refused for ever.
     "diffrax": Method(
-        "diffrax, jitted and vmapped",
-        DIFFRAX,
-        "diffrax",
-        # Tighter, steps are refused for ever.
-        finest=2e-14,
-        libraries=("jax", "diffrax"),
+        "diffrax, jitted and vmapped", DIFFRAX, finest=2e-14, libraries=JAX,
         variants=_variants("solver", "Dopri8", "Tsit5"),
     ),
     "scipy_dop853": Method(
-        "SciPy DOP853",
-        SCIPY,
-        "scipy",
-        finest=FINEST_SCIPY,
-        libraries=("scipy.integrate",),
-        threads=False,
+        "SciPy DOP853", SCIPY, finest=FINEST_SCIPY, libraries=SCIPYS, threads=False
     ),
-}
-"""Every method by its name; cross-checks of peers follow."""
-
-PRINCIPAL, EQ1 = CheckRun("heyoka_principal", 2.0**-52), CheckRun("heyoka_eq1", 2.0**-52)
-COARSER = CheckRun("heyoka_principal", 1e-14)
-METHODS |= {
     "heyoka_two_forms": _compared(
-        "heyoka, both forms", METHODS["heyoka_principal"], PRINCIPAL, EQ1, COARSER
+        "heyoka, both forms", HEYOKA, ("heyoka",), PRINCIPAL, EQ1, COARSER
     ),
     "heyoka_two_tolerances": _compared(
-        "heyoka, two tolerances", METHODS["heyoka_principal"], PRINCIPAL, COARSER, EQ1
+        "heyoka, two tolerances", HEYOKA, ("heyoka",), PRINCIPAL, COARSER, EQ1
     ),
     "cyrk_two_methods": _compared(
-        "CyRK, two methods",
-        METHODS["cyrk"],
-        *(
-            CheckRun("cyrk", tolerance, {"method": name})
-            for tolerance, name in ((1e-13, "DOP853"), (1e-13, "Vern8"), (3e-14, "DOP853"))
-        ),
+        "CyRK, two methods", CYRK, NUMBA,
+        CheckRun("cyrk", 1e-13, {"method": "DOP853"}),
+        CheckRun("cyrk", 1e-13, {"method": "Vern8"}),
+        CheckRun("cyrk", 3e-14, {"method": "DOP853"}),
     ),
     "diffrax_two_tolerances": _compared(
-        "diffrax, two tolerances",
-        METHODS["diffrax"],
-        *(
-            CheckRun("diffrax", tolerance, {"solver": name})
-            for tolerance, name in ((1e-13, "Dopri8"), (3e-14, "Dopri8"), (1e-12, "Dopri5"))
-        ),
+        "diffrax, two tolerances", DIFFRAX, JAX,
+        CheckRun("diffrax", 1e-13, {"solver": "Dopri8"}),
+        CheckRun("diffrax", 3e-14, {"solver": "Dopri8"}),
+        CheckRun("diffrax", 1e-12, {"solver": "Dopri5"}),
     ),
     "scipy_two_tolerances": _compared(
-        "SciPy DOP853, two tolerances",
-        METHODS["scipy_dop853"],
+        "SciPy DOP853, two tolerances", SCIPY, SCIPYS,
         *(CheckRun("scipy_dop853", tolerance) for tolerance in (1e-12, 1e-13, 3e-14)),
     ),
-}
+}  # fmt: skip
+"""Every method by its name; the last are cross-checks of peers."""
 
 
 def knobs(method: Method, search: Any, long: bool) -> list[Any]:
@@ -282,13 +240,7 @@ def guests(problem: str, group: Data, config: Any, threads: int) -> dict[str, Se
     Each comes with the fastest of its settings that reached the level of the problem, or with
     its most exact one where none did. Who is too slow or gains nothing from threads stays away.
 
-    Parameters
-    ----------
-    problem : str
-    group : dict of dict
-        By method: its record of the search, arrays.
-    config : rigidpend.experiments.bench.schema.Config
-    threads : int
+    `group` has, by method, its record of the search at the problem, arrays.
     """
     slowest, found = float(config.meeting.slowest), {}
     for name in config.problem.methods:

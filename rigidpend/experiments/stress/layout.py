@@ -24,16 +24,19 @@ def _number(units: str, description: str, *dimensions: int | str) -> Field:
     return Field(NUMBER, dimensions, units, description, gaps=True, within=ANY)
 
 
+def _text(description: str) -> Field:
+    return Field(TEXT, (), "", description, within=ANY)
+
+
+VERDICT = "passed, limit (declared before), FAILED"
 OF_CLAIM = {
     "value": _number("", ""),
     "bound": _number("", ""),
     "ratio": _number("1", "value over bound"),
-    "verdict": Field(
-        TEXT, (), "", "passed, limit (declared before), FAILED", within=Bound(_verdicts)
-    ),
-    "limit": Field(TEXT, (), "", "why it is known to exceed the bound, if it is", within=ANY),
+    "verdict": _text(VERDICT)._replace(within=Bound(_verdicts)),
+    "limit": _text("why it is known to exceed the bound, if it is"),
     "up_to": _number("", "the largest value that the limit explains"),
-    "note": Field(TEXT, (), "", "what else is to be said of this run", within=ANY),
+    "note": _text("what else is to be said of this run"),
 }
 """Fields of a claim; units, and the meaning of value and bound, are those of the claim itself."""
 GROWTH = {
@@ -66,7 +69,7 @@ PENDULUM = {
     "phase": _number("rad", "phase error", "periods"),
     "walk": _number("rad", "predicted", "periods"),
 }
-"""Phase errors of the motion with J1 = 0: see `pendulum`."""
+"""Phase errors of the motion with J1 = 0: see `long_time.pendulum_trial`."""
 DRIFT = {
     "name": Field(TEXT, (), "", "what integrates"),
     "rotations": _number("1", "time in rotations without weight", "times"),

@@ -176,11 +176,11 @@ def test_an_interrupted_run_goes_on_where_it_was(
     planned = runner.plan(loading.load(QUICK, small), tmp_path)
     asked: list[str] = []
 
-    def breaking(order: Any, limit: float) -> Any:
-        asked.append(" ".join(order.methods))
+    def breaking(work: str, given: Any, limit: float) -> Any:
+        asked.append(" ".join(given["entries"]))
         if len(asked) in (2, 4):
             raise KeyboardInterrupt
-        return measured(order, limit)
+        return measured(work, given, limit)
 
     monkeypatch.setattr(bench, "measured", breaking)
     for _ in range(2):
@@ -244,7 +244,7 @@ def test_describe_names_problems_and_methods(path: Path) -> None:
 def test_the_full_config_asks_for_everything() -> None:
     content = typed(Config, FULL)
     assert set(METHODS) - set(content.problem.methods) == {"route_codes_map", "route_codes_auto"}
-    assert (content.bodies.kept, content.bodies.drawn, content.bodies.orbits) == (40, 20, 20_000)
+    assert (content.bodies.kept, content.bodies.drawn, content.bodies.orbits) == (40, 20, 10_000)
     assert content.meeting.rounds >= 11
     assert content.meeting.threads == (1, 2)
     assert content.phases.orbits == 2000

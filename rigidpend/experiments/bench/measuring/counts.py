@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import functools
 import json
+import math
 import statistics
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -25,9 +27,10 @@ from rigidpend.experiments.bench.measuring.problems import (
     Crossed,
     Task,
     from_phases,
+    judged,
     random_routes,
 )
-from rigidpend.experiments.bench.measuring.protocol import Make, again, timed
+from rigidpend.experiments.bench.measuring.protocol import Line, Make, timed, timed_solver
 from rigidpend.experiments.bench.methods import Setting
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact
@@ -45,35 +48,23 @@ BLOCK = 8
 """Orbits that are followed so at a time."""
 
 
-def starts() -> tuple[str, ...]:
-    """The values of J1_0 for which phases are stored."""
-    return tuple(_stored()["orbits"])
+def random_phases(entries: dict[str, Setting], orbits: int, seconds: float) -> Iterator[Line]:
+    """Wrong symbols of one method on random phases; a line for each start J1_0."""
+    [(name, entry)] = entries.items()
+    for J1_0 in _stored()["orbits"]:
+        line = on_random_phases(J1_0, lambda task: made(name, task, entry), orbits, seconds)
+        yield {"J1_0": J1_0, **line}
 
 
 def on_random_phases(J1_0: str, make: Make, most: int, seconds: float) -> dict[str, float]:
     """Count the symbols of a method that are wrong, chunk by chunk.
 
-    Parameters
-    ----------
-    J1_0 : str
-        One of :func:`starts`.
-    make : callable
-        Makes a method ready for a task.
-    most : int
-        How many phases at most.
-    seconds : float
-        After which no further chunk is begun.
-
-    Returns
-    -------
-    dict
-        ``symbols`` compared, ``wrong`` among them, ``wrong_trusted`` of those that the method
-        vouches for (all, where nothing is cross-checked), ``undecided``, ``orbits``, ``seconds``,
-        and ``last_crossing``, the median error of its t'.
+    After so many seconds no further chunk is begun. Told are the counts of :func:`judged`, the
+    ``orbits``, the ``seconds``, and ``last_crossing``, the median error of its t'.
     """
     theta2_0, true, last = _truth(J1_0)
     problem = replace(FIG4, J1_0=exact(J1_0), n_symbols=len(true))
-    tally = dict.fromkeys(("symbols", "wrong", "wrong_trusted", "undecided"), 0)
+    tally: Counter[str] = Counter()
     spent, gaps, done = 0.0, [], 0
     while done < min(most, len(theta2_0)) and spent < seconds:
         columns = slice(done, min(done + CHUNK, most))
@@ -83,8 +74,7 @@ def on_random_phases(J1_0: str, make: Make, most: int, seconds: float) -> dict[s
             solver.solve()
         taken, found = timed(solver.solve)
         answer = solver.read(found)
-        for name, number in judged(answer, true[:, columns]).items():
-            tally[name] += number
+        tally.update(judged(answer, true[:, columns]))
         gap = np.abs(answer.time[-1] - last[columns])
         gaps.append(np.where(np.isnan(gap), np.inf, gap))
         spent, done = spent + taken, done + answer.codes.shape[1]
@@ -92,53 +82,49 @@ def on_random_phases(J1_0: str, make: Make, most: int, seconds: float) -> dict[s
     return {**tally, "orbits": done, "seconds": spent, "last_crossing": middle}
 
 
-def judged(answer: Crossed, true: Any) -> dict[str, int]:
-    """Numbers of symbols: of all, of wrong ones, of those vouched for, and of undecided ones."""
-    wrong = answer.codes != true
-    trusted = np.ones_like(wrong) if answer.certain is None else answer.certain
-    masks = {"symbols": wrong | True, "wrong": wrong, "wrong_trusted": wrong & trusted}
-    return {name: int(mask.sum()) for name, mask in {**masks, "undecided": ~trusted}.items()}
+def many_orbits(
+    entries: dict[str, Setting], numbers: list[int], n_symbols: int, repeats: int, seconds: float
+) -> Iterator[Line]:
+    """One method at ever more orbits; a line a number."""
+    [(name, entry)] = entries.items()
+    given = numbers, n_symbols, repeats, seconds
+    return on_ever_more_orbits(lambda task: made(name, task, entry), *given)
 
 
 def on_ever_more_orbits(
     make: Make, numbers: Sequence[int], n_symbols: int, repeats: int, seconds: float
-) -> Iterator[dict[str, float]]:
-    """Time a method at each number of orbits that its budget allows, at one at least.
+) -> Iterator[Line]:
+    """Time a method at each of ascending numbers of orbits that its budget allows, one at least.
 
-    The first solve of all carries what is made ready once: tables of maps, compilation.
-
-    Parameters
-    ----------
-    make : callable
-        Makes a method ready for a task.
-    numbers : sequence of int
-        Of orbits, ascending.
-    n_symbols, repeats : int
-    seconds : float
-        What a number of orbits may take, repetitions included.
-
-    Yields
-    ------
-    dict
-        ``orbits``; ``seconds``, warm, the median; ``prepare``, what the first solve took beyond;
-        ``repeats``; ``undecided``, symbols that the method does not vouch for.
+    The first solve of all carries what is made ready once: tables of maps, compilation. A number
+    of orbits may take so many seconds, repetitions included.
     """
     problem = replace(FIG4, n_symbols=n_symbols)
     for number, after in zip(numbers, [*numbers[1:], 0], strict=True):
         task = random_routes(problem, number)
-        prepared, solver = timed(lambda: make(task))  # noqa: B023
-        first, found = timed(solver.solve)
-        certain, taken = solver.read(found).certain, again(solver.solve, repeats, first, seconds)
-        middle = statistics.median(taken or [first])
-        yield {
-            "orbits": float(number),
-            "seconds": middle,
-            "prepare": prepared + max(0.0, first - middle),
-            "repeats": float(len(taken) or 1),
-            "undecided": 0.0 if certain is None else float((~certain).sum()),
-        }
-        if middle * after / number > seconds:
+        found = timed_solver(functools.partial(make, task), repeats, seconds, 0.0)
+        certain = found.answer.certain
+        undecided = 0.0 if certain is None else float((~certain).sum())
+        yield {"orbits": float(number), **found.line, "undecided": undecided}
+        if found.seconds * after / number > seconds:
             return
+
+
+def bodies(
+    entries: dict[str, Setting],
+    seed: int,
+    bodies: int,
+    numbers: list[int],
+    orbits: int,
+    threads: int,
+    repeats: int,
+    seconds: float,
+    longest: float,
+) -> Iterator[Line]:
+    """All methods with some of the bodies of a list; a line a body."""
+    every = drawn.drawn(seed, bodies)
+    some = [every[k] for k in numbers]
+    return of_bodies(some, entries, orbits, threads, repeats, seconds, longest)
 
 
 def of_bodies(
@@ -149,28 +135,16 @@ def of_bodies(
     repeats: int,
     seconds: float,
     longest: float,
-) -> Iterator[dict[str, Any]]:
+) -> Iterator[Line]:
     """Call each method with bodies that it has not seen before, and again.
 
     The first method, ours, follows all orbits; a peer as many of them as it can in its time, with
     the horizon that ours told. Where two methods differ principal axes in 113 bits tell who is
     right.
 
-    Parameters
-    ----------
-    bodies : sequence of RouteProblem
-    entries : dict of dict
-        Knob and setting of each method; ours first.
-    orbits, threads, repeats : int
-    seconds : float
-        Of solving, a peer's budget at a body; as much for the truth.
-    longest : float
-        Of ours at a body, on average: no further body is begun when all this time is spent.
-
-    Yields
-    ------
-    dict
-        By method: ``first`` and ``again``, seconds; ``orbits``; and the counts of :func:`judged`.
+    A peer has so many `seconds` of solving at a body, and the truth as many; no further body is
+    begun when ours has taken the `longest` time, on average. A line has ``first`` and ``again``,
+    seconds, ``orbits`` and the counts of :func:`judged`, by method.
     """
     own, *peers = entries
     spent, budget = 0.0, len(bodies) * (longest + seconds * len(entries))
@@ -199,11 +173,9 @@ def _with_body(
     """Times and counts of each method with one body."""
     own, *peers = entries
     task = from_phases(problem, drawn.phases(orbits))
-    solver = made(own, task, entries[own], threads)
-    first, answer = timed(solver.solve)
-    answers = {own: solver.read(answer)}
-    warm = statistics.median(again(solver.solve, repeats, first, seconds, sure=True))
-    found: dict[str, Any] = {own: {"orbits": orbits, "first": first, "again": warm}}
+    ours = timed_solver(lambda: made(own, task, entries[own], threads), repeats, seconds, math.inf)
+    answers = {own: ours.answer}
+    found: dict[str, Any] = {own: {"orbits": orbits, "first": ours.first, "again": ours.seconds}}
     last = np.nanmax(answers[own].time, initial=0.0)
     task = task._replace(times=np.full((1, orbits), 1.001 * last / time_unit(task.body)))
     for name in peers:
@@ -226,17 +198,15 @@ def _in_its_time(
     Its first call is with a few of them, to which the others are added at what they take again.
     """
     n = few = min(PILOT, task.states.shape[1])
-    prepared, solver = timed(lambda: make(task.of(np.arange(few))))
-    first, answer = timed(solver.solve)
-    taken = [timed(solver.solve)[0]]
-    more = min(int(seconds / taken[0] * few), task.states.shape[1])
+    pilot = timed_solver(lambda: make(task.of(np.arange(few))), 1, seconds, math.inf)
+    answer, middle = pilot.answer, pilot.seconds
+    more = min(int(seconds / middle * few), task.states.shape[1])
     if more > few:
-        n, solver = more, make(task.of(np.arange(more)))
-        warm, answer = timed(solver.solve)
-        taken = [warm, *again(solver.solve, repeats - 1, warm, seconds)]
-    middle = statistics.median(taken)
-    told = {"orbits": n, "first": prepared + first + middle * (n - few) / n, "again": middle}
-    return told, solver.read(answer)
+        n = more
+        all_ = timed_solver(lambda: make(task.of(np.arange(n))), repeats - 1, seconds, 0.0)
+        answer, middle = all_.answer, statistics.median([all_.first, *all_.again])
+    first = pilot.made + pilot.first + middle * (n - few) / n
+    return {"orbits": n, "first": first, "again": middle}, answer
 
 
 def _settled(task: Task, answers: dict[str, Crossed], seconds: float) -> tuple[int, Any]:

@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from CyRK import nb_diffeq_addr, nbsolve2_ivp
 from numba import njit
 
-from rigidpend.experiments.bench.measuring.fields import SMALLER, compilable
+from rigidpend.experiments.bench.measuring.fields import SMALLER, flat
 from rigidpend.experiments.bench.measuring.problems import Task
+from rigidpend.experiments.bench.measuring.solvers import Ends, Solver, answering
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.doubles import Array
 
@@ -24,37 +24,33 @@ FALSE_POSITIONS = 40
 """At most so many steps from the ends of a step to a crossing in it; about eight are enough."""
 
 
-def ends(body: Body, states: Array, tolerance: float, method: str) -> Any:
-    """Give a function that carries states on: see `adapters`."""
-    address = _address(body, len(states) == 8)
+def answered(task: Task, tolerance: float, threads: int, method: str) -> Solver:
+    """The answer to any task."""
 
-    def carry(states: Array, start: float, times: Array) -> Array:
-        ended = _ends(address, np.ascontiguousarray(states.T), start, times, method, tolerance)
-        if not np.isfinite(ended).all():
-            raise ArithmeticError("an orbit did not reach its time")
-        return np.ascontiguousarray(ended.T)
+    def ends(part: Task) -> Ends:
+        address = _address(part.body, len(part.states) == 8)
 
-    return carry
+        def carry(states: Array, start: float, times: Array) -> Array:
+            ended = _ends(address, np.ascontiguousarray(states.T), start, times, method, tolerance)
+            if not np.isfinite(ended).all():
+                raise ArithmeticError("an orbit did not reach its time")
+            return np.ascontiguousarray(ended.T)
 
+        return carry
 
-def crossings(task: Task, states: Array, tolerance: float, method: str) -> Callable[[], Array]:
-    """Give a function that finds crossings: see `adapters`."""
-    orbits, wanted = np.ascontiguousarray(states.T), task.routes.n_symbols + 1
-    given = (
-        _address(task.body),
-        orbits,
-        wanted,
-        float(task.times.max()) / PIECES,
-        method,
-        tolerance,
-    )
-    return lambda: np.transpose(_crossings(*given), (2, 1, 0))
+    def crossings(part: Task) -> Callable[[], Array]:
+        orbits, wanted = np.ascontiguousarray(part.states.T), part.routes.n_symbols + 1
+        piece = float(part.times.max()) / PIECES
+        given = _address(part.body), orbits, wanted, piece, method, tolerance
+        return lambda: np.transpose(_crossings(*given), (2, 1, 0))
+
+    return answering(task, threads, ends, crossings)
 
 
 @functools.cache
 def _address(body: Body, angles: bool = False) -> int:
     """The address of the compiled field."""
-    address: int = nb_diffeq_addr(compilable(body, angles))
+    address: int = nb_diffeq_addr(flat(body, angles))
     return address
 
 
@@ -62,14 +58,8 @@ def _address(body: Body, angles: bool = False) -> int:
 def _ends(address, states, start, times, method, tolerance):  # type: ignore[no-untyped-def]
     ended = np.full_like(states, np.nan)
     for k in range(states.shape[0]):
-        found = nbsolve2_ivp(
-            address,
-            (start, times[k]),
-            states[k].copy(),
-            method,
-            rtol=tolerance,
-            atol=SMALLER * tolerance,
-        )
+        span, begun = (start, times[k]), states[k].copy()
+        found = nbsolve2_ivp(address, span, begun, method, rtol=tolerance, atol=SMALLER * tolerance)
         if found.success:
             ended[k] = found.y[:, -1]
         found.free()
@@ -101,14 +91,9 @@ def _crossings(address, orbits, wanted, piece, method, tolerance):  # type: igno
         state, start, count = orbits[column].copy(), 0.0, 0
         for _ in range(PIECES):
             found = nbsolve2_ivp(
-                address,
-                (start, start + piece),
-                state,
-                method,
-                dense_output=True,
-                rtol=tolerance,
-                atol=SMALLER * tolerance,
-            )
+                address, (start, start + piece), state, method, dense_output=True,
+                rtol=tolerance, atol=SMALLER * tolerance,
+            )  # fmt: skip
             t, y = found.t, found.y
             for k in range(t.size - 1):
                 if count < wanted and (y[2, k] < 0) != (y[2, k + 1] < 0):

@@ -15,6 +15,7 @@ import optimistix
 from rigidpend.experiments.bench.measuring import fields
 from rigidpend.experiments.bench.measuring.fields import SMALLER
 from rigidpend.experiments.bench.measuring.problems import Task
+from rigidpend.experiments.bench.measuring.solvers import Ends, Solver, answering
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Numbers
@@ -26,27 +27,30 @@ AT_ONCE = 1e-3
 """A time, physical, until which to go when only compilation is wanted."""
 
 
-def ends(body: Body, states: Array, tolerance: float, solver: str) -> Any:
-    """Give a function that carries states on, compiled for so many: see `adapters`."""
-    solve = _to(body, len(states) == 8, solver)
+def answered(task: Task, tolerance: float, threads: int, solver: str) -> Solver:
+    """The answer to any task, compiled for as many orbits as each thread has."""
 
-    def carry(states: Array, start: float, times: Array) -> Array:
-        return np.asarray(solve(states.T, start, times, tolerance)).T
+    def ends(part: Task) -> Ends:
+        solve = _to(part.body, len(part.states) == 8, solver)
 
-    carry(states, 0.0, np.full(states.shape[1], AT_ONCE))
-    return carry
+        def carry(states: Array, start: float, times: Array) -> Array:
+            return np.asarray(solve(states.T, start, times, tolerance)).T
 
+        carry(part.states, 0.0, np.full(part.states.shape[1], AT_ONCE))
+        return carry
 
-def crossings(task: Task, states: Array, tolerance: float, solver: str) -> Callable[[], Array]:
-    """Give a function that goes from crossing to crossing: see `adapters`."""
-    solve, first = _crossings(task.body, task.routes.n_symbols + 1, solver), states.T
+    def crossings(part: Task) -> Callable[[], Array]:
+        """From crossing to crossing."""
+        solve, first = _crossings(part.body, part.routes.n_symbols + 1, solver), part.states.T
 
-    def find(horizon: float) -> Array:
-        times, there = solve(first, tolerance, horizon)
-        return np.concatenate((np.asarray(times).T[None], np.asarray(there).transpose(2, 1, 0)[:2]))
+        def find(horizon: float) -> Array:
+            times, there = (np.asarray(x) for x in solve(first, tolerance, horizon))
+            return np.concatenate((times.T[None], there.transpose(2, 1, 0)[:2]))
 
-    find(AT_ONCE)
-    return lambda: find(float(task.times.max()))
+        find(AT_ONCE)
+        return lambda: find(float(part.times.max()))
+
+    return answering(task, threads, ends, crossings)
 
 
 @functools.cache
@@ -56,15 +60,9 @@ def _to(body: Body, angles: bool, solver: str) -> Any:
 
     def end(state: Numbers, start: Any, stop: Any, tolerance: Any) -> Any:
         return diffrax.diffeqsolve(
-            term,
-            getattr(diffrax, solver)(),
-            start,
-            stop,
-            None,
-            state,
-            stepsize_controller=_controller(tolerance),
-            max_steps=None,
-        ).ys[-1]
+            term, getattr(diffrax, solver)(), start, stop, None, state,
+            stepsize_controller=_controller(tolerance), max_steps=None,
+        ).ys[-1]  # fmt: skip
 
     return jax.jit(jax.vmap(end, in_axes=(0, None, 0, None)))
 
@@ -83,18 +81,10 @@ def _crossings(body: Body, wanted: int, solver: str) -> Any:
         def passage(carried: Any, upwards: Any) -> Any:
             time, state = carried
             found = diffrax.diffeqsolve(
-                term,
-                getattr(diffrax, solver)(),
-                time,
-                horizon,
-                None,
-                state,
-                args=upwards,
-                stepsize_controller=_controller(tolerance),
-                max_steps=None,
-                event=event,
-                throw=False,
-            )
+                term, getattr(diffrax, solver)(), time, horizon, None, state, args=upwards,
+                stepsize_controller=_controller(tolerance), max_steps=None,
+                event=event, throw=False,
+            )  # fmt: skip
             carried = found.ts[-1], found.ys[-1]
             return carried, carried
 

@@ -1,7 +1,7 @@
 """The fields that the methods integrate, all composed of the package's equations.
 
-For peers in Python and for compilers they are written out flat, as a hand would for speed: from
-the tape that the package's own compiled fields are made of.
+For peers they are written out flat, in plain Python that a compiler takes too, as a hand would for
+speed: from the tape that the package's own compiled fields are made of.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def time_unit(body: Body) -> float:
 
 
 def with_angles(A: Numbers, r: Numbers, mu: Scalar) -> Field:
-    """The same with the rates of theta3 and alpha, of 8 numbers."""
+    """Euler-Poisson with the rates of theta3 and alpha, of 8 numbers."""
 
     def field(y: Scalar) -> tuple[Any, ...]:
         M, gamma = y[:3], y[3:6]
@@ -61,23 +61,11 @@ def of_body(body: Body, angles: bool = False) -> Field:
 SIGNS = {"plus": "+", "minus": "-", "times": "*", "divided": "/"}
 
 
-def flat(body: Body, angles: bool = False) -> Callable[[float, Any], list[Any]]:
-    """Write ``rates(t, y)``, plain Python that takes floats or arrays and gives a list."""
-    lines, rates = _written(body, angles)
-    head = ["def rates(t, y):", f"    {', '.join(f'y{i}' for i in range(len(rates)))} = y"]
-    return _executed([*head, *lines, f"    return [{', '.join(rates)}]"])
+def flat(body: Body, angles: bool = False) -> Any:
+    """Write ``rates(dy, t, y, args)``, which takes floats or arrays, and which numba can compile.
 
-
-def compilable(body: Body, angles: bool = False) -> Any:
-    """Write ``rates(dy, t, y, args)``, which numba can compile; 8 components with angles."""
-    lines, rates = _written(body, angles)
-    ends = [f"    dy[{i}] = {x}" for i, x in enumerate(rates)]
-    begin = [f"    y{i} = y[{i}]" for i in range(len(rates))]
-    return _executed(["def rates(dy, t, y, args):", *begin, *lines, *ends])
-
-
-def _written(body: Body, angles: bool) -> tuple[list[str], list[str]]:
-    """The lines of a field, each a local variable, and the names of the derivatives."""
+    It has 6 components, or 8 with angles; each quantity is a local variable.
+    """
     make, size = (with_angles, 8) if angles else (euler_poisson_field, 6)
     r, mu = direction(body), float(body.mu)
     # The moments are components too, for the tape multiplies by reciprocals of parameters: with
@@ -97,12 +85,11 @@ def _written(body: Body, angles: bool) -> tuple[list[str], list[str]]:
             # The tape tells parameters apart, even equal ones.
             whole = name == "divided" and right == "1.0"
             names.append(left if whole else known.setdefault(text, f"x{len(known)}"))
-    lines = [f"    {name} = {expression}" for expression, name in known.items()]
-    return lines, [names[k] for k in traced.rates]
-
-
-def _executed(lines: list[str]) -> Any:
-    """The function ``rates`` of some lines."""
+    lines = [
+        *(f"y{i} = y[{i}]" for i in range(size)),
+        *(f"{name} = {expression}" for expression, name in known.items()),
+        *(f"dy[{i}] = {names[k]}" for i, k in enumerate(traced.rates)),
+    ]
     room: dict[str, Any] = {}
-    exec(compile("\n".join(lines), "<field>", "exec"), room)
+    exec(compile("\n    ".join(["def rates(dy, t, y, args):", *lines]), "<field>", "exec"), room)
     return room["rates"]

@@ -14,7 +14,13 @@ import numpy as np
 from rigidpend.experiments.bench.measuring import fields
 from rigidpend.experiments.bench.measuring.fields import time_unit
 from rigidpend.experiments.bench.measuring.problems import Crossed, Task
-from rigidpend.experiments.bench.measuring.solvers import Solver, in_looks, shared_out
+from rigidpend.experiments.bench.measuring.solvers import (
+    Ends,
+    Solver,
+    answering,
+    in_looks,
+    shared_out,
+)
 from rigidpend.experiments.heyoka_peer import heyoka
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import (
@@ -30,25 +36,24 @@ from rigidpend.numbers.doubles import Array
 from rigidpend.routes.phases import Phases
 
 
-def ends(body: Body, states: Array, tolerance: float, lanes: int) -> Any:
-    """Give a function that carries states on: see `adapters`."""
-    return _ends(_principal(body, len(states))[1], tolerance, lanes)
+def answered(task: Task, tolerance: float, threads: int, lanes: int, eq1: bool = False) -> Solver:
+    """The answer to any task; by (eq1) in the paper's variables theta1, J1, theta2, J2."""
+    if eq1:
+        return _by_eq1(task, tolerance, threads, lanes)
+
+    def ends(part: Task) -> Ends:
+        return _ends(_principal(part.body, len(part.states))[1], tolerance, lanes)
+
+    def crossings(part: Task) -> Callable[[], Array]:
+        names, system = _principal(part.body)
+        follower = Follower(system, names[2], (0, 1), part, tolerance, lanes)
+        return lambda: follower.run(part.states)
+
+    return answering(task, threads, ends, crossings)
 
 
-def crossings(task: Task, states: Array, tolerance: float, lanes: int) -> Callable[[], Array]:
-    """Give a function that finds crossings: see `adapters`."""
-    names, system = _principal(task.body)
-    follower = Follower(system, names[2], (0, 1), task, tolerance, lanes)
-    return lambda: follower.run(states)
-
-
-def answered(
-    task: Task, tolerance: float, threads: int, lanes: int, eq1: bool = False
-) -> Solver | None:
-    """Answers in the paper's variables theta1, J1, theta2, J2, where these are wanted."""
-    if not eq1:
-        return None
-    s, body = time_unit(task.body), task.body
+def _by_eq1(task: Task, tolerance: float, threads: int, lanes: int) -> Solver:
+    body = task.body
     names, system = _eq1(body)
     if task.kind == "routes":
         section, begun = names[1] - names[3] / 2.0, _eq1_start(task)
@@ -58,7 +63,7 @@ def answered(
             return lambda: follower.run(part.states)
 
         return Solver(shared_out(find, begun, threads), _by_side)
-    begun = task._replace(states=_to_eq1(task.states, body), times=s * task.times)
+    begun = task._replace(states=_to_eq1(task.states, body), times=time_unit(body) * task.times)
     solve = shared_out(lambda x: in_looks(x, _ends(system, tolerance, lanes)), begun, threads)
     return Solver(solve, lambda found: np.array([_from_eq1(y, body) for y in found]))
 
@@ -111,7 +116,7 @@ def _compiled(system: Any, tolerance: float, lanes: int, **events: Any) -> Any:
     return make(system, np.zeros(shape), tol=tolerance, **events)
 
 
-def _ends(system: Any, tolerance: float, lanes: int) -> Callable[[Array, float, Array], Array]:
+def _ends(system: Any, tolerance: float, lanes: int) -> Ends:
     """Give a function that carries orbits (d, n) on, as many at once as there are lanes."""
     made = _compiled(system, tolerance, lanes)
 

@@ -11,7 +11,7 @@ import numpy as np
 from rigidpend.experiments import lie_poisson
 from rigidpend.experiments.bench.measuring.fields import direction, moments, time_unit
 from rigidpend.experiments.bench.measuring.problems import Crossed, Task
-from rigidpend.experiments.bench.measuring.solvers import Solver, in_looks, shared_out
+from rigidpend.experiments.bench.measuring.solvers import Ends, Solver, in_looks, shared_out
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import aligned_coefficients, cross
@@ -23,6 +23,7 @@ from rigidpend.mechanics.poinsot.polhode import momentum
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import GUARD_BITS, context
 from rigidpend.orbits import integrate
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.records import Crossings, Orbits
 from rigidpend.routes import codes
 from rigidpend.routes.cycle import symbols
@@ -33,15 +34,7 @@ from rigidpend.routes.start import Scales, start, states_double, states_exact
 
 
 def answered(
-    task: Task,
-    knob: Any,
-    threads: int,
-    *,
-    method: str = "",
-    closed: bool = False,
-    splitting: bool = False,
-    bits: int = 53,
-    order: int = 0,
+    task: Task, knob: Any, threads: int, way: str = "", bits: int = 53, order: int = 0
 ) -> Solver:
     """The answer to any task.
 
@@ -51,21 +44,17 @@ def answered(
     knob : float or None
         Tolerance of the series, or steps in a period of the splitting.
     threads : int
-    method : str, optional
-        Of `route_codes`, every symbol by two computations; else one, and no cross-check.
-    closed, splitting : bool, optional
-        By closed forms, or by the operator splitting of that order.
-    bits : int, optional
-        Of one computation of symbols.
-    order : int, optional
+    way : str, optional
+        ``closed``, ``splitting`` (of that `order`), or a method of `route_codes`, where every
+        symbol is told by two computations; else series, of so many `bits`, and no cross-check.
     """
-    if method:
-        return route_codes(task, threads, method)
-    if closed:
+    if way == "closed":
         at = _pendulums(task) if task.h0 is not None else _free_bodies(task)
         return Solver(lambda: np.array([at(times[0]) for times in task.times]))
-    if splitting:
+    if way == "splitting":
         return Solver(in_looks(task, _split(task, knob, order)))
+    if way:
+        return route_codes(task, threads, way)
     if task.kind == "routes":
         return one_computation(task, knob, threads, bits)
     return alpha(task, knob) if task.kind == "angle" else motion(task, knob, threads)
@@ -73,14 +62,10 @@ def answered(
 
 def route_codes(task: Task, threads: int, method: str) -> Solver:
     """Route codes as a user gets them: every symbol by two computations."""
-    p = task.routes
-    given: dict[str, Any] = {"h0": p.h0, "J1_0": p.J1_0, "n_symbols": p.n_symbols}
-
-    def solve() -> Any:
-        return codes.route_codes(p.body, task.theta2_0, **given, jobs=threads, method=method)
-
+    given = task.routes, task.theta2_0, resolve(), threads, method
     return Solver(
-        solve, lambda found: Crossed(found.codes, found.crossing_time, certain=found.certain)
+        lambda: codes.codes_of(*given, kept=True),
+        lambda found: Crossed(found.codes, found.crossing_time, certain=found.certain),
     )
 
 
@@ -148,7 +133,7 @@ def aligned_states(body: Body, states: Array) -> Array:
     return found
 
 
-def _split(task: Task, steps: float, order: int) -> Callable[[Array, float, Array], Array]:
+def _split(task: Task, steps: float, order: int) -> Ends:
     """Operator splitting of Lie-Poisson type, with so many steps in a period."""
     body, longest = task.body, task.period / steps
     made = lie_poisson.splitting(moments(body), direction(body), float(body.mu), order)

@@ -244,16 +244,21 @@ def error_of_codes(answer: Crossed, truth: Data) -> dict[str, float]:
     """Errors of the crossing times, the wrong symbols, and which of them are trusted."""
     gap = np.abs(answer.time - truth["time"])
     worst = np.where(np.isnan(gap), np.inf, gap).max(axis=0)
-    wrong = answer.codes != truth["codes"]
+    counts = {name: float(number) for name, number in judged(answer, truth["codes"]).items()}
+    told = {name: counts[name] for name in ("undecided", "wrong_trusted")}
+    wrong = {"wrong": counts["wrong"] / counts["symbols"], "wrong_symbols": counts["wrong"]}
+    return {"error": float(np.median(worst)), "worst": float(worst.max()), **wrong, **told}
+
+
+def judged(answer: Crossed, true: Any) -> dict[str, int]:
+    """Numbers of symbols: of all, of wrong ones, of those vouched for, and of undecided ones.
+
+    All are vouched for by a method that does not say which.
+    """
+    wrong = answer.codes != true
     trusted = np.ones_like(wrong) if answer.certain is None else answer.certain
-    return {
-        "error": float(np.median(worst)),
-        "worst": float(worst.max()),
-        "wrong": float(wrong.mean()),
-        "wrong_symbols": float(wrong.sum()),
-        "undecided": float((~trusted).sum()),
-        "wrong_trusted": float((wrong & trusted).sum()),
-    }
+    masks = {"symbols": wrong | True, "wrong": wrong, "wrong_trusted": wrong & trusted}
+    return {name: int(mask.sum()) for name, mask in {**masks, "undecided": ~trusted}.items()}
 
 
 def error_of_alpha(answer: Array, truth: Data) -> dict[str, float]:

@@ -4,11 +4,15 @@ Two passes. The search takes each method alone, at every setting and knob of its
 error and time: the material of the diagrams, and of the choice of a setting. The meeting then
 brings the chosen ones together in one process and times them in turn, round by round, so that
 what slows the machine slows all of them: ratios come from it and from nothing else.
+
+What a worker is asked for has arguments of JSON: a method's entry is its `knob`, its `setting`
+and, over long times, the `part` of the way; for a search, its knobs by problem.
 """
 
 from __future__ import annotations
 
 import contextlib
+import importlib
 import math
 import resource
 import statistics
@@ -16,18 +20,24 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from rigidpend.experiments.bench.measuring.adapters import made
-from rigidpend.experiments.bench.measuring.problems import Task
+from rigidpend.experiments.bench.measuring.problems import ASKED, Task
 from rigidpend.experiments.bench.measuring.solvers import Solver
-from rigidpend.experiments.bench.methods import METHODS, Method, Setting, spelt
+from rigidpend.experiments.bench.methods import METHODS, PROBLEMS, Method, Setting, spelt
 
-Measured = dict[str, Any]
+Line = dict[str, Any]
+"""A measurement, as a worker tells it."""
 Make = Callable[[Task], Solver]
 
+FAILURES = (ArithmeticError, ImportError, MemoryError, RuntimeError, ValueError)
+"""Errors that a method may raise: it found no number, its library is not there or refuses.
+
+Whatever else is raised is a fault of this package's own lines."""
 LITTLE = 1e-3
 """The part of the way by which the time of all of it is told, over long times; the least."""
 WARM = 8.0
@@ -48,6 +58,13 @@ class Stage(NamedTuple):
     """True if a slow method goes a part of the way."""
 
 
+def stage(problem: str, sizes: dict[str, Any], truth: dict[str, Any]) -> Stage:
+    """A problem of those sizes, with its truth, which comes in lists."""
+    task = ASKED[problem].task(SimpleNamespace(**sizes))
+    arrays = {name: np.array(values) for name, values in truth[problem].items()}
+    return Stage(task, arrays, ASKED[problem].error, PROBLEMS[problem].kind == "long")
+
+
 def timed(work: Callable[[], Any]) -> tuple[float, Any]:
     """Time some work; give the seconds and what it returned."""
     begun = time.perf_counter()
@@ -55,85 +72,131 @@ def timed(work: Callable[[], Any]) -> tuple[float, Any]:
     return time.perf_counter() - begun, found
 
 
-def again(
-    solve: Callable[[], Any], repeats: int, first: float, seconds: float, sure: bool = False
-) -> list[float]:
-    """Times of further solves, as many as some seconds allow after a first one; one if sure."""
-    taken = [timed(solve)[0]] if sure else []
+class Timed(NamedTuple):
+    """A method that was made ready, solved a first time, and again."""
+
+    answer: Any
+    made: float
+    """Seconds in which it was made ready."""
+    first: float
+    """Seconds of the first solve."""
+    seconds: float
+    """A warm solve: the median of those further ones; the first one where there is none."""
+    again: tuple[float, ...]
+    """Seconds of the further solves."""
+
+    @property
+    def line(self) -> Line:
+        """What is told of it: to prepare takes what goes beyond a warm solve."""
+        prepare = self.made + max(0.0, self.first - self.seconds)
+        repeats = float(len(self.again) or 1)
+        return {"seconds": self.seconds, "repeats": repeats, "prepare": prepare}
+
+
+def timed_solver(make: Callable[[], Solver], repeats: int, seconds: float, warm: float) -> Timed:
+    """Make a method ready and solve, and again as often as some seconds allow.
+
+    Once more at least where the first solve took less than `warm` seconds.
+    """
+    prepared, solver = timed(make)
+    first, found = timed(solver.solve)
+    answer = solver.read(found)
+    taken = [timed(solver.solve)[0]] if first < warm else []
     while len(taken) < repeats and sum(taken) + (taken or [first])[-1] < seconds:
-        taken.append(timed(solve)[0])
-    return taken
+        taken.append(timed(solver.solve)[0])
+    middle = statistics.median(taken or [first])
+    return Timed(answer, prepared, first, middle, tuple(taken))
 
 
 def search(
-    stage: Stage, name: str, knobs: list[Any], seconds: float, repeats: int
-) -> Iterator[Measured]:
+    entries: dict[str, dict[str, list[Any]]],
+    sizes: dict[str, Any],
+    truth: dict[str, Any],
+    repeats: int,
+    seconds: float,
+) -> Iterator[Line]:
+    """One method at each problem; first what its import cost."""
+    [(name, tried)] = entries.items()
+    before = memory()
+    libraries = METHODS[name].libraries
+    imported, _ = timed(lambda: [importlib.import_module(x) for x in libraries])
+    yield {"import": imported, "memory_before": before}
+    for problem, knobs in tried.items():
+        try:
+            for line in settings(stage(problem, sizes, truth), name, knobs, repeats, seconds):
+                yield {"problem": problem, **line}
+        except FAILURES as error:
+            # The other problems are still to be measured.
+            yield {"problem": problem, "failed": said(error)}
+
+
+def said(error: Exception) -> str:
+    """An error in one line."""
+    return f"{type(error).__name__}: {' '.join(str(error).split())}"
+
+
+def settings(
+    given: Stage, name: str, knobs: list[Any], repeats: int, seconds: float
+) -> Iterator[Line]:
     """Try every setting of a method: forms at the middle knob, then each variant at each knob.
 
-    A variant ends where its share of the budget is spent, or would be by the next knob.
-
-    Yields
-    ------
-    dict
-        First ``forms``, what each form took; then a measurement a setting and a knob.
+    A variant ends where its share of the budget is spent, or would be by the next knob. The first
+    line has ``forms``, what each form took; then a line is a measurement.
     """
     method = METHODS[name]
-    index, told = _best_form(stage, name, method, knobs[len(knobs) // 2], repeats)
+    index, told = _best_form(given, name, method, knobs[len(knobs) // 2], repeats)
     yield {"form": index, "forms": told}
-    form = method.forms[index]
     for number, variant in enumerate(method.variants):
         spent, share = 0.0, seconds / len(method.variants)
         for knob in knobs:
-            entry = {"knob": knob, "setting": {**form, **variant}}
-            line, taken = measured(stage, name, entry, repeats, share)
+            entry = {"knob": knob, "setting": {**method.forms[index], **variant}}
+            line, taken = measured(given, name, entry, repeats, share)
             yield {**line, "setting": float(number)}
             spent += taken
             if spent + GROWTH * line["once"] > share:
                 break
 
 
-def _best_form(stage: Stage, name: str, method: Method, knob: Any, repeats: int) -> tuple[int, str]:
+def _best_form(given: Stage, name: str, method: Method, knob: Any, repeats: int) -> tuple[int, str]:
     """The index of the form that took least time at a knob, and what all of them took."""
     if len(method.forms) == 1:
         return 0, ""
     entries = [{"knob": knob, "setting": {**x, **method.variants[0]}} for x in method.forms]
-    taken = [measured(stage, name, entry, repeats, 1.0)[0]["seconds"] for entry in entries]
+    taken = [measured(given, name, entry, repeats, 1.0)[0]["seconds"] for entry in entries]
     best = taken.index(min(taken))
-    said = (f"{spelt(f)}: {1e3 * s:.3g} ms" for f, s in zip(method.forms, taken, strict=True))
-    return best, f"{'; '.join(said)}; chosen: {spelt(method.forms[best])}"
+    each = (f"{spelt(f)}: {1e3 * s:.3g} ms" for f, s in zip(method.forms, taken, strict=True))
+    return best, f"{'; '.join(each)}; chosen: {spelt(method.forms[best])}"
 
 
 def measured(
-    stage: Stage, name: str, entry: Setting, repeats: int, share: float
-) -> tuple[Measured, float]:
+    given: Stage, name: str, entry: Setting, repeats: int, share: float
+) -> tuple[Line, float]:
     """One measurement, and the seconds that went into solving."""
-    part, tried = part_of_the_way(stage, lambda task: made(name, task, entry), share)
-    task = stage.task._replace(times=part * stage.task.times)
-    prepared, solver = timed(lambda: made(name, task, entry))
-    first, found = timed(solver.solve)
-    errors = stage.error(solver.read(found), stage.truth)
-    taken = again(solver.solve, repeats, first, share, sure=first < WARM)
-    middle = statistics.median(taken or [first])
+    part, tried = part_of_the_way(given, lambda task: made(name, task, entry), share)
+    task = given.task._replace(times=part * given.task.times)
+    found = timed_solver(lambda: made(name, task, entry), repeats, share, WARM)
     line = {
-        "knob": float(entry["knob"] or np.nan),
-        **errors,
-        "seconds": middle / part,
-        "repeats": float(len(taken) or 1),
-        "orbits": float(task.states.shape[1]),
-        "part": part,
-        "prepare": prepared + max(0.0, first - middle),
+        **_told(given, entry, part, found.answer),
+        **found.line,
+        "seconds": found.seconds / part,
         "memory": memory(),
-        "once": middle,
+        "once": found.seconds,
     }
     # Preparation is told apart, and no budget pays for it.
-    return line, tried + middle * (1 + len(taken))
+    return line, tried + found.seconds * (1 + len(found.again))
 
 
-def part_of_the_way(stage: Stage, make: Make, share: float) -> tuple[float, float]:
+def _told(given: Stage, entry: Setting, part: float, answer: Any) -> Line:
+    errors, orbits = given.error(answer, given.truth), given.task.states.shape[1]
+    knob = float(entry["knob"] or np.nan)
+    return {"knob": knob, **errors, "orbits": float(orbits), "part": part}
+
+
+def part_of_the_way(given: Stage, make: Make, share: float) -> tuple[float, float]:
     """Part of the way to follow orbits over long times: all of it, or what the budget allows."""
-    if not stage.long:
+    if not given.long:
         return 1.0, 0.0
-    solver = make(stage.task._replace(times=LITTLE * stage.task.times))
+    solver = make(given.task._replace(times=LITTLE * given.task.times))
     solver.solve()
     taken, _ = timed(solver.solve)
     whole = taken / LITTLE
@@ -141,39 +204,34 @@ def part_of_the_way(stage: Stage, make: Make, share: float) -> tuple[float, floa
 
 
 def meeting(
-    stage: Stage, entries: dict[str, Setting], threads: int, rounds: int, seconds: float
-) -> dict[str, Measured]:
+    entries: dict[str, Setting],
+    sizes: dict[str, Any],
+    truth: dict[str, Any],
+    repeats: int,
+    seconds: float,
+    threads: int,
+    problem: str,
+) -> Iterator[Line]:
+    """Several methods in turn at one problem; a line each, with the times of all rounds."""
+    found = met(stage(problem, sizes, truth), entries, threads, repeats, seconds)
+    yield from ({"method": name, **line} for name, line in found.items())
+
+
+def met(
+    given: Stage, entries: dict[str, Setting], threads: int, rounds: int, seconds: float
+) -> dict[str, Line]:
     """Time methods in turn, round by round; the order turns too.
 
-    Parameters
-    ----------
-    stage : Stage
-    entries : dict of dict
-        By the name of the method: knob and setting, and over long times the part of the way.
-    threads, rounds : int
-    seconds : float
-        What one method may take in all: where it is spent, it misses the rounds that are left.
-
-    Returns
-    -------
-    dict
-        By method: errors, and ``rounds``, the seconds of each, NaN where it was not timed.
+    A method that has spent its `seconds` misses the rounds that are left: its ``rounds`` are NaN.
     """
     solvers: dict[str, Callable[[], Any]] = {}
-    found: dict[str, Measured] = {}
+    found: dict[str, Line] = {}
     for name, entry in entries.items():
         part = entry.get("part", 1.0)
-        task = stage.task._replace(times=part * stage.task.times)
+        task = given.task._replace(times=part * given.task.times)
         used, solver = _at_its_best(name, entry, task, threads)
-        solvers[name] = solver.solve
-        found[name] = {
-            "knob": float(entry["knob"] or np.nan),
-            **stage.error(solver.read(solver.solve()), stage.truth),
-            "orbits": float(task.states.shape[1]),
-            "part": part,
-            "threads": float(used),
-            "rounds": [math.nan] * rounds,
-        }
+        solvers[name], told = solver.solve, _told(given, entry, part, solver.read(solver.solve()))
+        found[name] = {**told, "threads": float(used), "rounds": [math.nan] * rounds}
     spent, names = dict.fromkeys(entries, 0.0), list(entries)
     for k in range(rounds):
         turned = names[k % len(names) :] + names[: k % len(names)]

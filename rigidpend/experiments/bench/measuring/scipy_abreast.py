@@ -14,16 +14,21 @@ from scipy.integrate import DOP853
 
 from rigidpend.experiments.bench.measuring.fields import SMALLER, flat
 from rigidpend.experiments.bench.measuring.problems import Task
-from rigidpend.mechanics.body import Body
+from rigidpend.experiments.bench.measuring.solvers import Ends, Solver, answering
 from rigidpend.numbers.doubles import Array
 
 FALSE_POSITIONS = 12
 """Steps from the ends of a step to the crossings in it."""
 
 
-def ends(body: Body, states: Array, tolerance: float) -> Any:
-    """Give a function that carries states on: see `adapters`."""
-    rates = flat(body, angles=len(states) == 8)
+def answered(task: Task, tolerance: float, threads: int) -> Solver:
+    """The answer to any task."""
+    return answering(task, threads, lambda x: _ends(x, tolerance), lambda x: _find(x, tolerance))
+
+
+def _ends(task: Task, tolerance: float) -> Ends:
+    """Give a function that carries states on."""
+    rates = flat(task.body, angles=len(task.states) == 8)
 
     def carry(states: Array, start: float, times: Array) -> Array:
         # Each orbit in units of its own way, so that all of them arrive at 1.
@@ -35,9 +40,9 @@ def ends(body: Body, states: Array, tolerance: float) -> Any:
     return carry
 
 
-def crossings(task: Task, states: Array, tolerance: float) -> Callable[[], Array]:
-    """Give a function that finds crossings by each step's dense output: see `adapters`."""
-    rates, wanted = flat(task.body), task.routes.n_symbols + 1
+def _find(task: Task, tolerance: float) -> Callable[[], Array]:
+    """Give a function that finds crossings by each step's dense output."""
+    rates, wanted, states = flat(task.body), task.routes.n_symbols + 1, task.states
     (n, horizon), shape = (states.shape[1], float(task.times.max())), states.shape
 
     def find() -> Array:
@@ -64,8 +69,9 @@ def crossings(task: Task, states: Array, tolerance: float) -> Callable[[], Array
 
 def _solver(rates: Any, states: Array, end: float, tolerance: float, unit: Any = None) -> DOP853:
     def abreast(t: float, y: Array) -> Array:
-        found = rates(t, y.reshape(states.shape))
-        return np.concatenate(found if unit is None else [unit * x for x in found])
+        found = np.empty_like(states)
+        rates(found, t, y.reshape(states.shape), None)
+        return (found if unit is None else unit * found).ravel()
 
     make: Any = DOP853
     tolerances = {"rtol": tolerance, "atol": SMALLER * tolerance}

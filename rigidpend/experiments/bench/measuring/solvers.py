@@ -1,4 +1,8 @@
-"""Solvers: a method made ready for a task, its orbits in looks and shared among threads."""
+"""Solvers: a method made ready for a task, its orbits in looks and shared among threads.
+
+Most methods carry states on, and find crossings by themselves: two functions of a part of the
+orbits, M and gamma, which :func:`answering` makes the answer to any task.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +29,30 @@ class Solver(NamedTuple):
     """From what `solve` gave to the answer: states (k, d, n), `Crossed`, or alpha (n,)."""
 
 
-def in_looks(task: Task, ends: Callable[[Any, float, Array], Any]) -> Callable[[], Array]:
+Ends = Callable[[Any, float, Array], Any]
+"""From states (d, n), their time and n later ones to the states then; of 8 components the last two
+are theta3 and alpha."""
+
+
+def answering(
+    task: Task,
+    threads: int,
+    ends: Callable[[Task], Ends],
+    crossings: Callable[[Task], Callable[[], Array]],
+) -> Solver:
+    """The answer of a method that is made ready for a part of the orbits by two functions.
+
+    The one gives a function that carries their states on, the other one that finds time, M1 and
+    M2 at their crossings of M3 = 0: (3, wanted, n), NaN where there is none.
+    """
+    if task.kind == "routes":
+        find = shared_out(crossings, task, threads)
+        return Solver(find, lambda found: crossed(found[0], found[1:], task.body))
+    solve = shared_out(lambda part: in_looks(part, ends(part)), task, threads)
+    return Solver(solve, lambda found: found[-1, 7]) if task.kind == "angle" else Solver(solve)
+
+
+def in_looks(task: Task, ends: Ends) -> Callable[[], Array]:
     """Give a function that carries states from look to look: (k, d, n)."""
 
     def solve() -> Array:
@@ -56,13 +83,8 @@ def shared_out(make: Callable[[Task], Any], task: Task, threads: int) -> Callabl
 def crossed(time: Any, M: Any, body: Body) -> Crossed:
     """The answer from what was found at crossings of M3 = 0.
 
-    Parameters
-    ----------
-    time : (n_symbols + 1, n) array
-        Physical; NaN where there is no crossing.
-    M : (2, n_symbols + 1, n) array
-        M1 and M2 there, or near enough to have the signs of Qp and Qm.
-    body : Body
+    `time` is physical, (n_symbols + 1, n), NaN where there is no crossing; `M` are M1 and M2
+    there, (2, n_symbols + 1, n), or near enough to have the signs of Qp and Qm.
     """
     # M3 goes upwards and downwards in turn.
     rising = np.arange(len(time))[:, None] % 2 == 0

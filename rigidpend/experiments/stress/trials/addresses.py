@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
-from rigidpend.experiments.stress.trials.scenes import BITS
+from rigidpend.experiments.stress.trials.scenes import BITS, Way
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.generic import Scalar
-from rigidpend.routes.symbolic import (
-    Address,
-    FoundOrbit,
-    NoOrbit,
-    address_of,
-    find_orbit,
-)
+from rigidpend.routes.symbolic import Address, FoundOrbit, NoOrbit, address_of, find_orbit
 
 DELAY = 1e-9
 """Allowed difference of a crossing's time, t'.
@@ -28,6 +23,12 @@ LONGER = 2, 6
 Such an address has half of the symbols, for each half rotation takes half a digit of theta2_0."""
 DIGITS = 26
 """Digits of theta2_0: they are found in 106 bits, fewer than those that read the address."""
+LOST = "random words, and their longer addresses, for which no orbit was found"
+OCCURS = "every finite sequence of turns occurs, and with long passages at every address"
+OTHER = f"found orbits whose address by integration in {BITS} bits is another"
+OUTLAST = "26 digits outlast ten of the shortest passages, which take two each at most"
+LATE = "largest difference of a crossing's time by integration and by the map"
+ADD_UP = "2^13 roundings of a passage's time, which is 100 t' at most, for each of ten passages"
 
 
 class Setup(NamedTuple):
@@ -50,28 +51,42 @@ def drawn(seed: int) -> Setup:
     return Setup(Body((f"{A1:.3f}", "1", f"{A3:.3f}"), r, f"{mu:.3g}"), f"{h0:.4f}")
 
 
-def trial(name: str, setup: Setup, *, words: int, n_symbols: int, seed: int) -> Trial:
+def trials(asked: Any, way: Way) -> Iterator[Trial]:
+    """The body of the config, and random ones."""
+    sizes, seed = asked.addresses, asked.seed
+    # In integers, as without that engine, an orbit of many digits takes minutes.
+    if way.engine == "taylor":
+        yield trial("own body", Setup(asked.body, asked.h0, asked.J1_0), sizes, seed)
+        for k in range(sizes.bodies):
+            yield trial(f"body {k + 1}", drawn(1000 * seed + k), sizes, seed + k + 1)
+
+
+def trial(name: str, setup: Setup, sizes: Any, seed: int) -> Trial:
     """Random words of a body, of so many symbols: found, and read back in more bits."""
+    words, n, start = sizes.words, sizes.n_symbols, {"h0": setup.h0, "J1_0": setup.J1_0}
 
     def measure() -> Findings:
         random, lost, other, delay = np.random.default_rng(seed), 0, 0, 0.0
         for _ in range(words):
-            asked = Address(None, tuple(int(s) for s in random.integers(0, 2, n_symbols)), None)
+            asked = Address(None, tuple(int(s) for s in random.integers(0, 2, n)), None)
             for _ in ("shortest", "longer"):
                 try:
-                    found = find_orbit(
-                        setup.body, asked, h0=setup.h0, J1_0=setup.J1_0, digits=DIGITS
-                    )
+                    found = find_orbit(setup.body, asked, **start, digits=DIGITS)
                 except NoOrbit:
                     lost += 1
                     break
-                other += not _read_back(setup, found)
+                other += not _read_back(setup.body, start, found)
                 delay = max(delay, found.delay)
-                asked = _longer(found.address, (n_symbols + 1) // 2, random)
-        said = f"{words} codes of {n_symbols} symbols, and as many longer addresses of half of them"
-        return Findings([lost, other, delay], notes=[said])
+                asked = _longer(found.address, (n + 1) // 2, random)
+        said = f"{words} codes of {n} symbols, and as many longer addresses of half of them"
+        return Findings([lost, other, delay], [said])
 
-    return Trial(f"addresses {name}", _claims(name), measure)
+    claims = (
+        Claim(f"{name}: none found", 0, LOST, OCCURS),
+        Claim(f"{name}: read back", 0, OTHER, OUTLAST),
+        Claim(f"{name}: delay", DELAY, LATE, ADD_UP, "t'"),
+    )
+    return Trial("addresses", f"addresses {name}", claims, measure)
 
 
 def _longer(address: Address, n: int, random: np.random.Generator) -> Address:
@@ -80,34 +95,8 @@ def _longer(address: Address, n: int, random: np.random.Generator) -> Address:
     return Address(address.first, address.symbols[:n], tuple(int(k) for k in turns[:n]))
 
 
-def _claims(name: str) -> tuple[Claim, ...]:
-    return (
-        Claim(
-            f"{name}: none found",
-            0,
-            "random words, and their longer addresses, for which no orbit was found",
-            "every finite sequence of turns occurs, and with long passages at every address",
-        ),
-        Claim(
-            f"{name}: read back",
-            0,
-            f"found orbits whose address by integration in {BITS} bits is another",
-            "26 digits outlast ten of the shortest passages, which take two each at most",
-        ),
-        Claim(
-            f"{name}: delay",
-            DELAY,
-            "largest difference of a crossing's time by integration and by the map",
-            "2^13 roundings of a passage's time, which is 100 t' at most, for each of ten passages",
-            "t'",
-        ),
-    )
-
-
-def _read_back(setup: Setup, found: FoundOrbit) -> bool:
+def _read_back(body: Body, start: dict[str, Any], found: FoundOrbit) -> bool:
     """True if more bits than those that found an orbit tell all of its address."""
-    own = address_of(
-        setup.body, found.theta2_0, h0=setup.h0, J1_0=setup.J1_0,
-        n_symbols=len(found.address.symbols), precisions=(BITS,),
-    )  # fmt: skip
-    return own == found.address and found.confirmed == len(found.address.symbols)
+    n = len(found.address.symbols)
+    own = address_of(body, found.theta2_0, **start, n_symbols=n, precisions=(BITS,))
+    return own == found.address and found.confirmed == n

@@ -8,6 +8,7 @@ J2 - J1 are given apart, so that both may be as small as 1e-300.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,7 +21,7 @@ from rigidpend.mechanics.body import Body
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact, exacts
 from rigidpend.orbits.integrate import Crossings
-from rigidpend.routes.codes import RouteCodes, route_codes
+from rigidpend.routes.codes import RouteCodes
 from rigidpend.routes.problem import RouteProblem, phase_rate
 
 ERROR = 1e-2
@@ -108,77 +109,76 @@ PLACES = (
 """Starts on every separatrix near both its ends, beside it, and with M . gamma."""
 
 
-def trial(extreme: Extreme, way: Way, *, columns: int, n_symbols: int) -> Trial:
+CERTAIN = (
+    f"largest phase error at a certain symbol, against {scenes.BITS} or {scenes.INTEGER_BITS} bits"
+)
+FAR = "a symbol turns over at about a radian; a hundredth is far from it"
+UNCERTAIN = "share of symbols that stay uncertain after the last precision"
+OUTLAST = "160 bits outlast 15 passages, each of which triples an error"
+DEVIATION = "largest phase error of a crossing over its predicted root mean square"
+ROUNDINGS = (
+    "a sum of independent roundings, carried by the variational equations, stays within"
+    " ten standard deviations; an error of method would not"
+)
+
+
+def trials(asked: Any, way: Way) -> Iterator[Trial]:
+    """Every extreme, and starts on and beside the separatrices."""
+    sizes = asked.extremes
+    for kind, members in GROUPS.items():
+        for extreme in members:
+            if sizes.long or not extreme.long:
+                yield trial(kind, extreme, way, sizes.columns, sizes.n_symbols)
+    for place in PLACES:
+        yield start_trial(asked.body, place, way, sizes.columns, 5)
+
+
+def trial(kind: str, extreme: Extreme, way: Way, columns: int, n_symbols: int) -> Trial:
     """Both claims of a route problem, of so many orbits and symbols, and their measurement."""
-    n = min(n_symbols, extreme.most)
     phases = PHASES[: columns if extreme.most > 2 else min(columns, 2)]
+    name = extreme.name
 
     def measure() -> Findings:
-        body = Body(extreme.A, extreme.r, extreme.mu)
+        body, n = Body(extreme.A, extreme.r, extreme.mu), min(n_symbols, extreme.most)
         problem = RouteProblem(body, exact(extreme.h0), exact(extreme.J1_0), n)
-        given: dict[str, Any] = {"h0": problem.h0, "J1_0": problem.J1_0, "n_symbols": n}
-        routes = route_codes(body, phases, **given, **way._asdict())
-        wrong = _errors(problem, routes, phases, way)
+        found = scenes.routes(problem, phases, way)
         # An uncertain symbol promises nothing, so that it may be wrong.
-        worst = np.max(wrong, where=routes.certain, initial=0.0)
-        return Findings([worst, 1 - routes.certain.mean()])
+        worst = np.max(_errors(problem, found, phases, way), where=found.certain, initial=0.0)
+        return Findings([worst, 1 - found.certain.mean()])
 
-    return Trial(extreme.name, _claims(extreme), measure)
-
-
-def _claims(extreme: Extreme) -> tuple[Claim, Claim]:
-    return (
-        Claim(
-            f"{extreme.name}: error",
-            ERROR,
-            "largest phase error at a certain symbol, against"
-            f" {scenes.BITS} or {scenes.INTEGER_BITS} bits",
-            "a symbol turns over at about a radian; a hundredth is far from it",
-            "rad",
-        ),
-        Claim(
-            f"{extreme.name}: uncertain",
-            0.0,
-            "share of symbols that stay uncertain after the last precision",
-            "160 bits outlast 15 passages, each of which triples an error",
-        ),
+    claims = (
+        Claim(f"{name}: error", ERROR, CERTAIN, FAR, "rad"),
+        Claim(f"{name}: uncertain", 0.0, UNCERTAIN, OUTLAST),
     )
+    return Trial(kind, name, claims, measure)
 
 
-def _errors(problem: RouteProblem, routes: RouteCodes, phases: tuple[str, ...], way: Way) -> Array:
+def _errors(problem: RouteProblem, found: RouteCodes, phases: tuple[str, ...], way: Way) -> Array:
     """The phase error of each symbol, infinite for a wrong one, (n_symbols, n)."""
-    outcome = np.zeros(len(phases), dtype=np.uint8)
-    errors = np.zeros(routes.codes.shape)
+    outcome, errors = np.zeros(len(phases), dtype=np.uint8), np.zeros(found.codes.shape)
     # What took 113 bits or more is held against integers of more bits.
-    integers = way._replace(engine="scipy")
-    exacting = routes.bits >= scenes.BITS
+    integers, exacting = way._replace(engine="scipy"), found.bits >= scenes.BITS
     for mask, arithmetic, bits in (
         (~exacting, way, scenes.BITS),
-        (exacting & routes.certain.any(axis=0), integers, scenes.INTEGER_BITS),
+        (exacting & found.certain.any(axis=0), integers, scenes.INTEGER_BITS),
     ):
         if mask.any():
             chosen = [phase for phase, here in zip(phases, mask, strict=True) if here]
             true = scenes.route_crossings(problem, chosen, arithmetic, bits)
-            part = Crossings(routes.crossing_time[:, mask], routes.separatrix[:, mask], outcome)
+            part = Crossings(found.crossing_time[:, mask], found.separatrix[:, mask], outcome)
             errors[:, mask] = scenes.phase_errors(part, true, phase_rate(problem))[1:]
     return errors
 
 
-def start_trial(body: Body, place: Place, way: Way, *, columns: int, n_crossings: int) -> Trial:
+def start_trial(body: Body, place: Place, way: Way, columns: int, n_crossings: int) -> Trial:
     """The claim of a start: doubles err as predicted against the same numbers in 113 bits."""
-    claim = Claim(
-        place.name,
-        DEVIATIONS,
-        "largest phase error of a crossing over its predicted root mean square",
-        "a sum of independent roundings, carried by the variational equations, stays within"
-        " ten standard deviations; an error of method would not",
-    )
 
     def measure() -> Findings:
-        scene, phases = Scene(body, place.J1 + place.J2mJ1), exacts(PHASES[:columns])
+        scene, phases = Scene(body, place.J1 + place.J2mJ1, way), exacts(PHASES[:columns])
         states = np.stack([state(place, body, float(x)) for x in phases], axis=1)
         # From 1e-300 an orbit takes some 700 units of 1/u to arrive.
-        errors, predicted, floor = compared(scene, states, n_crossings, 2000 / scene.u, way)
+        errors, predicted, floor = compared(scene, states, n_crossings, 2000 / scene.u)
         return Findings([np.max(errors / (predicted + floor))])
 
-    return Trial(place.name, (claim,), measure)
+    claim = Claim(place.name, DEVIATIONS, DEVIATION, ROUNDINGS)
+    return Trial("separatrices", place.name, (claim,), measure)

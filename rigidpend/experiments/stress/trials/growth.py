@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.stress.trials.scenes import BITS, Scene, Way, followed, phase_errors
+from rigidpend.experiments.stress.trials.scenes import BITS, Scene, followed, phase_errors
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Numbers, Scalar
@@ -53,31 +53,24 @@ def noise(engine: str) -> float:
     return rounding if engine == "taylor" else max(rounding, DEFAULT_TOLERANCE[engine])
 
 
-def predicted_errors(scene: Scene, states: Array, crossings: Array, engine: str) -> Array:
+def predicted_errors(scene: Scene, states: Array, crossings: Array) -> Array:
     """The root mean square errors of crossings in doubles, in radians, (k, n).
 
-    Parameters
-    ----------
-    scene : Scene
-    states : (6, n) array
-        At time 0.
-    crossings : (k, n) array
-        Their times t', ascending.
-    engine : str
-        Whose errors are meant; it integrates the variational equations too.
+    `states` are (6, n), at time 0; `crossings` their times t', (k, n), ascending. The errors are
+    those of the scene's engine, which integrates the variational equations too.
     """
     each = zip(states.T, crossings.T, strict=True)
-    return np.array([_predicted(scene, state, times, engine) for state, times in each]).T
+    return np.array([_predicted(scene, state, times) for state, times in each]).T
 
 
-def _predicted(scene: Scene, state: Array, crossings: Array, engine: str) -> Array:
-    begun = restarts(np.r_[0.0, crossings], scene.u)
+def _predicted(scene: Scene, state: Array, crossings: Array) -> Array:
+    begun, engine = restarts(np.r_[0.0, crossings], scene.u), scene.way.engine
     times, c = np.union1d(begun, crossings), scene.c
     states = sample(lambda x, _: aligned(x, c), state, times, engine=engine)
     errors = []
     for t in crossings:
         inside = (times == t) | (np.isin(times, begun) & (times < t))
-        squares = _squares(scene, times[inside], states[:, inside], engine)
+        squares = _squares(scene, times[inside], states[:, inside])
         # One rounding a step: the sum over steps is the integral over the length of a step.
         errors.append(noise(engine) * math.sqrt(squares / step(scene.u)))
     return np.array(errors)
@@ -96,7 +89,7 @@ def restarts(times: Array, u: float) -> Array:
     return np.unique(np.concatenate(parts))
 
 
-def _squares(scene: Scene, times: Array, states: Array, engine: str) -> float:
+def _squares(scene: Scene, times: Array, states: Array) -> float:
     """Integral of (weight times component)^2, summed, back from a crossing at the last time."""
     c = scene.c
 
@@ -113,23 +106,22 @@ def _squares(scene: Scene, times: Array, states: Array, engine: str) -> float:
         grid = np.linspace(times[k], times[k - 1], max(8, math.ceil(span * scene.u / SAMPLES)))
         # The weights go on from piece to piece, the orbit from where it was forwards.
         start = np.r_[states[:, k], weights]
-        y = sample(backward, start, grid, engine=engine, tolerance=TOLERANCE)
+        y = sample(backward, start, grid, engine=scene.way.engine, tolerance=TOLERANCE)
         total += ((y[:6] * y[6:]) ** 2).sum(axis=0).mean() * span
         weights = y[6:, -1]
     return total
 
 
-def growths(scene: Scene, state: Array, until: float, engine: str) -> tuple[Array, Array]:
+def growths(scene: Scene, state: Array, until: float) -> tuple[Array, Array]:
     """Crossing times of an orbit, and ln of how much a small error of the phase has grown there.
 
     The orbit is followed to t' = `until`; both are (k,) arrays, and the growth at the first
     crossing is 0.
     """
-    c = scene.c
+    c, engine = scene.c, scene.way.engine
     times = np.arange(0.0, until, SAMPLES / scene.u)
     # A shift of the phase: M is nearly along Oz at the start, and gamma turns about that axis.
     direction = np.array([0.0, 0.0, 0.0, -state[4], state[3], 0.0])
-
     y = sample(with_tangent(c), np.r_[state, direction], times, engine=engine, tolerance=TOLERANCE)
     M3 = y[2]
     k = np.flatnonzero(M3[:-1] * M3[1:] < 0)
@@ -165,7 +157,7 @@ def jacobian(x: Numbers, c: AlignedCoefficients) -> list[list[Any]]:
 
 
 def compared(
-    scene: Scene, states: Array, n_crossings: int, limit: float, way: Way
+    scene: Scene, states: Array, n_crossings: int, limit: float
 ) -> tuple[Array, Array, Array]:
     """Phase errors of doubles, against 113 bits, and as predicted, and the last bit of the times.
 
@@ -173,8 +165,8 @@ def compared(
     """
     orbits = Orbits(scene.c, states, n_crossings, limit)
     # The truth of the very same doubles: what rounds their starts is no error of integration.
-    found, true = followed(orbits, way), followed(orbits, way, BITS)
-    predicted = predicted_errors(scene, states, true.time, way.engine)
+    found, true = followed(scene, orbits), followed(scene, orbits, BITS)
+    predicted = predicted_errors(scene, states, true.time)
     floor = scene.rate * np.spacing(true.time)
     return phase_errors(found, true, scene.rate), predicted, floor
 

@@ -8,24 +8,20 @@ only if both formulations err alike. Some orbits go to 113 bits at once.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import partial
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.experiments import heyoka_peer, principal_axes
-from rigidpend.experiments.data import layout
-from rigidpend.experiments.data.tree import Dataset
 from rigidpend.experiments.stress.layout import SPOILT
 from rigidpend.experiments.stress.trials import scenes
 from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
-from rigidpend.experiments.stress.trials.scenes import Way
+from rigidpend.experiments.stress.trials.scenes import Way, random_phases
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
-from rigidpend.numbers.generic import Scalar
-from rigidpend.routes.codes import RouteCodes, route_codes
+from rigidpend.routes.codes import RouteCodes
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import RouteProblem
 
@@ -33,16 +29,27 @@ Codes = NDArray[np.uint8]
 
 STARTS = ("1e-6", "1e-8", "1e-10")
 """J1_0 of a third of the orbits each."""
-NO_LIE = "no wrong symbol is called certain"
-"""Reason for bounds of zero."""
 SPOILT_RIGHT = 0.999
 """Share of right symbols at the coarsest tolerance above which the trial shows nothing.
 
 For 1,500 other orbits at 1e-6 it was 0.993 to 0.995."""
+LIES, NO_LIE = "wrong symbols called certain", "no wrong symbol is called certain"
+DIFFER = "symbols of the default run that differ from principal axes in 113 bits"
+DECIDED = "the default precisions decide every symbol of these orbits, and rightly"
+UNCERTAIN = "share of symbols that the default precisions leave uncertain"
+OUTLAST = "113 bits outlast 15 passages, each of which triples an error"
+COARSE = "share of symbols that are right at the coarsest tolerance"
+TESTED = "where nothing goes wrong, flags are not put to the test"
+HARD = RouteProblem(Body((2, 1, "3/2"), (1, 1, 0), "1/1000"), exact("1.3342"), exact(1e-8), 32)
+"""The problem of the hard orbit: the body of Fig. 4, and twice as many symbols."""
+HARD_PHASE = 3.453198983306014
+"""An orbit whose error outruns the difference of two computations twentyfold, at 64 bits."""
+EVER = "no wrong symbol is called certain, whatever precision decides"
+HARD_CLAIM = Claim("lies on a hard orbit", 0, f"{LIES}, of 32", EVER)
 
 
 class Tally(NamedTuple):
-    """Symbols held against the scenes."""
+    """Symbols held against the truth."""
 
     symbols: int
     wrong: int
@@ -55,91 +62,54 @@ class Tally(NamedTuple):
         return f"of {self.symbols} symbols {self.wrong} are wrong"
 
 
-def trial(
-    body: Body,
-    h0: Scalar,
-    J1_0: str,
-    tolerances: Sequence[str],
-    way: Way,
-    *,
-    orbits: int,
-    checked: int,
-    n_symbols: int,
-    seed: int,
-) -> Trial:
-    """Doubles alone at spoilt tolerances, and the default run, against the scenes.
+def trials(asked: Any, way: Way) -> Iterator[Trial]:
+    """A hard orbit, and spoilt tolerances at each start."""
+    sizes, n = asked.honesty, len(STARTS)
+    yield hard_trial(way.engine)
+    for k, J1_0 in enumerate(STARTS):
+        # What the division leaves goes to the first starts, so that no orbit is lost.
+        orbits, checked = (x // n + (k < x % n) for x in (sizes.orbits, sizes.checked))
+        yield trial(asked, J1_0, orbits, checked, way)
 
-    Parameters
-    ----------
-    body : Body
-    h0, J1_0 : number
-    tolerances : sequence of str
-        Decimal.
-    way : Way
-    orbits, checked, n_symbols : int
-        How many orbits, how many of them in 113 bits in any case, how many symbols on each.
-    seed : int
-        Of the random phases.
+
+def trial(asked: Any, J1_0: str, orbits: int, checked: int, way: Way) -> Trial:
+    """Doubles alone at spoilt tolerances, and the default run, against the truth.
+
+    Of the orbits so many are `checked` in 113 bits in any case.
     """
-    # Other phases for each J1_0, and the same in every run.
-    random = np.random.default_rng((seed, *J1_0.encode()))
-    phases = random.uniform(0, 2 * np.pi, orbits)
+    tolerances, at = [str(x) for x in asked.honesty.tolerances], f"J1_0 = {J1_0}"
+    names = [*(f"lies at {x}, {at}" for x in tolerances), f"lies by default, {at}"]
+    claims = (
+        *(Claim(name, 0, LIES, NO_LIE) for name in names),
+        Claim(f"against 113 bits, {at}", 0, DIFFER, DECIDED),
+        Claim(f"uncertain, {at}", 0, UNCERTAIN, OUTLAST),
+        Claim(f"right at the coarsest, {at}", SPOILT_RIGHT, COARSE, TESTED),
+    )
 
     def measure() -> Findings:
-        problem = RouteProblem(body, exact(h0), exact(J1_0), n_symbols)
-        given: dict[str, Any] = {"h0": h0, "J1_0": J1_0, "n_symbols": n_symbols}
-        routes: Any = partial(route_codes, body, **given, **way._asdict())
-        default = routes(phases)
+        # Other phases for each J1_0, and the same in every run.
+        phases = random_phases(orbits, (asked.seed, *J1_0.encode()))
+        problem = RouteProblem(asked.body, asked.h0, exact(J1_0), asked.honesty.n_symbols)
+        default = scenes.routes(problem, phases, way)
         true, known = true_codes(problem, phases, default.codes, checked, way.jobs)
         # A tolerance spoils integrations; the maps' tables have a trial of their own.
-        spoilt = [
-            routes(phases, tolerance=float(x), precisions=(53,), method="integration")
-            for x in tolerances
+        alone = [
+            scenes.routes(problem, phases, way, (53,), float(x), "integration") for x in tolerances
         ]
-        counts = [counted(x, true, known) for x in (*spoilt, default)]
-        coarse = counts[int(np.argmax(list(map(float, tolerances))))]
+        counts = [counted(x, true, known) for x in (*alone, default)]
+        spoilt = np.array(tolerances, dtype=float)
+        coarse = counts[int(np.argmax(spoilt))]
         values = [
             *(count.lies for count in counts),
             (default.codes[:, :checked] != true[:, :checked]).sum(),
             1 - default.certain.mean(),
             1 - coarse.wrong / coarse.symbols,
         ]
-        return Findings(values, _curves(tolerances, counts[:-1]), [x.said for x in counts])
+        compared, wrong, lies = np.array(counts[:-1], dtype=np.int64).T
+        curves = {"tolerance": spoilt, "symbols": compared, "wrong": wrong, "lies": lies}
+        return Findings(values, [x.said for x in counts], curves)
 
-    return Trial(f"J1_0 = {J1_0}", _claims(J1_0, tolerances), measure)
-
-
-def _claims(J1_0: str, tolerances: Sequence[str]) -> tuple[Claim, ...]:
-    at = f"J1_0 = {J1_0}"
-    names = [*(f"lies at {x}, {at}" for x in tolerances), f"lies by default, {at}"]
-    return (
-        *(Claim(name, 0, "wrong symbols called certain", NO_LIE) for name in names),
-        Claim(
-            f"against 113 bits, {at}",
-            0,
-            "symbols of the default run that differ from principal axes in 113 bits",
-            "the default precisions decide every symbol of these orbits, and rightly",
-        ),
-        Claim(
-            f"uncertain, {at}",
-            0,
-            "share of symbols that the default precisions leave uncertain",
-            "113 bits outlast 15 passages, each of which triples an error",
-        ),
-        Claim(
-            f"right at the coarsest, {at}",
-            SPOILT_RIGHT,
-            "share of symbols that are right at the coarsest tolerance",
-            "where nothing goes wrong, flags are not put to the test",
-        ),
-    )
-
-
-def _curves(tolerances: Sequence[str], counts: Sequence[Tally]) -> dict[str, Dataset]:
-    compared, wrong, lies = np.array(counts, dtype=np.int64).T
-    spoilt = np.array(list(map(float, tolerances)))
-    values = {"tolerance": spoilt, "symbols": compared, "wrong": wrong, "lies": lies}
-    return layout.datasets(SPOILT, values)
+    return Trial("honesty", at, claims, measure, SPOILT)
 
 
 def true_codes(
@@ -147,22 +117,9 @@ def true_codes(
 ) -> tuple[Codes, NDArray[np.bool_]]:
     """The symbols of orbits from an independent formulation, and of which orbits they are known.
 
-    Parameters
-    ----------
-    problem : RouteProblem
-    phases : (n,) array
-        Radians.
-    doubted : (n_symbols, n) array
-        What a run found: where nothing differs from it, doubles are enough.
-    checked : int
-        How many orbits are followed in 113 bits in any case: the first.
-    jobs : int
-
-    Returns
-    -------
-    codes : (n_symbols, n) array
-    known : (n,) array of bool
-        All, but without heyoka only those checked, in integers of 113 bits.
+    Where nothing differs from `doubted`, which a run found, doubles are enough; the first
+    `checked` orbits are followed in 113 bits in any case. All are known, but without heyoka only
+    those, in integers of 113 bits.
     """
     known = np.ones(phases.size, dtype=bool)
     if not heyoka_peer.installed():
@@ -183,37 +140,20 @@ def true_codes(
     return true, known
 
 
-HARD = Body((2, 1, "3/2"), (1, 1, 0), "1/1000")
-"""Body of the hard orbit, that of Fig. 4."""
-HARD_START: dict[str, Any] = {"h0": "1.3342", "J1_0": 1e-8, "n_symbols": 32}
-"""Its start, and the symbols asked for."""
-HARD_PHASE = 3.453198983306014
-"""An orbit whose error outruns the difference of two computations twentyfold, at 64 bits."""
-HARD_CLAIM = Claim(
-    "lies on a hard orbit",
-    0,
-    "wrong symbols called certain, of 32",
-    "no wrong symbol is called certain, whatever precision decides",
-)
-
-
 def hard_trial(engine: str) -> Trial:
     """The default precisions on the orbit on which two computations once hid a radian."""
 
     def measure() -> Findings:
-        start, phases = {k: exact(x) for k, x in HARD_START.items()}, np.array([HARD_PHASE])
-        problem = RouteProblem(HARD, start["h0"], start["J1_0"], HARD_START["n_symbols"])
-        found = route_codes(HARD, phases, engine=engine, **HARD_START)
-        true, known = true_codes(problem, phases, found.codes, 1, 1)
-        count = counted(found, true, known)
-        return Findings([count.lies], notes=[count.said])
+        phases = np.array([HARD_PHASE])
+        found = scenes.routes(HARD, phases, Way(engine))
+        count = counted(found, *true_codes(HARD, phases, found.codes, 1, 1))
+        return Findings([count.lies], [count.said])
 
-    return Trial("hard orbit", (HARD_CLAIM,), measure)
+    return Trial("honesty", "hard orbit", (HARD_CLAIM,), measure)
 
 
 def counted(found: RouteCodes, true: Codes, known: NDArray[np.bool_]) -> Tally:
     """Symbols of the orbits whose truth is known, wrong ones, and wrong ones called certain."""
     differ = (found.codes != true) & known
-    return Tally(
-        int(known.sum()) * len(true), int(differ.sum()), int((differ & found.certain).sum())
-    )
+    sums = int(known.sum()) * len(true), int(differ.sum()), int((differ & found.certain).sum())
+    return Tally(*sums)

@@ -17,9 +17,11 @@ from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
 from rigidpend.mechanics.separatrices import exponent, fastest_rate, theta1
 from rigidpend.numbers.doubles import Array
-from rigidpend.numbers.exact import exacts
+from rigidpend.numbers.exact import PRECISIONS, exacts
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, Crossings, Orbits
+from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.routes.codes import RouteCodes, codes_of
 from rigidpend.routes.problem import RouteProblem, passage_limit
 from rigidpend.routes.start import Scales, start, states_exact
 
@@ -42,10 +44,11 @@ class Way(NamedTuple):
 
 
 class Scene(NamedTuple):
-    """A body and |M|, dimensionless, of orbits near its separatrices."""
+    """A body and |M|, dimensionless, of orbits near separatrices, and the way to follow them."""
 
     body: Body
     J2: float
+    way: Way
 
     @property
     def c(self) -> AlignedCoefficients:
@@ -62,16 +65,39 @@ class Scene(NamedTuple):
         """Radians per t', at most."""
         return fastest_rate(self.J2, self.body.angles(), math)
 
+    @property
+    def h0(self) -> float:
+        """Energy without weight, kappa J2^2/2."""
+        return self.body.kappa * self.J2**2 / 2
 
-def followed(orbits: Orbits, way: Way, bits: int = 53) -> Crossings:
+
+def of_problem(asked: Any, way: Way) -> Scene:
+    """The scene of the body and the energy that a config asks for."""
+    return Scene(asked.body, math.sqrt(2 * float(asked.h0) / asked.body.kappa), way)
+
+
+def followed(scene: Scene, orbits: Orbits, bits: int = 53) -> Crossings:
     """The crossings of orbits at the default tolerance; of more bits those of the same doubles."""
     return integrate.crossings(
         orbits if bits == 53 else exactly(orbits),
-        engine=way.engine,
+        engine=scene.way.engine,
         bits=bits,
-        tolerance=DEFAULT_TOLERANCE[way.engine],
-        jobs=way.jobs,
+        tolerance=DEFAULT_TOLERANCE[scene.way.engine],
+        jobs=scene.way.jobs,
     )
+
+
+def routes(
+    problem: RouteProblem,
+    phases: Any,
+    way: Way,
+    precisions: Sequence[int] = PRECISIONS,
+    tolerance: float | None = None,
+    method: str = "auto",
+) -> RouteCodes:
+    """Route codes as `rigidpend.route_codes` gives them."""
+    arithmetic = resolve(way.engine, tolerance, precisions)
+    return codes_of(problem, phases, arithmetic, way.jobs, method, kept=True)
 
 
 def route_crossings(problem: RouteProblem, phases: Sequence[Any], way: Way, bits: int) -> Crossings:
@@ -79,9 +105,8 @@ def route_crossings(problem: RouteProblem, phases: Sequence[Any], way: Way, bits
 
     The engine `scipy` computes in integers, which share no arithmetic with the other engine.
     """
-    begin = start(problem, bits, Scales())
+    begin, limit = start(problem, bits, Scales()), passage_limit(problem, bits)
     states = states_exact(begin, exacts(phases), bits)
-    limit = passage_limit(problem, bits)
     orbits = Orbits(begin.coefficients, states, problem.n_symbols + 1, limit)
     # The tolerance is that of doubles, and halved by every bit beyond.
     return integrate.crossings(orbits, engine=way.engine, bits=bits, tolerance=1e-13, jobs=way.jobs)
@@ -97,17 +122,8 @@ def exactly(orbits: Orbits) -> Orbits:
 def phase_errors(found: Crossings, true: Crossings, rate: float) -> Array:
     """Distances of crossings from the true ones, (n_crossings, n), in radians.
 
-    Parameters
-    ----------
-    found, true : Crossings
-        In the same unit of time.
-    rate : float
-        Radians per unit of time.
-
-    Returns
-    -------
-    array
-        Infinite where the separatrix is another one, or where only one of both crosses.
+    Times of both are in one unit, in which `rate` is the radians. It is infinite where the
+    separatrix is another one, or where only one of both crosses.
     """
     apart = rate * np.abs(found.time - true.time)
     absent = (found.separatrix == 0) & (true.separatrix == 0)
@@ -140,7 +156,12 @@ def state(place: Place, body: Body, theta2: float) -> Array:
     return np.array(made)
 
 
-def at_random(place: Place, body: Body, n: int, seed: int) -> Array:
-    """The aligned components, (6, n), of starts at a place with random phases."""
-    phases = np.random.default_rng(seed).uniform(0, 2 * np.pi, n)
-    return np.stack([state(place, body, x) for x in phases], axis=1)
+def at_random(body: Body, J1: float, J2mJ1: float, n: int, seed: int, J3: float = 0.0) -> Array:
+    """The aligned components, (6, n), of starts on separatrix 2 with random phases."""
+    place = Place("", 2, J1, J2mJ1, 0.0, J3)
+    return np.stack([state(place, body, x) for x in random_phases(n, seed)], axis=1)
+
+
+def random_phases(n: int, seed: Any) -> Array:
+    """Phases theta2_0 of n orbits, radians, the same in every run."""
+    return np.random.default_rng(seed).uniform(0, 2 * np.pi, n)

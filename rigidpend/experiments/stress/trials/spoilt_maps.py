@@ -7,39 +7,42 @@ is left out, so that the flags stand alone.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
+from rigidpend.experiments.stress.trials import scenes
 from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
-from rigidpend.experiments.stress.trials.honesty import NO_LIE, true_codes
-from rigidpend.mechanics.body import Body
-from rigidpend.numbers.exact import exact
-from rigidpend.numbers.generic import Scalar
+from rigidpend.experiments.stress.trials.honesty import LIES, NO_LIE, STARTS, true_codes
+from rigidpend.experiments.stress.trials.scenes import Way
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map import ReturnMap
 from rigidpend.orbits.return_map.build import FIRST, Design
 from rigidpend.routes import mapped
-from rigidpend.routes.codes import Run, in_threads, route_codes
+from rigidpend.routes.codes import Run, in_threads
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, phase_rate
 
-SIZES = ("1e-15", "1e-12", "1e-9")
-"""Relative size of what the tables are off by."""
-WHICH = ("one", "all")
-"""The maps that are spoilt: the first, or all of them."""
+KINDS = [(which, size) for which in ("one", "all") for size in ("1e-15", "1e-12", "1e-9")]
+"""The maps that are spoilt, the first or all of them, and by how much, relative."""
 CERTAIN = 0.5
 """Share of certain symbols at the largest size above which the trial shows nothing.
 
 Three maps that are off by 1e-12 leave a tenth certain, of 300 other orbits."""
-
 CLIMBING = 100
 """One orbit in so many is followed in 64 bits too, and in 106 where integration takes part.
 
 Each takes hundreds of times as long as in doubles, and spoilt maps leave most symbols open."""
+SHARE = "share of certain symbols where all maps are off by most"
+TESTED = "where nothing is in doubt, flags are not put to the test"
+CLAIMS = (
+    *(Claim(f"lies, {which} off by {size}", 0, LIES, NO_LIE) for which, size in KINDS),
+    Claim("certain, all off", CERTAIN, SHARE, TESTED),
+)
 
 
 def spoilt(made: ReturnMap, size: float, seed: int) -> ReturnMap:
@@ -74,21 +77,23 @@ class SpoiltMaps(mapped.Maps):
         return spoilt(right, self.size, int(1000 * float(design.unit)))
 
 
-def trial(
-    body: Body, h0: Scalar, J1_0: str, jobs: int, *, orbits: int, n_symbols: int, seed: int
-) -> Trial:
-    """Codes by spoilt maps in doubles, and of some orbits in more bits too, against the truth.
+def trials(asked: Any, way: Way) -> Iterator[Trial]:
+    """Spoilt maps, of as many orbits as each start of the spoilt tolerances has."""
+    # Maps are held against the kernel's orbits, in 64 bits too, which the other engine lacks.
+    if way.engine == "taylor":
+        problem = RouteProblem(asked.body, asked.h0, asked.J1_0, asked.honesty.n_symbols)
+        yield trial(problem, way, asked.honesty.orbits // len(STARTS), asked.seed)
 
-    Orbits are drawn by lot from `seed`.
-    """
-    phases = np.random.default_rng((seed, orbits)).uniform(0, 2 * np.pi, orbits)
+
+def trial(problem: RouteProblem, way: Way, orbits: int, seed: int) -> Trial:
+    """Codes by spoilt maps in doubles, and of some orbits in more bits too, against the truth."""
 
     def measure() -> Findings:
-        problem = RouteProblem(body, exact(h0), exact(J1_0), n_symbols)
-        default = route_codes(body, phases, h0=h0, J1_0=J1_0, n_symbols=n_symbols, jobs=jobs)
-        true, _ = true_codes(problem, phases, default.codes, 0, jobs)
+        phases = scenes.random_phases(orbits, (seed, orbits))
+        doubted = scenes.routes(problem, phases, way).codes
+        true, _ = true_codes(problem, phases, doubted, 0, way.jobs)
         flags = [
-            _flagged(problem, phases, true, float(size), which == "all", jobs)
+            _flagged(problem, phases, true, float(size), which == "all", way.jobs)
             for which, size in KINDS
         ]
         lies = [float((wrong & certain).sum()) for wrong, certain in flags]
@@ -96,32 +101,16 @@ def trial(
             f"{wrong.sum()} of {wrong.size} symbols wrong, {certain.mean():.3f} certain"
             for wrong, certain in flags
         ]
-        return Findings([*lies, flags[-1][1].mean()], notes=notes)
+        return Findings([*lies, flags[-1][1].mean()], notes)
 
-    return Trial("spoilt maps", CLAIMS, measure)
-
-
-KINDS = [(which, size) for which in WHICH for size in SIZES]
-CLAIMS = (
-    *(
-        Claim(f"lies, {which} off by {size}", 0, "wrong symbols called certain", NO_LIE)
-        for which, size in KINDS
-    ),
-    Claim(
-        "certain, all off",
-        CERTAIN,
-        "share of certain symbols where all maps are off by most",
-        "where nothing is in doubt, flags are not put to the test",
-    ),
-)
+    return Trial("honesty", "spoilt maps", CLAIMS, measure)
 
 
 def _flagged(
     problem: RouteProblem, phases: Any, true: Any, size: float, every: bool, jobs: int
 ) -> tuple[Any, Any]:
     """Flags of wrong symbols and of certain ones, (n_symbols, orbits and some of them again)."""
-    some = slice(None, None, CLIMBING)
-    wrong, certain = [], []
+    some, wrong, certain = slice(None, None, CLIMBING), [], []
     for precisions, chosen in (((53,), slice(None)), ((53, 64), some), ((53, 64, 106), some)):
         maps = SpoiltMaps(problem, Phases(phases[chosen]), size, every)
         codes, flags = _codes(maps, precisions, jobs)

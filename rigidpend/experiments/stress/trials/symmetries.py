@@ -6,10 +6,12 @@ Changes of sign round nothing, so reflection and time reversal must hold bit for
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
+from rigidpend.experiments.stress.trials import scenes
 from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
 from rigidpend.experiments.stress.trials.growth import (
     DEVIATIONS,
@@ -18,22 +20,14 @@ from rigidpend.experiments.stress.trials.growth import (
     step,
     with_tangent,
 )
-from rigidpend.experiments.stress.trials.scenes import (
-    Place,
-    Scene,
-    Way,
-    followed,
-    phase_errors,
-    state,
-)
-from rigidpend.mechanics.body import Body
+from rigidpend.experiments.stress.trials.scenes import Place, Scene, Way, followed, state
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import PI, exact
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Crossings, Orbits
-from rigidpend.routes.codes import route_codes
 from rigidpend.routes.cycle import MIRRORED
+from rigidpend.routes.problem import RouteProblem
 
 MIRROR = np.array([-1, -1, 1, 1, 1, -1])
 """Reflection in the plane of r: gamma3 and, M being axial, M1 and M2 change sign."""
@@ -41,17 +35,8 @@ REVERSAL = np.array([1, 1, -1, 1, 1, -1])
 """Time reversal (M changes sign), seen in that mirror: M3 and gamma3 change sign."""
 BACK = 30.0
 """t' after which an orbit returns."""
-BITWISE = "a change of sign rounds nothing: the same numbers, bit for bit"
-"""Reason for bounds of zero."""
-
-
-def fan(body: Body, n: int, J2: float) -> Array:
-    """States (6, n) beside separatrix 2 with M . gamma from 0 to J2/2."""
-    places = [Place("", 2, 1e-4, J2, 1e-6, J3) for J3 in np.linspace(0, J2 / 2, n)]
-    phases = np.linspace(0.1, 6.2, n)
-    return np.stack([state(a, body, x) for a, x in zip(places, phases, strict=True)], axis=1)
-
-
+UNITS = ((2.0, 4.0), (1.37, 0.73))
+"""Other units of M and of gamma: powers of two, and others."""
 TURNED = 1e-5
 """Allowed angle between two computations of ten symbols in doubles, radians.
 
@@ -59,71 +44,62 @@ Times of the second crossing differ by 2e-11, as measured on 4,000 other orbits,
 and a half as much at each of the nine that follow, which makes 3e-6."""
 SIZED = DEVIATIONS * math.sqrt(2)
 """Bound where two computations differ: the squares of their roundings add."""
+BITWISE = "a change of sign rounds nothing: the same numbers, bit for bit"
+REVERSED = "numbers that differ between an orbit backwards and the reversed orbit forwards"
+RETURNED = f"largest difference after t' = {BACK:g} and back, over its predicted root mean square"
+CARRIED = "roundings on both ways, carried back to the start by the variational equations"
+IN_UNITS = "largest phase error between both units, over its predicted root mean square"
+STEPS = "no number rounds otherwise, but steps are of other length"
+GROWN = "one orbit, whose roundings grow by three and a half a passage at most"
 CLAIMS = (
     Claim("reflection", 0, "crossings that differ from those of the mirrored orbits", BITWISE),
-    Claim(
-        "time reversal",
-        0,
-        "numbers that differ between an orbit backwards and the reversed orbit forwards",
-        BITWISE,
-    ),
-    Claim(
-        "there and back",
-        SIZED,
-        f"largest difference after t' = {BACK:g} and back, over its predicted root mean square",
-        "roundings on both ways, carried back to the start by the variational equations",
-    ),
-    *(
-        Claim(
-            f"units of {units}",
-            SIZED,
-            "largest phase error between both units, over its predicted root mean square",
-            why,
-        )
-        for units, why in (
-            ("2 and 4", "no number rounds otherwise, but steps are of other length"),
-            ("1.37 and 0.73", "two computations round independently"),
-        )
-    ),
-    Claim(
-        "theta2_0 + 2 pi",
-        TURNED,
-        "largest phase difference over ten symbols",
-        "one orbit, whose roundings grow by three and a half a passage at most",
-        "rad",
-    ),
+    Claim("time reversal", 0, REVERSED, BITWISE),
+    Claim("there and back", SIZED, RETURNED, CARRIED),
+    Claim("units of 2 and 4", SIZED, IN_UNITS, STEPS),
+    Claim("units of 1.37 and 0.73", SIZED, IN_UNITS, "two computations round independently"),
+    Claim("theta2_0 + 2 pi", TURNED, "largest phase difference over ten symbols", GROWN, "rad"),
 )
 
 
-def trial(scene: Scene, n: int, way: Way) -> Trial:
+def trials(asked: Any, way: Way) -> Iterator[Trial]:
+    """All symmetries, on four orbits."""
+    yield trial(scenes.of_problem(asked, way), 4)
+
+
+def trial(scene: Scene, n: int) -> Trial:
     """All symmetries, on n orbits."""
-    return Trial("all", CLAIMS, lambda: Findings(_measured(scene, n, way)))
+    return Trial("symmetries", "all", CLAIMS, lambda: Findings(_measured(scene, n)))
 
 
-def _measured(scene: Scene, n: int, way: Way) -> list[float]:
+def fan(scene: Scene, n: int) -> Array:
+    """States (6, n) beside separatrix 2 with M . gamma from 0 to J2/2."""
+    places = [Place("", 2, 1e-4, scene.J2, 1e-6, J3) for J3 in np.linspace(0, scene.J2 / 2, n)]
+    each = zip(places, np.linspace(0.1, 6.2, n), strict=True)
+    return np.stack([state(a, scene.body, x) for a, x in each], axis=1)
+
+
+def _measured(scene: Scene, n: int) -> list[float]:
     """The values of `CLAIMS`, in their order."""
-    c, states, rate = scene.c, fan(scene.body, n, scene.J2), scene.rate
+    c, states = scene.c, fan(scene, n)
 
     def follow(states: Array, coefficients: AlignedCoefficients = c, unit: float = 1) -> Crossings:
-        found = followed(Orbits(coefficients, states, 5, 300 / scene.u / unit), way)
+        found = followed(scene, Orbits(coefficients, states, 5, 300 / scene.u / unit))
         return found._replace(time=found.time * unit)
 
     plain, mirrored = follow(states), follow(MIRROR[:, None] * states)
-    predicted = predicted_errors(scene, states, plain.time, way.engine)
-    other_units = [
-        follow(*in_units(states, c, k, v), unit=k) for k, v in ((2.0, 4.0), (1.37, 0.73))
+    other = plain.separatrix != MIRRORED[mirrored.separatrix]
+    predicted = predicted_errors(scene, states, plain.time)
+    apart = [
+        scenes.phase_errors(follow(*in_units(states, c, k, v), unit=k), plain, scene.rate)
+        for k, v in UNITS
     ]
     return [
-        _unequal(plain, mirrored._replace(separatrix=MIRRORED[mirrored.separatrix])),
-        _turned(states, c, way.engine),
-        _returned(states, scene, way.engine),
-        *(float(np.max(phase_errors(other, plain, rate) / predicted)) for other in other_units),
-        _full_turn(scene, n, way),
+        float(((plain.time != mirrored.time) | other).sum()),
+        _turned(states, scene),
+        _returned(states, scene),
+        *(float(np.max(x / predicted)) for x in apart),
+        _full_turn(scene, n),
     ]
-
-
-def _unequal(a: Crossings, b: Crossings) -> float:
-    return float(((a.time != b.time) | (a.separatrix != b.separatrix)).sum())
 
 
 def in_units(
@@ -137,45 +113,45 @@ def in_units(
     return units * states, c._replace(**forces)
 
 
-def _turned(states: Array, c: AlignedCoefficients, engine: str) -> float:
+def _sampled(scene: Scene, states: Array, times: Array) -> Array:
+    return integrate.sample_orbits(scene.c, states, times, engine=scene.way.engine)
+
+
+def _turned(states: Array, scene: Scene) -> float:
     """Numbers that differ: backwards in time is forwards in the mirror."""
     times = np.linspace(0, BACK, 7)
-    forward = integrate.sample_orbits(c, REVERSAL[:, None] * states, times, engine=engine)
-    backward = integrate.sample_orbits(c, states, -times, engine=engine)
+    forward, backward = (
+        _sampled(scene, x, t) for x, t in ((REVERSAL[:, None] * states, times), (states, -times))
+    )
     return float((REVERSAL[:, None, None] * forward != backward).sum())
 
 
-def _returned(states: Array, scene: Scene, engine: str) -> float:
+def _returned(states: Array, scene: Scene) -> float:
     """There and back again: what is not found again, over the roundings carried along."""
-    times, c = np.array([0.0, BACK]), scene.c
-    there = integrate.sample_orbits(c, states, times, engine=engine)[:, -1]
-    back = integrate.sample_orbits(c, there, times[::-1], engine=engine)[:, -1]
-    missed = np.abs(back - states).max(axis=0)
-    allowed = [_carried(scene, x, engine) for x in there.T]
-    return float(np.max(missed / np.array(allowed)))
+    times = np.array([0.0, BACK])
+    there = _sampled(scene, states, times)[:, -1]
+    missed = np.abs(_sampled(scene, there, times[::-1])[:, -1] - states).max(axis=0)
+    return float(np.max(missed / np.array([_carried(scene, x) for x in there.T])))
 
 
-def _carried(scene: Scene, there: Array, engine: str) -> float:
+def _carried(scene: Scene, there: Array) -> float:
     """Size of roundings on the way back, root mean square.
 
     The tangent vectors of all six directions, each with a component's rounding: its growth from
     the far end bounds that from any place nearer.
     """
-    field, times = with_tangent(scene.c), np.array([BACK, 0.0])
-    ends = [
-        integrate.sample(field, np.r_[there, v], times, engine=engine)[6:, -1]
-        for v in np.diag(there)
-    ]
-    return noise(engine) * math.sqrt(BACK / step(scene.u) * (np.array(ends) ** 2).sum(axis=0).max())
+    field, times, engine = with_tangent(scene.c), np.array([BACK, 0.0]), scene.way.engine
+    starts = [np.r_[there, v] for v in np.diag(there)]
+    ends = np.array([integrate.sample(field, y, times, engine=engine)[6:, -1] for y in starts])
+    return noise(engine) * math.sqrt(BACK / step(scene.u) * (ends**2).sum(axis=0).max())
 
 
-def _full_turn(scene: Scene, n: int, way: Way) -> float:
+def _full_turn(scene: Scene, n: int) -> float:
     """The largest phase difference: theta2_0 and theta2_0 + 2 pi are one orbit."""
-    kappa, J2 = scene.body.kappa, scene.J2
-    given: dict[str, Any] = {"h0": kappa * J2**2 / 2, "J1_0": "1e-8", "n_symbols": 10}
+    problem = RouteProblem(scene.body, exact(scene.h0), exact("1e-8"), 10)
     phases = [exact(f"{k}/7") for k in range(1, n + 1)]
     once, again = (
-        route_codes(scene.body, x, **given, **way._asdict())
+        scenes.routes(problem, x, scene.way).crossing_time
         for x in (phases, [x + 2 * PI for x in phases])
     )
-    return float(J2 * kappa * np.abs(once.crossing_time - again.crossing_time).max())
+    return float(scene.J2 * scene.body.kappa * np.abs(once - again).max())

@@ -11,7 +11,13 @@ import pytest
 from rigidpend import Body
 from rigidpend.experiments.bench.measuring import counts
 from rigidpend.experiments.bench.measuring.fields import time_unit
-from rigidpend.experiments.bench.measuring.problems import FIG4, Crossed, Task, random_routes
+from rigidpend.experiments.bench.measuring.problems import (
+    FIG4,
+    Crossed,
+    Task,
+    judged,
+    random_routes,
+)
 from rigidpend.experiments.bench.measuring.solvers import Solver
 from rigidpend.routes.codes import route_codes
 from tests.orbits.integrate.problems import needs_heyoka
@@ -171,3 +177,11 @@ def test_symbols_of_random_phases_are_held_against_113_bits() -> None:
 def test_random_orbits_are_the_same_in_every_run() -> None:
     one, more = random_routes(SHORT, 5), random_routes(SHORT, 9)
     np.testing.assert_array_equal(one.states, more.of(np.arange(5)).states)
+
+
+def test_a_wrong_symbol_that_a_method_does_not_vouch_for_is_wrong_and_not_trusted() -> None:
+    codes, certain = np.array([[0, 1, 1]]), np.array([[True, True, False]])
+    answer = Crossed(codes.astype(np.uint8), np.zeros((2, 3)), certain)
+    expected = {"symbols": 3, "wrong": 2, "wrong_trusted": 1, "undecided": 1}
+    assert judged(answer, np.zeros((1, 3))) == expected
+    assert judged(answer._replace(certain=None), np.zeros((1, 3)))["wrong_trusted"] == 2

@@ -61,7 +61,7 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> Any:
     """A table with one method, of such forms and variants."""
 
     def method(**more: Any) -> str:
-        monkeypatch.setitem(METHODS, "napping", Method("napping", "others", "", **more))
+        monkeypatch.setitem(METHODS, "napping", Method("napping", "others", **more))
         return "napping"
 
     return method
@@ -69,7 +69,7 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> Any:
 
 def test_the_fastest_form_is_kept_for_every_knob(napping: Any, tried: Any) -> None:
     name = tried(forms=({"nap": 0.03}, {"nap": 0.002}, {"nap": 0.02}))
-    head, *rows = protocol.search(stage(), name, [0.0, 0.001], 9.0, 2)
+    head, *rows = protocol.settings(stage(), name, [0.0, 0.001], 2, 9.0)
     assert head["form"] == 1
     assert head["forms"].endswith("chosen: nap 0.002")
     made = [one[1] for one in napping if len(one) == 3]
@@ -79,14 +79,14 @@ def test_the_fastest_form_is_kept_for_every_knob(napping: Any, tried: Any) -> No
 
 def test_every_variant_is_tried_at_every_knob_and_medians_count(napping: Any, tried: Any) -> None:
     name = tried(variants=({"nap": 0.002}, {"nap": 0.01}))
-    _, *rows = protocol.search(stage(), name, [0.0, 0.001], 9.0, 3)
+    _, *rows = protocol.settings(stage(), name, [0.0, 0.001], 3, 9.0)
     assert [row["setting"] for row in rows] == [0, 0, 1, 1]
     assert all(row["repeats"] == 3 for row in rows)
     assert [row["seconds"] for row in rows] == pytest.approx([0.002, 0.003, 0.01, 0.011])
 
 
 def test_the_budget_cuts_the_knobs_that_are_left(napping: Any, tried: Any) -> None:
-    _, *rows = protocol.search(stage(), tried(), [0.06, 0.07, 0.08], 0.1, 1)
+    _, *rows = protocol.settings(stage(), tried(), [0.06, 0.07, 0.08], 1, 0.1)
     assert [row["knob"] for row in rows] == [0.06]
 
 
@@ -124,7 +124,7 @@ def test_the_way_is_looked_at_in_order_from_where_it_was() -> None:
 
 def test_methods_meet_in_turn_and_the_order_turns(napping: Any) -> None:
     entries: Any = {name: {"setting": {}, "knob": None} for name in "abc"}
-    found = protocol.meeting(stage(), entries, 1, 3, 9.0)
+    found = protocol.met(stage(), entries, 1, 3, 9.0)
     calls = [name for name, *rest in napping if rest == [1]]
     assert calls == list("abc") + list("abc") + list("bca") + list("cab"), "first all warm up"
     assert all(len(found[name]["rounds"]) == 3 for name in "abc")
@@ -133,7 +133,7 @@ def test_methods_meet_in_turn_and_the_order_turns(napping: Any) -> None:
 def test_with_two_threads_a_method_takes_one_where_that_is_faster(napping: Any) -> None:
     naps = {"lone": {1: 0.1, 2: 0.4}, "shared": {1: 0.4, 2: 0.3}}
     entries = {name: {"setting": {"naps": x}, "knob": None} for name, x in naps.items()}
-    found = protocol.meeting(stage(), entries, 2, 3, 9.0)
+    found = protocol.met(stage(), entries, 2, 3, 9.0)
     assert (found["lone"]["threads"], found["shared"]["threads"]) == (1, 2)
     assert napping[-6:].count(("lone", 1)) == napping[-6:].count(("shared", 2)) == 3
 
@@ -143,7 +143,7 @@ def test_who_has_spent_his_time_misses_the_rounds_that_are_left(napping: Any) ->
         "slow": {"setting": {"nap": 0.03}, "knob": None},
         "quick": {"setting": {"nap": 0.001}, "knob": None, "part": 0.5},
     }
-    found = protocol.meeting(stage(), entries, 1, 4, 0.05)
+    found = protocol.met(stage(), entries, 1, 4, 0.05)
     assert np.isnan(found["slow"]["rounds"]).tolist() == [False, False, True, True]
     assert found["quick"]["rounds"] == pytest.approx([0.001] * 4), "half the way, told for all"
 
@@ -157,8 +157,8 @@ def test_threads_share_the_orbits_and_give_the_same() -> None:
 @pytest.mark.slow
 def test_a_worker_that_is_too_slow_is_ended_and_what_it_had_is_kept() -> None:
     slow = {"knob": 1e-13, "setting": {}}
-    order = worker.Order("phases", {"scipy_dop853": [slow]}, {}, 250, 50.0)
-    lines, ended = worker.measured(order, 1.5)
+    given = {"entries": {"scipy_dop853": slow}, "orbits": 250, "seconds": 50.0}
+    lines, ended = worker.measured("phases", given, 1.5)
     assert "ended at 1.5 s" in ended
     assert lines == []
 
@@ -166,9 +166,8 @@ def test_a_worker_that_is_too_slow_is_ended_and_what_it_had_is_kept() -> None:
 def search(name: str, knobs: list[Any]) -> Any:
     """A search at the pendulum, of a truth that no method looks at before it has failed."""
     truth = {"pendulum": {"states": [[0.0, 0.0]] * 6}}
-    tried = {name: [{"knobs": knobs}]}
-    order = worker.Order("search", tried, SIZES, 1, 1.0, ("pendulum",), truth)
-    return worker.measured(order, 100)
+    given = {"entries": {name: {"pendulum": knobs}}, "sizes": SIZES, "truth": truth}
+    return worker.measured("search", {**given, "repeats": 1, "seconds": 1.0}, 100)
 
 
 @pytest.mark.slow
@@ -190,7 +189,7 @@ def test_a_fault_of_our_own_lines_ends_the_benchmark() -> None:
     "error", [NameError("x"), TypeError("x"), AttributeError("x"), KeyError(1)]
 )
 def test_what_our_own_lines_raise_is_no_failure_of_a_method(error: Exception) -> None:
-    assert not isinstance(error, worker.FAILURES)
+    assert not isinstance(error, protocol.FAILURES)
 
 
 @pytest.mark.parametrize("ending", [(1, "x"), (worker.FAILED, "failed: x"), (-11, "failed: x")])
@@ -204,12 +203,12 @@ def test_a_worker_s_exit_tells_a_method_s_failure_from_a_fault(
     process.returncode = code
     monkeypatch.setattr(subprocess, "Popen", lambda *_, **__: process)
     monkeypatch.setattr(worker, "heard", lambda *_: ("", "x", False))
-    order = worker.Order("search", {"cyrk": []}, {}, 1, 1.0)
+    given: Any = "search", {"entries": {"cyrk": {}}}, 1.0
     if code == 1:
         with pytest.raises(worker.Fault, match=r"worker stopped \(cyrk\): x"):
-            worker.measured(order, 1.0)
+            worker.measured(*given)
     else:
-        assert worker.measured(order, 1.0) == ([], said)
+        assert worker.measured(*given) == ([], said)
 
 
 def test_a_process_keeps_to_its_cores() -> None:

@@ -2,70 +2,49 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from rigidpend.experiments.stress.trials import addresses
-from rigidpend.experiments.stress.trials.claims import Trial
-from rigidpend.routes.symbolic import (
-    Address,
-    FoundOrbit,
-    NoOrbit,
-    find_orbit,
-)
+from rigidpend.routes.symbolic import NoOrbit, find_orbit
 from tests.experiments.stress.trials.verdicts import failed, verdicts
 from tests.orbits.integrate.problems import FIG4
 
 OWN = addresses.Setup(FIG4, "1.3342")
-
-
-def trial(**more: int) -> Trial:
-    return addresses.trial("x", OWN, **{"words": 1, "n_symbols": 4, "seed": 3, **more})
-
-
-@pytest.fixture(scope="module")
-def orbit() -> FoundOrbit:
-    return find_orbit(FIG4, "a 0^11 1^12 1^11 0^13", h0="1.3342", J1_0="1e-8", digits=26)
+TRIAL = addresses.trial("x", OWN, SimpleNamespace(words=1, n_symbols=4), 3)
 
 
 @pytest.mark.slow
-def test_orbits_are_found_and_read_back(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = []
-
-    def remembered(body: Any, code: Address, **named: Any) -> Any:
-        asked.append(code)
-        return find_orbit(body, code, **named)
-
-    monkeypatch.setattr(addresses, "find_orbit", remembered)
-    assert failed(trial()) == set()
-    shortest, longer = asked
-    assert shortest.half_turns is None
-    assert longer.symbols == shortest.symbols[:2]
-    assert min(longer.half_turns or ()) > 10
-
-
-@pytest.mark.parametrize(
-    ("changed", "own", "expected"),
-    [
-        ({}, {}, ["passed", "passed", "passed"]),
-        ({"delay": 2e-9}, {}, ["passed", "passed", "FAILED"]),
-        ({"confirmed": 3}, {}, ["passed", "FAILED", "passed"]),
-        ({}, {"half_turns": (11, 11, 11, 12)}, ["passed", "FAILED", "passed"]),
-        ({}, {"symbols": (0, 1, 1, 1)}, ["passed", "FAILED", "passed"]),
-    ],
-)
-def test_what_is_found_otherwise_is_found_out(
-    orbit: FoundOrbit,
-    changed: dict[str, Any],
-    own: dict[str, Any],
-    expected: list[str],
+def test_orbits_are_found_and_read_back_and_what_is_found_otherwise_is_found_out(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    read = orbit.address._replace(**own)
-    monkeypatch.setattr(addresses, "find_orbit", lambda *_, **__: orbit._replace(**changed))
-    monkeypatch.setattr(addresses, "address_of", lambda *_, **__: read)
-    assert list(verdicts(trial()).values()) == expected
+    found: list[Any] = []
+
+    def remembered(*given: Any, **named: Any) -> Any:
+        found.append((given[1], find_orbit(*given, **named)))
+        return found[-1][1]
+
+    monkeypatch.setattr(addresses, "find_orbit", remembered)
+    assert failed(TRIAL) == set()
+    (shortest, orbit), (longer, _) = found
+    assert shortest.half_turns is None
+    assert longer.symbols == shortest.symbols[:2]
+    assert min(longer.half_turns) > 10
+
+    turns, symbols = orbit.address.half_turns, orbit.address.symbols
+    for other, own, expected in (
+        ({}, {}, set()),
+        ({"delay": 2e-9}, {}, {"x: delay"}),
+        ({"confirmed": 3}, {}, {"x: read back"}),
+        ({}, {"half_turns": (*turns[:3], turns[3] + 1)}, {"x: read back"}),
+        ({}, {"symbols": (*symbols[:3], 1 - symbols[3])}, {"x: read back"}),
+    ):
+        made, read = orbit._replace(**other), orbit.address._replace(**own)
+        monkeypatch.setattr(addresses, "find_orbit", lambda *_, made=made, **__: made)
+        monkeypatch.setattr(addresses, "address_of", lambda *_, read=read, **__: read)
+        assert failed(TRIAL) == expected
 
 
 def test_codes_without_an_orbit_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -73,7 +52,7 @@ def test_codes_without_an_orbit_are_counted(monkeypatch: pytest.MonkeyPatch) -> 
         raise NoOrbit
 
     monkeypatch.setattr(addresses, "find_orbit", none)
-    assert list(verdicts(trial()).values()) == ["FAILED", "passed", "passed"]
+    assert list(verdicts(TRIAL).values()) == ["FAILED", "passed", "passed"]
 
 
 def test_random_bodies_are_bodies_and_differ() -> None:

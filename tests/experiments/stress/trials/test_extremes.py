@@ -8,85 +8,60 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
-from rigidpend.experiments.stress.layout import FAILED, PASSED
 from rigidpend.experiments.stress.trials import extremes, scenes
 from rigidpend.numbers.exact import PRECISIONS, exact
-from rigidpend.orbits import integrate
-from rigidpend.routes.codes import route_codes
 from rigidpend.routes.problem import RouteProblem, phase_rate
-from tests.experiments.stress.trials.verdicts import failed, verdicts
+from tests.experiments.stress.trials.verdicts import WAY, changed, failed
 from tests.orbits.integrate.problems import GENERIC
 
-WAY = scenes.Way(integrate.default_engine())
 ORDINARY = extremes.Extreme("x", J1_0="1e-3")
-EVERY = (*extremes.BODIES, *extremes.ENERGIES, *extremes.LOWER, *extremes.UPPER)
+EVERY = [x for members in extremes.GROUPS.values() for x in members]
+RATE = phase_rate(
+    RouteProblem(Body(ORDINARY.A, ORDINARY.r, ORDINARY.mu), exact("1.3342"), exact(1e-3), 1)
+)
 
 
-def run(extreme: extremes.Extreme) -> list[str]:
-    """The verdicts on the error and on what is uncertain."""
-    return list(verdicts(extremes.trial(extreme, WAY, columns=1, n_symbols=1)).values())
+def run(extreme: extremes.Extreme = ORDINARY) -> set[str]:
+    """The claims that fail, of the error and of what is uncertain."""
+    return {x.removeprefix("x: ") for x in failed(extremes.trial("bodies", extreme, WAY, 1, 1))}
 
 
-def test_names_are_unique() -> None:
+def test_names_are_unique_and_no_extreme_has_a_declared_limit() -> None:
     names = [x.name for x in EVERY] + [x.name for x in extremes.PLACES]
     assert len(set(names)) == len(names)
+    trials = [extremes.trial("", x, WAY, 1, 1) for x in EVERY]
+    assert not any(claim.limit for trial in trials for claim in trial.claims)
 
 
-@pytest.mark.parametrize("name", ["Hess", "Grioli", "flat"])
-def test_special_bodies_are_special(name: str) -> None:
-    [member] = [x for x in extremes.BODIES if x.name == name]
-    assert name in Body(member.A, member.r, member.mu).special_cases
-
-
-def test_every_body_is_one() -> None:
-    angles = [Body(x.A, x.r, x.mu).angles() for x in EVERY]
+def test_every_body_is_one_and_special_ones_are_special() -> None:
+    bodies = {x.name: Body(x.A, x.r, x.mu) for x in EVERY}
+    assert all(name in bodies[name].special_cases for name in ("Hess", "Grioli", "flat"))
+    angles = [body.angles() for body in bodies.values()]
     assert min(p.alpha0 for p in angles) < 0.11
     assert max(p.alpha0 for p in angles) > np.pi - 0.11
     assert {p.beta0 for p in angles} >= {0.0, np.pi}
 
 
-def test_an_ordinary_route_passes() -> None:
-    assert run(ORDINARY) == [PASSED, PASSED]
+def test_an_ordinary_route_passes_and_a_refusal_fails() -> None:
+    assert run() == set()
+    assert run(ORDINARY._replace(J1_0="5")) == {"error", "uncertain"}
 
 
-def replaced(monkeypatch: pytest.MonkeyPatch, change: Any) -> None:
-    def other(*given: Any, **named: Any) -> Any:
-        return change(route_codes(*given, **named))
-
-    monkeypatch.setattr(extremes, "route_codes", other)
-
-
-def test_a_wrong_certain_symbol_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    replaced(monkeypatch, lambda x: x._replace(separatrix=x.separatrix % 4 + 1))
-    assert run(ORDINARY) == [FAILED, PASSED]
-
-
-@pytest.mark.parametrize(("shift", "verdict"), [(0.8, PASSED), (1.2, FAILED)])
-def test_a_phase_error_of_a_hundredth_of_a_radian_is_the_most_that_passes(
-    monkeypatch: pytest.MonkeyPatch, shift: float, verdict: str
+@pytest.mark.parametrize(
+    ("change", "fails"),
+    [
+        (lambda x: x._replace(separatrix=x.separatrix % 4 + 1), {"error"}),
+        # A hundredth of a radian is the most that passes.
+        (lambda x: x._replace(crossing_time=x.crossing_time + 0.008 / RATE), set()),
+        (lambda x: x._replace(crossing_time=x.crossing_time + 0.012 / RATE), {"error"}),
+        (lambda x: x._replace(certain=np.zeros_like(x.certain)), {"uncertain"}),
+    ],
+)
+def test_what_is_wrong_late_or_uncertain_fails(
+    change: Any, fails: set[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    problem = RouteProblem(
-        Body(ORDINARY.A, ORDINARY.r, ORDINARY.mu), exact("1.3342"), exact(1e-3), 1
-    )
-    late = 0.01 * shift / phase_rate(problem)
-    replaced(monkeypatch, lambda x: x._replace(crossing_time=x.crossing_time + late))
-    assert run(ORDINARY) == [verdict, PASSED]
-
-
-def test_an_uncertain_symbol_fails_where_no_limit_is_declared(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    replaced(monkeypatch, lambda x: x._replace(certain=np.zeros_like(x.certain)))
-    assert run(ORDINARY) == [PASSED, FAILED]
-
-
-def test_a_refusal_fails() -> None:
-    assert run(extremes.Extreme("x", J1_0="5")) == [FAILED, FAILED]
-
-
-def test_no_extreme_has_a_declared_limit() -> None:
-    trials = [extremes.trial(x, WAY, columns=1, n_symbols=1) for x in EVERY]
-    assert not any(claim.limit for trial in trials for claim in trial.claims)
+    changed(monkeypatch, lambda made, _: change(made))
+    assert run() == fails
 
 
 def test_the_truth_has_more_bits_than_what_it_judges() -> None:
@@ -96,8 +71,7 @@ def test_the_truth_has_more_bits_than_what_it_judges() -> None:
 
 def test_a_start_passes_and_a_spoilt_tolerance_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
     place = scenes.Place("x", 3, 1e-3, 1.4, 1e-4, 0.2)
-
-    trial = extremes.start_trial(GENERIC, place, WAY, columns=1, n_crossings=2)
+    trial = extremes.start_trial(GENERIC, place, WAY, 1, 2)
     assert failed(trial) == set()
     monkeypatch.setattr(scenes, "DEFAULT_TOLERANCE", {WAY.engine: 1e-6})
     assert failed(trial) == {"x"}

@@ -1,10 +1,29 @@
-"""Trials tried, and their verdicts."""
+"""Trials tried, and their verdicts; what the small config asks for, with other settings."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
+from rigidpend.experiments.stress.schema import Config
+from rigidpend.experiments.stress.trials import scenes
 from rigidpend.experiments.stress.trials.claims import Trial, tried
+from rigidpend.experiments.stress.trials.scenes import Scene, Way
+from rigidpend.mechanics.body import Body
+from rigidpend.orbits import integrate
+from tests.config.samples import content
+
+CONFIGS = Path(__file__).resolve().parents[4] / "configs" / "measure"
+WAY = Way(integrate.default_engine())
+
+
+def asked(*settings: str, config: str = "stress_quick") -> Any:
+    """The problem of a config, its keys set otherwise."""
+    return content(Config, CONFIGS / f"{config}.yaml", [f"problem.{x}" for x in settings]).problem
+
+
+def scene(body: Body, J2: float) -> Scene:
+    return Scene(body, J2, WAY)
 
 
 def verdicts(trial: Trial | Any) -> dict[str, str]:
@@ -18,3 +37,14 @@ def failed(trial: Trial | Any) -> set[str]:
     found = verdicts(trial)
     assert set(found.values()) <= {"passed", "FAILED"}
     return {name for name, verdict in found.items() if verdict == "FAILED"}
+
+
+def changed(monkeypatch: Any, change: Any) -> None:
+    """Let the routes that trials compute be changed: ``change(routes, True if spoilt)``."""
+    right = scenes.routes
+
+    def other(problem: Any, phases: Any, way: Way, *more: Any) -> Any:
+        # What is spoilt has precisions, a tolerance and a method of its own.
+        return change(right(problem, phases, way, *more), len(more) > 1)
+
+    monkeypatch.setattr(scenes, "routes", other)
