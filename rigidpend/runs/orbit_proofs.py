@@ -179,6 +179,11 @@ def _problem(file: Path, stated: Any) -> tuple[Any, Fraction]:
         )
         return content.problem, content.problem.J1_0.fraction
     except ValidationError as error:
-        raise store.StoreError(f"{file}: {short(error.errors()[0]['msg'])}") from None
+        first = error.errors()[0]
+        # A condition of ours names its field.
+        where = ".".join(
+            map(str, (*first["loc"], *filter(None, [first.get("ctx", {}).get("field")])))
+        )
+        raise store.StoreError(f"{file}: {where}: {short(first['msg'])}") from None
     except (KeyError, TypeError) as error:
         raise store.StoreError(f"{file}: its config lacks {short(error)}") from None
