@@ -50,12 +50,16 @@ def compute(config: Config, means: Means) -> Tree:
 def _joined(config: Config, trees: Sequence[Any], means: Means) -> Tree:
     from rigidpend.routes.certified import pieces
 
-    values = [{name: {k: x.values for k, x in tree[name].items()} for name in tree} for tree in trees]
+    values = [
+        {name: {k: x.values for k, x in tree[name].items()} for name in tree} for tree in trees
+    ]
     intervals = {
         name: np.concatenate([each["intervals"][name] for each in values], axis=-1)
         for name in INTERVALS
     }
-    proof = pieces.joined([x["proof"] for x in values], [len(x["intervals"]["place"]) for x in values])
+    proof = pieces.joined(
+        [x["proof"] for x in values], [len(x["intervals"]["place"]) for x in values]
+    )
     if not len(proof["family"]):
         raise ArithmeticError("undecided: no symbol is proven on any interval")
     shares = shares_of(unpacked(intervals), intervals["codes"])

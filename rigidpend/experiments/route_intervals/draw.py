@@ -25,7 +25,12 @@ def draw(result: Loaded) -> Figure:
     codes = intervals["codes"]
     figure = Figure(figsize=(WIDTH, AROUND + ROW * len(codes)), layout="constrained")
     axes = figure.subplots()
-    ends = 2 * np.pi * np.stack((intervals["place"], intervals["place"] + 1.0)) / 2.0 ** intervals["depth"]
+    ends = (
+        2
+        * np.pi
+        * np.stack((intervals["place"], intervals["place"] + 1.0))
+        / 2.0 ** intervals["depth"]
+    )
     rows = np.arange(len(codes) + 1) + 0.5
     axes.pcolormesh(
         np.append(ends[0], ends[1, -1]), rows, codes, cmap=SYMBOL_COLOURS, norm=SYMBOL_NORM,

@@ -7,7 +7,10 @@ from rigidpend.experiments.full_shift.layout import PROOF as STEPS
 
 INTERVALS = {
     "place": Field(
-        WHOLE, ("intervals",), "1", "theta2_0 is from 2 pi place/2^depth to 2 pi (place + 1)/2^depth"
+        WHOLE,
+        ("intervals",),
+        "1",
+        "theta2_0 is from 2 pi place/2^depth to 2 pi (place + 1)/2^depth",
     ),
     "depth": Field(WHOLE, ("intervals",), "1", "see place"),
     "codes": Field(

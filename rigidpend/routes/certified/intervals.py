@@ -107,7 +107,7 @@ def _turned(angle: arb) -> tuple[Family, Family]:
     power, term = Family.of_fraction(1, 0), arb(1)
     for k in range(MOST_TERMS):
         if term < arb(2) ** -BITS:
-            # |angle u| < 1: what follows is less than this term.
+            # Terms are halved at least by now: what is left is less than twice this one.
             return found[0].widened(2 * term), found[1].widened(2 * term)
         sign = -1 if k % 4 > 1 else 1
         found[k % 2] += power * Family.of_ball(sign * term, BITS)

@@ -1,0 +1,218 @@
+"""Symbols of whole intervals of starts: proven by both checkers, against 113 bits, and spoilt."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend import Body, route_codes
+from rigidpend.experiments.route_intervals import compute
+from rigidpend.numbers.exact import exact
+from rigidpend.routes.certified import interval_search, intervals
+from rigidpend.routes.certified.checker import Undecided
+from rigidpend.routes.certified.interval_search import Found, Search
+from rigidpend.routes.certified.intervals import Interval, Starts
+from rigidpend.routes.certified.pieces import FamilyStep
+from scripts import check_intervals as script
+from scripts.check_certificate import Fails
+from scripts.check_full_shift import Step
+from scripts.check_full_shift import CLOCK, Series
+from tests.attacks import lot
+
+BODY = Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
+GIVEN = {
+    "A": ["2", "1", "3/2"],
+    "r": ["1", "1", "0"],
+    "mu": "0.001",
+    "h0": "1.3342",
+    "J1_0": "1e-8",
+}
+H0, J1 = exact("1.3342"), Fraction(1, 10**8)
+SEARCH = Search.of(BODY, H0, J1, 1, 4)
+TWO = Search.of(BODY, H0, J1, 2, 7)
+
+
+@pytest.fixture(scope="module")
+def one() -> Found:
+    """One symbol of the starts from 0 to pi/8."""
+    [found] = SEARCH.within(Interval(0, 4))
+    return found
+
+
+@pytest.fixture(scope="module")
+def two() -> list[Found]:
+    """Two symbols, and one beside a place where the first one changes."""
+    return [*TWO.within(Interval(1, 5)), *TWO.within(Interval(8, 5))]
+
+
+def by_package(of: Interval, steps: list[FamilyStep]) -> list[int]:
+    return list(map(int, intervals.symbols(Starts.of(BODY, H0, J1), of, steps)))
+
+
+def by_script(of: Interval, steps: list[FamilyStep]) -> list[int]:
+    script.Interval.digits = script.DIGITS
+    return script.prove(GIVEN, of.place, of.depth, [as_read(step) for step in steps])
+
+
+def as_read(step: FamilyStep) -> Step:
+    """A step as the second checker reads it: what is stored of T_0 is twice what it stands for."""
+    terms = [
+        {at: c * (1 if at[0] == 0 else 2) for at, c in column.items()}
+        for column in (*step.terms, step.half)
+    ]
+    states = [Series.made(column, step.bits + 1) for column in terms[:6]]
+    return Step(Series.made(terms[6], CLOCK + 1), states)
+
+
+CHECKERS = pytest.mark.parametrize("check", [by_package, by_script])
+
+
+@CHECKERS
+@pytest.mark.slow
+def test_an_interval_has_the_symbol_that_is_found(check: Any, one: Found) -> None:
+    assert one.symbols == [False]
+    assert check(one.of, one.pieces) == [0]
+
+
+def changed(steps: list[FamilyStep], step: int, component: int, by: int) -> list[FamilyStep]:
+    """Steps with so many units more of a component, for all x and u."""
+    found = list(steps)
+    terms = [dict(column) for column in found[step].terms]
+    terms[component][0, 0, 0] = terms[component].get((0, 0, 0), 0) + 2 * by
+    found[step] = found[step]._replace(terms=terms)
+    return found
+
+
+def holds(check: Callable[..., list[int]], of: Interval, steps: list[FamilyStep]) -> bool:
+    try:
+        return check(of, steps) == [0]
+    except (Undecided, Fails):
+        return False
+
+
+@CHECKERS
+@pytest.mark.slow
+@pytest.mark.parametrize(("step", "component"), [(0, 0), (3, 5)])
+def test_what_is_off_by_a_percent_more_than_can_be_is_not_proven(
+    check: Any, one: Found, step: int, component: int
+) -> None:
+    low, high = 0, one.pieces[step].bits
+    # Powers of two first, then to half a percent.
+    while high - low > 1:
+        middle = (low + high) // 2
+        inside = holds(check, one.of, changed(one.pieces, step, component, 1 << middle))
+        low, high = (middle, high) if inside else (low, middle)
+    least, most = Fraction(1 << low), Fraction(1 << high)
+    while most / least > Fraction(1005, 1000):
+        middle_of = (least + most) / 2
+        inside = holds(check, one.of, changed(one.pieces, step, component, int(middle_of)))
+        least, most = (middle_of, most) if inside else (least, middle_of)
+    assert holds(check, one.of, changed(one.pieces, step, component, int(least)))
+    assert not holds(check, one.of, changed(one.pieces, step, component, int(most)))
+    # What holds is not all that there is to it: a unit of M3 is.
+    assert least > 1
+
+
+@CHECKERS
+@pytest.mark.slow
+def test_another_interval_is_not_proven_by_these_steps(check: Any, one: Found) -> None:
+    for other in (Interval(0, 3), Interval(1, 4), Interval(0, 5)):
+        assert not holds(check, other, one.pieces)
+
+
+@CHECKERS
+@pytest.mark.slow
+def test_steps_that_end_early_prove_no_symbol(check: Any, one: Found) -> None:
+    with pytest.raises((Undecided, Fails), match="H4"):
+        check(one.of, one.pieces[:-1])
+    with pytest.raises((Undecided, Fails), match="H[34]"):
+        check(one.of, one.pieces[1:])
+
+
+@CHECKERS
+@pytest.mark.slow
+def test_an_interval_a_percent_wider_is_not_proven_by_these_steps(
+    check: Any, one: Found, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # The same middle, and cosine and sine of an angle that is a percent larger.
+    for module, of in ((intervals, "_turned"), (script, "turned")):
+        turned: Any = getattr(module, of)
+        wider: Any = lambda angle, turned=turned: turned(angle * 101 / 100)  # noqa: E731
+        monkeypatch.setattr(module, of, wider)
+    assert not holds(check, one.of, one.pieces)
+
+
+@pytest.mark.slow
+def test_an_interval_on_which_the_symbol_changes_is_halved_and_never_proven() -> None:
+    found = SEARCH.within(Interval(1, 2))
+    assert [each.of for each in found] == [Interval(4, 4), Interval(5, 4), Interval(3, 3)]
+    assert [each.symbols for each in found] == [[], [True], [True]]
+
+
+@pytest.mark.slow
+def test_starts_drawn_at_random_have_the_symbols_in_113_bits(two: list[Found]) -> None:
+    chance = lot.drawn("interval")
+    proven = [each for each in two if each.symbols]
+    assert {len(each.symbols) for each in proven} == {1, 2}
+    for each in proven:
+        low, high = each.of.ends
+        # The ends too.
+        shares = [low, high, *(low + (high - low) * Fraction(chance.random()) for _ in range(4))]
+        phases = [exact(f"2*pi*{x.numerator}/{x.denominator}") for x in shares]
+        n = len(each.symbols)
+        codes = route_codes(
+            BODY, phases, h0="1.3342", J1_0="1e-8", n_symbols=n, precisions=(113,)
+        ).codes
+        assert (codes == np.array(each.symbols)[:, None]).all(), each.of
+
+
+@pytest.mark.slow
+def test_intervals_cover_the_one_that_is_halved(two: list[Found]) -> None:
+    ends = [end for each in two[1:] for end in each.of.ends]
+    assert two[0].of == Interval(1, 5)
+    assert ends[0] == Fraction(8, 32) and ends[-1] == Fraction(9, 32)
+    assert ends[1:-1:2] == ends[2::2]
+
+
+def test_cosine_and_sine_hold_those_of_the_ends() -> None:
+    for depth in (0, 1, 4, 20):
+        with intervals.precision(intervals.BITS):
+            angle = intervals.arb.pi() / 2**depth
+            for found, expected in zip(
+                intervals._turned(angle), (angle.cos(), angle.sin()), strict=True
+            ):
+                end = found.at("u", 1).range
+                assert end.overlaps(expected) and float(end.rad()) < 1e-40
+
+
+SHARES = [
+    ([(0, 1), (1, 1)], [[0, 1]], [Fraction(1)]),
+    ([(0, 1), (2, 2)], [[0, 255], [1, 255]], [Fraction(1, 2), Fraction(1, 2)]),
+    ([(0, 3), (1, 1)], [[255, 1], [255, 0]], [Fraction(1, 2), Fraction(1, 2)]),
+    ([(0, 2), (1, 2)], [[0, 0], [1, 255]], [Fraction(1, 2), Fraction(1, 4)]),
+]
+
+
+@pytest.mark.parametrize(("places", "codes", "expected"), SHARES)
+def test_shares_are_those_of_what_is_proven(
+    places: list[tuple[int, int]], codes: list[list[int]], expected: list[Fraction]
+) -> None:
+    found = compute.shares_of([Interval(*at) for at in places], np.array(codes, dtype=np.uint8))
+    assert found == expected
+
+
+@pytest.mark.parametrize("places", [[(0, 1), (0, 2)], [(1, 1), (0, 1)], [(2, 1)], [(0, -1)]])
+def test_intervals_that_overlap_or_are_none_are_refused(places: list[tuple[int, int]]) -> None:
+    place, depth = (np.array(x) for x in zip(*places, strict=True))
+    with pytest.raises(ValueError, match=r"overlap|none of the line"):
+        compute.unpacked({"place": place, "depth": depth})
+
+
+def test_more_bits_than_pairs_of_doubles_have_are_undecided() -> None:
+    times = np.array([[100.0], [200.0]]) + np.zeros((2, interval_search.NODES))
+    with pytest.raises(Undecided, match="bits"):
+        interval_search.pieces(SEARCH.setting, J1, Interval(0, 10), times)
