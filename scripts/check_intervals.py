@@ -212,7 +212,8 @@ def check(path: Path, given: Path | None = None, processes: int = 1) -> Iterator
             import yaml
 
             wanted = yaml.load(given.read_text(encoding="utf-8"), yaml.BaseLoader)["problem"]
-            check_against(*({k: each[k] for k in GIVEN} for each in (config["problem"], wanted)))
+            stated = config["problem"]
+            check_against({k: stated[k] for k in GIVEN}, {k: wanted[k] for k in GIVEN})
         problem = {k: config["problem"][k] for k in GIVEN}
         of = "A = {}; r = {}; mu = {}; h0 = {}; J1_0 = {}".format(
             *(", ".join(problem[key]) for key in ("A", "r")), *(problem[k] for k in GIVEN[2:5])
@@ -226,7 +227,9 @@ def check(path: Path, given: Path | None = None, processes: int = 1) -> Iterator
     if any(not (0 <= n <= DEPTH and 0 <= k < 1 << n) for k, n in zip(places, depths, strict=True)):
         raise Refused("an interval is none of the line")
     told = claims(intervals["codes"], len(places))
-    ends = [(Fraction(k, 1 << n), Fraction(k + 1, 1 << n)) for k, n in zip(places, depths)]
+    ends = [
+        (Fraction(k, 1 << n), Fraction(k + 1, 1 << n)) for k, n in zip(places, depths, strict=True)
+    ]
     if any(a[1] > b[0] for a, b in pairwise(ends)):
         raise Refused("two intervals overlap, or are out of order")
     lengths = [b - a for a, b in ends]

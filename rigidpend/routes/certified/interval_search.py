@@ -15,11 +15,12 @@ from numpy.polynomial import chebyshev
 
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.body import Body
-
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import Exact
+from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map.expansions import nodes
 from rigidpend.orbits.return_map.precision import precision
+from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.horseshoe import (
     GROWTH,
     LENGTH,
@@ -31,7 +32,6 @@ from rigidpend.routes.certified.horseshoe import (
     _Orbits,
     _values,
 )
-from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.intervals import Interval, Starts, symbols
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Powers
 from rigidpend.routes.codes import route_codes
@@ -132,7 +132,7 @@ def pieces(setting: ShiftProblem, J1: Fraction, of: Interval, times: Array) -> l
         starts.append(float(begin.parts[0].min()))
         grid.append(begin + (1 + x)[:, None] * length[None, :])
         begin = begin + 2 * length
-    states = orbits.at(np.concatenate(grid))
+    states = orbits.at(PairArray(np.concatenate([x.parts for x in grid], axis=1)))
     found, k = [], len(x)
     for i, (half, start) in enumerate(zip(halves, starts, strict=True)):
         here = states[:, i * k : (i + 1) * k][:, ::-1]
@@ -142,7 +142,7 @@ def pieces(setting: ShiftProblem, J1: Fraction, of: Interval, times: Array) -> l
 
 
 def _halves(times: Array, rate: float) -> list[dict[Powers, int]]:
-    """Half-lengths of steps: two of one length at each crossing, and as many between as it takes."""
+    """Half-lengths of steps: two steps at each crossing, and as many between as it takes."""
     length, beside = LENGTH / rate, LENGTH / 2 / rate
     found = []
     for k, time in enumerate(times):

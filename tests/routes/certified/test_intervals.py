@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from flint import arb
 
 from rigidpend import Body, route_codes
 from rigidpend.experiments.route_intervals import compute
@@ -17,10 +18,11 @@ from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.interval_search import Found, Search
 from rigidpend.routes.certified.intervals import Interval, Starts
 from rigidpend.routes.certified.pieces import FamilyStep
+from rigidpend.routes.certified.precision import precision
 from scripts import check_intervals as script
 from scripts.check_certificate import Fails
-from scripts.check_full_shift import Step
-from scripts.check_full_shift import CLOCK, Series
+from scripts.check_certificate import Interval as Enclosure
+from scripts.check_full_shift import CLOCK, DIGITS, Series, Step
 from tests.attacks import lot
 
 BODY = Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
@@ -54,7 +56,7 @@ def by_package(of: Interval, steps: list[FamilyStep]) -> list[int]:
 
 
 def by_script(of: Interval, steps: list[FamilyStep]) -> list[int]:
-    script.Interval.digits = script.DIGITS
+    Enclosure.digits = DIGITS
     return script.prove(GIVEN, of.place, of.depth, [as_read(step) for step in steps])
 
 
@@ -129,7 +131,7 @@ def test_another_interval_is_not_proven_by_these_steps(check: Any, one: Found) -
 def test_steps_that_end_early_prove_no_symbol(check: Any, one: Found) -> None:
     with pytest.raises((Undecided, Fails), match="H4"):
         check(one.of, one.pieces[:-1])
-    with pytest.raises((Undecided, Fails), match="H[34]"):
+    with pytest.raises((Undecided, Fails), match=r"H[34]"):
         check(one.of, one.pieces[1:])
 
 
@@ -155,38 +157,37 @@ def test_an_interval_on_which_the_symbol_changes_is_halved_and_never_proven() ->
 
 @pytest.mark.slow
 def test_starts_drawn_at_random_have_the_symbols_in_113_bits(two: list[Found]) -> None:
-    chance = lot.drawn("interval")
     proven = [each for each in two if each.symbols]
     assert {len(each.symbols) for each in proven} == {1, 2}
-    for each in proven:
-        low, high = each.of.ends
-        # The ends too.
-        shares = [low, high, *(low + (high - low) * Fraction(chance.random()) for _ in range(4))]
-        phases = [exact(f"2*pi*{x.numerator}/{x.denominator}") for x in shares]
-        n = len(each.symbols)
-        codes = route_codes(
-            BODY, phases, h0="1.3342", J1_0="1e-8", n_symbols=n, precisions=(113,)
-        ).codes
-        assert (codes == np.array(each.symbols)[:, None]).all(), each.of
+    with lot.drawn("interval") as chance:
+        for each in proven:
+            low, high = each.of.ends
+            # The ends too.
+            shares = [low, high, *(low + (high - low) * Fraction(chance.random()) for _ in "1234")]
+            phases = [exact(f"2*pi*{x.numerator}/{x.denominator}") for x in shares]
+            asked: Any = {"n_symbols": len(each.symbols), "precisions": (113,)}
+            codes = route_codes(BODY, phases, h0="1.3342", J1_0="1e-8", **asked).codes
+            assert (codes == np.array(each.symbols)[:, None]).all(), each.of
 
 
 @pytest.mark.slow
 def test_intervals_cover_the_one_that_is_halved(two: list[Found]) -> None:
     ends = [end for each in two[1:] for end in each.of.ends]
     assert two[0].of == Interval(1, 5)
-    assert ends[0] == Fraction(8, 32) and ends[-1] == Fraction(9, 32)
+    assert (ends[0], ends[-1]) == (Fraction(8, 32), Fraction(9, 32))
     assert ends[1:-1:2] == ends[2::2]
 
 
 def test_cosine_and_sine_hold_those_of_the_ends() -> None:
     for depth in (0, 1, 4, 20):
-        with intervals.precision(intervals.BITS):
-            angle = intervals.arb.pi() / 2**depth
+        with precision(160):
+            angle = arb.pi() / 2**depth
             for found, expected in zip(
                 intervals._turned(angle), (angle.cos(), angle.sin()), strict=True
             ):
                 end = found.at("u", 1).range
-                assert end.overlaps(expected) and float(end.rad()) < 1e-40
+                assert end.overlaps(expected)
+                assert float(end.rad()) < 1e-40
 
 
 SHARES = [
