@@ -21,24 +21,25 @@ from rigidpend.numbers.alphabet import NO_SYMBOL
 
 if TYPE_CHECKING:
     from rigidpend.experiments.route_intervals.schema import Config, Problem
-    from rigidpend.routes.certified.interval_search import Found, Search
-    from rigidpend.routes.certified.intervals import Interval
+    from rigidpend.routes.certified.interval_search import IntervalSearch, ProvenInterval
+    from rigidpend.routes.certified.intervals import PhaseInterval
     from rigidpend.routes.certified.pieces import FamilyStep
 
 FIRST = 5
 """Halvings with which the search begins."""
 ROUND = 2
 """Intervals that each process takes before they are kept."""
+UNDECIDED = "undecided, nothing is proven"
 SECONDS = 1.5
 """Seconds that an interval takes on one core, tried and proven."""
 
 
 def compute(config: Config, means: Means) -> Tree:
     """Halve the line where not all symbols are proven."""
-    from rigidpend.routes.certified.intervals import Interval
+    from rigidpend.routes.certified.intervals import PhaseInterval
 
     first = min(FIRST, config.problem.halvings)
-    every = [Interval(k, first) for k in range(1 << first)]
+    every = [PhaseInterval(k, first) for k in range(1 << first)]
     at_once, trees = ROUND * means.jobs, list[Any]()
     for k in range(0, len(every), at_once):
         means.report(progress.PartDone(f"{k} of {len(every)} parts", k, len(every)))
@@ -72,13 +73,13 @@ def _joined(config: Config, trees: Sequence[Any], means: Means) -> Tree:
     }
 
 
-def _part(every: Sequence[Interval], config: Config, jobs: int) -> Tree:
+def _part(every: Sequence[PhaseInterval], config: Config, jobs: int) -> Tree:
     """Search some intervals, each by a process."""
     from rigidpend.routes.certified import pieces
-    from rigidpend.routes.certified.interval_search import Search
+    from rigidpend.routes.certified.interval_search import IntervalSearch
 
     problem = config.problem
-    of = Search.of(
+    of = IntervalSearch.of(
         problem.body, problem.h0, _fraction(problem), problem.n_symbols, problem.halvings
     )
     found = [x for some in side_by_side(_searched, (of,), True, every, jobs) for x in some]
@@ -94,11 +95,11 @@ def _part(every: Sequence[Interval], config: Config, jobs: int) -> Tree:
     return {"intervals": datasets(INTERVALS, intervals), "proof": datasets(PROOF, proof)}
 
 
-def _searched(of: Interval, search: Search) -> list[Found]:
+def _searched(of: PhaseInterval, search: IntervalSearch) -> list[ProvenInterval]:
     return search.within(of)
 
 
-def unpacked(intervals: Data) -> list[Interval]:
+def unpacked(intervals: Data) -> list[PhaseInterval]:
     """Intervals from their arrays; their starts are ascending, and no two of them overlap.
 
     Raises
@@ -106,10 +107,10 @@ def unpacked(intervals: Data) -> list[Interval]:
     ValueError
         They are no such intervals.
     """
-    from rigidpend.routes.certified.intervals import Interval
+    from rigidpend.routes.certified.intervals import PhaseInterval
 
     rows = zip(intervals["place"], intervals["depth"], strict=True)
-    found = [Interval(int(place), int(depth)) for place, depth in rows]
+    found = [PhaseInterval(int(place), int(depth)) for place, depth in rows]
     if not all(0 <= x.depth <= 64 and 0 <= x.place < 1 << x.depth for x in found):
         raise ValueError("an interval is none of the line")
     if any(a.ends[1] > b.ends[0] for a, b in pairwise(found)):
@@ -117,7 +118,7 @@ def unpacked(intervals: Data) -> list[Interval]:
     return found
 
 
-def shares_of(intervals: Sequence[Interval], codes: NDArray[Any]) -> list[Fraction]:
+def shares_of(intervals: Sequence[PhaseInterval], codes: NDArray[Any]) -> list[Fraction]:
     """Shares of the line on which the first symbols are proven: one, two, and so on."""
     counts = (codes == NO_SYMBOL).argmax(axis=0)
     counts[(codes != NO_SYMBOL).all(axis=0)] = len(codes)
@@ -130,22 +131,13 @@ def shares_of(intervals: Sequence[Interval], codes: NDArray[Any]) -> list[Fracti
 
 def theorems(config: Config, data: Data) -> list[str]:
     """Sentences that the proof in a result proves, checked again without integration."""
-    from rigidpend.routes.certified import pieces
     from rigidpend.routes.certified.checker import Undecided
 
-    problem, codes = config.problem, data["intervals"]["codes"]
+    parts, shares = arranged(config.problem, data)
     try:
-        every = unpacked(data["intervals"])
-        if codes.shape != (problem.n_symbols, len(every)):
-            raise ValueError(f"its config asks for {problem.n_symbols} symbols of each interval")
-        orbits = pieces.unpacked(data["proof"], len(every))
-        parts = list(zip(every, orbits, codes.T.tolist(), strict=True))
-        side_by_side(_again, (problem,), True, [x for x in parts if x[2][0] != NO_SYMBOL], cores())
-        shares = shares_of(every, codes)
-        if [float(x) for x in shares] != data["shares"].tolist():
-            raise ValueError("the shares of the line are others")
-    except (ValueError, Undecided) as doubt:
-        raise ArithmeticError(f"undecided, nothing is proven: {doubt}") from None
+        side_by_side(_again, (config.problem,), True, parts, cores())
+    except Undecided as doubt:
+        raise ArithmeticError(f"{UNDECIDED}: {doubt}") from None
     return [
         f"{n} symbol{'s' * (n > 1)}, the same on each interval, of all starts on {share} of the"
         f" line, {float(share):.6g}"
@@ -154,16 +146,47 @@ def theorems(config: Config, data: Data) -> list[str]:
     ]
 
 
-def _again(part: tuple[Interval, Sequence[FamilyStep], Sequence[int]], problem: Problem) -> None:
+def arranged(problem: Problem, data: Data) -> tuple[list[Any], list[Fraction]]:
+    """Intervals with steps and symbols that are to be proven, and their shares of the line.
+
+    Raises
+    ------
+    ArithmeticError
+        They are not what they are stored as.
+    """
+    from rigidpend.routes.certified import pieces
+
+    codes = data["intervals"]["codes"]
+    try:
+        every = unpacked(data["intervals"])
+        if codes.shape != (problem.n_symbols, len(every)):
+            raise ValueError(f"its config asks for {problem.n_symbols} symbols of each interval")
+        if not set(codes.ravel().tolist()) <= {0, 1, NO_SYMBOL} or np.any(
+            (codes[:-1] == NO_SYMBOL) & (codes[1:] != NO_SYMBOL)
+        ):
+            raise ValueError("a symbol is none, or follows one that is not proven")
+        orbits = pieces.unpacked(data["proof"], len(every))
+        shares = shares_of(every, codes)
+        if [float(x) for x in shares] != data["shares"].tolist():
+            raise ValueError("the shares of the line are others")
+    except ValueError as doubt:
+        raise ArithmeticError(f"{UNDECIDED}: {doubt}") from None
+    parts = zip(every, orbits, codes.T.tolist(), strict=True)
+    return [part for part in parts if part[2][0] != NO_SYMBOL], shares
+
+
+def _again(
+    part: tuple[PhaseInterval, Sequence[FamilyStep], Sequence[int]], problem: Problem
+) -> None:
     """Check one interval: the symbols that it is stored with."""
     from rigidpend.routes.certified.checker import Undecided
-    from rigidpend.routes.certified.intervals import Starts, symbols
+    from rigidpend.routes.certified.intervals import EnclosedStarts, symbols
 
     of, steps, stored = part
     proven = [x for x in stored if x != NO_SYMBOL]
     name = f"the interval {of.place}/2^{of.depth}"
     try:
-        found = symbols(Starts.of(problem.body, problem.h0, _fraction(problem)), of, steps)
+        found = symbols(EnclosedStarts.of(problem.body, problem.h0, _fraction(problem)), of, steps)
     except Undecided as doubt:
         raise Undecided(f"{name}: {doubt}") from None
     if list(map(int, found[: len(proven)])) != stored[: len(proven)]:

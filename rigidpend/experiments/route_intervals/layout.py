@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rigidpend.experiments.data.layout import FLOAT, WHOLE, Field, Layout
-from rigidpend.experiments.full_shift.layout import PROOF as STEPS
+from rigidpend.experiments.proof_layout import STEPS
 
 INTERVALS = {
     "place": Field(

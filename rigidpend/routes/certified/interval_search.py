@@ -32,7 +32,7 @@ from rigidpend.routes.certified.horseshoe import (
     _Orbits,
     _values,
 )
-from rigidpend.routes.certified.intervals import Interval, Starts, symbols
+from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval, symbols
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Powers
 from rigidpend.routes.codes import route_codes
 
@@ -46,17 +46,17 @@ ROUGH = 1e-2
 """Changes of times that are left out, t'."""
 
 
-class Found(NamedTuple):
+class ProvenInterval(NamedTuple):
     """An interval with symbols that all of its starts are proven to have."""
 
-    of: Interval
+    of: PhaseInterval
     symbols: list[bool]
     pieces: list[FamilyStep]
     """Polynomials that prove them; none where there are no symbols."""
 
 
-class Search(NamedTuple):
-    """What is searched: starts, symbols at most, and the shortest intervals."""
+class IntervalSearch(NamedTuple):
+    """Search on a line of starts: symbols at most, and the shortest intervals."""
 
     setting: ShiftProblem
     J1: Fraction
@@ -65,13 +65,13 @@ class Search(NamedTuple):
     """Depth of the shortest intervals."""
 
     @classmethod
-    def of(cls, body: Body, h0: Exact, J1: Fraction, n_symbols: int, finest: int) -> Search:
+    def of(cls, body: Body, h0: Exact, J1: Fraction, n_symbols: int, finest: int) -> IntervalSearch:
         """Search on the line of starts of a problem."""
         return cls(ShiftProblem(body, h0, 1, h0=h0), J1, n_symbols, finest)
 
-    def within(self, of: Interval) -> list[Found]:
+    def within(self, of: PhaseInterval) -> list[ProvenInterval]:
         """Intervals that cover one, halved where it does not have all symbols proven."""
-        starts = Starts.of(self.setting.body, self.setting.h0 or self.setting.h, self.J1)
+        starts = EnclosedStarts.of(self.setting.body, self.setting.h0 or self.setting.h, self.J1)
         found, left = [], [of]
         while left:
             check_stop()
@@ -86,7 +86,7 @@ class Search(NamedTuple):
                 left += here.halves[::-1]
         return found
 
-    def _sampled(self, of: Interval) -> tuple[Array, int]:
+    def _sampled(self, of: PhaseInterval) -> tuple[Array, int]:
         """Times of crossings at nodes, and how many symbols are the same there and at the ends."""
         u = np.concatenate((nodes(NODES, precision(53)), [-1.0, 1.0]))
         routes = route_codes(
@@ -102,18 +102,22 @@ class Search(NamedTuple):
         common = int(np.argmin(same)) if not same.all() else len(same)
         return routes.crossing_time[:, :NODES], common
 
-    def _proven(self, starts: Starts, of: Interval, times: Array, counts: range) -> Found:
+    def _proven(
+        self, starts: EnclosedStarts, of: PhaseInterval, times: Array, counts: range
+    ) -> ProvenInterval:
         """As many symbols of an interval as can be proven, of some numbers of them."""
         for count in counts:
             try:
                 found = pieces(self.setting, starts.J1, of, times[: count + 1])
-                return Found(of, symbols(starts, of, found), found)
+                return ProvenInterval(of, symbols(starts, of, found), found)
             except Undecided:
                 continue
-        return Found(of, [], [])
+        return ProvenInterval(of, [], [])
 
 
-def pieces(setting: ShiftProblem, J1: Fraction, of: Interval, times: Array) -> list[FamilyStep]:
+def pieces(
+    setting: ShiftProblem, J1: Fraction, of: PhaseInterval, times: Array
+) -> list[FamilyStep]:
     """Polynomials of the orbits of an interval, from the times of their crossings at nodes."""
     a, sizes = NUMBERS, (times.shape[1], 1, 1)
     at = _grid(*(nodes(n, a) for n in sizes))

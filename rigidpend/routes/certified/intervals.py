@@ -35,7 +35,7 @@ FINER = 8
 """Bits of constants beyond those of a step."""
 
 
-class Interval(NamedTuple):
+class PhaseInterval(NamedTuple):
     """Starts with theta2_0/2 pi from place/2^depth to (place + 1)/2^depth."""
 
     place: int
@@ -57,12 +57,12 @@ class Interval(NamedTuple):
         return Fraction(2 * self.place + 1, 2 << self.depth)
 
     @property
-    def halves(self) -> list[Interval]:
+    def halves(self) -> list[PhaseInterval]:
         """Both halves of it."""
-        return [Interval(2 * self.place + k, self.depth + 1) for k in (0, 1)]
+        return [PhaseInterval(2 * self.place + k, self.depth + 1) for k in (0, 1)]
 
 
-class Starts(NamedTuple):
+class EnclosedStarts(NamedTuple):
     """Starts of one J1_0 and h0 on the left array's line, over balls."""
 
     field: AlignedCoefficients
@@ -72,14 +72,14 @@ class Starts(NamedTuple):
     h0: Exact
 
     @classmethod
-    def of(cls, body: Body, h0: Exact, J1: Fraction) -> Starts:
+    def of(cls, body: Body, h0: Exact, J1: Fraction) -> EnclosedStarts:
         """Enclose the numbers of a problem."""
         with precision(BITS):
             field = aligned_coefficients(angles(body), BALLS)
         with precision(SCALARS):
             return cls(field, LogarithmicNorm.of(field), body, J1, h0)
 
-    def states(self, of: Interval) -> list[Family]:
+    def states(self, of: PhaseInterval) -> list[Family]:
         """The starts of an interval, as functions of u."""
         with precision(BITS):
             turn = 2 * arb.pi() * of.middle.numerator / of.middle.denominator
@@ -115,7 +115,7 @@ def _turned(angle: arb) -> tuple[Family, Family]:
     raise Undecided("H1: the interval is too long for its starts to be told")
 
 
-def symbols(starts: Starts, of: Interval, pieces: Sequence[FamilyStep]) -> list[bool]:
+def symbols(starts: EnclosedStarts, of: PhaseInterval, pieces: Sequence[FamilyStep]) -> list[bool]:
     """Check the orbits that start on an interval: the symbols that all of them have.
 
     Raises
@@ -134,7 +134,7 @@ def symbols(starts: Starts, of: Interval, pieces: Sequence[FamilyStep]) -> list[
 
 
 def _signs(
-    starts: Starts, before: list[Family], pieces: Sequence[FamilyStep]
+    starts: EnclosedStarts, before: list[Family], pieces: Sequence[FamilyStep]
 ) -> Iterator[int | tuple[bool, int]]:
     """H1 to H3; on each part the sign of M3, or whether it rises with the sign of the large Q."""
     growth, bound = starts.growth, arb(0)
@@ -174,7 +174,7 @@ def _tube(M3: Family, half: Family, begin: arb, growth: LogarithmicNorm) -> arb:
 
 
 def _on_step(
-    starts: Starts, states: Sequence[Family], bound: arb
+    starts: EnclosedStarts, states: Sequence[Family], bound: arb
 ) -> Iterator[int | tuple[bool, int]]:
     apart, M3, others = _apart(bound, starts.growth), _on_parts(states[2]), None
     for k, value in enumerate(M3):
