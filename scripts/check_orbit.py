@@ -139,13 +139,13 @@ def read(path: Path) -> tuple[dict[str, Any], list[Any], dict[str, Any], dict[st
         raise Refused(f"it cannot be read: {str(error)[:200]}") from None
 
 
-def each(proof: dict[str, Any], n: int) -> Iterator[dict[str, Any]]:
-    """The arrays of the steps of each of n sets, one after the other."""
+def each(proof: dict[str, Any], which: Sequence[int], n: int) -> Iterator[dict[str, Any]]:
+    """The arrays of the steps of some of n sets, one after the other: no others have any."""
     of, terms = ([int(x) for x in proof[name]] for name in ("family", "terms"))
     if len(of) != len(terms) or any(x < 1 for x in terms) or sum(terms) != len(proof["powers"]):
         raise Refused("steps are not as many as they say")
     first, row = 0, 0
-    for k in range(n):
+    for k in which:
         last, end = first, row
         while last < len(of) and of[last] in (k, k + n):
             last, end = last + 1, end + terms[last]
@@ -184,7 +184,10 @@ def check(path: Path, given: Path | None = None, processes: int = 1) -> str:
     Interval.digits = DIGITS
     if Interval.of(sources[0].J1).low <= 0 or energies["spread"] <= 0:
         raise Refused("J1_0 > 0 is broken, or cannot be told; or there are no energies")
-    links: list[Any] = [*zip(sources, each(proof, len(sources)), strict=True), (None, {})]
+    links: list[Any] = [
+        *zip(sources, each(proof, range(len(sources)), len(sources)), strict=True),
+        (None, {}),
+    ]
     pairs = [links[k : k + 2] for k in range(len(sources))]
     with ProcessPoolExecutor(processes) as pool:
         for k, symbol in enumerate(pool.map(checked, [problem] * len(pairs), pairs)):

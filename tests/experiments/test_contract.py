@@ -111,6 +111,7 @@ def test_a_layout_is_plain_data_for_which_nothing_heavy_is_imported(name: str) -
     file = experiments.FOLDER / name / "layout.py"
     allowed = (
         "rigidpend.experiments.data",
+        "rigidpend.experiments.proof_layout",
         "rigidpend.experiments.route_layout",
         "rigidpend.experiments.weight_layout",
     )

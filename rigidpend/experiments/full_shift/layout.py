@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rigidpend.experiments.data.bounds import bound, of_largest, stated
 from rigidpend.experiments.data.layout import ANY, FLAG, FLOAT, WHOLE, Field, Layout, held
+from rigidpend.experiments.proof_layout import STEPS
 
 SETS = ("sets",)
 CLOSE = of_largest(1e-6)
@@ -70,33 +71,6 @@ LINE = {
     "stretch": Field(FLOAT, (2,), "1", "lower bound on |dU/du| along it", within=ANY),
     "squeeze": Field(FLOAT, (2,), "1", "upper bound on |dV/du| along it", within=SLOPES),
 }
-# What polynomials prove is compared, not these: their last digits differ between processors.
-PROOF = {
-    "family": Field(
-        WHOLE,
-        ("steps",),
-        "1",
-        "the set of which a step is, counted from 0; 4: the line",
-        within=ANY,
-    ),
-    "bits": Field(WHOLE, ("steps",), "1", "its coefficients are in units of 2^-bits", within=ANY),
-    "terms": Field(WHOLE, ("steps",), "1", "number of its terms", within=ANY),
-    "powers": Field(
-        WHOLE,
-        ("terms", "powers"),
-        "1",
-        "j, k, l of T_j(x) u^k v^l; or j, k, l, m of T_j(x) u^k v^l w^m",
-        within=ANY,
-    ),
-    "coefficients": Field(
-        WHOLE,
-        ("terms", 7),
-        "1",
-        "of Qp, Qm, M3, gamma1, gamma2, gamma3, and of half of the length in time in 2^-50 t';"
-        " twice as large where j = 0",
-        within=ANY,
-    ),
-}
 ENERGIES = {
     "shift": Field(
         FLOAT, (), "1", "energies are h or h0 + shift + spread w, w from -1 to 1", within=CURVE
@@ -118,6 +92,12 @@ DRAWN = {
     "line_chi": Field(FLOAT, ("line",), "rad", "chi along the image of the line of starts"),
     "line_d": Field(FLOAT, ("line",), "1", "d along it, less the stable surface's"),
     "image_d": Field(FLOAT, ("sets", "outline"), "1", "d around them, less the stable surface's"),
+}
+PROOF = {
+    **STEPS,
+    "family": STEPS["family"]._replace(
+        description="the set of which a step is, counted from 0; 4: the line"
+    ),
 }
 LAYOUT: Layout = {
     "sets": held(CLOSE, QUADS),

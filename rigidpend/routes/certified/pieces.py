@@ -154,15 +154,16 @@ def packed(orbits: Sequence[Sequence[FamilyStep]]) -> dict[str, Any]:
         for piece in pieces
         for finer, part in enumerate(_words(piece))
     ]
-    wide = max(len(at) for _, piece in every for terms in piece.terms for at in terms)
+    powers = (at for _, piece in every for terms in piece.terms for at in terms)
+    wide = max(map(len, powers), default=len(("x", "u", "v")))
     tables = [list(_rows(piece, wide)) for _, piece in every]
     rows = [row for table in tables for row in table]
     return {
-        "family": np.array([k for k, _ in every]),
-        "bits": np.array([piece.bits for _, piece in every]),
-        "terms": np.array([len(table) for table in tables]),
-        "powers": np.array([at for at, _ in rows], dtype=np.uint8),
-        "coefficients": np.array([numbers for _, numbers in rows], dtype=np.int64),
+        "family": np.array([k for k, _ in every], dtype=np.int64),
+        "bits": np.array([piece.bits for _, piece in every], dtype=np.int64),
+        "terms": np.array([len(table) for table in tables], dtype=np.int64),
+        "powers": np.array([at for at, _ in rows], dtype=np.uint8).reshape(-1, wide),
+        "coefficients": np.array([row for _, row in rows], dtype=np.int64).reshape(-1, COMPONENTS),
     }
 
 

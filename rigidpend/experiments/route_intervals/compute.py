@@ -1,0 +1,206 @@
+"""Experiment `route_intervals`: symbols proven for whole intervals of starts, not for points."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import partial
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.experiments.contract import Means
+from rigidpend.experiments.data.layout import datasets
+from rigidpend.experiments.data.tree import Data, Tree
+from rigidpend.experiments.route_intervals.layout import INTERVALS, PROOF, SHARES
+from rigidpend.machine import progress
+from rigidpend.machine.workers import cores, side_by_side
+from rigidpend.numbers.alphabet import NO_SYMBOL
+
+if TYPE_CHECKING:
+    from rigidpend.experiments.route_intervals.schema import Config, Problem
+    from rigidpend.routes.certified.interval_search import IntervalSearch, ProvenInterval
+    from rigidpend.routes.certified.intervals import PhaseInterval
+    from rigidpend.routes.certified.pieces import FamilyStep
+
+FIRST = 5
+"""Halvings with which the search begins."""
+ROUND = 2
+"""Intervals that each process takes before they are kept."""
+UNDECIDED = "undecided, nothing is proven"
+SECONDS = 1.5
+"""Seconds that an interval takes on one core, tried and proven."""
+
+
+def compute(config: Config, means: Means) -> Tree:
+    """Halve the line where not all symbols are proven."""
+    from rigidpend.routes.certified.intervals import PhaseInterval
+
+    first = min(FIRST, config.problem.halvings)
+    every = [PhaseInterval(k, first) for k in range(1 << first)]
+    at_once, trees = ROUND * means.jobs, list[Any]()
+    for k in range(0, len(every), at_once):
+        means.report(progress.PartDone(f"{k} of {len(every)} parts", k, len(every)))
+        work = partial(_part, every[k : k + at_once], config, means.jobs)
+        trees.append(means.part(f"intervals.{k:08d}.{at_once}", work))
+    return _joined(config, trees, means)
+
+
+def _joined(config: Config, trees: Sequence[Any], means: Means) -> Tree:
+    from rigidpend.routes.certified import pieces
+
+    values = [
+        {name: {k: x.values for k, x in tree[name].items()} for name in tree} for tree in trees
+    ]
+    intervals = {
+        name: np.concatenate([each["intervals"][name] for each in values], axis=-1)
+        for name in INTERVALS
+    }
+    proof = pieces.joined(
+        [x["proof"] for x in values], [len(x["intervals"]["place"]) for x in values]
+    )
+    if not len(proof["family"]):
+        raise ArithmeticError("undecided: no symbol is proven on any interval")
+    shares = shares_of(unpacked(intervals), intervals["codes"])
+    told = ", ".join(f"{float(share):.4g}" for share in shares)
+    means.report(f"{intervals['place'].size} intervals; shares of the line: {told}")
+    return {
+        "intervals": datasets(INTERVALS, intervals),
+        "shares": SHARES.dataset(np.array([float(x) for x in shares])),
+        "proof": datasets(PROOF, proof),
+    }
+
+
+def _part(every: Sequence[PhaseInterval], config: Config, jobs: int) -> Tree:
+    """Search some intervals, each by a process."""
+    from rigidpend.routes.certified import pieces
+    from rigidpend.routes.certified.interval_search import IntervalSearch
+
+    problem = config.problem
+    of = IntervalSearch.of(
+        problem.body, problem.h0, _fraction(problem), problem.n_symbols, problem.halvings
+    )
+    found = [x for some in side_by_side(_searched, (of,), True, every, jobs) for x in some]
+    codes = np.full((problem.n_symbols, len(found)), NO_SYMBOL, dtype=np.uint8)
+    for column, each in enumerate(found):
+        codes[: len(each.symbols), column] = each.symbols
+    intervals = {
+        "place": np.array([each.of.place for each in found]),
+        "depth": np.array([each.of.depth for each in found]),
+        "codes": codes,
+    }
+    proof = pieces.packed([each.pieces for each in found])
+    return {"intervals": datasets(INTERVALS, intervals), "proof": datasets(PROOF, proof)}
+
+
+def _searched(of: PhaseInterval, search: IntervalSearch) -> list[ProvenInterval]:
+    return search.within(of)
+
+
+def unpacked(intervals: Data) -> list[PhaseInterval]:
+    """Intervals from their arrays; their starts are ascending, and no two of them overlap.
+
+    Raises
+    ------
+    ValueError
+        They are no such intervals.
+    """
+    from rigidpend.routes.certified.intervals import PhaseInterval
+
+    rows = zip(intervals["place"], intervals["depth"], strict=True)
+    found = [PhaseInterval(int(place), int(depth)) for place, depth in rows]
+    if not all(0 <= x.depth <= 64 and 0 <= x.place < 1 << x.depth for x in found):
+        raise ValueError("an interval is none of the line")
+    if any(a.ends[1] > b.ends[0] for a, b in pairwise(found)):
+        raise ValueError("two intervals overlap, or are out of order")
+    return found
+
+
+def shares_of(intervals: Sequence[PhaseInterval], codes: NDArray[Any]) -> list[Fraction]:
+    """Shares of the line on which the first symbols are proven: one, two, and so on."""
+    counts = (codes == NO_SYMBOL).argmax(axis=0)
+    counts[(codes != NO_SYMBOL).all(axis=0)] = len(codes)
+    each = list(zip(intervals, counts, strict=True))
+    return [
+        sum((of.share for of, count in each if count >= n), Fraction(0))
+        for n in range(1, len(codes) + 1)
+    ]
+
+
+def theorems(config: Config, data: Data) -> list[str]:
+    """Sentences that the proof in a result proves, checked again without integration."""
+    from rigidpend.routes.certified.checker import Undecided
+
+    parts, shares = arranged(config.problem, data)
+    try:
+        side_by_side(_again, (config.problem,), True, parts, cores())
+    except Undecided as doubt:
+        raise ArithmeticError(f"{UNDECIDED}: {doubt}") from None
+    return [
+        f"{n} symbol{'s' * (n > 1)}, the same on each interval, of all starts on {share} of the"
+        f" line, {float(share):.6g}"
+        for n, share in enumerate(shares, 1)
+        if share
+    ]
+
+
+def arranged(problem: Problem, data: Data) -> tuple[list[Any], list[Fraction]]:
+    """Intervals with steps and symbols that are to be proven, and their shares of the line.
+
+    Raises
+    ------
+    ArithmeticError
+        They are not what they are stored as.
+    """
+    from rigidpend.routes.certified import pieces
+
+    codes = data["intervals"]["codes"]
+    try:
+        every = unpacked(data["intervals"])
+        if codes.shape != (problem.n_symbols, len(every)):
+            raise ValueError(f"its config asks for {problem.n_symbols} symbols of each interval")
+        if not set(codes.ravel().tolist()) <= {0, 1, NO_SYMBOL} or np.any(
+            (codes[:-1] == NO_SYMBOL) & (codes[1:] != NO_SYMBOL)
+        ):
+            raise ValueError("a symbol is none, or follows one that is not proven")
+        orbits = pieces.unpacked(data["proof"], len(every))
+        shares = shares_of(every, codes)
+        if [float(x) for x in shares] != data["shares"].tolist():
+            raise ValueError("the shares of the line are others")
+    except ValueError as doubt:
+        raise ArithmeticError(f"{UNDECIDED}: {doubt}") from None
+    parts = zip(every, orbits, codes.T.tolist(), strict=True)
+    return [part for part in parts if part[2][0] != NO_SYMBOL], shares
+
+
+def _again(
+    part: tuple[PhaseInterval, Sequence[FamilyStep], Sequence[int]], problem: Problem
+) -> None:
+    """Check one interval: the symbols that it is stored with."""
+    from rigidpend.routes.certified.checker import Undecided
+    from rigidpend.routes.certified.intervals import EnclosedStarts, symbols
+
+    of, steps, stored = part
+    proven = [x for x in stored if x != NO_SYMBOL]
+    name = f"the interval {of.place}/2^{of.depth}"
+    try:
+        found = symbols(EnclosedStarts.of(problem.body, problem.h0, _fraction(problem)), of, steps)
+    except Undecided as doubt:
+        raise Undecided(f"{name}: {doubt}") from None
+    if list(map(int, found[: len(proven)])) != stored[: len(proven)]:
+        raise Undecided(f"{name}: its symbols are others, or fewer")
+
+
+def _fraction(problem: Problem) -> Fraction:
+    """J1_0, which the schema holds to be rational."""
+    found = problem.J1_0.fraction
+    assert found is not None
+    return found
+
+
+def cost(config: Config) -> float:
+    """Estimate of the seconds that a config takes on two cores."""
+    problem = config.problem
+    return SECONDS * (1 << min(problem.halvings, 2 * problem.n_symbols + 1)) / 2

@@ -1,0 +1,32 @@
+"""Layout of a result of `route_intervals`."""
+
+from __future__ import annotations
+
+from rigidpend.experiments.data.layout import FLOAT, WHOLE, Field, Layout
+from rigidpend.experiments.proof_layout import STEPS
+
+INTERVALS = {
+    "place": Field(
+        WHOLE,
+        ("intervals",),
+        "1",
+        "theta2_0 is from 2 pi place/2^depth to 2 pi (place + 1)/2^depth",
+    ),
+    "depth": Field(WHOLE, ("intervals",), "1", "see place"),
+    "codes": Field(
+        WHOLE,
+        ("symbols", "intervals"),
+        "1",
+        "symbols of all orbits that start there: 0 left, 1 right, 255 not proven",
+    ),
+}
+SHARES = Field(
+    FLOAT, ("symbols",), "1", "share of the line on which so many symbols are proven, exact"
+)
+PROOF = {
+    **STEPS,
+    "family": STEPS["family"]._replace(
+        description="the interval of which a step is, counted from 0; what is finer counts on"
+    ),
+}
+LAYOUT: Layout = {"intervals": INTERVALS, "shares": SHARES, "proof": PROOF}

@@ -1,0 +1,36 @@
+"""The config of `experiment: route_intervals`: the line of Fig. 4's starts, cut into intervals."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from rigidpend.config.bodies import RouteStart
+from rigidpend.config.schema import ExperimentConfig, Whole, physics
+from rigidpend.numbers.parameters import ParameterError
+
+
+class Problem(RouteStart):
+    """Starts with all theta2_0 from 0 to 2 pi."""
+
+    n_symbols: Annotated[Whole, Field(ge=1, le=8)] = 3
+    """Symbols that are to be proven, at most."""
+    halvings: Annotated[Whole, Field(ge=1, le=20)] = 7
+    """Times that the line is halved: no interval is shorter than 2 pi/2^halvings."""
+
+    @model_validator(mode="after")
+    def _rational(self) -> Self:
+        with physics():
+            if self.J1_0.fraction is None:
+                raise ParameterError("J1_0", f"a decimal or fraction is wanted, got {self.J1_0}")
+            if not float(self.mu) > 0:
+                raise ParameterError("mu", "without a weight no orbit leaves a surface: mu > 0")
+        return self
+
+
+class Config(ExperimentConfig):
+    """A whole config of this experiment."""
+
+    experiment: Literal["route_intervals"]
+    problem: Problem

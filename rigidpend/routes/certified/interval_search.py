@@ -1,0 +1,169 @@
+"""Polynomials of the orbits that start on an interval of phases, through some passages.
+
+Nothing here is proven, and nothing needs to be: :mod:`rigidpend.routes.certified.intervals`
+decides.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from rigidpend.machine.workers import check_stop
+from rigidpend.mechanics.body import Body
+from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.exact import Exact
+from rigidpend.orbits.integrate.pair_arrays import PairArray
+from rigidpend.orbits.return_map.expansions import nodes
+from rigidpend.orbits.return_map.precision import precision
+from rigidpend.routes.certified.checker import Undecided
+from rigidpend.routes.certified.horseshoe import (
+    GROWTH,
+    LENGTH,
+    NUMBERS,
+    LineStarts,
+    ShiftProblem,
+    _fitted,
+    _grid,
+    _Orbits,
+    _values,
+)
+from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval, symbols
+from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Powers
+from rigidpend.routes.codes import route_codes
+
+NODES = 20
+"""Nodes on an interval."""
+IN_TIME, MORE = 16, 4
+"""Nodes of a step in time: so many, and one for so many bits."""
+LEFT, MOST_BITS = 23, 98
+"""Bits of coefficients at the end, and bits at most: pairs of doubles know no more."""
+ROUGH = 1e-2
+"""Changes of times that are left out, t'."""
+
+
+class ProvenInterval(NamedTuple):
+    """An interval with symbols that all of its starts are proven to have."""
+
+    of: PhaseInterval
+    symbols: list[bool]
+    pieces: list[FamilyStep]
+    """Polynomials that prove them; none where there are no symbols."""
+
+
+class IntervalSearch(NamedTuple):
+    """Search on a line of starts: symbols at most, and the shortest intervals."""
+
+    setting: ShiftProblem
+    J1: Fraction
+    n_symbols: int
+    finest: int
+    """Depth of the shortest intervals."""
+
+    @classmethod
+    def of(cls, body: Body, h0: Exact, J1: Fraction, n_symbols: int, finest: int) -> IntervalSearch:
+        """Search on the line of starts of a problem."""
+        return cls(ShiftProblem(body, h0, 1, h0=h0), J1, n_symbols, finest)
+
+    def within(self, of: PhaseInterval) -> list[ProvenInterval]:
+        """Intervals that cover one, halved where it does not have all symbols proven."""
+        starts = EnclosedStarts.of(self.setting.body, self.setting.h0 or self.setting.h, self.J1)
+        found, left = [], [of]
+        while left:
+            check_stop()
+            here = left.pop()
+            times, common = self._sampled(here)
+            last = here.depth >= self.finest
+            least = 1 if last else self.n_symbols
+            proven = self._proven(starts, here, times, range(common, least - 1, -1))
+            if proven.symbols or last:
+                found.append(proven)
+            else:
+                left += here.halves[::-1]
+        return found
+
+    def _sampled(self, of: PhaseInterval) -> tuple[Array, int]:
+        """Times of crossings at nodes, and how many symbols are the same there and at the ends."""
+        u = np.concatenate((nodes(NODES, precision(53)), [-1.0, 1.0]))
+        routes = route_codes(
+            self.setting.body,
+            2 * np.pi * (float(of.middle) + u / (2 << of.depth)),
+            h0=self.setting.h,
+            J1_0=self.J1,
+            n_symbols=self.n_symbols,
+            precisions=(53,),
+            method="integration",
+        )
+        same = (routes.codes == routes.codes[:, :1]).all(axis=1) & (routes.codes[:, 0] <= 1)
+        common = int(np.argmin(same)) if not same.all() else len(same)
+        return routes.crossing_time[:, :NODES], common
+
+    def _proven(
+        self, starts: EnclosedStarts, of: PhaseInterval, times: Array, counts: range
+    ) -> ProvenInterval:
+        """As many symbols of an interval as can be proven, of some numbers of them."""
+        for count in counts:
+            try:
+                found = pieces(self.setting, starts.J1, of, times[: count + 1])
+                return ProvenInterval(of, symbols(starts, of, found), found)
+            except Undecided:
+                continue
+        return ProvenInterval(of, [], [])
+
+
+def pieces(
+    setting: ShiftProblem, J1: Fraction, of: PhaseInterval, times: Array
+) -> list[FamilyStep]:
+    """Polynomials of the orbits of an interval, from the times of their crossings at nodes."""
+    a, sizes = NUMBERS, (times.shape[1], 1, 1)
+    at = _grid(*(nodes(n, a) for n in sizes))
+    middle = a.number(of.middle) * a.pi * 2
+    phase = middle + a.pi * a.number(Fraction(1, 1 << of.depth)) * at[0]
+    orbits = _Orbits(setting, LineStarts(setting, J1).states(phase, a))
+    rate = orbits.rate
+    halves = _halves(times, rate)
+    fine = LEFT + math.ceil(GROWTH * rate * times.max())
+    if fine > MOST_BITS:
+        raise Undecided(f"{fine} bits are wanted, and {MOST_BITS} are known")
+    x = nodes(IN_TIME + fine // MORE, a)[::-1]
+    begin, grid, starts = 0 * at[0], [], []
+    for half in halves:
+        length = _values(half, at)
+        starts.append(float(begin.parts[0].min()))
+        grid.append(begin + (1 + x)[:, None] * length[None, :])
+        begin = begin + 2 * length
+    states = orbits.at(PairArray(np.concatenate([x.parts for x in grid], axis=1)))
+    found, k = [], len(x)
+    for i, (half, start) in enumerate(zip(halves, starts, strict=True)):
+        here = states[:, i * k : (i + 1) * k][:, ::-1]
+        bits = fine - math.floor(GROWTH * rate * start)
+        found.append(FamilyStep(bits, half, _fitted(here, bits, sizes)))
+    return found
+
+
+def _halves(times: Array, rate: float) -> list[dict[Powers, int]]:
+    """Half-lengths of steps: two steps at each crossing, and as many between as it takes."""
+    length, beside = LENGTH / rate, LENGTH / 2 / rate
+    found = []
+    for k, time in enumerate(times):
+        between = time - beside - (times[k - 1] + beside if k else 0.0)
+        steps = math.ceil(between.max() / length)
+        found += steps * [_polynomial(between / (2 * steps))] + 2 * [
+            _polynomial(0 * time + beside / 2)
+        ]
+    return found
+
+
+def _polynomial(values: Array) -> dict[Powers, int]:
+    """The polynomial in u near values at the nodes, of few terms, in units of 2^-CLOCK."""
+    n = len(values)
+    series = chebyshev.chebfit(nodes(n, precision(53)), values, n - 1)
+    # Times need not be those of the crossings, but what depends on u must be told by the nodes.
+    powers = chebyshev.cheb2poly(np.where(np.abs(series) > ROUGH, series, 0.0))
+    found = {(0, k, 0): round(float(c) * 2**CLOCK) for k, c in enumerate(powers)}
+    found[0, 0, 0] *= 2
+    return {at: c for at, c in found.items() if c}

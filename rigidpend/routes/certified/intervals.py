@@ -1,0 +1,197 @@
+"""The checker of intervals of starts: whether given polynomials prove the symbols of all of them.
+
+It knows nothing of how they were found. `docs/full-shift.md` has the theorem, whose hypotheses are
+H1 to H5 of `docs/certified.md` for a family. Whatever is not shown ends in :class:`Undecided`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from itertools import pairwise
+from typing import NamedTuple
+
+from flint import arb
+
+from rigidpend.machine.workers import check_stop
+from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_coefficients
+from rigidpend.mechanics.separatrices import separatrix_beside
+from rigidpend.numbers.exact import Exact
+from rigidpend.routes.certified.balls import BALLS, angles
+from rigidpend.routes.certified.checker import LARGEST, SCALARS, Undecided
+from rigidpend.routes.certified.coverings import BITS, PARTS, ROOM, TRIES, _apart, _on_parts
+from rigidpend.routes.certified.families import Family
+from rigidpend.routes.certified.growth import LogarithmicNorm
+from rigidpend.routes.certified.pieces import CLOCK, FamilyStep
+from rigidpend.routes.certified.precision import precision
+
+MOST_TERMS = 100
+"""Terms of cosine and sine on an interval at most."""
+
+
+FINER = 8
+"""Bits of constants beyond those of a step."""
+
+
+class PhaseInterval(NamedTuple):
+    """Starts with theta2_0/2 pi from place/2^depth to (place + 1)/2^depth."""
+
+    place: int
+    depth: int
+
+    @property
+    def share(self) -> Fraction:
+        """Its share of the line."""
+        return Fraction(1, 1 << self.depth)
+
+    @property
+    def ends(self) -> tuple[Fraction, Fraction]:
+        """theta2_0/2 pi at its ends."""
+        return Fraction(self.place, 1 << self.depth), Fraction(self.place + 1, 1 << self.depth)
+
+    @property
+    def middle(self) -> Fraction:
+        """theta2_0/2 pi in the middle, where u = 0."""
+        return Fraction(2 * self.place + 1, 2 << self.depth)
+
+    @property
+    def halves(self) -> list[PhaseInterval]:
+        """Both halves of it."""
+        return [PhaseInterval(2 * self.place + k, self.depth + 1) for k in (0, 1)]
+
+
+class EnclosedStarts(NamedTuple):
+    """Starts of one J1_0 and h0 on the left array's line, over balls."""
+
+    field: AlignedCoefficients
+    growth: LogarithmicNorm
+    body: Body
+    J1: Fraction
+    h0: Exact
+
+    @classmethod
+    def of(cls, body: Body, h0: Exact, J1: Fraction) -> EnclosedStarts:
+        """Enclose the numbers of a problem."""
+        with precision(BITS):
+            field = aligned_coefficients(angles(body), BALLS)
+        with precision(SCALARS):
+            return cls(field, LogarithmicNorm.of(field), body, J1, h0)
+
+    def states(self, of: PhaseInterval) -> list[Family]:
+        """The starts of an interval, as functions of u."""
+        with precision(BITS):
+            turn = 2 * arb.pi() * of.middle.numerator / of.middle.denominator
+            here, ahead = self._at(turn), self._at(turn + arb.pi() / 2)
+            # M does not depend on theta2, and gamma turns about it.
+            cos, sin = _turned(arb.pi() / 2**of.depth)
+            fixed = [Family.of_ball(x, BITS) for x in here[:3]]
+            turning = [
+                Family.of_ball(x, BITS) * cos + Family.of_ball(y, BITS) * sin
+                for x, y in zip(here[3:], ahead[3:], strict=True)
+            ]
+            return fixed + turning
+
+    def _at(self, theta2: arb) -> Sequence[arb]:
+        p = angles(self.body)
+        J1 = arb(self.J1.numerator) / self.J1.denominator
+        J2 = (2 * arb(self.h0.over(BALLS)) / p.kappa).sqrt()
+        start = Canonical(J1, J2 - J1, arb(0), p.alpha0 + p.beta0, theta2, arb(0), arb(1))
+        return tuple(aligned_from_canonical(start, p.alpha0, p.beta0, BALLS))
+
+
+def _turned(angle: arb) -> tuple[Family, Family]:
+    """Cosine and sine of angle u."""
+    u, found = Family.of({(0, 1, 0): 2}, 0), [Family.of_fraction(0, 0) for _ in range(2)]
+    power, term = Family.of_fraction(1, 0), arb(1)
+    for k in range(MOST_TERMS):
+        if term < arb(2) ** -BITS:
+            # Terms are halved at least by now: what is left is less than twice this one.
+            return found[0].widened(2 * term), found[1].widened(2 * term)
+        sign = -1 if k % 4 > 1 else 1
+        found[k % 2] += power * Family.of_ball(sign * term, BITS)
+        power, term = power * u, term * angle / (k + 1)
+    raise Undecided("H1: the interval is too long for its starts to be told")
+
+
+def symbols(starts: EnclosedStarts, of: PhaseInterval, pieces: Sequence[FamilyStep]) -> list[bool]:
+    """Check the orbits that start on an interval: the symbols that all of them have.
+
+    Raises
+    ------
+    Undecided
+        A hypothesis is not shown; the text begins with its name.
+    """
+    told = list(_signs(starts, starts.states(of), pieces))
+    runs = [sign for k, sign in enumerate(told) if k == 0 or told[k - 1] != sign]
+    # M3 < 0, a crossing on which it rises, M3 > 0, one on which it falls, and so on.
+    order = [(-1, 1)[k // 2 % 2] if k % 2 == 0 else k % 4 == 1 for k in range(len(runs))]
+    if len(runs) % 2 == 0 or [x[0] if isinstance(x, tuple) else x for x in runs] != order:
+        raise Undecided("H4: M3 is not shown to change its sign at crossings alone")
+    passed = [separatrix_beside(*x, x[1]) for x in runs if isinstance(x, tuple)]
+    return [(after - before) % 4 == 1 for before, after in pairwise(passed)]
+
+
+def _signs(
+    starts: EnclosedStarts, before: list[Family], pieces: Sequence[FamilyStep]
+) -> Iterator[int | tuple[bool, int]]:
+    """H1 to H3; on each part the sign of M3, or whether it rises with the sign of the large Q."""
+    growth, bound = starts.growth, arb(0)
+    for piece in pieces:
+        check_stop()
+        states = [Family.of(terms, piece.bits) for terms in piece.terms]
+        half = Family.of(piece.half, CLOCK)
+        c = AlignedCoefficients(*(Family.of_ball(x, piece.bits + FINER) for x in starts.field))
+        with precision(SCALARS):
+            if not half.range > 0:
+                raise Undecided("H2: the length of a step is not shown to be positive")
+            pairs = zip(states, before, strict=True)
+            begin = bound + _norm([s.at("z", -1) - e for s, e in pairs], growth)
+            rates = zip(states, aligned(states, c), strict=True)
+            leap = _norm([P.derivative() - half * rate for P, rate in rates], growth)
+            bound = _tube(states[2], half, begin + 2 * leap, growth)
+            before = [state.at("z", 1) for state in states]
+            yield from _on_step(starts, states, bound)
+
+
+def _tube(M3: Family, half: Family, begin: arb, growth: LogarithmicNorm) -> arb:
+    """H3: the distance over the whole step, from the assumed radius of the tube."""
+    sizes, length = [abs(each).upper() for each in _on_parts(M3)], 2 * half.bound / PARTS
+    assumed = ROOM * begin
+    for _ in range(TRIES):
+        assumed = assumed.min(arb(LARGEST))
+        # M3 halfway between both orbits: half of their distance more.
+        wide = (assumed / (2 * growth.upright)).upper()
+        total = sum((growth.rate(m + wide, assumed) for m in sizes), arb(0)) * length
+        grown = arb((total.exp() * begin).upper())
+        # Balls compare as true only where that is certain.
+        if grown < assumed:
+            return grown
+        assumed = 2 * grown
+    said = f"H3: the orbits are shown to stay within {float(grown):.3g} of the polynomials"
+    raise Undecided(f"{said}, and within {LARGEST:.3g} is needed")
+
+
+def _on_step(
+    starts: EnclosedStarts, states: Sequence[Family], bound: arb
+) -> Iterator[int | tuple[bool, int]]:
+    apart, M3, others = _apart(bound, starts.growth), _on_parts(states[2]), None
+    for k, value in enumerate(M3):
+        if abs(value) > apart[2]:
+            yield 1 if value > 0 else -1
+            continue
+        others = others or [_on_parts(state) for state in states]
+        box = [each[k] + arb(0, e) for each, e in zip(others, apart, strict=True)]
+        rate = aligned(box, starts.field)[2]
+        if not (rate > 0 or rate < 0):
+            raise Undecided("H5: neither the sign of M3 nor that of its rate is told on a part")
+        # Where M3 rises Qp is the large one, else Qm.
+        large = box[0 if rate > 0 else 1]
+        if not (large > 0 or large < 0):
+            raise Undecided("H5: Q is too near zero at a crossing to tell its separatrix")
+        yield bool(rate > 0), 1 if large > 0 else -1
+
+
+def _norm(states: Sequence[Family], growth: LogarithmicNorm) -> arb:
+    return arb(growth.norm(tuple(state.bound for state in states)).upper())

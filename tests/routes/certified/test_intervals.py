@@ -1,0 +1,277 @@
+"""Symbols of whole intervals of starts: proven by both checkers, against 113 bits, and spoilt."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from flint import arb
+
+from rigidpend import Body, route_codes
+from rigidpend.experiments.route_intervals import compute
+from rigidpend.numbers.exact import exact
+from rigidpend.routes.certified import interval_search, intervals, pieces
+from rigidpend.routes.certified.checker import Undecided
+from rigidpend.routes.certified.interval_search import IntervalSearch, ProvenInterval
+from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
+from rigidpend.routes.certified.pieces import FamilyStep
+from rigidpend.routes.certified.precision import precision
+from rigidpend.runs import loading
+from scripts import check_intervals as script
+from scripts.check_certificate import Fails, Refused
+from scripts.check_certificate import Interval as Enclosure
+from scripts.check_full_shift import CLOCK, DIGITS, Series, Step
+from tests.attacks import lot
+from tests.cli.calls import REFERENCE
+
+BODY = Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
+GIVEN = {
+    "A": ["2", "1", "3/2"],
+    "r": ["1", "1", "0"],
+    "mu": "0.001",
+    "h0": "1.3342",
+    "J1_0": "1e-8",
+}
+H0, J1 = exact("1.3342"), Fraction(1, 10**8)
+CONFIG = Path(__file__).parents[3] / "configs" / "fig4_intervals.yaml"
+SEARCH = IntervalSearch.of(BODY, H0, J1, 1, 4)
+TWO = IntervalSearch.of(BODY, H0, J1, 2, 7)
+
+
+@pytest.fixture(scope="module")
+def one() -> ProvenInterval:
+    """One symbol of the starts from 0 to pi/8."""
+    [found] = SEARCH.within(PhaseInterval(0, 4))
+    return found
+
+
+@pytest.fixture(scope="module")
+def two() -> list[ProvenInterval]:
+    """Two symbols, and one beside a place where the first one changes."""
+    return [*TWO.within(PhaseInterval(1, 5)), *TWO.within(PhaseInterval(8, 5))]
+
+
+def by_package(of: PhaseInterval, steps: list[FamilyStep]) -> list[int]:
+    return list(map(int, intervals.symbols(EnclosedStarts.of(BODY, H0, J1), of, steps)))
+
+
+def by_script(of: PhaseInterval, steps: list[FamilyStep]) -> list[int]:
+    Enclosure.digits = DIGITS
+    return script.prove(GIVEN, of.place, of.depth, [as_read(step) for step in steps])
+
+
+def as_read(step: FamilyStep) -> Step:
+    """A step as the second checker reads it: what is stored of T_0 is twice what it stands for."""
+    terms = [
+        {at: c * (1 if at[0] == 0 else 2) for at, c in column.items()}
+        for column in (*step.terms, step.half)
+    ]
+    states = [Series.made(column, step.bits + 1) for column in terms[:6]]
+    return Step(Series.made(terms[6], CLOCK + 1), states)
+
+
+CHECKERS = pytest.mark.parametrize("check", [by_package, by_script])
+
+
+@CHECKERS
+@pytest.mark.slow
+def test_an_interval_has_the_symbol_that_is_found(check: Any, one: ProvenInterval) -> None:
+    assert one.symbols == [False]
+    assert check(one.of, one.pieces) == [0]
+
+
+def changed(steps: list[FamilyStep], step: int, component: int, by: int) -> list[FamilyStep]:
+    """Steps with so many units more of a component, for all x and u."""
+    found = list(steps)
+    terms = [dict(column) for column in found[step].terms]
+    terms[component][0, 0, 0] = terms[component].get((0, 0, 0), 0) + 2 * by
+    found[step] = found[step]._replace(terms=terms)
+    return found
+
+
+def holds(check: Callable[..., list[int]], of: PhaseInterval, steps: list[FamilyStep]) -> bool:
+    try:
+        return check(of, steps) == [0]
+    except (Undecided, Fails):
+        return False
+
+
+@CHECKERS
+@pytest.mark.slow
+@pytest.mark.parametrize(("step", "component"), [(0, 0), (3, 5)])
+def test_what_is_off_by_a_percent_more_than_can_be_is_not_proven(
+    check: Any, one: ProvenInterval, step: int, component: int
+) -> None:
+    low, high = 0, one.pieces[step].bits
+    # Powers of two first, then to half a percent.
+    while high - low > 1:
+        middle = (low + high) // 2
+        inside = holds(check, one.of, changed(one.pieces, step, component, 1 << middle))
+        low, high = (middle, high) if inside else (low, middle)
+    least, most = Fraction(1 << low), Fraction(1 << high)
+    while most / least > Fraction(1005, 1000):
+        middle_of = (least + most) / 2
+        inside = holds(check, one.of, changed(one.pieces, step, component, int(middle_of)))
+        least, most = (middle_of, most) if inside else (least, middle_of)
+    assert holds(check, one.of, changed(one.pieces, step, component, int(least)))
+    assert not holds(check, one.of, changed(one.pieces, step, component, int(most)))
+    # What holds is not all that there is to it: a unit of M3 is.
+    assert least > 1
+
+
+@CHECKERS
+@pytest.mark.slow
+def test_another_interval_is_not_proven_by_these_steps(check: Any, one: ProvenInterval) -> None:
+    for other in (PhaseInterval(0, 3), PhaseInterval(1, 4), PhaseInterval(0, 5)):
+        assert not holds(check, other, one.pieces)
+
+
+@CHECKERS
+@pytest.mark.slow
+def test_steps_that_end_early_prove_no_symbol(check: Any, one: ProvenInterval) -> None:
+    with pytest.raises((Undecided, Fails), match="H4"):
+        check(one.of, one.pieces[:-1])
+    with pytest.raises((Undecided, Fails), match=r"H[34]"):
+        check(one.of, one.pieces[1:])
+
+
+@CHECKERS
+@pytest.mark.slow
+def test_an_interval_a_percent_wider_is_not_proven_by_these_steps(
+    check: Any, one: ProvenInterval, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # The same middle, and cosine and sine of an angle that is a percent larger.
+    for module, of in ((intervals, "_turned"), (script, "turned")):
+        turned: Any = getattr(module, of)
+        wider: Any = lambda angle, turned=turned: turned(angle * 101 / 100)  # noqa: E731
+        monkeypatch.setattr(module, of, wider)
+    assert not holds(check, one.of, one.pieces)
+
+
+@pytest.mark.slow
+def test_an_interval_on_which_the_symbol_changes_is_halved_and_never_proven() -> None:
+    found = SEARCH.within(PhaseInterval(1, 2))
+    assert [each.of for each in found] == [
+        PhaseInterval(4, 4),
+        PhaseInterval(5, 4),
+        PhaseInterval(3, 3),
+    ]
+    assert [each.symbols for each in found] == [[], [True], [True]]
+
+
+@pytest.mark.slow
+def test_starts_drawn_at_random_have_the_symbols_in_113_bits(two: list[ProvenInterval]) -> None:
+    proven = [each for each in two if each.symbols]
+    assert {len(each.symbols) for each in proven} == {1, 2}
+    with lot.drawn("interval") as chance:
+        for each in proven:
+            low, high = each.of.ends
+            # The ends too.
+            shares = [low, high, *(low + (high - low) * Fraction(chance.random()) for _ in "1234")]
+            phases = [exact(f"2*pi*{x.numerator}/{x.denominator}") for x in shares]
+            asked: Any = {"n_symbols": len(each.symbols), "precisions": (113,)}
+            codes = route_codes(BODY, phases, h0="1.3342", J1_0="1e-8", **asked).codes
+            assert (codes == np.array(each.symbols)[:, None]).all(), each.of
+
+
+@pytest.mark.slow
+def test_intervals_cover_the_one_that_is_halved(two: list[ProvenInterval]) -> None:
+    ends = [end for each in two[1:] for end in each.of.ends]
+    assert two[0].of == PhaseInterval(1, 5)
+    assert (ends[0], ends[-1]) == (Fraction(8, 32), Fraction(9, 32))
+    assert ends[1:-1:2] == ends[2::2]
+
+
+def test_cosine_and_sine_hold_those_of_the_ends() -> None:
+    for depth in (0, 1, 4, 20):
+        with precision(160):
+            angle = arb.pi() / 2**depth
+            for found, expected in zip(
+                intervals._turned(angle), (angle.cos(), angle.sin()), strict=True
+            ):
+                end = found.at("u", 1).range
+                assert end.overlaps(expected)
+                assert float(end.rad()) < 1e-40
+
+
+SHARES = [
+    ([(0, 1), (1, 1)], [[0, 1]], [Fraction(1)]),
+    ([(0, 1), (2, 2)], [[0, 255], [1, 255]], [Fraction(1, 2), Fraction(1, 2)]),
+    ([(0, 3), (1, 1)], [[255, 1], [255, 0]], [Fraction(1, 2), Fraction(1, 2)]),
+    ([(0, 2), (1, 2)], [[0, 0], [1, 255]], [Fraction(1, 2), Fraction(1, 4)]),
+]
+
+
+@pytest.mark.parametrize(("places", "codes", "expected"), SHARES)
+def test_shares_are_those_of_what_is_proven(
+    places: list[tuple[int, int]], codes: list[list[int]], expected: list[Fraction]
+) -> None:
+    found = compute.shares_of(
+        [PhaseInterval(*at) for at in places], np.array(codes, dtype=np.uint8)
+    )
+    assert found == expected
+
+
+@pytest.mark.parametrize("places", [[(0, 1), (0, 2)], [(1, 1), (0, 1)], [(2, 1)], [(0, -1)]])
+def test_intervals_that_overlap_or_are_none_are_refused(places: list[tuple[int, int]]) -> None:
+    place, depth = (np.array(x) for x in zip(*places, strict=True))
+    with pytest.raises(ValueError, match=r"overlap|none of the line"):
+        compute.unpacked({"place": place, "depth": depth})
+
+
+def test_more_bits_than_pairs_of_doubles_have_are_undecided() -> None:
+    times = np.array([[100.0], [200.0]]) + np.zeros((2, interval_search.NODES))
+    with pytest.raises(Undecided, match="bits"):
+        interval_search.pieces(SEARCH.setting, J1, PhaseInterval(0, 10), times)
+
+
+FORGED = ("a hidden gap", "a larger share", "an overlap", "a symbol after a gap", "fewer intervals")
+
+
+@pytest.mark.parametrize("how", FORGED)
+def test_arrays_that_say_more_than_they_prove_are_refused(how: str, tmp_path: Path) -> None:
+    file = tmp_path / "forged.h5"
+    shutil.copy(REFERENCE / "fig4_intervals.h5", file)
+    with h5py.File(file, "r+") as content:
+        codes, place = content["data/intervals/codes"], content["data/intervals/place"]
+        if how == "a hidden gap":
+            codes[:, 0] = 255
+        elif how == "a larger share":
+            content["data/shares"][1] = content["data/shares"][0]
+        elif how == "an overlap":
+            place[1] = place[0]
+        elif how == "a symbol after a gap":
+            codes[0, 0] = 255
+        else:
+            kept = place[:-1]
+            del content["data/intervals/place"]
+            content["data/intervals/place"] = kept
+        data = {
+            "intervals": {name: x[()] for name, x in content["data/intervals"].items()},
+            "shares": content["data/shares"][()],
+            "proof": {name: x[()] for name, x in content["data/proof"].items()},
+        }
+    config: Any = loading.load(CONFIG).content
+    with pytest.raises((Refused, Fails)):
+        list(script.check(file))
+    with pytest.raises(ArithmeticError, match="undecided"):
+        compute.arranged(config.problem, data)
+
+
+@pytest.mark.slow
+def test_a_flipped_symbol_is_refused(one: ProvenInterval) -> None:
+    config: Any = loading.load(CONFIG).content
+    compute._again((one.of, one.pieces, [0, 255]), config.problem)
+    for stored in ([1, 255], [0, 0]):
+        with pytest.raises(Undecided, match="0/2\\^4: its symbols are others"):
+            compute._again((one.of, one.pieces, stored), config.problem)
+    packed = {**pieces.packed([one.pieces])}
+    packed["family"] = [0 if k == 0 else 5 for k in packed["family"]]
+    for claimed, told in (([0], False), ([1], True), ([0, 0], True)):
+        assert bool(script.checked((GIVEN, 0, 4, claimed, packed))) is told
