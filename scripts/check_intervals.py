@@ -2,7 +2,7 @@
 
     .venv/bin/python -m scripts.check_intervals FILE [--config FIG4_INTERVALS.yaml] [-j PROCESSES]
 
-It follows Theorem 8 of docs/full-shift.md in Python's integers and fractions, with the series of
+It follows Theorem 9 of docs/full-shift.md in Python's integers and fractions, with the series of
 scripts/check_full_shift.py: H1 to H5 of docs/certified.md for families of orbits. The shares of
 the line are counted anew from the intervals.
 """
