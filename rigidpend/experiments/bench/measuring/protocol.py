@@ -87,7 +87,7 @@ class Timed(NamedTuple):
 
     @property
     def line(self) -> Line:
-        """What is told of it: to prepare takes what goes beyond a warm solve."""
+        """The times that are told: to prepare takes what goes beyond a warm solve."""
         prepare = self.made + max(0.0, self.first - self.seconds)
         repeats = float(len(self.again) or 1)
         return {"seconds": self.seconds, "repeats": repeats, "prepare": prepare}

@@ -30,8 +30,10 @@ class Solver(NamedTuple):
 
 
 Ends = Callable[[Any, float, Array], Any]
-"""From states (d, n), their time and n later ones to the states then; of 8 components the last two
-are theta3 and alpha."""
+"""A function from states (d, n), their time and n later ones to the states then.
+
+Of 8 components the last two are theta3 and alpha.
+"""
 
 
 def answering(

@@ -29,7 +29,7 @@ class Fault(Exception):
 
 
 def measured(work: str, given: dict[str, Any], limit: float) -> tuple[list[dict[str, Any]], str]:
-    """What a worker tells of its work, and how it ended: empty, or what went wrong.
+    """The lines that a worker tells of its work, and how it ended: empty, or what went wrong.
 
     Parameters
     ----------

@@ -26,7 +26,7 @@ class Claim(NamedTuple):
     """Reason for the bound."""
     unit: str = "1"
     limit: str = ""
-    """Why its bound is known to be exceeded, where it is."""
+    """Reason for which its bound is known to be exceeded, where it is."""
     up_to: float = -math.inf
     """The largest value that this explains."""
 
