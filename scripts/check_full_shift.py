@@ -831,7 +831,9 @@ def check_transversal(
     check_graph(p, of)
     both = list(zip(quads, found, strict=True))
     images = [x for quad, x in both if not quad.rising]
-    sheets = [x.begin[2] for quad, x in both if quad.rising] + [x.box[2] for x in (start, *images)]
+    # C1 tells the points of a set to so much.
+    sheets = [around_all(x.begin[2], ALONE) for quad, x in both if quad.rising]
+    sheets += [x.box[2] for x in (start, *images)]
     extent = [quad.place()[1].most for quad in quads if quad.rising] + [x.g.most for x in images]
     check_crossings(start, max(extent), sheets, images)
 

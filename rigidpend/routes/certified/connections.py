@@ -12,6 +12,7 @@ from flint import arb
 
 from rigidpend.routes.certified.checker import SCALARS, Undecided
 from rigidpend.routes.certified.coverings import (
+    ALONE,
     BITS,
     Numbers,
     Reached,
@@ -170,7 +171,8 @@ def prove_transversal(
         upward = [k for k, quad in enumerate(quads) if quad.rising]
         images = [found for quad, found in zip(quads, arrivals, strict=True) if not quad.rising]
         sheets = [found.box[2] for found in (start, *images)]
-        sheets += [arrivals[k].begin[2] for k in upward]
+        # C1 tells the points of a set to so much.
+        sheets += [arrivals[k].begin[2] + arb(0, ALONE) for k in upward]
         reach = largest(
             [place(quads[k])[1].bound for k in upward] + [found.g.bound for found in images]
         )

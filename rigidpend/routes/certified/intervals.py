@@ -123,11 +123,28 @@ def symbols(starts: EnclosedStarts, of: PhaseInterval, pieces: Sequence[FamilySt
     Undecided
         A hypothesis is not shown; the text begins with its name.
     """
-    told = list(_signs(starts, starts.states(of), pieces))
+    return symbols_of(list(_signs(starts, starts.states(of), pieces)))
+
+
+def symbols_of(told: Sequence[int | tuple[bool, int]]) -> list[bool]:
+    """H4: the symbols of what is told of parts one after another.
+
+    Parameters
+    ----------
+    told : sequence
+        Of each part the sign of M3, or, beside a crossing, whether M3 rises and the sign of the
+        large one of Q+ and Q-.
+
+    Raises
+    ------
+    Undecided
+    """
     runs = [sign for k, sign in enumerate(told) if k == 0 or told[k - 1] != sign]
     # M3 < 0, a crossing on which it rises, M3 > 0, one on which it falls, and so on.
     order = [(-1, 1)[k // 2 % 2] if k % 2 == 0 else k % 4 == 1 for k in range(len(runs))]
-    if len(runs) % 2 == 0 or [x[0] if isinstance(x, tuple) else x for x in runs] != order:
+    kinds = all(isinstance(x, tuple) == (k % 2 == 1) for k, x in enumerate(runs))
+    heads = [x[0] if isinstance(x, tuple) else x for x in runs]
+    if len(runs) % 2 == 0 or not kinds or heads != order:
         raise Undecided("H4: M3 is not shown to change its sign at crossings alone")
     passed = [separatrix_beside(*x, x[1]) for x in runs if isinstance(x, tuple)]
     return [(after - before) % 4 == 1 for before, after in pairwise(passed)]

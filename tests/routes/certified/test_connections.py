@@ -495,6 +495,10 @@ def test_C9_is_asked_of_all_of_a_proof(data: Any, monkeypatch: pytest.MonkeyPatc
     assert strip is start
     assert [x is y for x, y in zip(images, arrivals[2:], strict=True)] == [True, True]
     assert [float(x) for x in sheets] == pytest.approx([0.816] * 5, abs=1e-3)
+    # Points of a set are told to 2^-5, what is beside them too; the numbers of n = 0 on the page.
+    assert [float(x.rad()) >= 2.0**-5 for x in sheets] == [False] * 3 + [True] * 2
+    middle = connections.prove_connections(numbers, quads, [*arrivals, start])
+    assert 0.000632 <= float(middle.small) < 0.000633
     extents = [float(coverings.place(quad)[1].bound) for quad in quads[:2]]
     extents += [float(x.g.bound) for x in images]
     assert float(reach) == max(extents) > 0.0055

@@ -57,6 +57,29 @@ def two() -> list[ProvenInterval]:
     return [*TWO.within(PhaseInterval(1, 5)), *TWO.within(PhaseInterval(8, 5))]
 
 
+@pytest.mark.parametrize(
+    ("told", "code"),
+    [
+        ([-1, (True, 1), 1, (False, 1), -1], [True]),
+        ([-1, (True, 1), 1, (False, -1), -1], [False]),
+        ([-1, -1, (True, 1), (True, 1), 1, 1], []),
+        # Runs of one kind beside each other, of the other sign, or without an end.
+        ([-1, (True, 1), (True, -1)], None),
+        ([-1, 1, (True, 1)], None),
+        ([-1, 1, (True, 1), (False, 1), -1], None),
+        ([1, (False, 1), -1], None),
+        ([-1, (True, 1)], None),
+        ([-1, (False, 1), 1], None),
+    ],
+)
+def test_runs_take_turns(told: list[int | tuple[bool, int]], code: list[bool] | None) -> None:
+    if code is None:
+        with pytest.raises(Undecided, match="H4"):
+            intervals.symbols_of(told)
+    else:
+        assert intervals.symbols_of(told) == code
+
+
 def by_package(of: PhaseInterval, steps: list[FamilyStep]) -> list[int]:
     return list(map(int, intervals.symbols(EnclosedStarts.of(BODY, H0, J1), of, steps)))
 
