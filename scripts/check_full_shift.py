@@ -509,25 +509,31 @@ def inverse(J: list[list[Fraction]]) -> list[list[Fraction]]:
     return [[Fraction(round(x * 2**60), 2**60) for x in row[n:]] for row in rows]
 
 
-def tube(p: Problem, step: Step, begin: Fraction) -> tuple[Fraction, Fraction]:
-    """C3: the bound over a step, less than the radius of a tube, and its growth."""
-    sizes, radius = [size(x) for x in step.states[2].on_parts()], min(4 * begin, WIDEST)
+def tube(
+    p: Problem, step: Step, begin: Fraction, away: Fraction, name: str, widest: Fraction
+) -> tuple[Fraction, Fraction]:
+    """The bound over a step, less than the radius of a tube, and its growth.
+
+    Growth is bounded at a share `away` of the radius from the polynomials.
+    """
+    sizes, radius = [size(x) for x in step.states[2].on_parts()], min(4 * begin, widest)
     while True:
-        E, rates = Interval.of(radius), Interval.of(0)
+        E, rates = away * Interval.of(radius), Interval.of(0)
         k = p.w * p.F + (1 + p.w * E) * (p.Omega / p.w)
         for m in sizes:
             steep = p.lam * (m + E / p.sigma)
             rates += (steep + hypotenuse(steep, k)) / 2
         growth = rates * (2 * step.half.most / PARTS)
         if growth.above > STEEP:
-            raise Fails(f"C3: a bound that grows by more than exp({STEEP}) on a step is none")
+            raise Fails(f"{name}: a bound that grows by more than exp({STEEP}) on a step is none")
         factor = exponential(growth)
         grown = (factor * begin).above
         if grown < radius:
             return grown, factor.above
-        if radius == WIDEST:
-            raise Fails(f"C3: {float(grown):.3g} at the end, and {float(WIDEST):.3g} is the most")
-        radius = min(2 * grown, WIDEST)
+        if radius == widest:
+            said = f"{float(grown):.3g} at the end, and {float(widest):.3g} is the most"
+            raise Fails(f"{name}: {said}")
+        radius = min(2 * grown, widest)
 
 
 def defects(p: Problem, step: Step) -> list[Fraction]:
@@ -539,7 +545,7 @@ def defects(p: Problem, step: Step) -> list[Fraction]:
 def carried(p: Problem, step: Step, begin: list[Fraction], leaps: list[Fraction]) -> list[Fraction]:
     """C3: the bounds at the end of a step on the distance and on its derivatives."""
     first, *along = (a + 2 * b for a, b in zip(begin, leaps, strict=True))
-    bound, growth = tube(p, step, first)
+    bound, growth = tube(p, step, first, Fraction(1), "C3", WIDEST)
     size, *slopes = p.norms([orders(y, p.along) for y in step.states])
     length, *lengths = orders(step.half, p.along)
     found = [bound]

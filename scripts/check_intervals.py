@@ -29,8 +29,6 @@ from scripts.check_certificate import (
     bounded,
     check_against,
     cosine,
-    exponential,
-    hypotenuse,
     number,
     pi,
     sqrt,
@@ -38,16 +36,14 @@ from scripts.check_certificate import (
 )
 from scripts.check_full_shift import (
     DIGITS,
-    PARTS,
     PROOF,
-    STEEP,
     Problem,
     Series,
     Step,
     _steps,
     around_all,
     problem_of,
-    size,
+    tube,
 )
 from scripts.check_orbit import each
 
@@ -97,26 +93,6 @@ def starts(p: Problem, given: dict[str, Any], place: int, depth: int) -> list[Se
     return [*map(Series.of, momenta), *gamma]
 
 
-def tube(p: Problem, step: Step, begin: Fraction) -> Fraction:
-    """H3: the bound over a step."""
-    sizes, radius = [size(x) for x in step.states[2].on_parts()], min(4 * begin, WIDEST)
-    while True:
-        E, rates = Interval.of(radius), Interval.of(0)
-        k = p.w * p.F + (1 + p.w * E / 2) * (p.Omega / p.w)
-        for m in sizes:
-            steep = p.lam * (m + E / (2 * p.sigma))
-            rates += (steep + hypotenuse(steep, k)) / 2
-        growth = rates * (2 * step.half.most / PARTS)
-        if growth.above > STEEP:
-            raise Fails(f"H3: a bound that grows by more than exp({STEEP}) on a step is none")
-        grown = (exponential(growth) * begin).above
-        if grown < radius:
-            return grown
-        if radius == WIDEST:
-            raise Fails(f"H3: {float(grown):.3g} at the end, and {float(WIDEST):.3g} is the most")
-        radius = min(2 * grown, WIDEST)
-
-
 def signs(p: Problem, step: Step, bound: Fraction) -> Iterator[int]:
     """H4, H5: of each part the sign of M3, -1 or 1, or else the separatrix beside it, 2 to 5."""
     apart = p.apart(bound)
@@ -149,7 +125,8 @@ def prove(given: dict[str, Any], place: int, depth: int, steps: Sequence[Step]) 
         gap = p.norm(*((a.at(0, -1) - b).most for a, b in pairs))
         rates = zip(step.states, p.field(step.states), strict=True)
         leap = p.norm(*((y.slope() - step.half * f).most for y, f in rates))
-        bound = Interval.of(tube(p, step, bound + gap + 2 * leap)).above
+        # Growth halfway between both orbits counts.
+        bound, _ = tube(p, step, bound + gap + 2 * leap, Fraction(1, 2), "H3", WIDEST)
         told += signs(p, step, bound)
         before = [state.at(0, 1) for state in step.states]
     runs = [x for x, _ in groupby(told)]

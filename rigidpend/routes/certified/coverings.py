@@ -438,7 +438,8 @@ def _carried(
     growth: LogarithmicNorm,
 ) -> list[arb]:
     """C3: the distance over the whole step, and those of the derivatives."""
-    bound, factor = _tube(states, half, begin[0], leaps[0], growth)
+    # At the orbits themselves, and not halfway to the polynomials, for the derivatives' sake.
+    bound, factor = tube(states[2], half, begin[0] + 2 * leaps[0], growth, 1, ("C3", WIDEST))
     along = PARAMETERS[: len(begin) - 1]
     size, *slopes = norms(states, growth, along)
     apart = begin[0] + 2 * leaps[0]
@@ -451,38 +452,61 @@ def _carried(
     return found
 
 
-def _tube(
-    states: Sequence[Family], half: Family, begin: arb, leap: arb, growth: LogarithmicNorm
+def tube(
+    M3: Family,
+    half: Family,
+    begin: arb,
+    growth: LogarithmicNorm,
+    away: Fraction | int,
+    allowed: tuple[str, float],
 ) -> tuple[arb, arb]:
-    """C3: the distance over the whole step, from the assumed radius of the tube, and its growth."""
-    M3 = [abs(each).upper() for each in _on_parts(states[2])]
-    length = 2 * half.bound / PARTS
-    assumed = ROOM * (begin + 2 * leap)
+    """The distance over a whole step, from the assumed radius of a tube, and its growth.
+
+    Parameters
+    ----------
+    M3, half : Family
+        Of the polynomials; half of the length in time.
+    begin : arb
+        What the distance is at the beginning, and what the step adds.
+    growth : LogarithmicNorm
+    away : Fraction or int
+        How far from the polynomials, beside the radius, growth is bounded.
+    allowed : str and float
+        Name of the hypothesis, and the largest radius.
+
+    Raises
+    ------
+    Undecided
+    """
+    name, widest = allowed
+    sizes, length = [abs(each).upper() for each in on_parts(M3)], 2 * half.bound / PARTS
+    share = arb(away.numerator) / away.denominator
+    assumed = ROOM * begin
     for _ in range(TRIES):
-        assumed = assumed.min(arb(WIDEST))
-        # At the orbits themselves, and not halfway to the polynomials, for the derivatives' sake.
-        wide = assumed / growth.upright
-        factor = (sum((growth.rate(m + wide, 2 * assumed) for m in M3), arb(0)) * length).exp()
-        grown = _up(factor * (begin + 2 * leap))
+        assumed = assumed.min(arb(widest))
+        wide = share * assumed / growth.upright
+        rates = (growth.rate(m + wide, 2 * share * assumed) for m in sizes)
+        factor = (sum(rates, arb(0)) * length).exp()
+        grown = _up(factor * begin)
         # Balls compare as true only where that is certain.
         if grown < assumed:
             return grown, factor
         assumed = 2 * grown
-    said = f"C3: the orbits are shown to stay within {float(grown):.3g} of the polynomials"
-    raise Undecided(f"{said}, and within {WIDEST:.3g} is needed")
+    said = f"{name}: the orbits are shown to stay within {float(grown):.3g} of the polynomials"
+    raise Undecided(f"{said}, and within {widest:.3g} is needed")
 
 
 def _signs(
     numbers: Numbers, states: Sequence[Family], bound: arb, growth: LogarithmicNorm, side: int
 ) -> list[int]:
     """C4: on each part 0 where M3 has the sign of the passage, else that of M3' by then."""
-    found, M3 = [], _on_parts(states[2])
-    apart = _apart(bound, growth)
+    found, M3 = [], on_parts(states[2])
+    apart = distances(bound, growth)
     for k, value in enumerate(M3):
         if side * value > apart[2]:
             found.append(0)
             continue
-        box = [_on_parts(s)[k] + arb(0, e) for s, e in zip(states, apart, strict=True)]
+        box = [on_parts(s)[k] + arb(0, e) for s, e in zip(states, apart, strict=True)]
         rate = side * aligned(box, numbers.field)[2]
         if not (rate > 0 or rate < 0):
             raise Undecided("C4: neither the sign of M3 nor that of its rate is told on a part")
@@ -507,7 +531,7 @@ def _crossing(
     passed: arb,
 ) -> Reached:
     """C5: the crossing beside the end of the last step, on which side, and where."""
-    apart = _apart(bounds[0], growth)
+    apart = distances(bounds[0], growth)
     M3 = end[2].bound + apart[2]
     late = apart[2] + M3
     for _ in range(TRIES):
@@ -537,7 +561,9 @@ def _crossing(
     steep = growth.steepness(growth.norm(tuple(_up(abs(x)) for x in box)))
     slopes: list[list[Family]] = [[], []]
     for k, (name, size) in enumerate(zip(numbers.along, sizes, strict=True)):
-        off = _apart(_up(bounds[1 + k] + (steep * time).expm1() * (size + bounds[1 + k])), growth)
+        off = distances(
+            _up(bounds[1 + k] + (steep * time).expm1() * (size + bounds[1 + k])), growth
+        )
         timed = (end[2].partial(name).bound + off[2]) * fastest / slowest
         for of, j in zip(slopes, (small, 5), strict=True):
             of.append(end[j].partial(name).widened(off[j] + timed))
@@ -717,7 +743,7 @@ def phases(numbers: Numbers, line: StartLine, pieces: Sequence[FamilyStep]) -> t
         growth = LogarithmicNorm.of(c)
         _, (bound, *_) = line_beginning(numbers, line, pieces[0], growth)
         begin = [Family.of(terms, pieces[0].bits).at("z", -1).range for terms in pieces[0].terms]
-        near = zip(begin, _apart(bound, growth), strict=True)
+        near = zip(begin, distances(bound, growth), strict=True)
         _, _, M3, g1, g2, _ = (x + arb(0, e) for x, e in near)
         cos, sin = 1 / (2 * numbers.to_M1), 1 / (2 * numbers.to_M2)
         # gamma of the starts, solved for sine and cosine of theta1/2 + theta2.
@@ -739,7 +765,7 @@ def _of_set(k: int) -> Iterator[None]:
         raise Undecided(f"set {k}: {doubt}") from None
 
 
-def _on_parts(state: Family) -> list[arb]:
+def on_parts(state: Family) -> list[arb]:
     """Values over each part of a step, for all u, v and w."""
     values = Values(state.middle(), PARTS)
     found = []
@@ -755,7 +781,7 @@ def _double(x: arb) -> float:
     return math.nextafter(float(x.upper()), math.inf)
 
 
-def _apart(bound: arb, growth: LogarithmicNorm) -> list[arb]:
+def distances(bound: arb, growth: LogarithmicNorm) -> list[arb]:
     """Bounds on the distance of each component."""
     return [bound, bound, _up(bound / growth.upright)] + 3 * [_up(bound * growth.weight)]
 

@@ -254,14 +254,14 @@ def pieces(setting: ShiftProblem, quad: Quad, turned: bool | None = None) -> lis
     if turned is None:
         turned = not quad.rising and setting.half_turns % 2 == 1
     sizes = setting.nodes[1:]
-    at = _grid(*(nodes(n, NUMBERS) for n in sizes))
-    orbits = _Orbits(setting, _beginning(quad, at, setting, turned))
+    at = grid_of(*(nodes(n, NUMBERS) for n in sizes))
+    orbits = FamilyOrbits(setting, _beginning(quad, at, setting, turned))
     expected = _expected(quad, orbits.begin, setting, turned)
     return _pieces(orbits, expected, at, sizes, setting.bits)
 
 
 def _pieces(
-    orbits: _Orbits,
+    orbits: FamilyOrbits,
     expected: Array,
     at: Sequence[PairArray],
     sizes: Sequence[int],
@@ -279,23 +279,23 @@ def _pieces(
     halves: list[dict[Powers, int]] = [
         {(0, 0, 0): int((y - x) * 2**CLOCK)} for x, y in itertools.pairwise(starts)
     ]
-    halves.append(_fitted(rest, CLOCK, sizes)[0])
+    halves.append(fitted(rest, CLOCK, sizes)[0])
     found = []
     for start, half in zip(starts, halves, strict=True):
-        states = orbits.sampled(start, _values(half, at))
+        states = orbits.sampled(start, values_at(half, at))
         bits = bits_at_first - math.floor(GROWTH * rate * start)
-        found.append(FamilyStep(bits, half, _fitted(states, bits, sizes)))
+        found.append(FamilyStep(bits, half, fitted(states, bits, sizes)))
     return found
 
 
-def _grid(u: PairArray, v: PairArray, w: PairArray) -> list[PairArray]:
+def grid_of(u: PairArray, v: PairArray, w: PairArray) -> list[PairArray]:
     """All triples of three rows of numbers, w running fastest."""
     zeros = NUMBERS.zeros((len(u), len(v), len(w)))
     rows = u[:, None, None], v[None, :, None], w[None, None, :]
     return [(row + zeros).reshape(-1) for row in rows]
 
 
-def _fitted(values: PairArray, bits: int, at: Sequence[int]) -> list[dict[Powers, int]]:
+def fitted(values: PairArray, bits: int, at: Sequence[int]) -> list[dict[Powers, int]]:
     """Coefficients of powers of x and others in units of 2^-bits, from values (n, x, orbits)."""
     n, sizes = len(values), (values.shape[1], *at)
     found = values.reshape(-1, *at)
@@ -334,7 +334,7 @@ def _powers_of(n: int) -> PairArray:
     return NUMBERS.array(series)
 
 
-def _values(half: dict[Powers, int], at: Sequence[PairArray]) -> PairArray:
+def values_at(half: dict[Powers, int], at: Sequence[PairArray]) -> PairArray:
     """Half-lengths of a step of each orbit."""
     a = NUMBERS
     found = a.zeros(at[0].shape)
@@ -384,7 +384,7 @@ def _expected(quad: Quad, begin: PairArray, setting: ShiftProblem, turned: bool)
     return times
 
 
-class _Orbits:
+class FamilyOrbits:
     """Orbits in pairs of doubles."""
 
     def __init__(self, setting: ShiftProblem, begin: PairArray) -> None:
@@ -523,7 +523,7 @@ def line_pieces(
     """Polynomials of the orbits of a line of starts up to their first crossing."""
     a, in_w = NUMBERS, setting.nodes[3] if setting.h0 is None else 1
     sizes = setting.nodes[1], IN_ASIDE if of.wide else 1, in_w
-    u, v, w = at = _grid(*(nodes(n, a) for n in sizes))
+    u, v, w = at = grid_of(*(nodes(n, a) for n in sizes))
     starts, goal = LineStarts(setting, of.J1, w), 0 * u
     for x in (of.centre, *of.moves)[::-1]:
         goal = goal * w + a.number(x)
@@ -540,7 +540,7 @@ def line_pieces(
     for k, one in enumerate(nodes(in_w, precision(53))):
         entered = LineStarts(setting, of.J1, one).entered(a.floats(phase)[k::in_w])
         times[k::in_w] = entered.time
-    return _pieces(_Orbits(setting, begin), times, at, sizes, setting.bits - LINE_BITS)
+    return _pieces(FamilyOrbits(setting, begin), times, at, sizes, setting.bits - LINE_BITS)
 
 
 def _beside(

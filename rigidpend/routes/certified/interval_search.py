@@ -25,12 +25,12 @@ from rigidpend.routes.certified.horseshoe import (
     GROWTH,
     LENGTH,
     NUMBERS,
+    FamilyOrbits,
     LineStarts,
     ShiftProblem,
-    _fitted,
-    _grid,
-    _Orbits,
-    _values,
+    fitted,
+    grid_of,
+    values_at,
 )
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval, symbols
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Powers
@@ -120,10 +120,10 @@ def pieces(
 ) -> list[FamilyStep]:
     """Polynomials of the orbits of an interval, from the times of their crossings at nodes."""
     a, sizes = NUMBERS, (times.shape[1], 1, 1)
-    at = _grid(*(nodes(n, a) for n in sizes))
+    at = grid_of(*(nodes(n, a) for n in sizes))
     middle = a.number(of.middle) * a.pi * 2
     phase = middle + a.pi * a.number(Fraction(1, 1 << of.depth)) * at[0]
-    orbits = _Orbits(setting, LineStarts(setting, J1).states(phase, a))
+    orbits = FamilyOrbits(setting, LineStarts(setting, J1).states(phase, a))
     rate = orbits.rate
     halves = _halves(times, rate)
     fine = LEFT + math.ceil(GROWTH * rate * times.max())
@@ -132,7 +132,7 @@ def pieces(
     x = nodes(IN_TIME + fine // MORE, a)[::-1]
     begin, grid, starts = 0 * at[0], [], []
     for half in halves:
-        length = _values(half, at)
+        length = values_at(half, at)
         starts.append(float(begin.parts[0].min()))
         grid.append(begin + (1 + x)[:, None] * length[None, :])
         begin = begin + 2 * length
@@ -141,7 +141,7 @@ def pieces(
     for i, (half, start) in enumerate(zip(halves, starts, strict=True)):
         here = states[:, i * k : (i + 1) * k][:, ::-1]
         bits = fine - math.floor(GROWTH * rate * start)
-        found.append(FamilyStep(bits, half, _fitted(here, bits, sizes)))
+        found.append(FamilyStep(bits, half, fitted(here, bits, sizes)))
     return found
 
 

@@ -21,7 +21,7 @@ from rigidpend.mechanics.separatrices import separatrix_beside
 from rigidpend.numbers.exact import Exact
 from rigidpend.routes.certified.balls import BALLS, angles
 from rigidpend.routes.certified.checker import LARGEST, SCALARS, Undecided
-from rigidpend.routes.certified.coverings import BITS, PARTS, ROOM, TRIES, _apart, _on_parts
+from rigidpend.routes.certified.coverings import BITS, distances, on_parts, tube
 from rigidpend.routes.certified.families import Family
 from rigidpend.routes.certified.growth import LogarithmicNorm
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep
@@ -167,38 +167,22 @@ def _signs(
             begin = bound + _norm([s.at("z", -1) - e for s, e in pairs], growth)
             rates = zip(states, aligned(states, c), strict=True)
             leap = _norm([P.derivative() - half * rate for P, rate in rates], growth)
-            bound = _tube(states[2], half, begin + 2 * leap, growth)
+            # Halfway between both orbits.
+            near = Fraction(1, 2)
+            bound, _ = tube(states[2], half, begin + 2 * leap, growth, near, ("H3", LARGEST))
             before = [state.at("z", 1) for state in states]
             yield from _on_step(starts, states, bound)
-
-
-def _tube(M3: Family, half: Family, begin: arb, growth: LogarithmicNorm) -> arb:
-    """H3: the distance over the whole step, from the assumed radius of the tube."""
-    sizes, length = [abs(each).upper() for each in _on_parts(M3)], 2 * half.bound / PARTS
-    assumed = ROOM * begin
-    for _ in range(TRIES):
-        assumed = assumed.min(arb(LARGEST))
-        # M3 halfway between both orbits: half of their distance more.
-        wide = (assumed / (2 * growth.upright)).upper()
-        total = sum((growth.rate(m + wide, assumed) for m in sizes), arb(0)) * length
-        grown = arb((total.exp() * begin).upper())
-        # Balls compare as true only where that is certain.
-        if grown < assumed:
-            return grown
-        assumed = 2 * grown
-    said = f"H3: the orbits are shown to stay within {float(grown):.3g} of the polynomials"
-    raise Undecided(f"{said}, and within {LARGEST:.3g} is needed")
 
 
 def _on_step(
     starts: EnclosedStarts, states: Sequence[Family], bound: arb
 ) -> Iterator[int | tuple[bool, int]]:
-    apart, M3, others = _apart(bound, starts.growth), _on_parts(states[2]), None
+    apart, M3, others = distances(bound, starts.growth), on_parts(states[2]), None
     for k, value in enumerate(M3):
         if abs(value) > apart[2]:
             yield 1 if value > 0 else -1
             continue
-        others = others or [_on_parts(state) for state in states]
+        others = others or [on_parts(state) for state in states]
         box = [each[k] + arb(0, e) for each, e in zip(others, apart, strict=True)]
         rate = aligned(box, starts.field)[2]
         if not (rate > 0 or rate < 0):

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from fractions import Fraction
+from types import SimpleNamespace
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -30,6 +31,7 @@ from tests.routes.certified.test_coverings import (
     J1,
     line_of,
     problem,
+    quad_of,
     said,
     series,
     step,
@@ -512,6 +514,25 @@ def test_C9_is_asked_of_all_of_a_proof(data: Any, monkeypatch: pytest.MonkeyPatc
     assert said(
         connections.prove_transversal, numbers, (line, orbits[4], far), quads, arrivals
     ).startswith("C8")
+
+
+def test_the_second_checker_takes_points_of_sets_as_wide_as_they_are_told(
+    data: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """gamma2 of a set to 2^-5, which C1 leaves open; of images it is enclosed already."""
+    nothing = [Interval.of(0)] * 3
+    found: Any = [SimpleNamespace(begin=nothing, box=nothing, g=script.Series.of(0))] * 5
+    for name in ("check_middle", "check_strip", "check_graph", "farthest"):
+        monkeypatch.setattr(script, name, lambda *_: None)
+    asked: list[Any] = []
+    monkeypatch.setattr(script, "check_crossings", lambda *of: asked.append(of))
+    quads = [quad_of(quad) for quad in unpacked_quads(data["sets"])]
+    strip: Any = line_of(), None, found[4]
+    script.check_transversal(problem(), strip, quads, found[:4])
+    [(start, _, sheets, images)] = asked
+    assert (start, images) == (found[4], found[2:4])
+    assert sorted(float(x.above) for x in sheets) == [0.0] * 3 + [2.0**-5] * 2
+    assert sorted(-float((-x).above) for x in sheets) == [-(2.0**-5)] * 2 + [0.0] * 3
 
 
 @pytest.mark.slow

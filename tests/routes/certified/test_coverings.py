@@ -50,6 +50,7 @@ CONFIG = Path(__file__).parents[3] / "configs" / "full_shift.yaml"
 BODY = Body(A=GIVEN["A"], r=GIVEN["r"], mu=GIVEN["mu"])
 BARELY = 0.005
 ALONE, WIDEST = 2.0**-5, 2.0**-12
+AT_ORBITS = Fraction(1), "C3", script.WIDEST
 BITS = 60
 CALM: dict[Any, int] = {(0, 0, 0): 0}
 """Terms of a component that is zero."""
@@ -339,8 +340,8 @@ def test_C3_the_widest_tube(numbers: Any, factor: float, reason: str) -> None:
     )
     states = [Family.of(terms, BITS) for terms in piece.terms]
     length = Family.of(piece.half, CLOCK)
-    mine = said(coverings._tube, states, length, arb(begin), arb(0), growth)
-    theirs = said(script.tube, problem(), step(piece), Fraction(begin))
+    mine = said(coverings.tube, states[2], length, arb(begin), growth, 1, ("C3", WIDEST))
+    theirs = said(script.tube, problem(), step(piece), Fraction(begin), *AT_ORBITS)
     assert mine[:2] == theirs[:2] == reason
 
 
@@ -381,8 +382,9 @@ def test_C3_a_bound_without_end_is_refused_in_no_time(numbers: Any) -> None:
         piece = FamilyStep(1, {(0, 0, 0): 3 << CLOCK}, [CALM, CALM, steep, CALM, CALM, CALM])
         states = [Family.of(terms, 1) for terms in piece.terms]
         length = Family.of(piece.half, CLOCK)
-        mine = said(coverings._tube, states, length, arb(1e-9), arb(0), growth)
-        assert mine[:2] == said(script.tube, problem(), step(piece), Fraction(1e-9))[:2] == "C3"
+        mine = said(coverings.tube, states[2], length, arb(1e-9), growth, 1, ("C3", WIDEST))
+        theirs = said(script.tube, problem(), step(piece), Fraction(1e-9), *AT_ORBITS)
+        assert mine[:2] == theirs[:2] == "C3"
 
 
 # ---- C4
