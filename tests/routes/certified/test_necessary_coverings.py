@@ -155,7 +155,7 @@ def bent(quad: Quad, pieces: Pieces) -> Pieces:
             H,
         ),
         ("leaps = defects(numbers, states, half, growth)", "leaps = 4 * [arb(0)]", bent, H),
-        ("grown = _up(factor * (begin", "grown = _up((begin", None, H),
+        ("grown = _up(factor * begin)", "grown = _up(begin)", None, H),
     ],
     ids=["C1 energy", "C1 distance", "C2 joint", "C2 defect", "C3"],
 )
@@ -310,8 +310,8 @@ def test_without_a_positive_length_of_C2_a_bound_shrinks_where_orbits_part() -> 
     growth = LogarithmicNorm.of(numbers.field)
     states = [Family.of(constant(M3 if k == 2 else 0.0), BITS) for k in range(6)]
     back = Family.of({(0, 0, 0): -int(half * 2 ** (CLOCK + 1))}, CLOCK)
-    slip = weakened(coverings, ("length = 2 * half.bound", "length = 2 * half.range"))
-    stated = float(slip._tube(states, back, arb(begin), arb(0), growth)[0])
+    slip = weakened(coverings, ("2 * half.bound / PARTS", "2 * half.range / PARTS"))
+    stated = float(slip.tube(states[2], back, arb(begin), growth, 1, ("C3", coverings.WIDEST))[0])
     apart = begin * math.exp(math.sqrt(8) / 6 * M3 * 2 * half)
     assert stated < begin < apart
     quad, (first, *rest) = orbit(0.25, -0.375, 0.1, 0.1)
