@@ -70,7 +70,7 @@ class Method(NamedTuple):
 
     label: str
     family: str
-    """Ours, or whose; `measuring.solvers` has the module that answers for it."""
+    """Ours, or whose; `measuring.adapters` has the module that answers for it."""
     answers: tuple[str, ...] = ("motion", "long", "routes", "angle")
     """Problems that it answers, or kinds of them."""
     told: Setting = {}  # noqa: RUF012

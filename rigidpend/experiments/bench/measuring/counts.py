@@ -20,6 +20,7 @@ import numpy as np
 
 from rigidpend.experiments import principal_axes
 from rigidpend.experiments.bench import drawn
+from rigidpend.experiments.bench.measuring.adapters import made
 from rigidpend.experiments.bench.measuring.fields import time_unit
 from rigidpend.experiments.bench.measuring.problems import (
     FIG4,
@@ -30,7 +31,6 @@ from rigidpend.experiments.bench.measuring.problems import (
     random_routes,
 )
 from rigidpend.experiments.bench.measuring.protocol import Line, Make, timed, timed_solver
-from rigidpend.experiments.bench.measuring.solvers import made
 from rigidpend.experiments.bench.methods import Setting
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact

@@ -25,8 +25,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rigidpend.experiments.bench.measuring.adapters import made
 from rigidpend.experiments.bench.measuring.problems import ASKED, Task
-from rigidpend.experiments.bench.measuring.solvers import Solver, made
+from rigidpend.experiments.bench.measuring.solvers import Solver
 from rigidpend.experiments.bench.methods import METHODS, PROBLEMS, Method, Setting, spelt
 
 Line = dict[str, Any]

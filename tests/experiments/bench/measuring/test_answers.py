@@ -14,10 +14,11 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.bench.measuring import fields, problems
+from rigidpend.experiments.bench.measuring.adapters import compared, made
 from rigidpend.experiments.bench.measuring.fields import time_unit
 from rigidpend.experiments.bench.measuring.ours import aligned_states
 from rigidpend.experiments.bench.measuring.problems import ASKED, Crossed
-from rigidpend.experiments.bench.measuring.solvers import Solver, compared, made
+from rigidpend.experiments.bench.measuring.solvers import Solver
 from rigidpend.experiments.bench.methods import METHODS
 from rigidpend.experiments.principal_axes import initial
 from rigidpend.mechanics.coordinates import Aligned, aligned_from_body, body_from_aligned
