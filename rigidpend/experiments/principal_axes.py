@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.experiments.heyoka_peer import heyoka, typed, working_type
+from rigidpend.experiments.heyoka_peer import heyoka, offers, typed, working_type
 from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import TURN, momentum, scale, vertical
@@ -23,6 +23,9 @@ from rigidpend.mechanics.free_body import separatrix_theta1
 from rigidpend.numbers.exact import GUARD_BITS, context, exacts
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import RouteProblem, passage_limit
+
+TRUTH_BITS = 64, 113
+"""Precisions that say which of two computations is right."""
 
 
 def integrator(
@@ -114,13 +117,30 @@ def codes(
     """
     body = problem.body
     # In physical time, t = t'/s.
-    limit = passage_limit(problem, bits) / float(scale([float(x) for x in body.A]))
+    limit = passage_limit(problem, bits) / float(scale(body.floats()[0]))
     states = np.array(initial(problem, exacts(phases), bits), dtype=object)
     given = body, problem.n_symbols + 1, limit, bits
     theta1 = np.concatenate(
         side_by_side(_angles, given, True, spread(states, jobs, axis=0), jobs), axis=1
     )
     return symbols(beside(theta1 + body.beta0, separatrix_theta1(body.alpha0, body.beta0)))
+
+
+def settled(
+    problem: RouteProblem, phases: Any, doubted: NDArray[np.uint8], jobs: int
+) -> tuple[NDArray[np.uint8], NDArray[np.intp]]:
+    """The symbols of orbits in doubt, and the orbits that stay so where 113 bits are not offered.
+
+    64 bits, at far less than the cost of 113, settle what agrees with the `doubted` symbols that
+    were found otherwise; the word of 113 bits is final.
+    """
+    true, columns = doubted.copy(), np.arange(len(phases))
+    for bits in filter(offers, TRUTH_BITS):
+        if columns.size:
+            true[:, columns] = codes(problem, phases[columns], bits=bits, jobs=jobs)
+        differ = (true[:, columns] != doubted[:, columns]).any(axis=0)
+        columns = columns[differ & (bits != TRUTH_BITS[-1])]
+    return true, columns
 
 
 def _angles(

@@ -129,6 +129,10 @@ class Body:
         """
         return _angles(self, bits)
 
+    def floats(self) -> tuple[list[float], list[float], float]:
+        """A, r and mu in double precision."""
+        return [float(x) for x in self.A], [float(x) for x in self.r], float(self.mu)
+
     @property
     def alpha0(self) -> float:
         return float(self.angles().alpha0)

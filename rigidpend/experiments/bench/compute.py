@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +17,7 @@ from rigidpend.experiments.bench.measuring.problems import ASKED
 from rigidpend.experiments.bench.measuring.worker import measured
 from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import Fields, datasets
+from rigidpend.experiments.data.layout import Field, Layout, datasets, named
 from rigidpend.experiments.data.tree import Data, Dataset, Tree
 from rigidpend.orbits.integrate.engines import EngineError
 
@@ -78,6 +78,27 @@ def _measured(work: str, budgets: int, **given: Any) -> tuple[list[Line], str]:
     return measured(work, given, PATIENCE * given["seconds"] * budgets + GRACE)
 
 
+def _part(means: Means, name: str, title: str, work: Callable[..., Tree], *given: Any) -> Tree:
+    """A part of the measurements, kept for an interrupted run; tells how it ended."""
+    found = means.part(name, partial(work, *given))
+    means.report(f"{title}: {_said(found)}")
+    return found
+
+
+def _told(layout: Layout, row: Mapping[str, Any]) -> Tree:
+    """Numbers, texts and lists of those fields of a layout that a row has."""
+    return {
+        name: field.dataset(row[name] if isinstance(row[name], str) else np.array(row[name], float))
+        for name, (field, _) in named(layout).items()
+        if name in row and isinstance(field, Field)
+    }
+
+
+def _columns(rows: Sequence[Line]) -> Line:
+    """The numbers of rows by their names."""
+    return {name: [row[name] for row in rows] for name in (rows[0] if rows else ())}
+
+
 def _truth(config: Config, means: Means) -> Truth:
     """The truth of every problem, in lists that a worker can be told."""
     found = {}
@@ -101,17 +122,17 @@ def _searched(config: Config, truth: Truth, means: Means) -> dict[str, dict[str,
         name: datasets(layout.PROBLEM, PROBLEMS[name]._asdict()) for name in problems
     }
     for key in config.problem.methods:
-        method, search = METHODS[key], config.search
+        method = METHODS[key]
         knobs = {
-            name: methods.knobs(method, search, PROBLEMS[name].kind == "long")
+            name: methods.knobs(method, config.search, PROBLEMS[name].kind == "long")
             for name in problems
             if method.answer(name)
         }
         if knobs:
-            found = means.part(f"search.{key}", partial(_search, config, key, knobs, truth))
+            given = config, key, knobs, truth
+            found = _part(means, f"search.{key}", method.label, _search, *given)
             for name, record in found.items():
                 groups[name][key] = record
-            means.report(f"{method.label}: {_said(found)}")
     return groups
 
 
@@ -119,7 +140,7 @@ def _search(config: Config, key: str, knobs: dict[str, list[Any]], truth: Truth)
     """The records of a method, by problem."""
     if missing := _missing(key):
         said = f"absent: {missing} is not installed"
-        return {name: {"ended": layout.ENDED.dataset(said)} for name in knobs}
+        return {name: _told(layout.SEARCHED, {"ended": said}) for name in knobs}
     lines, ended = _measured(
         "search", len(knobs), entries={key: knobs}, truth=truth,
         sizes=config.problem.model_dump(),
@@ -154,25 +175,8 @@ def searched(lines: list[Line], ended: str, problem: str, planned: int) -> Tree:
     said = f"{len(rows)} of {planned}"
     cut = f"cut at the budget: {said}" if len(rows) < planned else COMPLETE
     once = {k: v for line in [*lines[:1], *own] for k, v in line.items()}
-    return {
-        "ended": layout.ENDED.dataset(f"{wrong}: {said}" if wrong else cut),
-        **_single(layout.ONCE, once),
-        **_arrays(layout.ROWS, rows),
-    }
-
-
-def _arrays(fields: Fields, rows: Sequence[Line]) -> Tree:
-    """Arrays of those fields that rows have, by their names."""
-    return _single(fields, {x: [row[x] for row in rows] for x in (rows[0] if rows else ())})
-
-
-def _single(fields: Fields, row: Line) -> Tree:
-    """Numbers, texts and lists of those fields that a row has."""
-    return {
-        name: field.dataset(row[name] if isinstance(row[name], str) else np.array(row[name], float))
-        for name, field in fields.items()
-        if name in row
-    }
+    ends = {"ended": f"{wrong}: {said}" if wrong else cut}
+    return _told(layout.SEARCHED, {**once, **_columns(rows), **ends})
 
 
 def _met(config: Config, groups: Any, truth: Truth, threads: int, means: Means) -> Tree:
@@ -180,12 +184,10 @@ def _met(config: Config, groups: Any, truth: Truth, threads: int, means: Means) 
     found = {}
     for name in config.problem.problems:
         chosen = methods.guests(name, _records(groups[name]), config, threads)
-        if len(chosen) < 2:
-            continue
-        made = partial(_meeting, config, name, chosen, truth, threads)
-        found[name] = means.part(f"meeting.{threads}.{name}", made)
-        title = PROBLEMS[name].title
-        means.report(f"{title}, {threads} thread{'s' * (threads > 1)}: {_ended(found[name])}")
+        if len(chosen) > 1:
+            title = f"{PROBLEMS[name].title}, {threads} thread{'s' * (threads > 1)}"
+            given = config, name, chosen, truth, threads
+            found[name] = _part(means, f"meeting.{threads}.{name}", title, _meeting, *given)
     return found
 
 
@@ -195,12 +197,11 @@ def _meeting(config: Config, name: str, chosen: dict[str, Any], truth: Truth, th
         sizes=config.problem.model_dump(),
         repeats=config.meeting.rounds, seconds=config.meeting.seconds,
     )  # fmt: skip
-    found: dict[str, Any] = {}
-    for line in lines:
-        key = line["method"]
-        spelt = layout.CHOSEN.dataset(methods.spelt(chosen[key]))
-        found[key] = {**_single(layout.ONE_SETTING | layout.ROUND, line), "chosen": spelt}
-    missing = ", ".join(sorted(set(chosen) - set(found)))
+    spelt = {key: methods.spelt(entry) for key, entry in chosen.items()}
+    names = [line["method"] for line in lines]
+    rows = zip(names, lines, strict=True)
+    found = {key: _told(layout.MET, {**line, "chosen": spelt[key]}) for key, line in rows}
+    missing = ", ".join(sorted(set(chosen) - set(names)))
     said = f"{ended or 'no answer'}: {missing}" if missing else COMPLETE
     return {**found, "ended": layout.ENDED.dataset(said)}
 
@@ -215,15 +216,16 @@ def _records(group: Data) -> dict[str, dict[str, Any]]:
 def _random_phases(config: Config, means: Means) -> Tree:
     """Wrong symbols, by J1_0 and method."""
     groups: dict[str, dict[str, Any]] = {}
-    for key in filter(_is_there, config.phases.methods):
+    for key in _there(config.phases.methods):
         for start, record in means.part(f"phases.{key}", partial(_phases, config, key)).items():
             groups.setdefault(start, {})[key] = record
         means.report(f"random phases: {METHODS[key].label}")
     return groups
 
 
-def _is_there(key: str) -> bool:
-    return not _missing(key)
+def _there(keys: Sequence[str]) -> Iterator[str]:
+    """Those methods whose libraries are installed."""
+    return (key for key in keys if not _missing(key))
 
 
 def _phases(config: Config, key: str) -> Tree:
@@ -232,23 +234,21 @@ def _phases(config: Config, key: str) -> Tree:
     lines, ended = _measured("phases", 2, **given)
     if ended:
         raise RuntimeError(f"random phases, {METHODS[key].label}: {ended}")
-    return {f"J1_0_{line['J1_0']}": _single(layout.COUNTED, line) for line in lines}
+    return {f"J1_0_{line['J1_0']}": _told(layout.COUNTED, line) for line in lines}
 
 
 def _entries(config: Config, groups: Any, keys: Sequence[str]) -> dict[str, methods.Setting]:
     """Knob and setting of those methods that are there, by the search at the codes of Fig. 4."""
     codes = _records(groups.get("codes", {}))
-    return {
-        key: methods.best("codes", key, codes, config.search) for key in filter(_is_there, keys)
-    }
+    return {key: methods.best("codes", key, codes, config.search) for key in _there(keys)}
 
 
 def _many(config: Config, groups: Any, means: Means) -> Tree:
     """Times against the number of orbits, by method."""
     found = {}
     for key, entry in _entries(config, groups, config.many.methods).items():
-        found[key] = means.part(f"many.{key}", partial(_many_of, config, key, entry))
-        means.report(f"many orbits, {METHODS[key].label}: {_ended(found[key])}")
+        title = f"many orbits, {METHODS[key].label}"
+        found[key] = _part(means, f"many.{key}", title, _many_of, config, key, entry)
     return found
 
 
@@ -261,8 +261,7 @@ def _many_of(config: Config, key: str, entry: dict[str, Any]) -> Tree:
     if not lines:
         raise RuntimeError(f"many orbits, {METHODS[key].label}: {ended}")
     texts = {"chosen": methods.spelt(entry), "ended": ended or COMPLETE}
-    told = datasets({"chosen": layout.CHOSEN, "ended": layout.ENDED}, texts)
-    return {**_arrays(layout.NUMBERS, lines), **told}
+    return _told(layout.MANY, {**_columns(lines), **texts})
 
 
 def _bodies(config: Config, groups: Any, means: Means) -> Tree:
@@ -272,9 +271,9 @@ def _bodies(config: Config, groups: Any, means: Means) -> Tree:
     for title, seed, n in (("kept", drawn.SEED, asked.kept), ("drawn", asked.seed, asked.drawn)):
         for k in range(0, n, BODIES_AT_ONCE):
             numbers = tuple(range(k, min(k + BODIES_AT_ONCE, n)))
-            work = partial(_some_bodies, config, title == "kept", seed, n, numbers, entries)
-            parts.append(means.part(f"bodies.{title}.{k}", work))
-            means.report(f"bodies, {title}, from {k}: {_ended(parts[-1])}")
+            given = config, title == "kept", seed, n, numbers, entries
+            said = f"bodies, {title}, from {k}"
+            parts.append(_part(means, f"bodies.{title}.{k}", said, _some_bodies, *given))
     measured = [part for part in parts if len(part) > 1]
     said = next((x for x in map(_ended, parts) if x != COMPLETE), COMPLETE)
     return {**_joined(measured), "ended": layout.ENDED.dataset(said)} if measured else {}
@@ -291,17 +290,17 @@ def _some_bodies(config: Config, kept: bool, seed: int, n: int, numbers: Any, en
         seconds=asked.seconds, longest=asked.longest,
     )  # fmt: skip
     cut = ended or ("" if len(lines) == len(numbers) else "cut at the budget")
-    said = f"{cut}: {len(lines)} of {len(numbers)}" if cut else COMPLETE
-    if not lines:
-        return {"ended": layout.ENDED.dataset(said)}
-    rows = []
+    said = {"ended": f"{cut}: {len(lines)} of {len(numbers)}" if cut else COMPLETE}
+    rows, every = [], drawn.drawn(seed, n)
     for k in numbers[: len(lines)]:
-        problem = drawn.drawn(seed, n)[k]
-        body = problem.body
-        values = *body.A, *body.r[:2], body.mu, problem.h0, problem.J1_0
-        rows.append(dict(zip(layout.BODY, (kept, *map(float, values)), strict=True)))
-    each = {key: _arrays(layout.OF_BODIES, [line[key] for line in lines]) for key in entries}
-    return {**_arrays(layout.BODY, rows), **each, "ended": layout.ENDED.dataset(said)}
+        (A, r, mu), problem = every[k].body.floats(), every[k]
+        values = kept, *A, *r[:2], mu, float(problem.h0), float(problem.J1_0)
+        rows.append(dict(zip(layout.BODY, values, strict=True)))
+    each = {
+        key: _told(layout.OF_BODIES, _columns([line[key] for line in lines]))
+        for key in (entries if lines else ())
+    }
+    return {**_told(layout.OF_LOT, {**_columns(rows), **said}), **each}
 
 
 def _joined(parts: list[Any]) -> Any:
@@ -313,7 +312,9 @@ def _joined(parts: list[Any]) -> Any:
 
 
 def _said(found: Mapping[str, Any]) -> str:
-    """Summary of how the measurements of a method ended, those alike together."""
+    """How measurements ended; of several records those alike together."""
+    if "ended" in found:
+        return _ended(found)
     said = {name: _ended(record) for name, record in found.items()}
     if len(set(said.values())) == 1:
         return next(iter(said.values()))

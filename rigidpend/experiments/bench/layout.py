@@ -150,6 +150,8 @@ BODY = _floats(
     "bodies",
     gaps=False,
 )
+OF_LOT: Layout = {**BODY, "ended": ENDED}
+"""The bodies themselves."""
 PROBLEM = {
     "title": Field(TEXT, (), "text", "the problem", within=ANY),
     "error": Field(TEXT, (), "text", "what its error is", within=ANY),
@@ -161,5 +163,5 @@ LAYOUT: Layout = {
     "meetings": {"<threads>": {"<problems that met>": {"ended": ENDED, "<methods that met>": MET}}},
     "random_phases": {"<starts>": {"<methods>": COUNTED}},
     "many_orbits?": {"<methods of many>": MANY},
-    "bodies?": {**BODY, "ended": ENDED, "<methods with bodies>": OF_BODIES},
+    "bodies?": {**OF_LOT, "<methods with bodies>": OF_BODIES},
 }

@@ -92,6 +92,11 @@ class Method(NamedTuple):
     certain: bool = False
     """True if it says which of its symbols can be trusted."""
 
+    @property
+    def usual(self) -> Setting:
+        """The setting without a search: a middle form, the first variant."""
+        return {**self.forms[len(self.forms) // 2], **self.variants[0]}
+
     def answer(self, problem: str) -> bool:
         """True if it answers a problem."""
         return problem in self.answers or PROBLEMS[problem].kind in self.answers
@@ -189,13 +194,9 @@ def knobs(method: Method, search: Any, long: bool) -> list[Any]:
 
 
 def finest(name: str, search: Any) -> Setting:
-    """The finest knob, the first variant and a middle form: the choice without a search."""
+    """The finest knob in the usual setting: the choice without a search."""
     method = METHODS[name]
-    form = method.forms[len(method.forms) // 2]
-    return {
-        "knob": knobs(method, search, False)[-1],
-        "setting": {**form, **method.variants[0]},
-    }
+    return {"knob": knobs(method, search, False)[-1], "setting": method.usual}
 
 
 def best(problem: str, name: str, group: Data, search: Any) -> Setting:

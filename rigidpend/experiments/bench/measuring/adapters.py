@@ -1,7 +1,7 @@
 """Answers of any method by its name, and cross-checks of peers.
 
 Every module of methods has ``answered(task, knob, threads, **setting)``, which gives a
-:class:`Solver`.
+:class:`Solver`. It imports `solvers`, so that the choice among them is apart.
 """
 
 from __future__ import annotations
@@ -40,9 +40,7 @@ def made(name: str, task: Task, entry: Setting, threads: int = 1) -> Solver:
 
 
 def _of_run(run: CheckRun, threads: int) -> Callable[[Task], Solver]:
-    method = METHODS[run.method]
-    usual = {**method.forms[len(method.forms) // 2], **method.variants[0]}
-    entry = {"knob": run.tolerance, "setting": usual | run.setting}
+    entry = {"knob": run.tolerance, "setting": METHODS[run.method].usual | run.setting}
     return lambda task: made(run.method, task, entry, threads)
 
 

@@ -11,14 +11,14 @@ import json
 import math
 import statistics
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments import heyoka_peer, principal_axes
+from rigidpend.experiments import principal_axes
 from rigidpend.experiments.bench import drawn
 from rigidpend.experiments.bench.measuring.adapters import made
 from rigidpend.experiments.bench.measuring.fields import time_unit
@@ -42,67 +42,52 @@ CHUNK = 250
 """Random phases in one call."""
 PILOT = 16
 """Orbits of a body by which the time of a peer's orbit is told."""
-TRUTH_BITS = 64, 113
-"""Precisions in principal axes that say who is right where two methods differ."""
 BLOCK = 8
 """Orbits that are followed so at a time."""
 
 
 def random_phases(entries: dict[str, Setting], orbits: int, seconds: float) -> Iterator[Line]:
-    """Wrong symbols of one method on random phases; a line for each start J1_0."""
-    [(name, entry)] = entries.items()
-    for J1_0 in _stored()["orbits"]:
-        line = on_random_phases(J1_0, lambda task: made(name, task, entry), orbits, seconds)
-        yield {"J1_0": J1_0, **line}
-
-
-def on_random_phases(J1_0: str, make: Make, most: int, seconds: float) -> dict[str, float]:
-    """Count the symbols of a method that are wrong, chunk by chunk.
+    """Count the symbols of a method that are wrong, chunk by chunk; a line for each start J1_0.
 
     After so many seconds no further chunk is begun. Told are the counts of :func:`judged`, the
     ``orbits``, the ``seconds``, and ``last_crossing``, the median error of its t'.
     """
-    theta2_0, true, last = _truth(J1_0)
-    problem = replace(FIG4, J1_0=exact(J1_0), n_symbols=len(true))
-    tally: Counter[str] = Counter()
-    spent, gaps, done = 0.0, [], 0
-    while done < min(most, len(theta2_0)) and spent < seconds:
-        columns = slice(done, min(done + CHUNK, most))
-        solver = make(from_phases(problem, theta2_0[columns]))
-        if not done:
-            # What is compiled, is compiled before the clock runs.
-            solver.solve()
-        taken, found = timed(solver.solve)
-        answer = solver.read(found)
-        tally.update(judged(answer, true[:, columns]))
-        gap = np.abs(answer.time[-1] - last[columns])
-        gaps.append(np.where(np.isnan(gap), np.inf, gap))
-        spent, done = spent + taken, done + answer.codes.shape[1]
-    middle = float(np.median(np.concatenate(gaps)))
-    return {**tally, "orbits": done, "seconds": spent, "last_crossing": middle}
+    [(name, entry)] = entries.items()
+    for J1_0, stored in json.loads(STORED.read_text(encoding="utf-8"))["orbits"].items():
+        theta2_0, true, last = _arrays(stored)
+        problem = replace(FIG4, J1_0=exact(J1_0), n_symbols=len(true))
+        tally: Counter[str] = Counter()
+        spent, gaps, done = 0.0, [], 0
+        while done < min(orbits, len(theta2_0)) and spent < seconds:
+            columns = slice(done, min(done + CHUNK, orbits))
+            solver = made(name, from_phases(problem, theta2_0[columns]), entry)
+            if not done:
+                # What is compiled, is compiled before the clock runs.
+                solver.solve()
+            taken, found = timed(solver.solve)
+            answer = solver.read(found)
+            tally.update(judged(answer, true[:, columns]))
+            gap = np.abs(answer.time[-1] - last[columns])
+            gaps.append(np.where(np.isnan(gap), np.inf, gap))
+            spent, done = spent + taken, done + answer.codes.shape[1]
+        middle = float(np.median(np.concatenate(gaps)))
+        told = {"J1_0": J1_0, "orbits": done, "seconds": spent, "last_crossing": middle}
+        yield {**tally, **told}
 
 
 def many_orbits(
     entries: dict[str, Setting], numbers: list[int], n_symbols: int, repeats: int, seconds: float
-) -> Iterator[Line]:
-    """One method at ever more orbits; a line a number."""
-    [(name, entry)] = entries.items()
-    given = numbers, n_symbols, repeats, seconds
-    return on_ever_more_orbits(lambda task: made(name, task, entry), *given)
-
-
-def on_ever_more_orbits(
-    make: Make, numbers: Sequence[int], n_symbols: int, repeats: int, seconds: float
 ) -> Iterator[Line]:
     """Time a method at each of ascending numbers of orbits that its budget allows, one at least.
 
     The first solve of all carries what is made ready once: tables of maps, compilation. A number
     of orbits may take so many seconds, repetitions included.
     """
+    [(name, entry)] = entries.items()
     problem = replace(FIG4, n_symbols=n_symbols)
     for number, after in zip(numbers, [*numbers[1:], 0], strict=True):
         task = random_routes(problem, number)
-        found = timed_solver(functools.partial(make, task), repeats, seconds, 0.0)
+        found = timed_solver(functools.partial(made, name, task, entry), repeats, seconds, 0.0)
         certain = found.answer.certain
         undecided = 0.0 if certain is None else float((~certain).sum())
         yield {"orbits": float(number), **found.line, "undecided": undecided}
@@ -121,42 +106,28 @@ def bodies(
     seconds: float,
     longest: float,
 ) -> Iterator[Line]:
-    """All methods with some of the bodies of a list; a line a body."""
-    every = drawn.drawn(seed, bodies)
-    some = [every[k] for k in numbers]
-    return of_bodies(some, entries, orbits, threads, repeats, seconds, longest)
-
-
-def of_bodies(
-    bodies: Sequence[RouteProblem],
-    entries: dict[str, Setting],
-    orbits: int,
-    threads: int,
-    repeats: int,
-    seconds: float,
-    longest: float,
-) -> Iterator[Line]:
-    """Call each method with bodies that it has not seen before, and again.
+    """Call each method with bodies of a list that it has not seen before, and again.
 
     The first method, ours, follows all orbits; a peer as many of them as it can in its time, with
     the horizon that ours told. Where two methods differ principal axes in 113 bits tell who is
     right.
 
     A peer has so many `seconds` of solving at a body, and the truth as many; no further body is
-    begun when ours has taken the `longest` time, on average. A line has ``first`` and ``again``,
-    seconds, ``orbits`` and the counts of :func:`judged`, by method.
+    begun when ours has taken the `longest` time, on average. A line, of a body, has ``first`` and
+    ``again``, seconds, ``orbits`` and the counts of :func:`judged`, by method.
     """
     own, *peers = entries
-    spent, budget = 0.0, len(bodies) * (longest + seconds * len(entries))
+    spent, budget = 0.0, len(numbers) * (longest + seconds * len(entries))
     # What any body needs is compiled before the clock runs.
     for n in (1, orbits):
         made(own, random_routes(FIG4, n), entries[own], threads).solve()
     for name in peers:
         made(name, random_routes(FIG4, min(PILOT, orbits)), entries[name], threads).solve()
-    for problem in bodies:
+    every = drawn.drawn(seed, bodies)
+    for k in numbers:
         if spent > budget:
             return
-        given = problem, entries, orbits, threads, repeats, seconds
+        given = every[k], entries, orbits, threads, repeats, seconds
         taken, found = timed(functools.partial(_with_body, *given))
         spent += taken
         yield found
@@ -183,10 +154,7 @@ def _with_body(
         found[name], answers[name] = _in_its_time(make, task, repeats, seconds)
     settled, true = _settled(task, answers, seconds)
     for name, answer in answers.items():
-        n = min(settled, answer.codes.shape[1])
-        certain = None if answer.certain is None else answer.certain[:, :n]
-        part = Crossed(answer.codes[:, :n], answer.time[:, :n], certain)
-        found[name] |= judged(part, true[:, :n])
+        found[name] |= judged(answer, true[:, : min(settled, answer.codes.shape[1])])
     return found
 
 
@@ -212,9 +180,8 @@ def _in_its_time(
 def _settled(task: Task, answers: dict[str, Crossed], seconds: float) -> tuple[int, Any]:
     """The number of orbits whose symbols are known, and the symbols of ours set right.
 
-    Where all agree they are known. Where not they are followed in principal axes: in 64 bits, and
-    in 113, whose word is final, where these differ from ours. What is behind the first orbit that
-    is not settled in time does not count, or none of the doubtful ones would.
+    Where all agree they are known. Where not, principal axes tell. What is behind the first orbit
+    that is not settled in time does not count, or none of the doubtful ones would.
     """
     first, *others = answers.values()
     true, most = first.codes.copy(), max((x.codes.shape[1] for x in others), default=0)
@@ -227,29 +194,16 @@ def _settled(task: Task, answers: dict[str, Crossed], seconds: float) -> tuple[i
         if spent > seconds:
             return int(doubtful[k]), true
         columns = doubtful[k : k + BLOCK]
-        for bits in filter(heyoka_peer.offers, TRUTH_BITS):
-            phases = [exact(float(x)) for x in task.theta2_0[columns]]
-            work = functools.partial(principal_axes.codes, task.routes, phases, bits=bits, jobs=1)
-            taken, codes = timed(work)
-            spent += taken
-            if bits == TRUTH_BITS[-1]:
-                true[:, columns] = codes
-            columns = columns[(codes != true[:, columns]).any(axis=0)]
-            if not columns.size:
-                break
-        else:
-            return int(columns[0]), true
+        given = task.routes, task.theta2_0[columns], true[:, columns], 1
+        taken, (codes, left) = timed(functools.partial(principal_axes.settled, *given))
+        true[:, columns], spent = codes, spent + taken
+        if left.size:
+            return int(columns[left[0]]), true
     return most, true
 
 
-@functools.cache
-def _stored() -> Any:
-    return json.loads(STORED.read_text(encoding="utf-8"))
-
-
-@functools.cache
-def _truth(J1_0: str) -> tuple[Array, Any, Array]:
+def _arrays(stored: Any) -> tuple[Array, Any, Array]:
     """Phases (n,), codes (15, n) and times t' of the last crossing (n,)."""
-    phases, texts, times = zip(*_stored()["orbits"][J1_0], strict=True)
+    phases, texts, times = zip(*stored, strict=True)
     digits = np.array([[int(digit) for digit in text] for text in texts], dtype=np.uint8)
     return np.array(phases), digits.T, np.array(times)

@@ -25,19 +25,9 @@ SMALLER = 1e-2
 """The absolute tolerance, of the relative one: for components that pass through zero."""
 
 
-def moments(body: Body) -> list[float]:
-    """A of the body, floats."""
-    return [float(x) for x in body.A]
-
-
-def direction(body: Body) -> list[float]:
-    """r of the body, floats."""
-    return [float(x) for x in body.r]
-
-
 def time_unit(body: Body) -> float:
     """s, by which t' = t s."""
-    return float(scale(moments(body), math))
+    return float(scale(body.floats()[0], math))
 
 
 def with_angles(A: Numbers, r: Numbers, mu: Scalar) -> Field:
@@ -55,7 +45,7 @@ def with_angles(A: Numbers, r: Numbers, mu: Scalar) -> Field:
 def of_body(body: Body, angles: bool = False) -> Field:
     """The field of a body in floats."""
     make = with_angles if angles else euler_poisson_field
-    return make(moments(body), direction(body), float(body.mu))
+    return make(*body.floats())
 
 
 SIGNS = {"plus": "+", "minus": "-", "times": "*", "divided": "/"}
@@ -67,11 +57,11 @@ def flat(body: Body, angles: bool = False) -> Any:
     It has 6 components, or 8 with angles; each quantity is a local variable.
     """
     make, size = (with_angles, 8) if angles else (euler_poisson_field, 6)
-    r, mu = direction(body), float(body.mu)
+    A, r, mu = body.floats()
     # The moments are components too, for the tape multiplies by reciprocals of parameters: with
     # quotients, which round once, CyRK was a sixth faster.
     traced, parameters = trace(lambda y, _: make(y[size:], r, mu)(y[:size]), size + 3)
-    components = [*(f"y{i}" for i in range(size)), *map(repr, moments(body))]
+    components = [*(f"y{i}" for i in range(size)), *map(repr, A)]
     names: list[str] = []
     known: dict[str, str] = {}
     for name, operands in traced.lines:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend.experiments import lie_poisson
-from rigidpend.experiments.bench.measuring.fields import direction, moments, time_unit
+from rigidpend.experiments.bench.measuring.fields import time_unit
 from rigidpend.experiments.bench.measuring.problems import Crossed, Task
 from rigidpend.experiments.bench.measuring.solvers import Ends, Solver, in_looks, shared_out
 from rigidpend.mechanics.body import Body
@@ -23,14 +23,13 @@ from rigidpend.mechanics.poinsot.polhode import momentum
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import GUARD_BITS, context
 from rigidpend.orbits import integrate
-from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.orbits.integrate.records import Crossings, Orbits
+from rigidpend.orbits.integrate import DEFAULT_TOLERANCE
+from rigidpend.orbits.integrate.arithmetic import Arithmetic, resolve
 from rigidpend.routes import codes
+from rigidpend.routes.certainty import FIRST
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.herpolhode import alpha_at, initial_state
 from rigidpend.routes.phases import Phases
-from rigidpend.routes.problem import passage_limit
-from rigidpend.routes.start import Scales, start, states_double, states_exact
 
 
 def answered(
@@ -70,25 +69,14 @@ def route_codes(task: Task, threads: int, method: str) -> Solver:
 
 
 def one_computation(task: Task, tolerance: float | None, threads: int, bits: int) -> Solver:
-    """Symbols from one computation, by default at the tolerance of the package."""
-    p = task.routes
-    if tolerance is None:
-        tolerance = integrate.DEFAULT_TOLERANCE["taylor"]
-    phases, limit = Phases(task.theta2_0), passage_limit(p, bits)
-
-    def solve() -> Crossings:
-        begin = start(p, bits, Scales())
-        states: Any = (
-            states_double(begin, phases.high, phases.rest)
-            if bits == 53
-            else states_exact(begin, phases.exactly(range(len(phases))), bits)
-        )
-        orbits = Orbits(begin.coefficients, states, p.n_symbols + 1, limit)
-        return integrate.crossings(
-            orbits, engine="taylor", bits=bits, tolerance=tolerance, jobs=threads
-        )
-
-    return Solver(solve, lambda found: Crossed(symbols(found.separatrix), found.time))
+    """Symbols from the first of those two alone, by default at the tolerance of the package."""
+    arithmetic = Arithmetic("taylor", tolerance or DEFAULT_TOLERANCE["taylor"], (bits,))
+    run = codes.Run(task.routes, Phases(task.theta2_0), arithmetic, threads)
+    every = range(len(run.phases))
+    return Solver(
+        lambda: run.crossings(bits, FIRST, every),
+        lambda found: Crossed(symbols(found.separatrix), found.time),
+    )
 
 
 def alpha(task: Task, tolerance: float) -> Solver:
@@ -136,7 +124,7 @@ def aligned_states(body: Body, states: Array) -> Array:
 def _split(task: Task, steps: float, order: int) -> Ends:
     """Operator splitting of Lie-Poisson type, with so many steps in a period."""
     body, longest = task.body, task.period / steps
-    made = lie_poisson.splitting(moments(body), direction(body), float(body.mu), order)
+    made = lie_poisson.splitting(*body.floats(), order)
 
     def carry(states: Array, start: float, times: Array) -> Array:
         count = math.ceil((times[0] - start) / longest)
@@ -149,7 +137,7 @@ def _split(task: Task, steps: float, order: int) -> Ends:
 
 def _pendulums(task: Task) -> Callable[[float], Array]:
     """The pendulum motions (5:3), one after the other, in Python's floats."""
-    A3, r, mu = moments(task.body)[2], direction(task.body), float(task.body.mu)
+    (_, _, A3), r, mu = task.body.floats()
     energies = [float(h0) for h0 in task.h0]
 
     def at(time: float) -> Array:

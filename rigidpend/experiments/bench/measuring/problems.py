@@ -14,12 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.experiments.bench.measuring.fields import (
-    direction,
-    moments,
-    time_unit,
-    with_angles,
-)
+from rigidpend.experiments.bench.measuring.fields import time_unit, with_angles
 from rigidpend.experiments.data.tree import Data
 from rigidpend.experiments.principal_axes import (
     carry,
@@ -125,7 +120,7 @@ def pendulum(sizes: Any) -> Task:
 
     M3 < 0: then J1 = 0 exactly, which spares (eq1) the rounding of J2 - J1.
     """
-    A3, r, mu = moments(PENDULUM)[2], direction(PENDULUM), float(PENDULUM.mu)
+    (_, _, A3), r, mu = PENDULUM.floats()
     h0 = mu * (1 + np.geomspace(0.1, 19.0, sizes.orbits))
     states = np.zeros((6, sizes.orbits))
     states[2] = -np.sqrt(2 * A3 * (h0 + mu))
@@ -149,7 +144,7 @@ def precession_angle(sizes: Any) -> Task:
     """
     body = FIG5.body
     states = np.array(initial(FIG5, [exact(x) for x in FIG5_PHASES]), dtype=float).T
-    omega = angular_velocity(states[:3], moments(body))
+    omega = angular_velocity(states[:3], body.floats()[0])
     ahead = alpha_ahead(states[:3], omega, states[3:])
     given: dict[str, Any] = {"h0": FIG5.h0, "J1_0": FIG5.J1_0, "n_symbols": FIG5.n_symbols}
     route = route_codes(body, FIG5_PHASES, **given).crossing_time
@@ -229,7 +224,7 @@ def integrals_at_the_start(task: Task) -> dict[str, Array]:
 def integrals(body: Body, states: Array) -> tuple[Array, Array, Array]:
     """Energy, \\|gamma\\| and M . gamma, each (n,)."""
     M, gamma = states[:3], states[3:]
-    height = energy(M, gamma, moments(body), direction(body), float(body.mu))
+    height = energy(M, gamma, *body.floats())
     return height, np.linalg.norm(gamma, axis=0), (M * gamma).sum(axis=0)
 
 
@@ -251,12 +246,14 @@ def error_of_codes(answer: Crossed, truth: Data) -> dict[str, float]:
 
 
 def judged(answer: Crossed, true: Any) -> dict[str, int]:
-    """Numbers of symbols: of all, of wrong ones, of those vouched for, and of undecided ones.
+    """Numbers of symbols of as many orbits as the truth has: of all, of wrong ones, and so on.
 
-    All are vouched for by a method that does not say which.
+    Those vouched for are told apart, and undecided ones; all are vouched for by a method that does
+    not say which.
     """
-    wrong = answer.codes != true
-    trusted = np.ones_like(wrong) if answer.certain is None else answer.certain
+    n = true.shape[1]
+    wrong = answer.codes[:, :n] != true
+    trusted = np.ones_like(wrong) if answer.certain is None else answer.certain[:, :n]
     masks = {"symbols": wrong | True, "wrong": wrong, "wrong_trusted": wrong & trusted}
     return {name: int(mask.sum()) for name, mask in {**masks, "undecided": ~trusted}.items()}
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
 from rigidpend.experiments.stress.trials.scenes import BITS, Way
 from rigidpend.mechanics.body import Body
-from rigidpend.numbers.generic import Scalar
+from rigidpend.numbers.exact import exact
+from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic import Address, FoundOrbit, NoOrbit, address_of, find_orbit
 
 DELAY = 1e-9
@@ -31,16 +32,8 @@ LATE = "largest difference of a crossing's time by integration and by the map"
 ADD_UP = "2^13 roundings of a passage's time, which is 100 t' at most, for each of ten passages"
 
 
-class Setup(NamedTuple):
-    """A body with the start of its orbits."""
-
-    body: Body
-    h0: Scalar
-    J1_0: Scalar = "1e-8"
-
-
-def drawn(seed: int) -> Setup:
-    """A body with three distinct moments, its centre of gravity and its weight by lot."""
+def drawn(seed: int, n_symbols: int) -> RouteProblem:
+    """A problem with three distinct moments, the centre of gravity and the weight by lot."""
     random = np.random.default_rng(seed)
     # Far from two equal moments, where passages take hundreds of rotations; A2 = 1.
     A1 = random.uniform(1.6, 2)
@@ -48,22 +41,26 @@ def drawn(seed: int) -> Setup:
     angle, h0 = random.uniform(0.2, 1.3), random.uniform(0.8, 1.6)
     mu = h0 * 10 ** random.uniform(-3.5, -2.5)
     r = f"{np.cos(angle):.3f}", f"{np.sin(angle):.3f}", "0"
-    return Setup(Body((f"{A1:.3f}", "1", f"{A3:.3f}"), r, f"{mu:.3g}"), f"{h0:.4f}")
+    body = Body((f"{A1:.3f}", "1", f"{A3:.3f}"), r, f"{mu:.3g}")
+    return RouteProblem(body, exact(f"{h0:.4f}"), exact("1e-8"), n_symbols)
 
 
 def trials(asked: Any, way: Way) -> Iterator[Trial]:
     """The body of the config, and random ones."""
-    sizes, seed = asked.addresses, asked.seed
+    bodies, words, n = asked.addresses.bodies, asked.addresses.words, asked.addresses.n_symbols
     # In integers, as without that engine, an orbit of many digits takes minutes.
     if way.engine == "taylor":
-        yield trial("own body", Setup(asked.body, asked.h0, asked.J1_0), sizes, seed)
-        for k in range(sizes.bodies):
-            yield trial(f"body {k + 1}", drawn(1000 * seed + k), sizes, seed + k + 1)
+        own = RouteProblem(asked.body, asked.h0, asked.J1_0, n)
+        yield trial("own body", own, words, asked.seed)
+        for k in range(bodies):
+            problem = drawn(1000 * asked.seed + k, n)
+            yield trial(f"body {k + 1}", problem, words, asked.seed + k + 1)
 
 
-def trial(name: str, setup: Setup, sizes: Any, seed: int) -> Trial:
-    """Random words of a body, of so many symbols: found, and read back in more bits."""
-    words, n, start = sizes.words, sizes.n_symbols, {"h0": setup.h0, "J1_0": setup.J1_0}
+def trial(name: str, problem: RouteProblem, words: int, seed: int) -> Trial:
+    """Random words of a problem's body, of its number of symbols, found and read back."""
+    body, n = problem.body, problem.n_symbols
+    start: Any = {"h0": problem.h0, "J1_0": problem.J1_0}
 
     def measure() -> Findings:
         random, lost, other, delay = np.random.default_rng(seed), 0, 0, 0.0
@@ -71,11 +68,11 @@ def trial(name: str, setup: Setup, sizes: Any, seed: int) -> Trial:
             asked = Address(None, tuple(int(s) for s in random.integers(0, 2, n)), None)
             for _ in ("shortest", "longer"):
                 try:
-                    found = find_orbit(setup.body, asked, **start, digits=DIGITS)
+                    found = find_orbit(body, asked, **start, digits=DIGITS)
                 except NoOrbit:
                     lost += 1
                     break
-                other += not _read_back(setup.body, start, found)
+                other += not _read_back(body, start, found)
                 delay = max(delay, found.delay)
                 asked = _longer(found.address, (n + 1) // 2, random)
         said = f"{words} codes of {n} symbols, and as many longer addresses of half of them"

@@ -130,13 +130,11 @@ def true_codes(
         true[:, :checked] = symbols(found.separatrix)
         return true, known
     true = principal_axes.codes(problem, phases, bits=53, jobs=jobs)
-    # 64 bits settle most of what differs, at far less than the cost of 113.
-    for bits in (64, scenes.BITS):
-        differ = (true != doubted).any(axis=0)
-        differ[:checked] |= bits == scenes.BITS
-        columns = np.flatnonzero(differ)
-        if columns.size and heyoka_peer.offers(bits):
-            true[:, columns] = principal_axes.codes(problem, phases[columns], bits=bits, jobs=jobs)
+    differ = (true != doubted).any(axis=0)
+    true[:, differ], _ = principal_axes.settled(problem, phases[differ], doubted[:, differ], jobs)
+    if checked and heyoka_peer.offers(scenes.BITS):
+        first = phases[:checked]
+        true[:, :checked] = principal_axes.codes(problem, first, bits=scenes.BITS, jobs=jobs)
     return true, known
 
 

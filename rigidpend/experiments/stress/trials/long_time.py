@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigidpend.experiments.lie_poisson import SCHEMES, splitting, stages
 from rigidpend.experiments.stress.layout import DRIFT, PENDULUM
@@ -19,16 +19,14 @@ from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import energy
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Scalar
-from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, FINEST_TOLERANCE
 from rigidpend.routes.problem import RouteProblem, rotation_period
 
-Array = NDArray[Any]
-
 INTEGRALS = ("energy", "gamma", "M.gamma")
-"""Integrals of motion, in the order of `Setting.integrals`."""
+"""Integrals of motion, in the order of :func:`integrals`."""
 POINTS = 61
 """Times at which the integrals are looked at, evenly spread in their logarithm."""
 BEGIN = 100
@@ -75,61 +73,42 @@ PERIOD = Claim(
 )
 
 
-class Setting(NamedTuple):
-    """Orbits that pass the separatrices, with M . gamma = 0.2 |M|."""
-
-    scene: Scene
-    seed: int
-
-    def states(self, n: int) -> Array:
-        """Aligned components of n orbits, (6, n)."""
-        body, J2, _ = self.scene
-        return scenes.at_random(body, 1e-4, J2 - 1e-4, n, self.seed, 0.2 * J2)
-
-    @property
-    def rotation(self) -> float:
-        """t' of a rotation without weight."""
-        return 2 * math.pi / (self.scene.body.kappa * self.scene.J2)
-
-    @property
-    def moments(self) -> Array:
-        """A1, A2 and A3, floats."""
-        return np.array([float(x) for x in self.scene.body.A])
-
-    def integrals(self, M: Array, gamma: Array) -> Array:
-        """Energy over h0, |gamma| and M . gamma over |M|, (3, ...), from physical vectors."""
-        body, J2, _ = self.scene
-        s = float(scale(self.moments))
-        h = energy(M, gamma, self.moments, unit_r(body), float(body.mu))
-        # Half of |gamma|^2 deviates from 1/2 as |gamma| from 1.
-        parts = (gamma**2).sum(axis=0) / 2, (M * gamma).sum(axis=0) * s / J2
-        return np.stack((h / self.scene.h0, *parts))
-
-
 def trials(asked: Any, way: Way) -> Iterator[Trial]:
     """The pendulum's period; integrals with each engine, and with splittings of each order."""
     sizes, compiled = asked.long_time, way.engine == "taylor"
     turns = (sizes.rotations if compiled else sizes.rotations_scipy) // 3
     yield pendulum_trial(asked.body, asked.h0, way, turns)
-    setting = Setting(scenes.of_problem(asked, way), asked.seed)
+    scene = scenes.of_problem(asked, way)
     finest, usual = FINEST_TOLERANCE["taylor"], DEFAULT_TOLERANCE["taylor"]
-    yield engine_trial(setting, "scipy", DEFAULT_TOLERANCE["scipy"], sizes.rotations_scipy, 4)
+    yield engine_trial(scene.by("scipy"), DEFAULT_TOLERANCE["scipy"], sizes.rotations_scipy, 4)
     for tolerance in (finest, usual) if compiled else ():
-        yield engine_trial(setting, "taylor", tolerance, sizes.rotations, sizes.orbits)
+        yield engine_trial(scene, tolerance, sizes.rotations, sizes.orbits)
     for order in SCHEMES:
-        yield splitting_trial(setting, order, sizes.rotations_splitting, sizes.orbits)
+        yield splitting_trial(scene, order, sizes.rotations_splitting, sizes.orbits)
 
 
-def engine_trial(
-    setting: Setting, engine: str, tolerance: float, rotations: int, orbits: int
-) -> Trial:
+def passing(scene: Scene, n: int) -> Array:
+    """Orbits that pass the separatrices, with M . gamma = 0.2 |M|: aligned components, (6, n)."""
+    return scene.starts(n, 1e-4, 0.2 * scene.J2)
+
+
+def integrals(scene: Scene, M: Array, gamma: Array) -> Array:
+    """Energy over h0, |gamma| and M . gamma over |M|, (3, ...), from physical vectors."""
+    A, r, mu = scene.body.floats()
+    # Half of |gamma|^2 deviates from 1/2 as |gamma| from 1.
+    parts = (gamma**2).sum(axis=0) / 2, (M * gamma).sum(axis=0) * float(scale(A)) / scene.J2
+    return np.stack((energy(M, gamma, A, r, mu) / scene.h0, *parts))
+
+
+def engine_trial(scene: Scene, tolerance: float, rotations: int, orbits: int) -> Trial:
     """Drift of the integrals with an engine: a random walk at its finest tolerance.
 
     The tolerance is local; a coarser one than the finest has a declared bias.
     """
+    engine = scene.way.engine
     name = f"{engine} at {tolerance:.1e}"
-    marks = np.r_[0.0, np.geomspace(1, rotations, POINTS)] * setting.rotation
-    steps, at = marks[1:] / step(setting.scene.u), marks[1:] / setting.rotation
+    marks = np.r_[0.0, np.geomspace(1, rotations, POINTS)] * scene.rotation
+    steps, at = marks[1:] / step(scene.u), marks[1:] / scene.rotation
     walk = ROUNDING * 2.0**-52 * np.sqrt(steps)
     named = [f"{name}, {integral}" for integral in INTEGRALS]
     if engine == "taylor":
@@ -138,33 +117,45 @@ def engine_trial(
     else:
         claims = [Claim(each, 1.0, TOLERATED, KEPT) for each in named]
 
-    def measure() -> Findings:
-        drift = _engine_drift(setting, engine, tolerance, marks, orbits)
+    def values(drift: Array) -> list[float]:
         if engine == "taylor":
-            values = [x for row in drift for x in (abs(slope(at, row)[0] - 0.5), row[-1])]
-        else:
-            values = [(row / (tolerance * steps)).max() for row in drift]
-        return Findings(values, curves=_curves(name, at, drift, walk))
+            return [x for row in drift for x in (abs(slope(at, row) - 0.5), row[-1])]
+        return [(row / (tolerance * steps)).max() for row in drift]
 
-    return Trial("long_time", f"{engine} {tolerance:.1e}", claims, measure, DRIFT)
+    work = partial(_engine_drift, scene, tolerance, marks, orbits)
+    return _trial(f"{engine} {tolerance:.1e}", name, (at, walk), claims, work, values)
 
 
-def _engine_drift(
-    setting: Setting, engine: str, tolerance: float, marks: Array, orbits: int
-) -> Array:
+def _trial(
+    label: str,
+    name: str,
+    walk: tuple[Array, Array],
+    claims: Sequence[Claim],
+    drift: Callable[[], Array],
+    values: Callable[[Array], Sequence[float]],
+) -> Trial:
+    """A trial of a drift (3, k), with the predicted walk at its times, and the claims' values."""
+    rotations, predicted = walk
+
+    def measure() -> Findings:
+        found = drift()
+        powers = np.array([slope(rotations, row) for row in found])
+        told = {"rotations": rotations, "drift": found, "walk": predicted, "power": powers}
+        return Findings(values(found), curves={"name": name, **told})
+
+    return Trial("long_time", label, claims, measure, DRIFT)
+
+
+def _engine_drift(scene: Scene, tolerance: float, marks: Array, orbits: int) -> Array:
     """Root mean square drifts of the integrals at all marks but the first, (3, k)."""
-    scene, states = setting.scene, setting.states(orbits)
-    parts = spread(states, -(-orbits // SIDE_BY_SIDE[engine]), axis=1)
-    given = scene.c, marks, engine, tolerance
-    found = side_by_side(_sampled, given, engine == "scipy", parts, scene.way.jobs)
+    engine, jobs = scene.way
+    parts = spread(passing(scene, orbits), -(-orbits // SIDE_BY_SIDE[engine]), axis=1)
+    given = scene, marks, tolerance
+    found = side_by_side(scenes.sampled, given, engine == "scipy", parts, jobs)
     # In long doubles, or the evaluation of the integrals would hide their drift.
     aligned = Aligned(*np.concatenate(found, axis=2).astype(np.longdouble))
-    s = float(scale(setting.moments))
-    return _drift(setting.integrals(*body_from_aligned(aligned, scene.body.alpha0, s)))
-
-
-def _sampled(states: Array, c: Any, marks: Array, engine: str, tolerance: float) -> Array:
-    return integrate.sample_orbits(c, states, marks, engine=engine, tolerance=tolerance)
+    s = float(scale(scene.body.floats()[0]))
+    return _drift(integrals(scene, *body_from_aligned(aligned, scene.body.alpha0, s)))
 
 
 def _drift(integrals: Array) -> Array:
@@ -178,11 +169,10 @@ def _late(rotations: Array) -> Array:
     return np.asarray(rotations >= min(BEGIN, rotations[-1] / 10))
 
 
-def slope(rotations: Array, row: Array) -> tuple[float, float]:
-    """The fitted power of t, and ln of the range fitted."""
+def slope(rotations: Array, row: Array) -> float:
+    """The fitted power of t."""
     late = _late(rotations)
-    x = np.log(rotations[late])
-    return float(np.polyfit(x, np.log(row[late]), 1)[0]), float(np.ptp(x))
+    return float(np.polyfit(np.log(rotations[late]), np.log(row[late]), 1)[0])
 
 
 def _walk_claims(
@@ -201,50 +191,35 @@ def _walk_claims(
     return power, drift
 
 
-def _curves(name: str, rotations: Array, drift: Array, walk: Array) -> dict[str, Any]:
-    powers = np.array([slope(rotations, row)[0] for row in drift])
-    return {"name": name, "rotations": rotations, "drift": drift, "walk": walk, "power": powers}
-
-
-def splitting_trial(setting: Setting, order: int, rotations: int, orbits: int) -> Trial:
+def splitting_trial(scene: Scene, order: int, rotations: int, orbits: int) -> Trial:
     """A Lie-Poisson splitting: energy bounded, |gamma| and M . gamma kept to rounding."""
     name = f"splitting {order}"
     counts = np.unique(np.geomspace(1, max(10, rotations / STEPS[order]), POINTS).astype(int))
     walk = ROUNDING * 2.0**-52 * np.sqrt(counts * SUBSTEPS * stages(order))
     at = counts * STEPS[order]
     after, most = f"rms drift after {at[-1]:.0f} rotations, relative", FACTOR * float(walk[-1])
-
-    def measure() -> Findings:
-        drift = splitting_drift(setting, order, counts, orbits)
-        values = [drift[0].max(), *drift[1:, -1]]
-        return Findings(values, curves=_curves(name, at, drift, walk))
-
     claims = (
         Claim(f"{name}, energy", ENERGIES[order], LARGEST, NEARBY),
         *(Claim(f"{name}, {integral}", most, after, EXACT) for integral in INTEGRALS[1:]),
     )
-    return Trial("long_time", name, claims, measure, DRIFT)
+    work = partial(splitting_drift, scene, order, counts, orbits)
+    return _trial(name, name, (at, walk), claims, work, lambda x: [x[0].max(), *x[1:, -1]])
 
 
-def splitting_drift(setting: Setting, order: int, counts: Any, orbits: int) -> Array:
+def splitting_drift(scene: Scene, order: int, counts: Any, orbits: int) -> Array:
     """Root mean square drifts of the integrals after so many steps, (3, k)."""
-    s, body = float(scale(setting.moments)), setting.scene.body
-    made = splitting(setting.moments, unit_r(body), float(body.mu), order)
-    vectors = body_from_aligned(Aligned(*setting.states(orbits)), body.alpha0, s)
+    body = scene.body
+    s, made = float(scale(body.floats()[0])), splitting(*body.floats(), order)
+    vectors = body_from_aligned(Aligned(*passing(scene, orbits)), body.alpha0, s)
     # Splittings know physical time alone.
-    h = STEPS[order] * setting.rotation / s
+    h = STEPS[order] * scene.rotation / s
     now: list[Any] = [np.stack(pair) for pair in zip(*vectors, strict=True)]
     kept = []
     for steps in np.diff(counts, prepend=(0, 0)):
         now = made.advance(now, h, int(steps)) if steps else now
         M, gamma = np.stack(now, axis=1).astype(np.longdouble)
-        kept.append(setting.integrals(M, gamma))
+        kept.append(integrals(scene, M, gamma))
     return _drift(np.stack(kept, axis=1))
-
-
-def unit_r(body: Body) -> Array:
-    """r, in floats."""
-    return np.array([float(x) for x in body.r])
 
 
 def pendulum_trial(body: Body, h0: Scalar, way: Way, rotations: int) -> Trial:
@@ -255,11 +230,11 @@ def pendulum_trial(body: Body, h0: Scalar, way: Way, rotations: int) -> Trial:
         problem = RouteProblem(body, exact(h0), exact("1e-8"), 1)
         p, period = body.angles(), rotation_period(problem)
         # From the lowest position, where the kinetic energy is h0 + mu.
-        J2, lowest = math.sqrt(2 * (float(h0) + p.mu) / p.kappa), -unit_r(body)
+        J2, lowest = math.sqrt(2 * (float(h0) + p.mu) / p.kappa), -np.array(body.floats()[1])
         counts = np.unique(np.geomspace(1, rotations, POINTS).astype(int))
         times, start = np.r_[0.0, counts] * period, np.r_[0.0, 0.0, -J2, lowest]
-        scene, tolerance = Scene(body, J2, way), FINEST_TOLERANCE[way.engine]
-        gamma = _sampled(start[:, None], scene.c, times, way.engine, tolerance)[3:, 1:, 0]
+        scene, finest = Scene(body, J2, way), FINEST_TOLERANCE[way.engine]
+        gamma = scenes.sampled(start[:, None], scene, times, finest)[3:, 1:, 0]
         # The angle from the lowest position, to which every whole period returns.
         phase = np.abs(np.arctan2(lowest[0] * gamma[1] - lowest[1] * gamma[0], lowest @ gamma))
         times = times[1:]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +19,6 @@ from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
 from rigidpend.experiments.stress.trials.growth import compared
 from rigidpend.experiments.stress.trials.scenes import Scene, Way, random_phases
 from rigidpend.numbers.doubles import Array
-from rigidpend.numbers.exact import exact
-from rigidpend.numbers.generic import Scalar
 from rigidpend.routes.codes import RouteCodes
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces.melnikov import whisker_growth
@@ -63,36 +61,23 @@ WALKS = (
 RIGHT = "what two computations establish is right"
 
 
-class Fan(NamedTuple):
-    """Orbits of one body on separatrix 2 with random phases."""
-
-    scene: Scene
-    J1: float
-    seed: int
-    h0: Scalar
-    """Energy constant that belongs to the scene's J2."""
-
-    def states(self, n: int) -> Array:
-        """Aligned components of n of them, (6, n)."""
-        J2mJ1 = self.scene.J2 - self.J1
-        return scenes.at_random(self.scene.body, self.J1, J2mJ1, n, self.seed)
-
-
 def trials(asked: Any, way: Way) -> Iterator[Trial]:
     """The growth of errors, and what each precision decides."""
     sizes, scene = asked.passages, scenes.of_problem(asked, way)
-    fan = Fan(scene, float(asked.J1_0), asked.seed, asked.h0)
-    yield growth_trial(fan, sizes.orbits, sizes.n_crossings)
+    yield growth_trial(scene, float(asked.J1_0), sizes.orbits, sizes.n_crossings)
     for bits, columns in sizes.columns.items():
-        yield decided_trial(fan, int(bits), columns, sizes.checked.get(bits, 0), sizes.orbits)
+        # More symbols than the precision can decide.
+        n = round(SYMBOLS_PER_BIT * int(bits))
+        problem = RouteProblem(asked.body, asked.h0, asked.J1_0, n)
+        checked = sizes.checked.get(bits, 0)
+        yield decided_trial(scene, problem, int(bits), columns, checked, sizes.orbits)
 
 
-def growth_trial(fan: Fan, orbits: int, n_crossings: int) -> Trial:
+def growth_trial(scene: Scene, J1: float, orbits: int, n_crossings: int) -> Trial:
     """Errors of doubles at each crossing, measured against 113 bits, and predicted."""
-    scene = fan.scene
 
     def measure() -> Findings:
-        given = fan.states(orbits), n_crossings, 500 / scene.u
+        given = scene.starts(orbits, J1), n_crossings, 500 / scene.u
         measured, predicted, floor = compared(scene, *given)
         slopes = np.array([slopes_of(x) for x in (measured, predicted)])
         rms = np.sqrt(((measured / predicted) ** 2).mean(axis=1))
@@ -135,15 +120,14 @@ def _typical(errors: Array) -> Array:
 
 
 def decided_trial(
-    fan: Fan, bits: int, columns: int, checked: int, tangents: int, n_symbols: int | None = None
+    scene: Scene, problem: RouteProblem, bits: int, columns: int, checked: int, tangents: int
 ) -> Trial:
     """Trial of the number of symbols that one precision decides alone, predicted and measured.
 
     Of so many `columns`, some are `checked` by a higher precision; `tangents` are the orbits of
-    which the growth is taken. More symbols are asked for than the precision can decide.
+    which the growth is taken.
     """
-    (body, _, way), n = fan.scene, n_symbols or round(SYMBOLS_PER_BIT * bits)
-    spread = median_spread(bits, columns, tangents, body.nu) + LEVEL_ERROR
+    spread = median_spread(bits, columns, tangents, scene.body.nu) + LEVEL_ERROR
     claims = [Claim(f"decided by {bits} bits", spread, MEDIANS, WALKS, "symbols")]
     if checked:
         measured = f"symbols that {finer(bits)} bits contradict, on {checked} orbits"
@@ -151,17 +135,16 @@ def decided_trial(
 
     def measure() -> Findings:
         # Predicted before anything is measured.
-        predicted = predicted_symbols(fan, bits, n, tangents)
-        problem = RouteProblem(body, exact(fan.h0), exact(fan.J1), n)
-        phases = random_phases(columns, fan.seed)
-        found = scenes.routes(problem, phases, way, (bits,))
+        predicted = predicted_symbols(scene, problem, bits, tangents)
+        phases = random_phases(columns, scene.seed)
+        found = scenes.routes(problem, phases, scene.way, (bits,))
         decided = found.certain.sum(axis=0)
         middle = [float(np.median(x)) for x in (decided, predicted)]
         values = [abs(middle[0] - middle[1])]
-        values += [_wrong(problem, found, phases[:checked], way)] if checked else []
+        values += [_wrong(problem, found, phases[:checked], scene.way)] if checked else []
         said = f"{middle[0]:g} measured, {middle[1]:g} predicted"
-        told = {"bits": bits, "measured": decided, "predicted": predicted, "asked": n}
-        return Findings(values, [said], told)
+        numbers = {"measured": decided, "predicted": predicted, "asked": problem.n_symbols}
+        return Findings(values, [said], {"bits": bits, **numbers})
 
     return Trial("passages", f"{bits} bits", claims, measure, DECIDED)
 
@@ -181,23 +164,24 @@ def _wrong(problem: RouteProblem, found: RouteCodes, phases: Array, way: Way) ->
     return float((found.certain[:, : phases.size] & differ).sum())
 
 
-def predicted_symbols(fan: Fan, bits: int, n_symbols: int, tangents: int) -> NDArray[np.int64]:
+def predicted_symbols(
+    scene: Scene, problem: RouteProblem, bits: int, tangents: int
+) -> NDArray[np.int64]:
     """Symbols that a precision decides on each of some orbits, from the variational equations.
 
     The error at crossing `LEVEL` is carried on by a tangent vector. Two computations that round
     independently differ by sqrt(2) times it.
     """
-    scene = fan.scene
-    until = n_symbols * passage(scene.body.angles().mu / scene.h0) / scene.u
+    n = problem.n_symbols
+    until = n * passage(scene.body.angles().mu / scene.h0) / scene.u
     # Roundings are those of series, whatever engine carries them on.
-    series = scene._replace(way=scene.way._replace(engine="taylor"))
-    numbers = []
-    for x in fan.states(tangents).T:
+    series, numbers = scene.by("taylor"), []
+    for x in scene.starts(tangents, float(problem.J1_0)).T:
         times, grown = growth.growths(scene, x, until)
         there = growth.predicted_errors(series, x[:, None], times[: LEVEL + 1, None])[-1, 0]
         # In other precisions roundings are larger or smaller, and what becomes of them is the same.
         difference = math.sqrt(2) * there * np.exp(grown - grown[LEVEL]) * 2.0 ** (53 - bits)
-        numbers.append(growth.decided(difference[: n_symbols + 1], UNDECIDED))
+        numbers.append(growth.decided(difference[: n + 1], UNDECIDED))
     return np.array(numbers)
 
 

@@ -17,13 +17,14 @@ from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
 from rigidpend.mechanics.separatrices import exponent, fastest_rate, theta1
 from rigidpend.numbers.doubles import Array
-from rigidpend.numbers.exact import PRECISIONS, exacts
+from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, Crossings, Orbits
 from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.routes.codes import RouteCodes, codes_of
-from rigidpend.routes.problem import RouteProblem, passage_limit
-from rigidpend.routes.start import Scales, start, states_exact
+from rigidpend.routes.certainty import FIRST
+from rigidpend.routes.codes import RouteCodes, Run, codes_of
+from rigidpend.routes.phases import Phases
+from rigidpend.routes.problem import RouteProblem
 
 BITS = 113
 """Precision of the truth about what fewer bits decided."""
@@ -49,6 +50,8 @@ class Scene(NamedTuple):
     body: Body
     J2: float
     way: Way
+    seed: int = 1
+    """Seed of random phases."""
 
     @property
     def c(self) -> AlignedCoefficients:
@@ -70,10 +73,26 @@ class Scene(NamedTuple):
         """Energy without weight, kappa J2^2/2."""
         return self.body.kappa * self.J2**2 / 2
 
+    @property
+    def rotation(self) -> float:
+        """t' of a rotation without weight."""
+        return 2 * math.pi / (self.body.kappa * self.J2)
+
+    def by(self, engine: str) -> Scene:
+        """The same by an engine."""
+        return self._replace(way=self.way._replace(engine=engine))
+
+    def starts(self, n: int, J1: float, J3: float = 0.0) -> Array:
+        """Aligned components, (6, n), of starts on separatrix 2 with random phases."""
+        place = Place("", 2, J1, self.J2 - J1, 0.0, J3)
+        phases = random_phases(n, self.seed)
+        return np.stack([state(place, self.body, x) for x in phases], axis=1)
+
 
 def of_problem(asked: Any, way: Way) -> Scene:
     """The scene of the body and the energy that a config asks for."""
-    return Scene(asked.body, math.sqrt(2 * float(asked.h0) / asked.body.kappa), way)
+    J2 = math.sqrt(2 * float(asked.h0) / asked.body.kappa)
+    return Scene(asked.body, J2, way, asked.seed)
 
 
 def followed(scene: Scene, orbits: Orbits, bits: int = 53) -> Crossings:
@@ -105,11 +124,14 @@ def route_crossings(problem: RouteProblem, phases: Sequence[Any], way: Way, bits
 
     The engine `scipy` computes in integers, which share no arithmetic with the other engine.
     """
-    begin, limit = start(problem, bits, Scales()), passage_limit(problem, bits)
-    states = states_exact(begin, exacts(phases), bits)
-    orbits = Orbits(begin.coefficients, states, problem.n_symbols + 1, limit)
-    # The tolerance is that of doubles, and halved by every bit beyond.
-    return integrate.crossings(orbits, engine=way.engine, bits=bits, tolerance=1e-13, jobs=way.jobs)
+    run = Run(problem, Phases(phases), resolve(way.engine, None, (bits,)), way.jobs)
+    return run.crossings(bits, FIRST, range(len(run.phases)))
+
+
+def sampled(states: Array, scene: Scene, times: Array, tolerance: float | None = None) -> Array:
+    """States of orbits at times, (6, k, n), by default at the default tolerance."""
+    engine = scene.way.engine
+    return integrate.sample_orbits(scene.c, states, times, engine=engine, tolerance=tolerance)
 
 
 def exactly(orbits: Orbits) -> Orbits:
@@ -154,12 +176,6 @@ def state(place: Place, body: Body, theta2: float) -> Array:
     if not place.aside:
         made = made._replace(**{"Qm" if place.separatrix in (2, 4) else "Qp": 0.0})
     return np.array(made)
-
-
-def at_random(body: Body, J1: float, J2mJ1: float, n: int, seed: int, J3: float = 0.0) -> Array:
-    """The aligned components, (6, n), of starts on separatrix 2 with random phases."""
-    place = Place("", 2, J1, J2mJ1, 0.0, J3)
-    return np.stack([state(place, body, x) for x in random_phases(n, seed)], axis=1)
 
 
 def random_phases(n: int, seed: Any) -> Array:

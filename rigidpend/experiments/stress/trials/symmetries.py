@@ -20,7 +20,7 @@ from rigidpend.experiments.stress.trials.growth import (
     step,
     with_tangent,
 )
-from rigidpend.experiments.stress.trials.scenes import Place, Scene, Way, followed, state
+from rigidpend.experiments.stress.trials.scenes import Place, Scene, Way, followed, sampled, state
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import PI, exact
@@ -113,15 +113,11 @@ def in_units(
     return units * states, c._replace(**forces)
 
 
-def _sampled(scene: Scene, states: Array, times: Array) -> Array:
-    return integrate.sample_orbits(scene.c, states, times, engine=scene.way.engine)
-
-
 def _turned(states: Array, scene: Scene) -> float:
     """Numbers that differ: backwards in time is forwards in the mirror."""
     times = np.linspace(0, BACK, 7)
     forward, backward = (
-        _sampled(scene, x, t) for x, t in ((REVERSAL[:, None] * states, times), (states, -times))
+        sampled(x, scene, t) for x, t in ((REVERSAL[:, None] * states, times), (states, -times))
     )
     return float((REVERSAL[:, None, None] * forward != backward).sum())
 
@@ -129,8 +125,8 @@ def _turned(states: Array, scene: Scene) -> float:
 def _returned(states: Array, scene: Scene) -> float:
     """There and back again: what is not found again, over the roundings carried along."""
     times = np.array([0.0, BACK])
-    there = _sampled(scene, states, times)[:, -1]
-    missed = np.abs(_sampled(scene, there, times[::-1])[:, -1] - states).max(axis=0)
+    there = sampled(states, scene, times)[:, -1]
+    missed = np.abs(sampled(there, scene, times[::-1])[:, -1] - states).max(axis=0)
     return float(np.max(missed / np.array([_carried(scene, x) for x in there.T])))
 
 

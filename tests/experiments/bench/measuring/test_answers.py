@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments.bench.measuring import adapters, fields, problems
-from rigidpend.experiments.bench.measuring.adapters import compared
+from rigidpend.experiments.bench.measuring import fields, problems
+from rigidpend.experiments.bench.measuring.adapters import compared, made
 from rigidpend.experiments.bench.measuring.fields import time_unit
 from rigidpend.experiments.bench.measuring.ours import aligned_states
 from rigidpend.experiments.bench.measuring.problems import ASKED, Crossed
@@ -58,7 +58,7 @@ def answered(problem: str, name: str, knob: Any, threads: int = 1, form: int = 0
     method = METHODS[name]
     setting = {**method.forms[form], **BEST.get(name, method.variants[0])}
     entry = {"knob": knob, "setting": setting}
-    solver = adapters.made(name, given(problem)[0], entry, threads)
+    solver = made(name, given(problem)[0], entry, threads)
     return solver.read(solver.solve())
 
 
@@ -184,7 +184,7 @@ def test_a_solver_begins_anew_each_time() -> None:
     for name in ("aligned_batch", "scipy_dop853", "lie_poisson", "heyoka_eq1"):
         knob = 16 if name == "lie_poisson" else 1e-8
         entry = {"knob": knob, "setting": {**METHODS[name].forms[0], **METHODS[name].variants[0]}}
-        solver = adapters.made(name, given("free_body")[0], entry)
+        solver = made(name, given("free_body")[0], entry)
         np.testing.assert_array_equal(*(solver.read(solver.solve()) for _ in range(2)))
 
 

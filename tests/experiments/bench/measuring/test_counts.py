@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
+from rigidpend.experiments.bench import drawn
 from rigidpend.experiments.bench.measuring import counts
 from rigidpend.experiments.bench.measuring.fields import time_unit
 from rigidpend.experiments.bench.measuring.problems import (
@@ -23,27 +24,32 @@ from rigidpend.routes.codes import route_codes
 from tests.orbits.integrate.problems import needs_heyoka
 
 
-def slow(clock: list[float], each: float, first: float) -> Any:
-    """A method that takes so many seconds for an orbit, and more at first."""
-    left = [first]
+@pytest.fixture
+def slow(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Any:
+    """A method that takes so many seconds for an orbit, and more at first; lines of many orbits."""
 
-    def make(task: Task) -> Solver:
-        n = task.states.shape[1]
+    def lines(each: float, first: float, numbers: list[int], seconds: float) -> Any:
+        left = [first]
 
-        def solve() -> int:
-            clock[0] += n * each + left[0]
-            left[0] = 0.0
-            return n
+        def made(name: str, task: Task, entry: Any) -> Solver:
+            n = task.states.shape[1]
 
-        certain, none = np.arange(n) > 0, np.zeros((2, n), dtype=np.uint8)
-        return Solver(solve, lambda n: Crossed(none[:, :n], np.zeros((3, n)), certain[None]))
+            def solve() -> int:
+                clock[0] += n * each + left[0]
+                left[0] = 0.0
+                return n
 
-    return make
+            certain, none = np.arange(n) > 0, np.zeros((2, n), dtype=np.uint8)
+            return Solver(solve, lambda n: Crossed(none[:, :n], np.zeros((3, n)), certain[None]))
+
+        monkeypatch.setattr(counts, "made", made)
+        return list(counts.many_orbits({"x": {}}, numbers, 2, 3, seconds))
+
+    return lines
 
 
-def test_numbers_are_tried_until_the_next_would_go_beyond_the_budget(clock: Any) -> None:
-    make = slow(clock, 1e-3, 0.2)
-    lines = list(counts.on_ever_more_orbits(make, (4, 20, 1000), 2, 3, 0.5))
+def test_numbers_are_tried_until_the_next_would_go_beyond_the_budget(slow: Any) -> None:
+    lines = slow(1e-3, 0.2, [4, 20, 1000], 0.5)
     assert [line["orbits"] for line in lines] == [4, 20]
     assert [line["undecided"] for line in lines] == [1, 1]
     assert [line["prepare"] for line in lines] == pytest.approx([0.2, 0.0])
@@ -51,8 +57,8 @@ def test_numbers_are_tried_until_the_next_would_go_beyond_the_budget(clock: Any)
     assert lines[0]["repeats"] == 3
 
 
-def test_a_first_solve_beyond_the_budget_is_all_there_is(clock: Any) -> None:
-    [line] = counts.on_ever_more_orbits(slow(clock, 0.02, 0.0), (5, 6), 2, 3, 0.05)
+def test_a_first_solve_beyond_the_budget_is_all_there_is(slow: Any) -> None:
+    [line] = slow(0.02, 0.0, [5, 6], 0.05)
     assert (line["orbits"], line["repeats"]) == (5, 1)
 
 
@@ -68,6 +74,13 @@ def route(task: Task, turned: int = -1) -> Crossed:
 
 
 SHORT = replace(FIG4, n_symbols=2)
+
+
+def with_bodies(entries: Any, problems: list[Any], *given: Any) -> list[Any]:
+    """The lines of methods with such bodies, as if they had been drawn by lot."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(drawn, "drawn", lambda *_: problems)
+        return list(counts.bodies(entries, 0, 0, list(range(len(problems))), *given))
 
 
 @pytest.fixture
@@ -104,7 +117,7 @@ def test_where_two_methods_differ_more_bits_tell_which_is_right(
     methods: list[tuple[str, int]], wrong: str
 ) -> None:
     entries = {key: {"wrong": wrong} for key in ("ours", "peer")}
-    [line] = counts.of_bodies([SHORT], entries, 40, 1, 2, 0.061, 1.0)
+    [line] = with_bodies(entries, [SHORT], 40, 1, 2, 0.061, 1.0)
     # Sixteen orbits of a pilot take 32 ms: 61 ms are enough for thirty.
     assert (line["ours"]["orbits"], line["peer"]["orbits"]) == (40, 30)
     other = "peer" if wrong == "ours" else "ours"
@@ -121,7 +134,7 @@ def test_where_two_methods_differ_more_bits_tell_which_is_right(
 @needs_heyoka("symbols in principal axes")
 def test_what_nobody_could_settle_in_time_is_not_counted(methods: Any) -> None:
     entries = {key: {"wrong": "peer"} for key in ("ours", "peer")}
-    [line] = counts.of_bodies([SHORT], entries, 20, 1, 1, -1.0, 9.0)
+    [line] = with_bodies(entries, [SHORT], 20, 1, 1, -1.0, 9.0)
     assert line["peer"]["orbits"] > 3
     for name in ("ours", "peer"):
         # Column 3 is the first in doubt: what is behind it would be without its like.
@@ -144,7 +157,7 @@ def test_a_first_call_that_takes_longer_than_a_peer_may_is_followed_by_another(
 
     monkeypatch.setattr(counts, "made", made)
     other = replace(SHORT, body=Body((2, 1, "1.4"), (1, 1, 0), "0.001"))
-    [line] = counts.of_bodies([other], {"ours": {}}, 3, 1, 3, 0.15, 9.0)
+    [line] = with_bodies({"ours": {}}, [other], 3, 1, 3, 0.15, 9.0)
     assert (line["ours"]["first"], line["ours"]["again"]) == pytest.approx((5.0, 0.1))
 
 
@@ -152,26 +165,28 @@ def test_no_further_body_is_begun_when_the_time_of_all_is_spent(methods: Any) ->
     """Ours takes 80 ms in its two calls with a body."""
     entries = {"ours": {"wrong": ""}}
     for longest, done in ((0.05, 2), (0.07, 3), (0.02, 1)):
-        given = entries, 20, 1, 1, 0.0
-        assert len(list(counts.of_bodies([SHORT] * 3, *given, longest))) == done
+        assert len(with_bodies(entries, [SHORT] * 3, 20, 1, 1, 0.0, longest)) == done
 
 
 def test_the_horizon_of_a_peer_is_behind_the_last_crossing(methods: Any, tasks: list[Task]) -> None:
     entries = {key: {"wrong": ""} for key in ("ours", "peer")}
-    list(counts.of_bodies([SHORT], entries, 17, 1, 1, 1.0, 1.0))
+    with_bodies(entries, [SHORT], 17, 1, 1, 1.0, 1.0)
     last = route(tasks[-1]).time.max()
     horizon = float(tasks[-1].times.max()) * time_unit(SHORT.body)
     assert last < horizon < 1.01 * last
 
 
-def test_symbols_of_random_phases_are_held_against_113_bits() -> None:
+def test_symbols_of_random_phases_are_held_against_113_bits(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """A symbol turned over in each chunk is one wrong symbol of each."""
-    made = counts.on_random_phases(
-        "1e-6", lambda task: Solver(lambda: route(task, 2)), 2 * counts.CHUNK, 1e9
-    )
-    assert (made["orbits"], made["symbols"]) == (500, 7500)
-    assert (made["wrong"], made["wrong_trusted"], made["undecided"]) == (2, 2, 0)
-    assert made["last_crossing"] < 1e-6
+    monkeypatch.setattr(counts, "made", lambda _, task, __: Solver(lambda: route(task, 2)))
+    lines = list(counts.random_phases({"x": {}}, 2 * counts.CHUNK, 1e9))
+    assert [line["J1_0"] for line in lines] == ["1e-6", "1e-10"]
+    for made in lines:
+        assert (made["orbits"], made["symbols"]) == (500, 7500)
+        assert (made["wrong"], made["wrong_trusted"], made["undecided"]) == (2, 2, 0)
+        assert made["last_crossing"] < 1e-6
 
 
 def test_random_orbits_are_the_same_in_every_run() -> None:

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from rigidpend.experiments.stress.trials import addresses
+from rigidpend.numbers.exact import exact
+from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic import NoOrbit, find_orbit
 from tests.experiments.stress.trials.verdicts import failed, verdicts
 from tests.orbits.integrate.problems import FIG4
 
-OWN = addresses.Setup(FIG4, "1.3342")
-TRIAL = addresses.trial("x", OWN, SimpleNamespace(words=1, n_symbols=4), 3)
+OWN = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 4)
+TRIAL = addresses.trial("x", OWN, 1, 3)
 
 
 @pytest.mark.slow
@@ -56,10 +57,10 @@ def test_codes_without_an_orbit_are_counted(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_random_bodies_are_bodies_and_differ() -> None:
-    drawn = [addresses.drawn(seed) for seed in range(100)]
-    assert len({setup.body.A for setup in drawn}) == 100
-    for setup in drawn:
-        A1, A2, A3 = (float(x) for x in setup.body.A)
+    drawn = [addresses.drawn(seed, 4) for seed in range(100)]
+    assert len({problem.body.A for problem in drawn}) == 100
+    for problem in drawn:
+        (A1, A2, A3), _, mu = problem.body.floats()
         assert A1 - A3 > 0.14
         assert A3 - A2 > 0.2
-        assert 0 < float(setup.body.mu) < float(setup.h0) / 100
+        assert 0 < mu < float(problem.h0) / 100

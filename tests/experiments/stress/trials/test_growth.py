@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.stress.trials import growth
-from rigidpend.experiments.stress.trials.scenes import at_random, followed
+from rigidpend.experiments.stress.trials.scenes import followed
 from rigidpend.mechanics.equations import aligned
 from rigidpend.orbits.integrate import Orbits
 from tests.experiments.stress.trials.verdicts import scene
 from tests.orbits.integrate.problems import FIG4, GENERIC, on_separatrix
 from tests.strategies import FINE, along
 
-SCENE = scene(FIG4, 1.4)
+SCENE = scene(FIG4, 1.4, 3)
 
 
 def test_rounding_is_that_of_numbers_with_all_mantissas() -> None:
@@ -44,7 +44,7 @@ def test_growths_agree_with_two_orbits_side_by_side() -> None:
 
 @pytest.mark.slow
 def test_predicted_errors_are_those_that_are_made() -> None:
-    states = at_random(FIG4, 1e-4, 1.4 - 1e-4, 8, 3)
+    states = SCENE.starts(8, 1e-4)
     errors, predicted, _ = growth.compared(SCENE, states, 6, 500.0)
     ratio = np.sqrt(((errors / predicted)[2:] ** 2).mean(axis=1))
     assert (ratio > 0.4).all()

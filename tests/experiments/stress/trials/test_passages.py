@@ -9,11 +9,16 @@ import pytest
 
 from rigidpend.experiments.stress.trials import passages, scenes
 from rigidpend.experiments.stress.trials.claims import tried
+from rigidpend.numbers.exact import exact
+from rigidpend.routes.problem import RouteProblem
 from tests.experiments.stress.trials.verdicts import failed, scene
 from tests.orbits.integrate.problems import FIG4
 
-SCENE = scene(FIG4, 1.4)
-FAN = passages.Fan(SCENE, 1e-6, 11, SCENE.h0)
+SCENE = scene(FIG4, 1.4, 11)
+
+
+def problem(n_symbols: int) -> RouteProblem:
+    return RouteProblem(FIG4, exact(SCENE.h0), exact(1e-6), n_symbols)
 
 
 def test_geometric_mean_of_a_normal_error() -> None:
@@ -23,7 +28,7 @@ def test_geometric_mean_of_a_normal_error() -> None:
 
 @pytest.mark.slow
 def test_errors_are_as_predicted_and_others_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    trial = passages.growth_trial(FAN, 6, 8)
+    trial = passages.growth_trial(SCENE, 1e-6, 6, 8)
     made: Any = tried(trial)
     assert failed(made) == set()
     assert 1.5 < made["curves"]["growth_predicted"].values < 5
@@ -36,7 +41,7 @@ def test_decided_symbols_are_as_predicted_and_right_and_a_wrong_one_is_found(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Also where the higher precision is not sure of itself."""
-    trial, computed = passages.decided_trial(FAN, 53, 24, 1, 6, 60), []
+    trial, computed = passages.decided_trial(SCENE, problem(60), 53, 24, 1, 6), []
 
     def kept(*given: Any, right: Any = scenes.routes) -> Any:
         computed.append(right(*given))
@@ -59,7 +64,7 @@ def test_decided_symbols_are_as_predicted_and_right_and_a_wrong_one_is_found(
 
 def test_more_bits_decide_more_symbols_up_to_a_thousandth_of_a_radian() -> None:
     """As `routes.certainty` has it, but said here: that one is what is judged."""
-    few, more = (passages.predicted_symbols(FAN, bits, 40, 2) for bits in (40, 53))
+    few, more = (passages.predicted_symbols(SCENE, problem(40), bits, 2) for bits in (40, 53))
     # Thirteen bits are 9 nats, and a passage takes about one.
     assert 4 < (more - few).mean() < 20
     assert passages.UNDECIDED == 1e-3

@@ -22,8 +22,8 @@ def asked(*settings: str, config: str = "stress_quick") -> Any:
     return content(Config, CONFIGS / f"{config}.yaml", [f"problem.{x}" for x in settings]).problem
 
 
-def scene(body: Body, J2: float) -> Scene:
-    return Scene(body, J2, WAY)
+def scene(body: Body, J2: float, seed: int = 1) -> Scene:
+    return Scene(body, J2, WAY, seed)
 
 
 def verdicts(trial: Trial | Any) -> dict[str, str]:
