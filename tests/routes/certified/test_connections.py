@@ -39,6 +39,7 @@ from tests.routes.certified.offered import (
     value,
     whole,
 )
+from tests.weakened import weakened
 
 # ---- C8
 
@@ -404,8 +405,8 @@ class Across(NamedTuple):
     sheets: tuple[float, ...] = (0.5, 0.4)
     reach: float = 0.4
 
-    def told(self) -> list[str]:
-        """What both say."""
+    def told(self, module: Any = connections) -> list[str]:
+        """What both say, the first one perhaps with a slip."""
         box = [arb(1), arb(0), arb(0.5)]
         of = [
             arrived([whole({(0, 1, 0): 2 * x, (0, 0, 1): 2 * y}) for x, y in (by[:2], by[2:])], box)
@@ -415,7 +416,7 @@ class Across(NamedTuple):
         sheets = [Interval.of(Fraction(x)) for x in self.sheets]
         own = mine[0], arb(self.reach), [arb(x) for x in self.sheets], mine[1:]
         other = theirs[0], Fraction(self.reach), sheets, theirs[1:]
-        return [said(connections.check_crossings, *own), said(script.check_crossings, *other)]
+        return [said(module.check_crossings, *own), said(script.check_crossings, *other)]
 
 
 # The strip's slope is within (2e-4 -+ 1e-5)/(0.5 -+ 0.02).
@@ -453,6 +454,26 @@ def test_C9_images_cross_at_an_angle(name: str) -> None:
     for reason in across.told():
         assert bool(reason) is bool(words), reason
         assert words in reason
+
+
+NECESSARY = {
+    # An image of another sheet has no point of the curve, nor has one where the strip's has none.
+    "not (all(x > 0 for x in sheets) or all(x < 0 for x in sheets))": Across(sheets=(0.5, -0.4)),
+    "not any(low < -reach and high > reach for low, high in (ends, ends[::-1]))": Across(reach=0.6),
+    # d = u^2/2 v', |v'| <= 1, is its own mirror image where g = u.
+    "not (slope > 0 or slope < 0)": Across(strip=(0, 2e-4, 0.5, 0), image=(3e-4, 0, 0.25, 0)),
+    # All of the image is on the stable surface: d = -s g, of the slope s of the strip's.
+    "not abs(by_u.range) > by_v.bound": Across(
+        strip=(2e-4, 0, 0.5, 0), image=(-1e-4, 1e-9, 0.25, 0)
+    ),
+}
+
+
+@pytest.mark.parametrize("guard", NECESSARY)
+def test_C9_without_a_condition_curves_that_do_not_cross_once_are_believed(guard: str) -> None:
+    across = NECESSARY[guard]
+    assert across.told(weakened(connections, (guard, "False")))[0] == ""
+    assert all(reason.startswith("C9: ") for reason in across.told())
 
 
 @pytest.mark.slow

@@ -21,7 +21,8 @@ from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
 from rigidpend.routes.certified.steps import Step
 from rigidpend.routes.problem import RouteProblem
 from scripts import check_certificate, check_intervals
-from tests.routes.certified.offered import of_one, said, step
+from tests.routes.certified import offered
+from tests.routes.certified.offered import of_one, said
 
 BITS = 60
 WIDEST = 2.0**-6
@@ -81,7 +82,7 @@ def of_intervals(start: Start, steps: Sequence[Step]) -> str:
 def of_intervals_by_script(start: Start, steps: Sequence[Step]) -> str:
     """The reason for which the second checker proves no more of an interval of starts."""
     given = {**start._asdict(), "r": ("1", "1", "0")}
-    place, other = of_interval(start).place, [step(x) for x in of_one(steps)]
+    place, other = of_interval(start).place, [offered.step(x) for x in of_one(steps)]
     return said(check_intervals.prove, given, place, DEPTH, other)
 
 
