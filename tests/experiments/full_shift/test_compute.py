@@ -111,6 +111,7 @@ def test_what_is_not_shown_is_undecided(changes: list[str], said: str) -> None:
     assert said in str(failed.value)
 
 
+@pytest.mark.slow
 def test_what_the_checker_does_not_believe_is_undecided(monkeypatch: pytest.MonkeyPatch) -> None:
     """Polynomials of which it does not: the reason, with its set and half rotations, is said."""
     monkeypatch.setattr(horseshoe, "pieces", lambda *_: ALONE)

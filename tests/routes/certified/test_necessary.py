@@ -205,7 +205,7 @@ def test_without_a_hypothesis_other_crossings_of_an_interval_are_believed(
 
     found = told(weakened(intervals, (before, after)))
     runs = [x for k, x in enumerate(found) if k == 0 or found[k - 1] != x]
-    claimed = [separatrix_beside(*x, x[1]) for x in runs if isinstance(x, tuple)]
+    claimed = [separatrix_beside(x[0], x[1], x[1]) for x in runs if isinstance(x, tuple)]
     assert claimed != start.truth(until)
     with pytest.raises(Undecided, match=r"H[35]"):
         told(intervals)
