@@ -22,6 +22,7 @@ from scripts.check_certificate import Fails, Refused
 from scripts.check_full_shift import DIGITS
 from tests.cli.calls import call
 from tests.experiments.trees import reference
+from tests.remembered import remembered
 
 CODE = "011"
 NAME = f"x{orbit_proofs.SUFFIX}"
@@ -34,6 +35,32 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert done.returncode == 0, done.stderr
     (folder / "found.json").write_text(done.stdout)
     return folder / NAME
+
+
+class Inline:
+    """Processes of the second checker, in this one: what follows a refusal is not begun."""
+
+    def __init__(self, _: int) -> None:
+        pass
+
+    def __enter__(self) -> Inline:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    map = staticmethod(map)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def once() -> Iterator[None]:
+    """Orbits that are the same in all proofs are followed once by each checker."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(script, "ProcessPoolExecutor", Inline)
+        for module in (coverings, script):
+            for name in ("arrival", "beginning"):
+                patch.setattr(module, name, remembered(getattr(module, name)))
+        yield
 
 
 def said_by_both(file: Path) -> Iterator[tuple[bool, str]]:

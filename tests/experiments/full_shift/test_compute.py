@@ -19,6 +19,7 @@ from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.numbers.parameters import ParameterError
 from rigidpend.results import store
 from rigidpend.routes.certified import coverings, horseshoe
+from rigidpend.routes.certified.pieces import FamilyStep
 from rigidpend.runs import certificates
 from tests.config.samples import content as typed
 from tests.experiments.trees import plain, reference, shifted
@@ -39,15 +40,31 @@ OTHER = [
 """A body drawn at random, whose surfaces cross at an angle of 2e-6: more bits than a word has."""
 OWN = ["problem.h=null", "problem.h0=1.3342"]
 """The starts of Fig. 4 themselves."""
+ALONE = [FamilyStep(60, {(0, 0, 0): 2}, [{(0, 0, 0): 0}] * 6)]
+"""A step that is none of any set."""
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("changes", [[], OTHER, OWN])
-def test_all_eight_relations_are_proven_of_what_is_stored(changes: list[str]) -> None:
+def test_all_eight_relations_are_proven_of_what_is_stored(
+    monkeypatch: pytest.MonkeyPatch, changes: list[str]
+) -> None:
+    found: list[Any] = []
+    check = full_shift.checked
+
+    def checked(*given: Any) -> full_shift.Proven:
+        found.append((given, check(*given)))
+        return found[-1][1]
+
+    monkeypatch.setattr(full_shift, "checked", checked)
     config = typed(Config, CONFIG, changes)
     data = plain(full_shift.compute(config, Means()))
-    groups = (data.get(name) for name in ("sets", "line", "proof", "energies"))
-    proven = full_shift.checked(config, *groups)
+    [((_, *groups), proven)] = found
+    # What is checked is what is stored.
+    for name, group in zip(("sets", "line", "proof", "energies"), groups, strict=True):
+        for key, values in (group or {}).items():
+            np.testing.assert_array_equal(values, data[name][key])
+    assert ("energies" in data) == (groups[3] is not None)
     assert [len(pair) for pair in proven.relations] == [2, 2, 2, 2]
     assert len(proven.crossed) == 2
     assert data["relations"]["edge"].min() > 1
@@ -83,11 +100,8 @@ def test_all_eight_relations_are_proven_of_what_is_stored(changes: list[str]) ->
         (["problem.mu=1e-12", SEARCHED], "the surfaces of the periodic orbits cross at an angle"),
         # An angle that is lost among roundings, and one of which sets would be too small.
         (["problem.mu=1e-8", SEARCHED], "of 1e-08 or less no sets are tried"),
-        # So few half rotations that the sets are too large to be straight, or so many that
-        # they are lost in what is bounded.
-        (["problem.half_turns=10"], "sets are too wide"),
-        (["problem.half_turns=12"], "with 12 half rotations: set 2: C3: the orbits are shown to"),
-        (["problem.half_turns=22"], "with 22 half rotations: set 0: C6: an edge lies at |U| >="),
+        # So few half rotations that the sets are too large to be straight, or too many.
+        (["problem.half_turns=11"], "sets are too wide"),
         (["problem.half_turns=32"], "no passages of 32 half rotations begin beside"),
     ],
 )
@@ -95,6 +109,16 @@ def test_what_is_not_shown_is_undecided(changes: list[str], said: str) -> None:
     with pytest.raises(ArithmeticError, match="undecided, nothing is proven") as failed:
         full_shift.compute(typed(Config, CONFIG, changes), Means())
     assert said in str(failed.value)
+
+
+@pytest.mark.slow
+def test_what_the_checker_does_not_believe_is_undecided(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Polynomials of which it does not: the reason, with its set and half rotations, is said."""
+    monkeypatch.setattr(horseshoe, "pieces", lambda *_: ALONE)
+    monkeypatch.setattr(horseshoe, "line_pieces", lambda *_: ALONE)
+    with pytest.raises(ArithmeticError, match="with 14 half rotations: set 0: C1: ") as failed:
+        full_shift.compute(typed(Config, CONFIG, ["problem.half_turns=14"]), Means())
+    assert "undecided, nothing is proven" in str(failed.value)
 
 
 @pytest.mark.slow

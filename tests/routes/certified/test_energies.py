@@ -25,32 +25,28 @@ from scripts import check_orbit
 from scripts.check_certificate import Interval, Refused
 from tests.attacks import lot
 from tests.config.samples import content as typed
-from tests.experiments.full_shift.test_compute import OWN
-from tests.routes.certified.test_coverings import (
+from tests.routes.certified.offered import (
     BARELY,
     BITS,
     BODY,
     CONFIG,
     GIVEN,
     J1,
-    _interval,
-    _terms,
-    _value,
+    beginnings,
     crossings,
+    interval,
     moved,
     quad_of,
     said,
     series,
     step,
+    value,
     whole,
 )
 
 H0 = exact("1.3342")
-
-
-@pytest.fixture(autouse=True)
-def digits() -> None:
-    Interval.digits = script.DIGITS
+OWN = ["problem.h=null", "problem.h0=1.3342"]
+"""The starts of Fig. 4 themselves."""
 
 
 class Found(NamedTuple):
@@ -102,7 +98,7 @@ class Arrived(NamedTuple):
             coverings.prove_cones([coverings.relation(self.mine, target, self.begin, 0)])
 
         def by_script() -> None:
-            script.check_relation(self.theirs, quad_of(target), [_interval(x) for x in self.begin])
+            script.check_relation(self.theirs, quad_of(target), [interval(x) for x in self.begin])
             script.check_cone(self.theirs, quad_of(target))
 
         return [said(by_package), said(by_script)]
@@ -158,8 +154,7 @@ def test_orbits_of_all_energies_do_what_the_polynomials_say(found: Found, arrive
             ]
             sign = -1 if end[0] < 0 else 1
             for family, x in ((arrival.d, end[1]), (arrival.g, end[5])):
-                value = _value(dict(_terms(family)), family.bits, u, v, w)
-                assert abs(float(sign * x) - value) < family.error / 2**family.bits
+                assert abs(float(sign * x) - value(family, u, v, w)) < family.error / 2**family.bits
 
 
 @pytest.mark.slow
@@ -182,20 +177,20 @@ def test_the_line_of_starts_is_that_of_fig_4(found: Found) -> None:
     """Its polynomials begin at the starts of route codes, and w is that of their energies."""
     problem = RouteProblem(BODY, H0, exact(J1), 1)
     arrival = coverings.arrival(found.numbers(), found.line, found.starts)
-    begin = [Family.of(t, found.starts[0].bits).at("z", -1) for t in found.starts[0].terms]
+    begin = beginnings(found.starts[0])
     for theta2 in (Fraction("1.56"), Fraction("1.5625"), Fraction("1.564")):
         start = enclosed(problem, exact(theta2), 160)
         Qp, Qm, M3, *gamma = (float(x.mid()) for x in start.state)
         unit, line = float(start.unit), found.line
         off = float(line.e1) * gamma[0] + float(line.e2) * gamma[1] - float(line.centre)
         u = off / float(line.half)
-        values = [_value(dict(_terms(each)), each.bits, u, 0.0) for each in begin]
+        values = [value(each, u, 0.0) for each in begin]
         np.testing.assert_allclose(values, [unit * Qp, Qm, unit * M3, *gamma], atol=1e-12)
         # kappa J2_0^2/2 is h0, and so the energy is more than it by the weight alone.
         c = start.coefficients
         height = unit**2 * (float(c.mu_r1.mid()) * gamma[0] + float(c.mu_r2.mid()) * gamma[1])
         w = (height - float(found.shift)) / float(found.setting.spread)
-        assert _value(dict(_terms(arrival.w)), arrival.w.bits, u, 0.0) == pytest.approx(w, abs=1e-6)
+        assert value(arrival.w, u, 0.0) == pytest.approx(w, abs=1e-6)
         assert abs(w) < 1
 
 

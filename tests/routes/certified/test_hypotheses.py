@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from fractions import Fraction
 from typing import NamedTuple
 
 import pytest
@@ -14,16 +15,21 @@ from flint import arb
 
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
-from rigidpend.routes.certified import approximation, proofs
+from rigidpend.routes.certified import approximation, intervals, proofs
 from rigidpend.routes.certified.balls import enclosed
+from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
 from rigidpend.routes.certified.steps import Step
 from rigidpend.routes.problem import RouteProblem
-from scripts import check_certificate
+from scripts import check_certificate, check_intervals
+from tests.routes.certified import offered
+from tests.routes.certified.offered import of_one, said
 
 BITS = 60
 WIDEST = 2.0**-6
 """Radius of a tube at most."""
 PHASE = "1"
+DEPTH = 60
+"""Halvings of an interval that is hardly more than a point."""
 BARELY, NEARLY = 0.005, 0.02
 """Shares of a limit; the latter where a checker's parts are too coarse for the former."""
 
@@ -60,6 +66,24 @@ def by_script(start: Start, steps: Sequence[Step]) -> str:
     given = {**start._asdict(), "r": ("1", "1", "0")}
     other = [check_certificate.Step(*step) for step in steps]
     return check_certificate.prove(given, PHASE, other).reason
+
+
+def of_interval(start: Start) -> PhaseInterval:
+    """Starts so near to the phase that they are one to all that is asked here."""
+    return PhaseInterval(math.floor(float(PHASE) / (2 * math.pi) * 2**DEPTH), DEPTH)
+
+
+def of_intervals(start: Start, steps: Sequence[Step]) -> str:
+    """The reason for which the package proves no more of an interval of starts."""
+    begin = EnclosedStarts.of(start.problem.body, exact(start.h0), Fraction(start.J1_0))
+    return said(intervals.symbols, begin, of_interval(start), of_one(steps))
+
+
+def of_intervals_by_script(start: Start, steps: Sequence[Step]) -> str:
+    """The reason for which the second checker proves no more of an interval of starts."""
+    given = {**start._asdict(), "r": ("1", "1", "0")}
+    place, other = of_interval(start).place, [offered.step(x) for x in of_one(steps)]
+    return said(check_intervals.prove, given, place, DEPTH, other)
 
 
 def joint(times: float) -> tuple[Start, Step]:
@@ -123,6 +147,33 @@ def slope(times: float) -> tuple[Start, Step]:
     k = WIDEST / 2 * kappa / sigma
     grown = math.exp(half * (l + math.hypot(l, k)))
     return start, start.step(times * B / grown, half)
+
+
+@pytest.mark.parametrize("checker", [of_intervals, of_intervals_by_script])
+@pytest.mark.parametrize(("name", "made"), [("H1", joint), ("H2", flaw), ("H3", tube)])
+def test_the_same_limits_hold_of_an_interval_of_starts(
+    name: str,
+    made: Callable[[float], tuple[Start, Step]],
+    checker: Callable[[Start, Sequence[Step]], str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Each in the tube, and before any crossing: what is kept is refused for that alone."""
+    monkeypatch.setattr(approximation, "CLEAR", 0.0)
+    # So near that growth at a quarter of the tube's radius, and not at half of it, is told.
+    for times, reason in ((1 - BARELY / 10, ""), (1 + BARELY / 10, "H3: ")):
+        start, step = made(times)
+        assert checker(start, [step]).startswith(reason), name
+        assert bool(reason) is bool(checker(start, [step])), name
+
+
+@pytest.mark.parametrize("checker", [of_intervals, of_intervals_by_script])
+def test_a_step_of_an_interval_goes_forward(
+    checker: Callable[[Start, Sequence[Step]], str],
+) -> None:
+    step = Start().step(0.0, 2.0**-12)
+    for length, reason in ((step.half_length, ""), (0, "H2: "), (-step.half_length, "H2: ")):
+        found = checker(Start(), [step._replace(half_length=length)])
+        assert (found.startswith(reason), bool(found)) == (True, bool(reason))
 
 
 @pytest.mark.parametrize("checker", [by_package, by_script])

@@ -25,10 +25,9 @@ from rigidpend.routes.certified.precision import precision
 from rigidpend.runs import loading
 from scripts import check_intervals as script
 from scripts.check_certificate import Fails, Refused
-from scripts.check_certificate import Interval as Enclosure
-from scripts.check_full_shift import CLOCK, DIGITS, Series, Step
 from tests.attacks import lot
 from tests.cli.calls import REFERENCE
+from tests.routes.certified.offered import step
 
 BODY = Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
 GIVEN = {
@@ -85,18 +84,7 @@ def by_package(of: PhaseInterval, steps: list[FamilyStep]) -> list[int]:
 
 
 def by_script(of: PhaseInterval, steps: list[FamilyStep]) -> list[int]:
-    Enclosure.digits = DIGITS
-    return script.prove(GIVEN, of.place, of.depth, [as_read(step) for step in steps])
-
-
-def as_read(step: FamilyStep) -> Step:
-    """A step as the second checker reads it: what is stored of T_0 is twice what it stands for."""
-    terms = [
-        {at: c * (1 if at[0] == 0 else 2) for at, c in column.items()}
-        for column in (*step.terms, step.half)
-    ]
-    states = [Series.made(column, step.bits + 1) for column in terms[:6]]
-    return Step(Series.made(terms[6], CLOCK + 1), states)
+    return script.prove(GIVEN, of.place, of.depth, [step(x) for x in steps])
 
 
 CHECKERS = pytest.mark.parametrize("check", [by_package, by_script])
@@ -109,43 +97,11 @@ def test_an_interval_has_the_symbol_that_is_found(check: Any, one: ProvenInterva
     assert check(one.of, one.pieces) == [0]
 
 
-def changed(steps: list[FamilyStep], step: int, component: int, by: int) -> list[FamilyStep]:
-    """Steps with so many units more of a component, for all x and u."""
-    found = list(steps)
-    terms = [dict(column) for column in found[step].terms]
-    terms[component][0, 0, 0] = terms[component].get((0, 0, 0), 0) + 2 * by
-    found[step] = found[step]._replace(terms=terms)
-    return found
-
-
 def holds(check: Callable[..., list[int]], of: PhaseInterval, steps: list[FamilyStep]) -> bool:
     try:
         return check(of, steps) == [0]
     except (Undecided, Fails):
         return False
-
-
-@CHECKERS
-@pytest.mark.slow
-@pytest.mark.parametrize(("step", "component"), [(0, 0), (3, 5)])
-def test_what_is_off_by_a_percent_more_than_can_be_is_not_proven(
-    check: Any, one: ProvenInterval, step: int, component: int
-) -> None:
-    low, high = 0, one.pieces[step].bits
-    # Powers of two first, then to half a percent.
-    while high - low > 1:
-        middle = (low + high) // 2
-        inside = holds(check, one.of, changed(one.pieces, step, component, 1 << middle))
-        low, high = (middle, high) if inside else (low, middle)
-    least, most = Fraction(1 << low), Fraction(1 << high)
-    while most / least > Fraction(1005, 1000):
-        middle_of = (least + most) / 2
-        inside = holds(check, one.of, changed(one.pieces, step, component, int(middle_of)))
-        least, most = (middle_of, most) if inside else (least, middle_of)
-    assert holds(check, one.of, changed(one.pieces, step, component, int(least)))
-    assert not holds(check, one.of, changed(one.pieces, step, component, int(most)))
-    # What holds is not all that there is to it: a unit of M3 is.
-    assert least > 1
 
 
 @CHECKERS

@@ -6,19 +6,26 @@ bits finds. A checker that lacks one hypothesis believes it, and neither true ch
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
+from fractions import Fraction
 from typing import Any, NamedTuple
 
 import pytest
 from flint import arb
 
 from rigidpend import Body, route_codes
+from rigidpend.mechanics.separatrices import separatrix_beside
 from rigidpend.numbers.exact import exact
-from rigidpend.routes.certified import approximation, checker, proofs
+from rigidpend.routes.certified import approximation, checker, intervals, proofs
 from rigidpend.routes.certified.balls import enclosed
-from rigidpend.routes.certified.steps import Step
+from rigidpend.routes.certified.checker import Undecided
+from rigidpend.routes.certified.steps import CLOCK, Step
 from rigidpend.routes.problem import RouteProblem
-from scripts import check_certificate
+from scripts import check_certificate, check_intervals
+from scripts.check_certificate import Fails
+from tests.routes.certified import offered
+from tests.routes.certified.offered import of_one
 from tests.weakened import weakened
 
 BITS = 80
@@ -114,6 +121,13 @@ def beside() -> tuple[Start, list[Step]]:
     return start, start.steps(*[0.5] * 4, like=start._replace(phase="6.08696"))
 
 
+def other_beside() -> tuple[Start, list[Step]]:
+    """The same with both orbits exchanged, for a side that nobody knows is taken for Qp < 0."""
+    like, _ = beside()
+    start = like._replace(phase="6.08696")
+    return start, start.steps(*[0.5] * 4, like=like)
+
+
 def taken(module: Any, start: Start, steps: Sequence[Step]) -> tuple[list[int], float]:
     """The crossings that a checker believes, and the time t' up to which it believes them."""
     problem = enclosed(start.problem, exact(start.phase), BITS + 64)
@@ -147,3 +161,53 @@ def test_without_a_hypothesis_a_false_certificate_is_believed(
     other = [check_certificate.Step(*step) for step in steps]
     said = check_certificate.prove(start.given, start.phase, other).reason
     assert said.partition(": ")[2].startswith(reasons)
+
+
+DEPTH = 60
+"""Halvings of an interval that is hardly more than a point."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("before", "after", "made"),
+    [
+        (
+            'bound + _norm([s.at("z", -1) - e for s, e in pairs], growth)',
+            "bound",
+            other_side,
+        ),
+        (
+            "_norm([P.derivative() - half * rate for P, rate in rates], growth)",
+            "arb(0)",
+            bent,
+        ),
+        (
+            'bound, _ = tube(states[2], half, begin + 2 * leap, growth, near, ("H3", LARGEST))',
+            "bound = begin",
+            other_side,
+        ),
+        ("if not (large > 0 or large < 0):", "if False:", other_beside),
+    ],
+    ids=["H1", "H2", "H3", "H5"],
+)
+def test_without_a_hypothesis_other_crossings_of_an_interval_are_believed(
+    before: str, after: str, made: Callable[[], tuple[Start, list[Step]]]
+) -> None:
+    """Of the same orbits, as those of an interval."""
+    start, steps = made()
+    pieces, place = of_one(steps), math.floor(float(start.phase) / (2 * math.pi) * 2**DEPTH)
+    until = sum(math.ldexp(x.half_length, 1 - CLOCK) for x in steps)
+    given = start.problem.body, start.problem.h0, Fraction(start.J1_0)
+
+    def told(module: Any) -> list[Any]:
+        starts, of = module.EnclosedStarts.of(*given), module.PhaseInterval(place, DEPTH)
+        return list(module._signs(starts, starts.states(of), pieces))
+
+    found = told(weakened(intervals, (before, after)))
+    runs = [x for k, x in enumerate(found) if k == 0 or found[k - 1] != x]
+    claimed = [separatrix_beside(x[0], x[1], x[1]) for x in runs if isinstance(x, tuple)]
+    assert claimed != start.truth(until)
+    with pytest.raises(Undecided, match=r"H[35]"):
+        told(intervals)
+    with pytest.raises(Fails, match=r"H[35]"):
+        check_intervals.prove(start.given, place, DEPTH, [offered.step(x) for x in pieces])

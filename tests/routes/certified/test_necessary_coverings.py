@@ -32,37 +32,29 @@ from rigidpend.routes.certified.pieces import (
     FamilyStep,
     Quad,
     made,
-    unpacked,
-    unpacked_quads,
 )
 from rigidpend.routes.certified.precision import precision as ball_precision
 from scripts import check_full_shift as script
 from scripts.check_certificate import Fails, Interval
 from tests.bodies import FIG4
-from tests.experiments.trees import reference
-from tests.routes.certified.test_coverings import (
-    ALONE,
+from tests.routes.certified.offered import (
     BITS,
     GIVEN,
-    STRAIGHT,
+    Stored,
+    arrived,
     constant,
-    image,
+    of_one,
     places,
     quad_of,
-    radius_of_crossing,
     step,
 )
+from tests.routes.certified.test_coverings import ALONE, STRAIGHT, image, radius_of_crossing
 from tests.weakened import weakened
 
 H = "1.3342"
 MOVED = 0.4
 """By how much of its half-width a set is moved: both edges' images are then beyond one end."""
 Pieces = Sequence[FamilyStep]
-
-
-@pytest.fixture(scope="module")
-def data() -> Any:
-    return reference("full_shift")["data"]
 
 
 def section_point(body: Body, h: str, quad: Quad, u: float) -> tuple[Any, Any, Any]:
@@ -160,9 +152,9 @@ def bent(quad: Quad, pieces: Pieces) -> Pieces:
     ids=["C1 energy", "C1 distance", "C2 joint", "C2 defect", "C3"],
 )
 def test_without_a_hypothesis_a_relation_of_the_stored_proof_is_believed(
-    data: Any, before: str, after: str, change: Any, h: str
+    stored: Stored, before: str, after: str, change: Any, h: str
 ) -> None:
-    quads, orbits = unpacked_quads(data["sets"]), unpacked(data["proof"], 5)
+    quads, orbits = stored.quads, stored.orbits
     target, quad = quads[2], quads[0] if h != H else moved(quads[0])
     steps = change(quads[0], orbits[0]) if change else orbits[0]
     numbers = coverings.Numbers.of(FIG4, exact(H))
@@ -199,15 +191,13 @@ def orbit(d: float, g: float, until: float, longest: float) -> tuple[Quad, Piece
     with ball_precision(160):
         state = [arb(x.context.nstr(x, 40)) for x in begin[:, 0]]
         flow = approximation.Approximation(coverings.Numbers.of(HEAVY, exact(2)).field, state)
-    time, pieces = 0.0, []
+    time, taken = 0.0, []
     while until - time > 1e-8:
         left = until - time
         flow.longest = left / math.ceil(left / longest)
-        half, bits, series = flow.step(60)
-        time += math.ldexp(half, 1 - steps.CLOCK)
-        terms: list[Any] = [{(j, 0, 0): w for j, w in enumerate(row)} for row in series]
-        pieces.append(FamilyStep(bits, {(0, 0, 0): half << (CLOCK - steps.CLOCK + 1)}, terms))
-    return quad, pieces
+        taken.append(flow.step(60))
+        time += math.ldexp(taken[-1].half_length, 1 - steps.CLOCK)
+    return quad, of_one(taken)
 
 
 def first_crossing(quad: Quad) -> tuple[float, float]:
@@ -282,10 +272,9 @@ def test_with_a_wider_bound_of_C6_a_false_relation_is_believed(
     before: str, after: str, ends: float, across: float, sheet: float
 ) -> None:
     """An edge's image inside the set, one beyond its sides, one on another sheet."""
-    d, g = (Family.of(x, BITS) for x in image(ends, across, STRAIGHT))
     begin = [arb(1), arb(0.5), arb(0.5)]
-    box = (arb(1 + sheet * ALONE), arb(0.5), arb(0.5))
-    source = coverings.Reached(d, g, True, box, 0.0, 0.0, (1.0, 1.0), begin, [[d, g, g], [d, g, g]])
+    box = [arb(1 + sheet * ALONE), arb(0.5), arb(0.5)]
+    source, _ = arrived(image(ends, across, STRAIGHT), box)
     weakened(coverings, (before, after)).relation(source, STRAIGHT, begin, 0)
     with pytest.raises(Undecided, match="C6"):
         coverings.relation(source, STRAIGHT, begin, 0)

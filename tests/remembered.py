@@ -1,0 +1,33 @@
+"""Functions that compute once what they are asked again."""
+
+from __future__ import annotations
+
+import io
+import pickle
+from collections.abc import Callable
+from typing import Any
+
+from flint import arb
+
+
+class _ByValue(pickle.Pickler):
+    """Balls are stored as the numbers that they are."""
+
+    def reducer_override(self, x: Any) -> Any:
+        if isinstance(x, arb):
+            return repr, ((x.mid().man_exp(), x.rad().man_exp()).__repr__(),)
+        return NotImplemented
+
+
+def remembered(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The same, computed once for what is equal; what it raises is not kept."""
+    known: dict[bytes, Any] = {}
+
+    def once(*given: Any) -> Any:
+        key = io.BytesIO()
+        _ByValue(key).dump(given)
+        if (seen := key.getvalue()) not in known:
+            known[seen] = function(*given)
+        return known[seen]
+
+    return once

@@ -1,0 +1,19 @@
+"""The stored full shift and the orbits of its sets, followed once by each checker."""
+
+from __future__ import annotations
+
+import pytest
+
+from scripts import check_full_shift as script
+from scripts.check_certificate import Interval
+from tests.routes.certified.offered import Stored
+
+
+@pytest.fixture(autouse=True)
+def digits() -> None:
+    Interval.digits = script.DIGITS
+
+
+@pytest.fixture(scope="session")
+def stored() -> Stored:
+    return Stored()

@@ -1,0 +1,260 @@
+"""What is offered to both checkers: the stored full shift, steps of one orbit, and forms of both.
+
+The second checker has sets, steps and balls of its own; here the package's become these.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from flint import arb
+
+from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.equations import aligned
+from rigidpend.numbers.exact import exact
+from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.return_map.poincare import state_of
+from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.return_map.reduced import coefficients
+from rigidpend.routes.certified import coverings, steps
+from rigidpend.routes.certified.checker import Undecided
+from rigidpend.routes.certified.families import Family
+from rigidpend.routes.certified.growth import LogarithmicNorm
+from rigidpend.routes.certified.pieces import (
+    CLOCK,
+    FamilyStep,
+    Quad,
+    StartLine,
+    unpacked,
+    unpacked_line,
+    unpacked_quads,
+)
+from scripts import check_full_shift as script
+from scripts.check_certificate import Fails, Interval
+from tests.cli.calls import REFERENCE
+from tests.experiments.trees import reference
+
+GIVEN: Any = {"A": ("2", "1", "3/2"), "r": ("1", "1", "0"), "mu": "1/1000", "h": "1.3342"}
+J1 = Fraction("1e-8")
+CONFIG = Path(__file__).parents[3] / "configs" / "full_shift.yaml"
+STORED = REFERENCE / "full_shift.h5"
+BODY = Body(A=GIVEN["A"], r=GIVEN["r"], mu=GIVEN["mu"])
+BARELY = 0.005
+"""Share of a limit by which it is kept or broken."""
+BITS = 60
+CALM: dict[Any, int] = {(0, 0, 0): 0}
+"""Terms of a component that is zero."""
+
+
+def problem(**other: Any) -> script.Problem:
+    return script.problem_of(GIVEN | other)
+
+
+def series(terms: Mapping[Any, int], bits: int) -> script.Series:
+    """Terms as the second checker reads them."""
+    found = {at: w * (1 if at[0] == 0 else 2) for at, w in terms.items()}
+    return script.Series.made(found, bits + 1)
+
+
+def step(piece: FamilyStep) -> script.Step:
+    states = [series(terms, piece.bits) for terms in piece.terms]
+    return script.Step(series(piece.half, script.CLOCK), states)
+
+
+def of_one(orbit: Sequence[Any]) -> list[FamilyStep]:
+    """The steps of one orbit as those of a family, the same for all its orbits."""
+    return [
+        FamilyStep(
+            bits,
+            {(0, 0, 0): half << (CLOCK - steps.CLOCK + 1)},
+            [{(j, 0, 0): w for j, w in enumerate(row)} for row in rows],
+        )
+        for half, bits, rows in orbit
+    ]
+
+
+def quad_of(quad: Quad) -> script.Quad:
+    return script.Quad(*quad[:5], list(quad.p), [list(p) for p in quad.moves])
+
+
+def interval(x: arb) -> Interval:
+    (m, e), radius = x.mid().man_exp(), Fraction(float(x.rad().upper()))
+    middle = Fraction(int(m)) * Fraction(2) ** int(e)
+    return Interval(Interval.of(middle - radius).low, Interval.of(middle + radius).high)
+
+
+def constant(x: float) -> dict[Any, int]:
+    return whole({(0, 0, 0): 2 * x})
+
+
+def whole(terms: Mapping[Any, float]) -> dict[Any, int]:
+    return {at: round(x * 2**BITS) for at, x in terms.items()}
+
+
+def said(check: Callable[..., Any], *arguments: Any) -> str:
+    """The reason for which something is not shown; empty where it is."""
+    try:
+        check(*arguments)
+    except (Undecided, Fails) as doubt:
+        return str(doubt)
+    return ""
+
+
+def moved(piece: FamilyStep, component: int, at: Any, by: float) -> FamilyStep:
+    """A step of which a coefficient is off."""
+    terms = [dict(each) for each in piece.terms]
+    terms[component][at] = terms[component].get(at, 0) + round(by * 2**piece.bits)
+    return piece._replace(terms=terms)
+
+
+def arrived(rows: Sequence[Mapping[Any, int]], box: Sequence[arb]) -> tuple[Any, script.Arrival]:
+    """Crossings with d and g as terms, for both."""
+    at, up = (Family.of(row, BITS) for row in rows)
+    slopes = [[each.partial(name) for name in "uvw"] for each in (at, up)]
+    Q, gamma1, gamma2 = box
+    there = Q, gamma1, gamma2
+    mine = coverings.Reached(at, up, True, there, 0.0, 0.0, (1.0, 1.0), list(box), slopes)
+    d, g = (series(row, BITS) for row in rows)
+    along = [(d.along(i), g.along(i), script.Series.of(i == 3)) for i in script.ALONG]
+    return mine, script.Arrival(d, g, 1, [interval(x) for x in box], [], Interval.of(0), along)
+
+
+def beginnings(piece: FamilyStep) -> list[Family]:
+    """The states of a step at its beginning."""
+    return [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
+
+
+def value(family: Family, u: float, v: float = 0.0, w: float = 0.0) -> float:
+    """At the end z = 1, of what does not depend on time."""
+    terms = ((map(int, at), int(c)) for at, c in family.doubled.to_dict().items())
+    total = sum(c * u**k * v**l * w**m for (_, k, l, m), c in terms)
+    return float(total) / 2 ** (family.bits + 1)
+
+
+def places(quad: Quad, d: Any, g: Any) -> tuple[Any, Any]:
+    """U and V in doubles."""
+    a, b, l0, l1 = (float(x) for x in (quad.a, quad.b, quad.l0, quad.l1))
+    off = d - np.polynomial.polynomial.polyval(g, [float(x) for x in quad.p])
+    return off / a, (off - l0 - l1 * g) / b
+
+
+class Crossings(NamedTuple):
+    """Next crossings of orbits from points of a set, in 113 bits."""
+
+    states: Any
+    late: Any
+    """When, after the end of the polynomials."""
+
+
+def crossings(
+    quad: Quad,
+    pieces: Sequence[FamilyStep],
+    u: Any,
+    v: Any,
+    h: Any = Fraction(GIVEN["h"]),
+    w: float = 0,
+) -> Crossings:
+    a = precision(113)
+    c = coefficients(BODY.angles(160), "1", a)
+    by_u, by_v, l0, l1 = (a.number(x) for x in (quad.a, quad.b, quad.l0, quad.l1))
+    u, v = a.array(list(map(a.number, u))), a.array(list(map(a.number, v)))
+    g = (by_u * u - by_v * v - l0) / l1
+    d = 0 * g
+    for x in quad.p[::-1]:
+        d = d * g + a.number(x)
+    d = d + by_u * u
+    begin = state_of(quad.rising, d, a.sqrt(1 - g * g), -g, a.number(h), c, a)
+    lengths = (Family.of(piece.half, CLOCK) for piece in pieces)
+    time = a.number(sum(2 * value(half, float(u[0]), float(v[0]), w) for half in lengths))
+    end = states_at(c.aligned, begin, a.array([time]), 113)[:, -1]
+    late = 0 * g
+    for _ in range(3):
+        # A short arc by its tangent and its bend, of which M3 is the time.
+        rates = np.array(aligned(end, c.aligned))
+        passed = -end[2] / rates[2]
+        middle = end + rates * passed / 2
+        end, late = end + np.array(aligned(middle, c.aligned)) * passed, late + passed
+    return Crossings(end, late)
+
+
+class Stored:
+    """The stored full shift, with the orbits that each checker follows, once for all tests."""
+
+    @cached_property
+    def data(self) -> Any:
+        return reference("full_shift")["data"]
+
+    @cached_property
+    def quads(self) -> list[Quad]:
+        return unpacked_quads(self.data["sets"])
+
+    @cached_property
+    def line(self) -> StartLine:
+        return unpacked_line(J1, self.data["line"])
+
+    @cached_property
+    def orbits(self) -> list[list[FamilyStep]]:
+        """Steps of the four sets and of the line."""
+        return unpacked(self.data["proof"], 5)
+
+    @cached_property
+    def numbers(self) -> coverings.Numbers:
+        return coverings.Numbers.of(BODY, exact(GIVEN["h"]))
+
+    @cached_property
+    def growth(self) -> LogarithmicNorm:
+        return LogarithmicNorm.of(self.numbers.field)
+
+    @cached_property
+    def arrivals(self) -> list[coverings.Reached]:
+        """Those of the four sets and of the line."""
+        starts: list[Quad | StartLine] = [*self.quads, self.line]
+        of = zip(starts, self.orbits, strict=True)
+        return [coverings.arrival(self.numbers, *each) for each in of]
+
+    @cached_property
+    def theirs(self) -> list[script.Arrival]:
+        """The same by the second checker, as it reads the file."""
+        found = script.read(STORED)
+        starts: list[script.Quad | script.Line] = [*found.quads, script.Line(J1, *found.line)]
+        of = zip(starts, found.orbits, strict=True)
+        return [script.arrival(problem(), *each) for each in of]
+
+    def beginning(self, start: Quad | StartLine, piece: FamilyStep) -> list[Callable[[], Any]]:
+        """C1 of a set or of a line by both: each gives its bounds."""
+
+        def by_package() -> list[float]:
+            if isinstance(start, StartLine):
+                _, bounds = coverings.line_beginning(self.numbers, start, piece, self.growth)
+            else:
+                _, bounds = coverings.beginning(self.numbers, start, piece, self.growth)
+            return [float(x.upper()) for x in bounds]
+
+        def by_script() -> list[float]:
+            if isinstance(start, StartLine):
+                bounds = script.line_beginning(problem(), script.Line(*start), step(piece))
+            else:
+                bounds = script.beginning(problem(), quad_of(start), step(piece))[1]
+            return list(map(float, bounds))
+
+        return [by_package, by_script]
+
+    def refused(self, quad: Quad, pieces: Sequence[FamilyStep], **other: Any) -> list[str]:
+        """What both say of the orbits of a set, of the stored body and energy or of another."""
+        given = GIVEN | other
+        body = Body(A=given["A"], r=given["r"], mu=given["mu"])
+        numbers, again = coverings.Numbers.of(body, exact(given["h"])), [step(x) for x in pieces]
+        return [
+            said(coverings.arrival, numbers, quad, pieces),
+            said(script.arrival, problem(**other), quad_of(quad), again),
+        ]
+
+    def followed(self, found: Sequence[Any]) -> Callable[..., Any]:
+        """What follows the orbits of a set or of the line: they have been followed already."""
+        known = dict(zip([x[:5] for x in (*self.quads, self.line)], found, strict=True))
+        return lambda _, start, __: known[tuple(start[:5])]
