@@ -716,6 +716,20 @@ def test_what_is_changed_proves_nothing(stored: Stored, how: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("how", ["exchanged", "an edge", "wider"])
+def test_steps_of_another_set_prove_nothing(stored: Stored, how: str) -> None:
+    """The steps are those that belong to the stored set, and prove nothing of one beside it."""
+    quad = stored.quads[0]
+    other = {
+        "exchanged": stored.quads[1],
+        "an edge": quad._replace(a=-quad.a),
+        "wider": quad._replace(b=quad.b * Fraction(11, 10)),
+    }[how]
+    for found in stored.refused(other, stored.orbits[0]):
+        assert found[:1] == "C"
+
+
+@pytest.mark.slow
 def test_a_changed_bit_proves_nothing(stored: Stored) -> None:
     """A bit that is worth more than the bound allows, in any coefficient of a set."""
     with lot.drawn("full shift") as chance:
