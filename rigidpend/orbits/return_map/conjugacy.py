@@ -25,7 +25,10 @@ GUARD = 2.0**-8
 """Share of a rounding that terms in doubles leave of one in more bits."""
 SETTLED = 1e-14
 """Relative correction in doubles after which the next one would be rounding."""
-BEYOND = "the normal form does not reach as far as the section's arcs"
+BEYOND = (
+    "mu is too large: the series of the normal form cannot be inverted at the ends of the section's"
+    " arcs, for it does not reach so far"
+)
 
 
 class TorusRates(NamedTuple):
