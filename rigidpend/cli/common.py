@@ -223,6 +223,16 @@ def check_name(name: str | None, names: Sequence[str], paths: Sequence[Path]) ->
         raise click.UsageError("--name is for one config; several keep their names")
 
 
+def the_one(name: str, command: str) -> Path:
+    """File of the one config that a command is about, which `all` is not."""
+    from rigidpend.config.names import resolve
+
+    [path, *others] = resolve((name,))
+    if others:
+        raise click.UsageError(f"{command} is about one config, not all")
+    return path
+
+
 def folder_of(path: Path, folder: Path) -> Path:
     """Folder of a config's result: that of the results, or where the result is that was named."""
     return path.parent if path.suffix == ".h5" else folder

@@ -22,6 +22,7 @@ from rigidpend.cli.common import (
     print_json,
     print_table,
     say,
+    the_one,
 )
 
 if TYPE_CHECKING:
@@ -100,13 +101,10 @@ def command(
       rigidpend find fig4 --code "0^11 1^10 1^11" --digits 45 --json
     """
     check_scheduler(scheduler)
-    from rigidpend.config.names import resolve
     from rigidpend.machine.workers import cores
     from rigidpend.runs import loading
 
-    [path, *others] = resolve((name,))
-    if others:
-        raise click.UsageError("find is about one config, not all")
+    path = the_one(name, "find")
     loaded = loading.load(path, settings)
     problem: Any = loaded.content.problem
     if not all(hasattr(problem, each) for each in ("body", "h0", "J1_0")):

@@ -13,6 +13,7 @@ from rigidpend.cli.common import (
     print_json,
     print_rows,
     row_document,
+    the_one,
 )
 
 
@@ -34,13 +35,10 @@ def command(name: str, settings: tuple[str, ...], as_json: bool) -> None:
       rigidpend theory fig5 --json
       rigidpend theory --set problem.mu=0.01 --set problem.h0=10/9
     """
-    from rigidpend.config.names import resolve
     from rigidpend.config.theory import of
     from rigidpend.runs import loading
 
-    [path, *others] = resolve((name,))
-    if others:
-        raise click.UsageError("theory is about one config, not all")
+    path = the_one(name, "theory")
     rows = of(loading.load(path, settings).content.problem)
     if not rows:
         raise click.UsageError(f"{path} has not one body and one h0, as fig4 and fig5 have")

@@ -137,8 +137,7 @@ def certify(
             tree = _joined(proofs, name, len(phases), report)
             reasons[name] = [x.decode() for x in tree.pop("reason").values]
             data[name] = tree
-        workers = {"workers": json.dumps(crew, indent=2)} if crew else {}
-        made = provenance.provenance() | {"code_hash": code} | workers
+        made = provenance.provenance() | {"code_hash": code} | provenance.of_workers(crew)
         store.write(file, store.Result({}, stated, made, data))
         # Not before the whole file stands.
         parts.drop()

@@ -7,10 +7,11 @@ starts, sets along the orbit, and the polynomials that prove that each covers th
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
+from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from pydantic import ValidationError
@@ -19,6 +20,7 @@ from rigidpend import experiments
 from rigidpend.experiments.data.layout import WHOLE, Field, datasets
 from rigidpend.experiments.full_shift.layout import ENERGIES, LINE, PROOF, QUADS
 from rigidpend.machine.words import short
+from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
 from rigidpend.routes.certified.checker import Undecided
@@ -30,6 +32,8 @@ if TYPE_CHECKING:
     from rigidpend.routes.certified.chains import Link
     from rigidpend.routes.certified.pieces import Quad, StartLine
     from rigidpend.routes.symbolic import FoundOrbit
+
+Result = TypeVar("Result")
 
 SUFFIX = f".orbit{certificate_files.SUFFIX}"
 """Ending of the name of such a file."""
@@ -56,7 +60,6 @@ def prove(
     ------
     Undecided, StoreError, ConfigError
     """
-    from rigidpend.machine.workers import side_by_side
     from rigidpend.routes.certified import chains, horseshoe, pieces
 
     if not is_proof(file):
@@ -69,12 +72,8 @@ def prove(
     [shift] = horseshoe.LineStarts(setting, J1).energies(np.array([theta2]))
     setting = setting._replace(h=problem.h0 + exact(float(shift)))
     links = chains.links(setting, J1, chains.OrbitCrossings(theta2, found.d, found.chi))
-    arrays: list[Any] = []
     parts = [(links[part.start : part.stop], whole) for part, whole in _parts(len(links))]
-    for first in range(0, len(parts), ROUND * jobs):
-        some = parts[first : first + ROUND * jobs]
-        arrays += side_by_side(_made, (), True, some, jobs)
-        report(f"{min(n, AT_ONCE * (first + len(some)))} of {n} passages are proven")
+    arrays = _in_rounds(_made, (), parts, jobs, n, report)
     data = {
         "sets": pieces.packed_quads([link.of for link in links[1:]]),  # type: ignore[misc]
         "line": {name: float(getattr(links[0].of, name)) for name in LAYOUT["line"]},
@@ -101,7 +100,6 @@ def check(file: Path, jobs: int, report: Report) -> str:
     StoreError
         It is none, or does not prove what it says.
     """
-    from rigidpend.machine.workers import side_by_side
     from rigidpend.routes.certified import coverings, pieces
 
     stored = store.load(file, LAYOUT, ratio=certificate_files.RATIO)
@@ -118,13 +116,9 @@ def check(file: Path, jobs: int, report: Report) -> str:
         for part, whole in _parts(len(sources)):
             proof = pieces.of_some(data["proof"], len(sources), part)
             parts.append((part.start, sources[part.start : part.stop], proof, whole))
-        proven: list[bool] = []
-        for first in range(0, len(parts), ROUND * jobs):
-            some = parts[first : first + ROUND * jobs]
-            for found in side_by_side(_checked, of, True, some, jobs):
-                proven += found
-            report(f"{len(proven) - 1} of {len(code)} passages are proven")
-        if (symbols := "".join(str(int(x)) for x in proven[1:])) != code:
+        proven = chain.from_iterable(_in_rounds(_checked, of, parts, jobs, len(code), report))
+        # The first is the line of starts, which has no symbol.
+        if (symbols := "".join(str(int(x)) for x in [*proven][1:])) != code:
             raise Undecided(f"the code is {symbols}")
         numbers = coverings.Numbers.of(*of)
         [begin] = pieces.unpacked(pieces.of_some(data["proof"], len(sources), range(1)), 1)
@@ -143,6 +137,22 @@ def _parts(n: int) -> list[tuple[range, bool]]:
     """Parts of n sources, which overlap by one; with True for the last one."""
     starts = range(0, n, AT_ONCE)
     return [(range(k, min(k + AT_ONCE + 1, n)), k + AT_ONCE >= n) for k in starts]
+
+
+def _in_rounds(
+    work: Callable[..., Result],
+    of: tuple[Any, ...],
+    parts: Sequence[Any],
+    jobs: int,
+    passages: int,
+    report: Report,
+) -> list[Result]:
+    """Compute ``work(part, *of)`` for each part side by side, with lines of progress."""
+    found: list[Result] = []
+    for first in range(0, len(parts), ROUND * jobs):
+        found += side_by_side(work, of, True, parts[first : first + ROUND * jobs], jobs)
+        report(f"{min(passages, AT_ONCE * len(found))} of {passages} passages are proven")
+    return found
 
 
 def _made(part: tuple[Sequence[Link], bool]) -> dict[str, Any]:

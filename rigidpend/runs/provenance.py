@@ -8,6 +8,7 @@ import json
 import os
 import platform
 import subprocess
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -59,6 +60,11 @@ def provenance() -> dict[str, str]:
         "system": f"{platform.system()} {platform.machine()}",
         "created": now,
     }
+
+
+def of_workers(crew: Mapping[str, int]) -> dict[str, str]:
+    """Provenance of what a cluster computed: how many parts each worker did, if any."""
+    return {"workers": json.dumps(crew, indent=2)} if crew else {}
 
 
 def processor_model() -> str:

@@ -195,8 +195,7 @@ def run(
             }
             # What a signal does to Git may be in the provenance, or to a worker in the data.
             check_stop()
-            workers = {"workers": json.dumps(crew, indent=2)} if crew else {}
-            made = {**told.result(), **workers}
+            made = told.result() | provenance.of_workers(crew)
             image.write(planned.target, attributes, config.resolved(), made)
         # Only now: a failure before this line leaves the parts for the next run.
         parts.drop()

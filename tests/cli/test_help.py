@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
+import os
 import shlex
 import shutil
 import subprocess
@@ -18,6 +20,7 @@ from click.testing import CliRunner
 
 from rigidpend import cli, render
 from rigidpend.config import catalogue
+from rigidpend.machine import cache as machine_cache
 from rigidpend.runs import runner
 from tests.cli.calls import ENVIRONMENT, call, called
 from tests.config.samples import FIG4, SMALL, written
@@ -110,6 +113,10 @@ def place(template: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pa
     monkeypatch.setattr(render, "image", drawn_once)
     # An example empties the cache: not the user's own, but one that all examples share.
     cache = tmp_path.parent / "cache of examples"
+    known = machine_cache.folder()
+    # Kernels and maps that other tests made need not be made again; no kept file is changed.
+    with contextlib.suppress(OSError):
+        shutil.copytree(known, cache / "rigidpend", copy_function=os.link)
     (cache / "rigidpend" / "maps").mkdir(parents=True, exist_ok=True)
     monkeypatch.setenv("XDG_CACHE_HOME", str(cache))
     return folder
