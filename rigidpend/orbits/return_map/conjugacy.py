@@ -26,8 +26,8 @@ GUARD = 2.0**-8
 SETTLED = 1e-14
 """Relative correction in doubles after which the next one would be rounding."""
 BEYOND = (
-    "the series of the normal form cannot be inverted at the ends of the section's arcs, for it does"
-    " not reach so far; a smaller mu brings them within reach"
+    "the series of the normal form cannot be inverted at the ends of the section's arcs, for it"
+    " does not reach so far; a smaller mu brings them within reach"
 )
 
 
