@@ -975,13 +975,16 @@ def read(path: Path) -> Read:
         line = [Fraction(float(along[name])) for name in LINE]
         wide = Fraction(float(along.get("wide", 0)))
         line_moves = [Fraction(float(x)) for x in several.get("line", [])]
-        return Read(config, quads, [*line, line_moves, wide], list(_steps(proof)), shift, spread)
+        return Read(
+            config, quads, [*line, line_moves, wide], list(steps_of_sets(proof)), shift, spread
+        )
     except (OSError, KeyError, ValueError, TypeError, AttributeError, IndexError, OverflowError,
             RuntimeError) as error:  # fmt: skip
         raise Refused(f"it cannot be read: {str(error)[:200]}") from None
 
 
-def _steps(proof: dict[str, Any]) -> Iterable[list[Step]]:
+def steps_of_sets(proof: dict[str, Any]) -> Iterable[list[Step]]:
+    """Steps of each set and of the line, as a file holds them, after checks of their sizes."""
     counts, bits = [int(x) for x in proof["terms"]], [int(x) for x in proof["bits"]]
     powers = [tuple(int(x) for x in row) for row in proof["powers"]]
     values = [[int(x) for x in row] for row in proof["coefficients"]]

@@ -40,9 +40,9 @@ from scripts.check_full_shift import (
     Problem,
     Series,
     Step,
-    _steps,
     around_all,
     problem_of,
+    steps_of_sets,
     tube,
 )
 from scripts.check_orbit import each
@@ -141,7 +141,7 @@ def checked(part: tuple[dict[str, Any], int, int, list[int], dict[str, Any]]) ->
     Interval.digits = DIGITS
     given, place, depth, claimed, proof = part
     try:
-        found = prove(given, place, depth, next(iter(_steps(proof))))
+        found = prove(given, place, depth, next(iter(steps_of_sets(proof))))
     except Fails as error:
         return str(error)
     return "" if found[: len(claimed)] == claimed else f"the symbols are {found}"

@@ -41,12 +41,12 @@ from scripts.check_full_shift import (
     Problem,
     Quad,
     Step,
-    _steps,
     arrival,
     beginning,
     check_relation,
     line_beginning,
     problem_of,
+    steps_of_sets,
 )
 
 SETS = 10_000
@@ -97,7 +97,9 @@ def phases(p: Problem, line: Line, step: Step) -> Interval:
 def checked(problem: dict[str, Any], pair: Sequence[tuple[Any, dict[str, Any]]]) -> int:
     """The symbol of one set, or of the line, with the next, as they are stored."""
     Interval.digits = DIGITS
-    link, after = ((source, next(iter(_steps(proof))) if proof else []) for source, proof in pair)
+    link, after = (
+        (source, next(iter(steps_of_sets(proof))) if proof else []) for source, proof in pair
+    )
     return prove_link(problem_of(problem), link, after)
 
 
@@ -194,7 +196,7 @@ def check(path: Path, given: Path | None = None, processes: int = 1) -> str:
             # What follows on the line has no symbol.
             if k and str(symbol) != code[k - 1]:
                 raise Fails(f"symbol {k} is {symbol}")
-    where = phases(problem_of(problem), sources[0], next(iter(_steps(links[0][1])))[0])
+    where = phases(problem_of(problem), sources[0], next(iter(steps_of_sets(links[0][1])))[0])
     ends = math.floor(Fraction(where.low, 1 << DIGITS) * 10**9), math.ceil(where.above * 10**9)
     low, high = (Decimal(x).scaleb(-9) for x in ends)
     return f"proven of {of}: of the starts with theta2_0 from {low} to {high} one has {code}"

@@ -38,7 +38,8 @@ if TYPE_CHECKING:
     "--check",
     "file",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="Check the proof in a certificate, or in full_shift.h5, again, without integration.",
+    help="Check the proof in a certificate, or in a result that holds one as full_shift.h5 and"
+    " fig4_intervals.h5, again, without integration.",
 )
 @click.option("--force", is_flag=True, help="Prove even what is up to date.")
 @JSON

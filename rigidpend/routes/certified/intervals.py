@@ -29,8 +29,6 @@ from rigidpend.routes.certified.precision import precision
 
 MOST_TERMS = 100
 """Terms of cosine and sine on an interval at most."""
-
-
 FINER = 8
 """Bits of constants beyond those of a step."""
 

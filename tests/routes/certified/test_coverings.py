@@ -621,7 +621,7 @@ def test_numbers_of_more_bits_than_a_word_are_stored_whole(stored: Stored) -> No
     steps[1] = stored.orbits[1][:3]
     again = packed(steps)
     assert set(again["family"]) > {0, 1, 5}
-    found, theirs = unpacked(again, 5), script._steps(again)
+    found, theirs = unpacked(again, 5), script.steps_of_sets(again)
     assert [[each.bits for each in of] for of in found] == [[x.bits for x in of] for of in steps]
     for mine, others, wanted in zip(found, theirs, steps, strict=True):
         for one, other, piece in zip(mine, others, wanted, strict=True):
@@ -647,7 +647,7 @@ def test_digits_that_are_added_to_nothing_are_refused(stored: Stored, how: str) 
         # The other reader counts five sets, and takes units of any order.
         again["family"] = again["family"] * 5
         with pytest.raises(Refused, match="what is added to a step is"):
-            script._steps(again)
+            script.steps_of_sets(again)
 
 
 def test_what_is_no_set_or_no_step_is_refused(stored: Stored) -> None:
