@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Data, Tree
-from rigidpend.experiments.route_intervals.layout import INTERVALS, PROOF, SHARES
+from rigidpend.experiments.route_intervals.layout import COLUMNS, INTERVALS, PROOF, SHARES
 from rigidpend.machine import progress
 from rigidpend.machine.workers import cores, side_by_side
 from rigidpend.numbers.alphabet import NO_SYMBOL
@@ -29,6 +29,8 @@ FIRST = 5
 """Halvings with which the search begins."""
 ROUND = 2
 """Intervals that each process takes before they are kept."""
+COLUMN_SYMBOLS = 15
+"""Symbols of a column: as many as Fig. 4 has rows."""
 UNDECIDED = "undecided, nothing is proven"
 SECONDS = 1.5
 """Seconds that an interval takes on one core, tried and proven."""
@@ -64,13 +66,48 @@ def _joined(config: Config, trees: Sequence[Any], means: Means) -> Tree:
     if not len(proof["family"]):
         raise ArithmeticError("undecided: no symbol is proven on any interval")
     shares = shares_of(unpacked(intervals), intervals["codes"])
+    columns = _columns(config.problem, means.jobs)
+    if contradicted := contradictions(intervals, columns):
+        raise ArithmeticError(f"proven symbols are others than those of theta2_0 = {contradicted}")
     told = ", ".join(f"{float(share):.4g}" for share in shares)
     means.report(f"{intervals['place'].size} intervals; shares of the line: {told}")
     return {
         "intervals": datasets(INTERVALS, intervals),
         "shares": SHARES.dataset(np.array([float(x) for x in shares])),
+        "columns": datasets(COLUMNS, columns),
         "proof": datasets(PROOF, proof),
     }
+
+
+def _columns(problem: Problem, jobs: int) -> Data:
+    """Symbols of single starts, by integration, which no proof rests on."""
+    from rigidpend.routes.codes import route_codes
+
+    found = route_codes(
+        problem.body,
+        problem.columns.phases,
+        h0=problem.h0,
+        J1_0=problem.J1_0,
+        n_symbols=COLUMN_SYMBOLS,
+        jobs=jobs,
+    )
+    return {name: getattr(found, name) for name in COLUMNS}
+
+
+def contradictions(intervals: Data, columns: Data) -> list[float]:
+    """Columns, by theta2_0, with other certain symbols than are proven of their interval."""
+    phases, count = columns["theta2_0"], len(intervals["codes"])
+    codes, certain = columns["codes"][:count], columns["certain"][:count]
+    # A whole turn later the line begins anew.
+    turns = (phases / (2 * np.pi)) % 1.0
+    found = np.zeros(len(phases), dtype=bool)
+    for place, depth, proven in zip(
+        intervals["place"], intervals["depth"], intervals["codes"].T, strict=True
+    ):
+        inside = np.floor(np.ldexp(turns, depth)) == place
+        told = (proven[: len(codes), None] != NO_SYMBOL) & certain
+        found |= inside & (told & (codes != proven[: len(codes), None])).any(axis=0)
+    return [float(x) for x in phases[found]]
 
 
 def _part(every: Sequence[PhaseInterval], config: Config, jobs: int) -> Tree:

@@ -3,45 +3,76 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from rigidpend.experiments.data.tree import Loaded
+from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.experiments.plots import (
+    DOUBT,
     NO_RETURN,
     SYMBOL_COLOURS,
     SYMBOL_NORM,
     WIDTH,
+    entry,
     symbol_entries,
 )
 
-ROW, AROUND = 0.22, 0.95
-"""Height of a row, and room around them, inches."""
+ROW, CELL, AROUND = 0.22, 0.1, 1.3
+"""Heights of a row of intervals and of a row of columns, and room around both, inches."""
 
 
 def draw(result: Loaded) -> Figure:
-    """Draw the symbols that all starts of an interval have, and their shares of the line."""
-    intervals, shares = result["data"]["intervals"], result["data"]["shares"]
-    codes = intervals["codes"]
-    figure = Figure(figsize=(WIDTH, AROUND + ROW * len(codes)), layout="constrained")
-    axes = figure.subplots()
-    ends = (
-        2
-        * np.pi
-        * np.stack((intervals["place"], intervals["place"] + 1.0))
-        / 2.0 ** intervals["depth"]
+    """Draw columns of single starts, and below the symbols that all starts of an interval have."""
+    data = result["data"]
+    high = [CELL * len(data["columns"]["codes"]), ROW * len(data["intervals"]["codes"])]
+    figure = Figure(figsize=(WIDTH, AROUND + sum(high)), layout="constrained")
+    above, below = figure.subplots(2, sharex=True, height_ratios=high)
+    doubtful = _draw_columns(above, data["columns"])
+    _draw_intervals(below, data["intervals"], data["shares"])
+    for axes in (above, below):
+        axes.set_ylabel("$i$", rotation=0, labelpad=6, va="center")
+    entries: list[Artist] = [
+        *symbol_entries(),
+        Patch(facecolor=NO_RETURN, edgecolor="0.6", label="not proven"),
+    ]
+    if doubtful:
+        entries.append(entry("uncertain", color=DOUBT, marker="x", ls=""))
+    figure.legend(handles=entries, loc="outside lower center", ncols=len(entries), handleheight=1.0)
+    return figure
+
+
+def _draw_columns(axes: Axes, columns: Data) -> bool:
+    """Draw a column for each start; whether a symbol is uncertain."""
+    phases, codes = columns["theta2_0"], columns["codes"]
+    # A single column has no spacing: any width shows it.
+    step = phases[1] - phases[0] if phases.size > 1 else 0.1
+    edges = np.append(phases, phases[-1] + step) - step / 2
+    rows = np.arange(len(codes) + 1) + 0.5
+    axes.pcolormesh(
+        edges, rows, codes, cmap=SYMBOL_COLOURS, norm=SYMBOL_NORM, edgecolors="0.6", linewidth=0.2
     )
+    row, column = np.nonzero(~columns["certain"])
+    axes.plot(phases[column], row + 1, "x", color=DOUBT, ms=3, mew=0.9)
+    axes.set(yticks=[1, *range(5, len(codes) + 1, 5)])
+    axes.set_title("single starts", loc="left")
+    return bool(row.size)
+
+
+def _draw_intervals(axes: Axes, intervals: Data, shares: Data) -> None:
+    """Draw each interval with its proven symbols, and beside each row its share of the line."""
+    codes = intervals["codes"]
+    places = np.stack((intervals["place"], intervals["place"] + 1.0))
+    ends = 2 * np.pi * places / 2.0 ** intervals["depth"]
     rows = np.arange(len(codes) + 1) + 0.5
     axes.pcolormesh(
         np.append(ends[0], ends[1, -1]), rows, codes, cmap=SYMBOL_COLOURS, norm=SYMBOL_NORM,
         edgecolors="0.6", linewidth=0.2,
     )  # fmt: skip
     axes.set(xlabel=r"$\theta_2^0$ (rad)", yticks=np.arange(len(codes)) + 1)
-    axes.set_ylabel("$i$", rotation=0, labelpad=6, va="center")
+    axes.set_title("all starts of an interval, proven", loc="left")
     for row, share in enumerate(shares, 1):
         # Rounded down.
         text = f"{np.floor(1000 * share) / 10:.1f} %"
         axes.text(1.01, row, text, transform=axes.get_yaxis_transform(), va="center", fontsize=7.5)
-    entries = [*symbol_entries(), Patch(facecolor=NO_RETURN, edgecolor="0.6", label="not proven")]
-    figure.legend(handles=entries, loc="outside lower center", ncols=3, handleheight=1.0)
-    return figure

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rigidpend.experiments.data.layout import FLOAT, WHOLE, Field, Layout
 from rigidpend.experiments.proof_layout import STEPS
+from rigidpend.experiments.route_layout import MEANING
 
 INTERVALS = {
     "place": Field(
@@ -23,10 +24,18 @@ INTERVALS = {
 SHARES = Field(
     FLOAT, ("symbols",), "1", "share of the line on which so many symbols are proven, exact"
 )
+COLUMNS = {
+    "theta2_0": MEANING["theta2_0"],
+    # They have more symbols than are proven of intervals.
+    **{
+        name: MEANING[name]._replace(dimensions=("rows", "columns"))
+        for name in ("codes", "certain")
+    },
+}
 PROOF = {
     **STEPS,
     "family": STEPS["family"]._replace(
         description="the interval of which a step is, counted from 0; what is finer counts on"
     ),
 }
-LAYOUT: Layout = {"intervals": INTERVALS, "shares": SHARES, "proof": PROOF}
+LAYOUT: Layout = {"intervals": INTERVALS, "shares": SHARES, "columns": COLUMNS, "proof": PROOF}

@@ -8,10 +8,10 @@ from rigidpend.experiments.data.tree import Loaded
 from rigidpend.machine.tables import Table
 
 CAPTION = (
-    "All orbits that start on an interval of the line are proven to have the symbols in it: i = 1"
-    " at the bottom, 0 black, 1 white; grey is what intervals so long do not prove. Beside each"
-    " row is the share of the line on which so many symbols are proven. The line is that of the"
-    " left array of Fig. 4, which has columns of single starts."
+    "Single starts with their symbols by integration, and below them intervals of the line, all of"
+    " whose orbits are proven to have the symbols there: i = 1 at the bottom, 0 black, 1 white;"
+    " grey is what intervals so long do not prove. Beside each row is the share of the line on"
+    " which so many symbols are proven."
 )
 
 

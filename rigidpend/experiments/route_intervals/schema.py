@@ -7,8 +7,11 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from rigidpend.config.bodies import RouteStart
-from rigidpend.config.schema import ExperimentConfig, Whole, physics
+from rigidpend.config.schema import ExperimentConfig, PhaseGrid, Whole, physics
 from rigidpend.numbers.parameters import ParameterError
+
+FIG4 = {"start": "0", "step": "1/10", "count": "63"}
+"""Columns of Fig. 4's left array."""
 
 
 class Problem(RouteStart):
@@ -18,6 +21,8 @@ class Problem(RouteStart):
     """Symbols that are to be proven, at most."""
     halvings: Annotated[Whole, Field(ge=1, le=20)] = 7
     """Times that the line is halved: no interval is shorter than 2 pi/2^halvings."""
+    columns: PhaseGrid = PhaseGrid.model_validate(FIG4)
+    """Single starts theta2_0 that are integrated and drawn above: Fig. 4's left array."""
 
     @model_validator(mode="after")
     def _rational(self) -> Self:
@@ -26,6 +31,7 @@ class Problem(RouteStart):
                 raise ParameterError("J1_0", f"a decimal or fraction is wanted, got {self.J1_0}")
             if not float(self.mu) > 0:
                 raise ParameterError("mu", "without a weight no orbit leaves a surface: mu > 0")
+        self.afford(self.columns.count, "columns")
         return self
 
 
