@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import copy
+import functools
 import json
 import pickle
 import random
@@ -93,6 +94,7 @@ def claims(file: Path) -> set[tuple[str, str, int, int]]:
     return found
 
 
+@functools.cache
 def holds(problem: str, phase: str, row: int, code: int) -> bool:
     """Whether a claim is true: the same steps prove symbols of a body beside theirs too."""
     given = json.loads(problem)
