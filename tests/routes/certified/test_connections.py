@@ -381,6 +381,36 @@ def test_C9_an_energy_that_the_strip_has_itself(
     assert words in said(script.check_strip, problem(), theirs, line, step(strip.piece))
 
 
+@pytest.mark.parametrize("words", ["to be beside", "pass between", "u lie along", "v lie along"])
+@pytest.mark.parametrize("factor", [0.99, 1.01])
+def test_C9_how_far_the_strip_may_be_from_its_polynomials(
+    stored: Stored, strip: Strip, words: str, factor: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its points and their derivatives are off by what C1 says, up to where nothing is told."""
+    # The surface may be between the sides where M3 is allowed to be off, or M3 anything.
+    other = {"to be beside": {"lean": 1e-9}, "pass between": {"m1": -9.0}}
+    mine, theirs, m = middles(stored.numbers, **other.get(words, {}))
+    norm, wide = norm_of(mine), float(strip.line.wide)
+    r0, bounds = ratio(m, norm), [0.0] * 4
+    n1 = strip.momentum * math.sqrt((1 + r0**2) / (1 - r0**2))
+    upright = math.sqrt(2 * (m["level"] - m["most"] * n1**2) / m["kappa"])
+    left = wide / slope(m, norm, upright, r0 * n1)[0] - strip.slopes
+    most = {
+        "to be beside": norm.upright * (strip.upright - m["m1"]),
+        "pass between": wide / r0 - strip.momentum,
+    }
+    bounds[{"u": 1, "v": 2}.get(words[0], 0)] = factor * most.get(words, left)
+    balls, exactly = list(map(arb, bounds)), list(map(Fraction, bounds))
+    monkeypatch.setattr(connections, "line_beginning", lambda *_: ([], balls))
+    monkeypatch.setattr(script, "line_beginning", lambda *_: exactly)
+    line = script.Line(*strip.line)
+    for reason in (
+        said(connections.check_strip, stored.numbers, mine, strip.line, strip.piece),
+        said(script.check_strip, problem(), theirs, line, step(strip.piece)),
+    ):
+        assert (words.removeprefix("u ").removeprefix("v ") in reason) is (factor > 1), reason
+
+
 def test_C9_a_line_alone_is_no_strip(stored: Stored, strip: Strip) -> None:
     """Neither is one that is turned over, both with the polynomials that are theirs."""
     mine, theirs, _ = middles(stored.numbers)
