@@ -135,13 +135,18 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     near = MAP.replace("mu: 0.001", "mu: 0.0010000000001")
     for name, text in (("zoom", ZOOM), ("map", MAP), ("near", near)):
         written(found, text, f"{name}.yaml")
-    assert ran(found, "run", "map.yaml", "near.yaml", "zoom.yaml").returncode == 0
-    (found / "results").rename(found / "undisturbed")
     # The result is larger than a file may be, the parts are not.
     limit = "import resource, runpy, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (40000,) * 2)"
     script = f"{limit}; runpy.run_module('rigidpend', run_name='__main__', alter_sys=True)"
     command = [sys.executable, "-c", script, "run", "zoom.yaml"]
-    subprocess.run(command, cwd=found, env=UNTRACED, capture_output=True, check=False)
+    # Git, which tells the commit, would leave a lock where it may not write all of its index.
+    own = UNTRACED | {"PATH": ""}
+    subprocess.run(command, cwd=found, env=own, capture_output=True, check=False)
+    # What the parts become needs no second computation.
+    shutil.copytree(found / "results", found / "parts")
+    assert ran(found, "run", "map.yaml", "near.yaml", "zoom.yaml").returncode == 0
+    (found / "results").rename(found / "undisturbed")
+    (found / "parts").rename(found / "results")
     kinds = [path.relative_to(found).parts[-2] for path in all_kept(found)]
     assert kinds.count("maps") >= 2
     assert kinds.count("kernels") >= 2

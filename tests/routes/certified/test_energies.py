@@ -251,6 +251,23 @@ def test_energies_of_a_config_are_rounded_upward() -> None:
 
 
 @pytest.mark.slow
+def test_energies_along_a_line_are_off_by_the_weight_where_gamma_is(found: Found) -> None:
+    """By mu (|rho1| + |rho2|) over the spread times how far gamma may be, derivatives likewise."""
+    numbers = found.numbers(2.0)
+    growth, c, held = LogarithmicNorm.of(numbers.field), numbers.field, numbers.h0
+    assert held is not None
+    off = 0.1 * float(numbers.spread) / float((abs(c.mu_r1) + abs(c.mu_r2)) * growth.weight)
+
+    def sizes(*apart: float) -> Any:
+        bounds = list(map(arb, apart))
+        w, slopes = coverings._energies_along(numbers, held, found.starts[0], bounds, growth)
+        return np.array([float(x.bound) for x in (w, *slopes)])
+
+    for k, grown in enumerate(np.eye(4)):
+        assert sizes(*(off * grown)) - sizes(0, 0, 0, 0) == pytest.approx(0.1 * grown, rel=1e-9), k
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("theta2", [0.0, 0.7, 2.5, 3.5, 6.0])
 def test_phases_of_a_line_are_told_in_every_quarter(
     monkeypatch: pytest.MonkeyPatch, theta2: float

@@ -18,6 +18,7 @@ from rigidpend.experiments.route_intervals import compute
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified import interval_search, intervals, pieces
 from rigidpend.routes.certified.checker import Undecided
+from rigidpend.routes.certified.families import Family
 from rigidpend.routes.certified.interval_search import IntervalSearch, ProvenInterval
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
 from rigidpend.routes.certified.pieces import FamilyStep
@@ -27,7 +28,7 @@ from scripts import check_intervals as script
 from scripts.check_certificate import Fails, Refused
 from tests.attacks import lot
 from tests.cli.calls import REFERENCE
-from tests.routes.certified.offered import step
+from tests.routes.certified.offered import BITS, constant, said, step
 
 BODY = Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
 GIVEN = {
@@ -177,6 +178,30 @@ def test_cosine_and_sine_hold_those_of_the_ends() -> None:
                 end = found.at("u", 1).range
                 assert end.overlaps(expected)
                 assert float(end.rad()) < 1e-40
+
+
+def test_what_is_left_of_cosine_and_sine_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The series ends at a 256th, where a term in 160 bits shows what is left."""
+    monkeypatch.setattr(intervals, "BITS", 8)
+    with precision(160):
+        angle = arb(1) / 2
+        whole = zip(intervals._turned(angle), (angle.cos(), angle.sin()), strict=True)
+        assert all(found.at("u", 1).range.contains(exactly) for found, exactly in whole)
+
+
+@pytest.mark.parametrize("rising", [True, False])
+@pytest.mark.parametrize(
+    ("factor", "reason"), [(1.01, ""), (0.99, "H5: Q is too near"), (-0.99, "H5: Q is too near")]
+)
+def test_H5_the_large_Q_beside_its_bound(rising: bool, factor: float, reason: str) -> None:
+    """M3 = 0 rises where gamma1 = 1, and falls where gamma2 = 1."""
+    starts, bound = EnclosedStarts.of(Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu=1), H0, J1), 1e-3
+    values, told = [0.0] * 6, list[Any]()
+    values[0 if rising else 1], values[3 if rising else 4] = factor * bound, 1.0
+    mine = [Family.of(constant(x), BITS) for x in values]
+    refused = said(lambda: told.extend(intervals._on_step(starts, mine, arb(bound))))
+    assert refused.startswith(reason)
+    assert set(told) == (set() if reason else {(rising, 1)})
 
 
 SHARES = [
