@@ -377,7 +377,10 @@ def build(
         inner = inner or not (x or phase or energy)
         planned = planned.larger(inner=inner, x=x, phase=phase, energy=energy)
     else:
-        raise MapError(f"the tables don't settle: {errors}")
+        raise MapError(
+            f"the tables don't settle: in the last of {ATTEMPTS} attempts they err by"
+            f" {errors.largest:.2g} of their largest values, and {allowed:.2g} is allowed"
+        )
     if errors.floquet > FLOQUET:
         raise MapError(f"Lambda_0 differs from the Floquet exponent by {errors.floquet:.2g}")
     own = precision(bits)

@@ -134,6 +134,24 @@ def test_what_a_map_does_not_resolve_is_refused_with_the_reason(
         return_map(body, h=h)
 
 
+def test_tables_that_do_not_settle_are_refused_with_their_error_and_what_is_allowed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    h = exact(H)
+    plan, largest = build._plan(FIG4, h, h, 53, FIRST), build.build(FIG4, h, h, 53).errors.largest
+    monkeypatch.setattr(build, "_plan", lambda *_: plan)
+    monkeypatch.setattr(build, "ATTEMPTS", 1)
+    monkeypatch.setattr(build, "_allowed", lambda _: 1.01 * largest)
+    assert build.build(FIG4, h, h, 53).errors.largest == largest
+    monkeypatch.setattr(build, "_allowed", lambda _: largest)
+    with pytest.raises(MapError) as refused:
+        build.build(FIG4, h, h, 53)
+    assert str(refused.value) == (
+        f"the tables don't settle: in the last of 1 attempts they err by {largest:.2g} of"
+        f" their largest values, and {largest:.2g} is allowed"
+    )
+
+
 def test_wrong_arguments_are_refused() -> None:
     with pytest.raises(ValueError, match="from 53 to 9000"):
         return_map(FIG4, h=H, bits=24)
