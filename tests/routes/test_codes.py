@@ -13,7 +13,7 @@ from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.exact import ExactError, exact
 from rigidpend.orbits import integrate
-from rigidpend.orbits.integrate import Crossings, EngineError, Orbits
+from rigidpend.orbits.integrate import EngineError
 from rigidpend.orbits.integrate.arithmetic import NumericsError, resolve
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import ProblemError, RouteProblem
@@ -228,23 +228,16 @@ def test_refuses_and_says_why(given: dict[str, Any], error: type[Exception], tol
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_second_computation_is_sharper_while_doubles_allow_it(
-    engine: str, monkeypatch: pytest.MonkeyPatch
+    engine: str, integrations: list[Any]
 ) -> None:
-    used: list[float] = []
-    compute = integrate.crossings
-
-    def spy(orbits: Orbits, **numerics: Any) -> Crossings:
-        used.append(numerics["tolerance"])
-        return compute(orbits, **numerics)
-
-    monkeypatch.setattr(integrate, "crossings", spy)
     finest, usual = integrate.FINEST_TOLERANCE[engine], integrate.DEFAULT_TOLERANCE[engine]
     sharper = {1e-6: 1e-8, 1e-30: finest, None: max(finest, usual / 100)}
     for tolerance, further in sharper.items():
-        used.clear()
+        integrations.clear()
         codes("1", engine=engine, tolerance=tolerance, precisions=(53,), n_symbols=1)
-        assert used[0] == max(finest, tolerance or usual)
-        assert set(used[1:]) == {further}
+        first, *others = (x["tolerance"] for x in integrations)
+        assert first == max(finest, tolerance or usual)
+        assert set(others) == {further}
 
 
 def test_ladder_leaves_out_64_bits_where_there_is_no_such_type() -> None:
@@ -314,19 +307,11 @@ def test_the_integers_integrate_the_free_body() -> None:
 
 @pytest.mark.parametrize("bits", [64, 113])
 def test_computations_in_more_bits_have_two_tolerances_too(
-    bits: int, monkeypatch: pytest.MonkeyPatch
+    bits: int, integrations: list[Any]
 ) -> None:
     """Series cut at one place leave out the same: the second is cut a hundred times finer."""
-    used: list[float] = []
-    compute = integrate.crossings
-
-    def spy(orbits: Orbits, **numerics: Any) -> Crossings:
-        used.append(numerics["tolerance"])
-        return compute(orbits, **numerics)
-
-    monkeypatch.setattr(integrate, "crossings", spy)
     codes("1", engine="taylor", precisions=(bits,), n_symbols=1)
-    first, *others = used
+    first, *others = (x["tolerance"] for x in integrations)
     assert first == 2.0**-52
     assert others
     assert set(others) == {first / 100}
