@@ -129,9 +129,9 @@ class Body:
         """
         return _angles(self, bits)
 
-    def floats(self) -> tuple[list[float], list[float], float]:
+    def floats(self) -> tuple[tuple[float, ...], tuple[float, ...], float]:
         """A, r and mu in double precision."""
-        return [float(x) for x in self.A], [float(x) for x in self.r], float(self.mu)
+        return _floats(self)
 
     @property
     def alpha0(self) -> float:
@@ -208,6 +208,11 @@ def _angles(body: Body, bits: int) -> Angles:
     made = angles_from_moments(A, differences, r, body.mu.in_context(guard), guard)
     rounded = float if bits == 53 else context(bits).mpf
     return Angles(*map(rounded, made))
+
+
+@functools.lru_cache(maxsize=256)
+def _floats(body: Body) -> tuple[tuple[float, ...], tuple[float, ...], float]:
+    return tuple(map(float, body.A)), tuple(map(float, body.r)), float(body.mu)
 
 
 def _triple(name: str, values: Sequence[Any]) -> tuple[Exact, Exact, Exact]:

@@ -74,13 +74,6 @@ class Aligned(NamedTuple):
     gamma3: Any
 
 
-def andoyer(G: Scalar, L: Scalar, H: Any, g: Scalar, l: Scalar, h: Scalar = 0.0) -> Andoyer:
-    """Make Andoyer variables from the six alone; cos p and cos q carry what G and L, H tell."""
-    # As products: G^2 - L^2 cancels beside the periodic orbits, where L is -G or G.
-    cosp, cosq = (np.sqrt((G - x) * (G + x)) / G for x in (L, H))
-    return Andoyer(G, L, H, g, l, h, cosp, cosq)
-
-
 def canonical(
     J1: Scalar, J2: Scalar, J3: Scalar, theta1: Scalar, theta2: Scalar, theta3: Scalar = 0.0
 ) -> Canonical:

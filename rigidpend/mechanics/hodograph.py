@@ -79,7 +79,7 @@ def field(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
         ``field(state, m)`` for `integrate.sample`: of 8 numbers, the aligned components,
         theta3 and alpha, the derivatives in t'.
     """
-    A, without = [float(x) for x in body.A], field_without_alpha(body)
+    (A, _, _), without = body.floats(), field_without_alpha(body)
     alpha0, s = body.alpha0, scale(A, math)
 
     def rates(state: Numbers, m: Elementary) -> tuple[Any, ...]:
@@ -97,7 +97,7 @@ def field(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
 @functools.lru_cache(maxsize=32)
 def field_without_alpha(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
     """Field of 7 numbers, without alpha, which (th_al) gives from theta3 without quadrature."""
-    A, r, mu = [float(x) for x in body.A], [float(x) for x in body.r], float(body.mu)
+    A, r, mu = body.floats()
     p, s = body.angles(), scale(A, math)
     coefficients = aligned_coefficients(p, math)
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from rigidpend.mechanics.body import Angles
 from rigidpend.mechanics.pendulum import side_of
-from rigidpend.numbers.generic import Elementary, Numbers, Scalar
+from rigidpend.numbers.generic import Elementary, Scalar
 
 
 def periodic_solution(
@@ -89,30 +89,6 @@ def Delta_1(p: Angles, h0: Scalar, epsilon: int, m: Elementary) -> Any:
     both = m.sin((p.alpha0 + p.gamma0) / 2) * m.sin((p.alpha0 - p.gamma0) / 2)
     sin_alpha0 = m.sin(p.alpha0)
     return p.mu * sin_alpha0 * abs(lean) / (m.sqrt(sin_alpha0**2 + 16 * both**2) * h0)
-
-
-def Delta_1_from_moments(
-    A: Numbers, r: Numbers, mu: Scalar, h0: Scalar, epsilon: int, m: Elementary
-) -> Any:
-    """Second form of :func:`Delta_1`, from the body's own numbers.
-
-    Parameters
-    ----------
-    A, r : 3 numbers each
-        Moments of inertia; the unit vector to the centre of gravity.
-    mu, h0 : numbers
-    epsilon : {1, -1}
-    m : namespace of sqrt
-
-    Returns
-    -------
-    number
-        Radians.
-    """
-    A1, A2, A3 = A
-    lean = r[0] * A1 * m.sqrt(A2 * (A3 - A2)) + epsilon * r[1] * A2 * m.sqrt(A1 * (A1 - A3))
-    square = 4 * A3 * (A1 + A2 - A3) - 3 * A1 * A2
-    return mu * abs(lean) / (m.sqrt(A3 * (A1 - A2) * square) * h0)
 
 
 def _centre(p: Angles, epsilon: int) -> Any:

@@ -73,12 +73,3 @@ def theta1_rate(theta1: Scalar, a: tuple[Any, Any, Any], m: Elementary) -> Any:
     """
     sin, cos = m.sin(theta1 / 2), m.cos(theta1 / 2)
     return 2 * (a[0] * cos * cos + a[1] * sin * cos + a[2] * sin * sin)
-
-
-def theta1_slope(theta1: Scalar, a: tuple[Any, Any, Any], m: Elementary) -> Any:
-    """Derivative of :func:`theta1_rate` by theta1.
-
-    It is minus the rate in tau of ln J1, or of ln(J2 - J1) in family 2: near the motion
-    theta1 and the small action are conjugate.
-    """
-    return (a[2] - a[0]) * m.sin(theta1) + a[1] * m.cos(theta1)

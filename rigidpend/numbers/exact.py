@@ -93,11 +93,14 @@ class Exact:
         The number as an expression that :func:`exact` reads back.
     fraction : Fraction or None
         The value where it is rational and known to be, else None.
+    over : callable
+        ``over(m)`` is the value in a namespace of numbers, such as balls, with its own rounding.
+        It has mpf, pi, sqrt, sin, cos, tan and atan.
     """
 
     text: str
     fraction: Fraction | None
-    _evaluate: Callable[[Any], Any]
+    over: Callable[[Any], Any]
 
     def at(self, bits: int) -> Any:
         """The value rounded to `bits` bits, as a number of :func:`context` ``(bits)``.
@@ -121,20 +124,10 @@ class Exact:
         raise ExactError(f"{shown(self.text)} cannot be told from its rounding errors")
 
     def _rounded(self, bits: int, guard: int) -> Any:
-        value = context(bits).mpf(self._evaluate(context(bits + guard)))
+        value = context(bits).mpf(self.over(context(bits + guard)))
         if abs(_magnitude(value)) > MAX_SIZE:
             raise ExactError(f"{shown(self.text)}: beyond 2**{MAX_SIZE} or its inverse")
         return value
-
-    def over(self, m: Any) -> Any:
-        """The value in another namespace of numbers, such as balls, with its own rounding.
-
-        Parameters
-        ----------
-        m : namespace
-            With mpf, pi, sqrt, sin, cos, tan and atan.
-        """
-        return self._evaluate(m)
 
     def in_context(self, m: MPContext) -> Any:
         """The value in the precision of the context `m`."""
@@ -249,7 +242,7 @@ def exact(value: Any) -> Exact:
 def _read(text: str) -> Exact:
     """Read a text; of the members of a sweep nearly all are the same."""
     read = expressions.read(text, _READER)
-    return Exact(text.strip(), read.fraction, read._evaluate)
+    return Exact(text.strip(), read.fraction, read.over)
 
 
 def exacts(values: Iterable[Any]) -> list[Exact]:
@@ -270,12 +263,12 @@ def function(name: str, x: Exact) -> Exact:
             raise ExactError(f"sqrt({x}) is not real")
     if name in ("sin", "cos", "tan"):
         return Exact(f"{name}({x})", None, lambda m: getattr(m, name)(_turnable(x, m)))
-    return Exact(f"{name}({x})", None, lambda m: getattr(m, name)(x._evaluate(m)))
+    return Exact(f"{name}({x})", None, lambda m: getattr(m, name)(x.over(m)))
 
 
 def _turnable(x: Exact, m: MPContext) -> Any:
     """Evaluate an angle that can be brought into one turn, which takes its size in bits."""
-    value = x._evaluate(m)
+    value = x.over(m)
     # Other kinds of numbers than mpmath's know themselves what they lose.
     if hasattr(value, "_mpf_") and _magnitude(value) > MOST_BITS:
         raise ExactError(f"an angle beyond 2**{MOST_BITS}: {shown(x.text)}")
@@ -344,8 +337,8 @@ def combine(operator: str, a: Exact, b: Exact) -> Exact:
     if operator == "**":
         assert b.fraction is not None
         n = int(b.fraction)
-        return Exact(text, None, lambda m: a._evaluate(m) ** n)
-    return Exact(text, None, lambda m: compute(a._evaluate(m), b._evaluate(m)))
+        return Exact(text, None, lambda m: a.over(m) ** n)
+    return Exact(text, None, lambda m: compute(a.over(m), b.over(m)))
 
 
 def _bracketed(x: Exact) -> str:

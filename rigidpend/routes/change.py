@@ -114,19 +114,7 @@ def bisect(prefixes: Prefixes, bracket: Bracket, width: float) -> list[Bracket]:
     ----------
     prefixes : callable
         The symbols up to that one of each of some phases.
-    bracket : Bracket
-    width : float
-        Radians.
-
-    Returns
-    -------
-    list of Bracket
-        The given one, and each half of the one before it up to the last.
-
-    Raises
-    ------
-    NoChange
-        The symbol is the same on both sides, or an earlier one differs.
+    bracket, width : as in :func:`narrowed`, whose result it has, and whose error
     """
     path = [bracket]
     left, right = prefixes(bracket)

@@ -88,7 +88,7 @@ def alpha(states: Array, body: Body) -> Array:
     It differs from theta3 by less than pi/2, so that it is continuous where theta3 is.
     """
     M, gamma = physical(states, body)
-    omega = hodograph.angular_velocity(M, _moments(body))
+    omega = hodograph.angular_velocity(M, body.floats()[0])
     return np.asarray(states[6] + hodograph.alpha_ahead(M, omega, gamma))
 
 
@@ -123,7 +123,7 @@ def samples(body: Body, orbit: RouteOrbit) -> dict[str, Array]:
     """Samples as fields: t', angles in radians, omega (n, 3) in the fixed basis, physical."""
     *state, theta3 = orbit.states
     M, gamma = physical(state, body)
-    omega = hodograph.angular_velocity(M, _moments(body))
+    omega = hodograph.angular_velocity(M, body.floats()[0])
     angle = alpha(orbit.states, body)
     c = canonical_from_aligned(Aligned(*state), body.alpha0, body.beta0)
     return {
@@ -144,8 +144,4 @@ def vertices(separatrices: ArrayLike) -> str:
 
 def physical(states: Numbers, body: Body) -> tuple[Array, Array]:
     """Convert states, aligned in six components, to physical M and gamma, each (3, ...)."""
-    return body_from_aligned(Aligned(*states[:6]), body.alpha0, scale(_moments(body), math))
-
-
-def _moments(body: Body) -> list[float]:
-    return [float(x) for x in body.A]
+    return body_from_aligned(Aligned(*states[:6]), body.alpha0, scale(body.floats()[0], math))

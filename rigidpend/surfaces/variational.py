@@ -66,20 +66,6 @@ def linearised(
     )
 
 
-def first_integral(
-    t: Scalar, delta: Numbers, motion: SeparatrixMotion, p: Angles, m: Elementary = np
-) -> Any:
-    """Integral J of :func:`linearised`: the excess of the energy over kappa J2_0^2/2.
-
-    Parameters are those of :func:`linearised`.
-    """
-    by_theta1, _, _, by_J2 = delta
-    at, J2 = separatrix(t, motion, p, m), motion.J2_0
-    steep = direction(motion.number) * m.sin(p.alpha0)
-    height = (at.J1 * m.sin(at.theta1 + at.theta2) + at.J2mJ1 * m.sin(at.theta2)) / J2
-    return -at.J1 * at.J2mJ1 * steep * by_theta1 + p.kappa * J2 * by_J2 + p.mu * height
-
-
 def delta_theta1(t: float, begin: float, motion: SeparatrixMotion, p: Angles) -> float:
     """Deviation delta theta1 after a time t, by quadrature over exponentials (eq. dtheta).
 

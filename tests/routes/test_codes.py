@@ -13,7 +13,7 @@ from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.exact import ExactError, exact
 from rigidpend.orbits import integrate
-from rigidpend.orbits.integrate import Crossings, EngineError, Orbits
+from rigidpend.orbits.integrate import EngineError
 from rigidpend.orbits.integrate.arithmetic import NumericsError, resolve
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import ProblemError, RouteProblem
@@ -21,6 +21,7 @@ from tests.orbits.integrate.problems import (
     ENGINES,
     FIG4,
     FREE,
+    same,
 )
 
 HESS = Body.from_angles("1.9", "1.9", "1.5", "0.001")
@@ -31,11 +32,6 @@ FIG5 = Body((2, "1.5", "1.8"), (0, 1, 0), "0.01")
 
 def codes(theta2_0: Any, body: Body = FIG4, **more: Any) -> RouteCodes:
     return route_codes(body, theta2_0, **{"h0": "1.3342", "J1_0": "1e-8", **more})
-
-
-def equal(a: RouteCodes, b: RouteCodes) -> bool:
-    pairs: Any = zip(a, b, strict=True)
-    return all(np.array_equal(x, y, equal_nan=x.dtype.kind == "f") for x, y in pairs)
 
 
 @pytest.mark.slow
@@ -60,8 +56,8 @@ def test_record_has_the_shapes_and_types_it_promises(engine: str) -> None:
 
 def test_phases_may_come_in_any_dress() -> None:
     whole = codes([0.5, 1.25])
-    assert equal(codes(np.array([0.5, 1.25])), whole)
-    assert equal(codes(("1/2", "1.25")), whole)
+    assert same(codes(np.array([0.5, 1.25])), whole)
+    assert same(codes(("1/2", "1.25")), whole)
     alone = codes(1.25)
     assert alone.codes.shape == (15, 1)
     np.testing.assert_array_equal(alone.codes[:, 0], whole.codes[:, 1])
@@ -228,23 +224,16 @@ def test_refuses_and_says_why(given: dict[str, Any], error: type[Exception], tol
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_second_computation_is_sharper_while_doubles_allow_it(
-    engine: str, monkeypatch: pytest.MonkeyPatch
+    engine: str, integrations: list[Any]
 ) -> None:
-    used: list[float] = []
-    compute = integrate.crossings
-
-    def spy(orbits: Orbits, **numerics: Any) -> Crossings:
-        used.append(numerics["tolerance"])
-        return compute(orbits, **numerics)
-
-    monkeypatch.setattr(integrate, "crossings", spy)
     finest, usual = integrate.FINEST_TOLERANCE[engine], integrate.DEFAULT_TOLERANCE[engine]
     sharper = {1e-6: 1e-8, 1e-30: finest, None: max(finest, usual / 100)}
     for tolerance, further in sharper.items():
-        used.clear()
+        integrations.clear()
         codes("1", engine=engine, tolerance=tolerance, precisions=(53,), n_symbols=1)
-        assert used[0] == max(finest, tolerance or usual)
-        assert set(used[1:]) == {further}
+        first, *others = (x["tolerance"] for x in integrations)
+        assert first == max(finest, tolerance or usual)
+        assert set(others) == {further}
 
 
 def test_ladder_leaves_out_64_bits_where_there_is_no_such_type() -> None:
@@ -259,7 +248,7 @@ def test_jobs_change_nothing() -> None:
     phases = np.linspace(0, 6.2, 200)
     alone, *others = (codes(phases, J1_0="1e-6", jobs=jobs) for jobs in (1, 2, 3))
     assert set(alone.bits.tolist()) > {53}
-    assert all(equal(alone, other) for other in others)
+    assert all(same(alone, other) for other in others)
 
 
 def test_refuses_a_weight_that_doubles_lose() -> None:
@@ -279,7 +268,7 @@ def test_no_phases_give_an_empty_record(engine: str) -> None:
 
 def test_numpy_integers_and_texts_are_taken_for_settings() -> None:
     given: dict[str, Any] = {"n_symbols": np.int64(2), "precisions": np.array([53, 113])}
-    assert equal(codes("1", tolerance="1e-9", **given), codes("1", tolerance=1e-9, n_symbols=2))
+    assert same(codes("1", tolerance="1e-9", **given), codes("1", tolerance=1e-9, n_symbols=2))
 
 
 def test_the_record_keeps_its_phases_when_the_caller_changes_his() -> None:
@@ -314,19 +303,11 @@ def test_the_integers_integrate_the_free_body() -> None:
 
 @pytest.mark.parametrize("bits", [64, 113])
 def test_computations_in_more_bits_have_two_tolerances_too(
-    bits: int, monkeypatch: pytest.MonkeyPatch
+    bits: int, integrations: list[Any]
 ) -> None:
     """Series cut at one place leave out the same: the second is cut a hundred times finer."""
-    used: list[float] = []
-    compute = integrate.crossings
-
-    def spy(orbits: Orbits, **numerics: Any) -> Crossings:
-        used.append(numerics["tolerance"])
-        return compute(orbits, **numerics)
-
-    monkeypatch.setattr(integrate, "crossings", spy)
     codes("1", engine="taylor", precisions=(bits,), n_symbols=1)
-    first, *others = used
+    first, *others = (x["tolerance"] for x in integrations)
     assert first == 2.0**-52
     assert others
     assert set(others) == {first / 100}
@@ -334,7 +315,7 @@ def test_computations_in_more_bits_have_two_tolerances_too(
 
 def test_n_symbols_in_eight_bits_does_not_wrap() -> None:
     found = codes(["1/10"], n_symbols=np.uint8(2))
-    assert equal(found, codes(["1/10"], n_symbols=2))
+    assert same(found, codes(["1/10"], n_symbols=2))
     problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), np.uint8(255))  # type: ignore[arg-type]
     assert problem.n_symbols + 1 == 256
 
@@ -350,7 +331,7 @@ def test_masked_phases_are_refused_rather_than_unmasked() -> None:
     with pytest.raises(ExactError, match="masked"):
         codes(phases, n_symbols=1)
     whole = np.ma.masked_array([0.1, 0.2])
-    assert equal(codes(whole, n_symbols=1), codes([0.1, 0.2], n_symbols=1))
+    assert same(codes(whole, n_symbols=1), codes([0.1, 0.2], n_symbols=1))
     with pytest.raises(ProblemError, match="h0: masked is not a real number"):
         codes([0.1], n_symbols=1, h0=np.ma.masked)
 
@@ -359,7 +340,7 @@ def test_jobs_change_no_bit_of_certified_codes() -> None:
     phases = np.linspace(0, 6.28, 150)
     alone = codes(phases)
     assert len(set(alone.bits.tolist())) > 1, "some columns climb"
-    assert all(equal(alone, codes(phases, jobs=jobs)) for jobs in (2, 3))
+    assert all(same(alone, codes(phases, jobs=jobs)) for jobs in (2, 3))
 
 
 @pytest.mark.slow
@@ -380,5 +361,5 @@ def test_two_computations_of_one_orbit_go_side_by_side(
     assert (python, 2) not in begun
     both = codes(["0.3"], n_symbols=1, precisions=(bits,), jobs=2)
     assert (python, 2) in begun
-    assert equal(alone, both)
+    assert same(alone, both)
     assert alone.certain.all()

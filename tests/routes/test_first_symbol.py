@@ -26,10 +26,6 @@ def zeros(body: Body) -> tuple[float, float]:
     return (3 * math.pi / 2 - delta) % (2 * math.pi), (math.pi / 2 - delta) % (2 * math.pi)
 
 
-def with_weight(body: Body, mu: str) -> Body:
-    return Body(body.A, body.r, mu)
-
-
 def first_symbols(body: Body, phases: list[float]) -> list[int]:
     found = route_codes(body, phases, h0="1.3342", J1_0="1e-8", n_symbols=1)
     assert found.certain.all()
@@ -43,7 +39,7 @@ def test_zeros_of_fig4_are_the_published_checks() -> None:
 @pytest.mark.parametrize("mu", ["1e-3", "1e-4"])
 def test_first_symbol_changes_at_the_zeros_up_to_the_second_order(mu: str) -> None:
     """It becomes 1 by 1.05 mu before the one zero, and 0 by 1.05 mu after the other."""
-    body = with_weight(FIG4, mu)
+    body = Body(FIG4.A, FIG4.r, mu)
     rising, falling = zeros(body)
     near, far = 1.0 * float(mu), 1.1 * float(mu)
     phases = [rising - far, rising - near, falling + near, falling + far]
@@ -56,6 +52,6 @@ def test_first_symbol_is_the_sign_everywhere_else(body: Body, mu: str) -> None:
     phases = [float(Fraction(2 * k + 1, 20)) for k in range(63)]
     melnikov = np.cos(phase(body) + np.array(phases))
     assert (np.abs(melnikov) > 10 * float(mu)).all(), "the grid keeps off the zeros"
-    found = first_symbols(with_weight(body, mu), phases)
+    found = first_symbols(Body(body.A, body.r, mu), phases)
     assert set(found) == {0, 1}
     assert found == (melnikov > 0).tolist()

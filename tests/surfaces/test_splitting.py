@@ -50,10 +50,6 @@ ALLOWED, LIGHT = 1e-9, 4e-15
 M = numbers(53)
 
 
-def weighing(body: Body, mu: str) -> Body:
-    return Body(body.A, body.r, mu)
-
-
 @pytest.mark.parametrize("body", [FIG4, GENERIC])
 @pytest.mark.parametrize("separatrix", [1, 2])
 def test_first_order_distance_is_the_quadrature_of_the_linear_equation(
@@ -137,7 +133,9 @@ def test_agrees_with_orbits_integrated_backward_from_the_upper_periodic_solution
 @pytest.mark.parametrize("body", [FIG4, GENERIC])
 def test_order_the_curve_errs_in_the_second_order_and_its_cosine_in_the_third(body: Body) -> None:
     one, two = (
-        measure(weighing(body, mu), H0, ALLOWED, ARITHMETIC._replace(precisions=(53, 64, 113)))
+        measure(
+            Body(body.A, body.r, mu), H0, ALLOWED, ARITHMETIC._replace(precisions=(53, 64, 113))
+        )
         for mu in ("1e-3", "2e-3")
     )
     assert one.resolved
@@ -204,7 +202,7 @@ def _met(engine: str, bits: int) -> tuple[Any, Any]:
 
 @pytest.mark.slow
 def test_precisions_are_tried_in_turn_until_the_splitting_is_resolved() -> None:
-    light = weighing(FIG4, "1e-6")
+    light = Body(FIG4.A, FIG4.r, "1e-6")
     found = measure(light, H0, LIGHT, ARITHMETIC._replace(precisions=(53, 113)))
     assert not measure(light, H0, LIGHT, ARITHMETIC._replace(precisions=(53,))).resolved
     assert (found.resolved, found.bits) == (True, 113)

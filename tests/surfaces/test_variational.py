@@ -18,7 +18,6 @@ from rigidpend.surfaces import melnikov
 from rigidpend.surfaces.variational import (
     delta_theta1,
     delta_theta1_by_actions,
-    first_integral,
     linearised,
 )
 from tests.bodies import GENERIC
@@ -92,6 +91,15 @@ def test_eq_eq2_leaves_orbits_of_eq1_a_remainder_of_second_order(number: int) ->
 
 def full_orbit(p: Any, begin: Any, times: Any) -> Any:
     return sample(lambda x, m: eq1(x, p, m), begin, times)
+
+
+def first_integral(t: Any, delta: Any, motion: SeparatrixMotion, p: Any, m: Any) -> Any:
+    """The first integral J of (eq2): the excess of the energy over kappa J2_0^2/2."""
+    by_theta1, _, _, by_J2 = delta
+    at, J2 = separatrix(t, motion, p, m), motion.J2_0
+    steep = direction(motion.number) * m.sin(p.alpha0)
+    height = (at.J1 * m.sin(at.theta1 + at.theta2) + at.J2mJ1 * m.sin(at.theta2)) / J2
+    return -at.J1 * at.J2mJ1 * steep * by_theta1 + p.kappa * J2 * by_J2 + p.mu * height
 
 
 def linear_orbit(motion: SeparatrixMotion, p: Any, begin: Any, times: Any) -> Any:

@@ -33,24 +33,3 @@ def pole(omega: ArrayLike, A: Numbers) -> NDArray[np.float64]:
     """
     omega = np.asarray(omega, dtype=float)
     return omega / np.sqrt(ellipsoid(omega, A))
-
-
-def tangent_plane(x: ArrayLike, A: Numbers) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Plane Pi that touches the ellipsoid at a point of it.
-
-    Parameters
-    ----------
-    x : (3, ...) array
-        Points of the ellipsoid, such as :func:`pole` gives.
-    A : 3 numbers
-
-    Returns
-    -------
-    normal : (3, ...) array
-        Of length 1, outward; at the pole it is M/|M|.
-    distance : (...) array
-        From the fixed point O; at the pole it is sqrt(2 h0)/|M|.
-    """
-    across = np.stack([a * component for a, component in zip(A, np.asarray(x), strict=True)])
-    length = np.sqrt((across**2).sum(axis=0))
-    return across / length, 1 / length

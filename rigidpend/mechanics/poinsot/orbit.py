@@ -118,31 +118,6 @@ def encircling(
     return _orbit(shape(body), axis, side, G, height, coheight)
 
 
-def from_energy(body: Body, excess: float, side: int = 1, *, G: float = 1.0) -> Orbit:
-    """Make the orbit of given energy, relative to that of the separatrix.
-
-    Parameters
-    ----------
-    body, side, G : as in :func:`encircling`
-    excess : float
-        2 A3 h0/G^2 - 1, positive around axis 2, negative around axis 1, from A3/A1 - 1 to
-        A3/A2 - 1 and not 0.
-
-    Raises
-    ------
-    ValueError
-        The body has no such orbit.
-    """
-    number = shape(body)
-    axis, p = (2, number.sin) if excess > 0 else (1, number.cos)
-    largest = number.A[2] * number.s2 * p * p
-    # Its relative error is that of the excess, but for the distance from a permanent rotation.
-    square, rest = abs(excess) / largest, (largest - abs(excess)) / largest
-    if not (square > 0 and rest >= 0):
-        raise ValueError(f"2 A3 h0/G^2 - 1 = {excess} is not the energy of an orbit")
-    return _orbit(number, axis, side, G, math.sqrt(rest), math.sqrt(square))
-
-
 def through(body: Body, a: Aligned) -> tuple[Orbit, float]:
     """Find the orbit through a state, and the state's time t on it.
 

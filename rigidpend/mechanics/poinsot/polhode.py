@@ -8,8 +8,6 @@ modulus is coheight/reach.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -39,21 +37,3 @@ def momentum(orbit: Orbit, t: ArrayLike) -> Array:
 def polhode(orbit: Orbit, t: ArrayLike) -> Array:
     """Compute omega in principal axes at times t, (3, ...); see :func:`momentum`."""
     return np.stack(angular_velocity(momentum(orbit, t), orbit.shape.A))
-
-
-def aligned_components(orbit: Orbit, t: ArrayLike) -> Array:
-    """Compute Qp, Qm and M3, dimensionless (`equations.aligned`), at times t: (3, ...).
-
-    Notes
-    -----
-    The small one of Qp and Qm comes from their product, which is constant: its relative error
-    is that of the large one.
-    """
-    M1, M2, M3 = math.sqrt(orbit.shape.s2) * momentum(orbit, t)
-    x, y = orbit.shape.cos * M1, orbit.shape.sin * M2
-    product = -orbit.sigma * orbit.shape.s2 * (orbit.G * orbit.p * orbit.coheight) ** 2
-    # The sum of two numbers of one sign is the larger of Qp and Qm, and has no cancellation.
-    plus = x * y >= 0
-    large = np.where(plus, x + y, x - y)
-    Qp, Qm = np.where(plus, large, product / large), np.where(plus, product / large, large)
-    return np.stack((Qp, Qm, M3))

@@ -37,8 +37,7 @@ def momentum(body: Body, number: int, t: ArrayLike, *, G: float = 1.0) -> Array:
 
 def polhode(body: Body, number: int, t: ArrayLike, *, G: float = 1.0) -> Array:
     """Compute omega in principal axes at times t, (3, ...); see :func:`momentum`."""
-    A = [float(x) for x in body.A]
-    return np.stack(angular_velocity(momentum(body, number, t, G=G), A))
+    return np.stack(angular_velocity(momentum(body, number, t, G=G), body.floats()[0]))
 
 
 def herpolhode(body: Body, t: ArrayLike, *, G: float = 1.0) -> Array:

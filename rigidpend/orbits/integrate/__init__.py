@@ -122,9 +122,8 @@ def sample(
     ValueError
         The times neither ascend nor descend, or a tolerance that is not above 0.
     """
-    engine = check_engine(engine or default_engine())
+    engine, tolerance = _chosen(engine, tolerance)
     times, state = _checked_times(times), np.asarray(state, dtype=float)
-    tolerance = _checked_tolerance(tolerance, engine)
     if times.size == 1:
         return state[:, None]
     if engine == "scipy":
@@ -169,9 +168,8 @@ def ends(
     ValueError
         A tolerance that is not above 0.
     """
-    engine = check_engine(engine or default_engine())
+    engine, tolerance = _chosen(engine, tolerance)
     times, states = np.asarray(times, dtype=float), np.asarray(states, dtype=float)
-    tolerance = _checked_tolerance(tolerance, engine)
     if engine == "taylor" and states.size:
         from rigidpend.orbits.integrate import batch_samples
 
@@ -217,35 +215,30 @@ def sample_orbits(
     ValueError
         The times neither ascend nor descend, or a tolerance that is not above 0.
     """
-    engine = check_engine(engine or default_engine())
+    engine, tolerance = _chosen(engine, tolerance)
     times, states = _checked_times(times), np.asarray(states, dtype=float)
-    tolerance = _checked_tolerance(tolerance, engine)
+    if engine == "scipy":
+
+        def together(flat: Any, _: Any) -> Any:
+            return np.concatenate(aligned(flat.reshape(states.shape), coefficients))
+
+        flat = sample(together, states.ravel(), times, engine=engine, tolerance=tolerance)
+        return flat.reshape(*states.shape, times.size).transpose(0, 2, 1)
     if times.size == 1:
         return states[:, None]
-    if engine == "scipy":
-        from rigidpend.orbits.integrate import dop853
-
-        shape = states.shape
-        flat = dop853.sample(
-            lambda flat, _: np.concatenate(aligned(flat.reshape(shape), coefficients)),
-            states.ravel(),
-            times,
-            tolerance,
-        )
-        return flat.reshape(*shape, times.size).transpose(0, 2, 1)
     from rigidpend.orbits.integrate import batch_samples
 
     given = states[None], times[None, :, None], 53, tolerance
     return batch_samples.sample_aligned(coefficients, *given)[0]
 
 
-def _checked_tolerance(tolerance: float | None, engine: str) -> float:
-    """A local tolerance, the engine's finest where none is given."""
-    if tolerance is None:
-        return FINEST_TOLERANCE[engine]
+def _chosen(engine: str | None, tolerance: float | None) -> tuple[str, float]:
+    """An engine and a local tolerance, its finest where none is given."""
+    engine = check_engine(engine or default_engine())
+    tolerance = FINEST_TOLERANCE[engine] if tolerance is None else tolerance
     if not 0 < tolerance < float("inf"):
         raise ValueError(f"tolerance must be a number above 0, got {tolerance}")
-    return tolerance
+    return engine, tolerance
 
 
 def _checked_times(times: Numbers) -> NDArray[np.float64]:

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from rigidpend.machine.workers import check_stop, note
 from rigidpend.mechanics.equations import AlignedCoefficients
-from rigidpend.orbits.integrate.bounds import touch
 from rigidpend.orbits.integrate.engines import kernel_bits
 from rigidpend.orbits.integrate.kernel import notes, taylor_step
 from rigidpend.orbits.integrate.kernel.parts import exactly, in_parts
@@ -37,6 +36,7 @@ from rigidpend.orbits.integrate.records import (
     no_crossings,
     silent_outcome,
 )
+from rigidpend.orbits.integrate.roots import touch
 
 Array = NDArray[np.float64]
 

@@ -194,8 +194,8 @@ def _in_both(key: Any) -> Any:
     return (slice(None), *(key if isinstance(key, tuple) else (key,)))
 
 
-def _joined(name: str, a: Any, b: Any) -> PairArray:
-    """An operation on two arrays, element by element."""
+def _joined(name: str, a: Any, b: Any = 0.0) -> PairArray:
+    """An operation on two arrays, or on one alone, element by element."""
     x = a.parts if type(a) is PairArray else PairArray.of(a).parts
     y = b.parts if type(b) is PairArray else PairArray.of(b).parts
     shape = x.shape
@@ -302,7 +302,7 @@ def sqrt(x: PairArray) -> PairArray:
 
 def exp(x: PairArray) -> PairArray:
     near = PairArray.of(np.exp(x.parts[0]))
-    left = x - _alone("log", near)
+    left = x - _joined("log", near)
     return near + near * (left + left * left / 2)
 
 
@@ -314,20 +314,16 @@ def expm1(x: PairArray) -> PairArray:
 def atan2(y: Any, x: Any) -> PairArray:
     y, x = PairArray.of(y), PairArray.of(x)
     near = PairArray.of(np.arctan2(y.parts[0], x.parts[0]))
-    c, s = _alone("cos", near), _alone("sin", near)
+    c, s = _joined("cos", near), _joined("sin", near)
     return near + (y * c - x * s) / (x * c + y * s)
 
 
-def _alone(name: str, x: Any) -> PairArray:
-    return _joined(name, x, 0.0)
-
-
-cos, sin = functools.partial(_alone, "cos"), functools.partial(_alone, "sin")
+cos, sin = functools.partial(_joined, "cos"), functools.partial(_joined, "sin")
 
 
 def log(x: Any) -> PairArray:
     """The logarithm, minus infinity of zero."""
-    found = _alone("log", x)
+    found = _joined("log", x)
     found.parts[:, PairArray.of(x).parts[0] == 0] = [[-np.inf], [0.0]]
     return found
 

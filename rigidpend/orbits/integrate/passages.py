@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from rigidpend.mechanics.separatrices import separatrix_beside
 from rigidpend.numbers.generic import Numbers
-from rigidpend.orbits.integrate.bounds import touch
 from rigidpend.orbits.integrate.engines import kernel_bits
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
 from rigidpend.orbits.integrate.kernel.notes import FIELDS, MOMENTA
@@ -19,6 +18,7 @@ from rigidpend.orbits.integrate.records import Crossings, Outcome
 from rigidpend.orbits.integrate.roots import (
     UndecidedTouch,
     derivative,
+    touch,
     value_at,
     zeros,
 )

@@ -19,7 +19,6 @@ import numpy as np
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.exact import GUARD_BITS
 from rigidpend.orbits.integrate.batch import advance
-from rigidpend.orbits.integrate.bounds import touch
 from rigidpend.orbits.integrate.differences import (
     DifferenceField,
     array,
@@ -37,6 +36,7 @@ from rigidpend.orbits.integrate.records import (
     no_crossings,
     silent_outcome,
 )
+from rigidpend.orbits.integrate.roots import touch
 
 BLOCK = 8
 """Steps at a time, all in one precision."""

@@ -11,6 +11,17 @@ from rigidpend.numbers.generic import Scalar
 FINEST = 2.0**-20
 """Share of a step below which a turning point beside zero is looked at closely."""
 
+TOUCH = 1e-5
+"""Depth of a touch of M3 = 0, relative to |M|, up to which doubles do not decide it.
+
+Two computations whose crossing times agree well enough for a certain symbol may err by 5e-6
+radians (see `rigidpend.routes.certainty`), and by as much in M3."""
+
+
+def touch(bits: int) -> float:
+    """The depth of a touch that numbers of so many bits leave undecided, relative to |M|."""
+    return TOUCH * 2.0 ** min(0, 64 - bits)
+
 
 class UndecidedTouch(ArithmeticError):
     """A polynomial turns so near to zero that its arithmetic cannot tell whether it crosses it."""

@@ -170,8 +170,7 @@ class ReturnMap:
 
     @property
     def _unit(self) -> Any:
-        unit = _exact_unit(self.design)
-        return _number(unit, precision(self.bits))
+        return _number(exact(self.design.unit), precision(self.bits))
 
 
 def return_map(
@@ -356,7 +355,7 @@ def build(
     a = precision(table_bits(bits))
     p = body.angles(max(a.bits, bits) + GUARD_BITS)
     c, rough = coefficients(p, design.unit, a), coefficients(p, design.unit, precision(53))
-    scale = _exact_unit(design) ** 2
+    scale = exact(design.unit) ** 2
     exponent = _floquet_exponent(body, float(low), float(high))
     allowed = _allowed(bits)
     layer, planned = _plan(body, low, high, bits, design)
@@ -456,10 +455,6 @@ def table_bits(bits: int) -> int:
     if not in_pairs(bits + SPARE_BITS):
         return bits
     return MOST_IN_PAIRS if bits > 64 else bits + SPARE_BITS
-
-
-def _exact_unit(design: Design) -> Any:
-    return exact(design.unit)
 
 
 def _number(x: Exact, a: Precision) -> Any:

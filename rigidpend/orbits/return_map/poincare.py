@@ -65,14 +65,6 @@ def _large(rising: bool, d: Scalar, cos: Any, h: Scalar, c: Coefficients, a: Pre
     raise MapError("the energy is too small for a crossing at such a distance")
 
 
-def section_momentum(
-    rising: bool, d: Scalar, chi: Scalar, h: Scalar, c: Coefficients, a: Precision
-) -> Any:
-    """J2 at points of the section, dimensionless."""
-    Qp, Qm, *_ = section_state(rising, d, chi, h, c, a)
-    return a.sqrt(((Qp + Qm) * c.to_M1) ** 2 + ((Qp - Qm) * c.to_M2) ** 2)
-
-
 def section_tangents(
     rising: bool, d: Scalar, chi: Scalar, h: Scalar, c: Coefficients, a: Precision
 ) -> Any:

@@ -75,9 +75,9 @@ class Chain(NamedTuple):
     """Largest disagreement where two passages meet: radians, or shares of the tables' width."""
 
 
-def signs_of(symbols: Signs, first_upper: bool = True) -> Signs:
+def signs_of(symbols: Signs) -> Signs:
     """The signs of I: positive for symbol 1 past the upper orbit, and for 0 past the lower."""
-    upper = (np.arange(len(symbols)) % 2 == 0) == first_upper
+    upper = np.arange(len(symbols)) % 2 == 0
     return np.where((np.asarray(symbols) == 1) == upper, 1, -1)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import cross, euler_poisson
 from rigidpend.mechanics.poinsot.orbit import Orbit, encircling
+from rigidpend.mechanics.poinsot.polhode import momentum
 from rigidpend.orbits.integrate import sample
 from tests.strategies import FINE, bodies, numbers
 
@@ -47,6 +49,22 @@ def textbook(body: Body, found: Orbit, coheight: Any, t: Any) -> list[Any]:
     M[middle] = found.side * FINE.sqrt(b * above / (c - b)) * FINE.ellipfun("sn", tau, m=k2)
     M[last] = found.side * FINE.sqrt(c * below / (c - a)) * FINE.ellipfun("dn", tau, m=k2)
     return M
+
+
+def aligned_components(orbit: Orbit, t: Any) -> Any:
+    """Compute Qp, Qm and M3, dimensionless (`equations.aligned`), at times t: (3, ...).
+
+    The small one of Qp and Qm comes from their product, which is constant: its relative error
+    is that of the large one.
+    """
+    M1, M2, M3 = math.sqrt(orbit.shape.s2) * momentum(orbit, t)
+    x, y = orbit.shape.cos * M1, orbit.shape.sin * M2
+    product = -orbit.sigma * orbit.shape.s2 * (orbit.G * orbit.p * orbit.coheight) ** 2
+    # The sum of two numbers of one sign is the larger of Qp and Qm, and has no cancellation.
+    plus = x * y >= 0
+    large = np.where(plus, x + y, x - y)
+    Qp, Qm = np.where(plus, large, product / large), np.where(plus, product / large, large)
+    return np.stack((Qp, Qm, M3))
 
 
 def in_space(M: Any, A: Any, times: Any) -> tuple[Any, Any]:

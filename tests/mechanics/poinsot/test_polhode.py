@@ -17,7 +17,6 @@ from rigidpend.mechanics.poinsot.modulus import modulus
 from rigidpend.mechanics.poinsot.orbit import (
     Orbit,
     encircling,
-    from_energy,
     shape,
     through,
 )
@@ -29,6 +28,7 @@ from rigidpend.orbits.integrate import (
 from tests.bodies import FREE
 from tests.mechanics.poinsot.reference import (
     EPS,
+    aligned_components,
     bodies_and_orbits,
     orbits,
     textbook,
@@ -81,13 +81,13 @@ def test_aligned_components_agree_with_integration_relative_to_each(
 ) -> None:
     orbit = encircling(FREE, axis, side, coheight=coheight)
     times = np.linspace(-0.24, 0.49, 74) * orbit.period
-    start = [*free.aligned_components(orbit, times[0]), 0.0, 0.0, 1.0]
+    start = [*aligned_components(orbit, times[0]), 0.0, 0.0, 1.0]
     coefficients = aligned_coefficients(FREE.angles(), math)
     # The engine's own tolerance is relative to |M|: it leaves 1e-8 of a small Q at 1e-14.
     finest = FINEST_TOLERANCE[default_engine()]
     state = np.array(start)[:, None]
     found = sample_orbits(coefficients, state, times * scale(A), tolerance=finest)[:2, :, 0]
-    expected = free.aligned_components(orbit, times)[:2]
+    expected = aligned_components(orbit, times)[:2]
     # Steps of DOP853 are chosen by |M| and leave about 1e-18 of that in a small component.
     allowed = {"taylor": 1e-11, "scipy": 1e-11 + 1e-18 / coheight}
     assert relative(found, expected) < allowed[default_engine()]
@@ -113,26 +113,13 @@ def test_through_a_state_goes_its_orbit_at_its_time(pair: tuple[Body, Orbit]) ->
     body, orbit = pair
     for part in (-0.45, -0.2, 0.03, 0.3):
         t = part * orbit.period
-        Qp, Qm, M3 = free.aligned_components(orbit, t)
+        Qp, Qm, M3 = aligned_components(orbit, t)
         found, at = through(body, Aligned(Qp, Qm, M3, 0, 0, 0))
         assert (found.axis, found.side) == (orbit.axis, orbit.side)
         spread = ROUNDING * (1 + orbit.modulus.K)
         assert relative(found.coheight, orbit.coheight) < 10 * spread
         assert relative(found.G, orbit.G) < ROUNDING
         assert abs(at - t) * orbit.rate < 1e-12 / orbit.height
-
-
-@given(pair=bodies_and_orbits(-3))
-@repeatable(20)
-def test_from_energy_inverts_the_energy(pair: tuple[Body, Orbit]) -> None:
-    body, orbit = pair
-    excess = orbit.shape.A[2] * orbit.energy_excess
-    found = from_energy(body, excess, orbit.side, G=orbit.G)
-    assert found.axis == orbit.axis
-    assert relative(found.coheight, orbit.coheight) < ROUNDING
-    assert relative(found.height, orbit.height) < ROUNDING / orbit.height**2
-    close = from_energy(body, math.copysign(1e-200, excess), orbit.side, G=orbit.G)
-    assert relative(close.energy_excess * orbit.shape.A[2], math.copysign(1e-200, excess)) < 1e-14
 
 
 @pytest.mark.parametrize(
@@ -152,12 +139,6 @@ def test_from_energy_inverts_the_energy(pair: tuple[Body, Orbit]) -> None:
 def test_what_is_no_orbit_is_refused(wrong: dict[str, Any]) -> None:
     with pytest.raises(ValueError, match=r"orbit|axis|give"):
         encircling(FREE, **wrong)
-
-
-@pytest.mark.parametrize("excess", [0.0, 0.51, -0.26, math.nan])
-def test_an_energy_without_orbit_is_refused(excess: float) -> None:
-    with pytest.raises(ValueError, match="energy"):
-        from_energy(FREE, excess)
 
 
 def test_states_on_a_separatrix_and_at_rest_are_refused() -> None:

@@ -95,7 +95,7 @@ def find(
     return crossings(orbits, engine=engine, bits=bits, tolerance=tolerance, jobs=jobs)
 
 
-def same(a: Crossings, b: Crossings) -> bool:
+def same(a: tuple[Any, ...], b: tuple[Any, ...]) -> bool:
     """Whether two records are equal, bit for bit."""
     pairs: Any = zip(a, b, strict=True)
     return all(np.array_equal(x, y, equal_nan=x.dtype.kind == "f") for x, y in pairs)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from rigidpend.orbits.integrate import Crossings, Outcome, batch
-from rigidpend.orbits.integrate.bounds import touch
 from rigidpend.orbits.integrate.kernel import taylor_step
 from rigidpend.orbits.integrate.kernel.writer import LANES
+from rigidpend.orbits.integrate.roots import touch
 from tests.orbits.integrate.problems import (
     FIG4,
     FREE,

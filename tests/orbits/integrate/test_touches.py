@@ -7,7 +7,6 @@ bits, from where every engine has to find what it does there.
 from __future__ import annotations
 
 import functools
-import math
 from fractions import Fraction
 from typing import Any
 
@@ -15,7 +14,6 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
-from rigidpend.mechanics.coordinates import Aligned, body_from_aligned
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_coefficients
 from rigidpend.numbers.exact import context
 from rigidpend.orbits.integrate import (
@@ -24,16 +22,9 @@ from rigidpend.orbits.integrate import (
     Outcome,
     crossings,
 )
-from rigidpend.orbits.integrate.bounds import (
-    TOUCH,
-    bounds,
-    slopes,
-    touch,
-)
-from rigidpend.orbits.integrate.roots import UndecidedTouch, zeros
+from rigidpend.orbits.integrate.roots import TOUCH, UndecidedTouch, touch, zeros
 from rigidpend.orbits.integrate.sections import first_crossings
 from rigidpend.orbits.integrate.states import states_at
-from tests.orbits.integrate.problems import FIG4, GENERIC
 
 HEAVY = Body(A=(2, 1, "1.5"), r=(1, 3, 0), mu="0.4")
 BITS = 240
@@ -92,7 +83,7 @@ def sign_of_bend() -> float:
         k2 = np.array(aligned(state + BACK / 80_000 * k1, c))
         state = state + BACK / 40_000 * k2
     ahead = state + 1e-3 * np.array(aligned(state, c))
-    return float(np.sign(slopes(ahead[:, None], c)[0]))
+    return float(np.sign(aligned(ahead, c)[2]))
 
 
 @pytest.mark.slow
@@ -146,28 +137,6 @@ def test_touch_becomes_finer_with_the_precision() -> None:
     assert touch(113) == TOUCH * 2.0**-49
 
 
-def test_bounds_are_not_exceeded_by_random_states() -> None:
-    """|M3'| and |M3''|, from the field and from its difference along it."""
-    rng, c = np.random.default_rng(5), AlignedCoefficients(*map(float, body(53)))
-    states = rng.normal(size=(6, 20_000))
-    rate = np.array(aligned(states, c))
-    b = bounds(states, np.zeros(states.shape[1]), c)
-    assert (np.abs(rate[2]) <= (b.a**2 - states[2] ** 2) / 2 * (1 + 1e-12)).all()
-    h = 1e-6
-    bend = (slopes(states + h * rate, c) - slopes(states - h * rate, c)) / (2 * h)
-    assert (np.abs(bend) <= b.bend * (1 + 1e-6)).all()
-    assert (np.abs(rate[2]) > 0.9 * (b.a**2 - states[2] ** 2) / 2).any(), "it is nearly reached"
-
-
-@pytest.mark.parametrize("heavy", [HEAVY, FIG4, GENERIC])
-def test_without_gamma_the_bound_of_M3_is_the_momentum_s_size(heavy: Body) -> None:
-    states = np.random.default_rng(6).normal(size=(6, 50))
-    states[3:] = 0
-    M, _ = body_from_aligned(Aligned(*states), heavy.alpha0, 1.0)
-    b = bounds(states, np.zeros(50), aligned_coefficients(heavy.angles(), math))
-    np.testing.assert_allclose(b.a, np.linalg.norm(M, axis=0), rtol=1e-13)
-
-
 @pytest.mark.parametrize(
     ("coefficients", "expected"),
     [
@@ -199,12 +168,3 @@ def test_where_no_turn_lies_between_the_middle_is_told() -> None:
     with pytest.raises(UndecidedTouch) as told:
         list(zeros([0.0] * 3 + [1e-30], 1e-9))
     assert told.value.at == 2.0**-21
-
-
-def test_the_bound_of_the_slope_is_reached_at_rest() -> None:
-    """Without M the weight alone moves M3, by mu at most."""
-    turn = np.linspace(0, 2 * np.pi, 721)
-    states = np.stack([0 * turn] * 3 + [np.cos(turn), np.sin(turn), 0 * turn])
-    c = aligned_coefficients(HEAVY.angles(), math)
-    ratio = np.abs(slopes(states, c)) / (bounds(states, 0 * turn, c).a ** 2 / 2)
-    assert 1 - 1e-4 < ratio.max() <= 1 + 1e-15

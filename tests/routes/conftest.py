@@ -1,0 +1,26 @@
+"""What routes ask of the integrator."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend.orbits import integrate
+
+
+@pytest.fixture
+def integrations(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
+    """Each integration from now on: how many `orbits` it has, and with which numerics."""
+    seen: list[dict[str, Any]] = []
+    real = integrate.crossings
+
+    def noting(orbits: Any, **numerics: Any) -> Any:
+        states = orbits.states
+        n = np.shape(states)[-1] if numerics["bits"] == 53 else len(states)
+        seen.append({"orbits": n, **numerics})
+        return real(orbits, **numerics)
+
+    monkeypatch.setattr(integrate, "crossings", noting)
+    return seen
