@@ -76,6 +76,7 @@ MEANING = {
         "rad",
         "initial phase of each column, rounded to a double; exactly start + k step of the config",
         within=ROUNDING,
+        coordinate=True,
     ),
     "codes": Field(
         WHOLE,

@@ -79,6 +79,7 @@ PLANE = {
         "initial phases of the columns",
         within=of_largest(ROUNDING),
         symbol=r"$\theta_2^0$",
+        coordinate=True,
     ),
     "log10_J1_0": Field(
         FLOAT,

@@ -44,6 +44,7 @@ SAMPLED = {
         "t' = t s",
         "times of the samples, s = sqrt((A1 - A2)/(A1 A2))",
         within=_CLOSED,
+        coordinate=True,
     ),
     "theta1": Field(FLOAT, SAMPLES, "rad", "0 .. 4 pi", within=modulo(4 * np.pi, _moved)),
     "J1_over_J2": Field(FLOAT, SAMPLES, "1", "0 at the lower periodic orbit, 1 at the upper one"),
