@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Collection
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
 from rigidpend.config.schema import Direction, Moments, Number, Part, Weight, Whole, Word, physics
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import Exact
+from rigidpend.numbers.parameters import ParameterError
 
 if TYPE_CHECKING:
     from rigidpend.routes.problem import RouteProblem
@@ -85,6 +87,14 @@ class RouteStart(HeavyBody):
         with physics():
             _ = self.routes
         return self
+
+
+def one_of(field: str, what: str, value: Any, known: Collection[Any]) -> None:
+    """Refuse a value of a field that is none of those that the config gives."""
+    with physics():
+        if value not in known:
+            said = ", ".join(map(str, known))
+            raise ParameterError(field, f"no such {what}: {value} (known: {said})")
 
 
 def _ascending(values: tuple[Exact, ...]) -> tuple[Exact, ...]:

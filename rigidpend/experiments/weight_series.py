@@ -23,7 +23,13 @@ NAME = Field(TEXT, BODIES, "text", "(bodies,): as in the config", coordinate=Tru
 RATIO = 1e-13
 """Allowed relative difference of a quotient."""
 MU_OVER_H0 = Field(
-    FLOAT, ("mu",), "1", "weight over energy", within=relative(RATIO), coordinate=True
+    FLOAT,
+    ("mu",),
+    "1",
+    "weight over energy",
+    within=relative(RATIO),
+    symbol=r"$\mu/h_0$",
+    coordinate=True,
 )
 SMALL = 1e-2
 """Largest mu/h0 at which slopes are fitted: above it the next order in mu shows."""

@@ -49,7 +49,13 @@ SAMPLED = {
     "theta1": Field(FLOAT, SAMPLES, "rad", "0 .. 4 pi", within=modulo(4 * np.pi, _moved)),
     "J1_over_J2": Field(FLOAT, SAMPLES, "1", "0 at the lower periodic orbit, 1 at the upper one"),
     "theta3": Field(FLOAT, SAMPLES, "rad", "precession angle of M, by (th3)"),
-    "alpha": Field(FLOAT, SAMPLES, "rad", "angle of omega's horizontal part from eta, by (th_al)"),
+    "alpha": Field(
+        FLOAT,
+        SAMPLES,
+        "rad",
+        "angle of omega's horizontal part from eta, by (th_al)",
+        symbol=r"$\alpha$",
+    ),
     "omega": Field(
         FLOAT,
         ("samples", 3),
