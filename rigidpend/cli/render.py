@@ -86,13 +86,12 @@ def _drawn(sources: list[Path], name: str, suffix: str, force: bool) -> bool:
     check_stop()
     target = sources[0].parent / f"{name}.{suffix}"
     try:
-        if len(sources) > 1:
-            _tell(name, target, drawing.render_together(sources, target, force=force))
-        else:
-            _tell(name, target, drawing.render(sources[0], target, force=force))
+        drawn = drawing.render(sources, target, force=force)
     except StoreError as error:
         say(f"rigidpend: {sentence(error)}")
         return False
+    if drawn is not None:
+        say(f"{name}: {target} {'drawn' if drawn else 'up to date'}")
     return True
 
 
@@ -107,11 +106,6 @@ def _tell_absent(absent: dict[Path, list[Path]], sweeps: tuple[str, ...], folder
     are = "is" if len(files) == 1 else "are"
     call = remedies.call("run", [*names, *swept], folder)
     say(f"rigidpend: {', '.join(files)} {are} not there; {call}")
-
-
-def _tell(name: str, target: Path, drawn: bool | None) -> None:
-    if drawn is not None:
-        say(f"{name}: {target} {'drawn' if drawn else 'up to date'}")
 
 
 def _members(path: Path, sweeps: tuple[str, ...]) -> tuple[str, list[str]]:

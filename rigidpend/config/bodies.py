@@ -3,58 +3,61 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Collection
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
 from rigidpend.config.schema import Direction, Moments, Number, Part, Weight, Whole, Word, physics
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import Exact
+from rigidpend.numbers.parameters import ParameterError
 
 if TYPE_CHECKING:
     from rigidpend.routes.problem import RouteProblem
 
 
-class FreeBody(Part):
-    """A body without weight: mu = 0."""
+class UnweightedBody(Part):
+    """A body whose weight is given elsewhere, or is none."""
 
     A: Moments
     """Principal moments of inertia, A1 > A3 > A2 and A2 + A3 >= A1; physical units."""
     r: Direction
-    """Direction that sets beta0, r1, r2 >= 0, r3 = 0; normalised."""
+    """Direction to the centre of gravity, r1, r2 >= 0, r3 = 0; normalised."""
+
+    def heavy(self, mu: Exact | int) -> Body:
+        """Make the body with a weight."""
+        return Body(self.A, self.r, mu)
 
     @functools.cached_property
     def body(self) -> Body:
-        return Body(self.A, self.r, 0)
+        return self.heavy(0)
 
     @model_validator(mode="after")
-    def _conditions(self) -> FreeBody:
+    def _conditions(self) -> Self:
         # Body has the conditions that join fields; they are tried, not written once more.
         with physics():
             _ = self.body
         return self
 
 
-class HeavyBody(Part):
+class FreeBody(UnweightedBody):
+    """A body without weight: mu = 0."""
+
+    r: Direction
+    """Direction that sets beta0, r1, r2 >= 0, r3 = 0; normalised."""
+
+
+class HeavyBody(UnweightedBody):
     """A heavy body with its weight."""
 
-    A: Moments
-    """Principal moments of inertia, A1 > A3 > A2 and A2 + A3 >= A1; physical units."""
-    r: Direction
-    """Direction to the centre of gravity, r1, r2 >= 0, r3 = 0; normalised."""
     mu: Weight
     """Weight times the distance of the centre of gravity, mu >= 0; physical units."""
 
     @functools.cached_property
     def body(self) -> Body:
-        return Body(self.A, self.r, self.mu)
-
-    @model_validator(mode="after")
-    def _conditions(self) -> Self:
-        with physics():
-            _ = self.body
-        return self
+        return self.heavy(self.mu)
 
 
 class RouteStart(HeavyBody):
@@ -86,23 +89,12 @@ class RouteStart(HeavyBody):
         return self
 
 
-class UnweightedBody(Part):
-    """A body whose weight is given elsewhere."""
-
-    A: tuple[Number, Number, Number]
-    """Principal moments of inertia, A1 > A3 > A2 and A2 + A3 >= A1; physical units."""
-    r: tuple[Number, Number, Number]
-    """Direction to the centre of gravity, r1, r2 >= 0, r3 = 0; normalised."""
-
-    def heavy(self, mu: Exact) -> Body:
-        """Make the body with a weight."""
-        return Body(self.A, self.r, mu)
-
-    @model_validator(mode="after")
-    def _conditions(self) -> Self:
-        with physics():
-            Body(self.A, self.r, 0)
-        return self
+def one_of(field: str, what: str, value: Any, known: Collection[Any]) -> None:
+    """Refuse a value of a field that is none of those that the config gives."""
+    with physics():
+        if value not in known:
+            said = ", ".join(map(str, known))
+            raise ParameterError(field, f"no such {what}: {value} (known: {said})")
 
 
 def _ascending(values: tuple[Exact, ...]) -> tuple[Exact, ...]:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from rigidpend.config import reader
 from rigidpend.config.complaints import Complaint, ConfigError, Origin, Place
-from rigidpend.config.reader import MAX_DEPTH, Document, parse
+from rigidpend.config.reader import MAX_DEPTH, Document
 
 INDEXED = re.compile(r"\[(\w+)\]")
 """An index as other languages write it."""
@@ -34,7 +35,8 @@ def override(document: Document, setting: str, origin: Origin | None = None) -> 
     if path.count(".") >= MAX_DEPTH:
         message = f"more than {MAX_DEPTH} keys inside each other"
         raise ConfigError([Complaint(origin, (), message)])
-    value = _value(written, origin)
+    # Nothing is no value, and not YAML's null either.
+    value = reader.value(written, origin) if written else ""
     place: Place = ()
     holder = document.tree
     *outer, last = path.split(".")
@@ -48,21 +50,6 @@ def override(document: Document, setting: str, origin: Origin | None = None) -> 
         for old in [old for old in origins if old[: len(place)] == place]:
             del origins[old]
     document.keys[place] = document.values[place] = document.settings[place] = origin
-
-
-def _value(written: str, origin: Origin) -> Any:
-    """Read the value of a setting; complaints about it name the option as a whole."""
-    if not written:
-        # Nothing is no value, and not YAML's null either.
-        return ""
-    try:
-        document = parse(written, origin.source)
-        complaints = document.complaints
-    except ConfigError as error:
-        complaints = error.complaints
-    if complaints:
-        raise ConfigError([Complaint(origin, p.place, p.message) for p in complaints])
-    return document.tree
 
 
 def _entry(

@@ -122,6 +122,24 @@ def parse(text: str, source: str) -> Document:
     return document
 
 
+def value(text: str, origin: Origin) -> Any:
+    """Read YAML that an option gives; complaints about it are of the option as a whole.
+
+    Raises
+    ------
+    ConfigError
+        As :func:`parse`; also for what it would pass over.
+    """
+    try:
+        document = parse(text, origin.source)
+        complaints = document.complaints
+    except ConfigError as error:
+        complaints = error.complaints
+    if complaints:
+        raise ConfigError([Complaint(origin, one.place, one.message) for one in complaints])
+    return document.tree
+
+
 def _text(path: Path) -> str:
     try:
         with path.open("rb") as file:

@@ -13,6 +13,7 @@ import inspect
 import math
 import re
 from collections.abc import Iterator
+from dataclasses import dataclass
 from fractions import Fraction
 from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, Union, get_args, get_origin
@@ -23,14 +24,14 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    GetCoreSchemaHandler,
     PlainSerializer,
     SerializationInfo,
     SerializerFunctionWrapHandler,
     StringConstraints,
-    WrapSerializer,
     model_validator,
 )
-from pydantic_core import PydanticCustomError
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
@@ -76,14 +77,8 @@ def _whole(value: Any) -> int:
     return int(number)
 
 
-def _automatic(value: Any) -> Any:
-    return None if value == "auto" else value
-
-
 def _engine(value: Any) -> Any:
-    if value is None or value == "auto":
-        return None
-    if value not in ENGINES:
+    if value is not None and value not in ENGINES:
         known = f"{', '.join(ENGINES[:-1])} or {ENGINES[-1]}"
         close = difflib.get_close_matches(str(value), ENGINES, 1, cutoff=0.5)
         hint = f"; did you mean {close[0]}?" if close else ""
@@ -148,18 +143,33 @@ Moments = Annotated[Triple, AfterValidator(_moments)]
 Direction = Annotated[Triple, AfterValidator(_direction)]
 Weight = Annotated[Number, AfterValidator(_weight)]
 Word = Annotated[str, StringConstraints(pattern=r"^[A-Za-z]\w*$", max_length=40)]
-Auto = BeforeValidator(_automatic)
 
 
-def absent_is(word: str) -> WrapSerializer:
-    """Write None as the word that stands for it in a config, where this is asked for."""
+@dataclass(frozen=True)
+class Absent:
+    """The word that stands for None in a config; written where numbers are as a person has them."""
 
-    def serialized(
-        value: Any, others: SerializerFunctionWrapHandler, info: SerializationInfo
-    ) -> Any:
-        return word if value is None and info.context == WRITTEN else others(value)
+    word: str
 
-    return WrapSerializer(serialized)
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        def written(
+            value: Any, others: SerializerFunctionWrapHandler, info: SerializationInfo
+        ) -> Any:
+            return self.word if value is None and info.context == WRITTEN else others(value)
+
+        found = handler(source)
+        return core_schema.no_info_before_validator_function(
+            lambda value: None if value == self.word else value,
+            found,
+            serialization=core_schema.wrap_serializer_function_ser_schema(
+                written, schema=found, info_arg=True
+            ),
+        )
+
+
+AUTO = Absent("auto")
 
 
 class Part(BaseModel):
@@ -252,18 +262,14 @@ def physics() -> Iterator[None]:
 class EngineNumerics(Part):
     """Choice of the engine, for experiments whose trials bring their own tolerances."""
 
-    engine: Annotated[
-        Literal["taylor", "scipy"] | None, BeforeValidator(_engine), absent_is("auto")
-    ] = None
+    engine: Annotated[Literal["taylor", "scipy"] | None, BeforeValidator(_engine), AUTO] = None
     """taylor, by a kernel compiled here, or scipy (DOP853); auto is taylor where LLVM is."""
 
 
 class DoubleNumerics(EngineNumerics):
     """Numerics of experiments in double precision only."""
 
-    tolerance: Annotated[
-        Annotated[Number, AfterValidator(_tolerance)] | None, Auto, absent_is("auto")
-    ] = None
+    tolerance: Annotated[Annotated[Number, AfterValidator(_tolerance)] | None, AUTO] = None
     """Local tolerance in double precision, dimensionless; auto is the engine's own."""
 
 

@@ -13,8 +13,9 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
+from rigidpend.config import reader
 from rigidpend.config.complaints import Complaint, ConfigError, Origin, Place
-from rigidpend.config.reader import Document, parse
+from rigidpend.config.reader import Document
 from rigidpend.machine.files import CERTIFICATE
 from rigidpend.numbers.expressions import named
 
@@ -64,14 +65,7 @@ def option(text: str) -> Sweep:
     key, equals, values = text.partition("=")
     if not equals or not all(key.split(".")):
         raise ConfigError([Complaint(origin, (), FORM)])
-    try:
-        found = parse(f"[{values}]", origin.source)
-        complaints = found.complaints
-    except ConfigError as error:
-        complaints = error.complaints
-    if complaints:
-        raise ConfigError([Complaint(origin, (), one.message) for one in complaints])
-    return _sweep(key, found.tree, origin, ())
+    return _sweep(key, reader.value(f"[{values}]", origin), origin, ())
 
 
 def taken_from(document: Document) -> list[Sweep]:

@@ -51,9 +51,15 @@ CLOSE = 0.14
 """Distance of places, in parts of the axis, below which their labels turn away not to touch."""
 
 
-def label(field: Field) -> str:
+def axis_label(field: Field) -> str:
     """Label of an axis: the symbol of a field with its unit."""
     return field.symbol if field.units == "1" else f"{field.symbol} ({field.units})"
+
+
+def label_hodograph(axes: Axes) -> None:
+    """Set the labels and the scale of a curve (omega_zeta, omega_xi)."""
+    axes.set_aspect("equal")
+    axes.set(xlabel=r"$\omega_\zeta$ ($1/t$)", ylabel=r"$\omega_\xi$ ($1/t$)")
 
 
 def title(axes: Axes, letter: str, text: str, size: float = 8.5) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.experiments.data.bounds import ROUNDING, bound
+from rigidpend.experiments.data.bounds import ROUNDING, bound, where
 from rigidpend.experiments.data.layout import ANY, FLAG, FLOAT, WHOLE, Bound, Field
 from rigidpend.experiments.data.tree import Data
 
@@ -44,16 +44,10 @@ def crossing_tolerance(crossings: int, growth: float = GROWTH) -> NDArray[np.flo
     return np.concatenate(([AT_FIRST], grown))[:, None]
 
 
-@bound
-def kept(name: str, stored: Data, fresh: Data) -> Any:
-    """A symbol that has become certain is no loss; one that was certain stays so."""
-    return np.where(stored["certain"], 0.0, np.inf)
-
-
-@bound
-def known(name: str, stored: Data, fresh: Data) -> Any:
-    """Symbols are the same where both are certain."""
-    return np.where(stored["certain"] & fresh["certain"], 0.0, np.inf)
+kept = where(lambda stored, fresh: stored["certain"])
+"""Bound of certainty: a symbol that has become certain is no loss, one that was stays so."""
+known = where(lambda stored, fresh: stored["certain"] & fresh["certain"])
+"""Bound of symbols: they are the same where both are certain."""
 
 
 def crossed(within: Callable[[int], Any]) -> Bound:
@@ -76,6 +70,8 @@ MEANING = {
         "rad",
         "initial phase of each column, rounded to a double; exactly start + k step of the config",
         within=ROUNDING,
+        symbol=r"$\theta_2^0$",
+        coordinate=True,
     ),
     "codes": Field(
         WHOLE,

@@ -1,4 +1,4 @@
-"""Series of several bodies over the weight mu, as `precession` and `splitting` compute them."""
+"""Series of several bodies over the weight mu, in `precession` and `splitting`: fields, slopes."""
 
 from __future__ import annotations
 
@@ -8,15 +8,29 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.experiments.data.layout import TEXT, Field, Fields
+from rigidpend.experiments.data.bounds import relative
+from rigidpend.experiments.data.layout import FLOAT, TEXT, Field, Fields
 from rigidpend.experiments.data.tree import Dataset, Tree
-from rigidpend.experiments.weight_layout import NAME
 from rigidpend.numbers.doubles import Array
 
 if TYPE_CHECKING:
     from rigidpend.config.bodies import WeightedBodies
     from rigidpend.experiments.contract import Means
 
+BODIES, EACH = ("bodies",), ("bodies", "mu")
+"""Dimensions of what each body has, and of what it has at each weight."""
+NAME = Field(TEXT, BODIES, "text", "(bodies,): as in the config", coordinate=True)
+RATIO = 1e-13
+"""Allowed relative difference of a quotient."""
+MU_OVER_H0 = Field(
+    FLOAT,
+    ("mu",),
+    "1",
+    "weight over energy",
+    within=relative(RATIO),
+    symbol=r"$\mu/h_0$",
+    coordinate=True,
+)
 SMALL = 1e-2
 """Largest mu/h0 at which slopes are fitted: above it the next order in mu shows."""
 

@@ -54,36 +54,43 @@ class Undrawable(store.StoreError):
     """A result whose values cannot be drawn, as those of a foreign file."""
 
 
-def render(source: Path, target: Path, *, force: bool = False) -> bool:
-    """Draw a result file; the suffix of `target` is the format.
+def render(sources: Sequence[Path], target: Path, *, force: bool = False) -> bool | None:
+    """Draw a result, or several of one experiment together if that says how.
 
-    Where a certificate is beside it, what that proves is marked.
+    Where a certificate is beside a result, what that proves is marked.
 
     Parameters
     ----------
-    source, target : Path
+    sources : sequence of Path
+        Result files.
+    target : Path
+        Image; its suffix is the format.
     force : bool, optional
         Draw even where the image is up to date.
 
     Returns
     -------
-    bool
-        Whether it was drawn.
+    bool or None
+        Whether it was drawn; None where the experiment does not say how to draw several.
 
     Raises
     ------
     StoreError
-        The result cannot be read, or the figure not written.
+        A result cannot be read, or the figure not written.
     """
-    origin = drawn_from([source])
+    if len(sources) > 1:
+        experiment = str(store.attributes(sources[0])["experiment"])
+        if not hasattr(experiments.drawing(experiment), "draw_together"):
+            return None
+    origin = drawn_from(sources)
     if not force and kept(target, origin):
         return False
     files.make_way(target)
-    result = storage.marked(store.load(source), storage.beside(source))
+    results = [storage.marked(store.load(each), storage.beside(each)) for each in sources]
     try:
-        drawn = image(result, target.suffix[1:], origin)
+        drawn = image(results, target.suffix[1:], target.stem, origin)
     except Undrawable as error:
-        raise Undrawable.of(source, str(error)) from error
+        raise Undrawable.of(sources[0], str(error)) from error
     files.write(target, drawn)
     return True
 
@@ -111,81 +118,45 @@ def kept(target: Path, origin: str) -> bytes | None:
     return found if whole and origin.encode() in found else None
 
 
-def image(result: Any, suffix: str, origin: str = "") -> bytes:
-    """Draw a loaded result, as the bytes of a file of that format.
+def image(results: Sequence[Any], suffix: str, title: str = "", origin: str = "") -> bytes:
+    """Draw a loaded result, or several together, as the bytes of a file of that format.
 
     Parameters
     ----------
-    result : Loaded
+    results : sequence of Loaded
     suffix : str
         One of `ENDS`.
+    title : str, optional
+        Name of several results together.
     origin : str, optional
-        What it is drawn from, for the image to tell: :func:`drawn_from`.
+        What they are drawn from, for the image to tell: :func:`drawn_from`.
 
     Raises
     ------
     Undrawable
-        Its values, of which the layout declares no range, cannot be drawn.
+        Their values, of which the layout declares no range, cannot be drawn.
     """
     # What the user's shell says of a display does not matter to a figure in a file, and an
     # unknown backend there would stop matplotlib's import.
     os.environ["MPLBACKEND"] = "agg"
     import matplotlib
 
+    first, *others = results
+    told = {**first["attributes"], "drawn_from": origin}
+    if others:
+        # Several results have no fingerprint of their own to be told by the image.
+        told |= {"name": title, "config_hash": "several"}
     with matplotlib.rc_context(fname=STYLE), _undrawable():
-        drawing = experiments.drawing(result["attributes"]["experiment"])
-        foot = captions.foot(str(result["attributes"].get("name", "unnamed")), [result])
-        known = {**result["attributes"], "drawn_from": origin}
-        return _image(drawing.draw(result), suffix, known, foot)
+        drawing: Any = experiments.drawing(told["experiment"])
+        figure = drawing.draw_together(_labelled(results)) if others else drawing.draw(first)
+        foot = captions.foot(str(told.get("name", "unnamed")), results)
+        return _image(figure, suffix, told, foot)
 
 
-def render_together(sources: Sequence[Path], target: Path, *, force: bool = False) -> bool | None:
-    """Draw results of one experiment in one figure, if the experiment says how.
-
-    Parameters
-    ----------
-    sources : sequence of Path
-        Result files.
-    target : Path
-        Image; its suffix is the format.
-    force : bool, optional
-        Draw even where the image is up to date.
-
-    Returns
-    -------
-    bool or None
-        Whether it was drawn; None where the experiment does not say how.
-
-    Raises
-    ------
-    StoreError
-        A result cannot be read, or the figure not written.
-    """
-    results = [store.load(source) for source in sources]
-    experiment = str(results[0]["attributes"]["experiment"])
-    together = getattr(experiments.drawing(experiment), "draw_together", None)
-    if together is None:
-        return None
-    origin = drawn_from(sources)
-    if not force and kept(target, origin):
-        return False
-    os.environ["MPLBACKEND"] = "agg"
-    import matplotlib
-
+def _labelled(results: Sequence[Any]) -> list[tuple[str, Any]]:
+    """Results, each with a label of what it differs by from the others."""
     configs = [result["config"] for result in results]
-    labels = [changes.label(config, configs) for config in configs]
-    # Several results have no fingerprint of their own to be told by the image.
-    attributes = {
-        **results[0]["attributes"],
-        "name": target.stem,
-        "config_hash": "several",
-        "drawn_from": origin,
-    }
-    with matplotlib.rc_context(fname=STYLE), _undrawable():
-        figure = together(list(zip(labels, results, strict=True)))
-        drawn = _image(figure, target.suffix[1:], attributes, captions.foot(target.stem, results))
-    files.write(target, drawn)
-    return True
+    return [(changes.label(one["config"], configs), one) for one in results]
 
 
 @contextmanager

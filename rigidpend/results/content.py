@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from rigidpend import experiments
-from rigidpend.experiments.data.layout import FLOAT, NUMBER, Field, Layout, members, named
+from rigidpend.experiments.data.layout import FLOAT, NUMBER, Layout, fields
 from rigidpend.experiments.data.tree import Loaded
 from rigidpend.results.structure import Unfit
 
@@ -26,7 +25,9 @@ def check(loaded: Loaded, layout: Layout | None = None) -> None:
         A number is not finite that must be.
     """
     layout = layout or experiments.layout(loaded["attributes"]["experiment"])
-    _check_values("data", loaded["data"], layout)
+    for place, values, field in fields(layout, loaded["data"]):
+        if field.kind in (FLOAT, NUMBER) and not (field.gaps or np.isfinite(values).all()):
+            raise Unfit(f"data/{place} has a number that is not finite")
 
 
 def config(text: str) -> dict[str, Any]:
@@ -61,14 +62,3 @@ def _depth(node: Any) -> int:
 
 def _is_bracket(node: Any) -> bool:
     return isinstance(node, dict | list)
-
-
-def _check_values(place: str, values: Mapping[str, Any], layout: Layout) -> None:
-    own, further = named(layout), members(layout)
-    for name, value in values.items():
-        node = own[name][0] if name in own else further[1] if further else None
-        if isinstance(node, Field):
-            if node.kind in (FLOAT, NUMBER) and not (node.gaps or np.isfinite(value).all()):
-                raise Unfit(f"{place}/{name} has a number that is not finite")
-        elif node is not None:
-            _check_values(f"{place}/{name}", value, node)

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.experiments.data.layout import Field, Layout, members, named
-from rigidpend.results.structure import SCALES
+from rigidpend.experiments.data.layout import Field, Layout, declared
 
 if TYPE_CHECKING:
     import xarray
@@ -48,11 +47,10 @@ def _groups(
     path: str, data: Mapping[str, Any], layout: Layout
 ) -> Iterator[tuple[str, Mapping[str, Any], Mapping[str, Field]]]:
     """Groups by their paths, each with its arrays and what is declared of these."""
-    own, further = named(layout), members(layout)
-    declared = {key: own[key][0] if key in own else further[1] if further else {} for key in data}
-    fields = {key: node for key, node in declared.items() if isinstance(node, Field)}
+    nodes = declared(layout, data)
+    fields = {key: node for key, node in nodes.items() if isinstance(node, Field)}
     yield path, {key: data[key] for key in fields}, fields
-    for key, node in declared.items():
+    for key, node in nodes.items():
         if not isinstance(node, Field):
             yield from _groups(f"{path.rstrip('/')}/{key}", data[key], node)
 
@@ -70,5 +68,5 @@ def _dataset(data: Mapping[str, Any], fields: Mapping[str, Field]) -> xarray.Dat
         for key, field in fields.items()
         for dims in [list(enumerate(field.dimensions))]
     }
-    made = xarray.Dataset(variables)
-    return made.set_coords([key for key in made if (key, made[key].dims) in SCALES])
+    coordinates = [key for key, field in fields.items() if field.coordinate]
+    return xarray.Dataset(variables).set_coords(coordinates)

@@ -13,7 +13,7 @@ object inside the file and as declared, before a value is used. What reads raise
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, Self, TypeAlias
 
@@ -26,7 +26,7 @@ from rigidpend.machine import files
 from rigidpend.machine.files import StoreError, prepare, sealed
 from rigidpend.results import content
 from rigidpend.results.opening import FORMAT, FORMAT_VERSION, RATIO, OtherVersion, opened, readable
-from rigidpend.results.structure import SCALES, told
+from rigidpend.results.structure import told
 
 __all__ = [
     "FORMAT_VERSION",
@@ -176,16 +176,20 @@ def _tree(group: h5py.Group, dimensions: Mapping[str, Any]) -> Tree:
             _values(node),
             node.attrs["units"],
             node.attrs["description"],
-            tuple(dimensions.get(name, ())),
+            *_meant(*dimensions.get(name, ())),
         )
         for name, node in group.items()
     }
 
 
+def _meant(dimensions: Sequence[int | str] = (), coordinate: bool = False) -> Any:
+    return tuple(dimensions), coordinate
+
+
 def _dimensions(tree: Tree) -> dict[str, Any]:
-    """The names of the dimensions of all arrays, in the groups of the tree."""
+    """The names of the dimensions of all arrays, and which are coordinates, in their groups."""
     return {
-        name: node.dimensions if isinstance(node, Dataset) else _dimensions(node)
+        name: node[3:] if isinstance(node, Dataset) else _dimensions(node)
         for name, node in tree.items()
     }
 
@@ -296,7 +300,7 @@ def _scale(group: h5py.Group, arrays: Mapping[str, Dataset]) -> None:
     The part of one body has not the dimension of the bodies yet: its arrays stay without names.
     """
     arrays = {key: x for key, x in arrays.items() if len(x.dimensions) == np.ndim(x.values)}
-    scales = {x.dimensions[0]: key for key, x in arrays.items() if (key, x.dimensions) in SCALES}
+    scales = {x.dimensions[0]: key for key, x in arrays.items() if x.coordinate}
     for key in scales.values():
         group[key].make_scale(key)
     for key, array in arrays.items():

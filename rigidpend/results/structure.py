@@ -55,17 +55,6 @@ HELD = {
 }
 """Words for the kinds of elements."""
 
-
-SCALES = {
-    ("theta2_0", ("columns",)),
-    ("offset", ("columns",)),
-    ("mu_over_h0", ("mu",)),
-    ("name", ("bodies",)),
-    ("t", ("samples",)),
-    ("g", ("phases",)),
-    ("label", ("vertices",)),
-}
-"""Arrays that are the coordinates along their dimension."""
 REFERRING = ("DIMENSION_LIST", "REFERENCE_LIST")
 """Attributes by which HDF5 ties scales to arrays; they refer to objects and are never read."""
 MARKS = (*REFERRING, "DIMENSION_LABELS", "CLASS", "NAME")

@@ -59,7 +59,7 @@ def outcome(path: Path, *, draw: bool) -> Outcome:
         result = store.load(path)
         read = spent() - begun
         if draw:
-            render.image(result, "png")
+            render.image([result], "png")
     except store.StoreError as error:
         return Outcome(str(error) or "nothing was said", spent() - begun)
     return Outcome("", read)

@@ -69,7 +69,7 @@ def test_an_attack_is_a_sentence_or_a_figure(
         return
     # What is made as a result, with values that are none, ends where it is drawn.
     try:
-        render.render(path, tmp_path / "x.png")
+        render.render([path], tmp_path / "x.png")
     except store.StoreError as error:
         said = str(error)
     else:

@@ -91,11 +91,12 @@ draw = render.image
 DRAWN: dict[tuple[str, str], bytes] = {}
 
 
-def drawn_once(result: Any, suffix: str, origin: str = "") -> bytes:
-    """Draw a result for the first example that shows it."""
-    key = f"{result['attributes']['name']} {result['attributes']['config_hash']}", suffix
+def drawn_once(results: Any, suffix: str, *told: str) -> bytes:
+    """Draw results for the first example that shows them."""
+    known = [one["attributes"] for one in results]
+    key = " ".join(f"{one['name']} {one['config_hash']}" for one in known), suffix
     if key not in DRAWN:
-        DRAWN[key] = draw(result, suffix, origin)
+        DRAWN[key] = draw(results, suffix, *told)
     return DRAWN[key]
 
 

@@ -17,7 +17,15 @@ from matplotlib.text import Annotation, Text
 from matplotlib.ticker import FixedLocator
 
 from rigidpend.experiments.contract import Drawing
-from rigidpend.experiments.data.layout import FLOAT, TEXT, Field, Layout
+from rigidpend.experiments.data.layout import (
+    FLOAT,
+    TEXT,
+    Field,
+    Layout,
+    declared,
+    fields,
+    members,
+)
 from rigidpend.experiments.data.tree import Loaded
 from tests.experiments.figures import styled
 
@@ -35,7 +43,7 @@ OTHER = {"homoclinic": "heteroclinic", "fig4": "a", "mu": "h0"}
 class Place(NamedTuple):
     """A dataset of a result, or one component of it."""
 
-    path: tuple[str, ...]
+    path: str
     field: Field
     component: tuple[Any, ...] = ()
 
@@ -51,33 +59,21 @@ class Place(NamedTuple):
 
     def __str__(self) -> str:
         at = ",".join(":" if isinstance(x, slice) else str(x) for x in self.component)
-        return "/".join(self.path) + (f"[{at}]" if at else "")
+        return self.path + (f"[{at}]" if at else "")
 
 
-def places(layout: Layout, data: Any, path: tuple[str, ...] = ()) -> Iterator[Place]:
+def places(layout: Layout, data: Any) -> Iterator[Place]:
     """The datasets of a result, those of fixed short dimensions component by component."""
-    for name, node in layout.items():
-        members = [*data] if name.startswith("<") else [name.removesuffix("?")]
-        for member in members:
-            if member not in data:
-                continue
-            here = (*path, member)
-            if isinstance(node, Field):
-                yield from Place(here, node).components()
-            else:
-                yield from places(node, data[member], here)
+    for path, _, field in fields(layout, data):
+        yield from Place(path, field).components()
 
 
 def shortened(layout: Layout | Field, data: Any) -> Any:
     """The data with the first and the last of members of any names only, to be drawn sooner."""
     if isinstance(layout, Field):
         return data
-    for name, node in layout.items():
-        if name.startswith("<"):
-            kept = dict.fromkeys(list(data)[:: max(1, len(data) - 1)])
-            return {member: shortened(node, data[member]) for member in kept}
-    known = {name.removesuffix("?"): node for name, node in layout.items()}
-    return {name: shortened(known[name], node) for name, node in data.items()}
+    kept = list(data)[:: max(1, len(data) - 1)] if members(layout) else list(data)
+    return {name: shortened(node, data[name]) for name, node in declared(layout, kept).items()}
 
 
 def changed(data: Any, place: Place) -> Any:
@@ -87,9 +83,10 @@ def changed(data: Any, place: Place) -> Any:
     else each element gets the value of the one before.
     """
     group = data
-    for name in place.path[:-1]:
+    *outer, last = place.path.split("/")
+    for name in outer:
         group = group[name]
-    stored = group[place.path[-1]]
+    stored = group[last]
     array = np.array(stored, dtype=object if place.field.kind == TEXT else None)
     part = array[place.component]
     if array.dtype.kind == "f":
@@ -103,7 +100,7 @@ def changed(data: Any, place: Place) -> Any:
         if (new == part).all():
             new = _others(part)
     array[place.component] = np.asarray(new)[()]
-    group[place.path[-1]] = array if array.ndim else array[()]
+    group[last] = array if array.ndim else array[()]
     return new
 
 

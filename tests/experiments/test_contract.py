@@ -113,7 +113,7 @@ def test_a_layout_is_plain_data_for_which_nothing_heavy_is_imported(name: str) -
         "rigidpend.experiments.data",
         "rigidpend.experiments.proof_layout",
         "rigidpend.experiments.route_layout",
-        "rigidpend.experiments.weight_layout",
+        "rigidpend.experiments.weight_series",
     )
     ours = [module for module in imported(file) if module.partition(".")[0] == "rigidpend"]
     assert all(module.startswith(allowed) for module in ours), ours

@@ -12,11 +12,16 @@ from typing import Any
 import numpy as np
 
 from rigidpend import experiments
+from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import compare
 from rigidpend.experiments.data.compare import Difference
 from rigidpend.experiments.data.tree import Coming, Loaded, Streamed
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.results import store
+from rigidpend.runs import loading
 from tests.cli.calls import REFERENCE
+
+CONFIGS = Path(__file__).parents[2] / "configs"
 
 
 def settled(tree: Any) -> Any:
@@ -29,6 +34,17 @@ def settled(tree: Any) -> Any:
         for name, (where, values) in block.items():
             found[name].values[where] = values
     return found
+
+
+def asked(name: str, *settings: str) -> Any:
+    """The checked content of a shipped config, with settings."""
+    return loading.load(CONFIGS / f"{name}.yaml", settings).content
+
+
+def computed(given: Any, **means: Any) -> Any:
+    """What the experiment of a config computes, by the numerics that it asks for."""
+    means.setdefault("arithmetic", resolve(**given.numerics_asked))
+    return settled(experiments.computation(given.experiment).compute(given, Means(**means)))
 
 
 def plain(tree: Any) -> Any:

@@ -46,7 +46,7 @@ def test_a_fault_of_the_program_is_no_fault_of_the_file(
         report.build([result])
     if part == "draw":
         with pytest.raises(type(error)):
-            render.render(result, result.with_suffix(".png"))
+            render.render([result], result.with_suffix(".png"))
 
 
 PIXEL = (Path(render.__file__).parents[2] / "results" / "gallery" / "fig2.png").read_bytes()
@@ -58,7 +58,7 @@ def test_values_that_cannot_be_drawn_are_a_sentence(
 ) -> None:
     failing(monkeypatch, error)
     with pytest.raises(render.Undrawable, match="cannot be drawn: "):
-        render.render(result, result.with_suffix(".png"))
+        render.render([result], result.with_suffix(".png"))
 
 
 def test_a_fault_is_told_as_one(monkeypatch: pytest.MonkeyPatch, result: Path) -> None:

@@ -28,12 +28,12 @@ def test_an_image_is_drawn_once_and_again_where_that_is_asked_for(
     source: Path, suffix: str
 ) -> None:
     target = source.with_suffix(f".{suffix}")
-    assert render.render(source, target)
+    assert render.render([source], target)
     first = target.read_bytes()
-    assert not render.render(source, target)
+    assert not render.render([source], target)
     target.write_bytes(first + first[-12:])
-    assert not render.render(source, target)
-    assert render.render(source, target, force=True)
+    assert not render.render([source], target)
+    assert render.render([source], target, force=True)
     assert target.read_bytes() == first
 
 
@@ -99,15 +99,15 @@ def test_the_order_of_several_results_counts(source: Path) -> None:
 
 def test_half_an_image_is_drawn_again(source: Path) -> None:
     target = source.with_suffix(".png")
-    render.render(source, target)
+    render.render([source], target)
     target.write_bytes(target.read_bytes()[:-7])
-    assert render.render(source, target)
+    assert render.render([source], target)
 
 
 def test_the_report_takes_the_image_that_is_there(
     source: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    render.render(source, source.with_suffix(".png"))
+    render.render([source], source.with_suffix(".png"))
     drawn = re.findall('data:image[^"]*', report.build([source]).html)
     monkeypatch.setattr(render, "image", None)
     assert re.findall('data:image[^"]*', report.build([source]).html) == drawn

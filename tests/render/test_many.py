@@ -81,10 +81,10 @@ def test_an_image_of_many_parts_has_no_more_pixels_than_can_be_made(
     assert render.PIXELS < 2**16, "the library refuses 2^16 in a direction"
     monkeypatch.setattr(render, "PIXELS", 800)
     for count in (1, 14):
-        width, height = struct.unpack(">II", render.image(arrays(count), "png")[16:24])
+        width, height = struct.unpack(">II", render.image([arrays(count)], "png")[16:24])
         assert 700 < max(width, height) <= 800
 
 
 @pytest.mark.slow
 def test_names_with_underscores_are_drawn() -> None:
-    assert render.image(bodies(2), "png").startswith(b"\x89PNG")
+    assert render.image([bodies(2)], "png").startswith(b"\x89PNG")

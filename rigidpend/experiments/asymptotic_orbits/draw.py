@@ -10,6 +10,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from rigidpend.experiments.asymptotic_orbits.layout import DRAWN, PLANE
 from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.experiments.plots import (
     BLUE,
@@ -18,7 +19,9 @@ from rigidpend.experiments.plots import (
     RED,
     SYMBOL_NORM,
     WIDTH,
+    axis_label,
     entry,
+    label_hodograph,
     symbol_entries,
     title,
 )
@@ -76,7 +79,7 @@ def _draw_plane(axes: Axes, data: Data) -> None:
         )  # fmt: skip
     axes.set(xlim=(0, 2 * np.pi), ylim=(0.5, rows + 0.5))
     axes.set_yticks(range(1, rows + 1))
-    axes.set_xlabel(r"$\theta_2^0$ (rad)")
+    axes.set_xlabel(axis_label(PLANE["theta2_0"]))
     axes.set_ylabel("$i$", rotation=0, va="center")
     title(axes, "a", "route codes")
     zero, one = symbol_entries()
@@ -98,7 +101,12 @@ def _draw_heights(axes: Axes, drawn: list[tuple[str, Data]]) -> None:
         broken = np.flatnonzero(np.abs(np.diff(theta1)) > 2) + 1
         theta1, height = np.insert(theta1, broken, np.nan), np.insert(height, broken, np.nan)
         axes.plot(theta1, height, color=colour, ls=style, lw=1.2, label=_count(name))
-    axes.set(xlim=(0, 4), ylim=(-0.02, 1.02), xlabel=r"$\theta_1/\pi$", ylabel="$J_1/J_2$")
+    axes.set(
+        xlim=(0, 4),
+        ylim=(-0.02, 1.02),
+        xlabel=r"$\theta_1/\pi$",
+        ylabel=axis_label(DRAWN["J1_over_J2"]),
+    )
     axes.legend(fontsize=7, loc="center right", handlelength=2.4)
     title(axes, "b", "the sampled orbits")
 
@@ -106,7 +114,6 @@ def _draw_heights(axes: Axes, drawn: list[tuple[str, Data]]) -> None:
 def _draw_hodograph(axes: Axes, curve: Data, colour: str) -> None:
     omega = curve["omega"]
     axes.plot(omega[:, 2], omega[:, 0], color=colour, lw=0.6, label="omega")
-    axes.set_aspect("equal")
     axes.xaxis.set_major_locator(MaxNLocator(3))
     axes.yaxis.set_major_locator(MaxNLocator(3))
-    axes.set(xlabel=r"$\omega_\zeta$ ($1/t$)", ylabel=r"$\omega_\xi$ ($1/t$)")
+    label_hodograph(axes)

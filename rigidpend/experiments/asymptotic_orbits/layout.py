@@ -55,7 +55,13 @@ COUNTED = {
 }
 PLANE = {
     "theta2_0": Field(
-        FLOAT, ("columns",), "rad", "initial phases of Fig. 4's orbits", within=ROUNDING
+        FLOAT,
+        ("columns",),
+        "rad",
+        "initial phases of Fig. 4's orbits",
+        within=ROUNDING,
+        symbol=r"$\theta_2^0$",
+        coordinate=True,
     ),
     "codes": Field(
         WHOLE, ("symbols+1", "columns"), "1", "their symbols: 0, 1, 255 no return", within=known
@@ -66,9 +72,15 @@ PLANE = {
 }
 DRAWN = {
     "orbit": Field(WHOLE, (), "1", "place of the orbit among those with as many symbols"),
-    "t": Field(FLOAT, ("samples",), "t'", "time, 0 at the first crossing"),
+    "t": Field(FLOAT, ("samples",), "t'", "time, 0 at the first crossing", coordinate=True),
     "theta1": Field(FLOAT, ("samples",), "rad", "0 .. 4 pi"),
-    "J1_over_J2": Field(FLOAT, ("samples",), "1", "0 at the lower periodic orbit, 1 at the upper"),
+    "J1_over_J2": Field(
+        FLOAT,
+        ("samples",),
+        "1",
+        "0 at the lower periodic orbit, 1 at the upper",
+        symbol="$J_1/J_2$",
+    ),
     "theta3": Field(FLOAT, ("samples",), "rad", "precession angle since the lower periodic orbit"),
     "omega": Field(
         FLOAT, ("samples", 3), "1/t", "omega_xi, omega_eta, omega_zeta, physical; xi is upward"

@@ -8,8 +8,9 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from rigidpend.experiments.asymptotic_surfaces.layout import CURVES
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots import BLUE, RED, WIDTH, entry
+from rigidpend.experiments.plots import BLUE, RED, WIDTH, axis_label, entry
 
 COLUMN, ROW = 0.87, 2.35
 """Largest width and the height of a panel, inches."""
@@ -44,7 +45,7 @@ def draw(result: Loaded) -> Figure:
             _draw_surface(axes, body, surface)
             axes.tick_params(labelleft=k == 0, labelbottom=row == 1)
             if k == 0:
-                axes.set_ylabel("$J_1/J_2$", labelpad=2)
+                axes.set_ylabel(axis_label(CURVES[surface]["J1_over_J2"]), labelpad=2)
                 _name_row(axes, surface)
         # The last two panels are this column's: the upper bears its title, the lower its axis.
         figure.axes[-2].set_title(_title(name, nu[number]), fontsize=8)

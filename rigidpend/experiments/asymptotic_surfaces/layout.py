@@ -96,6 +96,7 @@ def _curves(name: str) -> dict[str, Field]:
             "1",
             "all curves, one after the other",
             within=Bound(_points, sized=False),
+            symbol="$J_1/J_2$",
         ),
         "sample": Field(
             WHOLE,

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from rigidpend.config.schema import (
+    Absent,
     DoubleNumerics,
     ExperimentConfig,
     Moments,
@@ -15,17 +16,12 @@ from rigidpend.config.schema import (
     PhaseGrid,
     Weight,
     Word,
-    absent_is,
     physics,
 )
 from rigidpend.numbers.exact import Exact
 
 MAX_ORBITS = 10_000
 """Orbits on a surface at most; all their samples are held in memory."""
-
-
-def _angle(value: Any) -> Any:
-    return None if value == "gamma0" else value
 
 
 def _wide(x: Exact) -> Exact:
@@ -47,7 +43,7 @@ class Problem(Part):
 
     bodies: Annotated[dict[Word, Moments], Field(min_length=1)]
     """Principal moments of inertia of each body, A1 > A3 > A2 and A2 + A3 >= A1; physical units."""
-    beta0: Annotated[Number | None, BeforeValidator(_angle), absent_is("gamma0")]
+    beta0: Annotated[Number | None, Absent("gamma0")]
     """Angle of the centre of gravity, radians; gamma0 is each body's own (Grioli)."""
     mu: Weight
     """Weight times the distance of the centre of gravity, mu >= 0; physical units."""

@@ -36,6 +36,11 @@ def bound(allowed: Callable[[str, Data, Data], Any]) -> Bound:
     return Bound(apart)
 
 
+def where(compared: Callable[[Data, Data], Any]) -> Bound:
+    """A bound of what must be the same where it is compared: from the groups, stored and fresh."""
+    return bound(lambda name, stored, fresh: np.where(compared(stored, fresh), 0.0, np.inf))
+
+
 def relative(share: float) -> Bound:
     """A bound of each element, relative to it."""
     return bound(lambda name, stored, fresh: share * np.abs(stored[name]))

@@ -8,7 +8,7 @@ from typing import Any, Self, TypeAlias
 
 import numpy as np
 
-from rigidpend.experiments.data.layout import ANY, Bound, Field, Layout, members, named
+from rigidpend.experiments.data.layout import ANY, Bound, Field, Layout, declared
 from rigidpend.experiments.data.tree import Data
 
 Scope: TypeAlias = ChainMap[str, Any]
@@ -137,8 +137,7 @@ def differences(layout: Layout, stored: Data, fresh: Data) -> list[Difference]:
 def _groups(layout: Layout, stored: Scope, fresh: Scope) -> list[Difference]:
     """The same for a group and those around it."""
     old, new = stored.maps[0], fresh.maps[0]
-    own, further = named(layout), members(layout)
-    nodes = {x: own[x][0] if x in own else further[1] if further else {} for x in (*old, *new)}
+    nodes = {**{x: {} for x in (*old, *new)}, **declared(layout, (*old, *new))}
     kept = [x for x, node in nodes.items() if not isinstance(node, Field) or node.within != ANY]
     fields = {x: node for x in kept if isinstance(node := nodes[x], Field)}
     found = keys({x: old[x] for x in kept if x in old}, {x: new[x] for x in kept if x in new})

@@ -12,7 +12,7 @@ such a group its own. Nothing that computes is imported: whoever reads a result 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from rigidpend.experiments.data.tree import Data, Dataset
@@ -52,10 +52,12 @@ class Field(NamedTuple):
     """Difference that doubles may have in two results; other elements must be the same."""
     symbol: str = ""
     """Letter by which axes call it, as matplotlib sets it."""
+    coordinate: bool = False
+    """True if it is the coordinate along its dimension."""
 
     def dataset(self, values: Any) -> Dataset:
         """Values with their meaning, as they are stored."""
-        return Dataset(values, self.units, self.description, self.dimensions)
+        return Dataset(values, self.units, self.description, self.dimensions, self.coordinate)
 
 
 Layout: TypeAlias = Mapping[str, "Field | Layout"]
@@ -92,3 +94,21 @@ def named(layout: Layout) -> dict[str, tuple[Field | Layout, bool]]:
         for name, node in layout.items()
         if not name.startswith("<")
     }
+
+
+def declared(layout: Layout, names: Collection[str]) -> dict[str, Field | Layout]:
+    """What a layout says of members with these names; of others that it has not, nothing."""
+    known, further = {name: node for name, (node, _) in named(layout).items()}, members(layout)
+    if further:
+        known = {**dict.fromkeys(names, further[1]), **known}
+    return {name: known[name] for name in names if name in known}
+
+
+def fields(layout: Layout, data: Data, place: str = "") -> Iterator[tuple[str, Any, Field]]:
+    """The values of a group and of those inside it, each with its place and its field."""
+    for name, node in declared(layout, data).items():
+        inner = f"{place}{name}"
+        if isinstance(node, Field):
+            yield inner, data[name], node
+        else:
+            yield from fields(node, data[name], f"{inner}/")

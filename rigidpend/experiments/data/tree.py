@@ -14,6 +14,8 @@ class Dataset(NamedTuple):
     description: str
     dimensions: tuple[int | str, ...] = ()
     """Names of its dimensions, as the layout has them; empty where it declares none."""
+    coordinate: bool = False
+    """True if it is the coordinate along its dimension."""
 
 
 class Coming(NamedTuple):

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.data.bounds import ROUNDING, bound, of_largest, stated
+from rigidpend.experiments.data.bounds import ROUNDING, bound, of_largest, stated, where
 from rigidpend.experiments.data.layout import FLOAT, WHOLE, Field, Layout
 from rigidpend.experiments.data.tree import Data
 
@@ -21,10 +21,8 @@ def _both(stored: Data, fresh: Data, name: str) -> Any:
     return np.isfinite(stored[name]) & np.isfinite(fresh[name])
 
 
-@bound
-def _known(name: str, stored: Data, fresh: Data) -> Any:
-    """Symbols are the same where the exponent of both is known."""
-    return np.where(_both(stored, fresh, "exponent"), 0.0, np.inf)
+# Symbols are the same where the exponent of both is known.
+_KNOWN = where(lambda stored, fresh: _both(stored, fresh, "exponent"))
 
 
 @bound
@@ -52,7 +50,7 @@ PLANE = {
         ("symbols", "rows", "columns"),
         "1",
         "symbols: 0 left, 1 right, 255 no return",
-        within=_known,
+        within=_KNOWN,
     ),
     "exponent": Field(
         FLOAT,
@@ -79,6 +77,7 @@ PLANE = {
         "initial phases of the columns",
         within=of_largest(ROUNDING),
         symbol=r"$\theta_2^0$",
+        coordinate=True,
     ),
     "log10_J1_0": Field(
         FLOAT,

@@ -10,8 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from rigidpend.experiments.data.tree import Data, Loaded
+from rigidpend.experiments.herpolhodes.layout import SAMPLED
 from rigidpend.experiments.plots import SEPARATRIX as COLOUR
-from rigidpend.experiments.plots import WIDTH, entry
+from rigidpend.experiments.plots import WIDTH, axis_label, entry, label_hodograph
 from rigidpend.numbers.generic import Scalar
 
 ROW = 2.75
@@ -58,7 +59,7 @@ def _draw_angle(axes: Axes, case: Data) -> None:
     # Room for the numbers above the curve.
     axes.set_ylim(low - 0.05 * (high - low), high + 0.16 * (high - low))
     _number(axes, case)
-    axes.set(xlim=(t[0], t[-1]), xlabel="$t'$ (dimensionless)", ylabel=r"$\alpha$ (rad)")
+    axes.set(xlim=(t[0], t[-1]), xlabel="$t'$ (dimensionless)", ylabel=axis_label(SAMPLED["alpha"]))
 
 
 def _number(axes: Axes, case: Data) -> None:
@@ -90,8 +91,7 @@ def _draw_spiral(axes: Axes, case: Data) -> None:
             axes.plot(x, y, color=COLOUR[int(i)], ls=STYLE[int(i)], lw=0.9, label=f"omega {i}")
             _arrows(axes, x, y, COLOUR[int(i)])
     _ends(axes, case)
-    axes.set_aspect("equal")
-    axes.set(xlabel=r"$\omega_\zeta$ ($1/t$)", ylabel=r"$\omega_\xi$ ($1/t$)")
+    label_hodograph(axes)
 
 
 def _ends(axes: Axes, case: Data) -> None:

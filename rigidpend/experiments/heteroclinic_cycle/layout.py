@@ -11,7 +11,9 @@ ENDS = (2, "edges")
 """Dimensions of what both ends of an edge have."""
 
 VERTICES = {
-    "label": Field(TEXT, ("vertices",), "1", "number of the separatrix, starred on J1 = J2"),
+    "label": Field(
+        TEXT, ("vertices",), "1", "number of the separatrix, starred on J1 = J2", coordinate=True
+    ),
     "theta1": Field(FLOAT, ("vertices",), "rad", "place of the vertex"),
     "J1": Field(FLOAT, ("vertices",), "J2", "J1/J2 of the vertex"),
     "again": Field(FLAG, ("vertices",), "1", "whether it repeats another vertex, 4 pi further"),

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from rigidpend.experiments.data.bounds import ROUNDING, bound
+from rigidpend.experiments.data.bounds import ROUNDING, where
 from rigidpend.experiments.data.layout import FLAG, FLOAT, WHOLE, Field, Layout, held
-from rigidpend.experiments.data.tree import Data
 
-
-@bound
-def _beside_limb(name: str, stored: Data, fresh: Data) -> Any:
-    """On the outline rounding decides what is visible."""
-    return np.where(np.abs(stored["projected"][2]) <= ROUNDING, np.inf, 0.0)
+# On the outline rounding decides what is visible.
+_OFF_OUTLINE = where(lambda stored, fresh: np.abs(stored["projected"][2]) > ROUNDING)
 
 
 def _curves(name: str) -> dict[str, Field]:
@@ -38,7 +32,7 @@ def _curves(name: str) -> dict[str, Field]:
             (points,),
             "1",
             "whether the point is on the viewer's side of the sphere",
-            within=_beside_limb,
+            within=_OFF_OUTLINE,
         ),
         "theta1": Field(FLOAT, (points,), "rad", "theta1 of the points, in the window"),
         "J1": Field(FLOAT, (points,), "J2", "J1/J2 of the points"),

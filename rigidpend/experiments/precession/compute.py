@@ -14,7 +14,7 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Tree
 from rigidpend.experiments.precession.layout import DRAWN, OF_BODY, SLOPE, UNCERTAINTY
-from rigidpend.experiments.weight_layout import MU_OVER_H0
+from rigidpend.experiments.weight_series import MU_OVER_H0
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.precession import increments, regime
 from rigidpend.numbers.doubles import Array

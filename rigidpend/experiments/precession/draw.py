@@ -19,9 +19,11 @@ from rigidpend.experiments.plots import (
     RED,
     SEPARATRIX,
     WIDTH,
+    axis_label,
     entry,
     title,
 )
+from rigidpend.experiments.weight_series import MU_OVER_H0
 
 HEIGHT = 5.4
 """Height of the figure, inches."""
@@ -161,7 +163,7 @@ def _draw_remainder(axes: Axes, data: Data, field: str, separatrix: int) -> None
     axes.plot([low, high], guide, color="black", lw=0.7, label="guide")
     axes.text(0.06, 0.94, f"slope {slope}", transform=axes.transAxes, va="top")
     _name_zeros(axes, bodies, separatrix)
-    axes.set_xlabel(r"$\mu/h_0$")
+    axes.set_xlabel(axis_label(MU_OVER_H0))
 
 
 def _name_zeros(axes: Axes, bodies: Data, separatrix: int) -> None:

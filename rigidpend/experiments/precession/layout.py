@@ -7,7 +7,7 @@ from typing import Any
 from rigidpend.experiments.data.bounds import bound, stated
 from rigidpend.experiments.data.layout import FLAG, FLOAT, TEXT, WHOLE, Field, Layout, held
 from rigidpend.experiments.data.tree import Data
-from rigidpend.experiments.weight_layout import BODIES, EACH, MU_OVER_H0, NAME
+from rigidpend.experiments.weight_series import BODIES, EACH, MU_OVER_H0, NAME
 
 UNCERTAINTY = 1e-13
 """Allowed uncertainty of an increment, relative to the largest of its body.

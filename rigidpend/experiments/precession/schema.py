@@ -6,8 +6,8 @@ from typing import Literal, Self
 
 from pydantic import model_validator
 
-from rigidpend.config.bodies import WeightedBodies
-from rigidpend.config.schema import DoubleNumerics, ExperimentConfig, Number, physics
+from rigidpend.config.bodies import WeightedBodies, one_of
+from rigidpend.config.schema import DoubleNumerics, ExperimentConfig, Number
 
 
 class Problem(WeightedBodies):
@@ -18,12 +18,7 @@ class Problem(WeightedBodies):
 
     @model_validator(mode="after")
     def _known(self) -> Self:
-        from rigidpend.routes.problem import ProblemError
-
-        with physics():
-            if self.drawn not in self.mu:
-                known = ", ".join(map(str, self.mu))
-                raise ProblemError("drawn", f"no such mu: {self.drawn} (known: {known})")
+        one_of("drawn", "mu", self.drawn, self.mu)
         return self
 
 

@@ -23,9 +23,11 @@ from rigidpend.experiments.plots import (
     WIDTH,
     ZERO,
     ZOOM,
+    axis_label,
     entry,
     symbol_entries,
 )
+from rigidpend.experiments.route_layout import MEANING
 from rigidpend.numbers.alphabet import NO_SYMBOL
 
 LARGEST = 0.12
@@ -178,7 +180,7 @@ def _draw_array(axes: Axes, array: Array) -> None:
     )
     axes.tick_params(axis="x", pad=6)
     axes.set_yticks([1, *range(5, rows + 1, 5)] if rows <= 40 else [1, rows])
-    axes.set_xlabel(r"$\theta_2^0$ (rad)", labelpad=2)
+    axes.set_xlabel(axis_label(MEANING["theta2_0"]), labelpad=2)
     axes.set_ylabel(r"$i$", rotation=0, labelpad=6, va="center")
     axes.set_title(array.name, loc="left")
 

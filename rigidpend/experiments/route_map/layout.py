@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.data.bounds import ROUNDING, bound, of_largest
+from rigidpend.experiments.data.bounds import ROUNDING, bound, of_largest, where
 from rigidpend.experiments.data.layout import ANY, FLAG, FLOAT, TEXT, WHOLE, Field, Layout
 from rigidpend.experiments.data.tree import Data
 
@@ -22,11 +22,11 @@ def _kept(name: str, stored: Data, fresh: Data) -> Any:
     return np.where(free & (fresh[name] <= len(fresh["codes"])), np.inf, 0.0)
 
 
-@bound
-def _known(name: str, stored: Data, fresh: Data) -> Any:
+@where
+def _known(stored: Data, fresh: Data) -> Any:
     """Symbols are the same where both are certain."""
     both = np.minimum(stored["certain"], fresh["certain"])
-    return np.where(np.arange(len(stored[name]))[:, None, None] < both, 0.0, np.inf)
+    return np.arange(len(stored["codes"]))[:, None, None] < both
 
 
 PLANE = {

@@ -11,13 +11,12 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from rigidpend.config.axes import Axis, Range, distinct
 from rigidpend.config.bodies import RouteStart
 from rigidpend.config.schema import (
-    Auto,
+    AUTO,
     ExperimentConfig,
     Number,
     Numerics,
     Part,
     Word,
-    absent_is,
     physics,
 )
 from rigidpend.machine import files
@@ -34,9 +33,9 @@ class PlaneAxis(Axis):
 class Zoom(Part):
     """A part of the plane, shown with as many cells."""
 
-    theta2_0: Annotated[Range | None, Auto, absent_is("auto")] = None
+    theta2_0: Annotated[Range | None, AUTO] = None
     """Its ends across, where the cells of theta2_0 are the columns; radians."""
-    columns: Annotated[Range | None, Auto, absent_is("auto")] = None
+    columns: Annotated[Range | None, AUTO] = None
     """Its ends across, where columns are given; in units of its axis."""
     rows: Range
     """Its ends on the other axis; in units of that axis."""
@@ -56,7 +55,7 @@ class Problem(RouteStart):
 
     theta2_0: Phase
     """Initial phases, radians: the columns' cells; or where columns are given, one number."""
-    columns: Annotated[PlaneAxis | None, Auto, absent_is("auto")] = None
+    columns: Annotated[PlaneAxis | None, AUTO] = None
     """The axis across; auto is the cells of theta2_0."""
     rows: PlaneAxis
     """The axis upwards. Values given for the axes above are marked in the drawing."""

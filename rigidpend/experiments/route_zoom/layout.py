@@ -15,13 +15,16 @@ ROUTES = {name: field for name, field in MEANING.items() if name != "theta2_0"} 
 }
 PLACE = {
     "centre": Field(TEXT, (), "rad", "theta2_0 of the middle, exact"),
-    "theta2_0": Field(TEXT, ("columns",), "rad", "initial phase of each column, exact"),
+    "theta2_0": Field(
+        TEXT, ("columns",), "rad", "initial phase of each column, exact", coordinate=True
+    ),
     "offset": Field(
         FLOAT,
         ("columns",),
         "rad",
         "theta2_0 of each column less the centre, rounded to a double",
         within=of_field("step", ROUNDING),
+        coordinate=True,
     ),
     "step": Field(
         FLOAT,

@@ -12,8 +12,7 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Tree
 from rigidpend.experiments.splitting.layout import CLOSED_FORM, CURVE, OF_BODY, admitted
-from rigidpend.experiments.weight_layout import MU_OVER_H0
-from rigidpend.experiments.weight_series import mu_over_h0, plain, slope
+from rigidpend.experiments.weight_series import MU_OVER_H0, mu_over_h0, plain, slope
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.integrate.engines import DEFAULT_TOLERANCE

@@ -10,7 +10,18 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, PINK, RED, WIDTH, entry, title
+from rigidpend.experiments.plots import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    PINK,
+    RED,
+    WIDTH,
+    axis_label,
+    entry,
+    title,
+)
+from rigidpend.experiments.weight_series import MU_OVER_H0
 
 HEIGHT = 6.1
 """Height of the figure, inches."""
@@ -84,7 +95,7 @@ def _draw_curve(axes: Axes, data: Data) -> str:
     axes.set_ylabel(r"$\theta_1(S_1^-) - \theta_1(S_2^+)$ in Melnikov's amplitude", fontsize=8.5)
     axes.set_ylim(top=1.32)
     axes.legend(
-        title=r"$\mu/h_0$",
+        title=axis_label(MU_OVER_H0),
         loc="upper right",
         fontsize=7,
         title_fontsize=7.5,
@@ -124,7 +135,7 @@ def _draw_error(axes: Axes, data: Data) -> str:
     ):
         axes.text(*place, said, transform=axes.transAxes, fontsize=7.5)
     axes.axhline(1, color="black", lw=0.6, ls=":")
-    axes.set_xlabel(r"$\mu/h_0$")
+    axes.set_xlabel(axis_label(MU_OVER_H0))
     axes.set_ylabel("relative error of Melnikov's formula", fontsize=8.5)
     named = [
         entry(_name(bodies["name"][k], bodies["nu"][k]), color=colour, marker=marker, ms=4, lw=0.9)
@@ -205,7 +216,7 @@ def _draw_table(axes: Axes, data: Data) -> str:
     ]
     axes.set_yticks(range(n_bodies), names, fontsize=7)
     axes.tick_params(length=0)
-    axes.set(xlabel=r"$\mu/h_0$", ylabel=r"body, $\nu$")
+    axes.set(xlabel=axis_label(MU_OVER_H0), ylabel=r"body, $\nu$")
     keys = [
         Patch(fc=colour, ec="0.5", lw=0.5, label=f"{bits} bits")
         for bits, colour in BITS.items()

@@ -9,7 +9,7 @@ import numpy as np
 from rigidpend.experiments.data.bounds import bound, relative, stated
 from rigidpend.experiments.data.layout import ANY, FLAG, FLOAT, TEXT, WHOLE, Field, Layout, held
 from rigidpend.experiments.data.tree import Data
-from rigidpend.experiments.weight_layout import BODIES, EACH, MU_OVER_H0, NAME
+from rigidpend.experiments.weight_series import BODIES, EACH, MU_OVER_H0, NAME
 
 SHARE = 4e-3
 """Admitted error of the excess, relative to Melnikov's amplitude, in units of (mu/h0)^2.
@@ -135,7 +135,9 @@ OF_BODY = {
 """Fields of all bodies."""
 CURVE = {
     "body": Field(TEXT, (), "text", "whose distance it is"),
-    "g": Field(FLOAT, ("phases",), "rad", "phase theta1/2 + theta2 on the section"),
+    "g": Field(
+        FLOAT, ("phases",), "rad", "phase theta1/2 + theta2 on the section", coordinate=True
+    ),
     "melnikov": Field(FLOAT, ("phases",), "1", "distance by Melnikov, in its amplitude"),
     "measured": Field(
         FLOAT,

@@ -6,8 +6,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from rigidpend.config.bodies import WeightedBodies
-from rigidpend.config.schema import ExperimentConfig, Numerics, Whole, Word, physics
+from rigidpend.config.bodies import WeightedBodies, one_of
+from rigidpend.config.schema import ExperimentConfig, Numerics, Whole, Word
 
 
 class Problem(WeightedBodies):
@@ -20,12 +20,7 @@ class Problem(WeightedBodies):
 
     @model_validator(mode="after")
     def _known(self) -> Self:
-        from rigidpend.routes.problem import ProblemError
-
-        with physics():
-            if self.drawn not in self.bodies:
-                known = ", ".join(self.bodies)
-                raise ProblemError("drawn", f"no such body: {self.drawn} (known: {known})")
+        one_of("drawn", "body", self.drawn, self.bodies)
         return self
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -11,41 +10,33 @@ import pytest
 
 from rigidpend.experiments.asymptotic_orbits import compute as asymptotic_orbits
 from rigidpend.experiments.asymptotic_orbits.report import address, digits, tables
-from rigidpend.experiments.asymptotic_orbits.schema import Config
-from rigidpend.experiments.contract import Means
 from rigidpend.mechanics.body import Body
-from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.orbits.integrate.engines import default_engine
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.symbolic import NoOrbit
-from tests.config.samples import content as typed
-from tests.experiments.trees import plain
+from tests.experiments.trees import asked, computed, plain
 
-CONFIG = Path(__file__).parents[3] / "configs" / "asymptotic_orbits.yaml"
 SMALL = ["problem.symbols=2", "problem.columns=60"]
 
 
 @pytest.fixture(scope="module")
 def data() -> Any:
-    content = typed(Config, CONFIG, SMALL)
-    means = Means(resolve(default_engine()))
-    return plain(asymptotic_orbits.compute(content, means))
+    return plain(computed(asked("asymptotic_orbits", *SMALL)))
 
 
 def test_the_estimate_grows_as_the_number_of_orbits() -> None:
     counts, seconds = (22, 104, 714), []
     for symbols in (2, 4, 6):
-        asked = typed(Config, CONFIG, [f"problem.symbols={symbols}"])
-        seconds.append(asymptotic_orbits.cost(asked))
+        given = asked("asymptotic_orbits", f"problem.symbols={symbols}")
+        seconds.append(asymptotic_orbits.cost(given))
     ratios = np.divide(seconds[1:], seconds[:-1]) / np.divide(counts[1:], counts[:-1])
     assert ((ratios > 0.5) & (ratios < 2)).all()
     assert 2 < seconds[-1] < 60
 
 
 def test_a_bound_on_half_rotations_that_no_orbit_keeps_is_said() -> None:
-    content = typed(Config, CONFIG, ["problem.A=[3,1.9,2.2]", "problem.mu=0.0023"])
+    given = asked("asymptotic_orbits", "problem.A=[3,1.9,2.2]", "problem.mu=0.0023")
     with pytest.raises(NoOrbit, match=r"half_turns = 10 half rotations; they take 15 or more"):
-        asymptotic_orbits.compute(content, Means(resolve(default_engine())))
+        computed(given)
 
 
 def test_every_kind_is_counted(data: Any) -> None:

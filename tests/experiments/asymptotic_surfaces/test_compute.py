@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from rigidpend import experiments
-from rigidpend.experiments.asymptotic_surfaces import compute as asymptotic_surfaces
-from rigidpend.experiments.contract import Means
 from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.orbits.integrate.engines import default_engine
-from rigidpend.runs import loading
-from tests.config.samples import refused
-from tests.experiments.trees import differences, from_file, plain, with_change
+from tests.experiments.trees import asked, computed, differences, plain, with_change
 
-CONFIG = Path(__file__).parents[3] / "configs" / "fig3.yaml"
 TABLE_1 = {
     "alpha0": "2.91891 2.23654 1.23096 1.61146 1.97724 0.79020 0.56207",
     "gamma0": "2.46192 1.95519 0.92730 1.34948 1.77215 0.57351 0.40272",
@@ -27,17 +20,12 @@ SURFACES = ("S1_minus", "S2_plus")
 
 @pytest.fixture(scope="module")
 def content() -> Any:
-    return loading.load(CONFIG, []).content
-
-
-def computed(content: Any, engine: str) -> Any:
-    tree = asymptotic_surfaces.compute(content, Means(resolve(engine)))
-    return plain(tree)
+    return asked("fig3")
 
 
 @pytest.fixture(scope="module")
 def data(content: Any) -> Any:
-    return computed(content, default_engine())
+    return plain(computed(content))
 
 
 @pytest.mark.parametrize("column", TABLE_1)
@@ -82,7 +70,9 @@ def test_every_phase_has_its_curve_on_both_surfaces(content: Any, data: Any) -> 
 
 @pytest.mark.slow
 def test_agrees_engines(content: Any) -> None:
-    scipy, taylor = (computed(content, engine) for engine in ("scipy", "taylor"))
+    scipy, taylor = (
+        plain(computed(content, arithmetic=resolve(engine))) for engine in ("scipy", "taylor")
+    )
     assert differences("asymptotic_surfaces", scipy, taylor) == []
 
 
@@ -91,30 +81,3 @@ def test_samples_at_other_times_are_no_agreement(data: Any) -> None:
     later = with_change(data, lambda d: d["bodies"]["a"]["S1_minus"]["sample"].__iadd__(10000))
     [found] = differences("asymptotic_surfaces", data, later)
     assert "same times" in found
-
-
-@pytest.mark.parametrize(
-    ("setting", "place"),
-    [
-        ("problem.bodies.b=[2, 3, 1]", "problem.bodies.b: A1 > A3 > A2 is broken"),
-        ("problem.beta0=4", "problem.beta0: 0 <= beta0 <= pi is broken"),
-        ("problem.beta0=alpha", "problem.beta0: 'alpha' is not understood"),
-        ("problem.mu=-1", "problem.mu: mu >= 0 is broken"),
-        ("problem.M_0=0.01", "problem.M_0: h0 = M_0^2/(2 A3) > mu is broken"),
-        ("problem.J1_0=0.9", "problem.J1_0: J1_0 < J2_0/2 is broken"),
-        ("problem.half_width=1", "problem.half_width: half_width must be more than 1"),
-        ("problem.theta2_0.count=20000", "problem.theta2_0: at most 10000 orbits"),
-        ("numerics.precisions=[53, 64]", "numerics.precisions: unknown key"),
-    ],
-)
-def test_refuses_what_has_no_meaning_where_it_is_written(setting: str, place: str) -> None:
-    [found] = refused(CONFIG, [setting])
-    assert place in str(found)
-
-
-@pytest.mark.slow
-def test_the_file_holds_what_was_computed(content: Any, data: Any, tmp_path: Path) -> None:
-    tree = asymptotic_surfaces.compute(content, Means(resolve(default_engine())))
-    loaded = from_file(tmp_path, "asymptotic_surfaces", tree)["data"]
-    assert differences("asymptotic_surfaces", data, loaded) == []
-    assert list(loaded["bodies"]) == list("abcdefg")

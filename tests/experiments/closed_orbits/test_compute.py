@@ -2,31 +2,20 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from rigidpend.experiments.closed_orbits import compute as closed_orbits
-from rigidpend.experiments.closed_orbits.layout import LAYOUT
-from rigidpend.experiments.closed_orbits.schema import Config
-from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.compare import differences
-from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.orbits.integrate.engines import default_engine
-from tests.config.samples import content as typed
-from tests.experiments.trees import plain
+from tests.experiments.trees import asked, computed, differences, plain
 
-CONFIG = Path(__file__).parents[3] / "configs" / "closed_orbits.yaml"
 SMALL = ["problem.longest=5", "problem.verified=2", "problem.symbols=1000"]
 
 
 @pytest.fixture(scope="module")
 def data() -> Any:
-    content = typed(Config, CONFIG, SMALL)
-    means = Means(resolve(default_engine()))
-    return plain(closed_orbits.compute(content, means))
+    return plain(computed(asked("closed_orbits", *SMALL)))
 
 
 def test_points_are_those_of_a_full_shift(data: Any) -> None:
@@ -58,7 +47,7 @@ def test_averages_agree_with_the_long_orbit(data: Any) -> None:
 
 def test_the_estimate_doubles_with_each_symbol_that_is_verified() -> None:
     few, more = (
-        closed_orbits.cost(typed(Config, CONFIG, [f"problem.verified={n}"])) for n in (4, 6)
+        closed_orbits.cost(asked("closed_orbits", f"problem.verified={n}")) for n in (4, 6)
     )
     # 44 and 212 passages are integrated, 0.12 s each, beside 2 s for all else.
     assert 4 < few < 15
@@ -80,4 +69,4 @@ def test_results_may_differ_by_some_times_what_they_err_by(
 ) -> None:
     for share, expected in ((0.9, 0), (1.1, 1)):
         moved = {**data, group: {**data[group], name: data[group][name] + share * allowed}}
-        assert len(differences(LAYOUT, data, moved)) == expected
+        assert len(differences("closed_orbits", data, moved)) == expected

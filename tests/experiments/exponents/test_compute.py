@@ -3,29 +3,21 @@
 from __future__ import annotations
 
 import copy
-from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 import pytest
 
-from rigidpend.experiments.contract import Means
 from rigidpend.experiments.exponents import compute as exponents
 from rigidpend.experiments.exponents.report import tables
-from rigidpend.experiments.exponents.schema import Config
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.orbits.integrate.engines import default_engine
 from rigidpend.routes.plane import Cells, Plane
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic.stretching import stretched
 from rigidpend.routes.symbolic.surface import surface
-from tests.config.samples import content as typed
-from tests.config.samples import refused
-from tests.experiments.trees import differences, plain
+from tests.experiments.trees import asked, computed, differences, plain
 from tests.routes.symbolic.fig4 import BODY, H
 
-CONFIG = Path(__file__).parents[3] / "configs" / "exponents.yaml"
 SMALL = [
     "problem.theta2_0.count=6",
     "problem.log10_J1_0.count=4",
@@ -37,8 +29,7 @@ SMALL = [
 
 @pytest.fixture(scope="module")
 def data() -> Any:
-    means = Means(resolve(default_engine(), None, (53,)))
-    return plain(exponents.compute(typed(Config, CONFIG, SMALL), means))
+    return plain(computed(asked("exponents", *SMALL)))
 
 
 def test_every_cell_is_the_orbit_of_its_middle(data: Any) -> None:
@@ -81,17 +72,12 @@ def test_cells_that_are_no_longer_known_are_a_difference(data: Any) -> None:
     assert "computed nan" in found
 
 
-def test_more_passages_than_doubles_tell_are_refused() -> None:
-    [found] = refused(CONFIG, ["problem.n_symbols=11"])
-    assert "at most 10" in str(found)
-
-
 def test_tables_and_the_estimate_tell_what_is_asked(data: Any) -> None:
     [table] = tables(cast("Any", {"data": data}))
     assert len(table.rows) == 3
     assert "of 24 cells are known" in table.note
     # Measured: 7 s from nothing, 3 s where the maps are kept.
-    assert 5 < exponents.cost(typed(Config, CONFIG, [])) < 20
+    assert 5 < exponents.cost(asked("exponents")) < 20
 
 
 class Doubted(Plane):
@@ -108,7 +94,6 @@ def test_without_an_established_code_a_cell_stays_blank(
     data: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(exponents, "Plane", Doubted)
-    means = Means(resolve(default_engine(), None, (53,)))
-    other: Any = plain(exponents.compute(typed(Config, CONFIG, SMALL), means))
+    other = plain(computed(asked("exponents", *SMALL)))
     blank = np.isnan(other["exponent"]) & np.isfinite(data["exponent"])
     np.testing.assert_array_equal(np.flatnonzero(blank), [7, 9])

@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from rigidpend.experiments.contract import Means
 from rigidpend.experiments.herpolhodes import compute as herpolhodes
 from rigidpend.mechanics.precession import plateaus
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.engines import default_engine
 from rigidpend.routes.codes import codes_of
-from rigidpend.runs import loading
-from tests.config.samples import refused
-from tests.experiments.trees import differences, plain, with_change
+from tests.experiments.trees import asked, computed, differences, plain, with_change
 
-FIG5 = Path(__file__).resolve().parents[3] / "configs" / "fig5.yaml"
 PUBLISHED = {
     "case1": "2-2*-1*-1-4-4*-3*-3-4-4*-1*-1",
     "case2": "2-2*-3*-3-4-4*-1*-1-2-2*-1*-1",
@@ -29,7 +24,7 @@ Data = dict[str, dict[str, Any]]
 
 @pytest.fixture(scope="module")
 def content() -> Any:
-    return loading.load(FIG5, []).content
+    return asked("fig5")
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +34,7 @@ def reported() -> list[str]:
 
 @pytest.fixture(scope="module")
 def tree(content: Any, reported: list[str]) -> Any:
-    return herpolhodes.compute(content, Means(resolve(default_engine()), 1, reported.append))
+    return computed(content, report=reported.append)
 
 
 @pytest.fixture
@@ -91,16 +86,13 @@ def test_samples_are_few_and_yet_smooth(data: Data) -> None:
 def test_a_result_does_not_differ_from_itself_or_from_the_other_engine(data: Data) -> None:
     assert differences("herpolhodes", data, data) == []
     short = ("cases={case1: {theta2_0: 1.02}}", "n_symbols=1", "n_wound=1")
-    asked: Any = loading.load(
-        FIG5, [*(f"problem.{each}" for each in short), "numerics.points=20"]
-    ).content
+    given = asked("fig5", *(f"problem.{each}" for each in short), "numerics.points=20")
     # In 64 bits errors of doubles are seen; integers of more would take seven times as long.
-    made: list[Any] = [
-        herpolhodes.compute(asked, Means(resolve(engine, None, (53, 64))))
-        for engine in {default_engine(), "scipy"}
-    ]
-    both = [plain(t) for t in made]
-    assert differences("herpolhodes", both[0], both[-1]) == []
+    both = (
+        plain(computed(given, arithmetic=resolve(engine, None, (53, 64))))
+        for engine in (default_engine(), "scipy")
+    )
+    assert differences("herpolhodes", *both) == []
 
 
 def test_an_orbit_that_leaves_its_route_is_no_result(
@@ -108,22 +100,7 @@ def test_an_orbit_that_leaves_its_route_is_no_result(
 ) -> None:
     monkeypatch.setattr(herpolhodes, "separatrices", lambda _: np.array([2, 1, 4, 3, 4, 3]))
     with pytest.raises(ArithmeticError, match=r"theta2_0 = 1\.02: .* leaves the route"):
-        herpolhodes.compute(content, Means(resolve(default_engine()), 1, print))
-
-
-@pytest.mark.parametrize(
-    ("setting", "message"),
-    [
-        ("problem.h0=0.001", "h0 > mu is broken"),
-        ("problem.J1_0=2", "0 < J1_0 < J2_0 is broken"),
-        ("problem.n_wound=6", "n_wound = 6 is more than n_symbols = 5"),
-        ("problem.A=[1, 2, 3]", "A1 > A3 > A2 is broken"),
-    ],
-)
-def test_what_the_problem_excludes_is_a_complaint(setting: str, message: str) -> None:
-    [complaint] = refused(FIG5, [setting])
-    assert message in str(complaint)
-    assert setting.partition("=")[0] in str(complaint)
+        computed(content)
 
 
 def test_a_route_that_is_not_certain_is_no_result(
@@ -142,7 +119,7 @@ def test_a_route_that_is_not_certain_is_no_result(
     for field in ("certain", "separatrix"):
         monkeypatch.setattr(herpolhodes, "codes_of", spoilt(field))
         with pytest.raises(ArithmeticError, match=r"theta2_0 = 1\.02: the route is not certain"):
-            herpolhodes.compute(content, Means(resolve(default_engine()), 1, print))
+            computed(content)
 
 
 @pytest.mark.parametrize(("part", "noticed"), [(0.9, False), (1.1, True)])

@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from rigidpend.experiments.contract import Means
-from rigidpend.experiments.heteroclinic_cycle import compute as heteroclinic_cycle
-from rigidpend.experiments.heteroclinic_cycle.schema import Config
 from rigidpend.mechanics.equations import eq1
 from rigidpend.routes.cycle import symbols
-from tests.config.samples import content as typed
-from tests.config.samples import refused
-from tests.experiments.trees import from_file
+from tests.experiments.trees import CONFIGS, asked, computed, plain
 from tests.processes import modules_of_computing
 
-FIG2 = Path(__file__).resolve().parents[3] / "configs" / "fig2.yaml"
-MEANS = Means()
 OTHER = ["problem.A=[2, 1, 1.2]", "problem.r=[3, 1, 0]"]
 
 PUBLISHED = {
@@ -38,23 +30,17 @@ PUBLISHED = {
 
 @pytest.fixture(scope="module", params=[[], OTHER], ids=["paper", "another body"])
 def content(request: pytest.FixtureRequest) -> Any:
-    return typed(Config, FIG2, request.param)
-
-
-@pytest.fixture(scope="module")
-def tree(content: Any) -> Any:
-    return heteroclinic_cycle.compute(content, MEANS)
+    return asked("fig2", *request.param)
 
 
 @pytest.fixture
-def data(tree: Any, tmp_path: Path) -> Any:
-    """The result as it comes back from a file."""
-    return from_file(tmp_path, "heteroclinic_cycle", tree)["data"]
+def data(content: Any) -> Any:
+    return plain(computed(content))
 
 
 @pytest.mark.slow
 def test_nothing_is_integrated_to_compute_it() -> None:
-    found = modules_of_computing("heteroclinic_cycle", FIG2)
+    found = modules_of_computing("heteroclinic_cycle", CONFIGS / "fig2.yaml")
     assert "rigidpend.routes.cycle" in found
     assert found & {"scipy.integrate", "heyoka", "matplotlib"} == set()
 
@@ -124,15 +110,3 @@ def test_the_rectangles_are_on_the_two_sides_of_separatrix_2(content: Any, data:
     assert rectangles["name"].tolist() == ["left", "right"]
     expected = [[body.beta0 - body.alpha0, middle], [middle, body.beta0 - body.alpha0 + 2 * np.pi]]
     np.testing.assert_allclose(rectangles["theta1"].T, expected, atol=1e-14)
-
-
-@pytest.mark.parametrize(
-    ("setting", "told"),
-    [
-        ("problem.r=[0, 0, 0]", "problem.r: r must have a direction"),
-        ("problem.mu=0", "problem.mu: unknown key"),
-    ],
-)
-def test_a_config_that_cannot_be_is_refused(setting: str, told: str) -> None:
-    [found] = refused(FIG2, [setting])
-    assert told in str(found)

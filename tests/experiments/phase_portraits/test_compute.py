@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from rigidpend.experiments.contract import Means
 from rigidpend.experiments.phase_portraits import compute as phase_portraits
 from rigidpend.mechanics.equations import (
     aligned,
@@ -18,29 +16,18 @@ from rigidpend.mechanics.equations import (
     eq1,
 )
 from rigidpend.orbits.integrate import sample
-from rigidpend.runs import loading
-from tests.config.samples import refused
-from tests.experiments.trees import differences, from_file
+from tests.experiments.trees import CONFIGS, asked, computed, differences, plain
 from tests.processes import modules_of_computing
-
-FIG1 = Path(__file__).resolve().parents[3] / "configs" / "fig1.yaml"
-MEANS = Means()
 
 
 @pytest.fixture(scope="module")
 def content() -> Any:
-    return loading.load(FIG1).content
+    return asked("fig1")
 
 
 @pytest.fixture(scope="module")
-def tree(content: Any) -> Any:
-    return phase_portraits.compute(content, MEANS)
-
-
-@pytest.fixture
-def data(tree: Any, tmp_path: Path) -> Any:
-    """The result as it comes back from a file."""
-    return from_file(tmp_path, "phase_portraits", tree)["data"]
+def data(content: Any) -> Any:
+    return plain(computed(content))
 
 
 def curves(group: Any, field: str) -> list[Any]:
@@ -49,7 +36,7 @@ def curves(group: Any, field: str) -> list[Any]:
 
 @pytest.mark.slow
 def test_nothing_is_integrated_to_compute_it() -> None:
-    found = modules_of_computing("phase_portraits", FIG1)
+    found = modules_of_computing("phase_portraits", CONFIGS / "fig1.yaml")
     assert "rigidpend.mechanics.free_body" in found
     assert found & {"scipy.integrate", "heyoka", "matplotlib"} == set()
 
@@ -193,20 +180,3 @@ def test_visibility_may_change_on_the_outline_only(data: Any) -> None:
         fresh = {**stored, "orbits": {**stored["orbits"], "visible": visible}}
         changed = {**stored, "orbits": {**stored["orbits"], "visible": orbits["visible"]}}
         assert len(differences("phase_portraits", changed, fresh)) == count
-
-
-@pytest.mark.parametrize(
-    ("setting", "told"),
-    [
-        ("problem.A=[1, 2, 1.5]", "problem.A: A1 > A3 > A2 is broken"),
-        ("problem.mu=0", "problem.mu: unknown key"),
-        ("problem.heights=[0.5, 1]", "problem.heights: a height |M3|/|M| is more than 0"),
-        ("problem.heights=[]", "problem.heights: expected at least"),
-        ("problem.view.elevation=2", "problem.view.elevation: an elevation is from -pi/2"),
-        ("problem.points=3", "problem.points: input should be greater than or equal to 9"),
-        ("numerics.engine=scipy", "numerics: unknown key"),
-    ],
-)
-def test_a_config_that_cannot_be_is_refused(setting: str, told: str) -> None:
-    [found] = refused(FIG1, [setting])
-    assert told in str(found)

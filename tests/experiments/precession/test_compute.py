@@ -3,41 +3,21 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from rigidpend.experiments.contract import Means
-from rigidpend.experiments.precession import compute as precession
 from rigidpend.experiments.precession.compute import in_order
-from rigidpend.experiments.precession.schema import Config
-from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.orbits.integrate.engines import default_engine
-from tests.config.samples import content as typed
-from tests.config.samples import refused
-from tests.experiments.trees import differences, from_file, plain
+from tests.experiments.trees import asked, computed, differences, plain
 
-CONFIG = Path(__file__).parents[3] / "configs" / "precession.yaml"
-SMALL = ["problem.mu=[1e-4, 1e-3, 1e-2, 0.1]"]
+SMALL = "problem.mu=[1e-4, 1e-3, 1e-2, 0.1]"
 BODIES = ("i", "ii", "iii", "iv", "v")
 
 
-def computed(settings: list[str]) -> Any:
-    content = typed(Config, CONFIG, settings)
-    return precession.compute(content, Means(resolve(default_engine())))
-
-
 @pytest.fixture(scope="module")
-def tree() -> Any:
-    return computed(SMALL)
-
-
-@pytest.fixture(scope="module")
-def data(tree: Any) -> Any:
-    return plain(tree)
+def data() -> Any:
+    return plain(computed(asked("precession", SMALL)))
 
 
 @pytest.mark.slow
@@ -80,7 +60,7 @@ def test_in_the_Hess_case_the_remainder_is_rounding(data: Any) -> None:
 @pytest.mark.slow
 def test_the_drawn_mu_is_the_one_of_the_config(data: Any) -> None:
     assert data["mu_over_h0"][data["drawn"]] == 0.1
-    other = plain(computed([*SMALL, "problem.drawn=1/1000", "problem.mu=[1e-3, 1e-2]"]))
+    other = plain(computed(asked("precession", "problem.drawn=1/1000", "problem.mu=[1e-3, 1e-2]")))
     assert other["drawn"] == 0
 
 
@@ -104,52 +84,6 @@ def test_equal_increments_are_equal_within_their_errors() -> None:
     gained = np.array([1.0, 1.05, -1.0, -1.0])
     assert in_order(gained, groups, 0.03)
     assert not in_order(gained, groups, 0.02)
-
-
-@pytest.mark.slow
-def test_each_body_is_a_part_of_the_run() -> None:
-    parts = []
-
-    def part(name: str, function: Callable[[], Any]) -> Any:
-        parts.append(name)
-        return function()
-
-    content = typed(Config, CONFIG, ["problem.mu=[1e-2, 0.1]"])
-    precession.compute(content, Means(resolve(default_engine()), 1, lambda _: None, part))
-    assert parts == list(BODIES)
-
-
-def test_a_result_does_not_differ_from_itself_nor_from_its_file(tree: Any, tmp_path: Path) -> None:
-    loaded = from_file(tmp_path, "precession", tree)["data"]
-    assert differences("precession", loaded, copy.deepcopy(loaded)) == []
-    assert list(loaded["bodies"]["name"]) == list(BODIES)
-
-
-@pytest.mark.parametrize(
-    ("setting", "place"),
-    [
-        ("problem.bodies.ii.A=[2, 3, 1]", "problem.bodies.ii.A: A1 > A3 > A2 is broken"),
-        ("problem.mu=[1e-3, 1e-4]", "problem.mu: mu must ascend"),
-        ("problem.mu=[1e-4, 0.1, 2]", "problem.h0: h0 > mu is broken: h0 = 1, mu = 2"),
-        ("problem.drawn=0.2", "problem.drawn: no such mu: 0.2 (known: 1e-5, 3e-5"),
-        ("numerics.precisions=[53, 64]", "numerics.precisions: "),
-    ],
-)
-def test_refuses_what_has_no_meaning_where_it_is_written(setting: str, place: str) -> None:
-    [found] = refused(CONFIG, [setting])
-    assert place in str(found)
-
-
-def test_a_stated_error_opens_no_tolerance_and_fails_if_it_is_more_than_declared(
-    data: Any,
-) -> None:
-    other = copy.deepcopy(data)
-    other["bodies"]["error"] += 1
-    [found] = differences("precession", data, other)
-    assert found.startswith("bodies/error[")
-    assert "is declared" in found
-    other["bodies"]["gained"] += 1e-6
-    assert any("bodies/gained" in x for x in differences("precession", data, other))
 
 
 @pytest.mark.parametrize(("part", "noticed"), [(0.9, False), (1.1, True)])

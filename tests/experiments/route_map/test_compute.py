@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from rigidpend import Body, route_codes
-from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_map import compute as route_map
-from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.orbits.integrate.engines import default_engine
-from rigidpend.runs import loading
 from tests.config.samples import refused
-from tests.experiments.trees import differences, plain, settled
+from tests.experiments.trees import CONFIGS, asked, computed, differences, plain
 
-SHIPPED = Path(__file__).parents[3] / "configs" / "route_map.yaml"
+SHIPPED = CONFIGS / "route_map.yaml"
 SMALL = (
     "problem.zooms={}",
     "problem.theta2_0.count=5",
@@ -36,12 +31,7 @@ ROWS: dict[str, str] = {
 
 
 def content(*settings: str) -> Any:
-    return loading.load(SHIPPED, [*SMALL, *settings]).content
-
-
-def computed(given: Any, **more: Any) -> Any:
-    means = Means(resolve(default_engine(), None, (53,)), **more)
-    return settled(route_map.compute(given, means))
+    return asked("route_map", *SMALL, *settings)
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,65 @@
+"""What a config of an experiment may not ask for is refused, where it is written."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.config.samples import refused
+from tests.experiments.trees import CONFIGS
+
+REFUSED = {
+    "exponents": {"problem.n_symbols=11": "n_symbols must be at most 10"},
+    "fig1": {
+        "problem.A=[1, 2, 1.5]": "problem.A: A1 > A3 > A2 is broken",
+        "problem.heights=[0.5, 1]": "problem.heights: a height |M3|/|M| is more than 0",
+        "problem.heights=[]": "problem.heights: expected at least",
+        "problem.view.elevation=2": "problem.view.elevation: an elevation is from -pi/2",
+        "problem.points=3": "problem.points: input should be greater than or equal to 9",
+        "numerics.engine=scipy": "numerics: unknown key",
+    },
+    "fig2": {
+        "problem.r=[0, 0, 0]": "problem.r: r must have a direction",
+        "problem.mu=0": "problem.mu: unknown key",
+    },
+    "fig3": {
+        "problem.bodies.b=[2, 3, 1]": "problem.bodies.b: A1 > A3 > A2 is broken",
+        "problem.beta0=4": "problem.beta0: 0 <= beta0 <= pi is broken",
+        "problem.beta0=alpha": "problem.beta0: 'alpha' is not understood",
+        "problem.mu=-1": "problem.mu: mu >= 0 is broken",
+        "problem.M_0=0.01": "problem.M_0: h0 = M_0^2/(2 A3) > mu is broken",
+        "problem.J1_0=0.9": "problem.J1_0: J1_0 < J2_0/2 is broken",
+        "problem.half_width=1": "problem.half_width: half_width must be more than 1",
+        "problem.theta2_0.count=20000": "problem.theta2_0: at most 10000 orbits",
+        "numerics.precisions=[53, 64]": "numerics.precisions: unknown key",
+    },
+    "fig4_zoom": {
+        "problem.symbol=16": "symbol 16 is beyond n_symbols = 15",
+        "problem.step=0": "step must be greater than 0, got 0",
+        "problem.step=1e-190": "the last level's step would be 1e-201, below 1e-200",
+        "problem.factor=1.5": "factor must be from 2 to 1000000, in at most 20 characters, got",
+        "problem.factor=9.22061431681464812345": "in at most 20 characters",
+    },
+    "fig5": {"problem.n_wound=6": "problem.n_wound: n_wound = 6 is more than n_symbols = 5"},
+    "precession": {
+        "problem.drawn=0.2": "problem.drawn: no such mu: 0.2 (known: 1e-5, 3e-5",
+        "numerics.precisions=[53, 64]": "numerics.precisions: unknown key",
+    },
+    "splitting": {
+        "problem.bodies.b.A=[2, 3, 1]": "problem.bodies.b.A: A1 > A3 > A2 is broken",
+        "problem.bodies.b.r=[-1, 1, 0]": "problem.bodies.b.r: r1, r2 >= 0 is broken",
+        "problem.mu=[1e-3, 1e-4]": "problem.mu: mu must ascend",
+        "problem.mu=[0, 1e-4]": "problem.mu: mu must be more than 0",
+        "problem.mu=[1e-4]": "problem.mu: expected at least 2",
+        "problem.mu=[1e-4, 2]": "problem.h0: h0 > mu is broken: h0 = 1, mu = 2",
+        "problem.mu=[1e-200, 1e-4]": "problem.mu: mu = 1e-200 is below 1e-100 h0",
+        "problem.drawn=z": "problem.drawn: no such body: z (known: a, fig4, b",
+        "problem.phases=3": "problem.phases: input should be greater than or equal to 9",
+    },
+}
+"""By config and setting: the place and the reason that are told."""
+
+
+@pytest.mark.parametrize(("name", "setting"), [(x, y) for x in REFUSED for y in REFUSED[x]])
+def test_what_has_no_meaning_is_refused_where_it_is_written(name: str, setting: str) -> None:
+    [found] = refused(CONFIGS / f"{name}.yaml", [setting])
+    assert REFUSED[name][setting] in str(found)
