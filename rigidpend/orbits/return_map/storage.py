@@ -27,8 +27,8 @@ from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.normal_form import NormalForm
 from rigidpend.orbits.return_map.precision import Precision, precision
 
-MOST = 200_000_000
-"""Bytes of all kept maps; one over the energies of Fig. 4 takes half a million."""
+MOST = 500_000_000
+"""Bytes of all kept maps: one of Fig. 4 takes half a million, of a nearly symmetric body 50."""
 
 
 def followed(body: Body, low: Exact, high: Exact, bits: int, design: Any, table: int) -> bytes:
