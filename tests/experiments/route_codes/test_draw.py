@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from rigidpend.experiments.route_codes.draw import draw
+from rigidpend.experiments.route_codes.draw import draw, draw_together
 from tests.experiments.figures import styled
 from tests.results.loaded import loaded
 
@@ -62,6 +62,12 @@ def cell_sides(axes: Axes, columns: int, rows: int) -> tuple[float, float]:
     assert isinstance(figure, Figure)
     box, (wide, high) = axes.get_position(), figure.get_size_inches()
     return float(box.width * wide / columns), float(box.height * high / rows)
+
+
+def test_results_drawn_together_are_told_apart_by_their_labels(data: Data) -> None:
+    figure = styled(draw_together, [(said, loaded(data)) for said in ("mu = 1", "mu = 2")])
+    titles = [axes.get_title(loc="left") for axes in figure.axes]
+    assert titles == ["left, mu = 1", "right", "left, mu = 2", "right"]
 
 
 def test_zero_is_black_one_is_white_and_the_bottom_row_is_the_first_symbol(data: Data) -> None:
