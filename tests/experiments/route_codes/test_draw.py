@@ -65,7 +65,7 @@ def cell_sides(axes: Axes, columns: int, rows: int) -> tuple[float, float]:
 
 
 def test_results_drawn_together_are_told_apart_by_their_labels(data: Data) -> None:
-    figure = styled(draw_together, [(said, loaded(data)) for said in ("mu = 1", "mu = 2")])
+    figure = draw_together([(said, loaded(data)) for said in ("mu = 1", "mu = 2")])
     titles = [axes.get_title(loc="left") for axes in figure.axes]
     assert titles == ["left, mu = 1", "right", "left, mu = 2", "right"]
 
