@@ -312,7 +312,7 @@ def _joined(parts: list[Any]) -> Any:
 
 
 def _said(found: Mapping[str, Any]) -> str:
-    """How measurements ended; of several records those alike together."""
+    """The ways in which measurements ended; of several records those alike together."""
     if "ended" in found:
         return _ended(found)
     said = {name: _ended(record) for name, record in found.items()}
