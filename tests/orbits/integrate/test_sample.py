@@ -115,6 +115,16 @@ def test_orbits_side_by_side_keep_nothing_of_the_body_before(engine: str) -> Non
 
 
 @pytest.mark.parametrize("engine", ENGINES)
+def test_order_orbits_side_by_side_err_more_by_a_coarser_tolerance(engine: str) -> None:
+    numbers = aligned_coefficients(GENERIC.angles(), math)
+    truth, fine, coarse = (
+        sample_orbits(numbers, fan(3), [0.0, 9.0], engine=engine, tolerance=tolerance)
+        for tolerance in (None, 1e-9, 1e-4)
+    )
+    assert np.abs(coarse - truth).max() > 10 * np.abs(fine - truth).max() > 0
+
+
+@pytest.mark.parametrize("engine", ENGINES)
 def test_two_times_end_as_a_grid_does(engine: str) -> None:
     """Without a grid the end is a step's; in one it comes from inside a step."""
     numbers = aligned_coefficients(GENERIC.angles(), math)
