@@ -16,7 +16,7 @@ from rigidpend.machine.kept import KeptFileWarning
 from rigidpend.runs.parts import Parts, sweep
 
 PART: Tree = {
-    "inner": {"x": Dataset(np.array([1.5, np.nan]), "rad", "angles", ("samples",))},
+    "inner": {"x": Dataset(np.array([1.5, np.nan]), "rad", "angles", ("samples",), True)},
     "words": Dataset(np.array([b"left", b"right"]), "1", "sides", ("bodies", 2)),
     "text": Dataset("grüße", "", "a text"),
     "flags": Dataset(np.array([True, False]), "1", "flags"),
