@@ -146,7 +146,7 @@ Word = Annotated[str, StringConstraints(pattern=r"^[A-Za-z]\w*$", max_length=40)
 
 
 @dataclass(frozen=True)
-class Absent:
+class WordForNone:
     """The word that stands for None in a config; written where numbers are as a person has them."""
 
     word: str
@@ -169,7 +169,7 @@ class Absent:
         )
 
 
-AUTO = Absent("auto")
+AUTO = WordForNone("auto")
 
 
 class Part(BaseModel):

@@ -97,7 +97,7 @@ def named(layout: Layout) -> dict[str, tuple[Field | Layout, bool]]:
 
 
 def declared(layout: Layout, names: Collection[str]) -> dict[str, Field | Layout]:
-    """What a layout says of members with these names; of others that it has not, nothing."""
+    """Those of some names that a layout declares, with what it says of them."""
     known, further = {name: node for name, (node, _) in named(layout).items()}, members(layout)
     if further:
         known = {**dict.fromkeys(names, further[1]), **known}
