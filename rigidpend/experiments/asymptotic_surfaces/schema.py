@@ -7,7 +7,6 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from rigidpend.config.schema import (
-    Absent,
     DoubleNumerics,
     ExperimentConfig,
     Moments,
@@ -16,6 +15,7 @@ from rigidpend.config.schema import (
     PhaseGrid,
     Weight,
     Word,
+    WordForNone,
     physics,
 )
 from rigidpend.numbers.exact import Exact
@@ -43,7 +43,7 @@ class Problem(Part):
 
     bodies: Annotated[dict[Word, Moments], Field(min_length=1)]
     """Principal moments of inertia of each body, A1 > A3 > A2 and A2 + A3 >= A1; physical units."""
-    beta0: Annotated[Number | None, Absent("gamma0")]
+    beta0: Annotated[Number | None, WordForNone("gamma0")]
     """Angle of the centre of gravity, radians; gamma0 is each body's own (Grioli)."""
     mu: Weight
     """Weight times the distance of the centre of gravity, mu >= 0; physical units."""
