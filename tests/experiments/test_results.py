@@ -49,6 +49,7 @@ COORDINATES = {
     "exponents": {"columns: theta2_0"},
     "fig2": {"vertices: label"},
     "fig4": {"columns: theta2_0"},
+    "fig4_intervals": {"columns: theta2_0"},
     "fig4_zoom": {"columns: offset"},
     "fig5": {"samples: t"},
     "precession": {"bodies: name", "mu: mu_over_h0"},
