@@ -94,7 +94,7 @@ def test_the_page_is_well_formed_and_needs_nothing_else(parsed: Parsed, text: st
 def test_every_departure_is_in_the_page() -> None:
     parsed = Parsed(page.html((), DEPARTURES))
     for departure in DEPARTURES:
-        assert set(departure.row) <= set(parsed.words)
+        assert set(departure) <= set(parsed.words)
 
 
 @pytest.mark.slow
