@@ -53,7 +53,7 @@ REFUSED = {
     },
     "route_map": {
         "problem.theta2_0.ends=[2, 1]": "problem.theta2_0.ends: the ends must ascend",
-        "problem.theta2_0.ends=[1, 1.000000000000001]": "problem.theta2_0.ends: 500 cells between 1.0 and",
+        "problem.theta2_0.ends=[1, 1.000000000000001]": "theta2_0.ends: 500 cells",
         "problem.rows={axis: log10_J1_0, ends: [-10, 1], count: 4}": "J1_0",
         "problem.rows={axis: gamma0, ends: [1, 2], count: 4}": "problem.rows",
         "problem.rows={axis: alpha0, ends: [1, 4], count: 4}": "pi > alpha0 > 0",
