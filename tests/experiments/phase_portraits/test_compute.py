@@ -16,8 +16,7 @@ from rigidpend.mechanics.equations import (
     eq1,
 )
 from rigidpend.orbits.integrate import sample
-from tests.experiments.trees import CONFIGS, asked, computed, differences, plain
-from tests.processes import modules_of_computing
+from tests.experiments.trees import asked, computed, differences, plain
 
 
 @pytest.fixture(scope="module")
@@ -32,19 +31,6 @@ def data(content: Any) -> Any:
 
 def curves(group: Any, field: str) -> list[Any]:
     return [group[field][..., a:b] for a, b in pairwise(group["offsets"])]
-
-
-@pytest.mark.slow
-def test_nothing_is_integrated_to_compute_it() -> None:
-    found = modules_of_computing("phase_portraits", CONFIGS / "fig1.yaml")
-    assert "rigidpend.mechanics.free_body" in found
-    assert found & {"scipy.integrate", "heyoka", "matplotlib"} == set()
-
-
-def test_the_body_is_the_paper_s(content: Any) -> None:
-    body = content.problem.body
-    assert body.alpha0 == pytest.approx(1.9106332362490186, rel=1e-15)
-    assert float(body.mu) == 0
 
 
 @pytest.mark.slow
@@ -63,16 +49,13 @@ def test_every_curve_has_its_energy_on_the_sphere_and_in_the_plane(
         np.testing.assert_allclose(kinetic - body.kappa / 2, level, atol=1e-14)
 
 
-def test_the_signs_of_the_levels_tell_the_families(data: Any) -> None:
-    around, level = data["orbits"]["around"], data["orbits"]["level"]
-    assert (level[around == 2] > 0).all()
-    assert (level[around == 1] < 0).all()
-    assert np.abs(data["separatrices"]["level"]).max() < 1e-15
-
-
-def test_all_orbits_of_the_config_are_there(content: Any, data: Any) -> None:
+def test_all_orbits_of_the_config_are_there_with_the_signs_of_their_families(
+    content: Any, data: Any
+) -> None:
     heights = [float(x) for x in content.problem.heights]
     orbits = data["orbits"]
+    np.testing.assert_array_equal(np.sign(orbits["level"]), np.where(orbits["around"] == 2, 1, -1))
+    assert np.abs(data["separatrices"]["level"]).max() < 1e-15
     np.testing.assert_array_equal(orbits["height"].reshape(4, -1), [heights] * 4)
     for M, height in zip(curves(orbits, "points"), orbits["height"], strict=True):
         assert M.shape == (3, content.problem.points)
@@ -160,10 +143,8 @@ def test_the_window_is_a_whole_period_between_two_separatrices_1(content: Any, d
     # No orbit crosses a separatrix.
     for x in curves(data["orbits"], "theta1"):
         assert np.ptp(np.searchsorted(plane["separatrix_theta1"], x)) == 0
-
-
-def test_the_centres_are_equilibria(content: Any, data: Any) -> None:
-    p, centres = content.problem.body.angles(), data["centres"]
+    # The centres are equilibria.
+    p, centres = body.angles(), data["centres"]
     rates = eq1((centres["theta1"], centres["J1"], 0.0, 1.0), p, np)
     np.testing.assert_allclose([rates[0], rates[1]], 0, atol=1e-14)
     np.testing.assert_allclose(np.diff(np.sort(centres["theta1"])), np.pi)
