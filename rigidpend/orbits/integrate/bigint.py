@@ -159,7 +159,7 @@ class _Flow:
 
     def expand(self, state: Sequence[int]) -> tuple[list[list[int]], int]:
         """The Taylor series of the orbit from a state, and the step that they carry."""
-        self.terms: list[list[int]] = [[] for _ in ALIGNED.lines]
+        self.terms: list[list[Any]] = [[] for _ in ALIGNED.lines]
         for line, value in zip(self.components, state, strict=True):
             self.terms[line].append(self.integer(value))
         self.known = {i: [0] * (self.order + 1) for i, *_ in self.sums}
