@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.herpolhodes.layout import SAMPLED
+from rigidpend.experiments.herpolhodes.layout import ALPHA
 from rigidpend.experiments.plots import SEPARATRIX as COLOUR
 from rigidpend.experiments.plots import WIDTH, axis_label, entry, label_hodograph
 from rigidpend.numbers.generic import Scalar
@@ -59,7 +59,7 @@ def _draw_angle(axes: Axes, case: Data) -> None:
     # Room for the numbers above the curve.
     axes.set_ylim(low - 0.05 * (high - low), high + 0.16 * (high - low))
     _number(axes, case)
-    axes.set(xlim=(t[0], t[-1]), xlabel="$t'$ (dimensionless)", ylabel=axis_label(SAMPLED["alpha"]))
+    axes.set(xlim=(t[0], t[-1]), xlabel="$t'$ (dimensionless)", ylabel=axis_label(ALPHA))
 
 
 def _number(axes: Axes, case: Data) -> None:
