@@ -50,7 +50,12 @@ class Commands(click.Group):
             raise click.UsageError(common.brief(said), error.ctx) from None
 
 
-@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
+# Their names alone, of which click suggests those that are close.
+@click.group(
+    cls=Commands,
+    commands=dict[str, Any].fromkeys(COMMANDS),
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
 @click.version_option(rigidpend.__version__, prog_name="rigidpend")
 def main() -> None:
     """Perturbed pendulum-like motions of a heavy rigid body: compute, draw, verify.
