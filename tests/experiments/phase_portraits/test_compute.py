@@ -9,13 +9,7 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.phase_portraits import compute as phase_portraits
-from rigidpend.mechanics.equations import (
-    aligned,
-    aligned_coefficients,
-    energy,
-    eq1,
-)
-from rigidpend.orbits.integrate.states import states_at
+from rigidpend.mechanics.equations import energy, eq1
 from tests.experiments.trees import asked, computed, differences, plain
 
 
@@ -62,18 +56,6 @@ def test_all_orbits_of_the_config_are_there_with_the_signs_of_their_families(
         assert M[2].max() == pytest.approx(height, rel=1e-3)
 
 
-def test_the_separatrices_are_two_great_circles_through_the_poles(data: Any) -> None:
-    halves = curves(data["separatrices"], "points")
-    for pair in ((0, 2), (1, 3)):
-        circle = np.concatenate([halves[i] for i in pair], axis=1)
-        sizes = np.linalg.svd(circle, compute_uv=False)
-        # In a plane, and all around in it.
-        assert sizes[2] < 1e-13
-        assert sizes[1] > 5
-        np.testing.assert_allclose(circle.sum(axis=1)[:2], 0, atol=1e-12)
-    assert np.linalg.svd(np.concatenate(halves, axis=1), compute_uv=False)[2] > 5
-
-
 @pytest.mark.parametrize("name", ["orbits", "separatrices"])
 def test_the_curves_in_the_plane_satisfy_the_unperturbed_equations(
     content: Any, data: Any, name: str
@@ -91,26 +73,10 @@ def test_the_curves_in_the_plane_satisfy_the_unperturbed_equations(
         assert np.abs(across).max() < 2e-3 * length.max()
 
 
-def test_agrees_with_an_integrated_orbit_in_projection(content: Any, data: Any) -> None:
-    p, orbits = content.problem.body.angles(), data["orbits"]
-    k = int(np.argmax(orbits["height"]))
-    points = curves(orbits, "points")[k]
-    c, s = np.cos(p.alpha0 / 2), np.sin(p.alpha0 / 2)
-    M1, M2, M3 = points[:, 0]
-    start = [c * M1 + s * M2, c * M1 - s * M2, M3, 0.0, 0.0, 1.0]
-    coefficients = aligned_coefficients(p, np)
-    state = states_at(lambda y, _: aligned(y, coefficients), start, np.linspace(0, 15, 301))
-    found = np.array([(state[0] + state[1]) / (2 * c), (state[0] - state[1]) / (2 * s), state[2]])
-    seen = phase_portraits.view_axes(content.problem.view) @ found
-    drawn = curves(orbits, "projected")[k]
-    gaps = np.hypot(*(seen[:2, :, None] - drawn[:2, None, :])).min(axis=1)
-    # The points are at most half a step apart from the curve's.
-    assert gaps.max() < 0.6 * np.hypot(*np.diff(drawn[:2], axis=1)).max()
-    assert np.ptp(seen[1]) > 1
-
-
-def test_the_projection_is_a_rotation_with_M3_upright(content: Any) -> None:
+def test_the_projection_is_a_rotation_with_M3_upright(content: Any, data: Any) -> None:
     axes = phase_portraits.view_axes(content.problem.view)
+    for group in (data["orbits"], data["separatrices"], data["centres"]):
+        np.testing.assert_allclose(group["projected"], axes @ group["points"], atol=1e-15)
     np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-15)
     assert np.linalg.det(axes) == pytest.approx(1)
     assert axes[0, 2] == 0

@@ -51,11 +51,6 @@ def test_remainders_are_those_of_the_increments(data: Any) -> None:
     assert (np.abs(bodies["first_order"]) <= bodies["unit"][..., None] * (1 + 1e-15)).all()
 
 
-def test_in_the_Hess_case_the_remainder_is_rounding(data: Any) -> None:
-    hess = data["bodies"]["remainder"][2][:, [0, 2]]
-    assert (hess < 1e-15 * data["bodies"]["unit"][2][:, None]).all()
-
-
 @pytest.mark.slow
 def test_the_drawn_mu_is_the_one_of_the_config(data: Any) -> None:
     assert data["mu_over_h0"][data["drawn"]] == 0.1

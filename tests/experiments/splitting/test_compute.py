@@ -85,17 +85,6 @@ def test_agrees_a_computation_in_more_bits(data: Any) -> None:
     assert differences("splitting", data, finer) == []
 
 
-def test_the_config_spans_what_it_is_to_show() -> None:
-    problem = asked("splitting").problem
-    nu = [shape.heavy(problem.mu[0]).nu for shape in problem.bodies.values()]
-    assert min(nu) == pytest.approx(1.756, abs=1e-3)
-    assert max(nu) > 12
-    assert sum(abs(x - 12) < 0.5 for x in nu) == 1
-    assert (float(problem.mu[0]), float(problem.mu[-1])) == (1e-6, 0.3)
-    grioli = [shape.heavy(problem.mu[0]).special_cases for shape in problem.bodies.values()]
-    assert sum("Grioli" in cases for cases in grioli) == 8
-
-
 def test_the_estimate_counts_what_takes_more_than_doubles_and_more_orbits() -> None:
     """A body of large nu is the dear one, and of its weights the heavy ones."""
     whole, measured = splitting.cost(asked("splitting")), 12
