@@ -264,7 +264,7 @@ def _stored(arithmetic: Arithmetic, config: AnyConfig) -> dict[str, Any]:
 
 def _engine(config: AnyConfig) -> str:
     """Engine that a config is computed with; empty for closed forms."""
-    from rigidpend.orbits.integrate.engines import check_engine, default_engine
+    from rigidpend.orbits.integrate.arithmetic import check_engine, default_engine
 
     asked = config.engine_asked
     return asked if asked == "" else check_engine(asked or default_engine())

@@ -14,12 +14,11 @@ from rigidpend.mechanics import (
     coordinates,
     floquet,
     pendulum,
-    riccati,
 )
 from rigidpend.mechanics.body import Angles
 from rigidpend.mechanics.equations import aligned, aligned_coefficients, eq1
 from rigidpend.mechanics.floquet import NotHyperbolic, PeriodicOrbit, periodic_orbit
-from rigidpend.mechanics.periodic import periodic_solution
+from rigidpend.mechanics.periodic import periodic_solution, riccati_coefficients
 from rigidpend.orbits.integrate.states import states_at
 from tests.strategies import bodies, numbers, repeatable
 
@@ -175,7 +174,7 @@ def test_agrees_the_exponent_with_the_mean_of_the_jacobian(
 ) -> None:
     p = loaded(FIG4, share)
     orbit = periodic_orbit(p, 1.0, family, epsilon)
-    a = riccati.coefficients(orbit.tau, p, 1.0, family, np)
+    a = riccati_coefficients(orbit.tau, p, 1.0, family, np)
     speed = np.sqrt(2 * p.kappa * (1 - p.mu * np.sin(orbit.tau)))
     # Equal steps of time of an analytic function: the plain mean is the integral.
     slope = (a[2] - a[0]) * np.sin(orbit.theta1) + a[1] * np.cos(orbit.theta1)

@@ -14,7 +14,7 @@ import pytest
 from rigidpend import experiments
 from rigidpend.experiments.route_codes import compute as route_codes
 from rigidpend.machine import code_hash
-from rigidpend.orbits.integrate import engines
+from rigidpend.orbits.integrate import arithmetic
 from rigidpend.results import store
 from rigidpend.runs import loading, provenance, regression, runner
 from tests.config.samples import SMALL, written
@@ -104,9 +104,9 @@ def test_changed_code_is_the_reason(
 def test_another_engine_is_the_reason(
     loaded: loading.LoadedConfig, out: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    other = {"taylor": "scipy", "scipy": "taylor"}[engines.default_engine()]
-    monkeypatch.setattr(engines, "default_engine", lambda: other)
-    monkeypatch.setattr(engines, "check_engine", lambda engine: engine)
+    other = {"taylor": "scipy", "scipy": "taylor"}[arithmetic.default_engine()]
+    monkeypatch.setattr(arithmetic, "default_engine", lambda: other)
+    monkeypatch.setattr(arithmetic, "check_engine", lambda engine: engine)
     assert runner.plan(loaded, out).reason == "the engine changed"
 
 
@@ -166,7 +166,7 @@ def test_a_result_says_what_it_was_made_from(loaded: loading.LoadedConfig, made:
         attributes = dict(file.attrs)
         assert attributes.pop("precisions").tolist() == [53]
         assert attributes.pop("seconds") > 0
-        assert attributes.pop("tolerance") == engines.DEFAULT_TOLERANCE[planned.engine]
+        assert attributes.pop("tolerance") == arithmetic.DEFAULT_TOLERANCE[planned.engine]
         assert attributes == {
             "format": "rigidpend",
             "format_version": 1,
@@ -224,10 +224,10 @@ def test_verify_without_the_engine_says_so(
     loaded: loading.LoadedConfig, made: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def absent(_: str) -> str:
-        raise engines.EngineError("engine 'taylor' is not installed")
+        raise arithmetic.EngineError("engine 'taylor' is not installed")
 
-    monkeypatch.setattr(engines, "check_engine", absent)
-    with pytest.raises(engines.EngineError):
+    monkeypatch.setattr(arithmetic, "check_engine", absent)
+    with pytest.raises(arithmetic.EngineError):
         regression.verify(loaded, made, jobs=1)
 
 

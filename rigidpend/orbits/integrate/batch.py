@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 
 from rigidpend.machine.workers import check_stop, note
 from rigidpend.mechanics.equations import AlignedCoefficients
-from rigidpend.orbits.integrate.engines import kernel_bits
+from rigidpend.numbers.doubles import Array
+from rigidpend.orbits.integrate.arithmetic import kernel_bits
 from rigidpend.orbits.integrate.kernel import notes, taylor_step
-from rigidpend.orbits.integrate.kernel.parts import exactly, in_parts
+from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
 from rigidpend.orbits.integrate.kernel.tape import COMPONENTS
 from rigidpend.orbits.integrate.kernel.writer import LANES
 from rigidpend.orbits.integrate.passages import (
@@ -37,8 +38,6 @@ from rigidpend.orbits.integrate.records import (
     silent_outcome,
 )
 from rigidpend.orbits.integrate.roots import touch
-
-Array = NDArray[np.float64]
 
 MAX_STEPS = 1_000_000
 """Steps without a crossing after which an orbit counts as failed; a passage takes some fifty."""
@@ -60,7 +59,7 @@ def crossings_batch(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
     orbits : Orbits
         With states (6, n) at 53 bits, else lists of Fractions.
     bits : int
-        53, or up to the last of `engines.LADDER`.
+        53, or up to the last of `arithmetic.LADDER`.
     tolerance : float
         Of the Taylor series in 53 bits; every bit more halves it.
 
@@ -209,7 +208,7 @@ def advance(
     count : int
         Number of steps.
     bits : int
-        Those of `engines.LADDER` that have as many serve.
+        Those of `arithmetic.LADDER` that have as many serve.
     tolerance : float
         Of the Taylor series in 53 bits.
     """

@@ -21,7 +21,7 @@ import numpy as np
 
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.generic import Numbers
-from rigidpend.orbits.integrate.kernel.parts import in_parts
+from rigidpend.orbits.integrate.kernel.lane_numbers import in_parts
 
 SIZE = 6
 """Number of aligned components."""

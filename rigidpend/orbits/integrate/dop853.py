@@ -9,11 +9,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigidpend.machine.workers import check_stop, note
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.mechanics.separatrices import separatrix_beside
+from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.integrate.records import (
     Crossings,
     Orbits,
@@ -24,8 +24,6 @@ from rigidpend.orbits.integrate.records import (
 
 SIDE_BY_SIDE = 64
 """Number of orbits in one system: all take the step of the most demanding one."""
-
-Array = NDArray[np.float64]
 
 
 def crossings(orbits: Orbits, tolerance: float) -> Crossings:

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.mechanics.separatrices import separatrix_beside
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Numbers
-from rigidpend.orbits.integrate.engines import kernel_bits
+from rigidpend.orbits.integrate.arithmetic import kernel_bits
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
 from rigidpend.orbits.integrate.kernel.notes import FIELDS, MOMENTA
 from rigidpend.orbits.integrate.records import Crossings, Outcome
@@ -22,8 +23,6 @@ from rigidpend.orbits.integrate.roots import (
     value_at,
     zeros,
 )
-
-Array = NDArray[np.float64]
 
 UNDECIDED = 5
 """Mark in place of a separatrix: the orbit is not known from here on."""

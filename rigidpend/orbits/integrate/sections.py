@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.equations import AlignedCoefficients
+from rigidpend.numbers.doubles import Array
+from rigidpend.orbits.integrate.arithmetic import in_kernel, kernel_bits
 from rigidpend.orbits.integrate.batch import Batch
-from rigidpend.orbits.integrate.engines import in_kernel, kernel_bits
 from rigidpend.orbits.integrate.kernel.tape import COMPONENTS
 from rigidpend.orbits.integrate.passages import UNDECIDED, Steps
 from rigidpend.orbits.integrate.records import Orbits
@@ -27,8 +28,6 @@ NEWTON = 4
 """Iterations from a crossing time in doubles; each doubles the digits."""
 SPARE_BITS = 64
 """Bits below the precision in which series are looked at: a small Qm keeps its own digits."""
-
-Array = NDArray[np.float64]
 
 
 class Crossing(NamedTuple):

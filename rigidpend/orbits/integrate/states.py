@@ -18,9 +18,14 @@ from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import fraction
 from rigidpend.numbers.generic import Numbers
-from rigidpend.orbits.integrate.engines import FINEST_TOLERANCE, LADDER, check_engine, kernel_bits
+from rigidpend.orbits.integrate.arithmetic import (
+    FINEST_TOLERANCE,
+    LADDER,
+    check_engine,
+    kernel_bits,
+)
 from rigidpend.orbits.integrate.kernel import samples, taylor_step
-from rigidpend.orbits.integrate.kernel.parts import exactly, in_parts
+from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
 from rigidpend.orbits.integrate.kernel.tape import ALIGNED, TracedField, trace
 from rigidpend.orbits.integrate.kernel.writer import FEW, LANES
 from rigidpend.orbits.integrate.pair_arrays import PairArray

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from rigidpend.orbits import integrate
-from rigidpend.orbits.integrate import EngineError, engines
+from rigidpend.orbits.integrate import EngineError, arithmetic
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
 from tests.orbits.integrate.problems import (
@@ -18,7 +18,7 @@ from tests.orbits.integrate.problems import (
 def test_the_kernel_serves_up_to_424_bits() -> None:
     offered = [integrate.in_kernel("taylor", bits) for bits in (53, 64, 106, 113, 424, 425)]
     assert offered == [True] * 5 + [False]
-    assert list(map(engines.kernel_bits, (53, 54, 106, 107, 212, 424))) == [
+    assert list(map(arithmetic.kernel_bits, (53, 54, 106, 107, 212, 424))) == [
         53,
         106,
         106,

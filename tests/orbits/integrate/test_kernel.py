@@ -18,9 +18,8 @@ from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.orbits.integrate import bigint
 from rigidpend.orbits.integrate.kernel import machine_code, taylor_step
-from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
+from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, in_parts
 from rigidpend.orbits.integrate.kernel.notes import FIELDS, function, width_of_note
-from rigidpend.orbits.integrate.kernel.parts import in_parts
 from rigidpend.orbits.integrate.kernel.writer import LANES, Writer
 from rigidpend.orbits.integrate.states import states_at
 from tests.orbits.integrate.problems import fan, find
