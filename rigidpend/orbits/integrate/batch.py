@@ -143,7 +143,7 @@ class Batch:
             self.notes.ctypes.data,
         )
         taken = self.notes[:count]
-        return Steps.of_notes(taken[taken[:, 0] < m], self.bits, self.noted)
+        return Steps(taken[taken[:, 0] < m], self.bits, self.noted)
 
     def _take(self, taken: Steps, number: int) -> None:
         """Take in the crossings on the steps."""
