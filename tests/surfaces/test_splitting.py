@@ -99,11 +99,6 @@ def test_a_curve_that_turns_back_has_no_harmonics(bits: int) -> None:
     assert harmonics(points(start, g, g, bits), precision(bits)) is None
 
 
-def test_distance_vanishes_at_the_quarters_whatever_its_harmonics() -> None:
-    found = distance([1.0, -2.0, 0.5, 3.0], np.array([-np.pi / 2, np.pi / 2]))
-    np.testing.assert_allclose(found, 0, atol=1e-14)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("g", [0.0, 1.1, 2.9, -0.7])
 def test_agrees_with_orbits_integrated_backward_from_the_upper_periodic_solution(g: float) -> None:
