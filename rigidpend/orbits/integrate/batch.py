@@ -132,16 +132,8 @@ class Batch:
         # Lanes without an orbit repeat the first: their steps are not looked at.
         self.states[:, m:], self.times[:, m:] = self.states[:, :1], self.times[:, :1]
         depth = touch(self.bits) * float(np.sqrt((self.states[:3, :m] ** 2).sum(axis=0).max()))
-        count = self.kernel(
-            self.states.ctypes.data,
-            self.width,
-            self.times.ctypes.data,
-            self.parameters.ctypes.data,
-            2 * depth,
-            groups,
-            number,
-            self.notes.ctypes.data,
-        )
+        given = self.states, self.width, self.times, self.parameters
+        count = self.kernel(*given, 2 * depth, groups, number, self.notes)
         taken = self.notes[:count]
         return Steps(taken[taken[:, 0] < m], self.bits, self.noted)
 
@@ -222,16 +214,7 @@ def advance(
     found = []
     for _ in range(count):
         check_stop()
-        kernel(
-            lanes.ctypes.data,
-            LANES,
-            time.ctypes.data,
-            parameters.ctypes.data,
-            0.0,
-            1,
-            1,
-            room.ctypes.data,
-        )
+        kernel(lanes, LANES, time, parameters, 0.0, 1, 1, room)
         here = tuple(exactly(lanes[:, 0].reshape(-1, size)))
         found.append((exactly(time[:, :1])[0], here))
     return found

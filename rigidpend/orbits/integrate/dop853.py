@@ -6,7 +6,7 @@ that are done leave it.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -96,10 +96,9 @@ class Abreast:
         """Integrate until some orbit is done; the time and the states of those left."""
         from scipy.integrate import DOP853
 
-        shape = states.shape
-        method: Any = DOP853
+        shape, coefficients, method = states.shape, self.orbits.coefficients, cast(Any, DOP853)
         solver = method(
-            _field(self.orbits.coefficients, shape),
+            lambda _, flat: np.concatenate(aligned(flat.reshape(shape), coefficients)),
             time,
             states.ravel(),
             np.inf,
@@ -152,15 +151,6 @@ class Abreast:
     def _fail(self) -> None:
         self.found.outcome[self.active] = Outcome.FAILED
         self.active = self.active[:0]
-
-
-def _field(coefficients: AlignedCoefficients, shape: tuple[int, ...]) -> Any:
-    """The aligned field of all orbits as SciPy wants it."""
-
-    def rates(_: float, flat: Array) -> Array:
-        return np.concatenate(aligned(flat.reshape(shape), coefficients))
-
-    return rates
 
 
 def _zeros(

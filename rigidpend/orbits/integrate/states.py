@@ -220,23 +220,11 @@ def _lanes(
     grid = np.ascontiguousarray(grid[:, filled] if own else grid)
     time = np.zeros((2, width))
     passed, found = np.zeros(width, dtype=np.int64), np.empty((count, parts * size, width))
-    given = [x.ctypes.data for x in (time, parameters, grid)]
+    given = state, width, time, parameters, grid, grid[0].size, count if own else 0, count
     left = width
     while left:
         check_stop()
-        left = kernel(
-            state.ctypes.data,
-            width,
-            *given,
-            grid[0].size,
-            count if own else 0,
-            count,
-            passed.ctypes.data,
-            sense,
-            groups,
-            -(-STEPS // groups),
-            found.ctypes.data,
-        )
+        left = kernel(*given, passed, sense, groups, -(-STEPS // groups), found)
         if left and not np.isfinite(state[:, passed < count]).all():
             raise ArithmeticError("the integration ended early: an orbit did not reach its time")
     return found[..., :n].reshape(count, parts, size, n).transpose(1, 2, 0, 3)

@@ -35,16 +35,8 @@ def stepped(bits: int, order: int, steps_taken: int) -> tuple[list[Fraction], Fr
     time = np.zeros((2, LANES))
     parameters = in_parts(C, bits)
     notes = np.zeros((LANES * steps_taken, width_of_note(order, bits)))
-    count = function(order, bits)(
-        state.ctypes.data,
-        LANES,
-        time.ctypes.data,
-        parameters.ctypes.data,
-        1e-5,
-        1,
-        steps_taken,
-        notes.ctypes.data,
-    )
+    carry = function(order, bits)
+    count = carry(state, LANES, time, parameters, 1e-5, 1, steps_taken, notes)
     end = [sum(map(Fraction, state[i::6, 0].tolist()), Fraction(0)) for i in range(6)]
     return end, Fraction(time[0, 0]) + Fraction(time[1, 0]), notes[:count]
 
