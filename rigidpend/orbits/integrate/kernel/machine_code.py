@@ -31,7 +31,7 @@ class Address(ctypes.c_void_p):
     """Kind of an argument that is an array: the address of its first number."""
 
     @classmethod
-    def from_param(cls, array: Any) -> ctypes.c_void_p:
+    def from_param(cls, array: Any) -> Any:
         return ctypes.c_void_p(array.ctypes.data)
 
 
