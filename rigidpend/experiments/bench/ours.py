@@ -9,9 +9,15 @@ from typing import Any
 import numpy as np
 
 from rigidpend.experiments import lie_poisson
-from rigidpend.experiments.bench.measuring.fields import time_unit
-from rigidpend.experiments.bench.measuring.problems import Crossed, Task
-from rigidpend.experiments.bench.measuring.solvers import Ends, Solver, in_looks, shared_out
+from rigidpend.experiments.bench.solvers import (
+    Crossed,
+    Ends,
+    Solver,
+    Task,
+    in_looks,
+    shared_out,
+    time_unit,
+)
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import aligned_coefficients, cross
