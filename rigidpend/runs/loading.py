@@ -22,6 +22,7 @@ from rigidpend.config.reader import Document
 from rigidpend.config.schema import ExperimentConfig
 from rigidpend.config.sweeps import Sweep
 from rigidpend.numbers.exact import Exact
+from rigidpend.orbits.integrate import arithmetic
 from rigidpend.runs import provenance
 
 Result = TypeVar("Result")
