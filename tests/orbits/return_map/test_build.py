@@ -271,6 +271,8 @@ def test_a_map_of_other_code_is_another(module: str, monkeypatch: pytest.MonkeyP
 
     before = storage.followed(FIG4, h, h, 53, FIRST, 64)
     monkeypatch.setattr(code_hash, "code_of", edited)
+    monkeypatch.setattr(caches, "recall", lambda _: None)
+    monkeypatch.setattr(caches, "remember", lambda *_: None)
     storage._code.cache_clear()
     after = storage.followed(FIG4, h, h, 53, FIRST, 64)
     storage._code.cache_clear()
