@@ -9,8 +9,7 @@ import pytest
 
 from rigidpend.experiments.herpolhodes import compute as herpolhodes
 from rigidpend.mechanics.precession import plateaus
-from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.orbits.integrate.engines import default_engine
+from rigidpend.orbits.integrate.arithmetic import default_engine, resolve
 from rigidpend.routes.codes import codes_of
 from tests.experiments.trees import asked, computed, differences, plain
 
