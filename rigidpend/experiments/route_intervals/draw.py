@@ -13,12 +13,14 @@ from rigidpend.experiments.plots import (
     DOUBT,
     NO_RETURN,
     WIDTH,
+    axis_label,
     column_edges,
     draw_codes,
     entry,
     mark_doubt,
     symbol_entries,
 )
+from rigidpend.experiments.route_layout import MEANING
 
 ROW, CELL, AROUND = 0.22, 0.1, 1.3
 """Heights of a row of intervals and of a row of columns, and room around both, inches."""
@@ -58,7 +60,7 @@ def _draw_intervals(axes: Axes, intervals: Data, shares: Data) -> None:
     ends = 2 * np.pi * places / 2.0 ** intervals["depth"]
     edges = np.append(ends[0], ends[1, -1])
     draw_codes(axes, edges, codes, edgecolors="0.6", linewidth=0.2)
-    axes.set(xlabel=r"$\theta_2^0$ (rad)", yticks=np.arange(len(codes)) + 1)
+    axes.set(xlabel=axis_label(MEANING["theta2_0"]), yticks=np.arange(len(codes)) + 1)
     axes.set_title("all starts of an interval, proven", loc="left")
     for row, share in enumerate(shares, 1):
         # Rounded down.
