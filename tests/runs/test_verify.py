@@ -225,14 +225,6 @@ def test_all_are_compared_if_none_is_named_and_strays_are_told(
     assert called(*READ).exit_code == 0
 
 
-@pytest.mark.slow
-def test_a_changed_config_is_said_with_both_values(copy: Path) -> None:
-    written(copy / "configs", changed("mu: 0.001", "mu: 0.002", SMALL), "small.yaml")
-    done = called("configs/small.yaml")
-    assert done.exit_code == 1
-    assert "  config/problem/mu: stored 1/1000, computed 1/500" in done.stdout.splitlines()
-
-
 def test_a_result_is_of_a_config_with_other_numerics_but_not_of_another_problem(copy: Path) -> None:
     """By what is asked, in whatever order: only the settings of numerics may be others."""
     own, stored = Path("configs/small.yaml"), Path("results/small.h5")
@@ -296,15 +288,6 @@ def test_files_are_left_as_they_were(copy: Path) -> None:
     before = list(state())
     assert called(*READ[:1]).exit_code == 0
     assert list(state()) == before
-
-
-def test_a_damaged_reference_is_one_sentence(copy: Path) -> None:
-    path = copy / "results" / "reference" / "small.h5"
-    path.write_bytes(path.read_bytes()[:-7])
-    done = called(*READ)
-    assert (done.exit_code, done.stdout) == (1, "")
-    assert done.stderr.startswith("rigidpend: results/reference/small.h5: not a readable HDF5 ")
-    assert len(done.stderr.splitlines()) == 1
 
 
 def test_the_tolerance_grows_with_the_passages_and_stays_below_what_symbols_need() -> None:
