@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
-from rigidpend.experiments.bench.drawn import drawn
+from rigidpend.experiments.bench.problems import drawn
 from rigidpend.machine import cache as caches
 from rigidpend.machine import code_hash
 from rigidpend.machine.kept import KeptFileWarning
