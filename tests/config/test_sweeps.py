@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from rigidpend.config import reader, sweeps
+from rigidpend.config import overrides, reader
 from rigidpend.config.changes import changes, label, sentence
 from rigidpend.config.complaints import ConfigError
-from rigidpend.config.sweeps import Sweep
+from rigidpend.config.overrides import Sweep
 from rigidpend.numbers.exact import Exact
 from rigidpend.runs import loading
 from tests.config.samples import FIG4, SMALL, refused, written
@@ -30,9 +30,9 @@ def test_every_combination_has_a_result_named_by_its_values() -> None:
 
 
 def test_lists_and_expressions_are_values_too() -> None:
-    found = sweeps.option("problem.A=[2, 1, 1.5],[3, 2, 2.5]")
+    found = overrides.option("problem.A=[2, 1, 1.5],[3, 2, 2.5]")
     assert found[:2] == Sweep("problem.A", ("[2, 1, 1.5]", "[3, 2, 2.5]"))[:2]
-    endings = [variant.ending for variant in sweeps.variants([found])]
+    endings = [variant.ending for variant in overrides.variants([found])]
     assert endings == ["_A=2,1,1.5", "_A=3,2,2.5"]
     [group] = loading.load_groups([FIG4], (), ["problem.arrays.left.step=1/10,pi/40"])
     assert [member.name for member in group.members] == ["fig4_step=1over10", "fig4_step=piover40"]
@@ -52,7 +52,7 @@ def test_a_config_can_ask_for_its_sweep(tmp_path: Path) -> None:
 
 def test_keys_that_end_alike_are_told_in_full() -> None:
     keys = ["problem.arrays.left.step", "problem.arrays.right.step", "problem.A.0"]
-    assert sweeps.short_names(keys) == [*keys[:2], "A.0"]
+    assert overrides.short_names(keys) == [*keys[:2], "A.0"]
 
 
 @pytest.mark.parametrize(

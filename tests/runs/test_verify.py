@@ -14,7 +14,7 @@ import pytest
 from click.testing import CliRunner
 
 from rigidpend.cli import verify
-from rigidpend.config import names
+from rigidpend.config import catalogue
 from rigidpend.experiments.route_layout import APART, crossing_tolerance
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
@@ -215,7 +215,7 @@ def test_a_folder_of_ones_own_hides_no_reference_of_the_package(copy: Path) -> N
 def test_all_are_compared_if_none_is_named_and_strays_are_told(
     copy: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(names, "resolve", lambda *_: [Path("configs/small.yaml")])
+    monkeypatch.setattr(catalogue, "resolve", lambda *_: [Path("configs/small.yaml")])
     assert called("--results", "results").exit_code == 0
     shutil.copy("results/reference/small.h5", "results/reference/stray.h5")
     for given in ((), ("all",)):
