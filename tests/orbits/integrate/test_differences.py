@@ -57,7 +57,8 @@ def test_agrees_with_integers_whatever_the_size(bits: int, within: float, size: 
     other = [x + size * (k + 1) for k, x in enumerate(state)]
     step = next(bigint.steps(EXACT, state, 250))
     # A third of a step in integers, as reference orbits take it.
-    time, end = step.time(step.length // 3), step.at(step.length // 3)
+    time = Fraction(float(step.time(step.length // 3)))
+    end = step.at(step.since_begin(time))
     there = _carried(other, time)
     apart = array([[size * (k + 1)] for k in range(6)], bits)
     field = DifferenceField(EXACT, bits)
