@@ -206,9 +206,7 @@ class _Legs:
             # What the last correction has shown, and not what it is expected to have left.
             last = min(len(self.needed) - 1, int((self.needed > before).sum()))
             slopes = self._slopes(known, last, slopes)
-            # As few rounds as may be, and early ones short: their digits are integrated again.
-            further = (self._rounds(known, slopes.digits) - 1) * slopes.digits
-            aim = min(2 * known - CURVED, max(known + LEAST_DIGITS, self.most - further))
+            aim = self._aim(known, slopes.digits)
             note(lambda: f"theta2_0 to {known:.0f} of {self.most:.0f} digits")  # noqa: B023
             before = self._corrected(slopes, aim, last)
             if before < LEAST_DIGITS:
@@ -229,10 +227,8 @@ class _Legs:
         best = before
         for bits in LADDER[1:]:
             digits = min(known, bits / 2 / DIGIT - THIN)
-            later = rung(self._bits(min(known + digits, self.most)))
-            costly = LADDER[1] < bits >= later
-            fewer = best is None or self._rounds(known, digits) < self._rounds(known, best.digits)
-            if not costly and fewer:
+            costly = LADDER[1] < bits >= rung(self._bits(self._aim(known, digits)))
+            if not costly and (best is None or digits > 1.2 * best.digits):
                 best = _Slopes([], digits)
                 chosen = bits
         if best is before and before is not None:
@@ -240,9 +236,14 @@ class _Legs:
         assert best is not None
         return _Slopes(self._differences(chosen, last), best.digits)
 
-    def _rounds(self, known: float, digits: float) -> int:
-        """Rounds that are left if each gains so many digits."""
-        return max(1, math.ceil((self.most - known) / digits))
+    def _aim(self, known: float, gained: float) -> float:
+        """Digits to which legs are integrated next, where slopes allow to gain so many.
+
+        All that the kernel's numbers can tell comes first: integers take ten times as long.
+        """
+        aim = min(2 * known - CURVED, known + gained, self.most)
+        kernel = (LADDER[-1] - ACROSS - SPARE) / DIGIT
+        return min(aim, kernel) if known < kernel - LEAST_DIGITS else aim
 
     def _bits(self, digits: float) -> int:
         """Bits in which a leg is integrated whose end is told to so many digits."""
