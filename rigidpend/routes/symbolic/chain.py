@@ -9,6 +9,7 @@ a sparse system, and no error grows along the orbit as it does in integration.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeAlias
 
@@ -259,6 +260,21 @@ def tangents(level: Level, chain: Chain) -> Array:
             passed = level.map_level.passage(point, slopes=True)
             found[here] = np.moveaxis(passed.slopes[:3], -1, 0)
     return found
+
+
+def carried(slopes: Array, change: Array) -> tuple[Array, Array]:
+    """A change (3,) of d, chi and t' at the first crossing, carried on to all others.
+
+    Its directions there, (n + 1, 3), and the logarithms of their factors, (n + 1,).
+    """
+    changes, logs = [change], [0.0]
+    for slope in slopes:
+        change = slope @ change[:2] + [0.0, 0.0, change[2]]
+        size = np.abs(change).max()
+        change = change / size
+        changes.append(change)
+        logs.append(logs[-1] + math.log(size))
+    return np.array(changes), np.array(logs)
 
 
 def corrections(slopes: Array, gaps: Array) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Scalar
-from rigidpend.orbits.return_map import EnergyLevel, ReturnMap
+from rigidpend.orbits.return_map import EnergyLevel, Passage, ReturnMap, SectionPoint
 from rigidpend.orbits.return_map.conjugacy import TorusRates, torus_rates
 
 Mask: TypeAlias = NDArray[np.bool_]
@@ -51,6 +52,16 @@ def _parts(record: Record, where: tuple[Any, ...]) -> Record:
     found = [_parts(x, where) if isinstance(x, tuple) else x[where] for x in record]
     make = getattr(record, "_make", type(record))
     return make(found)
+
+
+def onward(
+    level: EnergyLevel, point: SectionPoint, n: int, slopes: bool = False
+) -> Iterator[Passage]:
+    """The n passages that follow crossings, one after the other."""
+    for _ in range(n):
+        passed = level.passage(point, slopes=slopes)
+        yield passed
+        point = passed.point
 
 
 def widest_d(level: EnergyLevel) -> float:
