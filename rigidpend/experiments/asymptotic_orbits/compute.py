@@ -13,7 +13,7 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Tree
 from rigidpend.mechanics import hodograph
-from rigidpend.orbits import integrate
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.herpolhode import RouteOrbit, samples
@@ -107,13 +107,13 @@ def _sampled(
     crossed = float(one.begun(level)[0])
     end = crossed + float((one.flight + one.faded(level, FADED))[0])
     t = np.arange(shown, end, rotation_period(problem.routes) / SAMPLES)
-    states = integrate.sample(
+    states = states_at(
         hodograph.field_without_alpha(problem.body),
         np.array([*map(float, state), 0.0]),
-        np.concatenate(([start], t)),
+        t - start,
         engine=means.arithmetic.engine,
         tolerance=means.arithmetic.tolerance,
-    )[:, 1:]
+    )
     return {**samples(problem.body, RouteOrbit(t - crossed, states, np.zeros(0))), "orbit": k}
 
 
