@@ -6,7 +6,6 @@ from rigidpend.experiments.data.bounds import ROUNDING
 from rigidpend.experiments.data.layout import ANY, FLAG, FLOAT, Field, Layout
 from rigidpend.experiments.route_layout import MEANING
 
-ZEROS = Field(FLOAT, ("zeros",), "rad", "zeros of Melnikov's integral in theta2_0", within=ROUNDING)
 BY_MAP = Field(
     FLAG,
     ("columns",),
@@ -14,5 +13,7 @@ BY_MAP = Field(
     "whether return maps found the column; absent: all were integrated",
     within=ANY,
 )
+ZEROS = Field(FLOAT, ("zeros",), "rad", "zeros of Melnikov's integral in theta2_0", within=ROUNDING)
 
-LAYOUT: Layout = {"<arrays>": {**MEANING, "melnikov_zeros": ZEROS, "by_map?": BY_MAP}}
+ROUTES: Layout = {**MEANING, "by_map": BY_MAP}
+LAYOUT: Layout = {"<arrays>": {**MEANING, "by_map?": BY_MAP, "melnikov_zeros": ZEROS}}

@@ -8,7 +8,7 @@ from itertools import islice
 import pytest
 
 from rigidpend.orbits.integrate import bigint
-from tests.orbits.integrate.problems import fan, find, same, task
+from tests.orbits.integrate.problems import fan, task
 
 
 def after(time: int, bits: int) -> list[Fraction]:
@@ -33,12 +33,6 @@ def test_products_of_whole_series_are_the_sums_of_their_terms(
 
 
 @pytest.mark.slow
-def test_precision_113_bits_give_the_doubles_of_200() -> None:
-    begin = fan(1, J1=1e-6)
-    assert same(find(begin, "scipy", 113), find(begin, "scipy", 200))
-
-
-@pytest.mark.slow
 def test_precision_fewer_bits_err_more() -> None:
     """12 bits are a factor of 4,000, give or take what rounding makes of it."""
     coarse, fine, truth = (after(40, bits) for bits in (4, 16, 113))
@@ -55,9 +49,9 @@ def test_a_zero_is_found_to_the_last_bit_from_twenty() -> None:
 
 @pytest.mark.parametrize(
     ("momentum", "expected"),
-    [(("1", "-0.5", "0"), 1), (("0", "0.1", "-5"), 4), (("0.2", "0", "0.1"), "0.25")],
+    [(("1", "-0.5", "0"), "0.5"), (("0", "0.1", "-5"), 2), (("0.2", "0", "0.1"), "0.125")],
 )
-def test_the_unit_is_a_power_of_two_next_to_the_largest_momentum(
+def test_the_unit_is_half_of_a_power_of_two_next_to_the_largest_momentum(
     momentum: tuple[str, ...], expected: str
 ) -> None:
     state = [*map(Fraction, momentum), Fraction(1000), Fraction(-2000), Fraction(3000)]

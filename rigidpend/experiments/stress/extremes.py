@@ -1,0 +1,184 @@
+"""Bodies, energies and starts at the ends of their ranges, against higher precision.
+
+A route problem makes two claims: the largest phase error of a certain symbol, which is the promise
+of the package, and the share of symbols that are left uncertain, its reach. A start on or beside a
+separatrix, with any M . gamma, makes one: doubles err as the variational equations predict. J1 and
+J2 - J1 are given apart, so that both may be as small as 1e-300.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigidpend.experiments.stress import scenes
+from rigidpend.experiments.stress.claims import Claim, Findings, Trial
+from rigidpend.experiments.stress.growth import DEVIATIONS, compared
+from rigidpend.experiments.stress.scenes import PHASES, Place, Scene, Way, state
+from rigidpend.mechanics.body import Body
+from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.exact import exact, exacts
+from rigidpend.orbits.integrate import Crossings
+from rigidpend.routes.codes import RouteCodes
+from rigidpend.routes.problem import RouteProblem, phase_rate
+
+ERROR = 1e-2
+"""Radians: a symbol turns over at about one, so a hundredth leaves room for the worst orbit."""
+
+
+class Extreme(NamedTuple):
+    """A route problem at the end of a range; by default the body of Fig. 4 elsewhere."""
+
+    name: str
+    A: tuple[str, ...] = ("2", "1", "3/2")
+    r: tuple[str, ...] = ("1", "1", "0")
+    mu: str = "1/1000"
+    h0: str = "1.3342"
+    J1_0: str = "1e-8"
+    most: int = 15
+    """Symbols at most: fewer where a passage takes many rotations. Then two orbits at most."""
+    long: bool = False
+    """True if the truth about it takes minutes."""
+
+
+NEAR_SPHERE = ("1.01", "0.99", "1")
+"""Moments two per cent apart: nu is 157, and the separatrices split by exp(-157)."""
+BODIES = (
+    Extreme("A3 = A2 + 0.05", A=("1.5", "1", "1.05"), most=8),
+    Extreme("A3 = A2 + 0.01", A=("1.5", "1", "1.01"), most=4),
+    Extreme("A3 = A2 + 0.001", A=("1.5", "1", "1.001"), most=2),
+    Extreme("A3 = A1 - 0.1", A=("2", "1", "1.9"), most=8),
+    Extreme("A3 = A1 - 0.01", A=("2", "1", "1.99"), most=4),
+    Extreme("A3 = A1 - 0.001", A=("2", "1", "1.999"), most=2),
+    Extreme("flat", A=("2", "1/2", "3/2")),
+    Extreme("near-spherical, 2 %", A=NEAR_SPHERE, most=2),
+    Extreme(
+        "near-spherical, J1_0 = 1e-80",
+        ("1.02", "0.98", "1"),
+        J1_0="1e-80",
+        most=1,
+        # Splitting and J1_0 are both below the rounding of 113 bits: 160 decide, and a passage
+        # takes hundreds of rotations.
+        long=True,
+    ),
+    Extreme("beta0 = 0", r=("1", "0", "0")),
+    Extreme("beta0 = pi", r=("0", "1", "0")),
+    Extreme("Hess", r=("1", "sqrt(2)", "0")),
+    Extreme("Grioli", r=("1", "1", "0")),
+)
+"""Bodies with two moments nearly equal, flat or nearly a sphere, and special beta0."""
+ENERGIES = (
+    Extreme("mu = 1e-60 h0", mu="1.3342e-60", most=2),
+    Extreme("mu = 1e-90 h0", mu="1.3342e-90", most=2),
+    *(
+        Extreme(f"mu = {share} h0", mu=f"1.3342*{share}")
+        for share in ("0", "1e-30", "1e-8", "1e-2", "0.1", "0.3", "0.6", "0.9")
+    ),
+    *(
+        Extreme(f"h0 = mu (1 + {above})", mu="1.3342", h0=f"1.3342*(1 + {above})")
+        for above in ("1e-3", "1e-6", "1e-12")
+    ),
+)
+"""Weights from none to nearly h0, where the pendulum nearly stops at the top."""
+LOWER = tuple(
+    Extreme(f"J1_0 = {J1}", J1_0=J1)
+    for J1 in ("1e-2", "1e-4", "1e-6", "1e-12", "1e-16", "1e-32", "1e-64", "1e-100", "1e-300")
+)
+"""Starts ever closer to the lower periodic orbit."""
+UPPER = tuple(
+    Extreme(f"J2_0 - J1_0 = {J}", J1_0=f"sqrt(2*1.3342*3/4) - {J}")
+    for J in ("1e-2", "1e-4", "1e-8", "1e-16", "1e-20", "1e-24", "1e-32", "1e-100", "1e-300")
+)
+"""Starts ever closer to the upper one, where J2_0 - J1_0 is small."""
+GROUPS = {"bodies": BODIES, "energies": ENERGIES, "lower_starts": LOWER, "upper_starts": UPPER}
+"""Route problems, by kind."""
+
+PLACES = (
+    *(Place(f"on {k}, J1 = 1e-8", k, 1e-8, 1.4) for k in (1, 2, 3, 4)),
+    *(Place(f"on {k}, J2 - J1 = 1e-8", k, 1.4, 1e-8) for k in (1, 2, 3, 4)),
+    *(Place(f"beside {k} by 1e-3", k, 1e-4, 1.4, 1e-3) for k in (1, 2, 3, 4)),
+    *(Place(f"beside {k} by -1e-9", k, 1e-4, 1.4, -1e-9) for k in (1, 2, 3, 4)),
+    Place("on 2, J1 = 1e-300", 2, 1e-300, 1.4),
+    Place("on 1, J2 - J1 = 1e-300", 1, 1.4, 1e-300),
+    Place("M.gamma = 0.3", 2, 1e-4, 1.4, 0.0, 0.3),
+    Place("M.gamma = 1.2", 4, 1e-3, 1.4, 1e-5, 1.2),
+    Place("M.gamma = -0.999 |M|", 3, 1e-2, 1.4, 0.0, -0.999 * 1.41),
+)
+"""Starts on every separatrix near both its ends, beside it, and with M . gamma."""
+
+
+CERTAIN = (
+    f"largest phase error at a certain symbol, against {scenes.BITS} or {scenes.INTEGER_BITS} bits"
+)
+FAR = "a symbol turns over at about a radian; a hundredth is far from it"
+UNCERTAIN = "share of symbols that stay uncertain after the last precision"
+OUTLAST = "160 bits outlast 15 passages, each of which triples an error"
+DEVIATION = "largest phase error of a crossing over its predicted root mean square"
+ROUNDINGS = (
+    "a sum of independent roundings, carried by the variational equations, stays within"
+    " ten standard deviations; an error of method would not"
+)
+
+
+def trials(asked: Any, way: Way) -> Iterator[Trial]:
+    """Every extreme, and starts on and beside the separatrices."""
+    sizes = asked.extremes
+    for kind, members in GROUPS.items():
+        for extreme in members:
+            if sizes.long or not extreme.long:
+                yield trial(kind, extreme, way, sizes.columns, sizes.n_symbols)
+    for place in PLACES:
+        yield start_trial(asked.body, place, way, sizes.columns, 5)
+
+
+def trial(kind: str, extreme: Extreme, way: Way, columns: int, n_symbols: int) -> Trial:
+    """Both claims of a route problem, of so many orbits and symbols, and their measurement."""
+    phases = PHASES[: columns if extreme.most > 2 else min(columns, 2)]
+    name = extreme.name
+
+    def measure() -> Findings:
+        body, n = Body(extreme.A, extreme.r, extreme.mu), min(n_symbols, extreme.most)
+        problem = RouteProblem(body, exact(extreme.h0), exact(extreme.J1_0), n)
+        found = scenes.routes(problem, phases, way)
+        # An uncertain symbol promises nothing, so that it may be wrong.
+        worst = np.max(_errors(problem, found, phases, way), where=found.certain, initial=0.0)
+        return Findings([worst, 1 - found.certain.mean()])
+
+    claims = (
+        Claim(f"{name}: error", ERROR, CERTAIN, FAR, "rad"),
+        Claim(f"{name}: uncertain", 0.0, UNCERTAIN, OUTLAST),
+    )
+    return Trial(kind, name, claims, measure)
+
+
+def _errors(problem: RouteProblem, found: RouteCodes, phases: tuple[str, ...], way: Way) -> Array:
+    """The phase error of each symbol, infinite for a wrong one, (n_symbols, n)."""
+    outcome, errors = np.zeros(len(phases), dtype=np.uint8), np.zeros(found.codes.shape)
+    # What took 113 bits or more is held against integers of more bits.
+    integers, exacting = way._replace(engine="scipy"), found.bits >= scenes.BITS
+    for mask, arithmetic, bits in (
+        (~exacting, way, scenes.BITS),
+        (exacting & found.certain.any(axis=0), integers, scenes.INTEGER_BITS),
+    ):
+        if mask.any():
+            chosen = [phase for phase, here in zip(phases, mask, strict=True) if here]
+            true = scenes.route_crossings(problem, chosen, arithmetic, bits)
+            part = Crossings(found.crossing_time[:, mask], found.separatrix[:, mask], outcome)
+            errors[:, mask] = scenes.phase_errors(part, true, phase_rate(problem))[1:]
+    return errors
+
+
+def start_trial(body: Body, place: Place, way: Way, columns: int, n_crossings: int) -> Trial:
+    """The claim of a start: doubles err as predicted against the same numbers in 113 bits."""
+
+    def measure() -> Findings:
+        scene, phases = Scene(body, place.J1 + place.J2mJ1, way), exacts(PHASES[:columns])
+        states = np.stack([state(place, body, float(x)) for x in phases], axis=1)
+        # From 1e-300 an orbit takes some 700 units of 1/u to arrive.
+        errors, predicted, floor = compared(scene, states, n_crossings, 2000 / scene.u)
+        return Findings([np.max(errors / (predicted + floor))])
+
+    claim = Claim(place.name, DEVIATIONS, DEVIATION, ROUNDINGS)
+    return Trial("separatrices", place.name, (claim,), measure)

@@ -1,0 +1,249 @@
+"""Integrals over up to 1e6 rotations, with engines and splittings; the pendulum's period."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from rigidpend.experiments.lie_poisson import SCHEMES, splitting, stages
+from rigidpend.experiments.stress import scenes
+from rigidpend.experiments.stress.claims import Claim, Findings, Trial
+from rigidpend.experiments.stress.growth import ROUNDING, noise, step
+from rigidpend.experiments.stress.layout import DRIFT, PENDULUM
+from rigidpend.experiments.stress.scenes import Scene, Way
+from rigidpend.machine.workers import side_by_side, spread
+from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
+from rigidpend.mechanics.equations import energy
+from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.exact import exact
+from rigidpend.numbers.generic import Scalar
+from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, FINEST_TOLERANCE
+from rigidpend.routes.problem import RouteProblem, rotation_period
+
+INTEGRALS = ("energy", "gamma", "M.gamma")
+"""Integrals of motion, in the order of :func:`integrals`."""
+POINTS = 61
+"""Times at which the integrals are looked at, evenly spread in their logarithm."""
+BEGIN = 100
+"""Rotations from which on a slope is fitted: before, evaluation shows more than drift."""
+FACTOR = 4.0
+"""Allowed factor of a drift above the predicted random walk."""
+SIGMAS = 4.0
+"""Standard errors by which a fitted power may miss 1/2."""
+BIASED = (
+    "the series' truncation at the default tolerance, chosen for routes of some hundred t', has"
+    " a bias of 1e-16 a rotation in |gamma|; for long times take the finest tolerance"
+)
+BIAS = 4e-16
+"""A rotation, relative: four times what was measured, and the most that `BIASED` explains."""
+ENERGIES = {2: 1.6e-3, 4: 5e-6, 6: 9e-7, 8: 4e-8}
+"""Bound of the energy's error for a splitting of each order, relative to h0.
+
+It is two and a half times what two other sets of 16 orbits showed (6.6e-4, 2.0e-6, 3.7e-7,
+1.7e-8)."""
+STEPS = {2: 1 / 50, 4: 1 / 25, 6: 1 / 15, 8: 1 / 10}
+"""Length of a step of each order, in rotations: errors of the energy from 1e-4 to 1e-10."""
+SIDE_BY_SIDE = {"taylor": 8, "scipy": 2}
+"""Orbits in a part of the work; those of one part share their steps with `scipy`."""
+SUBSTEPS = 6
+"""Substeps of a splitting of order 2, the neighbouring kicks being one."""
+
+
+POWER = "how far the fitted power of t is from 1/2"
+SLOPES = "four standard errors of a slope between two rms of so many random walks"
+STEPWISE = "one rounding of each component a step, independent: sqrt(steps); series add some more"
+TOLERATED = "largest ratio of the rms drift to the tolerances of all steps added up"
+KEPT = "every step keeps its tolerance, and no integral leans on a component more than once"
+LARGEST = "largest rms error of the energy at any time, relative to h0"
+NEARBY = (
+    "a Poisson map keeps a nearby energy, of a distance of the step's power: its error"
+    " comes and goes, and does not grow"
+)
+EXACT = "turns and kicks keep it exactly; what is left is one rounding a substep"
+PERIOD = Claim(
+    "pendulum at J1 = 0",
+    FACTOR,
+    "phase error after any number of periods, over the predicted root mean square",
+    "roundings of J2 walk, and the phase adds them up: t sqrt(steps/3); the period is rounded",
+)
+
+
+def trials(asked: Any, way: Way) -> Iterator[Trial]:
+    """The pendulum's period; integrals with each engine, and with splittings of each order."""
+    sizes, compiled = asked.long_time, way.engine == "taylor"
+    turns = (sizes.rotations if compiled else sizes.rotations_scipy) // 3
+    yield pendulum_trial(asked.body, asked.h0, way, turns)
+    scene = scenes.of_problem(asked, way)
+    finest, usual = FINEST_TOLERANCE["taylor"], DEFAULT_TOLERANCE["taylor"]
+    yield engine_trial(scene.by("scipy"), DEFAULT_TOLERANCE["scipy"], sizes.rotations_scipy, 4)
+    for tolerance in (finest, usual) if compiled else ():
+        yield engine_trial(scene, tolerance, sizes.rotations, sizes.orbits)
+    for order in SCHEMES:
+        yield splitting_trial(scene, order, sizes.rotations_splitting, sizes.orbits)
+
+
+def passing(scene: Scene, n: int) -> Array:
+    """Orbits that pass the separatrices, with M . gamma = 0.2 |M|: aligned components, (6, n)."""
+    return scene.starts(n, 1e-4, 0.2 * scene.J2)
+
+
+def integrals(scene: Scene, M: Array, gamma: Array) -> Array:
+    """Energy over h0, |gamma| and M . gamma over |M|, (3, ...), from physical vectors."""
+    A, r, mu = scene.body.floats()
+    # Half of |gamma|^2 deviates from 1/2 as |gamma| from 1.
+    parts = (gamma**2).sum(axis=0) / 2, (M * gamma).sum(axis=0) * float(scale(A)) / scene.J2
+    return np.stack((energy(M, gamma, A, r, mu) / scene.h0, *parts))
+
+
+def engine_trial(scene: Scene, tolerance: float, rotations: int, orbits: int) -> Trial:
+    """Drift of the integrals with an engine: a random walk at its finest tolerance.
+
+    The tolerance is local; a coarser one than the finest has a declared bias.
+    """
+    engine = scene.way.engine
+    name = f"{engine} at {tolerance:.1e}"
+    marks = np.r_[0.0, np.geomspace(1, rotations, POINTS)] * scene.rotation
+    steps, at = marks[1:] / step(scene.u), marks[1:] / scene.rotation
+    walk = ROUNDING * 2.0**-52 * np.sqrt(steps)
+    named = [f"{name}, {integral}" for integral in INTEGRALS]
+    if engine == "taylor":
+        biased = tolerance > FINEST_TOLERANCE[engine]
+        claims = [x for each in named for x in _walk_claims(each, at, walk[-1], orbits, biased)]
+    else:
+        claims = [Claim(each, 1.0, TOLERATED, KEPT) for each in named]
+
+    def values(drift: Array) -> list[float]:
+        if engine == "taylor":
+            return [x for row in drift for x in (abs(slope(at, row) - 0.5), row[-1])]
+        return [(row / (tolerance * steps)).max() for row in drift]
+
+    work = partial(_engine_drift, scene, tolerance, marks, orbits)
+    return _trial(f"{engine} {tolerance:.1e}", name, (at, walk), claims, work, values)
+
+
+def _trial(
+    label: str,
+    name: str,
+    walk: tuple[Array, Array],
+    claims: Sequence[Claim],
+    drift: Callable[[], Array],
+    values: Callable[[Array], Sequence[float]],
+) -> Trial:
+    """A trial of a drift (3, k), with the predicted walk at its times, and the claims' values."""
+    rotations, predicted = walk
+
+    def measure() -> Findings:
+        found = drift()
+        powers = np.array([slope(rotations, row) for row in found])
+        told = {"rotations": rotations, "drift": found, "walk": predicted, "power": powers}
+        return Findings(values(found), curves={"name": name, **told})
+
+    return Trial("long_time", label, claims, measure, DRIFT)
+
+
+def _engine_drift(scene: Scene, tolerance: float, marks: Array, orbits: int) -> Array:
+    """Root mean square drifts of the integrals at all marks but the first, (3, k)."""
+    engine, jobs = scene.way
+    parts = spread(passing(scene, orbits), -(-orbits // SIDE_BY_SIDE[engine]), axis=1)
+    given = scene, marks, tolerance
+    found = side_by_side(scenes.sampled, given, engine == "scipy", parts, jobs)
+    # In long doubles, or the evaluation of the integrals would hide their drift.
+    aligned = Aligned(*np.concatenate(found, axis=2).astype(np.longdouble))
+    s = float(scale(scene.body.floats()[0]))
+    return _drift(integrals(scene, *body_from_aligned(aligned, scene.body.alpha0, s)))
+
+
+def _drift(integrals: Array) -> Array:
+    """Root mean square over the orbits of what integrals (3, k + 1, n) drift: (3, k)."""
+    apart = integrals[:, 1:] - integrals[:, :1]
+    return np.sqrt((apart**2).mean(axis=2)).astype(float)
+
+
+def _late(rotations: Array) -> Array:
+    """Mask of the times to which a slope is fitted."""
+    return np.asarray(rotations >= min(BEGIN, rotations[-1] / 10))
+
+
+def slope(rotations: Array, row: Array) -> float:
+    """The fitted power of t."""
+    late = _late(rotations)
+    return float(np.polyfit(np.log(rotations[late]), np.log(row[late]), 1)[0])
+
+
+def _walk_claims(
+    name: str, rotations: Array, walk: float, orbits: int, biased: bool
+) -> tuple[Claim, Claim]:
+    reach = float(np.ptp(np.log(rotations[_late(rotations)])))
+    spread, most = SIGMAS / math.sqrt(orbits) / reach, FACTOR * float(walk)
+    size = f"rms drift after {rotations[-1]:.0e} rotations, relative"
+    claims = (
+        Claim(f"{name}: power", spread, POWER, SLOPES),
+        Claim(f"{name}: size", most, size, STEPWISE),
+    )
+    up_to = 0.5 + spread, most + BIAS * float(rotations[-1])
+    limited = (x._replace(limit=BIASED, up_to=y) for x, y in zip(claims, up_to, strict=True))
+    power, drift = limited if biased else claims
+    return power, drift
+
+
+def splitting_trial(scene: Scene, order: int, rotations: int, orbits: int) -> Trial:
+    """A Lie-Poisson splitting: energy bounded, |gamma| and M . gamma kept to rounding."""
+    name = f"splitting {order}"
+    counts = np.unique(np.geomspace(1, max(10, rotations / STEPS[order]), POINTS).astype(int))
+    walk = ROUNDING * 2.0**-52 * np.sqrt(counts * SUBSTEPS * stages(order))
+    at = counts * STEPS[order]
+    after, most = f"rms drift after {at[-1]:.0f} rotations, relative", FACTOR * float(walk[-1])
+    claims = (
+        Claim(f"{name}, energy", ENERGIES[order], LARGEST, NEARBY),
+        *(Claim(f"{name}, {integral}", most, after, EXACT) for integral in INTEGRALS[1:]),
+    )
+    work = partial(splitting_drift, scene, order, counts, orbits)
+    return _trial(name, name, (at, walk), claims, work, lambda x: [x[0].max(), *x[1:, -1]])
+
+
+def splitting_drift(scene: Scene, order: int, counts: Any, orbits: int) -> Array:
+    """Root mean square drifts of the integrals after so many steps, (3, k)."""
+    body = scene.body
+    s, made = float(scale(body.floats()[0])), splitting(*body.floats(), order)
+    vectors = body_from_aligned(Aligned(*passing(scene, orbits)), body.alpha0, s)
+    # Splittings know physical time alone.
+    h = STEPS[order] * scene.rotation / s
+    now: list[Any] = [np.stack(pair) for pair in zip(*vectors, strict=True)]
+    kept = []
+    for steps in np.diff(counts, prepend=(0, 0)):
+        now = made.advance(now, h, int(steps)) if steps else now
+        M, gamma = np.stack(now, axis=1).astype(np.longdouble)
+        kept.append(integrals(scene, M, gamma))
+    return _drift(np.stack(kept, axis=1))
+
+
+def pendulum_trial(body: Body, h0: Scalar, way: Way, rotations: int) -> Trial:
+    """The motion with J1 = 0 over many periods of (sol_3): after each it is where it was."""
+
+    def measure() -> Findings:
+        # J1_0 and the number of symbols have no part in the period.
+        problem = RouteProblem(body, exact(h0), exact("1e-8"), 1)
+        p, period = body.angles(), rotation_period(problem)
+        # From the lowest position, where the kinetic energy is h0 + mu.
+        J2, lowest = math.sqrt(2 * (float(h0) + p.mu) / p.kappa), -np.array(body.floats()[1])
+        counts = np.unique(np.geomspace(1, rotations, POINTS).astype(int))
+        times, start = np.r_[0.0, counts] * period, np.r_[0.0, 0.0, -J2, lowest]
+        scene, finest = Scene(body, J2, way), FINEST_TOLERANCE[way.engine]
+        gamma = scenes.sampled(start[:, None], scene, times, finest)[3:, 1:, 0]
+        # The angle from the lowest position, to which every whole period returns.
+        phase = np.abs(np.arctan2(lowest[0] * gamma[1] - lowest[1] * gamma[0], lowest @ gamma))
+        times = times[1:]
+        walk = noise(way.engine) * np.sqrt(times / step(scene.u) / 3)
+        # The rounding of the period itself adds up as well, in proportion to the time.
+        walk = p.kappa * J2 * times * (walk + 2.0**-52)
+        worst = int(np.argmax(phase / walk))
+        said = f"{phase[worst]:.1e} rad at {counts[worst]} of {counts[-1]}, t' = {times[-1]:.1e}"
+        curves = {"rotations": counts, "phase": phase, "walk": walk}
+        return Findings([phase[worst] / walk[worst]], [said], curves)
+
+    return Trial("long_time", "pendulum", (PERIOD,), measure, PENDULUM)

@@ -1,0 +1,184 @@
+"""Scenes that trials share: orbits of a body, their starts, and how far computations are apart.
+
+The truth about doubles has 113 bits; about more bits it comes from integers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
+from rigidpend.mechanics.separatrices import exponent, fastest_rate, theta1
+from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.exact import PRECISIONS
+from rigidpend.orbits import integrate
+from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, Crossings, Orbits
+from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate.states import states_at
+from rigidpend.routes.certainty import FIRST
+from rigidpend.routes.codes import RouteCodes, Run, codes_of
+from rigidpend.routes.phases import Phases
+from rigidpend.routes.problem import RouteProblem
+
+BITS = 113
+"""Precision of the truth about what fewer bits decided."""
+INTEGER_BITS = 192
+"""Precision, in integers, of the truth about what took `BITS` or more.
+
+It is above the last of the default precisions, so that nothing judges itself."""
+
+PHASES = ("3/10", "29/10", "47/10", "7/5", "1/5", "6", "22/7", "13/4")
+"""theta2_0 of columns, radians: nothing special."""
+
+
+class Way(NamedTuple):
+    """The way of all computations of a run: their engine, and how many at a time."""
+
+    engine: str
+    jobs: int = 1
+
+
+class Scene(NamedTuple):
+    """A body and |M|, dimensionless, of orbits near separatrices, and the way to follow them."""
+
+    body: Body
+    J2: float
+    way: Way
+    seed: int = 1
+    """Seed of random phases."""
+
+    @property
+    def c(self) -> AlignedCoefficients:
+        """The body for an engine in doubles."""
+        return AlignedCoefficients(*map(float, aligned_coefficients(self.body.angles(), np)))
+
+    @property
+    def u(self) -> float:
+        """Exponent of the separatrices, per t'."""
+        return exponent(self.J2, self.body.angles(), math)
+
+    @property
+    def rate(self) -> float:
+        """Radians per t', at most."""
+        return fastest_rate(self.J2, self.body.angles(), math)
+
+    @property
+    def h0(self) -> float:
+        """Energy without weight, kappa J2^2/2."""
+        return self.body.kappa * self.J2**2 / 2
+
+    @property
+    def rotation(self) -> float:
+        """t' of a rotation without weight."""
+        return 2 * math.pi / (self.body.kappa * self.J2)
+
+    def by(self, engine: str) -> Scene:
+        """The same by an engine."""
+        return self._replace(way=self.way._replace(engine=engine))
+
+    def starts(self, n: int, J1: float, J3: float = 0.0) -> Array:
+        """Aligned components, (6, n), of starts on separatrix 2 with random phases."""
+        place = Place("", 2, J1, self.J2 - J1, 0.0, J3)
+        phases = random_phases(n, self.seed)
+        return np.stack([state(place, self.body, x) for x in phases], axis=1)
+
+
+def of_problem(asked: Any, way: Way) -> Scene:
+    """The scene of the body and the energy that a config asks for."""
+    J2 = math.sqrt(2 * float(asked.h0) / asked.body.kappa)
+    return Scene(asked.body, J2, way, asked.seed)
+
+
+def followed(scene: Scene, orbits: Orbits, bits: int = 53) -> Crossings:
+    """The crossings of orbits at the default tolerance; of more bits those of the same doubles."""
+    return integrate.crossings(
+        orbits if bits == 53 else exactly(orbits),
+        engine=scene.way.engine,
+        bits=bits,
+        tolerance=DEFAULT_TOLERANCE[scene.way.engine],
+        jobs=scene.way.jobs,
+    )
+
+
+def routes(
+    problem: RouteProblem,
+    phases: Any,
+    way: Way,
+    precisions: Sequence[int] = PRECISIONS,
+    tolerance: float | None = None,
+    method: str = "auto",
+) -> RouteCodes:
+    """Route codes as `rigidpend.route_codes` gives them."""
+    arithmetic = resolve(way.engine, tolerance, precisions)
+    return codes_of(problem, phases, arithmetic, way.jobs, method, kept=True)
+
+
+def route_crossings(problem: RouteProblem, phases: Sequence[Any], way: Way, bits: int) -> Crossings:
+    """The crossings of a route problem in one precision of 64 bits or more, in t'.
+
+    The engine `scipy` computes in integers, which share no arithmetic with the other engine.
+    """
+    run = Run(problem, Phases(phases), resolve(way.engine, None, (bits,)), way.jobs)
+    return run.crossings(bits, FIRST, range(len(run.phases)))
+
+
+def sampled(states: Array, scene: Scene, times: Array, tolerance: float | None = None) -> Array:
+    """States of orbits at times, (6, k, n), by default at the default tolerance."""
+    found = states_at(scene.c, states, times, engine=scene.way.engine, tolerance=tolerance)
+    return np.asarray(found)
+
+
+def exactly(orbits: Orbits) -> Orbits:
+    """Orbits in doubles as the same orbits, number by number, for a higher precision."""
+    coefficients = AlignedCoefficients(*map(Fraction, orbits.coefficients))
+    states = [[Fraction(float(x)) for x in state] for state in orbits.states.T]
+    return orbits._replace(coefficients=coefficients, states=states)
+
+
+def phase_errors(found: Crossings, true: Crossings, rate: float) -> Array:
+    """Distances of crossings from the true ones, (n_crossings, n), in radians.
+
+    Times of both are in one unit, in which `rate` is the radians. It is infinite where the
+    separatrix is another one, or where only one of both crosses.
+    """
+    apart = rate * np.abs(found.time - true.time)
+    absent = (found.separatrix == 0) & (true.separatrix == 0)
+    return np.where(absent, 0.0, np.where(found.separatrix == true.separatrix, apart, np.inf))
+
+
+class Place(NamedTuple):
+    """Place where orbits start, with a bound of their own instead of a route problem."""
+
+    name: str
+    separatrix: int
+    J1: float
+    J2mJ1: float
+    aside: float = 0.0
+    """theta1 from the separatrix, radians."""
+    J3: float = 0.0
+
+
+def state(place: Place, body: Body, theta2: float) -> Array:
+    """The aligned components (6,) of a start; on a separatrix its own Q is exactly 0."""
+    p = body.angles()
+    J2 = place.J1 + place.J2mJ1
+    cosq = math.sqrt((J2 - place.J3) * (J2 + place.J3)) / J2
+    at = float(theta1(place.separatrix, p, np)) + place.aside
+    c = Canonical(place.J1, place.J2mJ1, place.J3, at, theta2, 0.0, cosq)
+    made = aligned_from_canonical(c, p.alpha0, p.beta0)
+    # The sine of a rounded theta1 is not quite 0, which the start must not depend on.
+    if not place.aside:
+        made = made._replace(**{"Qm" if place.separatrix in (2, 4) else "Qp": 0.0})
+    return np.array(made)
+
+
+def random_phases(n: int, seed: Any) -> Array:
+    """Phases theta2_0 of n orbits, radians, the same in every run."""
+    return np.random.default_rng(seed).uniform(0, 2 * np.pi, n)

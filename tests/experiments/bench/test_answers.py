@@ -1,0 +1,236 @@
+"""Every method solves every problem that it says it answers, to what its knob promises."""
+
+from __future__ import annotations
+
+import dis
+import functools
+import multiprocessing
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend.experiments.bench import problems, solvers
+from rigidpend.experiments.bench.methods import METHODS
+from rigidpend.experiments.bench.ours import aligned_states
+from rigidpend.experiments.bench.problems import ASKED
+from rigidpend.experiments.bench.protocol import compared, made
+from rigidpend.experiments.bench.solvers import Crossed, Solver, time_unit
+from rigidpend.experiments.principal_axes import initial
+from rigidpend.mechanics.coordinates import Aligned, aligned_from_body, body_from_aligned
+from rigidpend.mechanics.hodograph import field as aligned_with_angles
+from rigidpend.numbers.exact import context, exact
+from rigidpend.routes.start import Scales, start, states_double
+from tests.orbits.integrate.problems import FIG4, GENERIC, needs_heyoka
+
+pytestmark = needs_heyoka("the references in 113 bits")
+SMALL = SimpleNamespace(orbits=3, turns=2, columns=3, n_symbols=3, companions=2, periods=3)
+
+# JAX and CyRK compile for many seconds; both are tried on the codes below, where installed.
+SLOW = ("diffrax", "cyrk", "diffrax_two_tolerances", "cyrk_two_methods")
+HERE = [name for name in METHODS if name not in SLOW]
+PAIRS = [
+    (problem, method) for problem in ASKED for method in HERE if METHODS[method].answer(problem)
+]
+BOUND = {
+    "free_body": 1e-6,
+    "pendulum": 1e-6,
+    "codes": 1e-3,
+    "precession_angle": 2e-4,
+    "long_time": 1e-6,
+}
+BEST: dict[str, dict[str, Any]] = {"lie_poisson": {"order": 8}}
+"""The variant that should be good enough; else the first."""
+
+
+@functools.cache
+def given(problem: str) -> tuple[Any, Any]:
+    """The task and its truth."""
+    task = ASKED[problem].task(SMALL)
+    return task, ASKED[problem].truth(task)
+
+
+def answered(
+    problem: str, name: str, knob: Any, threads: int = 1, form: int = 0, **more: Any
+) -> Any:
+    method = METHODS[name]
+    setting = {**method.forms[form], **BEST.get(name, method.variants[0]), **more}
+    entry = {"knob": knob, "setting": setting}
+    solver = made(name, given(problem)[0], entry, threads)
+    return solver.read(solver.solve())
+
+
+def fine(method: str) -> Any:
+    """A knob that should be good enough."""
+    return {"steps": 24, "none": None, "tolerance": 1e-11}[METHODS[method].knob]
+
+
+@pytest.fixture(scope="module")
+def apart() -> Iterator[Executor]:
+    """A process of its own: the memory of many compilers would slow the forks of this one."""
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as process:
+        yield process
+
+
+def errors_of(problem: str, name: str, form: int = 0, **more: Any) -> dict[str, Any]:
+    """What an answer errs by."""
+    found = answered(problem, name, fine(name), form=form, **more)
+    return dict(ASKED[problem].error(found, given(problem)[1]))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("problem", "method"), PAIRS)
+def test_agrees_with_the_truth(apart: Executor, problem: str, method: str) -> None:
+    check(problem, method, apart.submit(errors_of, problem, method).result())
+
+
+def check(problem: str, method: str, errors: dict[str, Any]) -> None:
+    """The answer is true, to what its knob promises."""
+    assert errors["error"] < BOUND[problem]
+    assert errors.get("wrong_symbols", 0) == 0
+    assert errors.get("undecided", 0) == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["heyoka_principal", "heyoka_eq1"])
+@pytest.mark.parametrize(("problem", "form"), [("free_body", 1), ("codes", 2)])
+def test_the_number_of_lanes_and_numbers_as_parameters_change_no_answer(
+    apart: Executor, problem: str, name: str, form: int
+) -> None:
+    more = METHODS[name].of_bodies
+    check(problem, name, apart.submit(errors_of, problem, name, form, **more).result())
+
+
+@pytest.mark.parametrize("name", ["aligned_batch", "heyoka_principal", "heyoka_eq1"])
+def test_two_threads_give_what_one_gives(name: str) -> None:
+    one, two = (answered("free_body", name, 1e-9, threads) for threads in (1, 2))
+    np.testing.assert_allclose(one, two, rtol=0, atol=1e-13)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SLOW)
+def test_what_compiles_long_agrees_on_the_codes(apart: Executor, name: str) -> None:
+    for library in METHODS[name].libraries:
+        pytest.importorskip(library)
+    check("codes", name, apart.submit(errors_of, "codes", name).result())
+
+
+def test_a_cross_check_trusts_up_to_the_first_disagreement() -> None:
+    """Two runs differ in a column; the third sides with the second up to its own difference."""
+    task, _ = given("codes")
+    a = np.array([[0, 0, 1], [1, 1, 0], [0, 0, 1]], dtype=np.uint8)
+    b, c = a.copy(), a[:, 1:2].copy()
+    b[1, 1], c[1, 0], c[2, 0] = 0, 0, 1
+    asked = []
+
+    def run(codes: Any) -> Any:
+        def make(part: Any) -> Solver:
+            asked.append(part.theta2_0)
+            return Solver(lambda: Crossed(codes, np.zeros((4, codes.shape[1]))), lambda x: x)
+
+        return make
+
+    solver = compared(task, run(a), run(b), run(c))
+    found = solver.read(solver.solve())
+    assert asked[2] == task.theta2_0[1:2]
+    assert found.certain[:, 0].all()
+    assert found.certain[:, 1].tolist() == [True, True, False]
+    assert found.codes[:, 1].tolist() == [0, 0, 1]
+
+
+@pytest.mark.parametrize("method", ["aligned_batch", "scipy_dop853", "lie_poisson"])
+@pytest.mark.parametrize("problem", ["free_body", "pendulum"])
+def test_a_tighter_knob_is_more_exact(problem: str, method: str) -> None:
+    knobs = [12, 48] if METHODS[method].knob == "steps" else [1e-3, 1e-7]
+    error = ASKED[problem].error
+    loose, tight = (
+        error(answered(problem, method, knob), given(problem)[1])["error"] for knob in knobs
+    )
+    assert tight < loose / 50
+
+
+def test_the_closed_form_of_the_free_body_is_the_truth_to_rounding() -> None:
+    """M by Jacobi's functions and gamma by Legendre's third integral, against 113 bits."""
+    task, reference = given("free_body")
+    found = answered("free_body", "closed_form", None)
+    np.testing.assert_allclose(found[0, :3] / 2, reference["states"][:3] / 2, rtol=0, atol=2e-15)
+    # The angle of the radius errs by up to 2 ulp of the radians that it turned.
+    turned = np.linalg.norm(task.states[:3, 0]) * task.times[-1, 0] / float(task.body.A[2])
+    atol = 4 * 2**-52 * (1 + turned)
+    np.testing.assert_allclose(found[0, 3:], reference["states"][3:], rtol=0, atol=atol)
+
+
+def test_aligned_states_are_exact_beside_a_separatrix() -> None:
+    """Where one component is a difference of nearly equal numbers."""
+    body, half = GENERIC, GENERIC.alpha0 / 2
+    state = np.array([[np.sin(half)], [np.cos(half) * (1 + 1e-9)], [0.3], [0.6], [0.0], [0.8]])
+    found = aligned_states(body, state)
+    rough = np.stack(aligned_from_body(state[:3], state[3:], body.alpha0, time_unit(body)))
+    np.testing.assert_allclose(found, rough, rtol=0, atol=1e-15)
+    M, gamma = body_from_aligned(Aligned(*found), body.alpha0, time_unit(body))
+    np.testing.assert_allclose(np.concatenate((M, gamma)), state, atol=1e-15)
+    # With mu = 0 the product of both is an integral, from the invariants of M, in 200 bits.
+    m = context(200)
+    A = [x.in_context(m) for x in body.A]
+    M1, M2, M3 = (m.mpf(float(x)) for x in state[:3, 0])
+    square, energy2 = M1**2 + M2**2 + M3**2, M1**2 / A[0] + M2**2 / A[1] + M3**2 / A[2]
+    # Qp Qm = square/A3 - energy2: equal parts of M3 cancel.
+    assert float(found[0, 0] * found[1, 0] / (square / A[2] - energy2)) == pytest.approx(
+        1, rel=1e-15
+    )
+
+
+def test_a_solver_begins_anew_each_time() -> None:
+    for name in ("aligned_batch", "scipy_dop853", "lie_poisson", "heyoka_eq1"):
+        knob = 16 if name == "lie_poisson" else 1e-8
+        entry = {"knob": knob, "setting": {**METHODS[name].forms[0], **METHODS[name].variants[0]}}
+        solver = made(name, given("free_body")[0], entry)
+        np.testing.assert_array_equal(*(solver.read(solver.solve()) for _ in range(2)))
+
+
+def test_the_start_in_principal_axes_is_that_of_the_aligned_components() -> None:
+    task = problems.codes(SMALL)
+    expected = states_double(start(task.routes, 53, Scales()), np.array([0.0, 0.1, 0.2]), 0.0)
+    body = task.body
+    found = aligned_from_body(task.states[:3], task.states[3:], body.alpha0, time_unit(body))
+    np.testing.assert_allclose(np.stack(found), expected, atol=1e-15)
+    random = problems.random_routes(task.routes, 4)
+    one_by_one = initial(random.routes, [exact(float(x)) for x in random.theta2_0])
+    np.testing.assert_allclose(random.states, np.array(one_by_one, dtype=float).T, atol=2e-16)
+
+
+def test_the_field_with_angles_is_that_of_the_aligned_components() -> None:
+    state = np.array([0.5, 0.4, 1.2, 0.48, 0.6, 0.64])
+    s = time_unit(GENERIC)
+    aligned = [*aligned_from_body(state[:3], state[3:], GENERIC.alpha0, s), 0.1, 0.2]
+    expected = s * np.array(aligned_with_angles(GENERIC)(aligned, np)[6:], dtype=float)
+    found = solvers.field_of(GENERIC, angles=True)([*state, 0.1, 0.2])[6:]
+    np.testing.assert_allclose(found, expected, rtol=1e-13)
+
+
+STATE = [0.5, 0.4, 1.2, 0.48, 0.6, 0.64, 0.1, -0.2]
+
+
+@pytest.mark.parametrize("body", [FIG4, GENERIC], ids=["Fig. 4", "generic"])
+@pytest.mark.parametrize("size", [6, 8])
+def test_what_is_written_flat_agrees_with_the_field_and_takes_arrays_too(
+    body: Any, size: int
+) -> None:
+    field, found = solvers.field_of(body, angles=size == 8), [0.0] * size
+    written = solvers.flat(body, size == 8)
+    written(found, 0.0, STATE[:size], None)
+    np.testing.assert_array_equal(found, field(STATE[:size]))
+    orbits = np.random.default_rng(0).normal(size=(size, 5))
+    rates = np.empty_like(orbits)
+    written(rates, 0.0, orbits, None)
+    np.testing.assert_allclose(rates, field(orbits), rtol=1e-14, atol=1e-15)
+
+
+def test_nothing_is_computed_twice_nor_with_the_zero_of_r() -> None:
+    """Euler-Poisson by hand: two quotients, 18 products and eleven sums where r3 = 0."""
+    made = dis.get_instructions(solvers.flat(FIG4))
+    signs = [each.argrepr for each in made if each.opname == "BINARY_OP"]
+    assert (signs.count("*") + signs.count("/"), len(signs)) == (20, 31)

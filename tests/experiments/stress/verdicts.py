@@ -1,0 +1,50 @@
+"""Trials tried, and their verdicts; what the small config asks for, with other settings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from rigidpend.experiments.stress import scenes
+from rigidpend.experiments.stress.claims import Trial, tried
+from rigidpend.experiments.stress.scenes import Scene, Way
+from rigidpend.experiments.stress.schema import Config
+from rigidpend.mechanics.body import Body
+from rigidpend.orbits import integrate
+from tests.config.samples import content
+
+CONFIGS = Path(__file__).resolve().parents[3] / "configs" / "measure"
+WAY = Way(integrate.default_engine())
+
+
+def asked(*settings: str, config: str = "stress_quick") -> Any:
+    """The problem of a config, its keys set otherwise."""
+    return content(Config, CONFIGS / f"{config}.yaml", [f"problem.{x}" for x in settings]).problem
+
+
+def scene(body: Body, J2: float, seed: int = 1) -> Scene:
+    return Scene(body, J2, WAY, seed)
+
+
+def verdicts(trial: Trial | Any) -> dict[str, str]:
+    """The verdict on each claim of a trial, or of one that was tried."""
+    made: Any = tried(trial) if isinstance(trial, Trial) else trial
+    return {name: str(claim["verdict"].values) for name, claim in made["claims"].items()}
+
+
+def failed(trial: Trial | Any) -> set[str]:
+    """The names of the claims that failed; all others passed."""
+    found = verdicts(trial)
+    assert set(found.values()) <= {"passed", "FAILED"}
+    return {name for name, verdict in found.items() if verdict == "FAILED"}
+
+
+def changed(monkeypatch: Any, change: Any) -> None:
+    """Let the routes that trials compute be changed: ``change(routes, True if spoilt)``."""
+    right = scenes.routes
+
+    def other(problem: Any, phases: Any, way: Way, *more: Any) -> Any:
+        # What is spoilt has precisions, a tolerance and a method of its own.
+        return change(right(problem, phases, way, *more), len(more) > 1)
+
+    monkeypatch.setattr(scenes, "routes", other)
