@@ -18,7 +18,7 @@ from rigidpend.experiments.full_shift.layout import LAYOUT
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.numbers.parameters import ParameterError
 from rigidpend.results import store
-from rigidpend.routes.certified import coverings, horseshoe
+from rigidpend.routes.certified import beginnings, chains, family_orbits, horseshoe
 from rigidpend.routes.certified.pieces import FamilyStep
 from rigidpend.runs import certificates
 from tests.config.samples import content as typed
@@ -114,8 +114,8 @@ def test_what_is_not_shown_is_undecided(changes: list[str], said: str) -> None:
 @pytest.mark.slow
 def test_what_the_checker_does_not_believe_is_undecided(monkeypatch: pytest.MonkeyPatch) -> None:
     """Polynomials of which it does not: the reason, with its set and half rotations, is said."""
-    monkeypatch.setattr(horseshoe, "pieces", lambda *_: ALONE)
-    monkeypatch.setattr(horseshoe, "line_pieces", lambda *_: ALONE)
+    monkeypatch.setattr(family_orbits, "pieces", lambda *_: ALONE)
+    monkeypatch.setattr(chains, "line_pieces", lambda *_: ALONE)
     with pytest.raises(ArithmeticError, match="with 14 half rotations: set 0: C1: ") as failed:
         full_shift.compute(typed(Config, CONFIG, ["problem.half_turns=14"]), Means())
     assert "undecided, nothing is proven" in str(failed.value)
@@ -235,4 +235,4 @@ def test_bounds_are_rounded_outward() -> None:
     times = result["data"]["sets"]["longest"].reshape(2, 2)
     assert np.exp(-stated * times).sum(axis=1).prod() > 1
     assert np.exp(-(stated + 1e-5) * times).sum(axis=1).prod() < 1
-    assert coverings.ALONE
+    assert beginnings.ALONE
