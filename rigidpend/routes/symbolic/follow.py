@@ -25,12 +25,12 @@ from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import MapError, SectionPoint
 from rigidpend.orbits.return_map.precision import precision
-from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic.address import Address, AddressError, parsed
 from rigidpend.routes.symbolic.chain import alternating
+from rigidpend.routes.symbolic.integrated import doubles, section_points
 from rigidpend.routes.symbolic.surface import Surface, surface
 from rigidpend.routes.symbolic.tables import Level, onward
 
@@ -88,10 +88,11 @@ def address_of(
     bits = max(LEAST_BITS, int(routes.bits[0]))
     begin = start(problem, bits, Scales())
     states = np.array(states_exact(begin, [phase], bits)).T
-    there = states_at(begin.coefficients, states, times, bits)[..., 0]
+    there = states_at(begin.coefficients, states, times, bits)[..., 0].astype(float)
     orbits = surface(problem)
     level = orbits.level(orbits.energy(float(phase)))
-    return _addressed(level, section_points(body, there.astype(float)), routes.codes[:n, 0])
+    points = section_points(there, doubles(body), precision(53))
+    return _addressed(level, points, routes.codes[:n, 0])
 
 
 def _addressed(level: Level, points: SectionPoint, symbols: NDArray[np.uint8]) -> Address:
@@ -110,21 +111,6 @@ def _addressed(level: Level, points: SectionPoint, symbols: NDArray[np.uint8]) -
     # Each end anew: what turned errs by does not add up.
     at = points.chi + 2 * np.pi * np.rint((chi - points.chi) / (2 * np.pi))
     return Address.of(at, symbols)
-
-
-def section_points(body: Body, states: Array) -> SectionPoint:
-    """Points of the section M3 = 0 from aligned components (6, k), the inverse of section_state.
-
-    `rising` is an array as well, and chi lies in (-pi, pi].
-    """
-    c = coefficients(body.angles(), "1", precision(53))
-    rising = np.abs(states[0]) > np.abs(states[1])
-    mirrored = np.where(rising, states[0], states[1]) < 0
-    sign = np.where(mirrored, -1.0, 1.0)
-    Qp, Qm = sign * states[0], sign * states[1]
-    M1, M2 = (Qp + Qm) * c.to_M1, (Qp - Qm) * c.to_M2
-    cos = (states[4] * M1 - states[3] * M2) / np.hypot(M1, M2)
-    return SectionPoint(rising, np.where(rising, Qm, Qp), np.arctan2(-sign * states[5], cos))
 
 
 def followed(orbits: Surface, theta2: float, n: int) -> tuple[Address, Array]:
