@@ -17,7 +17,7 @@ from rigidpend.experiments import heyoka_peer
 from rigidpend.experiments.bench import compute as bench
 from rigidpend.experiments.bench import report as reading
 from rigidpend.experiments.bench import worker
-from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
+from rigidpend.experiments.bench.methods import METHODS
 from rigidpend.experiments.bench.problems import SEED, drawn
 from rigidpend.experiments.bench.schema import Config
 from rigidpend.experiments.bench.worker import Fault, measured
@@ -226,13 +226,6 @@ def test_a_fault_of_the_benchmark_ends_the_command_in_one_sentence(
     assert "the benchmark's worker stopped (lie_poisson): NameError" in done.stderr
     assert "Traceback" not in done.output
     assert not (tmp_path / "bench_quick.h5").exists()
-
-
-def test_describe_names_problems_and_methods() -> None:
-    content = typed(Config, FULL)
-    rows = {row.name: row for row in bench.describe(content)}
-    assert set(rows) >= {*PROBLEMS, *content.problem.methods}
-    assert all(row.meaning for row in rows.values())
 
 
 def test_the_full_config_asks_for_everything() -> None:
