@@ -56,7 +56,7 @@ def test_lines_are_where_the_numbers_are(
 ) -> None:
     lines = [x for x in panel(figure, letter).lines if x.get_label() == name]
     for line, points in zip(lines, expected, strict=True):
-        np.testing.assert_allclose(line.get_xydata(), points)
+        np.testing.assert_allclose(np.asarray(line.get_xydata()), points)
 
 
 def test_axes_say_which_way_is_better(figure: Figure) -> None:
