@@ -36,9 +36,9 @@ BODY = Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
 START: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8"}
 """Those of Fig. 4."""
 BITS = (53, 106, 160, 212, 320, 424)
-LENGTHS = (20, 40, 76, 150)
-SPARE = 5
-"""Digits of a phase besides those that its symbols need."""
+LENGTHS = (40, 76, 100, 150)
+EACH, SPARE = 1.28, 5
+"""Digits of a phase for each symbol, and besides: no word of these needs more."""
 JOBS = 2
 SEED = 1
 PARTS = 400
@@ -81,7 +81,7 @@ def found_table() -> Table:
     for length in LENGTHS:
         word = "".join(chance.choices("01", k=length))
         begun = own()
-        found = find_orbit(BODY, word, **START, digits=round(1.25 * length) + SPARE, jobs=JOBS)
+        found = find_orbit(BODY, word, **START, digits=round(EACH * length) + SPARE, jobs=JOBS)
         middle = own()
         ladder = (53, 106, 160, max(found.bits, 171))
         asked = {**START, "n_symbols": length, "precisions": ladder, "jobs": JOBS}

@@ -70,7 +70,7 @@ def command(
     if bool(names) == bool(file):
         raise click.UsageError("give names of configs, or a certificate with --check")
     check_scheduler(scheduler)
-    from rigidpend.config.names import resolve
+    from rigidpend.config.catalogue import resolve
     from rigidpend.machine.workers import cores
     from rigidpend.runs import certificates, loading
 

@@ -225,7 +225,7 @@ def check_name(name: str | None, names: Sequence[str], paths: Sequence[Path]) ->
 
 def the_one(name: str, command: str) -> Path:
     """File of the one config that a command is about, which `all` is not."""
-    from rigidpend.config.names import resolve
+    from rigidpend.config.catalogue import resolve
 
     [path, *others] = resolve((name,))
     if others:
@@ -243,7 +243,7 @@ def measured(
 ) -> Path:
     """Run a measurement unless it is up to date, and draw it; its result."""
     from rigidpend import render
-    from rigidpend.config.names import resolve
+    from rigidpend.config.catalogue import resolve
     from rigidpend.runs import loading, runner
 
     [path] = resolve((f"{name}_quick" if quick else name,))

@@ -33,7 +33,7 @@ def command(names: tuple[str, ...], reason: str, folder: Path, jobs: int | None)
     Example:
       rigidpend reference fig4 --reason "n_symbols = 20"
     """
-    from rigidpend.config.names import resolve
+    from rigidpend.config.catalogue import resolve
     from rigidpend.machine import workers
     from rigidpend.runs import loading, regression
 

@@ -129,7 +129,7 @@ def command(
     begun = time.perf_counter()
     if quiet and verbose:
         raise click.UsageError("--quiet and --verbose exclude each other")
-    from rigidpend.config.names import resolve
+    from rigidpend.config.catalogue import resolve
     from rigidpend.machine import progress, workers
     from rigidpend.runs import recalled, runner
 

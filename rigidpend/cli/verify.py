@@ -72,7 +72,7 @@ def command(
       rigidpend verify all --results results --json
       rigidpend verify fig4 --set problem.mu=0.01
     """
-    from rigidpend.config.names import resolve
+    from rigidpend.config.catalogue import resolve
     from rigidpend.machine import progress
     from rigidpend.machine.workers import check_stop
 

@@ -87,7 +87,7 @@ def save(within: Path, of: bytes, content: bytes, most: int) -> None:
 
 
 def recall(of: str) -> Any:
-    """What an earlier process found to follow from something; None where none did."""
+    """Recall what an earlier process found to follow from something; None where none did."""
     content = load(folder() / "plans", of.encode())
     return None if content is None else json.loads(content)
 

@@ -17,7 +17,7 @@ from rigidpend.numbers.expressions import named
 from rigidpend.numbers.generic import Scalar
 from rigidpend.numbers.parameters import ParameterError
 from rigidpend.orbits import UNITS
-from rigidpend.orbits.integrate.engines import PAIRS
+from rigidpend.orbits.integrate.arithmetic import PAIRS
 from rigidpend.orbits.return_map import storage
 from rigidpend.orbits.return_map.charts import (
     Chart,

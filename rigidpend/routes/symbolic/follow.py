@@ -31,7 +31,7 @@ from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic.address import Address, AddressError, parsed
 from rigidpend.routes.symbolic.surface import Surface, surface
-from rigidpend.routes.symbolic.tables import Level
+from rigidpend.routes.symbolic.tables import Level, onward
 
 LEAST_BITS = 64
 """Least precision of the states at crossings."""
@@ -147,16 +147,13 @@ def followed(orbits: Surface, theta2: float, n: int) -> tuple[Address, Array]:
     """
     level = orbits.level(orbits.energy(theta2))
     at = orbits.begin(level)(theta2).crossing(level)
-    point, chi = SectionPoint(True, at.d, at.chi), float(at.chi[0])
-    symbols, found = [], [chi]
-    for _ in range(n):
-        passed = level.map_level.passage(point)
+    symbols, chi = [], [float(at.chi[0])]
+    for passed in onward(level.map_level, SectionPoint(True, at.d, at.chi), n):
         if not passed.inside[0]:
             break
-        chi, point = chi + float(passed.turned[0]), passed.point
         symbols.append(int(passed.symbol[0]))
-        found.append(chi)
-    return Address.of(found, symbols), np.array(found)
+        chi.append(chi[-1] + float(passed.turned[0]))
+    return Address.of(chi, symbols), np.array(chi)
 
 
 class RoundPhases(NamedTuple):

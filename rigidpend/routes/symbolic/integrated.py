@@ -190,8 +190,7 @@ def closing(body: Body, orbit: ClosedOrbit, level: Level, *, h: Scalar, bits: in
         size = max(abs(x) for x in off)
         if size < Fraction(1, 2 ** (bits - LOST)):
             break
-        gaps = np.array([float(x / size) for x in off]).reshape(-1, 2, 1)
-        [step] = corrections(slopes[..., None], gaps)
+        step = corrections(slopes, np.array([float(x / size) for x in off]))
         places = [x + Fraction(float(s)) * size for x, s in zip(places, step, strict=True)]
     else:
         raise NoOrbit(f"the orbit of {orbit.word} does not come to close, by {float(size):.2g}")
