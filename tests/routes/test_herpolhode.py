@@ -127,10 +127,9 @@ def test_initial_state_is_at_theta3_0_and_alpha_along_omega() -> None:
     assert 0 < abs(alpha(state, p.body)) < 1e-4
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("theta2_0", "engine"), FOLLOWED.items())
-def test_alpha_of_the_samples_is_the_quadrature_eqPV(theta2_0: str, engine: str) -> None:
+def test_alpha_of_the_samples_is_the_quadrature_eqPV() -> None:
     """Along the whole route, as far as an orbit stays the same when it is computed again."""
+    theta2_0, engine = "1.83", "taylor"
     p, orbit = problem("0.01"), orbit_of(theta2_0, engine)
     state = initial_state(p, float(theta2_0))
     begin = np.array([*state, alpha(state, p.body)])

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 from rigidpend import Body
 from rigidpend.mechanics.equations import eq1
@@ -22,6 +23,7 @@ from rigidpend.routes.problem import (
     passage_rotations,
     phase_rate,
     rotation_period,
+    whisker_growth,
 )
 from rigidpend.runs import loading
 from tests.orbits.integrate.problems import FIG4
@@ -165,3 +167,15 @@ def test_a_passage_takes_a_rotation_at_least() -> None:
     """With a heavy body of small exponents the estimate would be a share of one."""
     heavy = Body((2, "0.25", "1.8"), (1, 1, 0), "0.99")
     assert passage_rotations(problem(heavy, "1", J1_0="1e-2")) == 1.0
+
+
+def test_whisker_growth_is_the_mean_over_random_phases() -> None:
+    nu = 4.4
+    a = 2 * nu / math.pi
+    zero = math.atan(a)
+
+    def logarithm(x: float) -> float:
+        return math.log(abs(1 - a / math.tan(x)))
+
+    found = quad(logarithm, 0, math.pi, points=[zero], limit=500, epsabs=1e-9)[0] / math.pi
+    assert math.log(whisker_growth(nu)) == pytest.approx(found, abs=1e-6)

@@ -22,6 +22,7 @@ from rigidpend.orbits.return_map.charts import (
     invariants,
     kept,
 )
+from rigidpend.orbits.return_map.conjugacy import inverted, torus_rates
 from rigidpend.orbits.return_map.normal_form import NormalForm
 from rigidpend.orbits.return_map.precision import Precision
 
@@ -57,6 +58,18 @@ class Passage(NamedTuple):
     """(4, 2, N) the derivatives of d, chi, time and theta3 in d and chi; None if not asked for."""
 
 
+class Entered(NamedTuple):
+    """First crossings of orbits from beside the lower periodic orbit."""
+
+    point: SectionPoint
+    time: Any
+    """(N,) t' from the start."""
+    theta3: Any
+    """(N,) radians, growth from the start."""
+    inside: Any
+    """(N,), whether the tables reach so far."""
+
+
 class EnergyLevel:
     """The return map at one energy, or at one of its own for each orbit.
 
@@ -82,6 +95,35 @@ class EnergyLevel:
         self.weights = nf.energies.basis(self.h, a)
         self.exponent, self.rotation = self.weights @ nf.exponent, self.weights @ nf.rotation
         self.charts = [Chart(*(table.at(self.weights) for table in chart)) for chart in charts]
+
+    def enter(self, Qp: Scalar, phase: Scalar) -> Entered:
+        """Orbits that start at Qp > 0, Qm = 0, M3 < 0, and first cross beside separatrix 2.
+
+        Parameters
+        ----------
+        Qp : number
+            Dimensionless.
+        phase : (N,) array
+            pi/2 - beta0/2 - theta2: psi of the mirrored state, radians.
+
+        Raises
+        ------
+        MapError
+            Qp lies outside of the range of the normal form.
+        """
+        a, nf = self.a, self.nf
+        zero = 0 * phase
+        at = inverted(nf, self.weights, phase, zero + Qp, zero, a)
+        inverse = self.charts[True].inverse
+        I = at.u * at.v
+        rates = torus_rates(self.exponent, self.rotation, I)
+        s = phase + a.log(at.v) / rates.exponent
+        inside = (np.abs(I) <= inverse.width) & (np.abs(at.v) <= nf.radius)
+        seen = inverse.look_up(np.where(inside, I, zero), s, a)
+        chi = s + seen[1]
+        time = at.tau + seen[2] - rates.rotation * (chi - phase)
+        point = SectionPoint(True, seen[0], reduced_angle(-chi, a))
+        return Entered(point, time, at.sigma + seen[3], inside)
 
     def passage(
         self, point: SectionPoint, *, backward: bool = False, slopes: bool = False
