@@ -21,8 +21,7 @@ from pydantic.fields import FieldInfo
 
 import rigidpend
 from docs import floors
-from rigidpend import experiments
-from rigidpend.cli import main
+from rigidpend import cli, experiments
 from rigidpend.config import catalogue
 from rigidpend.config.schema import ExperimentConfig, comment, nested
 from rigidpend.numbers.exact import Exact
@@ -64,10 +63,10 @@ def write(folder: Path) -> None:
 
 def commands() -> str:
     """Every command with its usage, text and options, as its --help has them."""
-    context = main.make_context("rigidpend", [], resilient_parsing=True)
-    parts = [_command(main, context)]
-    for name in main.list_commands(context):
-        command = main.commands[name]
+    context = cli.main.make_context("rigidpend", [], resilient_parsing=True)
+    parts = [_command(cli.main, context)]
+    for name in cli.COMMANDS:
+        command = cli.command(name)
         inner = command.make_context(name, [], parent=context, resilient_parsing=True)
         parts.append(_command(command, inner))
     return "\n\n".join(parts) + "\n"
@@ -184,7 +183,7 @@ def shown_default(field: FieldInfo) -> str:
 
 def departures() -> str:
     """The places where the paper slips."""
-    rows = [tuple(map(plain, departure.row)) for departure in DEPARTURES]
+    rows = [tuple(map(plain, departure)) for departure in DEPARTURES]
     return "\n".join(table(("place", "as printed", "here"), rows)) + "\n"
 
 

@@ -1,5 +1,6 @@
 """Entry point of the process, as ``rigidpend`` and as ``python -m rigidpend``."""
 
+import gc
 import os
 import signal
 import sys
@@ -10,6 +11,8 @@ def main() -> None:
     # Until there is a watch Ctrl-C ends the process as the system does, without a traceback.
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
+    # To look for garbage among what was just imported is a tenth of a start.
+    gc.set_threshold(50_000)
     settle_streams()
     from rigidpend.machine import signals
 

@@ -300,8 +300,8 @@ def orbit(
 
     from rigidpend.mechanics import hodograph
     from rigidpend.numbers.exact import PRECISIONS
-    from rigidpend.orbits import integrate
     from rigidpend.orbits.integrate.arithmetic import resolve
+    from rigidpend.orbits.integrate.states import states_at
     from rigidpend.routes import herpolhode
     from rigidpend.routes.problem import RouteProblem, rotation_period
 
@@ -310,7 +310,7 @@ def orbit(
     period = rotation_period(problem)
     times = _samples(time, period / POINTS if step is None else step, period)
     arithmetic = resolve(engine, None, PRECISIONS)
-    states = integrate.sample(
+    states = states_at(
         hodograph.field_without_alpha(body),
         herpolhode.initial_state(problem, float(checked.number("theta2_0", theta2_0))),
         times,

@@ -132,11 +132,11 @@ def _pairs_with_bodies(data: Data) -> Iterator[tuple[str, ...]]:
     peers = [name for name in found if METHODS[name].certain and METHODS[name].family not in OWN]
     for call, key in reading.CALLS.items() if peers else ():
         (name, own), *_ = found.items()
-        medians = {peer: float(np.median(getattr(found[peer], key))) for peer in peers}
+        medians = {peer: float(np.median(found[peer][key])) for peer in peers}
         best = min(medians, key=medians.__getitem__)
-        ratio = times(float(np.median(getattr(found[best], key) / getattr(own, key))))
+        ratio = times(float(np.median(found[best][key] / own[key])))
         title = f"bodies drawn by lot, every symbol vouched for: {call}"
-        time = seconds(float(np.median(getattr(own, key))))
+        time = seconds(float(np.median(own[key])))
         yield title, METHODS[name].label, time, METHODS[best].label, seconds(medians[best]), ratio
 
 

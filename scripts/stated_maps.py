@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.bench.drawn import drawn
+from rigidpend.experiments.bench.problems import drawn
 from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
 from rigidpend.orbits.return_map.charts import kept, section_chart
 from rigidpend.orbits.return_map.normal_form import normal_form

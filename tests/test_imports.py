@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rigidpend.cli import main
+from rigidpend.cli import COMMANDS
 from rigidpend.orbits.integrate.engines import default_engine
 from tests.config.samples import SMALL, changed, written
 from tests.processes import modules
@@ -55,7 +55,7 @@ def test_the_package_alone_imports_nothing_heavy(tmp_path: Path) -> None:
 HELP = """
 import sys
 from rigidpend.cli import main
-for line in (*COMMANDS, "--help", "--version", "completion zsh"):
+for line in (*LINES, "--help", "--version", "completion zsh"):
     try:
         main(line.split(), prog_name="rigidpend")
     except SystemExit as end:
@@ -74,8 +74,8 @@ for line in json.loads(sys.argv[1]):
 
 def test_help_and_completion_of_names_import_nothing_heavy(tmp_path: Path) -> None:
     """One process asks for all: whoever of them imports something is found by asking fewer."""
-    helps = [f"{name} --help" for name in main.commands]
-    found = modules(HELP.replace("COMMANDS", repr(helps)), tmp_path)
+    helps = [f"{name} --help" for name in COMMANDS]
+    found = modules(HELP.replace("LINES", repr(helps)), tmp_path)
     assert {f"rigidpend.cli.{name}" for name in ("run", "find", "bench")} <= found
     assert found & HEAVY == set()
     assert modules(COMPLETION, tmp_path, "run fig", "ru", "run fig4 --for") & HEAVY == set()

@@ -14,12 +14,11 @@ import pytest
 
 from rigidpend import Body
 from rigidpend.config import catalogue
-from rigidpend.machine import code_hash
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.kernel import machine_code
 from rigidpend.orbits.return_map import return_map, storage
 from rigidpend.orbits.return_map.build import FIRST, SECOND
-from rigidpend.runs import certificates, loading, recalled
+from rigidpend.runs import certificates, loading
 from tests.bodies import FIG4
 
 H = exact("1.3342")
@@ -133,22 +132,3 @@ def test_of_the_parts_of_a_certificate(monkeypatch: pytest.MonkeyPatch, tmp_path
 
     given = {"mu": "1e-3", "phase": "1", "code": "a"}
     assert_complete(key, given, {"mu": "2e-3", "phase": "2", "code": "b"})
-
-
-def test_of_a_config_that_was_read(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    def key(version: str, reader: str, name: str, content: str, settings: list[str]) -> str:
-        monkeypatch.setattr(recalled, "__version__", version)
-        monkeypatch.setattr(recalled, "reader_code", lambda *_: reader)
-        (tmp_path / name).write_text(content)
-        return recalled.key_of(recalled.CONFIGS, tmp_path / name, *settings)
-
-    given = {"version": "1", "reader": "a", "name": "a.yaml", "content": "a", "settings": ["a=1"]}
-    others = {"version": "2", "reader": "b", "name": "b.yaml", "content": "b", "settings": ["a=2"]}
-    assert_complete(key, given, others)
-
-
-def test_of_a_source_that_was_read() -> None:
-    """Of another source and of another reader nothing is known."""
-
-    given = {"reader": b"a", "source": b"b"}
-    assert_complete(code_hash.key_of, given, {"reader": b"c", "source": b"d"})

@@ -17,8 +17,7 @@ from packaging.version import Version
 
 import rigidpend
 from docs import generate
-from rigidpend import experiments
-from rigidpend.cli import main
+from rigidpend import cli, experiments
 from rigidpend.config import names
 from rigidpend.render import captions
 from rigidpend.results import store
@@ -54,7 +53,7 @@ def test_the_pages_show_commands() -> None:
 @pytest.mark.parametrize("arguments", commands(), ids=" ".join)
 def test_every_command_shown_is_understood(arguments: list[str], tmp_path: Path) -> None:
     """Its options exist, its configs do, and its settings fit them; nothing is run."""
-    command = main.commands[arguments[0]]
+    command = cli.command(arguments[0])
     given = command.make_context(arguments[0], arguments[1:]).params
     assert isinstance(command, click.Command)
     for name in given.get("names") or [given.get("name") or "fig4"]:
@@ -125,7 +124,7 @@ def test_what_an_index_shows_needs_no_checkout() -> None:
     assert not re.search(r"\]\(|<img", project["readme"]["text"])
     for words in re.findall(r"^ +rigidpend (.+?) *#", project["readme"]["text"], re.MULTILINE):
         name, *given = words.split()
-        main.commands[name].make_context(name, given)
+        cli.command(name).make_context(name, given)
     assert {"authors", "classifiers", "license"} <= project.keys()
 
 

@@ -2,40 +2,42 @@
 
 from __future__ import annotations
 
+import importlib
 from typing import Any
 
 import click
 
 import rigidpend
-from rigidpend.cli import (
-    bench,
-    cache,
-    certify,
-    common,
-    completion,
-    describe,
-    doctor,
-    find,
-    listing,
-    reference,
-    render,
-    report,
-    run,
-    stress,
-    theory,
-    verify,
-)
+from rigidpend.cli import common
+
+COMMANDS = {
+    **{name: name for name in ("run", "render", "report")},
+    "list": "listing",
+    **{name: name for name in ("describe", "theory", "find", "certify", "verify", "reference")},
+    **{name: name for name in ("bench", "stress", "cache", "doctor", "completion")},
+}
+"""Modules of the commands, in the order in which they are listed."""
 
 
-class Brief(click.Group):
-    """A group that repeats no long argument, and lists its commands in whole sentences."""
+def command(name: str) -> click.Command:
+    """The command of a name."""
+    found: click.Command = importlib.import_module(f"rigidpend.cli.{COMMANDS[name]}").command
+    return found
+
+
+class Commands(click.Group):
+    """The commands, each imported when it is asked for; no long argument is repeated."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        return command(cmd_name) if cmd_name in COMMANDS else None
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands in whole sentences."""
         with formatter.section("Commands"):
-            told = (
-                (name, (each.help or "").partition("\n\n")[0])
-                for name, each in self.commands.items()
-            )
+            told = ((name, (command(name).help or "").partition("\n\n")[0]) for name in COMMANDS)
             formatter.write_dl([(name, " ".join(said.split())) for name, said in told])
 
     def invoke(self, ctx: click.Context) -> Any:
@@ -48,7 +50,12 @@ class Brief(click.Group):
             raise click.UsageError(common.brief(said), error.ctx) from None
 
 
-@click.group(cls=Brief, context_settings={"help_option_names": ["-h", "--help"]})
+# Their names alone, of which click suggests those that are close.
+@click.group(
+    cls=Commands,
+    commands=dict[str, Any].fromkeys(COMMANDS),
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
 @click.version_option(rigidpend.__version__, prog_name="rigidpend")
 def main() -> None:
     """Perturbed pendulum-like motions of a heavy rigid body: compute, draw, verify.
@@ -66,10 +73,3 @@ def main() -> None:
       eval "$(rigidpend completion bash)"
     """
     common.settle_warnings()
-
-
-for _module in (
-    *(run, render, report, listing, describe, theory, find),
-    *(certify, verify, reference, bench, stress, cache, doctor, completion),
-):
-    main.add_command(_module.command)

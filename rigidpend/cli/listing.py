@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import itertools
 from collections.abc import Iterator
 from pathlib import Path
@@ -56,24 +55,20 @@ def command(folder: Path, as_json: bool) -> None:
 
 def _entries(folder: Path) -> Iterator[dict[str, Any]]:
     """An entry for each config, for each member of its sweep, and for each other result."""
-    from rigidpend.config import catalogue
-    from rigidpend.config.complaints import ConfigError
+    from rigidpend.runs import recalled
 
     swept: set[str] = set()
     for name, path in _named(folder).items():
         # Members of a sweep are listed by its config, not as strays once more.
         if path.suffix == ".h5" and name in swept:
             continue
-        if path.suffix != ".h5" and catalogue.is_sweep(path):
-            # What is wrong with a sweep is said by its own entry, below.
-            with contextlib.suppress(ConfigError):
-                from rigidpend.runs import loading
-
-                [group] = loading.load_groups([path])
-                swept |= {member.name for member in group.members}
-                yield from (_entry(member.name, path, folder, member) for member in group.members)
-                continue
-        yield _entry(name, path, folder)
+        try:
+            [group] = recalled.load_groups([path])
+        except Exception as error:  # noqa: BLE001
+            yield _unusable(name, path, None, error)
+            continue
+        swept |= {member.name for member in group.members}
+        yield from (_entry(member, path, folder) for member in group.members)
 
 
 def _named(folder: Path) -> dict[str, Path]:
@@ -90,25 +85,34 @@ def _named(folder: Path) -> dict[str, Path]:
     return dict(known) | stray
 
 
-def _entry(name: str, path: Path, folder: Path, member: AnyConfig | None = None) -> dict[str, Any]:
-    from rigidpend.config import catalogue
-    from rigidpend.runs import recalled, runner
+def _entry(config: AnyConfig, path: Path, folder: Path) -> dict[str, Any]:
+    from rigidpend.runs import runner
 
-    entry: dict[str, Any] = {"name": name, "experiment": None, "status": "cannot be used"}
-    entry |= {"reason": None, "doubt": None, "in_all": catalogue.in_all(path)}
-    entry |= {"config": str(path), "file": None}
     try:
-        loaded = member or recalled.load(path)
-        entry["experiment"] = loaded.experiment
-        planned = runner.plan(loaded, folder_of(path, folder))
-    except Exception as error:
-        # One bad config or damaged result does not hide the others.
-        if exit_code(error) == INTERNAL:
-            raise
-        return entry | {"reason": str(error)}
-    entry["status"] = "to run" if planned.reason else "up to date"
-    entry |= {"reason": planned.reason or None, "doubt": planned.doubt or None}
-    return entry | {"file": str(planned.target)}
+        planned = runner.plan(config, folder_of(path, folder))
+    except Exception as error:  # noqa: BLE001
+        return _unusable(config.name, path, config.experiment, error)
+    return {
+        **_blank(config.name, path, config.experiment),
+        "status": "to run" if planned.reason else "up to date",
+        "reason": planned.reason or None,
+        "doubt": planned.doubt or None,
+        "file": str(planned.target),
+    }
+
+
+def _unusable(name: str, path: Path, experiment: str | None, error: Exception) -> dict[str, Any]:
+    """The entry of a bad config or a damaged result, which does not hide the others."""
+    if exit_code(error) == INTERNAL:
+        raise error
+    return _blank(name, path, experiment) | {"reason": str(error)}
+
+
+def _blank(name: str, path: Path, experiment: str | None) -> dict[str, Any]:
+    from rigidpend.config.catalogue import in_all
+
+    told = {"name": name, "experiment": experiment, "status": "cannot be used", "reason": None}
+    return {**told, "doubt": None, "in_all": in_all(path), "config": str(path), "file": None}
 
 
 def _row(entry: dict[str, Any]) -> list[str]:

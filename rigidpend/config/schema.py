@@ -6,15 +6,18 @@ exact, as written. Unknown keys are errors, and a schema declares only what its 
 
 from __future__ import annotations
 
+import ast
 import contextlib
 import difflib
 import functools
 import inspect
 import math
 import re
+import textwrap
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
 from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, Union, get_args, get_origin
 
@@ -180,14 +183,31 @@ class Part(BaseModel):
         frozen=True,
         arbitrary_types_allowed=True,
         defer_build=True,
-        use_attribute_docstrings=True,
     )
 
 
 def comment(part: type[BaseModel], name: str) -> str:
     """Meaning of a key with its unit, as a phrase; empty where the schema says none."""
-    said = part.model_fields[name].description or ""
+    said = next((texts[name] for each in part.__mro__ if name in (texts := _texts(each))), "")
     return " ".join(said.replace("\\|", "|").split()).rstrip(".")
+
+
+@functools.cache
+def _texts(part: type) -> dict[str, str]:
+    """The text under each key that a part itself declares.
+
+    Read when a meaning is asked for: pydantic would read the sources of all parts at each start.
+    """
+    if not issubclass(part, Part):
+        return {}
+    [declared] = ast.parse(textwrap.dedent(inspect.getsource(part))).body
+    assert isinstance(declared, ast.ClassDef)
+    return {
+        key.target.id: str(text.value.value)
+        for key, text in pairwise(declared.body)
+        if isinstance(key, ast.AnnAssign) and isinstance(key.target, ast.Name)
+        if isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant)
+    }
 
 
 def nested(annotation: Any) -> tuple[type[BaseModel] | None, bool]:

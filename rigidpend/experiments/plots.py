@@ -11,7 +11,9 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import ArrayLike, NDArray
@@ -80,10 +82,68 @@ def symbol_entries(zero: str = r"$z_i = 0$ (left)", one: str = r"$z_i = 1$ (righ
     ]
 
 
+def panel(
+    figure: Figure, left: float, bottom: float, width: float, height: float, label: str = ""
+) -> Axes:
+    """Add axes to a figure in inches, from its lower left corner."""
+    wide, high = map(float, figure.get_size_inches())
+    return figure.add_axes((left / wide, bottom / high, width / wide, height / high), label=label)
+
+
+def column_edges(phases: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Edges of columns, halfway between their phases."""
+    # A single column has no spacing: any width shows it.
+    step = np.diff(phases) if phases.size > 1 else np.array([1.0])
+    inner = phases[:-1] + np.diff(phases) / 2
+    return np.concatenate(([phases[0] - step[0] / 2], inner, [phases[-1] + step[-1] / 2]))
+
+
+def draw_codes(
+    axes: Axes,
+    edges: NDArray[np.float64],
+    codes: NDArray[np.uint8],
+    cmap: Colormap = SYMBOL_COLOURS,
+    norm: BoundaryNorm = SYMBOL_NORM,
+    **look: Any,
+) -> None:
+    """Draw an array of codes, (symbols, columns), between the edges of columns; symbol 1 below."""
+    rows = len(codes)
+    axes.pcolormesh(edges, np.arange(rows + 1) + 0.5, codes, cmap=cmap, norm=norm, **look)
+    axes.set_yticks([1, *range(5, rows + 1, 5)] if rows <= 40 else [1, rows])
+    axes.set_ylabel("$i$", rotation=0, va="center", labelpad=6)
+
+
+def mark_doubt(
+    axes: Axes, x: NDArray[np.float64], certain: NDArray[np.bool_], size: float = 3.0
+) -> None:
+    """Cross out the cells of an array of codes that are not certain."""
+    row, column = np.nonzero(~certain)
+    if row.size:
+        axes.plot(x[column], row + 1, "x", color=DOUBT, ms=size, mew=0.3 * size)
+
+
 def cell_ends(values: NDArray[np.float64]) -> tuple[float, float]:
     """The outer ends of cells, from their middles."""
     half = (values[1] - values[0]) / 2
     return float(values[0] - half), float(values[-1] + half)
+
+
+def draw_cells(
+    axes: Axes,
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    values: NDArray[np.float64],
+    **colours: Any,
+) -> AxesImage:
+    """Draw the values of a plane of cells, (rows, columns), around their middles, as colours."""
+    return axes.imshow(
+        values,
+        origin="lower",
+        extent=(*cell_ends(x), *cell_ends(y)),
+        aspect="auto",
+        interpolation="nearest",
+        **colours,
+    )
 
 
 def draw_changes(

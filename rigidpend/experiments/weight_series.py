@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidpend.experiments.data.bounds import relative
-from rigidpend.experiments.data.layout import FLOAT, TEXT, Field, Fields
-from rigidpend.experiments.data.tree import Dataset, Tree
+from rigidpend.experiments.data.layout import FLOAT, TEXT, Field
+from rigidpend.experiments.data.tree import Tree
 from rigidpend.numbers.doubles import Array
 
 if TYPE_CHECKING:
@@ -40,30 +40,11 @@ def each(problem: WeightedBodies, compute: Callable[[str], Tree], means: Means) 
     return {name: means.part(name, functools.partial(compute, name)) for name in problem.bodies}
 
 
-def joined(found: Mapping[str, Tree], fields: Fields) -> Tree:
-    """Join the fields of all bodies, one after the other, with the bodies' names.
-
-    Parameters
-    ----------
-    found : mapping of trees
-        The fields of each body, by its name.
-    fields : mapping of Field
-        By name; those of one body and of all are the same.
-    """
-    return {
-        "name": NAME.dataset(_texts(list(found))),
-        **{key: _together(key, found, field) for key, field in fields.items()},
-    }
-
-
-def _together(key: str, found: Mapping[str, Tree], field: Field) -> Dataset:
-    values = [plain(body[key]) for body in found.values()]
-    return field.dataset(_texts(values) if field.kind == TEXT else np.array(values))
-
-
-def plain(dataset: Any) -> Any:
-    """Values of a dataset; those of a part that was kept come without their meaning."""
-    return getattr(dataset, "values", dataset)
+def joined(found: Mapping[str, Any]) -> dict[str, Any]:
+    """Join the fields of all bodies, given by name, one after the other; with their names."""
+    first, *_ = found.values()
+    each = {key: [body[key].values for body in found.values()] for key in first}
+    return {"name": list(found), **{key: np.array(values) for key, values in each.items()}}
 
 
 def mu_over_h0(problem: WeightedBodies) -> Array:
@@ -86,7 +67,3 @@ def slope(ratio: Array, values: Array, floor: Array | float = 0.0) -> float:
     if kept.sum() < 2:
         return float("nan")
     return float(np.polyfit(np.log(ratio[kept]), np.log(values[kept]), 1)[0])
-
-
-def _texts(values: list[Any]) -> Any:
-    return np.array([str(x) for x in values], dtype="S")

@@ -9,12 +9,13 @@ from __future__ import annotations
 import contextlib
 import errno
 import functools
+import json
 import os
 import shutil
 import sys
 import warnings
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rigidpend.machine import kept
 
@@ -25,6 +26,8 @@ MEANING = {
     "plans": "what plans found out",
 }
 """The subfolders of this version; others are of another."""
+PLANS = 1_000_000
+"""Bytes of all that plans found out, of which each takes some 300."""
 
 
 class Subfolder(NamedTuple):
@@ -81,6 +84,17 @@ def save(within: Path, of: bytes, content: bytes, most: int) -> None:
         _bound(within, most)
     except OSError as error:
         tell_once(f"{folder()}: nothing can be kept there ({kept.reason(error)})")
+
+
+def recall(of: str) -> Any:
+    """What an earlier process found to follow from something; None where none did."""
+    content = load(folder() / "plans", of.encode())
+    return None if content is None else json.loads(content)
+
+
+def remember(of: str, found: Any) -> None:
+    """Keep what follows from something, which JSON can hold, for :func:`recall`."""
+    save(folder() / "plans", of.encode(), json.dumps(found).encode(), PLANS)
 
 
 @functools.cache

@@ -12,9 +12,9 @@ import json
 import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from rigidpend.machine.memory import Memory
+from rigidpend.machine import cache
 
 PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -26,9 +26,19 @@ def inside(*place: str) -> Path:
 
 def code_hash_of(*files: Path) -> str:
     """Hash the code of some of the package's files and of all that they import of the package."""
-    found = sorted(needed(files).items())
-    known_codes().save()
-    return digest(json.dumps(found))
+    places = [each.relative_to(PACKAGE).as_posix() for each in files]
+    # To read them takes a third of a second.
+    of = f"code hash of {places} in {package_digest()}"
+    found = cache.recall(of)
+    if found is None:
+        found = digest(json.dumps(sorted(needed(files).items())))
+        cache.remember(of, found)
+    return str(found)
+
+
+def package_digest() -> str:
+    """Digest of all source files of the package, byte for byte."""
+    return sources(str(PACKAGE)).digest
 
 
 def needed(first: Sequence[Path]) -> dict[str, str]:
@@ -45,41 +55,36 @@ def needed(first: Sequence[Path]) -> dict[str, str]:
     return found
 
 
-@functools.cache
-def code_of(package: str, place: str) -> tuple[str, list[str]]:
-    """A file's code, and the places of the files that it imports.
+class Sources(NamedTuple):
+    """The source files of the package."""
 
-    Each is read once in a process, whose own code does not change meanwhile either.
-    """
-    with open(f"{package}/{place}", "rb") as file:
-        source = file.read()
-    # To read all of them anew would take a third of a second.
-    key, known = key_of(_reader(), source), known_codes()
-    entry = known.get(key)
-    if entry is None:
-        entry = _read(source)
-        known.put(key, entry)
-    code, imported = entry
+    files: dict[str, bytes]
+    """Their content, by their places."""
+    digest: str
+
+
+@functools.cache
+def sources(package: str) -> Sources:
+    """Read the source files in a folder; a process's own code does not change meanwhile."""
+    found, every = {}, hashlib.sha256()
+    for folder, inner, names in os.walk(package):
+        inner.sort()
+        for path in (f"{folder}/{name}" for name in sorted(names) if name.endswith(".py")):
+            with open(path, "rb") as file:
+                place, source = path.removeprefix(f"{package}/"), file.read()
+            found[place] = source
+            every.update(f"{place} {len(source)} ".encode() + source)
+    return Sources(found, every.hexdigest())
+
+
+def code_of(package: str, place: str) -> tuple[str, list[str]]:
+    """A file's code, and the places of the files that it imports."""
+    code, imported = _read(sources(package).files[place])
     found = (each for module in imported for each in _files(package, module))
     return code, list(dict.fromkeys(found))
 
 
 @functools.cache
-def known_codes() -> Memory:
-    """Codes of files that were read before, by any process."""
-    return Memory("code")
-
-
-@functools.cache
-def _reader() -> bytes:
-    return Path(__file__).read_bytes()
-
-
-def key_of(reader: bytes, source: bytes) -> str:
-    """Digest of a source and of that of what reads it: another reader has entries of its own."""
-    return hashlib.sha256(hashlib.sha256(reader).digest() + source).hexdigest()
-
-
 def _read(source: bytes) -> tuple[str, list[str]]:
     """Read a file's code without comments, docstrings and layout, and the names that it imports."""
     tree = ast.parse(source)
@@ -104,23 +109,21 @@ def _running(tree: ast.AST) -> Iterator[ast.AST]:
         waiting += ast.iter_child_nodes(node)
 
 
-@functools.cache
 def _files(package: str, module: str) -> list[str]:
     """Places of what runs when a module is imported; mere names and other packages have none."""
     first, _, inner = module.partition(".")
     place = inner.replace(".", "/")
     candidates = (f"{place}.py", f"{place}/__init__.py".lstrip("/"))
     for each in candidates if first == "rigidpend" else ():
-        if os.path.isfile(f"{package}/{each}"):
+        if each in sources(package).files:
             return [each, *_around(package, each.rpartition("/")[0])]
     return []
 
 
-@functools.cache
 def _around(package: str, folder: str) -> list[str]:
     """Places of the modules of a folder itself, and of those around it, as far as they have one."""
     init = f"{folder}/__init__.py".lstrip("/")
-    own = [init] if os.path.isfile(f"{package}/{init}") else []
+    own = [init] if init in sources(package).files else []
     return own + (_around(package, folder.rpartition("/")[0]) if folder else [])
 
 

@@ -5,11 +5,20 @@ from __future__ import annotations
 import itertools
 import math
 import textwrap
-from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, NamedTuple, Self
 
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
 """Units of time, descending, with their lengths in seconds; the last takes what is shorter."""
+
+
+class Column(NamedTuple):
+    """A column of a table: its values, each written in one form."""
+
+    header: str
+    values: Iterable[Any]
+    form: str = ""
+    """A format specification, as ``.6f``; empty for whatever the value is as a text."""
 
 
 class Table(NamedTuple):
@@ -19,6 +28,13 @@ class Table(NamedTuple):
     header: Sequence[str]
     rows: Sequence[Sequence[str]]
     note: str = ""
+
+    @classmethod
+    def of(cls, caption: str, columns: Iterable[Column], note: str = "") -> Self:
+        """A table from its columns, all of one length."""
+        chosen = list(columns)
+        cells = ([format(value, one.form) for value in one.values] for one in chosen)
+        return cls(caption, [one.header for one in chosen], list(zip(*cells, strict=True)), note)
 
 
 def columns(rows: Sequence[Sequence[str]], width: int, margin: str = "") -> Iterator[str]:

@@ -76,7 +76,7 @@ def field(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
     Returns
     -------
     callable
-        ``field(state, m)`` for `integrate.sample`: of 8 numbers, the aligned components,
+        ``field(state, m)`` for `states.states_at`: of 8 numbers, the aligned components,
         theta3 and alpha, the derivatives in t'.
     """
     (A, _, _), without = body.floats(), field_without_alpha(body)

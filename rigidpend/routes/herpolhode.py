@@ -20,7 +20,7 @@ from rigidpend.mechanics.equations import aligned, aligned_coefficients
 from rigidpend.mechanics.separatrices import separatrix_beside
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Numbers
-from rigidpend.orbits import integrate
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_double
 
@@ -56,13 +56,13 @@ def follow(
         t' of the crossings of the route, k >= 2.
     step : float
         t' between samples.
-    engine, tolerance : as in `integrate.sample`
+    engine, tolerance : as in `states.states_at`
     """
     end = crossing_time[-1] + (crossing_time[-1] - crossing_time[-2]) / 2
     t = np.arange(0.0, end, step)
     # One integration for both: the samples to be drawn, and the crossings by which they are judged.
     times = np.union1d(t, crossing_time)
-    states = integrate.sample(
+    states = states_at(
         hodograph.field_without_alpha(problem.body),
         initial_state(problem, theta2_0),
         times,
@@ -93,7 +93,7 @@ def alpha(states: Array, body: Body) -> Array:
 
 
 def alpha_at(
-    body: Body, states: Array, ends: ArrayLike, tolerance: float, engine: str | None = None
+    body: Body, states: Array, ends: ArrayLike, tolerance: float, engine: str = "taylor"
 ) -> Array:
     """Angle alpha (n,) in radians of orbits, each at a time t' of its own.
 
@@ -104,11 +104,12 @@ def alpha_at(
         Aligned components and theta3 at t' = 0.
     ends : (n,) array
         t'.
-    tolerance, engine : as in `integrate.ends`
+    tolerance, engine : as in `states.states_at`
     """
     field = hodograph.field_without_alpha(body)
-    found = integrate.ends(field, states, ends, engine=engine, tolerance=tolerance)
-    return alpha(found, body)
+    times = np.asarray(ends)[None]
+    found = states_at(field, states, times, engine=engine, tolerance=tolerance)
+    return alpha(found[:, 0], body)
 
 
 def separatrices(states: Array) -> NDArray[np.uint8]:

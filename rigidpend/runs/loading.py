@@ -22,6 +22,7 @@ from rigidpend.config.reader import Document
 from rigidpend.config.schema import ExperimentConfig
 from rigidpend.config.sweeps import Sweep
 from rigidpend.numbers.exact import Exact
+from rigidpend.orbits.integrate import engines
 from rigidpend.runs import provenance
 
 Result = TypeVar("Result")
@@ -50,10 +51,10 @@ class LoadedConfig:
         return provenance.config_hash(self.resolved())
 
     @property
-    def engine_asked(self) -> str | None:
-        """Engine that it asks for; None for any, empty where nothing is integrated."""
+    def engine(self) -> str:
+        """Engine that computes it; empty where nothing is integrated."""
         asked = self.content.numerics_asked
-        return asked["engine"] if asked else ""
+        return (asked["engine"] or engines.default_engine()) if asked else ""
 
     def with_engine(self, engine: str, tolerance: Exact | None = None) -> LoadedConfig:
         """The same config, computed by that engine, at its own tolerance or that one."""

@@ -7,12 +7,14 @@ import shutil
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
-from rigidpend.experiments.contract import Piece
-from rigidpend.experiments.data.tree import Tree
 from rigidpend.machine import files, kept, locks
 from rigidpend.machine.workers import check_stop
+
+if TYPE_CHECKING:
+    from rigidpend.experiments.contract import Piece
+    from rigidpend.experiments.data.tree import Tree
 
 
 class Parts:

@@ -35,11 +35,6 @@ def code_hash(experiment: str) -> str:
     return code_hash_of(part_of(experiment, "schema"), part_of(experiment, "compute"))
 
 
-def code_hash_of_part(experiment: str, part: str) -> str:
-    """Hash the code of one of an experiment's files, its schema say."""
-    return code_hash_of(part_of(experiment, part))
-
-
 def engine_name(engine: str) -> str:
     """Name of an engine with the version of the library behind it."""
     if not engine:

@@ -11,8 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigidpend import experiments
-from rigidpend.experiments.contract import Piece
-from rigidpend.experiments.data.tree import Tree
 from rigidpend.machine.files import StoreError, twin
 from rigidpend.machine.workers import check_stop, listening
 from rigidpend.runs import provenance, recalled
@@ -22,6 +20,8 @@ from rigidpend.runs.recalled import DOUBT, OTHER, SECONDS, AnyConfig
 # What a plan that finds nothing to do does without is imported where it is used.
 if TYPE_CHECKING:
     from rigidpend.config.schema import ExperimentConfig
+    from rigidpend.experiments.contract import Piece
+    from rigidpend.experiments.data.tree import Tree
     from rigidpend.orbits.integrate.arithmetic import Arithmetic
 
 
@@ -30,7 +30,6 @@ class Plan:
     """Plan of a run: a config, the file of its result, and the reason to compute it, if any."""
 
     config: AnyConfig
-    engine: str
     target: Path
     fingerprint: dict[str, str]
     """Hashes of config and code, and the engine: all on which the result depends."""
@@ -61,7 +60,6 @@ def plan(config: AnyConfig, folder: Path, *, force: bool = False) -> Plan:
         Compute even what is up to date.
     """
     check_stop()
-    engine = _engine(config)
     target = folder / f"{config.name}.h5"
     if other := twin(target):
         message = f"{other} is there, and some systems take both names for one file"
@@ -69,7 +67,7 @@ def plan(config: AnyConfig, folder: Path, *, force: bool = False) -> Plan:
     fingerprint = {
         "config_hash": config.config_hash,
         "code_hash": provenance.code_hash(config.experiment),
-        "engine": provenance.engine_name(engine),
+        "engine": provenance.engine_name(config.engine),
     }
     known = {} if force else recalled.facts(target)
     reason = "--force" if force else _reason(known, fingerprint)
@@ -79,7 +77,7 @@ def plan(config: AnyConfig, folder: Path, *, force: bool = False) -> Plan:
         sweep(target)
     same = known.get("config_hash") == fingerprint["config_hash"]
     seconds = float(known.get(SECONDS, 0.0)) if same else 0.0
-    return Plan(config, engine, target, fingerprint, reason, str(known.get(DOUBT, "")), seconds)
+    return Plan(config, target, fingerprint, reason, str(known.get(DOUBT, "")), seconds)
 
 
 def expected_seconds(planned: Plan) -> float | None:
@@ -154,7 +152,7 @@ def run(
     StoreError
         The file cannot be written.
     """
-    from rigidpend.experiments.contract import Means
+    from rigidpend.experiments.contract import Means, Piece
     from rigidpend.results import store
 
     config, content = planned.config, planned.config.content
@@ -221,7 +219,7 @@ def _pieces(
         return parts.in_order
     from rigidpend.runs import cluster
 
-    given = scheduler, planned.config.experiment, planned.engine, parts
+    given = scheduler, planned.config.experiment, planned.config.engine, parts
     return lambda pieces: cluster.computed(*given, pieces, report, crew)
 
 
@@ -251,23 +249,14 @@ def _arithmetic(planned: Plan) -> Arithmetic:
     """Arithmetic of a planned experiment, resolved once."""
     from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, resolve
 
-    if not planned.engine:
-        return CLOSED_FORM
-    return resolve(**{**planned.config.content.numerics_asked, "engine": planned.engine})
+    asked = planned.config.content.numerics_asked
+    return resolve(**{**asked, "engine": planned.config.engine}) if asked else CLOSED_FORM
 
 
 def _stored(arithmetic: Arithmetic, config: AnyConfig) -> dict[str, Any]:
     """Part of the arithmetic that a config can choose, as root attributes."""
     chosen = set(config.content.numerics_asked) - {"engine"}
     return {name: value for name, value in arithmetic._asdict().items() if name in chosen}
-
-
-def _engine(config: AnyConfig) -> str:
-    """Engine that a config is computed with; empty for closed forms."""
-    from rigidpend.orbits.integrate.engines import check_engine, default_engine
-
-    asked = config.engine_asked
-    return asked if asked == "" else check_engine(asked or default_engine())
 
 
 def _reason(stored: Mapping[str, Any], fingerprint: dict[str, str]) -> str:

@@ -14,7 +14,7 @@ from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Aligned, canonical_from_aligned
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import Exact, exact, function
-from rigidpend.orbits.integrate import sample_orbits
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.problem import ProblemError, RouteProblem, phase_rate
 from rigidpend.routes.start import Scales, start, states_double
 
@@ -112,7 +112,7 @@ def S1_minus(
     p = problem.body.angles()
     begin = start(problem, 53, Scales())
     # Started exactly at the separatrix's theta1, not on the surface: see the notes above.
-    orbits = sample_orbits(
+    orbits = states_at(
         begin.coefficients,
         states_double(begin, theta2_0, 0.0),
         times(problem),

@@ -20,8 +20,8 @@ from rigidpend.mechanics.precession import turning_rate
 from rigidpend.mechanics.separatrices import u
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import Exact
-from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.surfaces.surface_orbits import (
     UnstableSurface,
     coefficients,
@@ -126,9 +126,9 @@ def _turning(s: UnstableSurface, theta2_0: float, times: Array, arithmetic: Arit
     p = s.p
     state = np.array([float(x) for x in launch(s, theta2_0, DEPTH)])
     floats = AlignedCoefficients(*map(float, coefficients(s)))
-    orbit = integrate.sample_orbits(
-        floats, state[:, None], times, engine=arithmetic.engine, tolerance=arithmetic.tolerance
-    )[..., 0]
+    orbit = states_at(
+        floats, state, times, engine=arithmetic.engine, tolerance=arithmetic.tolerance
+    )
     M, _ = body_from_aligned(Aligned(*orbit), float(p.alpha0), 1.0)
     r = math.cos(float(p.beta0) / 2), math.sin(float(p.beta0) / 2), 0.0
     # Of dimensionless M it is the rate in t'.

@@ -25,7 +25,7 @@ from rigidpend.runs import runner
 from tests.cli.calls import ENVIRONMENT, call, called
 from tests.config.samples import FIG4, SMALL, written
 
-COMMANDS = cli.main.commands
+COMMANDS = {name: cli.command(name) for name in cli.COMMANDS}
 
 SMALLER = {
     # What is added to an example with that word, so that it takes little.

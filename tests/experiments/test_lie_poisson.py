@@ -11,7 +11,7 @@ import pytest
 
 from rigidpend.experiments.lie_poisson import SCHEMES, splitting, stages
 from rigidpend.mechanics.equations import energy, euler_poisson
-from rigidpend.orbits.integrate import sample
+from rigidpend.orbits.integrate.states import states_at
 from tests.orbits.integrate.problems import GENERIC
 from tests.strategies import floats_of
 
@@ -82,7 +82,7 @@ def test_agrees_with_the_field_as_the_step_shrinks(order: int) -> None:
 @pytest.mark.parametrize("order", ORDERS)
 def test_agrees_with_the_adaptive_engines(order: int) -> None:
     A, r, mu = numbers()
-    end = sample(lambda x, m: euler_poisson(x[:3], x[3:], A, r, mu), STATE, [0.0, 10.0])[:, -1]
+    end = states_at(lambda x, m: euler_poisson(x[:3], x[3:], A, r, mu), STATE, [0.0, 10.0])[:, -1]
     steps = {2: 4000, 4: 800, 6: 400, 8: 200}[order]
     found = states(splitting(A, r, mu, order).advance(vectors(STATE), 10.0 / steps, steps))
     np.testing.assert_allclose(found, end, atol=1e-5 if order == 2 else 2e-9)

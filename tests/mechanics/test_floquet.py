@@ -20,7 +20,7 @@ from rigidpend.mechanics.body import Angles
 from rigidpend.mechanics.equations import aligned, aligned_coefficients, eq1
 from rigidpend.mechanics.floquet import NotHyperbolic, PeriodicOrbit, periodic_orbit
 from rigidpend.mechanics.periodic import periodic_solution
-from rigidpend.orbits.integrate import sample
+from rigidpend.orbits.integrate.states import states_at
 from tests.strategies import bodies, numbers, repeatable
 
 PAIRS = [(family, epsilon) for family in (1, 2) for epsilon in (1, -1)]
@@ -65,7 +65,7 @@ def integrated(orbit: PeriodicOrbit, p: Angles, h0: float) -> Any:
         found = eq1((theta1, J2, tau - theta1, J2), p, m)
         return found[0], found[0] + found[2], found[3]
 
-    found = sample(field, [theta1, tau, J2], times)[0]
+    found = states_at(field, [theta1, tau, J2], times - times[0])[0]
     return found[:-1] if leaves(orbit) else found[::-1][:-1]
 
 
@@ -100,7 +100,8 @@ def monodromy(p: Angles, h0: float, family: int) -> Any:
         return np.concatenate((aligned(flat[:6], c), ((ahead - behind) / 2).ravel()))
 
     whole = [0.0, pendulum.period(p, h0, math)]
-    flat = sample(field, np.concatenate((begin, np.eye(6).ravel())), whole, engine="scipy")[:, -1]
+    start = np.concatenate((begin, np.eye(6).ravel()))
+    flat = states_at(field, start, whole, engine="scipy")[:, -1]
     np.testing.assert_allclose(flat[:6], begin, atol=1e-11)
     return flat[6:].reshape(6, 6)
 

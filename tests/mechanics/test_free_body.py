@@ -13,7 +13,7 @@ from rigidpend.mechanics import free_body
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import andoyer_from_body, canonical_from_andoyer, scale
 from rigidpend.mechanics.equations import energy, euler_poisson, hamiltonian_J3_0
-from rigidpend.orbits.integrate import sample
+from rigidpend.orbits.integrate.states import states_at
 from tests.bodies import FREE
 from tests.strategies import ROUNDING, bodies, floats_of, numbers, repeatable
 
@@ -41,7 +41,7 @@ def rate(body: Body, M: Any) -> Any:
 def orbit(body: Body, M: Any, times: Any) -> Any:
     A, r, _ = floats_of(body)
     state = [*M, *UP]
-    return sample(lambda s, _: euler_poisson(s[:3], s[3:], A, r, 0.0), state, times)[:3]
+    return states_at(lambda s, _: euler_poisson(s[:3], s[3:], A, r, 0.0), state, times)[:3]
 
 
 @pytest.mark.parametrize("family", FAMILIES)

@@ -24,7 +24,7 @@ from rigidpend.mechanics.hodograph import (
     fixed_components,
     hodograph,
 )
-from rigidpend.orbits import integrate
+from rigidpend.orbits.integrate.states import states_at
 from tests.orbits.integrate.problems import ENGINES
 
 BODY = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.2")
@@ -67,7 +67,7 @@ def orbit(start: tuple[Any, Any], engine: str) -> Any:
     M, gamma = start
     ahead = alpha_ahead(M, M / A, gamma)
     state = [*aligned_from_body(M, gamma, BODY.alpha0, S), 0.0, ahead]
-    found = integrate.sample(field(BODY), state, TIMES * S, engine=engine)
+    found = states_at(field(BODY), state, TIMES * S, engine=engine)
     return found[6], found[7], *body_from_aligned(Aligned(*found[:6]), BODY.alpha0, S)
 
 
@@ -124,5 +124,5 @@ def test_eq_eqPV_of_a_circle_is_its_rate() -> None:
 def test_pendulum_keeps_omega_on_the_eta_axis() -> None:
     M, gamma = np.array([0, 0, 1.4]), np.array([math.cos(1), math.sin(1), 0])
     state = [*aligned_from_body(M, gamma, BODY.alpha0, S), 0.0, 0.0]
-    found = integrate.sample(field(BODY), state, TIMES)
+    found = states_at(field(BODY), state, TIMES)
     np.testing.assert_array_equal(found[6:], 0)

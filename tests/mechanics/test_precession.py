@@ -29,7 +29,7 @@ from rigidpend.mechanics.precession import (
     turning_rate,
 )
 from rigidpend.mechanics.separatrices import SeparatrixMotion, separatrix
-from rigidpend.orbits import integrate
+from rigidpend.orbits.integrate.states import states_at
 from tests.orbits.integrate.problems import on_separatrix
 from tests.strategies import bodies, numbers, repeatable
 
@@ -81,8 +81,7 @@ def test_order_eq_tri1_errs_in_the_second_order_along_perturbed_orbits(
         body = Body(A=FIG5.A, r=(1, 3, 0), mu=mu)
         state = np.array([*on_separatrix(separatrix, body, J2_0 / 2, 0.7, J2_0), 0.0, 0.0])
         ahead, behind = (
-            integrate.sample(field(body), state, [0.0, end], engine=engine)[6, -1]
-            for end in (T, -T)
+            states_at(field(body), state, [0.0, end], engine=engine)[6, -1] for end in (T, -T)
         )
         first = increments(body.angles(), h0_of(body))[separatrix - 1]
         errors.append((ahead - behind) - part * first)

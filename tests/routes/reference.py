@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend import Body
-from rigidpend.experiments.bench.measuring import counts
+from rigidpend.experiments.bench import counts
 
 DATA = Path(__file__).parent.parent / "data"
 

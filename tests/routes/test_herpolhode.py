@@ -15,7 +15,7 @@ from rigidpend.mechanics.equations import eq1, euler_poisson, theta3_rate
 from rigidpend.mechanics.hodograph import field
 from rigidpend.mechanics.precession import plateaus
 from rigidpend.numbers.exact import PRECISIONS, exact
-from rigidpend.orbits.integrate import sample
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.herpolhode import (
     RouteOrbit,
     alpha,
@@ -133,7 +133,7 @@ def test_alpha_of_the_samples_is_the_quadrature_eqPV() -> None:
     p, orbit = problem("0.01"), orbit_of(theta2_0, engine)
     state = initial_state(p, float(theta2_0))
     begin = np.array([*state, alpha(state, p.body)])
-    again = sample(field(p.body), begin, orbit.t, engine=engine, tolerance=TOLERANCE[engine])
+    again = states_at(field(p.body), begin, orbit.t, engine=engine, tolerance=TOLERANCE[engine])
     apart = np.abs(again[:6] - orbit.states[:6]).max(axis=0)
     found = alpha(orbit.states, p.body)
     assert np.ptp(found) > 0.05

@@ -13,7 +13,7 @@ from scipy.integrate import quad
 from rigidpend import Body
 from rigidpend.mechanics.equations import eq1
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.integrate import sample
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.results import store
 from rigidpend.routes.problem import (
     MAX_SYMBOLS,
@@ -84,7 +84,7 @@ def test_rotation_period_brings_the_integrated_pendulum_around_once(body: Body, 
     J2 = math.sqrt(2 * (float(h0) - p.mu * math.sin(theta2)) / p.kappa)
     period = rotation_period(problem(body, h0))
     times = np.linspace(0, period, 20)
-    orbit = sample(lambda state, m: eq1(state, p, m), [0.4, 0.0, theta2, J2], times)
+    orbit = states_at(lambda state, m: eq1(state, p, m), [0.4, 0.0, theta2, J2], times)
     assert orbit[2, -1] == pytest.approx(theta2 + 2 * math.pi, abs=1e-9)
     assert orbit[3, -1] == pytest.approx(J2, abs=1e-9)
 

@@ -10,7 +10,6 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import llvmlite
@@ -18,7 +17,7 @@ import pytest
 import scipy
 
 from rigidpend import experiments
-from rigidpend.machine import cache, code_hash, files, kept
+from rigidpend.machine import cache, code_hash
 from rigidpend.runs import loading, provenance, runner
 from tests.config.samples import FIG4, TEXT, changed, written
 
@@ -35,7 +34,7 @@ def copy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def hash_elsewhere(experiment: str = "route_codes") -> str:
     """The hash as another process finds it."""
-    code_hash.code_of.cache_clear()
+    code_hash.sources.cache_clear()
     return provenance.code_hash(experiment)
 
 
@@ -128,6 +127,8 @@ def test_code_hash_counts_what_python_imports_and_nothing_that_draws() -> None:
 def test_a_plan_changes_with_each_module_that_is_imported_and_with_no_other(
     experiment: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
+    config = loading.load(FIG4.with_name(CONFIG_OF[experiment]))
+    before, changed = runner.plan(config, tmp_path).fingerprint, set()
     real, edited = code_hash.code_of, ""
 
     def looked_up(package: str, place: str) -> tuple[str, list[str]]:
@@ -135,8 +136,8 @@ def test_a_plan_changes_with_each_module_that_is_imported_and_with_no_other(
         return f"{code} edited" if place == edited else code, imported
 
     monkeypatch.setattr(code_hash, "code_of", looked_up)
-    config = loading.load(FIG4.with_name(CONFIG_OF[experiment]))
-    before, changed = runner.plan(config, tmp_path).fingerprint, set()
+    monkeypatch.setattr(cache, "recall", lambda _: None)
+    monkeypatch.setattr(cache, "remember", lambda *_: None)
     for file in code_hash.PACKAGE.rglob("*.py"):
         edited = file.relative_to(code_hash.PACKAGE).as_posix()
         changed |= {edited} if runner.plan(config, tmp_path).fingerprint != before else set()
@@ -209,49 +210,27 @@ def test_code_does_not_depend_on_fields_that_another_python_has(
     assert code_hash.as_text(tree) != before
 
 
-@pytest.fixture
-def parsed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[bytes]]:
-    """The sources that are parsed, where no earlier process has kept anything."""
+@pytest.mark.slow
+def test_each_file_is_parsed_once_and_by_no_later_process(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(cache, "folder", lambda: tmp_path)
-    code_hash.known_codes.cache_clear()
-    found: list[bytes] = []
+    code_hash._read.cache_clear()
+    parsed: list[bytes] = []
     parse = ast.parse
 
-    def counted(source: bytes) -> ast.AST:
-        found.append(source)
+    def noting(source: bytes) -> ast.AST:
+        parsed.append(source)
         return parse(source)
 
-    monkeypatch.setattr(ast, "parse", counted)
-    yield found
-    code_hash.known_codes.cache_clear()
-
-
-@pytest.mark.slow
-def test_each_file_is_parsed_once(parsed: list[bytes]) -> None:
-    for experiment in ("route_codes", "route_zoom", "route_codes"):
-        hash_elsewhere(experiment)
+    monkeypatch.setattr(ast, "parse", noting)
+    first = hash_elsewhere("route_codes")
+    hash_elsewhere("route_zoom")
     assert len(parsed) == len(set(parsed)) > 10
-
-
-def test_what_one_process_has_read_the_next_does_not_parse(parsed: list[bytes]) -> None:
-    first = hash_elsewhere()
+    code_hash._read.cache_clear()
     parsed.clear()
-    code_hash.known_codes.cache_clear()
-    assert hash_elsewhere() == first
+    assert hash_elsewhere("route_codes") == first
     assert parsed == []
-
-
-@pytest.mark.slow
-def test_a_damaged_cache_is_made_again(parsed: list[bytes], tmp_path: Path) -> None:
-    first = hash_elsewhere()
-    [path] = (tmp_path / "plans").iterdir()
-    whole = path.read_bytes()
-    for content in (b"", b"{}", files.sealed(b"[1]")):
-        path.write_bytes(content)
-        code_hash.known_codes.cache_clear()
-        with pytest.warns(kept.KeptFileWarning):
-            assert hash_elsewhere() == first
-        assert path.read_bytes() == whole
 
 
 def test_code_hash_notices_text_that_is_a_value(copy: Path) -> None:

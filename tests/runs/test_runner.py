@@ -16,7 +16,7 @@ from rigidpend.experiments.route_codes import compute as route_codes
 from rigidpend.machine import code_hash
 from rigidpend.orbits.integrate import engines
 from rigidpend.results import store
-from rigidpend.runs import loading, provenance, regression, runner
+from rigidpend.runs import loading, provenance, runner
 from tests.config.samples import SMALL, written
 
 
@@ -97,7 +97,7 @@ def test_changed_code_is_the_reason(
     with (copy / "mechanics" / "equations.py").open("a", encoding="utf-8") as file:
         file.write("\nX = 1\n")
     # As another process finds it.
-    code_hash.code_of.cache_clear()
+    code_hash.sources.cache_clear()
     assert runner.plan(loaded, out).reason == "the code that computes it changed"
 
 
@@ -106,7 +106,6 @@ def test_another_engine_is_the_reason(
 ) -> None:
     other = {"taylor": "scipy", "scipy": "taylor"}[engines.default_engine()]
     monkeypatch.setattr(engines, "default_engine", lambda: other)
-    monkeypatch.setattr(engines, "check_engine", lambda engine: engine)
     assert runner.plan(loaded, out).reason == "the engine changed"
 
 
@@ -166,7 +165,7 @@ def test_a_result_says_what_it_was_made_from(loaded: loading.LoadedConfig, made:
         attributes = dict(file.attrs)
         assert attributes.pop("precisions").tolist() == [53]
         assert attributes.pop("seconds") > 0
-        assert attributes.pop("tolerance") == engines.DEFAULT_TOLERANCE[planned.engine]
+        assert attributes.pop("tolerance") == engines.DEFAULT_TOLERANCE[planned.config.engine]
         assert attributes == {
             "format": "rigidpend",
             "format_version": 1,
@@ -220,17 +219,6 @@ def test_a_run_that_ends_early_leaves_the_old_result(
     assert (out / "small.h5").read_bytes() == before
 
 
-def test_verify_without_the_engine_says_so(
-    loaded: loading.LoadedConfig, made: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def absent(_: str) -> str:
-        raise engines.EngineError("engine 'taylor' is not installed")
-
-    monkeypatch.setattr(engines, "check_engine", absent)
-    with pytest.raises(engines.EngineError):
-        regression.verify(loaded, made, jobs=1)
-
-
 def test_a_result_whose_name_differs_in_case_only_is_not_made(tmp_path: Path) -> None:
     config = loading.load(written(tmp_path, SMALL, "small.yaml"))
     (tmp_path / "Small.h5").write_bytes(b"another")
@@ -248,7 +236,7 @@ def test_how_long_a_plan_takes_is_told_by_what_is_stored_or_else_by_its_experime
     told = experiments.cost(config.experiment, config.content)
     assert told
     for seconds, reason, expected in ((7.0, "", 7.0), (7.0, "x", 7.0), (0.0, "x", told)):
-        plan = runner.Plan(config, "taylor", tmp_path / "a.h5", {}, reason, seconds=seconds)
+        plan = runner.Plan(config, tmp_path / "a.h5", {}, reason, seconds=seconds)
         assert runner.expected_seconds(plan) == expected
-    nothing = runner.Plan(config, "taylor", tmp_path / "a.h5", {}, "")
+    nothing = runner.Plan(config, tmp_path / "a.h5", {}, "")
     assert runner.expected_seconds(nothing) is None

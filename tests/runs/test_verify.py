@@ -267,7 +267,7 @@ def test_a_referee_accuses_of_what_is_more_than_its_own_error(
 
     def late(planned: Any, **more: Any) -> str:
         told = compute(planned, **more)
-        if planned.engine == "taylor" and tolerance == "auto":
+        if planned.config.engine == "taylor" and tolerance == "auto":
             with h5py.File(planned.target, "a") as file:
                 file["data/only/crossing_time"][2, 1] += 1e-6
         return told

@@ -13,8 +13,8 @@ from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import aligned_coefficients, eq1
 from rigidpend.mechanics.periodic import Delta_1
 from rigidpend.numbers.exact import exact, exacts
-from rigidpend.orbits.integrate import sample, sample_orbits
 from rigidpend.orbits.integrate.engines import default_engine
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.start import Scales, start, states_double
 from rigidpend.surfaces.curves import (
@@ -69,7 +69,7 @@ def test_agrees_with_hamilton_s_equations(name: str) -> None:
     for k in (0, 5):
         theta1, ratio, at = curve(curves, k)
         begin = [p.alpha0 + p.beta0, float(problem.J1_0), THETA2_0[k], problem.J2_0(53)]
-        orbit = sample(lambda x, m: eq1(x, p, m), begin, np.append(0, t[at]), engine="scipy")
+        orbit = states_at(lambda x, m: eq1(x, p, m), begin, np.append(0, t[at]), engine="scipy")
         gap = np.abs(theta1 - orbit[0, 1:]) * 4 * ratio * (1 - ratio)
         assert gap.max() < 1e-10
         np.testing.assert_allclose(ratio, orbit[1, 1:] / orbit[3, 1:], rtol=0, atol=1e-9)
@@ -88,7 +88,7 @@ def test_invariant_mirrored_orbits_are_those_integrated_backward(name: str, engi
         begin = on_separatrix(2, body, J2 - J1_0, upper.theta2_0[k], J2)
         backward = np.append(0, -t[at])
         numbers: Any = aligned_coefficients(body.angles(), math)
-        orbit = sample_orbits(numbers, begin[:, None], backward, engine=engine)[:, 1:, 0]
+        orbit = states_at(numbers, begin[:, None], backward, engine=engine)[:, 1:, 0]
         theta1_back, ratio_back = projected(orbit, body.alpha0, body.beta0)
         # J2 - J1_0 is rounded here: a relative 1e-8 of the distance from the surface.
         gap = np.abs(theta1 - theta1_back) * 4 * ratio * (1 - ratio)
@@ -131,7 +131,7 @@ def test_polygons_stay_near_all_points_they_leave_out() -> None:
     p, begin = problem.body.angles(), start(problem, 53, Scales())
     states = states_double(begin, THETA2_0, 0.0)
     theta1, ratio = projected(
-        sample_orbits(begin.coefficients, states, times(problem)), p.alpha0, p.beta0
+        states_at(begin.coefficients, states, times(problem)), p.alpha0, p.beta0
     )
     x = (theta1 - p.alpha0 - p.beta0) / (half * delta(problem))
     curves = lower(problem, half_width=half)
@@ -157,7 +157,7 @@ def test_times_bring_J1_from_its_start_to_as_near_the_other_end() -> None:
     problem = made("d")
     t, J2, J1_0 = times(problem), float(problem.J2_0(53)), float(problem.J1_0)
     rate = math.sin(problem.body.alpha0)
-    ends = sample(lambda x, m: (rate * x[0] * x[1], -rate * x[0] * x[1]), [J1_0, J2 - J1_0], t)
+    ends = states_at(lambda x, m: (rate * x[0] * x[1], -rate * x[0] * x[1]), [J1_0, J2 - J1_0], t)
     assert ends[1, -1] == pytest.approx(J1_0, rel=1e-6)
     assert exponent(problem) == pytest.approx(rate * J2)
 

@@ -15,9 +15,10 @@ from rigidpend.mechanics.equations import aligned_coefficients, hamiltonian_J3_0
 from rigidpend.mechanics.hodograph import field
 from rigidpend.mechanics.precession import increments as first_order
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.engines import default_engine
+from rigidpend.orbits.integrate.states import states_at
+from rigidpend.surfaces import heteroclinic
 from rigidpend.surfaces.heteroclinic import increments
 from tests.orbits.integrate.problems import find, theta1_on
 
@@ -51,7 +52,7 @@ def crossing(separatrix: int, theta2: float) -> tuple[float, float, Any]:
     assert found.separatrix[0, 0] == separatrix
     time = float(found.time[0, 0])
     numbers: Any = aligned_coefficients(GENERIC.angles(), math)
-    end = integrate.sample_orbits(numbers, state[:, None], [0.0, time])[:, -1, 0]
+    end = states_at(numbers, state[:, None], [0.0, time])[:, -1, 0]
     return time, float(end[5]), state
 
 
@@ -65,7 +66,7 @@ def directly(separatrix: int) -> list[float]:
             root = brentq(lambda x: crossing(separatrix, x)[1], a, b, xtol=1e-13)
             time, _, state = crossing(separatrix, root)
             times = np.array([0.0, time - 9, time - 4, time, time + 4, time + 9])
-            orbit = integrate.sample(field(GENERIC), [*state, 0.0, 0.0], times)
+            orbit = states_at(field(GENERIC), [*state, 0.0, 0.0], times)
             theta3 = orbit[6] - orbit[6, 3]
             assert abs(theta3[4]) > 0.2 * abs(theta3[0])
             np.testing.assert_allclose(-theta3[[2, 1]], theta3[[4, 5]], rtol=0, atol=1e-8)
@@ -103,8 +104,6 @@ def test_in_the_Hess_case_nothing_is_gained_along_1_and_3() -> None:
 
 
 def test_the_error_told_holds_against_more_steps(monkeypatch: pytest.MonkeyPatch) -> None:
-    from rigidpend.surfaces import heteroclinic
-
     found = increments(GENERIC, H0, ARITHMETIC)
     monkeypatch.setattr(heteroclinic, "STEPS", 3 * heteroclinic.STEPS)
     finer = increments(GENERIC, H0, ARITHMETIC)
@@ -128,12 +127,12 @@ def test_a_half_orbit_takes_no_more_nodes_than_its_length_in_steps(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Some 24 steps in 2 pi/u and one for each turn: a time of 76/u has 290 and nu/pi times 12."""
-    seen, sampled = [], integrate.sample_orbits
+    seen = []
 
     def counted(coefficients: Any, states: Any, times: Any, **given: Any) -> Any:
         seen.append(len(times))
-        return sampled(coefficients, states, times, **given)
+        return states_at(coefficients, states, times, **given)
 
-    monkeypatch.setattr(integrate, "sample_orbits", counted)
+    monkeypatch.setattr(heteroclinic, "states_at", counted)
     increments(GENERIC, H0, ARITHMETIC)
     assert 250 < min(seen) <= max(seen) < 350

@@ -13,9 +13,9 @@ from scipy.integrate import quad
 from rigidpend import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, eq1
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.integrate import sample_orbits
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.engines import default_engine
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.surfaces import splitting
 from rigidpend.surfaces.arrays import arrays
 from rigidpend.surfaces.heteroclinic import phase_at_start
@@ -118,7 +118,7 @@ def test_agrees_with_orbits_integrated_backward_from_the_upper_periodic_solution
     state = np.array([float(x) for x in launch(s, M.mpf(mirrored), depth)])
     start = state * [1, 1, -1, 1, 1, -1]
     numbers_of = AlignedCoefficients(*map(float, coefficients(s)))
-    end = sample_orbits(numbers_of, start[:, None], [0.0, -time])[:, -1, 0]
+    end = states_at(numbers_of, start[:, None], [0.0, -time])[:, -1, 0]
     assert abs(end[2]) < 1e-12
     phase, offset = section_angles(list(end), float(s.p.alpha0), M)
     assert math.remainder(float(phase) - g, math.tau) == pytest.approx(0, abs=1e-11)

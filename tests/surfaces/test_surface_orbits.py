@@ -20,9 +20,9 @@ from rigidpend.mechanics.coordinates import (
 from rigidpend.mechanics.equations import AlignedCoefficients, energy
 from rigidpend.mechanics.periodic import Delta_1
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.integrate import sample_orbits
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.engines import default_engine
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.surfaces.surface_orbits import (
     coefficients,
     kind,
@@ -95,7 +95,7 @@ def test_orbits_come_from_the_lower_periodic_solution(separatrix: int) -> None:
     for start, time in zip(points.theta2_0, points.time, strict=True):
         state = floats(launch(s, start, M.mpf(30)))
         times = np.array([0, 0.4, 0.5, 0.6, 1.0]) * float(time)
-        orbit = sample_orbits(floats_of, state[:, None], times)[..., 0]
+        orbit = states_at(floats_of, state[:, None], times)[..., 0]
         c = canonical_from_aligned(Aligned(*orbit), p.alpha0, p.beta0)
         ratio = c.J1 / c.J2
         assert (np.diff(ratio) > 0).all()

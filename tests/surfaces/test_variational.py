@@ -13,7 +13,7 @@ from rigidpend import Body
 from rigidpend.mechanics.equations import eq1, hamiltonian_J3_0
 from rigidpend.mechanics.free_body import SEPARATRICES
 from rigidpend.mechanics.separatrices import SeparatrixMotion, direction, separatrix
-from rigidpend.orbits.integrate import sample
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.surfaces import melnikov
 from rigidpend.surfaces.variational import (
     delta_theta1,
@@ -90,7 +90,7 @@ def test_eq_eq2_leaves_orbits_of_eq1_a_remainder_of_second_order(number: int) ->
 
 
 def full_orbit(p: Any, begin: Any, times: Any) -> Any:
-    return sample(lambda x, m: eq1(x, p, m), begin, times)
+    return states_at(lambda x, m: eq1(x, p, m), begin, times)
 
 
 def first_integral(t: Any, delta: Any, motion: SeparatrixMotion, p: Any, m: Any) -> Any:
@@ -108,7 +108,7 @@ def linear_orbit(motion: SeparatrixMotion, p: Any, begin: Any, times: Any) -> An
     def field(x: Any, _: Any) -> tuple[Any, ...]:
         return (*linearised(x[4], x[:4], motion, p, np), 1.0)
 
-    return sample(field, [*begin, times[0]], times, engine="scipy")[:4]
+    return states_at(field, [*begin, times[0]], times, engine="scipy")[:4]
 
 
 @pytest.mark.parametrize("number", SEPARATRICES)

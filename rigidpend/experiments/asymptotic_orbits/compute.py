@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.experiments.asymptotic_orbits.layout import COUNTED, DRAWN, ORBITS, PLANE
+from rigidpend.experiments.asymptotic_orbits.layout import LAYOUT, ORBITS, PLANE
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Tree
 from rigidpend.mechanics import hodograph
-from rigidpend.orbits import integrate
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.herpolhode import RouteOrbit, samples
@@ -46,7 +46,7 @@ def compute(config: Config, means: Means) -> Tree:
     level = Level(return_map(problem.body, h=problem.h), float(problem.h))
     launch = Launch(problem.body, level, problem.h, problem.J1_0)
     lengths: dict[str, Tree] = {}
-    drawn: dict[str, Tree] = {}
+    drawn: dict[str, Any] = {}
     for rough in skeleton(level, problem.symbols, problem.half_turns):
         name, orbits = str(rough.n), _ordered(launch, doubly_asymptotic(level, rough))
         means.report(f"{name} symbols: {len(orbits.b)} orbits")
@@ -55,7 +55,7 @@ def compute(config: Config, means: Means) -> Tree:
         )
         if rough.n < problem.drawn and len(orbits.b):
             drawn[name] = _sampled(config, launch, orbits, means)
-    return {"orbits": lengths, "plane": _plane(problem, means), "drawn": drawn}
+    return datasets(LAYOUT, {"orbits": lengths, "plane": _plane(problem, means), "drawn": drawn})
 
 
 def cost(config: Config) -> float:
@@ -73,7 +73,7 @@ def _orbits(launch: Launch, orbits: DoublyAsymptotic, arcs: int, jobs: int) -> T
     """The orbits with as many symbols, their phases to 30 digits."""
     fine = sharp(launch, orbits, jobs)
     high = np.array([float(x) for x in fine.theta2_0])
-    values: dict[str, Any] = {
+    values = {
         "word": orbits.symbols,
         "half_turns": np.diff(orbits.cells, axis=0),
         "first": orbits.cells[0] % 2,
@@ -89,10 +89,12 @@ def _orbits(launch: Launch, orbits: DoublyAsymptotic, arcs: int, jobs: int) -> T
         "arcs": arcs,
         "ends": "homoclinic" if len(orbits.symbols) % 2 else "heteroclinic",
     }
-    return {**datasets(ORBITS, values), **datasets(COUNTED, values)}
+    return datasets(ORBITS, values)
 
 
-def _sampled(config: Config, launch: Launch, orbits: DoublyAsymptotic, means: Means) -> Tree:
+def _sampled(
+    config: Config, launch: Launch, orbits: DoublyAsymptotic, means: Means
+) -> dict[str, Any]:
     """The orbit with the shortest flight, from where J1 = J1_0, in doubles."""
     problem, k = config.problem, int(np.argmin(orbits.flight))
     one, level = columns(orbits, np.array([k])), launch.level
@@ -105,19 +107,18 @@ def _sampled(config: Config, launch: Launch, orbits: DoublyAsymptotic, means: Me
     crossed = float(one.begun(level)[0])
     end = crossed + float((one.flight + one.faded(level, FADED))[0])
     t = np.arange(shown, end, rotation_period(problem.routes) / SAMPLES)
-    states = integrate.sample(
+    states = states_at(
         hodograph.field_without_alpha(problem.body),
         np.array([*map(float, state), 0.0]),
-        np.concatenate(([start], t)),
+        t - start,
         engine=means.arithmetic.engine,
         tolerance=means.arithmetic.tolerance,
-    )[:, 1:]
-    at = samples(problem.body, RouteOrbit(t - crossed, states, np.zeros(0)))
-    return datasets(DRAWN, {**at, "orbit": k})
+    )
+    return {**samples(problem.body, RouteOrbit(t - crossed, states, np.zeros(0))), "orbit": k}
 
 
-def _plane(problem: Problem, means: Means) -> Tree:
+def _plane(problem: Problem, means: Means) -> dict[str, Any]:
     """Route codes of Fig. 4's orbits, whose changes the orbits are."""
     phases = 2 * np.pi * (np.arange(problem.columns) + 0.5) / problem.columns
     found = codes_of(problem.routes, list(phases), means.arithmetic, means.jobs)
-    return datasets(PLANE, {name: getattr(found, name) for name in PLANE})
+    return {name: getattr(found, name) for name in PLANE}

@@ -17,9 +17,9 @@ from rigidpend.experiments.plots import (
     GREEN,
     PINK,
     RED,
-    SYMBOL_NORM,
     WIDTH,
     axis_label,
+    draw_codes,
     entry,
     label_hodograph,
     symbol_entries,
@@ -28,11 +28,11 @@ from rigidpend.experiments.plots import (
 
 HEIGHT = 5.4
 """Height of the figure, inches."""
-ENDS = {"homoclinic": RED, "heteroclinic": BLUE}
+ENDS = {"heteroclinic": BLUE, "homoclinic": RED}
 CURVES = (BLUE, RED, GREEN, PINK)
 STYLES = ("-", (0, (6, 2)), (0, (2, 2)), (0, (1, 4)))
 """Line styles of the sampled orbits, where they lie upon each other."""
-SHADES = ("0.35", "white", "0.85")
+SHADES = ListedColormap(["0.35", "white", "0.85"])
 """Colours of symbols 0 and 1 and of no return, light enough for the skeleton upon them."""
 
 
@@ -63,31 +63,17 @@ def _draw_plane(axes: Axes, data: Data) -> None:
     plane = data["plane"]
     rows, columns = plane["codes"].shape
     edges = np.linspace(0, 2 * np.pi, columns + 1)
-    axes.pcolormesh(
-        edges,
-        np.arange(rows + 1) + 0.5,
-        plane["codes"],
-        cmap=ListedColormap(list(SHADES)),
-        norm=SYMBOL_NORM,
-        rasterized=True,
-    )
+    draw_codes(axes, edges, plane["codes"], SHADES, rasterized=True)
     for name, orbits in data["orbits"].items():
-        row = int(name) + 1
-        axes.vlines(
-            orbits["theta2_0"], row - 0.5, row + 0.5, ENDS[str(orbits["ends"])], lw=0.8,
-            label=f"orbits {name}",
-        )  # fmt: skip
+        row, colour = int(name) + 1, ENDS[str(orbits["ends"])]
+        axes.vlines(orbits["theta2_0"], row - 0.5, row + 0.5, colour, lw=0.8)
     axes.set(xlim=(0, 2 * np.pi), ylim=(0.5, rows + 0.5))
     axes.set_yticks(range(1, rows + 1))
     axes.set_xlabel(axis_label(PLANE["theta2_0"]))
-    axes.set_ylabel("$i$", rotation=0, va="center")
     title(axes, "a", "route codes")
     zero, one = symbol_entries()
-    zero.set_facecolor(SHADES[0])
-    lines = [
-        entry("heteroclinic", color=ENDS["heteroclinic"]),
-        entry("homoclinic", color=ENDS["homoclinic"]),
-    ]
+    zero.set_facecolor(SHADES(0))
+    lines = [entry(name, color=colour) for name, colour in ENDS.items()]
     axes.legend(
         handles=[zero, one, *lines], ncols=4, fontsize=7.5,
         loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.1,
@@ -113,7 +99,7 @@ def _draw_heights(axes: Axes, drawn: list[tuple[str, Data]]) -> None:
 
 def _draw_hodograph(axes: Axes, curve: Data, colour: str) -> None:
     omega = curve["omega"]
-    axes.plot(omega[:, 2], omega[:, 0], color=colour, lw=0.6, label="omega")
+    axes.plot(omega[:, 2], omega[:, 0], color=colour, lw=0.6)
     axes.xaxis.set_major_locator(MaxNLocator(3))
     axes.yaxis.set_major_locator(MaxNLocator(3))
     label_hodograph(axes)

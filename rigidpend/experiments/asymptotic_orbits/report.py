@@ -23,7 +23,8 @@ ROWS = 24
 def tables(result: Loaded) -> list[Table]:
     """Table of the counts, and that of the first orbits."""
     lengths = sorted(result["data"]["orbits"].items(), key=lambda pair: int(pair[0]))
-    rows = [row for name, orbits in lengths for row in _rows(orbits)]
+    each = [(orbits, k) for _, orbits in lengths for k in range(len(orbits["theta2_0"]))]
+    first = [_row(*one) for one in each[:ROWS]]
     return [
         Table(
             "Doubly asymptotic orbits by the symbols of their codes",
@@ -35,8 +36,8 @@ def tables(result: Loaded) -> list[Table]:
         Table(
             "The first orbits",
             ("address", "kind", "theta2_0 (rad)", "flight (t')", "theta3+ - theta3- (rad)"),
-            rows[:ROWS],
-            f"{min(ROWS, len(rows))} of {len(rows)}. theta2_0 is theta2 where J1 = J1_0.",
+            first,
+            f"{len(first)} of {len(each)}. theta2_0 is theta2 where J1 = J1_0.",
         ),
     ]
 
@@ -48,17 +49,10 @@ def _count(name: str, orbits: Data) -> tuple[str, ...]:
     return name, str(count), ends, arcs, f"{residual:.0e}", f"{moved:.0e}"
 
 
-def _rows(orbits: Data) -> list[tuple[str, ...]]:
-    return [
-        (
-            address(orbits, k),
-            str(orbits["ends"]),
-            digits(float(orbits["theta2_0"][k]), float(orbits["theta2_0_rest"][k])),
-            f"{orbits['flight'][k]:.9f}",
-            f"{orbits['theta3'][k]:.12f}",
-        )
-        for k in range(min(ROWS, len(orbits["theta2_0"])))
-    ]
+def _row(orbits: Data, k: int) -> tuple[str, ...]:
+    phase = digits(float(orbits["theta2_0"][k]), float(orbits["theta2_0_rest"][k]))
+    numbers = f"{orbits['flight'][k]:.9f}", f"{orbits['theta3'][k]:.12f}"
+    return address(orbits, k), str(orbits["ends"]), phase, *numbers
 
 
 def address(orbits: Data, k: int) -> str:

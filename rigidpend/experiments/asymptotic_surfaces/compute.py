@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidpend.config.description import Row
-from rigidpend.experiments.asymptotic_surfaces.layout import ANGLES, CURVES, WINDOW
+from rigidpend.experiments.asymptotic_surfaces.layout import ANGLES, BODY, LAYOUT, WINDOW
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Tree
@@ -31,13 +31,15 @@ def compute(config: Config, means: Means) -> Tree:
         `table` with an array for each column; `bodies` with a group for each body.
     """
     problems = _problems(config.problem)
-    groups: dict[str, Tree] = {}
+    groups: dict[str, Any] = {}
     for name, checked in problems.items():
         groups[name] = means.part(name, partial(_body, config, checked, means))
-        curves: Any = groups[name]["S1_minus"]
+        curves = groups[name]["S1_minus"]
         sizes = curves["theta2_0"].values.size, curves["theta1"].values.size
         means.report(f"{name}: {sizes[0]} orbits, {sizes[1]} points")
-    return {"table": _table(problems), "bodies": groups}
+    bodies = [checked.body for checked in problems.values()]
+    table = {field: np.array([getattr(body, field) for body in bodies]) for field in ANGLES}
+    return datasets(LAYOUT, {"table": table, "bodies": groups})
 
 
 def _body(config: Config, checked: RouteProblem, means: Means) -> Tree:
@@ -47,11 +49,8 @@ def _body(config: Config, checked: RouteProblem, means: Means) -> Tree:
     angles, half_width = checked.body.angles(), window["window"][1] - window["centre"]
     lower = surfaces.S1_minus(checked, theta2_0, half_width, *means.arithmetic[:2])
     upper = surfaces.S2_plus(lower, angles.alpha0, angles.beta0)
-    both = {
-        name: datasets(CURVES[name], curves._asdict())
-        for name, curves in (("S1_minus", lower), ("S2_plus", upper))
-    }
-    return {**datasets(WINDOW, window), **both}
+    both = {"S1_minus": lower._asdict(), "S2_plus": upper._asdict()}
+    return datasets(BODY, {**window, **both})
 
 
 def describe(config: Config) -> list[Row]:
@@ -71,14 +70,6 @@ def _window(checked: RouteProblem, half_width: float) -> dict[str, Any]:
     # Surfaces are born with the swing Delta_1 of their periodic orbit (dt).
     born, window = centre + delta * sides, centre + half_width * delta * sides
     return dict(zip(WINDOW, (centre, delta, born, window, step), strict=True))
-
-
-def _table(problems: dict[str, RouteProblem]) -> Tree:
-    columns = {
-        field: np.array([getattr(checked.body, field) for checked in problems.values()])
-        for field in ANGLES
-    }
-    return datasets(ANGLES, columns)
 
 
 def _body_row(name: str, checked: RouteProblem) -> Row:

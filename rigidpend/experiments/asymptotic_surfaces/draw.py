@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from rigidpend.experiments.asymptotic_surfaces.layout import CURVES
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots import BLUE, RED, WIDTH, axis_label, entry
+from rigidpend.experiments.plots import BLUE, RED, WIDTH, axis_label, entry, panel
 
 COLUMN, ROW = 0.87, 2.35
 """Largest width and the height of a panel, inches."""
@@ -21,6 +22,8 @@ ACROSS = 7
 COLOURS = {"S2_plus": BLUE, "S1_minus": RED}
 NAMES = {"S2_plus": "$S_2^{+}$", "S1_minus": "$S_1^{-}$"}
 """The surfaces from top to bottom, as the paper writes them."""
+BORN: Any = (0, (4, 3))
+"""Line style of the swing with which the surfaces are born."""
 THIN = 0.28
 """Line width of an orbit, points."""
 
@@ -33,24 +36,25 @@ def draw(result: Loaded) -> Figure:
     # A single column would leave no room for the legend.
     wide = max(LEFT + RIGHT + n * column + (n - 1) * BETWEEN, WIDTH / 2)
     pitch = BELOW + ABOVE + 2 * ROW + APART
-    high = blocks * pitch
-    figure = Figure(figsize=(wide, high))
+    figure = Figure(figsize=(wide, blocks * pitch))
     for number, (name, body) in enumerate(bodies.items()):
         block, k = divmod(number, ACROSS)
         under = (blocks - 1 - block) * pitch + BELOW
         for row, surface in enumerate(NAMES):
             left, bottom = LEFT + k * (column + BETWEEN), under + (1 - row) * (ROW + APART)
-            box = (left / wide, bottom / high, column / wide, ROW / high)
-            axes = figure.add_axes(box, label=f"{name} {surface}")
+            axes = panel(figure, left, bottom, column, ROW, label=f"{name} {surface}")
             _draw_surface(axes, body, surface)
             axes.tick_params(labelleft=k == 0, labelbottom=row == 1)
             if k == 0:
                 axes.set_ylabel(axis_label(CURVES[surface]["J1_over_J2"]), labelpad=2)
-                _name_row(axes, surface)
+                said = axes.text(-0.44, 0.75, NAMES[surface], transform=axes.transAxes)
+                said.set(color=COLOURS[surface], fontsize=11, ha="center")
         # The last two panels are this column's: the upper bears its title, the lower its axis.
         figure.axes[-2].set_title(_title(name, nu[number]), fontsize=8)
         figure.axes[-1].set_xlabel(_place(body), fontsize=7, labelpad=3, linespacing=1.5)
-    figure.legend(handles=_legend_entries(), loc="lower center", ncols=3, borderaxespad=0.1)
+    entries = [entry(f"orbits on {NAMES[name]}", color=COLOURS[name]) for name in NAMES]
+    entries.append(entry(r"$\alpha_0 + \beta_0 \pm \Delta_1$", color="0.35", ls=BORN, lw=0.8))
+    figure.legend(handles=entries, loc="lower center", ncols=3, borderaxespad=0.1)
     return figure
 
 
@@ -65,7 +69,7 @@ def _draw_surface(axes: Axes, body: Data, surface: str) -> None:
     lines = np.split(points, np.asarray(curves["offsets"])[1:-1])
     axes.add_collection(LineCollection(lines, colors=COLOURS[surface], linewidths=THIN))
     for edge in body["born"]:
-        axes.axvline(edge, color="0.35", ls=(0, (4, 3)), lw=0.5, zorder=3)
+        axes.axvline(edge, color="0.35", ls=BORN, lw=0.5, zorder=3)
     axes.set_xlim(*map(float, body["window"]))
     # A margin, or curves near the periodic orbits would lie under the frame.
     axes.set_ylim(-0.02, 1.02)
@@ -74,22 +78,7 @@ def _draw_surface(axes: Axes, body: Data, surface: str) -> None:
     axes.tick_params(length=2)
 
 
-def _name_row(axes: Axes, surface: str) -> None:
-    place, colour = axes.transAxes, COLOURS[surface]
-    axes.text(-0.44, 0.75, NAMES[surface], transform=place, color=colour, fontsize=11, ha="center")
-
-
 def _place(body: Data) -> str:
     """Origin and unit of the ticks of a column."""
-    return (
-        rf"$\theta_1 - {body['centre']:.4f}$ rad"
-        "\n"
-        rf"$\Delta_1 = {body['Delta_1']:.5f}$ rad"
-    )
-
-
-def _legend_entries() -> list[Line2D]:
-    return [
-        *(entry(f"orbits on {NAMES[name]}", color=COLOURS[name]) for name in NAMES),
-        entry(r"$\alpha_0 + \beta_0 \pm \Delta_1$", color="0.35", ls=(0, (4, 3)), lw=0.8),
-    ]
+    lines = rf"$\theta_1 - {body['centre']:.4f}$ rad", rf"$\Delta_1 = {body['Delta_1']:.5f}$ rad"
+    return "\n".join(lines)

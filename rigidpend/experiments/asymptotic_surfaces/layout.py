@@ -81,29 +81,15 @@ def _points(name: str, stored: Data, fresh: Data) -> list[Difference]:
 
 def _curves(name: str) -> dict[str, Field]:
     """The curves of one surface, with dimensions of their own."""
-    points, orbits = f"points of {name}", f"orbits of {name}"
+    points, orbits = (f"points of {name}",), f"orbits of {name}"
+    along, when = Bound(_points, sized=False), Bound(_times, sized=False)
+    turned = modulo(2 * np.pi, lambda name, stored, fresh: 1e3 * ROUNDING)
+    said, counted = "all curves, one after the other", "time of each point in time_step"
     return {
-        "theta1": Field(
-            FLOAT,
-            (points,),
-            "rad",
-            "all curves, one after the other",
-            within=Bound(_points, sized=False),
-        ),
-        "J1_over_J2": Field(
-            FLOAT,
-            (points,),
-            "1",
-            "all curves, one after the other",
-            within=Bound(_points, sized=False),
-            symbol="$J_1/J_2$",
-        ),
+        "theta1": Field(FLOAT, points, "rad", said, within=along),
+        "J1_over_J2": Field(FLOAT, points, "1", said, within=along, symbol="$J_1/J_2$"),
         "sample": Field(
-            WHOLE,
-            (points,),
-            "1",
-            "time of each point in time_step, from the start; S2+ runs backward",
-            within=Bound(_times, sized=False),
+            WHOLE, points, "1", f"{counted}, from the start; S2+ runs backward", within=when
         ),
         "offsets": Field(
             WHOLE,
@@ -113,11 +99,7 @@ def _curves(name: str) -> dict[str, Field]:
             within=Bound(_ends),
         ),
         "theta2_0": Field(
-            FLOAT,
-            (orbits,),
-            "rad",
-            "theta2 at the start of each orbit",
-            within=modulo(2 * np.pi, lambda name, stored, fresh: 1e3 * ROUNDING),
+            FLOAT, (orbits,), "rad", "theta2 at the start of each orbit", within=turned
         ),
     }
 
@@ -125,7 +107,5 @@ def _curves(name: str) -> dict[str, Field]:
 CURVES = {name: _curves(name) for name in ("S1_minus", "S2_plus")}
 """Fields of each surface, whose dimensions are its own: the two differ in their points."""
 
-LAYOUT: Layout = {
-    "table": held(relative(ROUNDING), ANGLES),
-    "bodies": {"<bodies>": {**held(relative(ROUNDING), WINDOW), **CURVES}},
-}
+BODY: Layout = {**held(relative(ROUNDING), WINDOW), **CURVES}
+LAYOUT: Layout = {"table": held(relative(ROUNDING), ANGLES), "bodies": {"<bodies>": BODY}}

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from rigidpend.experiments.data.tree import Loaded
-from rigidpend.machine.tables import Table
+from rigidpend.machine.tables import Column, Table
 
 CAPTION = (
     "With a weight the orbits that leave one rotation (S1-, below) and those that approach the"
@@ -24,26 +22,16 @@ PRINTED = {
 
 
 def tables(result: Loaded) -> list[Table]:
-    """Table 1 and the widths Delta_1, from a loaded result."""
-    data = result["data"]
-    table, bodies = data["table"], data["bodies"]
+    """Table 1, printed values where the paper has the bodies, and the widths Delta_1."""
+    table, bodies = result["data"]["table"], result["data"]["bodies"]
     published = result["attributes"].get("figure") == FIGURE
-    header = ("body", "alpha0 printed", "computed", "gamma0 printed", "computed", "nu", "Delta_1")
-    rows = [
-        (
-            name,
-            *_pair("alpha0", table, k, published),
-            *_pair("gamma0", table, k, published),
-            f"{table['nu'][k]:.4f}",
-            f"{bodies[name]['Delta_1']:.5f}",
-        )
-        for k, name in enumerate(bodies)
-    ]
-    return [Table("Table 1, in radians, with nu and Delta_1 (dt)", header, rows)]
-
-
-def _pair(name: str, table: Any, k: int, published: bool) -> tuple[str, str]:
-    """Printed value, where the paper has the body, beside the computed one."""
-    same = published and len(table[name]) == len(PRINTED[name])
-    printed = PRINTED[name][k] if same else ""
-    return printed, f"{table[name][k]:.7f}"
+    columns = [Column("body", bodies)]
+    for name, printed in PRINTED.items():
+        same = published and len(bodies) == len(printed)
+        columns += [
+            Column(f"{name} printed", printed if same else [""] * len(bodies)),
+            Column("computed", table[name], ".7f"),
+        ]
+    widths = [body["Delta_1"] for body in bodies.values()]
+    columns += [Column("nu", table["nu"], ".4f"), Column("Delta_1", widths, ".5f")]
+    return [Table.of("Table 1, in radians, with nu and Delta_1 (dt)", columns)]

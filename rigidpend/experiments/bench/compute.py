@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
-import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -12,10 +11,10 @@ import numpy as np
 
 from rigidpend.config.description import Row
 from rigidpend.experiments import heyoka_peer
-from rigidpend.experiments.bench import drawn, layout, methods
-from rigidpend.experiments.bench.measuring.problems import ASKED
-from rigidpend.experiments.bench.measuring.worker import measured
-from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
+from rigidpend.experiments.bench import layout, methods
+from rigidpend.experiments.bench.methods import METHODS, PROBLEMS, Setting
+from rigidpend.experiments.bench.problems import ASKED, SEED
+from rigidpend.experiments.bench.worker import measured
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import Field, Layout, datasets, named
 from rigidpend.experiments.data.tree import Data, Dataset, Tree
@@ -26,16 +25,16 @@ if TYPE_CHECKING:
 
 PATIENCE, GRACE = 4, 120
 """A worker is ended after so many budgets, and so many seconds more."""
-BODIES_AT_ONCE = 20
-"""Bodies of a worker, whose measurements an interrupted run keeps."""
 COMPLETE = "complete"
 Line = dict[str, Any]
 Truth = dict[str, dict[str, Any]]
-"""Arrays by problem and name."""
+"""Arrays by problem and name, as lists that a worker can be told."""
 
 
 def compute(config: Config, means: Means) -> Tree:
     """Search for the best setting of each method, let them meet, and count wrong symbols.
+
+    Each worker's measurements are a part, which an interrupted run keeps.
 
     Returns
     -------
@@ -51,15 +50,55 @@ def compute(config: Config, means: Means) -> Tree:
     """
     if not heyoka_peer.installed():
         raise EngineError("the references need the package heyoka, which is not installed")
-    truth = _truth(config, means)
-    groups = _searched(config, truth, means)
-    counts = config.meeting.threads
+
+    def part(name: str, title: str, work: Callable[..., Tree], *given: Any) -> Tree:
+        found = means.part(name, partial(work, config, *given))
+        means.report(f"{title}: {_said(found)}")
+        return found
+
+    problems = config.problem.problems
+    truth: Truth = {}
+    groups: dict[str, dict[str, Any]] = {}
+    for name in problems:
+        title = PROBLEMS[name].title
+        found: Any = part(f"reference.{name}", f"reference, {title}", _reference, name)
+        truth[name] = {key: np.asarray(node[0]).tolist() for key, node in found.items()}
+        groups[name] = datasets(layout.PROBLEM, PROBLEMS[name]._asdict())
+    for key in config.problem.methods:
+        if any(METHODS[key].answer(name) for name in problems):
+            found = part(f"search.{key}", METHODS[key].label, _search, key, truth)
+            for name, record in found.items():
+                groups[name][key] = record
+    meetings: dict[str, dict[str, Any]] = {f"threads_{n}": {} for n in config.meeting.threads}
+    for name in problems:
+        guests = methods.guests(name, _records(groups[name]), config)
+        if len(guests) > 1:
+            found = part(f"meeting.{name}", PROBLEMS[name].title, _meeting, name, guests, truth)
+            for threads, record in found.items():
+                meetings[threads][name] = record
+    phases: dict[str, dict[str, Any]] = {}
+    for key in filter(_there, config.phases.methods):
+        found = part(f"phases.{key}", f"random phases, {METHODS[key].label}", _phases, key)
+        for start, record in found.items():
+            phases.setdefault(start, {})[key] = record
+    codes = _records(groups.get("codes", {}))
+    many = {
+        key: part(f"many.{key}", f"many orbits, {METHODS[key].label}", _many, key, codes)
+        for key in filter(_there, config.many.methods)
+    }
+    asked = config.bodies
+    lists = ("kept", SEED, asked.kept), ("drawn", asked.seed, asked.drawn)
+    bodies = [
+        part(f"bodies.{title}", f"bodies, {title}", _bodies, title, seed, n, codes)
+        for title, seed, n in lists
+        if n
+    ]
     return {
         **groups,
-        "meetings": {f"threads_{n}": _met(config, groups, truth, n, means) for n in counts},
-        "random_phases": _random_phases(config, means),
-        "many_orbits": _many(config, groups, means),
-        "bodies": _bodies(config, groups, means),
+        "meetings": meetings,
+        "random_phases": phases,
+        "many_orbits": many,
+        "bodies": _joined([x for x in bodies if len(x) > 1]),
     }
 
 
@@ -72,17 +111,10 @@ def describe(config: Config) -> list[Row]:
     ]
 
 
-def _measured(work: str, budgets: int, **given: Any) -> tuple[list[Line], str]:
+def _measured(work: str, budgets: float, **given: Any) -> tuple[list[Line], str]:
     """Measurements by a worker, within so many budgets of `seconds`, and how that ended."""
     given["seconds"] = float(given["seconds"])
     return measured(work, given, PATIENCE * given["seconds"] * budgets + GRACE)
-
-
-def _part(means: Means, name: str, title: str, work: Callable[..., Tree], *given: Any) -> Tree:
-    """A part of the measurements, kept for an interrupted run; tells how it ended."""
-    found = means.part(name, partial(work, *given))
-    means.report(f"{title}: {_said(found)}")
-    return found
 
 
 def _told(layout: Layout, row: Mapping[str, Any]) -> Tree:
@@ -99,45 +131,31 @@ def _columns(rows: Sequence[Line]) -> Line:
     return {name: [row[name] for row in rows] for name in (rows[0] if rows else ())}
 
 
-def _truth(config: Config, means: Means) -> Truth:
-    """The truth of every problem, in lists that a worker can be told."""
-    found = {}
-    for name in config.problem.problems:
-        part: Any = means.part(f"reference.{name}", partial(_reference, config, name))
-        means.report(f"{PROBLEMS[name].title}: reference")
-        found[name] = {key: np.asarray(node[0]).tolist() for key, node in part.items()}
-    return found
-
-
 def _reference(config: Config, name: str) -> Tree:
+    """The truth of a problem."""
     asked = ASKED[name]
     found = asked.truth(asked.task(config.problem))
     return {key: Dataset(values, "", "the truth") for key, values in found.items()}
 
 
-def _searched(config: Config, truth: Truth, means: Means) -> dict[str, dict[str, Any]]:
-    """The records of every problem; a worker for each method."""
-    problems = config.problem.problems
-    groups: dict[str, dict[str, Any]] = {
-        name: datasets(layout.PROBLEM, PROBLEMS[name]._asdict()) for name in problems
-    }
-    for key in config.problem.methods:
-        method = METHODS[key]
-        knobs = {
-            name: methods.knobs(method, config.search, PROBLEMS[name].kind == "long")
-            for name in problems
-            if method.answer(name)
-        }
-        if knobs:
-            given = config, key, knobs, truth
-            found = _part(means, f"search.{key}", method.label, _search, *given)
-            for name, record in found.items():
-                groups[name][key] = record
-    return groups
+def _there(key: str) -> bool:
+    return not _missing(key)
 
 
-def _search(config: Config, key: str, knobs: dict[str, list[Any]], truth: Truth) -> Tree:
+def _missing(key: str) -> str:
+    """Name the first of a method's libraries that is not installed; empty where all are."""
+    missing = (x for x in METHODS[key].libraries if importlib.util.find_spec(x) is None)
+    return next(missing, "")
+
+
+def _search(config: Config, key: str, truth: Truth) -> Tree:
     """The records of a method, by problem."""
+    method, problems = METHODS[key], config.problem.problems
+    knobs = {
+        name: methods.knobs(method, config.search, PROBLEMS[name].kind == "long")
+        for name in problems
+        if method.answer(name)
+    }
     if missing := _missing(key):
         said = f"absent: {missing} is not installed"
         return {name: _told(layout.SEARCHED, {"ended": said}) for name in knobs}
@@ -146,14 +164,8 @@ def _search(config: Config, key: str, knobs: dict[str, list[Any]], truth: Truth)
         sizes=config.problem.model_dump(),
         repeats=config.search.repeats, seconds=config.search.seconds,
     )  # fmt: skip
-    variants = len(METHODS[key].variants)
-    return {name: searched(lines, ended, name, len(x) * variants) for name, x in knobs.items()}
-
-
-def _missing(key: str) -> str:
-    """Name the first of a method's libraries that is not installed; empty where all are."""
-    missing = (x for x in METHODS[key].libraries if importlib.util.find_spec(x) is None)
-    return next(missing, "")
+    planned = {name: len(x) * len(method.variants) for name, x in knobs.items()}
+    return {name: searched(lines, ended, name, planned[name]) for name in knobs}
 
 
 def searched(lines: list[Line], ended: str, problem: str, planned: int) -> Tree:
@@ -172,38 +184,34 @@ def searched(lines: list[Line], ended: str, problem: str, planned: int) -> Tree:
     own = [line for line in lines[1:] if line["problem"] == problem]
     rows = [line for line in own if "knob" in line]
     wrong = next((line["failed"] for line in own if "failed" in line), ended)
-    said = f"{len(rows)} of {planned}"
-    cut = f"cut at the budget: {said}" if len(rows) < planned else COMPLETE
     once = {k: v for line in [*lines[:1], *own] for k, v in line.items()}
-    ends = {"ended": f"{wrong}: {said}" if wrong else cut}
+    ends = {"ended": _cut(wrong, len(rows), planned)}
     return _told(layout.SEARCHED, {**once, **_columns(rows), **ends})
 
 
-def _met(config: Config, groups: Any, truth: Truth, threads: int, means: Means) -> Tree:
-    """The meetings of all problems with so many threads."""
-    found = {}
-    for name in config.problem.problems:
-        chosen = methods.guests(name, _records(groups[name]), config, threads)
-        if len(chosen) > 1:
-            title = f"{PROBLEMS[name].title}, {threads} thread{'s' * (threads > 1)}"
-            given = config, name, chosen, truth, threads
-            found[name] = _part(means, f"meeting.{threads}.{name}", title, _meeting, *given)
-    return found
+def _cut(wrong: str, done: int, planned: int) -> str:
+    """How a measurement ended: complete, at its budget, or by what went wrong."""
+    cut = wrong or ("cut at the budget" if done < planned else "")
+    return f"{cut}: {done} of {planned}" if cut else COMPLETE
 
 
-def _meeting(config: Config, name: str, chosen: dict[str, Any], truth: Truth, threads: int) -> Tree:
+def _meeting(config: Config, name: str, guests: dict[str, Setting], truth: Truth) -> Tree:
+    """The records of the methods that meet at a problem, by the number of threads."""
+    asked = config.meeting
     lines, ended = _measured(
-        "meeting", len(chosen), entries=chosen, problem=name, truth=truth, threads=threads,
-        sizes=config.problem.model_dump(),
-        repeats=config.meeting.rounds, seconds=config.meeting.seconds,
+        "meeting", len(guests) * len(asked.threads), entries=guests, problem=name, truth=truth,
+        threads=asked.threads, sizes=config.problem.model_dump(),
+        repeats=asked.rounds, seconds=asked.seconds,
     )  # fmt: skip
-    spelt = {key: methods.spelt(entry) for key, entry in chosen.items()}
-    names = [line["method"] for line in lines]
-    rows = zip(names, lines, strict=True)
-    found = {key: _told(layout.MET, {**line, "chosen": spelt[key]}) for key, line in rows}
-    missing = ", ".join(sorted(set(chosen) - set(names)))
-    said = f"{ended or 'no answer'}: {missing}" if missing else COMPLETE
-    return {**found, "ended": layout.ENDED.dataset(said)}
+    found: dict[str, dict[str, Any]] = {f"threads_{n}": {} for n in asked.threads}
+    for line in lines:
+        chosen = methods.spelt(guests[line["method"]])
+        told = _told(layout.MET, {**line, "chosen": chosen})
+        found[f"threads_{line['most']}"][line["method"]] = told
+    for group in found.values():
+        group["ended"] = layout.ENDED.dataset(COMPLETE if group else ended)
+    # Where a second thread serves nobody there is no meeting.
+    return {name: group for name, group in found.items() if len(group) > 1 or ended}
 
 
 def _records(group: Data) -> dict[str, dict[str, Any]]:
@@ -213,23 +221,9 @@ def _records(group: Data) -> dict[str, dict[str, Any]]:
     }
 
 
-def _random_phases(config: Config, means: Means) -> Tree:
-    """Wrong symbols, by J1_0 and method."""
-    groups: dict[str, dict[str, Any]] = {}
-    for key in _there(config.phases.methods):
-        for start, record in means.part(f"phases.{key}", partial(_phases, config, key)).items():
-            groups.setdefault(start, {})[key] = record
-        means.report(f"random phases: {METHODS[key].label}")
-    return groups
-
-
-def _there(keys: Sequence[str]) -> Iterator[str]:
-    """Those methods whose libraries are installed."""
-    return (key for key in keys if not _missing(key))
-
-
 def _phases(config: Config, key: str) -> Tree:
-    entries, asked = {key: methods.finest(key, config.search)}, config.phases
+    """The records of a method on random phases, by J1_0."""
+    entries, asked = {key: methods.best("codes", key, {}, config.search)}, config.phases
     given: Any = {"entries": entries, "orbits": asked.orbits, "seconds": asked.seconds}
     lines, ended = _measured("phases", 2, **given)
     if ended:
@@ -237,22 +231,9 @@ def _phases(config: Config, key: str) -> Tree:
     return {f"J1_0_{line['J1_0']}": _told(layout.COUNTED, line) for line in lines}
 
 
-def _entries(config: Config, groups: Any, keys: Sequence[str]) -> dict[str, methods.Setting]:
-    """Knob and setting of those methods that are there, by the search at the codes of Fig. 4."""
-    codes = _records(groups.get("codes", {}))
-    return {key: methods.best("codes", key, codes, config.search) for key in _there(keys)}
-
-
-def _many(config: Config, groups: Any, means: Means) -> Tree:
-    """Times against the number of orbits, by method."""
-    found = {}
-    for key, entry in _entries(config, groups, config.many.methods).items():
-        title = f"many orbits, {METHODS[key].label}"
-        found[key] = _part(means, f"many.{key}", title, _many_of, config, key, entry)
-    return found
-
-
-def _many_of(config: Config, key: str, entry: dict[str, Any]) -> Tree:
+def _many(config: Config, key: str, codes: Data) -> Tree:
+    """The record of a method at ever more orbits, with its setting for the codes of Fig. 4."""
+    entry = methods.best("codes", key, codes, config.search)
     numbers, seconds = config.many.orbits, config.many.seconds
     lines, ended = _measured(
         "many", len(numbers), entries={key: entry}, numbers=numbers, seconds=seconds,
@@ -264,62 +245,44 @@ def _many_of(config: Config, key: str, entry: dict[str, Any]) -> Tree:
     return _told(layout.MANY, {**_columns(lines), **texts})
 
 
-def _bodies(config: Config, groups: Any, means: Means) -> Tree:
-    """Times with bodies drawn by lot, those that are kept and those of the seed."""
-    asked, parts = config.bodies, []
-    entries = _entries(config, groups, asked.methods)
-    for title, seed, n in (("kept", drawn.SEED, asked.kept), ("drawn", asked.seed, asked.drawn)):
-        for k in range(0, n, BODIES_AT_ONCE):
-            numbers = tuple(range(k, min(k + BODIES_AT_ONCE, n)))
-            given = config, title == "kept", seed, n, numbers, entries
-            said = f"bodies, {title}, from {k}"
-            parts.append(_part(means, f"bodies.{title}.{k}", said, _some_bodies, *given))
-    measured = [part for part in parts if len(part) > 1]
-    said = next((x for x in map(_ended, parts) if x != COMPLETE), COMPLETE)
-    return {**_joined(measured), "ended": layout.ENDED.dataset(said)} if measured else {}
-
-
-def _some_bodies(config: Config, kept: bool, seed: int, n: int, numbers: Any, entries: Any) -> Tree:
-    """The bodies of those numbers in their list, and the records of all methods with them."""
-    asked = config.bodies
+def _bodies(config: Config, title: str, seed: int, n: int, codes: Data) -> Tree:
+    """The bodies of a list, and the records of all methods with them."""
+    asked, entries = config.bodies, {}
+    for key in filter(_there, asked.methods):
+        entry = methods.best("codes", key, codes, config.search)
+        entries[key] = {**entry, "setting": {**entry["setting"], **METHODS[key].of_bodies}}
     # Of peers and of the truth, and of ours.
-    budgets = len(numbers) * (len(entries) + math.ceil(asked.longest / float(asked.seconds)))
+    budgets = n * (len(entries) + asked.longest / float(asked.seconds))
     lines, ended = _measured(
-        "bodies", budgets, entries=entries, seed=seed, bodies=n, numbers=numbers,
-        orbits=asked.orbits, threads=asked.threads, repeats=asked.repeats,
-        seconds=asked.seconds, longest=asked.longest,
+        "bodies", budgets, entries=entries, seed=seed, bodies=n, orbits=asked.orbits,
+        threads=asked.threads, repeats=asked.repeats, seconds=asked.seconds, longest=asked.longest,
     )  # fmt: skip
-    cut = ended or ("" if len(lines) == len(numbers) else "cut at the budget")
-    said = {"ended": f"{cut}: {len(lines)} of {len(numbers)}" if cut else COMPLETE}
-    rows, every = [], drawn.drawn(seed, n)
-    for k in numbers[: len(lines)]:
-        (A, r, mu), problem = every[k].body.floats(), every[k]
-        values = kept, *A, *r[:2], mu, float(problem.h0), float(problem.J1_0)
-        rows.append(dict(zip(layout.BODY, values, strict=True)))
+    bodies = [dict(zip(layout.BODY, [title == "kept", *x["body"]], strict=True)) for x in lines]
     each = {
         key: _told(layout.OF_BODIES, _columns([line[key] for line in lines]))
         for key in (entries if lines else ())
     }
-    return {**_told(layout.OF_LOT, {**_columns(rows), **said}), **each}
+    ends = {"ended": _cut(ended, len(lines), n)}
+    return {**_told(layout.OF_LOT, {**_columns(bodies), **ends}), **each}
 
 
 def _joined(parts: list[Any]) -> Any:
-    """Trees of arrays as one, end to end."""
-    first: Any = parts[0]
-    if isinstance(first, Dataset):
-        return first._replace(values=np.concatenate([part.values for part in parts]))
-    return {name: _joined([part[name] for part in parts]) for name in first if name != "ended"}
+    """Trees of arrays as one, end to end; of texts one that is not `COMPLETE`."""
+    if not parts or not isinstance(parts[0], Dataset):
+        return {
+            name: _joined([part[name] for part in parts]) for part in parts[:1] for name in part
+        }
+    first: Any = next((x for x in parts if x.values != COMPLETE), parts[0])
+    if isinstance(first.values, str):
+        return first
+    return first._replace(values=np.concatenate([part.values for part in parts]))
 
 
 def _said(found: Mapping[str, Any]) -> str:
     """The ways in which measurements ended; of several records those alike together."""
+    each = {name: _said(x) for name, x in found.items() if isinstance(x, Mapping)}
     if "ended" in found:
-        return _ended(found)
-    said = {name: _ended(record) for name, record in found.items()}
-    if len(set(said.values())) == 1:
-        return next(iter(said.values()))
-    return "; ".join(f"{name} {text}" for name, text in said.items())
-
-
-def _ended(found: Any) -> str:
-    return str(found["ended"].values)
+        return str(found["ended"].values)
+    if len(set(each.values())) > 1:
+        return "; ".join(f"{name} {text}" for name, text in each.items())
+    return next(iter(each.values()), "done")

@@ -123,14 +123,14 @@ def _draw_ratios(axes: Axes, data: Data) -> None:
 
 
 def _draw_again(axes: Axes, data: Data) -> None:
-    _draw_shares(axes, {name: 1e6 * one.again for name, one in report.of_bodies(data).items()})
+    _draw_shares(axes, {name: 1e6 * one["again"] for name, one in report.of_bodies(data).items()})
     axes.set_title("bodies drawn by lot: the same call again")
     axes.set(xlabel="time of an orbit (us)", ylabel="share of bodies below")
 
 
 def _draw_first(axes: Axes, data: Data) -> None:
     found = report.of_bodies(data)
-    _draw_shares(axes, {name: one.first for name, one in found.items()})
+    _draw_shares(axes, {name: one["first"] for name, one in found.items()})
     orbits = max(data["bodies"][next(iter(found))]["orbits"])
     axes.set_title("bodies drawn by lot: first call with each")
     axes.set(xlabel=f"time of {orbits:,.0f} orbits (s)", ylabel="share of bodies below")

@@ -15,7 +15,7 @@ Setting = dict[str, Any]
 
 
 class BenchProblem(NamedTuple):
-    """A problem of the benchmark; `measuring.problems` has its task, its truth and its error."""
+    """A problem of the benchmark; `problems.ASKED` has its task, its truth and its error."""
 
     title: str
     error: str
@@ -57,20 +57,12 @@ PROBLEMS = {
 }
 
 
-class CheckRun(NamedTuple):
-    """A run of a cross-check: a method with a tolerance and a setting."""
-
-    method: str
-    tolerance: float
-    setting: Setting = {}  # noqa: RUF012
-
-
 class Method(NamedTuple):
     """A method and what it answers."""
 
     label: str
     family: str
-    """Ours, or whose; `measuring.adapters` has the module that answers for it."""
+    """Ours, or whose; `protocol.made` has the module that answers for it."""
     answers: tuple[str, ...] = ("motion", "long", "routes", "angle")
     """Problems that it answers, or kinds of them."""
     told: Setting = {}  # noqa: RUF012
@@ -85,17 +77,14 @@ class Method(NamedTuple):
     """Settings that change the cost and not the error: tried at one knob, the fastest counts."""
     variants: tuple[Setting, ...] = ({},)
     """Settings that change the error too: each is tried at every knob."""
+    of_bodies: Setting = {}  # noqa: RUF012
+    """Settings beyond, where many bodies are followed."""
     threads: bool = True
     """True if a second thread can serve it: it leaves Python's lock while it computes."""
-    runs: tuple[CheckRun, ...] = ()
-    """Runs that a cross-check compares: the third only where the first two differ."""
+    runs: tuple[tuple[str, Setting], ...] = ()
+    """Methods, each with knob and setting, that a cross-check compares; the third decides."""
     certain: bool = False
     """True if it says which of its symbols can be trusted."""
-
-    @property
-    def usual(self) -> Setting:
-        """The setting without a search: a middle form, the first variant."""
-        return {**self.forms[len(self.forms) // 2], **self.variants[0]}
 
     def answer(self, problem: str) -> bool:
         """True if it answers a problem."""
@@ -111,21 +100,27 @@ def _certain(label: str, way: str, *answers: str) -> Method:
     return Method(said, OURS, answers, {"way": way}, "none", certain=True)
 
 
-def _compared(label: str, family: str, libraries: tuple[str, ...], *runs: CheckRun) -> Method:
-    given: dict[str, Any] = {"libraries": libraries, "runs": runs, "certain": True}
-    threads = family != SCIPY
-    return Method(f"{label} compared", family, ("routes",), knob="none", threads=threads, **given)
+def _compared(label: str, family: str, libraries: tuple[str, ...], *runs: Any) -> Method:
+    entries = tuple((name, {"knob": knob, "setting": setting}) for name, knob, setting in runs)
+    return Method(
+        f"{label} compared", family, ("routes",), knob="none", libraries=libraries, runs=entries,
+        threads=family != SCIPY, certain=True,
+        of_bodies=COMPILED_ONCE if family == HEYOKA else {},
+    )  # fmt: skip
 
 
 OURS, HEYOKA, CYRK, DIFFRAX, SCIPY = "ours", "heyoka", "cyrk", "diffrax", "scipy"
 """Families of methods; our operator splitting, `lie_poisson`, is one of its own."""
 OWN = (OURS, "lie_poisson")
 """Families that are in this package: they are no peers."""
-LANES: Setting = {"libraries": ("heyoka",), "forms": _variants("lanes", 4, 8, 16)}
+COMPILED_ONCE: Setting = {"parameters": True}
+LANES: Setting = {
+    "libraries": ("heyoka",), "forms": _variants("lanes", 4, 8, 16), "of_bodies": COMPILED_ONCE,
+}  # fmt: skip
 FINEST_SCIPY = 2.3e-14
 NUMBA, JAX, SCIPYS = ("CyRK", "numba"), ("jax", "diffrax"), ("scipy.integrate",)
-PRINCIPAL, EQ1 = CheckRun("heyoka_principal", 2.0**-52), CheckRun("heyoka_eq1", 2.0**-52)
-COARSER = CheckRun("heyoka_principal", 1e-14)
+PRINCIPAL = "heyoka_principal", 2.0**-52, {"lanes": 8}
+COARSER, EQ1 = ("heyoka_principal", 1e-14, {"lanes": 8}), ("heyoka_eq1", 2.0**-52, {"lanes": 8})
 
 METHODS = {
     "closed_form": Method(
@@ -165,19 +160,17 @@ METHODS = {
     ),
     "cyrk_two_methods": _compared(
         "CyRK, two methods", CYRK, NUMBA,
-        CheckRun("cyrk", 1e-13, {"method": "DOP853"}),
-        CheckRun("cyrk", 1e-13, {"method": "Vern8"}),
-        CheckRun("cyrk", 3e-14, {"method": "DOP853"}),
+        *(("cyrk", knob, {"method": name})
+          for knob, name in ((1e-13, "DOP853"), (1e-13, "Vern8"), (3e-14, "DOP853"))),
     ),
     "diffrax_two_tolerances": _compared(
         "diffrax, two tolerances", DIFFRAX, JAX,
-        CheckRun("diffrax", 1e-13, {"solver": "Dopri8"}),
-        CheckRun("diffrax", 3e-14, {"solver": "Dopri8"}),
-        CheckRun("diffrax", 1e-12, {"solver": "Dopri5"}),
+        *(("diffrax", knob, {"solver": name})
+          for knob, name in ((1e-13, "Dopri8"), (3e-14, "Dopri8"), (1e-12, "Dopri5"))),
     ),
     "scipy_two_tolerances": _compared(
         "SciPy DOP853, two tolerances", SCIPY, SCIPYS,
-        *(CheckRun("scipy_dop853", tolerance) for tolerance in (1e-12, 1e-13, 3e-14)),
+        *(("scipy_dop853", knob, {}) for knob in (1e-12, 1e-13, 3e-14)),
     ),
 }  # fmt: skip
 """Every method by its name; the last are cross-checks of peers."""
@@ -193,18 +186,16 @@ def knobs(method: Method, search: Any, long: bool) -> list[Any]:
     return [float(x) for x in tolerances if float(x) >= method.finest]
 
 
-def finest(name: str, search: Any) -> Setting:
-    """The finest knob in the usual setting: the choice without a search."""
-    method = METHODS[name]
-    return {"knob": knobs(method, search, False)[-1], "setting": method.usual}
-
-
 def best(problem: str, name: str, group: Data, search: Any) -> Setting:
-    """Knob and setting of a method: those that its search at a problem chose, or the finest."""
-    record = group.get(name, {})
-    if "seconds" not in record:
-        return finest(name, search)
-    return setting(name, record, chosen(problem, record))
+    """Knob and setting of a method: those that its search at a problem chose.
+
+    Without a search, the finest knob with the middle form and the first variant.
+    """
+    record, method = group.get(name, {}), METHODS[name]
+    if "seconds" in record:
+        return setting(name, record, chosen(problem, record))
+    usual = {**method.forms[len(method.forms) // 2], **method.variants[0]}
+    return {"knob": knobs(method, search, False)[-1], "setting": usual}
 
 
 def setting(name: str, record: Data, k: int) -> Setting:
@@ -235,21 +226,20 @@ def good_enough(problem: str, record: Data) -> Any:
     return (error <= level) & (np.asarray(record["part"]) == 1)
 
 
-def guests(problem: str, group: Data, config: Any, threads: int) -> dict[str, Setting]:
+def guests(problem: str, group: Data, config: Any) -> dict[str, Setting]:
     """The methods that meet at a problem, each with knob, setting and part of the way.
 
     Each comes with the fastest of its settings that reached the level of the problem, or with
-    its most exact one where none did. Who is too slow or gains nothing from threads stays away.
+    its most exact one where none did. Who is too slow stays away.
 
     `group` has, by method, its record of the search at the problem, arrays.
     """
     slowest, found = float(config.meeting.slowest), {}
     for name in config.problem.methods:
-        if "seconds" not in group.get(name, {}) or (threads > 1 and not METHODS[name].threads):
-            continue
-        k = chosen(problem, group[name])
-        if group[name]["once"][k] <= slowest:
-            found[name] = setting(name, group[name], k)
+        if "seconds" in group.get(name, {}):
+            k = chosen(problem, group[name])
+            if group[name]["once"][k] <= slowest:
+                found[name] = setting(name, group[name], k)
     return found
 
 

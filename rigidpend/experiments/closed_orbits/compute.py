@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.config.description import Row
-from rigidpend.experiments.closed_orbits.layout import AVERAGES, ORBITS, PLACES
+from rigidpend.experiments.closed_orbits.layout import LAYOUT
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Tree
@@ -38,11 +38,12 @@ def compute(config: Config, means: Means) -> Tree:
     level = Level(return_map(problem.body, h=problem.h), float(problem.h))
     found = [closed(level, word, problem.half_turns) for word in words(problem.longest)]
     means.report(f"{len(found)} closed orbits, {sum(o.stable for o in found)} of them stable")
-    return {
-        "orbits": datasets(ORBITS, _orbits(problem, level, found)),
-        "averages": datasets(AVERAGES, _averages(problem, level, found)),
-        "places": datasets(PLACES, _places(found)),
+    groups = {
+        "orbits": _orbits(problem, level, found),
+        "averages": _averages(problem, level, found),
+        "places": _places(found),
     }
+    return datasets(LAYOUT, groups)
 
 
 def cost(config: Config) -> float:

@@ -41,26 +41,20 @@ def _draw_orbits(axes: Axes, data: Data) -> None:
     orbits, averages = data["orbits"], data["averages"]
     exponent, length = orbits["exponent"], (orbits["word"] != NO_SYMBOL).sum(axis=1)
     mean, error = float(averages["long_orbit"]), float(averages["long_orbit_error"])
-    axes.axhspan(
-        mean - error, mean + error, color=RED, alpha=0.3, lw=0,
-        label="random orbit and its standard error",
-    )  # fmt: skip
+    said = "random orbit and its standard error"
+    axes.axhspan(mean - error, mean + error, color=RED, alpha=0.3, lw=0, label=said)
     place, middles = _places(length, exponent)
     for here, name, colour, inside in (
         (orbits["positive"], "positive", BLUE, BLUE),
         (~orbits["positive"], "negative", "0.4", "white"),
     ):
-        axes.plot(
-            place[here], exponent[here], "o", ms=2.7, mew=0.7, color=colour, mfc=inside,
-            label=f"one orbit, multiplier {name}",
-        )  # fmt: skip
+        look: Any = {"color": colour, "mfc": inside, "label": f"one orbit, multiplier {name}"}
+        axes.plot(place[here], exponent[here], "o", ms=2.7, mew=0.7, **look)
     for k in np.flatnonzero(length <= NAMED):
-        left = place[k] < middles[length[k] - 1]
-        axes.annotate(
-            "".join(map(str, orbits["word"][k, : length[k]])), (place[k], exponent[k]),
-            (-4 if left else 4, 0), textcoords="offset points",
-            ha="right" if left else "left", va="center", fontsize=7.5,
-        )  # fmt: skip
+        side, ha = (-4, "right") if place[k] < middles[length[k] - 1] else (4, "left")
+        beside: Any = {"xytext": (side, 0), "textcoords": "offset points", "ha": ha, "va": "center"}
+        word = "".join(map(str, orbits["word"][k, : length[k]]))
+        axes.annotate(word, (place[k], exponent[k]), fontsize=7.5, **beside)
     axes.set(xlabel="symbols of the word", ylabel="Lyapunov exponent per passage")
     axes.set_xticks(middles, [str(n + 1) for n in range(len(middles))])
     axes.legend(fontsize=7, loc="upper right")
@@ -83,18 +77,11 @@ def _places(length: Array, exponent: Array) -> tuple[Array, list[float]]:
 
 def _draw_averages(axes: Axes, averages: Data) -> None:
     length, mean = averages["length"], averages["mean"]
-    axes.axhline(
-        float(averages["long_orbit_error"]), color=RED, lw=0.9, ls="--",
-        label="standard error of the random orbit",
-    )  # fmt: skip
-    axes.semilogy(
-        length[:-1], np.abs(mean[:-1] - mean[-1]), "o-", color=BLUE, ms=4, lw=1,
-        label="mean over all words",
-    )  # fmt: skip
-    axes.set(
-        xlabel="symbols of the words",
-        ylabel=f"distance from {mean[-1]:.6f}, that of {length[-1]}",
-    )
+    error, apart = float(averages["long_orbit_error"]), np.abs(mean[:-1] - mean[-1])
+    axes.axhline(error, color=RED, lw=0.9, ls="--", label="standard error of the random orbit")
+    axes.semilogy(length[:-1], apart, "o-", color=BLUE, ms=4, lw=1, label="mean over all words")
+    said = f"distance from {mean[-1]:.6f}, that of {length[-1]}"
+    axes.set(xlabel="symbols of the words", ylabel=said)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.legend(fontsize=7)
     title(axes, "b", "averages over closed orbits")

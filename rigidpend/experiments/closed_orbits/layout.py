@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from rigidpend.experiments.data.bounds import stated
 from rigidpend.experiments.data.layout import FLAG, FLOAT, WHOLE, Field, Layout, held
 
 CLOSE = 1e-9
 """Allowed difference of places and of averages: the map errs by 1e-13, times its growth."""
 
-WORDS, LENGTHS, POINTS = ("words",), ("lengths",), ("points",)
+_double, _flag = (partial(Field, kind, ("words",)) for kind in (FLOAT, FLAG))
+LENGTHS, POINTS = ("lengths",), ("points",)
 
 ORBITS = {
     "word": Field(
@@ -18,40 +21,26 @@ ORBITS = {
         "symbols, read from a passage past the upper orbit on; 255 behind the end",
     ),
     # `scripts.stated` measures what they err by: 1e-13, 3e-13 and 2e-12 at most.
-    "period": Field(
-        FLOAT, WORDS, "t'", "time of the word's passages, twice for odd words", within=1e-12
-    ),
-    "action": Field(
-        FLOAT, WORDS, "1", "integral of J1 dtheta1 + J2 dtheta2 over that time", within=1e-12
-    ),
-    "mirrored": Field(FLAG, WORDS, "1", "whether it is at its mirror image after these passages"),
-    "positive": Field(FLAG, WORDS, "1", "whether the Floquet multiplier of these is positive"),
-    "exponent": Field(
-        FLOAT, WORDS, "1", "ln of the Floquet multiplier's modulus, per passage", within=1e-11
-    ),
-    "stable": Field(FLAG, WORDS, "1", "whether the orbit is elliptic"),
-    "residual": Field(
-        FLOAT, WORDS, "rad", "largest gap where passages meet, by the map", within=stated(1e-10)
-    ),
+    "period": _double("t'", "time of the word's passages, twice for odd words", within=1e-12),
+    "action": _double("1", "integral of J1 dtheta1 + J2 dtheta2 over that time", within=1e-12),
+    "mirrored": _flag("1", "whether it is at its mirror image after these passages"),
+    "positive": _flag("1", "whether the Floquet multiplier of these is positive"),
+    "exponent": _double("1", "ln of the Floquet multiplier's modulus, per passage", within=1e-11),
+    "stable": _flag("1", "whether the orbit is elliptic"),
+    "residual": _double("rad", "largest gap where passages meet, by the map", within=stated(1e-10)),
     # In doubles, whose roundings of 1e-16 grow by some 1e5 in (d, chi).
-    "alone": Field(
-        FLOAT,
-        WORDS,
+    "alone": _double(
         "t'",
         "largest error of a passage's time, each integrated alone in doubles",
         within=stated(1e-9),
     ),
-    "closing": Field(
-        FLOAT,
-        WORDS,
+    "closing": _double(
         "1",
         "gap in d and chi after one period in 113 bits; NaN if not verified",
         gaps=True,
         within=stated(1e-15),
     ),
-    "closing_expected": Field(
-        FLOAT,
-        WORDS,
+    "closing_expected": _double(
         "1",
         "what roundings leave of that gap, grown for a period",
         gaps=True,
@@ -71,7 +60,6 @@ PLACES = {
     "of": Field(WHOLE, POINTS, "1", "place of the orbit in the list"),
 }
 LAYOUT: Layout = {
-    "orbits": held(CLOSE, ORBITS),
-    "averages": held(CLOSE, AVERAGES),
-    "places": held(CLOSE, PLACES),
+    name: held(CLOSE, fields)
+    for name, fields in (("orbits", ORBITS), ("averages", AVERAGES), ("places", PLACES))
 }

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.machine.tables import Table
+from rigidpend.experiments.data.tree import Loaded
+from rigidpend.machine.tables import Column, Table
 from rigidpend.numbers.alphabet import NO_SYMBOL
 
 CAPTION = (
@@ -21,46 +21,38 @@ SHORT = 4
 
 def tables(result: Loaded) -> list[Table]:
     """Table of the shortest orbits, and that of the averages over each length."""
-    data = result["data"]
-    orbits, averages = data["orbits"], data["averages"]
+    orbits, averages = result["data"]["orbits"], result["data"]["averages"]
     words = ["".join(map(str, word[word != NO_SYMBOL])) for word in orbits["word"]]
+    short = [k for k, word in enumerate(words) if len(word) <= SHORT]
+    signs = np.where(orbits["positive"], "positive", "negative")
+    gaps = ["not verified" if np.isnan(gap) else f"{gap:.0e}" for gap in orbits["closing"]]
+    stable = int(np.count_nonzero(orbits["stable"]))
     long, error = float(averages["long_orbit"]), float(averages["long_orbit_error"])
     return [
-        Table(
+        Table.of(
             f"Closed orbits of words of up to {SHORT} symbols",
-            (
-                "word",
-                "period (t')",
-                "action",
-                "exponent per passage",
-                "multiplier",
-                "gap in 113 bits",
-            ),
-            [_row(k, word, orbits) for k, word in enumerate(words) if len(word) <= SHORT],
+            [
+                Column("word", [words[k] for k in short]),
+                Column("period (t')", orbits["period"][short], ".6f"),
+                Column("action", orbits["action"][short], ".6f"),
+                Column("exponent per passage", orbits["exponent"][short], ".6f"),
+                Column("multiplier", signs[short]),
+                Column("gap in 113 bits", [gaps[k] for k in short]),
+            ],
             "The action is the integral of J1 dtheta1 + J2 dtheta2, dimensionless. The gap is what"
             " one period leaves open in d and chi. Words are read from a passage past the upper"
             " orbit on: one of odd length twice, while one of even length and the same from its"
             " second symbol on are two orbits. A word read backward with 0 and 1 exchanged is that"
             " of the reversed orbit, which has the same numbers.",
         ),
-        Table(
+        Table.of(
             "Averages over all words of a length",
-            ("symbols", "words", "Lyapunov exponent per passage"),
             [
-                (str(length), str(points), f"{mean:.9f}")
-                for length, points, mean in zip(
-                    averages["length"], averages["points"], averages["mean"], strict=True
-                )
+                Column("symbols", averages["length"]),
+                Column("words", averages["points"]),
+                Column("Lyapunov exponent per passage", averages["mean"], ".9f"),
             ],
             f"A long orbit of random symbols has {long:.4f} +- {error:.4f}. Of {len(words)} orbits"
-            f" {int(np.count_nonzero(orbits['stable']))} are stable.",
+            f" {stable} are stable.",
         ),
     ]
-
-
-def _row(k: int, word: str, orbits: Data) -> tuple[str, ...]:
-    gap = float(orbits["closing"][k])
-    sign = "positive" if orbits["positive"][k] else "negative"
-    shown = "not verified" if np.isnan(gap) else f"{gap:.0e}"
-    numbers = (f"{orbits[key][k]:.6f}" for key in ("period", "action", "exponent"))
-    return word, *numbers, sign, shown

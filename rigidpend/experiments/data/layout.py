@@ -15,7 +15,9 @@ import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-from rigidpend.experiments.data.tree import Data, Dataset
+import numpy as np
+
+from rigidpend.experiments.data.tree import Data, Dataset, Streamed
 
 if TYPE_CHECKING:
     from rigidpend.experiments.data.compare import Difference
@@ -56,17 +58,32 @@ class Field(NamedTuple):
     """True if it is the coordinate along its dimension."""
 
     def dataset(self, values: Any) -> Dataset:
-        """Values with their meaning, as they are stored."""
-        return Dataset(values, self.units, self.description, self.dimensions, self.coordinate)
+        """Values with their meaning, as they are stored; those of a part are given it anew."""
+        given = values.values if isinstance(values, Dataset) else values
+        if self.kind == TEXT and not isinstance(given, str) and np.asarray(given).dtype.kind != "S":
+            given = np.char.encode(np.array(given, dtype=str))
+        return Dataset(given, self.units, self.description, self.dimensions, self.coordinate)
 
 
 Layout: TypeAlias = Mapping[str, "Field | Layout"]
 Fields: TypeAlias = Mapping[str, Field]
 
 
-def datasets(fields: Fields, values: Mapping[str, Any]) -> dict[str, Dataset]:
-    """Give the values of a group their meaning: those that the fields name."""
-    return {name: field.dataset(values[name]) for name, field in fields.items()}
+def datasets(layout: Layout, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Give the values of a group, and of those inside it, the meaning that a layout declares.
+
+    What it does not declare is left out; blocks that are still to come stay with their group.
+    """
+    further, known = members(layout), named(layout)
+    nodes = dict.fromkeys(values, further[1]) if further else {}
+    nodes |= {name: node for name, (node, must) in known.items() if must or name in values}
+    made = {
+        name: node.dataset(values[name])
+        if isinstance(node, Field)
+        else datasets(node, values[name])
+        for name, node in nodes.items()
+    }
+    return Streamed(made, values.blocks) if isinstance(values, Streamed) else made
 
 
 def held(bound: float | Bound, fields: Fields) -> dict[str, Field]:

@@ -36,14 +36,16 @@ class Streamed(dict[str, Any]):
 
     Parameters
     ----------
-    members : Tree
+    members : mapping
         What comes has :class:`Coming` in the place of its values.
     blocks : iterator
         Blocks by the names of their arrays: where each belongs, and its values. They may be
         computed when they are asked for, once.
     """
 
-    def __init__(self, members: Tree, blocks: Iterator[Mapping[str, tuple[Any, Any]]]) -> None:
+    def __init__(
+        self, members: Mapping[str, Any], blocks: Iterator[Mapping[str, tuple[Any, Any]]]
+    ) -> None:
         super().__init__(members)
         self.blocks = blocks
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import FLOAT, WHOLE, Field, datasets
 from rigidpend.experiments.data.tree import Tree
-from rigidpend.experiments.exponents.layout import CHECKED, GROWTH, MARKED, PLANE
+from rigidpend.experiments.exponents.layout import LAYOUT
 from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.doubles import Array
@@ -64,13 +64,11 @@ def compute(config: Config, means: Means) -> Tree:
         "allowed": np.where(known, 2.0 ** np.ceil(np.log2(allowed / n)), np.nan).reshape(shape),
         "theta2_0": x,
         "log10_J1_0": y,
+        "marked": float(np.log10(float(problem.J1_0))),
+        "growth": _quantiles(grown[:, known]),
+        "checked": _checked(problem, orbits, known, (theta2, J1)),
     }
-    return {
-        **datasets(PLANE, values),
-        "marked": MARKED.dataset(float(np.log10(float(problem.J1_0)))),
-        "growth": datasets(GROWTH, _quantiles(grown[:, known])),
-        "checked": datasets(CHECKED, _checked(problem, orbits, known, (theta2, J1))),
-    }
+    return datasets(LAYOUT, values)
 
 
 def _followed(

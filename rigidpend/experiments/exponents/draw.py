@@ -8,8 +8,17 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.exponents.layout import PLANE
-from rigidpend.experiments.plots import BLUE, RED, WIDTH, axis_label, cell_ends, draw_changes, title
+from rigidpend.experiments.exponents.layout import LOG10_J1_0, THETA2_0
+from rigidpend.experiments.plots import (
+    BLUE,
+    RED,
+    WIDTH,
+    axis_label,
+    cell_ends,
+    draw_cells,
+    draw_changes,
+    title,
+)
 
 HEIGHT = 5.6
 """Height of the figure, inches."""
@@ -35,23 +44,16 @@ def draw(result: Loaded) -> Figure:
 def _draw_plane(figure: Figure, axes: Axes, data: Data) -> None:
     x, y, exponent = data["theta2_0"], data["log10_J1_0"], data["exponent"]
     known = exponent[np.isfinite(exponent)]
-    shown = axes.imshow(
-        exponent,
-        origin="lower",
-        extent=(*cell_ends(x), *cell_ends(y)),
-        aspect="auto",
-        cmap="magma",
-        vmin=float(np.quantile(known, 1 - HIGHEST)) if known.size else 0,
-        vmax=float(np.quantile(known, HIGHEST)) if known.size else 1,
-        interpolation="nearest",
-    )
+    ends = np.quantile(known, (1 - HIGHEST, HIGHEST)) if known.size else (0, 1)
+    shown = draw_cells(axes, x, y, exponent, cmap="magma", vmin=ends[0], vmax=ends[1])
     figure.colorbar(shown, ax=axes, label="exponent per passage", extend="both", pad=0.01)
     draw_changes(axes, x, y, data["codes"], CHANGES)
-    axes.axhline(float(data["marked"]), color="white", lw=0.8, ls=(0, (5, 3)), label="marked")
-    axes.set(xlabel=axis_label(PLANE["theta2_0"]), ylabel=axis_label(PLANE["log10_J1_0"]))
+    axes.axhline(float(data["marked"]), color="white", lw=0.8, ls=(0, (5, 3)))
+    axes.set(xlabel=axis_label(THETA2_0), ylabel=axis_label(LOG10_J1_0))
     axes.set_ylim(*cell_ends(y))
     n = len(data["codes"])
-    title(axes, "a", rf"exponents of {n} passages, Euclidean norm of $(M', \gamma)$")
+    said = rf"exponents of {n} passages, Euclidean norm of $(M', \gamma)$; dashed: "
+    title(axes, "a", rf"{said}$\log_{{10}} J_1^0 = {float(data['marked']):.4g}$")
 
 
 def _draw_spread(axes: Axes, growth: Data) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -42,9 +43,21 @@ def _grown(stored: Data, fresh: Data) -> Any:
 
 OF_GROWTH = bound(lambda name, stored, fresh: _grown(stored, fresh))
 
-CELLS, LENGTHS, CHECKED_ = ("rows", "columns"), ("symbols",), ("checked",)
+_double = partial(Field, FLOAT, units="1")
+_cell = partial(_double, ("rows", "columns"), gaps=True, within=_rounded)
+_checked = partial(_double, ("checked",), gaps=True)
+_axis = partial(Field, FLOAT, within=of_largest(ROUNDING))
 
-PLANE = {
+THETA2_0 = _axis(
+    ("columns",), "rad", "initial phases of the columns", symbol=r"$\theta_2^0$", coordinate=True
+)
+LOG10_J1_0 = _axis(
+    ("rows",),
+    "1",
+    "decadic logarithms of the rows' initial actions",
+    symbol=r"$\log_{10} J_1^0$",
+)
+LAYOUT: Layout = {
     "codes": Field(
         WHOLE,
         ("symbols", "rows", "columns"),
@@ -52,77 +65,37 @@ PLANE = {
         "symbols: 0 left, 1 right, 255 no return",
         within=_KNOWN,
     ),
-    "exponent": Field(
-        FLOAT,
-        CELLS,
-        "1",
-        "ln of the growth of the deviation that grows most through all passages, a passage, on the"
-        " section M3 = 0 at the orbit's energy, in the Euclidean norm of (M', gamma), all"
-        " dimensionless; NaN where the code is not certain, or return maps do not reach",
-        gaps=True,
-        within=_rounded,
+    "exponent": _cell(
+        description="ln of the growth of the deviation that grows most through all passages, a"
+        " passage, on the section M3 = 0 at the orbit's energy, in the Euclidean norm of"
+        " (M', gamma), all dimensionless; NaN where the code is not certain, or return maps do"
+        " not reach",
     ),
-    "allowed": Field(
-        FLOAT,
-        CELLS,
-        "1",
-        "bound of the exponent's rounding, a power of two; NaN as above",
-        gaps=True,
-        within=_rounded,
-    ),
-    "theta2_0": Field(
-        FLOAT,
-        ("columns",),
-        "rad",
-        "initial phases of the columns",
-        within=of_largest(ROUNDING),
-        symbol=r"$\theta_2^0$",
-        coordinate=True,
-    ),
-    "log10_J1_0": Field(
-        FLOAT,
-        ("rows",),
-        "1",
-        "decadic logarithms of the rows' initial actions",
-        within=of_largest(ROUNDING),
-        symbol=r"$\log_{10} J_1^0$",
-    ),
+    "allowed": _cell(description="bound of the exponent's rounding, a power of two; NaN as above"),
+    "theta2_0": THETA2_0,
+    "log10_J1_0": LOG10_J1_0,
+    "marked": _axis((), "1", "log10 of the config's own J1_0"),
+    "growth": {
+        "passages": Field(WHOLE, ("symbols",), "1", "passages through which deviations have grown"),
+        "share": _double(("shares",), description="shares of the cells whose exponents are below"),
+        "exponent": _double(
+            ("shares", "symbols"),
+            description="quantiles of the cells' exponents",
+            gaps=True,
+            within=QUANTILE,
+        ),
+    },
+    "checked": {
+        "row": Field(WHOLE, ("checked",), "1", "row of the cell"),
+        "column": Field(WHOLE, ("checked",), "1", "column of the cell"),
+        "growth": _checked(
+            description="ln of the growth through all passages; NaN as above", within=OF_GROWTH
+        ),
+        # What it is off from the variational equations is within as much.
+        "difference": _checked(
+            description="that by the variational equations, integrated, less it",
+            within=stated(_grown),
+        ),
+        "allowed": _checked(description="bound of the rounding of both growths", within=OF_GROWTH),
+    },
 }
-MARKED = Field(FLOAT, (), "1", "log10 of the config's own J1_0", within=of_largest(ROUNDING))
-GROWTH = {
-    "passages": Field(WHOLE, LENGTHS, "1", "passages through which deviations have grown"),
-    "share": Field(FLOAT, ("shares",), "1", "shares of the cells whose exponents are below"),
-    "exponent": Field(
-        FLOAT,
-        ("shares", "symbols"),
-        "1",
-        "quantiles of the cells' exponents",
-        gaps=True,
-        within=QUANTILE,
-    ),
-}
-CHECKED = {
-    "row": Field(WHOLE, CHECKED_, "1", "row of the cell"),
-    "column": Field(WHOLE, CHECKED_, "1", "column of the cell"),
-    "growth": Field(
-        FLOAT,
-        CHECKED_,
-        "1",
-        "ln of the growth through all passages; NaN as above",
-        gaps=True,
-        within=OF_GROWTH,
-    ),
-    # What it is off from the variational equations is within as much.
-    "difference": Field(
-        FLOAT,
-        CHECKED_,
-        "1",
-        "that by the variational equations, integrated, less it",
-        gaps=True,
-        within=stated(_grown),
-    ),
-    "allowed": Field(
-        FLOAT, CHECKED_, "1", "bound of the rounding of both growths", gaps=True, within=OF_GROWTH
-    ),
-}
-LAYOUT: Layout = {**PLANE, "marked": MARKED, "growth": GROWTH, "checked": CHECKED}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.machine.tables import Table
+from rigidpend.machine.tables import Column, Table
 
 CAPTION = (
     "Orbits that start side by side part fastest (bright) along the lines where a symbol of their"
@@ -20,12 +20,10 @@ def tables(result: Loaded) -> list[Table]:
     """Table of the quantiles, with the check below."""
     data = result["data"]
     growth = data["growth"]
-    header = ("passages", *(f"{100 * share:.0f} % of cells below" for share in growth["share"]))
-    rows = [
-        (str(n), *(f"{value:.4f}" for value in column))
-        for n, column in zip(growth["passages"], growth["exponent"].T, strict=True)
-    ]
-    return [Table("Finite-time exponents, a passage", header, rows, _note(data))]
+    quantiles = zip(growth["share"], growth["exponent"], strict=True)
+    below = [Column(f"{100 * share:.0f} % of cells below", x, ".4f") for share, x in quantiles]
+    columns = [Column("passages", growth["passages"]), *below]
+    return [Table.of("Finite-time exponents, a passage", columns, _note(data))]
 
 
 def _note(data: Data) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Data, Tree
-from rigidpend.experiments.herpolhodes.layout import OF_ROUTE, SAMPLED
+from rigidpend.experiments.herpolhodes.layout import CASE, LAYOUT
 from rigidpend.mechanics.precession import plateaus
 from rigidpend.numbers.doubles import Array
 from rigidpend.routes.codes import RouteCodes, codes_of
@@ -29,14 +29,14 @@ def compute(config: Config, means: Means) -> Tree:
     Returns
     -------
     Tree
-        A group for each case: `SAMPLED` and `OF_ROUTE`.
+        A group for each case.
 
     Raises
     ------
     ArithmeticError
         A route is not certain, or the orbit in doubles left it.
     """
-    groups: dict[str, Tree] = {}
+    groups: dict[str, Any] = {}
     for name, case in config.problem.cases.items():
         routes = _routes(config, case, means)
         orbit = _orbit(config, routes, means)
@@ -44,7 +44,7 @@ def compute(config: Config, means: Means) -> Tree:
         error = np.abs(orbit.crossing_error).max()
         passed = vertices(routes.separatrix[:, 0])
         means.report(f"{name}: {passed}, crossing times within {error:.1e}")
-    return groups
+    return datasets(LAYOUT, groups)
 
 
 def _routes(config: Config, case: HerpolhodeCase, means: Means) -> RouteCodes:
@@ -73,19 +73,16 @@ def _orbit(config: Config, routes: RouteCodes, means: Means) -> RouteOrbit:
     return orbit
 
 
-def _group(config: Config, routes: RouteCodes, orbit: RouteOrbit) -> Tree:
+def _group(config: Config, routes: RouteCodes, orbit: RouteOrbit) -> dict[str, Any]:
     problem, separatrix = config.problem, routes.separatrix[:, 0]
     sampled = samples(problem.body, orbit)
-    of_route = {
-        **{key: getattr(routes, key)[..., 0] for key in OF_ROUTE if key in routes._fields},
+    return {
+        **sampled,
+        **{key: getattr(routes, key)[..., 0] for key in CASE if key in routes._fields},
         "crossing_error": orbit.crossing_error,
         "route": vertices(separatrix),
         "plateaus": plateaus(separatrix, problem.body.angles(), float(problem.h0)),
         "wound": _wound(problem.n_wound, routes, sampled["J1_over_J2"], orbit.t),
-    }
-    return {
-        **datasets(SAMPLED, sampled),
-        **datasets(OF_ROUTE, of_route),
     }
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -10,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.herpolhodes.layout import SAMPLED
+from rigidpend.experiments.herpolhodes.layout import ALPHA
 from rigidpend.experiments.plots import SEPARATRIX as COLOUR
 from rigidpend.experiments.plots import WIDTH, axis_label, entry, label_hodograph
 from rigidpend.numbers.generic import Scalar
@@ -41,55 +43,48 @@ def draw(result: Loaded) -> Figure:
     return figure
 
 
-def _bounds(case: Data) -> Any:
-    """Times at which the route goes from one separatrix to the next: halfway between crossings."""
+def _parts(case: Data) -> Iterator[tuple[int, Any]]:
+    """Each separatrix of the route with its samples: up to halfway between crossings."""
     crossing, t = case["crossing_time"], case["t"]
-    return np.concatenate((t[:1], (crossing[:-1] + crossing[1:]) / 2, t[-1:]))
+    bounds = np.concatenate((t[:1], (crossing[:-1] + crossing[1:]) / 2, t[-1:]))
+    for i, (start, end) in zip(case["separatrix"], pairwise(bounds), strict=True):
+        yield int(i), np.flatnonzero((t >= start) & (t <= end))
 
 
 def _draw_angle(axes: Axes, case: Data) -> None:
-    t, bounds = case["t"], _bounds(case)
-    for i, start, end in zip(case["separatrix"], bounds[:-1], bounds[1:], strict=True):
-        part = (t >= start) & (t <= end)
-        axes.plot(t[part], case["alpha"][part], color=COLOUR[int(i)], lw=1.0, label=f"alpha {i}")
-    axes.plot(t, case["theta3"], color=PRECESSION, lw=2.2, zorder=1, label="theta3")
+    t = case["t"]
+    for i, part in _parts(case):
+        axes.plot(t[part], case["alpha"][part], color=COLOUR[i], lw=1.0)
+    axes.plot(t, case["theta3"], color=PRECESSION, lw=2.2, zorder=1)
     stays = np.concatenate((t[:1], case["crossing_time"], t[-1:]))
-    axes.hlines(case["plateaus"], stays[:-1], stays[1:], PLATEAU, "--", lw=0.8, label="plateaus")
+    axes.hlines(case["plateaus"], stays[:-1], stays[1:], PLATEAU, "--", lw=0.8)
     low, high = case["alpha"].min(), case["alpha"].max()
     # Room for the numbers above the curve.
     axes.set_ylim(low - 0.05 * (high - low), high + 0.16 * (high - low))
     _number(axes, case)
-    axes.set(xlim=(t[0], t[-1]), xlabel="$t'$ (dimensionless)", ylabel=axis_label(SAMPLED["alpha"]))
+    axes.set(xlim=(t[0], t[-1]), xlabel="$t'$ (dimensionless)", ylabel=axis_label(ALPHA))
 
 
 def _number(axes: Axes, case: Data) -> None:
     """Number the separatrices along t, at the crossings of J1 = J2/2."""
     for i, time in zip(case["separatrix"], case["crossing_time"], strict=True):
         axes.axvline(time, color="0.85", lw=0.6, zorder=0)
-        axes.annotate(
-            str(i),
-            (time, 1.0),
-            xycoords=axes.get_xaxis_transform(),
-            xytext=(0, -3),
-            textcoords="offset points",
-            ha="center",
-            va="top",
-            color=COLOUR[int(i)],
-            weight="bold",
-            bbox={"boxstyle": "circle,pad=0.15", "fc": "white", "ec": COLOUR[int(i)], "lw": 0.8},
-        )
+        colour, place = COLOUR[int(i)], axes.get_xaxis_transform()
+        ring = {"boxstyle": "circle,pad=0.15", "fc": "white", "ec": colour, "lw": 0.8}
+        below: Any = {"xytext": (0, -3), "textcoords": "offset points", "ha": "center", "va": "top"}
+        said = axes.annotate(str(i), (time, 1.0), xycoords=place, color=colour, bbox=ring, **below)
+        said.set_fontweight("bold")
 
 
 def _draw_spiral(axes: Axes, case: Data) -> None:
     first, last = case["wound"]
-    t, omega, bounds = case["t"], case["omega"], _bounds(case)
-    for i, start, end in zip(case["separatrix"], bounds[:-1], bounds[1:], strict=True):
-        k = np.flatnonzero((t >= start) & (t <= end))
+    omega = case["omega"]
+    for i, k in _parts(case):
         k = k[(k >= first) & (k <= last)]
         if k.size > 1:
             x, y = omega[k, 2], omega[k, 0]
-            axes.plot(x, y, color=COLOUR[int(i)], ls=STYLE[int(i)], lw=0.9, label=f"omega {i}")
-            _arrows(axes, x, y, COLOUR[int(i)])
+            axes.plot(x, y, color=COLOUR[i], ls=STYLE[i], lw=0.9)
+            _arrows(axes, x, y, COLOUR[i])
     _ends(axes, case)
     label_hodograph(axes)
 
@@ -106,18 +101,11 @@ def _ends(axes: Axes, case: Data) -> None:
         (last, names[2 * passed - 1], "s", outward),
     ):
         place = (case["omega"][k, 2], case["omega"][k, 0])
-        axes.plot(*place, marker, ms=5, mfc="white", mec="black", zorder=5, label=f"vertex {name}")
-        axes.annotate(
-            f"${name.replace('*', '^*')}$",
-            place,
-            (12 * side, -14),
-            textcoords="offset points",
-            ha="center",
-            va="center",
-            zorder=6,
-            bbox={"boxstyle": "round,pad=0.15", "fc": "white", "ec": "0.4", "lw": 0.5},
-            arrowprops={"arrowstyle": "-", "lw": 0.5},
-        )
+        axes.plot(*place, marker, ms=5, mfc="white", mec="black", zorder=5)
+        beside: Any = {"xytext": (12 * side, -14), "textcoords": "offset points"}
+        beside |= {"ha": "center", "va": "center", "arrowprops": {"arrowstyle": "-", "lw": 0.5}}
+        frame = {"boxstyle": "round,pad=0.15", "fc": "white", "ec": "0.4", "lw": 0.5}
+        axes.annotate(f"${name.replace('*', '^*')}$", place, zorder=6, bbox=frame, **beside)
 
 
 def _arrows(axes: Axes, x: Scalar, y: Scalar, colour: str) -> None:
@@ -125,12 +113,8 @@ def _arrows(axes: Axes, x: Scalar, y: Scalar, colour: str) -> None:
     length = np.hypot(np.diff(x), np.diff(y))
     far = np.flatnonzero(length > 0.5 * length.max())
     for k in far[len(far) // 8 :: max(1, len(far) // 4)]:
-        axes.annotate(
-            "",
-            (x[k + 1], y[k + 1]),
-            (x[k], y[k]),
-            arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 0.8, "mutation_scale": 8},
-        )
+        head = {"arrowstyle": "-|>", "color": colour, "lw": 0.8, "mutation_scale": 8}
+        axes.annotate("", (x[k + 1], y[k + 1]), (x[k], y[k]), arrowprops=head)
 
 
 def _legend(cases: Data) -> list[Line2D]:

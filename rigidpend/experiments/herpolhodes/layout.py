@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from rigidpend.experiments.data.bounds import ROUNDING, bound, modulo, of_largest
-from rigidpend.experiments.data.layout import ANY, FLAG, FLOAT, TEXT, WHOLE, Field, Layout, held
+from rigidpend.experiments.data.layout import ANY, FLOAT, TEXT, WHOLE, Field, Layout, held
 from rigidpend.experiments.data.tree import Data
-from rigidpend.experiments.route_layout import crossing_tolerance
+from rigidpend.experiments.route_layout import MEANING, crossing_tolerance
 
 GROWTH = 10.0
 """Allowed growth of the distance of two orbits from one crossing to the next.
 
 Between builds and engines they were, in t', up to 6e-15 and 4e-10 apart at the first two
 crossings and 1e-6 at the sixth."""
-
-SAMPLES, SYMBOLS, CROSSINGS = ("samples",), ("symbols",), ("symbols+1",)
 
 
 def _apart(stored: Data) -> Any:
@@ -37,56 +36,41 @@ def _moved(name: str, stored: Data, fresh: Data) -> Any:
 _CLOSED = of_largest(ROUNDING, least=1.0)
 _CROSSED = bound(lambda name, stored, fresh: _apart(stored)[:-1])
 
-SAMPLED = {
-    "t": Field(
-        FLOAT,
-        SAMPLES,
+_sample = partial(Field, FLOAT, ("samples",))
+_crossing = partial(Field, FLOAT, ("symbols+1",), "t' = t s", within=_CROSSED)
+
+ALPHA = _sample("rad", "angle of omega's horizontal part from eta, by (th_al)", symbol=r"$\alpha$")
+CASE = {
+    # Of the samples along the orbit, in doubles.
+    "t": _sample(
         "t' = t s",
         "times of the samples, s = sqrt((A1 - A2)/(A1 A2))",
         within=_CLOSED,
         coordinate=True,
     ),
-    "theta1": Field(FLOAT, SAMPLES, "rad", "0 .. 4 pi", within=modulo(4 * np.pi, _moved)),
-    "J1_over_J2": Field(FLOAT, SAMPLES, "1", "0 at the lower periodic orbit, 1 at the upper one"),
-    "theta3": Field(FLOAT, SAMPLES, "rad", "precession angle of M, by (th3)"),
-    "alpha": Field(
-        FLOAT,
-        SAMPLES,
-        "rad",
-        "angle of omega's horizontal part from eta, by (th_al)",
-        symbol=r"$\alpha$",
-    ),
+    "theta1": _sample("rad", "0 .. 4 pi", within=modulo(4 * np.pi, _moved)),
+    "J1_over_J2": _sample("1", "0 at the lower periodic orbit, 1 at the upper one"),
+    "theta3": _sample("rad", "precession angle of M, by (th3)"),
+    "alpha": ALPHA,
     "omega": Field(
         FLOAT,
         ("samples", 3),
         "1/t",
         "(n, 3): omega_xi, omega_eta, omega_zeta in physical units; xi is upward",
     ),
-}
-"""Fields of the samples along the orbit, in doubles."""
-OF_ROUTE = {
+    # Of the route that it is to follow, decided beforehand, and of how well it does.
     "theta2_0": Field(FLOAT, (), "rad", "initial phase", within=_CLOSED),
     "codes": Field(
-        WHOLE, SYMBOLS, "1", "symbols of the route: 0 left, 1 right, 255 none (no return)"
+        WHOLE, ("symbols",), "1", "symbols of the route: 0 left, 1 right, 255 none (no return)"
     ),
-    "certain": Field(
-        FLAG, SYMBOLS, "1", "whether two independent computations establish the symbol"
-    ),
+    "certain": MEANING["certain"]._replace(dimensions=("symbols",), within=0.0),
     "bits": Field(WHOLE, (), "bit", "precision that decided the route", within=ANY),
-    "separatrix": Field(WHOLE, CROSSINGS, "1", "separatrices of the route, 1..4"),
-    "crossing_time": Field(
-        FLOAT,
-        CROSSINGS,
-        "t' = t s",
-        "when the route crosses J1 = J2/2 beside each separatrix",
-        within=_CROSSED,
+    "separatrix": Field(WHOLE, ("symbols+1",), "1", "separatrices of the route, 1..4"),
+    "crossing_time": _crossing(
+        description="when the route crosses J1 = J2/2 beside each separatrix"
     ),
-    "crossing_error": Field(
-        FLOAT,
-        CROSSINGS,
-        "t' = t s",
-        "how much later the sampled orbit crosses than the route",
-        within=_CROSSED,
+    "crossing_error": _crossing(
+        description="how much later the sampled orbit crosses than the route"
     ),
     "route": Field(TEXT, (), "text", "vertices of the heteroclinic cycle in their order"),
     "plateaus": Field(
@@ -100,6 +84,4 @@ OF_ROUTE = {
         WHOLE, (2,), "1", "first and last sample between the first vertex and that of n_wound"
     ),
 }
-"""Fields of the route that it is to follow, decided beforehand, and of how well it does."""
-
-LAYOUT: Layout = {"<cases>": held(bound(_moved), {**SAMPLED, **OF_ROUTE})}
+LAYOUT: Layout = {"<cases>": held(bound(_moved), CASE)}

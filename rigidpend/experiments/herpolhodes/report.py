@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.machine.tables import Table
+from rigidpend.experiments.data.tree import Loaded
+from rigidpend.machine.tables import Column, Table
 
 CAPTION = (
     "The angle of precession stays at a plateau, swings as the orbit goes along a separatrix, and"
@@ -25,34 +23,34 @@ INCREMENT = "0.057715"
 
 
 def tables(result: Loaded) -> list[Table]:
-    """Tables of routes and plateaus, from a loaded result."""
-    cases = result["data"].values()
-    published = result["attributes"].get("figure") == FIGURE
+    """Tables of routes and plateaus, printed values where the paper has the case."""
+    cases = list(result["data"].values())
+    # The keys are the paper's phases as doubles, and so are those of its config.
+    published = ROUTES if result["attributes"].get("figure") == FIGURE else {}
+    phases = [float(case["theta2_0"]) for case in cases]
+    phase = Column("theta2_0", phases, "g")
+    told = ["all symbols" if case["certain"].all() else "not all symbols" for case in cases]
+    # Rounded first, so that no zero bears a sign.
+    levels = [", ".join(f"{round(x, 4) + 0.0:.4f}" for x in case["plateaus"]) for case in cases]
+    gains = [case["plateaus"][1] - case["plateaus"][0] for case in cases]
     return [
-        Table(
+        Table.of(
             "Routes through the heteroclinic cycle",
-            ("theta2_0", "printed", "computed", "certain", "bits"),
-            [_route(case, published) for case in cases],
+            [
+                phase,
+                Column("printed", [published.get(x, "") for x in phases]),
+                Column("computed", [case["route"] for case in cases]),
+                Column("certain", told),
+                Column("bits", [int(case["bits"]) for case in cases]),
+            ],
         ),
-        Table(
+        Table.of(
             "Plateaus of theta3 by (tri1), in radians",
-            ("theta2_0", "plateaus", "increment printed", "computed"),
-            [_plateaus(case, published) for case in cases],
+            [
+                phase,
+                Column("plateaus", levels),
+                Column("increment printed", [INCREMENT * (x in published) for x in phases]),
+                Column("computed", gains, ".6f"),
+            ],
         ),
     ]
-
-
-def _route(case: Data, published: bool) -> tuple[str, ...]:
-    theta2_0 = float(case["theta2_0"])
-    certain = "all symbols" if np.all(case["certain"]) else "not all symbols"
-    # The keys are the paper's phases as doubles, and so are those of its config.
-    printed = ROUTES.get(theta2_0, "") if published else ""
-    return f"{theta2_0:g}", printed, str(case["route"]), certain, str(case["bits"])
-
-
-def _plateaus(case: Data, published: bool) -> tuple[str, ...]:
-    plateaus = case["plateaus"]
-    # Rounded first, so that no zero bears a sign.
-    shown = ", ".join(f"{round(x, 4) + 0.0:.4f}" for x in plateaus)
-    printed = INCREMENT if published and float(case["theta2_0"]) in ROUTES else ""
-    return f"{float(case['theta2_0']):g}", shown, printed, f"{plateaus[1] - plateaus[0]:.6f}"

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Tree
-from rigidpend.experiments.heteroclinic_cycle.layout import EDGES, RECTANGLES, START, VERTICES
+from rigidpend.experiments.heteroclinic_cycle.layout import LAYOUT, START
 from rigidpend.mechanics.coordinates import TURN
 from rigidpend.mechanics.free_body import SEPARATRICES, separatrix_theta1
 from rigidpend.numbers.alphabet import NO_SYMBOL
@@ -44,11 +44,12 @@ def compute(config: Config, means: Means) -> Tree:
     theta1 = separatrix_theta1(body.alpha0, body.beta0)
     edges = [*separatrix_edges(theta1), *(turn_edge(turn, theta1) for turn in TURNS)]
     means.report(f"{len(SEPARATRICES)} separatrices, {len(TURNS)} turns")
-    return {
+    groups = {
         "vertices": _vertices(theta1),
         "edges": _edges(edges),
         "rectangles": _rectangles(edges),
     }
+    return datasets(LAYOUT, groups)
 
 
 def rises(number: int) -> bool:
@@ -85,40 +86,34 @@ def turn_edge(turn: Turn, theta1: NDArray[np.float64]) -> Edge:
     return Edge(*labels, (begin, end), (J1, J1), turn.symbol, False)
 
 
-def _vertices(theta1: NDArray[np.float64]) -> Tree:
+def _vertices(theta1: NDArray[np.float64]) -> dict[str, Any]:
     # The window is 4 pi wide, so that its right edge is its left one once more.
     numbers, x = [*SEPARATRICES, SEPARATRICES[0]], np.append(theta1, theta1[0] + 2 * TURN)
     labels = [vertex(number, J1) for J1 in (0.0, 1.0) for number in numbers]
     again = np.tile(np.arange(len(numbers)) >= len(SEPARATRICES), 2)
-    values = {
-        "label": _texts(labels),
+    return {
+        "label": labels,
         "theta1": np.tile(x, 2),
         "J1": np.repeat([0.0, 1.0], len(numbers)),
         "again": again,
     }
-    return datasets(VERTICES, values)
 
 
-def _edges(edges: list[Edge]) -> Tree:
+def _edges(edges: list[Edge]) -> dict[str, Any]:
     start, end, theta1, J1, symbol, again = zip(*edges, strict=True)
-    values = {
-        "from": _texts(start),
-        "to": _texts(end),
+    return {
+        "from": start,
+        "to": end,
         "theta1": np.array(theta1).T,
         "J1": np.array(J1).T,
         "symbol": np.array(symbol, dtype=np.uint8),
         "again": np.array(again),
     }
-    return datasets(EDGES, values)
 
 
-def _rectangles(edges: list[Edge]) -> Tree:
+def _rectangles(edges: list[Edge]) -> dict[str, Any]:
     """Rectangles on both sides of the first separatrix."""
     # The two turns behind the first separatrix: what they span are the paper's two rectangles.
     sides = sorted((e for e in edges if e.start == vertex(START, 1.0)), key=lambda e: e.symbol)
     bounds = np.array([sorted(edge.theta1) for edge in sides]).T
-    return datasets(RECTANGLES, {"name": _texts(["left", "right"]), "theta1": bounds})
-
-
-def _texts(values: Any) -> Any:
-    return np.array(values, dtype="S")
+    return {"name": ["left", "right"], "theta1": bounds}

@@ -31,6 +31,9 @@ LOOKS = {
     1: EdgeLook(RED, (0, (4, 1.5)), "turn to the right, symbol 1"),
 }
 """Looks by symbol; `NO_SYMBOL` is that of the separatrices."""
+ARROW = {"arrowstyle": "-|>,head_width=0.3,head_length=0.6", "lw": 1.8, "mutation_scale": 12}
+ARROW |= {"shrinkA": 9, "shrinkB": 9}
+"""Arrows of the edges, which leave room for the vertices."""
 NARROW = 1.8
 """Width, in radians, below which a rectangle bears its name upright."""
 SHADES = {"left": "#D6E9F5", "right": "#FBE3D2"}
@@ -53,7 +56,7 @@ def draw(result: Loaded) -> Figure:
 
 def _draw_rectangles(axes: Axes, rectangles: Any) -> None:
     for name, bounds in zip(rectangles["name"], rectangles["theta1"].T, strict=True):
-        patch = axes.axvspan(*bounds, color=SHADES[name], lw=0, label=name, zorder=0)
+        patch = axes.axvspan(*bounds, color=SHADES[name], lw=0, zorder=0)
         angle = 90 if bounds[1] - bounds[0] < NARROW else 0
         place: dict[str, Any] = {"xycoords": patch, "ha": "center", "va": "center"}
         axes.annotate(f"{name} rectangle", (0.5, 0.5), **place, rotation=angle, style="italic")
@@ -63,35 +66,20 @@ def _draw_edges(axes: Axes, edges: Any) -> None:
     for k, symbol in enumerate(edges["symbol"]):
         look, x, y = LOOKS[int(symbol)], edges["theta1"][:, k], edges["J1"][:, k]
         colour = "0.6" if edges["again"][k] else look.colour
-        arrow: dict[str, Any] = {
-            "arrowstyle": "-|>,head_width=0.3,head_length=0.6",
-            "color": colour,
-        }
-        arrow |= {"lw": 1.8, "ls": look.style, "shrinkA": 9, "shrinkB": 9, "mutation_scale": 12}
+        arrow: dict[str, Any] = {**ARROW, "color": colour, "ls": look.style}
         # An arrow's head comes first.
         ends = (x[1], y[1]), (x[0], y[0])
-        label = f"{edges['from'][k]} -> {edges['to'][k]}"
-        path = axes.annotate("", *ends, arrowprops=arrow, annotation_clip=False, label=label)
+        path = axes.annotate("", *ends, arrowprops=arrow, annotation_clip=False)
         if symbol in (0, 1):
             _write_symbol(axes, path, int(symbol), upper=bool(y[0]))
 
 
 def _write_symbol(axes: Axes, path: Any, symbol: int, *, upper: bool) -> None:
     """Write a symbol outside the graph, at the middle of its arrow."""
-    place: dict[str, Any] = {
-        "xytext": (0, 6 if upper else -6),
-        "textcoords": "offset points",
-        "ha": "center",
-    }
-    axes.annotate(
-        str(symbol),
-        (0.5, 0.5),
-        xycoords=path.arrow_patch,
-        va="bottom" if upper else "top",
-        color=LOOKS[symbol].colour,
-        weight="bold",
-        **place,
-    )
+    side, va = (6, "bottom") if upper else (-6, "top")
+    place: Any = {"xytext": (0, side), "textcoords": "offset points", "ha": "center", "va": va}
+    look: Any = {"color": LOOKS[symbol].colour, "weight": "bold"}
+    axes.annotate(str(symbol), (0.5, 0.5), xycoords=path.arrow_patch, **place, **look)
 
 
 def _draw_vertices(axes: Axes, vertices: Any) -> None:

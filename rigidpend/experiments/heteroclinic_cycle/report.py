@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.machine.tables import Table
+from rigidpend.machine.tables import Column, Table
 
 CAPTION = (
     "At the end of each separatrix, 1 to 4, a body with a weight turns to the left or to the"
@@ -18,15 +18,16 @@ CAPTION = (
 def tables(result: Loaded) -> list[Table]:
     """Table of the separatrices' places, and of the turns with their symbols."""
     vertices, edges = result["data"]["vertices"], result["data"]["edges"]
-    places = [
-        (str(label), f"{theta1:.10f}", f"{J1:g}")
-        for label, theta1, J1, again in zip(
-            *(vertices[name] for name in ("label", "theta1", "J1", "again")), strict=True
-        )
-        if not again
-    ]
+    once = ~vertices["again"]
     return [
-        Table("Vertices; starred ones on J1 = J2", ("vertex", "theta1 (rad)", "J1/J2"), places),
+        Table.of(
+            "Vertices; starred ones on J1 = J2",
+            [
+                Column("vertex", vertices["label"][once]),
+                Column("theta1 (rad)", vertices["theta1"][once], ".10f"),
+                Column("J1/J2", vertices["J1"][once], "g"),
+            ],
+        ),
         Table(
             "Turns by their symbol",
             ("symbol", "turns"),

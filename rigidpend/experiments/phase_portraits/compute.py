@@ -8,17 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import Fields, datasets
-from rigidpend.experiments.data.tree import Dataset, Tree
-from rigidpend.experiments.phase_portraits.layout import (
-    CENTRES,
-    NUMBER,
-    OF_ORBITS,
-    ORBITS,
-    PLANE,
-    SEPARATRICES,
-    SPHERE,
-)
+from rigidpend.experiments.data.layout import datasets
+from rigidpend.experiments.data.tree import Tree
+from rigidpend.experiments.phase_portraits.layout import LAYOUT
 from rigidpend.mechanics import free_body
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import TURN
@@ -52,23 +44,20 @@ def compute(config: Config, means: Means) -> Tree:
     body, axes = problem.body, view_axes(problem.view)
     orbits, separatrices = _orbits(problem), _separatrices(body, problem.points)
     means.report(f"{len(orbits.M)} orbits, {len(separatrices.M)} separatrices, closed form")
-    numbers = np.array(free_body.SEPARATRICES, dtype=np.uint8)
     # In the order of `_orbits`: both sides of axis 2, then of axis 1, each with every height.
     heights = np.tile([float(x) for x in problem.heights], 4)
     families = np.repeat(np.array([2, 2, 1, 1], dtype=np.uint8), len(problem.heights))
-    return {
-        "orbits": {
-            **_group(orbits, body, axes, ORBITS),
-            **datasets(OF_ORBITS, {"height": heights, "around": families}),
-        },
+    groups = {
+        "orbits": {**_group(orbits, body, axes), "height": heights, "around": families},
         "separatrices": {
-            **_group(separatrices, body, axes, SEPARATRICES),
-            "number": NUMBER.dataset(numbers),
+            **_group(separatrices, body, axes),
+            "number": np.array(free_body.SEPARATRICES, dtype=np.uint8),
         },
-        "centres": _group(_centres(body), body, axes, CENTRES),
+        "centres": _group(_centres(body), body, axes),
         "sphere": _sphere(axes, problem.points),
         "plane": _plane(body),
     }
+    return datasets(LAYOUT, groups)
 
 
 def view_axes(view: Any) -> NDArray[np.float64]:
@@ -107,9 +96,7 @@ def _separatrices(body: Body, n: int) -> PortraitCurves:
     return PortraitCurves(M, [np.full(n, x) for x in places], [(1 + points[2]) / 2 for points in M])
 
 
-def _group(
-    curves: PortraitCurves, body: Body, axes: NDArray[np.float64], fields: Fields
-) -> dict[str, Dataset]:
+def _group(curves: PortraitCurves, body: Body, axes: NDArray[np.float64]) -> dict[str, Any]:
     points = np.concatenate(curves.M, axis=1)
     offsets = np.cumsum([0, *(M.shape[1] for M in curves.M)])
     projected = axes @ points
@@ -119,7 +106,7 @@ def _group(
         (J1[len(J1) // 2], x[len(x) // 2]) for J1, x in zip(curves.J1, curves.theta1, strict=True)
     ]
     energy = np.array([hamiltonian_J3_0(J1, 1.0, (x, 0.0), free, np) for J1, x in middle])
-    values = {
+    return {
         "points": points,
         "offsets": offsets,
         "projected": projected,
@@ -130,7 +117,6 @@ def _group(
         "energy": energy,
         "level": energy - free.kappa / 2,
     }
-    return datasets(fields, values)
 
 
 def _arrows(offsets: Any) -> Any:
@@ -141,19 +127,17 @@ def _arrows(offsets: Any) -> Any:
     return np.ravel([starts + part * sizes[sizes > 4] // 4 for part in (1, 3)])
 
 
-def _sphere(axes: NDArray[np.float64], n: int) -> Tree:
+def _sphere(axes: NDArray[np.float64], n: int) -> dict[str, Any]:
     phi = np.linspace(0, TURN, n)
     outline = np.stack((np.cos(phi), np.sin(phi)))
-    values = {"outline": outline, "axis_feet": axes.copy(), "axis_tips": AXIS * axes}
-    return datasets(SPHERE, values)
+    return {"outline": outline, "axis_feet": axes.copy(), "axis_tips": AXIS * axes}
 
 
-def _plane(body: Body) -> Tree:
+def _plane(body: Body) -> dict[str, Any]:
     places = free_body.separatrix_theta1(body.alpha0, body.beta0)
     places, numbers = np.append(places, places[0] + 2 * TURN), [*free_body.SEPARATRICES, 1]
-    values = {
+    return {
         "window": places[[0, -1]],
         "separatrix_theta1": places,
         "separatrix": np.array(numbers, dtype=np.uint8),
     }
-    return datasets(PLANE, values)

@@ -51,7 +51,8 @@ FLAT = ("projected", "visible", "theta1", "J1")
 class Curve(NamedTuple):
     """One curve of the result."""
 
-    name: str
+    number: int
+    """Number of the separatrix; 0 for an orbit."""
     look: CurveLook
     projected: Any
     visible: Any
@@ -61,29 +62,25 @@ class Curve(NamedTuple):
     """Indices of the points that bear an arrow."""
 
 
-def _curves(group: Data, names: list[str], looks: list[CurveLook]) -> list[Curve]:
+def _curves(group: Data, numbers: list[int], looks: list[CurveLook]) -> list[Curve]:
     """Cut the curves of a group from its flat arrays."""
     found = []
-    for (a, b), name, look in zip(pairwise(group["offsets"]), names, looks, strict=True):
+    for (a, b), number, look in zip(pairwise(group["offsets"]), numbers, looks, strict=True):
         flat = {field: group[field][..., a:b] for field in FLAT}
         inside = (group["arrows"] >= a) & (group["arrows"] < b)
-        found.append(Curve(name, look, **flat, arrows=group["arrows"][inside] - a))
+        found.append(Curve(number, look, **flat, arrows=group["arrows"][inside] - a))
     return found
 
 
 def all_curves(data: Data) -> list[Curve]:
     """List every orbit, then the separatrices, which lie above."""
-    axes, numbers = data["orbits"]["around"], data["separatrices"]["number"]
-    looks = [separatrix_look(int(i)) for i in numbers]
+    axes, numbers = data["orbits"]["around"].tolist(), data["separatrices"]["number"].tolist()
+    # Those on one circle look alike.
+    looks = [FALLING if i % 2 else RISING for i in numbers]
     return [
-        *_curves(data["orbits"], ["orbit"] * len(axes), [ORBITS[int(i)] for i in axes]),
-        *_curves(data["separatrices"], [f"separatrix {i}" for i in numbers], looks),
+        *_curves(data["orbits"], [0] * len(axes), [ORBITS[i] for i in axes]),
+        *_curves(data["separatrices"], numbers, looks),
     ]
-
-
-def separatrix_look(number: int) -> CurveLook:
-    """Look of a separatrix; equal on a circle."""
-    return RISING if number % 2 == 0 else FALLING
 
 
 def draw(result: Loaded) -> Figure:
@@ -103,16 +100,15 @@ def draw(result: Loaded) -> Figure:
 def _draw_sphere(axes: Axes, data: Data) -> None:
     axes.set_aspect("equal")
     axes.set_axis_off()
-    axes.plot(*data["sphere"]["outline"], color="0.35", lw=0.8, label="outline", zorder=3)
+    axes.plot(*data["sphere"]["outline"], color="0.35", lw=0.8, zorder=3)
     for curve in all_curves(data):
         x, y, _ = curve.projected
         look, seen = curve.look, curve.visible
         # NaN breaks a line: each curve is drawn twice, its hidden parts paler and below.
-        hidden, said = np.where(seen, np.nan, x), f"{curve.name}, hidden"
-        axes.plot(hidden, y, color=look.pale, lw=0.7 * look.width, label=said)
-        axes.plot(np.where(seen, x, np.nan), y, **look.line, label=curve.name, zorder=4)
+        axes.plot(np.where(seen, np.nan, x), y, color=look.pale, lw=0.7 * look.width)
+        axes.plot(np.where(seen, x, np.nan), y, **look.line, zorder=4)
         _draw_arrows(axes, x, y, curve.arrows[seen[curve.arrows]], look)
-        if curve.name != "orbit":
+        if curve.number:
             _name_separatrix(axes, curve)
     _draw_centres(axes, data["centres"])
     _draw_axes(axes, data["sphere"])
@@ -124,24 +120,17 @@ def _name_separatrix(axes: Axes, curve: Curve) -> None:
     """Write the number at the middle of a separatrix, pale where that is hidden."""
     middle = len(curve.visible) // 2
     seen, (x, y, _) = curve.visible[middle], curve.projected[:, middle]
-    axes.text(
-        x,
-        y,
-        curve.name.removeprefix("separatrix "),
-        color=curve.look.colour if seen else curve.look.pale,
-        weight="bold",
-        ha="center",
-        va="center",
-        bbox={"boxstyle": "circle,pad=0.1", "fc": "white", "lw": 0},
-        zorder=5 if seen else 2.5,
-    )
+    colour, order = (curve.look.colour, 5) if seen else (curve.look.pale, 2.5)
+    ring = {"boxstyle": "circle,pad=0.1", "fc": "white", "lw": 0}
+    text = axes.text(x, y, str(curve.number), color=colour, ha="center", va="center", zorder=order)
+    text.set(weight="bold", bbox=ring)
 
 
 def _draw_centres(axes: Axes, centres: Any) -> None:
     x, y, _ = centres["projected"]
     for seen, colour in ((False, "0.75"), (True, "black")):
         mask = centres["visible"] == seen
-        axes.plot(x[mask], y[mask], "o", ms=2.5, color=colour, zorder=4 + seen, label="centres")
+        axes.plot(x[mask], y[mask], "o", ms=2.5, color=colour, zorder=4 + seen)
 
 
 def _draw_axes(axes: Axes, sphere: Any) -> None:
@@ -159,14 +148,14 @@ def _draw_axes(axes: Axes, sphere: Any) -> None:
 
 def _draw_plane(axes: Axes, data: Data) -> None:
     plane, curves = data["plane"], all_curves(data)
-    for curve in (c for c in curves if c.name == "orbit"):
-        axes.plot(curve.theta1, curve.J1, **curve.look.line, label="orbit")
+    for curve in (c for c in curves if not c.number):
+        axes.plot(curve.theta1, curve.J1, **curve.look.line)
         _draw_arrows(axes, curve.theta1, curve.J1, curve.arrows, curve.look)
-    named = {curve.name: curve for curve in curves}
+    numbered = {curve.number: curve for curve in curves}
     for x, number in zip(plane["separatrix_theta1"], plane["separatrix"], strict=True):
-        _draw_segment(axes, x, named[f"separatrix {number}"], str(number))
+        _draw_segment(axes, x, numbered[int(number)])
     centres = data["centres"]
-    axes.plot(centres["theta1"], centres["J1"], "o", ms=2.5, color="black", label="centres")
+    axes.plot(centres["theta1"], centres["J1"], "o", ms=2.5, color="black")
     separatrix_ticks(axes, plane["separatrix_theta1"], digits=3)
     axes.set_ylim(0, 1)
     axes.set_yticks([0, 0.5, 1])
@@ -174,14 +163,14 @@ def _draw_plane(axes: Axes, data: Data) -> None:
     axes.set_ylabel(r"$J_1/J_2$", labelpad=1)
 
 
-def _draw_segment(axes: Axes, theta1: float, curve: Curve, number: str) -> None:
+def _draw_segment(axes: Axes, theta1: float, curve: Curve) -> None:
     """Draw a separatrix at its place, or 4 pi further."""
     look, x = curve.look, np.full_like(curve.J1, theta1)
     # The outer ones lie on the edges, which would cut off half of their width.
-    axes.plot(x, curve.J1, **look.line, label=curve.name, clip_on=False, zorder=4)
+    axes.plot(x, curve.J1, **look.line, clip_on=False, zorder=4)
     _draw_arrows(axes, x, curve.J1, curve.arrows, look)
     above: dict[str, Any] = {"xytext": (0, 3), "textcoords": "offset points", "ha": "center"}
-    axes.annotate(number, (theta1, 1), **above, color=look.colour, weight="bold")
+    axes.annotate(str(curve.number), (theta1, 1), **above, color=look.colour, weight="bold")
 
 
 def _draw_arrows(axes: Axes, x: Scalar, y: Scalar, indices: Any, look: CurveLook) -> None:

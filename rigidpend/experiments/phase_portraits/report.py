@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rigidpend.experiments.data.tree import Loaded
-from rigidpend.machine.tables import Table
+from rigidpend.machine.tables import Column, Table
 
 CAPTION = (
     "Without weight the angular momentum goes around two of the body's axes on closed curves;"
@@ -18,30 +18,29 @@ CAPTION = (
 def tables(result: Loaded) -> list[Table]:
     """Table of the orbits by height, and one of the separatrices."""
     orbits, separatrices = result["data"]["orbits"], result["data"]["separatrices"]
-    keys = sorted(set(zip(orbits["around"].tolist(), orbits["height"].tolist(), strict=True)))
-    rows = []
-    for around, height in keys:
-        [*same] = np.flatnonzero((orbits["around"] == around) & (orbits["height"] == height))
-        energy = float(orbits["energy"][same[0]])
-        rows.append((f"M{around}", f"{height:g}", str(len(same)), f"{energy:.10f}"))
+    kinds = np.stack((orbits["around"], orbits["height"]))
+    (around, heights), first, counts = np.unique(
+        kinds, axis=1, return_index=True, return_counts=True
+    )
+    begins = separatrices["offsets"][:-1]
     spread = float(np.abs(separatrices["level"]).max())
-    first = separatrices["offsets"][:-1]
-    lines = [
-        (str(number), f"{separatrices['theta1'][start]:.10f}", f"{energy:.10f}")
-        for number, start, energy in zip(
-            separatrices["number"], first, separatrices["energy"], strict=True
-        )
-    ]
     return [
-        Table(
+        Table.of(
             "Orbits, with their dimensionless energy H/J2^2 at J3 = 0",
-            ("around", "largest |M3|/|M|", "orbits", "H/J2^2"),
-            rows,
+            [
+                Column("around", [f"M{axis:.0f}" for axis in around]),
+                Column("largest |M3|/|M|", heights, "g"),
+                Column("orbits", counts),
+                Column("H/J2^2", orbits["energy"][first], ".10f"),
+            ],
         ),
-        Table(
+        Table.of(
             "Separatrices",
-            ("number", "theta1 (rad)", "H/J2^2"),
-            lines,
+            [
+                Column("number", separatrices["number"]),
+                Column("theta1 (rad)", separatrices["theta1"][begins], ".10f"),
+                Column("H/J2^2", separatrices["energy"], ".10f"),
+            ],
             f"The integral that is 0 on a separatrix is at most {spread:.1g} J2^2 along them.",
         ),
     ]

@@ -13,8 +13,7 @@ from rigidpend.experiments import weight_series
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Tree
-from rigidpend.experiments.precession.layout import DRAWN, OF_BODY, SLOPE, UNCERTAINTY
-from rigidpend.experiments.weight_series import MU_OVER_H0
+from rigidpend.experiments.precession.layout import BODIES, LAYOUT, SLOPE, UNCERTAINTY
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.precession import increments, regime
 from rigidpend.numbers.doubles import Array
@@ -30,17 +29,16 @@ def compute(config: Config, means: Means) -> Tree:
     Returns
     -------
     Tree
-        `mu_over_h0`; `drawn`, the place in it of the mu to be shown; `bodies`, with their
-        names and `OF_BODY`.
+        `mu_over_h0`; `drawn`, the place in it of the mu to be shown; `bodies`.
     """
     problem = config.problem
     found = weight_series.each(problem, lambda name: _body(config, name, means), means)
-    drawn = problem.mu.index(problem.drawn)
-    return {
-        "mu_over_h0": MU_OVER_H0.dataset(weight_series.mu_over_h0(problem)),
-        "drawn": DRAWN.dataset(drawn),
-        "bodies": weight_series.joined(found, OF_BODY),
+    values = {
+        "mu_over_h0": weight_series.mu_over_h0(problem),
+        "drawn": problem.mu.index(problem.drawn),
+        "bodies": weight_series.joined(found),
     }
+    return datasets(LAYOUT, values)
 
 
 def _body(config: Config, name: str, means: Means) -> Tree:
@@ -51,7 +49,7 @@ def _body(config: Config, name: str, means: Means) -> Tree:
     values = _told(bodies, float(problem.h0), found)
     slopes = ", ".join(f"{x:.3f}" for x in values["slope"])
     means.report(f"{name}: {values['regime']}, slopes of the remainder {slopes}")
-    return datasets(OF_BODY, values)
+    return datasets(BODIES, values)
 
 
 def _told(bodies: list[Body], h0: float, found: list[heteroclinic.Increments]) -> dict[str, Any]:

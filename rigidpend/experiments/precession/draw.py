@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.experiments.plots import (
@@ -29,15 +28,27 @@ HEIGHT = 5.4
 """Height of the figure, inches."""
 MARKERS = "osD^"
 """Markers of the separatrices 1, 2, 3, 4."""
-BODIES: tuple[tuple[str, Any, str], ...] = (
-    (BLUE, "-", "o"),
-    (ORANGE, (0, (5, 1)), "s"),
-    (RED, (0, (3, 1, 1, 1)), "^"),
-    (GREEN, (0, (1, 1)), "D"),
-    (PINK, (0, (6, 1, 1, 1, 1, 1)), "v"),
-    ("black", "-", "x"),
+BODIES: list[dict[str, Any]] = [
+    {"color": colour, "ls": style, "marker": marker, "ms": 3.5, "mfc": "none", "lw": 1.0}
+    for colour, style, marker in (
+        (BLUE, "-", "o"),
+        (ORANGE, (0, (5, 1)), "s"),
+        (RED, (0, (3, 1, 1, 1)), "^"),
+        (GREEN, (0, (1, 1)), "D"),
+        (PINK, (0, (6, 1, 1, 1, 1, 1)), "v"),
+        ("black", "-", "x"),
+    )
+]
+"""Looks of the bodies, in turn."""
+FIRST: dict[str, Any] = {"color": "black", "mfc": "none", "ms": 9, "mew": 0.7, "lw": 0}
+GAINED: dict[str, Any] = {"ms": 4.5, "lw": 0}
+"""Looks of the first order's marks and of those of the full dynamics."""
+REST = (
+    ("remainder", 1, 2, "separatrices 2 and 4"),
+    ("remainder", 0, 2, "separatrices 1 and 3"),
+    ("mean_remainder", 1, 3, "2 and 4, mean of the two orbits"),
 )
-"""Colour, line and marker of the bodies, in turn."""
+"""What is drawn of the remainders: field, separatrix from 0, power of mu, title."""
 
 
 def draw(result: Loaded) -> Figure:
@@ -49,19 +60,14 @@ def draw(result: Loaded) -> Figure:
     above, below = rows
     _draw_orders(above.subplots(), data)
     panels = below.subplots(1, 3, sharey=True)
-    fields = (("remainder", 1), ("remainder", 0), ("mean_remainder", 1))
-    texts = (
-        "separatrices 2 and 4",
-        "separatrices 1 and 3",
-        "2 and 4, mean of the two orbits",
-    )
-    for axes, (field, separatrix), text, letter in zip(panels, fields, texts, "bcd", strict=True):
-        _draw_remainder(axes, data, field, separatrix)
+    for axes, letter, (field, separatrix, slope, text) in zip(panels, "bcd", REST, strict=True):
+        _draw_remainder(axes, data, field, separatrix, slope)
         title(axes, letter, text, size=8)
     panels[0].set_ylabel(r"$|\Delta\theta_3 -$ (tri1)$|$ (rad)")
-    figure.legend(
-        handles=_bodies(data["bodies"]), loc="outside lower center", ncols=6, columnspacing=1.6
-    )
+    looks = zip(data["bodies"]["name"], cycle(BODIES), strict=False)
+    entries = [entry(f"{name})", **look) for name, look in looks]
+    entries.append(entry("guide", color="black", lw=0.7))
+    figure.legend(handles=entries, loc="outside lower center", ncols=6, columnspacing=1.6)
     return figure
 
 
@@ -71,66 +77,33 @@ def _draw_orders(axes: Axes, data: Data) -> None:
     unit = bodies["unit"][:, drawn]
     first = bodies["first_order"][:, drawn] / unit[:, None]
     gained = bodies["gained"][:, drawn] / unit[:, None, None]
-    for row, name in enumerate(bodies["name"]):
+    for row in range(len(unit)):
         axes.hlines(first[row], row - 0.36, row + 0.36, color="0.75", lw=0.8, zorder=0)
         for k, (colour, marker) in enumerate(zip(SEPARATRIX.values(), MARKERS, strict=True)):
-            x = row + 0.18 * (k - 1.5)
-            axes.plot(
-                x,
-                first[row, k],
-                marker,
-                ms=9,
-                mfc="none",
-                mec="black",
-                mew=0.7,
-                label=f"first {name} {k + 1}",
-            )
-            axes.plot(
-                [x, x],
-                gained[row, :, k],
-                marker,
-                ms=4.5,
-                color=colour,
-                lw=0,
-                label=f"gained {name} {k + 1}",
-            )
-            side = 1 if first[row, k] >= 0 else -1
-            axes.annotate(
-                str(k + 1),
-                (x, first[row, k]),
-                (0, 11 * side),
-                textcoords="offset points",
-                ha="center",
-                va="center",
-                color=colour,
-                weight="bold",
-                fontsize=8,
-            )
+            x, y = row + 0.18 * (k - 1.5), first[row, k]
+            axes.plot(x, y, marker=marker, **FIRST)
+            axes.plot([x, x], gained[row, :, k], marker=marker, color=colour, **GAINED)
+            beside: Any = {"xytext": (0, 11 if y >= 0 else -11), "textcoords": "offset points"}
+            beside |= {"ha": "center", "va": "center", "weight": "bold", "fontsize": 8}
+            axes.annotate(str(k + 1), (x, y), color=colour, **beside)
         if row:
             axes.axvline(row - 0.5, color="0.85", lw=0.6)
     axes.axhline(0, color="0.4", lw=0.7, zorder=0)
     axes.set_xlim(-0.5, len(unit) - 0.5)
     # In these units increments are within +-1; the rest is room for the numbers.
     axes.set_ylim(-1.45, 1.45)
-    axes.set_xticks(
-        range(len(unit)), [_about(bodies, row) for row in range(len(unit))], linespacing=1.5
-    )
+    names = [_about(bodies, row) for row in range(len(unit))]
+    axes.set_xticks(range(len(unit)), names, linespacing=1.5)
     axes.tick_params(axis="x", length=0)
     axes.set_ylabel(r"$\Delta\theta_3$ / $(\mu\pi\varkappa/h_0\sin\alpha_0)$")
     ratio = rf"$\mu/h_0 = {data['mu_over_h0'][drawn]:g}$"
     title(axes, "a", f"increments along separatrices 1 to 4, {ratio}")
     handles = [
-        entry("(tri1), first order", color="black", marker="s", mfc="none", ms=9, mew=0.7, lw=0),
-        entry("full dynamics, two orbits each", color=BLUE, marker="s", ms=4.5, lw=0),
+        entry("(tri1), first order", marker="s", **FIRST),
+        entry("full dynamics, two orbits each", marker="s", color=BLUE, **GAINED),
     ]
-    axes.legend(
-        handles=handles,
-        loc="lower right",
-        bbox_to_anchor=(1.0, 0.99),
-        ncols=2,
-        fontsize=7.5,
-        borderaxespad=0.1,
-    )
+    above: Any = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.99), "borderaxespad": 0.1}
+    axes.legend(handles=handles, ncols=2, fontsize=7.5, **above)
 
 
 def _about(bodies: Data, row: int) -> str:
@@ -140,27 +113,16 @@ def _about(bodies: Data, row: int) -> str:
     return f"{bodies['name'][row]})  {order}\n{angles}"
 
 
-def _draw_remainder(axes: Axes, data: Data, field: str, separatrix: int) -> None:
+def _draw_remainder(axes: Axes, data: Data, field: str, separatrix: int, slope: int) -> None:
     bodies, ratios = data["bodies"], data["mu_over_h0"]
     values = bodies[field][..., separatrix]
     # A config may have 26 bodies, more than there are looks: these come again.
-    for row, (colour, style, marker) in zip(range(len(values)), cycle(BODIES), strict=False):
-        axes.loglog(
-            ratios,
-            values[row],
-            color=colour,
-            ls=style,
-            marker=marker,
-            ms=3.5,
-            lw=1.0,
-            mfc="none",
-            label=f"{field} {bodies['name'][row]}",
-        )
+    for one, look in zip(values, cycle(BODIES), strict=False):
+        axes.loglog(ratios, one, **look)
     low, high = ratios[0], ratios[-1]
-    slope = 3 if field == "mean_remainder" else 2
     # Above the curves, so that nothing but its slope is read.
     guide = 4 * values[:, -1].max() * (np.array([low, high]) / high) ** slope
-    axes.plot([low, high], guide, color="black", lw=0.7, label="guide")
+    axes.plot([low, high], guide, color="black", lw=0.7)
     axes.text(0.06, 0.94, f"slope {slope}", transform=axes.transAxes, va="top")
     _name_zeros(axes, bodies, separatrix)
     axes.set_xlabel(axis_label(MU_OVER_H0))
@@ -173,10 +135,3 @@ def _name_zeros(axes: Axes, bodies: Data, separatrix: int) -> None:
         names = ", ".join(bodies["name"][gone])
         said = f"{names}) no increment: rounding"
         axes.text(0.5, 0.3, said, transform=axes.transAxes, ha="center", fontsize=7.5)
-
-
-def _bodies(bodies: Data) -> list[Line2D]:
-    return [
-        entry(f"{name})", color=colour, ls=style, marker=marker, ms=3.5, mfc="none")
-        for name, (colour, style, marker) in zip(bodies["name"], cycle(BODIES), strict=False)
-    ] + [entry("guide", color="black", lw=0.7)]

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from rigidpend.experiments.data.bounds import bound, stated
 from rigidpend.experiments.data.layout import FLAG, FLOAT, TEXT, WHOLE, Field, Layout, held
 from rigidpend.experiments.data.tree import Data
-from rigidpend.experiments.weight_series import BODIES, EACH, MU_OVER_H0, NAME
+from rigidpend.experiments.weight_series import EACH, MU_OVER_H0, NAME
 
 UNCERTAINTY = 1e-13
 """Allowed uncertainty of an increment, relative to the largest of its body.
@@ -28,21 +29,24 @@ def _increments(name: str, stored: Data, fresh: Data) -> Any:
     return error.reshape(*error.shape, *(1,) * (stored[name].ndim - error.ndim))
 
 
-OF_BODY = {
-    "alpha0": Field(FLOAT, BODIES, "rad", "(bodies,): angle of each body"),
-    "beta0": Field(FLOAT, BODIES, "rad", "(bodies,): angle of the centre of gravity"),
+_angle = partial(Field, FLOAT, ("bodies",), "rad")
+_each, _separatrices = (
+    partial(Field, FLOAT, dimensions, "rad") for dimensions in (EACH, (*EACH, 4))
+)
+_slope = partial(Field, FLOAT, ("bodies", 4), "1", gaps=True, within=SLOPE)
+
+# Separatrices are 1, 2, 3, 4.
+BODIES = {
+    "alpha0": _angle("(bodies,): angle of each body"),
+    "beta0": _angle("(bodies,): angle of the centre of gravity"),
     "regime": Field(
-        TEXT, BODIES, "text", "(bodies,): order of the increments by (trieq); 0 is no increment"
+        TEXT,
+        ("bodies",),
+        "text",
+        "(bodies,): order of the increments by (trieq); 0 is no increment",
     ),
-    "unit": Field(
-        FLOAT,
-        EACH,
-        "rad",
-        "(bodies, mu): mu pi kappa/(h0 sin(alpha0)), the largest increment there is",
-    ),
-    "first_order": Field(
-        FLOAT, (*EACH, 4), "rad", "(bodies, mu, separatrices): increment of theta3 by (tri1)"
-    ),
+    "unit": _each("(bodies, mu): mu pi kappa/(h0 sin(alpha0)), the largest increment there is"),
+    "first_order": _separatrices("(bodies, mu, separatrices): increment of theta3 by (tri1)"),
     "gained": Field(
         FLOAT,
         (*EACH, 2, 4),
@@ -51,52 +55,24 @@ OF_BODY = {
         " the section at theta1/2 + theta2 = pi/2 and -pi/2 (turned or reflected with 1, 3, 4)",
         within=_increments,
     ),
-    "error": Field(
-        FLOAT,
-        EACH,
-        "rad",
+    "error": _each(
         "(bodies, mu): what is uncertain of the increments",
         within=stated(lambda stored, fresh: DECLARED * stored["unit"]),
     ),
-    "remainder": Field(
-        FLOAT,
-        (*EACH, 4),
-        "rad",
-        "(bodies, mu, separatrices): largest |gained - first_order|",
-        within=_increments,
+    "remainder": _separatrices(
+        "(bodies, mu, separatrices): largest |gained - first_order|", within=_increments
     ),
-    "mean_remainder": Field(
-        FLOAT,
-        (*EACH, 4),
-        "rad",
-        "(bodies, mu, separatrices): |mean of the two orbits - first_order|",
-        within=_increments,
+    "mean_remainder": _separatrices(
+        "(bodies, mu, separatrices): |mean of the two orbits - first_order|", within=_increments
     ),
-    "slope": Field(
-        FLOAT,
-        (*BODIES, 4),
-        "1",
-        "(bodies, separatrices): of remainder in mu; NaN where it is rounding",
-        gaps=True,
-        within=SLOPE,
-    ),
-    "mean_slope": Field(
-        FLOAT,
-        (*BODIES, 4),
-        "1",
-        "(bodies, separatrices): of mean_remainder in mu, as well",
-        gaps=True,
-        within=SLOPE,
-    ),
+    "slope": _slope("(bodies, separatrices): of remainder in mu; NaN where it is rounding"),
+    "mean_slope": _slope("(bodies, separatrices): of mean_remainder in mu, as well"),
     "ordered": Field(
         FLAG, EACH, "1", "(bodies, mu): whether the means of the two orbits are in that order"
     ),
 }
-"""Fields of all bodies; separatrices are 1, 2, 3, 4."""
-DRAWN = Field(WHOLE, (), "1", "place of the mu whose increments are shown")
-
 LAYOUT: Layout = {
     "mu_over_h0": MU_OVER_H0,
-    "drawn": DRAWN,
-    "bodies": held(UNCERTAINTY, {"name": NAME, **OF_BODY}),
+    "drawn": Field(WHOLE, (), "1", "place of the mu whose increments are shown"),
+    "bodies": held(UNCERTAINTY, {"name": NAME, **BODIES}),
 }

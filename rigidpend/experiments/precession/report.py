@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.experiments.data.tree import Loaded
-from rigidpend.machine.tables import Table
+from rigidpend.machine.tables import Column, Table
 
 CAPTION = (
     "What theta3 gains along a separatrix is close to the first order (tri1), in each of the"
@@ -19,31 +19,26 @@ def tables(result: Loaded) -> list[Table]:
     """Table of the drawn weight, and one of the slopes."""
     data = result["data"]
     bodies, drawn = data["bodies"], int(data["drawn"])
-    weight = float(data["mu_over_h0"][drawn])
-    names = [str(name) for name in bodies["name"]]
-    gained = bodies["gained"].mean(axis=2)[:, drawn]
-    first = bodies["first_order"][:, drawn]
-    rows = [
-        (name, *(f"{x:.6f} ({y:.6f})" for x, y in zip(*pair, strict=True)))
-        for name, *pair in zip(names, gained + 0.0, first + 0.0, strict=True)
-    ]
-    powers = ("slope", "mean_slope")
-    slopes = [
-        (name, str(bodies["regime"][k]), *(_range(bodies[power][k]) for power in powers))
-        for k, name in enumerate(names)
-    ]
+    name = Column("body", bodies["name"])
+    # A zero is added, so that none bears a sign.
+    gained = bodies["gained"].mean(axis=2)[:, drawn].T + 0.0
+    pairs = list(zip(gained, bodies["first_order"][:, drawn].T + 0.0, strict=True))
+    both = [[f"{x:.6f} ({y:.6f})" for x, y in zip(*pair, strict=True)] for pair in pairs]
     ordered = np.count_nonzero(bodies["ordered"]), bodies["ordered"].size
     return [
-        Table(
-            f"Increments of theta3 in radians at mu = {weight:g} h0, mean of two orbits,"
-            " with (tri1) in brackets",
-            ("body", *(f"separatrix {number}" for number in (1, 2, 3, 4))),
-            rows,
+        Table.of(
+            f"Increments of theta3 in radians at mu = {float(data['mu_over_h0'][drawn]):g} h0,"
+            " mean of two orbits, with (tri1) in brackets",
+            [name, *(Column(f"separatrix {k}", values) for k, values in enumerate(both, 1))],
         ),
-        Table(
+        Table.of(
             "Powers of mu by which the rest falls",
-            ("body", "order of the separatrices by (trieq)", "of an orbit", "of the mean"),
-            slopes,
+            [
+                name,
+                Column("order of the separatrices by (trieq)", bodies["regime"]),
+                Column("of an orbit", map(_range, bodies["slope"])),
+                Column("of the mean", map(_range, bodies["mean_slope"])),
+            ],
             f"The order is that of (trieq) in {ordered[0]} of {ordered[1]} cases of body and mu.",
         ),
     ]

@@ -12,8 +12,8 @@ import numpy as np
 
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Data, Dataset, Tree
-from rigidpend.experiments.route_codes.layout import BY_MAP, ZEROS
+from rigidpend.experiments.data.tree import Data, Tree
+from rigidpend.experiments.route_codes.layout import LAYOUT, ROUTES
 from rigidpend.experiments.route_layout import MEANING
 from rigidpend.machine import progress, workers
 from rigidpend.numbers.alphabet import NO_SYMBOL
@@ -55,8 +55,8 @@ def compute(config: Config, means: Means) -> Tree:
         A group for each array, with the fields of `RouteCodes` and the Melnikov zeros.
     """
     problem = config.problem
-    told = ZEROS.dataset(np.array(melnikov.zeros(problem.routes)))
-    groups: dict[str, Tree] = {}
+    zeros = np.array(melnikov.zeros(problem.routes))
+    groups: dict[str, Any] = {}
     rotations = passage_rotations(problem.routes)
     if LONG < rotations < math.inf:
         expected = progress.duration(cost(config))
@@ -67,8 +67,8 @@ def compute(config: Config, means: Means) -> Tree:
     for name, grid in problem.arrays.items():
         routes = _in_parts(name, grid.phases, config, means)
         means.report(f"{name}: {_summary(routes)}")
-        groups[name] = {**_group(routes), "melnikov_zeros": told}
-    return groups
+        groups[name] = {**_values(routes), "melnikov_zeros": zeros}
+    return datasets(LAYOUT, groups)
 
 
 def _in_parts(name: str, phases: Grid, config: Config, means: Means) -> RouteCodes:
@@ -117,10 +117,11 @@ def _part(phases: Sequence[Exact], of: int, config: Config, means: Means) -> Tre
     # Eight or less fill one thread's lanes; what they need beyond doubles, all threads share.
     few = LANES < len(phases) <= LANES * means.jobs and means.arithmetic.engine == "taylor"
     if not few:
-        return _group(_routes(phases, of, config, means, means.jobs))
+        return datasets(ROUTES, _values(_routes(phases, of, config, means, means.jobs)))
     pieces = [phases[k : k + LANES] for k in range(0, len(phases), LANES)]
     found = workers.side_by_side(_routes, (of, config, means, 1), False, pieces, means.jobs)
-    return _group(RouteCodes(*(np.concatenate(x, axis=-1) for x in zip(*found, strict=True))))
+    routes = RouteCodes(*(np.concatenate(x, axis=-1) for x in zip(*found, strict=True)))
+    return datasets(ROUTES, _values(routes))
 
 
 def _routes(
@@ -135,10 +136,10 @@ def orbits(config: Config, stored: Callable[[], Data]) -> Routes:
     return {name: (problem.routes, grid.phases) for name, grid in problem.arrays.items()}
 
 
-def _group(routes: RouteCodes) -> dict[str, Dataset]:
-    """The fields of an array; what maps decided is told where there was a choice."""
-    fields = {**MEANING, "by_map": BY_MAP} if routes.by_map.any() else MEANING
-    return datasets(fields, routes._asdict())
+def _values(routes: RouteCodes) -> dict[str, Any]:
+    """The values of an array; what maps decided is told where there was a choice."""
+    found = routes._asdict()
+    return found if routes.by_map.any() else {name: found[name] for name in MEANING}
 
 
 def _summary(routes: RouteCodes) -> str:

@@ -18,13 +18,15 @@ from rigidpend.experiments.plots import (
     DOUBT,
     NO_RETURN,
     PROVEN,
-    SYMBOL_COLOURS,
-    SYMBOL_NORM,
     WIDTH,
     ZERO,
     ZOOM,
     axis_label,
+    column_edges,
+    draw_codes,
     entry,
+    mark_doubt,
+    panel,
     symbol_entries,
 )
 from rigidpend.experiments.route_layout import MEANING
@@ -40,8 +42,6 @@ LEFT, RIGHT, BELOW, ABOVE, BETWEEN = 0.45, 0.12, 0.75, 0.25, 0.55
 """Margins around the arrays, and the space between two, inches."""
 ACROSS, APART, TALLEST = 6, 0.55, 100.0
 """Arrays side by side, at most; inches between bands of them, and of the highest array."""
-
-
 MAGNIFIED = "magnified part"
 """Label of the legend's entry for frames, which results drawn together have not."""
 
@@ -58,19 +58,22 @@ class Array(NamedTuple):
     """All False where there is no certificate."""
 
     @property
-    def edges(self) -> NDArray[np.float64]:
-        """Edges of the columns: halfway between phases."""
-        phases = self.theta2_0
-        # A single column has no spacing: any width shows it.
-        step = np.diff(phases) if phases.size > 1 else np.array([1.0])
-        inner = phases[:-1] + np.diff(phases) / 2
-        return np.concatenate(([phases[0] - step[0] / 2], inner, [phases[-1] + step[-1] / 2]))
+    def ends(self) -> tuple[float, float]:
+        """The least and the largest phase of its columns' edges; phases may descend."""
+        first, last = sorted(map(float, column_edges(self.theta2_0)[[0, -1]]))
+        return first, last
 
     @property
     def zeros_shown(self) -> list[float]:
         """Melnikov zeros within the array's range."""
-        first, last = sorted(self.edges[[0, -1]])
+        first, last = self.ends
         return [float(x) for x in self.melnikov_zeros if first <= x <= last]
+
+    def magnifies(self, whole: Array) -> bool:
+        """True if it lies inside another array and is finer."""
+        (first, last), (low, high) = self.ends, whole.ends
+        finer = (last - first) / len(self.theta2_0) < (high - low) / len(whole.theta2_0)
+        return finer and low <= first and last <= high
 
 
 def draw(result: Loaded) -> Figure:
@@ -124,8 +127,7 @@ def _arranged(bands: list[list[Array]], cell: float, wide: float, below: float) 
         bottom, left = bottom - height - ABOVE, LEFT
         for array in band:
             width = array.codes.shape[1] * cell
-            box = (left / wide, bottom / high, width / wide, height / high)
-            _draw_array(figure.add_axes(box), array)
+            _draw_array(panel(figure, left, bottom, width, height), array)
             left += width + BETWEEN
         bottom -= APART
     return figure
@@ -152,57 +154,33 @@ def _read(name: str, group: Data) -> Array:
 
 
 def _draw_array(axes: Axes, array: Array) -> None:
-    rows = array.codes.shape[0]
     # Between more cells than that there would be nothing but lines to be seen.
     line: dict[str, Any] = (
         {"edgecolors": "0.6", "linewidth": 0.25} if array.codes.size < 5000 else {}
     )
-    bounds = np.arange(rows + 1) + 0.5
-    axes.pcolormesh(array.edges, bounds, array.codes, cmap=SYMBOL_COLOURS, norm=SYMBOL_NORM, **line)
-    row, column = np.nonzero(~array.certain)
-    if row.size:
-        axes.plot(array.theta2_0[column], row + 1, "x", color=DOUBT, ms=3, mew=0.9, label="doubt")
+    draw_codes(axes, column_edges(array.theta2_0), array.codes, **line)
+    mark_doubt(axes, array.theta2_0, array.certain)
     row, column = np.nonzero(array.proven)
     if row.size:
-        at = array.theta2_0[column], row + 1
-        axes.plot(*at, "o", color=PROVEN, ms=0.9, mew=0, label="proven")
-    zeros = array.zeros_shown
-    axes.plot(
-        zeros,
-        np.full(len(zeros), -0.05),
-        "^",
-        color=ZERO,
-        ms=4,
-        transform=axes.get_xaxis_transform(),
-        clip_on=False,
-        zorder=5,
-        label="Melnikov zeros",
-    )
+        axes.plot(array.theta2_0[column], row + 1, "o", color=PROVEN, ms=0.9, mew=0)
+    zeros, below = array.zeros_shown, axes.get_xaxis_transform()
+    places = np.full(len(zeros), -0.05)
+    axes.plot(zeros, places, "^", color=ZERO, ms=4, transform=below, clip_on=False, zorder=5)
     axes.tick_params(axis="x", pad=6)
-    axes.set_yticks([1, *range(5, rows + 1, 5)] if rows <= 40 else [1, rows])
     axes.set_xlabel(axis_label(MEANING["theta2_0"]), labelpad=2)
-    axes.set_ylabel(r"$i$", rotation=0, labelpad=6, va="center")
     axes.set_title(array.name, loc="left")
 
 
 def _mark_zooms(axes: Axes, array: Array, arrays: list[Array]) -> None:
     """Frame what another array magnifies, and frame that array alike."""
     for other in arrays:
-        if _magnifies(other, array):
-            start, end = sorted(other.edges[[0, -1]])
+        if other.magnifies(array):
+            start, end = other.ends
             frame = Rectangle((start, 0.5), end - start, len(array.codes), fill=False)
-            frame.set(edgecolor=ZOOM, linewidth=1.4, zorder=4, label=other.name)
+            frame.set(edgecolor=ZOOM, linewidth=1.4, zorder=4)
             axes.add_patch(frame)
-        if _magnifies(array, other):
+        if array.magnifies(other):
             axes.spines[:].set(color=ZOOM, linewidth=1.4)
-
-
-def _magnifies(detail: Array, whole: Array) -> bool:
-    """True if an array lies inside another one and is finer."""
-    # Phases may descend.
-    inner, outer = np.sort(detail.edges), np.sort(whole.edges)
-    finer = np.ptp(inner) / len(inner) < np.ptp(outer) / len(outer)
-    return bool(finer and outer[0] <= inner[0] and inner[-1] <= outer[-1])
 
 
 def _legend_entries(arrays: list[Array]) -> list[Artist]:
@@ -210,7 +188,7 @@ def _legend_entries(arrays: list[Array]) -> list[Artist]:
     entries: list[Artist] = [*symbol_entries()]
     if any(array.zeros_shown for array in arrays):
         entries.append(entry("zero of Melnikov's integral", color=ZERO, marker="^", ls="", ms=5))
-    if any(_magnifies(a, b) for a in arrays for b in arrays):
+    if any(a.magnifies(b) for a in arrays for b in arrays):
         entries.append(Patch(fill=False, edgecolor=ZOOM, lw=1.4, label=MAGNIFIED))
     if any((array.codes == NO_SYMBOL).any() for array in arrays):
         entries.append(Patch(facecolor=NO_RETURN, edgecolor="0.6", label="no return"))

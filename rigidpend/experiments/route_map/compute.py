@@ -15,14 +15,7 @@ import numpy as np
 from rigidpend.experiments.contract import Means, Piece
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Coming, Streamed, Tree
-from rigidpend.experiments.route_map.layout import (
-    COLUMNS,
-    FREQUENCY,
-    MARKED,
-    OTHER_X,
-    PLANE,
-    Y_AXIS,
-)
+from rigidpend.experiments.route_map.layout import LAYOUT, OF_COLUMNS, PLANE
 from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
@@ -66,13 +59,14 @@ def compute(config: Config, means: Means) -> Tree:
     columns = {"x_axis": across, "marked_x": own_value(problem, across)} if problem.columns else {}
     told = {
         **planes[""],
-        "y_axis": Y_AXIS.dataset(upwards),
-        "marked": MARKED.dataset(own_value(problem, upwards)),
-        **{name: COLUMNS[name].dataset(value) for name, value in columns.items()},
-        "nu": FREQUENCY.dataset(float(problem.body.nu)),
+        "y_axis": upwards,
+        "marked": own_value(problem, upwards),
+        **columns,
+        "nu": float(problem.body.nu),
         **({"zooms": zooms} if zooms else {}),
     }
-    return Streamed(told, planes[""].blocks)
+    layout = OF_COLUMNS if problem.columns else LAYOUT
+    return datasets(layout, Streamed(told, planes[""].blocks))
 
 
 def own_value(problem: Problem, axis: str) -> float:
@@ -111,8 +105,7 @@ def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -
         "x": x,
         "y": y,
     }
-    fields = {**PLANE, "x": OTHER_X} if problem.columns else PLANE
-    return Streamed(datasets(fields, values), blocks())
+    return Streamed(values, blocks())
 
 
 def tiled(

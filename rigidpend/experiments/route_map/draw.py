@@ -13,7 +13,17 @@ from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots import DOUBT, LINES, WIDTH, ZOOM, cell_ends, draw_changes, entry
+from rigidpend.experiments.plots import (
+    DOUBT,
+    LINES,
+    WIDTH,
+    ZOOM,
+    cell_ends,
+    draw_cells,
+    draw_changes,
+    entry,
+    panel,
+)
 
 NAMES = {
     "theta2_0": r"$\theta_2^0$ (rad)",
@@ -44,20 +54,16 @@ def draw(result: Loaded) -> Figure:
     figure = Figure(figsize=(WIDTH, high))
     # A label at the end of an axis of small numbers is wide.
     right = 0.12 if "x_axis" not in data else 0.3
-    wide = (WIDTH - LEFT - right) / WIDTH
-    whole = figure.add_axes(
-        (LEFT / WIDTH, 1 - (ABOVE + TALL) / high, wide, TALL / high), label="plane"
-    )
+    wide = WIDTH - LEFT - right
+    whole = panel(figure, LEFT, high - ABOVE - TALL, wide, TALL)
     _draw_plane(whole, data, data)
     columns = min(ACROSS, max(1, len(zooms)))
-    each = (WIDTH - LEFT - right - (columns - 1) * GAP) / columns
+    each = (wide - (columns - 1) * GAP) / columns
     before = {"": whole}
     for k, (name, zoom) in enumerate(zooms.items()):
         left = LEFT + (k % ACROSS) * (each + GAP)
         bottom = high - ABOVE - TALL - (k // ACROSS + 1) * (small + GAP)
-        axes = figure.add_axes(
-            (left / WIDTH, bottom / high, each / WIDTH, small / high), label=name
-        )
+        axes = panel(figure, left, bottom, each, small, label=name)
         _draw_plane(axes, zoom, data)
         axes.spines[:].set(color=ZOOM, linewidth=1.2)
         times = np.ptp(np.asarray(data["y"])) / np.ptp(np.asarray(zoom["y"]))
@@ -92,16 +98,7 @@ def words(codes: NDArray[np.uint8]) -> NDArray[np.float64]:
 def _draw_plane(axes: Axes, plane: Data, data: Data) -> None:
     x, y = np.asarray(plane["x"]), np.asarray(plane["y"])
     codes, extent = np.asarray(plane["codes"]), (*cell_ends(x), *cell_ends(y))
-    axes.imshow(
-        words(codes),
-        origin="lower",
-        extent=extent,
-        aspect="auto",
-        cmap=SHADES,
-        vmin=0,
-        vmax=1,
-        interpolation="nearest",
-    )
+    draw_cells(axes, x, y, words(codes), cmap=SHADES, vmin=0, vmax=1)
     draw_changes(axes, x, y, codes)
     row, column = np.nonzero(np.asarray(plane["certain"]) < len(codes))
     if row.size:

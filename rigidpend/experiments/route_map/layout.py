@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,9 @@ def _known(stored: Data, fresh: Data) -> Any:
     return np.arange(len(stored["codes"]))[:, None, None] < both
 
 
+KINDS = "theta2_0 (rad), log10_J1_0, mu, h0 (dimensionless), beta0 or alpha0 (rad)"
+_axis, _own = (partial(Field, FLOAT, within=within) for within in (of_largest(ROUNDING), ROUNDING))
+
 PLANE = {
     "codes": Field(
         WHOLE,
@@ -51,30 +55,23 @@ PLANE = {
         "whether return maps found the cell, not integration",
         within=ANY,
     ),
-    "x": Field(FLOAT, ("columns",), "rad", "theta2_0 of the columns", within=of_largest(ROUNDING)),
-    "y": Field(FLOAT, ("rows",), "see y_axis", "values of the rows", within=of_largest(ROUNDING)),
+    "x": _axis(("columns",), "rad", "theta2_0 of the columns"),
+    "y": _axis(("rows",), "see y_axis", "values of the rows"),
 }
-OTHER_X = PLANE["x"]._replace(units="see x_axis", description="values of the columns")
-"""The field x where the config gives columns."""
-KINDS = "theta2_0 (rad), log10_J1_0, mu, h0 (dimensionless), beta0 or alpha0 (rad)"
-Y_AXIS = Field(TEXT, (), "", f"what y is: {KINDS}")
-COLUMNS = {
-    "x_axis": Field(TEXT, (), "", f"what x is: {KINDS}"),
-    "marked_x": Field(
-        FLOAT, (), "see x_axis", "the column of the config's own value", within=ROUNDING
-    ),
-}
-"""Fields that tell of columns that the config gives."""
-MARKED = Field(FLOAT, (), "see y_axis", "the row of the config's own value", within=ROUNDING)
-FREQUENCY = Field(
-    FLOAT, (), "1", "nu, by which a change of a symbol repeats: exp(pi^2/nu)", within=ROUNDING
-)
 
-LAYOUT: Layout = {
-    **PLANE,
-    "y_axis": Y_AXIS,
-    "marked": MARKED,
-    **{f"{name}?": field for name, field in COLUMNS.items()},
-    "nu": FREQUENCY,
-    "zooms?": {"<zooms>": PLANE},
-}
+
+def _of(plane: Layout) -> Layout:
+    return {
+        **plane,
+        "y_axis": Field(TEXT, (), "", f"what y is: {KINDS}"),
+        "marked": _own((), "see y_axis", "the row of the config's own value"),
+        "x_axis?": Field(TEXT, (), "", f"what x is: {KINDS}"),
+        "marked_x?": _own((), "see x_axis", "the column of the config's own value"),
+        "nu": _own((), "1", "nu, by which a change of a symbol repeats: exp(pi^2/nu)"),
+        "zooms?": {"<zooms>": plane},
+    }
+
+
+LAYOUT = _of(PLANE)
+OF_COLUMNS = _of({**PLANE, "x": _axis(("columns",), "see x_axis", "values of the columns")})
+"""What it is of a result whose config gives columns."""

@@ -20,13 +20,7 @@ from rigidpend.config.description import Row
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Data, Dataset, Tree
-from rigidpend.experiments.route_zoom.layout import (
-    PLACE,
-    REFERENCE_BITS,
-    REPEATS_AFTER,
-    ROUTES,
-    SYMBOL,
-)
+from rigidpend.experiments.route_zoom.layout import LAYOUT, LEVEL
 from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.exact import Exact, exact, exacts
 from rigidpend.routes.change import Bracket, NoChange, check_change, narrowed
@@ -40,7 +34,7 @@ if TYPE_CHECKING:
 
 FINER = 2.0**-20
 """Width to which a level's change is found, as a share of its step, so that levels compare."""
-LEVEL, COLUMNS = 0.02, 25
+AT_LEAST, COLUMNS = 0.02, 25
 """Seconds that a level takes for each symbol, and the columns that double them."""
 
 
@@ -71,19 +65,19 @@ def compute(config: Config, means: Means) -> Tree:
         means.report(
             PartDone("{}/{}: ".format(*done) + f"step {float(step):.0e}, {bits} bits", *done)
         )
-    growth = math.exp(math.pi**2 / problem.body.nu)
-    return {
+    values = {
         "levels": groups,
-        "repeats_after": REPEATS_AFTER.dataset(growth),
-        "symbol": SYMBOL.dataset(problem.symbol),
-        "reference_bits": REFERENCE_BITS.dataset(around.bits),
+        "repeats_after": math.exp(math.pi**2 / problem.body.nu),
+        "symbol": problem.symbol,
+        "reference_bits": around.bits,
     }
+    return datasets(LAYOUT, values)
 
 
 def cost(config: Config) -> float:
     """Estimate of the seconds that a config takes on two cores."""
     problem = config.problem
-    return LEVEL * problem.levels * (problem.n_symbols + 1) * (1 + problem.count / COLUMNS)
+    return AT_LEAST * problem.levels * (problem.n_symbols + 1) * (1 + problem.count / COLUMNS)
 
 
 def _steps(problem: Problem) -> list[Exact]:
@@ -125,7 +119,7 @@ def _level(around: Neighbourhood, problem: Problem, bracket: Bracket, step: Exac
     left, right = (list(map(int, column)) for column in routes.codes[ends].T)
     check_change(left, right, bracket)
     fields = {name: array[..., 2:] for name, array in routes._asdict().items()}
-    return {**datasets(ROUTES, fields), **datasets(PLACE, _place(centre, phases, step))}
+    return datasets(LEVEL, {**fields, **_place(centre, phases, step)})
 
 
 def _phases(centre: Exact, problem: Problem, step: Exact) -> list[Exact]:
@@ -138,7 +132,7 @@ def _place(centre: Exact, phases: Sequence[Exact], step: Exact) -> dict[str, Any
     """Places of a level's columns. A text reads back as the very number that was used."""
     return {
         "centre": centre.text,
-        "theta2_0": np.array([phase.text for phase in phases], dtype="S"),
+        "theta2_0": [phase.text for phase in phases],
         "offset": np.array([float(phase - centre) for phase in phases]),
         "step": float(step),
     }

@@ -4,14 +4,21 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.plots import DOUBT, NO_RETURN, WIDTH, ZOOM, symbol_entries
+from rigidpend.experiments.plots import (
+    NO_RETURN,
+    WIDTH,
+    ZOOM,
+    column_edges,
+    draw_codes,
+    mark_doubt,
+    symbol_entries,
+)
 from rigidpend.experiments.route_zoom.report import same, share
 from rigidpend.numbers.alphabet import NO_SYMBOL
 
@@ -46,10 +53,10 @@ def draw(result: Loaded) -> Figure:
         _draw_level(axes, level, before, int(data["symbol"]))
         text = f"{100 * share(before, level):.0f} % as before"
         axes.set_title(text, fontsize=8, pad=3, loc="right")
+    for axes in grid[:, 1:].flat:
+        axes.set_ylabel("")
     for axes in grid.flat[len(levels) :]:
         axes.set_axis_off()
-    for axes in grid[:, 0]:
-        axes.set_ylabel(r"$i$", rotation=0, va="center", labelpad=6)
     _explain(figure, data, high)
     return figure
 
@@ -60,13 +67,10 @@ def _draw_level(axes: Axes, level: Data, before: Data, symbol: int) -> None:
     # Phases themselves are beyond doubles, of which neighbours would be the same.
     columns = level["offset"] / step
     cells = codes + 2 * (~same(before, level) & (codes != NO_SYMBOL))
-    axes.pcolormesh(columns, np.arange(1, len(codes) + 1), cells, cmap=CELLS, norm=NORM)
-    row, column = np.nonzero(~level["certain"])
-    if row.size:
-        axes.plot(columns[column], row + 1, "x", color=DOUBT, ms=2.5, mew=0.7, label="uncertain")
-    axes.axhline(symbol + 0.5, color=ZOOM, lw=0.8, label="the symbol that changes")
+    draw_codes(axes, column_edges(columns), cells, CELLS, NORM)
+    mark_doubt(axes, columns, level["certain"], 2.5)
+    axes.axhline(symbol + 0.5, color=ZOOM, lw=0.8)
     axes.set_title(rf"step {_power(step)} rad", fontsize=8, pad=3, loc="left")
-    axes.set_yticks([1, 5, 10, 15] if len(codes) == 15 else [1, len(codes)])
     axes.tick_params(labelsize=7, pad=2)
 
 

@@ -6,14 +6,15 @@ from rigidpend.experiments.data.bounds import ROUNDING, of_field
 from rigidpend.experiments.data.layout import ANY, FLOAT, TEXT, WHOLE, Field, Layout
 from rigidpend.experiments.route_layout import APART, MEANING, crossed
 
-RELATIVE = "precision that decided the column, relative to its distance from the change"
-# Beside a doubly asymptotic orbit errors grow as fast as the zoom: times of crossings are held to
-# what certain symbols allow.
-ROUTES = {name: field for name, field in MEANING.items() if name != "theta2_0"} | {
-    "bits": MEANING["bits"]._replace(description=RELATIVE),
+LEVEL = {
+    **{name: field for name, field in MEANING.items() if name != "theta2_0"},
+    "bits": MEANING["bits"]._replace(
+        description="precision that decided the column, relative to its distance from the change"
+    ),
+    # Beside a doubly asymptotic orbit errors grow as fast as the zoom: times of crossings are
+    # held to what certain symbols allow.
     "crossing_time": MEANING["crossing_time"]._replace(within=crossed(lambda crossings: APART)),
-}
-PLACE = {
+    # Phases beyond doubles: the very numbers that were used, and doubles to draw them by.
     "centre": Field(TEXT, (), "rad", "theta2_0 of the middle, exact"),
     "theta2_0": Field(
         TEXT, ("columns",), "rad", "initial phase of each column, exact", coordinate=True
@@ -34,22 +35,17 @@ PLACE = {
         within=of_field("step", ROUNDING),
     ),
 }
-"""Phases beyond doubles: the very numbers that were used, and doubles to draw them by."""
-REPEATS_AFTER = Field(
-    FLOAT, (), "1", "zoom after which the rows repeat, exp(pi^2/nu)", within=10 * ROUNDING
-)
-SYMBOL = Field(WHOLE, (), "1", "the symbol that changes at the centre")
-REFERENCE_BITS = Field(
-    WHOLE,
-    (),
-    "bit",
-    "precision of the reference orbit beside which columns were followed",
-    within=ANY,
-)
-
 LAYOUT: Layout = {
-    "levels": {"<levels>": {**ROUTES, **PLACE}},
-    "repeats_after": REPEATS_AFTER,
-    "symbol": SYMBOL,
-    "reference_bits": REFERENCE_BITS,
+    "levels": {"<levels>": LEVEL},
+    "repeats_after": Field(
+        FLOAT, (), "1", "zoom after which the rows repeat, exp(pi^2/nu)", within=10 * ROUNDING
+    ),
+    "symbol": Field(WHOLE, (), "1", "the symbol that changes at the centre"),
+    "reference_bits": Field(
+        WHOLE,
+        (),
+        "bit",
+        "precision of the reference orbit beside which columns were followed",
+        within=ANY,
+    ),
 }

@@ -11,8 +11,8 @@ from rigidpend.experiments import weight_series
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Tree
-from rigidpend.experiments.splitting.layout import CLOSED_FORM, CURVE, OF_BODY, admitted
-from rigidpend.experiments.weight_series import MU_OVER_H0, mu_over_h0, plain, slope
+from rigidpend.experiments.splitting.layout import BODIES, LAYOUT, admitted
+from rigidpend.experiments.weight_series import mu_over_h0, slope
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.integrate.engines import DEFAULT_TOLERANCE
@@ -36,17 +36,20 @@ def compute(config: Config, means: Means) -> Tree:
     Returns
     -------
     Tree
-        `mu_over_h0`; `bodies`, with their names and `OF_BODY`; `curve`, the distance of one
-        body; `closed_form`, nu/sinh(nu) along nu.
+        `mu_over_h0`; `bodies`; `curve`, the distance of one body; `closed_form`, nu/sinh(nu)
+        along nu.
     """
     problem = config.problem
     found = weight_series.each(problem, lambda name: _body(config, name, means), means)
-    return {
-        "mu_over_h0": MU_OVER_H0.dataset(mu_over_h0(problem)),
-        "bodies": weight_series.joined(found, OF_BODY),
+    bodies = weight_series.joined(found)
+    nu = np.linspace(0.5, np.ceil(bodies["nu"].max() + 1), 100)
+    values = {
+        "mu_over_h0": mu_over_h0(problem),
+        "bodies": bodies,
         "curve": _curve(problem, found[problem.drawn]),
-        "closed_form": _closed_form(max(plain(body["nu"]) for body in found.values())),
+        "closed_form": {"nu": nu, "decay": _decay(nu)},
     }
+    return datasets(LAYOUT, values)
 
 
 def cost(config: Config) -> float:
@@ -75,7 +78,7 @@ def _body(config: Config, name: str, means: Means) -> Tree:
     ]
     means.report(f"{name}: nu = {bodies[0].nu:.2f}, {_summary(found)}")
     values = _told(bodies[0], found, ratio)
-    return datasets(OF_BODY, values)
+    return datasets(BODIES, values)
 
 
 def _told(body: Body, found: list[SurfaceSplitting], ratio: Array) -> dict[str, Any]:
@@ -110,22 +113,11 @@ def _decay(nu: Any) -> Any:
     return nu / np.sinh(nu)
 
 
-def _curve(problem: Problem, body: Tree) -> Tree:
+def _curve(problem: Problem, body: Any) -> dict[str, Any]:
     g = np.linspace(-np.pi, np.pi, problem.phases)
-    excess = np.where(plain(body["resolved"])[:, None], plain(body["excess"]), np.nan)
-    measured = [np.cos(g) + distance(row, g) for row in excess]
-    values = {
-        "body": problem.drawn,
-        "g": g,
-        "melnikov": np.cos(g),
-        "measured": np.stack(measured),
-    }
-    return datasets(CURVE, values)
-
-
-def _closed_form(most: float) -> Tree:
-    nu = np.linspace(0.5, np.ceil(most + 1), 100)
-    return datasets(CLOSED_FORM, {"nu": nu, "decay": _decay(nu)})
+    excess = np.where(body["resolved"].values[:, None], body["excess"].values, np.nan)
+    measured = np.stack([np.cos(g) + distance(row, g) for row in excess])
+    return {"body": problem.drawn, "g": g, "melnikov": np.cos(g), "measured": measured}
 
 
 def _summary(found: list[SurfaceSplitting]) -> str:

@@ -35,8 +35,16 @@ LOOKS: tuple[tuple[str, Any], ...] = (
     (PINK, (0, (6, 1, 1, 1, 1, 1))),
 )
 """Colour and line of the curves, weight by weight."""
-CHOSEN = ((BLUE, "o"), (RED, "s"), (GREEN, "^"))
-"""Colour and marker of the bodies that stand out: least nu, the drawn one, largest nu."""
+CHOSEN: tuple[dict[str, Any], ...] = tuple(
+    {"color": colour, "marker": marker, "ms": 4, "lw": 0.9}
+    for colour, marker in ((BLUE, "o"), (RED, "s"), (GREEN, "^"))
+)
+"""Looks of the bodies that stand out: least nu, the drawn one, largest nu."""
+OTHER: dict[str, Any] = {"color": "0.72", "lw": 0.6}
+"""Look of the other bodies."""
+WHOLE: dict[str, Any] = {"fillstyle": "full", "ls": "-"}
+COSINE: dict[str, Any] = {"fillstyle": "none", "ls": (0, (4, 1.5))}
+"""Looks of the errors of the whole curve, and of its cosine's."""
 BITS = {53: "#FFFFFF", 64: "#DCEEF8", 106: "#9DCFEB", 113: "#5FB0E0"}
 """Colour of a cell of the table, by the precision that decided."""
 NONE = "#F2B8A0"
@@ -56,8 +64,14 @@ def draw(result: Loaded) -> Figure:
     return figure
 
 
-def _name(name: str, nu: float) -> str:
+def _drawn(data: Data) -> int:
+    """The place of the body whose distance is drawn."""
+    return list(data["bodies"]["name"]).index(data["curve"]["body"])
+
+
+def _name(bodies: Data, row: int) -> str:
     """Name a body by its nu; the one of Fig. 4 in words."""
+    name, nu = bodies["name"][row], bodies["nu"][row]
     shown = name.replace("fig", "Fig. ") if name.startswith("fig") else rf"$\it{{{name}}}$"
     return rf"{shown}, $\nu = {nu:.2f}$"
 
@@ -67,96 +81,55 @@ def _draw_curve(axes: Axes, data: Data) -> str:
     axes.plot(curve["g"], curve["melnikov"], color="black", lw=2.2, alpha=0.35, label="Melnikov")
     shown = np.flatnonzero((ratios >= SHOWN) & np.isfinite(curve["measured"]).all(axis=1))
     for k, (colour, style) in zip(shown[-len(LOOKS) :], LOOKS, strict=False):
-        axes.plot(
-            curve["g"],
-            curve["measured"][k],
-            color=colour,
-            ls=style,
-            lw=1.3,
-            label=f"${ratios[k]:g}$",
-        )
+        said = f"${ratios[k]:g}$"
+        axes.plot(curve["g"], curve["measured"][k], color=colour, ls=style, lw=1.3, label=said)
     axes.axhline(0, color="0.6", lw=0.5, zorder=0)
-    axes.plot(
-        [-np.pi / 2, np.pi / 2],
-        [0, 0],
-        "o",
-        ms=5,
-        mfc="white",
-        mec="black",
-        zorder=4,
-        label="heteroclinic",
-    )
+    ring: Any = {"ms": 5, "mfc": "white", "mec": "black", "zorder": 4, "label": "heteroclinic"}
+    axes.plot([-np.pi / 2, np.pi / 2], [0, 0], "o", **ring)
     axes.set_xlim(-np.pi, np.pi)
-    axes.set_xticks(
-        [-np.pi, -np.pi / 2, 0, np.pi / 2, np.pi],
-        [r"$-\pi$", r"$-\pi/2$", "0", r"$\pi/2$", r"$\pi$"],
-    )
+    names = [r"$-\pi$", r"$-\pi/2$", "0", r"$\pi/2$", r"$\pi$"]
+    axes.set_xticks(np.linspace(-np.pi, np.pi, 5), names)
     axes.set_xlabel(r"phase on the section, $g = \theta_1/2 + \theta_2$ (rad)")
     axes.set_ylabel(r"$\theta_1(S_1^-) - \theta_1(S_2^+)$ in Melnikov's amplitude", fontsize=8.5)
     axes.set_ylim(top=1.32)
-    axes.legend(
-        title=axis_label(MU_OVER_H0),
-        loc="upper right",
-        fontsize=7,
-        title_fontsize=7.5,
-        labelspacing=0.25,
-        borderaxespad=0.2,
-    )
-    row = list(bodies["name"]).index(curve["body"])
-    return f"distance on $J_1 = J_2/2$, body {_name(curve['body'], bodies['nu'][row])}"
+    small: Any = {"fontsize": 7, "title_fontsize": 7.5, "labelspacing": 0.25}
+    where: Any = {"loc": "upper right", "borderaxespad": 0.2}
+    axes.legend(title=axis_label(MU_OVER_H0), **where, **small)
+    return f"distance on $J_1 = J_2/2$, body {_name(bodies, _drawn(data))}"
 
 
 def _draw_error(axes: Axes, data: Data) -> str:
     bodies, ratios = data["bodies"], data["mu_over_h0"]
-    resolved = np.asarray(bodies["resolved"], dtype=bool)
-    kinds = (
-        ("curve_excess", bodies["curve_excess"], "full"),
-        ("excess", np.abs(bodies["excess"][..., 0]), "none"),
-    )
+    resolved = bodies["resolved"]
     chosen = dict(zip(_chosen(data), CHOSEN, strict=False))
-    for field, values, fill in kinds:
-        for row, known in enumerate(resolved):
-            colour, marker = chosen.get(row, ("0.72", ""))
-            axes.loglog(
-                ratios[known],
-                values[row][known],
-                color=colour,
-                marker=marker,
-                fillstyle=fill,
-                ms=4,
-                lw=0.9 if marker else 0.6,
-                ls="-" if fill == "full" else (0, (4, 1.5)),
-                zorder=3 if marker else 1,
-                label=f"{field} {bodies['name'][row]}",
-            )
-    for place, said in (
-        ((0.05, 0.62), "whole curve,\nslope 1"),
-        ((0.33, 0.17), "$\\cos g$ part,\nslope 2"),
+    for values, place, said, kind in (
+        (bodies["curve_excess"], (0.05, 0.62), "whole curve,\nslope 1", WHOLE),
+        (np.abs(bodies["excess"][..., 0]), (0.33, 0.17), "$\\cos g$ part,\nslope 2", COSINE),
     ):
+        for row, known in enumerate(resolved):
+            look = chosen.get(row, OTHER)
+            order = 3 if row in chosen else 1
+            axes.loglog(ratios[known], values[row][known], zorder=order, **look, **kind)
         axes.text(*place, said, transform=axes.transAxes, fontsize=7.5)
     axes.axhline(1, color="black", lw=0.6, ls=":")
     axes.set_xlabel(axis_label(MU_OVER_H0))
     axes.set_ylabel("relative error of Melnikov's formula", fontsize=8.5)
-    named = [
-        entry(_name(bodies["name"][k], bodies["nu"][k]), color=colour, marker=marker, ms=4, lw=0.9)
-        for k, (colour, marker) in chosen.items()
-    ]
-    named.append(entry("the other bodies", color="0.72", lw=0.6))
+    named = [entry(_name(bodies, row), **look) for row, look in chosen.items()]
+    named.append(entry("the other bodies", **OTHER))
     axes.legend(handles=named, loc="lower right", fontsize=7, labelspacing=0.3, borderaxespad=0.3)
     return r"the curve errs by $O(\mu)$, its $\cos g$ part by $O(\mu^2)$"
 
 
 def _chosen(data: Data) -> list[int]:
     """Choose the bodies that stand out: of least nu, the drawn one, of largest nu."""
-    bodies = data["bodies"]
-    drawn = list(bodies["name"]).index(data["curve"]["body"])
-    return list(dict.fromkeys((int(np.argmin(bodies["nu"])), drawn, int(np.argmax(bodies["nu"])))))
+    nu = data["bodies"]["nu"]
+    return list(dict.fromkeys((int(np.argmin(nu)), _drawn(data), int(np.argmax(nu)))))
 
 
 def _draw_decay(axes: Axes, data: Data) -> str:
     bodies, ratios, closed = data["bodies"], data["mu_over_h0"], data["closed_form"]
     axes.semilogy(closed["nu"], closed["decay"], color="black", lw=1.0, label=r"$\nu/\sinh\nu$")
-    resolved = np.asarray(bodies["resolved"], dtype=bool)
+    resolved = bodies["resolved"]
     known = np.flatnonzero(resolved.any(axis=0))
     last = [k for k in known if ratios[k] >= 0.1]
     for k, (marker, colour, size) in zip(
@@ -164,20 +137,11 @@ def _draw_decay(axes: Axes, data: Data) -> str:
         (("o", BLUE, 6), ("s", ORANGE, 5), ("D", RED, 4), ("v", PINK, 4)),
         strict=False,
     ):
-        rows = resolved[:, k]
-        axes.semilogy(
-            bodies["nu"][rows],
-            bodies["reduced"][rows, k],
-            marker,
-            ms=size,
-            mfc="none",
-            mec=colour,
-            mew=1.1,
-            label=rf"$\mu/h_0 = {_power(ratios[k])}$",
-        )
-    for name, nu, value in zip(
-        bodies["name"], bodies["nu"], bodies["reduced"][:, known[0]], strict=True
-    ):
+        rows, said = resolved[:, k], rf"$\mu/h_0 = {_power(ratios[k])}$"
+        look: Any = {"ms": size, "mfc": "none", "mec": colour, "mew": 1.1, "label": said}
+        axes.semilogy(bodies["nu"][rows], bodies["reduced"][rows, k], marker, **look)
+    first = bodies["reduced"][:, known[0]]
+    for name, nu, value in zip(bodies["name"], bodies["nu"], first, strict=True):
         said = "4" if name == "fig4" else name
         axes.annotate(said, (nu, value), (4, 6), textcoords="offset points", fontsize=7)
     axes.set(xlim=(0, closed["nu"][-1]), xlabel=r"$\nu = \pi\varkappa/\sin\alpha_0$")
@@ -194,43 +158,27 @@ def _power(x: float) -> str:
 def _draw_table(axes: Axes, data: Data) -> str:
     bodies, ratios = data["bodies"], data["mu_over_h0"]
     n_bodies, n_weights = bodies["bits"].shape
-    for row in range(n_bodies):
-        for column in range(n_weights):
-            known = bool(bodies["resolved"][row, column])
-            colour = BITS.get(int(bodies["bits"][row, column]), BITS[113]) if known else NONE
-            corner, label = (column - 0.5, row - 0.5), f"{bodies['name'][row]} {ratios[column]:g}"
-            axes.add_patch(Rectangle(corner, 1, 1, fc=colour, ec="0.75", lw=0.5, label=label))
-            said = (
-                f"{np.ceil(np.log10(bodies['error'][row, column])):.0f}".replace(
-                    "-", "\N{MINUS SIGN}"
-                )
-                if known
-                else "\N{MULTIPLICATION SIGN}"
-            )
-            axes.text(column, row, said, ha="center", va="center", fontsize=6.5)
+    for row, column in np.ndindex(n_bodies, n_weights):
+        colour, said = NONE, "\N{MULTIPLICATION SIGN}"
+        if bodies["resolved"][row, column]:
+            colour = BITS.get(int(bodies["bits"][row, column]), BITS[113])
+            exponent = np.ceil(np.log10(bodies["error"][row, column]))
+            said = f"{exponent:.0f}".replace("-", "\N{MINUS SIGN}")
+        cell = Rectangle((column - 0.5, row - 0.5), 1, 1, fc=colour, ec="0.75", lw=0.5)
+        axes.add_patch(cell)
+        axes.text(column, row, said, ha="center", va="center", fontsize=6.5)
     axes.set(xlim=(-0.5, n_weights - 0.5), ylim=(n_bodies - 0.5, -0.5))
     axes.set_xticks(range(n_weights), [f"${_power(x)}$" for x in ratios], fontsize=6.5)
-    names = [
-        f"{'Fig. 4' if name == 'fig4' else name}  {nu:.1f}"
-        for name, nu in zip(bodies["name"], bodies["nu"], strict=True)
-    ]
+    pairs = zip(bodies["name"], bodies["nu"], strict=True)
+    names = [f"{'Fig. 4' if name == 'fig4' else name}  {nu:.1f}" for name, nu in pairs]
     axes.set_yticks(range(n_bodies), names, fontsize=7)
     axes.tick_params(length=0)
     axes.set(xlabel=axis_label(MU_OVER_H0), ylabel=r"body, $\nu$")
-    keys = [
-        Patch(fc=colour, ec="0.5", lw=0.5, label=f"{bits} bits")
-        for bits, colour in BITS.items()
-        if (np.asarray(bodies["bits"])[np.asarray(bodies["resolved"])] == bits).any()
-    ]
-    keys.append(Patch(fc=NONE, ec="0.5", lw=0.5, label="not resolved"))
-    axes.legend(
-        handles=keys,
-        loc="upper center",
-        bbox_to_anchor=(0.42, -0.19),
-        ncols=4,
-        fontsize=6.5,
-        handlelength=1.2,
-        columnspacing=0.9,
-        handletextpad=0.4,
-    )
+    used = set(bodies["bits"][bodies["resolved"]].tolist())
+    keys = {f"{bits} bits": colour for bits, colour in BITS.items() if bits in used}
+    keys["not resolved"] = NONE
+    patches = [Patch(fc=colour, ec="0.5", lw=0.5, label=said) for said, colour in keys.items()]
+    below: Any = {"loc": "upper center", "bbox_to_anchor": (0.42, -0.19), "ncols": 4}
+    close: Any = {"handlelength": 1.2, "columnspacing": 0.9, "handletextpad": 0.4}
+    axes.legend(handles=patches, fontsize=6.5, **below, **close)
     return r"what is resolved: $\log_{10}$ of the error, precision"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from rigidpend.experiments.data.bounds import bound, relative, stated
 from rigidpend.experiments.data.layout import ANY, FLAG, FLOAT, TEXT, WHOLE, Field, Layout, held
 from rigidpend.experiments.data.tree import Data
-from rigidpend.experiments.weight_series import BODIES, EACH, MU_OVER_H0, NAME
+from rigidpend.experiments.weight_series import EACH, MU_OVER_H0, NAME
 
 SHARE = 4e-3
 """Admitted error of the excess, relative to Melnikov's amplitude, in units of (mu/h0)^2.
@@ -63,55 +64,45 @@ _EXCESS = bound(lambda name, stored, fresh: MARGIN * _error(stored, fresh)[..., 
 _SUM = bound(lambda name, stored, fresh: _of_sum(stored))
 
 
-OF_BODY = {
-    "alpha0": Field(FLOAT, BODIES, "rad", "(bodies,): angle of each body"),
-    "beta0": Field(FLOAT, BODIES, "rad", "(bodies,): angle of the centre of gravity"),
-    "nu": Field(FLOAT, BODIES, "1", "(bodies,): pi kappa/sin(alpha0)", within=relative(RELATIVE)),
-    "slope_amplitude": Field(
-        FLOAT,
-        BODIES,
+_body, _each = (partial(Field, FLOAT, dimensions) for dimensions in (("bodies",), EACH))
+
+BODIES = {
+    "alpha0": _body("rad", "(bodies,): angle of each body"),
+    "beta0": _body("rad", "(bodies,): angle of the centre of gravity"),
+    "nu": _body("1", "(bodies,): pi kappa/sin(alpha0)", within=relative(RELATIVE)),
+    "slope_amplitude": _body(
         "1",
         "(bodies,): of |excess[0]| in mu, both logarithmic, mu <= 0.01 h0",
         gaps=True,
         within=_slope,
     ),
-    "slope_curve": Field(
-        FLOAT, BODIES, "1", "(bodies,): of curve_excess in mu, as well", gaps=True, within=_slope
+    "slope_curve": _body(
+        "1", "(bodies,): of curve_excess in mu, as well", gaps=True, within=_slope
     ),
-    "amplitude": Field(
-        FLOAT,
-        EACH,
+    "amplitude": _each(
         "rad",
         "(bodies, mu): Melnikov's amplitude of the distance in theta1",
         within=relative(RELATIVE),
     ),
-    "largest": Field(
-        FLOAT,
-        EACH,
+    "largest": _each(
         "rad",
         "(bodies, mu): largest distance in theta1 over all phases",
         gaps=True,
         within=_largest,
     ),
-    "reduced": Field(
-        FLOAT,
-        EACH,
+    "reduced": _each(
         "1",
         "(bodies, mu): cos g part of the distance over what Melnikov's would be at nu = 0",
         gaps=True,
         within=_REDUCED,
     ),
-    "curve_excess": Field(
-        FLOAT,
-        EACH,
+    "curve_excess": _each(
         "1",
         "(bodies, mu): largest |distance - Melnikov's| over all phases, in Melnikov's amplitude",
         gaps=True,
         within=_SUM,
     ),
-    "error": Field(
-        FLOAT,
-        EACH,
+    "error": _each(
         "1",
         "(bodies, mu): what is uncertain of `excess`, from two computations",
         gaps=True,
@@ -132,7 +123,6 @@ OF_BODY = {
         within=_EXCESS,
     ),
 }
-"""Fields of all bodies."""
 CURVE = {
     "body": Field(TEXT, (), "text", "whose distance it is"),
     "g": Field(
@@ -152,10 +142,9 @@ CLOSED_FORM = {
     "nu": Field(FLOAT, ("line",), "1", "pi kappa/sin(alpha0)"),
     "decay": Field(FLOAT, ("line",), "1", "nu/sinh(nu)"),
 }
-
 LAYOUT: Layout = {
     "mu_over_h0": MU_OVER_H0,
-    "bodies": held(RELATIVE, {"name": NAME, **OF_BODY}),
+    "bodies": held(RELATIVE, {"name": NAME, **BODIES}),
     "curve": held(RELATIVE, CURVE),
     "closed_form": held(RELATIVE, CLOSED_FORM),
 }

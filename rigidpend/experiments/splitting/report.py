@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rigidpend.experiments.data.tree import Loaded
-from rigidpend.machine.tables import Table
+from rigidpend.machine.tables import Column, Table
 
 CAPTION = (
     "The surfaces S1- and S2+ part as a cosine of the phase, with the amplitude that Melnikov's"
@@ -19,21 +19,18 @@ def tables(result: Loaded) -> list[Table]:
     """Table of the bodies: nu, amplitude at the smallest weight, powers of mu, resolved ones."""
     data = result["data"]
     bodies, weight = data["bodies"], float(data["mu_over_h0"][0])
-    rows = []
-    for k, name in enumerate(bodies["name"]):
-        resolved = bodies["resolved"][k]
-        rows.append(
-            (
-                str(name),
-                f"{bodies['nu'][k]:.4f}",
-                f"{bodies['amplitude'][k][0]:.6g}",
-                f"{bodies['largest'][k][0]:.6g}",
-                f"{bodies['slope_curve'][k]:.4f}",
-                f"{bodies['slope_amplitude'][k]:.4f}",
-                f"{np.count_nonzero(resolved)} of {resolved.size}",
-            )
-        )
-    header = ("body", "nu", "Melnikov (rad)", "computed", "power, curve", "amplitude", "resolved")
-    caption = f"Largest distance in theta1 at mu = {weight:g} h0, and powers of mu of the rest"
-    note = f"Decided in {', '.join(map(str, np.unique(bodies['bits'])))} bits."
-    return [Table(caption, header, rows, note)]
+    resolved = [f"{np.count_nonzero(each)} of {each.size}" for each in bodies["resolved"]]
+    table = Table.of(
+        f"Largest distance in theta1 at mu = {weight:g} h0, and powers of mu of the rest",
+        [
+            Column("body", bodies["name"]),
+            Column("nu", bodies["nu"], ".4f"),
+            Column("Melnikov (rad)", bodies["amplitude"][:, 0], ".6g"),
+            Column("computed", bodies["largest"][:, 0], ".6g"),
+            Column("power, curve", bodies["slope_curve"], ".4f"),
+            Column("amplitude", bodies["slope_amplitude"], ".4f"),
+            Column("resolved", resolved),
+        ],
+        f"Decided in {', '.join(map(str, np.unique(bodies['bits'])))} bits.",
+    )
+    return [table]

@@ -41,22 +41,34 @@ def crossings(orbits: Orbits, tolerance: float) -> Crossings:
     return Abreast(orbits, tolerance).run()
 
 
-def sample(field: Any, state: Array, times: Array, tolerance: float) -> Array:
-    """An orbit of any field at given times (see `rigidpend.orbits.integrate.sample`)."""
+def sample(field: Any, states: Array, times: Array, tolerance: float) -> Array:
+    """States (d, k, n) from states (d, n) at times (k, 1), of one system, or (k, n), each alone."""
     from scipy.integrate import solve_ivp
 
+    (size, n), (count, several) = states.shape, times.shape
+    if several > 1:
+        each = [sample(field, states[:, [i]], times[:, [i]], tolerance) for i in range(n)]
+        return np.concatenate(each, axis=2)
+    if not times[-1, 0]:
+        return states[:, None]
+
+    def rates(_: float, flat: Array) -> Array:
+        y = flat.reshape(states.shape) if n > 1 else flat
+        found = aligned(y, field) if isinstance(field, AlignedCoefficients) else field(y, np)
+        return np.stack(np.broadcast_arrays(*found, y[0])[:size]).ravel()
+
     found: Any = solve_ivp(
-        lambda _, y: np.array(field(y, np)),
-        (times[0], times[-1]),
-        state,
+        rates,
+        (0.0, times[-1, 0]),
+        states.ravel(),
         method="DOP853",
-        t_eval=times,
+        t_eval=times[:, 0],
         rtol=tolerance,
         atol=tolerance * 1e-2,
     )
     if not found.success:
         raise ArithmeticError(f"the integration ended early: {found.message}")
-    return np.asarray(found.y)
+    return np.asarray(found.y.reshape(size, n, count).transpose(0, 2, 1))
 
 
 class Abreast:

@@ -40,7 +40,9 @@ from rigidpend.orbits.integrate.roots import touch
 
 BLOCK = 8
 """Steps at a time, all in one precision."""
-PRECISIONS = (*LADDER[1:], *range(448, 10_000, 64))
+PARTS = 3
+"""Parts of a step in integers: they are longer than tangents in doubles are carried at once."""
+PRECISIONS = (*LADDER[1:], *range(448, 10_000, 32))
 """Precisions that are taken: the kernel's, and for integers steps of some ten per cent in time."""
 MAX_STEPS = 10_000_000
 """Steps after which an orbit counts as failed: some 300,000 passages."""
@@ -240,7 +242,8 @@ class ReferenceOrbit:
         from rigidpend.orbits.integrate import bigint
 
         taken = islice(bigint.steps(self.coefficients, state, bits), BLOCK)
-        return [(step.time(step.length), step.at(step.length)) for step in taken]
+        ends = [(step, step.length * k // PARTS) for step in taken for k in range(1, PARTS + 1)]
+        return [(step.time(at), step.at(at)) for step, at in ends]
 
     def _carry_tangent(self, k: int) -> None:
         """Carry the tangent over step k, and note what the orbit crosses there."""

@@ -1,93 +1,142 @@
-"""Orbits of the aligned field at given times, in the numbers of any precision.
+"""States of orbits at given times: of any field in doubles, of the aligned one in any precision.
 
-`integrate.sample_orbits` is the same in doubles.
+Doubles and sums of them are carried by a kernel (`kernel.samples`), in vectors of lanes, or by
+engine `scipy`; integers serve beyond its numbers.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
+from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from rigidpend.machine.workers import side_by_side, spread
+from rigidpend.machine.workers import check_stop, side_by_side, spread
 from rigidpend.mechanics.equations import AlignedCoefficients
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import fraction
 from rigidpend.numbers.generic import Numbers
-from rigidpend.orbits.integrate import FINEST_TOLERANCE, sample_orbits
-from rigidpend.orbits.integrate.batch_samples import sample_aligned
-from rigidpend.orbits.integrate.engines import LADDER, kernel_bits
+from rigidpend.orbits.integrate.engines import FINEST_TOLERANCE, LADDER, check_engine, kernel_bits
+from rigidpend.orbits.integrate.kernel import samples, taylor_step
 from rigidpend.orbits.integrate.kernel.parts import exactly, in_parts
+from rigidpend.orbits.integrate.kernel.tape import ALIGNED, TracedField, trace
+from rigidpend.orbits.integrate.kernel.writer import FEW, LANES
 from rigidpend.orbits.integrate.pair_arrays import PairArray
+
+Field: TypeAlias = Callable[[Any, Any], Any]
 
 SPARE_BITS = 8
 """Bits below the precision to which series are cut off, where the numbers have them."""
+STEPS = 5_000
+"""Steps in a call, which cannot be interrupted: 3 ms."""
+TOGETHER = 256
+"""Orbits in a call, so that what they leave behind stays small."""
 
 
 def states_at(
-    coefficients: AlignedCoefficients, states: Numbers, times: Numbers, bits: int, jobs: int = 1
+    field: Field | AlignedCoefficients,
+    states: Numbers,
+    times: Numbers,
+    bits: int = 53,
+    jobs: int = 1,
+    *,
+    engine: str = "taylor",
+    tolerance: float | None = None,
 ) -> Any:
-    """The aligned components of orbits at times t' of either sign, away from 0.
+    """Orbits at times of either sign.
 
     Parameters
     ----------
-    coefficients : AlignedCoefficients
-    states : (6, n) array
-        At time 0, in numbers of the precision, as all others: doubles, pairs of them, Fractions
-        or mpmath's.
+    field : callable or AlignedCoefficients
+        ``field(state, m)`` gives the derivatives, from the functions of the namespace `m`: in
+        doubles. The coefficients stand for the aligned field, in time t'.
+    states : (d, n) or (d,) array
+        Of all orbits or of one, at time 0, in numbers of the precision, as all others: doubles,
+        pairs of them, Fractions or mpmath's.
     times : (k,) or (k, n) array
         For all orbits or for each its own: ascending from 0, or descending from 0.
-    bits : int
+    bits : int, optional
         Working precision.
     jobs : int, optional
-        Threads that share the orbits, or processes where integers serve.
+        Threads that share orbits of Fractions, or processes where integers serve.
+    engine : {"taylor", "scipy"}, optional
+        In doubles.
+    tolerance : float, optional
+        Local tolerance; by default the finest that the numbers keep. A coarser one lets integrals
+        drift in proportion to the time, where roundings alone drift as its root.
 
     Returns
     -------
-    (6, k, n) array of such numbers
+    (d, k, n) or (d, k) array of such numbers
 
     Raises
     ------
     ArithmeticError
-        An orbit did not reach the last of the times.
+        An orbit did not reach the last of its times.
+    ValueError
+        The times neither ascend nor descend from 0, or a tolerance that is not above 0.
     """
+    if tolerance is not None and not 0 < tolerance < float("inf"):
+        raise ValueError(f"tolerance must be a number above 0, got {tolerance}")
     if bits == 53:
-        return sample_orbits(coefficients, states, np.concatenate(([0.0], times)))[:, 1:]
+        return _in_doubles(field, states, times, check_engine(engine), tolerance)
+    assert isinstance(field, AlignedCoefficients)
     if isinstance(states, PairArray):
-        exact = AlignedCoefficients(*(x.exactly() for x in coefficients))
-        return PairArray(_in_parts(exact, states.parts, times.parts, bits))
+        exact = AlignedCoefficients(*(x.exactly() for x in field))
+        return PairArray(_in_parts(exact, states.parts, times.parts, bits, tolerance))
     states, times = (np.asarray(x, dtype=object) for x in (states, times))
     if isinstance(states.flat[0], Fraction):
         own = times.ndim > 1
         parts = spread(np.arange(states.shape[1]), jobs, 0)
         tasks = [(states[:, part], times[:, part] if own else times) for part in parts]
-        found = side_by_side(_exact, (coefficients, bits), bits > LADDER[-1], tasks, jobs)
+        found = side_by_side(_exact, (field, bits, tolerance), bits > LADDER[-1], tasks, jobs)
         return np.concatenate(found, axis=2)
     exactly_, number = np.frompyfunc(fraction, 1, 1), type(states.flat[0]).context.mpf
-    given = AlignedCoefficients(*map(fraction, coefficients)), exactly_(states), exactly_(times)
+    given = AlignedCoefficients(*map(fraction, field)), exactly_(states), exactly_(times)
     back = np.frompyfunc(lambda x: number(x.numerator) / x.denominator, 1, 1)
-    return back(states_at(*given, bits, jobs))
+    return back(states_at(*given, bits, jobs, tolerance=tolerance))
 
 
-def _exact(task: tuple[Any, Any], coefficients: AlignedCoefficients, bits: int) -> Any:
+def _in_doubles(
+    field: Field | AlignedCoefficients,
+    states: Numbers,
+    times: Numbers,
+    engine: str,
+    tolerance: float | None,
+) -> Array:
+    tolerance = FINEST_TOLERANCE[engine] if tolerance is None else tolerance
+    states, times = np.asarray(states, dtype=float), np.asarray(times, dtype=float)
+    if not times.ndim or not len(times) or not _leads_away(times).all():
+        raise ValueError("times must be a list that ascends or descends from 0, with one at least")
+    several, grid = states.reshape(len(states), -1), times.reshape(len(times), -1)
+    if engine == "scipy" and states.size:
+        from rigidpend.orbits.integrate import dop853
+
+        found = dop853.sample(field, several, grid, tolerance)
+    else:
+        found = _sampled(field, several[None], grid[None], 53, tolerance)[0]
+    return found.reshape(len(states), len(times), *states.shape[1:])
+
+
+def _leads_away(times: Array) -> Any:
+    """Of each orbit, whether its times ascend from 0 on, or descend."""
+    steps = np.diff(times, axis=0)
+    ahead = (times[0] >= 0) & (steps > 0).all(axis=0)
+    return ahead | ((times[0] <= 0) & (steps < 0).all(axis=0))
+
+
+def _exact(task: Any, field: AlignedCoefficients, bits: int, tolerance: float | None) -> Any:
     """The same of Fractions, by the kernel or in integers."""
     states, times = task
     if bits <= LADDER[-1]:
         kind = kernel_bits(bits)
-        return exactly(_in_parts(coefficients, in_parts(states, kind), in_parts(times, kind), bits))
+        given = in_parts(states, kind), in_parts(times, kind), bits
+        return exactly(_in_parts(field, *given, tolerance))
     each = np.broadcast_to(times.reshape(len(times), -1), (len(times), states.shape[1]))
-    columns = [_in_integers(coefficients, *one, bits) for one in zip(states.T, each.T, strict=True)]
+    columns = [_in_integers(field, *one, bits) for one in zip(states.T, each.T, strict=True)]
     return np.array(columns, dtype=object).transpose(2, 1, 0)
-
-
-def _in_parts(c: AlignedCoefficients, states: Any, times: Any, bits: int) -> Any:
-    """The same in the kernel's parts, which come first."""
-    kind = kernel_bits(bits)
-    tolerance = FINEST_TOLERANCE["taylor"] * 2.0 ** (53 - min(kind, bits + SPARE_BITS))
-    times = times.reshape(*times.shape[:2], -1)
-    grid = np.concatenate((0 * times[:, :1], times), axis=1)
-    return sample_aligned(c, states, grid, kind, tolerance)[:, :, 1:]
 
 
 def _in_integers(
@@ -97,7 +146,7 @@ def _in_integers(
     from rigidpend.orbits.integrate import bigint
 
     # With t and M3 reversed, and gamma3 with them, the field is the same.
-    sense = np.array([1, 1, -1, 1, 1, -1]) if times[0] < 0 else np.ones(6, dtype=int)
+    sense = np.array([1, 1, -1, 1, 1, -1]) if times[-1] < 0 else np.ones(6, dtype=int)
     found: list[Any] = []
     for step in bigint.steps(c, state * sense, bits):
         while (at := step.since_begin(abs(times[len(found)]))) <= step.length:
@@ -105,3 +154,84 @@ def _in_integers(
             if len(found) == len(times):
                 return found
     raise AssertionError
+
+
+def _in_parts(c: AlignedCoefficients, states: Any, times: Any, bits: int, tol: float | None) -> Any:
+    """The same in the kernel's parts, which come first."""
+    kind = kernel_bits(bits)
+    if tol is None:
+        tol = FINEST_TOLERANCE["taylor"] * 2.0 ** (53 - min(kind, bits + SPARE_BITS))
+    return _sampled(c, states, times.reshape(*times.shape[:2], -1), kind, tol)
+
+
+def _sampled(
+    field: Field | AlignedCoefficients, states: Array, times: Array, bits: int, tolerance: float
+) -> Array:
+    """Samples (parts, d, k, n) of states (parts, d, n) at times (parts, k, n) or (parts, k, 1)."""
+    parts, size, n = states.shape
+    lanes = FEW if n <= FEW else LANES
+    kernel, parameters = _kernel(field, size, bits, tolerance, lanes)
+    found = np.empty((parts, size, times.shape[1], n))
+    senses = np.broadcast_to(np.where(times[0, -1] < 0, -1.0, 1.0), n)
+    for sense in set(senses.tolist()):
+        # The lanes of a call go one way.
+        going = np.flatnonzero(senses == sense)
+        for columns in np.split(going, range(TOGETHER, going.size, TOGETHER)):
+            grid = times if times.shape[2] == 1 else times[..., columns]
+            given = states[..., columns], grid, parameters, sense, lanes
+            found[..., columns] = _lanes(kernel, *given)
+    return found
+
+
+def _kernel(
+    field: Field | AlignedCoefficients, size: int, bits: int, tolerance: float, lanes: int
+) -> tuple[Any, Array]:
+    """The machine code that carries orbits of a field, and its parameters."""
+    if isinstance(field, AlignedCoefficients):
+        traced, parameters = ALIGNED, in_parts(field, bits)
+    else:
+        traced, numbers = _traced(field, size)
+        parameters = np.array([numbers], dtype=float)
+    return samples.function(taylor_step.order_of(tolerance), bits, traced, lanes), parameters
+
+
+@functools.lru_cache(maxsize=32)
+def _traced(field: Field, size: int) -> tuple[TracedField, tuple[float, ...]]:
+    """A field taken down; one that is integrated again is not taken down again."""
+    return trace(field, size)
+
+
+def _lanes(
+    kernel: Any, states: Array, times: Array, parameters: Array, sense: float, lanes: int
+) -> Array:
+    """Samples of some orbits; lanes without an orbit repeat the first."""
+    (parts, size, n), count = states.shape, times.shape[1]
+    groups = -(-n // lanes)
+    width = groups * lanes
+    filled = np.concatenate((np.arange(n), np.zeros(width - n, dtype=np.int64)))
+    state = np.ascontiguousarray(states.reshape(parts * size, n)[:, filled])
+    own = times.shape[2] > 1
+    grid = times.transpose(0, 2, 1)
+    grid = np.ascontiguousarray(grid[:, filled] if own else grid)
+    time = np.zeros((2, width))
+    passed, found = np.zeros(width, dtype=np.int64), np.empty((count, parts * size, width))
+    given = [x.ctypes.data for x in (time, parameters, grid)]
+    left = width
+    while left:
+        check_stop()
+        left = kernel(
+            state.ctypes.data,
+            width,
+            *given,
+            grid[0].size,
+            count if own else 0,
+            count,
+            passed.ctypes.data,
+            sense,
+            groups,
+            -(-STEPS // groups),
+            found.ctypes.data,
+        )
+        if left and not np.isfinite(state[:, passed < count]).all():
+            raise ArithmeticError("the integration ended early: an orbit did not reach its time")
+    return found[..., :n].reshape(count, parts, size, n).transpose(1, 2, 0, 3)

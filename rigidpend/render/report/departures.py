@@ -13,10 +13,6 @@ class Departure(NamedTuple):
     printed: str
     here: str
 
-    @property
-    def row(self) -> tuple[str, str, str]:
-        return self.place, self.printed, self.here
-
 
 DEPARTURES = (
     Departure("section 1, (cond_P)", "A2 + A3 > A1", "equality admitted: body a of Table 1 has it"),

@@ -6,10 +6,11 @@ import base64
 import io
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rigidpend.machine import tables
 from rigidpend.machine.tables import Table
+from rigidpend.render.report.departures import Departure
 
 HERE = Path(__file__).parent
 COLOURS = 128
@@ -77,7 +78,7 @@ def picture(png: bytes) -> str:
     return f"data:image/png;base64,{base64.b64encode(small.getvalue()).decode('ascii')}"
 
 
-def html(sections: Sequence[ResultSection], departures: Sequence[Any]) -> str:
+def html(sections: Sequence[ResultSection], departures: Sequence[Departure]) -> str:
     """Write the whole page as HTML."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
@@ -95,6 +96,6 @@ def html(sections: Sequence[ResultSection], departures: Sequence[Any]) -> str:
     slips = Table(
         "Where the paper slips, or leaves a value open, and what is computed here",
         ("place", "as printed", "here"),
-        [departure.row for departure in departures],
+        departures,
     )
     return template.render(sections=sections, departures=slips, style=style)

@@ -24,8 +24,8 @@ from rigidpend.mechanics.body import Angles, Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, hamiltonian_J3_0, height
 from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
-from rigidpend.orbits.integrate.batch_samples import sample_aligned
 from rigidpend.orbits.integrate.pair_arrays import PairArray
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import EnergyLevel, SectionPoint, return_map
 from rigidpend.orbits.return_map.expansions import chebyshev_analysis, nodes
 from rigidpend.orbits.return_map.poincare import state_of
@@ -390,13 +390,13 @@ class FamilyOrbits:
         self.begin, c = begin, setting.coefficients
         self.in_time = setting.nodes[0]
         self.rate = setting.rate
-        self.field = AlignedCoefficients(*(x.exactly() for x in c.aligned))
+        self.field = c.aligned
         self.doubles = AlignedCoefficients(*map(float, c.aligned))
 
     def at(self, times: PairArray) -> PairArray:
         """States (6, k, n) at times (k, n), each orbit's ascending."""
-        grid = np.concatenate((np.zeros((2, 1, times.shape[1])), times.parts), axis=1)
-        return PairArray(sample_aligned(self.field, self.begin.parts, grid, 106, TOLERANCE))[:, 1:]
+        found: PairArray = states_at(self.field, self.begin, times, 106, tolerance=TOLERANCE)
+        return found
 
     def crossing(self, times: Array) -> Array:
         """Times of M3 = 0, from some near them."""

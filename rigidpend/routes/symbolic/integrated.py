@@ -129,7 +129,7 @@ def actions(body: Body, level: Level, chains: Sequence[Chain]) -> Array:
     begun = [crossing_states(c, level, chain)[:, :-1] for chain in chains]
     states = np.concatenate(begun, axis=1)
     time = np.concatenate([chain.time for chain in chains])
-    lifted = integrate.ends(_field(c.aligned), np.vstack((states, 0 * time)), time)[6]
+    lifted = states_at(_field(c.aligned), np.vstack((states, 0 * time)), time[None])[6, 0]
     of = np.repeat(np.arange(len(chains)), [len(chain.time) for chain in chains])
     found: Array = np.bincount(of, weights=2 * (level.h * time - lifted)).astype(float)
     return found

@@ -185,7 +185,7 @@ class _Legs:
         self.least = self.m.ldexp(1, -self.bits)
         self.begin = start(orbits.problem, self.bits, Scales())
         self.c = AlignedCoefficients(*map(self._number, self.begin.coefficients))
-        self.jobs, self.needed = jobs, needed[:n]
+        self.jobs, self.needed, self.most = jobs, needed[:n], float(needed[0])
         self.theta = self.m.mpf(made.chain.unknown)
         self.times = [self.m.mpf(float(t)) for t in times[:n]]
         places = crossing_states(doubles(orbits.problem.body), solved.level, made.chain)[:, :n]
@@ -206,15 +206,17 @@ class _Legs:
             # What the last correction has shown, and not what it is expected to have left.
             last = min(len(self.needed) - 1, int((self.needed > before).sum()))
             slopes = self._slopes(known, last, slopes)
-            aim = min(2 * known - CURVED, known + slopes.digits, float(self.needed[0]))
-            note(lambda: f"theta2_0 to {known:.0f} of {self.needed[0]:.0f} digits")  # noqa: B023
+            # As few rounds as may be, and early ones short: their digits are integrated again.
+            further = (self._rounds(known, slopes.digits) - 1) * slopes.digits
+            aim = min(2 * known - CURVED, max(known + LEAST_DIGITS, self.most - further))
+            note(lambda: f"theta2_0 to {known:.0f} of {self.most:.0f} digits")  # noqa: B023
             before = self._corrected(slopes, aim, last)
             if before < LEAST_DIGITS:
                 raise NoOrbit("integration does not find the crossings where the map has them")
             # Where a passage grazes a surface legs are bent more than was expected.
             lost = max(lost, known - before)
             known = min(aim, before + slopes.digits - lost, 2 * before - CURVED - lost)
-            if known >= self.needed[0]:
+            if known >= self.most:
                 late = np.cumsum(np.array(self.times) - told)
                 return fraction(self.theta), float(max(abs(x) for x in late))
         raise NoOrbit(f"integration follows the map to {known:.0f} digits only")
@@ -227,15 +229,20 @@ class _Legs:
         best = before
         for bits in LADDER[1:]:
             digits = min(known, bits / 2 / DIGIT - THIN)
-            later = rung(self._bits(min(known + digits, float(self.needed[0]))))
+            later = rung(self._bits(min(known + digits, self.most)))
             costly = LADDER[1] < bits >= later
-            if not costly and (best is None or digits > 1.2 * best.digits):
+            fewer = best is None or self._rounds(known, digits) < self._rounds(known, best.digits)
+            if not costly and fewer:
                 best = _Slopes([], digits)
                 chosen = bits
         if best is before and before is not None:
             return before
         assert best is not None
         return _Slopes(self._differences(chosen, last), best.digits)
+
+    def _rounds(self, known: float, digits: float) -> int:
+        """Rounds that are left if each gains so many digits."""
+        return max(1, math.ceil((self.most - known) / digits))
 
     def _bits(self, digits: float) -> int:
         """Bits in which a leg is integrated whose end is told to so many digits."""
@@ -286,7 +293,7 @@ class _Legs:
             self.times[k] += late[k]
         sizes = [float(self.m.log10(max(*map(abs, x[GAMMA]), self.least))) for x in found]
         lacking = [-x for x, need in zip(sizes, self.needed, strict=False) if -x < need - SETTLED]
-        return min([float(self.needed[0]), *lacking])
+        return min([self.most, *lacking])
 
     def _ends(
         self, legs: Sequence[int], begun: Sequence[Any], bits: Sequence[int]

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.doubles import Array
-from rigidpend.orbits import integrate
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.orbits.return_map.passage import EnergyLevel
 from rigidpend.orbits.return_map.poincare import section_state, section_tangents
@@ -192,7 +192,7 @@ def integrated(found: Stretched) -> Array:
     ended = []
     for beside in np.einsum("ijn,njk->kin", off, unit):
         rates, states = variational_equations(c.aligned), np.concatenate((begun, beside))
-        end = integrate.ends(rates, states, found.time)
+        end = states_at(rates, states, found.time[None])[:, 0]
         flow = np.array(aligned(end[:6], c.aligned))
         # Back to the section along the orbit.
         ended.append(euclidean(end[6:] - flow * (end[8] / flow[2]), c))

@@ -111,7 +111,7 @@ def test_wrong_symbols_are_per_million() -> None:
     assert row(table, "heyoka, Euler")[1:] == ("2,000", "0", "200 us")
     assert row(table, "route_codes")[1] == "0"
     assert table.header[1] == "wrong, J1_0 = 1e-10"
-    assert "fewer than 2,000, for 1,500 symbols" in table.note
+    assert "fewer than 2,000, of 1,500 symbols" in table.note
 
 
 def test_what_is_absent_or_cut_is_said() -> None:
@@ -133,7 +133,7 @@ def test_times_are_scaled_from_the_most_that_was_timed() -> None:
     assert reading.scaled(one, 100) == (8.0, 0.75, 100)
     assert reading.scaled(one, 1000) == (80.0, 0.75, 100)
     assert reading.scaled(one, 10) == (1.0, 0.5, 10)
-    assert reading.scaled(one, 5).seconds == pytest.approx(0.5)
+    assert reading.scaled(one, 5)[0] == pytest.approx(0.5)
 
 
 def test_the_table_has_the_ratio_to_maps_and_marks_what_is_scaled() -> None:

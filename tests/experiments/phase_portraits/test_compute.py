@@ -15,7 +15,7 @@ from rigidpend.mechanics.equations import (
     energy,
     eq1,
 )
-from rigidpend.orbits.integrate import sample
+from rigidpend.orbits.integrate.states import states_at
 from tests.experiments.trees import CONFIGS, asked, computed, differences, plain
 from tests.processes import modules_of_computing
 
@@ -116,7 +116,7 @@ def test_agrees_with_an_integrated_orbit_in_projection(content: Any, data: Any) 
     M1, M2, M3 = points[:, 0]
     start = [c * M1 + s * M2, c * M1 - s * M2, M3, 0.0, 0.0, 1.0]
     coefficients = aligned_coefficients(p, np)
-    state = sample(lambda y, _: aligned(y, coefficients), start, np.linspace(0, 15, 301))
+    state = states_at(lambda y, _: aligned(y, coefficients), start, np.linspace(0, 15, 301))
     found = np.array([(state[0] + state[1]) / (2 * c), (state[0] - state[1]) / (2 * s), state[2]])
     seen = phase_portraits.view_axes(content.problem.view) @ found
     drawn = curves(orbits, "projected")[k]

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend.experiments.plots import DOUBT, ZOOM
 from rigidpend.experiments.route_map.draw import draw, words
 from tests.experiments.figures import styled
 from tests.results.loaded import loaded
@@ -25,9 +26,15 @@ def plane(low: float, high: float, doubtful: bool = False) -> dict[str, Any]:
     return {"codes": codes, "certain": certain, "by_map": by_map, "x": x, "y": x - 10}
 
 
-def figure_of(doubtful: bool = False, marked: float = -8.0, **zooms: Any) -> Any:
-    data = {**plane(0, 6, doubtful), "y_axis": "log10_J1_0", "marked": marked, "nu": 4.4}
-    return styled(draw, loaded({**data, "zooms": zooms} if zooms else data))
+def figure_of(doubtful: bool = False, **given: Any) -> Any:
+    own = {"y_axis": "log10_J1_0", "marked": -8.0, "nu": 4.4}
+    return styled(draw, loaded({**plane(0, 6, doubtful), **own, **given}))
+
+
+def coloured(axes: Any, colour: str) -> list[list[float]]:
+    """The lines of a colour, flat: x, then y."""
+    lines = [line for line in axes.lines if line.get_color() == colour]
+    return [[*np.ravel(line.get_xdata()), *np.ravel(line.get_ydata())] for line in lines]
 
 
 def test_words_are_a_gray_code_between_0_and_1() -> None:
@@ -44,39 +51,26 @@ def test_lines_are_where_symbols_change() -> None:
 
 
 def test_zooms_are_framed_in_the_smallest_plane_around_them() -> None:
-    figure = figure_of(first=plane(1, 3), second=plane(1.5, 2))
-    whole, first, second = figure.axes
-    assert [frame.get_label() for frame in whole.patches] == ["first"]
-    assert [frame.get_label() for frame in first.patches] == ["second"]
-    assert not second.patches
+    figure = figure_of(zooms={"first": plane(1, 3), "second": plane(1.5, 2)})
+    framed = [
+        [(patch.get_x(), patch.get_width()) for patch in axes.patches] for axes in figure.axes
+    ]
+    assert framed == [[(1, 2)], [(1.5, 0.5)], []]
 
 
 @pytest.mark.parametrize("doubtful", [True, False])
 def test_uncertain_cells_are_marked(doubtful: bool) -> None:
     figure = figure_of(doubtful)
-    marks = [line for line in figure.axes[0].lines if line.get_label() == "uncertain"]
-    assert len(marks) == doubtful
-    if doubtful:
-        assert marks[0].get_xdata() == pytest.approx([plane(0, 6)["x"][3]])
+    place = [plane(0, 6)["x"][3], plane(0, 6)["y"][2]]
+    assert coloured(figure.axes[0], DOUBT) == ([place] if doubtful else [])
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert ("uncertain" in labels) == doubtful
 
 
-@pytest.mark.parametrize(("marked", "shown"), [(-8.0, True), (-2.0, False)])
-def test_the_row_of_the_config_is_marked_where_it_is_shown(marked: float, shown: bool) -> None:
-    (axes,) = figure_of(marked=marked).axes
-    lines = [line for line in axes.lines if line.get_label() == "marked"]
-    assert len(lines) == shown
-
-
-def test_columns_have_their_name_and_their_own_value_marked() -> None:
-    data = {**plane(0, 6), "y_axis": "mu", "marked": -8.0, "nu": 4.4}
-    (axes,) = draw(loaded({**data, "x_axis": "h0", "marked_x": 1.5})).axes
+def test_own_values_are_marked_where_they_are_shown_and_axes_have_their_names() -> None:
+    (axes,) = figure_of(x_axis="h0", y_axis="mu", marked_x=1.5).axes
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("$h_0$", r"$\mu$")
-    lines = [line for line in axes.lines if line.get_label() == "marked"]
-    assert [(*np.ravel(line.get_xdata()), *np.ravel(line.get_ydata())) for line in lines] == [
-        (0, 1, -8.0, -8.0),
-        (1.5, 1.5, 0, 1),
-    ]
-    (plain,) = draw(loaded(data)).axes
-    assert plain.get_xlabel() == r"$\theta_2^0$ (rad)"
+    assert coloured(axes, ZOOM) == [[0, 1, -8, -8], [1.5, 1.5, 0, 1]]
+    (axes,) = figure_of(marked=-2.0).axes
+    assert (axes.get_xlabel(), axes.get_ylabel()) == (r"$\theta_2^0$ (rad)", r"$\log_{10} J_1^0$")
+    assert coloured(axes, ZOOM) == []

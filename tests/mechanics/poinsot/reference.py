@@ -12,7 +12,7 @@ from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import cross, euler_poisson
 from rigidpend.mechanics.poinsot.orbit import Orbit, encircling
 from rigidpend.mechanics.poinsot.polhode import momentum
-from rigidpend.orbits.integrate import sample
+from rigidpend.orbits.integrate.states import states_at
 from tests.strategies import FINE, bodies, numbers
 
 EPS = float(np.finfo(float).eps)
@@ -82,7 +82,7 @@ def in_space(M: Any, A: Any, times: Any) -> tuple[Any, Any]:
         found = euler_poisson(state[:3], state[3:6], A, NOWHERE, 0.0)
         return (*found, *cross(state[6:], omega))
 
-    found = sample(rates, [*M, *radius, *np.cross(axis, radius)], times)
+    found = states_at(rates, [*M, *radius, *np.cross(axis, radius)], times - times[0])
     M, *fixed = found.reshape(3, 3, -1)
     omega = M / np.asarray(A)[:, None]
     return M, np.array([(omega * v).sum(axis=0) for v in (M / np.linalg.norm(M, axis=0), *fixed)])

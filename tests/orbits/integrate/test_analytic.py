@@ -18,7 +18,8 @@ from rigidpend.mechanics.equations import (
     eq1,
     euler_poisson,
 )
-from rigidpend.orbits.integrate import Outcome, sample
+from rigidpend.orbits.integrate import Outcome
+from rigidpend.orbits.integrate.states import states_at
 from tests.orbits.integrate.problems import (
     ENGINES,
     FREE,
@@ -57,7 +58,7 @@ def test_agrees_aligned_field_with_the_unperturbed_separatrices(
     expected = separatrix_J1(separatrix, TIMES)
     begin = on_separatrix(separatrix, FREE, expected[0], THETA2, J2)
     numbers = aligned_coefficients(FREE.angles(), math)
-    orbit = sample(lambda state, m: aligned(state, numbers), begin, TIMES, engine=engine)
+    orbit = states_at(lambda state, m: aligned(state, numbers), begin, TIMES, engine=engine)
     found = canonical_from_aligned(Aligned(*orbit), FREE.alpha0, FREE.beta0)
     np.testing.assert_allclose(found.J1, expected, rtol=2e-10)
     np.testing.assert_allclose(found.J2mJ1, J2 - expected, rtol=2e-10)
@@ -71,7 +72,7 @@ def test_agrees_eq1_with_the_unperturbed_separatrices(separatrix: int, engine: s
     expected = separatrix_J1(separatrix, TIMES)
     p = FREE.angles()
     begin = [theta1_on(separatrix, FREE), expected[0], THETA2, J2]
-    theta1, J1, theta2, modulus = sample(
+    theta1, J1, theta2, modulus = states_at(
         lambda state, m: eq1(state, p, m), begin, TIMES, engine=engine
     )
     # theta1 is steady on one half of the way only: its rounding grows on the other.
@@ -108,7 +109,7 @@ def test_agrees_euler_poisson_with_the_physical_pendulum(
     times = np.linspace(0, 6 * ellipk(k2) / rate, 50)
     M3, gamma1, gamma2 = pendulum(A[2], r, mu, h0, sign, rate * times, k2)
     begin = [0, 0, M3[0], gamma1[0], gamma2[0], 0]
-    orbit = sample(
+    orbit = states_at(
         lambda x, m: euler_poisson(x[:3], x[3:], A.tolist(), r.tolist(), mu),
         begin,
         times,
@@ -143,7 +144,7 @@ def test_agrees_eq1_with_the_pendulum_in_canonical_variables(
     # (sol_3): J1 = 0 with theta2, or J1 = J2 with theta1 + theta2, from the lowest point.
     theta1 = 0.4
     begin = [theta1, upper * expected[0], -math.pi / 2 - upper * theta1, expected[0]]
-    orbit = sample(lambda state, m: eq1(state, p, m), begin, times, engine=engine)
+    orbit = states_at(lambda state, m: eq1(state, p, m), begin, times, engine=engine)
     angle = orbit[2] + upper * orbit[0]
     np.testing.assert_allclose(orbit[3], expected, rtol=1e-9)
     np.testing.assert_allclose(orbit[1], upper * expected, atol=1e-9)

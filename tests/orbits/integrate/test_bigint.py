@@ -55,9 +55,9 @@ def test_a_zero_is_found_to_the_last_bit_from_twenty() -> None:
 
 @pytest.mark.parametrize(
     ("momentum", "expected"),
-    [(("1", "-0.5", "0"), 1), (("0", "0.1", "-5"), 4), (("0.2", "0", "0.1"), "0.25")],
+    [(("1", "-0.5", "0"), "0.5"), (("0", "0.1", "-5"), 2), (("0.2", "0", "0.1"), "0.125")],
 )
-def test_the_unit_is_a_power_of_two_next_to_the_largest_momentum(
+def test_the_unit_is_half_of_a_power_of_two_next_to_the_largest_momentum(
     momentum: tuple[str, ...], expected: str
 ) -> None:
     state = [*map(Fraction, momentum), Fraction(1000), Fraction(-2000), Fraction(3000)]

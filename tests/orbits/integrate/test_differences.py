@@ -10,7 +10,7 @@ import pytest
 
 from rigidpend import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_coefficients
-from rigidpend.orbits.integrate import bigint, sample_orbits
+from rigidpend.orbits.integrate import bigint
 from rigidpend.orbits.integrate.differences import (
     DifferenceField,
     array,
@@ -18,6 +18,7 @@ from rigidpend.orbits.integrate.differences import (
     scaled,
     summed,
 )
+from rigidpend.orbits.integrate.states import states_at
 
 HEAVY = Body(A=(2, 1, 1.5), r=(1, 1, 0), mu="0.3")
 FLOATS = aligned_coefficients(HEAVY.angles(), math)
@@ -41,7 +42,7 @@ def test_agrees_with_two_integrations_where_the_difference_is_large() -> None:
     start = np.array(STATE)[:, None]
     series = scaled(DifferenceField(FLOATS, 53).series(start[:, 0], apart, 24), 0.2)
     found = summed(series)
-    ends = sample_orbits(FLOATS, np.hstack((start, start + apart)), [0, 0.2])[:, 1]
+    ends = states_at(FLOATS, np.hstack((start, start + apart)), [0, 0.2])[:, 1]
     assert np.allclose(found[:, 0], ends[:, 0], rtol=0, atol=1e-15)
     assert np.allclose(found[:, 1], ends[:, 1] - ends[:, 0], rtol=0, atol=1e-15)
 

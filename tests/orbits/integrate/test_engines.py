@@ -7,6 +7,7 @@ import pytest
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import EngineError, engines
 from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate.states import states_at
 from tests.orbits.integrate.problems import (
     fan,
     find,
@@ -30,7 +31,7 @@ def test_the_kernel_serves_up_to_424_bits() -> None:
 
 def test_engine_refuses_an_unknown_name() -> None:
     with pytest.raises(EngineError, match="'euler' is not known; choose one of taylor, scipy"):
-        integrate.sample(lambda x, m: x, [1.0], [0.0, 1.0], engine="euler")
+        states_at(lambda x, m: x, [1.0], [0.0, 1.0], engine="euler")
 
 
 def test_engine_scipy_has_doubles_only() -> None:

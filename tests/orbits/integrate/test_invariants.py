@@ -15,7 +15,7 @@ from rigidpend.mechanics.equations import (
     energy,
     euler_poisson,
 )
-from rigidpend.orbits.integrate import sample
+from rigidpend.orbits.integrate.states import states_at
 from tests.orbits.integrate.problems import (
     ENGINES,
     FIG4,
@@ -47,7 +47,7 @@ def test_invariant_integrals_of_the_aligned_field(body: Any, engine: str) -> Non
     numbers = aligned_coefficients(body.angles(), math)
     begin = on_separatrix(2, body, 1e-8, 1.1, math.sqrt(2))
     times = np.linspace(0, DURATION, 500)
-    orbit = sample(lambda state, m: aligned(state, numbers), begin, times, engine=engine)
+    orbit = states_at(lambda state, m: aligned(state, numbers), begin, times, engine=engine)
     assert np.ptp(np.sign(orbit[2])) == 2, "the orbit must have gone up and down"
     A, _, _ = floats_of(body)
     M, gamma = body_from_aligned(Aligned(*orbit), body.alpha0, scale(A))
@@ -63,7 +63,7 @@ def test_invariant_integrals_of_euler_poisson_off_the_level_zero(body: Any, engi
     A, r, mu = floats_of(body)
     begin = [0.5, 0.4, 1.2, 0.48, 0.6, 0.64]
     times = np.linspace(0, DURATION, 500)
-    orbit = sample(
+    orbit = states_at(
         lambda x, m: euler_poisson(x[:3], x[3:], A.tolist(), r.tolist(), mu),
         begin,
         times,

@@ -16,12 +16,13 @@ from rigidpend.machine import cache
 from rigidpend.machine.kept import KeptFileWarning
 from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
-from rigidpend.orbits.integrate import bigint, sample_orbits
+from rigidpend.orbits.integrate import bigint
 from rigidpend.orbits.integrate.kernel import machine_code, taylor_step
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
 from rigidpend.orbits.integrate.kernel.notes import FIELDS, function, width_of_note
 from rigidpend.orbits.integrate.kernel.parts import in_parts
 from rigidpend.orbits.integrate.kernel.writer import LANES, Writer
+from rigidpend.orbits.integrate.states import states_at
 from tests.orbits.integrate.problems import fan, find
 
 C = AlignedCoefficients(
@@ -190,15 +191,15 @@ def test_samples_are_those_of_integers_and_of_nobody_elses_lane(sense: int) -> N
     c = AlignedCoefficients(*map(float, C))
     states = np.array([[float(x) * (1 + 0.01 * k) for k in range(11)] for x in STATE])
     times = sense * np.array([0.0, 1e-3, 0.2, 0.3, 5.0, 9.5])
-    found = sample_orbits(c, states, times, engine="taylor")
-    alone = sample_orbits(c, states[:, 9:10], times, engine="taylor")
+    found = states_at(c, states, times, engine="taylor")
+    alone = states_at(c, states[:, 9:10], times, engine="taylor")
     np.testing.assert_array_equal(found[..., 9:10], alone)
     np.testing.assert_array_equal(found[:, 0], states)
     if sense > 0:
         for k in (2, 5):
             truth = [float(x) for x in by_integers(Fraction(times[k]))]
             np.testing.assert_allclose(found[:, k, 0], truth, rtol=0, atol=1e-14)
-    back = sample_orbits(c, found[:, -1], times[::-1], engine="taylor")
+    back = states_at(c, found[:, -1], times[::-1] - times[-1], engine="taylor")
     np.testing.assert_allclose(back[:, -1], states, rtol=0, atol=1e-13)
 
 

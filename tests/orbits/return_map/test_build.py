@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
-from rigidpend.experiments.bench.drawn import drawn
+from rigidpend.experiments.bench.problems import drawn
 from rigidpend.machine import cache as caches
 from rigidpend.machine import code_hash
 from rigidpend.machine.kept import KeptFileWarning
@@ -271,6 +271,8 @@ def test_a_map_of_other_code_is_another(module: str, monkeypatch: pytest.MonkeyP
 
     before = storage.followed(FIG4, h, h, 53, FIRST, 64)
     monkeypatch.setattr(code_hash, "code_of", edited)
+    monkeypatch.setattr(caches, "recall", lambda _: None)
+    monkeypatch.setattr(caches, "remember", lambda *_: None)
     storage._code.cache_clear()
     after = storage.followed(FIG4, h, h, 53, FIRST, 64)
     storage._code.cache_clear()

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
-from rigidpend.orbits.integrate import sample_orbits
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import ReturnMap, SectionPoint, return_map
 from rigidpend.orbits.return_map.poincare import section_state
@@ -49,7 +48,7 @@ def test_agrees_a_passage_with_integration(body: Body, rising: bool) -> None:
     assert passed.inside.sum() > N / 2
     for k in np.flatnonzero(passed.inside)[:12]:
         times = np.linspace(0, passed.time[k], 2001)
-        path = sample_orbits(c.aligned, begin[:, [k]], times)[:, :, 0]
+        path = states_at(c.aligned, begin[:, [k]], times)[:, :, 0]
         end = path[:, -1]
         # Deviations grow along a passage by what its derivatives tell.
         grown = 1e-14 * (1 + np.abs(passed.slopes[:, :, k]).max() / 100)

@@ -37,7 +37,7 @@ from rigidpend.mechanics.separatrices import (
     theta1,
     u,
 )
-from rigidpend.orbits.integrate import sample
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.surfaces import melnikov
 from tests.bodies import GENERIC
 from tests.strategies import FINE, fine_angles
@@ -143,7 +143,7 @@ def orbit(body: Body, J2: float, J1: float, theta2: float, times: Any) -> Any:
         Canonical(J1, J2 - J1, 0.0, p.beta0 + 1.0, theta2, 0.0, 1.0), p.alpha0, p.beta0
     )
     coefficients = aligned_coefficients(p, math)
-    return sample(lambda x, _: aligned(x, coefficients), start, times)
+    return states_at(lambda x, _: aligned(x, coefficients), start, times)
 
 
 def test_h0_of_section_3_is_not_the_energy_constant_of_the_pendulum() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from rigidpend.mechanics.coordinates import Aligned, canonical_from_aligned
 from rigidpend.mechanics.equations import eq1
-from rigidpend.orbits import integrate
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.symbolic.closed import closed
 from rigidpend.routes.symbolic.integrated import actions, crossing_states, doubles
@@ -44,6 +44,6 @@ def test_the_action_is_the_integral_in_canonical_variables(word: tuple[int, ...]
         found = eq1(state[:4], p, m)
         return (*found, state[1] * found[0] + state[3] * found[2])
 
-    grown = integrate.ends(rates, np.vstack((begin, 0 * begin[:1])), chain.time)[4]
+    grown = states_at(rates, np.vstack((begin, 0 * begin[:1])), chain.time[None])[4, 0]
     [found] = actions(BODY, level(), [chain])
     assert found == pytest.approx(grown.sum(), rel=1e-12)

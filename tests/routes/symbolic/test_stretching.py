@@ -12,7 +12,7 @@ from rigidpend import route_codes
 from rigidpend.mechanics.equations import aligned, euler_poisson
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits import integrate
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import SectionPoint, build, orders
 from rigidpend.orbits.return_map.poincare import section_state
 from rigidpend.orbits.return_map.precision import precision
@@ -72,7 +72,7 @@ def test_slopes_are_those_of_the_variational_equations(k: int) -> None:
     found = np.empty((2, 2))
     for column, (by_d, by_chi) in enumerate(((STEP, 0.0), (0.0, STEP))):
         off = (state(d + by_d, chi + by_chi) - state(d - by_d, chi - by_chi)) / (2 * STEP)
-        end = integrate.sample(
+        end = states_at(
             variational_equations(c.aligned), np.append(state(d, chi), off), [0.0, chain.time[k]]
         )[:, -1]
         flow = np.array(aligned(end[:6], c.aligned))

@@ -18,7 +18,8 @@ from rigidpend.experiments.stress.trials.scenes import BITS, Scene, followed, ph
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Numbers, Scalar
-from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, Orbits, sample
+from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, Orbits
+from rigidpend.orbits.integrate.states import states_at
 
 ROUNDING = math.sqrt(3 / (8 * math.log(2)) / 12)
 """Root mean square of a rounding, relative to its number, in units of 2^(1 - bits).
@@ -66,7 +67,7 @@ def predicted_errors(scene: Scene, states: Array, crossings: Array) -> Array:
 def _predicted(scene: Scene, state: Array, crossings: Array) -> Array:
     begun, engine = restarts(np.r_[0.0, crossings], scene.u), scene.way.engine
     times, c = np.union1d(begun, crossings), scene.c
-    states = sample(lambda x, _: aligned(x, c), state, times, engine=engine)
+    states = states_at(c, state, times, engine=engine)
     errors = []
     for t in crossings:
         inside = (times == t) | (np.isin(times, begun) & (times < t))
@@ -103,10 +104,10 @@ def _squares(scene: Scene, times: Array, states: Array) -> float:
     total = 0.0
     for k in range(times.size - 1, 0, -1):
         span = times[k] - times[k - 1]
-        grid = np.linspace(times[k], times[k - 1], max(8, math.ceil(span * scene.u / SAMPLES)))
+        grid = np.linspace(0.0, -span, max(8, math.ceil(span * scene.u / SAMPLES)))
         # The weights go on from piece to piece, the orbit from where it was forwards.
         start = np.r_[states[:, k], weights]
-        y = sample(backward, start, grid, engine=scene.way.engine, tolerance=TOLERANCE)
+        y = states_at(backward, start, grid, engine=scene.way.engine, tolerance=TOLERANCE)
         total += ((y[:6] * y[6:]) ** 2).sum(axis=0).mean() * span
         weights = y[6:, -1]
     return total
@@ -122,7 +123,8 @@ def growths(scene: Scene, state: Array, until: float) -> tuple[Array, Array]:
     times = np.arange(0.0, until, SAMPLES / scene.u)
     # A shift of the phase: M is nearly along Oz at the start, and gamma turns about that axis.
     direction = np.array([0.0, 0.0, 0.0, -state[4], state[3], 0.0])
-    y = sample(with_tangent(c), np.r_[state, direction], times, engine=engine, tolerance=TOLERANCE)
+    start, field = np.r_[state, direction], with_tangent(c)
+    y = states_at(field, start, times, engine=engine, tolerance=TOLERANCE)
     M3 = y[2]
     k = np.flatnonzero(M3[:-1] * M3[1:] < 0)
     share = M3[k] / (M3[k] - M3[k + 1])

@@ -21,6 +21,7 @@ from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, Crossings, Orbits
 from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.certainty import FIRST
 from rigidpend.routes.codes import RouteCodes, codes_of
 from rigidpend.routes.phases import Phases
@@ -131,8 +132,8 @@ def route_crossings(problem: RouteProblem, phases: Sequence[Any], way: Way, bits
 
 def sampled(states: Array, scene: Scene, times: Array, tolerance: float | None = None) -> Array:
     """States of orbits at times, (6, k, n), by default at the default tolerance."""
-    engine = scene.way.engine
-    return integrate.sample_orbits(scene.c, states, times, engine=engine, tolerance=tolerance)
+    found = states_at(scene.c, states, times, engine=scene.way.engine, tolerance=tolerance)
+    return np.asarray(found)
 
 
 def exactly(orbits: Orbits) -> Orbits:

@@ -24,8 +24,8 @@ from rigidpend.experiments.stress.trials.scenes import Place, Scene, Way, follow
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import PI, exact
-from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Crossings, Orbits
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.cycle import MIRRORED
 from rigidpend.routes.problem import RouteProblem
 
@@ -124,9 +124,8 @@ def _turned(states: Array, scene: Scene) -> float:
 
 def _returned(states: Array, scene: Scene) -> float:
     """There and back again: what is not found again, over the roundings carried along."""
-    times = np.array([0.0, BACK])
-    there = sampled(states, scene, times)[:, -1]
-    missed = np.abs(sampled(there, scene, times[::-1])[:, -1] - states).max(axis=0)
+    there = sampled(states, scene, np.array([BACK]))[:, 0]
+    missed = np.abs(sampled(there, scene, np.array([-BACK]))[:, 0] - states).max(axis=0)
     return float(np.max(missed / np.array([_carried(scene, x) for x in there.T])))
 
 
@@ -136,9 +135,9 @@ def _carried(scene: Scene, there: Array) -> float:
     The tangent vectors of all six directions, each with a component's rounding: its growth from
     the far end bounds that from any place nearer.
     """
-    field, times, engine = with_tangent(scene.c), np.array([BACK, 0.0]), scene.way.engine
+    field, engine = with_tangent(scene.c), scene.way.engine
     starts = [np.r_[there, v] for v in np.diag(there)]
-    ends = np.array([integrate.sample(field, y, times, engine=engine)[6:, -1] for y in starts])
+    ends = np.array([states_at(field, y, [-BACK], engine=engine)[6:, 0] for y in starts])
     return noise(engine) * math.sqrt(BACK / step(scene.u) * (ends**2).sum(axis=0).max())
 
 

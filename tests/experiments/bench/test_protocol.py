@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from itertools import pairwise
@@ -11,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments.bench.measuring import protocol, worker
-from rigidpend.experiments.bench.measuring.problems import LOOKS, Task
-from rigidpend.experiments.bench.measuring.protocol import Stage
-from rigidpend.experiments.bench.measuring.solvers import Solver, in_looks, shared_out
+from rigidpend.experiments.bench import protocol, worker
 from rigidpend.experiments.bench.methods import METHODS, Method
+from rigidpend.experiments.bench.problems import LOOKS
+from rigidpend.experiments.bench.protocol import Stage
+from rigidpend.experiments.bench.solvers import Solver, Task, in_looks, shared_out
 from tests.orbits.integrate.problems import FIG4
 
 SIZES: dict[str, Any] = {
@@ -124,18 +123,28 @@ def test_the_way_is_looked_at_in_order_from_where_it_was() -> None:
 
 def test_methods_meet_in_turn_and_the_order_turns(napping: Any) -> None:
     entries: Any = {name: {"setting": {}, "knob": None} for name in "abc"}
-    found = protocol.met(stage(), entries, 1, 3, 9.0)
+    found = protocol.met(stage(), entries, 1, 3, 9.0, {})
     calls = [name for name, *rest in napping if rest == [1]]
     assert calls == list("abc") + list("abc") + list("bca") + list("cab"), "first all warm up"
     assert all(len(found[name]["rounds"]) == 3 for name in "abc")
 
 
-def test_with_two_threads_a_method_takes_one_where_that_is_faster(napping: Any) -> None:
-    naps = {"lone": {1: 0.1, 2: 0.4}, "shared": {1: 0.4, 2: 0.3}}
+def test_with_two_threads_a_method_takes_one_where_that_is_faster(
+    napping: Any, tried: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Solvers of one thread are made once; who gains nothing from a second one stays away."""
+    naps = {"lone": {1: 0.1, 2: 0.4}, "shared": {1: 0.4, 2: 0.3}, "single": {}}
+    for name in naps:
+        monkeypatch.setitem(METHODS, name, Method(name, "others", threads=name != "single"))
+    monkeypatch.setattr(protocol, "stage", lambda *_: stage())
     entries = {name: {"setting": {"naps": x}, "knob": None} for name, x in naps.items()}
-    found = protocol.met(stage(), entries, 2, 3, 9.0)
-    assert (found["lone"]["threads"], found["shared"]["threads"]) == (1, 2)
+    found = list(protocol.meeting(entries, {}, {}, 3, 9.0, [1, 2], "free_body"))
+    assert [(x["method"], x["most"], x["threads"]) for x in found] == [
+        *(("lone", 1, 1), ("shared", 1, 1), ("single", 1, 1)),
+        *(("lone", 2, 1), ("shared", 2, 2)),
+    ]
     assert napping[-6:].count(("lone", 1)) == napping[-6:].count(("shared", 2)) == 3
+    assert sum(len(one) == 3 for one in napping) == 5
 
 
 def test_who_has_spent_his_time_misses_the_rounds_that_are_left(napping: Any) -> None:
@@ -143,7 +152,7 @@ def test_who_has_spent_his_time_misses_the_rounds_that_are_left(napping: Any) ->
         "slow": {"setting": {"nap": 0.03}, "knob": None},
         "quick": {"setting": {"nap": 0.001}, "knob": None, "part": 0.5},
     }
-    found = protocol.met(stage(), entries, 1, 4, 0.05)
+    found = protocol.met(stage(), entries, 1, 4, 0.05, {})
     assert np.isnan(found["slow"]["rounds"]).tolist() == [False, False, True, True]
     assert found["quick"]["rounds"] == pytest.approx([0.001] * 4), "half the way, told for all"
 
@@ -185,13 +194,6 @@ def test_a_fault_of_our_own_lines_ends_the_benchmark() -> None:
         search("lie_poisson", ["8"])
 
 
-@pytest.mark.parametrize(
-    "error", [NameError("x"), TypeError("x"), AttributeError("x"), KeyError(1)]
-)
-def test_what_our_own_lines_raise_is_no_failure_of_a_method(error: Exception) -> None:
-    assert not isinstance(error, protocol.FAILURES)
-
-
 @pytest.mark.parametrize("ending", [(1, "x"), (worker.FAILED, "failed: x"), (-11, "failed: x")])
 def test_a_worker_s_exit_tells_a_method_s_failure_from_a_fault(
     ending: tuple[int, str], monkeypatch: pytest.MonkeyPatch
@@ -209,17 +211,3 @@ def test_a_worker_s_exit_tells_a_method_s_failure_from_a_fault(
             worker.measured(*given)
     else:
         assert worker.measured(*given) == ([], said)
-
-
-def test_a_process_keeps_to_its_cores() -> None:
-    assert worker.limited_to(2)["OMP_NUM_THREADS"] == "2"
-    assert "XLA_FLAGS" in worker.limited_to(1)
-    assert "XLA_FLAGS" not in worker.limited_to(2)
-    if not hasattr(os, "sched_getaffinity"):
-        return
-    before = os.sched_getaffinity(0)
-    try:
-        worker.keep_to(1)
-        assert len(os.sched_getaffinity(0)) == 1
-    finally:
-        os.sched_setaffinity(0, before)

@@ -6,35 +6,25 @@ package, which rounds by itself.
 
 from __future__ import annotations
 
-import functools
 import json
 import math
 import statistics
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments import principal_axes
-from rigidpend.experiments.bench import drawn
-from rigidpend.experiments.bench.measuring.adapters import made
-from rigidpend.experiments.bench.measuring.fields import time_unit
-from rigidpend.experiments.bench.measuring.problems import (
-    FIG4,
-    Crossed,
-    Task,
-    from_phases,
-    judged,
-    random_routes,
-)
-from rigidpend.experiments.bench.measuring.protocol import Line, Make, timed, timed_solver
+from rigidpend.experiments import heyoka_peer, principal_axes
 from rigidpend.experiments.bench.methods import Setting
+from rigidpend.experiments.bench.problems import FIG4, drawn, from_phases, judged, random_routes
+from rigidpend.experiments.bench.protocol import Line, Make, made, timed, timed_solver
+from rigidpend.experiments.bench.solvers import Crossed, Task, time_unit
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact
-from rigidpend.routes.problem import RouteProblem
 
 STORED = Path(__file__).parent / "random_phases_113bit.json"
 """2,000 phases for each of two starts J1_0, with codes of 15 symbols and the last crossing's t'."""
@@ -42,8 +32,8 @@ CHUNK = 250
 """Random phases in one call."""
 PILOT = 16
 """Orbits of a body by which the time of a peer's orbit is told."""
-BLOCK = 8
-"""Orbits that are followed so at a time."""
+DEARER = 40.0
+"""Time of an orbit in principal axes in 113 bits, over that in 64."""
 
 
 def random_phases(entries: dict[str, Setting], orbits: int, seconds: float) -> Iterator[Line]:
@@ -87,7 +77,7 @@ def many_orbits(
     problem = replace(FIG4, n_symbols=n_symbols)
     for number, after in zip(numbers, [*numbers[1:], 0], strict=True):
         task = random_routes(problem, number)
-        found = timed_solver(functools.partial(made, name, task, entry), repeats, seconds, 0.0)
+        found = timed_solver(partial(made, name, task, entry), repeats, seconds, 0.0)
         certain = found.answer.certain
         undecided = 0.0 if certain is None else float((~certain).sum())
         yield {"orbits": float(number), **found.line, "undecided": undecided}
@@ -99,58 +89,52 @@ def bodies(
     entries: dict[str, Setting],
     seed: int,
     bodies: int,
-    numbers: list[int],
     orbits: int,
     threads: int,
     repeats: int,
     seconds: float,
     longest: float,
 ) -> Iterator[Line]:
-    """Call each method with bodies of a list that it has not seen before, and again.
+    """Call each method with bodies drawn by lot that it has not seen before, and again.
 
     The first method, ours, follows all orbits; a peer as many of them as it can in its time, with
-    the horizon that ours told. Where two methods differ principal axes in 113 bits tell who is
-    right.
+    the horizon that ours told. Where two methods differ principal axes tell who is right.
 
     A peer has so many `seconds` of solving at a body, and the truth as many; no further body is
-    begun when ours has taken the `longest` time, on average. A line, of a body, has ``first`` and
-    ``again``, seconds, ``orbits`` and the counts of :func:`judged`, by method.
+    begun when ours has taken the `longest` time, on average. A line, of a body, has its numbers
+    as ``body``, and by method ``first`` and ``again``, seconds, ``orbits`` and the counts of
+    :func:`judged`.
     """
     own, *peers = entries
-    spent, budget = 0.0, len(numbers) * (longest + seconds * len(entries))
+    spent, budget = 0.0, bodies * (longest + seconds * len(entries))
     # What any body needs is compiled before the clock runs.
     for n in (1, orbits):
         made(own, random_routes(FIG4, n), entries[own], threads).solve()
     for name in peers:
         made(name, random_routes(FIG4, min(PILOT, orbits)), entries[name], threads).solve()
-    every = drawn.drawn(seed, bodies)
-    for k in numbers:
+    for problem in drawn(seed, bodies):
         if spent > budget:
             return
-        given = every[k], entries, orbits, threads, repeats, seconds
-        taken, found = timed(functools.partial(_with_body, *given))
+        task = random_routes(problem, orbits)
+        taken, found = timed(partial(_with_body, task, entries, threads, repeats, seconds))
         spent += taken
-        yield found
+        (A, r, mu), starts = problem.body.floats(), (float(problem.h0), float(problem.J1_0))
+        yield {"body": [*A, *r[:2], mu, *starts], **found}
 
 
 def _with_body(
-    problem: RouteProblem,
-    entries: dict[str, Setting],
-    orbits: int,
-    threads: int,
-    repeats: int,
-    seconds: float,
+    task: Task, entries: dict[str, Setting], threads: int, repeats: int, seconds: float
 ) -> dict[str, Any]:
     """Times and counts of each method with one body."""
     own, *peers = entries
-    task = from_phases(problem, drawn.phases(orbits))
+    orbits = task.states.shape[1]
     ours = timed_solver(lambda: made(own, task, entries[own], threads), repeats, seconds, math.inf)
     answers = {own: ours.answer}
     found: dict[str, Any] = {own: {"orbits": orbits, "first": ours.first, "again": ours.seconds}}
     last = np.nanmax(answers[own].time, initial=0.0)
     task = task._replace(times=np.full((1, orbits), 1.001 * last / time_unit(task.body)))
     for name in peers:
-        make = functools.partial(made, name, entry=entries[name], threads=threads)
+        make = partial(made, name, entry=entries[name], threads=threads)
         found[name], answers[name] = _in_its_time(make, task, repeats, seconds)
     settled, true = _settled(task, answers, seconds)
     for name, answer in answers.items():
@@ -181,7 +165,7 @@ def _settled(task: Task, answers: dict[str, Crossed], seconds: float) -> tuple[i
     """The number of orbits whose symbols are known, and the symbols of ours set right.
 
     Where all agree they are known. Where not, principal axes tell. What is behind the first orbit
-    that is not settled in time does not count, or none of the doubtful ones would.
+    for which there is no time does not count, or none of the doubtful ones would.
     """
     first, *others = answers.values()
     true, most = first.codes.copy(), max((x.codes.shape[1] for x in others), default=0)
@@ -189,17 +173,30 @@ def _settled(task: Task, answers: dict[str, Crossed], seconds: float) -> tuple[i
     for other in others:
         n = other.codes.shape[1]
         differ[:n] |= (other.codes != true[:, :n]).any(axis=0)
-    doubtful, spent = np.flatnonzero(differ), 0.0
-    for k in range(0, doubtful.size, BLOCK):
+    spent = 0.0
+    for k in map(int, np.flatnonzero(differ)):
         if spent > seconds:
-            return int(doubtful[k]), true
-        columns = doubtful[k : k + BLOCK]
-        given = task.routes, task.theta2_0[columns], true[:, columns], 1
-        taken, (codes, left) = timed(functools.partial(principal_axes.settled, *given))
-        true[:, columns], spent = codes, spent + taken
-        if left.size:
-            return int(columns[left[0]]), true
+            return k, true
+        taken, codes = timed(partial(_told, task.of([k]), true[:, [k]], seconds))
+        if codes is None:
+            return k, true
+        true[:, [k]], spent = codes, spent + taken
     return most, true
+
+
+def _told(orbit: Task, doubted: Any, seconds: float) -> Any:
+    """The symbols of an orbit in doubt, (n_symbols, 1); None where they would take too long.
+
+    64 bits tell where they agree with those that were found otherwise; else 113 do.
+    """
+    for bits in filter(heyoka_peer.offers, principal_axes.TRUTH_BITS):
+        given = orbit.routes, orbit.theta2_0
+        taken, codes = timed(partial(principal_axes.codes, *given, bits=bits, jobs=1))
+        if bits == principal_axes.TRUTH_BITS[-1] or (codes == doubted).all():
+            return codes
+        if DEARER * taken > seconds:
+            return None
+    return None
 
 
 def _arrays(stored: Any) -> tuple[Array, Any, Array]:

@@ -9,9 +9,15 @@ from typing import Any
 import numpy as np
 
 from rigidpend.experiments import lie_poisson
-from rigidpend.experiments.bench.measuring.fields import time_unit
-from rigidpend.experiments.bench.measuring.problems import Crossed, Task
-from rigidpend.experiments.bench.measuring.solvers import Ends, Solver, in_looks, shared_out
+from rigidpend.experiments.bench.solvers import (
+    Crossed,
+    Ends,
+    Solver,
+    Task,
+    in_looks,
+    shared_out,
+    time_unit,
+)
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import aligned_coefficients, cross
@@ -22,9 +28,9 @@ from rigidpend.mechanics.poinsot.orbit import Orbit, through
 from rigidpend.mechanics.poinsot.polhode import momentum
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import GUARD_BITS, context
-from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import DEFAULT_TOLERANCE
 from rigidpend.orbits.integrate.arithmetic import Arithmetic, resolve
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes import codes
 from rigidpend.routes.certainty import FIRST
 from rigidpend.routes.cycle import symbols
@@ -88,18 +94,16 @@ def alpha(task: Task, tolerance: float) -> Solver:
 
 
 def motion(task: Task, tolerance: float, threads: int) -> Solver:
-    """All orbits side by side, by `integrate.sample_orbits`."""
+    """All orbits side by side, by `states.states_at`."""
     coefficients, s = aligned_coefficients(task.body.angles(), math), time_unit(task.body)
     begun = task._replace(states=aligned_states(task.body, task.states))
 
     def part(some: Task) -> Callable[[], Array]:
-        times = np.r_[0.0, s * some.times[:, 0]]
-        return lambda: integrate.sample_orbits(
-            coefficients, some.states, times, tolerance=tolerance
-        )
+        times = s * some.times[:, 0]
+        return lambda: states_at(coefficients, some.states, times, tolerance=tolerance)
 
     def read(found: Array) -> Array:
-        vectors = body_from_aligned(Aligned(*found[:, 1:]), task.body.alpha0, s)
+        vectors = body_from_aligned(Aligned(*found), task.body.alpha0, s)
         return np.concatenate(vectors).transpose(1, 0, 2)
 
     return Solver(shared_out(part, begun, threads), read)

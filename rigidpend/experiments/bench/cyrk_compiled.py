@@ -12,9 +12,7 @@ import numpy as np
 from CyRK import nb_diffeq_addr, nbsolve2_ivp
 from numba import njit
 
-from rigidpend.experiments.bench.measuring.fields import SMALLER, flat
-from rigidpend.experiments.bench.measuring.problems import Task
-from rigidpend.experiments.bench.measuring.solvers import Ends, Solver, answering
+from rigidpend.experiments.bench.solvers import SMALLER, Ends, Solver, Task, answering, flat
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.doubles import Array
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from rigidpend.experiments.bench.measuring import protocol
+from rigidpend.experiments.bench import protocol
 
 
 @pytest.fixture

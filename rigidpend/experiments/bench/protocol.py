@@ -19,16 +19,16 @@ import statistics
 import sys
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.experiments.bench.measuring.adapters import made
-from rigidpend.experiments.bench.measuring.problems import ASKED, Task
-from rigidpend.experiments.bench.measuring.solvers import Solver
 from rigidpend.experiments.bench.methods import METHODS, PROBLEMS, Method, Setting, spelt
+from rigidpend.experiments.bench.problems import ASKED
+from rigidpend.experiments.bench.solvers import Crossed, Solver, Task
 
 Line = dict[str, Any]
 """A measurement, as a worker tells it."""
@@ -42,10 +42,60 @@ LITTLE = 1e-3
 """The part of the way by which the time of all of it is told, over long times; the least."""
 WARM = 8.0
 """Seconds: a first solve that took less, compilation and all, is always followed by a second."""
-TRIED = 3
+TRIED = 2
 """Solves by which a method finds out whether several threads serve it."""
 GROWTH = 2.0
 """Expected cost of the next knob, relative to the last one."""
+
+
+def made(name: str, task: Task, entry: Setting, threads: int = 1) -> Solver:
+    """A method made ready for a task, with its knob and its setting; imports what it needs."""
+    method = METHODS[name]
+    if method.runs:
+        each = ((run, {**x, "setting": x["setting"] | entry["setting"]}) for run, x in method.runs)
+        return compared(task, *(partial(made, run, entry=x, threads=threads) for run, x in each))
+    found: Any
+    # Each alone, for it may need what is not installed; spelt out, so that the hash of the code
+    # that computes finds them.
+    match method.family:
+        case "ours" | "lie_poisson":
+            from rigidpend.experiments.bench import ours as found
+        case "heyoka":
+            from rigidpend.experiments.bench import heyoka_batches as found
+        case "cyrk":
+            from rigidpend.experiments.bench import cyrk_compiled as found
+        case "diffrax":
+            from rigidpend.experiments.bench import diffrax_vmapped as found
+        case "scipy":
+            from rigidpend.experiments.bench import scipy_abreast as found
+    solver: Solver = found.answered(task, entry["knob"], threads, **method.told, **entry["setting"])
+    return solver
+
+
+def compared(task: Task, first: Make, second: Make, third: Make) -> Solver:
+    """Cross-check of a peer: run twice, compare, and run the columns that differ a third time.
+
+    A symbol is trusted where two runs agree on it and on all before it. Where the first two differ
+    the third decides, if it agrees with one of them. Nothing tells how near an agreement must be,
+    as it does for ours: runs of one formulation err alike.
+    """
+    solvers = [first(task), second(task)]
+
+    def solve() -> Crossed:
+        a, b = (solver.read(solver.solve()) for solver in solvers)
+        trusted = np.logical_and.accumulate(a.codes == b.codes, axis=0)
+        codes, doubtful = a.codes.copy(), np.flatnonzero(~trusted.all(axis=0))
+        if doubtful.size:
+            # What is compiled for other orbits serves these; only their states are new.
+            again = third(task.of(doubtful))
+            c = again.read(again.solve())
+            for other in (a, b):
+                same = np.logical_and.accumulate(other.codes[:, doubtful] == c.codes, axis=0)
+                trusted[:, doubtful] |= same
+            codes[:, doubtful] = c.codes
+        return Crossed(codes, a.time, trusted)
+
+    return Solver(solve)
 
 
 class Stage(NamedTuple):
@@ -56,6 +106,16 @@ class Stage(NamedTuple):
     error: Callable[[Any, Any], dict[str, float]]
     long: bool = False
     """True if a slow method goes a part of the way."""
+
+    def part(self, share: float) -> Task:
+        """The task, of a part of the way."""
+        return self.task._replace(times=share * self.task.times)
+
+    def told(self, entry: Setting, part: float, answer: Any) -> Line:
+        """What an answer errs by, with its knob and the part of the way that it went."""
+        errors, orbits = self.error(answer, self.truth), self.task.states.shape[1]
+        knob = float(entry["knob"] or np.nan)
+        return {"knob": knob, **errors, "orbits": float(orbits), "part": part}
 
 
 def stage(problem: str, sizes: dict[str, Any], truth: dict[str, Any]) -> Stage:
@@ -173,10 +233,9 @@ def measured(
 ) -> tuple[Line, float]:
     """One measurement, and the seconds that went into solving."""
     part, tried = part_of_the_way(given, lambda task: made(name, task, entry), share)
-    task = given.task._replace(times=part * given.task.times)
-    found = timed_solver(lambda: made(name, task, entry), repeats, share, WARM)
+    found = timed_solver(lambda: made(name, given.part(part), entry), repeats, share, WARM)
     line = {
-        **_told(given, entry, part, found.answer),
+        **given.told(entry, part, found.answer),
         **found.line,
         "seconds": found.seconds / part,
         "memory": memory(),
@@ -186,17 +245,11 @@ def measured(
     return line, tried + found.seconds * (1 + len(found.again))
 
 
-def _told(given: Stage, entry: Setting, part: float, answer: Any) -> Line:
-    errors, orbits = given.error(answer, given.truth), given.task.states.shape[1]
-    knob = float(entry["knob"] or np.nan)
-    return {"knob": knob, **errors, "orbits": float(orbits), "part": part}
-
-
 def part_of_the_way(given: Stage, make: Make, share: float) -> tuple[float, float]:
     """Part of the way to follow orbits over long times: all of it, or what the budget allows."""
     if not given.long:
         return 1.0, 0.0
-    solver = make(given.task._replace(times=LITTLE * given.task.times))
+    solver = make(given.part(LITTLE))
     solver.solve()
     taken, _ = timed(solver.solve)
     whole = taken / LITTLE
@@ -209,28 +262,41 @@ def meeting(
     truth: dict[str, Any],
     repeats: int,
     seconds: float,
-    threads: int,
+    threads: list[int],
     problem: str,
 ) -> Iterator[Line]:
-    """Several methods in turn at one problem; a line each, with the times of all rounds."""
-    found = met(stage(problem, sizes, truth), entries, threads, repeats, seconds)
-    yield from ({"method": name, **line} for name, line in found.items())
+    """Several methods in turn at one problem, with so many threads at most, then with more.
+
+    A line is a method with `most` threads, and has the times of all rounds.
+    """
+    given = stage(problem, sizes, truth)
+    alone: dict[str, Solver] = {}
+    for most in threads:
+        there = {k: x for k, x in entries.items() if most == 1 or METHODS[k].threads}
+        if len(there) > 1:
+            for name, line in met(given, there, most, repeats, seconds, alone).items():
+                yield {"method": name, "most": most, **line}
 
 
 def met(
-    given: Stage, entries: dict[str, Setting], threads: int, rounds: int, seconds: float
+    given: Stage,
+    entries: dict[str, Setting],
+    most: int,
+    rounds: int,
+    seconds: float,
+    alone: dict[str, Solver],
 ) -> dict[str, Line]:
     """Time methods in turn, round by round; the order turns too.
 
     A method that has spent its `seconds` misses the rounds that are left: its ``rounds`` are NaN.
+    `alone` keeps the solvers of one thread from one meeting to the next.
     """
     solvers: dict[str, Callable[[], Any]] = {}
     found: dict[str, Line] = {}
     for name, entry in entries.items():
         part = entry.get("part", 1.0)
-        task = given.task._replace(times=part * given.task.times)
-        used, solver = _at_its_best(name, entry, task, threads)
-        solvers[name], told = solver.solve, _told(given, entry, part, solver.read(solver.solve()))
+        used, solver = _at_its_best(name, entry, given.part(part), most, alone)
+        solvers[name], told = solver.solve, given.told(entry, part, solver.read(solver.solve()))
         found[name] = {**told, "threads": float(used), "rounds": [math.nan] * rounds}
     spent, names = dict.fromkeys(entries, 0.0), list(entries)
     for k in range(rounds):
@@ -243,16 +309,19 @@ def met(
     return found
 
 
-def _at_its_best(name: str, entry: Setting, task: Task, most: int) -> tuple[int, Solver]:
+def _at_its_best(
+    name: str, entry: Setting, task: Task, most: int, alone: dict[str, Solver]
+) -> tuple[int, Solver]:
     """The number of threads that takes a method least time, up to the most; its solver.
 
     Where orbits are few two threads cost more than they save, and no user would take them.
     """
+    if name not in alone:
+        alone[name] = made(name, task, entry)
     if most == 1:
-        return 1, made(name, task, entry)
+        return 1, alone[name]
     found = []
-    for threads in (1, most):
-        solver = made(name, task, entry, threads)
+    for threads, solver in ((1, alone[name]), (most, made(name, task, entry, most))):
         solver.solve()
         found.append((min(timed(solver.solve)[0] for _ in range(TRIED)), threads, solver))
     _, threads, solver = min(found, key=lambda one: one[0])

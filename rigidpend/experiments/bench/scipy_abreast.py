@@ -12,9 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import DOP853
 
-from rigidpend.experiments.bench.measuring.fields import SMALLER, flat
-from rigidpend.experiments.bench.measuring.problems import Task
-from rigidpend.experiments.bench.measuring.solvers import Ends, Solver, answering
+from rigidpend.experiments.bench.solvers import SMALLER, Ends, Solver, Task, answering, flat
 from rigidpend.numbers.doubles import Array
 
 FALSE_POSITIONS = 12

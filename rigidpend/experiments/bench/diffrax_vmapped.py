@@ -12,10 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 import optimistix
 
-from rigidpend.experiments.bench.measuring import fields
-from rigidpend.experiments.bench.measuring.fields import SMALLER
-from rigidpend.experiments.bench.measuring.problems import Task
-from rigidpend.experiments.bench.measuring.solvers import Ends, Solver, answering
+from rigidpend.experiments.bench.solvers import SMALLER, Ends, Solver, Task, answering, field_of
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Numbers
@@ -56,7 +53,7 @@ def answered(task: Task, tolerance: float, threads: int, solver: str) -> Solver:
 @functools.cache
 def _to(body: Body, angles: bool, solver: str) -> Any:
     """The ends of orbits (n, d), compiled: of states, start, ends and tolerance."""
-    term = _term(fields.of_body(body, angles=angles))
+    term = _term(field_of(body, angles=angles))
 
     def end(state: Numbers, start: Any, stop: Any, tolerance: Any) -> Any:
         return diffrax.diffeqsolve(
@@ -70,7 +67,7 @@ def _to(body: Body, angles: bool, solver: str) -> Any:
 @functools.cache
 def _crossings(body: Body, wanted: int, solver: str) -> Any:
     """Times (n, wanted) and states of the crossings, compiled: of states, tolerance and horizon."""
-    term = _term(fields.of_body(body))
+    term = _term(field_of(body))
     event = diffrax.Event(  # By a root finder, upwards and downwards in turn.
         lambda t, y, args, **_: args * y[2],
         root_finder=optimistix.Newton(1e-14, 1e-14, optimistix.rms_norm),

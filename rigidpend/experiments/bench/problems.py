@@ -1,7 +1,6 @@
-"""The problems: the task of each, its truth, and what an answer errs by.
+"""The problems: the task of each, its truth, and what an answer errs by; bodies drawn by lot.
 
-States are (6, n), M and gamma in principal axes, or (8, n) with theta3 and alpha. Times are
-physical. `methods.PROBLEMS` says what each is.
+`methods.PROBLEMS` says what each is.
 """
 
 from __future__ import annotations
@@ -12,16 +11,10 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from rigidpend.experiments.bench.measuring.fields import time_unit, with_angles
+from rigidpend.experiments.bench.solvers import Crossed, Task, time_unit, with_angles
 from rigidpend.experiments.data.tree import Data
-from rigidpend.experiments.principal_axes import (
-    carry,
-    euler_poisson_field,
-    initial,
-    integrator,
-)
+from rigidpend.experiments.principal_axes import carry, euler_poisson_field, initial, integrator
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import cross, energy
 from rigidpend.mechanics.free_body import around_M1, around_M2
@@ -45,52 +38,12 @@ FIG5 = RouteProblem(
 FIG5_PHASES = ("1.02", "1.83")
 LOOKS = 20
 """Number of times at which the integrals are looked at, over long times."""
-
-
-class Task(NamedTuple):
-    """Orbits, and what is asked of them: where they are at times, their symbols, or alpha."""
-
-    kind: str
-    """``motion``, ``routes`` or ``angle``."""
-    body: Body
-    states: Array
-    """(6 or 8, n) at time 0."""
-    times: Array
-    """(k, n): when an orbit is looked at; for routes a time by which it has made all crossings."""
-    period: float = math.nan
-    """A typical period, which a method with fixed steps divides."""
-    h0: Any = None
-    """(n,) energies of pendulum motions, exact, from which closed forms start."""
-    problem: RouteProblem | None = None
-    theta2_0: Any = None
-    """Initial phases in radians, n texts, or an array of doubles."""
-
-    @property
-    def routes(self) -> RouteProblem:
-        """The problem of an orbit that starts on a separatrix."""
-        assert self.problem is not None
-        return self.problem
-
-    def of(self, columns: Any) -> Task:
-        """The same for some of the orbits."""
-        rest: dict[str, Any] = {"h0": None if self.h0 is None else self.h0[columns]}
-        if self.theta2_0 is not None:
-            plain = isinstance(self.theta2_0, np.ndarray)
-            phases = self.theta2_0 if plain else np.array(self.theta2_0, dtype=object)
-            rest["theta2_0"] = phases[columns] if plain else tuple(phases[columns])
-        states = np.ascontiguousarray(self.states[:, columns])
-        return self._replace(states=states, times=self.times[:, columns], **rest)
-
-
-class Crossed(NamedTuple):
-    """The answer to a task of routes."""
-
-    codes: NDArray[np.uint8]
-    """(n_symbols, n)."""
-    time: Array
-    """(n_symbols + 1, n), t'."""
-    certain: Any = None
-    """(n_symbols, n), of a method that says which symbols it vouches for."""
+SEED, BODIES = 40, 40
+"""Seed and number of the drawn bodies that are the same in every run."""
+WEIGHT = -4.0, math.log10(0.02)
+"""log10 of the least and the largest mu/h0 of a drawn body."""
+START = -12.0, -6.0
+"""log10 of the least and the largest J1_0."""
 
 
 def _motion(body: Body, states: Array, period: float, turns: float, looks: int = 1) -> Task:
@@ -161,7 +114,7 @@ def long_time(sizes: Any) -> Task:
 
 
 def random_routes(problem: RouteProblem, n: int) -> Task:
-    """Orbits of Fig. 4's body from random phases, doubles."""
+    """Orbits from random phases, doubles, the same ones in every run."""
     return from_phases(problem, np.random.default_rng(0).uniform(0, 2 * np.pi, n))
 
 
@@ -178,6 +131,29 @@ def _routes(problem: RouteProblem, phases: Any, states: Array) -> Task:
     horizon = PASSAGE * (problem.n_symbols + 1) / time_unit(problem.body)
     times = np.full((1, states.shape[1]), horizon)
     return Task("routes", problem.body, states, times, problem=problem, theta2_0=phases)
+
+
+def drawn(seed: int = SEED, bodies: int = BODIES) -> list[RouteProblem]:
+    """Problems of bodies drawn by lot: any shape, any direction of r, any energy.
+
+    Numbers have three or four digits, so that a problem can be written down.
+    """
+    random = np.random.default_rng(seed)
+    return [_drawn(random) for _ in range(bodies)]
+
+
+def _drawn(random: np.random.Generator) -> RouteProblem:
+    A2, A3 = 1.0, 0.0
+    # Evenly over the shapes that a body may have, A1 > A3 > A2 and A2 + A3 > A1.
+    while not (0.01 < A2 < A3 - 0.002 < 0.996 and A2 + A3 > 1.002):
+        A2, A3 = random.uniform(0, 1, 2)
+    A1, angle, h0 = random.uniform(1.5, 3), random.uniform(0, math.pi / 2), random.uniform(0.8, 1.6)
+    weight, start = (10 ** random.uniform(*ends) for ends in (WEIGHT, START))
+    A = (f"{A1:.3f}", f"{A1 * A2:.3f}", f"{A1 * A3:.3f}")
+    r = (f"{math.cos(angle):.3f}", f"{math.sin(angle):.3f}", 0)
+    h = f"{h0:.4f}"
+    body = Body(A, r, f"{weight * float(h):.3g}")
+    return RouteProblem(body, exact(h), exact(f"{start:.3g}"), FIG4.n_symbols)
 
 
 def ends_in_113_bits(task: Task) -> dict[str, Array]:

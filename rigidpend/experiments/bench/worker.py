@@ -1,6 +1,6 @@
-"""Measurements in a process of their own: one core or two, fresh memory, cold caches.
+"""Measurements in a process of their own: fresh memory, cold caches, libraries of one thread.
 
-Started as ``python -m rigidpend.experiments.bench.measuring.worker``; the name of its work with
+Started as ``python -m rigidpend.experiments.bench.worker``; the name of its work with
 its arguments comes on stdin, as JSON, and a line of JSON goes to stdout for each measurement, as
 soon as it is there.
 """
@@ -22,6 +22,14 @@ from rigidpend.machine.workers import PERIOD, check_stop
 
 FAILED = 3
 """Exit code of a worker whose method failed."""
+ALONE = {
+    **dict.fromkeys(
+        ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+    ),
+    "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1",
+    "JAX_PLATFORMS": "cpu",
+}
+"""The environment that leaves threads to whoever shares the orbits among them."""
 
 
 class Fault(Exception):
@@ -35,8 +43,7 @@ def measured(work: str, given: dict[str, Any], limit: float) -> tuple[list[dict[
     ----------
     work : {"search", "meeting", "phases", "many", "bodies"}
     given : dict
-        Arguments of the function of that work, as JSON can hold them; `threads`, by default one,
-        are the processors that it keeps to.
+        Arguments of the function of that work, as JSON can hold them.
     limit : float
         Seconds after which the process is ended; what it has measured until then is kept.
 
@@ -47,10 +54,9 @@ def measured(work: str, given: dict[str, Any], limit: float) -> tuple[list[dict[
     """
     with tempfile.TemporaryDirectory() as cache:
         # The cache is empty: what is compiled is compiled here, what is built is built.
-        limited = limited_to(given.get("threads", 1))
-        environment = {**os.environ, **limited, "XDG_CACHE_HOME": cache}
+        environment = {**os.environ, **ALONE, "XDG_CACHE_HOME": cache}
         process = subprocess.Popen(
-            [sys.executable, "-m", "rigidpend.experiments.bench.measuring.worker"],
+            [sys.executable, "-m", "rigidpend.experiments.bench.worker"],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
             text=True, env=environment,
         )  # fmt: skip
@@ -85,15 +91,6 @@ def heard(process: subprocess.Popen[str], given: str, limit: float) -> tuple[str
         process.kill()
 
 
-def limited_to(threads: int) -> dict[str, str]:
-    """The environment that keeps libraries to so many threads."""
-    count = str(threads)
-    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-    flags = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
-    one = {"XLA_FLAGS": flags} if threads == 1 else {}
-    return {**dict.fromkeys(names, count), **one, "JAX_PLATFORMS": "cpu"}
-
-
 def _lines(text: str) -> list[dict[str, Any]]:
     """The whole lines of an output."""
     found = []
@@ -103,16 +100,10 @@ def _lines(text: str) -> list[dict[str, Any]]:
     return found
 
 
-def keep_to(cores: int) -> None:
-    """Stay on so many processors, where the system lets a process choose."""
-    if hasattr(os, "sched_setaffinity"):
-        os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[-cores:])
-
-
 def main() -> None:
     """Do a work; end with a sentence where that fails."""
     # Here, for whoever starts a worker computes nothing.
-    from rigidpend.experiments.bench.measuring import counts, protocol
+    from rigidpend.experiments.bench import counts, protocol
 
     works: dict[str, Any] = {
         "search": protocol.search,
@@ -122,7 +113,6 @@ def main() -> None:
         "bodies": counts.bodies,
     }
     work, given = json.load(sys.stdin)
-    keep_to(given.get("threads", 1))
     try:
         for line in works[work](**given):
             print(json.dumps(line), flush=True)

@@ -1,0 +1,216 @@
+"""Tasks, and solvers: a method made ready for a task, its orbits in looks and shared by threads.
+
+States are (6, n), M and gamma in principal axes, or (8, n) with theta3 and alpha. Times are
+physical. Most methods carry states on, and find crossings by themselves: two functions of a part
+of the orbits, which :func:`answering` makes the answer to any task. The fields that they integrate
+are composed of the package's equations.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.experiments.principal_axes import euler_poisson_field
+from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.coordinates import scale
+from rigidpend.mechanics.equations import euler_poisson
+from rigidpend.mechanics.hodograph import angular_velocity, hodograph
+from rigidpend.mechanics.precession import turning_rate
+from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Numbers, Scalar
+from rigidpend.orbits.integrate.kernel.tape import trace
+from rigidpend.routes.cycle import symbols
+from rigidpend.routes.problem import RouteProblem
+
+SMALLER = 1e-2
+"""The absolute tolerance, of the relative one: for components that pass through zero."""
+SIGNS = {"plus": "+", "minus": "-", "times": "*", "divided": "/"}
+
+
+class Task(NamedTuple):
+    """Orbits, and what is asked of them: where they are at times, their symbols, or alpha."""
+
+    kind: str
+    """``motion``, ``routes`` or ``angle``."""
+    body: Body
+    states: Array
+    """(6 or 8, n) at time 0."""
+    times: Array
+    """(k, n): when an orbit is looked at; for routes a time by which it has made all crossings."""
+    period: float = math.nan
+    """A typical period, which a method with fixed steps divides."""
+    h0: Any = None
+    """(n,) energies of pendulum motions, exact, from which closed forms start."""
+    problem: RouteProblem | None = None
+    theta2_0: Any = None
+    """Initial phases in radians, n texts, or an array of doubles."""
+
+    @property
+    def routes(self) -> RouteProblem:
+        """The problem of an orbit that starts on a separatrix."""
+        assert self.problem is not None
+        return self.problem
+
+    def of(self, columns: Any) -> Task:
+        """The same for some of the orbits."""
+        rest: dict[str, Any] = {"h0": None if self.h0 is None else self.h0[columns]}
+        if self.theta2_0 is not None:
+            plain = isinstance(self.theta2_0, np.ndarray)
+            phases = self.theta2_0 if plain else np.array(self.theta2_0, dtype=object)
+            rest["theta2_0"] = phases[columns] if plain else tuple(phases[columns])
+        states = np.ascontiguousarray(self.states[:, columns])
+        return self._replace(states=states, times=self.times[:, columns], **rest)
+
+
+class Crossed(NamedTuple):
+    """The answer to a task of routes."""
+
+    codes: NDArray[np.uint8]
+    """(n_symbols, n)."""
+    time: Array
+    """(n_symbols + 1, n), t'."""
+    certain: Any = None
+    """(n_symbols, n), of a method that says which symbols it vouches for."""
+
+
+class Solver(NamedTuple):
+    """A method made ready for a task."""
+
+    solve: Callable[[], Any]
+    """All the work that is timed."""
+    read: Callable[[Any], Any] = lambda found: found
+    """From what `solve` gave to the answer: states (k, d, n), `Crossed`, or alpha (n,)."""
+
+
+Ends = Callable[[Any, float, Array], Any]
+"""A function from states (d, n), their time and n later ones to the states then.
+
+Of 8 components the last two are theta3 and alpha.
+"""
+Field = Callable[[Any], tuple[Any, ...]]
+
+
+def answering(
+    task: Task,
+    threads: int,
+    ends: Callable[[Task], Ends],
+    crossings: Callable[[Task], Callable[[], Array]],
+) -> Solver:
+    """The answer of a method that is made ready for a part of the orbits by two functions.
+
+    The one gives a function that carries their states on, the other one that finds time, M1 and
+    M2 at their crossings of M3 = 0: (3, wanted, n), NaN where there is none.
+    """
+    if task.kind == "routes":
+        find = shared_out(crossings, task, threads)
+        return Solver(find, lambda found: crossed(found[0], found[1:], task.body))
+    solve = shared_out(lambda part: in_looks(part, ends(part)), task, threads)
+    return Solver(solve, lambda found: found[-1, 7]) if task.kind == "angle" else Solver(solve)
+
+
+def in_looks(task: Task, ends: Ends) -> Callable[[], Array]:
+    """Give a function that carries states from look to look: (k, d, n)."""
+
+    def solve() -> Array:
+        states, time, found = task.states, 0.0, []
+        for times in task.times:
+            states = ends(states, time, times)
+            time = times[0]
+            found.append(states)
+        return np.array(found)
+
+    return solve
+
+
+def shared_out(make: Callable[[Task], Any], task: Task, threads: int) -> Callable[[], Any]:
+    """Give ``make(task)``, a function without arguments, with the orbits shared among threads.
+
+    It serves every method that leaves Python's lock while it computes. What is found has the
+    orbits last: an array, or a named tuple of arrays.
+    """
+    if threads == 1:
+        return make(task)
+    columns = np.array_split(np.arange(task.states.shape[1]), threads)
+    parts = [make(task.of(part)) for part in columns if part.size]
+    pool = ThreadPoolExecutor(len(parts))
+    return lambda: np.concatenate(list(pool.map(lambda solve: solve(), parts)), axis=-1)
+
+
+def crossed(time: Any, M: Any, body: Body) -> Crossed:
+    """The answer from what was found at crossings of M3 = 0.
+
+    `time` is physical, (n_symbols + 1, n), NaN where there is no crossing; `M` are M1 and M2
+    there, (2, n_symbols + 1, n), or near enough to have the signs of Qp and Qm.
+    """
+    # M3 goes upwards and downwards in turn.
+    rising = np.arange(len(time))[:, None] % 2 == 0
+    half = body.alpha0 / 2
+    along, across = math.cos(half) * M[0], math.sin(half) * M[1]
+    beside = np.where(rising, np.where(along + across > 0, 2, 4), np.where(along < across, 1, 3))
+    return Crossed(
+        symbols(np.where(np.isnan(time), 0, beside)).astype(np.uint8), time_unit(body) * time
+    )
+
+
+def time_unit(body: Body) -> float:
+    """s, by which t' = t s."""
+    return float(scale(body.floats()[0], math))
+
+
+def with_angles(A: Numbers, r: Numbers, mu: Scalar) -> Field:
+    """Euler-Poisson with the rates of theta3 and alpha, of 8 numbers."""
+
+    def field(y: Scalar) -> tuple[Any, ...]:
+        M, gamma = y[:3], y[3:6]
+        rates = euler_poisson(M, gamma, A, r, mu)
+        omega, domega = angular_velocity(M, A), angular_velocity(rates[:3], A)
+        return (*rates, turning_rate(M, r, mu), hodograph(omega, gamma, domega)[2])
+
+    return field
+
+
+def field_of(body: Body, angles: bool = False) -> Field:
+    """The field of a body in floats, of 6 numbers, or of 8 with angles."""
+    make = with_angles if angles else euler_poisson_field
+    return make(*body.floats())
+
+
+def flat(body: Body, angles: bool = False) -> Any:
+    """Write ``rates(dy, t, y, args)``, which takes floats or arrays, and which numba can compile.
+
+    Each quantity is a local variable, as a hand would write it for speed, from the tape that the
+    package's own compiled fields are made of.
+    """
+    make, size = (with_angles, 8) if angles else (euler_poisson_field, 6)
+    A, r, mu = body.floats()
+    # The moments are components too, for the tape multiplies by reciprocals of parameters: with
+    # quotients, which round once, CyRK was a sixth faster.
+    traced, parameters = trace(lambda y, _: make(y[size:], r, mu)(y[:size]), size + 3)
+    components = [*(f"y{i}" for i in range(size)), *map(repr, A)]
+    names: list[str] = []
+    known: dict[str, str] = {}
+    for name, operands in traced.lines:
+        if name == "component":
+            names.append(components[operands[0]])
+        elif name == "parameter":
+            names.append(repr(parameters[operands[0]]))
+        else:
+            left, right = (names[i] for i in operands)
+            text = f"{left} {SIGNS[name]} {right}"
+            # The tape tells parameters apart, even equal ones.
+            whole = name == "divided" and right == "1.0"
+            names.append(left if whole else known.setdefault(text, f"x{len(known)}"))
+    lines = [
+        *(f"y{i} = y[{i}]" for i in range(size)),
+        *(f"{name} = {expression}" for expression, name in known.items()),
+        *(f"dy[{i}] = {names[k]}" for i, k in enumerate(traced.rates)),
+    ]
+    room: dict[str, Any] = {}
+    exec(compile("\n    ".join(["def rates(dy, t, y, args):", *lines]), "<field>", "exec"), room)
+    return room["rates"]
