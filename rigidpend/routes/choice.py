@@ -36,6 +36,8 @@ PROBLEMS = 1_000
 """Problems whose seconds are counted; then the count begins anew."""
 SAMPLE = 64
 """Number of orbits that are integrated as well in doubles, and compared, unless maps are kept."""
+ABREAST = 4
+"""Neighbours that are taken together into a sample."""
 LEAST_SAMPLE = 8
 """Number of them in each part of the orbits, at least, and of those in one more precision."""
 
@@ -207,8 +209,10 @@ def contradicted(
 ) -> NDArray[np.intp]:
     """Integrate a sample of the columns; those of which a certain symbol is another one."""
     n = len(known.bits)
-    # Evenly spread and not by lot: the same sample in every run.
-    sample = np.unique(np.linspace(0, n - 1, min(n, size)).astype(int))
+    # Spread evenly and not by lot: the same sample in every run. Neighbours have their J1_0 in
+    # common where that differs, and most of what a single orbit takes is to begin it.
+    first = np.linspace(0, max(0, n - ABREAST), -(-min(n, size) // ABREAST)).astype(int)
+    sample = np.unique(np.minimum(first[:, None] + np.arange(ABREAST), n - 1))
     again = certainty.decide(
         lambda bits, scales, columns: integrated(bits, scales, sample[columns]),
         sample.size,

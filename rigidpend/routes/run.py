@@ -102,7 +102,7 @@ class Run:
         keys: NDArray[Any]
         problem_of: Callable[[Any], RouteProblem]
         if self.starts is not None:
-            keys, problem_of = self.starts.J1_0, self._with_action
+            keys, problem_of = self.starts.J1_0, functools.partial(_with_action, self.problem)
         elif self.each is not None:
             keys, problem_of = np.arange(len(self.each)), self.each.__getitem__
         else:
@@ -118,9 +118,6 @@ class Run:
             return begun[0][0], np.concatenate([x for _, x in begun], axis=1)[:, back]
         states = [state for _, part in begun for state in part]
         return begun[0][0], [states[k] for k in back]
-
-    def _with_action(self, J1_0: float) -> RouteProblem:
-        return replace(self.problem, J1_0=exact(float(J1_0)))
 
     def _begun(
         self, problem: RouteProblem, bits: int, scales: Scales, columns: Any
@@ -162,6 +159,12 @@ class Run:
             return side_by_side(_in_scales, given, not compiled, scales, jobs)
 
         return certainty.decide(compute, n, self.rate, precisions, share, both)
+
+
+@functools.lru_cache(maxsize=64)
+def _with_action(problem: RouteProblem, J1_0: float) -> RouteProblem:
+    """The problem with another J1_0, kept for the next computation in other scales."""
+    return replace(problem, J1_0=exact(float(J1_0)))
 
 
 def _in_scales(scales: Scales, run: Run, bits: int, columns: Any) -> Crossings:

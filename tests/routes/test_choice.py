@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import math
 import pickle
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
-from rigidpend import Body, RouteCodes, cli, route_codes
+from rigidpend import Body, RouteCodes, route_codes
 from rigidpend.experiments.stress.trials.spoilt_maps import spoilt
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import Crossings, Outcome
@@ -25,7 +22,6 @@ from rigidpend.routes.cells import cells_of_starts
 from rigidpend.routes.certainty import Contradiction
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.start import Scales
-from tests.config.samples import HEAD, written
 from tests.orbits.integrate.problems import FIG4, GENERIC
 
 LIGHT = Body((2, 1, "1.5"), (1, 1, 0), "1e-6")
@@ -199,6 +195,10 @@ def test_orbits_without_a_map_are_integrated_or_refused(monkeypatch: pytest.Monk
     symmetric = Body(("2.673", "2.520", "2.527"), (1, 1, 0), "0.004")
     with pytest.raises(MapError):
         found(heavy, PHASES[:2], n_symbols=2, method="map")
+    with pytest.raises(ProblemError, match="auto, map, integration"):
+        found(FIG4, PHASES[:2], method="guess")
+    with pytest.raises(ProblemError, match="begin with 53"):
+        found(FIG4, PHASES[:2], method="map", precisions=(64, 113))
     with pytest.raises(MapError, match="outside of the normal form"):
         found(FIG4, PHASES[:2], n_symbols=2, J1_0="0.3", method="map")
     monkeypatch.setattr(costs, "LEAST", 0.0)
@@ -206,13 +206,6 @@ def test_orbits_without_a_map_are_integrated_or_refused(monkeypatch: pytest.Monk
     monkeypatch.setattr(costs, "LONG", 0.0)
     with pytest.warns(costs.SlowRoutesWarning, match="nearly symmetric: its surfaces are split"):
         found(symmetric, PHASES[:1], h0=1, n_symbols=1, precisions=(53,))
-
-
-def test_wrong_methods_are_refused() -> None:
-    with pytest.raises(ProblemError, match="auto, map, integration"):
-        found(FIG4, PHASES[:2], method="guess")
-    with pytest.raises(ProblemError, match="begin with 53"):
-        found(FIG4, PHASES[:2], method="map", precisions=(64, 113))
 
 
 def test_a_sample_of_all_orbits_is_integrated_in_doubles_and_of_few_in_more_bits(
@@ -239,7 +232,14 @@ def whole(_: int, __: Scales, columns: Any) -> Crossings:
 
 @pytest.mark.parametrize(
     ("n", "size", "expected"),
-    [(1, 5, [0]), (11, 3, [0, 5, 10]), (11, 2, [0, 10]), (4, 9, [0, 1, 2, 3])],
+    [
+        (1, 5, [0]),
+        (11, 8, [0, 1, 2, 3, 7, 8, 9, 10]),
+        (11, 5, [0, 1, 2, 3, 7, 8, 9, 10]),
+        (21, 12, [0, 1, 2, 3, 8, 9, 10, 11, 17, 18, 19, 20]),
+        (4, 9, [0, 1, 2, 3]),
+        (6, 6, [0, 1, 2, 3, 4, 5]),
+    ],
 )
 def test_the_sample_reaches_from_the_first_orbit_to_the_last(
     n: int, size: int, expected: list[int]
@@ -293,25 +293,6 @@ def by_cells() -> Any:
 def test_what_contradicts_is_not_given(call: Callable[[], Any], said: str) -> None:
     with pytest.raises(Contradiction, match=said):
         call()
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("mirrored")
-def test_the_command_says_it_in_a_sentence_and_stores_nothing(tmp_path: Path) -> None:
-    config = f"""\
-{HEAD.format(experiment="route_map", n_symbols=3)}\
-  theta2_0: {{ends: [1, 2], count: 8}}
-  rows: {{axis: log10_J1_0, ends: [-9, -8], count: 2}}
-numerics: {{precisions: [53, 106]}}
-"""
-    path = written(tmp_path, config, "small.yaml")
-    given = ["run", str(path), "--out", str(tmp_path), "--json", "--jobs", "2"]
-    done = CliRunner().invoke(cli.main, given)
-    [outcome] = json.loads(done.stdout)
-    assert (done.exit_code, outcome["status"]) == (1, "failed")
-    assert outcome["error"].startswith("return maps and integration call different symbols certain")
-    assert f"rigidpend: small: {outcome['error']}" in done.stderr.splitlines()
-    assert not list(tmp_path.glob("*.h5"))
 
 
 def test_a_contradiction_comes_unchanged_from_processes_and_clusters() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import threading
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ import pytest
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.orbits.return_map import MapError, ReturnMap, kernel
+from rigidpend.orbits.return_map import MapError, ReturnMap
 from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD
 from rigidpend.routes import certainty, choice, costs, mapped
 from rigidpend.routes.phases import Phases
@@ -149,22 +148,6 @@ def test_passages_that_take_long_ask_for_sharper_tables_at_once(
     least = 0
     with pytest.raises(MapError, match="settle"):
         maps._settle(math.inf)
-
-
-def test_orbits_of_every_phase_begin_at_one_distance(monkeypatch: pytest.MonkeyPatch) -> None:
-    phases, begun = np.array([-2.0, 0.0, 1e-300, 3.0]), []
-    maps, design = unmade(), mapped.DESIGNS[certainty.FIRST]
-
-    def follow(_: Any, Qp: Any, phase: Any, *__: Any) -> Any:
-        begun.append((Qp, phase))
-        return SimpleNamespace(time=np.zeros((4, 4)), separatrix=np.ones((4, 4)))
-
-    monkeypatch.setattr(maps, "_begin", lambda *_: (phases, 0 * phases), raising=False)
-    monkeypatch.setattr(kernel, "follow", follow)
-    maps._follow(None, 53, design, np.arange(4))
-    [(Qp, phase)] = begun
-    assert Qp.tolist() == [mapped.start_Qp(maps.problem, design.unit, 53)] * 4
-    assert phase is phases
 
 
 @pytest.mark.slow

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -222,42 +220,6 @@ def test_a_damaged_file_is_built_again(cache: Path) -> None:
         assert same(made, return_map(FIG4, h=H))
 
 
-def test_a_map_copied_to_the_name_of_a_neighbour_is_built_again(cache: Path) -> None:
-    """It differs by so little that no check of a few orbits sees it."""
-    near = Body(FIG4.A, FIG4.r, "0.0010000000001")
-    made = return_map(FIG4, h=H)
-    (path,) = cache.iterdir()
-    expected = return_map(near, h=H)
-    assert not same(made, expected)
-    (other,) = (each for each in cache.iterdir() if each != path)
-    shutil.copy(path, other)
-    storage._kept.cache_clear()
-    with pytest.warns(KeptFileWarning, match=f"{other}: of something else than its name says"):
-        assert same(return_map(near, h=H), expected)
-
-
-def test_a_pipe_among_the_maps_is_not_waited_for(cache: Path) -> None:
-    made = return_map(FIG4, h=H)
-    (path,) = cache.iterdir()
-    path.unlink()
-    os.mkfifo(path)
-    storage._kept.cache_clear()
-    with pytest.warns(KeptFileWarning, match="not a regular file"):
-        assert same(made, return_map(FIG4, h=H))
-    assert path.is_file(), "and it made room"
-
-
-def test_a_cache_that_cannot_be_written_costs_time_alone(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "file").write_text("")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    storage._kept.cache_clear()
-    caches.tell_once.cache_clear()
-    with pytest.warns(KeptFileWarning, match="nothing can be kept"):
-        assert return_map(FIG4, h=H).errors.charts < 1e-12
-
-
 @pytest.mark.parametrize(
     "module", ["return_map/charts.py", "integrate/states.py", "integrate/kernel/functions.py"]
 )
@@ -277,18 +239,3 @@ def test_a_map_of_other_code_is_another(module: str, monkeypatch: pytest.MonkeyP
     after = storage.followed(FIG4, h, h, 53, FIRST, 64)
     storage._code.cache_clear()
     assert after != before
-
-
-def test_the_function_is_a_name_of_the_package() -> None:
-    import rigidpend
-
-    assert rigidpend.return_map(FIG4, h=H).at(1.3342).h == 1.3342
-
-
-def test_use_of_a_kept_map_counts(cache: Path) -> None:
-    return_map(FIG4, h=H)
-    (path,) = cache.iterdir()
-    os.utime(path, (1, 1))
-    storage._kept.cache_clear()
-    return_map(FIG4, h=H)
-    assert path.stat().st_mtime > 1e6
