@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rigidpend.cli import COMMANDS
-from rigidpend.orbits.integrate.engines import default_engine
+from rigidpend.orbits.integrate.arithmetic import default_engine
 from tests.config.samples import SMALL, changed, written
 from tests.processes import modules
 

@@ -21,7 +21,7 @@ from rigidpend.cli.common import (
 
 
 @click.command("stress")
-@click.option("--quick", is_flag=True, help="Small version of every kind of trial: some minutes.")
+@click.option("--quick", is_flag=True, help="Small version of every kind of trial: a minute.")
 @OUT
 @JSON
 @SETTINGS

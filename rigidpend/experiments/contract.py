@@ -5,7 +5,7 @@ An experiment is a folder ``experiments/NAME/``:
 ========== ============================================================= ==========
 schema.py  ``Config``, a subclass of :class:`rigidpend.config.schema.    required
            ExperimentConfig`: what a config may ask for
-layout.py  :class:`Declaring`: what a result consists of, unit and bound required
+layout.py  ``LAYOUT``: what a result consists of, with unit and bound    required
 compute.py :class:`Computation`: from a config to the data of a result   required
 draw.py    :class:`Drawing`: a figure from a stored result               required
 report.py  :class:`Reporting`: tables beside that figure                 optional
@@ -23,8 +23,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, TypeVar
 
-from rigidpend.experiments.data.layout import Layout
-from rigidpend.experiments.data.tree import Data, Loaded, Tree
+from rigidpend.experiments.data.tree import Loaded, Tree
 from rigidpend.machine.progress import tell_nobody
 from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, Arithmetic
 
@@ -37,6 +36,7 @@ if TYPE_CHECKING:
     from rigidpend.routes.problem import RouteProblem
 
     Routes: TypeAlias = Mapping[str, tuple[RouteProblem, Sequence[Exact]]]
+    """Orbits by the name of their array: a problem, and the exact phases of its columns."""
 
     C_contra = TypeVar("C_contra", bound=ExperimentConfig, contravariant=True)
 else:
@@ -81,22 +81,25 @@ class Means(NamedTuple):
     """True if pieces are computed by other machines, which take many small ones best."""
 
 
-class Declaring(Protocol):
-    """The module ``layout.py`` of an experiment."""
-
-    @property
-    def LAYOUT(self) -> Layout:
-        """Layout of ``/data`` of a result."""
-
-
 class Computation(Protocol[C_contra]):
     """The module ``compute.py`` of an experiment.
 
-    It may also have ``cost(config)``, an estimate of the seconds that :meth:`compute` takes on
-    two cores, from what was measured of it: `run -n` tells it, and the time left begins with it;
-    and ``describe(config)``, rows on what follows from a config beside what follows from its body.
-    ``PIECES = True`` says that all its work goes through ``means.pieces``, so that a cluster shares
-    it; what does not, a worker of the cluster computes as a whole.
+    It may also have:
+
+    ``cost(config)``
+        An estimate of the seconds that :meth:`compute` takes on two cores, from what was measured
+        of it: `run -n` tells it, and the time left begins with it.
+    ``describe(config)``
+        Rows on what follows from a config beside what follows from its body.
+    ``PIECES = True``
+        All its work goes through ``means.pieces``, so that a cluster shares it; what does not, a
+        worker of the cluster computes as a whole.
+    ``orbits(config, stored)``
+        `Routes`, exact: its route codes can be proven. ``stored()`` loads ``/data`` of the
+        config's result, for orbits that only a computation tells.
+    ``theorems(config, data)``
+        Sentences that ``/data`` of a result proves, checked again without integration;
+        ArithmeticError where it does not, whose text says what is not shown.
     """
 
     def compute(self, config: C_contra, means: Means) -> Tree:
@@ -106,30 +109,6 @@ class Computation(Protocol[C_contra]):
         ------
         ArithmeticError
             Something that the config asks for cannot be computed as well as it must be.
-        """
-
-
-class Certifiable(Protocol[C_contra]):
-    """A module ``compute.py`` whose route codes can be proven."""
-
-    def orbits(self, config: C_contra, stored: Callable[[], Data]) -> Routes:
-        """The orbits of a config by the name of their array, exact.
-
-        Parameters
-        ----------
-        config : Config
-        stored : callable
-            Loads ``/data`` of the config's result, for orbits that only a computation tells.
-        """
-
-
-class Proving(Protocol[C_contra]):
-    """Offered by an experiment whose results hold a proof; `certify --check` asks for it."""
-
-    def theorems(self, config: C_contra, data: Data) -> list[str]:
-        """Sentences that ``/data`` of a result proves, checked again without integration.
-
-        Raises ArithmeticError where it does not; the text says what is not shown.
         """
 
 

@@ -1,11 +1,9 @@
-"""The fields of an array of route codes (itineraries), as they are stored and compared.
-
-Shared by the experiments that store routes: `route_codes`, `route_zoom`, `herpolhodes`.
-"""
+"""Fields that experiments with routes share: arrays of route codes (itineraries), and proofs."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -100,3 +98,28 @@ MEANING = {
         within=crossed(lambda crossings: 0.0),
     ),
 }
+"""Fields of an array of route codes."""
+
+_step = partial(Field, WHOLE, ("steps",), "1", within=ANY)
+# What polynomials prove is compared, not these: their last digits differ between processors.
+STEPS = {
+    "family": _step("the family of orbits of which a step is, counted from 0"),
+    "bits": _step("its coefficients are in units of 2^-bits"),
+    "terms": _step("number of its terms"),
+    "powers": Field(
+        WHOLE,
+        ("terms", "powers"),
+        "1",
+        "j, k, l of T_j(x) u^k v^l; or j, k, l, m of T_j(x) u^k v^l w^m",
+        within=ANY,
+    ),
+    "coefficients": Field(
+        WHOLE,
+        ("terms", 7),
+        "1",
+        "of Qp, Qm, M3, gamma1, gamma2, gamma3, and of half of the length in time in 2^-50 t';"
+        " twice as large where j = 0",
+        within=ANY,
+    ),
+}
+"""Fields of the polynomials that prove what a result says of families of orbits."""

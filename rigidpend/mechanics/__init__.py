@@ -18,8 +18,7 @@ separatrices  unperturbed separatrices as motions in time
 Pendulum motions and periodic orbits:
 
 pendulum      pendulum motions, exact at any mu
-riccati       motions beside a pendulum motion, to first order
-periodic      hyperbolic periodic orbits to first order in mu
+periodic      motions beside a pendulum motion, to first order in mu
 floquet       the same orbits to rounding, with their Floquet multipliers
 
 The motion in space:

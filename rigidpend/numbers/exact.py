@@ -83,6 +83,14 @@ def fraction(x: Any, bits: int | None = None) -> Fraction:
     return Fraction(*map(int, to_rational(rounded._mpf_)))
 
 
+def _operators(name: str) -> tuple[Callable[[Exact, Any], Exact], Callable[[Exact, Any], Exact]]:
+    """An operator with a number on its right, and with one on its left."""
+    return (
+        lambda self, other: combine(name, self, exact(other)),
+        lambda self, other: combine(name, exact(other), self),
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class Exact:
     """A real number known exactly.
@@ -155,32 +163,11 @@ class Exact:
     def __neg__(self) -> Exact:
         return combine("*", exact(-1), self)
 
-    def __add__(self, other: Any) -> Exact:
-        return combine("+", self, exact(other))
-
-    def __radd__(self, other: Any) -> Exact:
-        return combine("+", exact(other), self)
-
-    def __sub__(self, other: Any) -> Exact:
-        return combine("-", self, exact(other))
-
-    def __rsub__(self, other: Any) -> Exact:
-        return combine("-", exact(other), self)
-
-    def __mul__(self, other: Any) -> Exact:
-        return combine("*", self, exact(other))
-
-    def __rmul__(self, other: Any) -> Exact:
-        return combine("*", exact(other), self)
-
-    def __truediv__(self, other: Any) -> Exact:
-        return combine("/", self, exact(other))
-
-    def __rtruediv__(self, other: Any) -> Exact:
-        return combine("/", exact(other), self)
-
-    def __pow__(self, other: Any) -> Exact:
-        return combine("**", self, exact(other))
+    __add__, __radd__ = _operators("+")
+    __sub__, __rsub__ = _operators("-")
+    __mul__, __rmul__ = _operators("*")
+    __truediv__, __rtruediv__ = _operators("/")
+    __pow__, _ = _operators("**")
 
     def __eq__(self, other: object) -> bool:
         """Equality of what is written; two rationals are equal where their values are."""

@@ -12,7 +12,7 @@ import warnings
 from collections.abc import Sequence
 
 from rigidpend.numbers.exact import PRECISIONS
-from rigidpend.orbits.integrate.engines import PAIRS, kernel_bits
+from rigidpend.orbits.integrate.arithmetic import PAIRS, kernel_bits
 from rigidpend.routes.problem import RouteProblem, narrowness, passage_rotations, whisker_growth
 
 SYMBOL, ROTATION, MAPPED = 3e-6, 1e-6, 0.5e-6

@@ -22,7 +22,7 @@ from rigidpend.config.reader import Document
 from rigidpend.config.schema import ExperimentConfig
 from rigidpend.config.sweeps import Sweep
 from rigidpend.numbers.exact import Exact
-from rigidpend.orbits.integrate import engines
+from rigidpend.orbits.integrate import arithmetic
 from rigidpend.runs import provenance
 
 Result = TypeVar("Result")
@@ -54,7 +54,7 @@ class LoadedConfig:
     def engine(self) -> str:
         """Engine that computes it; empty where nothing is integrated."""
         asked = self.content.numerics_asked
-        return (asked["engine"] or engines.default_engine()) if asked else ""
+        return (asked["engine"] or arithmetic.default_engine()) if asked else ""
 
     def with_engine(self, engine: str, tolerance: Exact | None = None) -> LoadedConfig:
         """The same config, computed by that engine, at its own tolerance or that one."""

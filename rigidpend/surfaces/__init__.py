@@ -5,7 +5,6 @@ Modules
 variational     orbits beside an unperturbed separatrix, to first order
 melnikov        Melnikov's integral on the four separatrices, its zeros
 curves          the surfaces S1- and S2+ as curves (Fig. 3)
-arrays          numbers for many orbits at once, in any precision
 surface_orbits  orbits of S1- up to the section
 splitting       the distance of the surfaces as a Fourier series, against Melnikov's formula
 heteroclinic    the orbits at g = +-pi/2, and what theta3 gains along them

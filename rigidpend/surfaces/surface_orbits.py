@@ -21,7 +21,7 @@ from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
 from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.orbits.integrate.sections import first_crossings, first_in_doubles
-from rigidpend.surfaces.arrays import Arrays, arrays
+from rigidpend.orbits.return_map.precision import MOST_IN_PAIRS, Precision, precision
 from rigidpend.surfaces.melnikov import delta
 
 PATIENCE = 4
@@ -95,11 +95,11 @@ def unperturbed(s: UnstableSurface, theta2_0: Scalar, depth: Scalar) -> Separatr
 
 def launch(s: UnstableSurface, theta2_0: Scalar, depth: Scalar) -> list[Fraction]:
     """Start of an orbit, in aligned components of the working precision: see :func:`launches`."""
-    a = arrays(s.bits + GUARD_BITS)
+    a = guarded(s.bits)
     return [fraction(x, s.bits) for x in launches(s, a.array([theta2_0]), depth, a)[:, 0]]
 
 
-def launches(s: UnstableSurface, theta2_0: Any, depth: Scalar, a: Arrays) -> Any:
+def launches(s: UnstableSurface, theta2_0: Any, depth: Scalar, a: Precision) -> Any:
     """Starts of orbits, in aligned components (6, n).
 
     At theta1 = alpha0 + beta0 they lie beside S1-, not on it. What they are off by shrinks as J1
@@ -112,7 +112,7 @@ def launches(s: UnstableSurface, theta2_0: Any, depth: Scalar, a: Arrays) -> Any
         Radians.
     depth : number
         -ln(J1/J2) at the start.
-    a : Arrays
+    a : Precision
         The kind of the numbers.
 
     Notes
@@ -180,7 +180,7 @@ def meet(
     begin = a.array(starts)
     rate = u(unperturbed(s, m.mpf(0), depth), s.p, m)
     limit = PATIENCE * float((depth + math.tau) / rate)
-    found = (_in_guarded if a.bits else _in_doubles)(
+    found = (_in_doubles if a.bits == 53 else _in_guarded)(
         s, launches(s, begin, depth, a), limit, arithmetic, jobs
     )
     if found is None:
@@ -194,15 +194,20 @@ def meet(
     behind, turn = lag(s, depth), 2 * a.pi
     unperturbed_phases = [start + behind for start in starts]
     expected = a.array(unperturbed_phases)
-    phase = phase + turn * a.nint((expected - phase) / turn)
-    rest = a.array(x - near for x, near in zip(unperturbed_phases, expected, strict=True))
+    phase = phase + turn * np.rint(a.floats((expected - phase) / turn))
+    rest = a.array([x - near for x, near in zip(unperturbed_phases, expected, strict=True)])
     return Points(begin, phase, (phase - expected) - rest, offset, time)
 
 
-def kind(s: UnstableSurface, arithmetic: Arithmetic) -> Arrays:
+def kind(s: UnstableSurface, arithmetic: Arithmetic) -> Precision:
     """Numbers in which points are given: the kernel's doubles, or guarded ones."""
     doubles = s.bits == 53 and arithmetic.engine == "taylor"
-    return arrays(0 if doubles else s.bits + GUARD_BITS)
+    return precision(53) if doubles else guarded(s.bits)
+
+
+def guarded(bits: int) -> Precision:
+    """Arrays of guarded numbers, each of them mpmath's."""
+    return precision(max(bits + GUARD_BITS, MOST_IN_PAIRS + 1))
 
 
 def _in_doubles(

@@ -16,7 +16,7 @@ from click.testing import CliRunner
 from rigidpend import cli
 from rigidpend.cli import common
 from rigidpend.machine.workers import WorkerError
-from rigidpend.orbits.integrate import engines
+from rigidpend.orbits.integrate import arithmetic
 from rigidpend.results import store
 from rigidpend.routes.change import NoChange
 from rigidpend.runs import runner
@@ -152,7 +152,7 @@ class Ours(ArithmeticError):
     ("error", "code", "said"),
     [
         (KeyboardInterrupt(), 130, "interrupted; finished results are kept"),
-        (engines.EngineError("no heyoka here"), 3, "rigidpend: small: no heyoka here"),
+        (arithmetic.EngineError("no heyoka here"), 3, "rigidpend: small: no heyoka here"),
         (
             ModuleNotFoundError("No module named 'dask'", name="dask"),
             3,

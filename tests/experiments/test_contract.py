@@ -26,20 +26,19 @@ ROOT = Path(__file__).resolve().parents[2]
 NAMES = experiments.names()
 
 SEAM = """
-import rigidpend.experiments.{name}.compute as compute
-import rigidpend.experiments.{name}.draw as draw
-import rigidpend.experiments.{name}.layout as layout
 from rigidpend.config.schema import ExperimentConfig
-from rigidpend.experiments.contract import Computation, Declaring, Drawing, Reporting
+from rigidpend.experiments.contract import Computation, Drawing, Reporting
+from rigidpend.experiments.data.layout import Layout
+from rigidpend.experiments.{name} import compute, draw, layout
 from rigidpend.experiments.{name}.schema import Config
 
 schema: type[ExperimentConfig] = Config
 computation: Computation[Config] = compute
-declaring: Declaring = layout
+declared: Layout = layout.LAYOUT
 drawing: Drawing = draw
 """
 REPORT = """
-import rigidpend.experiments.{name}.report as report
+from rigidpend.experiments.{name} import report
 
 reporting: Reporting = report
 """
@@ -51,32 +50,9 @@ def seam(name: str) -> str:
     return (SEAM + REPORT if has_report else SEAM).format(name=name)
 
 
-def mypy(root: Path, *arguments: str) -> str:
-    """The words of mypy, for which the package is at a root, under the project's own settings.
-
-    In a process of its own: the much memory that it takes would be kept by this one.
-    """
-    done = subprocess.run(
-        [sys.executable, "-m", "mypy", "--config-file", str(ROOT / "pyproject.toml"), *arguments],
-        env={**os.environ, "MYPYPATH": str(root)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert not done.stderr
-    return done.stdout
-
-
-def checked(folder: Path, **sources: str) -> str:
-    """The words of mypy on some modules."""
-    for name, source in sources.items():
-        (folder / f"{name}.py").write_text(source, encoding="utf-8")
-    return mypy(ROOT, *(str(folder / f"{name}.py") for name in sources))
-
-
 WRONG = {
     "of_another_config": ("route_codes.schema", "precession.schema", "ncompatible type"),
-    "without_a_layout": ("route_codes.layout as", "route_codes.schema as", '"Declaring"'),
+    "without_a_drawing": ("drawing: Drawing = draw", "drawing: Drawing = layout", '"Drawing"'),
 }
 """Slips in the seam of an experiment: what stands for what, and of what mypy complains."""
 
@@ -84,12 +60,23 @@ WRONG = {
 @pytest.mark.slow
 def test_every_experiment_keeps_the_contract_and_with_a_slip_none_does(tmp_path: Path) -> None:
     sources = {f"seam_{name}": seam(name) for name in NAMES}
-    slips = {name: seam("route_codes").replace(*slip[:2]) for name, slip in WRONG.items()}
-    said = checked(tmp_path, **sources, **slips)
-    assert "seam_" not in said
+    sources |= {name: seam("route_codes").replace(*slip[:2]) for name, slip in WRONG.items()}
+    for name, source in sources.items():
+        (tmp_path / f"{name}.py").write_text(source, encoding="utf-8")
+    # In a process of its own: the much memory that it takes would be kept by this one.
+    command = [sys.executable, "-m", "mypy", "--config-file", str(ROOT / "pyproject.toml")]
+    done = subprocess.run(
+        [*command, *(str(tmp_path / f"{name}.py") for name in sources)],
+        env={**os.environ, "MYPYPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert not done.stderr
+    assert "seam_" not in done.stdout
     for name, (*_, complaint) in WRONG.items():
-        lines = [line for line in said.splitlines() if f"{name}.py" in line]
-        assert any(complaint in line for line in lines), said
+        lines = [line for line in done.stdout.splitlines() if f"{name}.py" in line]
+        assert any(complaint in line for line in lines), done.stdout
 
 
 def imported(file: Path) -> Iterator[str]:
@@ -111,7 +98,6 @@ def test_a_layout_is_plain_data_for_which_nothing_heavy_is_imported(name: str) -
     file = experiments.FOLDER / name / "layout.py"
     allowed = (
         "rigidpend.experiments.data",
-        "rigidpend.experiments.proof_layout",
         "rigidpend.experiments.route_layout",
         "rigidpend.experiments.weight_series",
     )

@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rigidpend import Body
-from rigidpend.mechanics.body import BodyError, angles_from_moments
+from rigidpend.mechanics.body import BodyError
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.problem import ProblemError
 from tests.bodies import FIG4
@@ -212,12 +212,6 @@ def test_invariant_a_body_is_a_value() -> None:
         FIG4.mu = FIG4.A[0]  # type: ignore[misc]
 
 
-def test_agrees_angles_from_moments_in_any_namespace() -> None:
-    r = (math.sqrt(0.5), math.sqrt(0.5), 0.0)
-    found = angles_from_moments((2.0, 1.0, 1.5), (1.0, 0.5, 0.5), r, 0.001, math)
-    assert list(found) == pytest.approx(list(FIG4.angles()), rel=4e-16)
-
-
 @pytest.mark.parametrize("parameter", ["alpha0", "beta0", "gamma0", "mu"])
 @pytest.mark.parametrize("value", [math.nan, math.inf, "x", None])
 def test_refused_angles_that_are_no_numbers_are_named(parameter: str, value: Any) -> None:
@@ -250,12 +244,6 @@ def test_agrees_r_with_the_unit_vector_at_any_precision(r: Any, unit: Any) -> No
             float(abs(a.at(bits) - exact(b).at(bits))) for a, b in zip(body.r, unit, strict=True)
         ]
         assert max(found) <= 2.0 ** (1 - bits)
-
-
-def test_agrees_r_of_length_one_with_what_was_written() -> None:
-    body = Body((2, 1, "1.5"), (1, 0, 0), 0)
-    assert body.r == (exact(1), exact(0), exact(0))
-    assert [str(x) for x in body.r] == ["1", "0", "0"]
 
 
 CLOSE: dict[str, Any] = {

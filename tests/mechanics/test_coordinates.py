@@ -214,12 +214,3 @@ def test_agrees_aligned_from_canonical_with_aligned_from_body(body: Body, c: Can
     across = 2 * np.sqrt(c.J1) * np.sqrt(c.J2mJ1)
     assert largest_difference(found[:2], expected[:2]) <= ROUNDING * across
     assert largest_difference(found[2:], expected[2:]) <= ROUNDING * max(1, c.J2)
-
-
-def test_agrees_constructors_with_the_six_variables() -> None:
-    c = co.canonical(0.5, 2.0, 1.2, 1.0, 2.0, 3.0)
-    assert c == Canonical(0.5, 1.5, 1.2, 1.0, 2.0, 3.0, pytest.approx(0.8, rel=1e-15))
-    assert c.J2 == 2.0
-    a = andoyer(2.0, -1.6, 1.2, 1.0, 2.0, 3.0)
-    near = (pytest.approx(0.6, rel=1e-15), pytest.approx(0.8, rel=1e-15))
-    assert a == Andoyer(2.0, -1.6, 1.2, 1.0, 2.0, 3.0, *near)

@@ -98,14 +98,6 @@ def test_agrees_units_at_rest_with_the_same_direction_of_gamma(change: Any) -> N
     )
 
 
-def test_agrees_units_of_J3_sample_by_sample() -> None:
-    A = floats_of(Body((3, 1, "2.5"), (1, 1, 0), 0))[0]
-    J2 = np.array([0.0, 2.0])
-    c = Canonical(J2 / 4, 3 * J2 / 4, np.array([0.3, 0.3]), 1.0, 1.0, 0.0, 0.9)
-    assert co.dimensionless(c, A).J3.tolist() == [0.3, 0.3 * co.scale(A)]
-    assert co.dimensional(c, A).J3.tolist() == [0.3, pytest.approx(0.3 / co.scale(A), rel=1e-15)]
-
-
 @pytest.mark.parametrize("shape", [(), (4,), (2, 3)])
 def test_agrees_theta3_from_aligned_with_the_samples_shape(shape: tuple[int, ...]) -> None:
     ones, alpha0, beta0 = np.ones(shape), 1.9, 1.5

@@ -139,19 +139,20 @@ def test_eq_trieq_has_five_regimes(beta0: str, found: Regime, order: str) -> Non
 
 @pytest.mark.parametrize(
     ("r", "expected"),
-    [((0, 1, 0), Regime.i), ((1, 0, 0), Regime.v), ((1, "1e-12", 0), Regime.iv)],
+    [
+        ((0, 1, 0), Regime.i),
+        ((1, 0, 0), Regime.v),
+        ((1, "1e-12", 0), Regime.iv),
+        # tan^2(alpha0/2) = A1 (A3 - A2)/(A2 (A1 - A3)) is 4 here.
+        ((1, 2, 0), Regime.iii),
+        ((1, "2.000000000001", 0), Regime.ii),
+    ],
 )
-def test_eq_trieq_tells_the_ends_from_what_is_near_them(r: Any, expected: Regime) -> None:
+def test_eq_trieq_tells_the_ends_and_hess_s_case_from_what_is_near_them(
+    r: Any, expected: Regime
+) -> None:
     for mu in (0, "0.01"):
-        assert regime(Body((2, 1, "1.5"), r, mu)) is expected
-    assert expected in Regime
-
-
-def test_eq_trieq_tells_hess_s_case_from_moments_and_r_alone() -> None:
-    """tan^2(alpha0/2) = A1 (A3 - A2)/(A2 (A1 - A3)) is 4 here."""
-    A = (2, "0.75", "1.5")
-    assert regime(Body(A, (1, 2, 0), 1)) is Regime.iii
-    assert regime(Body(A, (1, "2.000000000001", 0), 1)) is Regime.ii
+        assert regime(Body((2, "0.75", "1.5"), r, mu)) is expected
 
 
 def test_plateaus_add_up_the_increments_of_a_route() -> None:

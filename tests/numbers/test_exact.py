@@ -24,7 +24,6 @@ from rigidpend.numbers.exact import (
     ExactError,
     context,
     exact,
-    exacts,
     fraction,
     function,
 )
@@ -107,16 +106,11 @@ def test_agrees_a_float_with_the_double_that_it_is() -> None:
         (np.int64(-3), Fraction(-3)),
         (np.uint8(200), Fraction(200)),
         (np.float32(0.1), Fraction(13421773, 2**27)),
-        (np.float16(0.5), Fraction(1, 2)),
         (context(300).mpf(2) ** -200, Fraction(1, 2**200)),
     ],
 )
 def test_agrees_other_numbers_with_their_fractions(value: Any, expected: Fraction) -> None:
     assert exact(value).fraction == expected
-
-
-def test_agrees_a_list_with_its_numbers() -> None:
-    assert [x.fraction for x in exacts([1, "1/2", 0.25])] == [1, Fraction(1, 2), Fraction(1, 4)]
 
 
 REFUSED_VALUES = [math.nan, math.inf, -math.inf, True, np.True_, None, 1j, b"1", [1]]
@@ -221,6 +215,7 @@ def _larger(parts: st.SearchStrategy[Exact]) -> st.SearchStrategy[Exact]:
 def test_agrees_the_text_of_an_exact_with_its_value(x: Exact) -> None:
     assume(len(str(x)) <= MAX_TEXT)
     assert same(exact(str(x)), x)
+    assert str(pickle.loads(pickle.dumps(x))) == str(x)
     assert repr(x) == f"exact({str(x)!r})"
 
 
@@ -260,23 +255,18 @@ def test_agrees_a_float_s_text_with_the_decimal_or_quotient(value: Any, text: st
     assert str(exact(value)) == text
 
 
-@pytest.mark.parametrize("value", ["1E+5001", "1E-5001", "-1E+99999999", "9E-999999"])
-def test_refused_decimals_of_huge_exponents(value: str) -> None:
-    with pytest.raises(ExactError, match="exponents go to 5000"):
-        exact(Decimal(value))
-
-
 @pytest.mark.parametrize(
     "make",
     [
         lambda: Fraction(1, 2**40_001),
         lambda: 2**40_001,
         lambda: Decimal("1E+99999999"),
+        lambda: Decimal("1E-5001"),
         lambda: "(((9**64)**64)**64)**64",
         lambda: "1e5000**64",
         lambda: "9**9**9**9",
     ],
-    ids=["denominator", "integer", "decimal", "nested", "exponent", "tower"],
+    ids=["denominator", "integer", "decimal", "tiny decimal", "nested", "exponent", "tower"],
 )
 def test_refused_what_is_huge_at_once(make: Any) -> None:
     value, begin = make(), time.perf_counter()
@@ -312,10 +302,6 @@ def nearest(x: Fraction, bits: int) -> Fraction:
     return round(x / unit) * unit
 
 
-def test_agrees_what_cancels_further_than_the_first_guard_bits() -> None:
-    assert float(exact("pi - (pi + 1e-100)")) == -1e-100
-
-
 def test_agrees_a_deep_expression() -> None:
     """Forty levels: were each to ask the one below it twice, this would not end."""
     x = mpmath.mpf(1)
@@ -325,11 +311,12 @@ def test_agrees_a_deep_expression() -> None:
     assert float(exact("atan(" * 40 + "1" + ")" * 40)) == float(x)
 
 
-def test_agrees_a_double_too_large_with_infinity() -> None:
+def test_agrees_a_double_too_large_or_small_with_its_limit() -> None:
     assert float(exact("1e400")) == math.inf
     assert float(exact("-1e400")) == -math.inf
     assert float(exact("pi*1e400")) == math.inf
     assert float(exact("1e-400")) == 0
+    assert float(exact("pi - (pi + 1e-100)")) == -1e-100, "what cancels beyond all guard bits"
 
 
 def test_agrees_operators_with_a_number_on_either_side() -> None:
@@ -342,16 +329,6 @@ def test_agrees_operators_with_a_number_on_either_side() -> None:
     half = exact("1/2")
     rational = [-half, 1 + half, 2 * half, 1 / half, 3 - half]
     assert [y.fraction for y in rational] == [Fraction(n, 2) for n in (-1, 3, 2, 4, 5)]
-
-
-@pytest.mark.parametrize("text", ["0.1", "pi", "3*pi/40 + 1/100", "sqrt(2)*sin(1)"])
-def test_agrees_a_pickled_exact_with_itself(text: str) -> None:
-    x = exact(text)
-    again = pickle.loads(pickle.dumps(x))
-    assert type(again) is Exact
-    assert again == x
-    assert str(again) == text
-    assert same(again, x)
 
 
 @repeatable(100)
@@ -384,28 +361,6 @@ def test_invariant_a_context_keeps_its_precision() -> None:
     assert abs(as_fraction(root) ** 2 - 2) < Fraction(1, 2**110)
     assert {bits: context(bits).prec for bits in before} == before == {b: b for b in before}
     assert mpmath.mp.prec == outside
-
-
-def test_invariant_values_do_not_depend_on_other_threads() -> None:
-    texts = ["3*pi/40 + 1/100", "sqrt(2)*sin(1)", "atan(1/7)**3"]
-    tasks = [(text, bits) for text in texts for bits in (53, 64, 113, 300, 1000)]
-    alone = {task: as_fraction(exact(task[0]).at(task[1])) for task in tasks}
-    wrong: list[tuple[str, int]] = []
-    ready = threading.Barrier(4)
-
-    def work(shift: int) -> None:
-        ready.wait()
-        for k in range(20 * len(tasks)):
-            text, bits = tasks[(k + 4 * shift) % len(tasks)]
-            if as_fraction(exact(text).at(bits)) != alone[text, bits]:
-                wrong.append((text, bits))
-
-    threads = [threading.Thread(target=work, args=(i,)) for i in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert wrong == []
 
 
 def test_invariant_no_call_of_any_thread_changes_a_context() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from rigidpend import Body, RouteCodes, route_codes
-from rigidpend.experiments.stress.trials.spoilt_maps import spoilt
+from rigidpend.experiments.stress.honesty import spoilt
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import resolve

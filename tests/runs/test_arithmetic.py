@@ -13,11 +13,13 @@ from rigidpend.config.complaints import ConfigError
 from rigidpend.experiments.contract import Means
 from rigidpend.orbits.integrate.arithmetic import (
     CLOSED_FORM,
+    DEFAULT_TOLERANCE,
+    FINEST_TOLERANCE,
     Arithmetic,
     NumericsError,
+    default_engine,
     resolve,
 )
-from rigidpend.orbits.integrate.engines import DEFAULT_TOLERANCE, FINEST_TOLERANCE, default_engine
 from rigidpend.results import store
 from rigidpend.runs import loading, runner
 from tests.config.samples import SMALL, changed, written

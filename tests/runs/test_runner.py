@@ -14,7 +14,7 @@ import pytest
 from rigidpend import experiments
 from rigidpend.experiments.route_codes import compute as route_codes
 from rigidpend.machine import code_hash
-from rigidpend.orbits.integrate import engines
+from rigidpend.orbits.integrate import arithmetic
 from rigidpend.results import store
 from rigidpend.runs import loading, provenance, runner
 from tests.config.samples import SMALL, written
@@ -104,8 +104,8 @@ def test_changed_code_is_the_reason(
 def test_another_engine_is_the_reason(
     loaded: loading.LoadedConfig, out: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    other = {"taylor": "scipy", "scipy": "taylor"}[engines.default_engine()]
-    monkeypatch.setattr(engines, "default_engine", lambda: other)
+    other = {"taylor": "scipy", "scipy": "taylor"}[arithmetic.default_engine()]
+    monkeypatch.setattr(arithmetic, "default_engine", lambda: other)
     assert runner.plan(loaded, out).reason == "the engine changed"
 
 
@@ -165,7 +165,7 @@ def test_a_result_says_what_it_was_made_from(loaded: loading.LoadedConfig, made:
         attributes = dict(file.attrs)
         assert attributes.pop("precisions").tolist() == [53]
         assert attributes.pop("seconds") > 0
-        assert attributes.pop("tolerance") == engines.DEFAULT_TOLERANCE[planned.config.engine]
+        assert attributes.pop("tolerance") == arithmetic.DEFAULT_TOLERANCE[planned.config.engine]
         assert attributes == {
             "format": "rigidpend",
             "format_version": 1,

@@ -15,8 +15,7 @@ from rigidpend.mechanics.equations import aligned_coefficients, hamiltonian_J3_0
 from rigidpend.mechanics.hodograph import field
 from rigidpend.mechanics.precession import increments as first_order
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.orbits.integrate.engines import default_engine
+from rigidpend.orbits.integrate.arithmetic import default_engine, resolve
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.surfaces import heteroclinic
 from rigidpend.surfaces.heteroclinic import increments

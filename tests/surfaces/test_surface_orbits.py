@@ -20,8 +20,7 @@ from rigidpend.mechanics.coordinates import (
 from rigidpend.mechanics.equations import AlignedCoefficients, energy
 from rigidpend.mechanics.periodic import Delta_1
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.orbits.integrate.engines import default_engine
+from rigidpend.orbits.integrate.arithmetic import default_engine, resolve
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.surfaces.surface_orbits import (
     coefficients,

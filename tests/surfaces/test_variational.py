@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 
 from rigidpend import Body
-from rigidpend.mechanics.equations import eq1, hamiltonian_J3_0
+from rigidpend.mechanics.equations import eq1
 from rigidpend.mechanics.free_body import SEPARATRICES
 from rigidpend.mechanics.separatrices import SeparatrixMotion, direction, separatrix
 from rigidpend.orbits.integrate.states import states_at
@@ -125,29 +125,6 @@ def test_invariant_the_first_integral_s_derivative_vanishes(
         [1, *rate],
     )
     assert abs(slope) < DERIVATIVE
-
-
-@pytest.mark.parametrize("number", SEPARATRICES)
-def test_invariant_the_first_integral_stays_along_an_integrated_orbit(number: int) -> None:
-    p, motion = GENERIC.angles(), beginning(number)
-    times = np.linspace(0, 12, 25)
-    orbit = linear_orbit(motion, p, [1e-3, 0, 0, 2e-3], times)
-    found = [first_integral(t, x, motion, p, np) for t, x in zip(times, orbit.T, strict=True)]
-    assert np.abs(orbit[1]).max() > 1e-4
-    np.testing.assert_allclose(found, found[0], rtol=1e-10)
-
-
-@pytest.mark.parametrize("number", SEPARATRICES)
-def test_agrees_the_first_integral_with_the_energy_s_slope(number: int) -> None:
-    p, motion, t = fine_angles(GENERIC), fine(beginning(number, 0.1)), FINE.mpf(1)
-
-    def energy(s: Any) -> list[Any]:
-        theta1, J1, theta2, J2 = beside(motion, t, p, s[0])
-        q = p._replace(mu=s[0] * p.mu)
-        return [hamiltonian_J3_0(J1, J2, (theta1, theta2), q, FINE)]
-
-    (expected,) = along(energy, [FINE.mpf(0)], [1])
-    assert abs(first_integral(t, DELTA, motion, p, FINE) - expected) < DERIVATIVE
 
 
 @pytest.mark.parametrize("number", SEPARATRICES)

@@ -18,7 +18,7 @@ from rigidpend.experiments.bench.worker import measured
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import Field, Layout, datasets, named
 from rigidpend.experiments.data.tree import Data, Dataset, Tree
-from rigidpend.orbits.integrate.engines import EngineError
+from rigidpend.orbits.integrate.arithmetic import EngineError
 
 if TYPE_CHECKING:
     from rigidpend.experiments.bench.schema import Config

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rigidpend.experiments.data.bounds import bound, of_largest, stated
 from rigidpend.experiments.data.layout import ANY, FLAG, FLOAT, WHOLE, Field, Layout, held
-from rigidpend.experiments.proof_layout import STEPS
+from rigidpend.experiments.route_layout import STEPS
 
 SETS = ("sets",)
 CLOSE = of_largest(1e-6)

@@ -14,7 +14,6 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Data, Tree
 from rigidpend.experiments.route_codes.layout import LAYOUT, ROUTES
-from rigidpend.experiments.route_layout import MEANING
 from rigidpend.machine import progress, workers
 from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.exact import Exact
@@ -67,7 +66,10 @@ def compute(config: Config, means: Means) -> Tree:
     for name, grid in problem.arrays.items():
         routes = _in_parts(name, grid.phases, config, means)
         means.report(f"{name}: {_summary(routes)}")
-        groups[name] = {**_values(routes), "melnikov_zeros": zeros}
+        groups[name] = {**routes._asdict(), "melnikov_zeros": zeros}
+        # What maps decided is told where there was a choice.
+        if not routes.by_map.any():
+            del groups[name]["by_map"]
     return datasets(LAYOUT, groups)
 
 
@@ -89,15 +91,17 @@ def _in_parts(name: str, phases: Grid, config: Config, means: Means) -> RouteCod
         begun = time.perf_counter()
         work = partial(_part, columns, len(phases), config, means)
         tree: Any = means.part(f"{name}.{first:08d}", work)
-        fields = {field: tree[field].values for field in MEANING}
+        found.append(RouteCodes(*(tree[field].values for field in RouteCodes._fields)))
         # A part that was kept may be of another size.
-        count = len(fields["bits"])
-        by_map = tree["by_map"].values if "by_map" in tree else np.zeros(count, dtype=bool)
-        found.append(RouteCodes(**fields, by_map=by_map))
+        count = len(found[-1].bits)
         took = (time.perf_counter() - begun) * means.jobs / count
         # No part is more than four times as long as the last: a few columns may be easy.
         first, seconds = first + count, max(took, seconds / 4)
-    return RouteCodes(*(np.concatenate(x, axis=-1) for x in zip(*found, strict=True)))
+    return _joined(found)
+
+
+def _joined(routes: Sequence[RouteCodes]) -> RouteCodes:
+    return RouteCodes(*(np.concatenate(x, axis=-1) for x in zip(*routes, strict=True)))
 
 
 def cost(config: Config) -> float:
@@ -117,11 +121,10 @@ def _part(phases: Sequence[Exact], of: int, config: Config, means: Means) -> Tre
     # Eight or less fill one thread's lanes; what they need beyond doubles, all threads share.
     few = LANES < len(phases) <= LANES * means.jobs and means.arithmetic.engine == "taylor"
     if not few:
-        return datasets(ROUTES, _values(_routes(phases, of, config, means, means.jobs)))
+        return datasets(ROUTES, _routes(phases, of, config, means, means.jobs)._asdict())
     pieces = [phases[k : k + LANES] for k in range(0, len(phases), LANES)]
     found = workers.side_by_side(_routes, (of, config, means, 1), False, pieces, means.jobs)
-    routes = RouteCodes(*(np.concatenate(x, axis=-1) for x in zip(*found, strict=True)))
-    return datasets(ROUTES, _values(routes))
+    return datasets(ROUTES, _joined(found)._asdict())
 
 
 def _routes(
@@ -134,12 +137,6 @@ def orbits(config: Config, stored: Callable[[], Data]) -> Routes:
     """The orbits of each array."""
     problem = config.problem
     return {name: (problem.routes, grid.phases) for name, grid in problem.arrays.items()}
-
-
-def _values(routes: RouteCodes) -> dict[str, Any]:
-    """The values of an array; what maps decided is told where there was a choice."""
-    found = routes._asdict()
-    return found if routes.by_map.any() else {name: found[name] for name in MEANING}
 
 
 def _summary(routes: RouteCodes) -> str:

@@ -6,15 +6,14 @@ from rigidpend.experiments.data.bounds import ROUNDING
 from rigidpend.experiments.data.layout import ANY, FLAG, FLOAT, Field, Layout
 from rigidpend.experiments.route_layout import MEANING
 
-ROUTES: Layout = {
-    **MEANING,
-    "by_map?": Field(
-        FLAG,
-        ("columns",),
-        "1",
-        "whether return maps found the column; absent: all were integrated",
-        within=ANY,
-    ),
-}
+BY_MAP = Field(
+    FLAG,
+    ("columns",),
+    "1",
+    "whether return maps found the column; absent: all were integrated",
+    within=ANY,
+)
 ZEROS = Field(FLOAT, ("zeros",), "rad", "zeros of Melnikov's integral in theta2_0", within=ROUNDING)
-LAYOUT: Layout = {"<arrays>": {**ROUTES, "melnikov_zeros": ZEROS}}
+
+ROUTES: Layout = {**MEANING, "by_map": BY_MAP}
+LAYOUT: Layout = {"<arrays>": {**MEANING, "by_map?": BY_MAP, "melnikov_zeros": ZEROS}}

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from rigidpend.experiments.data.layout import FLOAT, WHOLE, Field, Layout
-from rigidpend.experiments.proof_layout import STEPS
-from rigidpend.experiments.route_layout import MEANING
+from rigidpend.experiments.route_layout import MEANING, STEPS
 
 INTERVALS = {
     "place": Field(

@@ -10,23 +10,22 @@ from typing import TYPE_CHECKING, Any
 
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.tree import Tree
-from rigidpend.experiments.stress.trials import (
+from rigidpend.experiments.stress import (
     addresses,
     extremes,
     honesty,
     long_time,
     passages,
-    spoilt_maps,
     symmetries,
 )
-from rigidpend.experiments.stress.trials.claims import Trial, tried
-from rigidpend.experiments.stress.trials.scenes import Way
+from rigidpend.experiments.stress.claims import Trial, tried
+from rigidpend.experiments.stress.scenes import Way
 from rigidpend.machine.progress import PartDone
 
 if TYPE_CHECKING:
     from rigidpend.experiments.stress.schema import Config, Problem
 
-SUBJECTS = (symmetries, extremes, passages, honesty, spoilt_maps, addresses, long_time)
+SUBJECTS = (symmetries, extremes, passages, honesty, addresses, long_time)
 """Modules whose ``trials(problem, way)`` are run, in this order."""
 
 

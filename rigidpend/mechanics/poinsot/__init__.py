@@ -1,12 +1,10 @@
 """Poinsot's picture of the free body (mu = 0): an ellipsoid rolls on a plane, in closed form.
 
 ========== ===================================================================
-ellipsoid  the inertia ellipsoid (el), its pole and its tangent plane
 orbit      an orbit by its height, its energy or a state
-polhode    the orbit of M and omega in the body, by Jacobi's functions of time
+polhode    the orbit of M and omega in the body, by Jacobi's functions of time; the ellipsoid (el)
 herpolhode the same angular velocity in space, by elliptic integrals
 spiral     the separatrix: half an ellipse and a spiral, elementary, with their length
-modulus    elliptic modulus, sn, cn, dn and K from k', precise up to k = 1
 ========== ===================================================================
 
 An orbit is given by its height, the largest |M3|/|M|, together with its coheight

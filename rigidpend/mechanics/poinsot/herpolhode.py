@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from rigidpend.mechanics.equations import cross, euler_poisson
 from rigidpend.mechanics.hodograph import angular_velocity
-from rigidpend.mechanics.poinsot.modulus import reduced, sncndn
+from rigidpend.mechanics.jacobi import over_turns, reduced
 from rigidpend.mechanics.poinsot.orbit import Orbit
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Numbers, Scalar
@@ -43,7 +43,7 @@ def radius(orbit: Orbit, t: ArrayLike) -> Array:
     rho is small: beside the permanent rotations and beside the separatrix. It has half the
     period of M.
     """
-    sn, cn, dn = sncndn(orbit.rate * np.asarray(t, dtype=float), orbit.modulus)
+    sn, cn, dn = over_turns(orbit.rate * np.asarray(t, dtype=float), orbit.modulus)
     turned = np.hypot(orbit.reach * cn * dn, orbit.p * orbit.coheight**2 * sn)
     return _unit(orbit) * turned / np.hypot(orbit.coheight, orbit.height * cn)
 
@@ -63,7 +63,7 @@ def angle(orbit: Orbit, t: ArrayLike) -> Array:
     t = np.asarray(t, dtype=float)
     # Whole half periods gain what is known exactly; the integral is taken over the rest alone.
     turns, u = reduced(orbit.rate * t, orbit.modulus)
-    sn, cn, dn = sncndn(u, orbit.modulus)
+    sn, cn, dn = over_turns(u, orbit.modulus)
     ahead = np.atan2(orbit.p * orbit.coheight**2 * sn, orbit.reach * cn * dn)
     gained = turns * _gain(orbit) + _third(orbit, u, sn, cn, dn) - ahead
     return orbit.G / orbit.shape.A[2] * t + orbit.sigma * gained

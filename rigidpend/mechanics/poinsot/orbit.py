@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Aligned
-from rigidpend.mechanics.poinsot.modulus import Modulus, modulus
+from rigidpend.mechanics.jacobi import Modulus, modulus
 
 
 class FreeBodyShape(NamedTuple):

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend.machine.workers import side_by_side, spread
-from rigidpend.orbits.integrate.engines import (
+from rigidpend.orbits.integrate.arithmetic import (
     DEFAULT_TOLERANCE,
     ENGINES,
     FINEST_TOLERANCE,

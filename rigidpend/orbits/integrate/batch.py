@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 
 from rigidpend.machine.workers import check_stop, note
 from rigidpend.mechanics.equations import AlignedCoefficients
-from rigidpend.orbits.integrate.engines import kernel_bits
+from rigidpend.numbers.doubles import Array
+from rigidpend.orbits.integrate.arithmetic import kernel_bits
 from rigidpend.orbits.integrate.kernel import notes, taylor_step
-from rigidpend.orbits.integrate.kernel.parts import exactly, in_parts
+from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
 from rigidpend.orbits.integrate.kernel.tape import COMPONENTS
 from rigidpend.orbits.integrate.kernel.writer import LANES
 from rigidpend.orbits.integrate.passages import (
@@ -37,8 +38,6 @@ from rigidpend.orbits.integrate.records import (
     silent_outcome,
 )
 from rigidpend.orbits.integrate.roots import touch
-
-Array = NDArray[np.float64]
 
 MAX_STEPS = 1_000_000
 """Steps without a crossing after which an orbit counts as failed; a passage takes some fifty."""
@@ -60,7 +59,7 @@ def crossings_batch(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
     orbits : Orbits
         With states (6, n) at 53 bits, else lists of Fractions.
     bits : int
-        53, or up to the last of `engines.LADDER`.
+        53, or up to the last of `arithmetic.LADDER`.
     tolerance : float
         Of the Taylor series in 53 bits; every bit more halves it.
 
@@ -133,18 +132,10 @@ class Batch:
         # Lanes without an orbit repeat the first: their steps are not looked at.
         self.states[:, m:], self.times[:, m:] = self.states[:, :1], self.times[:, :1]
         depth = touch(self.bits) * float(np.sqrt((self.states[:3, :m] ** 2).sum(axis=0).max()))
-        count = self.kernel(
-            self.states.ctypes.data,
-            self.width,
-            self.times.ctypes.data,
-            self.parameters.ctypes.data,
-            2 * depth,
-            groups,
-            number,
-            self.notes.ctypes.data,
-        )
+        given = self.states, self.width, self.times, self.parameters
+        count = self.kernel(*given, 2 * depth, groups, number, self.notes)
         taken = self.notes[:count]
-        return Steps.of_notes(taken[taken[:, 0] < m], self.bits, self.noted)
+        return Steps(taken[taken[:, 0] < m], self.bits, self.noted)
 
     def _take(self, taken: Steps, number: int) -> None:
         """Take in the crossings on the steps."""
@@ -209,7 +200,7 @@ def advance(
     count : int
         Number of steps.
     bits : int
-        Those of `engines.LADDER` that have as many serve.
+        Those of `arithmetic.LADDER` that have as many serve.
     tolerance : float
         Of the Taylor series in 53 bits.
     """
@@ -223,16 +214,7 @@ def advance(
     found = []
     for _ in range(count):
         check_stop()
-        kernel(
-            lanes.ctypes.data,
-            LANES,
-            time.ctypes.data,
-            parameters.ctypes.data,
-            0.0,
-            1,
-            1,
-            room.ctypes.data,
-        )
+        kernel(lanes, LANES, time, parameters, 0.0, 1, 1, room)
         here = tuple(exactly(lanes[:, 0].reshape(-1, size)))
         found.append((exactly(time[:, :1])[0], here))
     return found

@@ -21,7 +21,7 @@ import numpy as np
 
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.generic import Numbers
-from rigidpend.orbits.integrate.kernel.parts import in_parts
+from rigidpend.orbits.integrate.kernel.lane_numbers import in_parts
 
 SIZE = 6
 """Number of aligned components."""
@@ -114,14 +114,12 @@ def summed(series: Numbers) -> Any:
     return series[::-1].sum(axis=0)
 
 
-def polarised(
-    coefficients: AlignedCoefficients,
-) -> tuple[list[list[Fraction]], dict[tuple[int, int], list[Fraction]]]:
+def polarised(coefficients: AlignedCoefficients) -> tuple[Any, dict[tuple[int, int], Any]]:
     """The aligned field's linear part, and the weights of its products x_i x_j, exactly.
 
     Returns
     -------
-    linear : 6 lists of 6 Fractions
+    linear : (6, 6) array of Fractions
         Its matrix.
     products : dict
         ``products[i, j]``, i <= j: what x_i x_j adds to each of the six components; products
@@ -129,24 +127,14 @@ def polarised(
     """
     exactly = AlignedCoefficients(*map(Fraction, coefficients))
 
-    def field(*ones: tuple[int, int]) -> list[Fraction]:
-        state = [Fraction(0)] * SIZE
-        for i, value in ones:
-            state[i] += value
-        return list(aligned(state, exactly))
+    def field(state: Any) -> Any:
+        return np.array(aligned(state, exactly), dtype=object)
 
-    columns, squares = [], []
-    for i in range(SIZE):
-        plus, minus = field((i, 1)), field((i, -1))
-        columns.append([(p - m) / 2 for p, m in zip(plus, minus, strict=True)])
-        squares.append([(p + m) / 2 for p, m in zip(plus, minus, strict=True)])
+    ones = np.eye(SIZE, dtype=int) * Fraction(1)
+    plus, minus = (np.array([field(one) for one in each]) for each in (ones, -ones))
     products = {}
     for i, j in combinations_with_replacement(range(SIZE), 2):
-        if i == j:
-            weight = squares[i]
-        else:
-            both, parts = field((i, 1), (j, 1)), zip(field((i, 1)), field((j, 1)), strict=True)
-            weight = [x - p - q for x, (p, q) in zip(both, parts, strict=True)]
-        if any(weight):
-            products[i, j] = weight
-    return [list(row) for row in zip(*columns, strict=True)], products
+        both = (plus[i] + minus[i]) / 2 if i == j else field(ones[i] + ones[j]) - plus[i] - plus[j]
+        if both.any():
+            products[i, j] = both
+    return (plus - minus).T / 2, products

@@ -6,14 +6,14 @@ that are done leave it.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigidpend.machine.workers import check_stop, note
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.mechanics.separatrices import separatrix_beside
+from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.integrate.records import (
     Crossings,
     Orbits,
@@ -24,8 +24,6 @@ from rigidpend.orbits.integrate.records import (
 
 SIDE_BY_SIDE = 64
 """Number of orbits in one system: all take the step of the most demanding one."""
-
-Array = NDArray[np.float64]
 
 
 def crossings(orbits: Orbits, tolerance: float) -> Crossings:
@@ -98,10 +96,9 @@ class Abreast:
         """Integrate until some orbit is done; the time and the states of those left."""
         from scipy.integrate import DOP853
 
-        shape = states.shape
-        method: Any = DOP853
+        shape, coefficients, method = states.shape, self.orbits.coefficients, cast(Any, DOP853)
         solver = method(
-            _field(self.orbits.coefficients, shape),
+            lambda _, flat: np.concatenate(aligned(flat.reshape(shape), coefficients)),
             time,
             states.ravel(),
             np.inf,
@@ -154,15 +151,6 @@ class Abreast:
     def _fail(self) -> None:
         self.found.outcome[self.active] = Outcome.FAILED
         self.active = self.active[:0]
-
-
-def _field(coefficients: AlignedCoefficients, shape: tuple[int, ...]) -> Any:
-    """The aligned field of all orbits as SciPy wants it."""
-
-    def rates(_: float, flat: Array) -> Array:
-        return np.concatenate(aligned(flat.reshape(shape), coefficients))
-
-    return rates
 
 
 def _zeros(

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import functools
 import math
+import operator
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
@@ -20,6 +21,16 @@ from rigidpend.orbits.integrate.kernel.pair_loops import convolution, elementwis
 from rigidpend.orbits.integrate.kernel.writer import LANES
 
 _Memory = ctypes.c_char * 1
+
+
+def _operated(name: str, *, turned: bool = False) -> Callable[[Any, Any], PairArray]:
+    """An operator of arrays, element by element."""
+    return lambda a, b: _joined(name, b, a) if turned else _joined(name, a, b)
+
+
+def _compared(relation: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
+    """An operator that compares arrays: the difference has the sign of its larger part."""
+    return lambda a, b: relation((a - b).parts[0], 0)
 
 
 class PairArray:
@@ -101,27 +112,13 @@ class PairArray:
         given, there = PairArray.of(value), _in_both(key)
         self.parts[there] = _of_dimensions(given, self.parts[there].ndim - 1)
 
-    def __add__(self, other: Any) -> PairArray:
-        return _joined("add", self, other)
-
-    __radd__ = __add__
-
-    def __sub__(self, other: Any) -> PairArray:
-        return _joined("subtract", self, other)
-
-    def __rsub__(self, other: Any) -> PairArray:
-        return _joined("subtract", other, self)
-
-    def __mul__(self, other: Any) -> PairArray:
-        return _joined("multiply", self, other)
-
-    __rmul__ = __mul__
-
-    def __truediv__(self, other: Any) -> PairArray:
-        return _joined("divide", self, other)
-
-    def __rtruediv__(self, other: Any) -> PairArray:
-        return _joined("divide", other, self)
+    __add__ = __radd__ = _operated("add")
+    __mul__ = __rmul__ = _operated("multiply")
+    __sub__, __rsub__ = _operated("subtract"), _operated("subtract", turned=True)
+    __truediv__, __rtruediv__ = _operated("divide"), _operated("divide", turned=True)
+    __eq__, __ne__ = _compared(operator.eq), _compared(operator.ne)
+    __lt__, __le__ = _compared(operator.lt), _compared(operator.le)
+    __gt__, __ge__ = _compared(operator.gt), _compared(operator.ge)
 
     def __matmul__(self, other: Any) -> PairArray:
         return matmul(self, other)
@@ -141,26 +138,8 @@ class PairArray:
     def __abs__(self) -> PairArray:
         return PairArray(np.where(self.parts[:1] < 0, -self.parts, self.parts))
 
-    def __eq__(self, other: object) -> Any:
-        return (self - other).parts[0] == 0
-
-    def __ne__(self, other: object) -> Any:
-        return (self - other).parts[0] != 0
-
     def __hash__(self) -> int:
         return hash(self.exactly())
-
-    def __lt__(self, other: Any) -> Any:
-        return (self - other).parts[0] < 0
-
-    def __le__(self, other: Any) -> Any:
-        return (self - other).parts[0] <= 0
-
-    def __gt__(self, other: Any) -> Any:
-        return (self - other).parts[0] > 0
-
-    def __ge__(self, other: Any) -> Any:
-        return (self - other).parts[0] >= 0
 
     def astype(self, kind: Any) -> Any:
         """The doubles nearest to the numbers."""
@@ -364,12 +343,12 @@ UFUNCS: dict[Any, Callable[..., Any]] = {
     np.log: log,
     np.negative: PairArray.__neg__,
     np.absolute: PairArray.__abs__,
-    np.less: lambda x, y: y > x,
-    np.less_equal: lambda x, y: y >= x,
-    np.greater: lambda x, y: y < x,
-    np.greater_equal: lambda x, y: y <= x,
-    np.equal: lambda x, y: y == x,
-    np.not_equal: lambda x, y: y != x,
+    np.less: lambda x, y: PairArray.of(x) < y,
+    np.less_equal: lambda x, y: PairArray.of(x) <= y,
+    np.greater: lambda x, y: PairArray.of(x) > y,
+    np.greater_equal: lambda x, y: PairArray.of(x) >= y,
+    np.equal: lambda x, y: PairArray.of(x) == y,
+    np.not_equal: lambda x, y: PairArray.of(x) != y,
 }
 FUNCTIONS: dict[Any, Callable[..., Any]] = {
     np.atleast_1d: lambda x: x if x.ndim else x.reshape(1),

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.mechanics.separatrices import separatrix_beside
+from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Numbers
-from rigidpend.orbits.integrate.engines import kernel_bits
+from rigidpend.orbits.integrate.arithmetic import kernel_bits
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
 from rigidpend.orbits.integrate.kernel.notes import FIELDS, MOMENTA
 from rigidpend.orbits.integrate.records import Crossings, Outcome
@@ -23,8 +24,6 @@ from rigidpend.orbits.integrate.roots import (
     zeros,
 )
 
-Array = NDArray[np.float64]
-
 UNDECIDED = 5
 """Mark in place of a separatrix: the orbit is not known from here on."""
 CONVERGED = 1e-9
@@ -34,31 +33,27 @@ CONVERGED = 1e-9
 class Steps(NamedTuple):
     """Taylor steps on which M3 may have been zero: the kernel's notes (see `kernel.notes`)."""
 
+    notes: Array
+    """(m, width)."""
     bits: int
     """Precision that was asked for."""
-    fields: dict[str, Array]
-    """Fields of the notes, each of m steps."""
-    series: Array
-    """(m, noted, order + 1, parts), in powers of t' from the step's beginning; M3 is the third."""
+    noted: int = MOMENTA
+    """Number of components."""
 
-    @staticmethod
-    def of_notes(notes: Array, bits: int, noted: int = MOMENTA) -> Steps:
-        """The steps from an array (m, width) of notes of so many components."""
-        fields, series = np.split(notes, [len(FIELDS)], axis=1)
-        parts = KINDS[kernel_bits(bits)].parts
-        shape = len(notes), noted, series.shape[1] // (noted * parts), parts
-        return Steps(bits, dict(zip(FIELDS, fields.T, strict=True)), series.reshape(shape))
+    def field(self, name: str) -> Array:
+        """One of the `FIELDS`, of m steps."""
+        return self.notes[:, FIELDS.index(name)]
 
-    @staticmethod
-    def joined(parts: list[Steps]) -> Steps:
-        """All steps of several records."""
-        fields = {name: np.concatenate([x.fields[name] for x in parts]) for name in FIELDS}
-        return Steps(parts[0].bits, fields, np.concatenate([x.series for x in parts]))
+    @property
+    def series(self) -> Array:
+        """(m, noted, order + 1, parts), in powers of t' from the beginning; M3 is the third."""
+        parts = KINDS[kernel_bits(self.bits)].parts
+        terms = (self.notes.shape[1] - len(FIELDS)) // (self.noted * parts)
+        return self.notes[:, len(FIELDS) :].reshape(-1, self.noted, terms, parts)
 
     def chosen(self, where: NDArray[Any]) -> Steps:
         """Some of the steps, by a mask or by their numbers."""
-        fields = {name: x[where] for name, x in self.fields.items()}
-        return self._replace(fields=fields, series=self.series[where])
+        return self._replace(notes=self.notes[where])
 
 
 class Found(NamedTuple):
@@ -107,11 +102,10 @@ def no_crossing_found() -> Found:
 
 def crossings_on(steps: Steps) -> Found:
     """All crossings on steps; a touch that is not decided comes as `UNDECIDED`."""
-    f = steps.fields
-    changed = (steps.series[:, 2, 0, 0] < 0) != (f["after"] < 0)
-    steady = f["steady"] > 0
+    changed = (steps.series[:, 2, 0, 0] < 0) != (steps.field("after") < 0)
+    steady = steps.field("steady") > 0
     with np.errstate(invalid="ignore"):
-        exact = np.abs(f["correction"]) <= CONVERGED * f["length"]
+        exact = np.abs(steps.field("correction")) <= CONVERGED * steps.field("length")
     single = steady & changed & exact
     doubtful = ~single & (changed | ~steady)
     return Found.joined([_single(steps.chosen(single)), _isolated(steps.chosen(doubtful))])
@@ -119,23 +113,22 @@ def crossings_on(steps: Steps) -> Found:
 
 def _single(steps: Steps) -> Found:
     """The one crossing on each step, as the kernel has found it."""
-    f = steps.fields
-    rising = f["after"] >= 0
-    separatrix = np.where(rising, np.where(f["Qp"] > 0, 2, 4), np.where(f["Qm"] < 0, 1, 3))
-    return Found(f["lane"].astype(np.int64), f["time"] + f["zero"], separatrix)
+    up, down = np.where(steps.field("Qp") > 0, 2, 4), np.where(steps.field("Qm") < 0, 1, 3)
+    separatrix = np.where(steps.field("after") >= 0, up, down)
+    times = steps.field("time") + steps.field("zero")
+    return Found(steps.field("lane").astype(np.int64), times, separatrix)
 
 
 def _isolated(steps: Steps) -> Found:
     """Every crossing on steps in doubt, from the isolated zeros of each series."""
-    f = steps.fields
     seen: list[tuple[int, float, int]] = []
-    for k, series in enumerate(steps.series):
-        length = f["length"][k]
+    places = zip(*(steps.field(name) for name in ("lane", "time", "length")), strict=True)
+    for series, (lane, time, length) in zip(steps.series, places, strict=True):
         shares = series[..., 0] * length ** np.arange(series.shape[1])
         depth = touch(steps.bits) * float(np.sqrt((shares[:MOMENTA, 0] ** 2).sum()))
         exactly = _exactly(series[2], length) if steps.bits > 53 else None
         for share, separatrix in crossings_of_series(shares[:MOMENTA], depth, exactly):
-            seen.append((int(f["lane"][k]), f["time"][k] + share * length, separatrix))
+            seen.append((int(lane), time + share * length, separatrix))
     if not seen:
         return no_crossing_found()
     columns, times, beside = zip(*seen, strict=True)

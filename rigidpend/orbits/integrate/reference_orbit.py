@@ -18,6 +18,7 @@ import numpy as np
 
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.exact import GUARD_BITS
+from rigidpend.orbits.integrate.arithmetic import LADDER, in_kernel
 from rigidpend.orbits.integrate.batch import advance
 from rigidpend.orbits.integrate.differences import (
     DifferenceField,
@@ -26,7 +27,6 @@ from rigidpend.orbits.integrate.differences import (
     series_order,
     summed,
 )
-from rigidpend.orbits.integrate.engines import LADDER, in_kernel
 from rigidpend.orbits.integrate.passages import UNDECIDED, crossings_of_series
 from rigidpend.orbits.integrate.records import (
     Crossings,

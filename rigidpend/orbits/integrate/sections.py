@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.equations import AlignedCoefficients
+from rigidpend.numbers.doubles import Array
+from rigidpend.orbits.integrate.arithmetic import in_kernel, kernel_bits
 from rigidpend.orbits.integrate.batch import Batch
-from rigidpend.orbits.integrate.engines import in_kernel, kernel_bits
 from rigidpend.orbits.integrate.kernel.tape import COMPONENTS
 from rigidpend.orbits.integrate.passages import UNDECIDED, Steps
 from rigidpend.orbits.integrate.records import Orbits
@@ -27,8 +28,6 @@ NEWTON = 4
 """Iterations from a crossing time in doubles; each doubles the digits."""
 SPARE_BITS = 64
 """Bits below the precision in which series are looked at: a small Qm keeps its own digits."""
-
-Array = NDArray[np.float64]
 
 
 class Crossing(NamedTuple):
@@ -108,7 +107,7 @@ def first_in_doubles(
     times, found = np.full(states.shape[1], np.nan), np.full(states.shape, np.nan)
     columns, steps, crossed = run.there()
     if columns.size:
-        begin = steps.fields["time"]
+        begin = steps.field("time")
         x, found[:, columns] = _at_zero(steps.series[..., 0], crossed - begin)
         times[columns] = begin + x
     return times, found
@@ -129,10 +128,10 @@ def _in_parts(
     run = _ToCrossings(Orbits(c, given, 1, limit), kind, tolerance)
     found: list[Crossing | None] = [None] * len(states)
     columns, steps, crossed = run.there()
-    for k, column in enumerate(columns):
-        begin = steps.fields["time"][k]
-        late, x = steps.fields["late"][k], crossed[k] - begin
-        found[column] = _polished(steps.series[k], begin, late, x, kind + SPARE_BITS)
+    begins, lates = steps.field("time"), steps.field("late")
+    each = zip(columns, steps.series, begins, lates, crossed - begins, strict=True)
+    for column, series, begin, late, x in each:
+        found[column] = _polished(series, begin, late, x, kind + SPARE_BITS)
     return found
 
 
@@ -142,26 +141,23 @@ class _ToCrossings(Batch):
     def __init__(self, orbits: Orbits, bits: int, tolerance: float) -> None:
         finest = tolerance * 2.0 ** (53 - bits)
         super().__init__(orbits, bits, finest, noted=len(COMPONENTS))
-        self.kept: list[tuple[NDArray[np.int64], Steps]] = []
+        self.kept: list[tuple[NDArray[np.int64], Array]] = []
 
     def there(self) -> tuple[NDArray[np.int64], Steps, Array]:
         """The orbits that come so far, the step of each on which they do, its time in doubles."""
         times = self.run().time[-1]
-        of_orbit, steps = self._all_steps()
-        at, begin = times[of_orbit], steps.fields["time"]
+        of_orbit, notes = map(np.concatenate, zip(*self.kept, strict=True))
+        steps = Steps(notes, self.bits, self.noted)
+        at, begin = times[of_orbit], steps.field("time")
         # A crossing between two steps is on either, to rounding.
-        inside = (at >= begin) & (at <= begin + steps.fields["length"])
+        inside = (at >= begin) & (at <= begin + steps.field("length"))
         columns, where = np.unique(of_orbit[inside], return_index=True)
         chosen = steps.chosen(np.flatnonzero(inside)[where])
         return columns, chosen, times[columns]
 
     def _take(self, taken: Steps, number: int) -> None:
-        self.kept.append((self.columns[taken.fields["lane"].astype(np.int64)], taken))
+        self.kept.append((self.columns[taken.field("lane").astype(np.int64)], taken.notes.copy()))
         super()._take(taken, number)
-
-    def _all_steps(self) -> tuple[NDArray[np.int64], Steps]:
-        columns, steps = zip(*self.kept, strict=True)
-        return np.concatenate(columns), Steps.joined(list(steps))
 
 
 def _at_zero(series: Any, x: Array) -> tuple[Any, Any]:

@@ -18,9 +18,14 @@ from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import fraction
 from rigidpend.numbers.generic import Numbers
-from rigidpend.orbits.integrate.engines import FINEST_TOLERANCE, LADDER, check_engine, kernel_bits
+from rigidpend.orbits.integrate.arithmetic import (
+    FINEST_TOLERANCE,
+    LADDER,
+    check_engine,
+    kernel_bits,
+)
 from rigidpend.orbits.integrate.kernel import samples, taylor_step
-from rigidpend.orbits.integrate.kernel.parts import exactly, in_parts
+from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
 from rigidpend.orbits.integrate.kernel.tape import ALIGNED, TracedField, trace
 from rigidpend.orbits.integrate.kernel.writer import FEW, LANES
 from rigidpend.orbits.integrate.pair_arrays import PairArray
@@ -215,23 +220,11 @@ def _lanes(
     grid = np.ascontiguousarray(grid[:, filled] if own else grid)
     time = np.zeros((2, width))
     passed, found = np.zeros(width, dtype=np.int64), np.empty((count, parts * size, width))
-    given = [x.ctypes.data for x in (time, parameters, grid)]
+    given = state, width, time, parameters, grid, grid[0].size, count if own else 0, count
     left = width
     while left:
         check_stop()
-        left = kernel(
-            state.ctypes.data,
-            width,
-            *given,
-            grid[0].size,
-            count if own else 0,
-            count,
-            passed.ctypes.data,
-            sense,
-            groups,
-            -(-STEPS // groups),
-            found.ctypes.data,
-        )
+        left = kernel(*given, passed, sense, groups, -(-STEPS // groups), found)
         if left and not np.isfinite(state[:, passed < count]).all():
             raise ArithmeticError("the integration ended early: an orbit did not reach its time")
     return found[..., :n].reshape(count, parts, size, n).transpose(1, 2, 0, 3)

@@ -13,7 +13,7 @@ from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits import UNITS
-from rigidpend.orbits.integrate.engines import PAIRS
+from rigidpend.orbits.integrate.arithmetic import PAIRS
 from rigidpend.orbits.return_map.charts import (
     Chart,
     Charts,

@@ -26,7 +26,7 @@ from rigidpend.machine.workers import note
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import context, exact, fraction
-from rigidpend.orbits.integrate.engines import LADDER
+from rigidpend.orbits.integrate.arithmetic import LADDER
 from rigidpend.orbits.integrate.reference_orbit import rung
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.start import Scales, start, states_exact

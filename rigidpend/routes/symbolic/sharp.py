@@ -26,7 +26,7 @@ from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, eq1, hamiltonian_J3_0
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
-from rigidpend.orbits.integrate.engines import PAIRS
+from rigidpend.orbits.integrate.arithmetic import PAIRS
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.conjugacy import inverted, placed
 from rigidpend.orbits.return_map.poincare import rotation_phase

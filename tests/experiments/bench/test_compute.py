@@ -22,8 +22,7 @@ from rigidpend.experiments.bench.problems import SEED, drawn
 from rigidpend.experiments.bench.schema import Config
 from rigidpend.experiments.bench.worker import Fault, measured
 from rigidpend.experiments.contract import Means
-from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM
-from rigidpend.orbits.integrate.engines import EngineError
+from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, EngineError
 from rigidpend.results import store
 from rigidpend.runs import loading, runner
 from tests.config.samples import content as typed

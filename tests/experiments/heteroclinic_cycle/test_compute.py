@@ -9,8 +9,7 @@ import pytest
 
 from rigidpend.mechanics.equations import eq1
 from rigidpend.routes.cycle import symbols
-from tests.experiments.trees import CONFIGS, asked, computed, plain
-from tests.processes import modules_of_computing
+from tests.experiments.trees import asked, computed, plain
 
 OTHER = ["problem.A=[2, 1, 1.2]", "problem.r=[3, 1, 0]"]
 
@@ -38,24 +37,15 @@ def data(content: Any) -> Any:
     return plain(computed(content))
 
 
-@pytest.mark.slow
-def test_nothing_is_integrated_to_compute_it() -> None:
-    found = modules_of_computing("heteroclinic_cycle", CONFIGS / "fig2.yaml")
-    assert "rigidpend.routes.cycle" in found
-    assert found & {"scipy.integrate", "heyoka", "matplotlib"} == set()
-
-
 def test_the_edges_are_those_of_the_paper_each_once(data: Any) -> None:
     edges, once = data["edges"], ~data["edges"]["again"]
     pairs = zip(edges["from"][once], edges["to"][once], strict=True)
     found = list(zip(pairs, edges["symbol"][once].tolist(), strict=True))
     assert len(found) == len(PUBLISHED)
     assert dict(found) == PUBLISHED
-
-
-def test_only_the_first_separatrix_is_there_again(data: Any) -> None:
-    edges, vertices = data["edges"], data["vertices"]
+    # Only the first separatrix is there again.
     assert edges["from"][edges["again"]].tolist() == ["1*"]
+    vertices = data["vertices"]
     assert vertices["label"][vertices["again"]].tolist() == ["1", "1*"]
 
 
@@ -70,7 +60,7 @@ def test_the_vertices_are_eight_at_the_separatrices_of_the_body(content: Any, da
         assert label.endswith("*") == J1
 
 
-def test_every_edge_ends_at_vertices_within_the_window(data: Any) -> None:
+def test_every_edge_ends_at_vertices_within_the_window_and_passes_none(data: Any) -> None:
     edges, v = data["edges"], data["vertices"]
     places = {
         (label, round(x, 12), J1)
@@ -79,10 +69,8 @@ def test_every_edge_ends_at_vertices_within_the_window(data: Any) -> None:
     for end, labels in ((0, edges["from"]), (1, edges["to"])):
         for k, label in enumerate(labels):
             assert (label, round(edges["theta1"][end, k], 12), edges["J1"][end, k]) in places
-
-
-def test_no_vertex_lies_inside_an_edge(data: Any) -> None:
-    inner = np.sort(data["edges"]["theta1"], axis=0)[..., None] - data["vertices"]["theta1"]
+    # No vertex lies inside an edge.
+    inner = np.sort(edges["theta1"], axis=0)[..., None] - v["theta1"]
     assert not ((inner[0] < -1e-9) & (inner[1] > 1e-9)).any()
 
 

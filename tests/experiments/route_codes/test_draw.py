@@ -52,7 +52,8 @@ def legend(figure: Figure) -> list[str]:
 
 def cell_sides(axes: Axes, columns: int, rows: int) -> Any:
     """Width and height of a cell on paper, inches."""
-    box, (wide, high) = axes.get_position(), axes.figure.get_size_inches()
+    figure: Any = axes.figure
+    box, (wide, high) = axes.get_position(), figure.get_size_inches()
     return box.width * wide / columns, box.height * high / rows
 
 

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.splitting import compute as splitting
-from rigidpend.experiments.splitting.layout import admitted
 from tests.experiments.trees import asked, computed, differences, plain
 
 BODIES = "{a: {A: [2, 0.2, 1.8], r: [1, 2, 0]}, fig4: {A: [2, 1, 1.5], r: [1, 1, 0]}}"
@@ -84,30 +83,6 @@ def test_agrees_a_computation_in_more_bits(data: Any) -> None:
     finer = plain(computed(asked("splitting", *SMALL, "numerics.precisions=[106]"), jobs=2))
     assert (finer["bodies"]["bits"] != data["bodies"]["bits"]).all()
     assert differences("splitting", data, finer) == []
-
-
-@pytest.mark.parametrize(("part", "noticed"), [(0.9, False), (1.1, True)])
-def test_two_results_may_differ_by_twice_what_is_admitted_of_each(
-    data: Any, part: float, noticed: bool
-) -> None:
-    """At mu/h0 = 1e-3 that is 1e-9, and no more at any mu; at 1e-6 it is 4e-15."""
-    for column in (0, 3):
-        other = copy.deepcopy(data)
-        other["bodies"]["excess"][0, column, 1] += part * 2e-9
-        found = differences("splitting", data, other)
-        assert any("bodies/excess" in x for x in found) is noticed
-    assert admitted(1e-6) == pytest.approx(4e-15)
-
-
-def test_the_config_spans_what_it_is_to_show() -> None:
-    problem = asked("splitting").problem
-    nu = [shape.heavy(problem.mu[0]).nu for shape in problem.bodies.values()]
-    assert min(nu) == pytest.approx(1.756, abs=1e-3)
-    assert max(nu) > 12
-    assert sum(abs(x - 12) < 0.5 for x in nu) == 1
-    assert (float(problem.mu[0]), float(problem.mu[-1])) == (1e-6, 0.3)
-    grioli = [shape.heavy(problem.mu[0]).special_cases for shape in problem.bodies.values()]
-    assert sum("Grioli" in cases for cases in grioli) == 8
 
 
 def test_the_estimate_counts_what_takes_more_than_doubles_and_more_orbits() -> None:

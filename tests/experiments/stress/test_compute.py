@@ -14,14 +14,14 @@ from rigidpend import render
 from rigidpend.cli.stress import command
 from rigidpend.config import catalogue
 from rigidpend.experiments.contract import Means
+from rigidpend.experiments.stress import claims, extremes, scenes
 from rigidpend.experiments.stress import compute as stress
-from rigidpend.experiments.stress.trials import claims, extremes, scenes
-from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
+from rigidpend.experiments.stress.claims import Claim, Findings, Trial
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.results import store
 from rigidpend.routes.problem import ProblemError
 from tests.config.samples import refused
-from tests.experiments.stress.trials.verdicts import asked, verdicts
+from tests.experiments.stress.verdicts import asked, verdicts
 from tests.experiments.trees import differences
 
 TAYLOR = Means(resolve("taylor"))

@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given
 
 from rigidpend.mechanics.equations import energy
-from rigidpend.mechanics.poinsot.ellipsoid import ellipsoid, pole
 from rigidpend.mechanics.poinsot.orbit import Orbit
-from rigidpend.mechanics.poinsot.polhode import polhode
+from rigidpend.mechanics.poinsot.polhode import ellipsoid, pole, polhode
 from tests.mechanics.poinsot.reference import NOWHERE, orbits
 from tests.strategies import ROUNDING, momenta, relative, repeatable
 

@@ -12,8 +12,8 @@ from hypothesis import given
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Aligned, aligned_from_body, scale
 from rigidpend.mechanics.equations import aligned_coefficients
+from rigidpend.mechanics.jacobi import modulus
 from rigidpend.mechanics.poinsot import polhode as free
-from rigidpend.mechanics.poinsot.modulus import modulus
 from rigidpend.mechanics.poinsot.orbit import (
     Orbit,
     encircling,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -77,16 +76,3 @@ def test_agrees_a_reduced_angle_with_the_angle(bits: int) -> None:
         assert abs(one) < M.pi + 1e-9
         turns = (z - one) / (2 * M.pi)
         assert abs(turns - M.nint(turns)) < ROUNDINGS[bits] * 2.0**-bits
-
-
-@BITS
-def test_agrees_a_quotient_with_the_fraction(bits: int) -> None:
-    x, _ = numbers_between(-3, 3, 8, bits)
-
-    def third(f: Functions, z: Value) -> Value:
-        seven = tuple(map(f.code.everywhere, f.numbers.constant(Fraction(7))))
-        return f.numbers.quotient(z, seven)
-
-    _, true = numbers_between(-3, 3, 8, bits)
-    for one, z in zip(values(bits, third, x), true, strict=True):
-        assert abs(one - z / 7) < ROUNDINGS[bits] * 2.0**-bits * abs(z)

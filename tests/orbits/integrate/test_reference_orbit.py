@@ -19,11 +19,10 @@ from rigidpend.orbits.integrate import (
     EngineError,
     bigint,
     check_engine,
-    crossings,
     default_engine,
     neighbours,
 )
-from rigidpend.orbits.integrate.records import Orbits, Outcome
+from rigidpend.orbits.integrate.records import Outcome
 from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, reference_bits, rung
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
@@ -110,19 +109,6 @@ def _at(orbit: ReferenceOrbit, k: int, time: Fraction) -> list[Fraction]:
     """The state of an orbit a little after its point k."""
     step = next(bigint.steps(orbit.coefficients, orbit.points[k].state, 2 * orbit.bits + 80))
     return list(step.at(step.since_begin(time - orbit.points[k].exact_time)))
-
-
-def test_crossings_are_those_of_integration() -> None:
-    found = orbit("3.3", 113)
-    while sum(map(len, found.crossings)) < 3:
-        assert found.reaches(len(found.points))
-    begin = start(PROBLEM, 113, Scales())
-    states = states_exact(begin, [exact("3.3")], 113)
-    task = Orbits(begin.coefficients, states, 3, 1e3)
-    true = crossings(task, engine=default_engine(), bits=113, tolerance=2.0**-52, jobs=1)
-    passed = [*found.crossed_before(len(found.points))][:3]
-    assert [one.separatrix for one in passed] == true.separatrix[:, 0].tolist()
-    assert np.allclose([one.time for one in passed], true.time[:, 0], rtol=0, atol=1e-13)
 
 
 def test_an_orbit_that_does_not_cross_ends() -> None:

@@ -22,7 +22,7 @@ from rigidpend.orbits.integrate import (
     Outcome,
     crossings,
 )
-from rigidpend.orbits.integrate.roots import TOUCH, UndecidedTouch, touch, zeros
+from rigidpend.orbits.integrate.roots import UndecidedTouch, zeros
 from rigidpend.orbits.integrate.sections import first_crossings
 from rigidpend.orbits.integrate.states import states_at
 
@@ -130,11 +130,6 @@ def test_a_touch_itself_is_undecided_in_every_precision(bits: int) -> None:
 def test_a_first_crossing_that_is_not_decided_is_none(engine: str, bits: int) -> None:
     given: dict[str, Any] = {"engine": engine, "bits": bits, "tolerance": 2.0**-52, "jobs": 1}
     assert first_crossings(body(53), [before_touch("0")], 2 * BACK, **given) == [None]
-
-
-def test_touch_becomes_finer_with_the_precision() -> None:
-    assert [touch(bits) for bits in (53, 64)] == [TOUCH, TOUCH]
-    assert touch(113) == TOUCH * 2.0**-49
 
 
 @pytest.mark.parametrize(

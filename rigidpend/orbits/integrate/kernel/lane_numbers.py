@@ -12,8 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
+import numpy as np
+
+from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.integrate.kernel.writer import Writer, hexadecimal
 
 LONG = 5
@@ -270,3 +273,21 @@ KINDS: dict[int, type[Doubles]] = {
     **{53 * parts: _of_parts(parts) for parts in range(3, 9)},
 }
 """Kinds of numbers by their bits, 53 for each part."""
+
+
+def in_parts(values: Any, bits: int) -> Array:
+    """Fractions, or doubles of 53 bits, as the parts that make them up, shape (parts, ...)."""
+    parts = KINDS[bits].parts
+    if parts == 1:
+        return np.array([values], dtype=float)
+    exact = np.asarray(values, dtype=object)
+    columns = list(zip(*(as_doubles(x, parts) for x in exact.flat), strict=True))
+    return np.array(columns, dtype=float).reshape(parts, *exact.shape)
+
+
+def exactly(parts: Any) -> Any:
+    """The sums of parts, shape (parts, ...), as Fractions, shape (...)."""
+    total, *rest = np.vectorize(Fraction, otypes=[object])(parts)
+    for one in rest:
+        total = total + one
+    return total

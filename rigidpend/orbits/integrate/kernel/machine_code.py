@@ -27,6 +27,14 @@ _locks: dict[str, threading.Lock] = {}
 """A lock for each text: threads ask for the same code, and one makes it while the others wait."""
 
 
+class Address(ctypes.c_void_p):
+    """Kind of an argument that is an array: the address of its first number."""
+
+    @classmethod
+    def from_param(cls, array: Any) -> Any:
+        return ctypes.c_void_p(array.ctypes.data)
+
+
 def function(text: str, name: str, *arguments: Any) -> Any:
     """The function of a text in LLVM's language that returns an int64, ready to be called.
 
@@ -36,7 +44,7 @@ def function(text: str, name: str, *arguments: Any) -> Any:
     ----------
     text : str
     name : str
-    arguments : ctypes types
+    arguments : ctypes types, or `Address`
     """
     with _locks.setdefault(text, threading.Lock()):
         return ready(text, name, *arguments)

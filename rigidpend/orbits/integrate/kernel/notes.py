@@ -41,7 +41,7 @@ def text(order: int, bits: int, noted: int = MOMENTA) -> str:
     """The kernel's text for series of an order, in numbers of so many bits.
 
     It defines ``carry(state, stride, time, parameters, depth, groups, steps, notes)``, all
-    pointers to doubles or int64, depth a double, and returns the number of notes:
+    arrays of doubles or int64, depth a double, and returns the number of notes:
 
     - state: 6 rows of `stride` doubles for each part of a number, carried on in place;
     - time: 2 rows, t' and what its last digit leaves over;
@@ -57,8 +57,8 @@ def text(order: int, bits: int, noted: int = MOMENTA) -> str:
 @functools.cache
 def function(order: int, bits: int, noted: int = MOMENTA) -> Any:
     """The compiled kernel (see :func:`text`)."""
-    pointer, count, number = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
-    kinds = (pointer, count, pointer, pointer, number, count, count, pointer)
+    array, count, number = machine_code.Address, ctypes.c_int64, ctypes.c_double
+    kinds = (array, count, array, array, number, count, count, array)
     return machine_code.function(text(order, bits, noted), "carry", *kinds)
 
 

@@ -35,9 +35,9 @@ def text(order: int, bits: int, field: TracedField = ALIGNED, lanes: int = LANES
 @functools.cache
 def function(order: int, bits: int, field: TracedField = ALIGNED, lanes: int = LANES) -> Any:
     """The compiled kernel (see :func:`text`)."""
-    pointer, count, number = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
-    state = (pointer, count, pointer, pointer)
-    kinds = (*state, pointer, count, count, count, pointer, number, count, count, pointer)
+    array, count, number = machine_code.Address, ctypes.c_int64, ctypes.c_double
+    state = (array, count, array, array)
+    kinds = (*state, array, count, count, count, array, number, count, count, array)
     return machine_code.function(text(order, bits, field, lanes), "sample", *kinds)
 
 

@@ -10,11 +10,11 @@ from typing import Any
 import pytest
 
 from rigidpend.experiments.stress import report
+from rigidpend.experiments.stress.claims import Claim, Findings, Trial, tried
 from rigidpend.experiments.stress.layout import FAILED, LIMIT, PASSED
-from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial, tried
 from rigidpend.results import store
 from rigidpend.routes.problem import ProblemError
-from tests.experiments.stress.trials.verdicts import verdicts
+from tests.experiments.stress.verdicts import verdicts
 
 
 def claim(name: str, bound: float, up_to: float = -math.inf) -> Claim:

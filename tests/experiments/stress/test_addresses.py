@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from rigidpend.experiments.stress.trials import addresses
+from rigidpend.experiments.stress import addresses
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic import NoOrbit, find_orbit
-from tests.experiments.stress.trials.verdicts import failed, verdicts
+from tests.experiments.stress.verdicts import failed, verdicts
 from tests.orbits.integrate.problems import FIG4
 
 OWN = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 4)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
-from rigidpend.experiments.stress.trials import extremes, scenes
+from rigidpend.experiments.stress import extremes, scenes
 from rigidpend.numbers.exact import PRECISIONS, exact
 from rigidpend.routes.problem import RouteProblem, phase_rate
-from tests.experiments.stress.trials.verdicts import WAY, changed, failed
+from tests.experiments.stress.verdicts import WAY, changed, failed
 from tests.orbits.integrate.problems import GENERIC
 
 ORDINARY = extremes.Extreme("x", J1_0="1e-3")

@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from rigidpend.experiments.stress.trials import growth
-from rigidpend.experiments.stress.trials.scenes import followed
+from rigidpend.experiments.stress import growth
+from rigidpend.experiments.stress.scenes import followed
 from rigidpend.mechanics.equations import aligned
 from rigidpend.orbits.integrate import Orbits
-from tests.experiments.stress.trials.verdicts import scene
+from tests.experiments.stress.verdicts import scene
 from tests.orbits.integrate.problems import FIG4, GENERIC, on_separatrix
 from tests.strategies import FINE, along
 

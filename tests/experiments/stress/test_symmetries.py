@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rigidpend.experiments.stress.trials import symmetries
+from rigidpend.experiments.stress import symmetries
 from rigidpend.mechanics.equations import aligned
-from tests.experiments.stress.trials.verdicts import failed, scene, verdicts
+from tests.experiments.stress.verdicts import failed, scene, verdicts
 from tests.orbits.integrate.problems import GENERIC
 
 SCENE = scene(GENERIC, 1.3)

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
-from rigidpend.experiments.stress.trials.scenes import BITS, Way
+from rigidpend.experiments.stress.claims import Claim, Findings, Trial
+from rigidpend.experiments.stress.scenes import BITS, Way
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.problem import RouteProblem

@@ -5,15 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from rigidpend.experiments.stress import scenes
+from rigidpend.experiments.stress.claims import Trial, tried
+from rigidpend.experiments.stress.scenes import Scene, Way
 from rigidpend.experiments.stress.schema import Config
-from rigidpend.experiments.stress.trials import scenes
-from rigidpend.experiments.stress.trials.claims import Trial, tried
-from rigidpend.experiments.stress.trials.scenes import Scene, Way
 from rigidpend.mechanics.body import Body
 from rigidpend.orbits import integrate
 from tests.config.samples import content
 
-CONFIGS = Path(__file__).resolve().parents[4] / "configs" / "measure"
+CONFIGS = Path(__file__).resolve().parents[3] / "configs" / "measure"
 WAY = Way(integrate.default_engine())
 
 

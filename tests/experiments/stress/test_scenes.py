@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rigidpend.experiments.stress.trials import scenes
-from rigidpend.experiments.stress.trials.extremes import PLACES
+from rigidpend.experiments.stress import scenes
+from rigidpend.experiments.stress.extremes import PLACES
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, canonical_from_aligned
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import Crossings

@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.experiments.stress.trials import scenes
-from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
-from rigidpend.experiments.stress.trials.growth import DEVIATIONS, compared
-from rigidpend.experiments.stress.trials.scenes import PHASES, Place, Scene, Way, state
+from rigidpend.experiments.stress import scenes
+from rigidpend.experiments.stress.claims import Claim, Findings, Trial
+from rigidpend.experiments.stress.growth import DEVIATIONS, compared
+from rigidpend.experiments.stress.scenes import PHASES, Place, Scene, Way, state
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact, exacts

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.stress.trials.scenes import BITS, Scene, followed, phase_errors
+from rigidpend.experiments.stress.scenes import BITS, Scene, followed, phase_errors
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Numbers, Scalar

@@ -11,16 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.stress.trials import scenes
-from rigidpend.experiments.stress.trials.claims import Claim, Findings, Trial
-from rigidpend.experiments.stress.trials.growth import (
+from rigidpend.experiments.stress import scenes
+from rigidpend.experiments.stress.claims import Claim, Findings, Trial
+from rigidpend.experiments.stress.growth import (
     DEVIATIONS,
     noise,
     predicted_errors,
     step,
     with_tangent,
 )
-from rigidpend.experiments.stress.trials.scenes import Place, Scene, Way, followed, sampled, state
+from rigidpend.experiments.stress.scenes import Place, Scene, Way, followed, sampled, state
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import PI, exact

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments.stress.trials import passages, scenes
-from rigidpend.experiments.stress.trials.claims import tried
+from rigidpend.experiments.stress import passages, scenes
+from rigidpend.experiments.stress.claims import tried
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.problem import RouteProblem
-from tests.experiments.stress.trials.verdicts import failed, scene
+from tests.experiments.stress.verdicts import failed, scene
 from tests.orbits.integrate.problems import FIG4
 
 SCENE = scene(FIG4, 1.4, 11)

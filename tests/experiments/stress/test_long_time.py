@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.lie_poisson import splitting
-from rigidpend.experiments.stress.trials import long_time
-from rigidpend.experiments.stress.trials.claims import tried
+from rigidpend.experiments.stress import long_time
+from rigidpend.experiments.stress.claims import tried
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.routes.problem import rotation_period
-from tests.experiments.stress.trials.verdicts import WAY, failed, scene, verdicts
+from tests.experiments.stress.verdicts import WAY, failed, scene, verdicts
 from tests.orbits.integrate.problems import FIG4, GENERIC
 
 SCENE, FIG_4 = scene(GENERIC, 1.3, 4), scene(FIG4, 1.41467, 12)
