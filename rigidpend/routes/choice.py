@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -136,9 +135,12 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
     run = maps.run
     n, rate, precisions = len(run.phases), run.rate, run.arithmetic.precisions
     within = tuple(p for p in maps.ladder(precisions) if p <= maps.table_bits)
-    compute, left = with_maps(maps, replace(run, jobs=1).crossings, n, precisions)
+    compute, left = with_maps(maps, run.crossings, n, precisions)
 
-    def share(work: certainty.Work, columns: Columns, _: int) -> list[tuple[Columns, Decided]]:
+    def share(work: certainty.Work, columns: Columns, bits: int) -> list[tuple[Columns, Decided]]:
+        # What is left is decided at once, for how much it is tells whether further maps pay.
+        if bits > 53:
+            return certainty.undivided(work, columns, bits)
         return in_pieces(work, columns, PIECE, run.jobs)
 
     known = certainty.decide(compute, n, rate, within, share)

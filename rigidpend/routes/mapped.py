@@ -161,7 +161,8 @@ class Maps:
         """The crossings of some columns in t'; FAILED where an orbit leaves the tables."""
         design, program = DESIGNS[scales], self._program(bits, DESIGNS[scales])
         blocks = [columns[k : k + BLOCK] for k in range(0, len(columns), BLOCK)] or [columns]
-        parts = [self._follow(program, bits, design, block) for block in blocks]
+        work = functools.partial(self._follow, program, bits, design)
+        parts = side_by_side(work, (), False, blocks, self.run.jobs)
         time, separatrix = (np.concatenate(x, axis=1) for x in zip(*parts, strict=True))
         outcome = np.where(separatrix[-1] != 0, Outcome.COMPLETE, Outcome.FAILED)
         return Crossings(time, separatrix, outcome.astype(np.uint8))

@@ -190,6 +190,23 @@ def test_where_passages_are_long_what_maps_leave_open_goes_to_sharper_ones(
     assert no_sharper.bits.max() <= costs.SHARPER, "more bits are not asked for"
 
 
+def test_what_doubles_leave_open_is_decided_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """How much it is tells whether a third map pays; pieces would each see a share of it."""
+    deep, asked = Body(("2.629", "1.488", "1.731"), (1, 1, 0), "0.00016"), []
+    real = mapped.Maps.crossings
+
+    def noted(self: mapped.Maps, bits: int, scales: Scales, columns: Any) -> Any:
+        asked.append((bits, scales, len(columns)))
+        return real(self, bits, scales, columns)
+
+    monkeypatch.setattr(mapped.Maps, "crossings", noted)
+    monkeypatch.setattr(choice, "PIECE", 16)
+    found(deep, PHASES[:64], h0=1, method="map", precisions=(53, costs.SHARPER))
+    [left] = [n for bits, scales, n in asked if (bits, scales) == (64, certainty.FIRST)]
+    assert left > 16
+    assert sum(n == 16 for bits, *_, n in asked if bits == 53) >= 8
+
+
 def test_orbits_without_a_map_are_integrated_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     heavy = Body((2, 1, "1.5"), (1, 1, 0), "0.5")
     symmetric = Body(("2.673", "2.520", "2.527"), (1, 1, 0), "0.004")
