@@ -161,13 +161,17 @@ class EnergyLevel:
         forward, inverse = self.charts[rising].forward, self.charts[not rising].inverse
         inside = np.abs(point.d) <= forward.width
         d = np.where(inside, point.d, 0 * point.d)
-        seen = self._seen(forward, d, point.chi, slopes)
+        seen = _seen(forward, d, point.chi, slopes, a)
+        rates = self.exponent, self.rotation
         with np.errstate(divide="ignore", invalid="ignore"):
-            at = self._invariants(not rising, seen, point.chi)
+            if slopes:
+                at = invariants(not rising, seen, point.chi, *rates, a)
+            else:
+                at = kept(not rising, seen.value, point.chi, *rates, a)
         other = seen.value[0 if rising else 1]
         inside = inside & (np.abs(at.I) <= inverse.width) & (other != 0)
         I, s = (np.where(inside, x, 0 * d) for x in (at.I, at.s))
-        there = self._seen(inverse, I, s, slopes)
+        there = _seen(inverse, I, s, slopes, a)
         right = other > 0
         chi = s + there.value[1]
         turned, side = chi - point.chi, np.where(right, 1, -1)
@@ -182,23 +186,18 @@ class EnergyLevel:
             _chained(seen, there, at, turned, side) if slopes else None,
         )
 
-    def _seen(self, table: LevelTable, x: Scalar, phase: Scalar, slopes: bool) -> Looked:
-        if slopes:
-            return table.look_up_slopes(x, phase, self.a)
-        return Looked(table.look_up(x, phase, self.a), None, None)
 
-    def _invariants(self, by_v: bool, seen: Looked, chi: Scalar) -> Invariants:
-        if seen.by_x is not None:
-            return invariants(by_v, seen, chi, self.exponent, self.rotation, self.a)
-        I, s, rates = kept(by_v, seen.value, chi, self.exponent, self.rotation, self.a)
-        return Invariants(I, s, (), (), rates)  # type: ignore[arg-type]
+def _seen(table: LevelTable, x: Scalar, phase: Scalar, slopes: bool, a: Precision) -> Looked:
+    if slopes:
+        return table.look_up_slopes(x, phase, a)
+    return Looked(table.look_up(x, phase, a), None, None)
 
 
 def _chained(seen: Looked, there: Looked, at: Invariants, turned: Scalar, side: Any) -> Any:
     """The derivatives (4, 2, N) of d, chi, time and theta3 in d and chi."""
     columns = []
     for k, by in enumerate((seen.by_x, seen.by_phase)):
-        I, s = at.I_slopes[k], at.s_slopes[k]
+        I, s = (at.by_d, at.by_chi)[k]
         d, chi, time, theta3 = there.by_x * I + there.by_phase * s
         chi = chi + s
         rotation, growth = at.rates.rotation, at.rates.rotation_slope * I
